@@ -1,0 +1,73 @@
+#pragma once
+
+#include "mesh/surface_mesh.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+// A wall is what a wire can touch: the boundary of a region of free space, given as a
+// twice differentiable signed distance. Contact needs its value (gap), gradient (normal)
+// and Hessian (curvature of the wall) at points near the wall, and its sign everywhere.
+
+namespace amontons {
+
+/// The signed distance to a wall near one point.
+struct WallSample {
+    double distance = 0;          ///< > 0 in the free space [m]
+    Vec3 normal = Vec3::Zero();   ///< unit gradient of the distance, into the free space
+    Mat3 hessian = Mat3::Zero();  ///< second derivative of the distance [1/m]
+};
+
+/// What a wall remembers of a query point between calls, to be fast; start with {}.
+/// It changes no result: two calls with the same x give the same bits whatever the hint.
+struct WallHint {
+    std::int32_t piece = -1;
+};
+
+/// A region of free space with a wall around it. Cheap to move, not copyable.
+/// Not safe for use by several threads at once (it fills a cache).
+class Wall {
+public:
+    struct Geometry; ///< swept tube or sampled surface; defined in wall.cpp
+    explicit Wall(std::unique_ptr<Geometry> geometry);
+    Wall(Wall&&) noexcept;
+    Wall& operator=(Wall&&) noexcept;
+    ~Wall();
+
+    /// Signed distance, unit normal and Hessian at x; continuous normal everywhere within
+    /// the wall's smallest radius of curvature.
+    WallSample sample(const Vec3& x, WallHint& hint) const;
+
+    /// The signed distance alone [m].
+    double distance(const Vec3& x, WallHint& hint) const;
+
+private:
+    std::unique_ptr<Geometry> geometry_;
+};
+
+/// A way out of the free space: a disc across a vessel.
+struct Opening {
+    std::string name;
+    Vec3 centre = Vec3::Zero();       ///< [m]
+    Vec3 outward = Vec3::UnitX();     ///< unit, out of the free space
+    double radius = 0;                ///< [m]
+};
+
+/// A named side vessel: points of the free space nearer to its centreline than to any other.
+struct Branch {
+    std::string name;
+    std::vector<Vec3> centreline; ///< from the take-off at the parent's wall to its end [m]
+    std::vector<double> radius;   ///< at each point of the centreline [m]
+};
+
+/// Everything an obstacle's geometry knows.
+struct WallModel {
+    SurfaceMesh surface;            ///< for pictures, files and passage tests
+    Wall wall;                      ///< for contact
+    std::vector<Opening> openings;  ///< inlet first where there is one
+    std::vector<Branch> branches;
+    double deviation = 0;           ///< largest distance between `surface` and the wall's zero set [m]
+};
+
+} // namespace amontons

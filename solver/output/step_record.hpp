@@ -1,0 +1,111 @@
+#pragma once
+
+#include "mesh/surface_mesh.hpp"
+
+#include <string>
+#include <vector>
+
+// What one finished step tells the writers: plain data, no pointers into the simulation.
+
+namespace amontons {
+
+/// Values at the points of a body or the contacts, row by row.
+struct Field {
+    std::string name;           ///< snake_case, as it stands in the files
+    std::string unit;           ///< SI, "" if none
+    int components = 1;         ///< 1, 3 or 6
+    std::vector<double> values; ///< components x points
+};
+
+/// A beam as a polyline, from the sheath's end to the tip.
+struct BeamRecord {
+    std::string name;
+    std::vector<Vec3> points; ///< [m]
+    std::vector<Field> fields; ///< radius, curvature, twist, axial_force, moment, arc_length
+};
+
+enum class ContactStatus { open = 0, stick = 1, slip = 2 };
+
+struct ContactRecord {
+    Vec3 point = Vec3::Zero();            ///< on the wall [m]
+    Vec3 force = Vec3::Zero();            ///< on body a [N]
+    Vec3 normal = Vec3::Zero();           ///< from b to a
+    Vec3 slip = Vec3::Zero();             ///< over the step [m]
+    double normal_force = 0;              ///< [N]
+    double gap = 0;                       ///< [m]
+    ContactStatus status = ContactStatus::open;
+    int body_a = 0, body_b = 0;           ///< places in the scene's order of bodies
+};
+
+/// Errors of an accepted state, recomputed from the state alone.
+struct StepCertificate {
+    double error = 0;                ///< natural map and equilibrium, relative [-]
+    double tolerance = 0;            ///< [-]
+    double worst_penetration = 0;    ///< [m], >= 0
+    double worst_cone_violation = 0; ///< [N], >= 0
+    int worst_contact = -1;          ///< index into StepRecord::contacts
+    bool certified = true;           ///< error <= tolerance
+};
+
+/// One number of the history, e.g. {"push_force", "N", 0.3}.
+struct Quantity {
+    std::string name;
+    std::string unit;
+    double value = 0;
+};
+
+/// Seconds since the start of the run.
+struct PhaseSeconds {
+    double read = 0, offline = 0, free_motion = 0, detection = 0, compliance = 0;
+    double contact_solve = 0, correction = 0, output = 0, total = 0;
+};
+
+/// Energy since the start of the run [J].
+struct EnergyRecord {
+    double work = 0, work_absolute = 0, elastic = 0, kinetic = 0, friction = 0, released = 0;
+    double error() const { return work - elastic - kinetic - friction - released; }
+};
+
+struct StepRecord {
+    int step = 0;                ///< 0 is the initial state
+    double time = 0;             ///< [s]
+    double step_length = 0;      ///< [s]
+    double seconds = 0;          ///< wall time of this step
+    int iterations = 0;          ///< Newton iterations
+    int factorisations = 0;
+    int retries = 0;             ///< halved steps before this one was accepted
+    std::string remark;          ///< "", or what happened: "snap", "step halved"
+    std::vector<BeamRecord> beams;
+    std::vector<ContactRecord> contacts; ///< active contacts
+    StepCertificate certificate;
+    EnergyRecord energy;
+    std::vector<Quantity> quantities; ///< of each step, same names in the same order: history.csv
+};
+
+/// A jump of the equilibrium, crossed by a damped relaxation.
+struct SnapRecord {
+    int step = 0;
+    double time = 0;     ///< [s]
+    double depth = 0;    ///< [m]
+    double released = 0; ///< [J]
+};
+
+/// The end of a run.
+struct RunSummary {
+    std::string status = "running"; ///< "done" | "failed" | "interrupted"
+    std::string message;            ///< why it ended, in a sentence; "" if nothing to say
+    int steps = 0;
+    double time = 0;                ///< reached [s]
+    PhaseSeconds seconds;
+    int contacts_max = 0;
+    double contacts_mean = 0;
+    double worst_error = 0, worst_penetration = 0, worst_cone_violation = 0;
+    int uncertified_steps = 0;
+    EnergyRecord energy;
+    std::vector<SnapRecord> snaps;
+    std::vector<Quantity> quantities; ///< depth, max_push_force, max_torque, passed_through, ...
+    std::string branch;               ///< the branch that the tip is in, or ""
+    std::vector<double> step_seconds; ///< wall time of each step
+};
+
+} // namespace amontons
