@@ -8,6 +8,7 @@
 // nothing, and `message` holds a sentence for the user (cut to message_size, ends with '\0').
 // No exception leaves the module.
 
+#pragma GCC visibility push(default)
 extern "C" {
 
 /// Writes a picture of a finished run: the vessel as glass, the wire at its end, the contact
@@ -27,11 +28,11 @@ int amontons_vtk_render(const char* result_directory, const char* png, char* mes
 /// @param points     3 * point_count coordinates, in the file's unit
 /// @param triangles  3 * triangle_count indices into the points, in the file's orientation
 /// Both arrays are the caller's to give back to amontons_vtk_free; null on failure.
-int amontons_vtk_read_surface(const char* path, double** points, long* point_count,
-                              int** triangles, long* triangle_count, char* message,
-                              int message_size);
+int amontons_vtk_read_surface(const char* path, double** points, long* point_count, int** triangles,
+                              long* triangle_count, char* message, int message_size);
 
 /// Gives back an array of amontons_vtk_read_surface; null is allowed.
 void amontons_vtk_free(void* array);
 
 } // extern "C"
+#pragma GCC visibility pop

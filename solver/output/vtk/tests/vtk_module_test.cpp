@@ -1,0 +1,3 @@
+#include "solver/output/vtk/vtk_module.hpp"
+
+#include <doctest/doctest.h>
