@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace amontons {
+
+/// An output that could not be written: full disk, no permission, missing folder. Not the
+/// input's fault; what() names the file and the system's reason.
+class WriteError : public std::runtime_error {
+public:
+    WriteError(std::string file, const std::string& reason)
+        : std::runtime_error(file + ": cannot be written: " + reason)
+        , file_(std::move(file))
+    {
+    }
+    const std::string& file() const { return file_; }
+
+private:
+    std::string file_;
+};
+
+/// All bytes of a file (or of a pipe).
+/// @throws InputError  if it is missing (with the nearest name in its folder), is a folder or a
+///                     device, or may not be read
+std::string read_file(const std::string& path);
+
+/// How far a written file must have come before write_file returns.
+enum class Flush {
+    to_disk,   ///< survives a power failure; waits for the disk (milliseconds)
+    to_system, ///< survives the end of this process, however it ends
+};
+
+/// Writes a file so that every reader sees all of the old one or all of the new one.
+///
+/// A temporary file in the same folder, then a rename. A link stays a link; an existing file
+/// keeps its permissions. What is no ordinary file (/dev/stdout, a pipe) is written directly.
+/// @throws WriteError  and leaves the old file as it was, without a temporary file beside it
+void write_file(const std::string& path, std::string_view bytes, Flush flush = Flush::to_disk);
+
+/// Makes a folder and its parents, if they are not there.
+/// @throws WriteError  if one is there but no folder, or cannot be made
+void make_folder(const std::string& path);
+
+/// 64-bit fingerprint (XXH3): the same on every machine. Not for keeping secrets.
+std::uint64_t hash_bytes(std::string_view bytes);
+
+} // namespace amontons
