@@ -1,0 +1,56 @@
+#pragma once
+
+#include "mesh/base/types.hpp"
+#include "solver/linear/block_tridiagonal.hpp"
+
+#include <array>
+#include <vector>
+
+// The geometrically exact beam element: two nodes, each a position and a rotation; strains
+// constant along the element (the logarithm of the relative pose), so that circles and
+// helices are exact; a residual bending flexibility added to the shear flexibility makes its
+// bending stiffness that of the cubic element (no locking, order 4 for slender beams).
+// Equations: docs/theory/beams.md.
+
+namespace amontons {
+
+/// Position and section rotation of a node.
+struct BeamNode {
+    double x[3] = {0, 0, 0};    ///< [m]
+    double q[4] = {1, 0, 0, 0}; ///< unit quaternion (w, x, y, z); its frame's axis 1 is the tangent
+
+    Vec3 position() const { return {x[0], x[1], x[2]}; }
+};
+
+/// Linear law of one element: strains e = (stretch, shear 2, shear 3, twist, curvature 2,
+/// curvature 3), energy 1/2 sum_i (S_i e_i^2 - 2 P_i e_i) + constant.
+/// A straight unstressed element has e = (1, 0, 0, 0, 0, 0).
+struct ElementLaw {
+    double length = 0;              ///< rest length [m]
+    std::array<double, 6> S{};      ///< integral of the stiffness over the element [N m], [N m^3]
+    std::array<double, 6> P{};      ///< integral of stiffness times natural strain
+    double constant = 0;            ///< [J]
+};
+
+/// Strains of an element, in its own frame.
+/// @return  (stretch, shear 2, shear 3 [-], twist, curvature 2, curvature 3 [1/m])
+std::array<double, 6> element_strain(const BeamNode& a, const BeamNode& b, double length);
+
+/// Elastic energy [J].
+double element_energy(const BeamNode& a, const BeamNode& b, const ElementLaw& law);
+
+/// Sum over strains of stress_i d(strain_i): a gradient with respect to the 12 displacements
+/// (positions, body-frame rotations) of both nodes.
+/// @param stress  work-conjugate to the strains, times the length [N m], [N m^2]
+std::array<double, 12> element_force(const BeamNode& a, const BeamNode& b, double length,
+                                     const std::array<double, 6>& stress);
+
+/// Adds energy gradients and Hessians of elements [first, last) to `gradient` and `tangent`;
+/// element i joins nodes i and i + 1. Rotations vary as q <- q exp(theta), theta in the body
+/// frame; the Hessian is the symmetric one of theta at 0.
+/// An element bent by more than 120 degrees gives NaN: the caller's step was too long.
+void add_elements(int first, int last, const std::vector<BeamNode>& nodes,
+                  const std::vector<ElementLaw>& laws, BlockTridiagonal& tangent,
+                  std::vector<Node6>& gradient);
+
+} // namespace amontons

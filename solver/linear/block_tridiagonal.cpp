@@ -1,0 +1,145 @@
+#include "solver/linear/block_tridiagonal.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <new>
+
+namespace amontons {
+namespace {
+
+Column6 splat(double s)
+{
+    return Column6{s, s, s, s, s, s, s, s};
+}
+
+typedef long long Mask6 __attribute__((vector_size(64), aligned(64)));
+
+constexpr Mask6 kAllBut[6] = {
+    {0, -1, -1, -1, -1, -1, 0, 0}, {-1, 0, -1, -1, -1, -1, 0, 0}, {-1, -1, 0, -1, -1, -1, 0, 0},
+    {-1, -1, -1, 0, -1, -1, 0, 0}, {-1, -1, -1, -1, 0, -1, 0, 0}, {-1, -1, -1, -1, -1, 0, 0, 0}};
+constexpr Column6 kUnit[6] = {{1, 0, 0, 0, 0, 0, 0, 0}, {0, 1, 0, 0, 0, 0, 0, 0},
+                              {0, 0, 1, 0, 0, 0, 0, 0}, {0, 0, 0, 1, 0, 0, 0, 0},
+                              {0, 0, 0, 0, 1, 0, 0, 0}, {0, 0, 0, 0, 0, 1, 0, 0}};
+
+Column6 without(int lane, Column6 c)
+{
+    return reinterpret_cast<Column6>(reinterpret_cast<Mask6>(c) & kAllBut[lane]);
+}
+
+// Gauss-Jordan in place, no row exchange: the pivots' signs are the inertia of a symmetric
+// block, and the caller shifts an indefinite matrix rather than reorder it.
+inline int invert(Block6& a)
+{
+    int negative = 0;
+#pragma GCC unroll 6
+    for (int k = 0; k < 6; ++k) {
+        const double pivot = a.column[k][k];
+        if (!(pivot > 0)) ++negative;
+        const double inverse = 1 / pivot;
+        // -a_ik / pivot off the pivot's row, 1 / pivot in it
+        const Column6 column =
+            kUnit[k] * splat(inverse) - without(k, a.column[k]) * splat(inverse);
+#pragma GCC unroll 6
+        for (int j = 0; j < 6; ++j)
+            if (j != k)
+                a.column[j] = without(k, a.column[j]) + column * splat(a.column[j][k]);
+        a.column[k] = column;
+    }
+    return negative;
+}
+
+} // namespace
+
+void BlockTridiagonal::Free::operator()(Block6* p) const
+{
+    ::operator delete[](p, std::align_val_t{64});
+}
+
+BlockTridiagonal::Blocks BlockTridiagonal::allocate(int size)
+{
+    const std::size_t bytes = static_cast<std::size_t>(size) * sizeof(Block6);
+    auto* p = static_cast<Block6*>(::operator new[](bytes, std::align_val_t{64}));
+    std::memset(static_cast<void*>(p), 0, bytes);
+    return Blocks(p);
+}
+
+BlockTridiagonal::BlockTridiagonal(int size)
+    : size_(size)
+    , diagonal_(allocate(size))
+    , upper_(allocate(size))
+    , lower_(allocate(size))
+    , inverse_(allocate(size))
+    , eliminated_(allocate(size))
+    , negative_(static_cast<std::size_t>(size) + 1, 0)
+{
+}
+
+void BlockTridiagonal::set_zero()
+{
+    const std::size_t bytes = static_cast<std::size_t>(size_ - first_) * sizeof(Block6);
+    std::memset(static_cast<void*>(&diagonal_[first_]), 0, bytes);
+    std::memset(static_cast<void*>(&upper_[first_]), 0, bytes);
+    std::memset(static_cast<void*>(&lower_[first_]), 0, bytes);
+}
+
+void BlockTridiagonal::copy_from(const BlockTridiagonal& other, int from)
+{
+    first_ = other.first_;
+    const std::size_t bytes = static_cast<std::size_t>(size_ - from) * sizeof(Block6);
+    std::memcpy(static_cast<void*>(&diagonal_[from]), &other.diagonal_[from], bytes);
+    std::memcpy(static_cast<void*>(&upper_[from]), &other.upper_[from], bytes);
+    std::memcpy(static_cast<void*>(&lower_[from]), &other.lower_[from], bytes);
+}
+
+int BlockTridiagonal::factor(int from)
+{
+    if (from <= first_) {
+        from = first_;
+        negative_[static_cast<std::size_t>(first_)] = 0;
+    }
+    for (int i = from; i < size_; ++i) {
+        Block6 s = diagonal_[i];
+        if (i > first_) {
+            const Block6& l = lower_[i - 1];
+            const Block6& e = eliminated_[i - 1];
+            for (int j = 0; j < 6; ++j) {
+                Column6 sum = s.column[j];
+                for (int k = 0; k < 6; ++k) sum -= l.column[k] * splat(e(k, j));
+                s.column[j] = sum;
+            }
+        }
+        const int negative = invert(s);
+        inverse_[i] = s;
+        negative_[static_cast<std::size_t>(i) + 1] =
+            negative_[static_cast<std::size_t>(i)] + negative;
+        if (i + 1 < size_) {
+            const Block6& u = upper_[i];
+            for (int j = 0; j < 6; ++j) {
+                Column6 sum = s.column[0] * splat(u(0, j));
+                for (int k = 1; k < 6; ++k) sum += s.column[k] * splat(u(k, j));
+                eliminated_[i].column[j] = sum;
+            }
+        }
+    }
+    return negative_[static_cast<std::size_t>(size_)];
+}
+
+void BlockTridiagonal::solve(std::vector<Node6>& x) const
+{
+    solve_from(x, first_);
+}
+
+void BlockTridiagonal::solve_from(std::vector<Node6>& x, int from) const
+{
+    from = from < first_ ? first_ : from;
+    for (int i = from; i < size_; ++i) {
+        Node6 t = x[static_cast<std::size_t>(i)];
+        if (i > from) t.column -= multiply(lower_[i - 1], x[static_cast<std::size_t>(i) - 1]);
+        x[static_cast<std::size_t>(i)].column = multiply(inverse_[i], t);
+    }
+    for (int i = size_ - 2; i >= first_; --i)
+        x[static_cast<std::size_t>(i)].column -=
+            multiply(eliminated_[i], x[static_cast<std::size_t>(i) + 1]);
+}
+
+} // namespace amontons
