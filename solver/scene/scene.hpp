@@ -41,7 +41,7 @@ struct BranchInput {
     double at = 0;               ///< distance before the end of the arch [m]
     std::array<double, 2> diameter{}; ///< at its root and its end [m]
     double length = 0;           ///< [m]
-    double angle = 0;            ///< from the arch's tangent towards its start [rad]
+    double angle = 1.57079632679489661923; ///< from the arch's tangent towards its start [rad]
 };
 
 /// Surface of an obstacle: a generator's name with its numbers, or a file.
@@ -134,6 +134,7 @@ struct Scene {
     int schema = 1;
     std::string title;
     std::string file;                   ///< as the user wrote it; surface files are beside it
+    std::vector<std::string> order;     ///< names of the bodies, in the file's order
     std::vector<ObstacleInput> obstacles;
     std::vector<BeamInput> beams;
     std::vector<ContactLaw> contact;

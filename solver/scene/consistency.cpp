@@ -1,0 +1,269 @@
+#include "solver/scene/consistency.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <set>
+
+namespace amontons {
+namespace {
+
+constexpr double kMostElements = 1e6; // of one beam: more is a slip of the unit, and 10 GB
+constexpr double kMostSteps = 1e8;    // of a run: as well
+constexpr double kRoundOff = 1e-9;    // of lengths that are meant to be the same, relative
+
+/// Adds Issues, but none that rests on a field that is wrong in itself.
+class Findings {
+public:
+    Findings(const std::string& file, std::vector<Issue>& issues)
+        : file_(file)
+        , issues_(issues)
+        , known_(issues.size())
+    {
+    }
+
+    /// @param places  the fields it rests on; the first is the one to blame
+    void add(const std::vector<std::string>& places, std::string found, std::string allowed)
+    {
+        for (const std::string& p : places)
+            for (std::size_t i = 0; i < known_; ++i)
+                if (related(p, issues_[i].place)) return;
+        issues_.push_back({file_, places.front(), std::move(found), std::move(allowed)});
+    }
+
+private:
+    static bool starts(const std::string& text, const std::string& with)
+    {
+        return text.rfind(with, 0) == 0 && (text.size() == with.size() || text[with.size()] == '/');
+    }
+    static bool related(const std::string& a, const std::string& b)
+    {
+        return !b.empty() && (starts(a, b) || starts(b, a));
+    }
+
+    const std::string& file_;
+    std::vector<Issue>& issues_;
+    std::size_t known_;
+};
+
+double length_of(const BeamInput& beam)
+{
+    double length = 0;
+    for (const BeamSegment& s : beam.segments)
+        length += s.length;
+    return length;
+}
+
+void check_centreline(const CentrelineInput& c, const std::string& place, Findings& findings)
+{
+    const bool file = !c.file.empty(), pieces = !c.pieces.empty();
+    if (file == pieces)
+        findings.add({place}, file ? "a file and pieces" : "neither file nor pieces",
+                     "either \"file\" or \"pieces\"");
+    if (pieces && !(c.direction.normalized().cross(c.normal.normalized()).norm() > kRoundOff))
+        findings.add({place + "/normal", place + "/direction"}, "parallel to direction",
+                     "another direction than the start's");
+    for (std::size_t i = 0; i < c.pieces.size(); ++i) {
+        const CentrelinePiece& p = c.pieces[i];
+        const std::string here = fmt::format("{}/pieces/{}", place, i);
+        const bool straight = p.length > 0 && p.radius == 0 && p.angle == 0;
+        const bool arc = p.length == 0 && p.radius > 0 && p.angle > 0;
+        if (!straight && !arc)
+            findings.add({here},
+                         fmt::format("length {}, radius {}, angle {}", p.length, p.radius, p.angle),
+                         "a length > 0 [m], or a radius > 0 [m] and an angle > 0 [rad]");
+    }
+}
+
+void check_obstacle(const ObstacleInput& o, Findings& findings)
+{
+    const SurfaceInput& s = o.surface;
+    const std::string place = "/bodies/" + o.name + "/surface";
+    if (s.generate == "tube") {
+        check_centreline(s.centreline, place + "/centreline", findings);
+        if (s.radius == 0 && !s.centreline.pieces.empty())
+            findings.add({place + "/radius", place + "/centreline"}, "nothing",
+                         "a number > 0 [m] (pieces carry no radius of their own)");
+        for (std::size_t i = 0; i < s.centreline.pieces.size(); ++i) {
+            const CentrelinePiece& p = s.centreline.pieces[i];
+            if (p.radius > 0 && s.radius >= p.radius)
+                findings.add(
+                    {place + "/radius", fmt::format("{}/centreline/pieces/{}/radius", place, i)},
+                    fmt::format("{}", s.radius),
+                    fmt::format("< {} [m], the radius of the bend (pieces/{})", p.radius, i));
+        }
+    }
+    if (s.generate == "vessel") {
+        const double widest = std::max(s.arch_diameter[0], s.arch_diameter[1]) / 2;
+        if (s.arch_radius > 0 && widest >= s.arch_radius)
+            findings.add({place + "/arch_diameter", place + "/arch_radius"},
+                         fmt::format("{}", 2 * widest),
+                         fmt::format("< {} [m], twice the arch's radius", 2 * s.arch_radius));
+        if (!(s.axis.normalized().cross(s.arch_towards.normalized()).norm() > kRoundOff))
+            findings.add({place + "/arch_towards", place + "/axis"}, "parallel to axis",
+                         "another direction than the axis");
+        std::set<std::string> names;
+        const double arch = s.arch_radius * s.arch_angle;
+        for (std::size_t i = 0; i < s.branches.size(); ++i) {
+            const BranchInput& b = s.branches[i];
+            const std::string here = fmt::format("{}/branches/{}", place, i);
+            if (!b.name.empty() && !names.insert(b.name).second)
+                findings.add({here + "/name"}, "\"" + b.name + "\" again", "another name");
+            if (b.at > arch && arch > 0)
+                findings.add({here + "/at", place + "/arch_radius", place + "/arch_angle"},
+                             fmt::format("{}", b.at),
+                             fmt::format("<= {:.6g} [m], the length of the arch", arch));
+        }
+    }
+}
+
+void check_beam(const BeamInput& b, const Scene& scene, Findings& findings)
+{
+    const std::string place = "/bodies/" + b.name;
+    const std::string segments = place + "/segments";
+    double elements = 0;
+    for (std::size_t i = 0; i < b.segments.size(); ++i) {
+        const BeamSegment& s = b.segments[i];
+        const std::string here = fmt::format("{}/{}", segments, i);
+        if (s.length > 0 && s.element > s.length * (1 + kRoundOff))
+            findings.add({here + "/element", here + "/length"}, fmt::format("{}", s.element),
+                         fmt::format("<= {} [m], the segment's length", s.length));
+        if (s.element > 0) elements += s.length / s.element;
+        for (std::size_t end = 0; end < 2; ++end)
+            if (!(s.EA[end] > 0) && s.radius > 0) {
+                findings.add({here + "/EA", here + "/EI", here + "/radius"}, "nothing",
+                             "a number > 0 [N] where EI is 0");
+                break;
+            }
+        if (scene.time.kind == "dynamic" && !(s.density > 0))
+            findings.add({here + "/density", "/time/kind"}, "nothing",
+                         "a number > 0 [kg/m^3]: time.kind is \"dynamic\"");
+    }
+    if (elements > kMostElements)
+        findings.add({segments}, fmt::format("{:.3g} elements", elements),
+                     fmt::format("<= {:.3g} elements of one wire", kMostElements));
+
+    const double length = length_of(b);
+    double deepest = 0;
+    for (const auto& p : b.insertion)
+        deepest = std::max(deepest, p[1]);
+    if (!b.segments.empty() && deepest > length * (1 + kRoundOff))
+        findings.add({place + "/drive/insertion", segments}, fmt::format("{}", deepest),
+                     fmt::format("<= {:.6g} [m], the length of the wire", length));
+    if (b.introducer.fade > b.introducer.length * (1 + kRoundOff))
+        findings.add({place + "/introducer/fade", place + "/introducer/length"},
+                     fmt::format("{}", b.introducer.fade),
+                     fmt::format("<= {} [m], the introducer's length", b.introducer.length));
+    if (b.introducer.normal &&
+        !(b.introducer.direction.normalized().cross(b.introducer.normal->normalized()).norm() >
+          kRoundOff))
+        findings.add({place + "/introducer/normal", place + "/introducer/direction"},
+                     "parallel to direction", "another direction than the introducer's");
+    if (b.plane &&
+        std::abs(b.introducer.direction.normalized().dot(b.plane->normalized())) > kRoundOff)
+        findings.add({place + "/plane", place + "/introducer/direction"},
+                     "a plane that the introducer leaves",
+                     "a normal across the introducer's direction");
+    if (b.contact_spacing > 0 && length / b.contact_spacing > kMostElements)
+        findings.add({place + "/contact_spacing", segments}, fmt::format("{}", b.contact_spacing),
+                     fmt::format(">= {:.3g} [m]", length / kMostElements));
+}
+
+/// What a wire and an obstacle must have in common to be able to meet.
+void check_fit(const BeamInput& b, const ObstacleInput& o, Findings& findings)
+{
+    const SurfaceInput& s = o.surface;
+    const std::string surface = "/bodies/" + o.name + "/surface";
+    double narrowest = 0, bend = 0; // 0: not known from the scene alone
+    if (s.generate == "tube") {
+        narrowest = s.radius;
+        for (const CentrelinePiece& p : s.centreline.pieces)
+            if (p.radius > 0) bend = bend > 0 ? std::min(bend, p.radius) : p.radius;
+    }
+    if (s.generate == "vessel") bend = s.arch_radius;
+    for (std::size_t i = 0; i < b.segments.size(); ++i) {
+        const BeamSegment& seg = b.segments[i];
+        const std::string here = fmt::format("/bodies/{}/segments/{}", b.name, i);
+        if (narrowest > 0 && seg.radius >= narrowest)
+            findings.add({here + "/radius", surface + "/radius"}, fmt::format("{}", seg.radius),
+                         fmt::format("< {} [m], the radius of \"{}\"", narrowest, o.name));
+        if (bend > 0 && seg.element > bend)
+            findings.add(
+                {here + "/element", surface}, fmt::format("{}", seg.element),
+                fmt::format("<= {} [m]: a longer element does not follow the bends of \"{}\"", bend,
+                            o.name));
+    }
+}
+
+template <class Bodies> auto* find(Bodies& bodies, const std::string& name)
+{
+    const auto it = std::find_if(bodies.begin(), bodies.end(),
+                                 [&](const auto& body) { return body.name == name; });
+    return it == bodies.end() ? nullptr : &*it;
+}
+
+void check_pairs(const Scene& scene, Findings& findings)
+{
+    std::set<std::set<std::string>> seen;
+    for (std::size_t i = 0; i < scene.contact.size(); ++i) {
+        const ContactLaw& law = scene.contact[i];
+        const std::string place = fmt::format("/contact/{}/between", i);
+        const auto& [a, b] = law.between;
+        bool known = true;
+        for (std::size_t k = 0; k < 2; ++k) {
+            const std::string& name = law.between[k];
+            if (std::find(scene.order.begin(), scene.order.end(), name) != scene.order.end())
+                continue;
+            const std::string near = nearest_name(name, scene.order);
+            std::string names;
+            for (const std::string& n : scene.order)
+                names += (names.empty() ? "one of " : ", ") + quoted_text(n);
+            findings.add({fmt::format("{}/{}", place, k)}, quoted_text(name),
+                         near.empty() ? names : quoted_text(near) + " (nearest name)");
+            known = false;
+        }
+        if (!known) continue;
+        const std::string pair = fmt::format("[{}, {}]", quoted_text(a), quoted_text(b));
+        const bool obstacles = find(scene.obstacles, a) && find(scene.obstacles, b);
+        const bool beams = find(scene.beams, a) && find(scene.beams, b);
+        if (obstacles)
+            findings.add({place}, pair + ", two obstacles", "at least one body that moves");
+        else if (beams)
+            findings.add({place}, pair + (a == b ? ", a beam and itself" : ", two beams"),
+                         "a beam and an obstacle");
+        else if (!seen.insert({a, b}).second)
+            findings.add({place}, pair + " again", "each pair once");
+        const std::string& beam = find(scene.beams, a) ? a : b;
+        const BeamInput* wire = find(scene.beams, beam);
+        const ObstacleInput* wall = find(scene.obstacles, beam == a ? b : a);
+        if (wire && wall) check_fit(*wire, *wall, findings);
+    }
+}
+
+} // namespace
+
+void check_consistency(const Scene& scene, std::vector<Issue>& issues)
+{
+    Findings findings(scene.file, issues);
+    for (const ObstacleInput& o : scene.obstacles)
+        check_obstacle(o, findings);
+    for (const BeamInput& b : scene.beams)
+        check_beam(b, scene, findings);
+    if (scene.beams.empty())
+        findings.add({"/bodies"}, "no body that moves", "at least one of kind \"beam\"");
+    check_pairs(scene, findings);
+    if (scene.time.smallest_step > scene.time.step)
+        findings.add({"/time/smallest_step", "/time/step"},
+                     fmt::format("{}", scene.time.smallest_step),
+                     fmt::format("<= {} [s], the longest step", scene.time.step));
+    if (scene.time.step > 0 && scene.time.end / scene.time.step > kMostSteps)
+        findings.add({"/time/step", "/time/end"},
+                     fmt::format("{:.3g} steps", scene.time.end / scene.time.step),
+                     fmt::format("<= {:.3g} steps", kMostSteps));
+    if (scene.time.damping > 0 && scene.time.kind != "dynamic")
+        findings.add({"/time/damping", "/time/kind"}, fmt::format("{}", scene.time.damping),
+                     "0, or \"kind\": \"dynamic\"");
+}
+
+} // namespace amontons

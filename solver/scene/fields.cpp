@@ -1,0 +1,531 @@
+#include "solver/scene/fields.hpp"
+
+#include <fmt/format.h>
+#include <utility>
+
+namespace amontons {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+// --- The type of a field follows from the type of its member. ---
+
+template <class T> struct TypeOf {
+    static constexpr FieldType type = FieldType::object;
+    static constexpr bool optional = false;
+};
+template <FieldType kType, bool kOptional = false> struct Is {
+    static constexpr FieldType type = kType;
+    static constexpr bool optional = kOptional;
+};
+template <> struct TypeOf<bool> : Is<FieldType::boolean> {
+};
+template <> struct TypeOf<int> : Is<FieldType::integer> {
+};
+template <> struct TypeOf<double> : Is<FieldType::number> {
+};
+template <> struct TypeOf<std::optional<double>> : Is<FieldType::number, true> {
+};
+template <> struct TypeOf<std::array<double, 2>> : Is<FieldType::pair> {
+};
+template <> struct TypeOf<std::string> : Is<FieldType::text> {
+};
+template <> struct TypeOf<std::array<std::string, 2>> : Is<FieldType::two_names> {
+};
+template <> struct TypeOf<Vec3> : Is<FieldType::vector> {
+};
+template <> struct TypeOf<std::optional<Vec3>> : Is<FieldType::vector, true> {
+};
+template <> struct TypeOf<CurvePoints> : Is<FieldType::curve> {
+};
+
+template <class M> struct MemberOf;
+template <class C, class T> struct MemberOf<T C::*> {
+    using Class = C;
+    using Type = T;
+};
+
+template <auto kMember> void* member_of(void* object)
+{
+    using Class = typename MemberOf<decltype(kMember)>::Class;
+    return &(static_cast<Class*>(object)->*kMember);
+}
+
+template <auto kMember>
+FieldDeclaration field(std::string name, std::string unit, Allowed allowed, std::string doc)
+{
+    using Type = TypeOf<typename MemberOf<decltype(kMember)>::Type>;
+    FieldDeclaration f;
+    f.name = std::move(name);
+    f.type = Type::type;
+    f.optional = Type::optional;
+    f.unit = std::move(unit);
+    f.allowed = allowed;
+    f.doc = std::move(doc);
+    f.member = &member_of<kMember>;
+    return f;
+}
+
+template <auto kMember> FieldDeclaration text(std::string name, std::string doc)
+{
+    return field<kMember>(std::move(name), "", {}, std::move(doc));
+}
+
+template <auto kMember>
+FieldDeclaration object(std::string name, const ObjectDeclaration& fields, std::string doc)
+{
+    FieldDeclaration f = field<kMember>(std::move(name), "", {}, std::move(doc));
+    f.object = &fields;
+    return f;
+}
+
+/// Fields that stand together in the file and apart in the struct.
+FieldDeclaration group(std::string name, const ObjectDeclaration& fields, std::string doc)
+{
+    FieldDeclaration f;
+    f.name = std::move(name);
+    f.type = FieldType::object;
+    f.doc = std::move(doc);
+    f.member = [](void* object) { return object; };
+    f.object = &fields;
+    return f;
+}
+
+template <auto kMember>
+FieldDeclaration list(std::string name, const ObjectDeclaration& fields, std::string doc)
+{
+    using List = typename MemberOf<decltype(kMember)>::Type;
+    FieldDeclaration f = field<kMember>(std::move(name), "", {}, std::move(doc));
+    f.type = FieldType::list;
+    f.object = &fields;
+    f.append = [](void* items) -> void* { return &static_cast<List*>(items)->emplace_back(); };
+    f.size = [](const void* items) { return static_cast<const List*>(items)->size(); };
+    f.item = [](void* items, std::size_t i) -> void* { return &(*static_cast<List*>(items))[i]; };
+    return f;
+}
+
+FieldDeclaration required(FieldDeclaration f)
+{
+    f.required = true;
+    return f;
+}
+
+FieldDeclaration fallback(std::string words, FieldDeclaration f)
+{
+    f.fallback = std::move(words);
+    return f;
+}
+
+FieldDeclaration choice(std::vector<std::string> choices, FieldDeclaration f)
+{
+    f.choices = std::move(choices);
+    return f;
+}
+
+constexpr Allowed kAny{};
+Allowed positive()
+{
+    Allowed a;
+    a.lower = 0;
+    a.above = true;
+    return a;
+}
+Allowed at_least(double lower)
+{
+    Allowed a;
+    a.lower = lower;
+    return a;
+}
+Allowed above(double lower, double upper)
+{
+    Allowed a;
+    a.lower = lower;
+    a.upper = upper;
+    a.above = true;
+    return a;
+}
+Allowed direction()
+{
+    Allowed a;
+    a.nonzero = true;
+    return a;
+}
+
+template <class T> const void* defaults_of()
+{
+    static const T defaults{};
+    return &defaults;
+}
+
+template <auto kBodies> void* append_body(Scene& scene, const std::string& name)
+{
+    auto& body = (scene.*kBodies).emplace_back();
+    body.name = name;
+    scene.order.push_back(name);
+    return &body;
+}
+
+template <auto kBodies> void* find_body(Scene& scene, const std::string& name)
+{
+    for (auto& body : scene.*kBodies)
+        if (body.name == name) return &body;
+    return nullptr;
+}
+
+// --- The declarations, innermost first. ---
+
+ObjectDeclaration declare_piece()
+{
+    using P = CentrelinePiece;
+    return {"Piece of a centreline",
+            {field<&P::length>("length", "m", at_least(0), "Length of a straight piece."),
+             field<&P::radius>("radius", "m", at_least(0), "Radius of an arc."),
+             field<&P::angle>("angle", "rad", at_least(0), "Angle of an arc."),
+             field<&P::direction>("direction", "rad", kAny,
+                                  "Turns the plane of an arc about the tangent; 0 bends towards "
+                                  "`normal`, carried along the curve without twist.")},
+            "",
+            {},
+            defaults_of<P>()};
+}
+
+ObjectDeclaration declare_centreline(const ObjectDeclaration& piece)
+{
+    using C = CentrelineInput;
+    return {"Centreline",
+            {text<&C::file>("file", "CSV with columns x, y, z and possibly radius, or a 3D Slicer "
+                                    "curve (.mrk.json); beside the scene."),
+             field<&C::scale>("scale", "m", positive(), "Metres per unit of length of the file."),
+             list<&C::pieces>("pieces", piece, "Straight pieces and arcs, instead of a file."),
+             field<&C::start>("start", "m", kAny, "Start of the first piece."),
+             field<&C::direction>("direction", "", direction(), "Direction of the first piece."),
+             field<&C::normal>("normal", "", direction(), "Arcs of direction 0 bend this way.")},
+            "",
+            {},
+            defaults_of<C>()};
+}
+
+ObjectDeclaration declare_branch()
+{
+    using B = BranchInput;
+    return {"Branch of a vessel",
+            {required(text<&B::name>("name", "Name, as it is reported when the wire enters it.")),
+             required(field<&B::at>("at", "m", at_least(0),
+                                    "Where it leaves: distance before the end of the arch.")),
+             required(field<&B::diameter>("diameter", "m", positive(), "At its root and its end.")),
+             required(field<&B::length>("length", "m", positive(), "Length.")),
+             fallback("pi/2", field<&B::angle>(
+                                  "angle", "rad", above(0, kPi),
+                                  "Take-off angle from the arch's tangent towards its start."))},
+            "",
+            {},
+            defaults_of<B>()};
+}
+
+ObjectDeclaration declare_surface(const ObjectDeclaration& centreline,
+                                  const ObjectDeclaration& branch)
+{
+    using S = SurfaceInput;
+    const FieldDeclaration resolution = fallback(
+        "chosen from the size",
+        field<&S::resolution>("resolution", "m", at_least(0), "Edge of the triangles; 0: chosen."));
+    const FieldDeclaration centre = field<&S::centre>("centre", "m", kAny, "Centre.");
+    const FieldDeclaration axis = field<&S::axis>("axis", "", direction(), "Axis.");
+    ObjectDeclaration d;
+    d.title = "Surface";
+    d.discriminator = "generate";
+    d.defaults = defaults_of<S>();
+    d.chosen = [](void* surface) -> std::string& { return static_cast<S*>(surface)->generate; };
+    d.variants = {
+        {"",
+         "A triangle surface from a file.",
+         {required(text<&S::file>("file", "STL, OBJ, PLY or VTP; beside the scene.")),
+          field<&S::scale>("scale", "m", positive(), "Metres per unit of length of the file.")}},
+        {"tube",
+         "A tube swept along a centreline.",
+         {required(object<&S::centreline>("centreline", centreline, "The middle of the tube.")),
+          fallback("the centreline's own",
+                   field<&S::radius>("radius", "m", positive(), "Radius of the tube.")),
+          resolution}},
+        {"vessel",
+         "An aortic arch: a straight descending part from `centre` along `axis`, an arch, an "
+         "ascending part closed by a half sphere, and branches on the outer side of the arch.",
+         {field<&S::centre>("centre", "m", kAny, "Middle of the open inlet."),
+          field<&S::axis>("axis", "", direction(), "From the inlet along the descending part."),
+          field<&S::arch_towards>("arch_towards", "", direction(), "The arch bends this way."),
+          required(field<&S::descending_length>("descending_length", "m", positive(), "Length.")),
+          required(field<&S::descending_diameter>("descending_diameter", "m", positive(),
+                                                  "At the inlet and where the arch begins.")),
+          required(field<&S::arch_radius>("arch_radius", "m", positive(),
+                                          "Radius of the arch's centreline.")),
+          field<&S::arch_angle>("arch_angle", "rad", above(0, 2 * kPi), "Angle of the arch."),
+          required(field<&S::arch_diameter>("arch_diameter", "m", positive(),
+                                            "At the start and the end of the arch.")),
+          required(field<&S::ascending_length>("ascending_length", "m", positive(), "Length.")),
+          required(field<&S::ascending_diameter>("ascending_diameter", "m", positive(),
+                                                 "Of the ascending part.")),
+          list<&S::branches>("branches", branch, "Side vessels of the arch."),
+          field<&S::blend>("blend", "m", at_least(0), "Radius of the blend between vessels."),
+          resolution}},
+        {"ball",
+         "A ball.",
+         {centre, required(field<&S::radius>("radius", "m", positive(), "Radius.")), resolution}},
+        {"cylinder",
+         "An endless cylinder.",
+         {centre, axis, required(field<&S::radius>("radius", "m", positive(), "Radius.")),
+          resolution}},
+        {"plane",
+         "A plane; the free space is where its normal points.",
+         {field<&S::centre>("centre", "m", kAny, "A point of the plane."),
+          field<&S::axis>("axis", "", direction(), "Its normal."), resolution}}};
+    return d;
+}
+
+void complete_segment(void* object, const std::function<bool(const char*)>& given)
+{
+    constexpr double kTorsionOfBending = 0.77; // GJ / EI of a round wire with nu = 0.3
+    auto& s = *static_cast<BeamSegment*>(object);
+    for (std::size_t end = 0; end < 2; ++end) {
+        if (!given("GJ")) s.GJ[end] = kTorsionOfBending * s.EI[end];
+        if (!given("EA") && s.radius > 0) s.EA[end] = 4 * s.EI[end] / (s.radius * s.radius);
+    }
+}
+
+ObjectDeclaration declare_segment()
+{
+    using B = BeamSegment;
+    ObjectDeclaration d{
+        "Segment of a beam, from its base towards its tip",
+        {required(field<&B::length>("length", "m", positive(), "Length.")),
+         required(field<&B::radius>("radius", "m", positive(), "Radius of the round surface.")),
+         required(field<&B::EI>("EI", "N m^2", at_least(0),
+                                "Bending stiffness; 0 makes a cable (EA is needed then).")),
+         fallback("0.77 EI", field<&B::GJ>("GJ", "N m^2", at_least(0), "Torsional stiffness.")),
+         fallback("4 EI / radius^2", field<&B::EA>("EA", "N", positive(), "Axial stiffness.")),
+         fallback("no shear deformation",
+                  field<&B::GA>("GA", "N", at_least(0), "Shear stiffness; 0: rigid in shear.")),
+         field<&B::curvature>("curvature", "1/m", kAny, "Curvature when free of loads."),
+         field<&B::curvature_angle>("curvature_angle", "rad", kAny,
+                                    "Turns the plane of the curvature about the wire."),
+         required(field<&B::element>("element", "m", positive(), "Length of its elements.")),
+         fallback("the pair's", field<&B::friction>("friction", "", at_least(0),
+                                                    "Coulomb's coefficient of this segment.")),
+         fallback("none (dynamics needs it)",
+                  field<&B::density>("density", "kg/m^3", positive(), "Mass per volume."))},
+        "",
+        {},
+        defaults_of<B>()};
+    d.complete = complete_segment;
+    return d;
+}
+
+ObjectDeclaration declare_introducer()
+{
+    using I = IntroducerInput;
+    return {
+        "Introducer: a straight frictionless sheath that holds the wire still outside",
+        {field<&I::at>("at", "m", kAny, "Its end, where the wire comes out."),
+         field<&I::direction>("direction", "", direction(), "Where the wire goes."),
+         fallback("chosen", field<&I::normal>("normal", "", direction(),
+                                              "Curvature of angle 0 bends this way.")),
+         field<&I::length>("length", "m", positive(), "Length of the sheath."),
+         field<&I::fade>("fade", "m", at_least(0),
+                         "The grip fades out over this length before the end; 0: a rigid end.")},
+        "",
+        {},
+        defaults_of<I>()};
+}
+
+ObjectDeclaration declare_drive()
+{
+    using B = BeamInput;
+    return {"Drive of a beam's base",
+            {required(field<&B::insertion>("insertion", "m", at_least(0),
+                                           "Length of wire past the introducer's end over time.")),
+             field<&B::twist>("twist", "rad", kAny, "Rotation of the base over time.")},
+            "",
+            {},
+            defaults_of<B>()};
+}
+
+ObjectDeclaration declare_bodies(const ObjectDeclaration& surface, const ObjectDeclaration& segment,
+                                 const ObjectDeclaration& introducer,
+                                 const ObjectDeclaration& drive)
+{
+    using O = ObstacleInput;
+    using B = BeamInput;
+    ObjectDeclaration d;
+    d.title = "Body";
+    d.discriminator = "kind";
+    d.variants = {
+        {"obstacle",
+         "A rigid body at rest.",
+         {required(object<&O::surface>("surface", surface, "Its surface.")),
+          fallback("from the sign of the enclosed volume",
+                   choice({"inside", "outside"},
+                          text<&O::side>("side", "Where the free space is; an open surface from "
+                                                 "a file needs it.")))},
+         &append_body<&Scene::obstacles>,
+         &find_body<&Scene::obstacles>},
+        {"beam",
+         "A wire or a cable, pushed and turned at its base.",
+         {required(list<&B::segments>("segments", segment, "From the base towards the tip.")),
+          object<&B::introducer>("introducer", introducer, "Where the wire comes from."),
+          required(group("drive", drive, "How the base is moved.")),
+          fallback("none", field<&B::plane>("plane", "", direction(),
+                                            "Normal of a plane that the wire is kept in.")),
+          fallback("the shortest element",
+                   field<&B::contact_spacing>("contact_spacing", "m", at_least(0),
+                                              "Distance of the contact points along the wire; 0: "
+                                              "the shortest element."))},
+         &append_body<&Scene::beams>,
+         &find_body<&Scene::beams>}};
+    return d;
+}
+
+ObjectDeclaration declare_contact()
+{
+    using C = ContactLaw;
+    return {"Contact of a pair of bodies",
+            {required(text<&C::between>("between", "Names of two bodies. Bodies that stand in no "
+                                                   "pair do not touch.")),
+             field<&C::friction>("friction", "", at_least(0), "Coulomb's coefficient.")},
+            "",
+            {},
+            defaults_of<C>()};
+}
+
+ObjectDeclaration declare_time()
+{
+    using T = TimeInput;
+    return {"Time",
+            {choice({"quasi_static", "dynamic"},
+                    text<&T::kind>("kind",
+                                   "Whether inertia counts; then each segment needs a density.")),
+             required(field<&T::step>("step", "s", positive(), "Longest step.")),
+             required(field<&T::end>("end", "s", positive(), "End of the run.")),
+             fallback("step / 1024", field<&T::smallest_step>("smallest_step", "s", at_least(0),
+                                                              "A step is not halved below this.")),
+             field<&T::damping>("damping", "1/s", at_least(0),
+                                "Damping proportional to the mass; dynamic only.")},
+            "",
+            {},
+            defaults_of<T>()};
+}
+
+ObjectDeclaration declare_accuracy()
+{
+    using A = AccuracyInput;
+    return {"Accuracy",
+            {field<&A::contact>("contact", "", above(0, 0.1),
+                                "Relative error of forces and gaps at the end of a step.")},
+            "",
+            {},
+            defaults_of<A>()};
+}
+
+ObjectDeclaration declare_output()
+{
+    using O = OutputInput;
+    return {"Output",
+            {field<&O::every>("every", "", at_least(1), "Steps between two written frames."),
+             field<&O::picture>("picture", "", {}, "A picture at the end (needs the VTK module)."),
+             field<&O::plots>("plots", "", {}, "Plots at the end (need gnuplot).")},
+            "",
+            {},
+            defaults_of<O>()};
+}
+
+FieldDeclaration named_bodies(const ObjectDeclaration& body)
+{
+    FieldDeclaration f;
+    f.name = "bodies";
+    f.type = FieldType::named;
+    f.required = true;
+    f.doc = "The bodies, each under its name.";
+    f.member = [](void* scene) { return scene; };
+    f.object = &body;
+    return f;
+}
+
+} // namespace
+
+const ObjectDeclaration& scene_declaration()
+{
+    static const ObjectDeclaration piece = declare_piece();
+    static const ObjectDeclaration centreline = declare_centreline(piece);
+    static const ObjectDeclaration branch = declare_branch();
+    static const ObjectDeclaration surface = declare_surface(centreline, branch);
+    static const ObjectDeclaration segment = declare_segment();
+    static const ObjectDeclaration introducer = declare_introducer();
+    static const ObjectDeclaration drive = declare_drive();
+    static const ObjectDeclaration body = declare_bodies(surface, segment, introducer, drive);
+    static const ObjectDeclaration contact = declare_contact();
+    static const ObjectDeclaration time = declare_time();
+    static const ObjectDeclaration accuracy = declare_accuracy();
+    static const ObjectDeclaration output = declare_output();
+    Allowed first_schema;
+    first_schema.lower = first_schema.upper = 1;
+    static const ObjectDeclaration scene{
+        "Scene",
+        {required(
+             field<&Scene::schema>("schema", "", first_schema, "Version of the scene format.")),
+         text<&Scene::title>("title", "What the scene shows."), named_bodies(body),
+         list<&Scene::contact>("contact", contact, "Pairs of bodies that can touch."),
+         required(object<&Scene::time>("time", time, "Steps and end.")),
+         object<&Scene::accuracy>("accuracy", accuracy, "How exact the result must be."),
+         object<&Scene::output>("output", output, "What is written.")},
+        "",
+        {},
+        defaults_of<Scene>()};
+    return scene;
+}
+
+std::string allowed_in_words(const FieldDeclaration& field)
+{
+    if (!field.choices.empty()) {
+        std::string words = "one of";
+        for (const std::string& c : field.choices)
+            words += fmt::format("{} \"{}\"", &c == &field.choices.front() ? "" : ",", c);
+        return words;
+    }
+    std::string unit = field.unit.empty() ? "" : " [" + field.unit + "]";
+    const Allowed& a = field.allowed;
+    std::string range;
+    const bool lower = a.lower > -std::numeric_limits<double>::infinity();
+    const bool upper = a.upper < std::numeric_limits<double>::infinity();
+    if (lower && a.lower == a.upper)
+        range = fmt::format("{}", a.lower);
+    else {
+        if (lower) range = fmt::format("{} {:.6g}", a.above ? ">" : ">=", a.lower);
+        if (upper) range += fmt::format("{}<= {:.6g}", lower ? " and " : "", a.upper);
+    }
+    switch (field.type) {
+    case FieldType::boolean:
+        return "true or false";
+    case FieldType::integer:
+        return "a whole number" + (range.empty() ? "" : " " + range);
+    case FieldType::number:
+        return (range.empty() ? "a number" : "a number " + range) + unit;
+    case FieldType::pair:
+        return "a number or [start, end]" + (range.empty() ? "" : ", each " + range) + unit;
+    case FieldType::text:
+        return "a text";
+    case FieldType::two_names:
+        return "[name, name] of two bodies";
+    case FieldType::vector:
+        return (a.nonzero ? "three numbers, not all 0" : "three numbers") + unit;
+    case FieldType::curve:
+        return "[[time, value], ...], time [s] strictly increasing, value" +
+               (range.empty() ? "" : " " + range) + unit;
+    case FieldType::object:
+        return "an object {...}";
+    case FieldType::list:
+        return "a list [...] of objects";
+    case FieldType::named:
+        return "an object with at least one body";
+    }
+    return "";
+}
+
+} // namespace amontons

@@ -1,0 +1,113 @@
+#include "solver/scene/json_text.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+
+namespace amontons {
+
+void JsonText::line()
+{
+    if (!indented_) return;
+    text_ += '\n';
+    text_.append(2 * filled_.size(), ' ');
+}
+
+void JsonText::separate()
+{
+    if (after_key_) {
+        after_key_ = false;
+        return;
+    }
+    if (filled_.empty()) return;
+    if (filled_.back()) text_ += ',';
+    filled_.back() = true;
+    line();
+}
+
+JsonText& JsonText::open(char bracket)
+{
+    separate();
+    text_ += bracket;
+    filled_.push_back(false);
+    return *this;
+}
+
+JsonText& JsonText::close(char bracket)
+{
+    const bool filled = filled_.back();
+    filled_.pop_back();
+    if (filled) line();
+    text_ += bracket;
+    return *this;
+}
+
+JsonText& JsonText::key(std::string_view name)
+{
+    value(name);
+    text_ += indented_ ? ": " : ":";
+    after_key_ = true;
+    return *this;
+}
+
+JsonText& JsonText::value(double number)
+{
+    separate();
+    if (std::isfinite(number))
+        fmt::format_to(std::back_inserter(text_), "{}", number);
+    else
+        text_ += "null";
+    return *this;
+}
+
+JsonText& JsonText::value(std::int64_t number)
+{
+    separate();
+    fmt::format_to(std::back_inserter(text_), "{}", number);
+    return *this;
+}
+
+JsonText& JsonText::value(std::uint64_t number)
+{
+    separate();
+    fmt::format_to(std::back_inserter(text_), "{}", number);
+    return *this;
+}
+
+JsonText& JsonText::value(bool truth)
+{
+    separate();
+    text_ += truth ? "true" : "false";
+    return *this;
+}
+
+JsonText& JsonText::value(std::string_view text)
+{
+    separate();
+    text_ += '"';
+    for (const char c : text) {
+        if (c == '"' || c == '\\') {
+            text_ += '\\';
+            text_ += c;
+        } else if (c == '\n') {
+            text_ += "\\n";
+        } else if (static_cast<unsigned char>(c) < 0x20) {
+            fmt::format_to(std::back_inserter(text_), "\\u{:04x}", static_cast<unsigned char>(c));
+        } else {
+            text_ += c;
+        }
+    }
+    text_ += '"';
+    return *this;
+}
+
+JsonText& JsonText::json(std::string_view text)
+{
+    separate();
+    for (const char c : text) {
+        text_ += c;
+        if (c == '\n') text_.append(indented_ ? 2 * filled_.size() : 0, ' ');
+    }
+    return *this;
+}
+
+} // namespace amontons
