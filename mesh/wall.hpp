@@ -14,9 +14,9 @@ namespace amontons {
 
 /// The signed distance to a wall near one point.
 struct WallSample {
-    double distance = 0;          ///< > 0 in the free space [m]
-    Vec3 normal = Vec3::Zero();   ///< unit gradient of the distance, into the free space
-    Mat3 hessian = Mat3::Zero();  ///< second derivative of the distance [1/m]
+    double distance = 0;         ///< > 0 in the free space [m]
+    Vec3 normal = Vec3::Zero();  ///< unit gradient of the distance, into the free space
+    Mat3 hessian = Mat3::Zero(); ///< second derivative of the distance [1/m]
 };
 
 /// What a wall remembers of a query point between calls, to be fast; start with {}.
@@ -46,12 +46,30 @@ private:
     std::unique_ptr<Geometry> geometry_;
 };
 
+class SweptTube;
+class DistanceField;
+
+/// The wall of a swept tube: free inside, closed form.
+Wall make_wall(SweptTube tube);
+
+/// The wall given by a sampled distance.
+Wall make_wall(DistanceField field);
+
+/// Walls in closed form. `inside`: the free space is inside the ball or the infinite cylinder,
+/// else around it; above a plane it is where its normal points.
+/// @param radius  [m], > 0
+/// @param axis, normal  any length > 0
+/// @throws InputError  if a number is not finite, a radius not positive or a direction zero
+Wall make_ball_wall(const Vec3& centre, double radius, bool inside);
+Wall make_cylinder_wall(const Vec3& point, const Vec3& axis, double radius, bool inside);
+Wall make_plane_wall(const Vec3& point, const Vec3& normal);
+
 /// A way out of the free space: a disc across a vessel.
 struct Opening {
     std::string name;
-    Vec3 centre = Vec3::Zero();       ///< [m]
-    Vec3 outward = Vec3::UnitX();     ///< unit, out of the free space
-    double radius = 0;                ///< [m]
+    Vec3 centre = Vec3::Zero();   ///< [m]
+    Vec3 outward = Vec3::UnitX(); ///< unit, out of the free space
+    double radius = 0;            ///< [m]
 };
 
 /// A named side vessel: points of the free space nearer to its centreline than to any other.
@@ -63,11 +81,19 @@ struct Branch {
 
 /// Everything an obstacle's geometry knows.
 struct WallModel {
-    SurfaceMesh surface;            ///< for pictures, files and passage tests
-    Wall wall;                      ///< for contact
-    std::vector<Opening> openings;  ///< inlet first where there is one
+    SurfaceMesh surface;           ///< for pictures, files and passage tests
+    Wall wall;                     ///< for contact
+    std::vector<Opening> openings; ///< inlet first where there is one
     std::vector<Branch> branches;
-    double deviation = 0;           ///< largest distance between `surface` and the wall's zero set [m]
+    double deviation = 0; ///< largest distance between `surface` and the wall's zero set [m]
 };
+
+/// Name of the branch that holds x, "" in the main vessel or in none. A branch goes on
+/// straight beyond its open end.
+std::string branch_at(const WallModel& model, const Vec3& x);
+
+/// The opening through whose disc the segment from -> to leaves the free space, the first on
+/// the way; nullptr if none. A step that ends on the disc has not left.
+const Opening* opening_passed(const WallModel& model, const Vec3& from, const Vec3& to);
 
 } // namespace amontons

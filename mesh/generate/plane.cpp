@@ -1,0 +1,23 @@
+#include "mesh/generate/plane.hpp"
+
+#include "mesh/base/error.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace amontons {
+
+WallModel make_plane(const PlaneOptions& options)
+{
+    WallModel model{{}, make_plane_wall(options.point, options.normal), {}, {}, 0};
+    if (!(options.size > 0) || !std::isfinite(options.size))
+        throw InputError({Issue{"", "/size", std::to_string(options.size), "> 0 and finite [m]"}});
+    const Vec3 normal = options.normal.normalized();
+    const Vec3 u = 0.5 * options.size * normal.unitOrthogonal(), v = normal.cross(u);
+    model.surface.points = {options.point - u - v, options.point + u - v, options.point + u + v,
+                            options.point - u + v};
+    model.surface.triangles = {{0, 1, 2}, {0, 2, 3}};
+    return model;
+}
+
+} // namespace amontons

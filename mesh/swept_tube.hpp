@@ -1,0 +1,30 @@
+#pragma once
+
+#include "mesh/centreline.hpp"
+#include "mesh/wall.hpp"
+
+namespace amontons {
+
+/// The free space inside a tube around a centreline, in closed form.
+///
+/// With g(x) = R(u) - |x - c(u)|, c(u) the nearest point of the centreline, the distance is
+/// g / |grad g| and the normal grad g / |grad g|: exact for a constant radius and for a cone,
+/// to first order in g elsewhere. Beyond its two ends the tube goes on straight, its radius
+/// levelling off within one radius; there the ends are open. A tube must not come nearer to
+/// itself than its own radius.
+/// Derivation: docs in swept_tube.cpp.
+class SweptTube {
+public:
+    explicit SweptTube(Centreline centreline) : centreline_{std::move(centreline)} {}
+
+    WallSample sample(const Vec3& x, WallHint& hint) const;
+    double distance(const Vec3& x, WallHint& hint) const;
+    const Centreline& centreline() const { return centreline_; }
+
+private:
+    CurveDerivatives foot_(const Vec3& x, WallHint& hint) const;
+
+    Centreline centreline_;
+};
+
+} // namespace amontons

@@ -1,0 +1,171 @@
+#include "mesh/wall.hpp"
+
+#include "mesh/base/error.hpp"
+#include "mesh/distance_field.hpp"
+#include "mesh/swept_tube.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <variant>
+
+namespace amontons {
+
+namespace {
+
+// A ball (axis zero) or an infinite cylinder; sign -1: free inside.
+struct Round {
+    Vec3 centre, axis;
+    double radius, sign;
+    bool cylinder;
+
+    Vec3 across(const Vec3& x) const
+    {
+        const Vec3 e = x - centre;
+        return cylinder ? Vec3{e - axis * axis.dot(e)} : e;
+    }
+    double distance(const Vec3& x, WallHint&) const { return sign * (across(x).norm() - radius); }
+    WallSample sample(const Vec3& x, WallHint&) const
+    {
+        Vec3 e = across(x);
+        double d = e.norm();
+        WallSample out;
+        out.distance = sign * (d - radius);
+        const double least = 1e-9 * radius; // at the centre any direction serves
+        if (d <= least) {
+            d = least;
+            e = d * (cylinder ? Vec3{axis.unitOrthogonal()} : Vec3{Vec3::UnitX()});
+        }
+        const Vec3 m = e / d;
+        out.normal = sign * m;
+        out.hessian = (sign / d) * (Mat3::Identity() - m * m.transpose());
+        if (cylinder) out.hessian -= (sign / d) * axis * axis.transpose();
+        return out;
+    }
+};
+
+struct Plane {
+    Vec3 point, normal;
+
+    double distance(const Vec3& x, WallHint&) const { return normal.dot(x - point); }
+    WallSample sample(const Vec3& x, WallHint&) const
+    {
+        return {normal.dot(x - point), normal, Mat3::Zero()};
+    }
+};
+
+Vec3 checked_direction(const std::string& place, const Vec3& v)
+{
+    if (!(v.norm() > 0) || !v.allFinite())
+        throw InputError({Issue{"", place, "no direction", "a finite vector of length > 0"}});
+    return v.normalized();
+}
+
+Round checked(const Round& round)
+{
+    std::vector<Issue> issues;
+    if (!(round.radius > 0) || !std::isfinite(round.radius))
+        issues.push_back({"", "/radius", std::to_string(round.radius), "> 0 and finite [m]"});
+    if (!round.centre.allFinite()) issues.push_back({"", "/centre", "not finite", "finite [m]"});
+    if (!issues.empty()) throw InputError(std::move(issues));
+    return round;
+}
+
+} // namespace
+
+struct Wall::Geometry {
+    std::variant<SweptTube, DistanceField, Round, Plane> shape;
+};
+
+Wall::Wall(std::unique_ptr<Geometry> geometry) : geometry_{std::move(geometry)} {}
+Wall::Wall(Wall&&) noexcept = default;
+Wall& Wall::operator=(Wall&&) noexcept = default;
+Wall::~Wall() = default;
+
+WallSample Wall::sample(const Vec3& x, WallHint& hint) const
+{
+    return std::visit([&](const auto& shape) { return shape.sample(x, hint); }, geometry_->shape);
+}
+
+double Wall::distance(const Vec3& x, WallHint& hint) const
+{
+    return std::visit([&](const auto& shape) { return shape.distance(x, hint); }, geometry_->shape);
+}
+
+Wall make_wall(SweptTube tube)
+{
+    return Wall{std::make_unique<Wall::Geometry>(Wall::Geometry{std::move(tube)})};
+}
+
+Wall make_wall(DistanceField field)
+{
+    return Wall{std::make_unique<Wall::Geometry>(Wall::Geometry{std::move(field)})};
+}
+
+Wall make_ball_wall(const Vec3& centre, double radius, bool inside)
+{
+    const Round ball = checked({centre, Vec3::Zero(), radius, inside ? -1.0 : 1.0, false});
+    return Wall{std::make_unique<Wall::Geometry>(Wall::Geometry{ball})};
+}
+
+Wall make_cylinder_wall(const Vec3& point, const Vec3& axis, double radius, bool inside)
+{
+    const Round cylinder =
+        checked({point, checked_direction("/axis", axis), radius, inside ? -1.0 : 1.0, true});
+    return Wall{std::make_unique<Wall::Geometry>(Wall::Geometry{cylinder})};
+}
+
+Wall make_plane_wall(const Vec3& point, const Vec3& normal)
+{
+    if (!point.allFinite()) throw InputError({Issue{"", "/centre", "not finite", "finite [m]"}});
+    const Plane plane{point, checked_direction("/axis", normal)};
+    return Wall{std::make_unique<Wall::Geometry>(Wall::Geometry{plane})};
+}
+
+std::string branch_at(const WallModel& model, const Vec3& x)
+{
+    const Branch* best = nullptr;
+    double deepest = 0; // distance to the axis less the radius; > 0 is outside of a branch
+    for (const Branch& branch : model.branches) {
+        const std::size_t n = branch.centreline.size();
+        for (std::size_t i = 0; i + 1 < n; ++i) {
+            const Vec3& a = branch.centreline[i];
+            const Vec3 along = branch.centreline[i + 1] - a;
+            double t = (x - a).dot(along) / along.squaredNorm();
+            if (i == 0 && t < 0) continue; // still in the parent
+            if (i + 2 < n) t = std::min(t, 1.0);
+            t = std::max(t, 0.0);
+            const double last = std::min(t, 1.0);
+            const double radius =
+                branch.radius[i] + last * (branch.radius[i + 1] - branch.radius[i]);
+            const double depth = (x - a - t * along).norm() - radius;
+            if (depth < deepest) {
+                deepest = depth;
+                best = &branch;
+            }
+        }
+    }
+    return best ? best->name : "";
+}
+
+const Opening* opening_passed(const WallModel& model, const Vec3& from, const Vec3& to)
+{
+    constexpr double kRim = 1.1; // of the radius: rims of given surfaces are not quite round
+    const Opening* first = nullptr;
+    double earliest = std::numeric_limits<double>::infinity();
+    for (const Opening& opening : model.openings) {
+        const double before = (from - opening.centre).dot(opening.outward);
+        const double after = (to - opening.centre).dot(opening.outward);
+        if (before > 0 || after <= 0) continue;
+        const double t = before / (before - after);
+        const double off = (from + t * (to - from) - opening.centre).norm();
+        if (off <= kRim * opening.radius && t < earliest) {
+            earliest = t;
+            first = &opening;
+        }
+    }
+    return first;
+}
+
+} // namespace amontons
