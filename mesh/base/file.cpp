@@ -93,8 +93,9 @@ Temporary temporary_beside(const fs::path& target)
     constexpr int kTries = 1000; // names left by killed processes, or taken by other threads
     Temporary file;
     for (int i = 0; i < kTries; ++i) {
-        const fs::path name = "." + target.filename().string() + "." + std::to_string(::getpid()) +
-                              "." + std::to_string(i) + ".tmp";
+        std::string name = ".";
+        name.append(target.filename().string()).append(".").append(std::to_string(::getpid()));
+        name.append(".").append(std::to_string(i)).append(".tmp");
         file.path = (target.parent_path() / name).string();
         file.fd = ::open(file.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         if (file.fd >= 0 || errno != EEXIST) break;

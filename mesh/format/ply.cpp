@@ -68,7 +68,7 @@ Type parse_type(std::string_view word, std::size_t line, FileIssues& issues)
     std::string names;
     for (const TypeName& t : kTypes) {
         if (word == t.name) return t.type;
-        names += (names.empty() ? "" : " ") + std::string(t.name);
+        names.append(names.empty() ? "" : " ").append(t.name);
     }
     issues.fatal(line_place(line), "type " + quoted_text(word), "one of " + names);
 }

@@ -51,6 +51,15 @@ std::string line_place(std::size_t line)
     return "line " + std::to_string(line);
 }
 
+std::string line_and_column(std::string_view text, std::size_t byte)
+{
+    const std::string_view before = text.substr(0, byte > 0 ? byte - 1 : 0);
+    const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+    const std::size_t start = before.rfind('\n') + 1; // npos + 1 is 0
+    return line_place(static_cast<std::size_t>(line)) + ", column " +
+           std::to_string(before.size() - start + 1);
+}
+
 std::string_view WordReader::word()
 {
     std::size_t n = 0;
