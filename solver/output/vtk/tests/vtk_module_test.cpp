@@ -1,3 +1,298 @@
 #include "solver/output/vtk/vtk_module.hpp"
 
 #include <doctest/doctest.h>
+
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPNGReader.h>
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <dlfcn.h>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The module's entry points, opened as the program opens them.
+struct Module {
+    void* library = dlopen(AMONTONS_VTK_MODULE, RTLD_NOW | RTLD_LOCAL);
+    template <typename F> F* function(const char* name) const
+    {
+        REQUIRE_MESSAGE(library, dlerror());
+        void* address = dlsym(library, name);
+        REQUIRE(address);
+        return reinterpret_cast<F*>(address);
+    }
+    std::string render(const fs::path& folder, const fs::path& png) const
+    {
+        char message[500] = "";
+        const int failed = function<decltype(amontons_vtk_render)>("amontons_vtk_render")(
+            folder.c_str(), png.c_str(), message, sizeof message);
+        CHECK((failed != 0) == (message[0] != 0));
+        return message;
+    }
+};
+
+const Module& module()
+{
+    static const Module opened; // VTK cannot be unloaded and loaded again
+    return opened;
+}
+
+/// A folder of its own, removed at the end.
+struct Folder {
+    fs::path path = fs::temp_directory_path() / ("amontons_vtk_test_" + std::to_string(getpid()));
+    Folder() { fs::create_directories(path); }
+    ~Folder() { fs::remove_all(path); }
+    fs::path write(const std::string& name, const std::string& text) const
+    {
+        std::ofstream(path / name) << text;
+        return path / name;
+    }
+};
+
+std::string array(const std::string& name, const std::string& values, int components = 1)
+{
+    return R"(<DataArray type="Float64" format="ascii" Name=")" + name +
+           R"(" NumberOfComponents=")" + std::to_string(components) + "\">" + values +
+           "</DataArray>";
+}
+
+std::string cells(const std::string& kind, const std::string& connectivity,
+                  const std::string& offsets)
+{
+    const std::string head = R"(<DataArray type="Int64" format="ascii" Name=")";
+    return "<" + kind + ">" + head + "connectivity\">" + connectivity + "</DataArray>" + head +
+           "offsets\">" + offsets + "</DataArray></" + kind + ">";
+}
+
+/// @param kind  "Lines" (all points one polyline), "Verts" (a cell for each), or "Polys" with
+///              connectivity and offsets
+std::string vtp(const std::vector<std::array<double, 3>>& points, const std::string& kind,
+                const std::string& fields, std::string connectivity = "", std::string offsets = "")
+{
+    std::string coordinates;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        for (const double x : points[i])
+            coordinates += std::to_string(x) + " ";
+        if (kind != "Polys") connectivity += std::to_string(i) + " ";
+        if (kind == "Verts") offsets += std::to_string(i + 1) + " ";
+    }
+    if (kind == "Lines") offsets = std::to_string(points.size());
+    long count = 0;
+    for (std::size_t i = 0; i < offsets.size(); ++i)
+        count += offsets[i] != ' ' && (i == 0 || offsets[i - 1] == ' ');
+    return R"(<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian"><PolyData><Piece )"
+           "NumberOfPoints=\"" +
+           std::to_string(points.size()) + "\" NumberOf" + kind + "=\"" + std::to_string(count) +
+           "\"><PointData>" + fields + "</PointData><Points>" + array("Points", coordinates, 3) +
+           "</Points>" + cells(kind, connectivity, offsets) + "</Piece></PolyData></VTKFile>";
+}
+
+std::string repeated(double value, std::size_t times)
+{
+    std::string text;
+    for (std::size_t i = 0; i < times; ++i)
+        text += std::to_string(value) + " ";
+    return text;
+}
+
+/// A straight wire below a plate that it touches in one point; lengths times `unit`.
+void write_run(const Folder& folder, bool with_contact, double unit = 1)
+{
+    const double a = unit;
+    folder.write("plate.vtp", vtp({{-a, -0.1 * a, 0.5 * a},
+                                   {a, -0.1 * a, 0.5 * a},
+                                   {a, 0.1 * a, 0.6 * a},
+                                   {-a, 0.1 * a, 0.6 * a}},
+                                  "Polys", "", "0 1 2 3", "4"));
+    std::string wires, contacts;
+    for (int frame = 0; frame <= 4; ++frame) {
+        std::vector<std::array<double, 3>> line;
+        for (int i = 0; i <= 10; ++i)
+            line.push_back({-a + 0.05 * a * i * frame, 0, 0.04 * a * i});
+        const std::string n = std::to_string(frame);
+        folder.write("wire" + n + ".vtp", vtp(line, "Lines",
+                                              array("radius", repeated(0.01 * a, 11)) +
+                                                  array("curvature", repeated(1 / a, 11))));
+        folder.write(
+            "contact" + n + ".vtp",
+            vtp({line.back()}, "Verts", array("force", with_contact ? "0 0 -0.3" : "0 0 0", 3)));
+        wires += "<DataSet timestep=\"" + n + "\" file=\"wire" + n + ".vtp\"/>";
+        contacts += "<DataSet timestep=\"" + n + "\" file=\"contact" + n + ".vtp\"/>";
+    }
+    const std::string head = R"(<VTKFile type="Collection" version="0.1"><Collection>)";
+    folder.write("run.pvd", head + wires + "</Collection></VTKFile>");
+    folder.write("contacts.pvd", head + contacts + "</Collection></VTKFile>");
+}
+
+/// Pixels by kind in the upper `part` of a picture, where no legend and no bar of length is.
+struct Colours {
+    long white = 0, blue = 0, red = 0, other = 0;
+    bool operator==(const Colours&) const = default;
+};
+
+Colours colours_of(const fs::path& png, double part)
+{
+    vtkNew<vtkPNGReader> reader;
+    reader->SetFileName(png.c_str());
+    reader->Update();
+    vtkImageData* image = reader->GetOutput();
+    const int* size = image->GetDimensions();
+    REQUIRE(size[0] == 2400);
+    Colours count;
+    for (int y = static_cast<int>((1 - part) * size[1]); y < size[1]; ++y)
+        for (int x = 0; x < size[0]; ++x) {
+            const auto* rgb = static_cast<const unsigned char*>(image->GetScalarPointer(x, y, 0));
+            if (rgb[0] > 250 && rgb[1] > 250 && rgb[2] > 250)
+                ++count.white;
+            else if (rgb[2] > rgb[0] + 40)
+                ++count.blue;
+            else if (rgb[0] > rgb[2] + 90)
+                ++count.red;
+            else
+                ++count.other;
+        }
+    return count;
+}
+
+} // namespace
+
+TEST_CASE("a picture shows the wire, and its contact forces if there are any")
+{
+    const Folder folder;
+    write_run(folder, true);
+    const fs::path png = folder.path / "run.png";
+    REQUIRE(module().render(folder.path, png) == "");
+    const Colours with = colours_of(png, 0.6);
+    CHECK(with.white > 1000000);
+    CHECK(with.blue > 2000);
+    CHECK(with.red > 500);
+    CHECK(with.other > 10000); // the plate of glass, the letters
+
+    write_run(folder, false);
+    REQUIRE(module().render(folder.path, png) == "");
+    CHECK(colours_of(png, 0.6).red == 0);
+    CHECK(colours_of(png, 0.6).blue > 2000);
+}
+
+TEST_CASE("a run in millimetres gives the picture of the same run in metres")
+{
+    const Folder folder;
+    const fs::path png = folder.path / "run.png";
+    write_run(folder, true);
+    REQUIRE(module().render(folder.path, png) == "");
+    const Colours metres = colours_of(png, 0.5);
+    write_run(folder, true, 1000);
+    REQUIRE(module().render(folder.path, png) == "");
+    const Colours millimetres = colours_of(png, 0.5);
+    CHECK(std::abs(metres.blue - millimetres.blue) < 0.01 * static_cast<double>(metres.blue));
+    CHECK(std::abs(metres.red - millimetres.red) < 0.01 * static_cast<double>(metres.red));
+}
+
+TEST_CASE("what cannot be drawn is said, and no file is left")
+{
+    const Folder folder;
+    const fs::path png = folder.path / "run.png";
+    CHECK(module().render(folder.path, png).find("no .pvd file") != std::string::npos);
+    CHECK(module().render(folder.path / "missing", png).find("no .pvd file") != std::string::npos);
+    write_run(folder, true);
+    CHECK(
+        module().render(folder.path, folder.path / "missing" / "a.png").find("cannot be written") !=
+        std::string::npos);
+    fs::resize_file(folder.path / "wire4.vtp", 700);
+    CHECK(module().render(folder.path, png).find("wire4.vtp") != std::string::npos);
+    for (const auto& entry : fs::directory_iterator(folder.path))
+        CHECK(entry.path().string().find(".png") == std::string::npos);
+}
+
+TEST_CASE("without Xvfb and DISPLAY the message names the package to install")
+{
+    const Folder folder;
+    write_run(folder, true);
+    const std::string path = std::getenv("PATH");
+    const char* display = std::getenv("DISPLAY");
+    const std::string kept = display ? display : "";
+    setenv("PATH", folder.path.c_str(), 1);
+    unsetenv("DISPLAY");
+    CHECK(module().render(folder.path, folder.path / "run.png").find("xvfb") != std::string::npos);
+    setenv("PATH", path.c_str(), 1);
+    if (display) setenv("DISPLAY", kept.c_str(), 1);
+}
+
+TEST_CASE("a VTP surface comes as triangles in the file's orientation")
+{
+    const Folder folder;
+    double* points = nullptr;
+    int* triangles = nullptr;
+    long point_count = 0, triangle_count = 0;
+    char message[300] = "";
+    auto* read =
+        module().function<decltype(amontons_vtk_read_surface)>("amontons_vtk_read_surface");
+    auto* give_back = module().function<decltype(amontons_vtk_free)>("amontons_vtk_free");
+    const auto read_file = [&](const fs::path& file) {
+        return read(file.c_str(), &points, &point_count, &triangles, &triangle_count, message,
+                    sizeof message);
+    };
+    // a square of area 4 with the normal +z, as one polygon
+    const std::vector<std::array<double, 3>> square{{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}};
+    REQUIRE(read_file(folder.write("a.vtp", vtp(square, "Polys", "", "0 1 2 3", "4"))) == 0);
+    REQUIRE(point_count == 4);
+    REQUIRE(triangle_count == 2);
+    double area = 0;
+    for (long t = 0; t < triangle_count; ++t) {
+        const double* p[3];
+        for (int corner = 0; corner < 3; ++corner)
+            p[corner] = points + 3 * triangles[3 * t + corner];
+        area += 0.5 * ((p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) -
+                       (p[2][0] - p[0][0]) * (p[1][1] - p[0][1]));
+    }
+    CHECK(area == doctest::Approx(4));
+    give_back(points);
+    give_back(triangles);
+
+    for (const fs::path& bad :
+         {folder.path / "missing.vtp", folder.write("text.vtp", "solid a\n"),
+          folder.write("far.vtp", vtp(square, "Polys", "", "0 1 2 9", "4")),
+          folder.write("negative.vtp", vtp(square, "Polys", "", "0 1 2 -1", "4")),
+          folder.write("offsets.vtp", vtp(square, "Polys", "", "0 1 2 3", "3 -1")),
+          folder.write("line.vtp", vtp(square, "Lines", ""))}) {
+        CAPTURE(bad);
+        message[0] = 0;
+        CHECK(read_file(bad) == 1);
+        CHECK(std::string(message).find(bad.filename()) != std::string::npos);
+        CHECK(points == nullptr);
+        CHECK(triangles == nullptr);
+    }
+    char few[8] = "";
+    CHECK(read("missing.vtp", &points, &point_count, &triangles, &triangle_count, few, 8) == 1);
+    CHECK(std::string(few) == "missing");
+}
+
+TEST_CASE("vtk_reads accepts good files and refuses damaged ones")
+{
+    const Folder folder;
+    write_run(folder, true);
+    const std::string quiet = " >/dev/null 2>&1";
+    const auto reads = [&](const std::string& name) {
+        const int status =
+            std::system((VTK_READS " " + (folder.path / name).string() + quiet).c_str());
+        return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    };
+    CHECK(reads("run.pvd"));
+    CHECK(reads("plate.vtp"));
+    CHECK_FALSE(reads("missing.vtp"));
+    fs::resize_file(folder.path / "wire2.vtp", 700);
+    CHECK_FALSE(reads("run.pvd"));
+    const std::vector<std::array<double, 3>> two{{0, 0, 0}, {1, 0, 0}};
+    folder.write("short.vtp", vtp(two, "Lines", array("radius", "1")));
+    CHECK_FALSE(reads("short.vtp"));
+}

@@ -1,0 +1,191 @@
+#include "solver/output/vtk/drawn_result.hpp"
+
+#include "solver/output/vtk/polydata.hpp"
+#include "solver/output/vtk/result_files.hpp"
+
+#include <vtkDataArray.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <set>
+#include <stdexcept>
+
+namespace amontons::vtk_module {
+namespace {
+
+using Collections = std::vector<std::vector<Frame>>;
+
+bool is_surface(const Poly& data)
+{
+    return data->GetNumberOfPolys() + data->GetNumberOfStrips() > 0;
+}
+
+Poly read_or_throw(const std::filesystem::path& file)
+{
+    std::string error;
+    Poly data = Poly::Take(read_polydata(file, error));
+    if (!data) throw std::runtime_error(error);
+    return data;
+}
+
+/// All that the collections hold at one instant: of each, the last frame not after it.
+Instant read_instant(const Collections& collections, double time, std::vector<Poly>& walls)
+{
+    Instant instant;
+    instant.time = time;
+    for (const std::vector<Frame>& frames : collections) {
+        double shown = -std::numeric_limits<double>::infinity();
+        for (const Frame& frame : frames)
+            if (frame.time <= time) shown = std::max(shown, frame.time);
+        for (const Frame& frame : frames) {
+            if (frame.time != shown) continue;
+            const Poly data = read_or_throw(frame.file);
+            if (data->GetPointData()->HasArray("force"))
+                instant.contacts.push_back(data);
+            else if (data->GetNumberOfLines() > 0)
+                instant.wires.push_back(data);
+            else if (is_surface(data))
+                walls.push_back(data);
+        }
+    }
+    return instant;
+}
+
+/// The row of a history at a time: the last one not after it; NaN if there is none.
+double value_at(const std::vector<double>& times, const std::vector<double>& values, double time)
+{
+    const std::size_t rows = std::min(times.size(), values.size());
+    double value = std::numeric_limits<double>::quiet_NaN();
+    for (std::size_t row = 0; row < rows && times[row] <= time * (1 + 1e-9); ++row)
+        value = values[row];
+    return value;
+}
+
+void write_captions(const std::filesystem::path& history, std::vector<Instant>& instants)
+{
+    const std::vector<double> times = read_history_column(history, "time");
+    const std::vector<double> depths = read_history_column(history, "depth");
+    const std::vector<double> pushes = read_history_column(history, "push_force");
+    for (Instant& instant : instants) {
+        const double depth = value_at(times, depths, instant.time);
+        const double push = value_at(times, pushes, instant.time);
+        instant.caption = number("t = %.3g s", instant.time);
+        if (std::isfinite(depth)) instant.caption += ",  depth " + length_text(depth);
+        if (std::isfinite(push)) instant.caption += "\npush force " + number("%.2g N", push);
+    }
+}
+
+} // namespace
+
+DrawnResult read_result(const std::filesystem::path& folder)
+{
+    Collections collections;
+    std::set<std::filesystem::path> named;
+    double begin = std::numeric_limits<double>::infinity(), end = -begin;
+    for (const auto& pvd : collections_in(folder)) {
+        std::string error;
+        collections.push_back(read_collection(pvd, error));
+        if (!error.empty()) throw std::runtime_error(error);
+        for (const Frame& frame : collections.back()) {
+            named.insert(frame.file.lexically_normal());
+            begin = std::min(begin, frame.time);
+            end = std::max(end, frame.time);
+        }
+    }
+    if (named.empty())
+        throw std::runtime_error(folder.string() + ": no .pvd file with frames of a run");
+
+    DrawnResult result;
+    std::vector<Poly> walls;
+    result.instants.push_back(read_instant(collections, end, walls));
+    std::vector<Poly> ignored; // the walls of earlier instants: the last ones serve all panels
+    for (int quarter = 1; quarter <= 3; ++quarter)
+        result.instants.push_back(
+            read_instant(collections, begin + 0.25 * quarter * (end - begin), ignored));
+    if (result.instants.front().wires.empty())
+        throw std::runtime_error(folder.string() + ": no wire (a polyline) in any .pvd file");
+
+    std::vector<std::filesystem::path> loose;
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        if (entry.path().extension() == ".vtp" && !named.count(entry.path().lexically_normal()))
+            loose.push_back(entry.path());
+    std::sort(loose.begin(), loose.end());
+    for (const auto& file : loose) {
+        const Poly data = read_or_throw(file);
+        if (is_surface(data)) walls.push_back(data);
+    }
+    // A run may write a wall twice, at its start and with the forces at its end: draw it once.
+    const auto has_force = [](const Poly& wall) {
+        return wall->GetPointData()->HasArray("max_contact_force") != 0;
+    };
+    const bool any = std::any_of(walls.begin(), walls.end(), has_force);
+    for (const Poly& wall : walls)
+        if (!any || has_force(wall)) result.walls.push_back(wall);
+    write_captions(folder / "history.csv", result.instants);
+    return result;
+}
+
+std::vector<Cluster> cluster_contacts(const std::vector<Poly>& contacts, double radius)
+{
+    std::vector<Cluster> single;
+    for (const Poly& data : contacts) {
+        vtkDataArray* force = data->GetPointData()->GetArray("force");
+        for (vtkIdType i = 0; force && i < data->GetNumberOfPoints(); ++i) {
+            Cluster contact;
+            data->GetPoint(i, contact.point.data());
+            force->GetTuple(i, contact.force.data());
+            for (double& f : contact.force)
+                f = -f; // the files hold the force on the wire
+            contact.magnitude = std::sqrt(dot(contact.force, contact.force));
+            if (contact.magnitude > 0) single.push_back(contact);
+        }
+    }
+    std::stable_sort(single.begin(), single.end(),
+                     [](const Cluster& a, const Cluster& b) { return a.magnitude > b.magnitude; });
+
+    std::vector<bool> taken(single.size(), false);
+    std::vector<Cluster> clusters;
+    for (std::size_t i = 0; i < single.size(); ++i) {
+        if (taken[i]) continue;
+        Cluster sum;
+        double weight = 0;
+        for (std::size_t j = i; j < single.size(); ++j) {
+            Vec apart{};
+            for (std::size_t k = 0; k < 3; ++k)
+                apart[k] = single[j].point[k] - single[i].point[k];
+            if (taken[j] || dot(apart, apart) > radius * radius) continue;
+            taken[j] = true;
+            weight += single[j].magnitude;
+            for (std::size_t k = 0; k < 3; ++k) {
+                sum.point[k] += single[j].magnitude * single[j].point[k];
+                sum.force[k] += single[j].force[k];
+            }
+        }
+        for (double& x : sum.point)
+            x /= weight;
+        sum.magnitude = std::sqrt(dot(sum.force, sum.force));
+        clusters.push_back(sum);
+    }
+    return clusters;
+}
+
+std::string number(const char* format, double value)
+{
+    char text[64];
+    std::snprintf(text, sizeof text, format, value);
+    return text;
+}
+
+std::string length_text(double metres)
+{
+    const double size = std::abs(metres);
+    if (size >= 1 || size == 0) return number("%.3g m", metres);
+    return size >= 1e-3 ? number("%.3g mm", metres * 1e3) : number("%.3g \xC2\xB5m", metres * 1e6);
+}
+
+} // namespace amontons::vtk_module

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+template <class T> class vtkSmartPointer;
+class vtkPolyData;
+
+namespace amontons::vtk_module {
+
+using Poly = vtkSmartPointer<vtkPolyData>;
+using Vec = std::array<double, 3>;
+
+inline double dot(const Vec& a, const Vec& b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/// Contacts that lie close together, as one force on the wall.
+struct Cluster {
+    Vec point{};          ///< mean of the contacts, weighted by their forces [m]
+    Vec force{};          ///< sum, of the wire on the wall [N]
+    double magnitude = 0; ///< of the sum [N]
+};
+
+/// What a run's files hold at one instant.
+struct Instant {
+    double time = 0; ///< [s]
+    std::vector<Poly> wires;
+    std::vector<Poly> contacts;
+    std::string caption; ///< time, and from history.csv depth and push force
+};
+
+/// A finished run as it is drawn.
+struct DrawnResult {
+    std::vector<Poly> walls;
+    std::vector<Instant> instants; ///< the end first, then those at 1/4, 1/2 and 3/4 of the time
+};
+
+/// Reads every .pvd of a folder and every .vtp there that no .pvd names; what a file is follows
+/// from what it holds (see amontons_vtk_render).
+/// @throws std::runtime_error  if no .pvd names a wire, or a file cannot be read
+DrawnResult read_result(const std::filesystem::path& folder);
+
+/// Joins contacts: the one with the largest force takes in all within `radius` [m], and so on.
+std::vector<Cluster> cluster_contacts(const std::vector<Poly>& contacts, double radius);
+
+/// printf for one number.
+std::string number(const char* format, double value);
+
+/// A length as a paper writes it: "300 mm", "1.2 m".
+std::string length_text(double metres);
+
+} // namespace amontons::vtk_module
