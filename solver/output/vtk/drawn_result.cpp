@@ -29,7 +29,8 @@ Poly read_or_throw(const std::filesystem::path& file)
 {
     std::string error;
     Poly data = Poly::Take(read_polydata(file, error));
-    if (!data) throw std::runtime_error(error);
+    if (!data || !error.empty()) // half a file is worse than none
+        throw std::runtime_error(error);
     return data;
 }
 
