@@ -7,11 +7,6 @@
 namespace amontons {
 namespace {
 
-Column6 splat(double s)
-{
-    return Column6{s, s, s, s, s, s, s, s};
-}
-
 typedef long long Mask6 __attribute__((vector_size(64), aligned(64)));
 
 constexpr Mask6 kAllBut[6] = {
@@ -38,11 +33,11 @@ inline int invert(Block6& a)
         const double inverse = 1 / pivot;
         // -a_ik / pivot off the pivot's row, 1 / pivot in it
         const Column6 column =
-            kUnit[k] * splat(inverse) - without(k, a.column[k]) * splat(inverse);
+            kUnit[k] * splat6(inverse) - without(k, a.column[k]) * splat6(inverse);
 #pragma GCC unroll 6
         for (int j = 0; j < 6; ++j)
             if (j != k)
-                a.column[j] = without(k, a.column[j]) + column * splat(a.column[j][k]);
+                a.column[j] = without(k, a.column[j]) + column * splat6(a.column[j][k]);
         a.column[k] = column;
     }
     return negative;
@@ -104,7 +99,7 @@ int BlockTridiagonal::factor(int from)
             const Block6& e = eliminated_[i - 1];
             for (int j = 0; j < 6; ++j) {
                 Column6 sum = s.column[j];
-                for (int k = 0; k < 6; ++k) sum -= l.column[k] * splat(e(k, j));
+                for (int k = 0; k < 6; ++k) sum -= l.column[k] * splat6(e(k, j));
                 s.column[j] = sum;
             }
         }
@@ -115,8 +110,8 @@ int BlockTridiagonal::factor(int from)
         if (i + 1 < size_) {
             const Block6& u = upper_[i];
             for (int j = 0; j < 6; ++j) {
-                Column6 sum = s.column[0] * splat(u(0, j));
-                for (int k = 1; k < 6; ++k) sum += s.column[k] * splat(u(k, j));
+                Column6 sum = s.column[0] * splat6(u(0, j));
+                for (int k = 1; k < 6; ++k) sum += s.column[k] * splat6(u(k, j));
                 eliminated_[i].column[j] = sum;
             }
         }

@@ -13,6 +13,11 @@ typedef double Column6 __attribute__((vector_size(64), aligned(64)));
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 
+inline Column6 splat6(double s)
+{
+    return Column6{s, s, s, s, s, s, s, s};
+}
+
 /// A 6x6 block, column by column; the padding rows stay zero.
 struct alignas(64) Block6 {
     Column6 column[6];

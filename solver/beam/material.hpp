@@ -1,0 +1,58 @@
+#pragma once
+
+#include "solver/beam/element.hpp"
+#include "solver/scene/scene.hpp"
+
+#include <array>
+#include <vector>
+
+namespace amontons {
+
+/// Section of a wire at one place: stiffness and natural strain, in the order of ElementLaw.
+struct Section {
+    std::array<double, 6> stiffness{}; ///< EA, GA, GA [N], GJ, EI, EI [N m^2]; GA 0: no shear
+    std::array<double, 6> natural{};   ///< 1, 0, 0, natural twist and curvatures [1/m]
+};
+
+/// A place on the wire's surface where contact is looked for; it stays with the material.
+struct MaterialPoint {
+    double s = 0;            ///< from the base [m]
+    int element = 0;         ///< between material nodes element, element + 1
+    double xi = 0;           ///< place in that element, 0..1
+    double radius = 0;       ///< of the wire [m]
+    int segment = 0;
+    double spacing = 0;      ///< length of wire that the point stands for [m]
+};
+
+/// What a wire is made of: sections, nodes, contact points. s runs from the base (0) to the tip.
+struct WireMaterial {
+    double length = 0;                  ///< [m]
+    std::vector<BeamSegment> segments;
+    std::vector<double> segment_start;  ///< s of each segment's start [m]
+    std::vector<double> node;           ///< s of the nodes, increasing [m]
+    std::vector<ElementLaw> law;        ///< of the whole elements
+    std::vector<double> stiffness;      ///< EI / length^3 of each element [N/m]: its scale of force
+    std::vector<MaterialPoint> point;   ///< from the tip (0) towards the base
+    std::vector<double> flexibility_axial;   ///< integral of ds/EA from 0 to each node [m/N]
+    std::vector<double> flexibility_torsion; ///< integral of ds/GJ from 0 to each node [1/(N m)]
+    std::vector<double> bending_energy;      ///< integral of EI k0^2 / 2 from 0 to each node [J]
+};
+
+/// @param contact_spacing  distance of contact points [m]; 0: the shortest element
+WireMaterial make_material(const std::vector<BeamSegment>& segments, double contact_spacing);
+
+/// Section at s, from inside the segment that ends at s if `before`, else that starts there.
+Section section_at(const WireMaterial& m, double s, bool before);
+
+/// Law of the piece [a, b] of the wire as one element.
+ElementLaw law_between(const WireMaterial& m, double a, double b);
+
+/// Sums from the base to s: flexibility and bending energy of the straightened wire.
+struct HeldWire {
+    double axial = 0;   ///< integral ds/EA [m/N]
+    double torsion = 0; ///< integral ds/GJ [1/(N m)]
+    double bending = 0; ///< integral EI k0^2/2 [J]
+};
+HeldWire held_between_base_and(const WireMaterial& m, double s);
+
+} // namespace amontons

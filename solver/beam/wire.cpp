@@ -1,0 +1,496 @@
+#include "solver/beam/wire.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amontons {
+namespace {
+
+BeamNode node_at(const Vec3& x, const Quaternion& q)
+{
+    BeamNode n;
+    for (int i = 0; i < 3; ++i) n.x[i] = x[i];
+    std::copy(q.q, q.q + 4, n.q);
+    return n;
+}
+
+/// Sets the held node from the state's two scalars.
+void place_held_node(const Wire& wire, WireState& state)
+{
+    Quaternion q = quaternion_of(wire.sheath->frame);
+    rotate_in_body(q.q, state.rotation * Vec3::UnitX());
+    state.nodes[std::size_t(state.first)] = node_at(wire.sheath->end, q);
+}
+
+double material_at_end(const Wire& wire, const WireState& state)
+{
+    return wire.material.length - state.inserted;
+}
+
+void add(Node6& g, int row, const Vec3& v)
+{
+    for (int i = 0; i < 3; ++i) g.value[row + i] += v[i];
+}
+
+void clear_row(Block6& b, int row)
+{
+    for (int j = 0; j < 6; ++j) b(row, j) = 0;
+}
+
+void clear_column(Block6& b, int col)
+{
+    b.column[col] = Column6{};
+}
+
+// The first node's rows become (inserted, rotation): see wire.hpp. Derivatives of the first
+// element's energy with respect to its rest length follow from strains being proportional to
+// 1/length: dU/dl = 1/2 C (e - e0)^2 at the end - stress.e / length.
+void assemble_sheath(const Wire& wire, const ElementLaw& law, BlockTridiagonal& K,
+                     std::vector<Node6>& g)
+{
+    const WireState& s = wire.state;
+    const int f = s.first;
+    const std::size_t n = std::size_t(f);
+    const double end = material_at_end(wire, s);
+    const Section c = section_at(wire.material, end, false);
+    const std::array<double, 6> e = element_strain(s.nodes[n], s.nodes[n + 1], law.length);
+    const double L = law.length;
+
+    // dS/dl, dP/dl: what comes in at the sheath's end; the shear flexibility also has L^2/12 EI.
+    std::array<double, 6> dS = c.stiffness, dP{}, tau{};
+    double slope = 0, curvature = 0;
+    for (std::size_t i = 0; i < 6; ++i) dP[i] = c.stiffness[i] * c.natural[i];
+    dS[1] = dS[2] = dP[1] = dP[2] = 0;
+    if (law.S[4] > 0) {
+        const double k = law.S[1] / L, EI = law.S[4] / L;
+        const double dEI = (c.stiffness[4] - EI) / L;
+        const double df = L / (6 * EI) - L * L / (12 * EI * EI) * dEI;
+        dS[1] = dS[2] = k - L * k * k * df;
+    }
+    for (std::size_t i = 0; i < 6; ++i) {
+        const double stress = law.S[i] * e[i] - law.P[i];
+        const double incoming = dS[i] * e[i] - dP[i];
+        const double natural = c.natural[i];
+        slope += 0.5 * (dS[i] * e[i] - 2 * dP[i]) * e[i] - stress * e[i] / L;
+        slope += 0.5 * dP[i] * natural;
+        tau[i] = incoming - (stress + law.S[i] * e[i]) / L;
+        curvature += -2 * incoming * e[i] / L + law.S[i] * e[i] * e[i] / (L * L) +
+                     2 * stress * e[i] / (L * L);
+    }
+    const std::array<double, 12> mixed =
+        element_force(s.nodes[n], s.nodes[n + 1], L, tau);
+
+    const HeldWire held = held_between_base_and(wire.material, end);
+    const double stretch = s.inserted - s.base_insertion; // of the held part
+    const double force = stretch / held.axial;
+    const double torque = (s.base_twist - s.rotation) / held.torsion;
+    const double EA = c.stiffness[0], GJ = c.stiffness[3];
+    slope += force + 0.5 * force * force / EA + 0.5 * torque * torque / GJ;
+    slope -= 0.5 * c.stiffness[4] *
+             (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]);
+    curvature += (1 + force / EA) * (1 + force / EA) / held.axial;
+
+    Block6& d = K.diagonal(f);
+    Block6& up = K.upper(f);
+    Block6& lo = K.lower(f);
+    const double d33 = d(3, 3);
+    for (int j = 0; j < 6; ++j) clear_column(d, j);
+    d(0, 0) = curvature;
+    d(3, 3) = d33 + 1 / held.torsion;
+    d(0, 3) = d(3, 0) = mixed[3] - torque / (GJ * held.torsion);
+    d(1, 1) = d(2, 2) = d(4, 4) = d(5, 5) = 1;
+    for (int row : {0, 1, 2, 4, 5}) {
+        clear_row(up, row);
+        clear_column(lo, row);
+    }
+    for (int j = 0; j < 6; ++j) {
+        const double m = mixed[std::size_t(j) + 6];
+        up(0, j) = m;
+        lo(j, 0) = m;
+    }
+    double* r = g[n].value;
+    const double g3 = r[3];
+    std::fill(r, r + 8, 0.0);
+    r[0] = slope;
+    r[3] = g3 - torque;
+}
+
+/// Elastic grip of the sheath's fading end on the contact points that it holds:
+/// 1/2 k(z) |lateral|^2 per length, k falling linearly to 0 over the fade.
+struct Grip {
+    double k, slope; // at the point, times the length it stands for
+    Vec3 lateral;
+};
+std::optional<Grip> grip_at(const Wire& wire, const MaterialPoint& p, const Vec3& x)
+{
+    const Sheath& s = *wire.sheath;
+    const Vec3 d = s.frame.col(0);
+    const Vec3 r = x - s.end;
+    const double z = r.dot(d);
+    if (z >= s.fade) return {};
+    const double k0 = s.grip * p.spacing;
+    return Grip{k0 * (1 - std::max(z, 0.0) / s.fade), z > 0 ? -k0 / s.fade : 0, r - z * d};
+}
+
+template <class Visit> void for_gripped_points(const Wire& wire, const Visit& visit)
+{
+    if (!wire.sheath || !(wire.sheath->fade > 0)) return;
+    // Points come from the tip; the gripped ones are the last that are out.
+    const double behind = wire.material.length - wire.state.inserted;
+    const auto& points = wire.material.point;
+    const double reach = 2 * wire.sheath->fade;
+    auto it = std::partition_point(points.begin(), points.end(), [&](const MaterialPoint& p) {
+        return p.s > behind + reach;
+    });
+    for (; it != points.end(); ++it) {
+        const auto place = place_of(wire, wire.state, it->s, it->element, it->xi);
+        if (!place) break;
+        const Vec3 x = centreline_point(wire.state, *place);
+        if (const auto g = grip_at(wire, *it, x)) visit(*place, *g);
+    }
+}
+
+void assemble_grip(const Wire& wire, BlockTridiagonal& K, std::vector<Node6>& g)
+{
+    for_gripped_points(wire, [&](const WirePlace& p, const Grip& grip) {
+        const Vec3 d = wire.sheath->frame.col(0);
+        const Vec3 force = grip.k * grip.lateral +
+                           (0.5 * grip.slope * grip.lateral.squaredNorm()) * d;
+        const Mat3 H = grip.k * (Mat3::Identity() - d * d.transpose()) +
+                       grip.slope * (grip.lateral * d.transpose() + d * grip.lateral.transpose());
+        const Eigen::Matrix<double, 3, 12> J = point_jacobian(wire, p);
+        const Eigen::Matrix<double, 12, 1> r = J.transpose() * force;
+        const Eigen::Matrix<double, 12, 12> k = J.transpose() * H * J;
+        for (int i = 0; i < 6; ++i) {
+            g[std::size_t(p.element)].value[i] += r[i];
+            g[std::size_t(p.element) + 1].value[i] += r[i + 6];
+            for (int j = 0; j < 6; ++j) {
+                K.diagonal(p.element)(i, j) += k(i, j);
+                K.diagonal(p.element + 1)(i, j) += k(i + 6, j + 6);
+                K.upper(p.element)(i, j) += k(i, j + 6);
+                K.lower(p.element)(i, j) += k(i + 6, j);
+            }
+        }
+    });
+}
+
+void assemble_dead_loads(const Wire& wire, BlockTridiagonal& K, std::vector<Node6>& g)
+{
+    for (std::size_t i = std::size_t(wire.state.first) + 1; i < wire.dead_force.size(); ++i)
+        add(g[i], 0, -wire.dead_force[i]);
+    for (std::size_t i = std::size_t(wire.state.first) + 1; i < wire.dead_moment.size(); ++i) {
+        if (wire.dead_moment[i].squaredNorm() == 0) continue;
+        const Vec3 m = rotation_matrix(wire.state.nodes[i].q).transpose() * wire.dead_moment[i];
+        add(g[i], 3, -m);
+        const Mat3 k = -0.5 * skew_matrix(m);
+        for (int r = 0; r < 3; ++r)
+            for (int c = 0; c < 3; ++c) K.diagonal(int(i))(r + 3, c + 3) += k(r, c);
+    }
+}
+
+// Out-of-plane rows: a stiffness far above the wire's, and no force, so that the increment in
+// them is zero to round-off. Body axis 3 of a wire in a plane stays the plane's normal.
+void hold_in_plane(const Wire& wire, BlockTridiagonal& K, std::vector<Node6>& g)
+{
+    const Vec3 n = *wire.plane;
+    for (int i = wire.state.first + 1; i <= wire.last(); ++i) {
+        Block6& d = K.diagonal(i);
+        const double scale = 1e6 * (d(0, 0) + d(1, 1) + d(2, 2));
+        double* r = g[std::size_t(i)].value;
+        const double out = n[0] * r[0] + n[1] * r[1] + n[2] * r[2];
+        for (int a = 0; a < 3; ++a) {
+            r[a] -= out * n[a];
+            for (int b = 0; b < 3; ++b) d(a, b) += scale * n[a] * n[b];
+        }
+        const double turn = 1e6 * (d(3, 3) + d(4, 4) + d(5, 5));
+        for (int a : {3, 4}) {
+            r[a] = 0;
+            d(a, a) += turn;
+        }
+    }
+    if (wire.sheath) {
+        K.diagonal(wire.state.first)(3, 3) += 1e6 * K.diagonal(wire.state.first)(3, 3);
+        g[std::size_t(wire.state.first)].value[3] = 0;
+    }
+}
+
+} // namespace
+
+int first_node(const WireMaterial& m, double insertion)
+{
+    const double end = m.length - insertion;
+    const int last = int(m.node.size()) - 1;
+    auto it = std::upper_bound(m.node.begin(), m.node.end(), end);
+    int i = std::max(1, int(it - m.node.begin())); // first node past the end
+    for (; i <= last; ++i) {
+        const double full = m.node[std::size_t(i)] - m.node[std::size_t(i) - 1];
+        if (m.node[std::size_t(i)] - end >= 0.5 * full) return i - 1;
+    }
+    return last;
+}
+
+void start_in_sheath(Wire& wire, double insertion, double twist)
+{
+    WireState& s = wire.state;
+    s.nodes.assign(wire.material.node.size(), BeamNode{});
+    s.inserted = s.base_insertion = insertion;
+    s.rotation = s.base_twist = twist;
+    s.first = first_node(wire.material, insertion);
+    place_held_node(wire, s);
+    const double end = material_at_end(wire, s);
+    // Element by element with its natural strains, so that it is unstressed.
+    for (int i = s.first; i < wire.last(); ++i) {
+        const ElementLaw law =
+            i == s.first ? held_element_law(wire, s) : wire.material.law[std::size_t(i)];
+        const BeamNode& a = s.nodes[std::size_t(i)];
+        Vec3 turn;
+        for (int k = 0; k < 3; ++k) {
+            const std::size_t j = std::size_t(k) + 3;
+            turn[k] = law.S[j] > 0 ? law.P[j] / law.S[j] * law.length : 0;
+        }
+        Quaternion q, middle;
+        std::copy(a.q, a.q + 4, q.q);
+        middle = q;
+        rotate_in_body(q.q, turn);
+        rotate_in_body(middle.q, 0.5 * turn);
+        const double angle = turn.norm() / 2;
+        const double chord = law.length * (angle > 1e-9 ? std::sin(angle) / angle : 1);
+        s.nodes[std::size_t(i) + 1] = node_at(a.position() + chord * first_axis(middle.q), q);
+    }
+    (void)end;
+}
+
+ElementLaw held_element_law(const Wire& wire, const WireState& s)
+{
+    if (!wire.sheath) return wire.material.law[std::size_t(s.first)];
+    return law_between(wire.material, material_at_end(wire, s),
+                       wire.material.node[std::size_t(s.first) + 1]);
+}
+
+std::optional<WirePlace> place_of(const Wire& wire, const WireState& state, double s,
+                                  int element, double xi)
+{
+    const std::vector<double>& node = wire.material.node;
+    if (element > state.first || !wire.sheath) {
+        if (element < state.first) return {};
+        return WirePlace{element, xi,
+                         node[std::size_t(element) + 1] - node[std::size_t(element)]};
+    }
+    if (!wire.outside()) return {};
+    const double end = material_at_end(wire, state);
+    if (s <= end) return {};
+    const double next = node[std::size_t(state.first) + 1];
+    return WirePlace{state.first, 1 - (next - s) / (next - end), next - end};
+}
+
+Vec3 centreline_point(const WireState& state, const WirePlace& p)
+{
+    const BeamNode &a = state.nodes[std::size_t(p.element)],
+                   &b = state.nodes[std::size_t(p.element) + 1];
+    const Hermite h = hermite(p.xi, p.length);
+    return h.h0 * a.position() + h.h1 * b.position() + h.h2 * first_axis(a.q) +
+           h.h3 * first_axis(b.q);
+}
+
+Eigen::Matrix<double, 3, 12> point_jacobian(const Wire& wire, const WirePlace& p)
+{
+    const WireState& s = wire.state;
+    const BeamNode &a = s.nodes[std::size_t(p.element)], &b = s.nodes[std::size_t(p.element) + 1];
+    const Hermite h = hermite(p.xi, p.length);
+    const Mat3 A = rotation_matrix(a.q), B = rotation_matrix(b.q);
+    Eigen::Matrix<double, 3, 12> J;
+    // d(R e1) = R (theta x e1) = theta_3 R e2 - theta_2 R e3
+    J << h.h0 * Mat3::Identity(), Vec3::Zero(), -h.h2 * A.col(2), h.h2 * A.col(1),
+        h.h1 * Mat3::Identity(), Vec3::Zero(), -h.h3 * B.col(2), h.h3 * B.col(1);
+    if (p.element == s.first) {
+        J.leftCols<6>().setZero();
+        if (wire.sheath) {
+            // The distance to the element's far end is the material's, so xi moves with length.
+            const double x = p.xi, L = p.length, slope = 6 * x * (1 - x);
+            const Vec3 by_xi = slope * (b.position() - a.position()) +
+                               L * (1 - x) * (1 - 3 * x) * A.col(0) -
+                               L * x * (2 - 3 * x) * B.col(0);
+            J.col(0) = (1 - x) / L * by_xi + (h.h2 * A.col(0) + h.h3 * B.col(0)) / L;
+        }
+    }
+    return J;
+}
+
+Vec3 held_point(const Wire& wire, const WireState& state, double s)
+{
+    return wire.sheath->end + (s - material_at_end(wire, state)) * wire.sheath->frame.col(0);
+}
+
+Quaternion held_rotation(const Wire& wire, const WireState& state, double s)
+{
+    const double end = material_at_end(wire, state);
+    const double whole = held_between_base_and(wire.material, end).torsion;
+    const double part = held_between_base_and(wire.material, std::max(s, 0.0)).torsion;
+    const double angle =
+        state.base_twist + (state.rotation - state.base_twist) * (whole > 0 ? part / whole : 1);
+    Quaternion q = quaternion_of(wire.sheath->frame);
+    rotate_in_body(q.q, angle * Vec3::UnitX());
+    return q;
+}
+
+void drive_base(Wire& wire, double insertion, double twist)
+{
+    const WireState old = wire.state;
+    WireState& s = wire.state;
+    const double shift = insertion - old.base_insertion;
+    const double turn = twist - old.base_twist;
+    s.base_insertion = insertion;
+    s.base_twist = twist;
+    s.inserted += shift;
+    s.rotation += turn;
+    s.first = first_node(wire.material, insertion);
+    if (!wire.outside()) {
+        s.inserted = insertion;
+        s.rotation = twist;
+        for (Reaction& r : s.reaction) r = {};
+        return;
+    }
+    const bool was_out = old.first < wire.last();
+    if (!was_out) {
+        std::vector<Reaction> none(s.reaction.size());
+        start_in_sheath(wire, insertion, twist);
+        s.reaction = none;
+        return;
+    }
+    place_held_node(wire, s);
+    if (shift != 0 || s.first != old.first) {
+        // Node i goes where the wire was a length `shift` further on.
+        const int last = wire.last();
+        int j = old.first;
+        const double old_end = wire.material.length - old.inserted;
+        for (int i = s.first + 1; i <= last; ++i) {
+            const double at = wire.material.node[std::size_t(i)] + shift;
+            BeamNode& n = s.nodes[std::size_t(i)];
+            if (at <= old_end) {
+                n = node_at(held_point(wire, old, at), held_rotation(wire, old, at));
+                continue;
+            }
+            while (j + 1 < last && wire.material.node[std::size_t(j) + 1] < at) ++j;
+            const double a = j == old.first ? old_end : wire.material.node[std::size_t(j)];
+            const double b = wire.material.node[std::size_t(j) + 1];
+            if (at <= b) {
+                const WirePlace p{j, (at - a) / (b - a), b - a};
+                n = node_at(centreline_point(old, p), section_rotation(old, p));
+            } else {
+                const BeamNode& tip = old.nodes[std::size_t(last)];
+                Quaternion q;
+                std::copy(tip.q, tip.q + 4, q.q);
+                const Section c = section_at(wire.material, wire.material.length, true);
+                rotate_in_body(q.q, (at - b) * Vec3(0, c.natural[4], c.natural[5]));
+                n = node_at(tip.position() + (at - b) * first_axis(tip.q), q);
+            }
+        }
+        // Reactions move along with the places that they act at.
+        const std::size_t walls =
+            wire.material.point.empty() ? 0 : s.reaction.size() / wire.material.point.size();
+        for (std::size_t p = 0; p < wire.material.point.size(); ++p) {
+            const MaterialPoint& m = wire.material.point[p];
+            const double t = double(p) - shift / m.spacing;
+            const double down = std::floor(t);
+            for (std::size_t w = 0; w < walls; ++w) {
+                Reaction r;
+                for (int side = 0; side < 2; ++side) {
+                    const double k = down + side;
+                    const double weight = side ? t - down : 1 - (t - down);
+                    if (k < 0 || k >= double(wire.material.point.size()) || weight == 0) continue;
+                    const Reaction& o = old.reaction[std::size_t(k) * walls + w];
+                    r.normal += weight * o.normal;
+                    r.tangential += weight * o.tangential;
+                    if (weight >= 0.5) r.sticks = o.sticks;
+                }
+                s.reaction[p * walls + w] = r;
+            }
+        }
+    }
+    if (turn != 0)
+        for (int i = s.first + 1; i <= wire.last(); ++i)
+            rotate_in_body(s.nodes[std::size_t(i)].q, turn * Vec3::UnitX());
+}
+
+BaseLoad base_load(const Wire& wire)
+{
+    const WireState& s = wire.state;
+    const double end = material_at_end(wire, s);
+    const Section c = section_at(wire.material, end, false);
+    if (!wire.outside()) {
+        // Nothing is bent outside: pushing sets free the energy that the sheath holds.
+        return {-0.5 * c.stiffness[4] *
+                    (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]),
+                0};
+    }
+    const HeldWire held = held_between_base_and(wire.material, end);
+    return {(s.base_insertion - s.inserted) / held.axial,
+            (s.base_twist - s.rotation) / held.torsion};
+}
+
+double elastic_energy(const Wire& wire)
+{
+    const WireState& s = wire.state;
+    double energy = 0;
+    for (int i = s.first; i < wire.last(); ++i) {
+        const std::size_t n = std::size_t(i);
+        energy += element_energy(s.nodes[n], s.nodes[n + 1],
+                                 i == s.first ? held_element_law(wire, s) : wire.material.law[n]);
+    }
+    if (wire.sheath) {
+        const HeldWire held = held_between_base_and(wire.material, material_at_end(wire, s));
+        const double stretch = s.inserted - s.base_insertion;
+        const double turn = s.base_twist - s.rotation;
+        energy += held.bending;
+        if (wire.outside())
+            energy += 0.5 * stretch * stretch / held.axial + 0.5 * turn * turn / held.torsion;
+        for_gripped_points(wire, [&](const WirePlace&, const Grip& g) {
+            energy += 0.5 * g.k * g.lateral.squaredNorm();
+        });
+    }
+    return energy;
+}
+
+void assemble_wire(const Wire& wire, std::vector<ElementLaw>& laws, BlockTridiagonal& K,
+                   std::vector<Node6>& g)
+{
+    const WireState& s = wire.state;
+    const std::size_t f = std::size_t(s.first);
+    const ElementLaw whole = laws[f];
+    laws[f] = held_element_law(wire, s);
+    add_elements(s.first, wire.last(), s.nodes, laws, K, g);
+    if (wire.sheath) {
+        assemble_sheath(wire, laws[f], K, g);
+        assemble_grip(wire, K, g);
+    } else {
+        Block6& d = K.diagonal(s.first);
+        for (int j = 0; j < 6; ++j) {
+            clear_column(d, j);
+            d(j, j) = 1;
+            clear_row(K.upper(s.first), j);
+            clear_column(K.lower(s.first), j);
+        }
+        g[f].column = Column6{};
+    }
+    laws[f] = whole;
+    assemble_dead_loads(wire, K, g);
+    if (wire.plane) hold_in_plane(wire, K, g);
+}
+
+void move_wire(Wire& wire, const std::vector<Node6>& increment, double factor)
+{
+    WireState& s = wire.state;
+    for (int i = s.first + 1; i <= wire.last(); ++i) {
+        const double* d = increment[std::size_t(i)].value;
+        BeamNode& n = s.nodes[std::size_t(i)];
+        for (int k = 0; k < 3; ++k) n.x[k] += factor * d[k];
+        rotate_in_body(n.q, factor * Vec3(d[3], d[4], d[5]));
+    }
+    if (wire.sheath) {
+        s.inserted += factor * increment[std::size_t(s.first)].value[0];
+        s.rotation += factor * increment[std::size_t(s.first)].value[3];
+        place_held_node(wire, s);
+    }
+}
+
+} // namespace amontons

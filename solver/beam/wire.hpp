@@ -1,0 +1,125 @@
+#pragma once
+
+#include "solver/beam/material.hpp"
+#include "solver/beam/rotation.hpp"
+
+#include <optional>
+#include <vector>
+
+// A wire as a chain of beam elements whose base is held: by a sheath out of which it is pushed
+// (a moving material boundary: the first element grows and shrinks), or clamped.
+
+namespace amontons {
+
+/// The straight frictionless sheath. The wire inside it is not meshed: it carries axial,
+/// torsional and bending energy, and its two freedoms are the length that has come out and
+/// the rotation at the sheath's end.
+struct Sheath {
+    Vec3 end = Vec3::Zero();          ///< where the grip is rigid for the last time [m]
+    Mat3 frame = Mat3::Identity();    ///< columns: direction, material axes 2 and 3 at no twist
+    double fade = 0;                  ///< the grip fades out over this length behind `end` [m]
+    double grip = 0;                  ///< lateral stiffness per length where the fading begins [N/m^2]
+};
+
+/// Reaction at a contact of point and wall.
+struct Reaction {
+    double normal = 0;            ///< [N], >= 0
+    Vec3 tangential = Vec3::Zero(); ///< in space [N]
+    bool sticks = false;
+};
+
+/// All that changes.
+struct WireState {
+    int first = 0;            ///< material node at the held end (in a sheath: the moving one)
+    double inserted = 0;      ///< length of wire past the sheath's rigid end [m]
+    double rotation = 0;      ///< of the section there about the axis [rad]
+    double base_insertion = 0; ///< given [m]
+    double base_twist = 0;     ///< given [rad]
+    std::vector<BeamNode> nodes;    ///< those before `first` mean nothing
+    std::vector<Reaction> reaction; ///< [point * walls + wall]
+};
+
+/// A wire that nothing changes but its state.
+struct Wire {
+    WireMaterial material;
+    std::optional<Sheath> sheath;     ///< or a clamp at node 0
+    std::optional<Vec3> plane;        ///< normal of the plane that the wire is held in
+    std::vector<Vec3> dead_force;     ///< on each node, fixed in space [N]; may be empty
+    std::vector<Vec3> dead_moment;    ///< [N m]
+    WireState state;
+
+    int last() const { return int(material.node.size()) - 1; } ///< tip node
+    bool outside() const { return state.first < last(); }      ///< any of it past the sheath
+};
+
+/// Starts a wire in a sheath at a given insertion: straight out of it, unstressed.
+void start_in_sheath(Wire& wire, double insertion, double twist);
+
+/// The first material node for an insertion, so that the growing element has between a half
+/// and one and a half of its full length; last() if nothing is out. Depends on nothing else:
+/// pulling back meets the same meshes as pushing in.
+int first_node(const WireMaterial& material, double insertion);
+
+/// Law of the element at the held end, for the length that is out.
+ElementLaw held_element_law(const Wire& wire, const WireState& state);
+
+/// A place on the wire's centreline.
+struct WirePlace {
+    int element = 0;
+    double xi = 0;         ///< 0..1 in it
+    double length = 0;     ///< rest length of the element [m]
+};
+/// Where a material point is; nothing if it is still in the sheath.
+std::optional<WirePlace> place_of(const Wire& wire, const WireState& state, double s,
+                                  int element, double xi);
+
+/// Position on the smooth (cubic Hermite) centreline.
+Vec3 centreline_point(const WireState& state, const WirePlace& place);
+/// Rotation of the section.
+inline Quaternion section_rotation(const WireState& state, const WirePlace& p)
+{
+    return interpolate(state.nodes[std::size_t(p.element)].q,
+                       state.nodes[std::size_t(p.element) + 1].q, p.xi);
+}
+/// Derivative of centreline_point with respect to the 12 unknowns of the element's nodes, as
+/// assemble_wire orders them.
+Eigen::Matrix<double, 3, 12> point_jacobian(const Wire& wire, const WirePlace& place);
+/// Where a point of the held part is: on the axis of the sheath.
+Vec3 held_point(const Wire& wire, const WireState& state, double s);
+/// Rotation of a section of the held part.
+Quaternion held_rotation(const Wire& wire, const WireState& state, double s);
+
+/// Sets a new base position and moves the wire along itself by the difference, as a snake
+/// does: a guess for the next equilibrium. Reactions move along. Adds and removes nodes.
+void drive_base(Wire& wire, double insertion, double twist);
+
+/// Forces at the base of a sheath.
+struct BaseLoad {
+    double push = 0;   ///< [N], positive in compression
+    double torque = 0; ///< about the axis [N m]
+};
+BaseLoad base_load(const Wire& wire);
+
+/// Elastic energy, of the held part too [J].
+double elastic_energy(const Wire& wire);
+
+/// Adds the gradient and Hessian of all energies of the wire (not of contact) to a zeroed
+/// system. Rows of node `first`: with a sheath (inserted, 0, 0, rotation, 0, 0).
+/// Held unknowns get a unit row.
+void assemble_wire(const Wire& wire, std::vector<ElementLaw>& laws, BlockTridiagonal& tangent,
+                   std::vector<Node6>& gradient);
+
+/// Moves the wire by an increment of its unknowns, times `factor`.
+void move_wire(Wire& wire, const std::vector<Node6>& increment, double factor);
+
+/// Hermite weights: position = h0 x1 + h1 x2 + h2 t1 + h3 t2.
+struct Hermite {
+    double h0, h1, h2, h3;
+};
+inline Hermite hermite(double xi, double length)
+{
+    const double h0 = 1 - xi * xi * (3 - 2 * xi);
+    return {h0, 1 - h0, length * xi * (1 - xi) * (1 - xi), -length * xi * xi * (1 - xi)};
+}
+
+} // namespace amontons

@@ -1,0 +1,197 @@
+#include "solver/beam/wire_contact.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+
+namespace amontons {
+namespace {
+
+using Vec12 = Eigen::Matrix<double, 12, 1>;
+
+ContactRow row_of(const Vec12& v)
+{
+    ContactRow r;
+    r.a.column = Column6{v[0], v[1], v[2], v[3], v[4], v[5], 0, 0};
+    r.b.column = Column6{v[6], v[7], v[8], v[9], v[10], v[11], 0, 0};
+    return r;
+}
+
+void fill_rows(const Wire& wire, Candidate& c)
+{
+    const WireState& s = wire.state;
+    const Eigen::Matrix<double, 3, 12> J = point_jacobian(wire, c.place);
+    c.hn = row_of(J.transpose() * c.n);
+    // The surface point also moves with the section's spin: t.(spin x arm) = spin.(arm x t).
+    const Vec3 arm = -c.radius * c.n;
+    const std::size_t e = std::size_t(c.place.element);
+    const Mat3 Ra = rotation_matrix(s.nodes[e].q), Rb = rotation_matrix(s.nodes[e + 1].q);
+    const Vec3* t[2] = {&c.t1, &c.t2};
+    for (int k = 0; k < 2; ++k) {
+        Vec12 v = J.transpose() * *t[k];
+        const Vec3 m = arm.cross(*t[k]);
+        Vec3 ma = (1 - c.place.xi) * (Ra.transpose() * m);
+        if (c.place.element == s.first) ma = wire.sheath ? Vec3(ma.x(), 0, 0) : Vec3::Zero();
+        v.segment<3>(3) += ma;
+        v.segment<3>(9) += c.place.xi * (Rb.transpose() * m);
+        c.ht[k] = row_of(v);
+    }
+}
+
+} // namespace
+
+StepStart mark_step_start(const Wire& wire)
+{
+    StepStart start;
+    start.point.reserve(wire.material.point.size());
+    start.section.reserve(wire.material.point.size());
+    for (const MaterialPoint& p : wire.material.point) {
+        if (const auto place = place_of(wire, wire.state, p.s, p.element, p.xi)) {
+            start.point.push_back(centreline_point(wire.state, *place));
+            start.section.push_back(section_rotation(wire.state, *place));
+        } else {
+            start.point.push_back(held_point(wire, wire.state, p.s));
+            start.section.push_back(held_rotation(wire, wire.state, p.s));
+        }
+    }
+    return start;
+}
+
+void find_candidates(const Wire& wire, const std::vector<WireWall>& walls,
+                     const StepStart& start, double reach, std::vector<Proximity>& proximity,
+                     std::vector<Candidate>& candidates)
+{
+    candidates.clear();
+    const WireState& s = wire.state;
+    const std::size_t nw = walls.size();
+    for (std::size_t p = 0; p < wire.material.point.size(); ++p) {
+        const MaterialPoint& m = wire.material.point[p];
+        const auto place = place_of(wire, s, m.s, m.element, m.xi);
+        if (!place) break;
+        const Vec3 x = centreline_point(s, *place);
+        for (std::size_t w = 0; w < nw; ++w) {
+            const std::size_t index = p * nw + w;
+            const Reaction& r = s.reaction[index];
+            Proximity& near = proximity[index];
+            const double need = m.radius + reach;
+            if (near.distance >= 0 && r.normal == 0 &&
+                near.distance - (x - near.at).norm() > need)
+                continue;
+            const WallSample sample = walls[w].wall->sample(x, near.hint);
+            near.at = x;
+            near.distance = std::max(sample.distance, 0.0);
+            if (sample.distance > need && r.normal == 0) continue;
+
+            Candidate c;
+            c.point = int(p);
+            c.wall = int(w);
+            c.index = int(index);
+            c.place = *place;
+            c.x = x;
+            c.n = sample.normal;
+            c.hessian = sample.hessian;
+            c.gap = sample.distance - m.radius;
+            c.mu = walls[w].friction[p];
+            c.radius = m.radius;
+            c.stiffness = wire.material.stiffness[std::size_t(place->element)];
+            c.normal = r.normal;
+            c.sticks = r.sticks;
+            const Quaternion section = section_rotation(s, *place);
+            const Vec3 tangent = first_axis(section.q);
+            Vec3 t = tangent - c.n * c.n.dot(tangent);
+            if (t.norm() < 0.1) {
+                const Vec3 other = rotation_matrix(section.q).col(1);
+                t = other - c.n * c.n.dot(other);
+            }
+            c.t1 = t.normalized();
+            c.t2 = c.n.cross(c.t1);
+            if (c.mu > 0) {
+                // Slip of the material point of the surface that is at the wall now.
+                const Vec3 arm = -m.radius * c.n;
+                const Vec3 before = rotation_matrix(start.section[p].q) *
+                                    (rotation_matrix(section.q).transpose() * arm);
+                const Vec3 u = x - start.point[p] + arm - before;
+                c.slip[0] = u.dot(c.t1);
+                c.slip[1] = u.dot(c.t2);
+                c.tangential[0] = r.tangential.dot(c.t1);
+                c.tangential[1] = r.tangential.dot(c.t2);
+            }
+            fill_rows(wire, c);
+            candidates.push_back(c);
+        }
+    }
+}
+
+double smallest_gap(const Wire& wire, const std::vector<WireWall>& walls,
+                    std::vector<Proximity>& proximity, int* worst)
+{
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t p = 0; p < wire.material.point.size(); ++p) {
+        const MaterialPoint& m = wire.material.point[p];
+        const auto place = place_of(wire, wire.state, m.s, m.element, m.xi);
+        if (!place) break;
+        const Vec3 x = centreline_point(wire.state, *place);
+        for (std::size_t w = 0; w < walls.size(); ++w) {
+            Proximity& near = proximity[p * walls.size() + w];
+            if (near.distance - (x - near.at).norm() - m.radius > least) continue;
+            const double gap = walls[w].wall->distance(x, near.hint) - m.radius;
+            if (gap < least) {
+                least = gap;
+                if (worst) *worst = int(p * walls.size() + w);
+            }
+        }
+    }
+    return least;
+}
+
+// With f = r_n n + f_t at the point: d(r_n n) = r_n H dx; f_t turns with the normal,
+// d(f_t) = -n (f_t . H dx); and the Hermite point's second derivative with the rotations.
+void assemble_reactions(const Wire& wire, const std::vector<Candidate>& candidates,
+                        BlockTridiagonal& K, std::vector<Node6>& g)
+{
+    for (const Candidate& c : candidates) {
+        if (!(c.normal > 0)) continue;
+        const int e = c.place.element;
+        const std::size_t n = std::size_t(e);
+        g[n].column -= splat6(c.normal) * c.hn.a.column + splat6(c.tangential[0]) * c.ht[0].a.column +
+                       splat6(c.tangential[1]) * c.ht[1].a.column;
+        g[n + 1].column -= splat6(c.normal) * c.hn.b.column +
+                           splat6(c.tangential[0]) * c.ht[0].b.column +
+                           splat6(c.tangential[1]) * c.ht[1].b.column;
+
+        const Vec3 ft = c.tangential[0] * c.t1 + c.tangential[1] * c.t2;
+        const Vec3 f = c.normal * c.n + ft;
+        const Mat3 M = c.normal * c.hessian - c.n * (ft.transpose() * c.hessian);
+        const Eigen::Matrix<double, 3, 12> J = point_jacobian(wire, c.place);
+        const Eigen::Matrix<double, 3, 12> MJ = M * J;
+        for (int j = 0; j < 6; ++j) {
+            const Vec3 left = MJ.col(j), right = MJ.col(j + 6);
+            for (int i = 0; i < 6; ++i) {
+                const Vec3 a = J.col(i), b = J.col(i + 6);
+                K.diagonal(e)(i, j) -= a.dot(left);
+                K.diagonal(e + 1)(i, j) -= b.dot(right);
+                K.upper(e)(i, j) -= a.dot(right);
+                K.lower(e)(i, j) -= b.dot(left);
+            }
+        }
+        const Hermite h = hermite(c.place.xi, c.place.length);
+        const Vec3 moment = (-c.radius * c.n).cross(ft);
+        for (int side = 0; side < 2; ++side) {
+            const int node = e + side;
+            if (node == wire.state.first) continue;
+            const Mat3 R = rotation_matrix(wire.state.nodes[std::size_t(node)].q);
+            const Vec3 fb = R.transpose() * f;
+            const double weight = side ? h.h3 : h.h2;
+            const Vec3 mb = (side ? c.place.xi : 1 - c.place.xi) * (R.transpose() * moment);
+            Mat3 k = 0.5 * skew_matrix(mb);
+            k.row(0) += 0.5 * weight * fb.transpose();
+            k.col(0) += 0.5 * weight * fb;
+            k.diagonal().array() -= weight * fb.x();
+            Block6& d = K.diagonal(node);
+            for (int j = 0; j < 3; ++j)
+                for (int i = 0; i < 3; ++i) d(i + 3, j + 3) -= k(i, j);
+        }
+    }
+}
+
+} // namespace amontons

@@ -1,0 +1,69 @@
+#pragma once
+
+#include "mesh/wall.hpp"
+#include "solver/beam/wire.hpp"
+
+#include <vector>
+
+namespace amontons {
+
+/// A row of derivatives with respect to the unknowns of an element's two nodes.
+struct ContactRow {
+    Node6 a, b;
+};
+
+/// A wall that the wire can touch.
+struct WireWall {
+    const Wall* wall = nullptr;
+    std::vector<double> friction; ///< at each contact point of the wire [-]
+};
+
+/// What detection remembers of a point and a wall, so as not to ask the wall again before the
+/// point can have come near (a distance changes no faster than the point moves).
+struct Proximity {
+    WallHint hint;
+    Vec3 at = Vec3::Zero();
+    double distance = -1; ///< there [m]; < 0: unknown
+};
+
+/// Where the contact points were when the step began: slip is measured from there.
+struct StepStart {
+    std::vector<Vec3> point;         ///< on the centreline [m]
+    std::vector<Quaternion> section; ///< rotation of the section
+};
+StepStart mark_step_start(const Wire& wire);
+
+/// A contact point near a wall: geometry in the current state, frame (n, t1 along the wire, t2).
+struct Candidate {
+    int point = 0, wall = 0;
+    int index = 0;         ///< into WireState::reaction
+    WirePlace place;
+    Vec3 x;                ///< on the centreline [m]
+    Vec3 n, t1, t2;
+    Mat3 hessian;          ///< of the distance to the wall [1/m]
+    double gap = 0;        ///< [m]
+    double slip[2] = {0, 0}; ///< over the step, of the wire's surface [m]
+    double mu = 0;
+    double radius = 0;
+    double stiffness = 0;  ///< the wire's own scale, EI / element^3 [N/m]
+    double normal = 0;     ///< reaction [N]
+    double tangential[2] = {0, 0};
+    bool sticks = false;
+    ContactRow hn, ht[2];  ///< derivatives of gap and slips
+};
+
+/// All points whose gap is below `reach` or that carry a reaction.
+void find_candidates(const Wire& wire, const std::vector<WireWall>& walls,
+                     const StepStart& start, double reach, std::vector<Proximity>& proximity,
+                     std::vector<Candidate>& candidates);
+
+/// Smallest gap of any contact point [m], and that point; +infinity if there is none.
+double smallest_gap(const Wire& wire, const std::vector<WireWall>& walls,
+                    std::vector<Proximity>& proximity, int* worst = nullptr);
+
+/// Subtracts the reactions from the gradient, and their derivative with the geometry (not with
+/// the reactions) from the tangent.
+void assemble_reactions(const Wire& wire, const std::vector<Candidate>& candidates,
+                        BlockTridiagonal& tangent, std::vector<Node6>& gradient);
+
+} // namespace amontons

@@ -1,0 +1,79 @@
+#pragma once
+
+#include "solver/beam/wire_contact.hpp"
+
+#include <algorithm>
+#include <vector>
+
+// One equilibrium of a wire with Signorini-Coulomb contact: Newton's method on the wire;
+// within each iteration the linearised contact problem is solved exactly, by pivoting the
+// contacts between open, stick and slip with one O(n) factor a trial. docs/theory/beams.md.
+
+namespace amontons {
+
+/// Pulls every node towards a reference: the viscous force of a damped relaxation, or inertia.
+struct Anchor {
+    std::vector<BeamNode> reference;
+    std::vector<double> linear;  ///< per node [N/m]; empty: no anchor
+    std::vector<double> angular; ///< per node [N m/rad]
+    bool active() const { return !linear.empty(); }
+};
+
+/// Errors of a state against the laws, in newtons; all zero at the solution.
+struct Residual {
+    double equilibrium = 0; ///< largest unbalanced force, or moment over element length [N]
+    double contact = 0;     ///< largest natural map of a contact [N]
+    double scale = 0;       ///< what they are relative to [N]
+    double floor = 0;       ///< round-off of the equilibrium, relative [-]
+    double penetration = 0; ///< [m]
+    double cone = 0;        ///< [N]
+    int worst = -1;         ///< index into the candidates
+    double error() const { return std::max(equilibrium, contact) / scale; }
+};
+
+struct NewtonOptions {
+    double tolerance = 1e-8; ///< relative error of forces [-]
+    int max_iterations = 30;
+    double reach = 0;        ///< contacts nearer than this enter the linear problem [m]
+    double longest_move = 0; ///< of a node in one iteration [m]
+};
+
+struct NewtonReport {
+    bool converged = false;
+    bool stable = false;       ///< no negative eigenvalue on the motions that contact leaves free
+    int iterations = 0;
+    int factorisations = 0;
+    int shifted = 0;           ///< iterations that needed a shift to be positive definite
+    Residual residual;
+    double seconds_elements = 0, seconds_detection = 0, seconds_contact = 0, seconds_rest = 0;
+};
+
+/// Work arrays, kept between solves so that nothing is allocated in the loop.
+struct NewtonWorkspace {
+    explicit NewtonWorkspace(const Wire& wire, std::size_t walls);
+    BlockTridiagonal base, system;
+    std::vector<Node6> gradient, right, increment;
+    std::vector<ElementLaw> laws;
+    std::vector<Candidate> candidates;
+    std::vector<Proximity> proximity;
+    /// per candidate
+    struct Trial {
+        int status = 0;            ///< 0 open, 1 stick, 2 slip
+        double c1 = 0, c2 = 0;     ///< slip force direction
+        double across = 0;         ///< stiffness across it [N/m]
+        double normal = 0, t1 = 0, t2 = 0; ///< reaction after the trial [N]
+        double gap = 0, v1 = 0, v2 = 0;    ///< after the trial [m]
+    };
+    std::vector<Trial> trial;
+};
+
+/// Brings the wire to equilibrium at its present base. On failure the state is the last iterate.
+NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,
+                               const StepStart& start, const Anchor& anchor,
+                               const NewtonOptions& options, NewtonWorkspace& work);
+
+/// Candidates and residual of the wire's state as it is: the certificate of a step.
+Residual residual_of(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
+                     const Anchor& anchor, const NewtonOptions& options, NewtonWorkspace& work);
+
+} // namespace amontons
