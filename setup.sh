@@ -1,0 +1,229 @@
+#!/usr/bin/env bash
+# amontons from a clone to its results, on Debian 12 and 13 and Ubuntu 24.04. See ./setup.sh help.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")"
+
+# ---- the only list of packages. "a|b": the first that the release has.
+
+build=(g++ cmake ninja-build ccache)
+core=(libeigen3-dev libsuitesparse-dev libmetis-dev zlib1g-dev libxxhash-dev
+    nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev)
+pictures=(libvtk9-dev libx11-dev xvfb gnuplot-nox) # module libamontons-vtk and the plots
+modules=(petsc-dev libcgal-dev libfclib-dev)       # the other modules: left out where missing
+tests=(doctest-dev libbenchmark-dev python3 python3-jsonschema clang
+    "libclang-rt-dev|libclang-rt-19-dev|libclang-rt-18-dev" shellcheck)
+
+# ---- where things are
+
+program=build/release/bin/amontons
+scene=examples/catheter
+results=out/catheter
+
+usage() {
+    cat <<'END'
+usage: ./setup.sh COMMAND
+
+  demo       installs what the demo lacks, builds the program, pushes a guidewire through an
+             aortic arch and prints what came out; does nothing twice
+  test       the same, then builds everything and runs the whole test suite
+  packages   only installs: all packages, of the tests and of every module
+  help       this text
+
+Packages come from apt, as root or with sudo. On a terminal it asks once before it installs.
+END
+}
+
+say() { printf '%s\n' "$*"; }
+fail() {
+    printf 'setup.sh: %s\n' "$*" >&2
+    exit 1
+}
+
+# ---- packages
+
+is_installed() { [[ "$(dpkg-query -W -f '${db:Status-Abbrev}' "$1" 2>/dev/null)" == "ii "* ]]; }
+is_known() { [[ -n "$(apt-cache show --no-all-versions "$1" 2>/dev/null)" ]]; }
+
+as_root() {
+    if [[ $EUID -eq 0 ]]; then
+        "$@"
+    elif command -v sudo >/dev/null; then
+        sudo "$@"
+    else
+        fail "installing needs root or sudo: $*"
+    fi
+}
+
+# lacking PACKAGE...: prints those of which no alternative is installed.
+lacking() {
+    local entry name
+    local -a names
+    for entry in "$@"; do
+        IFS='|' read -ra names <<<"$entry"
+        for name in "${names[@]}"; do
+            is_installed "$name" && continue 2
+        done
+        say "$entry"
+    done
+}
+
+# install REQUIRED... -- OPTIONAL...
+install_packages() {
+    local -a required=() optional=()
+    local entry target=required
+    for entry in "$@"; do
+        if [[ $entry == -- ]]; then
+            target=optional
+        elif [[ $target == required ]]; then
+            required+=("$entry")
+        else
+            optional+=("$entry")
+        fi
+    done
+    if ! command -v dpkg-query apt-get >/dev/null; then
+        say "No apt here; it is up to you to have what these packages hold: ${required[*]}"
+        return
+    fi
+
+    local -a needed wanted
+    mapfile -t needed < <(lacking "${required[@]}")
+    mapfile -t wanted < <(lacking "${optional[@]}")
+    [[ $((${#needed[@]} + ${#wanted[@]})) -eq 0 ]] && return
+    say "To install with apt: ${needed[*]} ${wanted[*]}"
+    if [[ -t 0 && -t 1 ]]; then
+        local answer
+        read -r -p "Go on? [Y/n] " answer
+        [[ -z $answer || $answer == [yY]* ]] || fail "nothing installed"
+    fi
+    as_root apt-get -q update || fail "apt-get update failed: no network, or broken sources"
+
+    local -a chosen=() unknown=()
+    local name
+    local -a names
+    for entry in "${needed[@]}" "${wanted[@]}"; do
+        IFS='|' read -ra names <<<"$entry"
+        for name in "${names[@]}"; do
+            if is_known "$name"; then
+                chosen+=("$name")
+                continue 2
+            fi
+        done
+        unknown+=("$entry")
+    done
+    for entry in "${unknown[@]}"; do
+        if [[ " ${needed[*]} " == *" $entry "* ]]; then
+            fail "this release has no package $entry, and amontons cannot do without"
+        fi
+        say "This release has no package $entry: what needs it is left out."
+    done
+    [[ ${#chosen[@]} -eq 0 ]] && return
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get -q install -y --no-install-recommends \
+        -o Dpkg::Use-Pty=0 "${chosen[@]}" || fail "apt-get install failed"
+}
+
+# ---- build and run
+
+configure() {
+    local -a launcher=()
+    command -v ccache >/dev/null && launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+    cmake --preset "$1" "${launcher[@]}"
+}
+
+files_ending_in() { find "$results" -maxdepth 1 -name "*.$1" -printf '  %p\n' | sort; }
+
+# All that the results depend on is older than they are, and they are of a finished run.
+results_are_current() {
+    [[ -s $results/manifest.json && -s $results/summary.txt ]] || return 1
+    grep -q '"status": *"done"' "$results/manifest.json" || return 1
+    [[ -z "$(find "$scene" "$program" build/release/lib -type f \
+        -newer "$results/manifest.json" -print -quit)" ]]
+}
+
+run_demo() {
+    if results_are_current; then
+        say "$results is newer than the program and $scene/scene.json: not run again."
+        cat "$results/summary.txt"
+    else
+        local table status=0
+        table="$(mktemp)"
+        "$program" run "$scene/scene.json" --output "$results" | tee "$table" || status=$?
+        if [[ $status -ne 0 ]]; then
+            rm -f "$table"
+            say "setup.sh: the run of $scene/scene.json ended with exit code $status" >&2
+            exit "$status"
+        fi
+        cat "$table" >"$results/summary.txt"
+        rm -f "$table"
+    fi
+    say
+    say "Pictures and plots:"
+    files_ending_in png
+    files_ending_in svg
+    say "VTK files for ParaView:"
+    files_ending_in pvd
+    say "All numbers:"
+    files_ending_in csv
+    files_ending_in json
+}
+
+demo() {
+    configure release
+    cmake --build --preset release --target demo
+    run_demo
+}
+
+# run_tests FOLDER [CTEST ARGUMENT...]: adds to `passed` and `failed`.
+run_tests() {
+    local folder="$1" log line
+    shift
+    log="$(mktemp)"
+    ctest --test-dir "$folder" --output-on-failure --no-tests=error -j 2 "$@" | tee "$log" || true
+    line="$(grep -E '% tests passed, [0-9]+ tests? failed out of [0-9]+' "$log" || true)"
+    rm -f "$log"
+    if [[ $line =~ ([0-9]+)\ tests?\ failed\ out\ of\ ([0-9]+) ]]; then
+        failed=$((failed + BASH_REMATCH[1]))
+        passed=$((passed + BASH_REMATCH[2] - BASH_REMATCH[1]))
+    else
+        say "No tests ran in $folder."
+        failed=$((failed + 1))
+    fi
+}
+
+run_suite() {
+    passed=0
+    failed=0
+    cmake --build --preset release
+    run_tests build/release
+    if command -v clang++ >/dev/null; then
+        configure fuzz
+        cmake --build --preset fuzz
+        run_tests build/fuzz -L fuzz
+    else
+        say "No clang++: the fuzz targets are left out."
+    fi
+    say "$passed passed, $failed failed"
+    [[ $failed -eq 0 && $passed -gt 0 ]]
+}
+
+case "${1:-help}" in
+packages)
+    install_packages "${build[@]}" "${core[@]}" -- "${pictures[@]}" "${modules[@]}" "${tests[@]}"
+    say "All packages are installed."
+    ;;
+demo)
+    install_packages "${build[@]}" "${core[@]}" "${pictures[@]}"
+    demo
+    ;;
+test)
+    install_packages "${build[@]}" "${core[@]}" "${pictures[@]}" "${tests[@]}" -- "${modules[@]}"
+    demo
+    run_suite
+    ;;
+help | --help | -h)
+    usage
+    ;;
+*)
+    usage >&2
+    fail "unknown command: $1"
+    ;;
+esac
