@@ -81,24 +81,18 @@ struct DistanceField::Cache {
     std::unordered_map<Key, std::int32_t, KeyHash> index;
     std::vector<std::unique_ptr<Block>> blocks;
 
-    const Brick& brick(const Key& key, const SignedDistance& source, const Vec3& origin, double h)
+    const Brick& brick(const Key& key, const DistanceSource& source, const Vec3& origin, double h)
     {
         std::unique_ptr<Brick>& slot = bricks[key];
         if (slot) return *slot;
         slot = std::make_unique<Brick>();
-        std::int32_t near = -1;
-        double* value = slot->data();
-        for (int i = 0; i < kBrick; ++i)
-            for (int j = 0; j < kBrick; ++j)
-                for (int k = 0; k < kBrick; ++k)
-                    *value++ = source(origin + h * Vec3{static_cast<double>(kBrick * key.x + i),
-                                                        static_cast<double>(kBrick * key.y + j),
-                                                        static_cast<double>(kBrick * key.z + k)},
-                                      near);
+        const Vec3 first{static_cast<double>(key.x), static_cast<double>(key.y),
+                         static_cast<double>(key.z)};
+        source.sample_cube(origin + h * kBrick * first, h, kBrick, slot->data());
         return *slot;
     }
 
-    std::int32_t fill(const Key& key, const SignedDistance& source, const Vec3& origin, double h)
+    std::int32_t fill(const Key& key, const DistanceSource& source, const Vec3& origin, double h)
     {
         static_assert(kBlock == 2 * kBrick);
         std::vector<double> a(kBuffer * kBuffer * kBuffer), b(a.size());
@@ -143,7 +137,8 @@ struct DistanceField::Cache {
     }
 };
 
-DistanceField::DistanceField(SignedDistance source, const Vec3& origin, double spacing)
+DistanceField::DistanceField(std::unique_ptr<DistanceSource> source, const Vec3& origin,
+                             double spacing)
     : source_{std::move(source)}
     , origin_{origin}
     , spacing_{spacing}
@@ -180,7 +175,7 @@ const double* DistanceField::cell_(const Vec3& x, WallHint& hint, Vec3& fraction
         !(cache_->blocks[static_cast<std::size_t>(hint.piece)]->key == key)) {
         const auto found = cache_->index.find(key);
         hint.piece = found != cache_->index.end() ? found->second
-                                                  : cache_->fill(key, source_, origin_, spacing_);
+                                                  : cache_->fill(key, *source_, origin_, spacing_);
     }
     const Block& block = *cache_->blocks[static_cast<std::size_t>(hint.piece)];
     return &block.c[static_cast<std::size_t>(

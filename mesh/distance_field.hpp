@@ -2,17 +2,22 @@
 
 #include "mesh/wall.hpp"
 
-#include <functional>
+#include <memory>
 #include <vector>
 
 // A signed distance sampled on a grid and made twice differentiable by cubic B-splines.
 
 namespace amontons {
 
-/// Signed distance to a surface [m], > 0 in the free space, defined everywhere.
-/// `near` is the caller's memory between neighbouring points, to be fast; it starts at -1 and
-/// must not change the value.
-using SignedDistance = std::function<double(const Vec3& x, std::int32_t& near)>;
+/// A signed distance [m], > 0 in the free space, defined everywhere.
+class DistanceSource {
+public:
+    virtual ~DistanceSource() = default;
+
+    /// The distance at the n^3 points corner + h (i, j, k), k fastest. One call per brick of a
+    /// field; must give the same bits each time.
+    virtual void sample_cube(const Vec3& corner, double h, int n, double* out) const = 0;
+};
 
 /// Uniform tensor-product cubic B-splines that interpolate a signed distance on a grid, to
 /// fourth order. Blocks of the grid are filled when a query first touches them; a value never
@@ -23,10 +28,10 @@ using SignedDistance = std::function<double(const Vec3& x, std::int32_t& near)>;
 /// Memory: about 11 kB for each block of 8^3 cells touched.
 class DistanceField {
 public:
-    /// @param source   true distance, called at grid points only
+    /// @param source   true distance, not null
     /// @param origin   a grid point [m]
     /// @param spacing  of the grid [m], > 0
-    DistanceField(SignedDistance source, const Vec3& origin, double spacing);
+    DistanceField(std::unique_ptr<DistanceSource> source, const Vec3& origin, double spacing);
     DistanceField(DistanceField&&) noexcept;
     DistanceField& operator=(DistanceField&&) noexcept;
     ~DistanceField();
@@ -42,7 +47,7 @@ private:
     struct Cache;
     const double* cell_(const Vec3& x, WallHint& hint, Vec3& fraction) const;
 
-    SignedDistance source_;
+    std::unique_ptr<DistanceSource> source_;
     Vec3 origin_;
     double spacing_;
     std::unique_ptr<Cache> cache_;

@@ -19,7 +19,7 @@ namespace amontons {
 namespace {
 
 constexpr double kAxis = 1e-9;  // of the radius: nearer to the axis the normal has no meaning
-constexpr double kFocal = 1e-6; // smallest D / |c'|^2
+constexpr double kFocal = 0.02; // least D / c'^2: less is beside an end, or in a bend too tight
 
 } // namespace
 
@@ -35,6 +35,13 @@ CurveDerivatives SweptTube::foot_(const Vec3& x, WallHint& hint) const
     // Straight on, in arc length. The radius goes over to a constant without a kink.
     const double speed = c.first.norm();
     const Vec3 tangent = c.first / speed;
+    if ((before ? start_ : end_) == TubeEnd::ball) { // a foot that does not move
+        c.first.setZero();
+        c.second.setZero();
+        c.third.setZero();
+        c.radius_first = c.radius_second = 0;
+        return c;
+    }
     const double past = (x - c.value).dot(tangent); // < 0 before the start
     const double slope = c.radius_first / speed;
     const double fade = c.radius / (1 + std::abs(slope));
@@ -53,10 +60,12 @@ double SweptTube::distance(const Vec3& x, WallHint& hint) const
 {
     const CurveDerivatives c = foot_(x, hint);
     const Vec3 e = x - c.value;
+    const double gap = c.radius - e.norm();
+    if (c.radius_first == 0) return gap;
     const double speed2 = c.first.squaredNorm();
     const double focal = std::max(speed2 - e.dot(c.second), kFocal * speed2);
     const double steep = c.radius_first / focal;
-    return (c.radius - e.norm()) / std::sqrt(1 + steep * steep * speed2);
+    return gap / std::sqrt(1 + steep * steep * speed2);
 }
 
 WallSample SweptTube::sample(const Vec3& x, WallHint& hint) const
@@ -68,9 +77,10 @@ WallSample SweptTube::sample(const Vec3& x, WallHint& hint) const
     const double speed2 = c.first.squaredNorm();
     if (d <= kAxis * c.radius) { // on the axis: any direction across, always the same one
         d = kAxis * c.radius;
-        e = d * c.first.unitOrthogonal();
+        e = speed2 > 0 ? Vec3{d * c.first.unitOrthogonal()} : Vec3{d * Vec3::UnitX()};
     }
     const Vec3 m = e / d;
+    if (speed2 == 0) return {gap, -m, (m * m.transpose() - Mat3::Identity()) / d}; // a ball
     const double focal = std::max(speed2 - e.dot(c.second), kFocal * speed2);
     const Vec3 grad_u = c.first / focal;
     Mat3 hessian = (m * m.transpose() - Mat3::Identity()) / d +

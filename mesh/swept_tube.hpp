@@ -5,17 +5,25 @@
 
 namespace amontons {
 
+/// What lies beyond an end of a tube: it goes on straight, or a ball closes it.
+enum class TubeEnd { straight, ball };
+
 /// The free space inside a tube around a centreline, in closed form.
 ///
 /// With g(x) = R(u) - |x - c(u)|, c(u) the nearest point of the centreline, the distance is
 /// g / |grad g| and the normal grad g / |grad g|: exact for a constant radius and for a cone,
 /// to first order in g elsewhere. Beyond its two ends the tube goes on straight, its radius
-/// levelling off within one radius; there the ends are open. A tube must not come nearer to
-/// itself than its own radius.
-/// Derivation: docs in swept_tube.cpp.
+/// levelling off within one radius (its ends are open), or a ball closes it. A tube must not come
+/// nearer to itself than its own radius. Derivation: in swept_tube.cpp.
 class SweptTube {
 public:
-    explicit SweptTube(Centreline centreline) : centreline_{std::move(centreline)} {}
+    explicit SweptTube(Centreline centreline, TubeEnd start = TubeEnd::straight,
+                       TubeEnd end = TubeEnd::straight)
+        : centreline_{std::move(centreline)}
+        , start_{start}
+        , end_{end}
+    {
+    }
 
     WallSample sample(const Vec3& x, WallHint& hint) const;
     double distance(const Vec3& x, WallHint& hint) const;
@@ -25,6 +33,7 @@ private:
     CurveDerivatives foot_(const Vec3& x, WallHint& hint) const;
 
     Centreline centreline_;
+    TubeEnd start_, end_;
 };
 
 } // namespace amontons

@@ -1,0 +1,125 @@
+#include "mesh/bounding_tree.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+namespace amontons {
+
+namespace {
+
+constexpr std::int32_t kLeaf = 4;
+
+std::size_t at(std::int32_t i)
+{
+    return static_cast<std::size_t>(i);
+}
+
+double squared_to_box(const Eigen::Array3d& x, const Eigen::Array3d& low,
+                      const Eigen::Array3d& high)
+{
+    return (low - x).max(x - high).max(0.0).matrix().squaredNorm();
+}
+
+} // namespace
+
+BoundingTree::BoundingTree(const SurfaceMesh& mesh)
+{
+    const auto count = static_cast<std::int32_t>(mesh.triangles.size());
+    std::vector<Vec3> centres(mesh.triangles.size());
+    corners_.reserve(mesh.triangles.size());
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        const auto& [a, b, c] = mesh.triangles[i];
+        corners_.push_back({mesh.points[at(a)], mesh.points[at(b)], mesh.points[at(c)]});
+        centres[i] = (corners_[i].a + corners_[i].b + corners_[i].c) / 3;
+    }
+    order_.resize(mesh.triangles.size());
+    std::iota(order_.begin(), order_.end(), 0);
+    nodes_.reserve(mesh.triangles.size());
+    nodes_.emplace_back();
+    split_(0, 0, count, centres);
+    std::vector<Corners> sorted;
+    sorted.reserve(corners_.size());
+    place_.resize(order_.size());
+    for (std::size_t i = 0; i < order_.size(); ++i) {
+        sorted.push_back(corners_[at(order_[i])]);
+        place_[at(order_[i])] = static_cast<std::int32_t>(i);
+    }
+    corners_ = std::move(sorted);
+}
+
+void BoundingTree::split_(std::int32_t node, std::int32_t first, std::int32_t count,
+                          std::vector<Vec3>& centres)
+{
+    Node box;
+    box.low.setConstant(std::numeric_limits<double>::infinity());
+    box.high = -box.low;
+    Eigen::Array3d low = box.low, high = box.high;
+    for (std::int32_t i = first; i < first + count; ++i) {
+        const Corners& t = corners_[at(order_[at(i)])];
+        box.low = box.low.min(t.a.array()).min(t.b.array()).min(t.c.array());
+        box.high = box.high.max(t.a.array()).max(t.b.array()).max(t.c.array());
+        low = low.min(centres[at(order_[at(i)])].array());
+        high = high.max(centres[at(order_[at(i)])].array());
+    }
+    if (count <= kLeaf) {
+        box.first = first;
+        box.count = count;
+        nodes_[at(node)] = box;
+        return;
+    }
+    Eigen::Index axis = 0;
+    (high - low).maxCoeff(&axis);
+    const std::int32_t half = count / 2;
+    std::nth_element(order_.begin() + first, order_.begin() + first + half,
+                     order_.begin() + first + count, [&](std::int32_t i, std::int32_t j) {
+                         const double u = centres[at(i)][axis], v = centres[at(j)][axis];
+                         return u != v ? u < v : i < j;
+                     });
+    box.first = static_cast<std::int32_t>(nodes_.size());
+    nodes_[at(node)] = box;
+    nodes_.resize(nodes_.size() + 2);
+    split_(box.first, first, half, centres);
+    split_(box.first + 1, first + half, count - half, centres);
+}
+
+NearestTriangle BoundingTree::nearest(const Vec3& x, std::int32_t near) const
+{
+    NearestTriangle best;
+    best.squared = std::numeric_limits<double>::infinity();
+    const auto look_at = [&](std::int32_t place) {
+        const Corners& t = corners_[at(place)];
+        const TrianglePoint p = closest_on_triangle(x, t.a, t.b, t.c);
+        const double squared = (x - p.point).squaredNorm();
+        if (squared < best.squared || best.triangle < 0) best = {order_[at(place)], p, squared};
+    };
+    if (near >= 0 && at(near) < place_.size()) look_at(place_[at(near)]);
+    // Depth is at most 31 + 2, each level leaves one node waiting.
+    struct Waiting {
+        std::int32_t node;
+        double squared;
+    };
+    Waiting stack[72];
+    int top = 0;
+    const Eigen::Array3d q = x.array();
+    stack[top++] = {0, squared_to_box(q, nodes_[0].low, nodes_[0].high)};
+    while (top > 0) {
+        const Waiting next = stack[--top];
+        if (next.squared >= best.squared && best.triangle >= 0) continue;
+        const Node& node = nodes_[at(next.node)];
+        if (node.count > 0) {
+            for (std::int32_t i = node.first; i < node.first + node.count; ++i)
+                look_at(i);
+            continue;
+        }
+        const Node &left = nodes_[at(node.first)], &right = nodes_[at(node.first + 1)];
+        Waiting a{node.first, squared_to_box(q, left.low, left.high)};
+        Waiting b{node.first + 1, squared_to_box(q, right.low, right.high)};
+        if (a.squared < b.squared) std::swap(a, b); // the nearer one is taken first
+        stack[top++] = a;
+        stack[top++] = b;
+    }
+    return best;
+}
+
+} // namespace amontons

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "mesh/surface_mesh.hpp"
+
+#include <functional>
+
+namespace amontons {
+
+/// A surface given as the zeros of a function that is > 0 in the free space and changes no
+/// faster than distance.
+struct ImplicitSurface {
+    std::function<double(const Vec3&)> value;  ///< [m]
+    std::function<Vec3(const Vec3&)> gradient; ///< [-], any length > 0 near the surface
+    std::function<Vec3(const Vec3&)> project;  ///< a nearby point of the surface
+};
+
+/// Triangles of the whole surface inside a box, their normals into the free space, vertices on
+/// the surface: one vertex for each grid cell that the surface crosses, projected and relaxed.
+/// @param low, high  box that holds the surface [m]
+/// @param edge       of the grid's cells and about that of the triangles [m]
+/// Where two sheets pass through one cell an edge may get four triangles: choose a smaller edge.
+/// Source: Gibson 1998, Constrained elastic surface nets.
+SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const Vec3& high,
+                         double edge);
+
+/// Moves free vertices along the surface towards the mean of their neighbours.
+/// @param fixed   one entry per vertex; vertices that stay
+void relax_on_surface(SurfaceMesh& mesh, const ImplicitSurface& surface,
+                      const std::vector<char>& fixed, int sweeps);
+
+} // namespace amontons

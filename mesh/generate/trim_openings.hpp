@@ -1,0 +1,19 @@
+#pragma once
+
+#include "mesh/generate/surface_nets.hpp"
+#include "mesh/wall.hpp"
+
+namespace amontons {
+
+/// Cuts a surface at the planes of its openings, so that it ends there in circles.
+///
+/// Every opening's tube goes on beyond its plane in `mesh`; that part is removed within
+/// `reach` along the opening's direction. Vertices near the plane are moved onto it, so that
+/// no sliver is left; the rims lie on the openings' circles.
+/// @param edge   typical edge of the triangles [m]
+/// @param reach  one length per opening: how far its tube goes on [m]
+SurfaceMesh trim_openings(const SurfaceMesh& mesh, const ImplicitSurface& surface,
+                          const std::vector<Opening>& openings, double edge,
+                          const std::vector<double>& reach);
+
+} // namespace amontons

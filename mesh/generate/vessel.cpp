@@ -1,0 +1,306 @@
+#include "mesh/generate/vessel.hpp"
+
+#include "mesh/base/error.hpp"
+#include "mesh/generate/trim_openings.hpp"
+#include "mesh/generate/vessel_shape.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace amontons {
+
+namespace {
+
+constexpr double kExtension = 8;                  // radii that a tube goes on beyond its opening
+constexpr double kMostTaper = 1.0 / 16;           // slope that goes on there; a steeper one stops
+constexpr double kGrid = 0.25;                    // spacing of the field over the smallest radius
+constexpr double kGridOfBlend = 0.4;              // and over the blend radius
+constexpr double kEdge = 0.3, kEdgeOfBlend = 0.6; // the same for triangles
+constexpr double kShallowest = 0.35;              // angle between a branch and its parent [rad]
+
+std::vector<Issue> issues_of(const VesselOptions& o)
+{
+    std::vector<Issue> issues;
+    const auto positive = [&](const std::string& place, double value) {
+        if (!(value > 0) || !std::isfinite(value))
+            issues.push_back({"", place, std::to_string(value), "> 0 and finite [m]"});
+    };
+    positive("/descending_length", o.descending_length);
+    positive("/descending_diameter/0", o.descending_diameter[0]);
+    positive("/descending_diameter/1", o.descending_diameter[1]);
+    positive("/arch_radius", o.arch_radius);
+    positive("/arch_diameter/0", o.arch_diameter[0]);
+    positive("/arch_diameter/1", o.arch_diameter[1]);
+    positive("/ascending_length", o.ascending_length);
+    positive("/ascending_diameter", o.ascending_diameter);
+    positive("/blend", o.blend);
+    if (!(o.resolution >= 0) || !std::isfinite(o.resolution))
+        issues.push_back({"", "/resolution", std::to_string(o.resolution), ">= 0 [m]"});
+    if (!(o.arch_angle > 0 && o.arch_angle <= 2 * std::numbers::pi))
+        issues.push_back({"", "/arch_angle", std::to_string(o.arch_angle), "in (0, 2 pi] [rad]"});
+    if (!(2 * o.arch_radius > std::max(o.arch_diameter[0], o.arch_diameter[1])))
+        issues.push_back({"", "/arch_radius", std::to_string(o.arch_radius),
+                          "more than half the arch's diameter [m]"});
+    if (!o.inlet.allFinite()) issues.push_back({"", "/centre", "not finite", "finite [m]"});
+    const bool directed =
+        o.axis.allFinite() && o.arch_towards.allFinite() &&
+        o.axis.cross(o.arch_towards).norm() > 1e-6 * o.axis.norm() * o.arch_towards.norm();
+    if (!directed)
+        issues.push_back({"", "/arch_towards", "parallel to the axis, or no direction",
+                          "a direction across the axis"});
+    std::set<std::string> names{"inlet"};
+    for (std::size_t i = 0; i < o.branches.size(); ++i) {
+        const VesselBranch& b = o.branches[i];
+        const std::string place = "/branches/" + std::to_string(i);
+        positive(place + "/length", b.length);
+        positive(place + "/diameter/0", b.root_diameter);
+        positive(place + "/diameter/1", b.end_diameter);
+        if (b.name.empty() || !names.insert(b.name).second)
+            issues.push_back({"", place + "/name", '"' + b.name + '"', "a name of its own"});
+        if (!(b.at >= 0 && b.at <= o.arch_radius * o.arch_angle))
+            issues.push_back({"", place + "/at", std::to_string(b.at),
+                              "in [0, " + std::to_string(o.arch_radius * o.arch_angle) +
+                                  "], the arch's length [m]"});
+        if (!(b.angle >= kShallowest && b.angle <= std::numbers::pi - kShallowest))
+            issues.push_back(
+                {"", place + "/angle", std::to_string(b.angle), "in [0.35, pi - 0.35] [rad]"});
+        if (!(b.root_diameter < std::min(o.arch_diameter[0], o.arch_diameter[1])))
+            issues.push_back({"", place + "/diameter/0", std::to_string(b.root_diameter),
+                              "less than the arch's diameter [m]"});
+    }
+    return issues;
+}
+
+// Where a branch's axis leaves the arch's centreline and its wall, and which way.
+struct TakeOff {
+    Vec3 start, direction;
+    double hidden = 0; // length inside the arch [m]
+};
+
+double end_slope(double slope)
+{
+    return std::abs(slope) <= kMostTaper ? slope : 0.0;
+}
+
+Centreline aorta(const VesselOptions& o, double extension)
+{
+    const Vec3 axis = o.axis.normalized();
+    const double r0 = o.descending_diameter[0] / 2, r1 = o.descending_diameter[1] / 2;
+    const double before = r0 - end_slope((r1 - r0) / o.descending_length) * extension;
+    Centreline line{o.inlet - extension * axis, axis, o.arch_towards, before};
+    line.append_line(extension, r0);
+    line.append_line(o.descending_length, r1);
+    return line;
+}
+
+void add_arch(Centreline& line, const VesselOptions& o)
+{
+    line.append_arc(o.arch_radius, o.arch_angle, 0, o.arch_diameter[1] / 2);
+    line.append_line(o.ascending_length, o.ascending_diameter / 2);
+}
+
+TakeOff take_off(const VesselOptions& o, const SweptTube& main, double arch_end,
+                 const VesselBranch& b)
+{
+    const CurvePoint p = main.centreline().at(arch_end - b.at);
+    const Vec3 outward = -p.curvature.normalized();
+    TakeOff t;
+    t.start = p.position;
+    t.direction = -std::cos(b.angle) * p.tangent + std::sin(b.angle) * outward;
+    double inside = 0, outside = 4 * (o.arch_diameter[0] + o.arch_diameter[1]);
+    for (double s = 0; s < outside; s += p.radius / 16) { // the first way out
+        WallHint hint;
+        if (main.distance(t.start + s * t.direction, hint) <= 0) {
+            outside = s;
+            break;
+        }
+        inside = s;
+    }
+    while (outside - inside > 1e-14 * p.radius) {
+        WallHint hint;
+        const double middle = 0.5 * (inside + outside);
+        if (middle <= inside || middle >= outside) break;
+        (main.distance(t.start + middle * t.direction, hint) > 0 ? inside : outside) = middle;
+    }
+    t.hidden = 0.5 * (inside + outside);
+    return t;
+}
+
+SweptTube branch_tube(const TakeOff& t, const VesselBranch& b, double extension)
+{
+    const double r0 = b.root_diameter / 2, r1 = b.end_diameter / 2;
+    const double slope = (r1 - r0) / b.length;
+    Centreline line{t.start, t.direction, t.direction.unitOrthogonal(), r0};
+    line.append_line(t.hidden, r0);
+    line.append_line(b.length, r1);
+    line.append_line(extension, r1 + end_slope(slope) * extension);
+    return SweptTube{std::move(line), TubeEnd::ball, TubeEnd::ball};
+}
+
+// Every tube goes on by `extension` radii beyond its opening, or by a length of its own.
+VesselShape vessel_shape(const VesselOptions& o, const std::vector<TakeOff>& roots,
+                         const std::vector<double>& extension)
+{
+    Centreline line = aorta(o, extension[0]);
+    add_arch(line, o);
+    std::vector<SweptTube> tubes;
+    tubes.emplace_back(std::move(line), TubeEnd::ball, TubeEnd::ball);
+    for (std::size_t i = 0; i < roots.size(); ++i)
+        tubes.push_back(branch_tube(roots[i], o.branches[i], extension[i + 1]));
+    return VesselShape{std::move(tubes), o.blend};
+}
+
+// A tube that goes on must not open another one's wall: how far it may go.
+void check_clear(const VesselOptions& o, const VesselShape& shape,
+                 const std::vector<Opening>& openings, std::vector<double>& extension)
+{
+    std::vector<Issue> issues;
+    for (std::size_t i = 0; i < openings.size(); ++i) {
+        const Opening& opening = openings[i];
+        double clear = extension[i];
+        for (int k = 0; k <= 64; ++k) {
+            const double s = extension[i] * k / 64;
+            double deepest = -1e300;
+            WallHint hint;
+            for (std::size_t j = 0; j < shape.tubes().size(); ++j) {
+                hint = {};
+                if (j != i)
+                    deepest = std::max(deepest, shape.tubes()[j].distance(
+                                                    opening.centre + s * opening.outward, hint));
+            }
+            if (deepest > -(opening.radius + 2 * o.blend)) {
+                clear = s - opening.radius; // a ball closes it
+                break;
+            }
+        }
+        if (clear < opening.radius)
+            issues.push_back({"", i == 0 ? "/inlet" : "/branches/" + std::to_string(i - 1),
+                              "\"" + opening.name + "\" opens into another part of the vessel",
+                              "an opening clear of all others by its own radius"});
+        extension[i] = clear;
+    }
+    if (!issues.empty()) throw InputError(std::move(issues));
+}
+
+bool is_manifold(const SurfaceMesh& mesh)
+{
+    std::vector<std::pair<std::int32_t, std::int32_t>> edges;
+    edges.reserve(3 * mesh.triangles.size());
+    for (const auto& t : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k)
+            edges.emplace_back(t[k], t[(k + 1) % 3]);
+    std::sort(edges.begin(), edges.end());
+    return std::adjacent_find(edges.begin(), edges.end()) == edges.end();
+}
+
+SurfaceMesh triangles_of(const VesselShape& shape, const std::vector<Opening>& openings,
+                         const std::vector<double>& reach, double edge)
+{
+    Vec3 low = Vec3::Constant(1e300), high = -low;
+    for (const SweptTube& tube : shape.tubes()) {
+        const Centreline& line = tube.centreline();
+        for (int k = 0; k <= 128; ++k) {
+            const CurvePoint p = line.at(line.length() * k / 128);
+            const double r = 1.1 * p.radius + line.length() / 256;
+            low = low.cwiseMin(p.position - Vec3::Constant(r));
+            high = high.cwiseMax(p.position + Vec3::Constant(r));
+        }
+    }
+    const ImplicitSurface surface{[&](const Vec3& x) { return shape.value(x); },
+                                  [&](const Vec3& x) { return shape.sample(x).gradient; },
+                                  [&](const Vec3& x) { return shape.project(x); }};
+    for (int attempt = 0; attempt < 3; ++attempt, edge *= 0.7) {
+        SurfaceMesh mesh = surface_nets(surface, low, high, edge);
+        if (is_manifold(mesh)) return trim_openings(mesh, surface, openings, edge, reach);
+    }
+    throw InputError({Issue{"", "/branches", "two walls nearer to each other than the triangles",
+                            "a smaller resolution, or branches farther apart"}});
+}
+
+} // namespace
+
+std::vector<VesselBranch> default_branches()
+{
+    constexpr double degree = std::numbers::pi / 180;
+    return {{"brachiocephalic", 0.036, 0.012, 0.010, 0.045, 60 * degree},
+            {"left_carotid", 0.052, 0.008, 0.008, 0.100, 80 * degree},
+            {"left_subclavian", 0.068, 0.009, 0.009, 0.070, 90 * degree}};
+}
+
+WallModel make_vessel(const VesselOptions& o)
+{
+    if (std::vector<Issue> issues = issues_of(o); !issues.empty())
+        throw InputError(std::move(issues));
+
+    Centreline line = aorta(o, o.descending_diameter[0] / 2);
+    const double arch_end = line.length() + o.arch_radius * o.arch_angle;
+    add_arch(line, o);
+    const SweptTube main{std::move(line), TubeEnd::ball, TubeEnd::ball};
+    std::vector<TakeOff> roots;
+    std::vector<Opening> openings{
+        {"inlet", o.inlet, -o.axis.normalized(), o.descending_diameter[0] / 2}};
+    double smallest = o.ascending_diameter / 2;
+    for (const VesselBranch& b : o.branches) {
+        const TakeOff t = take_off(o, main, arch_end, b);
+        openings.push_back({b.name, t.start + (t.hidden + b.length) * t.direction, t.direction,
+                            b.end_diameter / 2});
+        smallest = std::min({smallest, b.root_diameter / 2, b.end_diameter / 2});
+        roots.push_back(t);
+    }
+    for (double d : {o.descending_diameter[0], o.descending_diameter[1], o.arch_diameter[0],
+                     o.arch_diameter[1]})
+        smallest = std::min(smallest, d / 2);
+
+    std::vector<double> extension;
+    for (const Opening& opening : openings)
+        extension.push_back(kExtension * opening.radius);
+    check_clear(o, vessel_shape(o, roots, extension), openings, extension);
+
+    // Triangles: only a little of what lies beyond the openings, to be cut off.
+    const double fine = std::min(kEdge * smallest, kEdgeOfBlend * o.blend);
+    const double edge = o.resolution > 0 ? o.resolution : fine;
+    std::vector<double> stub, reach;
+    for (const Opening& opening : openings) {
+        stub.push_back(3 * std::max(edge, fine));
+        reach.push_back(stub.back() + 2 * opening.radius);
+    }
+    const VesselShape stubs = vessel_shape(o, roots, stub);
+    SurfaceMesh seeds = triangles_of(stubs, openings, reach, fine);
+    SurfaceMesh mesh = o.resolution > 0 ? triangles_of(stubs, openings, reach, edge) : seeds;
+
+    const double spacing = std::min(kGrid * smallest, kGridOfBlend * o.blend);
+    auto source = std::make_unique<VesselDistance>(vessel_shape(o, roots, extension), seeds);
+    double deviation = 0; // of the triangles' middles; their corners are on the wall
+    for (const auto& t : mesh.triangles) {
+        const Vec3 middle = (mesh.points[static_cast<std::size_t>(t[0])] +
+                             mesh.points[static_cast<std::size_t>(t[1])] +
+                             mesh.points[static_cast<std::size_t>(t[2])]) /
+                            3;
+        deviation = std::max(deviation, std::abs(stubs.value(middle)));
+    }
+    // The grid keeps off the planes and axes of symmetry, where rounding would decide.
+    const Vec3 origin = o.inlet + spacing * Vec3{0.217, 0.331, 0.273};
+    WallModel model{std::move(mesh),
+                    make_wall(DistanceField{std::move(source), origin, spacing}),
+                    std::move(openings),
+                    {},
+                    deviation};
+    for (std::size_t i = 0; i < roots.size(); ++i) {
+        const VesselBranch& b = o.branches[i];
+        Branch branch;
+        branch.name = b.name;
+        const int pieces = std::max(2, static_cast<int>(std::ceil(2 * b.length / b.root_diameter)));
+        for (int k = 0; k <= pieces; ++k) {
+            const double t = static_cast<double>(k) / pieces;
+            branch.centreline.push_back(roots[i].start +
+                                        (roots[i].hidden + t * b.length) * roots[i].direction);
+            branch.radius.push_back((b.root_diameter + t * (b.end_diameter - b.root_diameter)) / 2);
+        }
+        model.branches.push_back(std::move(branch));
+    }
+    return model;
+}
+
+} // namespace amontons

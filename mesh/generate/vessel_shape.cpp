@@ -1,0 +1,190 @@
+#include "mesh/generate/vessel_shape.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace amontons {
+
+namespace {
+
+constexpr int kMostProjections = 8, kMostNewton = 12;
+constexpr double kOnSurface = 1e-12; // of the step's own scale: no further step is worth it
+constexpr double kConverged = 1e-10; // of the distance between start and end
+constexpr double kSteepest = 1.05;   // no tube's distance changes faster than this (slopes)
+
+} // namespace
+
+VesselShape::VesselShape(std::vector<SweptTube> tubes, double blend_radius)
+    : tubes_{std::move(tubes)}
+    , width_{std::numbers::sqrt2 * blend_radius}
+{
+}
+
+double VesselShape::value(const Vec3& x) const
+{
+    WallHint hint;
+    double f = tubes_[0].distance(x, hint);
+    for (std::size_t i = 1; i < tubes_.size(); ++i) {
+        hint = {};
+        const double b = tubes_[i].distance(x, hint);
+        const double left = width_ - std::abs(f - b);
+        f = std::max(f, b);
+        if (left > 0) f += left * left / (4 * width_);
+    }
+    return f;
+}
+
+ImplicitSample VesselShape::sample(const Vec3& x) const
+{
+    WallHint hint;
+    ImplicitSample s;
+    const auto take = [&](const SweptTube& tube) {
+        hint = {};
+        const WallSample w = tube.sample(x, hint);
+        return ImplicitSample{w.distance, w.normal, w.hessian};
+    };
+    double f = -std::numeric_limits<double>::infinity();
+    bool filled = false;
+    for (const SweptTube& tube : tubes_) {
+        hint = {};
+        const double b = tube.distance(x, hint);
+        if (b <= f - width_ && filled) continue; // no part in it
+        const ImplicitSample other = take(tube);
+        const double u = s.value - other.value;
+        if (!filled || u <= -width_) {
+            s = other;
+        } else if (u < width_) {
+            const double part = 0.5 * (1 + u / width_), left = width_ - std::abs(u);
+            const Vec3 jump = s.gradient - other.gradient;
+            s.value = std::max(s.value, other.value) + left * left / (4 * width_);
+            s.hessian = part * s.hessian + (1 - part) * other.hessian +
+                        jump * jump.transpose() / (2 * width_);
+            s.gradient = part * s.gradient + (1 - part) * other.gradient;
+        }
+        f = s.value;
+        filled = true;
+    }
+    return s;
+}
+
+Vec3 VesselShape::project(const Vec3& x) const
+{
+    Vec3 p = x;
+    for (int k = 0; k < kMostProjections; ++k) {
+        const ImplicitSample s = sample(p);
+        const double steep = s.gradient.squaredNorm();
+        if (!(steep > 0)) break;
+        p -= s.value / steep * s.gradient;
+        if (std::abs(s.value) <= kOnSurface * (std::abs(s.value) + 1 / s.hessian.norm())) break;
+    }
+    return p;
+}
+
+VesselDistance::VesselDistance(VesselShape shape, const SurfaceMesh& surface)
+    : shape_{std::move(shape)}
+    , tree_{surface}
+{
+}
+
+// Nearest point p of {F = 0} to x: p - x + mu grad F(p) = 0, F(p) = 0.
+double VesselDistance::near_junction_(const Vec3& x, std::int32_t& near) const
+{
+    const double sign = shape_.value(x) > 0 ? 1.0 : -1.0;
+    const NearestTriangle seed = tree_.nearest(x, near);
+    near = seed.triangle;
+    const double seed_distance = std::sqrt(seed.squared);
+    Vec3 p = seed.at.point;
+    ImplicitSample s = shape_.sample(p);
+    double mu = (x - p).dot(s.gradient) / s.gradient.squaredNorm();
+    const double longest = std::max(shape_.blend_width(), 0.0);
+    for (int k = 0; k < kMostNewton; ++k) {
+        Eigen::Matrix4d a;
+        a.topLeftCorner<3, 3>() = Mat3::Identity() + mu * s.hessian;
+        a.topRightCorner<3, 1>() = s.gradient;
+        a.bottomLeftCorner<1, 3>() = s.gradient.transpose();
+        a(3, 3) = 0;
+        Eigen::Vector4d residual;
+        residual << p - x + mu * s.gradient, s.value;
+        const Eigen::Vector4d step = a.partialPivLu().solve(residual);
+        const double length = step.head<3>().norm();
+        if (!(length <= longest)) break; // also when it is not a number
+        p -= step.head<3>();
+        mu -= step[3];
+        if (length <= kConverged * (length + seed_distance + longest)) {
+            const double found = (x - p).norm();
+            // Beyond a centre of curvature it may have found a farthest point.
+            if (found <= seed_distance + longest / 4) return sign * found;
+            break;
+        }
+        s = shape_.sample(p);
+    }
+    return sign * seed_distance;
+}
+
+double VesselDistance::distance(const Vec3& x, std::int32_t& near) const
+{
+    const std::vector<SweptTube>& tubes = shape_.tubes();
+    const double k = shape_.blend_width();
+    std::size_t best = 0;
+    double f = -std::numeric_limits<double>::infinity(), second = f;
+    for (std::size_t i = 0; i < tubes.size(); ++i) {
+        WallHint hint;
+        const double v = tubes[i].distance(x, hint);
+        if (v > f) {
+            second = f;
+            f = v;
+            best = i;
+        } else {
+            second = std::max(second, v);
+        }
+    }
+    if (second > f - k) return near_junction_(x, near);
+    // The foot on this tube is on the wall when no other tube reaches it. Then the ball around
+    // x through it holds no other point of the wall.
+    if (second + kSteepest * std::abs(f) <= -k) return f;
+    WallHint hint;
+    const Vec3 foot = x - f * tubes[best].sample(x, hint).normal;
+    for (std::size_t i = 0; i < tubes.size(); ++i) {
+        hint = {};
+        if (i != best && tubes[i].distance(foot, hint) > -k) return near_junction_(x, near);
+    }
+    return f;
+}
+
+void VesselDistance::sample_cube(const Vec3& corner, double h, int n, double* out) const
+{
+    const std::vector<SweptTube>& tubes = shape_.tubes();
+    const double half = 0.5 * h * (n - 1);
+    const Vec3 centre = corner + Vec3::Constant(half);
+    const double reach = kSteepest * std::sqrt(3.0) * half;
+    std::size_t best = 0;
+    double f = -std::numeric_limits<double>::infinity(), second = f;
+    for (std::size_t i = 0; i < tubes.size(); ++i) {
+        WallHint hint;
+        const double v = tubes[i].distance(centre, hint);
+        if (v > f) {
+            second = f;
+            f = v;
+            best = i;
+        } else {
+            second = std::max(second, v);
+        }
+    }
+    // The reasons of `distance`, for all points of the cube at once.
+    const bool alone = second + 2 * reach <= f - shape_.blend_width() &&
+                       second + kSteepest * std::abs(f) + 2 * reach <= -shape_.blend_width();
+    std::int32_t near = -1;
+    WallHint hint;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j)
+            for (int l = 0; l < n; ++l) {
+                const Vec3 x = corner + h * Vec3{1.0 * i, 1.0 * j, 1.0 * l};
+                *out++ = alone ? tubes[best].distance(x, hint) : distance(x, near);
+            }
+}
+
+} // namespace amontons
