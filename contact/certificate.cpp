@@ -1,0 +1,203 @@
+#include "contact/certificate.hpp"
+
+#include "contact/cone.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace amontons {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kFloorFactor = 50 * std::numeric_limits<double>::epsilon();
+/// A reaction that runs away raises its own floor: beyond this, round-off is no excuse.
+constexpr double kFloorLimit = 1e-3;
+
+/// rows / trace, with what is left when the trace says nothing (zero or indefinite W).
+double scalar_rho(const Eigen::MatrixXd& W)
+{
+    const double rows = static_cast<double>(W.rows());
+    if (W.trace() > 0) return rows / W.trace();
+    if (const double s = W.diagonal().cwiseAbs().sum(); s > 0) return rows / s;
+    if (const double s = W.norm(); s > 0) return rows / s;
+    return 1;
+}
+
+double ratio(double residual, double size)
+{
+    if (!std::isfinite(residual)) return kInfinity;
+    if (residual == 0) return 0;
+    return size > 0 ? residual / size : kInfinity;
+}
+
+} // namespace
+
+const char* name(SolveStatus status)
+{
+    switch (status) {
+    case SolveStatus::converged:
+        return "converged";
+    case SolveStatus::stagnated:
+        return "stagnated";
+    case SolveStatus::infeasible:
+        return "infeasible";
+    case SolveStatus::out_of_time:
+        return "out_of_time";
+    }
+    return "";
+}
+
+const char* name(ContactSolver solver)
+{
+    switch (solver) {
+    case ContactSolver::automatic:
+        return "auto";
+    case ContactSolver::nsgs:
+        return "nsgs";
+    case ContactSolver::uzawa:
+        return "uzawa";
+    }
+    return "";
+}
+
+std::string report(const Certificate& c)
+{
+    const char* length = c.level == ContactLevel::position ? "m" : "m/s";
+    std::ostringstream out;
+    out << "contact solve " << name(c.status) << " at error " << c.error << ", threshold "
+        << c.threshold << " (" << name(c.solver) << ", " << c.iterations << " iterations, "
+        << c.seconds << " s, " << c.contacts << " contacts)";
+    if (c.worst_contact >= 0)
+        out << "; worst: contact " << c.worst_contact << ", penetration at most "
+            << c.worst_penetration << ' ' << length;
+    if (c.status == SolveStatus::infeasible) {
+        out << "; no motion opens the gaps of contacts";
+        for (int i : c.proof.contacts)
+            out << ' ' << i;
+    }
+    return out.str();
+}
+
+NaturalMapError::NaturalMapError(const ContactProblem& problem, ErrorScope scope)
+    : problem_(problem)
+    , scope_(scope)
+    , offset_(row_offsets(problem))
+    , rho_(scalar_rho(problem.W))
+    , own_rho_(problem.mu.size())
+{
+    for (int i = 0; i < contact_count(problem); ++i) {
+        const int rows = rows_of(kind_of(problem, i));
+        const double trace = problem.W.diagonal().segment(first_row(i), rows).sum();
+        own_rho_[i] = trace > 0 ? rows / trace : rho_;
+    }
+}
+
+double NaturalMapError::residual(int contact, const Eigen::VectorXd& r, const Eigen::VectorXd& u,
+                                 double rho) const
+{
+    const int k = first_row(contact);
+    switch (kind_of(problem_, contact)) {
+    case ContactKind::frictional:
+        return natural_map(r.segment<3>(k), u.segment<3>(k), problem_.mu[contact], rho).norm();
+    case ContactKind::frictionless:
+        return std::abs(std::min(r[k], rho * u[k]));
+    case ContactKind::bilateral:
+        break;
+    }
+    return std::abs(rho * u[k]);
+}
+
+double NaturalMapError::size_of_q(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
+                                  bool scaled) const
+{
+    double all = 0, acting = 0;
+    for (int i = 0; i < contact_count(problem_); ++i) {
+        const int k = first_row(i);
+        const ContactKind kind = kind_of(problem_, i);
+        const int rows = rows_of(kind);
+        const double part = problem_.q.segment(k, rows).squaredNorm() * (scaled ? rho(i) : 1);
+        const bool open =
+            kind != ContactKind::bilateral && u[k] >= 0 && r.segment(k, rows).isZero(0);
+        all += part;
+        if (!open) acting += part;
+    }
+    // If nothing acts, or only contacts that touch exactly, all rows are the only size there is.
+    const double squared = scope_ == ErrorScope::acting_rows && acting > 0 ? acting : all;
+    return std::sqrt(squared);
+}
+
+double NaturalMapError::operator()(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const
+{
+    double sum = 0;
+    for (int i = 0; i < contact_count(problem_); ++i) {
+        const double f = residual(i, r, u, rho_);
+        sum += f * f;
+    }
+    return ratio(std::sqrt(sum), rho_ * size_of_q(r, u, false));
+}
+
+double NaturalMapError::scaled(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const
+{
+    // r_i / sqrt(rho_i) and sqrt(rho_i) u_i make every diagonal block of trace 3.
+    double sum = 0;
+    for (int i = 0; i < contact_count(problem_); ++i) {
+        const double f = residual(i, r, u, rho(i));
+        sum += f * f / rho(i);
+    }
+    return ratio(std::sqrt(sum), size_of_q(r, u, true));
+}
+
+double NaturalMapError::floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const
+{
+    if (!r.allFinite()) return 0;
+    Eigen::VectorXd size = problem_.q.cwiseAbs();
+    for (Eigen::Index j = 0; j < r.size(); ++j)
+        if (r[j] != 0) size += std::abs(r[j]) * problem_.W.col(j).cwiseAbs();
+    const double floor = kFloorFactor * ratio(size.norm(), size_of_q(r, u, false));
+    return floor <= kFloorLimit ? floor : 0;
+}
+
+Certificate certify(const ContactProblem& problem, const Eigen::VectorXd& r, double tolerance,
+                    ErrorScope scope)
+{
+    Certificate c;
+    c.tolerance = tolerance;
+    c.threshold = tolerance;
+    c.level = problem.level;
+    c.contacts = contact_count(problem);
+
+    const NaturalMapError error(problem, scope);
+    const Eigen::VectorXd u = problem.W * r + problem.q;
+    c.error = error(r, u);
+    c.scaled_error = error.scaled(r, u);
+    // The floor costs a product: only who has not converged without it needs it.
+    if (!(c.error <= tolerance)) c.threshold = std::max(tolerance, error.floor(r, u));
+    c.status = c.error <= c.threshold ? SolveStatus::converged : SolveStatus::stagnated;
+
+    double worst = -1;
+    for (int i = 0; i < c.contacts; ++i) {
+        const int k = error.first_row(i);
+        const ContactKind kind = kind_of(problem, i);
+        const double f = error.residual(i, r, u, error.rho());
+        if (f > worst) {
+            worst = f;
+            c.worst_contact = i;
+        }
+        if (kind == ContactKind::bilateral) {
+            c.worst_penetration = std::max(c.worst_penetration, std::abs(u[k]));
+            continue;
+        }
+        c.worst_penetration = std::max(c.worst_penetration, -u[k]);
+        c.worst_cone_violation = std::max(c.worst_cone_violation, -r[k]);
+        if (kind == ContactKind::frictional) {
+            const Eigen::Vector2d rt = r.segment<2>(k + 1), ut = u.segment<2>(k + 1);
+            const double limit = problem.mu[i] * r[k];
+            c.worst_cone_violation = std::max(c.worst_cone_violation, rt.norm() - limit);
+            c.worst_dissipation = std::max(c.worst_dissipation, limit * ut.norm() + rt.dot(ut));
+        }
+    }
+    return c;
+}
+
+} // namespace amontons

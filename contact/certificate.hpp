@@ -1,0 +1,108 @@
+#pragma once
+
+#include "contact/problem.hpp"
+
+#include <limits>
+#include <string>
+
+// How good a reaction is, computed from (W, q, mu, r) alone: no solver is believed.
+// Formulas, and why they do not depend on units: docs/theory/contact.md.
+
+namespace amontons {
+
+enum class SolveStatus {
+    converged,  ///< error <= threshold
+    stagnated,  ///< ended at the error that the certificate says
+    infeasible, ///< no reaction can prevent penetration: see Certificate::proof
+    out_of_time ///< max_seconds reached before the threshold
+};
+
+enum class ContactSolver { automatic, nsgs, uzawa };
+
+/// Which rows count in ||q'||, the size that the error is relative to.
+enum class ErrorScope {
+    all_rows,   ///< every row: the measure for a problem from a file
+    acting_rows ///< not those of open contacts (r = 0, u_n >= 0): in a run a candidate far
+                ///< away must not loosen the test
+};
+
+/// Normal reactions d >= 0 that cannot be felt (W^T d = 0 to round-off) yet close a gap
+/// (q . d < 0). Any r with u_n >= 0 would give 0 <= u . d = q . d + r . W^T d.
+struct InfeasibilityProof {
+    Eigen::VectorXd direction; ///< n, one normal component per contact, largest = 1 [-]
+    double closing = 0;        ///< -q . d > 0 [m]
+    double holds_up_to = 0;    ///< no solution exists with |r| below this [N]
+    std::vector<int> contacts; ///< those with direction > 0
+};
+
+struct Certificate {
+    SolveStatus status = SolveStatus::stagnated;
+    double error = std::numeric_limits<double>::infinity(); ///< natural map over ||q'|| [-]
+    double tolerance = 0;                                   ///< as asked for [-]
+    double threshold = 0; ///< tolerance, or the round-off floor if that is larger [-]
+    double scaled_error =
+        std::numeric_limits<double>::infinity(); ///< the same after scaling
+                                                 ///< each contact by its own block: sees the stiff
+                                                 ///< ones [-]
+    double worst_penetration = 0;    ///< largest -u_n, or |u| of a bilateral row, >= 0 [m]
+    double worst_cone_violation = 0; ///< largest |r_t| - mu r_n or -r_n, >= 0 [N]
+    double worst_dissipation = 0;    ///< largest mu r_n |u_t| + r_t . u_t: work that friction
+                                     ///< should have taken and did not, >= 0 [J]
+    int worst_contact = -1;          ///< largest share of the error; -1 without contacts
+    int contacts = 0;
+    ContactSolver solver = ContactSolver::nsgs; ///< the one that ran
+    ContactLevel level = ContactLevel::position;
+    int iterations = 0;
+    double seconds = 0;       ///< wall time of the solve
+    InfeasibilityProof proof; ///< empty unless infeasible
+};
+
+const char* name(SolveStatus status);
+const char* name(ContactSolver solver); ///< "auto", "nsgs", "uzawa"
+
+/// One line for a log: status, error against threshold, effort, the worst contact.
+std::string report(const Certificate& certificate);
+
+/// The natural-map error of a fixed problem: O(rows) per value once u is known.
+///
+/// With rho = rows / trace(W):  error = ||F|| / (rho ||q||),
+/// F_i = r_i - proj_Kmu(r_i - rho (u_i + mu_i |u_it| n)), frictionless min(r, rho u),
+/// bilateral rho u. Same number for any unit of force and length and any scale of W.
+/// Source: Acary, Brémond & Huber 2018 for the map; the norm is docs/theory/contact.md's.
+class NaturalMapError {
+public:
+    NaturalMapError(const ContactProblem& problem, ErrorScope scope);
+
+    /// The error [-]; infinite if r or u is not finite.
+    double operator()(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
+    /// The same with each contact in its own scale rho_i = rows_i / trace(W_ii) [-].
+    double scaled(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
+    /// The round-off of u = W r + q seen in the error: 50 eps || |W||r| + |q| || / ||q|| [-];
+    /// 0 where this exceeds 1e-3, or a reaction that runs away would excuse itself. O(rows^2).
+    double floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
+    /// ||F_i|| of one contact with the given rho [N].
+    double residual(int contact, const Eigen::VectorXd& r, const Eigen::VectorXd& u,
+                    double rho) const;
+
+    double rho() const { return rho_; }                         ///< [N/m]
+    double rho(int contact) const { return own_rho_[contact]; } ///< [N/m]
+    int first_row(int contact) const { return offset_[static_cast<std::size_t>(contact)]; }
+
+private:
+    double size_of_q(const Eigen::VectorXd& r, const Eigen::VectorXd& u, bool scaled) const;
+
+    const ContactProblem& problem_;
+    ErrorScope scope_;
+    std::vector<int> offset_;
+    double rho_ = 1;
+    Eigen::VectorXd own_rho_;
+};
+
+/// Certifies r from (W, q, mu, r) alone: converged or stagnated, errors and physical figures.
+/// Solver, effort, time and the other two statuses are left to the caller.
+/// @param r  reaction, rows
+/// Cost: two products with W.
+Certificate certify(const ContactProblem& problem, const Eigen::VectorXd& r, double tolerance,
+                    ErrorScope scope = ErrorScope::all_rows);
+
+} // namespace amontons

@@ -1,0 +1,78 @@
+#include "contact/infeasible.hpp"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+namespace amontons {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+/// Growth below this times the largest is noise around the direction.
+constexpr double kShare = 1e-6;
+/// Shift of the inverse iteration over the mean diagonal: three steps bring any part with an
+/// eigenvalue above 1e-6 of the mean below round-off.
+constexpr double kShift = 1e-12;
+/// Growth that is felt by more than this share of its size is no recession direction.
+constexpr double kUnfelt = 1e-2;
+constexpr double kRoundOff = 200 * kEpsilon;
+
+} // namespace
+
+std::optional<InfeasibilityProof> prove_infeasible(const ContactProblem& problem,
+                                                   const Eigen::VectorXd& growth)
+{
+    const std::vector<int> offset = row_offsets(problem);
+    Eigen::VectorXd full = Eigen::VectorXd::Zero(problem.q.size());
+    for (int i = 0; i < contact_count(problem); ++i) {
+        const int row = offset[static_cast<std::size_t>(i)];
+        if (kind_of(problem, i) != ContactKind::bilateral) full[row] = growth[row];
+    }
+    const double largest = full.size() > 0 ? full.maxCoeff() : 0;
+    if (!(largest > 0) || !std::isfinite(largest)) return {};
+    full = (full.array() > kShare * largest).select(full / largest, 0);
+    if ((problem.W * full).norm() > kUnfelt * (problem.W.cwiseAbs() * full).norm()) return {};
+
+    std::vector<Eigen::Index> rows;
+    std::vector<int> contacts;
+    for (int i = 0; i < contact_count(problem); ++i)
+        if (const int row = offset[static_cast<std::size_t>(i)]; full[row] > 0) {
+            contacts.push_back(i);
+            rows.push_back(row);
+        }
+    Eigen::VectorXd d = full(rows);
+    Eigen::MatrixXd W = problem.W(rows, rows);
+    const double mean = W.trace() / static_cast<double>(rows.size());
+    if (mean > 0) {
+        W = (W + W.transpose()).eval() / 2;
+        W.diagonal().array() += kShift * mean;
+        const Eigen::LDLT<Eigen::MatrixXd> factor(W);
+        for (int k = 0; k < 3; ++k) {
+            const Eigen::VectorXd next = factor.solve(d);
+            const double size = next.maxCoeff();
+            if (!next.allFinite() || !(size > 0)) return {};
+            d = next / size;
+        }
+    }
+    d = (d.array() > kShare).select(d, 0); // the judgement below is on what is left
+
+    full(rows) = d;
+    const Eigen::VectorXd felt = problem.W.transpose() * full;
+    const Eigen::VectorXd size = problem.W.cwiseAbs().transpose() * full;
+    const double closing = -problem.q.dot(full);
+    const double closing_size = problem.q.cwiseAbs().dot(full);
+    if (felt.norm() > kRoundOff * size.norm() || !(closing > kRoundOff * closing_size)) return {};
+
+    InfeasibilityProof proof;
+    proof.direction = Eigen::VectorXd::Zero(contact_count(problem));
+    for (std::size_t k = 0; k < rows.size(); ++k)
+        if (const double value = d[static_cast<Eigen::Index>(k)]; value > 0) {
+            proof.direction[contacts[k]] = value;
+            proof.contacts.push_back(contacts[k]);
+        }
+    proof.closing = closing;
+    proof.holds_up_to =
+        felt.norm() > 0 ? closing / felt.norm() : std::numeric_limits<double>::infinity();
+    return proof;
+}
+
+} // namespace amontons

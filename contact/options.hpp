@@ -1,0 +1,46 @@
+#pragma once
+
+#include "contact/certificate.hpp"
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace amontons {
+
+/// How a contact problem is solved. The defaults suit a step of a simulation.
+struct SolverOptions {
+    ContactSolver solver = ContactSolver::automatic; ///< automatic is nsgs
+    double tolerance = 1e-8; ///< natural-map error, in [0, 1); 0: down to round-off [-]
+    ErrorScope scope = ErrorScope::all_rows;
+    int max_iterations = 100'000;                                 ///< sweeps or projections, >= 0
+    double max_seconds = std::numeric_limits<double>::infinity(); ///< wall time, >= 0 [s]
+    /// Ends as stagnated when this many iterations have not lowered the best error by a tenth:
+    /// at that rate max_iterations would not bring one more digit.
+    int patience = 2000;
+
+    struct Nsgs {
+        enum class Order { forward, symmetric }; ///< symmetric: every second sweep runs backwards
+        Order order = Order::symmetric;
+        /// A contact whose residual is below this times the worst one is left out of the sweep;
+        /// in [0, 1), 0 visits all [-]. The error always counts all contacts.
+        double freeze = 0.03;
+    } nsgs;
+
+    struct Uzawa {
+        /// own_block: one rho per contact, the inverse of its block's norm, contact after contact.
+        /// adaptive: all contacts at once, a common factor on rho that follows the rate.
+        enum class Rho { own_block, adaptive };
+        Rho rho = Rho::own_block;
+        double factor = 1; ///< on the initial rho, in (0, 2) [-]
+    } uzawa;
+};
+
+/// What is wrong with the options; empty if nothing.
+std::vector<Issue> issues(const SolverOptions& options);
+
+/// The solver of that name.
+/// @throws InputError  if there is none; says the names that there are
+ContactSolver contact_solver(const std::string& name);
+
+} // namespace amontons

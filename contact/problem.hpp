@@ -1,0 +1,64 @@
+#pragma once
+
+#include "mesh/base/error.hpp"
+#include "mesh/base/types.hpp"
+
+#include <vector>
+
+// The abstract contact problem: no bodies, no meshes. Find reactions r and
+//   u = W r + q    such that every contact obeys its law.
+
+namespace amontons {
+
+enum class ContactKind {
+    frictional,   ///< 3 rows (n, t1, t2): Signorini and Coulomb
+    frictionless, ///< 1 row (n): Signorini, 0 <= u ⟂ r >= 0
+    bilateral     ///< 1 row: u = 0 whatever the sign of r (glue, joint, prescribed motion)
+};
+
+/// What u and r are: gap and slip [m] with forces [N], or velocities [m/s] with impulses [N s].
+enum class ContactLevel { position, velocity };
+
+/// Number of rows that a contact has in W and q.
+inline int rows_of(ContactKind kind)
+{
+    return kind == ContactKind::frictional ? 3 : 1;
+}
+
+/// W, q, mu: the letters are those of FCLib. The rows follow the contacts in order.
+struct ContactProblem {
+    Eigen::MatrixXd W;             ///< Delassus operator, rows x rows [m/N]; may be semidefinite
+                                   ///< and unsymmetric up to kMaxAsymmetry
+    Eigen::VectorXd q;             ///< gap and slip of the free motion, rows [m]
+    Eigen::VectorXd mu;            ///< friction coefficient per contact, n [-], >= 0
+    std::vector<ContactKind> kind; ///< per contact; empty: all frictional
+    ContactLevel level = ContactLevel::position; ///< sets the units; the algebra is the same
+};
+
+/// |W - W^T| / |W| above which W is refused: the law of reciprocal motion is then violated by
+/// more than any condensation's round-off.
+constexpr double kMaxAsymmetry = 1e-2;
+
+/// Number of contacts.
+inline int contact_count(const ContactProblem& problem)
+{
+    return static_cast<int>(problem.mu.size());
+}
+
+inline ContactKind kind_of(const ContactProblem& problem, int contact)
+{
+    return problem.kind.empty() ? ContactKind::frictional
+                                : problem.kind[static_cast<std::size_t>(contact)];
+}
+
+/// First row of each contact, and the number of rows as last entry: n + 1.
+std::vector<int> row_offsets(const ContactProblem& problem);
+
+/// |W - W^T| / |W| in the Frobenius norm, 0 for W = 0 [-].
+double asymmetry(const Eigen::MatrixXd& W);
+
+/// Everything that makes the problem meaningless: sizes that differ, numbers that are not
+/// finite, mu < 0, W too unsymmetric. Empty if it can be solved. Zero contacts are valid.
+std::vector<Issue> issues(const ContactProblem& problem);
+
+} // namespace amontons

@@ -1,0 +1,46 @@
+#pragma once
+
+#include "mesh/base/types.hpp"
+
+// One frictional contact alone: u = A r + b with a 3 x 3 block A, solved exactly.
+
+namespace amontons {
+
+enum class LocalState {
+    open,    ///< r = 0, u_n >= 0
+    stick,   ///< u = 0, r inside the cone
+    slip,    ///< u_n = 0, u_t = -s r_t with s > 0, r on the cone
+    unsolved ///< the block alone has no solution that arithmetic can hold
+};
+
+struct LocalReaction {
+    Vec3 r = Vec3::Zero();
+    LocalState state = LocalState::unsolved; ///< r is finite in every state, 0 if unsolved
+};
+
+/// A prepared block: its Schur complement on the normal, in the basis where that is diagonal.
+struct LocalBlock {
+    double normal = 0;                 ///< A_nn
+    Eigen::Vector2d to_normal{0, 0};   ///< A_nt in the basis: u_n due to r_t
+    Eigen::Vector2d from_normal{0, 0}; ///< A_tn in the basis: u_t due to r_n
+    double large = 0, small = 0;       ///< eigenvalues of the symmetric part, large >= small
+    double skew = 0;                   ///< skew part, S = [[large, skew], [-skew, small]]
+    double cosine = 1, sine = 0;       ///< basis: first axis in (t1, t2)
+    bool solvable = false;             ///< A_nn > 0 beyond round-off
+};
+
+/// @param A  block of the contact, positive semidefinite up to round-off; small unsymmetry is
+///           kept, not averaged away
+LocalBlock prepare(const Mat3& A);
+
+/// r with r in K_mu, u = A r + b, u_n >= 0, Signorini and Coulomb; backward stable.
+///
+/// Enumerates open, stick and slip; slip is one root in the multiplier s of u_t = -s r_t,
+/// bracketed from the start, so that the iteration cannot fail. Derivation: docs/theory/contact.md.
+/// A positive definite block always has a solution; if several, the first in this order.
+/// @param b      u without this contact's own reaction, 3
+/// @param guess  s near the solution, e.g. |u_t| / |r_t| of the last one; 0 if unknown
+/// Cost: 30 to 150 ns; no allocation.
+LocalReaction solve_local(const LocalBlock& block, double mu, const Vec3& b, double guess = 0);
+
+} // namespace amontons

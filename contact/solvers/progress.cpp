@@ -1,0 +1,86 @@
+#include "contact/solvers/progress.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amontons {
+namespace {
+
+/// Updates by columns lose a digit in this many sweeps at worst; the product costs one sweep.
+constexpr int kRefreshEvery = 64;
+/// The history keeps every iteration up to this one, then each that is 5 % later.
+constexpr int kFullHistory = 64;
+constexpr double kThinning = 1.05;
+constexpr double kProgress = 0.9;
+
+} // namespace
+
+Progress::Progress(const ContactProblem& problem, const SolverOptions& options)
+    : problem_(problem)
+    , options_(options)
+    , natural_map_(problem, options.scope)
+    , threshold_(options.tolerance)
+{
+    run_.history.reserve(256);
+}
+
+bool Progress::converged(const Eigen::VectorXd& r, Eigen::VectorXd& u)
+{
+    error_ = natural_map_(r, u);
+    const bool due = looks_ >= next_refresh_;
+    if (error_ > threshold_ && !due) return false;
+
+    if (looks_ > 0) { // the start comes with an exact u
+        u = problem_.q;
+        u.noalias() += problem_.W * r;
+        error_ = natural_map_(r, u);
+    }
+    if (due) {
+        next_refresh_ = looks_ + kRefreshEvery;
+        threshold_ = std::max(options_.tolerance, natural_map_.floor(r, u));
+    }
+    return error_ <= threshold_;
+}
+
+bool Progress::ends(const Eigen::VectorXd& r, Eigen::VectorXd& u)
+{
+    const bool success = converged(r, u);
+    run_.iterations = looks_++;
+
+    if (error_ < best_ || run_.reaction.size() == 0) {
+        best_ = error_;
+        run_.reaction = r;
+    }
+    if (run_.iterations >= next_history_ || success) {
+        run_.history.push_back({run_.iterations, clock_.seconds(), error_});
+        next_history_ = run_.iterations < kFullHistory
+                            ? run_.iterations + 1
+                            : static_cast<int>(kThinning * run_.iterations);
+    }
+    if (success) {
+        // The threshold rose with the floor of this r: a better error at another is no excuse.
+        run_.reaction = r;
+        run_.status = SolveStatus::converged;
+        return true;
+    }
+    run_.status = SolveStatus::stagnated;
+    if (!std::isfinite(error_)) return true; // what follows can only be as meaningless
+    if (clock_.seconds() >= options_.max_seconds) {
+        run_.status = SolveStatus::out_of_time;
+        return true;
+    }
+    if (best_ < kProgress * stall_reference_) {
+        stall_reference_ = best_;
+        stall_start_ = run_.iterations;
+    }
+    return run_.iterations >= options_.max_iterations ||
+           run_.iterations - stall_start_ >= options_.patience;
+}
+
+void Progress::prove(InfeasibilityProof proof)
+{
+    run_.status = SolveStatus::infeasible;
+    run_.proof = std::move(proof);
+}
+
+} // namespace amontons

@@ -1,0 +1,55 @@
+#pragma once
+
+#include "contact/infeasible.hpp"
+#include "contact/options.hpp"
+#include "contact/solution.hpp"
+#include "mesh/base/phase_timer.hpp"
+
+namespace amontons {
+
+/// What an iterative solver hands back; solve() certifies it.
+struct SolverRun {
+    Eigen::VectorXd reaction; ///< the best iterate
+    int iterations = 0;
+    SolveStatus status = SolveStatus::stagnated; ///< why it ended
+    std::vector<ErrorPoint> history;
+    InfeasibilityProof proof;
+};
+
+/// Watches the iterates of a solver: error, best reaction, limits, stagnation.
+///
+/// Allocates when made and seldom after: the thinned history is the only thing that grows.
+class Progress {
+public:
+    Progress(const ContactProblem& problem, const SolverOptions& options);
+
+    /// Looks at an iterate and says whether to end; call it with every iterate, the start first.
+    /// @param u  W r + q as the solver keeps it; replaced now and then by the exact product,
+    ///           and always before success is believed
+    bool ends(const Eigen::VectorXd& r, Eigen::VectorXd& u);
+
+    /// Ends the run, with a status of the solver's own.
+    void end(SolveStatus status) { run_.status = status; }
+    void prove(InfeasibilityProof proof);
+
+    const NaturalMapError& natural_map() const { return natural_map_; }
+    double error() const { return error_; } ///< of the last iterate [-]
+    int iterations() const { return run_.iterations; }
+    SolverRun result() && { return std::move(run_); }
+
+private:
+    bool converged(const Eigen::VectorXd& r, Eigen::VectorXd& u);
+
+    const ContactProblem& problem_;
+    const SolverOptions& options_;
+    Stopwatch clock_;
+    NaturalMapError natural_map_;
+    SolverRun run_;
+    double error_ = 0, best_ = std::numeric_limits<double>::infinity();
+    double threshold_ = 0;
+    double stall_reference_ = std::numeric_limits<double>::infinity();
+    int stall_start_ = 0;
+    int looks_ = 0, next_refresh_ = 16, next_history_ = 0;
+};
+
+} // namespace amontons

@@ -1,0 +1,326 @@
+#include "contact/solve.hpp"
+
+#include "contact/tests/contact_problems.hpp"
+
+#include <Eigen/Dense>
+#include <doctest/doctest.h>
+#include <string>
+
+using namespace amontons;
+
+namespace {
+
+SolverOptions with(ContactSolver solver, double tolerance = 1e-10)
+{
+    SolverOptions options;
+    options.solver = solver;
+    options.tolerance = tolerance;
+    return options;
+}
+
+/// nsgs and both kinds of uzawa.
+std::vector<SolverOptions> all_solvers(double tolerance = 1e-10)
+{
+    std::vector<SolverOptions> all{with(ContactSolver::nsgs, tolerance),
+                                   with(ContactSolver::uzawa, tolerance),
+                                   with(ContactSolver::uzawa, tolerance)};
+    all[2].uzawa.rho = SolverOptions::Uzawa::Rho::adaptive;
+    return all;
+}
+
+} // namespace
+
+TEST_CASE("a tower on an incline stands below the friction angle and slides as one above")
+{
+    const double mu = 0.5;
+    for (int n : {1, 2, 8}) {
+        std::vector<double> mass;
+        for (int i = 0; i < n; ++i)
+            mass.push_back(1 + i % 3);
+        for (double slope : {0.0, 0.9 * std::atan(mu), 1.1 * std::atan(mu)})
+            for (const SolverOptions& options : all_solvers()) {
+                CAPTURE(n);
+                CAPTURE(slope);
+                CAPTURE(name(options.solver));
+                ContactProblem p = test::tower(mass, slope, mu);
+                p.mu.tail(n - 1).setConstant(2 * mu); // only the lowest contact may slip
+                const ContactSolution s = solve(p, options);
+                REQUIRE(s.certificate.status == SolveStatus::converged);
+
+                const bool stands = std::tan(slope) <= mu;
+                const double shear = stands ? std::sin(slope) : mu * std::cos(slope);
+                double above = 0;
+                for (int i = n; i-- > 0;) {
+                    above += mass[static_cast<std::size_t>(i)];
+                    const Vec3 r = above * test::kGravity * Vec3{std::cos(slope), -shear, 0};
+                    CHECK((s.reaction.segment<3>(3 * i) - r).norm() <= 1e-7 * r.norm());
+                }
+                const double slides = test::kGravity * (std::sin(slope) - shear); // [m/s^2]
+                CHECK(std::abs(s.u[1] - slides) <= 1e-7 * test::kGravity);
+            }
+    }
+}
+
+TEST_CASE("random problems are solved, and long double agrees with the certificate")
+{
+    std::mt19937 rng{1};
+    int iterations = 0;
+    for (int k = 0; k < 400; ++k) {
+        const int n = 1 + k % 12;
+        const int dofs = k % 2 ? 3 * n : 2 * n + 1; // every second one is singular
+        ContactProblem p = test::random_problem(rng, n, dofs, k % 3 ? 0.4 : 0.1, k % 5);
+        const double force = std::pow(10, k % 25 - 12), length = std::pow(10, 12 - k % 25);
+        p.W *= length / force;
+        p.q *= length;
+        SolverOptions options;
+        const ContactSolution s = solve(p, options);
+        const double error = static_cast<double>(test::reference_error(p, s.reaction));
+        CAPTURE(k);
+        CHECK(std::abs(s.certificate.error - error) <= 1e-12 + 1e-3 * error);
+        CHECK((s.certificate.status == SolveStatus::converged) ==
+              (error <= s.certificate.threshold));
+        CHECK(s.certificate.status == SolveStatus::converged);
+        CHECK((s.u - p.W * s.reaction - p.q).norm() <= 1e-12 * s.u.norm() + 1e-13 * p.q.norm());
+        iterations += s.certificate.iterations;
+    }
+    MESSAGE("mean sweeps " << iterations / 400.0);
+}
+
+TEST_CASE("hard problems end in time with a certificate that is true")
+{
+    std::mt19937 rng{2};
+    int count[4] = {};
+    for (int k = 0; k < 300; ++k) {
+        const int n = 1 + k % 8;
+        const double mu[] = {0, 1, 2, 10};
+        ContactProblem p = test::random_problem(rng, n, 1 + k % (3 * n), mu[k % 4], k % 13);
+        if (k % 3 == 0) { // a duplicate contact
+            p.W.topRows<3>() = p.W.bottomRows<3>();
+            p.W.leftCols<3>() = p.W.rightCols<3>();
+            p.W.topLeftCorner<3, 3>() = p.W.bottomRightCorner<3, 3>();
+            p.q.head<3>() = p.q.tail<3>();
+        }
+        if (k % 5 == 0) { // a contact that nothing can move
+            p.W.topRows<3>().setZero();
+            p.W.leftCols<3>().setZero();
+        }
+        SolverOptions options;
+        options.max_seconds = 0.05;
+        const ContactSolution s = solve(p, options);
+        const Certificate& c = s.certificate;
+        ++count[static_cast<int>(c.status)];
+        CAPTURE(k);
+        REQUIRE(s.reaction.allFinite());
+        CHECK(c.seconds < 0.2);
+        if (p.W.trace() <= 0 || p.q.norm() == 0) continue;
+        const double error = static_cast<double>(test::reference_error(p, s.reaction));
+        CHECK(std::abs(c.error - error) <= c.threshold + 1e-3 * error);
+        CHECK((c.status == SolveStatus::converged) == (c.error <= c.threshold));
+        if (c.status != SolveStatus::infeasible) continue;
+        // The proof, from its definition.
+        Eigen::VectorXd d = Eigen::VectorXd::Zero(p.q.size());
+        for (int i = 0; i < n; ++i)
+            d[3 * i] = c.proof.direction[i];
+        CHECK(d.minCoeff() >= 0);
+        CHECK(d.dot(p.q) < 0);
+        CHECK((p.W.transpose() * d).norm() <= 1e-12 * p.W.norm() * d.norm());
+    }
+    MESSAGE("converged " << count[0] << ", stagnated " << count[1] << ", infeasible " << count[2]
+                         << ", out of time " << count[3]);
+    CHECK(count[0] > 150);
+    CHECK(count[2] > 0);
+}
+
+TEST_CASE("units and the scale of W change nothing but the unit of the answer")
+{
+    std::mt19937 rng{3};
+    const ContactProblem p = test::random_problem(rng, 6, 18, 0.3, 2);
+    for (const SolverOptions& options : all_solvers()) {
+        const ContactSolution s = solve(p, options);
+        REQUIRE(s.certificate.status == SolveStatus::converged);
+        for (double force : {1e-12, 1e12})
+            for (double length : {1e-12, 1e3, 1e12}) {
+                ContactProblem other = p;
+                other.W *= length / force;
+                other.q *= length;
+                const ContactSolution t = solve(other, options);
+                CHECK(std::abs(t.certificate.iterations - s.certificate.iterations) <= 1);
+                CHECK((t.reaction / force - s.reaction).norm() <= 1e-7 * s.reaction.norm());
+            }
+        // By a power of two nothing is rounded: the same bits.
+        ContactProblem other = p;
+        other.W *= 0x1p-40;
+        other.q *= 0x1p-20;
+        CHECK((solve(other, options).reaction * 0x1p-20 - s.reaction).norm() <=
+              1e-12 * s.reaction.norm());
+    }
+}
+
+TEST_CASE("turning t1 and t2 at each contact turns the reactions")
+{
+    std::mt19937 rng{4};
+    const ContactProblem p = test::random_problem(rng, 6, 18, 0.3);
+    Eigen::MatrixXd Q = Eigen::MatrixXd::Identity(18, 18);
+    for (int i = 0; i < 6; ++i) {
+        const double a = 0.3 + i;
+        Q.block<2, 2>(3 * i + 1, 3 * i + 1) << std::cos(a), -std::sin(a), std::sin(a), std::cos(a);
+    }
+    ContactProblem other = p;
+    other.W = Q * p.W * Q.transpose();
+    other.q = Q * p.q;
+    const SolverOptions options = with(ContactSolver::nsgs, 1e-12);
+    const ContactSolution s = solve(p, options), t = solve(other, options);
+    CHECK((Q * s.reaction - t.reaction).norm() <= 1e-8 * s.reaction.norm());
+    CHECK(std::abs(s.certificate.iterations - t.certificate.iterations) <= 2);
+}
+
+TEST_CASE("frictionless contacts are frictional ones with mu = 0, bilateral rows stay closed")
+{
+    std::mt19937 rng{5};
+    const ContactProblem p = test::random_problem(rng, 5, 15, 0);
+    ContactProblem rows;
+    const std::vector<Eigen::Index> normals{0, 3, 6, 9, 12};
+    rows.W = p.W(normals, normals);
+    rows.q = p.q(normals);
+    rows.mu = Eigen::VectorXd::Zero(5);
+    rows.kind.assign(5, ContactKind::frictionless);
+    for (const SolverOptions& options : all_solvers()) {
+        const ContactSolution full = solve(p, options), normal = solve(rows, options);
+        REQUIRE(normal.certificate.status == SolveStatus::converged);
+        CHECK((full.reaction(normals) - normal.reaction).norm() <= 1e-6 * normal.reaction.norm());
+    }
+
+    // Bilateral alone is a linear system; among others it holds too.
+    rows.kind.assign(5, ContactKind::bilateral);
+    const Eigen::VectorXd exact = -rows.W.ldlt().solve(rows.q);
+    for (const SolverOptions& options : all_solvers())
+        CHECK((solve(rows, options).reaction - exact).norm() <= 1e-5 * exact.norm());
+
+    ContactProblem mixed;
+    mixed.W = p.W.topLeftCorner<8, 8>();
+    mixed.q = p.q.head<8>();
+    mixed.mu = Eigen::VectorXd::Constant(4, 0.3);
+    mixed.kind = {ContactKind::bilateral, ContactKind::frictional, ContactKind::frictionless,
+                  ContactKind::frictional};
+    for (const SolverOptions& options : all_solvers()) {
+        const ContactSolution s = solve(mixed, options);
+        CHECK(s.certificate.status == SolveStatus::converged);
+        CHECK(std::abs(s.u[0]) <= 1e-8 * mixed.q.norm());
+        CHECK(s.reaction[4] >= 0);
+        CHECK(s.u[4] >= -1e-8 * mixed.q.norm());
+    }
+}
+
+TEST_CASE("walls that close on a body from both sides are infeasible, with the proof")
+{
+    for (double friction : {0.0, 0.5}) {
+        // One body, one degree of freedom along n, held apart by less than it must be.
+        ContactProblem p;
+        p.W.setZero(6, 6);
+        for (int i : {0, 1})
+            for (int j : {0, 1})
+                p.W.block<3, 3>(3 * i, 3 * j) = Vec3{i == j ? 1.0 : -1.0, 1, 1}.asDiagonal();
+        p.q.resize(6);
+        p.q << -1, 0.1, 0, 1 - 1e-6, 0.1, 0;
+        p.mu.setConstant(2, friction);
+        const ContactSolution s = solve(p);
+        CHECK(s.certificate.status == SolveStatus::infeasible);
+        CHECK(s.certificate.proof.contacts == std::vector<int>{0, 1});
+        CHECK(s.certificate.proof.closing == doctest::Approx(1e-6));
+        CHECK(s.certificate.iterations < 200);
+        // As much room as the body needs: feasible, and never called otherwise.
+        p.q[3] = 1 + 1e-6;
+        CHECK(solve(p).certificate.status == SolveStatus::converged);
+    }
+}
+
+TEST_CASE("a warm start saves sweeps, a bad one costs nothing")
+{
+    std::mt19937 rng{6};
+    ContactProblem p = test::random_problem(rng, 10, 30, 0.4, 1);
+    const ContactSolution cold = solve(p);
+    REQUIRE(cold.certificate.status == SolveStatus::converged);
+    CHECK(solve(p, {}, cold.reaction).certificate.iterations == 0);
+    p.q *= 1 + 1e-6;
+    CHECK(solve(p, {}, cold.reaction).certificate.iterations < cold.certificate.iterations / 2);
+    const Eigen::VectorXd bad = Eigen::VectorXd::Constant(30, 1e9);
+    const ContactSolution from_bad = solve(p, {}, bad), from_zero = solve(p);
+    CHECK((from_bad.reaction - from_zero.reaction).norm() == 0);
+}
+
+TEST_CASE("the same problem gives the same bits")
+{
+    std::mt19937 rng{7};
+    const ContactProblem p = test::random_problem(rng, 12, 30, 0.4, 3);
+    for (const SolverOptions& options : all_solvers(1e-8))
+        CHECK((solve(p, options).reaction - solve(p, options).reaction).norm() == 0);
+}
+
+TEST_CASE("limits end a solve with the best reaction so far")
+{
+    std::mt19937 rng{8};
+    const ContactProblem p = test::random_problem(rng, 12, 20, 0.4, 6);
+    SolverOptions options = with(ContactSolver::nsgs, 1e-14);
+    options.max_iterations = 3;
+    const ContactSolution few = solve(p, options);
+    CHECK(few.certificate.status == SolveStatus::stagnated);
+    CHECK(few.certificate.iterations == 3);
+    REQUIRE(few.history.size() == 4);
+    double best = few.history[0].error;
+    for (const ErrorPoint& point : few.history)
+        best = std::min(best, point.error);
+    CHECK(few.certificate.error == doctest::Approx(best));
+    options.max_seconds = 0;
+    CHECK(solve(p, options).certificate.status == SolveStatus::out_of_time);
+}
+
+TEST_CASE("no contact is a problem, with nothing to do")
+{
+    const ContactSolution s = solve(ContactProblem{});
+    CHECK(s.certificate.status == SolveStatus::converged);
+    CHECK(s.reaction.size() == 0);
+}
+
+TEST_CASE("bad input is refused, with all that is wrong")
+{
+    ContactProblem p = test::tower({1, 1}, 0.1, 0.5);
+    const auto count = [&](const ContactProblem& problem, const SolverOptions& options = {},
+                           const Eigen::VectorXd& warm = {}) {
+        try {
+            solve(problem, options, warm);
+        } catch (const InputError& e) {
+            return e.issues().size();
+        }
+        return std::size_t{0};
+    };
+    CHECK(count(p) == 0);
+
+    ContactProblem bad = p;
+    bad.mu[0] = -0.1;
+    bad.mu[1] = NAN;
+    bad.q[2] = INFINITY;
+    bad.W(3, 1) = NAN;
+    CHECK(count(bad) == 4);
+    bad = p;
+    bad.q.conservativeResize(5);
+    bad.W.conservativeResize(6, 5);
+    CHECK(count(bad) == 2);
+    bad = p;
+    bad.kind = {ContactKind::frictional};
+    CHECK(count(bad) == 1);
+    bad = p;
+    bad.W(0, 4) += 0.1;
+    CHECK(asymmetry(bad.W) > kMaxAsymmetry);
+    CHECK(count(bad) == 1);
+    CHECK(count(p, {}, Eigen::VectorXd::Zero(5)) == 1);
+    CHECK(count(p, {}, Eigen::VectorXd::Constant(6, NAN)) == 1);
+
+    SolverOptions options;
+    options.tolerance = -1;
+    options.max_seconds = NAN;
+    options.nsgs.freeze = 1;
+    options.uzawa.factor = 0;
+    CHECK(count(p, options) == 4);
+    CHECK(contact_solver("uzawa") == ContactSolver::uzawa);
+    CHECK_THROWS_AS(contact_solver("uzava"), InputError);
+}
