@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <cstdio>
+#include <cstdlib>
 
 namespace amontons {
 namespace {
@@ -25,13 +27,6 @@ double now()
 }
 
 using Trial = NewtonWorkspace::Trial;
-
-Node6 scaled(const Node6& a, double s)
-{
-    Node6 r;
-    r.column = a.column * splat6(s);
-    return r;
-}
 
 double dot(const Node6& a, const Node6& b)
 {
@@ -170,36 +165,56 @@ Residual assemble(const Wire& wire, const std::vector<WireWall>& walls, const St
     return res;
 }
 
+/// Normal plus mu times the slip force's direction.
+ContactRow slip_force_row(const Candidate& c, const Trial& t)
+{
+    return combine(c.hn, c.mu * t.c1, c.ht[0], c.mu * t.c2, c.ht[1]);
+}
+
+ContactRow across_row(const Candidate& c, const Trial& t)
+{
+    ContactRow p;
+    p.a.column = splat6(-t.c2) * c.ht[0].a.column + splat6(t.c1) * c.ht[1].a.column;
+    p.b.column = splat6(-t.c2) * c.ht[0].b.column + splat6(t.c1) * c.ht[1].b.column;
+    return p;
+}
+
 // Adds a contact with its trial status to the linear system: reactions of active rows are
 // r - rho (g + H d) (normal, stick), mu r_n along the slip force, and -across (u + H d) across
 // it, the linearisation of r_t = P(r_t - rho u_t) on the cone's edge.
-void add_contact(const Candidate& c, const Trial& t, BlockTridiagonal& K, std::vector<Node6>& r)
+void add_contact(const Candidate& c, const Trial& t, BlockTridiagonal& K, bool coupled)
 {
     const int e = c.place.element;
     const double rho = kRhoNormal * c.stiffness;
-    const double fn = c.normal - rho * c.gap;
     if (t.status == 2) {
-        const ContactRow f = combine(c.hn, c.mu * t.c1, c.ht[0], c.mu * t.c2, c.ht[1]);
-        add_product(K, e, f, c.hn, rho);
-        add_force(r, e, f, fn);
+        add_product(K, e, coupled ? slip_force_row(c, t) : c.hn, c.hn, rho);
         if (t.across > 0) {
-            ContactRow p;
-            p.a.column = splat6(-t.c2) * c.ht[0].a.column + splat6(t.c1) * c.ht[1].a.column;
-            p.b.column = splat6(-t.c2) * c.ht[0].b.column + splat6(t.c1) * c.ht[1].b.column;
+            const ContactRow p = across_row(c, t);
             add_product(K, e, p, p, t.across);
-            add_force(r, e, p, -t.across * (-t.c2 * c.slip[0] + t.c1 * c.slip[1]));
         }
         return;
     }
     add_product(K, e, c.hn, c.hn, rho);
-    add_force(r, e, c.hn, fn);
-    if (c.mu > 0) {
-        const double rt = kRhoStick * c.stiffness;
-        for (int k = 0; k < 2; ++k) {
-            add_product(K, e, c.ht[k], c.ht[k], rt);
-            add_force(r, e, c.ht[k], c.tangential[k] - rt * c.slip[k]);
-        }
+    if (c.mu > 0)
+        for (const ContactRow& h : c.ht) add_product(K, e, h, h, kRhoStick * c.stiffness);
+}
+
+void add_contact_force(const Candidate& c, const Trial& t, std::vector<Node6>& r)
+{
+    const int e = c.place.element;
+    const double fn = c.normal - kRhoNormal * c.stiffness * c.gap;
+    if (t.status == 2) {
+        add_force(r, e, slip_force_row(c, t), fn);
+        if (t.across > 0)
+            add_force(r, e, across_row(c, t),
+                      -t.across * (-t.c2 * c.slip[0] + t.c1 * c.slip[1]));
+        return;
     }
+    add_force(r, e, c.hn, fn);
+    if (c.mu > 0)
+        for (int k = 0; k < 2; ++k)
+            add_force(r, e, c.ht[k],
+                      c.tangential[k] - kRhoStick * c.stiffness * c.slip[k]);
 }
 
 /// Reaction and motion of a contact after a trial.
@@ -262,6 +277,8 @@ Change violation(const Candidate& c, const Trial& t, double force, double length
     const double s1 = k * t.t1 - rho * t.v1, s2 = k * t.t2 - rho * t.v2;
     const double s = std::hypot(s1, s2);
     if (s < bound * (1 - 1e-9) - force) return {Change::stick, bound - s};
+    // Slip against its own friction: sticks first, or the two opposite slips alternate.
+    if (t.v1 * t.c1 + t.v2 * t.c2 > force / rho) return {Change::stick, bound};
     const double turn = std::abs(s1 * t.c2 - s2 * t.c1);
     if (s > 0 && turn > kTurnTolerance * s && bound > force) return {Change::turn, turn};
     return {};
@@ -304,6 +321,42 @@ void initial_status(const Candidate& c, Trial& t)
     else if (m > bound * (1 + 1e-6) && m > 0) set_slip(c, t, s1, s2, bound);
 }
 
+/// Right-hand side without the present reactions (the gradient holds them; the rows of active
+/// contacts put theirs back).
+void set_right_side(const Wire& wire, NewtonWorkspace& w)
+{
+    for (int i = wire.state.first; i <= wire.last(); ++i)
+        w.right[std::size_t(i)].column = -w.gradient[std::size_t(i)].column;
+    for (std::size_t k = 0; k < w.candidates.size(); ++k) {
+        const Candidate& c = w.candidates[k];
+        const int e = c.place.element;
+        if (c.normal > 0) {
+            add_force(w.right, e, c.hn, -c.normal);
+            add_force(w.right, e, c.ht[0], -c.tangential[0]);
+            add_force(w.right, e, c.ht[1], -c.tangential[1]);
+        }
+        if (w.trial[k].status != 0) add_contact_force(c, w.trial[k], w.right);
+    }
+}
+
+/// Base plus shift plus active contacts; without friction's coupling to the normal reaction if
+/// not `coupled`.
+void set_system(const Wire& wire, NewtonWorkspace& w, double shift, bool coupled)
+{
+    w.system.copy_from(w.base, wire.state.first);
+    if (shift > 0)
+        for (int i = wire.state.first + 1; i <= wire.last(); ++i) {
+            const double h = wire.material.law[std::size_t(i) - 1].length;
+            Block6& d = w.system.diagonal(i);
+            for (int a = 0; a < 3; ++a) {
+                d(a, a) += shift;
+                d(a + 3, a + 3) += shift * h * h;
+            }
+        }
+    for (std::size_t k = 0; k < w.candidates.size(); ++k)
+        if (w.trial[k].status != 0) add_contact(w.candidates[k], w.trial[k], w.system, coupled);
+}
+
 /// The linearised contact problem. Leaves the increment and the trials.
 bool solve_linearised(const Wire& wire, NewtonWorkspace& w, const Residual& res,
                       const NewtonOptions& options, double& shift, NewtonReport& report)
@@ -315,46 +368,29 @@ bool solve_linearised(const Wire& wire, NewtonWorkspace& w, const Residual& res,
 
     std::vector<Change> wrong(n);
     int best = std::numeric_limits<int>::max(), patience = 8;
-    int from = wire.state.first;
     for (int trial = 0; trial < kTrials; ++trial) {
         for (;;) {
-            w.system.copy_from(w.base, from);
-            if (from > wire.state.first) {
-                // The diagonal block of `from` was refreshed; contacts of the element before
-                // it reach into it.
-            }
-            for (int i = wire.state.first; i <= wire.last(); ++i) {
-                Node6& r = w.right[std::size_t(i)];
-                r.column = -w.gradient[std::size_t(i)].column;
-            }
-            // The gradient holds the present reactions; take them out, the rows put them back.
-            for (std::size_t k = 0; k < n; ++k) {
-                const Candidate& c = w.candidates[k];
-                const int e = c.place.element;
-                if (c.normal > 0) {
-                    add_force(w.right, e, c.hn, -c.normal);
-                    add_force(w.right, e, c.ht[0], -c.tangential[0]);
-                    add_force(w.right, e, c.ht[1], -c.tangential[1]);
-                }
-            }
-            if (shift > 0)
-                for (int i = std::max(from, wire.state.first + 1); i <= wire.last(); ++i) {
-                    const double h = wire.material.law[std::size_t(i) - 1].length;
-                    Block6& d = w.system.diagonal(i);
-                    for (int a = 0; a < 3; ++a) {
-                        d(a, a) += shift;
-                        d(a + 3, a + 3) += shift * h * h;
-                    }
-                }
-            for (std::size_t k = 0; k < n; ++k)
-                if (w.trial[k].status != 0)
-                    add_contact(w.candidates[k], w.trial[k], w.system, w.right);
-            const int negative = w.system.factor(wire.state.first);
+            set_right_side(wire, w);
+            set_system(wire, w, shift, true);
             ++report.factorisations;
-            if (negative == 0) break;
+            if (w.system.factor(wire.state.first) == 0) break;
+            // Friction's unsymmetric rows can make a pivot negative by themselves; whether the
+            // wire is stable on the motions that contact leaves free is the inertia without them.
+            bool unsymmetric = false;
+            for (const Trial& t : w.trial) unsymmetric |= t.status == 2;
+            if (unsymmetric) {
+                set_system(wire, w, shift, false);
+                ++report.factorisations;
+                if (w.system.factor(wire.state.first) == 0) {
+                    set_system(wire, w, shift, true);
+                    ++report.factorisations;
+                    w.system.factor(wire.state.first);
+                    break;
+                }
+            }
             const double unit = *std::min_element(wire.material.stiffness.begin(),
                                                   wire.material.stiffness.end());
-            shift = shift > 0 ? 4 * shift : 1e-4 * unit;
+            shift = shift > 0 ? 4 * shift : 1e-6 * unit;
             if (shift > 1e6 * unit) return false;
         }
         w.increment = w.right;
@@ -367,6 +403,7 @@ bool solve_linearised(const Wire& wire, NewtonWorkspace& w, const Residual& res,
                                  force / (kCertificateRho * w.candidates[k].stiffness));
             if (wrong[k].kind != Change::none) ++count;
         }
+        if (getenv("DBG3")) { printf("     tr %d cnt %d :",trial,count); for(size_t k=0;k<n;k++) if(w.trial[k].status||wrong[k].kind) printf(" %d:%c>%c%.0e(%.3f)",w.candidates[k].point,"otl"[w.trial[k].status],"-ocslt"[wrong[k].kind],wrong[k].size,w.trial[k].status==2?std::atan2(w.trial[k].c2,w.trial[k].c1):0); printf("\n"); }
         if (count == 0) return true;
 
         bool all = true;
@@ -471,6 +508,7 @@ NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,
             report.residual.equilibrium = std::numeric_limits<double>::infinity();
             return report;
         }
+        if (getenv("DBG")) { int na=0,ns=0; for (auto&t:w.trial) if(t.status){na++; if(t.status==1)ns++;} printf("   it %d eq %.2e con %.2e shift %.2e fac %d move %.2e turn %.2e act %d stick %d cand %zu\n", report.iterations,res.equilibrium,res.contact,shift,report.factorisations,move,turn,na,ns,w.candidates.size()); }
         double factor = 1;
         if (move > options.longest_move) factor = options.longest_move / move;
         if (turn * factor > 0.3) factor = 0.3 / turn;
