@@ -95,7 +95,7 @@ install_packages() {
         read -r -p "Go on? [Y/n] " answer
         [[ -z $answer || $answer == [yY]* ]] || fail "nothing installed"
     fi
-    as_root apt-get -q update || fail "apt-get update failed: no network, or broken sources"
+    as_root apt-get -qq update || fail "apt-get update failed: no network, or broken sources"
 
     local -a chosen=() unknown=()
     local name
@@ -117,8 +117,13 @@ install_packages() {
         say "This release has no package $entry: what needs it is left out."
     done
     [[ ${#chosen[@]} -eq 0 ]] && return
-    as_root env DEBIAN_FRONTEND=noninteractive apt-get -q install -y --no-install-recommends \
-        -o Dpkg::Use-Pty=0 "${chosen[@]}" || fail "apt-get install failed"
+    mkdir -p build
+    say "Installing; this can take minutes. What apt says goes to build/apt.log."
+    if ! as_root env DEBIAN_FRONTEND=noninteractive apt-get -q install -y \
+        --no-install-recommends -o Dpkg::Use-Pty=0 "${chosen[@]}" >build/apt.log 2>&1; then
+        tail -n 30 build/apt.log >&2
+        fail "apt-get install failed"
+    fi
 }
 
 # ---- build and run

@@ -20,9 +20,11 @@ namespace {
 
 using Collections = std::vector<std::vector<Frame>>;
 
-bool is_surface(const Poly& data)
+/// Triangles, but not those of a wire's own surface: they carry its radius.
+bool is_wall(const Poly& data)
 {
-    return data->GetNumberOfPolys() + data->GetNumberOfStrips() > 0;
+    return data->GetNumberOfPolys() + data->GetNumberOfStrips() > 0 &&
+           !data->GetPointData()->HasArray("radius");
 }
 
 Poly read_or_throw(const std::filesystem::path& file)
@@ -50,7 +52,7 @@ Instant read_instant(const Collections& collections, double time, std::vector<Po
                 instant.contacts.push_back(data);
             else if (data->GetNumberOfLines() > 0)
                 instant.wires.push_back(data);
-            else if (is_surface(data))
+            else if (is_wall(data))
                 walls.push_back(data);
         }
     }
@@ -118,7 +120,7 @@ DrawnResult read_result(const std::filesystem::path& folder)
     std::sort(loose.begin(), loose.end());
     for (const auto& file : loose) {
         const Poly data = read_or_throw(file);
-        if (is_surface(data)) walls.push_back(data);
+        if (is_wall(data)) walls.push_back(data);
     }
     // A run may write a wall twice, at its start and with the forces at its end: draw it once.
     const auto has_force = [](const Poly& wall) {

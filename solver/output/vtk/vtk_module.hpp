@@ -16,8 +16,8 @@ extern "C" {
 ///
 /// Reads every .pvd in `result_directory` and every .vtp there that no .pvd names, and tells
 /// what they are by what they hold: polylines are wires, points with `force` are contacts,
-/// triangles are walls (those with `max_contact_force`, if any has it). With no X display at
-/// hand it starts an Xvfb of its own and ends it.
+/// triangles without `radius` are walls (those with `max_contact_force`, if any has it). Draws
+/// on an Xvfb of its own, or on $DISPLAY where Xvfb is not installed.
 /// @param result_directory  what `amontons run --output` wrote
 /// @param png               the picture's path; written whole or not at all
 int amontons_vtk_render(const char* result_directory, const char* png, char* message,
