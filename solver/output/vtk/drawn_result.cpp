@@ -41,12 +41,13 @@ Instant read_instant(const Collections& collections, double time, std::vector<Po
 {
     Instant instant;
     instant.time = time;
+    std::set<std::filesystem::path> seen; // two collections may name the same file
     for (const std::vector<Frame>& frames : collections) {
         double shown = -std::numeric_limits<double>::infinity();
         for (const Frame& frame : frames)
             if (frame.time <= time) shown = std::max(shown, frame.time);
         for (const Frame& frame : frames) {
-            if (frame.time != shown) continue;
+            if (frame.time != shown || !seen.insert(frame.file.lexically_normal()).second) continue;
             const Poly data = read_or_throw(frame.file);
             if (data->GetPointData()->HasArray("force"))
                 instant.contacts.push_back(data);

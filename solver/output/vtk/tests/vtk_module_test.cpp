@@ -106,7 +106,7 @@ std::string repeated(double value, std::size_t times)
 }
 
 /// A straight wire below a plate that it touches in one point; lengths times `unit`.
-void write_run(const Folder& folder, bool with_contact, double unit = 1)
+void write_run(const Folder& folder, bool with_contact, double unit = 1, bool in_both = false)
 {
     const double a = unit;
     folder.write("plate.vtp", vtp({{-a, -0.1 * a, 0.5 * a},
@@ -130,7 +130,7 @@ void write_run(const Folder& folder, bool with_contact, double unit = 1)
         contacts += "<DataSet timestep=\"" + n + "\" file=\"contact" + n + ".vtp\"/>";
     }
     const std::string head = R"(<VTKFile type="Collection" version="0.1"><Collection>)";
-    folder.write("run.pvd", head + wires + "</Collection></VTKFile>");
+    folder.write("run.pvd", head + wires + (in_both ? contacts : "") + "</Collection></VTKFile>");
     folder.write("contacts.pvd", head + contacts + "</Collection></VTKFile>");
 }
 
@@ -173,10 +173,15 @@ TEST_CASE("a picture shows the wire, and its contact forces if there are any")
     const fs::path png = folder.path / "run.png";
     REQUIRE(module().render(folder.path, png) == "");
     const Colours with = colours_of(png, 0.6);
+    const Colours whole = colours_of(png, 1); // with the legend: the scale of the force
     CHECK(with.white > 1000000);
     CHECK(with.blue > 2000);
     CHECK(with.red > 500);
     CHECK(with.other > 10000); // the plate of glass, the letters
+
+    write_run(folder, true, 1, true); // contacts named by two collections count once
+    REQUIRE(module().render(folder.path, png) == "");
+    CHECK(colours_of(png, 1) == whole);
 
     write_run(folder, false);
     REQUIRE(module().render(folder.path, png) == "");
