@@ -79,6 +79,7 @@ struct StepRecord {
     std::vector<ContactRecord> contacts; ///< active contacts
     StepCertificate certificate;
     EnergyRecord energy;
+    PhaseSeconds phases;              ///< wall times since the start of the run; for history.csv
     std::vector<Quantity> quantities; ///< of each step, same names in the same order: history.csv
 };
 

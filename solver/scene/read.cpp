@@ -302,6 +302,10 @@ void Reader::bodies(const Json& json, const ObjectDeclaration& body, const std::
             wrong(here, "body " + quoted_text(name), "a name of letters, digits, _ and -");
             continue;
         }
+        if (name == "contacts") { // the contact points are written under this name
+            wrong(here, "body \"contacts\"", "another name");
+            continue;
+        }
         if (!value.is_object()) {
             wrong(here, shown(value), "an object {...}");
             continue;

@@ -28,7 +28,7 @@ struct CentrelinePiece {
 /// A curve in space: a file of points, or pieces from a start.
 struct CentrelineInput {
     std::string file;                     ///< CSV x,y,z[,radius] in m, or 3D Slicer .mrk.json
-    double scale = 1;                     ///< of the file's lengths [m per unit]
+    double scale = 0;                     ///< of the file's lengths [m per unit]; 0: the format's own
     std::vector<CentrelinePiece> pieces;  ///< instead of a file
     Vec3 start = Vec3::Zero();            ///< of the first piece [m]
     Vec3 direction = Vec3::UnitX();       ///< of the first piece

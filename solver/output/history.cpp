@@ -1,0 +1,144 @@
+#include "solver/output/history.hpp"
+
+#include "mesh/base/error.hpp"
+#include "mesh/base/file.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <iterator>
+#include <unistd.h>
+
+namespace amontons {
+namespace {
+
+struct Column {
+    const char* name;
+    double (*value)(const StepRecord& r);
+};
+
+// The fixed columns; those of the simulation's own quantities stand between the two groups.
+constexpr Column kFirst[] = {
+    {"step", [](const StepRecord& r) { return static_cast<double>(r.step); }},
+    {"time [s]", [](const StepRecord& r) { return r.time; }},
+};
+constexpr Column kLast[] = {
+    {"contacts", [](const StepRecord& r) { return static_cast<double>(r.contacts.size()); }},
+    {"certificate_error", [](const StepRecord& r) { return r.certificate.error; }},
+    {"certificate_tolerance", [](const StepRecord& r) { return r.certificate.tolerance; }},
+    {"worst_penetration [m]", [](const StepRecord& r) { return r.certificate.worst_penetration; }},
+    {"worst_cone_violation [N]",
+     [](const StepRecord& r) { return r.certificate.worst_cone_violation; }},
+    {"work [J]", [](const StepRecord& r) { return r.energy.work; }},
+    {"work_absolute [J]", [](const StepRecord& r) { return r.energy.work_absolute; }},
+    {"elastic [J]", [](const StepRecord& r) { return r.energy.elastic; }},
+    {"kinetic [J]", [](const StepRecord& r) { return r.energy.kinetic; }},
+    {"friction [J]", [](const StepRecord& r) { return r.energy.friction; }},
+    {"released [J]", [](const StepRecord& r) { return r.energy.released; }},
+    {"energy_error [J]", [](const StepRecord& r) { return r.energy.error(); }},
+    {"step_length [s]", [](const StepRecord& r) { return r.step_length; }},
+    {"iterations", [](const StepRecord& r) { return static_cast<double>(r.iterations); }},
+    {"factorisations", [](const StepRecord& r) { return static_cast<double>(r.factorisations); }},
+    {"retries", [](const StepRecord& r) { return static_cast<double>(r.retries); }},
+    {"seconds [s]", [](const StepRecord& r) { return r.seconds; }},
+    {"free_motion_seconds [s]", [](const StepRecord& r) { return r.phases.free_motion; }},
+    {"detection_seconds [s]", [](const StepRecord& r) { return r.phases.detection; }},
+    {"compliance_seconds [s]", [](const StepRecord& r) { return r.phases.compliance; }},
+    {"contact_solve_seconds [s]", [](const StepRecord& r) { return r.phases.contact_solve; }},
+    {"correction_seconds [s]", [](const StepRecord& r) { return r.phases.correction; }},
+};
+
+/// Each line's hash takes in the hash of the lines before it.
+std::uint64_t chained(std::uint64_t before, std::string_view line)
+{
+    std::uint64_t both[2] = {before, hash_bytes(line)};
+    return hash_bytes({reinterpret_cast<const char*>(both), sizeof both});
+}
+
+} // namespace
+
+History::~History()
+{
+    if (file_ >= 0) ::close(file_);
+}
+
+void History::start(const std::string& path)
+{
+    path_ = path;
+    file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (file_ < 0) throw WriteError(path, std::strerror(errno));
+}
+
+void History::resume(const std::string& path, std::uint64_t bytes, std::uint64_t hash)
+{
+    const std::string text = read_file(path);
+    std::uint64_t found = 0;
+    for (std::size_t at = 0; at < bytes && at < text.size();) {
+        const std::size_t end = std::min(text.find('\n', at), text.size() - 1) + 1;
+        found = chained(found, std::string_view(text).substr(at, end - at));
+        at = end;
+    }
+    if (text.size() < bytes || found != hash)
+        throw InputError({{path, "", "not the history that the checkpoint goes on with",
+                           "the files as the run left them"}});
+    path_ = path;
+    file_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (file_ < 0 || ::ftruncate(file_, static_cast<off_t>(bytes)) != 0 ||
+        ::lseek(file_, 0, SEEK_END) < 0)
+        throw WriteError(path, std::strerror(errno));
+    bytes_ = bytes;
+    hash_ = hash;
+}
+
+void History::write_line_()
+{
+    std::size_t done = 0;
+    while (done < line_.size()) {
+        const ssize_t n = ::write(file_, line_.data() + done, line_.size() - done);
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) {
+            const int error = errno;
+            if (::ftruncate(file_, static_cast<off_t>(bytes_)) != 0) { /* a half line stays */
+            }
+            throw WriteError(path_, std::strerror(error));
+        }
+        done += static_cast<std::size_t>(n);
+    }
+    bytes_ += line_.size();
+    hash_ = chained(hash_, line_);
+}
+
+void History::append(const StepRecord& r)
+{
+    line_.clear();
+    const auto out = std::back_inserter(line_);
+    if (bytes_ == 0) {
+        for (const Column& c : kFirst)
+            fmt::format_to(out, "{},", c.name);
+        for (const Quantity& q : r.quantities)
+            q.unit.empty() ? fmt::format_to(out, "{},", q.name)
+                           : fmt::format_to(out, "{} [{}],", q.name, q.unit);
+        for (const Column& c : kLast)
+            fmt::format_to(out, "{},", c.name);
+        line_ += "remark\n";
+        write_line_();
+        line_.clear();
+    }
+    for (const Column& c : kFirst)
+        fmt::format_to(out, "{},", c.value(r));
+    for (const Quantity& q : r.quantities)
+        fmt::format_to(out, "{},", q.value);
+    for (const Column& c : kLast)
+        fmt::format_to(out, "{},", c.value(r));
+    if (!r.remark.empty()) {
+        line_ += '"';
+        for (const char c : r.remark)
+            line_ += c == '"' ? '\'' : c == '\n' ? ' ' : c;
+        line_ += '"';
+    }
+    line_ += '\n';
+    write_line_();
+}
+
+} // namespace amontons

@@ -1,0 +1,43 @@
+#pragma once
+
+#include "solver/output/step_record.hpp"
+
+#include <cstdint>
+#include <string>
+
+namespace amontons {
+
+/// history.csv: one line a step, its units in the first line.
+///
+/// A line is one write(2): whatever ends the process, the lines of all finished steps are
+/// there and whole. What a full disk cuts off is taken back.
+class History {
+public:
+    History() = default;
+    History(const History&) = delete;
+    History& operator=(const History&) = delete;
+    ~History();
+
+    /// Begins a new file. @throws WriteError
+    void start(const std::string& path);
+
+    /// Goes on with a file: what stands after its first `bytes` is cut off.
+    /// @throws InputError  if the file is missing, shorter, or these bytes are not `hash`
+    void resume(const std::string& path, std::uint64_t bytes, std::uint64_t hash);
+
+    /// @throws WriteError  and leaves the file with the lines before this one
+    void append(const StepRecord& record);
+
+    std::uint64_t bytes() const { return bytes_; }
+    std::uint64_t hash() const { return hash_; } ///< of the whole file, line by line
+
+private:
+    void write_line_();
+
+    std::string path_;
+    std::string line_; ///< kept for its capacity
+    int file_ = -1;
+    std::uint64_t bytes_ = 0, hash_ = 0;
+};
+
+} // namespace amontons

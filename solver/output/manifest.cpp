@@ -1,0 +1,145 @@
+#include "solver/output/manifest.hpp"
+
+#include "solver/output/version.hpp"
+
+#include <Eigen/Core>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <fmt/format.h>
+#include <memory>
+#include <sys/utsname.h>
+#include <thread>
+
+namespace amontons {
+namespace {
+
+/// The first line of a system file that starts with `key`, without the key.
+std::string system_line(const char* file, const std::string& key)
+{
+    const std::unique_ptr<FILE, int (*)(FILE*)> in(std::fopen(file, "r"), std::fclose);
+    char line[512];
+    while (in && std::fgets(line, sizeof line, in.get())) {
+        std::string text = line;
+        if (text.rfind(key, 0) != 0) continue;
+        text = text.substr(key.size());
+        const std::size_t first = text.find_first_not_of(" \t:");
+        const std::size_t last = text.find_last_not_of(" \t\n");
+        return first == std::string::npos ? "" : text.substr(first, last - first + 1);
+    }
+    return "";
+}
+
+void write_strings(JsonText& json, const char* name, const std::vector<std::string>& texts)
+{
+    json.key(name).open('[');
+    for (const std::string& t : texts)
+        json.value(t);
+    json.close(']');
+}
+
+} // namespace
+
+std::string program_version()
+{
+    return AMONTONS_VERSION;
+}
+
+std::string program_describe()
+{
+    return AMONTONS_DESCRIBE;
+}
+
+std::string now_utc()
+{
+    const std::time_t now = std::time(nullptr);
+    std::tm utc{};
+    ::gmtime_r(&now, &utc);
+    char text[32];
+    std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+    return text;
+}
+
+double peak_memory()
+{
+    return 1024 * std::strtod(system_line("/proc/self/status", "VmHWM:").c_str(), nullptr);
+}
+
+int exit_code(const RunSummary& summary)
+{
+    return summary.status == "done" ? 0 : summary.status == "interrupted" ? 130 : 3;
+}
+
+void write_summary(JsonText& json, const RunSummary& s, const std::vector<std::string>& modules)
+{
+    json.member("status", s.status).member("message", s.message);
+    json.member("steps", s.steps).member("time", s.time);
+    const PhaseSeconds& t = s.seconds;
+    json.key("seconds").open('{');
+    json.member("total", t.total).member("read", t.read).member("offline", t.offline);
+    json.member("free_motion", t.free_motion).member("detection", t.detection);
+    json.member("compliance", t.compliance).member("contact_solve", t.contact_solve);
+    json.member("correction", t.correction).member("output", t.output).close('}');
+    json.key("contacts")
+        .open('{')
+        .member("max", s.contacts_max)
+        .member("mean", s.contacts_mean)
+        .close('}');
+    json.key("certificate").open('{').member("worst_error", s.worst_error);
+    json.member("worst_penetration", s.worst_penetration);
+    json.member("worst_cone_violation", s.worst_cone_violation);
+    json.member("uncertified_steps", s.uncertified_steps).close('}');
+    const EnergyRecord& e = s.energy;
+    json.key("energy").open('{').member("work", e.work).member("work_absolute", e.work_absolute);
+    json.member("elastic", e.elastic).member("kinetic", e.kinetic).member("friction", e.friction);
+    json.member("released", e.released).member("error", e.error()).close('}');
+    json.key("snaps").open('[');
+    for (const SnapRecord& snap : s.snaps)
+        json.open('{')
+            .member("step", snap.step)
+            .member("time", snap.time)
+            .member("depth", snap.depth)
+            .member("released", snap.released)
+            .close('}');
+    json.close(']');
+    json.member("peak_memory", peak_memory());
+    write_strings(json, "modules", modules);
+    json.key("quantities").open('{');
+    for (const Quantity& q : s.quantities)
+        json.member(q.name, q.value);
+    json.member("branch", s.branch).close('}');
+}
+
+std::string manifest_bytes(const ManifestInput& in, const RunSummary& summary)
+{
+    utsname system{};
+    ::uname(&system);
+    JsonText json;
+    json.open('{');
+    json.key("program").open('{').member("name", "amontons").member("version", program_version());
+    json.member("describe", program_describe()).member("build", AMONTONS_BUILD_TYPE);
+    json.member("compiler", AMONTONS_COMPILER).close('}');
+    json.key("libraries").open('{');
+    json.member("eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION,
+                                     EIGEN_MINOR_VERSION));
+    json.member("fmt", fmt::format("{}.{}.{}", FMT_VERSION / 10000, FMT_VERSION / 100 % 100,
+                                   FMT_VERSION % 100));
+    json.close('}');
+    json.key("machine").open('{').member("system",
+                                         fmt::format("{} {}", system.sysname, system.release));
+    json.member("cpu", system_line("/proc/cpuinfo", "model name"));
+    json.member("cores", static_cast<int>(std::thread::hardware_concurrency())).close('}');
+    write_strings(json, "command", in.command);
+    json.member("threads", in.threads).member("resumed", in.resumed);
+    json.member("started", in.started).member("written", now_utc());
+    write_summary(json, summary, in.modules);
+    if (summary.status != "running") json.member("exit_code", exit_code(summary));
+    write_strings(json, "files", in.files);
+    json.key("scene").open('{').member("file", in.scene_file);
+    json.member("hash", fmt::format("{:016x}", in.scene_hash));
+    json.key("resolved").json(in.resolved_scene).close('}');
+    json.close('}');
+    return json.text() + "\n";
+}
+
+} // namespace amontons

@@ -1,0 +1,45 @@
+#pragma once
+
+#include "solver/output/step_record.hpp"
+#include "solver/scene/json_text.hpp"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace amontons {
+
+/// What a manifest says besides the summary of the run.
+struct ManifestInput {
+    std::string scene_file; ///< as the user wrote it
+    std::uint64_t scene_hash = 0;
+    std::string resolved_scene;       ///< JSON
+    std::vector<std::string> command; ///< the program's arguments
+    std::string started;              ///< date and time, UTC
+    int threads = 1;
+    bool resumed = false;
+    std::vector<std::string> modules; ///< loaded
+    std::vector<std::string> files;   ///< what to open: collections, history, plots, picture
+};
+
+/// "0.1.0", and what `git describe` said when the program was configured ("" if it was no clone).
+std::string program_version();
+std::string program_describe();
+
+/// "2026-11-21T19:22:00Z"
+std::string now_utc();
+
+/// Peak resident memory of this process so far [bytes]; 0 if the system does not say.
+double peak_memory();
+
+/// 0 done, 3 failed, 130 interrupted.
+int exit_code(const RunSummary& summary);
+
+/// Adds the members of `amontons run --json` to an open object.
+void write_summary(JsonText& json, const RunSummary& summary,
+                   const std::vector<std::string>& modules);
+
+/// The bytes of manifest.json.
+std::string manifest_bytes(const ManifestInput& input, const RunSummary& summary);
+
+} // namespace amontons

@@ -1,0 +1,457 @@
+#include "solver/output/run_writer.hpp"
+
+#include "mesh/base/error.hpp"
+#include "mesh/base/file.hpp"
+#include "mesh/base/phase_timer.hpp"
+#include "solver/output/beam_tube.hpp"
+#include "solver/scene/read.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fmt/format.h>
+#include <optional>
+#include <unistd.h>
+
+namespace fs = std::filesystem;
+
+namespace amontons {
+namespace {
+
+constexpr int kCorners = 10;              // of the rings of a wire's surface
+constexpr std::size_t kCollections = 256; // of n frames, each n/256 more rewrite the collection
+constexpr double kManifestPause = 1;      // between two manifests of a running run [s]
+
+const char* const kContacts = "contacts";
+
+std::string frame_file(const std::string& part, std::int64_t step)
+{
+    return fmt::format("frames/{}.{:06}.vtp", part, step);
+}
+
+/// True of a file that a run of this scene has written into frames/.
+bool is_frame_file(const std::string& file, const std::vector<std::string>& parts)
+{
+    for (const std::string& part : parts) {
+        if (file == part + ".start.vtp" || file == part + ".end.vtp") return true;
+        if (file.size() <= part.size() + 5 || file.compare(0, part.size() + 1, part + ".") != 0 ||
+            file.compare(file.size() - 4, 4, ".vtp") != 0)
+            continue;
+        const std::string digits = file.substr(part.size() + 1, file.size() - part.size() - 5);
+        if (!digits.empty() && digits.find_first_not_of("0123456789") == std::string::npos)
+            return true;
+    }
+    return false;
+}
+
+/// A number of each contact, as an array.
+template <class Value>
+std::vector<double> each(const std::vector<ContactRecord>& contacts, int components, Value&& value)
+{
+    std::vector<double> out;
+    out.reserve(contacts.size() * static_cast<std::size_t>(components));
+    for (const ContactRecord& c : contacts)
+        value(c, out);
+    return out;
+}
+
+std::string contacts_bytes(const StepRecord& r)
+{
+    const auto number = [&](auto&& of) {
+        return each(r.contacts, 1, [&](const ContactRecord& c, std::vector<double>& out) {
+            out.push_back(static_cast<double>(of(c)));
+        });
+    };
+    const auto vector = [&](auto&& of) {
+        return each(r.contacts, 3, [&](const ContactRecord& c, std::vector<double>& out) {
+            const Vec3 v = of(c);
+            out.insert(out.end(), {v.x(), v.y(), v.z()});
+        });
+    };
+    using C = const ContactRecord&;
+    std::vector<Vec3> points;
+    for (C c : r.contacts)
+        points.push_back(c.point);
+    const auto force = vector([](C c) { return c.force; });
+    const auto normal = vector([](C c) { return c.normal; });
+    const auto slip = vector([](C c) { return c.slip; });
+    const auto normal_force = number([](C c) { return c.normal_force; });
+    const auto tangential_force =
+        number([](C c) { return (c.force - c.force.dot(c.normal) * c.normal).norm(); });
+    const auto gap = number([](C c) { return c.gap; });
+    const auto status = number([](C c) { return static_cast<int>(c.status); });
+    const auto a = number([](C c) { return c.body_a; });
+    const auto b = number([](C c) { return c.body_b; });
+    PolyData data;
+    data.points = points;
+    data.vertices = true;
+    data.point_arrays = {{"force", "N", 3, force},
+                         {"normal", "", 3, normal},
+                         {"slip", "m", 3, slip},
+                         {"normal_force", "N", 1, normal_force},
+                         {"tangential_force", "N", 1, tangential_force},
+                         {"gap", "m", 1, gap},
+                         {"status", "", 1, status, Stored::int32},
+                         {"body_a", "", 1, a, Stored::int32},
+                         {"body_b", "", 1, b, Stored::int32}};
+    return vtp_bytes(data, r.time);
+}
+
+std::string beam_bytes(const BeamRecord& beam, double time)
+{
+    PolyData data;
+    data.points = beam.points;
+    if (beam.points.size() > 1) {
+        data.lines.emplace_back();
+        for (std::size_t i = 0; i < beam.points.size(); ++i)
+            data.lines[0].push_back(static_cast<std::int32_t>(i));
+    }
+    for (const Field& f : beam.fields)
+        data.point_arrays.push_back({f.name, f.unit, f.components, f.values});
+    return vtp_bytes(data, time);
+}
+
+std::string tube_bytes(const TubeSurface& tube, double time)
+{
+    PolyData data;
+    data.points = tube.points;
+    data.stored = Stored::float32; // for the eye; the numbers are in the polyline
+    data.triangles = tube.triangles;
+    for (const Field& f : tube.fields)
+        data.point_arrays.push_back({f.name, f.unit, f.components, f.values, Stored::float32});
+    return vtp_bytes(data, time);
+}
+
+} // namespace
+
+std::uint64_t hash_of_run(const Scene& scene, const std::vector<Obstacle>& obstacles)
+{
+    Scene decisive = scene;
+    decisive.title.clear();
+    decisive.output.picture = decisive.output.plots = false;
+    std::string bytes = resolved_scene(decisive);
+    const auto add = [&](const auto& items) {
+        using Item = typename std::decay_t<decltype(items)>::value_type;
+        const std::uint64_t hash =
+            hash_bytes({reinterpret_cast<const char*>(items.data()), items.size() * sizeof(Item)});
+        bytes.append(reinterpret_cast<const char*>(&hash), sizeof hash);
+    };
+    for (const Obstacle& o : obstacles) {
+        add(o.model.surface.points);
+        add(o.model.surface.triangles);
+    }
+    return hash_bytes(bytes);
+}
+
+std::string run_name(const std::string& scene_file)
+{
+    std::error_code error;
+    const fs::path file = fs::absolute(scene_file, error);
+    std::string name = file.stem().string();
+    if (name == "scene") name = file.parent_path().filename().string();
+    if (name.empty() || name == "/" || name == kContacts) name = "run";
+    for (char& c : name) // it becomes part of an XML attribute and of file names
+        if (c == '"' || c == '<' || c == '>' || c == '&' || static_cast<unsigned char>(c) < 0x20)
+            c = '_';
+    return name;
+}
+
+struct RunWriter::State {
+    State(const Scene& s, Simulation& sim, RunWriterOptions o, std::atomic<bool>& stop_flag)
+        : scene(s)
+        , simulation(sim)
+        , options(std::move(o))
+        , stop(stop_flag)
+    {
+    }
+
+    std::string path(const std::string& file) const { return options.directory + "/" + file; }
+    void write(const std::string& file, std::string_view bytes)
+    {
+        write_file(path(file), bytes, Flush::to_system); // a killed process loses nothing
+    }
+    void make_directory();
+    void remove_old_files();
+    void resume();
+    void add_to_collections(const Checkpoint::Frame& frame, bool last);
+    void write_collections();
+    void write_frame(const StepRecord& record);
+    void write_obstacles(const char* suffix, double time, bool with_forces);
+    void write_checkpoint();
+    void write_manifest(const RunSummary& summary);
+    void remove_extra_frame();
+    template <class Action> void attempt(Action&& action);
+
+    const Scene& scene;
+    Simulation& simulation;
+    RunWriterOptions options;
+    std::atomic<bool>& stop;
+    ManifestInput manifest;
+    History history;
+    Collection collection, contacts;
+    std::vector<Checkpoint::Frame> frames;
+    std::size_t unwritten_frames = 0;             ///< that the collections on disk do not name yet
+    std::optional<Checkpoint::Frame> extra_frame; ///< stands there only because a run ended with it
+    StepRecord last;                              ///< the last step
+    bool has_last = false;
+    TubeSurface tube;
+    RunSummary so_far; ///< for the manifest of a running run
+    Stopwatch since_manifest;
+    double seconds = 0;  ///< spent in here
+    std::string failure; ///< why something could not be written, "" if all could
+};
+
+void RunWriter::State::make_directory()
+{
+    const auto refuse = [&](const std::string& found) {
+        throw InputError(
+            {{options.directory, "", found, "a folder that can be made and written to"}});
+    };
+    try {
+        make_folder(path("frames"));
+    } catch (const WriteError& error) {
+        refuse(error.what());
+    }
+    for (const std::string& folder : {options.directory, path("frames")})
+        if (::access(folder.c_str(), W_OK | X_OK) != 0)
+            refuse("a folder that may not be written to");
+}
+
+void RunWriter::State::remove_old_files()
+{
+    std::vector<std::string> parts{kContacts};
+    for (const ObstacleInput& o : scene.obstacles)
+        parts.push_back(o.name);
+    for (const BeamInput& b : scene.beams) {
+        parts.push_back(b.name);
+        parts.push_back(b.name + ".tube");
+    }
+    std::error_code error;
+    fs::remove(path("checkpoint"), error); // first: it must never outlive what it goes on with
+    fs::remove(path(options.name + ".pvd"), error);
+    fs::remove(path("contacts.pvd"), error);
+    std::vector<fs::path> old;
+    for (fs::directory_iterator entry(path("frames"), error), end; !error && entry != end;
+         entry.increment(error))
+        if (is_frame_file(entry->path().filename().string(), parts)) old.push_back(entry->path());
+    for (const fs::path& file : old)
+        fs::remove(file, error);
+}
+
+void RunWriter::State::resume()
+{
+    const std::string file = path("checkpoint");
+    const Checkpoint checkpoint = read_checkpoint(read_file(file), file);
+    if (checkpoint.scene_hash != manifest.scene_hash)
+        throw InputError(
+            {{file, "", "the state of another scene",
+              "a checkpoint of " + scene.file + " as it is now, with the same --set"}});
+    for (const Checkpoint::Frame& frame : checkpoint.frames)
+        for (const BeamInput& b : scene.beams)
+            if (const std::string name = path(frame_file(b.name, frame.step)); !fs::exists(name))
+                throw InputError({{name, "", "no such file", "the files as the run left them"}});
+    history.resume(path("history.csv"), checkpoint.history_bytes, checkpoint.history_hash);
+    simulation.restore(checkpoint.state);
+    frames = checkpoint.frames;
+    if (!frames.empty() && frames.back().step % scene.output.every != 0) {
+        extra_frame = frames.back();
+        frames.pop_back();
+    }
+    so_far.steps = static_cast<int>(checkpoint.step);
+    so_far.time = checkpoint.time;
+    for (const Checkpoint::Frame& frame : frames)
+        add_to_collections(frame, false);
+}
+
+void RunWriter::State::add_to_collections(const Checkpoint::Frame& frame, bool is_last)
+{
+    int part = 0;
+    for (const BeamInput& b : scene.beams) {
+        collection.add({frame.time, part++, b.name, frame_file(b.name, frame.step)});
+        collection.add(
+            {frame.time, part++, b.name + "_surface", frame_file(b.name + ".tube", frame.step)});
+    }
+    collection.add({frame.time, part++, kContacts, frame_file(kContacts, frame.step)});
+    contacts.add({frame.time, 0, kContacts, frame_file(kContacts, frame.step)});
+    // A reader takes only what stands at the time it shows, so the walls stand at each time.
+    for (const ObstacleInput& o : scene.obstacles)
+        collection.add({frame.time, part++, o.name,
+                        fmt::format("frames/{}.{}.vtp", o.name, is_last ? "end" : "start")});
+}
+
+void RunWriter::State::write_collections()
+{
+    write(options.name + ".pvd", collection.bytes());
+    write("contacts.pvd", contacts.bytes());
+    unwritten_frames = 0;
+}
+
+void RunWriter::State::write_frame(const StepRecord& r)
+{
+    for (const BeamRecord& beam : r.beams) {
+        write(frame_file(beam.name, r.step), beam_bytes(beam, r.time));
+        make_tube_surface(beam, kCorners, tube);
+        write(frame_file(beam.name + ".tube", r.step), tube_bytes(tube, r.time));
+    }
+    write(frame_file(kContacts, r.step), contacts_bytes(r));
+    frames.push_back({r.step, r.time});
+    add_to_collections(frames.back(), false);
+    ++unwritten_frames;
+    if (unwritten_frames * kCollections >= frames.size()) write_collections();
+}
+
+void RunWriter::State::write_obstacles(const char* suffix, double time, bool with_forces)
+{
+    const std::vector<Obstacle>& obstacles = simulation.obstacles();
+    for (std::size_t i = 0; i < obstacles.size(); ++i) {
+        const SurfaceMesh& surface = obstacles[i].model.surface;
+        std::vector<double> force(surface.points.size(), 0.0);
+        if (with_forces) {
+            const std::vector<double> largest = simulation.max_contact_force(i);
+            if (largest.size() == force.size()) force = largest;
+        }
+        PolyData data;
+        data.points = surface.points;
+        data.triangles = surface.triangles;
+        data.point_arrays = {{"max_contact_force", "N", 1, force}};
+        write(fmt::format("frames/{}.{}.vtp", obstacles[i].name, suffix), vtp_bytes(data, time));
+    }
+}
+
+void RunWriter::State::write_checkpoint()
+{
+    Checkpoint c;
+    c.scene_hash = manifest.scene_hash;
+    c.step = so_far.steps;
+    c.time = so_far.time;
+    c.history_bytes = history.bytes();
+    c.history_hash = history.hash();
+    c.frames = frames;
+    c.state = simulation.save();
+    write("checkpoint", checkpoint_bytes(c));
+}
+
+void RunWriter::State::write_manifest(const RunSummary& summary)
+{
+    write("manifest.json", manifest_bytes(manifest, summary));
+    since_manifest = {};
+}
+
+/// A run that goes on leaves the frames of a run that was never interrupted. The frame goes
+/// only when a checkpoint that does not name it is on the disk.
+void RunWriter::State::remove_extra_frame()
+{
+    if (!extra_frame) return;
+    if (unwritten_frames > 0) write_collections();
+    std::error_code ignored; // a file that stays is named by no collection
+    for (const BeamInput& b : scene.beams) {
+        fs::remove(path(frame_file(b.name, extra_frame->step)), ignored);
+        fs::remove(path(frame_file(b.name + ".tube", extra_frame->step)), ignored);
+    }
+    fs::remove(path(frame_file(kContacts, extra_frame->step)), ignored);
+    extra_frame.reset();
+}
+
+template <class Action> void RunWriter::State::attempt(Action&& action)
+{
+    const PhaseTimer timer(seconds);
+    try {
+        action();
+    } catch (const WriteError& error) {
+        if (failure.empty()) failure = error.what();
+        stop = true;
+    }
+}
+
+RunWriter::RunWriter(const Scene& scene, Simulation& simulation, RunWriterOptions options,
+                     std::atomic<bool>& stop)
+    : state_(std::make_unique<State>(scene, simulation, std::move(options), stop))
+{
+    State& s = *state_;
+    const PhaseTimer timer(s.seconds);
+    s.manifest.scene_file = scene.file;
+    s.manifest.scene_hash = hash_of_run(scene, simulation.obstacles());
+    s.manifest.resolved_scene = resolved_scene(scene);
+    s.manifest.command = s.options.command;
+    s.manifest.threads = s.options.threads;
+    s.manifest.resumed = s.options.resume;
+    s.manifest.started = now_utc();
+    s.manifest.files = {s.options.name + ".pvd", "contacts.pvd", "history.csv"};
+    if (s.options.resume) {
+        if (!fs::is_directory(s.options.directory))
+            throw InputError({{s.options.directory, "", "no such folder",
+                               "the folder of the run that --resume goes on with"}});
+        s.resume();
+    } else {
+        s.make_directory();
+        s.remove_old_files();
+        s.history.start(s.path("history.csv"));
+        s.write_obstacles("start", 0, false);
+    }
+    s.write_manifest(s.so_far);
+}
+
+RunWriter::~RunWriter() = default;
+
+void RunWriter::on_step(const StepRecord& record)
+{
+    State& s = *state_;
+    if (!s.failure.empty()) return;
+    s.attempt([&] {
+        s.last = record;
+        s.has_last = true;
+        s.so_far.steps = record.step;
+        s.so_far.time = record.time;
+        s.so_far.energy = record.energy;
+        s.so_far.contacts_max =
+            std::max(s.so_far.contacts_max, static_cast<int>(record.contacts.size()));
+        s.so_far.worst_error = std::max(s.so_far.worst_error, record.certificate.error);
+        s.history.append(record);
+        if (record.step % s.scene.output.every != 0) return;
+        s.write_frame(record);
+        s.write_checkpoint();
+        s.remove_extra_frame();
+        if (s.since_manifest.seconds() > kManifestPause) s.write_manifest(s.so_far);
+    });
+}
+
+void RunWriter::finish(RunSummary& summary)
+{
+    State& s = *state_;
+    const bool complete = s.failure.empty();
+    if (complete) {
+        s.attempt([&] {
+            if (!s.has_last) { // nothing was left to do
+                if (s.extra_frame) s.frames.push_back(*s.extra_frame);
+                return;
+            }
+            if (s.frames.empty() || s.frames.back().step != s.last.step) s.write_frame(s.last);
+            s.write_checkpoint();
+            s.remove_extra_frame();
+        });
+    }
+    s.attempt([&] {
+        if (s.frames.empty()) return;
+        s.write_obstacles("end", s.frames.back().time, true);
+        s.collection = {};
+        s.contacts = {};
+        for (const Checkpoint::Frame& f : s.frames)
+            s.add_to_collections(f, &f == &s.frames.back());
+        s.write_collections();
+    });
+    if (!s.failure.empty()) {
+        summary.message = s.failure + (summary.status == "failed" ? "; " + summary.message : "");
+        summary.status = "failed";
+    }
+    summary.seconds.output = s.seconds;
+    s.attempt([&] { s.write_manifest(summary); });
+    summary.seconds.output = s.seconds;
+}
+
+void RunWriter::add_files(const std::vector<std::string>& files, const RunSummary& summary)
+{
+    State& s = *state_;
+    s.manifest.files.insert(s.manifest.files.end(), files.begin(), files.end());
+    s.attempt([&] { s.write_manifest(summary); });
+}
+
+} // namespace amontons

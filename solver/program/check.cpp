@@ -1,0 +1,83 @@
+// amontons check SCENE: validates, prints the plan, runs nothing.
+
+#include "solver/program/scene_arguments.hpp"
+#include "solver/program/session.hpp"
+#include "solver/scene/build.hpp"
+#include "solver/scene/json_text.hpp"
+#include "solver/scene/plan.hpp"
+#include "solver/scene/read.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+namespace amontons {
+namespace {
+
+std::string plan_json(const Plan& plan)
+{
+    JsonText json;
+    json.open('{').key("bodies").open('[');
+    for (const BodyPlan& b : plan.bodies)
+        json.open('{')
+            .member("name", b.name)
+            .member("kind", b.kind)
+            .member("unknowns", b.unknowns)
+            .close('}');
+    json.close(']').key("pairs").open('[');
+    for (const Plan::Pair& p : plan.pairs) {
+        json.open('{').member("a", p.a).member("b", p.b).member("law", p.law);
+        json.member("friction", p.friction).close('}');
+    }
+    json.close(']').key("uses").open('[');
+    for (const std::string& u : plan.uses)
+        json.value(u);
+    json.close(']').key("leaves_out").open('[');
+    for (const Plan::LeftOut& l : plan.leaves_out)
+        json.open('{').member("what", l.what).member("why", l.why).close('}');
+    json.close(']')
+        .key("predicted")
+        .open('{')
+        .member("memory", plan.memory)
+        .member("path", plan.path);
+    json.close('}').close('}');
+    return json.text() + "\n";
+}
+
+std::string plan_text(const Plan& plan)
+{
+    std::string t = "bodies\n";
+    for (const BodyPlan& b : plan.bodies)
+        t += fmt::format("  {:<16} {}, {} unknowns\n", b.name, b.kind, b.unknowns);
+    t += "pairs that can meet\n";
+    for (const Plan::Pair& p : plan.pairs)
+        t += fmt::format("  {} - {}: {}, friction {:g}\n", p.a, p.b, p.law, p.friction);
+    if (plan.pairs.empty()) t += "  none\n";
+    t += "uses\n";
+    for (const std::string& u : plan.uses)
+        t += "  " + u + "\n";
+    t += "leaves out\n";
+    for (const Plan::LeftOut& l : plan.leaves_out)
+        t += fmt::format("  {}: {}\n", l.what, l.why);
+    t += fmt::format("predicted\n  memory {:.0f} MB\n  path   {}\n", plan.memory / 1e6, plan.path);
+    return t;
+}
+
+} // namespace
+
+void add_check(CLI::App& program, Session& session)
+{
+    const auto arguments = std::make_shared<SceneArguments>();
+    CLI::App* command =
+        program.add_subcommand("check", "Validate a scene and print the plan; run nothing");
+    add_scene_arguments(*command, *arguments);
+    command->add_flag("--json", session.json, "One JSON object on stdout");
+    command->callback([arguments, &session] {
+        settle(*arguments);
+        const Scene scene = read_scene(arguments->scene, arguments->overrides);
+        const Simulation simulation(scene, build_obstacles(scene));
+        const Plan plan = make_plan(scene, simulation.plan(), simulation.obstacles());
+        session.print(session.json ? plan_json(plan) : plan_text(plan));
+    });
+}
+
+} // namespace amontons

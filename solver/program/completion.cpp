@@ -1,0 +1,60 @@
+// amontons completion: a bash completion script, from the same tree of commands as the help.
+// Use it by:  source <(amontons completion)
+
+#include "solver/program/session.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+namespace amontons {
+namespace {
+
+std::string options_of(const CLI::App& app)
+{
+    std::string words;
+    for (const CLI::Option* option : app.get_options())
+        for (const std::string& name : option->get_lnames())
+            words += (words.empty() ? "--" : " --") + name;
+    return words;
+}
+
+std::string completion(const CLI::App& program)
+{
+    std::string commands, cases;
+    for (const CLI::App* sub : program.get_subcommands([](const CLI::App*) { return true; })) {
+        commands += (commands.empty() ? "" : " ") + sub->get_name();
+        cases += fmt::format("        {}) words=\"{} {}\" ;;\n", sub->get_name(), options_of(*sub),
+                             options_of(program));
+    }
+    return fmt::format(R"(# bash completion of amontons; source it, or put it into
+# /usr/share/bash-completion/completions/amontons
+_amontons()
+{{
+    local word="${{COMP_WORDS[COMP_CWORD]}}" command="" words="" i
+    for ((i = 1; i < COMP_CWORD; i++)); do
+        case "${{COMP_WORDS[i]}}" in
+        -*) ;;
+        *) command="${{COMP_WORDS[i]}}"; break ;;
+        esac
+    done
+    case "$command" in
+        "") words="{} {}" ;;
+{}    esac
+    COMPREPLY=($(compgen -W "$words" -- "$word"))
+    [[ "$word" != -* && -n "$command" ]] && COMPREPLY+=($(compgen -f -- "$word"))
+    return 0
+}}
+complete -o filenames -F _amontons amontons
+)",
+                       commands, options_of(program), cases);
+}
+
+} // namespace
+
+void add_completion(CLI::App& program, Session& session)
+{
+    CLI::App* command = program.add_subcommand("completion", "Print a bash completion script");
+    command->callback([&program, &session] { session.print(completion(program)); });
+}
+
+} // namespace amontons

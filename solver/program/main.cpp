@@ -1,0 +1,93 @@
+// amontons COMMAND ...: reads the arguments, runs one command, turns errors into exit codes.
+
+#include "mesh/base/file.hpp"
+#include "solver/output/manifest.hpp"
+#include "solver/program/session.hpp"
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <exception>
+
+using namespace amontons;
+
+namespace {
+
+/// Help and version are no errors; a wrong argument is bad input, with the nearest name.
+int report_arguments(const CLI::App& program, const CLI::ParseError& error, Session& session)
+{
+    const CLI::App* command = &program;
+    for (const CLI::App* sub : program.get_subcommands())
+        command = sub;
+    if (dynamic_cast<const CLI::CallForHelp*>(&error) ||
+        dynamic_cast<const CLI::CallForAllHelp*>(&error)) {
+        session.print(program.help());
+        return kDone;
+    }
+    if (dynamic_cast<const CLI::CallForVersion*>(&error)) {
+        session.print(std::string(error.what()) + "\n");
+        return kDone;
+    }
+    std::vector<std::string> names;
+    for (const CLI::Option* option : command->get_options())
+        for (const std::string& name : option->get_lnames())
+            names.push_back("--" + name);
+    for (const CLI::App* sub : program.get_subcommands([](const CLI::App*) { return true; }))
+        names.push_back(sub->get_name());
+    std::string message = error.what();
+    for (const std::string& argument : session.arguments) {
+        const std::string name = argument.substr(0, argument.find('='));
+        if (message.find(name) == std::string::npos) continue;
+        const std::string near = nearest_name(name, names);
+        if (!near.empty() && near != name) message += " (nearest: " + near + ")";
+    }
+    session.error(message + "; see amontons " +
+                  (command == &program ? "" : command->get_name() + " ") + "--help");
+    return kBadInput;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    std::signal(SIGXFSZ, SIG_IGN); // a full quota is an error of write(2), not an end
+    std::signal(SIGPIPE, SIG_IGN);
+
+    Session session;
+    session.arguments.assign(argv, argv + argc);
+    CLI::App program("Certified solver for many-body contact with Coulomb friction.", "amontons");
+    program.require_subcommand(1);
+    program.fallthrough();
+    std::string version = "amontons " + program_version();
+    if (!program_describe().empty()) version += " (" + program_describe() + ")";
+    program.set_version_flag("--version", version);
+    program.add_flag("--quiet,-q", session.quiet, "Only errors on stderr");
+    program.add_flag("--verbose,-v", session.verbose, "More on stderr");
+    program.footer(
+        "Exit codes: 0 done, 1 a validation case failed, 2 bad input, 3 the solve failed, "
+        "130 interrupted.");
+    add_run(program, session);
+    add_check(program, session);
+    add_schema(program, session);
+    add_validate(program, session);
+    add_render(program, session);
+    add_completion(program, session);
+
+    try {
+        program.parse(argc, argv);
+        return session.exit_code;
+    } catch (const CLI::ParseError& error) {
+        return report_arguments(program, error, session);
+    } catch (const InputError& error) {
+        session.refuse(error.issues());
+        return kBadInput;
+    } catch (const WriteError& error) {
+        session.error(error.what());
+        return kSolveFailed;
+    } catch (const std::bad_alloc&) {
+        session.error("not enough memory");
+        return kSolveFailed;
+    } catch (const std::exception& error) {
+        session.error(std::string("a mistake in amontons, please report it: ") + error.what());
+        return kSolveFailed;
+    }
+}

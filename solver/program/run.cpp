@@ -1,0 +1,155 @@
+// amontons run SCENE: the scene from its file to results, plots and a picture.
+
+#include "mesh/base/phase_timer.hpp"
+#include "solver/module.hpp"
+#include "solver/output/plot.hpp"
+#include "solver/output/run_writer.hpp"
+#include "solver/program/interrupt.hpp"
+#include "solver/program/progress.hpp"
+#include "solver/program/render.hpp"
+#include "solver/program/scene_arguments.hpp"
+#include "solver/program/session.hpp"
+#include "solver/scene/build.hpp"
+#include "solver/scene/read.hpp"
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fmt/format.h>
+
+namespace amontons {
+namespace {
+
+struct RunArguments {
+    SceneArguments scene;
+    std::string output;
+    int threads = 1;
+    bool resume = false;
+};
+
+/// The one observer of a run: the files and the progress.
+struct Observers : StepObserver {
+    RunWriter& writer;
+    Progress& progress;
+    Observers(RunWriter& w, Progress& p) : writer(w), progress(p) {}
+    void on_step(const StepRecord& record) override
+    {
+        writer.on_step(record);
+        progress.step(record);
+    }
+};
+
+std::string table(const RunSummary& s, const std::string& directory,
+                  const std::vector<std::string>& files)
+{
+    std::string t;
+    const auto row = [&](const char* name, const std::string& value) {
+        t += fmt::format("  {:<22} {}\n", name, value);
+    };
+    t += fmt::format("{}: {} steps to t = {:.6g} s\n", s.status, s.steps, s.time);
+    for (const Quantity& q : s.quantities)
+        row(q.name.c_str(), fmt::format("{:.6g} {}", q.value, q.unit));
+    row("branch", s.branch.empty() ? "none" : s.branch);
+    row("contacts", fmt::format("{} at most, {:.3g} on average", s.contacts_max, s.contacts_mean));
+    row("worst certificate",
+        fmt::format("error {:.2e}, penetration {:.2e} m, cone {:.2e} N, {} steps without",
+                    s.worst_error, s.worst_penetration, s.worst_cone_violation,
+                    s.uncertified_steps));
+    row("energy", fmt::format("work {:.4e} J = elastic {:.4e} + kinetic {:.4e} + friction {:.4e} + "
+                              "released {:.4e} + error {:.1e}",
+                              s.energy.work, s.energy.elastic, s.energy.kinetic, s.energy.friction,
+                              s.energy.released, s.energy.error()));
+    const PhaseSeconds& p = s.seconds;
+    row("time",
+        fmt::format("{:.3f} s: read {:.3f}, offline {:.3f}, free motion {:.3f}, detection {:.3f}, "
+                    "compliance {:.3f}, contact {:.3f}, correction {:.3f}, output {:.3f}",
+                    p.total, p.read, p.offline, p.free_motion, p.detection, p.compliance,
+                    p.contact_solve, p.correction, p.output));
+    row("files", directory + ":");
+    for (const std::string& f : files)
+        t += fmt::format("  {:<22} {}\n", "", f);
+    return t;
+}
+
+void run(RunArguments& arguments, Session& session)
+{
+    const Stopwatch watch;
+    settle(arguments.scene);
+    const Scene scene = read_scene(arguments.scene.scene, arguments.scene.overrides);
+    std::vector<Obstacle> obstacles = build_obstacles(scene);
+    const double read_seconds = watch.seconds();
+    session.detail(fmt::format("read in {:.3f} s", read_seconds));
+    Simulation simulation(scene, std::move(obstacles));
+    const double offline_seconds = watch.seconds() - read_seconds;
+
+    RunWriterOptions options;
+    options.name = run_name(scene.file);
+    options.directory = arguments.output.empty() ? "out/" + options.name : arguments.output;
+    options.command = session.arguments;
+    options.threads = arguments.threads;
+    options.resume = arguments.resume;
+    const std::string directory = options.directory;
+    std::vector<std::string> files{options.name + ".pvd", "contacts.pvd", "history.csv",
+                                   "manifest.json"};
+
+    std::atomic<bool>& stop = stop_on_interrupt();
+    RunWriter writer(scene, simulation, options, stop);
+    Progress progress(session, scene.time.end);
+    Observers observers(writer, progress);
+    RunSummary summary = simulation.run(observers, stop);
+    progress.end();
+    summary.seconds.read += read_seconds;
+    summary.seconds.offline += offline_seconds;
+    summary.seconds.total = watch.seconds();
+    writer.finish(summary);
+    summary.seconds.total = watch.seconds();
+    session.exit_code = exit_code(summary);
+
+    std::vector<std::string> made;
+    if (scene.output.plots && !was_interrupted()) {
+        std::string message;
+        made = plot_history(directory, message);
+        if (!message.empty()) session.say(message);
+    }
+    if (scene.output.picture && !was_interrupted()) {
+        const std::string picture = options.name + ".png";
+        const std::string message = render_in_child(directory, directory + "/" + picture);
+        if (message.empty())
+            made.push_back(picture);
+        else
+            session.say("no picture: " + message);
+    }
+    if (!made.empty()) writer.add_files(made, summary);
+    files.insert(files.end(), made.begin(), made.end());
+
+    if (summary.status != "done") session.error(summary.status + ": " + summary.message);
+    if (session.json) {
+        JsonText json;
+        json.open('{');
+        write_summary(json, summary, {});
+        json.member("output", directory).close('}');
+        session.print(json.text() + "\n");
+    } else if (!session.quiet) {
+        session.print(table(summary, directory, files));
+    }
+}
+
+} // namespace
+
+void add_run(CLI::App& program, Session& session)
+{
+    const auto arguments = std::make_shared<RunArguments>(); // lives as long as the callback
+    CLI::App* command = program.add_subcommand("run", "Run a scene");
+    add_scene_arguments(*command, arguments->scene);
+    command
+        ->add_option("--output,-o", arguments->output, "Folder for the results (default: out/NAME)")
+        ->type_name("DIR");
+    command
+        ->add_option("--threads", arguments->threads,
+                     "Threads; the result is the same for any number")
+        ->check(CLI::Range(1, 1024));
+    command->add_flag("--resume", arguments->resume, "Go on from the folder's checkpoint");
+    command->add_flag("--json", session.json, "One JSON object on stdout");
+    command->callback([arguments, &session] { run(*arguments, session); });
+}
+
+} // namespace amontons

@@ -1,0 +1,52 @@
+#pragma once
+
+#include "mesh/base/error.hpp"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace amontons {
+
+/// Exit codes of the program.
+constexpr int kDone = 0, kCaseFailed = 1, kBadInput = 2, kSolveFailed = 3, kInterrupted = 130;
+
+/// What every command knows: how it was called, and where its words go. Only the results of a
+/// command go to stdout; all else goes to stderr.
+struct Session {
+    std::vector<std::string> arguments;
+    bool quiet = false;
+    bool verbose = false;
+    bool json = false;
+    int exit_code = kDone;
+
+    /// A line on stderr, unless the user wants quiet.
+    void say(std::string_view text) const;
+    /// A line on stderr, when the user wants details.
+    void detail(std::string_view text) const;
+    /// A line on stderr, always.
+    void error(std::string_view text) const;
+    /// Text on stdout, as it is. @throws WriteError  if it cannot be written
+    void print(std::string_view text) const;
+    /// Says what is wrong with the input, as text and with --json also as JSON on stdout;
+    /// sets the exit code.
+    void refuse(const std::vector<Issue>& issues);
+};
+
+/// True if stderr is a terminal that a bar may be drawn on.
+bool progress_on_terminal();
+
+// One function per command; each adds itself to the program. New commands go here and into
+// main.cpp.
+void add_run(CLI::App& program, Session& session);
+void add_check(CLI::App& program, Session& session);
+void add_schema(CLI::App& program, Session& session);
+void add_validate(CLI::App& program, Session& session);
+void add_render(CLI::App& program, Session& session);
+void add_completion(CLI::App& program, Session& session);
+
+} // namespace amontons

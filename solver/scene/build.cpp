@@ -1,0 +1,149 @@
+#include "solver/scene/build.hpp"
+
+#include "mesh/base/error.hpp"
+#include "mesh/generate/ball.hpp"
+#include "mesh/generate/cylinder.hpp"
+#include "mesh/generate/plane.hpp"
+#include "mesh/generate/tube.hpp"
+#include "mesh/generate/vessel.hpp"
+#include "mesh/read.hpp"
+#include "solver/module.hpp"
+#include "solver/output/vtk/vtk_module.hpp"
+#include "solver/scene/read.hpp"
+
+#include <stdexcept>
+
+namespace amontons {
+namespace {
+
+SurfaceMesh read_vtp(const std::string& path)
+{
+    const auto refuse = [&](const std::string& found, const std::string& allowed) {
+        throw InputError({{path, "", found, allowed}});
+    };
+    double* points = nullptr;
+    int* triangles = nullptr;
+    long point_count = 0, triangle_count = 0;
+    char message[500] = "";
+    try {
+        const Module vtk("vtk");
+        const auto read =
+            vtk.function<decltype(amontons_vtk_read_surface)>("amontons_vtk_read_surface");
+        const auto release = vtk.function<decltype(amontons_vtk_free)>("amontons_vtk_free");
+        if (read(path.c_str(), &points, &point_count, &triangles, &triangle_count, message,
+                 sizeof message) != 0)
+            refuse(message, "a surface in VTK's XML format");
+        SurfaceMesh mesh;
+        for (long i = 0; i < point_count; ++i)
+            mesh.points.emplace_back(points[3 * i], points[3 * i + 1], points[3 * i + 2]);
+        for (long i = 0; i < triangle_count; ++i)
+            mesh.triangles.push_back(
+                {triangles[3 * i], triangles[3 * i + 1], triangles[3 * i + 2]});
+        release(points);
+        release(triangles);
+        return mesh;
+    } catch (const InputError&) {
+        throw;
+    } catch (const std::runtime_error& error) {
+        refuse(error.what(), "an STL, OBJ or PLY file, which need no module");
+    }
+    return {};
+}
+
+Centreline centreline_of(const SurfaceInput& s, const Scene& scene)
+{
+    const CentrelineInput& c = s.centreline;
+    if (c.file.empty()) {
+        Centreline line(c.start, c.direction, c.normal, s.radius);
+        for (const CentrelinePiece& p : c.pieces) {
+            if (p.radius > 0)
+                line.append_arc(p.radius, p.angle, p.direction, s.radius);
+            else
+                line.append_line(p.length, s.radius);
+        }
+        return line;
+    }
+    const std::string path = beside(scene, c.file);
+    const Polyline points = read_centreline(path, c.scale > 0 ? c.scale : default_scale(path));
+    std::vector<double> radius = points.radius;
+    if (s.radius > 0) radius.assign(points.points.size(), s.radius);
+    if (radius.size() != points.points.size())
+        throw InputError(
+            {{path, "", "no radius", "a radius at each point, or \"radius\" in the scene"}});
+    return make_spline(points.points, radius);
+}
+
+VesselOptions vessel_options(const SurfaceInput& s)
+{
+    VesselOptions v;
+    v.inlet = s.centre;
+    v.axis = s.axis;
+    v.arch_towards = s.arch_towards;
+    v.descending_length = s.descending_length;
+    v.arch_radius = s.arch_radius;
+    v.arch_angle = s.arch_angle;
+    v.ascending_length = s.ascending_length;
+    v.ascending_diameter = s.ascending_diameter;
+    for (std::size_t end = 0; end < 2; ++end) {
+        v.descending_diameter[end] = s.descending_diameter[end];
+        v.arch_diameter[end] = s.arch_diameter[end];
+    }
+    for (const BranchInput& b : s.branches)
+        v.branches.push_back({b.name, b.at, b.diameter[0], b.diameter[1], b.length, b.angle});
+    v.blend = s.blend;
+    v.resolution = s.resolution;
+    return v;
+}
+
+WallModel wall_model(const ObstacleInput& o, const Scene& scene)
+{
+    const SurfaceInput& s = o.surface;
+    if (s.generate == "tube") return make_tube({centreline_of(s, scene), s.resolution});
+    if (s.generate == "ball")
+        return make_ball({s.centre, s.radius, o.side == "inside", s.resolution});
+    if (s.generate == "cylinder") {
+        CylinderOptions options;
+        options.point = s.centre;
+        options.axis = s.axis;
+        options.radius = s.radius;
+        options.inside = o.side == "inside";
+        return make_cylinder(options);
+    }
+    if (s.generate == "plane") {
+        PlaneOptions options;
+        options.point = s.centre;
+        options.normal = s.axis;
+        return make_plane(options);
+    }
+    if (s.generate == "vessel") return make_vessel(vessel_options(s));
+    const std::string path = beside(scene, s.file);
+    read_surface(path, s.scale, read_vtp);
+    throw InputError({{path, "", "a file", "a generator"}});
+}
+
+} // namespace
+
+std::vector<Obstacle> build_obstacles(const Scene& scene)
+{
+    std::vector<Issue> issues;
+    std::vector<Obstacle> obstacles;
+    for (const ObstacleInput& o : scene.obstacles) {
+        try {
+            obstacles.push_back({o.name, wall_model(o, scene)});
+        } catch (const InputError& error) {
+            const std::string place = "/bodies/" + o.name + "/surface";
+            for (Issue issue :
+                 error.issues()) { // a generator does not know where its numbers stood
+                if (issue.file.empty()) {
+                    issue.file = scene.file;
+                    issue.place = place + (issue.place.empty() ? "" : "/" + issue.place);
+                }
+                issues.push_back(std::move(issue));
+            }
+        }
+    }
+    if (!issues.empty()) throw InputError(std::move(issues));
+    return obstacles;
+}
+
+} // namespace amontons

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "solver/step/simulation.hpp"
+
+#include <string>
+#include <vector>
+
+namespace amontons {
+
+/// What a run of a scene uses, what it leaves out and why, and what it will cost.
+struct Plan {
+    struct Pair {
+        std::string a, b;
+        std::string law; ///< "coulomb" | "frictionless"
+        double friction = 0;
+    };
+    struct LeftOut {
+        std::string what, why;
+    };
+    std::vector<BodyPlan> bodies;
+    std::vector<Pair> pairs; ///< that can meet
+    std::vector<std::string> uses;
+    std::vector<LeftOut> leaves_out;
+    double memory = 0; ///< predicted peak [bytes]
+    std::string path;  ///< how a step is solved
+};
+
+/// @param bodies     Simulation::plan()
+/// @param obstacles  Simulation::obstacles(): their size counts for the memory
+Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
+               const std::vector<Obstacle>& obstacles);
+
+} // namespace amontons
