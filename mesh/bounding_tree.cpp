@@ -83,7 +83,7 @@ void BoundingTree::split_(std::int32_t node, std::int32_t first, std::int32_t co
     split_(box.first + 1, first + half, count - half, centres);
 }
 
-NearestTriangle BoundingTree::nearest(const Vec3& x, std::int32_t near) const
+NearestTriangle BoundingTree::nearest(const Vec3& x, std::int32_t near, double slack) const
 {
     NearestTriangle best;
     best.squared = std::numeric_limits<double>::infinity();
@@ -94,6 +94,7 @@ NearestTriangle BoundingTree::nearest(const Vec3& x, std::int32_t near) const
         if (squared < best.squared || best.triangle < 0) best = {order_[at(place)], p, squared};
     };
     if (near >= 0 && at(near) < place_.size()) look_at(place_[at(near)]);
+    const double worth = 1 / ((1 + slack) * (1 + slack));
     // Depth is at most 31 + 2, each level leaves one node waiting.
     struct Waiting {
         std::int32_t node;
@@ -105,7 +106,7 @@ NearestTriangle BoundingTree::nearest(const Vec3& x, std::int32_t near) const
     stack[top++] = {0, squared_to_box(q, nodes_[0].low, nodes_[0].high)};
     while (top > 0) {
         const Waiting next = stack[--top];
-        if (next.squared >= best.squared && best.triangle >= 0) continue;
+        if (next.squared >= worth * best.squared && best.triangle >= 0) continue;
         const Node& node = nodes_[at(next.node)];
         if (node.count > 0) {
             for (std::int32_t i = node.first; i < node.first + node.count; ++i)

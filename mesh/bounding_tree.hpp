@@ -22,9 +22,10 @@ public:
 
     /// The triangle nearest to x and the point of it; among triangles that share that point,
     /// any of them.
-    /// @param near  a triangle that is probably near, or -1: makes it fast
+    /// @param near   a triangle that is probably near, or -1: makes it fast
+    /// @param slack  what is found may be farther than the nearest by this part of the distance
     /// Cost: 0.2-0.5 us with a good `near`, logarithmic in the number of triangles.
-    NearestTriangle nearest(const Vec3& x, std::int32_t near) const;
+    NearestTriangle nearest(const Vec3& x, std::int32_t near, double slack = 0) const;
 
 private:
     struct Node {

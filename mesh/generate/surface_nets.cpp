@@ -1,5 +1,6 @@
 #include "mesh/generate/surface_nets.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,10 +10,11 @@ namespace amontons {
 
 namespace {
 
-constexpr int kBlock = 8; // cells along an edge of a block that is skipped or searched whole
+constexpr int kBlock = 4; // cells along an edge of a block that is skipped or searched whole
 constexpr int kNodes = kBlock + 1;
-constexpr int kSweeps = 3; // of relaxation; more gain little
-constexpr double kMargin = 1.1;
+constexpr int kSweeps = 2;      // of relaxation; more gain little
+constexpr double kMargin = 1.1; // functions that change a little faster than distance
+constexpr double kRelax = 0.6;
 
 struct Crossing { // of a grid edge, from node (x, y, z) along an axis
     std::int32_t x, y, z;
@@ -135,22 +137,28 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
 void relax_on_surface(SurfaceMesh& mesh, const ImplicitSurface& surface,
                       const std::vector<char>& fixed, int sweeps)
 {
-    std::vector<Vec3> sum(mesh.points.size());
+    std::vector<Vec3> sum(mesh.points.size()), normal(mesh.points.size());
     std::vector<int> count(mesh.points.size());
     for (int sweep = 0; sweep < sweeps; ++sweep) {
         std::fill(sum.begin(), sum.end(), Vec3::Zero());
+        std::fill(normal.begin(), normal.end(), Vec3::Zero());
         std::fill(count.begin(), count.end(), 0);
-        for (const auto& t : mesh.triangles)
-            for (std::size_t k = 0; k < 3; ++k) {
-                sum[at(t[k])] += mesh.points[at(t[(k + 1) % 3])] + mesh.points[at(t[(k + 2) % 3])];
-                count[at(t[k])] += 2;
+        for (const auto& t : mesh.triangles) {
+            const Vec3 &a = mesh.points[at(t[0])], &b = mesh.points[at(t[1])],
+                       &c = mesh.points[at(t[2])];
+            const Vec3 area = (b - a).cross(c - a), all = a + b + c;
+            for (std::int32_t v : t) {
+                sum[at(v)] += all - mesh.points[at(v)];
+                normal[at(v)] += area;
+                count[at(v)] += 2;
             }
+        }
         for (std::size_t v = 0; v < mesh.points.size(); ++v) {
-            if (fixed[v] || count[v] == 0) continue;
-            const Vec3 normal = surface.gradient(mesh.points[v]).normalized();
+            const double size = normal[v].norm();
+            if (fixed[v] || !(size > 0)) continue;
             Vec3 move = sum[v] / count[v] - mesh.points[v];
-            move -= normal * normal.dot(move);
-            mesh.points[v] = surface.project(mesh.points[v] + 0.6 * move);
+            move -= normal[v] * (normal[v].dot(move) / (size * size));
+            mesh.points[v] = surface.project(mesh.points[v] + kRelax * move);
         }
     }
 }

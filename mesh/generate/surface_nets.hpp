@@ -9,9 +9,8 @@ namespace amontons {
 /// A surface given as the zeros of a function that is > 0 in the free space and changes no
 /// faster than distance.
 struct ImplicitSurface {
-    std::function<double(const Vec3&)> value;  ///< [m]
-    std::function<Vec3(const Vec3&)> gradient; ///< [-], any length > 0 near the surface
-    std::function<Vec3(const Vec3&)> project;  ///< a nearby point of the surface
+    std::function<double(const Vec3&)> value; ///< [m]
+    std::function<Vec3(const Vec3&)> project; ///< a nearby point of the surface
 };
 
 /// Triangles of the whole surface inside a box, their normals into the free space, vertices on

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kSnap = 0.35;  // of an edge: nearer vertices are moved onto the plane
 constexpr double kAround = 1.5; // of the radius: farther from the axis is another vessel
-constexpr int kSweeps = 4;      // of relaxation after the cut
+constexpr int kSweeps = 2;      // of relaxation after the cut
 
 std::size_t at(std::int32_t i)
 {

@@ -209,7 +209,6 @@ SurfaceMesh triangles_of(const VesselShape& shape, const std::vector<Opening>& o
         }
     }
     const ImplicitSurface surface{[&](const Vec3& x) { return shape.value(x); },
-                                  [&](const Vec3& x) { return shape.sample(x).gradient; },
                                   [&](const Vec3& x) { return shape.project(x); }};
     for (int attempt = 0; attempt < 3; ++attempt, edge *= 0.7) {
         SurfaceMesh mesh = surface_nets(surface, low, high, edge);

@@ -12,9 +12,10 @@ namespace amontons {
 namespace {
 
 constexpr int kMostProjections = 8, kMostNewton = 12;
-constexpr double kOnSurface = 1e-12; // of the step's own scale: no further step is worth it
-constexpr double kConverged = 1e-10; // of the distance between start and end
-constexpr double kSteepest = 1.05;   // no tube's distance changes faster than this (slopes)
+constexpr double kOnSurface = 1e-7; // of the radius of curvature
+constexpr double kConverged = 1e-3; // of the lengths at hand: a step of Newton's squares it
+constexpr double kSlack = 0.01;     // of the distance, of a nearest triangle to begin with
+constexpr double kSteepest = 1.05;  // no tube's distance changes faster than this (slopes)
 
 } // namespace
 
@@ -22,6 +23,19 @@ VesselShape::VesselShape(std::vector<SweptTube> tubes, double blend_radius)
     : tubes_{std::move(tubes)}
     , width_{std::numbers::sqrt2 * blend_radius}
 {
+    for (const SweptTube& tube : tubes_) {
+        const Centreline& line = tube.centreline();
+        Ball ball{line.at(line.length() / 2).position, 0};
+        for (std::int32_t i = 0; i < line.piece_count(); ++i)
+            for (int k = 0; k <= 8; ++k) {
+                const double range = line.parameter_range(i);
+                const CurveDerivatives c = line.derivatives(i, range * k / 8);
+                // Between the points looked at a curve gets no farther than half their spacing.
+                ball.radius = std::max(ball.radius, (c.value - ball.centre).norm() + c.radius +
+                                                        c.first.norm() * range / 16);
+            }
+        balls_.push_back(ball);
+    }
 }
 
 double VesselShape::value(const Vec3& x) const
@@ -29,6 +43,7 @@ double VesselShape::value(const Vec3& x) const
     WallHint hint;
     double f = tubes_[0].distance(x, hint);
     for (std::size_t i = 1; i < tubes_.size(); ++i) {
+        if (upper_bound(i, x) <= f - width_) continue;
         hint = {};
         const double b = tubes_[i].distance(x, hint);
         const double left = width_ - std::abs(f - b);
@@ -40,22 +55,19 @@ double VesselShape::value(const Vec3& x) const
 
 ImplicitSample VesselShape::sample(const Vec3& x) const
 {
-    WallHint hint;
-    ImplicitSample s;
     const auto take = [&](const SweptTube& tube) {
-        hint = {};
+        WallHint hint;
         const WallSample w = tube.sample(x, hint);
         return ImplicitSample{w.distance, w.normal, w.hessian};
     };
-    double f = -std::numeric_limits<double>::infinity();
-    bool filled = false;
-    for (const SweptTube& tube : tubes_) {
-        hint = {};
-        const double b = tube.distance(x, hint);
-        if (b <= f - width_ && filled) continue; // no part in it
-        const ImplicitSample other = take(tube);
+    ImplicitSample s = take(tubes_[0]);
+    for (std::size_t i = 1; i < tubes_.size(); ++i) {
+        if (upper_bound(i, x) <= s.value - width_) continue;
+        WallHint hint;
+        if (tubes_[i].distance(x, hint) <= s.value - width_) continue;
+        const ImplicitSample other = take(tubes_[i]);
         const double u = s.value - other.value;
-        if (!filled || u <= -width_) {
+        if (u <= -width_) {
             s = other;
         } else if (u < width_) {
             const double part = 0.5 * (1 + u / width_), left = width_ - std::abs(u);
@@ -65,8 +77,6 @@ ImplicitSample VesselShape::sample(const Vec3& x) const
                         jump * jump.transpose() / (2 * width_);
             s.gradient = part * s.gradient + (1 - part) * other.gradient;
         }
-        f = s.value;
-        filled = true;
     }
     return s;
 }
@@ -79,7 +89,8 @@ Vec3 VesselShape::project(const Vec3& x) const
         const double steep = s.gradient.squaredNorm();
         if (!(steep > 0)) break;
         p -= s.value / steep * s.gradient;
-        if (std::abs(s.value) <= kOnSurface * (std::abs(s.value) + 1 / s.hessian.norm())) break;
+        // The error is squared by a step: the next one would not show.
+        if (std::abs(s.value) * s.hessian.norm() <= kOnSurface) break;
     }
     return p;
 }
@@ -91,10 +102,9 @@ VesselDistance::VesselDistance(VesselShape shape, const SurfaceMesh& surface)
 }
 
 // Nearest point p of {F = 0} to x: p - x + mu grad F(p) = 0, F(p) = 0.
-double VesselDistance::near_junction_(const Vec3& x, std::int32_t& near) const
+double VesselDistance::near_junction_(const Vec3& x, double sign, std::int32_t& near) const
 {
-    const double sign = shape_.value(x) > 0 ? 1.0 : -1.0;
-    const NearestTriangle seed = tree_.nearest(x, near);
+    const NearestTriangle seed = tree_.nearest(x, near, kSlack);
     near = seed.triangle;
     const double seed_distance = std::sqrt(seed.squared);
     Vec3 p = seed.at.point;
@@ -132,6 +142,7 @@ double VesselDistance::distance(const Vec3& x, std::int32_t& near) const
     std::size_t best = 0;
     double f = -std::numeric_limits<double>::infinity(), second = f;
     for (std::size_t i = 0; i < tubes.size(); ++i) {
+        if (shape_.upper_bound(i, x) < second) continue;
         WallHint hint;
         const double v = tubes[i].distance(x, hint);
         if (v > f) {
@@ -142,15 +153,16 @@ double VesselDistance::distance(const Vec3& x, std::int32_t& near) const
             second = std::max(second, v);
         }
     }
-    if (second > f - k) return near_junction_(x, near);
+    if (second > f - k) return near_junction_(x, shape_.value(x) > 0 ? 1.0 : -1.0, near);
     // The foot on this tube is on the wall when no other tube reaches it. Then the ball around
     // x through it holds no other point of the wall.
     if (second + kSteepest * std::abs(f) <= -k) return f;
     WallHint hint;
     const Vec3 foot = x - f * tubes[best].sample(x, hint).normal;
     for (std::size_t i = 0; i < tubes.size(); ++i) {
+        if (i == best || shape_.upper_bound(i, foot) <= -k) continue;
         hint = {};
-        if (i != best && tubes[i].distance(foot, hint) > -k) return near_junction_(x, near);
+        if (tubes[i].distance(foot, hint) > -k) return near_junction_(x, f > 0 ? 1.0 : -1.0, near);
     }
     return f;
 }

@@ -34,8 +34,19 @@ public:
     const std::vector<SweptTube>& tubes() const { return tubes_; }
     double blend_width() const { return width_; } ///< k [m]
 
+    /// No less than the distance of tube i at x, in a few operations [m].
+    double upper_bound(std::size_t i, const Vec3& x) const
+    {
+        return balls_[i].radius - (x - balls_[i].centre).norm();
+    }
+
 private:
+    struct Ball { // around a tube
+        Vec3 centre;
+        double radius;
+    };
     std::vector<SweptTube> tubes_;
+    std::vector<Ball> balls_;
     double width_;
 };
 
@@ -51,7 +62,7 @@ public:
     double distance(const Vec3& x, std::int32_t& near) const;
 
 private:
-    double near_junction_(const Vec3& x, std::int32_t& near) const;
+    double near_junction_(const Vec3& x, double sign, std::int32_t& near) const;
 
     VesselShape shape_;
     BoundingTree tree_;
