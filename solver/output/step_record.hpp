@@ -32,6 +32,7 @@ struct ContactRecord {
     Vec3 normal = Vec3::Zero();           ///< from b to a
     Vec3 slip = Vec3::Zero();             ///< over the step [m]
     double normal_force = 0;              ///< [N]
+    double clustered_force = 0;           ///< normal forces summed over the neighbourhood [N]
     double gap = 0;                       ///< [m]
     ContactStatus status = ContactStatus::open;
     int body_a = 0, body_b = 0;           ///< places in the scene's order of bodies

@@ -126,6 +126,7 @@ struct AccuracyInput {
 
 struct OutputInput {
     int every = 10;                     ///< steps between two written frames
+    double cluster = 0.005;             ///< contact forces are summed over this length of wire [m]
     bool picture = true;
     bool plots = true;
 };

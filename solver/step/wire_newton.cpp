@@ -4,8 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <cstdio>
-#include <cstdlib>
 
 namespace amontons {
 namespace {
@@ -403,7 +401,6 @@ bool solve_linearised(const Wire& wire, NewtonWorkspace& w, const Residual& res,
                                  force / (kCertificateRho * w.candidates[k].stiffness));
             if (wrong[k].kind != Change::none) ++count;
         }
-        if (getenv("DBG3")) { printf("     tr %d cnt %d :",trial,count); for(size_t k=0;k<n;k++) if(w.trial[k].status||wrong[k].kind) printf(" %d:%c>%c%.0e(%.3f)",w.candidates[k].point,"otl"[w.trial[k].status],"-ocslt"[wrong[k].kind],wrong[k].size,w.trial[k].status==2?std::atan2(w.trial[k].c2,w.trial[k].c1):0); printf("\n"); }
         if (count == 0) return true;
 
         bool all = true;
@@ -508,7 +505,6 @@ NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,
             report.residual.equilibrium = std::numeric_limits<double>::infinity();
             return report;
         }
-        if (getenv("DBG")) { int na=0,ns=0; for (auto&t:w.trial) if(t.status){na++; if(t.status==1)ns++;} printf("   it %d eq %.2e con %.2e shift %.2e fac %d move %.2e turn %.2e act %d stick %d cand %zu\n", report.iterations,res.equilibrium,res.contact,shift,report.factorisations,move,turn,na,ns,w.candidates.size()); }
         double factor = 1;
         if (move > options.longest_move) factor = options.longest_move / move;
         if (turn * factor > 0.3) factor = 0.3 / turn;

@@ -1,0 +1,79 @@
+#pragma once
+
+#include "mesh/base/error.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+#include <vector>
+
+// Plain values and vectors of them to bytes and back, in the machine's own layout: the state
+// inside a checkpoint, whose frame says which machine and scene it belongs to.
+
+namespace amontons {
+
+class ByteWriter {
+public:
+    template <class T> void value(const T& v)
+    {
+        static_assert(std::is_trivially_copyable_v<T>);
+        const auto* p = reinterpret_cast<const std::byte*>(&v);
+        bytes_.insert(bytes_.end(), p, p + sizeof v);
+    }
+    template <class T> void vector(const std::vector<T>& v)
+    {
+        value(std::uint64_t(v.size()));
+        for (const T& x : v) value(x);
+    }
+    std::vector<std::byte> take() { return std::move(bytes_); }
+
+private:
+    std::vector<std::byte> bytes_;
+};
+
+/// @throws InputError  where the bytes end early, go on too long, or hold an impossible size
+class ByteReader {
+public:
+    explicit ByteReader(const std::vector<std::byte>& bytes) : bytes_(bytes) {}
+    template <class T> T value()
+    {
+        static_assert(std::is_trivially_copyable_v<T>);
+        if (bytes_.size() - at_ < sizeof(T)) refuse("an end within a value");
+        T v;
+        std::memcpy(&v, bytes_.data() + at_, sizeof v);
+        at_ += sizeof v;
+        return v;
+    }
+    /// A vector of at most `most` elements.
+    template <class T> std::vector<T> vector(std::size_t most)
+    {
+        const auto size = value<std::uint64_t>();
+        if (size > most || size > (bytes_.size() - at_) / sizeof(T)) refuse("an impossible size");
+        std::vector<T> v;
+        v.reserve(size);
+        for (std::uint64_t i = 0; i < size; ++i) v.push_back(value<T>());
+        return v;
+    }
+    /// A vector that must have this size.
+    template <class T> std::vector<T> exactly(std::size_t size)
+    {
+        std::vector<T> v = vector<T>(size);
+        if (v.size() != size) refuse("another number of unknowns");
+        return v;
+    }
+    void end() const
+    {
+        if (at_ != bytes_.size()) refuse("bytes behind the end");
+    }
+    [[noreturn]] static void refuse(const char* found)
+    {
+        throw InputError({{"checkpoint", "", found, "the state of this scene"}});
+    }
+
+private:
+    const std::vector<std::byte>& bytes_;
+    std::size_t at_ = 0;
+};
+
+} // namespace amontons

@@ -1,0 +1,218 @@
+#include "solver/step/wire_build.hpp"
+
+#include "mesh/base/curve.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace amontons {
+namespace {
+
+// Where a fading grip begins it holds the wire this much stiffer than the wire holds itself
+// over the fade's length: EI / fade^4 is the wire's own lateral stiffness per length there.
+constexpr double kGripOverBending = 190;
+
+std::string number(double v)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", v);
+    return text;
+}
+
+Mat3 sheath_frame(const IntroducerInput& in, const std::optional<Vec3>& plane)
+{
+    const Vec3 d = in.direction.normalized();
+    Vec3 second;
+    if (in.normal) {
+        second = *in.normal;
+    } else if (plane) {
+        second = plane->cross(d);
+    } else {
+        // Any, but always the same: the axis of space that is least along the wire.
+        int axis = 0;
+        d.cwiseAbs().minCoeff(&axis);
+        second = Vec3::Unit(axis);
+    }
+    second -= d * d.dot(second);
+    second.normalize();
+    Mat3 frame;
+    frame << d, second, d.cross(second);
+    return frame;
+}
+
+WireMotion motion_of(const Scene& scene, const WireMaterial& m)
+{
+    WireMotion motion;
+    motion.dynamic = scene.time.kind == "dynamic";
+    motion.damping = scene.time.damping;
+    if (!motion.dynamic) return motion;
+    motion.mass.assign(m.node.size(), 0);
+    motion.inertia.assign(m.node.size(), 0);
+    for (std::size_t i = 0; i + 1 < m.node.size(); ++i) {
+        const double middle = 0.5 * (m.node[i] + m.node[i + 1]);
+        std::size_t k = m.segments.size() - 1;
+        while (k > 0 && m.segment_start[k] > middle) --k;
+        const BeamSegment& g = m.segments[k];
+        const double h = m.node[i + 1] - m.node[i];
+        const double area = 3.14159265358979323846 * g.radius * g.radius;
+        for (std::size_t n : {i, i + 1}) {
+            const double mass = 0.5 * g.density * area * h;
+            motion.mass[n] += mass;
+            motion.inertia[n] += mass * (0.5 * g.radius * g.radius + h * h / 12);
+        }
+    }
+    return motion;
+}
+
+} // namespace
+
+WireBody build_wire(const Scene& scene, const BeamInput& beam,
+                    const std::vector<Obstacle>& obstacles, std::vector<int>& near)
+{
+    Wire wire;
+    wire.material = make_material(beam.segments, beam.contact_spacing);
+    Sheath sheath;
+    sheath.frame = sheath_frame(beam.introducer, beam.plane);
+    sheath.fade = beam.introducer.fade;
+    sheath.end = beam.introducer.at - sheath.fade * sheath.frame.col(0);
+    if (sheath.fade > 0) {
+        double EI = 0;
+        for (const BeamSegment& g : beam.segments) EI = std::max({EI, g.EI[0], g.EI[1]});
+        sheath.grip = kGripOverBending * EI / std::pow(sheath.fade, 4);
+    }
+    wire.sheath = sheath;
+    if (beam.plane) wire.plane = beam.plane->normalized();
+
+    std::vector<WireWall> walls;
+    for (std::size_t o = 0; o < obstacles.size(); ++o)
+        for (const ContactLaw& law : scene.contact) {
+            const bool one =
+                law.between[0] == beam.name && law.between[1] == obstacles[o].name;
+            const bool other =
+                law.between[1] == beam.name && law.between[0] == obstacles[o].name;
+            if (!one && !other) continue;
+            WireWall w;
+            w.wall = &obstacles[o].model.wall;
+            for (const MaterialPoint& p : wire.material.point)
+                w.friction.push_back(
+                    beam.segments[std::size_t(p.segment)].friction.value_or(law.friction));
+            walls.push_back(std::move(w));
+            near.push_back(int(o));
+            break;
+        }
+    WireMotion motion = motion_of(scene, wire.material);
+    WireBody body = make_wire_body(std::move(wire), std::move(walls), std::move(motion),
+                                   scene.accuracy.contact);
+    const double t0 = beam.twist.empty() ? 0 : curve_value(beam.twist, 0);
+    start_in_sheath(body.wire, curve_value(beam.insertion, 0), t0);
+    return body;
+}
+
+void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body,
+                 const std::vector<Obstacle>& obstacles, const std::vector<int>& near,
+                 std::vector<Issue>& issues)
+{
+    const std::string place = "/bodies/" + beam.name + "/introducer/at";
+    for (std::size_t k = 0; k < near.size(); ++k) {
+        const Obstacle& o = obstacles[std::size_t(near[k])];
+        const double radius = beam.segments.back().radius;
+        WallHint hint;
+        const Vec3 x = beam.introducer.at;
+        const double gap = o.model.wall.distance(x, hint) - radius;
+        if (!(gap >= -1e-6 * radius)) {
+            issues.push_back({scene.file, place,
+                              "an end with the wire's surface " + number(-gap) +
+                                  " m inside the wall of " + o.name,
+                              "a point of the free space, the wire's radius off every wall"});
+            continue;
+        }
+        double most = 0;
+        for (const auto& c : beam.insertion) most = std::max(most, c[1]);
+        if (most <= 0) continue;
+        // The first stretch along the sheath must be free, or the wire starts against a wall.
+        const double step = std::min(radius, most);
+        if (o.model.wall.distance(x + step * body.wire.sheath->frame.col(0), hint) <
+            0.25 * radius)
+            issues.push_back({scene.file, "/bodies/" + beam.name + "/introducer/direction",
+                              "a direction straight into the wall of " + o.name,
+                              "a direction into the free space"});
+    }
+}
+
+void save_wire(const WireBody& b, ByteWriter& out)
+{
+    const WireState& s = b.wire.state;
+    out.value(s.first);
+    out.value(s.inserted);
+    out.value(s.rotation);
+    out.value(s.base_insertion);
+    out.value(s.base_twist);
+    out.vector(s.nodes);
+    out.value(std::uint64_t(s.reaction.size()));
+    const auto vec = [&](const Vec3& v) {
+        for (int k = 0; k < 3; ++k) out.value(v[k]);
+    };
+    for (const Reaction& r : s.reaction) {
+        out.value(r.normal);
+        vec(r.tangential);
+        out.value(r.sticks);
+    }
+    for (const Vec3& v : b.velocity) vec(v);
+    for (const Vec3& v : b.spin) vec(v);
+    for (const Proximity& p : b.work->proximity) {
+        out.value(p.hint.piece);
+        vec(p.at);
+        out.value(p.distance);
+    }
+}
+
+SavedWire read_wire(const WireBody& b, ByteReader& in)
+{
+    SavedWire w;
+    WireState& s = w.state;
+    s.first = in.value<int>();
+    s.inserted = in.value<double>();
+    s.rotation = in.value<double>();
+    s.base_insertion = in.value<double>();
+    s.base_twist = in.value<double>();
+    if (s.first < 0 || s.first > b.wire.last() || !(s.inserted >= 0) ||
+        !(s.inserted < b.wire.material.length))
+        ByteReader::refuse("a wire held at an impossible place");
+    s.nodes = in.exactly<BeamNode>(b.wire.material.node.size());
+    if (in.value<std::uint64_t>() != b.wire.state.reaction.size())
+        ByteReader::refuse("another number of contact points");
+    const auto vec = [&] {
+        Vec3 v;
+        for (int k = 0; k < 3; ++k) v[k] = in.value<double>();
+        return v;
+    };
+    s.reaction.resize(b.wire.state.reaction.size());
+    for (Reaction& r : s.reaction) {
+        r.normal = in.value<double>();
+        r.tangential = vec();
+        r.sticks = in.value<bool>();
+    }
+    for (std::vector<Vec3>* list : {&w.velocity, &w.spin}) {
+        list->resize(b.wire.material.node.size());
+        for (Vec3& v : *list) v = vec();
+    }
+    w.proximity.resize(b.work->proximity.size());
+    for (Proximity& p : w.proximity) {
+        p.hint.piece = in.value<std::int32_t>();
+        p.at = vec();
+        p.distance = in.value<double>();
+    }
+    return w;
+}
+
+void restore_wire(WireBody& b, const SavedWire& w)
+{
+    b.wire.state = w.state;
+    b.velocity = w.velocity;
+    b.spin = w.spin;
+    b.work->proximity = w.proximity;
+}
+
+} // namespace amontons

@@ -1,0 +1,28 @@
+#pragma once
+
+#include "solver/step/wire_step.hpp"
+
+#include <string>
+#include <vector>
+
+namespace amontons {
+
+/// Adds a wire's points and fields, its active contacts and its quantities to a record.
+/// @param body       number of the wire among the scene's bodies
+/// @param walls      numbers of its walls' bodies
+/// @param prefix     of the names of its quantities
+/// @param cluster    contact forces are summed over this length of wire [m]
+void record_wire(const WireBody& b, const std::string& name, int body,
+                 const std::vector<int>& walls, const std::string& prefix, double cluster,
+                 StepRecord& out);
+
+/// Length of wire past the introducer [m].
+double wire_depth(const Wire& wire);
+/// Position of the tip [m].
+Vec3 wire_tip(const Wire& wire);
+/// Contact points whose centre is beyond a wall: must be 0.
+int count_outside(const WireBody& b);
+/// "; worst: ..." for a message, or "".
+std::string describe_worst(const std::vector<WireBody>& wires, const Residual& residual);
+
+} // namespace amontons

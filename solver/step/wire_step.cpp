@@ -1,0 +1,400 @@
+#include "solver/step/wire_step.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace amontons {
+namespace {
+
+// A step is refused if its energy balance misses more than this share of what it turned over:
+// an equilibrium that jumped leaves energy unaccounted for, and a kink of the push force is
+// resolved by shorter steps.
+constexpr double kEnergyShare = 0.05;
+constexpr int kMostRelaxations = 600;
+
+NewtonOptions newton_options(const WireBody& b, double shift)
+{
+    NewtonOptions o;
+    o.tolerance = b.tolerance;
+    double radius = 0;
+    for (const BeamSegment& g : b.wire.material.segments) radius = std::max(radius, g.radius);
+    o.reach = std::max(1.35 * radius, 1.5 * std::abs(shift));
+    o.longest_move = 0.8 * b.grain;
+    return o;
+}
+
+void add(NewtonReport& sum, const NewtonReport& r)
+{
+    sum.converged = r.converged;
+    sum.stable = r.stable;
+    sum.iterations += r.iterations;
+    sum.factorisations += r.factorisations;
+    sum.shifted += r.shifted;
+    sum.residual = r.residual;
+    sum.seconds_elements += r.seconds_elements;
+    sum.seconds_detection += r.seconds_detection;
+    sum.seconds_contact += r.seconds_contact;
+    sum.seconds_rest += r.seconds_rest;
+}
+
+/// Dissipated over the step: minus friction force times slip [J].
+double friction_work(const std::vector<Candidate>& candidates)
+{
+    double sum = 0;
+    for (const Candidate& c : candidates)
+        if (c.normal > 0)
+            sum -= c.tangential[0] * c.slip[0] + c.tangential[1] * c.slip[1];
+    return sum;
+}
+
+// A distance to a wall changes no faster than the point moves, so a straight way is free if the
+// two distances at its ends cover it; else it is followed in steps of the distance itself.
+bool way_is_free(const Wall& wall, const Vec3& from, const Vec3& to, double radius,
+                 WallHint& hint)
+{
+    const double length = (to - from).norm();
+    const double a = wall.distance(from, hint), b = wall.distance(to, hint);
+    if (b < 0) return false;
+    if (a + b >= length) return true;
+    double t = std::max(a, 0.0);
+    while (t < length - b) {
+        const double d = wall.distance(from + t / length * (to - from), hint);
+        if (d < 0) return false;
+        t += std::max(d, 0.1 * radius);
+    }
+    return true;
+}
+
+/// Contact points that left the free space in the step, on their way or at its end.
+int count_passages(const WireBody& b, const StepStart& start)
+{
+    int count = 0;
+    const Wire& w = b.wire;
+    for (std::size_t p = 0; p < w.material.point.size(); ++p) {
+        const MaterialPoint& m = w.material.point[p];
+        const auto place = place_of(w, w.state, m.s, m.element, m.xi);
+        if (!place) break;
+        const Vec3 x = centreline_point(w.state, *place);
+        for (std::size_t k = 0; k < b.walls.size(); ++k) {
+            Proximity& near = b.work->proximity[p * b.walls.size() + k];
+            // Known to be far, and the whole way shorter than that.
+            if (near.distance >= 0 &&
+                near.distance > (x - near.at).norm() + (start.point[p] - x).norm())
+                continue;
+            if (!way_is_free(*b.walls[k].wall, start.point[p], x, m.radius, near.hint)) ++count;
+        }
+    }
+    return count;
+}
+
+void refuse(WireBody& b, const WireState& keep, StepReport& r, std::string why)
+{
+    b.wire.state = keep;
+    r.accepted = false;
+    r.refusal = std::move(why);
+}
+
+Vec3 rotation_between(const double from[4], const double to[4])
+{
+    const double conj[4] = {from[0], -from[1], -from[2], -from[3]};
+    double r[4];
+    quaternion_product(conj, to, r);
+    if (r[0] < 0)
+        for (double& v : r) v = -v;
+    const Vec3 v(r[1], r[2], r[3]);
+    const double s = v.norm();
+    return s < 1e-12 ? Vec3(2 * v) : Vec3(2 * std::atan2(s, r[0]) / s * v);
+}
+
+/// A material node at the start of the step, also if it was in the sheath then.
+BeamNode node_before(const Wire& wire, const WireState& old, int i)
+{
+    if (i > old.first) return old.nodes[std::size_t(i)];
+    const double s = wire.material.node[std::size_t(i)];
+    BeamNode n;
+    const Vec3 x = held_point(wire, old, s);
+    const Quaternion q = held_rotation(wire, old, s);
+    for (int k = 0; k < 3; ++k) n.x[k] = x[k];
+    std::copy(q.q, q.q + 4, n.q);
+    return n;
+}
+
+/// Inertia of implicit Euler as a pull towards x_n + h v_n / (1 + damping h).
+Anchor inertia_anchor(const WireBody& b, const WireState& old, double h)
+{
+    Anchor a;
+    const std::size_t n = b.wire.material.node.size();
+    a.reference = b.wire.state.nodes;
+    a.linear.assign(n, 0);
+    a.angular.assign(n, 0);
+    const double d = 1 + b.motion.damping * h;
+    for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i) {
+        const std::size_t k = std::size_t(i);
+        BeamNode& r = a.reference[k];
+        r = node_before(b.wire, old, i);
+        for (int c = 0; c < 3; ++c) r.x[c] += h / d * b.velocity[k][c];
+        rotate_in_body(r.q, h / d * b.spin[k]);
+        a.linear[k] = b.motion.mass[k] * d / (h * h);
+        a.angular[k] = b.motion.inertia[k] * d / (h * h);
+    }
+    return a;
+}
+
+/// New velocities; returns what implicit Euler and the damping took out [J].
+double update_velocities(WireBody& b, const WireState& old, double h)
+{
+    double lost = 0;
+    for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i) {
+        const std::size_t k = std::size_t(i);
+        const BeamNode before = node_before(b.wire, old, i);
+        const BeamNode& now = b.wire.state.nodes[k];
+        const Vec3 v = (now.position() - before.position()) / h;
+        const Vec3 w = rotation_between(before.q, now.q) / h;
+        const double m = b.motion.mass[k], J = b.motion.inertia[k];
+        lost += 0.5 * m * (v - b.velocity[k]).squaredNorm() +
+                0.5 * J * (w - b.spin[k]).squaredNorm() +
+                b.motion.damping * h * (m * v.squaredNorm() + J * w.squaredNorm());
+        b.velocity[k] = v;
+        b.spin[k] = w;
+    }
+    return lost;
+}
+
+/// Lowest mode of the system that contact leaves free, by inverse iteration with the factor of
+/// the last shifted solve; largest displacement 1.
+std::vector<Node6> weakest_mode(WireBody& b)
+{
+    std::vector<Node6> v = b.work->increment;
+    unsigned seed = 1;
+    for (int i = b.wire.state.first; i <= b.wire.last(); ++i) {
+        Node6& n = v[std::size_t(i)];
+        n.column = Column6{};
+        if (i > b.wire.state.first)
+            for (int k = 0; k < 6; ++k) {
+                seed = seed * 1664525u + 1013904223u;
+                n.value[k] = (double(seed >> 8) / 8388608.0 - 1) * (k < 3 ? b.grain : 1);
+            }
+    }
+    for (int round = 0; round < 6; ++round) {
+        b.work->system.solve(v);
+        double largest = 0;
+        for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i)
+            for (int k = 0; k < 3; ++k)
+                largest = std::max(largest, std::abs(v[std::size_t(i)].value[k]));
+        if (!(largest > 0)) break;
+        for (int i = b.wire.state.first; i <= b.wire.last(); ++i)
+            v[std::size_t(i)].column *= splat6(1 / largest);
+    }
+    return v;
+}
+
+} // namespace
+
+WireBody make_wire_body(Wire wire, std::vector<WireWall> walls, WireMotion motion,
+                        double tolerance)
+{
+    WireBody b;
+    b.wire = std::move(wire);
+    b.walls = std::move(walls);
+    b.motion = std::move(motion);
+    b.tolerance = tolerance;
+    b.wire.state.reaction.assign(b.wire.material.point.size() * b.walls.size(), {});
+    b.velocity.assign(b.wire.material.node.size(), Vec3::Zero());
+    b.spin = b.velocity;
+    double EI = 0;
+    for (const ElementLaw& law : b.wire.material.law) {
+        b.grain = std::max(b.grain, law.length);
+        EI = std::max(EI, law.S[4] / law.length);
+    }
+    b.scale_force = EI / (b.wire.material.length * b.wire.material.length);
+    b.work = std::make_unique<NewtonWorkspace>(b.wire, b.walls.size());
+    return b;
+}
+
+double kinetic_energy(const WireBody& b)
+{
+    if (!b.motion.dynamic) return 0;
+    double sum = 0;
+    for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i) {
+        const std::size_t k = std::size_t(i);
+        sum += 0.5 * b.motion.mass[k] * b.velocity[k].squaredNorm() +
+               0.5 * b.motion.inertia[k] * b.spin[k].squaredNorm();
+    }
+    return sum;
+}
+
+StepReport try_step(WireBody& b, double insertion, double twist, double length)
+{
+    StepReport r;
+    const WireState old = b.wire.state;
+    const double shift = insertion - old.base_insertion, turn = twist - old.base_twist;
+    const double elastic_before = elastic_energy(b.wire), kinetic_before = kinetic_energy(b);
+    const BaseLoad load_before = base_load(b.wire);
+    const StepStart start = mark_step_start(b.wire);
+
+    drive_base(b.wire, insertion, twist);
+    Anchor anchor;
+    if (b.motion.dynamic) anchor = inertia_anchor(b, old, length);
+    const NewtonReport newton = solve_equilibrium(b.wire, b.walls, start, anchor,
+                                                  newton_options(b, shift), *b.work);
+    add(r.newton, newton);
+    if (!newton.converged) {
+        refuse(b, old, r, "no convergence");
+        return r;
+    }
+    if (!newton.stable) {
+        refuse(b, old, r, "unstable");
+        return r;
+    }
+
+    const BaseLoad load = base_load(b.wire);
+    r.energy.work = 0.5 * (load_before.push + load.push) * shift +
+                    0.5 * (load_before.torque + load.torque) * turn;
+    r.energy.work_absolute = std::abs(r.energy.work);
+    r.energy.elastic = elastic_energy(b.wire);
+    r.energy.friction = b.wire.outside() ? friction_work(b.work->candidates) : 0;
+    if (b.motion.dynamic) {
+        r.energy.released = update_velocities(b, old, length);
+        r.energy.kinetic = kinetic_energy(b);
+    }
+    const double missed = r.energy.work - (r.energy.elastic - elastic_before) -
+                          (r.energy.kinetic - kinetic_before) - r.energy.friction -
+                          r.energy.released;
+    const double turned_over = std::abs(r.energy.work) + std::abs(r.energy.friction) +
+                               b.scale_force * std::abs(shift);
+    if (!b.motion.dynamic && std::abs(missed) > kEnergyShare * turned_over) {
+        refuse(b, old, r, "energy balance");
+        return r;
+    }
+    if (b.wire.outside()) r.passed_through = count_passages(b, start);
+    if (r.passed_through > 0) {
+        refuse(b, old, r, "a wall was passed");
+        return r;
+    }
+    r.accepted = true;
+    return r;
+}
+
+// Gradient flow with implicit steps: each solves the wire with a viscous pull towards where it
+// was, w |dx| per node. What it dissipates is the pull's work, by the trapezoid rule over the
+// increment (the pull at its start is that left from the increment before). w follows the
+// motion: about a quarter of an element per increment.
+StepReport relax_step(WireBody& b, double insertion, double twist)
+{
+    StepReport r;
+    const WireState old = b.wire.state;
+    const double shift = insertion - old.base_insertion, turn = twist - old.base_twist;
+    const BaseLoad load_before = base_load(b.wire);
+    const NewtonOptions options = newton_options(b, shift);
+    NewtonOptions attempt = options;
+    attempt.max_iterations = 12;
+    const std::size_t nodes = b.wire.material.node.size();
+    const double unit = *std::max_element(b.wire.material.stiffness.begin(),
+                                          b.wire.material.stiffness.end());
+    const double target = 0.25 * b.grain;
+    double weight = 1e-3 * unit, energy = elastic_energy(b.wire);
+    const double energy_floor = 1e-3 * b.scale_force * b.grain;
+    std::vector<Node6> pull(nodes), pull_before(nodes);
+    for (Node6& n : pull_before) n.column = Column6{};
+    bool base_moved = false, pushed_off = false;
+    double base_work = 0;
+
+    for (r.relaxations = 0; r.relaxations < kMostRelaxations; ++r.relaxations) {
+        const WireState before = b.wire.state;
+        const StepStart start = mark_step_start(b.wire);
+        if (!base_moved) drive_base(b.wire, insertion, twist);
+
+        // At rest already? Only without a further jump.
+        if (base_moved) {
+            const NewtonReport still =
+                solve_equilibrium(b.wire, b.walls, start, {}, attempt, *b.work);
+            add(r.newton, still);
+            if (still.converged && still.stable) {
+                const double e = elastic_energy(b.wire);
+                const double friction = friction_work(b.work->candidates);
+                const double missed = energy - e - friction;
+                if (std::abs(missed) <=
+                    std::max(energy_floor, 0.05 * (r.released + std::abs(friction)))) {
+                    if (count_passages(b, start) == 0) {
+                        r.energy.friction += friction;
+                        r.energy.elastic = e;
+                        r.energy.released = r.released;
+                        const BaseLoad load = base_load(b.wire);
+                        (void)load;
+                        r.energy.work = base_work;
+                        r.energy.work_absolute = std::abs(base_work);
+                        r.snapped = true;
+                        r.accepted = true;
+                        return r;
+                    }
+                }
+            } else if (still.converged && !pushed_off) {
+                // An unstable equilibrium holds the flow: push it off along its weakest mode.
+                const std::vector<Node6> mode = weakest_mode(b);
+                move_wire(b.wire, mode, 1e-3 * b.grain);
+                pushed_off = true;
+                energy = elastic_energy(b.wire);
+                for (Node6& n : pull_before) n.column = Column6{};
+                continue;
+            }
+            b.wire.state = before;
+        }
+
+        Anchor anchor;
+        anchor.reference = b.wire.state.nodes;
+        anchor.linear.assign(nodes, 0);
+        anchor.angular.assign(nodes, 0);
+        for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i) {
+            const std::size_t k = std::size_t(i);
+            const double h = b.wire.material.law[k - 1].length;
+            anchor.linear[k] = weight * h / b.grain;
+            anchor.angular[k] = anchor.linear[k] * h * h / 12;
+        }
+        const NewtonReport newton =
+            solve_equilibrium(b.wire, b.walls, start, anchor, options, *b.work);
+        add(r.newton, newton);
+        double move = 0, viscous = 0;
+        if (newton.converged) {
+            for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i) {
+                const std::size_t k = std::size_t(i);
+                const BeamNode &a = anchor.reference[k], &c = b.wire.state.nodes[k];
+                const Vec3 dx = c.position() - a.position();
+                const Vec3 dt = rotation_between(a.q, c.q);
+                move = std::max(move, dx.norm());
+                for (int j = 0; j < 3; ++j) {
+                    pull[k].value[j] = anchor.linear[k] * dx[j];
+                    pull[k].value[j + 3] = anchor.angular[k] * dt[j];
+                    viscous += 0.5 * (pull[k].value[j] + pull_before[k].value[j]) * dx[j] +
+                               0.5 * (pull[k].value[j + 3] + pull_before[k].value[j + 3]) * dt[j];
+                }
+            }
+        }
+        const int passages = newton.converged ? count_passages(b, start) : 0;
+        if (!newton.converged || move > 4 * target || passages > 0) {
+            b.wire.state = before;
+            weight *= 4;
+            if (weight > 1e6 * unit) {
+                refuse(b, old, r, "no convergence in the damped relaxation");
+                return r;
+            }
+            continue;
+        }
+        if (!base_moved) {
+            const BaseLoad load = base_load(b.wire);
+            base_work = 0.5 * (load_before.push + load.push) * shift +
+                        0.5 * (load_before.torque + load.torque) * turn;
+            base_moved = true;
+        }
+        r.released += viscous;
+        r.energy.friction += friction_work(b.work->candidates);
+        energy = elastic_energy(b.wire);
+        pull_before = pull;
+        weight *= std::clamp(move / target, 0.25, 2.0);
+        weight = std::max(weight, 1e-12 * unit);
+    }
+    refuse(b, old, r, "the damped relaxation did not come to rest");
+    return r;
+}
+
+} // namespace amontons

@@ -1,0 +1,61 @@
+#pragma once
+
+#include "solver/output/step_record.hpp"
+#include "solver/step/wire_newton.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+// One wire over time: a step from a given base to the next, its energy, and what happens when
+// the equilibrium is lost: a snap, crossed by a damped relaxation whose dissipation is counted.
+
+namespace amontons {
+
+/// How a wire moves in time.
+struct WireMotion {
+    bool dynamic = false;
+    double damping = 0;             ///< mass-proportional [1/s]
+    std::vector<double> mass;       ///< lumped, per node [kg]
+    std::vector<double> inertia;    ///< lumped, about any axis, per node [kg m^2]
+};
+
+/// A wire with its walls and everything that a step needs.
+struct WireBody {
+    Wire wire;
+    std::vector<WireWall> walls;
+    WireMotion motion;
+    std::vector<Vec3> velocity;     ///< per node, dynamic [m/s]
+    std::vector<Vec3> spin;         ///< per node, in the body frame [rad/s]
+    double tolerance = 1e-8;
+    double grain = 0;               ///< length scale of the wire's mesh: its longest element [m]
+    double scale_force = 0;         ///< EI / length^2 of the wire [N]
+    std::unique_ptr<NewtonWorkspace> work;
+};
+WireBody make_wire_body(Wire wire, std::vector<WireWall> walls, WireMotion motion,
+                        double tolerance);
+
+/// What one accepted step did.
+struct StepReport {
+    bool accepted = false;
+    std::string refusal;            ///< why not
+    NewtonReport newton;            ///< sums over all its solves; residual of the last
+    EnergyRecord energy;            ///< increments of work, friction, released; elastic and kinetic now
+    bool snapped = false;
+    double released = 0;            ///< in a snap [J]
+    int relaxations = 0;            ///< increments of the damped relaxation
+    int passed_through = 0;         ///< contact points beyond a wall
+};
+
+/// Tries to bring the wire from its present equilibrium to a new base in one step.
+/// If it is refused, the wire is as before.
+/// @param length  of the step [s]; matters for dynamics only
+StepReport try_step(WireBody& body, double insertion, double twist, double length);
+
+/// The same by damped relaxation, for a base close to the present one: for a state that has
+/// lost its stability. Always leaves the present branch if it is unstable.
+StepReport relax_step(WireBody& body, double insertion, double twist);
+
+double kinetic_energy(const WireBody& body);
+
+} // namespace amontons
