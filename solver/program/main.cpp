@@ -34,6 +34,12 @@ int report_arguments(const CLI::App& program, const CLI::ParseError& error, Sess
     for (const CLI::App* sub : program.get_subcommands([](const CLI::App*) { return true; }))
         names.push_back(sub->get_name());
     std::string message = error.what();
+    if (command == &program)
+        for (std::size_t i = 1; i < session.arguments.size(); ++i)
+            if (session.arguments[i].rfind('-', 0) != 0) {
+                message = "no command \"" + session.arguments[i] + "\"";
+                break;
+            }
     for (const std::string& argument : session.arguments) {
         const std::string name = argument.substr(0, argument.find('='));
         if (message.find(name) == std::string::npos) continue;

@@ -6,7 +6,9 @@
 #include "mesh/generate/plane.hpp"
 #include "mesh/generate/tube.hpp"
 #include "mesh/generate/vessel.hpp"
+#include "mesh/orient_surface.hpp"
 #include "mesh/read.hpp"
+#include "mesh/surface_check.hpp"
 #include "solver/module.hpp"
 #include "solver/output/vtk/vtk_module.hpp"
 #include "solver/scene/read.hpp"
@@ -95,6 +97,31 @@ VesselOptions vessel_options(const SurfaceInput& s)
     return v;
 }
 
+/// The surface of a file, checked, with its normals into the free space.
+SurfaceMesh checked_surface(const ObstacleInput& o, const Scene& scene)
+{
+    const std::string path = beside(scene, o.surface.file);
+    SurfaceMesh mesh = read_surface(path, o.surface.scale, read_vtp);
+    const SurfaceReport report = check_surface(mesh);
+    std::vector<Issue> found = issues(report, mesh, SurfaceRequirements{}, path);
+    if (o.side.empty() && !report.closed() && !report.boundaries.empty())
+        found.push_back({scene.file, "/bodies/" + o.name + "/side",
+                         "nothing, and " + path + " is open",
+                         "\"inside\" or \"outside\": where the free space is"});
+    if (!found.empty()) throw InputError(std::move(found));
+    // Normals that point outwards mean that the free space is outside.
+    const bool outside = report.enclosed_volume > 0;
+    if (!o.side.empty() && outside != (o.side == "outside")) turn_around(mesh);
+    return mesh;
+}
+
+WallModel wall_from_file(const ObstacleInput& o, const Scene& scene)
+{
+    const SurfaceMesh mesh = checked_surface(o, scene);
+    throw InputError({{beside(scene, o.surface.file), "", "a surface from a file",
+                       "a generator: walls from files are not built yet"}});
+}
+
 WallModel wall_model(const ObstacleInput& o, const Scene& scene)
 {
     const SurfaceInput& s = o.surface;
@@ -116,9 +143,7 @@ WallModel wall_model(const ObstacleInput& o, const Scene& scene)
         return make_plane(options);
     }
     if (s.generate == "vessel") return make_vessel(vessel_options(s));
-    const std::string path = beside(scene, s.file);
-    read_surface(path, s.scale, read_vtp);
-    throw InputError({{path, "", "a file", "a generator"}});
+    return wall_from_file(o, scene);
 }
 
 } // namespace

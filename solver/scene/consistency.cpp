@@ -94,6 +94,11 @@ void check_obstacle(const ObstacleInput& o, Findings& findings)
                     fmt::format("< {} [m], the radius of the bend (pieces/{})", p.radius, i));
         }
     }
+    const bool lumen = s.generate == "tube" || s.generate == "vessel";
+    if ((lumen && o.side == "outside") || (s.generate == "plane" && !o.side.empty()))
+        findings.add({"/bodies/" + o.name + "/side"}, quoted_text(o.side),
+                     lumen ? "\"inside\", or nothing: a " + s.generate + " is hollow"
+                           : "nothing: the free space of a plane is where its normal points");
     if (s.generate == "vessel") {
         const double widest = std::max(s.arch_diameter[0], s.arch_diameter[1]) / 2;
         if (s.arch_radius > 0 && widest >= s.arch_radius)

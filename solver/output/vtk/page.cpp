@@ -99,19 +99,27 @@ Layout choose_layout(const View& view)
     Layout layout;
     constexpr double w = kWidth, h = kHeight;
     const double aspect = view.wide / view.high;
-    if (aspect < 1.4) { // tall: the end on the left, the rest on the right above the legend
-        const double split = std::round(std::clamp(aspect * h, 0.30 * w, 0.52 * w));
-        layout.panels[0] = {0, 0, split, h};
+    const auto row = [&](double left, double bottom, double right, double top) {
         for (std::size_t i = 0; i < 3; ++i) {
-            const double third = (w - split) / 3;
-            layout.panels[1 + i] = {split + third * double(i), 0.38 * h,
-                                    split + third * double(i + 1), h};
+            const double step = (right - left) / 3;
+            layout.panels[1 + i] = {left + step * double(i), bottom, left + step * double(i + 1),
+                                    top};
         }
+    };
+    if (aspect < 0.9) { // tall: the end on the left; on the right a row above the legend
+        const double split = std::round(std::max(aspect * h, 0.30 * w));
+        layout.panels[0] = {0, 0, split, h};
+        row(split, 0.38 * h, w, h);
         layout.legend = {split, 0, w, 0.38 * h};
-    } else { // wide: the end above, the rest below beside the legend
-        layout.panels[0] = {0, 0.38 * h, w, h};
+    } else if (aspect < 2.2) { // the end above the legend; on the right a column
+        const double split = 0.67 * w;
+        layout.panels[0] = {0, 0.30 * h, split, h};
         for (std::size_t i = 0; i < 3; ++i)
-            layout.panels[1 + i] = {0.22 * w * double(i), 0, 0.22 * w * double(i + 1), 0.38 * h};
+            layout.panels[1 + i] = {split, h * double(2 - i) / 3, w, h * double(3 - i) / 3};
+        layout.legend = {0, 0, split, 0.30 * h};
+    } else { // wide: the end above; below a row beside the legend
+        layout.panels[0] = {0, 0.38 * h, w, h};
+        row(0, 0, 0.66 * w, 0.38 * h);
         layout.legend = {0.66 * w, 0, w, 0.38 * h};
     }
     return layout;

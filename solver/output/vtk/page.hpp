@@ -48,7 +48,7 @@ struct Layout {
     Rectangle legend{};
 };
 
-/// A tall view stands at the left of its small panels, a wide one above them.
+/// Tall, squarish and wide views have each their own layout.
 Layout choose_layout(const View& view);
 
 /// How a panel maps the view to its pixels: what is seen fills the rectangle but for a margin

@@ -353,7 +353,7 @@ vtkSmartPointer<vtkRenderer> legend(const Layout& layout, const DrawnResult& res
 {
     auto renderer = renderer_of(layout.legend);
     add_scale(renderer, layout.legend, scales.force, "Contact force on the wall [N]", 0.90);
-    add_scale(renderer, layout.legend, scales.curvature, "Curvature of the wire [1/m]", 0.58);
+    add_scale(renderer, layout.legend, scales.curvature, "Curvature of the wire [1/m]", 0.56);
     std::string note =
         "An arrow is the sum of the contacts within " + length_text(contacts.cluster) + ".";
     const double pixel = fit(view, layout.panels[0], true).pixel;

@@ -1,0 +1,152 @@
+#include "solver/output/vtk_writer.hpp"
+
+#include "mesh/base/file.hpp"
+#include "solver/output/beam_tube.hpp"
+
+#include <Eigen/Geometry>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <doctest/doctest.h>
+#include <filesystem>
+
+using namespace amontons;
+
+namespace {
+
+/// A folder of its own, gone at the end.
+struct Folder {
+    std::string path;
+    Folder()
+    {
+        char name[] = "/tmp/amontons_XXXXXX";
+        path = ::mkdtemp(name);
+    }
+    ~Folder() { std::filesystem::remove_all(path); }
+};
+
+/// The values of an appended array, from the bytes alone.
+template <class Number>
+std::vector<Number> appended(const std::string& bytes, const std::string& name)
+{
+    const std::size_t array = bytes.find("Name=\"" + name + "\"");
+    REQUIRE(array != std::string::npos);
+    const std::size_t offset_at = bytes.find("offset=\"", array) + 8;
+    const std::size_t offset = std::stoul(bytes.substr(offset_at, 20));
+    const std::size_t raw = bytes.find("<AppendedData encoding=\"raw\">\n_") + 31;
+    std::uint64_t size = 0;
+    std::memcpy(&size, bytes.data() + raw + offset, sizeof size);
+    std::vector<Number> values(size / sizeof(Number));
+    std::memcpy(values.data(), bytes.data() + raw + offset + sizeof size, size);
+    return values;
+}
+
+const std::vector<Vec3> kPoints{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0.1}};
+
+PolyData example(const std::vector<double>& scalars, const std::vector<double>& vectors)
+{
+    PolyData data;
+    data.points = kPoints;
+    data.lines = {{0, 1, 2}};
+    static const std::vector<std::array<std::int32_t, 3>> triangles{{0, 1, 2}, {0, 2, 3}};
+    data.triangles = triangles;
+    data.vertices = true;
+    data.point_arrays = {{"gap", "m", 1, scalars},
+                         {"force", "N", 3, vectors, Stored::float32},
+                         {"status", "", 1, scalars, Stored::int32}};
+    return data;
+}
+
+} // namespace
+
+TEST_CASE("what is written to a VTP stands in its bytes")
+{
+    const std::vector<double> scalars{1, 2, 3, 4.75},
+        vectors{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 0.1};
+    const std::string bytes = vtp_bytes(example(scalars, vectors), 2.5);
+    CHECK(appended<double>(bytes, "gap") == scalars);
+    CHECK(appended<float>(bytes, "force").back() == 0.1f);
+    CHECK(appended<std::int32_t>(bytes, "status") == std::vector<std::int32_t>{1, 2, 3, 4});
+    CHECK(appended<double>(bytes, "points").size() == 12);
+    CHECK(bytes.find("Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">2.5<") !=
+          std::string::npos);
+    CHECK(bytes.find("location=\"vtkDataArray\">N</InformationKey>") != std::string::npos);
+}
+
+TEST_CASE("VTK reads every file without a warning")
+{
+    if (!std::filesystem::exists(VTK_READS)) {
+        MESSAGE("left out: this build has no VTK");
+        return;
+    }
+    const Folder folder;
+    const std::vector<double> scalars{1, 2, 3, 4.75}, vectors(12, 0.5);
+    const auto write = [&](const char* name, const std::string& bytes) {
+        write_file(folder.path + "/" + name, bytes, Flush::to_system);
+    };
+    write("full.vtp", vtp_bytes(example(scalars, vectors), 1.5));
+    PolyData empty;
+    empty.vertices = true;
+    empty.point_arrays = {{"gap", "m", 1, {}}, {"force", "N", 3, {}}};
+    write("empty.vtp", vtp_bytes(empty, 0));
+    UnstructuredGrid grid;
+    grid.points = kPoints;
+    const std::vector<std::int32_t> connectivity{0, 1, 2, 3}, offsets{4};
+    const std::vector<std::uint8_t> types{10};
+    const std::vector<double> pressure{7}, stress(6, 1.0);
+    grid.connectivity = connectivity;
+    grid.offsets = offsets;
+    grid.types = types;
+    grid.point_arrays = {{"displacement", "m", 3, vectors}};
+    grid.cell_arrays = {{"pressure", "Pa", 1, pressure}, {"stress", "Pa", 6, stress}};
+    write("tet.vtu", vtu_bytes(grid, 3));
+    Collection collection;
+    collection.add({0, 0, "a", "full.vtp"});
+    collection.add({0.5, 0, "a", "empty.vtp"});
+    write("all.pvd", collection.bytes());
+    const auto reads = [&](const char* name) {
+        const std::string command =
+            std::string(VTK_READS) + " " + folder.path + "/" + name + " >/dev/null 2>&1";
+        return std::system(command.c_str()) == 0;
+    };
+    CHECK(reads("all.pvd"));
+    CHECK(reads("tet.vtu"));
+    std::string broken = vtp_bytes(example(scalars, vectors), 1.5); // the check itself can fail
+    write("broken.vtp", broken.substr(0, broken.size() - 200));
+    CHECK_FALSE(reads("broken.vtp"));
+}
+
+TEST_CASE("the surface of a straight wire is a closed cylinder")
+{
+    BeamRecord beam;
+    constexpr int kRings = 20, kCorners = 40;
+    const double radius = 0.5, length = 3;
+    beam.fields = {{"radius", "m", 1, {}}, {"moment", "N m", 3, {}}};
+    for (int i = 0; i < kRings; ++i) {
+        beam.points.push_back(Vec3{1, 2, 3} +
+                              length * i / (kRings - 1) * Vec3{1, 1, 1}.normalized());
+        beam.fields[0].values.push_back(radius);
+        beam.fields[1].values.insert(beam.fields[1].values.end(), {0, 0, double(i)});
+    }
+    TubeSurface tube;
+    for (int again = 0; again < 2; ++again) { // its memory is used again
+        make_tube_surface(beam, kCorners, tube);
+        REQUIRE(tube.points.size() == kRings * kCorners);
+        CHECK(tube.fields[1].values.size() == 3 * tube.points.size());
+        double volume = 0;
+        for (const auto& t : tube.triangles) {
+            const auto p = [&](int k) {
+                return tube.points[static_cast<std::size_t>(t[static_cast<std::size_t>(k)])];
+            };
+            volume += p(0).dot(p(1).cross(p(2))) / 6;
+        }
+        // Prism of a regular polygon; positive: normals outwards.
+        const double pi = 3.14159265358979;
+        const double area = 0.5 * kCorners * radius * radius * std::sin(2 * pi / kCorners);
+        CHECK(volume == doctest::Approx(area * length).epsilon(1e-9));
+    }
+    beam.points.resize(1);
+    beam.fields[0].values.resize(1);
+    make_tube_surface(beam, kCorners, tube);
+    CHECK(tube.points.empty());
+}

@@ -1,0 +1,468 @@
+#!/usr/bin/env python3
+"""The program from outside: bad input, Ctrl-C, a killed process, a full disk, --resume.
+
+program_test.py PROGRAM [--stub]   PROGRAM is amontons, or amontons_stub (no physics, so that
+runs are quick, can be slowed down and can be made to fail).
+"""
+import csv
+import json
+import os
+import pathlib
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import xml.etree.ElementTree as xml
+
+PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
+STUB = "--stub" in sys.argv
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+SCENE = {
+    "schema": 1,
+    "bodies": {
+        "floor": {"kind": "obstacle", "surface": {"generate": "plane", "centre": [0, 0, -0.002]}},
+        "wire": {
+            "kind": "beam",
+            "segments": [{"length": 0.1, "radius": 4e-4, "EI": 5e-4, "element": 2.5e-3}],
+            "drive": {"insertion": [[0, 0], [1, 0.04]]},
+        },
+    },
+    "contact": [{"between": ["wire", "floor"], "friction": 0.1}],
+    "time": {"step": 0.02, "end": 1},
+    "output": {"every": 10, "picture": False, "plots": False},
+}
+TETRAHEDRON = """v 0 0 0
+v 1 0 0
+v 0 1 0
+v 0 0 1
+f 1 3 2
+f 1 2 4
+f 1 4 3
+f 2 3 4
+"""
+
+
+def clock_columns(header):
+    """Columns of history.csv that differ from run to run."""
+    return [i for i, name in enumerate(header) if "seconds" in name]
+
+
+def steps_of(history):
+    """The lines of a history without its times."""
+    rows = list(csv.reader(pathlib.Path(history).read_text().splitlines()))
+    clocks = clock_columns(rows[0])
+    return [[v for i, v in enumerate(row) if i not in clocks] for row in rows]
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="amontons_"))
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+
+    def scene(self, change=None, text=None, name="case.json"):
+        scene = json.loads(json.dumps(SCENE))
+        if change:
+            change(scene)
+        path = self.folder / name
+        path.write_text(text if text is not None else json.dumps(scene))
+        return str(path)
+
+    def call(self, *arguments, environment=None, **options):
+        return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True,
+                              cwd=self.folder, env={**os.environ, **(environment or {})},
+                              timeout=100, **options)
+
+    def refused(self, *arguments, says=(), command="check"):
+        """Exit code 2, the words on stderr, nothing on stdout but JSON that says the same."""
+        result = self.call(command, *arguments)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertEqual(result.stdout, "")
+        for words in says:
+            self.assertIn(words, result.stderr)
+        as_json = self.call(command, *arguments, "--json")
+        self.assertEqual(as_json.returncode, 2)
+        report = json.loads(as_json.stdout)
+        self.assertEqual(report["status"], "bad_input")
+        for issue in report["issues"]:
+            self.assertTrue(issue["found"] and issue["allowed"], issue)
+        return report["issues"]
+
+    def run_to(self, directory, *arguments, **options):
+        return self.call("run", self.scene(), "--output", directory, *arguments, **options)
+
+
+class BadInput(Case):
+    def test_missing_file(self):
+        self.scene()
+        self.refused("cas.json", says=["cas.json", "no such file", "case.json"])
+
+    def test_no_scene(self):
+        self.refused(says=["no scene"])
+
+    def test_folder_as_scene(self):
+        self.refused(".", says=["a folder"])
+
+    def test_broken_json(self):
+        self.refused(self.scene(text='{\n "schema": 1,\n "bodies" 3}'), says=["line 3, column 11"])
+        self.refused(self.scene(text='{\n "time": NaN}'), says=["line 2"])
+        self.refused(self.scene(text=""), says=["an empty file"])
+
+    def test_unknown_field(self):
+        def change(s):
+            s["contact"][0]["frction"] = s["contact"][0].pop("friction")
+        self.refused(self.scene(change), says=['/contact/0: found field "frction"', '"friction"'])
+
+    def test_wrong_type(self):
+        self.refused(self.scene(lambda s: s["time"].update(step="fast")),
+                     says=['/time/step: found "fast", allowed: a number > 0 [s]'])
+
+    def test_out_of_range(self):
+        self.refused(self.scene(lambda s: s["bodies"]["wire"]["segments"][0].update(radius=-1)),
+                     says=["/bodies/wire/segments/0/radius: found -1, allowed: a number > 0 [m]"])
+        self.refused(self.scene(lambda s: s["contact"][0].update(friction=-0.1)),
+                     says=["/contact/0/friction: found -0.1"])
+        self.refused(self.scene(lambda s: s["bodies"]["wire"]["segments"][0].update(EI=-1)),
+                     says=["/EI: found -1", "[N m^2]"])
+
+    def test_mesh_not_found(self):
+        surface = {"file": "vessel.stl", "scale": 0.001}
+        self.refused(self.scene(lambda s: s["bodies"]["floor"].update(surface=surface)),
+                     says=["vessel.stl", "no such file"])
+
+    def test_mesh_unreadable(self):
+        (self.folder / "vessel.obj").write_text("v 0 0 zero\nf 1 2 3\n")
+        (self.folder / "vessel.docx").write_text("no mesh")
+        for name, words in (("vessel.obj", "line 1"), ("vessel.docx", ".docx")):
+            self.refused(self.scene(lambda s: s["bodies"]["floor"].update(surface={"file": name})),
+                         says=[name, words])
+
+    def test_mesh_open(self):
+        (self.folder / "open.obj").write_text(TETRAHEDRON.rsplit("f", 1)[0])
+        issues = self.refused(self.scene(
+            lambda s: s["bodies"]["floor"].update(surface={"file": "open.obj"})), says=["is open"])
+        self.assertEqual(issues[0]["place"], "/bodies/floor/side")
+
+    def test_mesh_self_intersecting(self):
+        second = re.sub(r"^v (\S+) (\S+) (\S+)", r"v \1.1 \2.1 \3.1", TETRAHEDRON, flags=re.M)
+        second = re.sub(r"(?m)^f (\d) (\d) (\d)",
+                        lambda m: "f " + " ".join(str(int(i) + 4) for i in m.groups()), second)
+        (self.folder / "two.obj").write_text(TETRAHEDRON + second + "\n")
+        self.refused(self.scene(lambda s: s["bodies"]["floor"].update(surface={"file": "two.obj"})),
+                     says=["two.obj", "intersect"])
+
+    def test_wire_and_path(self):
+        self.refused(self.scene(lambda s: s["bodies"]["wire"]["drive"].update(
+            insertion=[[0, 0], [1, 0.2]])), says=["/drive/insertion: found 0.2, allowed: <= 0.1 [m]"])
+        self.refused(self.scene(lambda s: s["bodies"]["wire"]["segments"][0].update(element=0.2)),
+                     says=["/segments/0/element"])
+        tube = {"generate": "tube", "radius": 0.004,
+                "centreline": {"pieces": [{"length": 0.01}, {"radius": 0.005, "angle": 3}]}}
+
+        def coarse(s):
+            s["bodies"]["floor"]["surface"] = tube
+            s["bodies"]["wire"]["segments"][0]["element"] = 0.01
+        self.refused(self.scene(coarse), says=["does not follow the bends"])
+
+    @unittest.skipIf(STUB, "the stub knows no walls")
+    def test_wire_starts_in_the_wall(self):
+        self.refused(self.scene(lambda s: s["bodies"]["wire"].update(
+            introducer={"at": [0, 0, -0.01]})), says=["wire"])
+
+    def test_all_together(self):
+        def change(s):
+            s["time"]["step"] = -1
+            s["contact"][0]["between"][1] = "flor"
+            s["bodies"]["wire"]["segments"][0]["radius"] = "thin"
+            s["outptu"] = {}
+        issues = self.refused(self.scene(change), says=['"floor" (nearest name)', '"output"'])
+        self.assertEqual(len(issues), 4)
+
+    def test_overrides(self):
+        scene = self.scene()
+        self.refused(scene, "--set", "contact.0.frction=0.1", says=['"friction"'])
+        self.refused(scene, "--set", "bodies/wir/segments/0/EI=1", says=['"wire"'])
+        self.refused("--set", "time.end=-1", scene, says=["(--set)"])
+
+    def test_arguments(self):
+        for arguments, words in ((["rum", "x"], "run"), (["run", "--ouput", "x"], "--output"), ([], "")):
+            result = self.call(*arguments)
+            self.assertEqual(result.returncode, 2, arguments)
+            self.assertIn(words, result.stderr)
+            self.assertEqual(result.stdout, "")
+
+    def test_output_not_writable(self):
+        (self.folder / "file").write_text("x")
+        for bad in ("file", "file/below", "/proc/amontons"):
+            self.refused(self.scene(), "--output", bad, command="run", says=[bad])
+
+
+class Resume(Case):
+    def test_without_checkpoint(self):
+        self.refused(self.scene(), "--output", "none", "--resume", command="run", says=["none"])
+        self.run_to("out")
+        os.remove(self.folder / "out/checkpoint")
+        self.refused(self.scene(), "--output", "out", "--resume", command="run",
+                     says=["checkpoint", "no such file"])
+
+    def test_damaged_checkpoint_loses_nothing(self):
+        self.run_to("out")
+        before = steps_of(self.folder / "out/history.csv")
+        file = self.folder / "out/checkpoint"
+        whole = file.read_bytes()
+        for damaged in (b"", whole[:-1], whole[:40], whole[:200] + b"?" + whole[201:], b"hello" * 100):
+            file.write_bytes(damaged)
+            self.refused(self.scene(), "--output", "out", "--resume", command="run", says=["checkpoint"])
+        self.assertEqual(steps_of(self.folder / "out/history.csv"), before)
+
+    def test_foreign_checkpoint(self):
+        self.run_to("out")
+        self.refused(self.scene(), "--set", "contact.0.friction=0.3", "--output", "out", "--resume",
+                     command="run", says=["another scene"])
+
+    def files(self, directory):
+        """All results by name, without what tells the time or the folder."""
+        found = {}
+        for file in sorted((self.folder / directory).rglob("*")):
+            name = str(file.relative_to(self.folder / directory))
+            if file.is_dir() or name in ("manifest.json", "checkpoint"):
+                continue
+            found[name] = steps_of(file) if name == "history.csv" else file.read_bytes()
+        return found
+
+    def check_continuation(self, directory):
+        result = self.run_to(directory, "--resume")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(self.run_to("whole").returncode, 0)
+        whole, resumed = self.files("whole"), self.files(directory)
+        self.assertEqual(sorted(whole), sorted(resumed))
+        for name in whole:
+            self.assertEqual(whole[name], resumed[name], name)
+        again = self.run_to(directory, "--resume")  # nothing is left to do, and nothing changes
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertEqual(self.files(directory), whole)
+
+    def start_slow(self, directory, steps):
+        """A run that is under way."""
+        pause = {"AMONTONS_STUB_PAUSE": "0.02"} if STUB else {}
+        process = subprocess.Popen([PROGRAM, "run", self.scene(), "--output", directory],
+                                   cwd=self.folder, env={**os.environ, **pause},
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.stderr.close)
+        history = self.folder / directory / "history.csv"
+        for _ in range(2000):
+            if history.exists() and history.read_bytes().count(b"\n") > steps:
+                break
+            time.sleep(0.002)
+        return process
+
+    def check_readable(self, directory):
+        base = self.folder / directory
+        text = (base / "history.csv").read_text()
+        self.assertTrue(text.endswith("\n"))
+        columns = {len(row) for row in csv.reader(text.splitlines())}
+        self.assertEqual(len(columns), 1)
+        for collection in base.glob("*.pvd"):
+            for entry in xml.parse(collection).getroot().iter("DataSet"):
+                data = (base / entry.get("file")).read_bytes()
+                self.assertTrue(data.endswith(b"</VTKFile>\n"), entry.get("file"))
+        self.assertFalse([f for f in base.rglob("*.tmp")])
+        return json.loads((base / "manifest.json").read_text())
+
+    def test_interrupted(self):
+        process = self.start_slow("out", 17)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+        if not STUB and process.returncode == 0:
+            self.skipTest("the run was over before the signal came")
+        self.assertEqual(process.returncode, 130, errors)
+        manifest = self.check_readable("out")
+        self.assertEqual(manifest["status"], "interrupted")
+        steps = steps_of(self.folder / "out/history.csv")
+        self.assertEqual(int(steps[-1][0]), manifest["steps"])
+        self.assertLess(manifest["time"], 1)
+        self.check_continuation("out")
+
+    def test_killed(self):
+        process = self.start_slow("out", 23)
+        process.kill()
+        process.communicate()
+        if not STUB and process.returncode == 0:
+            self.skipTest("the run was over before the signal came")
+        self.assertEqual(self.check_readable("out")["status"], "running")
+        self.check_continuation("out")
+
+    @unittest.skipUnless(STUB, "needs a slow step")
+    def test_second_interrupt_ends_at_once(self):
+        process = subprocess.Popen([PROGRAM, "run", self.scene(), "--output", "out"], cwd=self.folder,
+                                   env={**os.environ, "AMONTONS_STUB_PAUSE": "20"},
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        while not (self.folder / "out/manifest.json").exists():
+            time.sleep(0.01)
+        time.sleep(0.1)
+        for _ in range(2):
+            process.send_signal(signal.SIGINT)
+            time.sleep(0.1)
+        self.assertEqual(process.wait(timeout=5), 130)
+
+    @unittest.skipUnless(STUB, "needs a step that fails")
+    def test_failed_solve(self):
+        result = self.run_to("out", "--json", environment={"AMONTONS_STUB_FAIL": "33"})
+        self.assertEqual(result.returncode, 3)
+        report = json.loads(result.stdout)
+        self.assertEqual((report["status"], report["steps"]), ("failed", 33))
+        self.assertIn("cannot be solved", result.stderr)
+        self.assertEqual(self.check_readable("out")["exit_code"], 3)
+        self.assertTrue((self.folder / "out/frames/wire.000033.vtp").exists())
+
+
+class FullDisk(Case):
+    def test_file_size_limit(self):
+        self.assertEqual(self.run_to("probe").returncode, 0)
+        limit = (self.folder / "probe/history.csv").stat().st_size * 2 // 3
+        result = self.run_to("out", preexec_fn=lambda: resource.setrlimit(
+            resource.RLIMIT_FSIZE, (limit, limit)))
+        self.assertEqual(result.returncode, 3, result.stderr)
+        self.assertIn("cannot be written", result.stderr)
+
+    def test_full_disk(self):
+        disk = self.folder / "disk"
+        disk.mkdir()
+        mount = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(disk)],
+                               capture_output=True)
+        if mount.returncode != 0:
+            self.skipTest("no right to mount")
+        try:
+            result = self.run_to("disk/out", "--json", "--set", "output.every=2")
+            self.assertEqual(result.returncode, 3, result.stderr)
+            self.assertEqual(json.loads(result.stdout)["status"], "failed")
+            self.assertIn("No space left", result.stderr)
+            base = disk / "out"
+            text = (base / "history.csv").read_text()
+            self.assertTrue(text.endswith("\n"))
+            frames = sorted((base / "frames").glob("wire.0*.vtp"))
+            self.assertTrue(frames)
+            for frame in frames:
+                self.assertTrue(frame.read_bytes().endswith(b"</VTKFile>\n"))
+        finally:
+            subprocess.run(["umount", str(disk)], check=True)
+
+
+class Output(Case):
+    def test_json_alone_on_stdout(self):
+        result = self.run_to("out", "--json", "--verbose")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        report = json.loads(result.stdout)
+        for key in ("status", "steps", "time", "seconds", "contacts", "certificate", "energy",
+                    "peak_memory", "modules", "quantities"):
+            self.assertIn(key, report)
+        self.assertEqual(set(report["seconds"]), {"total", "read", "offline", "free_motion",
+                         "detection", "compliance", "contact_solve", "correction", "output"})
+        self.assertEqual(set(report["certificate"]), {"worst_error", "worst_penetration",
+                         "worst_cone_violation", "uncertified_steps"})
+        self.assertEqual(set(report["energy"]), {"work", "work_absolute", "elastic", "kinetic",
+                         "friction", "released", "error"})
+        self.assertIn("branch", report["quantities"])
+        self.assertEqual(report["status"], "done")
+        self.assertNotIn("\r", result.stderr)  # no bar in a log
+
+    def test_manifest_repeats_the_run(self):
+        self.run_to("out", "--set", "contact.0.friction=0.2")
+        manifest = json.loads((self.folder / "out/manifest.json").read_text())
+        self.assertEqual(manifest["exit_code"], 0)
+        resolved = manifest["scene"]["resolved"]
+        self.assertEqual(resolved["contact"][0]["friction"], 0.2)
+        again = self.scene(text=json.dumps(resolved), name="again.json")
+        self.assertEqual(self.call("run", again, "--output", "again").returncode, 0)
+        self.assertEqual(steps_of(self.folder / "out/history.csv"),
+                         steps_of(self.folder / "again/history.csv"))
+
+    def test_quiet(self):
+        result = self.run_to("out", "--quiet")
+        self.assertEqual((result.returncode, result.stdout, result.stderr), (0, "", ""))
+
+    def test_a_new_run_leaves_nothing_of_the_old(self):
+        self.run_to("out", "--set", "output.every=7")
+        self.run_to("out")
+        names = {f.name for f in (self.folder / "out/frames").iterdir()}
+        self.assertNotIn("wire.000007.vtp", names)
+        self.assertIn("wire.000010.vtp", names)
+
+    def test_check(self):
+        result = self.call("check", self.scene(), "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        plan = json.loads(result.stdout)
+        self.assertEqual(set(plan), {"bodies", "pairs", "uses", "leaves_out", "predicted"})
+        self.assertEqual([b["name"] for b in plan["bodies"]], ["floor", "wire"])
+        self.assertEqual(plan["pairs"], [{"a": "wire", "b": "floor", "law": "coulomb", "friction": 0.1}])
+        self.assertGreater(plan["predicted"]["memory"], 1e6)
+        self.assertEqual(list(self.folder.iterdir()), [self.folder / "case.json"])
+
+    def test_help_and_version(self):
+        for command in ([], ["run"], ["check"], ["schema"], ["validate"], ["render"], ["completion"]):
+            for flag in ("--help", "--version"):
+                result = self.call(*command, flag)
+                self.assertEqual((result.returncode, result.stderr), (0, ""), (command, flag))
+                self.assertTrue(result.stdout)
+
+    def test_completion(self):
+        script = self.folder / "completion"
+        script.write_text(self.call("completion").stdout)
+        answer = subprocess.run(
+            ["bash", "-c", f"source {script}; COMP_WORDS=(amontons run --res); COMP_CWORD=2; "
+             "_amontons; echo ${COMPREPLY[@]}"], capture_output=True, text=True)
+        self.assertEqual(answer.stdout.strip(), "--resume", answer.stderr)
+
+    def test_no_heavy_library_is_mapped(self):
+        with open(self.scene()):
+            process = subprocess.Popen([PROGRAM, "run", str(self.folder / "case.json"), "--output", "o"],
+                                       cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                       env={**os.environ, "AMONTONS_STUB_PAUSE": "0.01"})
+        while not (self.folder / "o/history.csv").exists():
+            time.sleep(0.001)
+        try:
+            maps = pathlib.Path(f"/proc/{process.pid}/maps").read_text()
+        except OSError:
+            maps = ""
+        process.wait()
+        for library in ("libmpi", "libpetsc", "libvtk", "libCGAL", "libhdf5"):
+            self.assertNotIn(library, maps)
+
+
+class Schema(Case):
+    def test_examples_and_mistakes(self):
+        try:
+            import jsonschema
+        except ImportError:
+            self.skipTest("no python3-jsonschema")
+        schema = json.loads(self.call("schema").stdout)
+        jsonschema.Draft7Validator.check_schema(schema)
+        validator = jsonschema.Draft7Validator(schema)
+        scenes = sorted(ROOT.glob("examples/*/scene.json"))
+        self.assertTrue(scenes)
+        for path in scenes:
+            text = re.sub(r"^\s*//.*$", "", path.read_text(), flags=re.M)
+            self.assertEqual([e.message for e in validator.iter_errors(json.loads(text))], [], path)
+        for path in ("time.stp", "bodies.wire.segments.0.radius", "contact.0.friction"):
+            scene = json.loads(json.dumps(SCENE))
+            at = scene
+            *way, last = path.split(".")
+            for name in way:
+                at = at[int(name) if name.isdigit() else name]
+            at[last] = -1
+            self.assertFalse(validator.is_valid(scene), path)
+
+    def test_reference_page_is_up_to_date(self):
+        page = ROOT / "docs/scene_reference.md"
+        self.assertEqual(page.read_text(), self.call("schema", "--markdown").stdout,
+                         f"write it again: amontons schema --markdown > {page}")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0]] + [a for a in sys.argv[2:] if a != "--stub"])
