@@ -85,12 +85,15 @@ NaturalMapError::NaturalMapError(const ContactProblem& problem, ErrorScope scope
     , offset_(row_offsets(problem))
     , rho_(scalar_rho(problem.W))
     , own_rho_(problem.mu.size())
+    , size_(problem.q.norm())
 {
     for (int i = 0; i < contact_count(problem); ++i) {
         const int rows = rows_of(kind_of(problem, i));
         const double trace = problem.W.diagonal().segment(first_row(i), rows).sum();
         own_rho_[i] = trace > 0 ? rows / trace : rho_;
+        scaled_size_ += own_rho_[i] * problem.q.segment(first_row(i), rows).squaredNorm();
     }
+    scaled_size_ = std::sqrt(scaled_size_);
 }
 
 double NaturalMapError::residual(int contact, const Eigen::VectorXd& r, const Eigen::VectorXd& u,
@@ -111,30 +114,32 @@ double NaturalMapError::residual(int contact, const Eigen::VectorXd& r, const Ei
 double NaturalMapError::size_of_q(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
                                   bool scaled) const
 {
-    double all = 0, acting = 0;
+    if (scope_ == ErrorScope::all_rows) return scaled ? scaled_size_ : size_;
+    double acting = 0;
     for (int i = 0; i < contact_count(problem_); ++i) {
         const int k = first_row(i);
         const ContactKind kind = kind_of(problem_, i);
         const int rows = rows_of(kind);
-        const double part = problem_.q.segment(k, rows).squaredNorm() * (scaled ? rho(i) : 1);
         const bool open =
             kind != ContactKind::bilateral && u[k] >= 0 && r.segment(k, rows).isZero(0);
-        all += part;
-        if (!open) acting += part;
+        if (!open) acting += problem_.q.segment(k, rows).squaredNorm() * (scaled ? rho(i) : 1);
     }
     // If nothing acts, or only contacts that touch exactly, all rows are the only size there is.
-    const double squared = scope_ == ErrorScope::acting_rows && acting > 0 ? acting : all;
-    return std::sqrt(squared);
+    return acting > 0 ? std::sqrt(acting) : scaled ? scaled_size_ : size_;
 }
 
 double NaturalMapError::operator()(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const
 {
-    double sum = 0;
-    for (int i = 0; i < contact_count(problem_); ++i) {
-        const double f = residual(i, r, u, rho_);
-        sum += f * f;
-    }
-    return ratio(std::sqrt(sum), rho_ * size_of_q(r, u, false));
+    Eigen::VectorXd residuals(contact_count(problem_));
+    return (*this)(r, u, residuals);
+}
+
+double NaturalMapError::operator()(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
+                                   Eigen::VectorXd& residuals) const
+{
+    for (int i = 0; i < contact_count(problem_); ++i)
+        residuals[i] = residual(i, r, u, rho_);
+    return ratio(residuals.norm(), rho_ * size_of_q(r, u, false));
 }
 
 double NaturalMapError::scaled(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const

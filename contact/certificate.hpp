@@ -75,6 +75,9 @@ public:
 
     /// The error [-]; infinite if r or u is not finite.
     double operator()(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
+    /// The same, and leaves ||F_i|| of each contact in residuals, n [N].
+    double operator()(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
+                      Eigen::VectorXd& residuals) const;
     /// The same with each contact in its own scale rho_i = rows_i / trace(W_ii) [-].
     double scaled(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
     /// The round-off of u = W r + q seen in the error: 50 eps || |W||r| + |q| || / ||q|| [-];
@@ -96,6 +99,7 @@ private:
     std::vector<int> offset_;
     double rho_ = 1;
     Eigen::VectorXd own_rho_;
+    double size_ = 0, scaled_size_ = 0; // of q, all rows
 };
 
 /// Certifies r from (W, q, mu, r) alone: converged or stagnated, errors and physical figures.

@@ -54,7 +54,7 @@ inline ContactKind kind_of(const ContactProblem& problem, int contact)
 /// First row of each contact, and the number of rows as last entry: n + 1.
 std::vector<int> row_offsets(const ContactProblem& problem);
 
-/// |W - W^T| / |W| in the Frobenius norm, 0 for W = 0 [-].
+/// |W - W^T| / |W| in the Frobenius norm, 0 for W = 0, not finite if W is not [-].
 double asymmetry(const Eigen::MatrixXd& W);
 
 /// Everything that makes the problem meaningless: sizes that differ, numbers that are not

@@ -24,51 +24,60 @@ constexpr double kRoundOff = 8 * kEpsilon;
 /// Bisection of a bracket of any two doubles ends within this.
 constexpr int kMaxIterations = 200;
 
+/// r_t of slip with multiplier s, in the basis. By components: this is the inner loop of nsgs.
 struct SlipPoint {
-    Eigen::Vector2d rt; ///< in the basis
-    double rn = 0;
+    double rt1 = 0, rt2 = 0;
+    double t = 0; ///< |r_t|
     double h = 0, slope = 0;
 };
 
 /// h and its derivative at s; needs large + s > 0 and small + s > 0.
-SlipPoint slip_at(const LocalBlock& a, double mu, double bn, const Eigen::Vector2d& c, double s)
+/// @param k  mu / A_nn
+SlipPoint slip_at(const LocalBlock& a, double k, double bn, double c1, double c2, double s)
 {
     const double l1 = a.large + s, l2 = a.small + s;
     SlipPoint p;
-    Eigen::Vector2d rate; // d r_t / ds = -(S + s)^-1 r_t
+    double rate1, rate2; // d r_t / ds = -(S + s)^-1 r_t
     if (a.skew == 0) {
-        p.rt = {-c[0] / l1, -c[1] / l2};
-        rate = {-p.rt[0] / l1, -p.rt[1] / l2};
+        const double inverse1 = 1 / l1, inverse2 = 1 / l2;
+        p.rt1 = -c1 * inverse1;
+        p.rt2 = -c2 * inverse2;
+        rate1 = -p.rt1 * inverse1;
+        rate2 = -p.rt2 * inverse2;
     } else {
-        const double d = l1 * l2 + a.skew * a.skew;
-        p.rt = {-(l2 * c[0] - a.skew * c[1]) / d, -(a.skew * c[0] + l1 * c[1]) / d};
-        rate = {-(l2 * p.rt[0] - a.skew * p.rt[1]) / d, -(a.skew * p.rt[0] + l1 * p.rt[1]) / d};
+        const double d = 1 / (l1 * l2 + a.skew * a.skew);
+        p.rt1 = -(l2 * c1 - a.skew * c2) * d;
+        p.rt2 = -(a.skew * c1 + l1 * c2) * d;
+        rate1 = -(l2 * p.rt1 - a.skew * p.rt2) * d;
+        rate2 = -(a.skew * p.rt1 + l1 * p.rt2) * d;
     }
-    p.rn = -(bn + a.to_normal.dot(p.rt)) / a.normal;
-    const double t = p.rt.norm();
-    p.h = mu * p.rn / t - 1;
-    p.slope = (-mu * a.to_normal.dot(rate) / a.normal - mu * p.rn * p.rt.dot(rate) / (t * t)) / t;
+    p.t = std::sqrt(p.rt1 * p.rt1 + p.rt2 * p.rt2);
+    const double inverse_t = 1 / p.t;
+    const double coupled = a.to_normal[0] * p.rt1 + a.to_normal[1] * p.rt2;
+    const double coupled_rate = a.to_normal[0] * rate1 + a.to_normal[1] * rate2;
+    const double ratio = -k * (bn + coupled) * inverse_t; // mu r_n / |r_t|
+    const double t_rate = (p.rt1 * rate1 + p.rt2 * rate2) * inverse_t;
+    p.h = ratio - 1;
+    p.slope = -(k * coupled_rate + ratio * t_rate) * inverse_t;
     return p;
 }
 
 /// The reaction that makes u = 0 with the least |r_t|; false if there is none.
-bool stick_point(const LocalBlock& a, double bn, const Eigen::Vector2d& c, double size_of_c,
-                 SlipPoint& p)
+bool stick_point(const LocalBlock& a, const Eigen::Vector2d& c, double size_of_c,
+                 Eigen::Vector2d& rt)
 {
     if (a.large <= 0 || a.small <= 0) {
         // Singular, in one direction or both: there c must vanish, and r_t is free, so 0.
         if (a.skew != 0 || a.small < 0) return false;
         if (std::abs(c[1]) > kRoundOff * size_of_c) return false;
         if (a.large <= 0 && std::abs(c[0]) > kRoundOff * size_of_c) return false;
-        p.rt = {a.large > 0 ? -c[0] / a.large : 0, 0};
+        rt = {a.large > 0 ? -c[0] / a.large : 0, 0};
+    } else if (a.skew == 0) {
+        rt = {-c[0] / a.large, -c[1] / a.small};
     } else {
         const double d = a.large * a.small + a.skew * a.skew;
-        if (a.skew == 0)
-            p.rt = {-c[0] / a.large, -c[1] / a.small};
-        else
-            p.rt = {-(a.small * c[0] - a.skew * c[1]) / d, -(a.skew * c[0] + a.large * c[1]) / d};
+        rt = {-(a.small * c[0] - a.skew * c[1]) / d, -(a.skew * c[0] + a.large * c[1]) / d};
     }
-    p.rn = -(bn + a.to_normal.dot(p.rt)) / a.normal;
     return true;
 }
 
@@ -122,57 +131,61 @@ LocalReaction solve_local(const LocalBlock& a, double mu, const Vec3& b, double 
     }
     if (!a.solvable || !b.allFinite()) return result;
 
-    const auto accept = [&](const SlipPoint& p, LocalState state) {
-        const Vec3 r{p.rn, a.cosine * p.rt[0] - a.sine * p.rt[1],
-                     a.sine * p.rt[0] + a.cosine * p.rt[1]};
+    const auto accept = [&](double rn, const Eigen::Vector2d& rt, LocalState state) {
+        const Vec3 r{rn, a.cosine * rt[0] - a.sine * rt[1], a.sine * rt[0] + a.cosine * rt[1]};
         if (!r.allFinite()) return;
         result.r = r;
         result.state = state;
     };
-
-    SlipPoint p;
+    const double alone = -b[0] / a.normal; // r_n without friction
+    Eigen::Vector2d rt(0, 0);
     if (mu == 0) {
-        p.rt.setZero();
-        p.rn = -b[0] / a.normal;
-        accept(p, LocalState::slip);
+        accept(alone, rt, LocalState::slip);
         return result;
     }
 
     const Eigen::Vector2d bt{a.cosine * b[1] + a.sine * b[2], -a.sine * b[1] + a.cosine * b[2]};
-    const Eigen::Vector2d shed = a.from_normal * (b[0] / a.normal);
+    const Eigen::Vector2d shed = -alone * a.from_normal;
     const Eigen::Vector2d c = bt - shed;
-    if (stick_point(a, b[0], c, bt.norm() + shed.norm(), p) && p.rt.norm() <= mu * p.rn) {
-        accept(p, LocalState::stick);
-        return result;
+    if (stick_point(a, c, bt.norm() + shed.norm(), rt)) {
+        const double rn = alone - a.to_normal.dot(rt) / a.normal;
+        if (rt.norm() <= mu * rn) {
+            accept(rn, rt, LocalState::stick);
+            return result;
+        }
     }
 
     // |r_t| <= |c| / (s + small) makes h > 0 at the upper end, for any direction of A_nt.
     const double c_size = c.norm();
     const double start = std::max(0.0, -a.small);
     const double k = mu / a.normal;
+    const double coupling = 1 + k * a.to_normal.norm();
     double low = start;
-    double high = start + c_size * (1 + k * a.to_normal.norm()) / (-k * b[0]) * (1 + 4 * kEpsilon);
+    double high = start + c_size * coupling / (mu * alone) * (1 + 4 * kEpsilon);
     if (!(high > low) || !std::isfinite(high)) return result;
     if (a.small <= 0) {
         // No stick point tells the sign at the lower end: look next to it.
-        p = slip_at(a, mu, b[0], c, low + kEpsilon * (low + kEpsilon * high));
+        const SlipPoint p =
+            slip_at(a, k, b[0], c[0], c[1], low + kEpsilon * (low + kEpsilon * high));
         if (!(p.h < 0)) return result;
     }
 
     double s = guess > low && guess < high
                    ? guess
-                   : std::clamp(c_size / (-k * b[0]) - (a.large + a.small) / 2, low, high);
+                   : std::clamp(c_size / (mu * alone) - (a.large + a.small) / 2, low, high);
     if (s <= low) s = low + (high - low) * 1e-3;
-    double width = high - low;
+    double last = std::numeric_limits<double>::infinity();
+    SlipPoint p;
     for (int i = 0; i < kMaxIterations; ++i) {
-        p = slip_at(a, mu, b[0], c, s);
-        if (std::abs(p.h) <= 2 * kEpsilon) break;
+        p = slip_at(a, k, b[0], c[0], c[1], s);
+        const double size = std::abs(p.h);
+        if (size <= 2 * kEpsilon * coupling) break; // h is not known better
         (p.h < 0 ? low : high) = s;
         double next = s - p.h / p.slope;
-        // Newton must stay inside and shrink the bracket; every third step may be forced.
-        const bool shrunk = high - low <= width / 2;
-        if (i % 3 == 2) width = high - low;
-        if (!(next > low && next < high) || (i % 3 == 2 && !shrunk)) {
+        // Newton while it stays inside and halves h; else the bracket is halved.
+        const bool slow = size > last / 2;
+        last = size;
+        if (!(next > low && next < high) || slow) {
             // Bisection in the logarithm of small + s: the scale on which r_t(s) varies.
             const double floor = kEpsilon * kEpsilon * high;
             const double x = std::max(low + a.small, floor), y = std::max(high + a.small, floor);
@@ -184,9 +197,7 @@ LocalReaction solve_local(const LocalBlock& a, double mu, const Vec3& b, double 
     }
     // On the cone to the last digit. Moving r_n is safe, |A_nt|^2 <= A_nn |A_tt|; moving r_t by
     // the same share would multiply the round-off of r_n by mu |A_nt| / A_nn.
-    if (!(p.rn > 0)) return result;
-    p.rn = p.rt.norm() / mu;
-    accept(p, LocalState::slip);
+    if (p.h > -1) accept(p.t / mu, {p.rt1, p.rt2}, LocalState::slip);
     return result;
 }
 

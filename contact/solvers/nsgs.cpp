@@ -23,43 +23,37 @@ constexpr double kShift = 1e-2;
 
 class Sweeper {
 public:
-    Sweeper(const ContactProblem& problem, const SolverOptions& options,
-            const NaturalMapError& natural_map)
+    Sweeper(const ContactProblem& problem, const NaturalMapError& natural_map)
         : problem_(problem)
-        , freeze_(options.nsgs.freeze)
         , natural_map_(natural_map)
         , blocks_(static_cast<std::size_t>(contact_count(problem)))
-        , q_size_(natural_map.rho() * problem.q.norm())
+        , weight_(contact_count(problem))
     {
-        for (int i = 0; i < contact_count(problem); ++i)
+        for (int i = 0; i < contact_count(problem); ++i) {
             if (kind_of(problem, i) == ContactKind::frictional) block(i) = prepare(own(i));
+            // The map grows with rho by no more than rho does: this bounds it at the contact's
+            // own scale by what it is at the common one.
+            const double rho = natural_map.rho(i);
+            weight_[i] = std::max(1.0, rho / natural_map.rho()) / std::sqrt(rho);
+        }
     }
 
-    /// One sweep over all contacts.
-    /// @param error  of the last iterate; every: visit settled contacts as well
-    void sweep(Eigen::VectorXd& r, Eigen::VectorXd& u, double error, bool backward, bool every)
+    /// One sweep over all contacts but the settled ones: those whose residual is below `freeze`
+    /// times the worst, both at the common scale and at each contact's own.
+    /// @param residuals  ||F_i|| before the sweep, n [N]
+    void sweep(Eigen::VectorXd& r, Eigen::VectorXd& u, const Eigen::VectorXd& residuals,
+               double freeze, bool backward)
     {
         const int n = contact_count(problem_);
-        const double worst = worst_;
-        const double fair_share = error * q_size_ / std::sqrt(n);
-        worst_ = 0;
+        const double settled = freeze * residuals.norm() / std::sqrt(n);
+        const double own_settled = freeze * residuals.cwiseProduct(weight_).maxCoeff();
         for (int k = 0; k < n; ++k) {
             const int i = backward ? n - 1 - k : k;
-            if (kind_of(problem_, i) != ContactKind::frictional) {
+            if (residuals[i] < settled && residuals[i] * weight_[i] < own_settled) continue;
+            if (kind_of(problem_, i) == ContactKind::frictional)
+                visit(i, r, u);
+            else
                 visit_row(i, r, u);
-                continue;
-            }
-            const int row = natural_map_.first_row(i);
-            if (u[row] >= 0 && r[row] == 0) continue; // open, and right
-            // |F| grows with rho, |F| / rho falls: one map at the contact's own scale bounds
-            // its share of the error at the common one.
-            const double rho = natural_map_.rho(i);
-            const double own = natural_map_.residual(i, r, u, rho);
-            const double scaled = own / std::sqrt(rho);
-            const double share = own * std::max(1.0, natural_map_.rho() / rho);
-            worst_ = std::max(worst_, scaled);
-            if (!every && scaled <= freeze_ * worst && share <= freeze_ * fair_share) continue;
-            visit(i, r, u);
         }
     }
 
@@ -74,6 +68,7 @@ private:
     void visit(int i, Eigen::VectorXd& r, Eigen::VectorXd& u)
     {
         const int row = natural_map_.first_row(i);
+        if (u[row] >= 0 && r[row] == 0) return; // open, and right
         const Vec3 ri = r.segment<3>(row), ui = u.segment<3>(row);
         const double rt = ri.tail<2>().norm();
         const double guess = rt > 0 ? ui.tail<2>().norm() / rt : 0;
@@ -118,17 +113,14 @@ private:
         if (kind_of(problem_, i) == ContactKind::frictionless) wanted = std::max(0.0, wanted);
         const double change = wanted - r[row];
         if (change == 0) return;
-        worst_ = std::max(worst_, std::abs(change) / std::sqrt(natural_map_.rho(i)));
         r[row] = wanted;
         u += change * problem_.W.col(row);
     }
 
     const ContactProblem& problem_;
-    double freeze_;
     const NaturalMapError& natural_map_;
     std::vector<LocalBlock> blocks_;
-    double q_size_;
-    double worst_ = 0; ///< largest residual of the last sweep, each in its own scale
+    Eigen::VectorXd weight_; ///< of a residual, to compare contacts of different stiffness
 };
 
 } // namespace
@@ -139,7 +131,7 @@ SolverRun solve_nsgs(const ContactProblem& problem, const SolverOptions& options
     Progress progress(problem, options);
     Eigen::VectorXd r = std::move(start);
     Eigen::VectorXd u = problem.W * r + problem.q;
-    Sweeper sweeper(problem, options, progress.natural_map());
+    Sweeper sweeper(problem, progress.natural_map());
     Eigen::VectorXd before = r;
     const bool symmetric = options.nsgs.order == SolverOptions::Nsgs::Order::symmetric;
 
@@ -154,7 +146,8 @@ SolverRun solve_nsgs(const ContactProblem& problem, const SolverOptions& options
                 break;
             }
         }
-        sweeper.sweep(r, u, progress.error(), symmetric && done % 2 == 1, done >= next_proof);
+        const double freeze = done >= next_proof ? 0 : options.nsgs.freeze; // growth of all
+        sweeper.sweep(r, u, progress.residuals(), freeze, symmetric && done % 2 == 1);
     }
     return std::move(progress).result();
 }

@@ -19,6 +19,7 @@ Progress::Progress(const ContactProblem& problem, const SolverOptions& options)
     : problem_(problem)
     , options_(options)
     , natural_map_(problem, options.scope)
+    , residuals_(contact_count(problem))
     , threshold_(options.tolerance)
 {
     run_.history.reserve(256);
@@ -26,14 +27,14 @@ Progress::Progress(const ContactProblem& problem, const SolverOptions& options)
 
 bool Progress::converged(const Eigen::VectorXd& r, Eigen::VectorXd& u)
 {
-    error_ = natural_map_(r, u);
+    error_ = natural_map_(r, u, residuals_);
     const bool due = looks_ >= next_refresh_;
     if (error_ > threshold_ && !due) return false;
 
     if (looks_ > 0) { // the start comes with an exact u
         u = problem_.q;
         u.noalias() += problem_.W * r;
-        error_ = natural_map_(r, u);
+        error_ = natural_map_(r, u, residuals_);
     }
     if (due) {
         next_refresh_ = looks_ + kRefreshEvery;

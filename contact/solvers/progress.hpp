@@ -34,6 +34,8 @@ public:
 
     const NaturalMapError& natural_map() const { return natural_map_; }
     double error() const { return error_; } ///< of the last iterate [-]
+    /// ||F_i|| of each contact at the last iterate, n [N].
+    const Eigen::VectorXd& residuals() const { return residuals_; }
     int iterations() const { return run_.iterations; }
     SolverRun result() && { return std::move(run_); }
 
@@ -45,6 +47,7 @@ private:
     Stopwatch clock_;
     NaturalMapError natural_map_;
     SolverRun run_;
+    Eigen::VectorXd residuals_;
     double error_ = 0, best_ = std::numeric_limits<double>::infinity();
     double threshold_ = 0;
     double stall_reference_ = std::numeric_limits<double>::infinity();
