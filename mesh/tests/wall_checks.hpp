@@ -38,7 +38,7 @@ DerivativeErrors derivative_errors(const AnyWall& wall, const Vec3& x, double st
     return e;
 }
 
-struct SurfaceReport {
+struct WallSurfaceReport {
     int odd_edges = 0;          ///< edges with more than two triangles, or two of opposite sense
     int rims = 0;               ///< closed loops of edges with one triangle
     int wrong_way = 0;          ///< triangles whose normal points out of the free space
@@ -47,9 +47,9 @@ struct SurfaceReport {
     double vertex_error = 0;    ///< largest |distance| of the wall at a vertex [m]
 };
 
-inline SurfaceReport report_surface(const WallModel& model)
+inline WallSurfaceReport report_surface(const WallModel& model)
 {
-    SurfaceReport report;
+    WallSurfaceReport report;
     const auto& points = model.surface.points;
     const auto at = [&](std::int32_t i) -> const Vec3& {
         return points[static_cast<std::size_t>(i)];

@@ -1,0 +1,115 @@
+#include "mesh/surface_distance.hpp"
+
+#include "mesh/surface_edges.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace amontons {
+
+namespace {
+
+std::size_t at(std::int32_t i)
+{
+    return static_cast<std::size_t>(i);
+}
+
+} // namespace
+
+SurfaceDistance::SurfaceDistance(SmoothSurface smooth, int cuts)
+    : smooth_{std::move(smooth)}
+    , cuts_{cuts}
+    , refined_{smooth_.refined(cuts)}
+    , tree_{refined_}
+{
+    const auto& triangles = refined_.triangles;
+    const auto& points = refined_.points;
+    face_normals_.resize(triangles.size());
+    vertex_normals_.assign(points.size(), Vec3::Zero());
+    neighbours_.assign(triangles.size(), {-1, -1, -1});
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        const auto& t = triangles[i];
+        const Vec3 area =
+            (points[at(t[1])] - points[at(t[0])]).cross(points[at(t[2])] - points[at(t[0])]);
+        face_normals_[i] = area.norm() > 0 ? area.normalized() : Vec3{Vec3::Zero()};
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3 a = points[at(t[(k + 1) % 3])] - points[at(t[k])],
+                       b = points[at(t[(k + 2) % 3])] - points[at(t[k])];
+            vertex_normals_[at(t[k])] += std::atan2(a.cross(b).norm(), a.dot(b)) * face_normals_[i];
+        }
+        const Vec3 middle = Vec3::Constant(1.0 / 3);
+        const auto number = static_cast<std::int32_t>(i);
+        const Vec3 flat = (points[at(t[0])] + points[at(t[1])] + points[at(t[2])]) / 3;
+        const Vec3 curved = smooth_.point(number / (cuts_ * cuts_),
+                                          smooth_.weights_in_patch(number, cuts_, middle));
+        // The middle of a cap's edge is off by up to 4/3 of what its centre is.
+        chord_error_ = std::max(chord_error_, 4.0 / 3 * (flat - curved).norm());
+    }
+    for_each_edge(sorted_half_edges(refined_), [&](std::span<const HalfEdge> sides) {
+        if (sides.size() != 2) return;
+        for (std::size_t s = 0; s < 2; ++s) {
+            const auto& t = triangles[at(sides[s].triangle)];
+            const auto k =
+                static_cast<std::size_t>(std::find(t.begin(), t.end(), sides[s].begin) - t.begin());
+            neighbours_[at(sides[s].triangle)][k] = sides[1 - s].triangle;
+        }
+    });
+}
+
+Vec3 SurfaceDistance::pseudo_normal_(const NearestTriangle& place) const
+{
+    const auto& t = refined_.triangles[at(place.triangle)];
+    const Vec3& own = face_normals_[at(place.triangle)];
+    const auto across = [&](std::size_t edge) -> Vec3 {
+        const std::int32_t other = neighbours_[at(place.triangle)][edge];
+        return other < 0 ? own : Vec3{own + face_normals_[at(other)]};
+    };
+    switch (place.at.feature) {
+    case TriangleFeature::face:
+        return own;
+    case TriangleFeature::edge0:
+        return across(0);
+    case TriangleFeature::edge1:
+        return across(1);
+    case TriangleFeature::edge2:
+        return across(2);
+    case TriangleFeature::vertex0:
+        return vertex_normals_[at(t[0])];
+    case TriangleFeature::vertex1:
+        return vertex_normals_[at(t[1])];
+    case TriangleFeature::vertex2:
+        return vertex_normals_[at(t[2])];
+    }
+    return own;
+}
+
+double SurfaceDistance::distance(const Vec3& x, std::int32_t& near) const
+{
+    const NearestTriangle place = tree_.nearest(x, near);
+    near = place.triangle;
+    const double flat = std::sqrt(place.squared);
+    const PatchPoint curved =
+        smooth_.nearest(x, place.triangle / (cuts_ * cuts_),
+                        smooth_.weights_in_patch(place.triangle, cuts_, place.at.weights));
+    const double found = (x - curved.position).norm();
+    // Newton may have gone astray at a fold; the two differ by no more than the chord error.
+    const bool good = found <= flat + 2 * chord_error_;
+    const double size = good ? found : flat;
+    // Between the flat piece and the curved one only the curved one knows the side.
+    const double side = good && flat <= 2 * chord_error_
+                            ? (x - curved.position).dot(curved.normal)
+                            : (x - place.at.point).dot(pseudo_normal_(place));
+    return side < 0 ? -size : size;
+}
+
+void SurfaceDistance::sample_cube(const Vec3& corner, double h, int n, double* out) const
+{
+    std::int32_t near = -1;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j)
+            for (int k = 0; k < n; ++k)
+                *out++ = distance(corner + h * Vec3{1.0 * i, 1.0 * j, 1.0 * k}, near);
+}
+
+} // namespace amontons

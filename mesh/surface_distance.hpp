@@ -1,0 +1,45 @@
+#pragma once
+
+#include "mesh/bounding_tree.hpp"
+#include "mesh/distance_field.hpp"
+#include "mesh/smooth_surface.hpp"
+
+#include <vector>
+
+namespace amontons {
+
+/// The signed distance to a smooth surface, > 0 where its normals point.
+///
+/// The nearest point of a finely cut copy is found in a tree of boxes and moved onto the curved
+/// triangle. The sign is that of the angle-weighted normal there.
+/// Source: Baerentzen & Aanaes, IEEE TVCG 11 (2005), signed distance using the angle weighted
+/// pseudonormal.
+class SurfaceDistance : public DistanceSource {
+public:
+    /// @param cuts  of each curved triangle's edges
+    SurfaceDistance(SmoothSurface smooth, int cuts);
+
+    void sample_cube(const Vec3& corner, double h, int n, double* out) const override;
+
+    /// @param near  a triangle of refined() that is probably near, or -1; that of x on return
+    double distance(const Vec3& x, std::int32_t& near) const;
+
+    const SurfaceMesh& refined() const { return refined_; }
+    const BoundingTree& tree() const { return tree_; }
+
+    /// Largest distance found between the flat pieces and the curved surface [m].
+    double chord_error() const { return chord_error_; }
+
+private:
+    Vec3 pseudo_normal_(const NearestTriangle& place) const;
+
+    SmoothSurface smooth_;
+    int cuts_;
+    SurfaceMesh refined_;
+    BoundingTree tree_;
+    std::vector<Vec3> vertex_normals_, face_normals_;
+    std::vector<std::array<std::int32_t, 3>> neighbours_;
+    double chord_error_ = 0;
+};
+
+} // namespace amontons
