@@ -17,9 +17,9 @@ namespace fs = std::filesystem;
 namespace amontons {
 namespace {
 
-constexpr int kCorners = 10;              // of the rings of a wire's surface
-constexpr std::size_t kCollections = 256; // of n frames, each n/256 more rewrite the collection
-constexpr double kManifestPause = 1;      // between two manifests of a running run [s]
+constexpr int kCorners = 10;         // of the rings of a wire's surface
+constexpr double kPatience = 20;     // what is written again and again takes 1/20 of the time
+constexpr double kManifestPause = 1; // between two manifests of a running run [s]
 
 const char* const kContacts = "contacts";
 
@@ -177,6 +177,7 @@ struct RunWriter::State {
     void write_frame(const StepRecord& record);
     void write_obstacles(const char* suffix, double time, bool with_forces);
     void write_checkpoint();
+    void write_progress();
     void write_manifest(const RunSummary& summary);
     void remove_extra_frame();
     template <class Action> void attempt(Action&& action);
@@ -195,9 +196,10 @@ struct RunWriter::State {
     bool has_last = false;
     TubeSurface tube;
     RunSummary so_far; ///< for the manifest of a running run
-    Stopwatch since_manifest;
-    double seconds = 0;  ///< spent in here
-    std::string failure; ///< why something could not be written, "" if all could
+    Stopwatch since_manifest, since_progress;
+    double progress_cost = 0; ///< of the last write_progress [s]
+    double seconds = 0;       ///< spent in here
+    std::string failure;      ///< why something could not be written, "" if all could
 };
 
 void RunWriter::State::make_directory()
@@ -282,7 +284,7 @@ void RunWriter::State::write_collections()
 {
     write(options.name + ".pvd", collection.bytes());
     write("contacts.pvd", contacts.bytes());
-    unwritten_frames = 0;
+    stale_collections = false;
 }
 
 void RunWriter::State::write_frame(const StepRecord& r)
@@ -295,8 +297,7 @@ void RunWriter::State::write_frame(const StepRecord& r)
     write(frame_file(kContacts, r.step), contacts_bytes(r));
     frames.push_back({r.step, r.time});
     add_to_collections(frames.back(), false);
-    ++unwritten_frames;
-    if (unwritten_frames * kCollections >= frames.size()) write_collections();
+    stale_collections = true;
 }
 
 void RunWriter::State::write_obstacles(const char* suffix, double time, bool with_forces)
@@ -330,6 +331,18 @@ void RunWriter::State::write_checkpoint()
     write("checkpoint", checkpoint_bytes(c));
 }
 
+/// What a reader or a resumed run needs besides the frames. It replaces files, which some file
+/// systems make slow, so it waits where that would cost more than its share of the time.
+void RunWriter::State::write_progress()
+{
+    const Stopwatch watch;
+    if (stale_collections) write_collections();
+    write_checkpoint();
+    remove_extra_frame();
+    progress_cost = watch.seconds();
+    since_progress = {};
+}
+
 void RunWriter::State::write_manifest(const RunSummary& summary)
 {
     write("manifest.json", manifest_bytes(manifest, summary));
@@ -341,7 +354,6 @@ void RunWriter::State::write_manifest(const RunSummary& summary)
 void RunWriter::State::remove_extra_frame()
 {
     if (!extra_frame) return;
-    if (unwritten_frames > 0) write_collections();
     std::error_code ignored; // a file that stays is named by no collection
     for (const BeamInput& b : scene.beams) {
         fs::remove(path(frame_file(b.name, extra_frame->step)), ignored);
@@ -408,8 +420,7 @@ void RunWriter::on_step(const StepRecord& record)
         s.history.append(record);
         if (record.step % s.scene.output.every != 0) return;
         s.write_frame(record);
-        s.write_checkpoint();
-        s.remove_extra_frame();
+        if (s.since_progress.seconds() >= kPatience * s.progress_cost) s.write_progress();
         if (s.since_manifest.seconds() > kManifestPause) s.write_manifest(s.so_far);
     });
 }
@@ -425,8 +436,7 @@ void RunWriter::finish(RunSummary& summary)
                 return;
             }
             if (s.frames.empty() || s.frames.back().step != s.last.step) s.write_frame(s.last);
-            s.write_checkpoint();
-            s.remove_extra_frame();
+            s.write_progress();
         });
     }
     s.attempt([&] {
