@@ -1,6 +1,8 @@
 #include "mesh/bounding_tree.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -18,7 +20,12 @@ std::size_t at(std::int32_t i)
 double squared_to_box(const Eigen::Array3d& x, const Eigen::Array3d& low,
                       const Eigen::Array3d& high)
 {
-    return (low - x).max(x - high).max(0.0).matrix().squaredNorm();
+    double sum = 0;
+    for (int a = 0; a < 3; ++a) {
+        const double off = std::max({low[a] - x[a], x[a] - high[a], 0.0});
+        sum += off * off;
+    }
+    return sum;
 }
 
 } // namespace
@@ -83,7 +90,8 @@ void BoundingTree::split_(std::int32_t node, std::int32_t first, std::int32_t co
     split_(box.first + 1, first + half, count - half, centres);
 }
 
-NearestTriangle BoundingTree::nearest(const Vec3& x, std::int32_t near, double slack) const
+NearestTriangle BoundingTree::nearest(const Vec3& x, std::int32_t near, double slack,
+                                      double band) const
 {
     NearestTriangle best;
     best.squared = std::numeric_limits<double>::infinity();
@@ -94,7 +102,7 @@ NearestTriangle BoundingTree::nearest(const Vec3& x, std::int32_t near, double s
         if (squared < best.squared || best.triangle < 0) best = {order_[at(place)], p, squared};
     };
     if (near >= 0 && at(near) < place_.size()) look_at(place_[at(near)]);
-    const double worth = 1 / ((1 + slack) * (1 + slack));
+    const double worth = 1 / ((1 + slack) * (1 + slack)), band2 = band * band;
     // Depth is at most 31 + 2, each level leaves one node waiting.
     struct Waiting {
         std::int32_t node;
@@ -106,7 +114,9 @@ NearestTriangle BoundingTree::nearest(const Vec3& x, std::int32_t near, double s
     stack[top++] = {0, squared_to_box(q, nodes_[0].low, nodes_[0].high)};
     while (top > 0) {
         const Waiting next = stack[--top];
-        if (next.squared >= worth * best.squared && best.triangle >= 0) continue;
+        if (best.triangle >= 0 &&
+            next.squared >= (best.squared > band2 ? worth : 1.0) * best.squared)
+            continue;
         const Node& node = nodes_[at(next.node)];
         if (node.count > 0) {
             for (std::int32_t i = node.first; i < node.first + node.count; ++i)
@@ -120,6 +130,81 @@ NearestTriangle BoundingTree::nearest(const Vec3& x, std::int32_t near, double s
         stack[top++] = a;
         stack[top++] = b;
     }
+    return best;
+}
+
+void BoundingTree::within(const Vec3& centre, double radius,
+                          std::vector<std::int32_t>& triangles) const
+{
+    triangles.clear();
+    std::int32_t stack[72];
+    int top = 0;
+    stack[top++] = 0;
+    while (top > 0) {
+        const Node& node = nodes_[at(stack[--top])];
+        if (squared_to_box(centre.array(), node.low, node.high) > radius * radius) continue;
+        if (node.count > 0) {
+            for (std::int32_t i = node.first; i < node.first + node.count; ++i)
+                triangles.push_back(order_[at(i)]);
+        } else {
+            stack[top++] = node.first + 1;
+            stack[top++] = node.first;
+        }
+    }
+}
+
+double NearbyTriangles::gather(const BoundingTree& tree, const Vec3& centre, double radius)
+{
+    tree_ = &tree;
+    const double away = std::sqrt(tree.nearest(centre, -1).squared);
+    // A point of the region is within radius + away of the surface, its nearest triangle
+    // within another radius of the centre.
+    tree.within(centre, (away + 2 * radius) * (1 + 1e-9), triangles_);
+    for (std::vector<double>* v : {&x_, &y_, &z_, &radius_, &nx_, &ny_, &nz_, &offset_})
+        v->resize(triangles_.size());
+    kept_.resize(triangles_.size());
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+        const auto& t = tree.corners_[at(tree.place_[at(triangles_[i])])];
+        const Vec3 middle = (t.a + t.b + t.c) / 3;
+        const Vec3 area = (t.b - t.a).cross(t.c - t.a);
+        const Vec3 normal = area.norm() > 0 ? area.normalized() : Vec3{Vec3::Zero()};
+        x_[i] = middle[0];
+        y_[i] = middle[1];
+        z_[i] = middle[2];
+        radius_[i] = std::sqrt(std::max({(t.a - middle).squaredNorm(), (t.b - middle).squaredNorm(),
+                                         (t.c - middle).squaredNorm()}));
+        nx_[i] = normal[0];
+        ny_[i] = normal[1];
+        nz_[i] = normal[2];
+        offset_[i] = normal.dot(middle);
+    }
+    return away;
+}
+
+NearestTriangle NearbyTriangles::nearest(const Vec3& x, std::int32_t& near) const
+{
+    NearestTriangle best;
+    const auto look_at = [&](std::size_t i) {
+        const auto& t = tree_->corners_[at(tree_->place_[at(triangles_[i])])];
+        const TrianglePoint p = closest_on_triangle(x, t.a, t.b, t.c);
+        const double squared = (x - p.point).squaredNorm();
+        if (best.triangle >= 0 && squared >= best.squared) return;
+        best = {triangles_[i], p, squared};
+        near = static_cast<std::int32_t>(i);
+    };
+    const std::size_t first = std::min(at(near), triangles_.size() - 1);
+    look_at(first);
+    // One pass without branches rules most triangles out.
+    const double reach = std::sqrt(best.squared) * (1 + 1e-9);
+    const double px = x[0], py = x[1], pz = x[2];
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+        const double dx = px - x_[i], dy = py - y_[i], dz = pz - z_[i], r = radius_[i] + reach;
+        const double height = nx_[i] * px + ny_[i] * py + nz_[i] * pz - offset_[i];
+        kept_[i] =
+            static_cast<char>((dx * dx + dy * dy + dz * dz <= r * r) & (std::abs(height) <= reach));
+    }
+    for (std::size_t i = 0; i < triangles_.size(); ++i)
+        if (kept_[i] && i != first) look_at(i);
     return best;
 }
 

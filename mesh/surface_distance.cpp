@@ -17,9 +17,10 @@ std::size_t at(std::int32_t i)
 
 } // namespace
 
-SurfaceDistance::SurfaceDistance(SmoothSurface smooth, int cuts)
+SurfaceDistance::SurfaceDistance(SmoothSurface smooth, int cuts, double band)
     : smooth_{std::move(smooth)}
     , cuts_{cuts}
+    , band_{band}
     , refined_{smooth_.refined(cuts)}
     , tree_{refined_}
 {
@@ -38,14 +39,8 @@ SurfaceDistance::SurfaceDistance(SmoothSurface smooth, int cuts)
                        b = points[at(t[(k + 2) % 3])] - points[at(t[k])];
             vertex_normals_[at(t[k])] += std::atan2(a.cross(b).norm(), a.dot(b)) * face_normals_[i];
         }
-        const Vec3 middle = Vec3::Constant(1.0 / 3);
-        const auto number = static_cast<std::int32_t>(i);
-        const Vec3 flat = (points[at(t[0])] + points[at(t[1])] + points[at(t[2])]) / 3;
-        const Vec3 curved = smooth_.point(number / (cuts_ * cuts_),
-                                          smooth_.weights_in_patch(number, cuts_, middle));
-        // The middle of a cap's edge is off by up to 4/3 of what its centre is.
-        chord_error_ = std::max(chord_error_, 4.0 / 3 * (flat - curved).norm());
     }
+    chord_error_ = chord_error(triangles.size());
     for_each_edge(sorted_half_edges(refined_), [&](std::span<const HalfEdge> sides) {
         if (sides.size() != 2) return;
         for (std::size_t s = 0; s < 2; ++s) {
@@ -55,6 +50,24 @@ SurfaceDistance::SurfaceDistance(SmoothSurface smooth, int cuts)
             neighbours_[at(sides[s].triangle)][k] = sides[1 - s].triangle;
         }
     });
+}
+
+double SurfaceDistance::chord_error(std::size_t patches) const
+{
+    double worst = 0;
+    const auto pieces = static_cast<std::size_t>(cuts_ * cuts_);
+    for (std::size_t i = 0; i < std::min(patches * pieces, refined_.triangles.size()); ++i) {
+        const auto& [a, b, c] = refined_.triangles[i];
+        const Vec3 flat =
+            (refined_.points[at(a)] + refined_.points[at(b)] + refined_.points[at(c)]) / 3;
+        const auto number = static_cast<std::int32_t>(i);
+        const Vec3 curved =
+            smooth_.point(number / (cuts_ * cuts_),
+                          smooth_.weights_in_patch(number, cuts_, Vec3::Constant(1.0 / 3)));
+        // The middle of an edge is off by up to 4/3 of what the centre is.
+        worst = std::max(worst, 4.0 / 3 * (flat - curved).norm());
+    }
+    return worst;
 }
 
 Vec3 SurfaceDistance::pseudo_normal_(const NearestTriangle& place) const
@@ -88,6 +101,11 @@ double SurfaceDistance::distance(const Vec3& x, std::int32_t& near) const
 {
     const NearestTriangle place = tree_.nearest(x, near);
     near = place.triangle;
+    return from_place_(x, place);
+}
+
+double SurfaceDistance::from_place_(const Vec3& x, const NearestTriangle& place) const
+{
     const double flat = std::sqrt(place.squared);
     const PatchPoint curved =
         smooth_.nearest(x, place.triangle / (cuts_ * cuts_),
@@ -105,11 +123,37 @@ double SurfaceDistance::distance(const Vec3& x, std::int32_t& near) const
 
 void SurfaceDistance::sample_cube(const Vec3& corner, double h, int n, double* out) const
 {
+    const double half = 0.5 * h * (n - 1), radius = std::sqrt(3.0) * half;
+    const Vec3 centre = corner + Vec3::Constant(half);
     std::int32_t near = -1;
+    if (tree_.nearest(centre, -1).squared > (band_ + radius) * (band_ + radius)) {
+        // No contact feels these: the corners' distances, and linear between them.
+        double c[8];
+        for (int i = 0; i < 8; ++i)
+            c[i] = distance(
+                corner + 2 * half * Vec3{1.0 * (i >> 2), 1.0 * (i >> 1 & 1), 1.0 * (i & 1)}, near);
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j)
+                for (int k = 0; k < n; ++k) {
+                    const double u = 1.0 * i / (n - 1), v = 1.0 * j / (n - 1),
+                                 w = 1.0 * k / (n - 1);
+                    const auto along = [&](int from) {
+                        return (1 - w) * c[from] + w * c[from + 1];
+                    };
+                    *out++ = (1 - u) * ((1 - v) * along(0) + v * along(2)) +
+                             u * ((1 - v) * along(4) + v * along(6));
+                }
+        return;
+    }
+    NearbyTriangles nearby;
+    nearby.gather(tree_, centre, radius);
+    near = 0;
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j)
-            for (int k = 0; k < n; ++k)
-                *out++ = distance(corner + h * Vec3{1.0 * i, 1.0 * j, 1.0 * k}, near);
+            for (int k = 0; k < n; ++k) {
+                const Vec3 x = corner + h * Vec3{1.0 * i, 1.0 * j, 1.0 * k};
+                *out++ = from_place_(x, nearby.nearest(x, near));
+            }
 }
 
 } // namespace amontons

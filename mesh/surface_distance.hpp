@@ -17,7 +17,8 @@ namespace amontons {
 class SurfaceDistance : public DistanceSource {
 public:
     /// @param cuts  of each curved triangle's edges
-    SurfaceDistance(SmoothSurface smooth, int cuts);
+    /// @param band  farther from the surface, distances are interpolated in each brick [m]
+    SurfaceDistance(SmoothSurface smooth, int cuts, double band);
 
     void sample_cube(const Vec3& corner, double h, int n, double* out) const override;
 
@@ -27,14 +28,16 @@ public:
     const SurfaceMesh& refined() const { return refined_; }
     const BoundingTree& tree() const { return tree_; }
 
-    /// Largest distance found between the flat pieces and the curved surface [m].
-    double chord_error() const { return chord_error_; }
+    /// Largest distance between a patch of the first `patches` and its flat pieces, sampled [m].
+    double chord_error(std::size_t patches) const;
 
 private:
+    double from_place_(const Vec3& x, const NearestTriangle& place) const;
     Vec3 pseudo_normal_(const NearestTriangle& place) const;
 
     SmoothSurface smooth_;
     int cuts_;
+    double band_;
     SurfaceMesh refined_;
     BoundingTree tree_;
     std::vector<Vec3> vertex_normals_, face_normals_;

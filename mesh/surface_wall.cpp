@@ -24,6 +24,7 @@ constexpr double kGrid = 0.25;        // spacing over the smallest radius
 constexpr double kFinestGrid = 1.0 / 4000, kWidest = 1.0 / 20; // of the box's diagonal
 constexpr std::size_t kProbes = 600; // places where the radius is looked for
 constexpr double kSmallPart = 0.05;  // of the places may be narrower than the radius taken
+constexpr double kBand = 12;         // grid spacings from the wall: a spline's reach twice
 constexpr int kMostCuts = 4;
 
 std::size_t at(std::int32_t i)
@@ -258,7 +259,8 @@ WallModel make_wall_from_surface(SurfaceMesh mesh, const SurfaceWallOptions& opt
             extend(mesh, rim, outward, clear_rings(tree, rim, outward));
         }
     }
-    auto source = std::make_unique<SurfaceDistance>(SmoothSurface{std::move(mesh), crease}, cuts);
+    auto source = std::make_unique<SurfaceDistance>(SmoothSurface{std::move(mesh), crease}, cuts,
+                                                    kBand * spacing);
     SurfaceMesh shown = source->refined();
     shown.triangles.resize(std::min(shown.triangles.size(), own * at(cuts * cuts)));
     // The points of what was added to go on beyond the openings are not needed there.
@@ -273,7 +275,7 @@ WallModel make_wall_from_surface(SurfaceMesh mesh, const SurfaceWallOptions& opt
             v = number[at(v)];
         }
     shown.points = std::move(used);
-    const double deviation = source->chord_error();
+    const double deviation = source->chord_error(own);
     const Vec3 origin = low + spacing * Vec3{0.217, 0.331, 0.273};
     return {std::move(shown),
             make_wall(DistanceField{std::move(source), origin, spacing}),
