@@ -20,11 +20,14 @@ struct SolverOptions {
     int patience = 2000;
 
     struct Nsgs {
-        enum class Order { forward, symmetric }; ///< symmetric: every second sweep runs backwards
-        Order order = Order::symmetric;
+        /// symmetric: every second sweep runs backwards. Forward took 70 sweeps where symmetric
+        /// took 226, on stacked elastic layers (docs/theory/contact.md).
+        enum class Order { forward, symmetric };
+        Order order = Order::forward;
         /// A contact whose residual is below this times the worst one is left out of the sweep;
-        /// in [0, 1), 0 visits all [-]. The error always counts all contacts.
-        double freeze = 0.03;
+        /// in [0, 1), 0 visits all [-]. The error always counts all contacts. Measured: up to 0.3
+        /// a sweep gets cheaper and their number stays.
+        double freeze = 0.3;
     } nsgs;
 
     struct Uzawa {

@@ -27,29 +27,34 @@ public:
         : problem_(problem)
         , natural_map_(natural_map)
         , blocks_(static_cast<std::size_t>(contact_count(problem)))
+        , own_weight_(contact_count(problem))
         , weight_(contact_count(problem))
     {
         for (int i = 0; i < contact_count(problem); ++i) {
             if (kind_of(problem, i) == ContactKind::frictional) block(i) = prepare(own(i));
-            // The map grows with rho by no more than rho does: this bounds it at the contact's
-            // own scale by what it is at the common one.
             const double rho = natural_map.rho(i);
-            weight_[i] = std::max(1.0, rho / natural_map.rho()) / std::sqrt(rho);
+            own_weight_[i] = 1 / std::sqrt(rho);
+            // ||F|| grows with rho, by no more than rho does.
+            weight_[i] = std::max(1.0, natural_map.rho() / rho);
         }
     }
 
-    /// One sweep over all contacts but the settled ones: those whose residual is below `freeze`
-    /// times the worst, both at the common scale and at each contact's own.
+    /// One sweep over all contacts but the settled ones: those whose residual, with the u that
+    /// the sweep has reached, is below `freeze` times the error's mean share at the common scale
+    /// and the worst of the last sweep at their own.
     /// @param residuals  ||F_i|| before the sweep, n [N]
     void sweep(Eigen::VectorXd& r, Eigen::VectorXd& u, const Eigen::VectorXd& residuals,
                double freeze, bool backward)
     {
         const int n = contact_count(problem_);
         const double settled = freeze * residuals.norm() / std::sqrt(n);
-        const double own_settled = freeze * residuals.cwiseProduct(weight_).maxCoeff();
+        const double own_settled = freeze * worst_;
+        worst_ = 0;
         for (int k = 0; k < n; ++k) {
             const int i = backward ? n - 1 - k : k;
-            if (residuals[i] < settled && residuals[i] * weight_[i] < own_settled) continue;
+            const double own = natural_map_.residual(i, r, u, natural_map_.rho(i));
+            worst_ = std::max(worst_, own * own_weight_[i]);
+            if (own * weight_[i] < settled && own * own_weight_[i] < own_settled) continue;
             if (kind_of(problem_, i) == ContactKind::frictional)
                 visit(i, r, u);
             else
@@ -120,7 +125,8 @@ private:
     const ContactProblem& problem_;
     const NaturalMapError& natural_map_;
     std::vector<LocalBlock> blocks_;
-    Eigen::VectorXd weight_; ///< of a residual, to compare contacts of different stiffness
+    Eigen::VectorXd own_weight_, weight_; ///< of a residual: its own scale, the common one
+    double worst_ = 0; ///< largest residual met in the last sweep, each at its own scale
 };
 
 } // namespace
