@@ -86,8 +86,10 @@ private:
             here = next;
             i = kNone;
             if (here == start) break;
-            for (const std::size_t candidate : at_vertex_[here])
-                if (!used_[candidate]) i = candidate;
+            std::vector<std::size_t>& edges_here = at_vertex_[here];
+            while (!edges_here.empty() && used_[edges_here.back()])
+                edges_here.pop_back(); // never looked at again: many edges may meet here
+            if (!edges_here.empty()) i = edges_here.back();
         }
         if (here != start) loop.vertices.push_back(here); // ends at an edge of many triangles
         if (loop.length > 0)

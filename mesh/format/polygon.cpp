@@ -12,7 +12,7 @@ namespace amontons {
 namespace {
 
 using Corners = std::vector<std::int32_t>;
-constexpr std::size_t kMostCorners = 1024; // bounds the time: ears cost O(corners^2)
+constexpr std::size_t kMostCorners = 1024; // bounds the time, at worst O(corners^3)
 
 const Vec3& at(const SurfaceMesh& mesh, std::int32_t corner)
 {
