@@ -275,7 +275,7 @@ Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], const T P[6])
 
 Pose<double> pose_of(const BeamNode& a, const BeamNode& b)
 {
-    return relative_pose<double>({b.x[0] - a.x[0], b.x[1] - a.x[1], b.x[2] - a.x[2]}, a.q[0],
+    return relative_pose<double>({b.difference(a, 0), b.difference(a, 1), b.difference(a, 2)}, a.q[0],
                                  {a.q[1], a.q[2], a.q[3]}, b.q[0], {b.q[1], b.q[2], b.q[3]});
 }
 
@@ -380,7 +380,7 @@ void add_elements(int first, int last, const std::vector<BeamNode>& nodes,
             const std::size_t n = std::size_t(k + i);
             const BeamNode &a = nodes[n], &b = nodes[n + 1];
             const ElementLaw& law = laws[n];
-            for (int j = 0; j < 3; ++j) v[j][i] = b.x[j] - a.x[j];
+            for (int j = 0; j < 3; ++j) v[j][i] = b.difference(a, j);
             for (int j = 0; j < 4; ++j) v[3 + j][i] = a.q[j];
             for (int j = 0; j < 4; ++j) v[7 + j][i] = b.q[j];
             v[11][i] = law.length;

@@ -17,9 +17,23 @@ namespace amontons {
 /// Position and section rotation of a node.
 struct BeamNode {
     double x[3] = {0, 0, 0};    ///< [m]
+    /// What x is too coarse for: the position is x + rest. Neighbours' differences, which times
+    /// EA are forces, then lose nothing to the distance from the origin.
+    double rest[3] = {0, 0, 0}; ///< [m]
     double q[4] = {1, 0, 0, 0}; ///< unit quaternion (w, x, y, z); its frame's axis 1 is the tangent
 
     Vec3 position() const { return {x[0], x[1], x[2]}; }
+    void move(int axis, double d)
+    {
+        // x + rest + d as a rounded sum and its error (Knuth)
+        const double add = d + rest[axis], sum = x[axis] + add, back = sum - x[axis];
+        rest[axis] = (x[axis] - (sum - back)) + (add - back);
+        x[axis] = sum;
+    }
+    double difference(const BeamNode& from, int axis) const
+    {
+        return (x[axis] - from.x[axis]) + (rest[axis] - from.rest[axis]);
+    }
 };
 
 /// Linear law of one element: strains e = (stretch, shear 2, shear 3, twist, curvature 2,

@@ -23,15 +23,83 @@ double blend(const std::array<double, 2>& ends, double t)
     return ends[0] + (ends[1] - ends[0]) * t;
 }
 
-Section section_in(const WireMaterial& m, int k, double s)
+Section segment_section(const BeamSegment& g, double t)
 {
-    const BeamSegment& g = m.segments[std::size_t(k)];
-    const double t =
-        std::clamp((s - m.segment_start[std::size_t(k)]) / g.length, 0.0, 1.0);
     const double EI = blend(g.EI, t), GA = blend(g.GA, t);
     return {{blend(g.EA, t), GA, GA, blend(g.GJ, t), EI, EI},
             {1, 0, 0, 0, -g.curvature * std::sin(g.curvature_angle),
              g.curvature * std::cos(g.curvature_angle)}};
+}
+
+Section between(const Section& a, const Section& b, double t)
+{
+    Section r;
+    for (std::size_t i = 0; i < 6; ++i) {
+        r.stiffness[i] = a.stiffness[i] + (b.stiffness[i] - a.stiffness[i]) * t;
+        r.natural[i] = a.natural[i] + (b.natural[i] - a.natural[i]) * t;
+    }
+    return r;
+}
+
+Section section_in(const SectionStretch& p, double s)
+{
+    return between(p.at_start, p.at_end, (s - p.start) / (p.end - p.start));
+}
+
+bool equal(const Section& a, const Section& b)
+{
+    return a.stiffness == b.stiffness && a.natural == b.natural;
+}
+
+std::vector<SectionStretch> make_stretches(const WireMaterial& m)
+{
+    std::vector<SectionStretch> list;
+    double start = 0; // of what the segment keeps of its own law
+    const std::size_t n = m.segments.size();
+    for (std::size_t k = 0; k < n; ++k) {
+        const BeamSegment& g = m.segments[k];
+        const double end = k + 1 < n ? m.segment_start[k + 1] : m.length;
+        double own_end = end;
+        const auto own = [&](double s) {
+            return segment_section(g, std::clamp((s - m.segment_start[k]) / g.length, 0.0, 1.0));
+        };
+        if (k + 1 < n) {
+            const BeamSegment& next = m.segments[k + 1];
+            if (!equal(segment_section(g, 1), segment_section(next, 0)))
+                own_end = end - 0.5 * std::min({g.radius, 0.5 * g.length, 0.5 * next.length});
+        }
+        list.push_back({start, own_end, own(start), own(own_end)});
+        start = end;
+        if (own_end < end) {
+            const BeamSegment& next = m.segments[k + 1];
+            start = end + (end - own_end);
+            list.push_back({own_end, start, own(own_end),
+                            segment_section(next, (start - end) / next.length)});
+        }
+    }
+    return list;
+}
+
+const SectionStretch& stretch_at(const WireMaterial& m, double s)
+{
+    const auto it =
+        std::upper_bound(m.stretch.begin(), m.stretch.end(), s,
+                         [](double v, const SectionStretch& p) { return v < p.start; });
+    return it == m.stretch.begin() ? *it : *(it - 1);
+}
+
+/// Calls visit(start, end, section at start, middle and end) for each stretch in [a, b]: with
+/// these, Simpson's rule is exact for products of three.
+template <class Visit> void for_stretches(const WireMaterial& m, double a, double b, Visit visit)
+{
+    for (const SectionStretch* p = &stretch_at(m, a); p != m.stretch.data() + m.stretch.size();
+         ++p) {
+        const double start = std::max(a, p->start), end = std::min(b, p->end);
+        if (p->start >= b) break;
+        if (end <= start) continue;
+        visit(start, end, section_in(*p, start), section_in(*p, 0.5 * (start + end)),
+              section_in(*p, end));
+    }
 }
 
 /// integral of dx / (a + (b - a) x / length) over [0, length]
@@ -41,6 +109,23 @@ double integral_of_inverse(double a, double b, double length)
     const double d = (b - a) / a;
     return std::abs(d) < 1e-6 ? length / a * (1 - d / 2 + d * d / 3)
                               : length / a * std::log1p(d) / d;
+}
+
+HeldWire held_part(const WireMaterial& m, double a, double b)
+{
+    HeldWire held;
+    for_stretches(m, a, b, [&](double start, double end, const Section& first,
+                               const Section& middle, const Section& last) {
+        const double h = end - start;
+        held.axial += integral_of_inverse(first.stiffness[0], last.stiffness[0], h);
+        held.torsion += integral_of_inverse(first.stiffness[3], last.stiffness[3], h);
+        const auto bending = [](const Section& c) {
+            return 0.5 * c.stiffness[4] *
+                   (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]);
+        };
+        held.bending += h / 6 * (bending(first) + 4 * bending(middle) + bending(last));
+    });
+    return held;
 }
 
 } // namespace
@@ -59,6 +144,7 @@ WireMaterial make_material(const std::vector<BeamSegment>& segments, double cont
         m.node.back() = m.length;
         shortest = std::min(shortest, g.length / count);
     }
+    m.stretch = make_stretches(m);
     const std::size_t elements = m.node.size() - 1;
     m.flexibility_axial.assign(1, 0);
     m.flexibility_torsion.assign(1, 0);
@@ -67,15 +153,10 @@ WireMaterial make_material(const std::vector<BeamSegment>& segments, double cont
         const double a = m.node[i], b = m.node[i + 1];
         m.law.push_back(law_between(m, a, b));
         m.stiffness.push_back(m.law[i].S[4] / std::pow(b - a, 4));
-        const Section sa = section_at(m, a, false), sb = section_at(m, b, true);
-        m.flexibility_axial.push_back(
-            m.flexibility_axial.back() +
-            integral_of_inverse(sa.stiffness[0], sb.stiffness[0], b - a));
-        m.flexibility_torsion.push_back(
-            m.flexibility_torsion.back() +
-            integral_of_inverse(sa.stiffness[3], sb.stiffness[3], b - a));
-        const double k2 = sa.natural[4] * sa.natural[4] + sa.natural[5] * sa.natural[5];
-        m.bending_energy.push_back(m.bending_energy.back() + 0.5 * m.law[i].S[4] * k2);
+        const HeldWire held = held_part(m, a, b);
+        m.flexibility_axial.push_back(m.flexibility_axial.back() + held.axial);
+        m.flexibility_torsion.push_back(m.flexibility_torsion.back() + held.torsion);
+        m.bending_energy.push_back(m.bending_energy.back() + held.bending);
     }
 
     const double spacing = contact_spacing > 0 ? contact_spacing : shortest;
@@ -95,38 +176,39 @@ WireMaterial make_material(const std::vector<BeamSegment>& segments, double cont
     return m;
 }
 
-Section section_at(const WireMaterial& m, double s, bool before)
+Section section_at(const WireMaterial& m, double s)
 {
-    return section_in(m, segment_of(m, s, before), s);
+    return section_in(stretch_at(m, s), s);
 }
 
 ElementLaw law_between(const WireMaterial& m, double a, double b)
 {
     ElementLaw law;
     law.length = b - a;
-    double shear_flexibility = 0, natural_energy = 0;
-    // Stiffness is linear and natural strain constant within a segment.
-    for (int k = segment_of(m, a, false); k < int(m.segments.size()); ++k) {
-        const double start = std::max(a, m.segment_start[std::size_t(k)]);
-        const double end = std::min(
-            b, k + 1 < int(m.segments.size()) ? m.segment_start[std::size_t(k) + 1] : b);
-        if (end <= start) break;
-        const Section middle = section_in(m, k, 0.5 * (start + end));
-        for (std::size_t i = 0; i < 6; ++i) {
-            const double c = (i == 1 || i == 2 ? 0 : middle.stiffness[i]) * (end - start);
-            law.S[i] += c;
-            law.P[i] += c * middle.natural[i];
-            natural_energy += 0.5 * c * middle.natural[i] * middle.natural[i];
+    double shear_flexibility = 0;
+    std::array<double, 6> flexibility{}, natural{};
+    for_stretches(m, a, b, [&](double start, double end, const Section& first,
+                               const Section& middle, const Section& last) {
+        const double h = end - start;
+        for (std::size_t i : {0, 3, 4, 5}) {
+            flexibility[i] += integral_of_inverse(first.stiffness[i], last.stiffness[i], h);
+            natural[i] += h * middle.natural[i];
         }
-        if (middle.stiffness[1] > 0) shear_flexibility += (end - start) / middle.stiffness[1];
+        if (middle.stiffness[1] > 0) shear_flexibility += h / middle.stiffness[1];
+    });
+    // A constant section force along the element: flexibilities and natural strains add up, so
+    // that an element across a step of natural curvature can be free of stress.
+    const double L = law.length;
+    for (std::size_t i : {0, 3, 4, 5}) {
+        if (!(flexibility[i] > 0)) continue;
+        const double k = natural[i] / L;
+        law.S[i] = L * L / flexibility[i];
+        law.P[i] = law.S[i] * k;
+        law.constant += 0.5 * law.P[i] * k;
     }
     // Residual bending flexibility of a constant-strain element: L^2/12 EI.
-    if (law.S[4] > 0) {
-        const double L = law.length;
-        const double f = shear_flexibility / L + L * L * L / (12 * law.S[4]);
-        law.S[1] = law.S[2] = L / f;
-    }
-    law.constant = natural_energy;
+    if (law.S[4] > 0)
+        law.S[1] = law.S[2] = L / (shear_flexibility / L + L * L * L / (12 * law.S[4]));
     return law;
 }
 
@@ -136,14 +218,9 @@ HeldWire held_between_base_and(const WireMaterial& m, double s)
     const std::size_t i =
         std::min(std::size_t(std::max<std::ptrdiff_t>(after - m.node.begin() - 1, 0)),
                  m.node.size() - 2);
-    const double a = m.node[i];
-    const Section sa = section_at(m, a, false), sb = section_at(m, s, true);
-    const double k2 = sa.natural[4] * sa.natural[4] + sa.natural[5] * sa.natural[5];
-    return {m.flexibility_axial[i] + integral_of_inverse(sa.stiffness[0], sb.stiffness[0], s - a),
-            m.flexibility_torsion[i] +
-                integral_of_inverse(sa.stiffness[3], sb.stiffness[3], s - a),
-            m.bending_energy[i] +
-                0.25 * (sa.stiffness[4] + sb.stiffness[4]) * (s - a) * k2};
+    const HeldWire rest = held_part(m, m.node[i], s);
+    return {m.flexibility_axial[i] + rest.axial, m.flexibility_torsion[i] + rest.torsion,
+            m.bending_energy[i] + rest.bending};
 }
 
 } // namespace amontons

@@ -14,6 +14,12 @@ struct Section {
     std::array<double, 6> natural{};   ///< 1, 0, 0, natural twist and curvatures [1/m]
 };
 
+/// A stretch of wire along which stiffness and natural strain are linear.
+struct SectionStretch {
+    double start = 0, end = 0; ///< [m]
+    Section at_start, at_end;
+};
+
 /// A place on the wire's surface where contact is looked for; it stays with the material.
 struct MaterialPoint {
     double s = 0;            ///< from the base [m]
@@ -29,6 +35,9 @@ struct WireMaterial {
     double length = 0;                  ///< [m]
     std::vector<BeamSegment> segments;
     std::vector<double> segment_start;  ///< s of each segment's start [m]
+    /// The segments with their steps in stiffness and curvature spread over a wire radius: a
+    /// step would give the sheath's end a force without a value there.
+    std::vector<SectionStretch> stretch;
     std::vector<double> node;           ///< s of the nodes, increasing [m]
     std::vector<ElementLaw> law;        ///< of the whole elements
     std::vector<double> stiffness;      ///< EI / length^3 of each element [N/m]: its scale of force
@@ -41,8 +50,8 @@ struct WireMaterial {
 /// @param contact_spacing  distance of contact points [m]; 0: the shortest element
 WireMaterial make_material(const std::vector<BeamSegment>& segments, double contact_spacing);
 
-/// Section at s, from inside the segment that ends at s if `before`, else that starts there.
-Section section_at(const WireMaterial& m, double s, bool before);
+/// Section at s.
+Section section_at(const WireMaterial& m, double s);
 
 /// Law of the piece [a, b] of the wire as one element.
 ElementLaw law_between(const WireMaterial& m, double a, double b);

@@ -52,30 +52,29 @@ void assemble_sheath(const Wire& wire, const ElementLaw& law, BlockTridiagonal& 
     const int f = s.first;
     const std::size_t n = std::size_t(f);
     const double end = material_at_end(wire, s);
-    const Section c = section_at(wire.material, end, false);
+    const Section c = section_at(wire.material, end);
     const std::array<double, 6> e = element_strain(s.nodes[n], s.nodes[n + 1], law.length);
     const double L = law.length;
 
-    // dS/dl, dP/dl: what comes in at the sheath's end; the shear flexibility also has L^2/12 EI.
-    std::array<double, 6> dS = c.stiffness, dP{}, tau{};
+    // U = 1/2 S (e - k)^2 with S = L^2 / flexibility and k the mean natural strain, both growing
+    // by the section at the sheath's end.
+    std::array<double, 6> dS{}, tau{};
     double slope = 0, curvature = 0;
-    for (std::size_t i = 0; i < 6; ++i) dP[i] = c.stiffness[i] * c.natural[i];
-    dS[1] = dS[2] = dP[1] = dP[2] = 0;
+    for (std::size_t i : {0, 3, 4, 5})
+        if (c.stiffness[i] > 0) dS[i] = 2 * law.S[i] / L - law.S[i] * law.S[i] / (L * L * c.stiffness[i]);
     if (law.S[4] > 0) {
         const double k = law.S[1] / L, EI = law.S[4] / L;
-        const double dEI = (c.stiffness[4] - EI) / L;
-        const double df = L / (6 * EI) - L * L / (12 * EI * EI) * dEI;
-        dS[1] = dS[2] = k - L * k * k * df;
+        const double dEI = (dS[4] - EI) / L;
+        dS[1] = dS[2] = k - L * k * k * (L / (6 * EI) - L * L / (12 * EI * EI) * dEI);
     }
     for (std::size_t i = 0; i < 6; ++i) {
-        const double stress = law.S[i] * e[i] - law.P[i];
-        const double incoming = dS[i] * e[i] - dP[i];
-        const double natural = c.natural[i];
-        slope += 0.5 * (dS[i] * e[i] - 2 * dP[i]) * e[i] - stress * e[i] / L;
-        slope += 0.5 * dP[i] * natural;
-        tau[i] = incoming - (stress + law.S[i] * e[i]) / L;
-        curvature += -2 * incoming * e[i] / L + law.S[i] * e[i] * e[i] / (L * L) +
-                     2 * stress * e[i] / (L * L);
+        if (!(law.S[i] > 0)) continue;
+        const double S = law.S[i], k = law.P[i] / S, dk = (c.natural[i] - k) / L;
+        const double elastic = e[i] - k, rate = dk + e[i] / L;
+        slope += 0.5 * dS[i] * elastic * elastic - S * elastic * rate;
+        tau[i] = dS[i] * elastic - S * rate - S * elastic / L;
+        curvature += S * rate * rate - 2 * dS[i] * elastic * rate +
+                     2 * S * elastic * rate / L;
     }
     const std::array<double, 12> mixed =
         element_force(s.nodes[n], s.nodes[n + 1], L, tau);
@@ -237,7 +236,6 @@ void start_in_sheath(Wire& wire, double insertion, double twist)
     s.rotation = s.base_twist = twist;
     s.first = first_node(wire.material, insertion);
     place_held_node(wire, s);
-    const double end = material_at_end(wire, s);
     // Element by element with its natural strains, so that it is unstressed.
     for (int i = s.first; i < wire.last(); ++i) {
         const ElementLaw law =
@@ -257,7 +255,6 @@ void start_in_sheath(Wire& wire, double insertion, double twist)
         const double chord = law.length * (angle > 1e-9 ? std::sin(angle) / angle : 1);
         s.nodes[std::size_t(i) + 1] = node_at(a.position() + chord * first_axis(middle.q), q);
     }
-    (void)end;
 }
 
 ElementLaw held_element_law(const Wire& wire, const WireState& s)
@@ -380,7 +377,7 @@ void drive_base(Wire& wire, double insertion, double twist)
                 const BeamNode& tip = old.nodes[std::size_t(last)];
                 Quaternion q;
                 std::copy(tip.q, tip.q + 4, q.q);
-                const Section c = section_at(wire.material, wire.material.length, true);
+                const Section c = section_at(wire.material, wire.material.length);
                 rotate_in_body(q.q, (at - b) * Vec3(0, c.natural[4], c.natural[5]));
                 n = node_at(tip.position() + (at - b) * first_axis(tip.q), q);
             }
@@ -416,7 +413,7 @@ BaseLoad base_load(const Wire& wire)
 {
     const WireState& s = wire.state;
     const double end = material_at_end(wire, s);
-    const Section c = section_at(wire.material, end, false);
+    const Section c = section_at(wire.material, end);
     if (!wire.outside()) {
         // Nothing is bent outside: pushing sets free the energy that the sheath holds.
         return {-0.5 * c.stiffness[4] *
@@ -483,7 +480,7 @@ void move_wire(Wire& wire, const std::vector<Node6>& increment, double factor)
     for (int i = s.first + 1; i <= wire.last(); ++i) {
         const double* d = increment[std::size_t(i)].value;
         BeamNode& n = s.nodes[std::size_t(i)];
-        for (int k = 0; k < 3; ++k) n.x[k] += factor * d[k];
+        for (int k = 0; k < 3; ++k) n.move(k, factor * d[k]);
         rotate_in_body(n.q, factor * Vec3(d[3], d[4], d[5]));
     }
     if (wire.sheath) {

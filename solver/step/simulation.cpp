@@ -71,7 +71,9 @@ struct Simulation::State {
     }
     double insertion(std::size_t w, double t) const
     {
-        return std::min(curve_value(scene.beams[w].insertion, t), history[w].cap);
+        // The base counts from the sheath's rigid end; the scene from its very end.
+        const double fade = wires[w].wire.sheath->fade;
+        return std::min(curve_value(scene.beams[w].insertion, t) + fade, history[w].cap);
     }
     double twist(std::size_t w, double t) const
     {
@@ -226,7 +228,7 @@ void Simulation::State::note_openings(const std::vector<Vec3>& tips_before)
         const WireState& s = wires[w].wire.state;
         if (s.base_insertion < k.cap) {
             // Pulled back from an opening: it may go on another way.
-            if (curve_value(scene.beams[w].insertion, time) < k.cap)
+            if (insertion(w, time) < k.cap)
                 k.cap = std::numeric_limits<double>::infinity(), k.opening = -1;
         }
         if (k.opening >= 0) continue;

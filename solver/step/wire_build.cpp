@@ -106,7 +106,7 @@ WireBody build_wire(const Scene& scene, const BeamInput& beam,
     WireBody body = make_wire_body(std::move(wire), std::move(walls), std::move(motion),
                                    scene.accuracy.contact);
     const double t0 = beam.twist.empty() ? 0 : curve_value(beam.twist, 0);
-    start_in_sheath(body.wire, curve_value(beam.insertion, 0), t0);
+    start_in_sheath(body.wire, curve_value(beam.insertion, 0) + beam.introducer.fade, t0);
     return body;
 }
 

@@ -117,7 +117,7 @@ Residual assemble(const Wire& wire, const std::vector<WireWall>& walls, const St
     report.seconds_detection += now() - t1;
 
     Residual res;
-    double EA_h = 0, extent = 0, reactions = 0;
+    double EA = 0, reactions = 0;
     for (int i = wire.state.first; i <= wire.last(); ++i) {
         const double* r = w.gradient[std::size_t(i)].value;
         const double h =
@@ -125,12 +125,11 @@ Residual assemble(const Wire& wire, const std::vector<WireWall>& walls, const St
         for (int k = 0; k < 3; ++k) {
             res.equilibrium = std::max(res.equilibrium, std::abs(r[k]));
             res.equilibrium = std::max(res.equilibrium, std::abs(r[k + 3]) / h);
-            extent = std::max(extent, std::abs(wire.state.nodes[std::size_t(i)].x[k]));
         }
         if (!std::isfinite(r[0] + r[1] + r[2] + r[3] + r[4] + r[5]))
             res.equilibrium = std::numeric_limits<double>::infinity();
         if (i < wire.last())
-            EA_h = std::max(EA_h, wire.material.law[std::size_t(i)].S[0] / (h * h));
+            EA = std::max(EA, wire.material.law[std::size_t(i)].S[0] / h);
     }
     for (std::size_t k = 0; k < w.candidates.size(); ++k) {
         const Candidate& c = w.candidates[k];
@@ -159,7 +158,8 @@ Residual assemble(const Wire& wire, const std::vector<WireWall>& walls, const St
     for (const Vec3& m : wire.dead_moment) reactions = std::max(reactions, m.norm() / length);
     if (wire.sheath) reactions = std::max(reactions, std::abs(base_load(wire).push));
     res.scale = std::max(reactions, EI / (length * length));
-    res.floor = 8 * std::numeric_limits<double>::epsilon() * extent * EA_h / res.scale;
+    // A rotation rounded at epsilon makes an axial force of EA epsilon.
+    res.floor = 4 * std::numeric_limits<double>::epsilon() * EA / res.scale;
     return res;
 }
 

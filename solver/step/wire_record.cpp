@@ -160,7 +160,7 @@ void record_wire(const WireBody& b, const std::string& name, int body,
         out.quantities.push_back({prefix + what, unit, value});
     };
     quantity("depth", "m", wire_depth(w));
-    quantity("insertion", "m", w.state.base_insertion);
+    quantity("insertion", "m", w.state.base_insertion - (w.sheath ? w.sheath->fade : 0));
     quantity("base_twist", "rad", w.state.base_twist);
     quantity("tip_rotation", "rad", tip_rotation);
     quantity("push_force", "N", load.push);

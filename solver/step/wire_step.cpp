@@ -11,6 +11,8 @@ namespace {
 // an equilibrium that jumped leaves energy unaccounted for, and a kink of the push force is
 // resolved by shorter steps.
 constexpr double kEnergyShare = 0.05;
+// ... and more than this share of the wire's own force times its element.
+constexpr double kEnergyFloor = 0.02;
 constexpr int kMostRelaxations = 600;
 
 NewtonOptions newton_options(const WireBody& b, double shift)
@@ -262,7 +264,7 @@ StepReport try_step(WireBody& b, double insertion, double twist, double length)
                           (r.energy.kinetic - kinetic_before) - r.energy.friction -
                           r.energy.released;
     const double turned_over = std::abs(r.energy.work) + std::abs(r.energy.friction) +
-                               b.scale_force * std::abs(shift);
+                               b.scale_force * (std::abs(shift) + kEnergyFloor * b.grain);
     if (!b.motion.dynamic && std::abs(missed) > kEnergyShare * turned_over) {
         refuse(b, old, r, "energy balance");
         return r;
