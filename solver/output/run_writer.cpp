@@ -17,9 +17,10 @@ namespace fs = std::filesystem;
 namespace amontons {
 namespace {
 
-constexpr int kCorners = 10;         // of the rings of a wire's surface
-constexpr double kPatience = 20;     // what is written again and again takes 1/20 of the time
-constexpr double kManifestPause = 1; // between two manifests of a running run [s]
+constexpr int kCorners = 10;           // of the rings of a wire's surface
+constexpr double kProgressPause = 0.1; // between two checkpoints of a running run [s]
+constexpr double kPatience = 20;       // what is written again and again takes 1/20 of the time
+constexpr double kManifestPause = 1;   // between two manifests of a running run [s]
 
 const char* const kContacts = "contacts";
 
@@ -41,6 +42,25 @@ bool is_frame_file(const std::string& file, const std::vector<std::string>& part
             return true;
     }
     return false;
+}
+
+/// Takes away what write_file had begun when a run was killed.
+void remove_unfinished(const fs::path& folder)
+{
+    std::vector<fs::path> unfinished;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+         entry.increment(error)) {
+        const std::string name = entry->path().filename().string();
+        if (name.front() != '.' || !name.ends_with(".tmp")) continue;
+        for (const char* ours : {".vtp.", ".pvd.", ".checkpoint.", ".manifest.json."})
+            if (name.find(ours) != std::string::npos) {
+                unfinished.push_back(entry->path());
+                break;
+            }
+    }
+    for (const fs::path& file : unfinished)
+        fs::remove(file, error);
 }
 
 /// A number of each contact, as an array.
@@ -190,7 +210,7 @@ struct RunWriter::State {
     History history;
     Collection collection, contacts;
     std::vector<Checkpoint::Frame> frames;
-    std::size_t unwritten_frames = 0;             ///< that the collections on disk do not name yet
+    bool stale_collections = false;               ///< those on the disk do not name all frames yet
     std::optional<Checkpoint::Frame> extra_frame; ///< stands there only because a run ended with it
     StepRecord last;                              ///< the last step
     bool has_last = false;
@@ -399,6 +419,8 @@ RunWriter::RunWriter(const Scene& scene, Simulation& simulation, RunWriterOption
         s.history.start(s.path("history.csv"));
         s.write_obstacles("start", 0, false);
     }
+    remove_unfinished(s.options.directory);
+    remove_unfinished(s.path("frames"));
     s.write_manifest(s.so_far);
 }
 
@@ -420,7 +442,8 @@ void RunWriter::on_step(const StepRecord& record)
         s.history.append(record);
         if (record.step % s.scene.output.every != 0) return;
         s.write_frame(record);
-        if (s.since_progress.seconds() >= kPatience * s.progress_cost) s.write_progress();
+        const double pause = std::max(kProgressPause, kPatience * s.progress_cost);
+        if (s.progress_cost == 0 || s.since_progress.seconds() >= pause) s.write_progress();
         if (s.since_manifest.seconds() > kManifestPause) s.write_manifest(s.so_far);
     });
 }

@@ -73,7 +73,8 @@ void add_check(CLI::App& program, Session& session)
     command->add_flag("--json", session.json, "One JSON object on stdout");
     command->callback([arguments, &session] {
         settle(*arguments);
-        const Scene scene = read_scene(arguments->scene, arguments->overrides);
+        Scene scene = read_scene(arguments->scene, arguments->overrides);
+        place_introducers(scene);
         const Simulation simulation(scene, build_obstacles(scene));
         const Plan plan = make_plan(scene, simulation.plan(), simulation.obstacles());
         session.print(session.json ? plan_json(plan) : plan_text(plan));

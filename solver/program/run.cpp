@@ -13,6 +13,7 @@
 #include "solver/scene/read.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
 
@@ -26,14 +27,30 @@ struct RunArguments {
     bool resume = false;
 };
 
-/// The one observer of a run: the files and the progress.
+/// The one observer of a run: the files and the progress, and the depth along centrelines.
 struct Observers : StepObserver {
     RunWriter& writer;
     Progress& progress;
-    Observers(RunWriter& w, Progress& p) : writer(w), progress(p) {}
+    const std::vector<DepthLine>& lines;
+    Observers(RunWriter& w, Progress& p, const std::vector<DepthLine>& l)
+        : writer(w)
+        , progress(p)
+        , lines(l)
+    {
+    }
     void on_step(const StepRecord& record) override
     {
-        writer.on_step(record);
+        if (std::none_of(lines.begin(), lines.end(),
+                         [](const DepthLine& l) { return l.line.has_value(); })) {
+            writer.on_step(record);
+        } else {
+            StepRecord more = record;
+            for (std::size_t i = 0; i < std::min(lines.size(), record.beams.size()); ++i)
+                if (lines[i].line && !record.beams[i].points.empty())
+                    more.quantities.push_back({record.beams[i].name + "_centreline_depth", "m",
+                                               lines[i].depth(record.beams[i].points.back())});
+            writer.on_step(more);
+        }
         progress.step(record);
     }
 };
@@ -74,7 +91,8 @@ void run(RunArguments& arguments, Session& session)
 {
     const Stopwatch watch;
     settle(arguments.scene);
-    const Scene scene = read_scene(arguments.scene.scene, arguments.scene.overrides);
+    Scene scene = read_scene(arguments.scene.scene, arguments.scene.overrides);
+    const std::vector<DepthLine> depth_lines = place_introducers(scene);
     std::vector<Obstacle> obstacles = build_obstacles(scene);
     const double read_seconds = watch.seconds();
     session.detail(fmt::format("read in {:.3f} s", read_seconds));
@@ -94,7 +112,7 @@ void run(RunArguments& arguments, Session& session)
     std::atomic<bool>& stop = stop_on_interrupt();
     RunWriter writer(scene, simulation, options, stop);
     Progress progress(session, scene.time.end);
-    Observers observers(writer, progress);
+    Observers observers(writer, progress, depth_lines);
     RunSummary summary = simulation.run(observers, stop);
     progress.end();
     summary.seconds.read += read_seconds;

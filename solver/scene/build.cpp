@@ -9,6 +9,7 @@
 #include "mesh/orient_surface.hpp"
 #include "mesh/read.hpp"
 #include "mesh/surface_check.hpp"
+#include "mesh/surface_wall.hpp"
 #include "solver/module.hpp"
 #include "solver/output/vtk/vtk_module.hpp"
 #include "solver/scene/read.hpp"
@@ -52,6 +53,20 @@ SurfaceMesh read_vtp(const std::string& path)
     return {};
 }
 
+/// A spline through points of a file, which its Issues name.
+Centreline spline(const std::vector<Vec3>& points, const std::vector<double>& radius,
+                  const std::string& path)
+{
+    try {
+        return make_spline(points, radius);
+    } catch (const InputError& error) {
+        std::vector<Issue> found = error.issues();
+        for (Issue& issue : found)
+            issue.file = path;
+        throw InputError(std::move(found));
+    }
+}
+
 Centreline centreline_of(const SurfaceInput& s, const Scene& scene)
 {
     const CentrelineInput& c = s.centreline;
@@ -72,7 +87,7 @@ Centreline centreline_of(const SurfaceInput& s, const Scene& scene)
     if (radius.size() != points.points.size())
         throw InputError(
             {{path, "", "no radius", "a radius at each point, or \"radius\" in the scene"}});
-    return make_spline(points.points, radius);
+    return spline(points.points, radius, path);
 }
 
 VesselOptions vessel_options(const SurfaceInput& s)
@@ -97,29 +112,21 @@ VesselOptions vessel_options(const SurfaceInput& s)
     return v;
 }
 
-/// The surface of a file, checked, with its normals into the free space.
-SurfaceMesh checked_surface(const ObstacleInput& o, const Scene& scene)
+WallModel wall_from_file(const ObstacleInput& o, const Scene& scene)
 {
     const std::string path = beside(scene, o.surface.file);
     SurfaceMesh mesh = read_surface(path, o.surface.scale, read_vtp);
-    const SurfaceReport report = check_surface(mesh);
-    std::vector<Issue> found = issues(report, mesh, SurfaceRequirements{}, path);
-    if (o.side.empty() && !report.closed() && !report.boundaries.empty())
-        found.push_back({scene.file, "/bodies/" + o.name + "/side",
-                         "nothing, and " + path + " is open",
-                         "\"inside\" or \"outside\": where the free space is"});
+    orient_consistently(mesh); // files that mix both sides are common, and this mends them
+    std::vector<Issue> found = issues(check_surface(mesh), mesh, SurfaceRequirements{}, path);
     if (!found.empty()) throw InputError(std::move(found));
-    // Normals that point outwards mean that the free space is outside.
-    const bool outside = report.enclosed_volume > 0;
-    if (!o.side.empty() && outside != (o.side == "outside")) turn_around(mesh);
-    return mesh;
-}
-
-WallModel wall_from_file(const ObstacleInput& o, const Scene& scene)
-{
-    const SurfaceMesh mesh = checked_surface(o, scene);
-    throw InputError({{beside(scene, o.surface.file), "", "a surface from a file",
-                       "a generator: walls from files are not built yet"}});
+    try {
+        return make_wall_from_surface(std::move(mesh), o.side);
+    } catch (const InputError& error) {
+        found = error.issues();
+        for (Issue& issue : found)
+            if (issue.file.empty()) issue.file = path;
+        throw InputError(std::move(found));
+    }
 }
 
 WallModel wall_model(const ObstacleInput& o, const Scene& scene)
@@ -156,12 +163,16 @@ std::vector<Obstacle> build_obstacles(const Scene& scene)
         try {
             obstacles.push_back({o.name, wall_model(o, scene)});
         } catch (const InputError& error) {
-            const std::string place = "/bodies/" + o.name + "/surface";
+            const std::string body = "/bodies/" + o.name;
             for (Issue issue :
                  error.issues()) { // a generator does not know where its numbers stood
-                if (issue.file.empty()) {
+                if (issue.place == "/side") {
                     issue.file = scene.file;
-                    issue.place = place + (issue.place.empty() ? "" : "/" + issue.place);
+                    issue.place = body + "/side";
+                } else if (issue.file.empty()) {
+                    issue.file = scene.file;
+                    const bool path = issue.place.empty() || issue.place.front() == '/';
+                    issue.place = body + "/surface" + (path ? "" : ": ") + issue.place;
                 }
                 issues.push_back(std::move(issue));
             }
@@ -169,6 +180,46 @@ std::vector<Obstacle> build_obstacles(const Scene& scene)
     }
     if (!issues.empty()) throw InputError(std::move(issues));
     return obstacles;
+}
+
+double DepthLine::depth(const Vec3& x) const
+{
+    return line ? sign * (line->arc_length(line->nearest(x, -1)) - start) : 0;
+}
+
+std::vector<DepthLine> place_introducers(Scene& scene)
+{
+    std::vector<Issue> issues;
+    std::vector<DepthLine> lines;
+    for (BeamInput& beam : scene.beams) {
+        DepthLine& depth = lines.emplace_back();
+        const IntroducerPlace& place = beam.introducer.centreline;
+        if (place.file.empty()) continue;
+        const std::string path = beside(scene, place.file);
+        try {
+            const Polyline points =
+                read_centreline(path, place.scale > 0 ? place.scale : default_scale(path));
+            const std::vector<double> any_radius(points.points.size(), 1.0);
+            depth.line = spline(points.points, any_radius, path);
+        } catch (const InputError& error) {
+            issues.insert(issues.end(), error.issues().begin(), error.issues().end());
+            continue;
+        }
+        const double length = depth.line->length();
+        if (place.along >= length) {
+            issues.push_back({scene.file, "/bodies/" + beam.name + "/introducer/centreline/along",
+                              std::to_string(place.along),
+                              "< " + std::to_string(length) + " [m], the centreline's length"});
+            continue;
+        }
+        depth.sign = place.reverse ? -1 : 1;
+        depth.start = place.reverse ? length - place.along : place.along;
+        const CurvePoint end = depth.line->at(depth.start);
+        beam.introducer.at = end.position;
+        beam.introducer.direction = depth.sign * end.tangent;
+    }
+    if (!issues.empty()) throw InputError(std::move(issues));
+    return lines;
 }
 
 } // namespace amontons

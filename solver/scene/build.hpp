@@ -1,7 +1,9 @@
 #pragma once
 
+#include "mesh/centreline.hpp"
 #include "solver/step/simulation.hpp"
 
+#include <optional>
 #include <vector>
 
 namespace amontons {
@@ -9,5 +11,20 @@ namespace amontons {
 /// Makes the obstacles of a scene: runs generators, reads and checks surface files.
 /// @throws InputError  with all Issues of all obstacles; a mesh's Issue keeps the mesh's file
 std::vector<Obstacle> build_obstacles(const Scene& scene);
+
+/// The centreline that a beam's depth is measured along, if its introducer stands on one.
+struct DepthLine {
+    std::optional<Centreline> line;
+    double start = 0; ///< arc length of the introducer's end [m]
+    double sign = 1;  ///< -1 if the line runs against the wire
+
+    /// Distance along the line from the introducer's end to the place nearest to x [m].
+    double depth(const Vec3& x) const;
+};
+
+/// Gives introducers that stand on a centreline their point and direction.
+/// @return  one line per beam
+/// @throws InputError  if a centreline cannot be read
+std::vector<DepthLine> place_introducers(Scene& scene);
 
 } // namespace amontons

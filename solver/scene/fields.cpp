@@ -321,7 +321,23 @@ ObjectDeclaration declare_segment()
     return d;
 }
 
-ObjectDeclaration declare_introducer()
+ObjectDeclaration declare_place()
+{
+    using P = IntroducerPlace;
+    return {"Place of an introducer on a centreline; depth is then measured along it as well",
+            {required(text<&P::file>("file", "CSV with columns x, y, z, or a 3D Slicer curve "
+                                             "(.mrk.json); beside the scene.")),
+             fallback("1e-3 for .mrk.json, else 1",
+                      field<&P::scale>("scale", "m", positive(),
+                                       "Metres per unit of length of the file.")),
+             field<&P::along>("along", "m", at_least(0), "Distance from the centreline's start."),
+             field<&P::reverse>("reverse", "", {}, "Start at the centreline's last point.")},
+            "",
+            {},
+            defaults_of<P>()};
+}
+
+ObjectDeclaration declare_introducer(const ObjectDeclaration& place)
 {
     using I = IntroducerInput;
     return {
@@ -459,7 +475,8 @@ const ObjectDeclaration& scene_declaration()
     static const ObjectDeclaration branch = declare_branch();
     static const ObjectDeclaration surface = declare_surface(centreline, branch);
     static const ObjectDeclaration segment = declare_segment();
-    static const ObjectDeclaration introducer = declare_introducer();
+    static const ObjectDeclaration place = declare_place();
+    static const ObjectDeclaration introducer = declare_introducer(place);
     static const ObjectDeclaration drive = declare_drive();
     static const ObjectDeclaration body = declare_bodies(surface, segment, introducer, drive);
     static const ObjectDeclaration contact = declare_contact();

@@ -88,6 +88,14 @@ struct BeamSegment {
     double density = 0;                ///< mass per volume [kg/m^3]; needed for dynamics
 };
 
+/// Where an introducer sits on a centreline, instead of a point and a direction.
+struct IntroducerPlace {
+    std::string file;     ///< .mrk.json or .csv
+    double scale = 0;     ///< of the file's lengths [m per unit]; 0: the format's own
+    double along = 0;     ///< distance from the centreline's start [m]
+    bool reverse = false; ///< the centreline runs against the wire: it starts at its last point
+};
+
 /// A straight frictionless sheath that holds the part of the wire still outside.
 struct IntroducerInput {
     Vec3 at = Vec3::Zero();             ///< its end, where the wire comes out [m]
@@ -95,6 +103,7 @@ struct IntroducerInput {
     std::optional<Vec3> normal;         ///< the wire's curvature of angle 0 bends this way; default chosen
     double length = 0.06;               ///< [m]
     double fade = 0;                    ///< the grip fades out over this length before the end [m]
+    IntroducerPlace centreline;         ///< with a file: gives `at` and `direction`, and the depth
 };
 
 struct BeamInput {
