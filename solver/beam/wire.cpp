@@ -80,7 +80,7 @@ void assemble_sheath(const Wire& wire, const ElementLaw& law, BlockTridiagonal& 
         element_force(s.nodes[n], s.nodes[n + 1], L, tau);
 
     const HeldWire held = held_between_base_and(wire.material, end);
-    const double stretch = s.inserted - s.base_insertion; // of the held part
+    const double stretch = (s.inserted - s.base_insertion) + s.inserted_rest; // of the held part
     const double force = stretch / held.axial;
     const double torque = (s.base_twist - s.rotation) / held.torsion;
     const double EA = c.stiffness[0], GJ = c.stiffness[3];
@@ -233,6 +233,7 @@ void start_in_sheath(Wire& wire, double insertion, double twist)
     WireState& s = wire.state;
     s.nodes.assign(wire.material.node.size(), BeamNode{});
     s.inserted = s.base_insertion = insertion;
+    s.inserted_rest = 0;
     s.rotation = s.base_twist = twist;
     s.first = first_node(wire.material, insertion);
     place_held_node(wire, s);
@@ -260,8 +261,10 @@ void start_in_sheath(Wire& wire, double insertion, double twist)
 ElementLaw held_element_law(const Wire& wire, const WireState& s)
 {
     if (!wire.sheath) return wire.material.law[std::size_t(s.first)];
-    return law_between(wire.material, material_at_end(wire, s),
-                       wire.material.node[std::size_t(s.first) + 1]);
+    ElementLaw law = law_between(wire.material, material_at_end(wire, s),
+                                 wire.material.node[std::size_t(s.first) + 1]);
+    law.length += s.inserted_rest;
+    return law;
 }
 
 std::optional<WirePlace> place_of(const Wire& wire, const WireState& state, double s,
@@ -339,6 +342,7 @@ void drive_base(Wire& wire, double insertion, double twist)
     s.base_insertion = insertion;
     s.base_twist = twist;
     s.inserted += shift;
+    s.inserted_rest = 0;
     s.rotation += turn;
     s.first = first_node(wire.material, insertion);
     if (!wire.outside()) {
@@ -421,7 +425,7 @@ BaseLoad base_load(const Wire& wire)
                 0};
     }
     const HeldWire held = held_between_base_and(wire.material, end);
-    return {(s.base_insertion - s.inserted) / held.axial,
+    return {((s.base_insertion - s.inserted) - s.inserted_rest) / held.axial,
             (s.base_twist - s.rotation) / held.torsion};
 }
 
@@ -436,7 +440,7 @@ double elastic_energy(const Wire& wire)
     }
     if (wire.sheath) {
         const HeldWire held = held_between_base_and(wire.material, material_at_end(wire, s));
-        const double stretch = s.inserted - s.base_insertion;
+        const double stretch = (s.inserted - s.base_insertion) + s.inserted_rest;
         const double turn = s.base_twist - s.rotation;
         energy += held.bending;
         if (wire.outside())
@@ -484,7 +488,10 @@ void move_wire(Wire& wire, const std::vector<Node6>& increment, double factor)
         rotate_in_body(n.q, factor * Vec3(d[3], d[4], d[5]));
     }
     if (wire.sheath) {
-        s.inserted += factor * increment[std::size_t(s.first)].value[0];
+        const double add = factor * increment[std::size_t(s.first)].value[0] + s.inserted_rest;
+        const double sum = s.inserted + add, back = sum - s.inserted;
+        s.inserted_rest = (s.inserted - (sum - back)) + (add - back);
+        s.inserted = sum;
         s.rotation += factor * increment[std::size_t(s.first)].value[3];
         place_held_node(wire, s);
     }

@@ -32,6 +32,7 @@ struct Reaction {
 struct WireState {
     int first = 0;            ///< material node at the held end (in a sheath: the moving one)
     double inserted = 0;      ///< length of wire past the sheath's rigid end [m]
+    double inserted_rest = 0; ///< what `inserted` is too coarse for: the first element is short [m]
     double rotation = 0;      ///< of the section there about the axis [rad]
     double base_insertion = 0; ///< given [m]
     double base_twist = 0;     ///< given [rad]

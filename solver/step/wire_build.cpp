@@ -146,6 +146,7 @@ void save_wire(const WireBody& b, ByteWriter& out)
     const WireState& s = b.wire.state;
     out.value(s.first);
     out.value(s.inserted);
+    out.value(s.inserted_rest);
     out.value(s.rotation);
     out.value(s.base_insertion);
     out.value(s.base_twist);
@@ -174,6 +175,7 @@ SavedWire read_wire(const WireBody& b, ByteReader& in)
     WireState& s = w.state;
     s.first = in.value<int>();
     s.inserted = in.value<double>();
+    s.inserted_rest = in.value<double>();
     s.rotation = in.value<double>();
     s.base_insertion = in.value<double>();
     s.base_twist = in.value<double>();

@@ -12,7 +12,7 @@ namespace {
 // resolved by shorter steps.
 constexpr double kEnergyShare = 0.05;
 // ... and more than this share of the wire's own force times its element.
-constexpr double kEnergyFloor = 0.02;
+constexpr double kEnergyFloor = 0.5;
 constexpr int kMostRelaxations = 600;
 
 NewtonOptions newton_options(const WireBody& b, double shift)
