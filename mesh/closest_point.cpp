@@ -1,6 +1,41 @@
 #include "mesh/closest_point.hpp"
 
+#include <algorithm>
+#include <limits>
+
 namespace amontons {
+
+namespace {
+
+constexpr double kNoArea = 1e-12; // squared sine of a corner
+
+// The nearest point of the triangle's border.
+TrianglePoint on_edges(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c)
+{
+    using enum TriangleFeature;
+    constexpr TriangleFeature edges[3] = {edge0, edge1, edge2};
+    constexpr TriangleFeature vertices[3] = {vertex0, vertex1, vertex2};
+    const Vec3* corner[3] = {&a, &b, &c};
+    TrianglePoint best;
+    double least = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < 3; ++k) {
+        const int next = (k + 1) % 3;
+        const Vec3 along = *corner[next] - *corner[k];
+        const double length2 = along.squaredNorm();
+        const double t =
+            length2 > 0 ? std::clamp((x - *corner[k]).dot(along) / length2, 0.0, 1.0) : 0.0;
+        const Vec3 p = *corner[k] + t * along;
+        const double squared = (x - p).squaredNorm();
+        if (squared >= least) continue;
+        least = squared;
+        best.point = p;
+        best.weights = (1 - t) * Vec3::Unit(k) + t * Vec3::Unit(next);
+        best.feature = t <= 0 ? vertices[k] : t >= 1 ? vertices[next] : edges[k];
+    }
+    return best;
+}
+
+} // namespace
 
 TrianglePoint closest_on_triangle(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c)
 {
@@ -36,8 +71,10 @@ TrianglePoint closest_on_triangle(const Vec3& x, const Vec3& a, const Vec3& b, c
         return {b + w * (c - b), {0, 1 - w, w}, edge1};
     }
 
+    // The squared double area. Without area the regions above overlap: the nearest of three
+    // segments decides.
     const double total = va + vb + vc;
-    if (!(total > 0)) return {a, Vec3::UnitX(), vertex0}; // no area and all on one spot
+    if (!(total > kNoArea * ab.squaredNorm() * ac.squaredNorm())) return on_edges(x, a, b, c);
     const double v = vb / total, w = vc / total;
     return {a + v * ab + w * ac, {1 - v - w, v, w}, face};
 }

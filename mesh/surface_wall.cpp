@@ -20,7 +20,7 @@ constexpr double kSmoothCrease = 120 * std::numbers::pi / 180;
 constexpr double kSharpCrease = 60 * std::numbers::pi / 180;
 constexpr double kVesselHoles = 0.25; // largest part of a vessel's area that its holes are
 constexpr int kExtension = 6;         // radii that a vessel goes on beyond an opening
-constexpr double kGrid = 0.25;        // spacing over the smallest radius
+constexpr double kGrid = 0.2;         // spacing over the smallest radius
 constexpr double kFinestGrid = 1.0 / 4000, kWidest = 1.0 / 20; // of the box's diagonal
 constexpr std::size_t kProbes = 600; // places where the radius is looked for
 constexpr double kSmallPart = 0.05;  // of the places may be narrower than the radius taken

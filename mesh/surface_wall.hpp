@@ -15,7 +15,7 @@ struct SurfaceWallOptions {
     /// Edges between triangles whose normals differ by more stay sharp [rad]; 0: 120 degrees
     /// inside (a lumen is smooth, whatever its facets), 60 degrees outside.
     double crease = 0;
-    double spacing = 0; ///< of the field's grid [m]; 0: a quarter of the smallest radius found
+    double spacing = 0; ///< of the field's grid [m]; 0: a fifth of the smallest radius found
 };
 
 /// The wall of a triangle surface: facets are refined to a smooth surface through the same

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kExtension = 8;                  // radii that a tube goes on beyond its opening
 constexpr double kMostTaper = 1.0 / 16;           // slope that goes on there; a steeper one stops
-constexpr double kGrid = 0.25;                    // spacing of the field over the smallest radius
+constexpr double kGrid = 0.2;                     // spacing of the field over the smallest radius
 constexpr double kGridOfBlend = 0.4;              // and over the blend radius
 constexpr double kEdge = 0.3, kEdgeOfBlend = 0.6; // the same for triangles
 constexpr double kShallowest = 0.35;              // angle between a branch and its parent [rad]

@@ -15,6 +15,7 @@ constexpr int kMostProjections = 8, kMostNewton = 12;
 constexpr double kOnSurface = 1e-7; // of the radius of curvature
 constexpr double kConverged = 1e-3; // of the lengths at hand: a step of Newton's squares it
 constexpr double kSlack = 0.01;     // of the distance, of a nearest triangle to begin with
+constexpr double kBand = 12;        // grid spacings; a spline's reach twice, no contact is farther
 constexpr double kSteepest = 1.05;  // no tube's distance changes faster than this (slopes)
 
 } // namespace
@@ -135,7 +136,13 @@ double VesselDistance::near_junction_(const Vec3& x, double sign, std::int32_t& 
     return sign * seed_distance;
 }
 
-double VesselDistance::distance(const Vec3& x, std::int32_t& near) const
+double VesselDistance::distance(const Vec3& x) const
+{
+    std::int32_t near = -1;
+    return distance_(x, std::numeric_limits<double>::infinity(), near);
+}
+
+double VesselDistance::distance_(const Vec3& x, double band, std::int32_t& near) const
 {
     const std::vector<SweptTube>& tubes = shape_.tubes();
     const double k = shape_.blend_width();
@@ -153,6 +160,7 @@ double VesselDistance::distance(const Vec3& x, std::int32_t& near) const
             second = std::max(second, v);
         }
     }
+    if (std::abs(f) > band) return f;
     if (second > f - k) return near_junction_(x, shape_.value(x) > 0 ? 1.0 : -1.0, near);
     // The foot on this tube is on the wall when no other tube reaches it. Then the ball around
     // x through it holds no other point of the wall.
@@ -195,7 +203,7 @@ void VesselDistance::sample_cube(const Vec3& corner, double h, int n, double* ou
         for (int j = 0; j < n; ++j)
             for (int l = 0; l < n; ++l) {
                 const Vec3 x = corner + h * Vec3{1.0 * i, 1.0 * j, 1.0 * l};
-                *out++ = alone ? tubes[best].distance(x, hint) : distance(x, near);
+                *out++ = alone ? tubes[best].distance(x, hint) : distance_(x, kBand * h, near);
             }
 }
 

@@ -58,10 +58,14 @@ public:
     /// @param surface  triangles of the shape's wall, vertices on it
     VesselDistance(VesselShape shape, const SurfaceMesh& surface);
 
+    /// Farther from the wall than 12 h the distance may be too small beside a junction.
     void sample_cube(const Vec3& corner, double h, int n, double* out) const override;
-    double distance(const Vec3& x, std::int32_t& near) const;
+
+    /// The same at one point, without that exception [m].
+    double distance(const Vec3& x) const;
 
 private:
+    double distance_(const Vec3& x, double band, std::int32_t& near) const;
     double near_junction_(const Vec3& x, double sign, std::int32_t& near) const;
 
     VesselShape shape_;

@@ -141,7 +141,7 @@ TEST_CASE("a generated tube is closed but for its two round rims, with normals i
 {
     for (const Case& c : cases(1)) {
         CAPTURE(c.name);
-        const WallModel model = make_tube({c.line, true});
+        const WallModel model = make_tube({c.line, 0});
         const WallSurfaceReport report = report_surface(model);
         CHECK(report.odd_edges == 0);
         CHECK(report.rims == 2);

@@ -1,0 +1,57 @@
+#include "mesh/bounding_tree.hpp"
+
+#include "mesh/generate/ball.hpp"
+
+#include <cmath>
+#include <doctest/doctest.h>
+#include <random>
+
+using namespace amontons;
+
+TEST_CASE("the closest point of a triangle is nearer than all others, also of a thin one")
+{
+    std::mt19937 rng{1};
+    std::uniform_real_distribution<double> uniform{-1, 1};
+    for (int k = 0; k < 300; ++k) {
+        const auto random = [&] { return Vec3{uniform(rng), uniform(rng), uniform(rng)}; };
+        const Vec3 a = random(), b = random(), x = 2 * random();
+        Vec3 c = random();
+        if (k % 10 == 0) c = 0.5 * (a + b); // a segment
+        if (k % 50 == 0) c = a;
+        const TrianglePoint p = closest_on_triangle(x, a, b, c);
+        const Vec3 same = p.weights[0] * a + p.weights[1] * b + p.weights[2] * c;
+        CHECK((same - p.point).norm() < 1e-14);
+        CHECK(p.weights.minCoeff() >= 0);
+        double best = 1e300;
+        for (int i = 0; i <= 40; ++i)
+            for (int j = 0; j <= 40 - i; ++j)
+                best = std::min(best, (x - (a * (40 - i - j) + b * i + c * j) / 40).norm());
+        CHECK((x - p.point).norm() <= best + 1e-12);
+        CHECK((x - p.point).norm() >= best - 0.2);
+    }
+}
+
+TEST_CASE("the tree finds what a search of all triangles finds, with or without a hint")
+{
+    const SurfaceMesh mesh = make_ball({Vec3{0.2, 0, 0}, 1, true, 0.4}).surface;
+    const BoundingTree tree{mesh};
+    std::mt19937 rng{2};
+    std::uniform_real_distribution<double> uniform{-1.5, 1.5};
+    NearbyTriangles nearby;
+    for (int k = 0; k < 300; ++k) {
+        const Vec3 x{uniform(rng), uniform(rng), uniform(rng)};
+        double best = 1e300;
+        for (const auto& [a, b, c] : mesh.triangles) {
+            const auto at = [&](std::int32_t i) {
+                return mesh.points[static_cast<std::size_t>(i)];
+            };
+            best = std::min(best, (x - closest_on_triangle(x, at(a), at(b), at(c)).point).norm());
+        }
+        CHECK(std::sqrt(tree.nearest(x, -1).squared) == doctest::Approx(best).epsilon(1e-14));
+        CHECK(std::sqrt(tree.nearest(x, k).squared) == doctest::Approx(best).epsilon(1e-14));
+        CHECK(std::sqrt(tree.nearest(x, -1, 0.1).squared) <= best * 1.1 + 1e-15);
+        nearby.gather(tree, x + Vec3{0.05, -0.05, 0.02}, 0.08);
+        std::int32_t near = 0;
+        CHECK(std::sqrt(nearby.nearest(x, near).squared) == doctest::Approx(best).epsilon(1e-14));
+    }
+}

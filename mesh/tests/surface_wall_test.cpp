@@ -1,0 +1,188 @@
+#include "mesh/surface_wall.hpp"
+
+#include "mesh/base/error.hpp"
+#include "mesh/generate/ball.hpp"
+#include "mesh/generate/tube.hpp"
+#include "mesh/orient_surface.hpp"
+#include "mesh/read.hpp"
+#include "mesh/smooth_surface.hpp"
+#include "mesh/tests/wall_checks.hpp"
+
+#include <cmath>
+#include <doctest/doctest.h>
+#include <filesystem>
+#include <random>
+
+using namespace amontons;
+
+namespace {
+
+SurfaceMesh cube()
+{
+    SurfaceMesh mesh;
+    for (int i = 0; i < 8; ++i)
+        mesh.points.emplace_back(i & 1, i >> 1 & 1, i >> 2);
+    mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                      {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+    return mesh; // normals outwards
+}
+
+SurfaceMesh coarse_bend(double edge, WallModel* exact = nullptr)
+{
+    Centreline line{Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), 0.004};
+    line.append_line(0.02, 0.004);
+    line.append_arc(0.03, 1.5, 0, 0.004);
+    WallModel model = make_tube({line, edge});
+    SurfaceMesh mesh = model.surface;
+    if (exact) *exact = std::move(model);
+    return mesh;
+}
+
+} // namespace
+
+TEST_CASE("curved triangles pass through the vertices and share their edges without cracks")
+{
+    const SurfaceMesh ball = make_ball({Vec3::Zero(), 1, false, 0.3}).surface;
+    const SmoothSurface smooth{ball, 1.0};
+    const SurfaceMesh fine = smooth.refined(4);
+    CHECK(fine.triangles.size() == 16 * ball.triangles.size());
+    CHECK(fine.points.size() == fine.triangles.size() / 2 + 2); // Euler: closed, no doubles
+    for (std::size_t v = 0; v < ball.points.size(); ++v)
+        CHECK(fine.points[v] == ball.points[v]);
+    double worst = 0;
+    for (const Vec3& p : fine.points)
+        worst = std::max(worst, std::abs(p.norm() - 1));
+    CHECK(worst < 2e-3); // the flat ones miss it by 1.8e-2
+    CHECK(smooth.deviation() > 1e-2);
+    for (std::int32_t k = 0; k < 200; ++k) {
+        const Vec3 weights = smooth.weights_in_patch(k, 4, {0.2, 0.3, 0.5});
+        CHECK(weights.sum() == doctest::Approx(1));
+        const auto& [a, b, c] = fine.triangles[static_cast<std::size_t>(k)];
+        const Vec3 flat = 0.2 * fine.points[static_cast<std::size_t>(a)] +
+                          0.3 * fine.points[static_cast<std::size_t>(b)] +
+                          0.5 * fine.points[static_cast<std::size_t>(c)];
+        CHECK((smooth.point(k / 16, weights) - flat).norm() < 3e-3);
+        const PatchPoint found = smooth.nearest(1.1 * flat, k / 16, weights);
+        CHECK((1.1 * flat - found.position).normalized().dot(found.normal) > 0.999);
+    }
+}
+
+TEST_CASE("a ball given by triangles: the wall converges to the ball")
+{
+    double zero[3], turned[3];
+    int level = 0;
+    for (double edge : {0.53, 0.265, 0.132}) {
+        const WallModel model =
+            make_wall_from_surface(make_ball({Vec3::Zero(), 1, true, edge}).surface, "");
+        CHECK(model.openings.empty());
+        zero[level] = turned[level] = 0;
+        std::mt19937 rng{4};
+        std::normal_distribution<double> normal;
+        for (int k = 0; k < 400; ++k) {
+            const Vec3 x = Vec3{normal(rng), normal(rng), normal(rng)}.normalized();
+            WallHint hint;
+            const WallSample s = model.wall.sample(x, hint);
+            zero[level] = std::max(zero[level], std::abs(s.distance));
+            turned[level] = std::max(turned[level], (s.normal + x).norm());
+        }
+        ++level;
+    }
+    CHECK(zero[0] < 7e-3);
+    CHECK(zero[1] < 2e-3);
+    CHECK(zero[2] < 3e-4);
+    CHECK(turned[2] < 6e-3); // facets of that size are off by 0.08
+}
+
+TEST_CASE("a coarse open tube becomes a smooth vessel whose free space goes on beyond its ends")
+{
+    WallModel exact = make_ball({Vec3::Zero(), 1, true, 1});
+    const SurfaceMesh mesh = coarse_bend(0.002, &exact);
+    for (bool turned : {false, true}) { // whatever the file's orientation
+        SurfaceMesh given = mesh;
+        if (turned) turn_around(given);
+        const WallModel model = make_wall_from_surface(given, "");
+        REQUIRE(model.openings.size() == 2);
+        double zero = 0, normal = 0, facets = 0;
+        for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+            const auto& [a, b, c] = mesh.triangles[i];
+            const Vec3 middle = (mesh.points[static_cast<std::size_t>(a)] +
+                                 mesh.points[static_cast<std::size_t>(b)] +
+                                 mesh.points[static_cast<std::size_t>(c)]) /
+                                3;
+            WallHint h, g;
+            const WallSample s = model.wall.sample(middle, h), e = exact.wall.sample(middle, g);
+            zero = std::max(zero, std::abs(s.distance - e.distance));
+            facets = std::max(facets, std::abs(e.distance));
+            normal = std::max(normal, (s.normal - e.normal).norm());
+        }
+        CHECK(zero < 2e-5);
+        CHECK(facets > 5 * zero); // better than the facets
+        CHECK(normal < 0.03);
+        CHECK(model.deviation < 1e-4);
+        for (const Opening& o : model.openings) {
+            CHECK(o.radius == doctest::Approx(0.004).epsilon(1e-6));
+            WallHint h;
+            CHECK(model.wall.distance(o.centre + 2 * o.radius * o.outward, h) > 0.8 * o.radius);
+            CHECK(model.wall.distance(o.centre, h) > 0.8 * o.radius);
+        }
+        const WallSurfaceReport report = report_surface(model);
+        CHECK(report.wrong_way == 0);
+        CHECK(report.odd_edges == 0);
+        CHECK(report.rims == 2);
+    }
+}
+
+TEST_CASE("sharp edges of a cube stay sharp, rounded by the grid only")
+{
+    const WallModel model = make_wall_from_surface(cube(), "");
+    WallHint hint;
+    CHECK(model.wall.distance({0.5, 0.5, 1.2}, hint) == doctest::Approx(0.2).epsilon(1e-6));
+    CHECK(model.wall.distance({0.5, 0.5, 0.8}, hint) == doctest::Approx(-0.2).epsilon(1e-6));
+    CHECK(model.wall.distance({1.06, 1.08, 0.5}, hint) == doctest::Approx(0.1).epsilon(1e-3));
+    // Farther than 12 grid spacings it is interpolated.
+    CHECK(model.wall.distance({1.3, 1.4, 0.5}, hint) == doctest::Approx(0.5).epsilon(1e-3));
+    CHECK(model.wall.distance({1.3, 1.4, 2.2}, hint) == doctest::Approx(1.3).epsilon(1e-2));
+    CHECK(std::abs(model.wall.distance({1, 1, 0.5}, hint)) < 0.02);
+    CHECK((model.wall.sample({0.5, 0.3, 1.01}, hint).normal - Vec3::UnitZ()).norm() < 1e-6);
+    const WallModel room = make_wall_from_surface(cube(), "inside");
+    CHECK(room.wall.distance({0.5, 0.5, 0.3}, hint) > 0);
+}
+
+TEST_CASE("the side is told from the surface, or must be given")
+{
+    SurfaceMesh sheet;
+    sheet.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+    CHECK_THROWS_AS(make_wall_from_surface(sheet, ""), InputError);
+    CHECK_NOTHROW(make_wall_from_surface(sheet, "outside"));
+    CHECK_THROWS_AS(make_wall_from_surface(cube(), "in"), InputError);
+    CHECK_THROWS_AS(make_wall_from_surface(SurfaceMesh{}, "inside"), InputError);
+    SurfaceMesh bad = cube();
+    bad.points[3][1] = NAN;
+    CHECK_THROWS_AS(make_wall_from_surface(bad, ""), InputError);
+    bad = cube();
+    bad.points.emplace_back(3, 3, 3);
+    bad.triangles.push_back({0, 1, 8}); // an edge with three triangles
+    CHECK_THROWS_AS(make_wall_from_surface(bad, ""), InputError);
+}
+
+TEST_CASE("real anatomy: a patient's aorta with coarse facets")
+{
+    const auto folder =
+        std::filesystem::path(__FILE__).parent_path() / "../../../shared/data/vessels";
+    const auto file = folder / "aorta_supra_aortic.obj";
+    if (!std::filesystem::exists(file)) {
+        MESSAGE("left out: " << file.string() << " is not there");
+        return;
+    }
+    const WallModel model = make_wall_from_surface(read_surface(file.string(), 1e-3), "");
+    const Polyline line = read_centreline((folder / "centrelines/LCCA.mrk.json").string(), 1e-3);
+    int inside = 0;
+    for (const Vec3& x : line.points) {
+        WallHint hint;
+        const WallSample s = model.wall.sample(x, hint);
+        inside += s.distance > 0;
+        CHECK(s.hessian.allFinite());
+    }
+    CHECK(inside >= static_cast<int>(line.points.size()) - 3); // the last lie in the cap
+}

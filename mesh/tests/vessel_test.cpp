@@ -1,0 +1,176 @@
+#include "mesh/generate/vessel.hpp"
+
+#include "mesh/base/error.hpp"
+#include "mesh/generate/vessel_shape.hpp"
+#include "mesh/tests/wall_checks.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <random>
+
+using namespace amontons;
+
+namespace {
+
+VesselOptions default_vessel()
+{
+    VesselOptions o;
+    o.branches = default_branches();
+    return o;
+}
+
+} // namespace
+
+TEST_CASE("the vessel's triangles are closed but for round rims, normals inwards, none degenerate")
+{
+    const WallModel model = make_vessel(default_vessel());
+    const WallSurfaceReport report = report_surface(model);
+    CHECK(report.odd_edges == 0);
+    CHECK(report.rims == 4);
+    CHECK(report.wrong_way == 0);
+    CHECK(report.rim_error < 1e-12);
+    CHECK(report.least_quality > 0.3);
+    // The wall is where the triangles' vertices are: to 0.1 % of the smallest radius even on
+    // the edges rounded with 2 mm.
+    CHECK(report.vertex_error < 1e-3 * 0.004);
+    CHECK(model.deviation < 0.02 * 0.004);
+    REQUIRE(model.openings.size() == 4);
+    CHECK(model.openings[0].name == "inlet");
+    CHECK(model.openings[0].outward[2] == doctest::Approx(-1));
+    CHECK(model.openings[1].name == "brachiocephalic");
+    CHECK(model.openings[2].radius == doctest::Approx(0.004));
+}
+
+TEST_CASE("away from junctions the sampled wall is the tube, to 1e-4 of the smallest radius")
+{
+    const WallModel model = make_vessel(default_vessel());
+    const auto check = [&](const Vec3& centre, const Vec3& axis, double radius, double slope) {
+        double zero = 0, turned = 0;
+        const Vec3 a = axis.unitOrthogonal(), b = axis.cross(a);
+        for (int k = 0; k < 60; ++k) {
+            const double phi = 0.105 * k;
+            const Vec3 out = std::cos(phi) * a + std::sin(phi) * b;
+            WallHint hint;
+            const WallSample s = model.wall.sample(centre + radius * out, hint);
+            const Vec3 normal = (slope * axis - out).normalized();
+            zero = std::max(zero, std::abs(s.distance));
+            turned = std::max(turned, (s.normal - normal).norm());
+        }
+        CHECK(zero < 1e-4 * 0.004);
+        CHECK(turned < 1e-3);
+    };
+    check({0, 0, 0.06}, Vec3::UnitZ(), 0.011, 0.002 / 0.12);
+    check({0.076, 0, 0.09}, -Vec3::UnitZ(), 0.014, 0);
+    for (const Branch& branch : model.branches) {
+        const std::size_t n = branch.centreline.size();
+        const Vec3 along = branch.centreline[n - 1] - branch.centreline[0];
+        const double slope = (branch.radius[n - 1] - branch.radius[0]) / along.norm();
+        const std::size_t i = 2 * n / 3;
+        check(branch.centreline[i], along.normalized(), branch.radius[i], slope);
+    }
+    // Beyond an opening the free space goes on.
+    WallHint hint;
+    for (const Opening& o : model.openings)
+        CHECK(model.wall.distance(o.centre + 3 * o.radius * o.outward, hint) ==
+              doctest::Approx(o.radius).epsilon(0.2));
+    CHECK(model.wall.distance({0.038, 0, 0.12}, hint) < 0); // in the middle of the arch's bend
+}
+
+TEST_CASE("beside junctions the wall's distance is the true one")
+{
+    // From a vertex straight into the free space the way back is the nearest: where the wall
+    // bends towards the free space (the rounded edges) for any length.
+    const WallModel model = make_vessel(default_vessel());
+    double worst = 0;
+    int junction = 0;
+    for (std::size_t v = 0; v < model.surface.points.size(); v += 3) {
+        const Vec3& p = model.surface.points[v];
+        if (p[2] < 0.155 || p[2] > 0.185) continue;
+        WallHint hint;
+        const WallSample s = model.wall.sample(p, hint);
+        junction += Eigen::SelfAdjointEigenSolver<Mat3>{s.hessian}.eigenvalues().maxCoeff() >
+                    200; // bends over an edge
+        for (double d : {0.0002, 0.000444, 0.0008}) {
+            const double found = model.wall.distance(p + d * s.normal, hint);
+            worst = std::max(worst, std::abs(found - d));
+        }
+    }
+    CHECK(junction > 50);
+    CHECK(worst < 2e-3 * 0.004);
+}
+
+TEST_CASE("a vessel knows its branches and when a point leaves through an opening")
+{
+    const WallModel model = make_vessel(default_vessel());
+    REQUIRE(model.branches.size() == 3);
+    for (const Branch& branch : model.branches) {
+        CHECK(branch_at(model, branch.centreline[1]) == branch.name);
+        CHECK(branch_at(model, branch.centreline.back()) == branch.name);
+        WallHint hint;
+        CHECK(std::abs(branch.centreline.front()[1]) < 1e-12); // in the plane of the arch
+        const Vec3 along = (branch.centreline.back() - branch.centreline.front());
+        CHECK(along.norm() == doctest::Approx(branch.name == "brachiocephalic" ? 0.045
+                                              : branch.name == "left_carotid"  ? 0.1
+                                                                               : 0.07));
+        CHECK(branch_at(model, branch.centreline.front() - 0.1 * along) == "");
+        const Opening* passed = opening_passed(model, branch.centreline.back() - 0.01 * along,
+                                               branch.centreline.back() + 0.01 * along);
+        REQUIRE(passed);
+        CHECK(passed->name == branch.name);
+    }
+    CHECK(branch_at(model, {0, 0, 0.05}) == "");
+    CHECK(opening_passed(model, {0, 0, 0.01}, {0, 0, 0.02}) == nullptr);
+    CHECK(opening_passed(model, {0, 0, -0.01}, {0, 0, 0.01}) == nullptr); // inwards
+}
+
+TEST_CASE("the vessel in mm is the vessel in m")
+{
+    VesselOptions o = default_vessel();
+    const WallModel in_m = make_vessel(o);
+    const double mm = 1000;
+    for (double* x : {&o.descending_length, &o.descending_diameter[0], &o.descending_diameter[1],
+                      &o.arch_radius, &o.arch_diameter[0], &o.arch_diameter[1], &o.ascending_length,
+                      &o.ascending_diameter, &o.blend})
+        *x *= mm;
+    for (VesselBranch& b : o.branches) {
+        b.at *= mm;
+        b.root_diameter *= mm;
+        b.end_diameter *= mm;
+        b.length *= mm;
+    }
+    const WallModel in_mm = make_vessel(o);
+    CHECK(in_mm.surface.triangles.size() == in_m.surface.triangles.size());
+    double worst = 0;
+    for (std::size_t v = 0; v < in_m.surface.points.size(); v += 97) {
+        WallHint a, b;
+        const Vec3 x = in_m.surface.points[v] + Vec3{1e-4, 2e-4, -1e-4};
+        const WallSample s = in_m.wall.sample(x, a), t = in_mm.wall.sample(mm * x, b);
+        worst = std::max(worst, std::abs(t.distance / mm - s.distance) +
+                                    0.004 * (t.normal - s.normal).norm());
+    }
+    CHECK(worst < 1e-8 * 0.004);
+}
+
+TEST_CASE("a vessel that cannot be is refused with all that is wrong")
+{
+    VesselOptions o = default_vessel();
+    o.descending_length = -1;
+    o.arch_radius = 0.001;
+    o.branches[0].angle = 0;
+    o.branches[1].name = "inlet";
+    try {
+        make_vessel(o);
+        FAIL("accepted");
+    } catch (const InputError& error) {
+        CHECK(error.issues().size() >= 4);
+    }
+    o = default_vessel();
+    o.arch_angle = 1;
+    o.branches.clear();
+    CHECK_NOTHROW(make_vessel(o));
+    o = default_vessel();
+    o.branches[0].length = 0.004; // its end lies within the rounding of the next branch's root
+    o.branches[0].at = 0.047;
+    CHECK_THROWS_AS(make_vessel(o), InputError);
+}
