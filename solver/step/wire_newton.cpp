@@ -15,7 +15,8 @@ constexpr double kRhoNormal = 1e4;
 constexpr double kRhoStick = 1e4;
 constexpr double kRhoSlip = 0.3;      // of the slip direction's predictor r_t - rho u_t
 constexpr double kCertificateRho = 1; // of the natural map that is reported
-constexpr int kTrials = 60;
+constexpr int kTrials = 24;       // of statuses, before the step is made shorter by a shift
+constexpr int kShiftLevels = 4;
 constexpr double kTurnTolerance = 0.1; // slip directions are renewed within an iteration [rad]
 
 double now()
@@ -355,8 +356,8 @@ void set_system(const Wire& wire, NewtonWorkspace& w, double shift, bool coupled
         if (w.trial[k].status != 0) add_contact(w.candidates[k], w.trial[k], w.system, coupled);
 }
 
-/// The linearised contact problem. Leaves the increment and the trials.
-bool solve_linearised(const Wire& wire, NewtonWorkspace& w, const Residual& res,
+/// Pivots the statuses from those of the iterate. Leaves the increment and the trials.
+bool pivot(const Wire& wire, NewtonWorkspace& w, const Residual& res,
                       const NewtonOptions& options, double& shift, NewtonReport& report)
 {
     const std::size_t n = w.candidates.size();
@@ -442,6 +443,19 @@ bool solve_linearised(const Wire& wire, NewtonWorkspace& w, const Residual& res,
         }
     }
     return false;
+}
+
+/// The linearised contact problem. Where pivoting finds no solution (the wire is about to lose
+/// its hold), a shift makes the problem more definite and its solution nearer.
+void solve_linearised(const Wire& wire, NewtonWorkspace& w, const Residual& res,
+                      const NewtonOptions& options, double& shift, NewtonReport& report)
+{
+    const double unit = *std::min_element(wire.material.stiffness.begin(),
+                                          wire.material.stiffness.end());
+    for (int level = 0; level < kShiftLevels; ++level) {
+        if (pivot(wire, w, res, options, shift, report)) return;
+        shift = std::max(16 * shift, 1e-3 * unit);
+    }
 }
 
 } // namespace
