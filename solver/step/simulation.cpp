@@ -43,6 +43,7 @@ struct WireHistory {
     double cap = std::numeric_limits<double>::infinity(); ///< insertion at an opening [m]
     double max_push = 0, max_torque = 0, max_depth = 0, max_cluster = 0;
     int opening = -1, opening_wall = -1;
+    int branch = -1, branch_wall = -1; ///< where the tip was when it was deepest
 };
 
 } // namespace
@@ -84,6 +85,7 @@ struct Simulation::State {
     bool advance(double h, StepReport& sum, std::string& refusal, bool relax);
     StepRecord record(const StepReport& r, double h, double seconds);
     void note_forces(const StepRecord& r);
+    void note_branch(std::size_t w);
     void note_openings(const std::vector<Vec3>& tips_before);
     void finish(RunSummary& s) const;
 };
@@ -193,7 +195,10 @@ StepRecord Simulation::State::record(const StepReport& r, double h, double secon
             if (q.name == prefix + "push_force") k.max_push = std::max(k.max_push, q.value);
             if (q.name == prefix + "torque")
                 k.max_torque = std::max(k.max_torque, std::abs(q.value));
-            if (q.name == prefix + "depth") k.max_depth = std::max(k.max_depth, q.value);
+            if (q.name == prefix + "depth" && q.value >= k.max_depth) {
+                k.max_depth = q.value;
+                note_branch(w);
+            }
             if (q.name == prefix + "clustered_force")
                 k.max_cluster = std::max(k.max_cluster, q.value);
         }
@@ -218,6 +223,19 @@ void Simulation::State::note_forces(const StepRecord& r)
                 best = v;
         double& f = max_force[o][std::size_t(best)];
         f = std::max(f, c.clustered_force);
+    }
+}
+
+void Simulation::State::note_branch(std::size_t w)
+{
+    WireHistory& k = history[w];
+    k.branch = -1;
+    for (int o : walls[w]) {
+        const WallModel& m = obstacles[std::size_t(o)].model;
+        if (m.branches.empty()) continue;
+        const std::string name = branch_at(m, wire_tip(wires[w].wire));
+        for (std::size_t i = 0; i < m.branches.size(); ++i)
+            if (m.branches[i].name == name) k.branch = int(i), k.branch_wall = o;
     }
 }
 
@@ -263,10 +281,10 @@ void Simulation::State::finish(RunSummary& s) const
         s.quantities.push_back(
             {prefix + "passed_through", "", double(count_outside(wires[w]))});
         if (w > 0) continue;
-        for (int o : walls[w]) {
-            const std::string name = branch_at(obstacles[std::size_t(o)].model, wire_tip(wire));
-            if (!name.empty()) s.branch = name;
-        }
+        s.branch = k.branch < 0 ? ""
+                                : obstacles[std::size_t(k.branch_wall)]
+                                      .model.branches[std::size_t(k.branch)]
+                                      .name;
         if (k.opening >= 0)
             s.branch = obstacles[std::size_t(k.opening_wall)]
                            .model.openings[std::size_t(k.opening)]
