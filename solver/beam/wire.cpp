@@ -115,9 +115,10 @@ void assemble_sheath(const Wire& wire, const ElementLaw& law, BlockTridiagonal& 
 }
 
 /// Elastic grip of the sheath's fading end on the contact points that it holds:
-/// 1/2 k(z) |lateral|^2 per length, k falling linearly to 0 over the fade.
+/// 1/2 k(z) |lateral|^2 per length, k falling as a parabola to 0 over the fade, so that a point
+/// leaves without a jump of force.
 struct Grip {
-    double k, slope; // at the point, times the length it stands for
+    double k, slope, bend; // k, k', k'' at the point, times the length it stands for
     Vec3 lateral;
 };
 std::optional<Grip> grip_at(const Wire& wire, const MaterialPoint& p, const Vec3& x)
@@ -128,7 +129,8 @@ std::optional<Grip> grip_at(const Wire& wire, const MaterialPoint& p, const Vec3
     const double z = r.dot(d);
     if (z >= s.fade) return {};
     const double k0 = s.grip * p.spacing;
-    return Grip{k0 * (1 - std::max(z, 0.0) / s.fade), z > 0 ? -k0 / s.fade : 0, r - z * d};
+    const double t = 1 - std::max(z, 0.0) / s.fade;
+    return Grip{k0 * t * t, -2 * k0 * t / s.fade, 2 * k0 / (s.fade * s.fade), r - z * d};
 }
 
 template <class Visit> void for_gripped_points(const Wire& wire, const Visit& visit)
@@ -156,7 +158,8 @@ void assemble_grip(const Wire& wire, BlockTridiagonal& K, std::vector<Node6>& g)
         const Vec3 force = grip.k * grip.lateral +
                            (0.5 * grip.slope * grip.lateral.squaredNorm()) * d;
         const Mat3 H = grip.k * (Mat3::Identity() - d * d.transpose()) +
-                       grip.slope * (grip.lateral * d.transpose() + d * grip.lateral.transpose());
+                       grip.slope * (grip.lateral * d.transpose() + d * grip.lateral.transpose()) +
+                       (0.5 * grip.bend * grip.lateral.squaredNorm()) * d * d.transpose();
         const Eigen::Matrix<double, 3, 12> J = point_jacobian(wire, p);
         const Eigen::Matrix<double, 12, 1> r = J.transpose() * force;
         const Eigen::Matrix<double, 12, 12> k = J.transpose() * H * J;

@@ -148,7 +148,7 @@ bool Simulation::State::advance(double h, StepReport& sum, std::string& refusal,
         history[w].elastic = r.energy.elastic;
         history[w].kinetic = r.energy.kinetic;
         sum.passed_through += r.passed_through;
-        const double noticeable = 1e-3 * wires[w].scale_force * wires[w].grain;
+        const double noticeable = 0.1 * wires[w].scale_force * wires[w].grain;
         if (r.snapped && r.released > noticeable) {
             sum.snapped = true;
             summary.snaps.push_back({step + 1, t, wire_depth(wires[w].wire), r.released});

@@ -1,5 +1,6 @@
 #include "solver/step/wire_newton.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -17,6 +18,7 @@ constexpr double kRhoSlip = 0.3;      // of the slip direction's predictor r_t -
 constexpr double kCertificateRho = 1; // of the natural map that is reported
 constexpr int kTrials = 24;       // of statuses, before the step is made shorter by a shift
 constexpr int kShiftLevels = 4;
+constexpr int kSlow = 8;          // iterations before the active rows are closed exactly
 constexpr double kTurnTolerance = 0.1; // slip directions are renewed within an iteration [rad]
 
 double now()
@@ -80,7 +82,7 @@ void assemble_anchor(const Wire& wire, const Anchor& anchor, BlockTridiagonal& K
         quaternion_product(conj, b.q, r);
         const double s = r[0] < 0 ? -2 : 2;
         for (int k = 0; k < 3; ++k) {
-            g[n].value[k] += anchor.linear[n] * (b.x[k] - a.x[k]);
+            g[n].value[k] += anchor.linear[n] * b.difference(a, k);
             g[n].value[k + 3] += anchor.angular[n] * s * r[k + 1];
             K.diagonal(i)(k, k) += anchor.linear[n];
             K.diagonal(i)(k + 3, k + 3) += anchor.angular[n];
@@ -445,6 +447,70 @@ bool pivot(const Wire& wire, NewtonWorkspace& w, const Residual& res,
     return false;
 }
 
+// The multipliers of one solve err by 1 / (1 + rho W): nothing, unless friction has all but
+// cancelled the compliance W of a contact (a wedge about to lock). Then the remaining gaps of
+// the active rows are closed exactly, by their own small dense system.
+void close_active_rows(const Wire& wire, NewtonWorkspace& w)
+{
+    struct Row {
+        std::size_t candidate;
+        int which; // 0 normal, 1 and 2 tangential
+    };
+    std::vector<Row> rows;
+    for (std::size_t k = 0; k < w.candidates.size(); ++k) {
+        const int status = w.trial[k].status;
+        if (status == 0) continue;
+        rows.push_back({k, 0});
+        if (status == 1 && w.candidates[k].mu > 0) {
+            rows.push_back({k, 1});
+            rows.push_back({k, 2});
+        }
+    }
+    const auto n = Eigen::Index(rows.size());
+    if (n == 0) return;
+    Eigen::MatrixXd S(n, n);
+    Eigen::VectorXd gap(n);
+    std::vector<std::vector<Node6>> columns(rows.size());
+    for (Eigen::Index j = 0; j < n; ++j) {
+        const Row& r = rows[std::size_t(j)];
+        const Candidate& c = w.candidates[r.candidate];
+        const Trial& t = w.trial[r.candidate];
+        std::vector<Node6>& x = columns[std::size_t(j)];
+        x.resize(w.right.size());
+        for (int i = wire.state.first; i <= wire.last(); ++i)
+            x[std::size_t(i)].column = Column6{};
+        const ContactRow f = r.which > 0       ? c.ht[r.which - 1]
+                             : t.status == 2 ? slip_force_row(c, t)
+                                             : c.hn;
+        add_force(x, c.place.element, f, 1);
+        w.system.solve(x);
+        gap[j] = r.which == 0 ? t.gap : r.which == 1 ? t.v1 : t.v2;
+        for (Eigen::Index i = 0; i < n; ++i) {
+            const Row& q = rows[std::size_t(i)];
+            const Candidate& o = w.candidates[q.candidate];
+            S(i, j) = apply(q.which == 0 ? o.hn : o.ht[q.which - 1], x, o.place.element);
+        }
+    }
+    const Eigen::VectorXd change = S.fullPivLu().solve(-gap);
+    if (!change.allFinite()) return;
+    for (Eigen::Index j = 0; j < n; ++j)
+        for (int i = wire.state.first; i <= wire.last(); ++i)
+            w.increment[std::size_t(i)].column +=
+                splat6(change[j]) * columns[std::size_t(j)][std::size_t(i)].column;
+    for (Eigen::Index j = 0; j < n; ++j) {
+        const Row& r = rows[std::size_t(j)];
+        Trial& t = w.trial[r.candidate];
+        const double mu = w.candidates[r.candidate].mu;
+        if (r.which == 0) t.normal += change[j];
+        if (r.which == 1) t.t1 += change[j];
+        if (r.which == 2) t.t2 += change[j];
+        if (r.which == 0 && t.status == 2) {
+            t.t1 += mu * change[j] * t.c1;
+            t.t2 += mu * change[j] * t.c2;
+        }
+    }
+}
+
 /// The linearised contact problem. Where pivoting finds no solution (the wire is about to lose
 /// its hold), a shift makes the problem more definite and its solution nearer.
 void solve_linearised(const Wire& wire, NewtonWorkspace& w, const Residual& res,
@@ -505,6 +571,7 @@ NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,
         const double t0 = now();
         shift = 0;
         solve_linearised(wire, w, res, options, shift, report);
+        if (report.iterations >= kSlow) close_active_rows(wire, w);
         if (shift > 0) ++report.shifted;
         const double t1 = now();
         report.seconds_contact += t1 - t0;

@@ -288,18 +288,20 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
     const WireState old = b.wire.state;
     const double shift = insertion - old.base_insertion, turn = twist - old.base_twist;
     const BaseLoad load_before = base_load(b.wire);
-    const NewtonOptions options = newton_options(b, shift);
+    NewtonOptions options = newton_options(b, shift);
     NewtonOptions attempt = options;
-    attempt.max_iterations = 12;
+    options.max_iterations = 15;
+    attempt.max_iterations = 10;
     const std::size_t nodes = b.wire.material.node.size();
     const double unit = *std::max_element(b.wire.material.stiffness.begin(),
                                           b.wire.material.stiffness.end());
-    const double target = 0.25 * b.grain;
+    const double target = 0.1 * b.grain;
     double weight = 1e-3 * unit, energy = elastic_energy(b.wire);
     const double energy_floor = 1e-3 * b.scale_force * b.grain;
     std::vector<Node6> pull(nodes), pull_before(nodes);
     for (Node6& n : pull_before) n.column = Column6{};
-    bool base_moved = false, pushed_off = false;
+    bool base_moved = false, pushed_off = false, failed = false;
+    int until_attempt = 1; // increments before the wire is tried at rest
     double base_work = 0;
 
     for (r.relaxations = 0; r.relaxations < kMostRelaxations; ++r.relaxations) {
@@ -308,7 +310,7 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
         if (!base_moved) drive_base(b.wire, insertion, twist);
 
         // At rest already? Only without a further jump.
-        if (base_moved) {
+        if (base_moved && --until_attempt <= 0) {
             const NewtonReport still =
                 solve_equilibrium(b.wire, b.walls, start, {}, attempt, *b.work);
             add(r.newton, still);
@@ -341,6 +343,7 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
                 continue;
             }
             b.wire.state = before;
+            until_attempt = 4;
         }
 
         Anchor anchor;
@@ -375,7 +378,8 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
         const int passages = newton.converged ? count_passages(b, start) : 0;
         if (!newton.converged || move > 4 * target || passages > 0) {
             b.wire.state = before;
-            weight *= 4;
+            weight *= failed ? 4 : 2;
+            failed = true;
             if (weight > 1e6 * unit) {
                 refuse(b, old, r, "no convergence in the damped relaxation");
                 return r;
@@ -392,7 +396,8 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
         r.energy.friction += friction_work(b.work->candidates);
         energy = elastic_energy(b.wire);
         pull_before = pull;
-        weight *= std::clamp(move / target, 0.25, 2.0);
+        weight *= std::clamp(move / target, failed ? 0.7 : 0.25, 2.0);
+        failed = false;
         weight = std::max(weight, 1e-12 * unit);
     }
     refuse(b, old, r, "the damped relaxation did not come to rest");

@@ -1,0 +1,120 @@
+#include "solver/beam/material.hpp"
+
+#include "solver/beam/tests/random_wire.hpp"
+
+#include <cmath>
+#include <doctest/doctest.h>
+
+using namespace amontons;
+
+namespace {
+
+/// integral of f over [a, b] by the midpoint rule in many pieces.
+template <class F> double integral(double a, double b, F f)
+{
+    const int n = 20000;
+    double sum = 0;
+    for (int i = 0; i < n; ++i)
+        sum += f(a + (b - a) * (i + 0.5) / n);
+    return sum * (b - a) / n;
+}
+
+} // namespace
+
+TEST_CASE("nodes and contact points divide the wire as its segments say")
+{
+    const WireMaterial m = make_material(test::three_segments(), 0.2);
+    CHECK(m.length == doctest::Approx(8.5).epsilon(1e-15));
+    CHECK(m.node.size() == 12 + 6 + 4 + 1);
+    CHECK(m.node.front() == 0);
+    CHECK(m.node.back() == m.length);
+    CHECK(m.point.front().s == m.length); // the tip is a contact point
+    for (std::size_t p = 0; p + 1 < m.point.size(); ++p) {
+        CHECK(m.point[p].s - m.point[p + 1].s == doctest::Approx(0.2).epsilon(1e-12));
+        const std::size_t e = std::size_t(m.point[p].element);
+        CHECK(m.point[p].s == doctest::Approx(m.node[e] + m.point[p].xi * (m.node[e + 1] - m.node[e])));
+    }
+    // The radius belongs to the segment that the point is on.
+    CHECK(m.point.front().segment == 2);
+    CHECK(m.point.back().segment == 0);
+}
+
+TEST_CASE("flexibilities and bending energy of the held part are the integrals of the section")
+{
+    const WireMaterial m = make_material(test::three_segments(), 0);
+    for (double s : {0.3, 5.99, 6.4, 7.5, 7.6, 8.3, 8.5}) {
+        CAPTURE(s);
+        const HeldWire held = held_between_base_and(m, s);
+        CHECK(held.axial == doctest::Approx(integral(0, s, [&](double x) {
+                                return 1 / section_at(m, x).stiffness[0];
+                            })).epsilon(1e-6));
+        CHECK(held.torsion == doctest::Approx(integral(0, s, [&](double x) {
+                                  return 1 / section_at(m, x).stiffness[3];
+                              })).epsilon(1e-6));
+        const double bending = integral(0, s, [&](double x) {
+            const Section c = section_at(m, x);
+            return 0.5 * c.stiffness[4] *
+                   (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]);
+        });
+        CHECK(std::abs(held.bending - bending) < 1e-5 * 0.128);
+    }
+}
+
+TEST_CASE("a tapered element bends and stretches as its sections in series")
+{
+    const WireMaterial m = make_material(test::three_segments(), 0);
+    const ElementLaw law = law_between(m, 6.1, 7.3);
+    const double L = 7.3 - 6.1;
+    for (std::size_t i : {0, 3, 4, 5}) {
+        const double flexibility =
+            integral(6.1, 7.3, [&](double x) { return 1 / section_at(m, x).stiffness[i]; });
+        CHECK(law.S[i] == doctest::Approx(L * L / flexibility).epsilon(1e-8));
+    }
+    // Closed form of the linear taper from 2 to 0.4 over 1.5.
+    const double a = 2 - 1.6 * 0.1 / 1.5, b = 2 - 1.6 * 1.3 / 1.5;
+    CHECK(law.S[4] == doctest::Approx(L * (b - a) / std::log(b / a)).epsilon(1e-12));
+    // The bending flexibility that a constant strain cannot show is in the shear.
+    CHECK(law.S[1] == doctest::Approx(L * 12 * law.S[4] / (L * L * L)).epsilon(1e-12));
+}
+
+TEST_CASE("shear flexibility adds to the residual bending flexibility")
+{
+    const WireMaterial rigid = make_material(test::three_segments(), 0);
+    const WireMaterial soft = make_material(test::three_segments(40), 0);
+    const ElementLaw a = law_between(rigid, 1, 1.5), b = law_between(soft, 1, 1.5);
+    CHECK(1 / (b.S[1] / 0.5) == doctest::Approx(1 / (a.S[1] / 0.5) + 1.0 / 40).epsilon(1e-12));
+    CHECK(b.S[4] == a.S[4]);
+}
+
+TEST_CASE("an element across a step of natural curvature can be free of stress")
+{
+    // The step at 7.5 is spread over a radius; energy has its minimum, zero, at the mean.
+    const WireMaterial m = make_material(test::three_segments(), 0);
+    const ElementLaw law = law_between(m, 7.3, 7.8);
+    double least = law.constant;
+    for (std::size_t i = 0; i < 6; ++i) {
+        if (!(law.S[i] > 0)) continue;
+        const double free = i == 1 || i == 2 ? 0 : law.P[i] / law.S[i];
+        least += (0.5 * law.S[i] * free - law.P[i]) * free;
+    }
+    CHECK(std::abs(least) < 1e-14 * law.constant);
+    const double mean =
+        integral(7.3, 7.8, [&](double x) { return section_at(m, x).natural[5]; }) / 0.5;
+    CHECK(law.P[5] / law.S[5] == doctest::Approx(mean).epsilon(1e-5));
+    CHECK(mean == doctest::Approx(0.6 * 0.8 * std::cos(0.7)).epsilon(1e-6));
+}
+
+TEST_CASE("a step of curvature is spread over a wire radius, and nothing jumps")
+{
+    const WireMaterial m = make_material(test::three_segments(), 0);
+    const double radius = 0.05, full = 0.8 * std::cos(0.7);
+    CHECK(section_at(m, 7.5 - 0.51 * radius).natural[5] == 0);
+    CHECK(section_at(m, 7.5 + 0.51 * radius).natural[5] == doctest::Approx(full).epsilon(1e-12));
+    CHECK(section_at(m, 7.5).natural[5] == doctest::Approx(0.5 * full).epsilon(1e-9));
+    double before = section_at(m, 7).natural[5];
+    for (double s = 7; s < 8; s += 1e-4) {
+        const double here = section_at(m, s).natural[5];
+        CHECK(std::abs(here - before) < 1.01e-4 / radius * full + 1e-12);
+        before = here;
+    }
+}
