@@ -346,6 +346,7 @@ ObjectDeclaration declare_introducer(const ObjectDeclaration& place)
          field<&I::direction>("direction", "", direction(), "Where the wire goes."),
          fallback("chosen", field<&I::normal>("normal", "", direction(),
                                               "Curvature of angle 0 bends this way.")),
+         object<&I::centreline>("centreline", place, "Instead of \"at\" and \"direction\"."),
          field<&I::length>("length", "m", positive(), "Length of the sheath."),
          field<&I::fade>("fade", "m", at_least(0),
                          "The grip fades out over this length before the end; 0: a rigid end.")},

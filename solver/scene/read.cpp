@@ -483,6 +483,12 @@ bool is_given(const FieldDeclaration& f, void* member)
         return !static_cast<CurvePoints*>(member)->empty();
     case FieldType::list:
         return f.size(member) > 0;
+    case FieldType::object: // one whose required text is missing was never given
+        for (const FieldDeclaration& inner : f.object->fields)
+            if (inner.required && inner.type == FieldType::text &&
+                !is_given(inner, inner.member(member)))
+                return false;
+        return true;
     default:
         return true;
     }

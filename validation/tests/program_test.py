@@ -37,6 +37,8 @@ SCENE = {
     "time": {"step": 0.02, "end": 1},
     "output": {"every": 10, "picture": False, "plots": False},
 }
+if not STUB:
+    SCENE["time"]["step"] = 0.001  # long enough to be stopped in the middle
 TETRAHEDRON = """v 0 0 0
 v 1 0 0
 v 0 1 0

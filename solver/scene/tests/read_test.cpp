@@ -213,3 +213,28 @@ TEST_CASE("all that is wrong is reported together, and nothing twice")
     // A wrong length is not reported again as a wire too short.
     CHECK_FALSE(has(issues_of(with("\"length\": 0.30", "\"length\": \"a\"")), "insertion"));
 }
+
+TEST_CASE("every kind of surface and an introducer on a centreline read back the same")
+{
+    for (const char* surface :
+         {R"({"file": "a.stl", "scale": 0.001})", R"({"generate": "ball", "radius": 1})",
+          R"({"generate": "cylinder", "radius": 1, "axis": [0, 1, 1]})",
+          R"({"generate": "plane", "axis": [0, 1, 0]})",
+          R"({"generate": "vessel", "descending_length": 0.1, "descending_diameter": 0.02,
+              "arch_radius": 0.04, "arch_diameter": [0.02, 0.03], "ascending_length": 0.1,
+              "ascending_diameter": 0.03, "branches": [
+              {"name": "a", "at": 0.01, "diameter": 0.01, "length": 0.1}]})"}) {
+        CAPTURE(surface);
+        const Scene s = read(
+            {std::string("bodies.tube.surface=") + surface,
+             R"(bodies.wire.introducer={"centreline": {"file": "c.mrk.json", "along": 0.1}})"});
+        CHECK(s.beams[0].introducer.centreline.along == 0.1);
+        const std::string resolved = resolved_scene(s);
+        CHECK(resolved_scene(parse_scene(resolved, "again.json")) == resolved);
+    }
+    CHECK_FALSE(has(resolved_scene(read()), "along"));
+    // Fields of another generator are unknown here.
+    CHECK(has(issues_of(kExample,
+                        {R"(bodies.tube.surface={"generate": "ball", "radius": 1, "blend": 1})"}),
+              "field \"blend\""));
+}
