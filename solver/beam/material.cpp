@@ -152,7 +152,9 @@ WireMaterial make_material(const std::vector<BeamSegment>& segments, double cont
     for (std::size_t i = 0; i < elements; ++i) {
         const double a = m.node[i], b = m.node[i + 1];
         m.law.push_back(law_between(m, a, b));
-        m.stiffness.push_back(m.law[i].S[4] / std::pow(b - a, 4));
+        const double reach =
+            std::max(b - a, 5 * segments[std::size_t(segment_of(m, 0.5 * (a + b), true))].radius);
+        m.stiffness.push_back(m.law[i].S[4] / ((b - a) * reach * reach * reach));
         const HeldWire held = held_part(m, a, b);
         m.flexibility_axial.push_back(m.flexibility_axial.back() + held.axial);
         m.flexibility_torsion.push_back(m.flexibility_torsion.back() + held.torsion);

@@ -40,7 +40,9 @@ struct WireMaterial {
     std::vector<SectionStretch> stretch;
     std::vector<double> node;           ///< s of the nodes, increasing [m]
     std::vector<ElementLaw> law;        ///< of the whole elements
-    std::vector<double> stiffness;      ///< EI / length^3 of each element [N/m]: its scale of force
+    /// EI / l^3 of each element, l its length or 5 radii, what is longer: what a force scale is
+    /// made of, the same for any fine mesh [N/m]
+    std::vector<double> stiffness;
     std::vector<MaterialPoint> point;   ///< from the tip (0) towards the base
     std::vector<double> flexibility_axial;   ///< integral of ds/EA from 0 to each node [m/N]
     std::vector<double> flexibility_torsion; ///< integral of ds/GJ from 0 to each node [1/(N m)]

@@ -45,7 +45,7 @@ struct Candidate {
     double slip[2] = {0, 0}; ///< over the step, of the wire's surface [m]
     double mu = 0;
     double radius = 0;
-    double stiffness = 0;  ///< the wire's own scale, EI / element^3 [N/m]
+    double stiffness = 0;  ///< the wire's own scale, EI / l^3 [N/m]
     double normal = 0;     ///< reaction [N]
     double tangential[2] = {0, 0};
     bool sticks = false;

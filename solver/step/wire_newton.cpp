@@ -9,7 +9,7 @@
 namespace amontons {
 namespace {
 
-// Multiplier weights relative to the wire's own stiffness EI/h^3 of an element. They change
+// Multiplier weights relative to the wire's own stiffness (WireMaterial::stiffness). They change
 // the linear systems' conditioning and the number of iterations, never the solution: the
 // reaction is r - rho (g + H dx), exact when the gap is zero.
 constexpr double kRhoNormal = 1e4;
