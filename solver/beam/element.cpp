@@ -24,10 +24,22 @@ typedef double Lanes __attribute__((vector_size(32)));
 template <class T> struct V {
     T x, y, z;
 };
-template <class T> V<T> operator+(V<T> a, V<T> b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-template <class T> V<T> operator-(V<T> a, V<T> b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-template <class T> V<T> operator*(T s, V<T> a) { return {s * a.x, s * a.y, s * a.z}; }
-template <class T> T dot(V<T> a, V<T> b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+template <class T> V<T> operator+(V<T> a, V<T> b)
+{
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+template <class T> V<T> operator-(V<T> a, V<T> b)
+{
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class T> V<T> operator*(T s, V<T> a)
+{
+    return {s * a.x, s * a.y, s * a.z};
+}
+template <class T> T dot(V<T> a, V<T> b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 template <class T> V<T> cross(V<T> a, V<T> b)
 {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
@@ -45,14 +57,26 @@ template <class T> M<T> operator-(M<T> a, M<T> b)
 {
     return {{a.c[0] - b.c[0], a.c[1] - b.c[1], a.c[2] - b.c[2]}};
 }
-template <class T> M<T> operator*(T s, M<T> a) { return {{s * a.c[0], s * a.c[1], s * a.c[2]}}; }
-inline V<Lanes> operator*(double s, V<Lanes> a) { return {s * a.x, s * a.y, s * a.z}; }
-inline M<Lanes> operator*(double s, M<Lanes> a) { return {{s * a.c[0], s * a.c[1], s * a.c[2]}}; }
+template <class T> M<T> operator*(T s, M<T> a)
+{
+    return {{s * a.c[0], s * a.c[1], s * a.c[2]}};
+}
+inline V<Lanes> operator*(double s, V<Lanes> a)
+{
+    return {s * a.x, s * a.y, s * a.z};
+}
+inline M<Lanes> operator*(double s, M<Lanes> a)
+{
+    return {{s * a.c[0], s * a.c[1], s * a.c[2]}};
+}
 template <class T> V<T> operator*(M<T> a, V<T> b)
 {
     return b.x * a.c[0] + b.y * a.c[1] + b.z * a.c[2];
 }
-template <class T> M<T> operator*(M<T> a, M<T> b) { return {{a * b.c[0], a * b.c[1], a * b.c[2]}}; }
+template <class T> M<T> operator*(M<T> a, M<T> b)
+{
+    return {{a * b.c[0], a * b.c[1], a * b.c[2]}};
+}
 template <class T> M<T> transpose(M<T> a)
 {
     return {{{a.c[0].x, a.c[1].x, a.c[2].x},
@@ -60,12 +84,18 @@ template <class T> M<T> transpose(M<T> a)
              {a.c[0].z, a.c[1].z, a.c[2].z}}};
 }
 /// a^T b
-template <class T> M<T> transpose_times(M<T> a, M<T> b) { return transpose(a) * b; }
+template <class T> M<T> transpose_times(M<T> a, M<T> b)
+{
+    return transpose(a) * b;
+}
 template <class T> V<T> transpose_times(M<T> a, V<T> b)
 {
     return {dot(a.c[0], b), dot(a.c[1], b), dot(a.c[2], b)};
 }
-template <class T> M<T> outer(V<T> a, V<T> b) { return {{b.x * a, b.y * a, b.z * a}}; }
+template <class T> M<T> outer(V<T> a, V<T> b)
+{
+    return {{b.x * a, b.y * a, b.z * a}};
+}
 template <class T> M<T> skew(V<T> a)
 {
     const T o = a.x - a.x;
@@ -81,10 +111,14 @@ template <class T> M<T> plus_diagonal(M<T> a, T s)
 /// diag(d) a
 template <class T> M<T> scale_rows(V<T> d, M<T> a)
 {
-    for (int j = 0; j < 3; ++j) a.c[j] = {d.x * a.c[j].x, d.y * a.c[j].y, d.z * a.c[j].z};
+    for (int j = 0; j < 3; ++j)
+        a.c[j] = {d.x * a.c[j].x, d.y * a.c[j].y, d.z * a.c[j].z};
     return a;
 }
-template <class T> V<T> scale_rows(V<T> d, V<T> a) { return {d.x * a.x, d.y * a.y, d.z * a.z}; }
+template <class T> V<T> scale_rows(V<T> d, V<T> a)
+{
+    return {d.x * a.x, d.y * a.y, d.z * a.z};
+}
 
 template <class T> struct Phi {
     T f, f1, f2, f3;
@@ -109,7 +143,8 @@ template <class T> Phi<T> half_angle_over_sine(T w)
 {
     const T y = 1.0 - w;
     T f3 = w - w + kSeries[kTerms - 1];
-    for (int k = kTerms - 2; k >= 0; --k) f3 = f3 * y + kSeries[std::size_t(k)];
+    for (int k = kTerms - 2; k >= 0; --k)
+        f3 = f3 * y + kSeries[std::size_t(k)];
     const T s = y * (1.0 + w); // 1 - w^2
     const T w2 = w * w;
     const T d = 1.0 + 2.0 * w2;
@@ -167,8 +202,7 @@ template <class T> struct Gradient7 {
     V<T> y, p;
     T w;
 };
-template <class T>
-Gradient7<T> gradient(const Pose<T>& s, const Phi<T>& f, V<T> a, V<T> b)
+template <class T> Gradient7<T> gradient(const Pose<T>& s, const Phi<T>& f, V<T> a, V<T> b)
 {
     const T psi = -f.f1, psi1 = -f.f2;
     const T tau = dot(s.p, s.y), mu = dot(a, s.y), gamma = dot(a, s.p);
@@ -192,12 +226,11 @@ template <class T> Gradient9<T> to_rotations(const Pose<T>& s, const Gradient7<T
 }
 
 template <class T> struct Tangent {
-    V<T> f, g1, g2;               // forces: on x2 (space), theta1, theta2
+    V<T> f, g1, g2;                 // forces: on x2 (space), theta1, theta2
     M<T> ee, e1, e2, k11, k12, k22; // blocks; e in space
 };
 
-template <class T>
-Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], const T P[6])
+template <class T> Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], const T P[6])
 {
     const Phi<T> f = half_angle_over_sine(s.w);
     const T il = 1.0 / length;
@@ -217,8 +250,7 @@ Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], const T P[6])
     // strain gradients in (y, w, p), divided by L
     M<T> Gy = plus_diagonal((il * psi) * outer(p, p) - (il * f.f) * skew(p), il * a1);
     const V<T> Gw = il * (a11 * y - f.f1 * cross(p, y) + (psi1 * tau) * p);
-    const M<T> Gp =
-        plus_diagonal((il * f.f) * skew(y) + (il * psi) * outer(p, y), il * psi * tau);
+    const M<T> Gp = plus_diagonal((il * f.f) * skew(y) + (il * psi) * outer(p, y), il * psi * tau);
     const V<T> kw = (2.0 * il * f.f1) * p;
     const T kp = 2.0 * il * f.f;
 
@@ -226,8 +258,8 @@ Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], const T P[6])
     const V<T> CGw = scale_rows(C1, Gw), Ckw = scale_rows(C2, kw);
     const M<T> Kyy = transpose_times(Gy, CGy);
     const V<T> Kyw = transpose_times(Gy, CGw) + a11 * a - f.f1 * ap + (psi1 * gamma) * p;
-    const M<T> Kyp = plus_diagonal(
-        transpose_times(Gy, CGp) - f.f * skew(a) + psi * outer(p, a), psi * gamma);
+    const M<T> Kyp =
+        plus_diagonal(transpose_times(Gy, CGp) - f.f * skew(a) + psi * outer(p, a), psi * gamma);
     const T Kww = dot(Gw, CGw) + dot(kw, Ckw) + a12 * mu - f.f2 * nu + psi2 * tau * gamma +
                   2.0 * f.f2 * delta;
     const V<T> Kwp = transpose_times(Gp, CGw) + kp * Ckw - f.f1 * ya +
@@ -275,12 +307,19 @@ Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], const T P[6])
 
 Pose<double> pose_of(const BeamNode& a, const BeamNode& b)
 {
-    return relative_pose<double>({b.difference(a, 0), b.difference(a, 1), b.difference(a, 2)}, a.q[0],
-                                 {a.q[1], a.q[2], a.q[3]}, b.q[0], {b.q[1], b.q[2], b.q[3]});
+    return relative_pose<double>({b.difference(a, 0), b.difference(a, 1), b.difference(a, 2)},
+                                 a.q[0], {a.q[1], a.q[2], a.q[3]}, b.q[0],
+                                 {b.q[1], b.q[2], b.q[3]});
 }
 
-double lane(double v, int) { return v; }
-double lane(Lanes v, int i) { return v[i]; }
+double lane(double v, int)
+{
+    return v;
+}
+double lane(Lanes v, int i)
+{
+    return v[i];
+}
 
 /// Adds lane i of t to the blocks of element k.
 template <class T>
@@ -351,7 +390,8 @@ double element_energy(const BeamNode& a, const BeamNode& b, const ElementLaw& la
 {
     const std::array<double, 6> e = element_strain(a, b, law.length);
     double sum = law.constant;
-    for (std::size_t i = 0; i < 6; ++i) sum += 0.5 * (law.S[i] * e[i] - 2 * law.P[i]) * e[i];
+    for (std::size_t i = 0; i < 6; ++i)
+        sum += 0.5 * (law.S[i] * e[i] - 2 * law.P[i]) * e[i];
     return sum;
 }
 
@@ -360,17 +400,16 @@ std::array<double, 12> element_force(const BeamNode& a, const BeamNode& b, doubl
 {
     const Pose<double> s = pose_of(a, b);
     const double il = 1 / length;
-    const Gradient9<double> g = to_rotations(
-        s, gradient<double>(s, half_angle_over_sine(s.w),
-                            {il * stress[0], il * stress[1], il * stress[2]},
-                            {il * stress[3], il * stress[4], il * stress[5]}));
+    const Gradient9<double> g =
+        to_rotations(s, gradient<double>(s, half_angle_over_sine(s.w),
+                                         {il * stress[0], il * stress[1], il * stress[2]},
+                                         {il * stress[3], il * stress[4], il * stress[5]}));
     const V<double> f = s.R1 * g.e;
     return {-f.x, -f.y, -f.z, g.t1.x, g.t1.y, g.t1.z, f.x, f.y, f.z, g.t2.x, g.t2.y, g.t2.z};
 }
 
 void add_elements(int first, int last, const std::vector<BeamNode>& nodes,
-                  const std::vector<ElementLaw>& laws, BlockTridiagonal& K,
-                  std::vector<Node6>& g)
+                  const std::vector<ElementLaw>& laws, BlockTridiagonal& K, std::vector<Node6>& g)
 {
     constexpr int kWidth = 4;
     int k = first;
@@ -380,23 +419,26 @@ void add_elements(int first, int last, const std::vector<BeamNode>& nodes,
             const std::size_t n = std::size_t(k + i);
             const BeamNode &a = nodes[n], &b = nodes[n + 1];
             const ElementLaw& law = laws[n];
-            for (int j = 0; j < 3; ++j) v[j][i] = b.difference(a, j);
-            for (int j = 0; j < 4; ++j) v[3 + j][i] = a.q[j];
-            for (int j = 0; j < 4; ++j) v[7 + j][i] = b.q[j];
+            for (int j = 0; j < 3; ++j)
+                v[j][i] = b.difference(a, j);
+            for (int j = 0; j < 4; ++j)
+                v[3 + j][i] = a.q[j];
+            for (int j = 0; j < 4; ++j)
+                v[7 + j][i] = b.q[j];
             v[11][i] = law.length;
-            for (std::size_t j = 0; j < 6; ++j) v[12 + j][i] = law.S[j];
-            for (std::size_t j = 0; j < 6; ++j) v[18 + j][i] = law.P[j];
+            for (std::size_t j = 0; j < 6; ++j)
+                v[12 + j][i] = law.S[j];
+            for (std::size_t j = 0; j < 6; ++j)
+                v[18 + j][i] = law.P[j];
         }
-        const auto in = [&](int j) {
-            return Lanes{v[j][0], v[j][1], v[j][2], v[j][3]};
-        };
-        const Pose<Lanes> s =
-            relative_pose<Lanes>({in(0), in(1), in(2)}, in(3), {in(4), in(5), in(6)}, in(7),
-                                 {in(8), in(9), in(10)});
+        const auto in = [&](int j) { return Lanes{v[j][0], v[j][1], v[j][2], v[j][3]}; };
+        const Pose<Lanes> s = relative_pose<Lanes>(
+            {in(0), in(1), in(2)}, in(3), {in(4), in(5), in(6)}, in(7), {in(8), in(9), in(10)});
         const Lanes S[6] = {in(12), in(13), in(14), in(15), in(16), in(17)};
         const Lanes P[6] = {in(18), in(19), in(20), in(21), in(22), in(23)};
         const Tangent<Lanes> t = tangent(s, in(11), S, P);
-        for (int i = 0; i < kWidth; ++i) scatter(t, i, k + i, K, g);
+        for (int i = 0; i < kWidth; ++i)
+            scatter(t, i, k + i, K, g);
     }
     for (; k < last; ++k) {
         const std::size_t n = std::size_t(k);

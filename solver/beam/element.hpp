@@ -16,7 +16,7 @@ namespace amontons {
 
 /// Position and section rotation of a node.
 struct BeamNode {
-    double x[3] = {0, 0, 0};    ///< [m]
+    double x[3] = {0, 0, 0}; ///< [m]
     /// What x is too coarse for: the position is x + rest. Neighbours' differences, which times
     /// EA are forces, then lose nothing to the distance from the origin.
     double rest[3] = {0, 0, 0}; ///< [m]
@@ -40,10 +40,10 @@ struct BeamNode {
 /// curvature 3), energy 1/2 sum_i (S_i e_i^2 - 2 P_i e_i) + constant.
 /// A straight unstressed element has e = (1, 0, 0, 0, 0, 0).
 struct ElementLaw {
-    double length = 0;              ///< rest length [m]
-    std::array<double, 6> S{};      ///< integral of the stiffness over the element [N m], [N m^3]
-    std::array<double, 6> P{};      ///< integral of stiffness times natural strain
-    double constant = 0;            ///< [J]
+    double length = 0;         ///< rest length [m]
+    std::array<double, 6> S{}; ///< integral of the stiffness over the element [N m], [N m^3]
+    std::array<double, 6> P{}; ///< integral of stiffness times natural strain
+    double constant = 0;       ///< [J]
 };
 
 /// Strains of an element, in its own frame.

@@ -73,8 +73,8 @@ std::vector<SectionStretch> make_stretches(const WireMaterial& m)
         if (own_end < end) {
             const BeamSegment& next = m.segments[k + 1];
             start = end + (end - own_end);
-            list.push_back({own_end, start, own(own_end),
-                            segment_section(next, (start - end) / next.length)});
+            list.push_back(
+                {own_end, start, own(own_end), segment_section(next, (start - end) / next.length)});
         }
     }
     return list;
@@ -82,9 +82,8 @@ std::vector<SectionStretch> make_stretches(const WireMaterial& m)
 
 const SectionStretch& stretch_at(const WireMaterial& m, double s)
 {
-    const auto it =
-        std::upper_bound(m.stretch.begin(), m.stretch.end(), s,
-                         [](double v, const SectionStretch& p) { return v < p.start; });
+    const auto it = std::upper_bound(m.stretch.begin(), m.stretch.end(), s,
+                                     [](double v, const SectionStretch& p) { return v < p.start; });
     return it == m.stretch.begin() ? *it : *(it - 1);
 }
 
@@ -114,17 +113,19 @@ double integral_of_inverse(double a, double b, double length)
 HeldWire held_part(const WireMaterial& m, double a, double b)
 {
     HeldWire held;
-    for_stretches(m, a, b, [&](double start, double end, const Section& first,
-                               const Section& middle, const Section& last) {
-        const double h = end - start;
-        held.axial += integral_of_inverse(first.stiffness[0], last.stiffness[0], h);
-        held.torsion += integral_of_inverse(first.stiffness[3], last.stiffness[3], h);
-        const auto bending = [](const Section& c) {
-            return 0.5 * c.stiffness[4] *
-                   (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]);
-        };
-        held.bending += h / 6 * (bending(first) + 4 * bending(middle) + bending(last));
-    });
+    for_stretches(m, a, b,
+                  [&](double start, double end, const Section& first, const Section& middle,
+                      const Section& last) {
+                      const double h = end - start;
+                      held.axial += integral_of_inverse(first.stiffness[0], last.stiffness[0], h);
+                      held.torsion += integral_of_inverse(first.stiffness[3], last.stiffness[3], h);
+                      const auto bending = [](const Section& c) {
+                          return 0.5 * c.stiffness[4] *
+                                 (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]);
+                      };
+                      held.bending +=
+                          h / 6 * (bending(first) + 4 * bending(middle) + bending(last));
+                  });
     return held;
 }
 
@@ -139,7 +140,8 @@ WireMaterial make_material(const std::vector<BeamSegment>& segments, double cont
     for (const BeamSegment& g : segments) {
         m.segment_start.push_back(m.length);
         const int count = std::max(1, int(std::lround(g.length / g.element)));
-        for (int i = 1; i <= count; ++i) m.node.push_back(m.length + g.length * i / count);
+        for (int i = 1; i <= count; ++i)
+            m.node.push_back(m.length + g.length * i / count);
         m.length += g.length;
         m.node.back() = m.length;
         shortest = std::min(shortest, g.length / count);
@@ -167,7 +169,8 @@ WireMaterial make_material(const std::vector<BeamSegment>& segments, double cont
     for (int j = 0; j <= count; ++j) {
         MaterialPoint p;
         p.s = m.length - j * spacing;
-        while (element > 0 && p.s <= m.node[element]) --element;
+        while (element > 0 && p.s <= m.node[element])
+            --element;
         p.element = int(element);
         p.xi = (p.s - m.node[element]) / (m.node[element + 1] - m.node[element]);
         p.segment = segment_of(m, p.s, true);
@@ -189,15 +192,17 @@ ElementLaw law_between(const WireMaterial& m, double a, double b)
     law.length = b - a;
     double shear_flexibility = 0;
     std::array<double, 6> flexibility{}, natural{};
-    for_stretches(m, a, b, [&](double start, double end, const Section& first,
-                               const Section& middle, const Section& last) {
-        const double h = end - start;
-        for (std::size_t i : {0, 3, 4, 5}) {
-            flexibility[i] += integral_of_inverse(first.stiffness[i], last.stiffness[i], h);
-            natural[i] += h * middle.natural[i];
-        }
-        if (middle.stiffness[1] > 0) shear_flexibility += h / middle.stiffness[1];
-    });
+    for_stretches(m, a, b,
+                  [&](double start, double end, const Section& first, const Section& middle,
+                      const Section& last) {
+                      const double h = end - start;
+                      for (std::size_t i : {0, 3, 4, 5}) {
+                          flexibility[i] +=
+                              integral_of_inverse(first.stiffness[i], last.stiffness[i], h);
+                          natural[i] += h * middle.natural[i];
+                      }
+                      if (middle.stiffness[1] > 0) shear_flexibility += h / middle.stiffness[1];
+                  });
     // A constant section force along the element: flexibilities and natural strains add up, so
     // that an element across a step of natural curvature can be free of stress.
     const double L = law.length;
@@ -217,9 +222,8 @@ ElementLaw law_between(const WireMaterial& m, double a, double b)
 HeldWire held_between_base_and(const WireMaterial& m, double s)
 {
     const auto after = std::upper_bound(m.node.begin(), m.node.end(), s);
-    const std::size_t i =
-        std::min(std::size_t(std::max<std::ptrdiff_t>(after - m.node.begin() - 1, 0)),
-                 m.node.size() - 2);
+    const std::size_t i = std::min(
+        std::size_t(std::max<std::ptrdiff_t>(after - m.node.begin() - 1, 0)), m.node.size() - 2);
     const HeldWire rest = held_part(m, m.node[i], s);
     return {m.flexibility_axial[i] + rest.axial, m.flexibility_torsion[i] + rest.torsion,
             m.bending_energy[i] + rest.bending};

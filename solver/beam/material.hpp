@@ -22,28 +22,28 @@ struct SectionStretch {
 
 /// A place on the wire's surface where contact is looked for; it stays with the material.
 struct MaterialPoint {
-    double s = 0;            ///< from the base [m]
-    int element = 0;         ///< between material nodes element, element + 1
-    double xi = 0;           ///< place in that element, 0..1
-    double radius = 0;       ///< of the wire [m]
+    double s = 0;      ///< from the base [m]
+    int element = 0;   ///< between material nodes element, element + 1
+    double xi = 0;     ///< place in that element, 0..1
+    double radius = 0; ///< of the wire [m]
     int segment = 0;
-    double spacing = 0;      ///< length of wire that the point stands for [m]
+    double spacing = 0; ///< length of wire that the point stands for [m]
 };
 
 /// What a wire is made of: sections, nodes, contact points. s runs from the base (0) to the tip.
 struct WireMaterial {
-    double length = 0;                  ///< [m]
+    double length = 0; ///< [m]
     std::vector<BeamSegment> segments;
-    std::vector<double> segment_start;  ///< s of each segment's start [m]
+    std::vector<double> segment_start; ///< s of each segment's start [m]
     /// The segments with their steps in stiffness and curvature spread over a wire radius: a
     /// step would give the sheath's end a force without a value there.
     std::vector<SectionStretch> stretch;
-    std::vector<double> node;           ///< s of the nodes, increasing [m]
-    std::vector<ElementLaw> law;        ///< of the whole elements
+    std::vector<double> node;    ///< s of the nodes, increasing [m]
+    std::vector<ElementLaw> law; ///< of the whole elements
     /// EI / l^3 of each element, l its length or 5 radii, what is longer: what a force scale is
     /// made of, the same for any fine mesh [N/m]
     std::vector<double> stiffness;
-    std::vector<MaterialPoint> point;   ///< from the tip (0) towards the base
+    std::vector<MaterialPoint> point;        ///< from the tip (0) towards the base
     std::vector<double> flexibility_axial;   ///< integral of ds/EA from 0 to each node [m/N]
     std::vector<double> flexibility_torsion; ///< integral of ds/GJ from 0 to each node [1/(N m)]
     std::vector<double> bending_energy;      ///< integral of EI k0^2 / 2 from 0 to each node [J]

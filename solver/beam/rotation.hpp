@@ -19,7 +19,8 @@ inline void quaternion_product(const double a[4], const double b[4], double out[
                          a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
                          a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
                          a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
-    for (int i = 0; i < 4; ++i) out[i] = r[i];
+    for (int i = 0; i < 4; ++i)
+        out[i] = r[i];
 }
 
 /// q <- q exp(theta), theta in the body frame [rad]; keeps q a unit quaternion.
@@ -38,7 +39,8 @@ inline void rotate_in_body(double q[4], const Vec3& theta)
     const double r[4] = {c, s * theta.x(), s * theta.y(), s * theta.z()};
     quaternion_product(q, r, q);
     const double n = 1 / std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    for (int i = 0; i < 4; ++i) q[i] *= n;
+    for (int i = 0; i < 4; ++i)
+        q[i] *= n;
 }
 
 /// Rotation matrix; its columns are the body's axes in space.
@@ -74,7 +76,8 @@ inline Quaternion interpolate(const double a[4], const double b[4], double t)
         n += r.q[i] * r.q[i];
     }
     n = 1 / std::sqrt(n);
-    for (double& v : r.q) v *= n;
+    for (double& v : r.q)
+        v *= n;
     return r;
 }
 

@@ -9,7 +9,8 @@ namespace {
 BeamNode node_at(const Vec3& x, const Quaternion& q)
 {
     BeamNode n;
-    for (int i = 0; i < 3; ++i) n.x[i] = x[i];
+    for (int i = 0; i < 3; ++i)
+        n.x[i] = x[i];
     std::copy(q.q, q.q + 4, n.q);
     return n;
 }
@@ -29,12 +30,14 @@ double material_at_end(const Wire& wire, const WireState& state)
 
 void add(Node6& g, int row, const Vec3& v)
 {
-    for (int i = 0; i < 3; ++i) g.value[row + i] += v[i];
+    for (int i = 0; i < 3; ++i)
+        g.value[row + i] += v[i];
 }
 
 void clear_row(Block6& b, int row)
 {
-    for (int j = 0; j < 6; ++j) b(row, j) = 0;
+    for (int j = 0; j < 6; ++j)
+        b(row, j) = 0;
 }
 
 void clear_column(Block6& b, int col)
@@ -61,7 +64,8 @@ void assemble_sheath(const Wire& wire, const ElementLaw& law, BlockTridiagonal& 
     std::array<double, 6> dS{}, tau{};
     double slope = 0, curvature = 0;
     for (std::size_t i : {0, 3, 4, 5})
-        if (c.stiffness[i] > 0) dS[i] = 2 * law.S[i] / L - law.S[i] * law.S[i] / (L * L * c.stiffness[i]);
+        if (c.stiffness[i] > 0)
+            dS[i] = 2 * law.S[i] / L - law.S[i] * law.S[i] / (L * L * c.stiffness[i]);
     if (law.S[4] > 0) {
         const double k = law.S[1] / L, EI = law.S[4] / L;
         const double dEI = (dS[4] - EI) / L;
@@ -73,11 +77,9 @@ void assemble_sheath(const Wire& wire, const ElementLaw& law, BlockTridiagonal& 
         const double elastic = e[i] - k, rate = dk + e[i] / L;
         slope += 0.5 * dS[i] * elastic * elastic - S * elastic * rate;
         tau[i] = dS[i] * elastic - S * rate - S * elastic / L;
-        curvature += S * rate * rate - 2 * dS[i] * elastic * rate +
-                     2 * S * elastic * rate / L;
+        curvature += S * rate * rate - 2 * dS[i] * elastic * rate + 2 * S * elastic * rate / L;
     }
-    const std::array<double, 12> mixed =
-        element_force(s.nodes[n], s.nodes[n + 1], L, tau);
+    const std::array<double, 12> mixed = element_force(s.nodes[n], s.nodes[n + 1], L, tau);
 
     const HeldWire held = held_between_base_and(wire.material, end);
     const double stretch = (s.inserted - s.base_insertion) + s.inserted_rest; // of the held part
@@ -85,15 +87,15 @@ void assemble_sheath(const Wire& wire, const ElementLaw& law, BlockTridiagonal& 
     const double torque = (s.base_twist - s.rotation) / held.torsion;
     const double EA = c.stiffness[0], GJ = c.stiffness[3];
     slope += force + 0.5 * force * force / EA + 0.5 * torque * torque / GJ;
-    slope -= 0.5 * c.stiffness[4] *
-             (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]);
+    slope -= 0.5 * c.stiffness[4] * (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]);
     curvature += (1 + force / EA) * (1 + force / EA) / held.axial;
 
     Block6& d = K.diagonal(f);
     Block6& up = K.upper(f);
     Block6& lo = K.lower(f);
     const double d33 = d(3, 3);
-    for (int j = 0; j < 6; ++j) clear_column(d, j);
+    for (int j = 0; j < 6; ++j)
+        clear_column(d, j);
     d(0, 0) = curvature;
     d(3, 3) = d33 + 1 / held.torsion;
     d(0, 3) = d(3, 0) = mixed[3] - torque / (GJ * held.torsion);
@@ -140,9 +142,8 @@ template <class Visit> void for_gripped_points(const Wire& wire, const Visit& vi
     const double behind = wire.material.length - wire.state.inserted;
     const auto& points = wire.material.point;
     const double reach = 2 * wire.sheath->fade;
-    auto it = std::partition_point(points.begin(), points.end(), [&](const MaterialPoint& p) {
-        return p.s > behind + reach;
-    });
+    auto it = std::partition_point(points.begin(), points.end(),
+                                   [&](const MaterialPoint& p) { return p.s > behind + reach; });
     for (; it != points.end(); ++it) {
         const auto place = place_of(wire, wire.state, it->s, it->element, it->xi);
         if (!place) break;
@@ -155,8 +156,8 @@ void assemble_grip(const Wire& wire, BlockTridiagonal& K, std::vector<Node6>& g)
 {
     for_gripped_points(wire, [&](const WirePlace& p, const Grip& grip) {
         const Vec3 d = wire.sheath->frame.col(0);
-        const Vec3 force = grip.k * grip.lateral +
-                           (0.5 * grip.slope * grip.lateral.squaredNorm()) * d;
+        const Vec3 force =
+            grip.k * grip.lateral + (0.5 * grip.slope * grip.lateral.squaredNorm()) * d;
         const Mat3 H = grip.k * (Mat3::Identity() - d * d.transpose()) +
                        grip.slope * (grip.lateral * d.transpose() + d * grip.lateral.transpose()) +
                        (0.5 * grip.bend * grip.lateral.squaredNorm()) * d * d.transpose();
@@ -186,7 +187,8 @@ void assemble_dead_loads(const Wire& wire, BlockTridiagonal& K, std::vector<Node
         add(g[i], 3, -m);
         const Mat3 k = -0.5 * skew_matrix(m);
         for (int r = 0; r < 3; ++r)
-            for (int c = 0; c < 3; ++c) K.diagonal(int(i))(r + 3, c + 3) += k(r, c);
+            for (int c = 0; c < 3; ++c)
+                K.diagonal(int(i))(r + 3, c + 3) += k(r, c);
     }
 }
 
@@ -202,7 +204,8 @@ void hold_in_plane(const Wire& wire, BlockTridiagonal& K, std::vector<Node6>& g)
         const double out = n[0] * r[0] + n[1] * r[1] + n[2] * r[2];
         for (int a = 0; a < 3; ++a) {
             r[a] -= out * n[a];
-            for (int b = 0; b < 3; ++b) d(a, b) += scale * n[a] * n[b];
+            for (int b = 0; b < 3; ++b)
+                d(a, b) += scale * n[a] * n[b];
         }
         const double turn = 1e6 * (d(3, 3) + d(4, 4) + d(5, 5));
         for (int a : {3, 4}) {
@@ -270,14 +273,13 @@ ElementLaw held_element_law(const Wire& wire, const WireState& s)
     return law;
 }
 
-std::optional<WirePlace> place_of(const Wire& wire, const WireState& state, double s,
-                                  int element, double xi)
+std::optional<WirePlace> place_of(const Wire& wire, const WireState& state, double s, int element,
+                                  double xi)
 {
     const std::vector<double>& node = wire.material.node;
     if (element > state.first || !wire.sheath) {
         if (element < state.first) return {};
-        return WirePlace{element, xi,
-                         node[std::size_t(element) + 1] - node[std::size_t(element)]};
+        return WirePlace{element, xi, node[std::size_t(element) + 1] - node[std::size_t(element)]};
     }
     if (!wire.outside()) return {};
     const double end = material_at_end(wire, state);
@@ -351,7 +353,8 @@ void drive_base(Wire& wire, double insertion, double twist)
     if (!wire.outside()) {
         s.inserted = insertion;
         s.rotation = twist;
-        for (Reaction& r : s.reaction) r = {};
+        for (Reaction& r : s.reaction)
+            r = {};
         return;
     }
     const bool was_out = old.first < wire.last();
@@ -374,7 +377,8 @@ void drive_base(Wire& wire, double insertion, double twist)
                 n = node_at(held_point(wire, old, at), held_rotation(wire, old, at));
                 continue;
             }
-            while (j + 1 < last && wire.material.node[std::size_t(j) + 1] < at) ++j;
+            while (j + 1 < last && wire.material.node[std::size_t(j) + 1] < at)
+                ++j;
             const double a = j == old.first ? old_end : wire.material.node[std::size_t(j)];
             const double b = wire.material.node[std::size_t(j) + 1];
             if (at <= b) {
@@ -423,8 +427,7 @@ BaseLoad base_load(const Wire& wire)
     const Section c = section_at(wire.material, end);
     if (!wire.outside()) {
         // Nothing is bent outside: pushing sets free the energy that the sheath holds.
-        return {-0.5 * c.stiffness[4] *
-                    (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]),
+        return {-0.5 * c.stiffness[4] * (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]),
                 0};
     }
     const HeldWire held = held_between_base_and(wire.material, end);
@@ -487,7 +490,8 @@ void move_wire(Wire& wire, const std::vector<Node6>& increment, double factor)
     for (int i = s.first + 1; i <= wire.last(); ++i) {
         const double* d = increment[std::size_t(i)].value;
         BeamNode& n = s.nodes[std::size_t(i)];
-        for (int k = 0; k < 3; ++k) n.move(k, factor * d[k]);
+        for (int k = 0; k < 3; ++k)
+            n.move(k, factor * d[k]);
         rotate_in_body(n.q, factor * Vec3(d[3], d[4], d[5]));
     }
     if (wire.sheath) {

@@ -15,15 +15,15 @@ namespace amontons {
 /// torsional and bending energy, and its two freedoms are the length that has come out and
 /// the rotation at the sheath's end.
 struct Sheath {
-    Vec3 end = Vec3::Zero();          ///< where the grip is rigid for the last time [m]
-    Mat3 frame = Mat3::Identity();    ///< columns: direction, material axes 2 and 3 at no twist
-    double fade = 0;                  ///< the grip fades out over this length behind `end` [m]
-    double grip = 0;                  ///< lateral stiffness per length where the fading begins [N/m^2]
+    Vec3 end = Vec3::Zero();       ///< where the grip is rigid for the last time [m]
+    Mat3 frame = Mat3::Identity(); ///< columns: direction, material axes 2 and 3 at no twist
+    double fade = 0;               ///< the grip fades out over this length behind `end` [m]
+    double grip = 0;               ///< lateral stiffness per length where the fading begins [N/m^2]
 };
 
 /// Reaction at a contact of point and wall.
 struct Reaction {
-    double normal = 0;            ///< [N], >= 0
+    double normal = 0;              ///< [N], >= 0
     Vec3 tangential = Vec3::Zero(); ///< in space [N]
     bool sticks = false;
 };
@@ -34,8 +34,8 @@ struct WireState {
     double inserted = 0;      ///< length of wire past the sheath's rigid end [m]
     double inserted_rest = 0; ///< what `inserted` is too coarse for: the first element is short [m]
     double rotation = 0;      ///< of the section there about the axis [rad]
-    double base_insertion = 0; ///< given [m]
-    double base_twist = 0;     ///< given [rad]
+    double base_insertion = 0;      ///< given [m]
+    double base_twist = 0;          ///< given [rad]
     std::vector<BeamNode> nodes;    ///< those before `first` mean nothing
     std::vector<Reaction> reaction; ///< [point * walls + wall]
 };
@@ -43,10 +43,10 @@ struct WireState {
 /// A wire that nothing changes but its state.
 struct Wire {
     WireMaterial material;
-    std::optional<Sheath> sheath;     ///< or a clamp at node 0
-    std::optional<Vec3> plane;        ///< normal of the plane that the wire is held in
-    std::vector<Vec3> dead_force;     ///< on each node, fixed in space [N]; may be empty
-    std::vector<Vec3> dead_moment;    ///< [N m]
+    std::optional<Sheath> sheath;  ///< or a clamp at node 0
+    std::optional<Vec3> plane;     ///< normal of the plane that the wire is held in
+    std::vector<Vec3> dead_force;  ///< on each node, fixed in space [N]; may be empty
+    std::vector<Vec3> dead_moment; ///< [N m]
     WireState state;
 
     int last() const { return int(material.node.size()) - 1; } ///< tip node
@@ -67,12 +67,12 @@ ElementLaw held_element_law(const Wire& wire, const WireState& state);
 /// A place on the wire's centreline.
 struct WirePlace {
     int element = 0;
-    double xi = 0;         ///< 0..1 in it
-    double length = 0;     ///< rest length of the element [m]
+    double xi = 0;     ///< 0..1 in it
+    double length = 0; ///< rest length of the element [m]
 };
 /// Where a material point is; nothing if it is still in the sheath.
-std::optional<WirePlace> place_of(const Wire& wire, const WireState& state, double s,
-                                  int element, double xi);
+std::optional<WirePlace> place_of(const Wire& wire, const WireState& state, double s, int element,
+                                  double xi);
 
 /// Position on the smooth (cubic Hermite) centreline.
 Vec3 centreline_point(const WireState& state, const WirePlace& place);

@@ -57,8 +57,8 @@ StepStart mark_step_start(const Wire& wire)
     return start;
 }
 
-void find_candidates(const Wire& wire, const std::vector<WireWall>& walls,
-                     const StepStart& start, double reach, std::vector<Proximity>& proximity,
+void find_candidates(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
+                     double reach, std::vector<Proximity>& proximity,
                      std::vector<Candidate>& candidates)
 {
     candidates.clear();
@@ -74,8 +74,7 @@ void find_candidates(const Wire& wire, const std::vector<WireWall>& walls,
             const Reaction& r = s.reaction[index];
             Proximity& near = proximity[index];
             const double need = m.radius + reach;
-            if (near.distance >= 0 && r.normal == 0 &&
-                near.distance - (x - near.at).norm() > need)
+            if (near.distance >= 0 && r.normal == 0 && near.distance - (x - near.at).norm() > need)
                 continue;
             const WallSample sample = walls[w].wall->sample(x, near.hint);
             near.at = x;
@@ -153,7 +152,8 @@ void assemble_reactions(const Wire& wire, const std::vector<Candidate>& candidat
         if (!(c.normal > 0)) continue;
         const int e = c.place.element;
         const std::size_t n = std::size_t(e);
-        g[n].column -= splat6(c.normal) * c.hn.a.column + splat6(c.tangential[0]) * c.ht[0].a.column +
+        g[n].column -= splat6(c.normal) * c.hn.a.column +
+                       splat6(c.tangential[0]) * c.ht[0].a.column +
                        splat6(c.tangential[1]) * c.ht[1].a.column;
         g[n + 1].column -= splat6(c.normal) * c.hn.b.column +
                            splat6(c.tangential[0]) * c.ht[0].b.column +
@@ -189,7 +189,8 @@ void assemble_reactions(const Wire& wire, const std::vector<Candidate>& candidat
             k.diagonal().array() -= weight * fb.x();
             Block6& d = K.diagonal(node);
             for (int j = 0; j < 3; ++j)
-                for (int i = 0; i < 3; ++i) d(i + 3, j + 3) -= k(i, j);
+                for (int i = 0; i < 3; ++i)
+                    d(i + 3, j + 3) -= k(i, j);
         }
     }
 }

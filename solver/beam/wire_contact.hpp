@@ -36,25 +36,25 @@ StepStart mark_step_start(const Wire& wire);
 /// A contact point near a wall: geometry in the current state, frame (n, t1 along the wire, t2).
 struct Candidate {
     int point = 0, wall = 0;
-    int index = 0;         ///< into WireState::reaction
+    int index = 0; ///< into WireState::reaction
     WirePlace place;
-    Vec3 x;                ///< on the centreline [m]
+    Vec3 x; ///< on the centreline [m]
     Vec3 n, t1, t2;
-    Mat3 hessian;          ///< of the distance to the wall [1/m]
-    double gap = 0;        ///< [m]
+    Mat3 hessian;            ///< of the distance to the wall [1/m]
+    double gap = 0;          ///< [m]
     double slip[2] = {0, 0}; ///< over the step, of the wire's surface [m]
     double mu = 0;
     double radius = 0;
-    double stiffness = 0;  ///< the wire's own scale, EI / l^3 [N/m]
-    double normal = 0;     ///< reaction [N]
+    double stiffness = 0; ///< the wire's own scale, EI / l^3 [N/m]
+    double normal = 0;    ///< reaction [N]
     double tangential[2] = {0, 0};
     bool sticks = false;
-    ContactRow hn, ht[2];  ///< derivatives of gap and slips
+    ContactRow hn, ht[2]; ///< derivatives of gap and slips
 };
 
 /// All points whose gap is below `reach` or that carry a reaction.
-void find_candidates(const Wire& wire, const std::vector<WireWall>& walls,
-                     const StepStart& start, double reach, std::vector<Proximity>& proximity,
+void find_candidates(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
+                     double reach, std::vector<Proximity>& proximity,
                      std::vector<Candidate>& candidates);
 
 /// Smallest gap of any contact point [m], and that point; +infinity if there is none.

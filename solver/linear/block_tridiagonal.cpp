@@ -9,9 +9,9 @@ namespace {
 
 typedef long long Mask6 __attribute__((vector_size(64), aligned(64)));
 
-constexpr Mask6 kAllBut[6] = {
-    {0, -1, -1, -1, -1, -1, 0, 0}, {-1, 0, -1, -1, -1, -1, 0, 0}, {-1, -1, 0, -1, -1, -1, 0, 0},
-    {-1, -1, -1, 0, -1, -1, 0, 0}, {-1, -1, -1, -1, 0, -1, 0, 0}, {-1, -1, -1, -1, -1, 0, 0, 0}};
+constexpr Mask6 kAllBut[6] = {{0, -1, -1, -1, -1, -1, 0, 0}, {-1, 0, -1, -1, -1, -1, 0, 0},
+                              {-1, -1, 0, -1, -1, -1, 0, 0}, {-1, -1, -1, 0, -1, -1, 0, 0},
+                              {-1, -1, -1, -1, 0, -1, 0, 0}, {-1, -1, -1, -1, -1, 0, 0, 0}};
 constexpr Column6 kUnit[6] = {{1, 0, 0, 0, 0, 0, 0, 0}, {0, 1, 0, 0, 0, 0, 0, 0},
                               {0, 0, 1, 0, 0, 0, 0, 0}, {0, 0, 0, 1, 0, 0, 0, 0},
                               {0, 0, 0, 0, 1, 0, 0, 0}, {0, 0, 0, 0, 0, 1, 0, 0}};
@@ -36,8 +36,7 @@ inline int invert(Block6& a)
             kUnit[k] * splat6(inverse) - without(k, a.column[k]) * splat6(inverse);
 #pragma GCC unroll 6
         for (int j = 0; j < 6; ++j)
-            if (j != k)
-                a.column[j] = without(k, a.column[j]) + column * splat6(a.column[j][k]);
+            if (j != k) a.column[j] = without(k, a.column[j]) + column * splat6(a.column[j][k]);
         a.column[k] = column;
     }
     return negative;
@@ -99,7 +98,8 @@ int BlockTridiagonal::factor(int from)
             const Block6& e = eliminated_[i - 1];
             for (int j = 0; j < 6; ++j) {
                 Column6 sum = s.column[j];
-                for (int k = 0; k < 6; ++k) sum -= l.column[k] * splat6(e(k, j));
+                for (int k = 0; k < 6; ++k)
+                    sum -= l.column[k] * splat6(e(k, j));
                 s.column[j] = sum;
             }
         }
@@ -111,7 +111,8 @@ int BlockTridiagonal::factor(int from)
             const Block6& u = upper_[i];
             for (int j = 0; j < 6; ++j) {
                 Column6 sum = s.column[0] * splat6(u(0, j));
-                for (int k = 1; k < 6; ++k) sum += s.column[k] * splat6(u(k, j));
+                for (int k = 1; k < 6; ++k)
+                    sum += s.column[k] * splat6(u(k, j));
                 eliminated_[i].column[j] = sum;
             }
         }

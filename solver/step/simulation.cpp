@@ -38,7 +38,7 @@ void add(EnergyRecord& sum, const EnergyRecord& step)
 
 /// Plain numbers that a wire's history needs; copied to and from checkpoints as they are.
 struct WireHistory {
-    double elastic_start = 0;  ///< J, of the initial state
+    double elastic_start = 0; ///< J, of the initial state
     double elastic = 0, kinetic = 0;
     double cap = std::numeric_limits<double>::infinity(); ///< insertion at an opening [m]
     double max_push = 0, max_torque = 0, max_depth = 0, max_cluster = 0;
@@ -278,17 +278,15 @@ void Simulation::State::finish(RunSummary& s) const
         s.quantities.push_back({prefix + "max_push_force", "N", k.max_push});
         s.quantities.push_back({prefix + "max_torque", "N m", k.max_torque});
         s.quantities.push_back({prefix + "max_clustered_force", "N", k.max_cluster});
-        s.quantities.push_back(
-            {prefix + "passed_through", "", double(count_outside(wires[w]))});
+        s.quantities.push_back({prefix + "passed_through", "", double(count_outside(wires[w]))});
         if (w > 0) continue;
-        s.branch = k.branch < 0 ? ""
-                                : obstacles[std::size_t(k.branch_wall)]
-                                      .model.branches[std::size_t(k.branch)]
-                                      .name;
+        s.branch =
+            k.branch < 0
+                ? ""
+                : obstacles[std::size_t(k.branch_wall)].model.branches[std::size_t(k.branch)].name;
         if (k.opening >= 0)
-            s.branch = obstacles[std::size_t(k.opening_wall)]
-                           .model.openings[std::size_t(k.opening)]
-                           .name;
+            s.branch =
+                obstacles[std::size_t(k.opening_wall)].model.openings[std::size_t(k.opening)].name;
     }
 }
 
@@ -370,7 +368,8 @@ RunSummary Simulation::run(StepObserver& observer, const std::atomic<bool>& stop
         double h = std::min(s.step_length, reach);
         if (reach - h < 1e-6 * s.longest()) h = reach; // no sliver before a knot
         std::vector<Vec3> tips;
-        for (const WireBody& b : s.wires) tips.push_back(wire_tip(b.wire));
+        for (const WireBody& b : s.wires)
+            tips.push_back(wire_tip(b.wire));
         bool failed = false;
         s.retries = 0;
         for (;;) {
@@ -385,8 +384,8 @@ RunSummary Simulation::run(StepObserver& observer, const std::atomic<bool>& stop
             h = std::max(0.5 * h, s.smallest());
         }
         if (failed)
-            return finish("failed", "step " + std::to_string(s.step + 1) + " (t = " +
-                                        std::to_string(s.time) + " s): " + refusal +
+            return finish("failed", "step " + std::to_string(s.step + 1) +
+                                        " (t = " + std::to_string(s.time) + " s): " + refusal +
                                         describe_worst(s.wires, report.newton.residual));
         s.step_length = std::min(2 * h, s.longest());
         s.note_openings(tips);
@@ -413,7 +412,8 @@ const std::vector<Obstacle>& Simulation::obstacles() const
 std::vector<BodyPlan> Simulation::plan() const
 {
     std::vector<BodyPlan> plan;
-    for (const Obstacle& o : state_->obstacles) plan.push_back({o.name, "obstacle", 0});
+    for (const Obstacle& o : state_->obstacles)
+        plan.push_back({o.name, "obstacle", 0});
     for (std::size_t w = 0; w < state_->wires.size(); ++w)
         plan.push_back({state_->scene.beams[w].name, "beam",
                         6 * int(state_->wires[w].wire.material.node.size())});
@@ -442,7 +442,8 @@ std::vector<std::byte> Simulation::save() const
         save_wire(s.wires[w], out);
         out.value(s.history[w]);
     }
-    for (const std::vector<double>& f : s.max_force) out.vector(f);
+    for (const std::vector<double>& f : s.max_force)
+        out.vector(f);
     out.value(s.summary.seconds);
     out.value(s.summary.contacts_max);
     out.value(s.summary.worst_error);
@@ -493,7 +494,8 @@ void Simulation::restore(const std::vector<std::byte>& state)
     s.contact_steps = contact_steps;
     s.contacts_sum = contacts_sum;
     s.energy = energy;
-    for (std::size_t w = 0; w < wires.size(); ++w) restore_wire(s.wires[w], wires[w]);
+    for (std::size_t w = 0; w < wires.size(); ++w)
+        restore_wire(s.wires[w], wires[w]);
     s.history = std::move(history);
     s.max_force = std::move(force);
     s.summary = std::move(sum);

@@ -53,7 +53,8 @@ WireMotion motion_of(const Scene& scene, const WireMaterial& m)
     for (std::size_t i = 0; i + 1 < m.node.size(); ++i) {
         const double middle = 0.5 * (m.node[i] + m.node[i + 1]);
         std::size_t k = m.segments.size() - 1;
-        while (k > 0 && m.segment_start[k] > middle) --k;
+        while (k > 0 && m.segment_start[k] > middle)
+            --k;
         const BeamSegment& g = m.segments[k];
         const double h = m.node[i + 1] - m.node[i];
         const double area = 3.14159265358979323846 * g.radius * g.radius;
@@ -79,7 +80,8 @@ WireBody build_wire(const Scene& scene, const BeamInput& beam,
     sheath.end = beam.introducer.at - sheath.fade * sheath.frame.col(0);
     if (sheath.fade > 0) {
         double EI = 0;
-        for (const BeamSegment& g : beam.segments) EI = std::max({EI, g.EI[0], g.EI[1]});
+        for (const BeamSegment& g : beam.segments)
+            EI = std::max({EI, g.EI[0], g.EI[1]});
         sheath.grip = kGripOverBending * EI / std::pow(sheath.fade, 4);
     }
     wire.sheath = sheath;
@@ -88,10 +90,8 @@ WireBody build_wire(const Scene& scene, const BeamInput& beam,
     std::vector<WireWall> walls;
     for (std::size_t o = 0; o < obstacles.size(); ++o)
         for (const ContactLaw& law : scene.contact) {
-            const bool one =
-                law.between[0] == beam.name && law.between[1] == obstacles[o].name;
-            const bool other =
-                law.between[1] == beam.name && law.between[0] == obstacles[o].name;
+            const bool one = law.between[0] == beam.name && law.between[1] == obstacles[o].name;
+            const bool other = law.between[1] == beam.name && law.between[0] == obstacles[o].name;
             if (!one && !other) continue;
             WireWall w;
             w.wall = &obstacles[o].model.wall;
@@ -129,12 +129,12 @@ void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body
             continue;
         }
         double most = 0;
-        for (const auto& c : beam.insertion) most = std::max(most, c[1]);
+        for (const auto& c : beam.insertion)
+            most = std::max(most, c[1]);
         if (most <= 0) continue;
         // The first stretch along the sheath must be free, or the wire starts against a wall.
         const double step = std::min(radius, most);
-        if (o.model.wall.distance(x + step * body.wire.sheath->frame.col(0), hint) <
-            0.25 * radius)
+        if (o.model.wall.distance(x + step * body.wire.sheath->frame.col(0), hint) < 0.25 * radius)
             issues.push_back({scene.file, "/bodies/" + beam.name + "/introducer/direction",
                               "a direction straight into the wall of " + o.name,
                               "a direction into the free space"});
@@ -153,15 +153,18 @@ void save_wire(const WireBody& b, ByteWriter& out)
     out.vector(s.nodes);
     out.value(std::uint64_t(s.reaction.size()));
     const auto vec = [&](const Vec3& v) {
-        for (int k = 0; k < 3; ++k) out.value(v[k]);
+        for (int k = 0; k < 3; ++k)
+            out.value(v[k]);
     };
     for (const Reaction& r : s.reaction) {
         out.value(r.normal);
         vec(r.tangential);
         out.value(r.sticks);
     }
-    for (const Vec3& v : b.velocity) vec(v);
-    for (const Vec3& v : b.spin) vec(v);
+    for (const Vec3& v : b.velocity)
+        vec(v);
+    for (const Vec3& v : b.spin)
+        vec(v);
     for (const Proximity& p : b.work->proximity) {
         out.value(p.hint.piece);
         vec(p.at);
@@ -187,7 +190,8 @@ SavedWire read_wire(const WireBody& b, ByteReader& in)
         ByteReader::refuse("another number of contact points");
     const auto vec = [&] {
         Vec3 v;
-        for (int k = 0; k < 3; ++k) v[k] = in.value<double>();
+        for (int k = 0; k < 3; ++k)
+            v[k] = in.value<double>();
         return v;
     };
     s.reaction.resize(b.wire.state.reaction.size());
@@ -198,7 +202,8 @@ SavedWire read_wire(const WireBody& b, ByteReader& in)
     }
     for (std::vector<Vec3>* list : {&w.velocity, &w.spin}) {
         list->resize(b.wire.material.node.size());
-        for (Vec3& v : *list) v = vec();
+        for (Vec3& v : *list)
+            v = vec();
     }
     w.proximity.resize(b.work->proximity.size());
     for (Proximity& p : w.proximity) {

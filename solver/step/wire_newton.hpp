@@ -40,10 +40,10 @@ struct NewtonOptions {
 
 struct NewtonReport {
     bool converged = false;
-    bool stable = false;       ///< no negative eigenvalue on the motions that contact leaves free
+    bool stable = false; ///< no negative eigenvalue on the motions that contact leaves free
     int iterations = 0;
     int factorisations = 0;
-    int shifted = 0;           ///< iterations that needed a shift to be positive definite
+    int shifted = 0; ///< iterations that needed a shift to be positive definite
     Residual residual;
     double seconds_elements = 0, seconds_detection = 0, seconds_contact = 0, seconds_rest = 0;
 };
@@ -58,9 +58,9 @@ struct NewtonWorkspace {
     std::vector<Proximity> proximity;
     /// per candidate
     struct Trial {
-        int status = 0;            ///< 0 open, 1 stick, 2 slip
-        double c1 = 0, c2 = 0;     ///< slip force direction
-        double across = 0;         ///< stiffness across it [N/m]
+        int status = 0;                    ///< 0 open, 1 stick, 2 slip
+        double c1 = 0, c2 = 0;             ///< slip force direction
+        double across = 0;                 ///< stiffness across it [N/m]
         double normal = 0, t1 = 0, t2 = 0; ///< reaction after the trial [N]
         double gap = 0, v1 = 0, v2 = 0;    ///< after the trial [m]
     };

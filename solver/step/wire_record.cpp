@@ -19,7 +19,8 @@ SectionForce section_force(const Wire& w, int element)
         element == w.state.first ? held_element_law(w, w.state) : w.material.law[n];
     const auto e = element_strain(w.state.nodes[n], w.state.nodes[n + 1], law.length);
     std::array<double, 6> f;
-    for (std::size_t i = 0; i < 6; ++i) f[i] = (law.S[i] * e[i] - law.P[i]) / law.length;
+    for (std::size_t i = 0; i < 6; ++i)
+        f[i] = (law.S[i] * e[i] - law.P[i]) / law.length;
     return {f[0], f[3], std::hypot(f[4], f[5]), std::hypot(e[4], e[5]), e[3]};
 }
 
@@ -90,12 +91,11 @@ void record_wire(const WireBody& b, const std::string& name, int body,
             const SectionForce here = tip ? before : section_force(w, i);
             if (i == w.state.first) before = here;
             // Strains are constant in an element: a node shows the mean of its two.
-            const auto mean = [&](double SectionForce::*f) {
-                return 0.5 * (before.*f + here.*f);
-            };
+            const auto mean = [&](double SectionForce::*f) { return 0.5 * (before.*f + here.*f); };
             const double s = i == w.state.first ? end : w.material.node[n];
             std::size_t g = w.material.segments.size() - 1;
-            while (g > 0 && w.material.segment_start[g] > s) --g;
+            while (g > 0 && w.material.segment_start[g] > s)
+                --g;
             radius.values.push_back(w.material.segments[g].radius);
             curvature.values.push_back(mean(&SectionForce::curvature));
             twist.values.push_back(mean(&SectionForce::twist));

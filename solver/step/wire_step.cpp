@@ -20,7 +20,8 @@ NewtonOptions newton_options(const WireBody& b, double shift)
     NewtonOptions o;
     o.tolerance = b.tolerance;
     double radius = 0;
-    for (const BeamSegment& g : b.wire.material.segments) radius = std::max(radius, g.radius);
+    for (const BeamSegment& g : b.wire.material.segments)
+        radius = std::max(radius, g.radius);
     o.reach = std::max(1.35 * radius, 1.5 * std::abs(shift));
     o.longest_move = 0.8 * b.grain;
     return o;
@@ -45,15 +46,13 @@ double friction_work(const std::vector<Candidate>& candidates)
 {
     double sum = 0;
     for (const Candidate& c : candidates)
-        if (c.normal > 0)
-            sum -= c.tangential[0] * c.slip[0] + c.tangential[1] * c.slip[1];
+        if (c.normal > 0) sum -= c.tangential[0] * c.slip[0] + c.tangential[1] * c.slip[1];
     return sum;
 }
 
 // A distance to a wall changes no faster than the point moves, so a straight way is free if the
 // two distances at its ends cover it; else it is followed in steps of the distance itself.
-bool way_is_free(const Wall& wall, const Vec3& from, const Vec3& to, double radius,
-                 WallHint& hint)
+bool way_is_free(const Wall& wall, const Vec3& from, const Vec3& to, double radius, WallHint& hint)
 {
     const double length = (to - from).norm();
     const double a = wall.distance(from, hint), b = wall.distance(to, hint);
@@ -103,7 +102,8 @@ Vec3 rotation_between(const double from[4], const double to[4])
     double r[4];
     quaternion_product(conj, to, r);
     if (r[0] < 0)
-        for (double& v : r) v = -v;
+        for (double& v : r)
+            v = -v;
     const Vec3 v(r[1], r[2], r[3]);
     const double s = v.norm();
     return s < 1e-12 ? Vec3(2 * v) : Vec3(2 * std::atan2(s, r[0]) / s * v);
@@ -117,7 +117,8 @@ BeamNode node_before(const Wire& wire, const WireState& old, int i)
     BeamNode n;
     const Vec3 x = held_point(wire, old, s);
     const Quaternion q = held_rotation(wire, old, s);
-    for (int k = 0; k < 3; ++k) n.x[k] = x[k];
+    for (int k = 0; k < 3; ++k)
+        n.x[k] = x[k];
     std::copy(q.q, q.q + 4, n.q);
     return n;
 }
@@ -135,7 +136,8 @@ Anchor inertia_anchor(const WireBody& b, const WireState& old, double h)
         const std::size_t k = std::size_t(i);
         BeamNode& r = a.reference[k];
         r = node_before(b.wire, old, i);
-        for (int c = 0; c < 3; ++c) r.x[c] += h / d * b.velocity[k][c];
+        for (int c = 0; c < 3; ++c)
+            r.x[c] += h / d * b.velocity[k][c];
         rotate_in_body(r.q, h / d * b.spin[k]);
         a.linear[k] = b.motion.mass[k] * d / (h * h);
         a.angular[k] = b.motion.inertia[k] * d / (h * h);
@@ -193,8 +195,7 @@ std::vector<Node6> weakest_mode(WireBody& b)
 
 } // namespace
 
-WireBody make_wire_body(Wire wire, std::vector<WireWall> walls, WireMotion motion,
-                        double tolerance)
+WireBody make_wire_body(Wire wire, std::vector<WireWall> walls, WireMotion motion, double tolerance)
 {
     WireBody b;
     b.wire = std::move(wire);
@@ -238,8 +239,8 @@ StepReport try_step(WireBody& b, double insertion, double twist, double length)
     drive_base(b.wire, insertion, twist);
     Anchor anchor;
     if (b.motion.dynamic) anchor = inertia_anchor(b, old, length);
-    const NewtonReport newton = solve_equilibrium(b.wire, b.walls, start, anchor,
-                                                  newton_options(b, shift), *b.work);
+    const NewtonReport newton =
+        solve_equilibrium(b.wire, b.walls, start, anchor, newton_options(b, shift), *b.work);
     add(r.newton, newton);
     if (!newton.converged) {
         refuse(b, old, r, "no convergence");
@@ -293,13 +294,14 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
     options.max_iterations = 15;
     attempt.max_iterations = 10;
     const std::size_t nodes = b.wire.material.node.size();
-    const double unit = *std::max_element(b.wire.material.stiffness.begin(),
-                                          b.wire.material.stiffness.end());
+    const double unit =
+        *std::max_element(b.wire.material.stiffness.begin(), b.wire.material.stiffness.end());
     const double target = 0.1 * b.grain;
     double weight = 1e-3 * unit, energy = elastic_energy(b.wire);
     const double energy_floor = 1e-3 * b.scale_force * b.grain;
     std::vector<Node6> pull(nodes), pull_before(nodes);
-    for (Node6& n : pull_before) n.column = Column6{};
+    for (Node6& n : pull_before)
+        n.column = Column6{};
     bool base_moved = false, pushed_off = false, failed = false;
     int until_attempt = 1; // increments before the wire is tried at rest
     double base_work = 0;
@@ -336,7 +338,8 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
                 move_wire(b.wire, mode, 1e-3 * b.grain);
                 pushed_off = true;
                 energy = elastic_energy(b.wire);
-                for (Node6& n : pull_before) n.column = Column6{};
+                for (Node6& n : pull_before)
+                    n.column = Column6{};
                 continue;
             }
             b.wire.state = before;

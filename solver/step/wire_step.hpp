@@ -15,9 +15,9 @@ namespace amontons {
 /// How a wire moves in time.
 struct WireMotion {
     bool dynamic = false;
-    double damping = 0;             ///< mass-proportional [1/s]
-    std::vector<double> mass;       ///< lumped, per node [kg]
-    std::vector<double> inertia;    ///< lumped, about any axis, per node [kg m^2]
+    double damping = 0;          ///< mass-proportional [1/s]
+    std::vector<double> mass;    ///< lumped, per node [kg]
+    std::vector<double> inertia; ///< lumped, about any axis, per node [kg m^2]
 };
 
 /// A wire with its walls and everything that a step needs.
@@ -25,11 +25,11 @@ struct WireBody {
     Wire wire;
     std::vector<WireWall> walls;
     WireMotion motion;
-    std::vector<Vec3> velocity;     ///< per node, dynamic [m/s]
-    std::vector<Vec3> spin;         ///< per node, in the body frame [rad/s]
+    std::vector<Vec3> velocity; ///< per node, dynamic [m/s]
+    std::vector<Vec3> spin;     ///< per node, in the body frame [rad/s]
     double tolerance = 1e-8;
-    double grain = 0;               ///< length scale of the wire's mesh: its longest element [m]
-    double scale_force = 0;         ///< EI / length^2 of the wire [N]
+    double grain = 0;       ///< length scale of the wire's mesh: its longest element [m]
+    double scale_force = 0; ///< EI / length^2 of the wire [N]
     std::unique_ptr<NewtonWorkspace> work;
 };
 WireBody make_wire_body(Wire wire, std::vector<WireWall> walls, WireMotion motion,
@@ -38,13 +38,13 @@ WireBody make_wire_body(Wire wire, std::vector<WireWall> walls, WireMotion motio
 /// What one accepted step did.
 struct StepReport {
     bool accepted = false;
-    std::string refusal;            ///< why not
-    NewtonReport newton;            ///< sums over all its solves; residual of the last
-    EnergyRecord energy;            ///< increments of work, friction, released; elastic and kinetic now
+    std::string refusal; ///< why not
+    NewtonReport newton; ///< sums over all its solves; residual of the last
+    EnergyRecord energy; ///< increments of work, friction, released; elastic and kinetic now
     bool snapped = false;
-    double released = 0;            ///< in a snap [J]
-    int relaxations = 0;            ///< increments of the damped relaxation
-    int passed_through = 0;         ///< contact points beyond a wall
+    double released = 0;    ///< in a snap [J]
+    int relaxations = 0;    ///< increments of the damped relaxation
+    int passed_through = 0; ///< contact points beyond a wall
 };
 
 /// Tries to bring the wire from its present equilibrium to a new base in one step.
