@@ -24,7 +24,8 @@ public:
     template <class T> void vector(const std::vector<T>& v)
     {
         value(std::uint64_t(v.size()));
-        for (const T& x : v) value(x);
+        for (const T& x : v)
+            value(x);
     }
     std::vector<std::byte> take() { return std::move(bytes_); }
 
@@ -52,7 +53,8 @@ public:
         if (size > most || size > (bytes_.size() - at_) / sizeof(T)) refuse("an impossible size");
         std::vector<T> v;
         v.reserve(size);
-        for (std::uint64_t i = 0; i < size; ++i) v.push_back(value<T>());
+        for (std::uint64_t i = 0; i < size; ++i)
+            v.push_back(value<T>());
         return v;
     }
     /// A vector that must have this size.

@@ -28,14 +28,15 @@ struct Obstacle {
 /// One body's line of the plan.
 struct BodyPlan {
     std::string name;
-    std::string kind;  ///< "obstacle" | "beam"
-    int unknowns = 0;  ///< at its largest
+    std::string kind; ///< "obstacle" | "beam"
+    int unknowns = 0; ///< at its largest
 };
 
 /// The only owner of bodies: made once from a scene, then advanced step by step.
 class Simulation {
 public:
-    /// @throws InputError  if a body cannot be made as the scene says (e.g. the wire starts inside a wall)
+    /// @throws InputError  if a body cannot be made as the scene says (e.g. the wire starts inside
+    /// a wall)
     Simulation(const Scene& scene, std::vector<Obstacle> obstacles);
     Simulation(Simulation&&) noexcept;
     ~Simulation();
