@@ -67,6 +67,33 @@ WireMotion motion_of(const Scene& scene, const WireMaterial& m)
     return motion;
 }
 
+/// A wire can be held in a plane only if nothing takes it out.
+void check_plane(const Scene& scene, const BeamInput& beam, std::vector<Issue>& issues)
+{
+    const std::string place = "/bodies/" + beam.name;
+    const Vec3 n = beam.plane->normalized();
+    const auto in_plane = [&](const Vec3& v) { return std::abs(n.dot(v)) <= 1e-9 * v.norm(); };
+    if (!in_plane(beam.introducer.direction))
+        issues.push_back({scene.file, place + "/introducer/direction", "a direction out of `plane`",
+                          "one in the plane that the wire is held in"});
+    if (beam.introducer.normal && !in_plane(*beam.introducer.normal))
+        issues.push_back({scene.file, place + "/introducer/normal", "a direction out of `plane`",
+                          "one in the plane that the wire is held in"});
+    for (const auto& t : beam.twist)
+        if (t[1] != 0) {
+            issues.push_back({scene.file, place + "/drive/twist", "a twist of " + number(t[1]),
+                              "0: a wire held in a plane cannot turn"});
+            break;
+        }
+    for (std::size_t k = 0; k < beam.segments.size(); ++k)
+        if (beam.segments[k].curvature != 0 &&
+            std::abs(std::sin(beam.segments[k].curvature_angle)) > 1e-9)
+            issues.push_back({scene.file,
+                              place + "/segments/" + std::to_string(k) + "/curvature_angle",
+                              number(beam.segments[k].curvature_angle),
+                              "0 or pi: a wire held in a plane bends in it"});
+}
+
 } // namespace
 
 WireBody build_wire(const Scene& scene, const BeamInput& beam,
@@ -114,6 +141,7 @@ void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body
                  const std::vector<Obstacle>& obstacles, const std::vector<int>& near,
                  std::vector<Issue>& issues)
 {
+    if (beam.plane) check_plane(scene, beam, issues);
     const std::string place = "/bodies/" + beam.name + "/introducer/at";
     for (std::size_t k = 0; k < near.size(); ++k) {
         const Obstacle& o = obstacles[std::size_t(near[k])];
