@@ -73,9 +73,6 @@ void check_plane(const Scene& scene, const BeamInput& beam, std::vector<Issue>& 
     const std::string place = "/bodies/" + beam.name;
     const Vec3 n = beam.plane->normalized();
     const auto in_plane = [&](const Vec3& v) { return std::abs(n.dot(v)) <= 1e-9 * v.norm(); };
-    if (!in_plane(beam.introducer.direction))
-        issues.push_back({scene.file, place + "/introducer/direction", "a direction out of `plane`",
-                          "one in the plane that the wire is held in"});
     if (beam.introducer.normal && !in_plane(*beam.introducer.normal))
         issues.push_back({scene.file, place + "/introducer/normal", "a direction out of `plane`",
                           "one in the plane that the wire is held in"});
