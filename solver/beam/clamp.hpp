@@ -1,0 +1,12 @@
+#pragma once
+
+#include "solver/beam/wire.hpp"
+
+namespace amontons {
+
+/// Starts a wire whose first node is clamped (no sheath): from a place and a direction on,
+/// with its natural shape, unstressed.
+/// @param frame  columns: tangent and the section's axes 2 and 3 at the clamp
+void start_clamped(Wire& wire, const Vec3& at, const Mat3& frame);
+
+} // namespace amontons

@@ -1,0 +1,155 @@
+#include "solver/linear/block_tridiagonal.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <doctest/doctest.h>
+#include <random>
+#include <vector>
+
+using namespace amontons;
+
+namespace {
+
+/// The same matrix as blocks and dense.
+struct Pair {
+    BlockTridiagonal blocks;
+    Eigen::MatrixXd dense;
+};
+
+Pair random_matrix(int nodes, bool symmetric, double diagonal, unsigned seed)
+{
+    std::mt19937 rng{seed};
+    std::uniform_real_distribution<double> uniform{-1, 1};
+    const auto block = [&] {
+        return Mat6{Mat6::NullaryExpr([&](Eigen::Index, Eigen::Index) { return uniform(rng); })};
+    };
+    Pair m{BlockTridiagonal(nodes), Eigen::MatrixXd::Zero(6 * nodes, 6 * nodes)};
+    m.blocks.set_zero();
+    for (int i = 0; i < nodes; ++i) {
+        Mat6 d = block() + diagonal * Mat6::Identity();
+        const Mat6 u = block();
+        Mat6 l = block();
+        if (symmetric) {
+            d = (0.5 * (d + d.transpose())).eval();
+            l = u.transpose();
+        }
+        m.dense.block<6, 6>(6 * i, 6 * i) = d;
+        if (i + 1 < nodes) {
+            m.dense.block<6, 6>(6 * i, 6 * i + 6) = u;
+            m.dense.block<6, 6>(6 * i + 6, 6 * i) = l;
+        }
+        for (int r = 0; r < 6; ++r)
+            for (int c = 0; c < 6; ++c) {
+                m.blocks.diagonal(i)(r, c) = d(r, c);
+                if (i + 1 < nodes) {
+                    m.blocks.upper(i)(r, c) = u(r, c);
+                    m.blocks.lower(i)(r, c) = l(r, c);
+                }
+            }
+    }
+    return m;
+}
+
+std::vector<Node6> nodes_of(const Eigen::VectorXd& b)
+{
+    std::vector<Node6> x(std::size_t(b.size()) / 6);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        x[i].column = Column6{};
+        for (int k = 0; k < 6; ++k)
+            x[i].value[k] = b[6 * Eigen::Index(i) + k];
+    }
+    return x;
+}
+
+Eigen::VectorXd vector_of(const std::vector<Node6>& x)
+{
+    Eigen::VectorXd b(6 * Eigen::Index(x.size()));
+    for (std::size_t i = 0; i < x.size(); ++i)
+        for (int k = 0; k < 6; ++k)
+            b[6 * Eigen::Index(i) + k] = x[i].value[k];
+    return b;
+}
+
+Eigen::VectorXd random_vector(Eigen::Index size, unsigned seed)
+{
+    std::mt19937 rng{seed};
+    std::uniform_real_distribution<double> uniform{-1, 1};
+    return Eigen::VectorXd::NullaryExpr(size, [&](Eigen::Index) { return uniform(rng); });
+}
+
+} // namespace
+
+TEST_CASE("the block solve gives what a dense LU with pivoting gives, symmetric or not")
+{
+    for (int n : {1, 2, 3, 7, 40})
+        for (bool symmetric : {true, false}) {
+            CAPTURE(n);
+            CAPTURE(symmetric);
+            Pair m = random_matrix(n, symmetric, 8, unsigned(n));
+            const Eigen::VectorXd b = random_vector(6 * n, 5);
+            std::vector<Node6> x = nodes_of(b);
+            m.blocks.factor(0);
+            m.blocks.solve(x);
+            const Eigen::VectorXd exact = m.dense.partialPivLu().solve(b);
+            CHECK((vector_of(x) - exact).norm() < 1e-12 * exact.norm());
+            // The comparison must be able to fail.
+            m.dense(0, 0) += 1e-6;
+            CHECK((vector_of(x) - m.dense.partialPivLu().solve(b)).norm() > 1e-10 * exact.norm());
+        }
+}
+
+TEST_CASE("the negative pivots of a symmetric matrix are its negative eigenvalues")
+{
+    int most = 0;
+    for (unsigned seed = 1; seed <= 40; ++seed) {
+        CAPTURE(seed);
+        Pair m = random_matrix(6, true, 0.15 * seed, seed);
+        const Eigen::VectorXd values =
+            Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(m.dense, Eigen::EigenvaluesOnly)
+                .eigenvalues();
+        const int negative = int((values.array() < 0).count());
+        most = std::max(most, negative);
+        CHECK(m.blocks.factor(0) == negative);
+    }
+    CHECK(most > 10); // else the law was tried on positive definite matrices only
+}
+
+TEST_CASE("a chain that begins later is the matrix without its first nodes")
+{
+    const int n = 9, first = 4;
+    Pair m = random_matrix(n, false, 8, 3);
+    const Eigen::VectorXd b = random_vector(6 * n, 4);
+    std::vector<Node6> x = nodes_of(b);
+    m.blocks.set_first(first);
+    m.blocks.factor(first);
+    m.blocks.solve(x);
+    const Eigen::Index rows = 6 * (n - first);
+    const Eigen::VectorXd exact =
+        m.dense.bottomRightCorner(rows, rows).partialPivLu().solve(b.tail(rows));
+    const Eigen::VectorXd got = vector_of(x);
+    CHECK((got.tail(rows) - exact).norm() < 1e-12 * exact.norm());
+    CHECK(got.head(6 * first) == b.head(6 * first)); // not touched
+}
+
+TEST_CASE("factoring again from a changed node, and solving from it, changes no result")
+{
+    const int n = 12, changed = 7;
+    Pair m = random_matrix(n, true, 8, 6);
+    m.blocks.factor(0);
+    const int whole_before = m.blocks.factor(0);
+    for (int k = 0; k < 6; ++k) {
+        m.blocks.diagonal(changed)(k, k) -= 14; // several eigenvalues change sign
+        m.dense(6 * changed + k, 6 * changed + k) -= 14;
+    }
+    const int partly = m.blocks.factor(changed);
+    Eigen::VectorXd b = random_vector(6 * n, 8);
+    b.head(6 * changed).setZero();
+    std::vector<Node6> all = nodes_of(b), from = nodes_of(b);
+    m.blocks.solve(all);
+    m.blocks.solve_from(from, changed);
+    const Eigen::VectorXd exact = m.dense.partialPivLu().solve(b);
+    CHECK((vector_of(all) - exact).norm() < 1e-11 * exact.norm());
+    CHECK((vector_of(from) - exact).norm() < 1e-11 * exact.norm());
+    CHECK(partly == m.blocks.factor(0));
+    CHECK(partly > whole_before);
+}
