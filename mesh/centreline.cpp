@@ -109,7 +109,7 @@ void Centreline::append_arc(double bend_radius, double angle, double turn, doubl
     piece.a0 = end_ + bend_radius * inward;
     piece.a1 = tangent_;
     piece.a2 = inward;
-    piece.a3 = Vec3::Zero();
+    piece.a3 = tangent_.cross(inward);
     piece.range = piece.length = bend_radius * angle;
     piece.r0 = radius_;
     piece.r1 = (end_radius - radius_) / piece.length;
@@ -189,9 +189,14 @@ double Centreline::nearest_(const Piece& p, const Vec3& x, double& u)
         const double angle = p.range / p.bend_radius;
         double theta = std::atan2(along, out);
         if (theta < 0) theta += 2 * std::numbers::pi;
-        if (theta > angle) // beyond the end: the nearer of the two ends, the first on a tie
-            theta = theta - angle < 2 * std::numbers::pi - theta ? angle : 0.0;
-        u = std::min(theta * p.bend_radius, p.range);
+        if (theta <= angle) { // over the arc itself: no need for the point
+            u = std::min(theta * p.bend_radius, p.range);
+            const double in_plane = std::sqrt(along * along + out * out) - p.bend_radius,
+                         off = e.dot(p.a3);
+            return in_plane * in_plane + off * off;
+        }
+        // Beyond the end: the nearer of the two ends, the first on a tie.
+        u = theta - angle < 2 * std::numbers::pi - theta ? p.range : 0.0;
         return (x - derivatives_(p, u).value).squaredNorm();
     }
     if (p.kind == Piece::Kind::line) {

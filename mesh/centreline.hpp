@@ -82,19 +82,19 @@ public:
 
 private:
     /// c(u) = a0 + a1 u + a2 u^2 + a3 u^3, or on an arc a0 + rho (sin(u/rho) a1 - cos(u/rho) a2)
-    /// with a0 the centre, a1 the first tangent, a2 from the start to the centre.
+    /// with a0 the centre, a1 the first tangent, a2 from the start to the centre, a3 across both.
     struct Piece {
         enum class Kind { line, arc, cubic } kind = Kind::line;
-        Vec3 a0, a1, a2, a3;
+        Vec3 a0 = Vec3::Zero(), a1 = a0, a2 = a0, a3 = a0;
         double bend_radius = 0;
         double r0 = 0, r1 = 0, r2 = 0, r3 = 0; // radius, cubic in u
         double range = 0;                      // of u
         double length = 0, start = 0;          // arc length of the piece and before it
-        Vec3 ball_centre;                      // of a ball around the piece
+        Vec3 ball_centre = Vec3::Zero();       // of a ball around the piece
         double ball_radius = 0;
     };
     struct Group { // of neighbouring pieces, to skip them together
-        Vec3 centre;
+        Vec3 centre = Vec3::Zero();
         double radius = 0;
     };
 
