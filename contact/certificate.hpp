@@ -40,10 +40,8 @@ struct Certificate {
     double error = std::numeric_limits<double>::infinity(); ///< natural map over ||q'|| [-]
     double tolerance = 0;                                   ///< as asked for [-]
     double threshold = 0; ///< tolerance, or the round-off floor if that is larger [-]
-    double scaled_error =
-        std::numeric_limits<double>::infinity(); ///< the same after scaling
-                                                 ///< each contact by its own block: sees the stiff
-                                                 ///< ones [-]
+    /// The same after scaling each contact by its own block: sees the stiff ones [-].
+    double scaled_error = std::numeric_limits<double>::infinity();
     double worst_penetration = 0;    ///< largest -u_n, or |u| of a bilateral row, >= 0 [m]
     double worst_cone_violation = 0; ///< largest |r_t| - mu r_n or -r_n, >= 0 [N]
     double worst_dissipation = 0;    ///< largest mu r_n |u_t| + r_t . u_t: work that friction
@@ -68,7 +66,7 @@ std::string report(const Certificate& certificate);
 /// With rho = rows / trace(W):  error = ||F|| / (rho ||q||),
 /// F_i = r_i - proj_Kmu(r_i - rho (u_i + mu_i |u_it| n)), frictionless min(r, rho u),
 /// bilateral rho u. Same number for any unit of force and length and any scale of W.
-/// Source: Acary, Brémond & Huber 2018 for the map; the norm is docs/theory/contact.md's.
+/// Derivation: docs/theory/contact.md.
 class NaturalMapError {
 public:
     NaturalMapError(const ContactProblem& problem, ErrorScope scope);

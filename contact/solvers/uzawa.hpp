@@ -11,8 +11,7 @@ namespace amontons {
 /// anisotropic or contacts strongly coupled: the reference, not the default.
 /// @param start  rows, in the cones
 /// Cost: as a sweep of nsgs without the local solve (own_block), or one product with W (adaptive).
-/// Source: the method of De Saxcé & Feng, Math. Comput. Modelling 28 (1998) 225-245; derivation:
-/// docs/theory/contact.md.
+/// The method of De Saxcé & Feng (1998); derivation: docs/theory/contact.md.
 SolverRun solve_uzawa(const ContactProblem& problem, const SolverOptions& options,
                       Eigen::VectorXd start);
 
