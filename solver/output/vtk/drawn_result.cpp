@@ -18,6 +18,8 @@
 namespace amontons::vtk_module {
 namespace {
 
+constexpr double kRoundOff = 1e-6; // of the largest force: not worth a caption
+
 using Collections = std::vector<std::vector<Frame>>;
 
 /// Triangles, but not those of a wire's own surface: they carry its radius.
@@ -75,9 +77,13 @@ void write_captions(const std::filesystem::path& history, std::vector<Instant>& 
     const std::vector<double> times = read_history_column(history, "time");
     const std::vector<double> depths = read_history_column(history, "depth");
     const std::vector<double> pushes = read_history_column(history, "push_force");
+    double largest_push = 0;
+    for (const double push : pushes)
+        largest_push = std::max(largest_push, std::abs(push));
     for (Instant& instant : instants) {
         const double depth = value_at(times, depths, instant.time);
-        const double push = value_at(times, pushes, instant.time);
+        double push = value_at(times, pushes, instant.time);
+        if (std::abs(push) < kRoundOff * largest_push) push = 0;
         instant.caption = number("t = %.3g s", instant.time);
         if (std::isfinite(depth)) instant.caption += ",  depth " + length_text(depth);
         if (std::isfinite(push)) instant.caption += "\npush force " + number("%.2g N", push);
