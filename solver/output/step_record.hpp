@@ -75,7 +75,7 @@ struct StepRecord {
     int iterations = 0;          ///< Newton iterations
     int factorisations = 0;
     int retries = 0;             ///< halved steps before this one was accepted
-    std::string remark;          ///< "", or what happened: "snap", "step halved"
+    std::string remark;          ///< "", or what happened: "snap", "halved: " and why
     std::vector<BeamRecord> beams;
     std::vector<ContactRecord> contacts; ///< active contacts
     StepCertificate certificate;

@@ -174,7 +174,7 @@ StepRecord Simulation::State::record(const StepReport& r, double h, double secon
     out.iterations = r.newton.iterations;
     out.factorisations = r.newton.factorisations;
     out.retries = retries;
-    out.remark = r.snapped ? "snap" : retries > 0 ? "step halved" : "";
+    out.remark = r.snapped ? "snap" : retries > 0 ? "halved: " + r.refusal : "";
     out.phases.free_motion = r.newton.seconds_elements;
     out.phases.detection = r.newton.seconds_detection;
     out.phases.contact_solve = r.newton.seconds_contact;
@@ -387,6 +387,7 @@ RunSummary Simulation::run(StepObserver& observer, const std::atomic<bool>& stop
             return finish("failed", "step " + std::to_string(s.step + 1) +
                                         " (t = " + std::to_string(s.time) + " s): " + refusal +
                                         describe_worst(s.wires, report.newton.residual));
+        report.refusal = refusal;
         s.step_length = std::min(2 * h, s.longest());
         s.note_openings(tips);
         StepRecord r = s.record(report, h, now() - t0);

@@ -291,7 +291,7 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
     const BaseLoad load_before = base_load(b.wire);
     NewtonOptions options = newton_options(b, shift);
     NewtonOptions attempt = options;
-    options.max_iterations = 15;
+    options.max_iterations = 10;
     attempt.max_iterations = 10;
     const std::size_t nodes = b.wire.material.node.size();
     const double unit =
