@@ -33,7 +33,7 @@ struct Residual {
 
 struct NewtonOptions {
     double tolerance = 1e-8; ///< relative error of forces [-]
-    int max_iterations = 12; ///< solves that succeed take 4 to 9
+    int max_iterations = 16;
     double reach = 0;        ///< contacts nearer than this enter the linear problem [m]
     double longest_move = 0; ///< of a node in one iteration [m]
 };

@@ -113,6 +113,16 @@ void add_contact_force(const Candidate& c, const Trial& t, std::vector<Node6>& r
             add_force(r, e, c.ht[k], c.tangential[k] - kRhoStick * c.stiffness * c.slip[k]);
 }
 
+/// Friction force of a slipping contact from its normal reaction and its motion d.
+void set_slip_reaction(const Candidate& c, Trial& t, const std::vector<Node6>& d)
+{
+    t.v1 = c.slip[0] + apply(c.ht[0], d, c.place.element);
+    t.v2 = c.slip[1] + apply(c.ht[1], d, c.place.element);
+    const double across = -t.across * (-t.c2 * t.v1 + t.c1 * t.v2);
+    t.t1 = c.mu * t.normal * t.c1 - across * t.c2;
+    t.t2 = c.mu * t.normal * t.c2 + across * t.c1;
+}
+
 /// Reaction and motion of a contact after a trial.
 void evaluate(const Candidate& c, Trial& t, const std::vector<Node6>& d)
 {
@@ -130,9 +140,7 @@ void evaluate(const Candidate& c, Trial& t, const std::vector<Node6>& d)
         t.t1 = c.tangential[0] - rt * t.v1;
         t.t2 = c.tangential[1] - rt * t.v2;
     } else if (t.status == 2) {
-        const double p = -t.across * (-t.c2 * t.v1 + t.c1 * t.v2);
-        t.t1 = c.mu * t.normal * t.c1 - p * t.c2;
-        t.t2 = c.mu * t.normal * t.c2 + p * t.c1;
+        set_slip_reaction(c, t, d);
     }
 }
 
@@ -405,17 +413,16 @@ void close_active_rows(const Wire& wire, NewtonWorkspace& w)
         for (int i = wire.state.first; i <= wire.last(); ++i)
             w.increment[std::size_t(i)].column +=
                 splat6(change[j]) * columns[std::size_t(j)][std::size_t(i)].column;
+    for (std::size_t k = 0; k < w.candidates.size(); ++k)
+        evaluate(w.candidates[k], w.trial[k], w.increment);
     for (Eigen::Index j = 0; j < n; ++j) {
         const Row& r = rows[std::size_t(j)];
         Trial& t = w.trial[r.candidate];
-        const double mu = w.candidates[r.candidate].mu;
         if (r.which == 0) t.normal += change[j];
         if (r.which == 1) t.t1 += change[j];
         if (r.which == 2) t.t2 += change[j];
-        if (r.which == 0 && t.status == 2) {
-            t.t1 += mu * change[j] * t.c1;
-            t.t2 += mu * change[j] * t.c2;
-        }
+        if (r.which == 0 && t.status == 2)
+            set_slip_reaction(w.candidates[r.candidate], t, w.increment);
     }
 }
 
