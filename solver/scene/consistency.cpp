@@ -224,6 +224,7 @@ void check_pairs(const Scene& scene, Findings& findings)
             std::string names;
             for (const std::string& n : scene.order)
                 names += (names.empty() ? "one of " : ", ") + quoted_text(n);
+            if (names.empty()) names = "a body of the scene, which has none";
             findings.add({fmt::format("{}/{}", place, k)}, quoted_text(name),
                          near.empty() ? names : quoted_text(near) + " (nearest name)");
             known = false;

@@ -52,7 +52,9 @@ JsonText& JsonText::key(std::string_view name)
 JsonText& JsonText::value(double number)
 {
     separate();
-    if (std::isfinite(number))
+    if (number == 0 && std::signbit(number))
+        text_ += "-0.0"; // "-0" reads as the whole number 0
+    else if (std::isfinite(number))
         fmt::format_to(std::back_inserter(text_), "{}", number);
     else
         text_ += "null";

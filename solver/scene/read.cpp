@@ -224,7 +224,9 @@ void Reader::fields(const Json& json, const ObjectDeclaration& declaration,
         names.push_back(f->name);
     if (!declaration.discriminator.empty()) names.push_back(declaration.discriminator);
 
-    for (const auto& [name, value] : json.items()) {
+    for (const auto& item : json.items()) {
+        const std::string& name = item.key();
+        const Json& value = item.value();
         if (name == declaration.discriminator || name == "$schema") continue;
         const auto f = std::find_if(known.begin(), known.end(),
                                     [&](const FieldDeclaration* k) { return k->name == name; });
@@ -416,7 +418,8 @@ void apply_override(Json& scene, const std::string& text, std::vector<std::strin
                 if (near.empty())
                     for (const std::string& b : bodies)
                         allowed += (allowed.empty() ? "one of " : ", ") + quoted_text(b);
-                return refuse("body " + quoted_text(name), allowed);
+                return refuse("body " + quoted_text(name),
+                              allowed.empty() ? "a body of the scene, which has none" : allowed);
             }
             at = &(*at)[name];
         } else {
