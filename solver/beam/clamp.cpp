@@ -1,5 +1,6 @@
 #include "solver/beam/clamp.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 

@@ -1,5 +1,7 @@
 #include "solver/beam/wire.hpp"
 
+#include "solver/beam/cable.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -441,8 +443,9 @@ double elastic_energy(const Wire& wire)
     double energy = 0;
     for (int i = s.first; i < wire.last(); ++i) {
         const std::size_t n = std::size_t(i);
-        energy += element_energy(s.nodes[n], s.nodes[n + 1],
-                                 i == s.first ? held_element_law(wire, s) : wire.material.law[n]);
+        const auto energy_of = wire.cable ? cable_energy : element_energy;
+        energy += energy_of(s.nodes[n], s.nodes[n + 1],
+                            i == s.first ? held_element_law(wire, s) : wire.material.law[n]);
     }
     if (wire.sheath) {
         const HeldWire held = held_between_base_and(wire.material, material_at_end(wire, s));
@@ -465,7 +468,8 @@ void assemble_wire(const Wire& wire, std::vector<ElementLaw>& laws, BlockTridiag
     const std::size_t f = std::size_t(s.first);
     const ElementLaw whole = laws[f];
     laws[f] = held_element_law(wire, s);
-    add_elements(s.first, wire.last(), s.nodes, laws, K, g);
+    const auto add_all = wire.cable ? add_cable : add_elements;
+    add_all(s.first, wire.last(), s.nodes, laws, K, g);
     if (wire.sheath) {
         assemble_sheath(wire, laws[f], K, g);
         assemble_grip(wire, K, g);

@@ -47,6 +47,7 @@ struct Wire {
     std::optional<Vec3> plane;     ///< normal of the plane that the wire is held in
     std::vector<Vec3> dead_force;  ///< on each node, fixed in space [N]; may be empty
     std::vector<Vec3> dead_moment; ///< [N m]
+    bool cable = false; ///< no bending or torsional stiffness: see add_cable
     WireState state;
 
     int last() const { return int(material.node.size()) - 1; } ///< tip node
