@@ -28,8 +28,8 @@ void add_cable(int first, int last, const std::vector<BeamNode>& nodes,
         const double l = d.norm(), L = law.length;
         const Vec3 u = d / l;
         const double tension = (law.S[0] * (l / L) - law.P[0]) / L;
-        const Mat3 k = tension / l * Mat3::Identity() +
-                       (law.S[0] / (L * L) - tension / l) * u * u.transpose();
+        const Mat3 k =
+            tension / l * Mat3::Identity() + (law.S[0] / (L * L) - tension / l) * u * u.transpose();
         for (int r = 0; r < 3; ++r) {
             g[n].value[r] -= tension * u[r];
             g[n + 1].value[r] += tension * u[r];

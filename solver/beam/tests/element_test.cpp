@@ -2,6 +2,7 @@
 
 #include "solver/beam/tests/random_wire.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <doctest/doctest.h>
 
@@ -29,7 +30,8 @@ Chain random_chain(int elements, unsigned seed, double turn)
     for (int i = 0; i < elements; ++i) {
         ElementLaw law;
         law.length = 2 + random(0.2);
-        const double stiffness[6] = {5, 2, 3, 0.4, 0.5, 0.7}, natural[6] = {1, 0, 0, 0.1, 0.2, -0.3};
+        const double stiffness[6] = {5, 2, 3, 0.4, 0.5, 0.7},
+                     natural[6] = {1, 0, 0, 0.1, 0.2, -0.3};
         for (std::size_t k = 0; k < 6; ++k) {
             law.S[k] = stiffness[k] * law.length;
             law.P[k] = law.S[k] * natural[k];
@@ -70,8 +72,10 @@ Chain moved(const Chain& c, int node, int unknown, double by)
 {
     Chain r = c;
     BeamNode& n = r.nodes[std::size_t(node)];
-    if (unknown < 3) n.move(unknown, by);
-    else rotate_in_body(n.q, by * Vec3::Unit(unknown - 3));
+    if (unknown < 3)
+        n.move(unknown, by);
+    else
+        rotate_in_body(n.q, by * Vec3::Unit(unknown - 3));
     return r;
 }
 
@@ -113,21 +117,21 @@ TEST_CASE("the tangent is the symmetric second derivative of the energy")
                 for (int i = std::max(0, j - 1); i <= std::min(n, j + 1); ++i)
                     for (int a = 0; a < 6; ++a) {
                         const std::size_t row = std::size_t(i);
-                        double exact = (up.gradient[row].value[a] - down.gradient[row].value[a]) /
-                                       (2 * h);
+                        double exact =
+                            (up.gradient[row].value[a] - down.gradient[row].value[a]) / (2 * h);
                         if (i == j && a >= 3 && b >= 3) {
                             const double* g = s.gradient[row].value;
                             exact -= 0.5 * Vec3(g[3], g[4], g[5])
                                                .dot(Vec3::Unit(b - 3).cross(Vec3::Unit(a - 3)));
                         }
-                        const double got = i == j    ? s.tangent.diagonal(i)(a, b)
+                        const double got = i == j  ? s.tangent.diagonal(i)(a, b)
                                            : i < j ? s.tangent.upper(i)(a, b)
-                                                     : s.tangent.lower(j)(a, b);
+                                                   : s.tangent.lower(j)(a, b);
                         largest = std::max(largest, std::abs(exact));
                         wrong = std::max(wrong, std::abs(exact - got));
-                        const double other = i == j    ? s.tangent.diagonal(i)(b, a)
+                        const double other = i == j  ? s.tangent.diagonal(i)(b, a)
                                              : i < j ? s.tangent.lower(i)(b, a)
-                                                       : s.tangent.upper(j)(b, a);
+                                                     : s.tangent.upper(j)(b, a);
                         skewness = std::max(skewness, std::abs(got - other));
                     }
             }
@@ -182,11 +186,11 @@ TEST_CASE("four elements at once give what they give one by one")
             wrong = std::max(wrong, std::abs(all.gradient[k].value[a] - sum.gradient[k].value[a]));
             for (int b = 0; b < 6; ++b) {
                 largest = std::max(largest, std::abs(all.tangent.diagonal(i)(a, b)));
-                wrong = std::max(wrong, std::abs(all.tangent.diagonal(i)(a, b) -
-                                                 sum.tangent.diagonal(i)(a, b)));
+                wrong = std::max(
+                    wrong, std::abs(all.tangent.diagonal(i)(a, b) - sum.tangent.diagonal(i)(a, b)));
                 if (i < n)
-                    wrong = std::max(wrong, std::abs(all.tangent.upper(i)(a, b) -
-                                                     sum.tangent.upper(i)(a, b)));
+                    wrong = std::max(
+                        wrong, std::abs(all.tangent.upper(i)(a, b) - sum.tangent.upper(i)(a, b)));
             }
         }
     CHECK(wrong < 1e-14 * largest);
@@ -205,8 +209,9 @@ TEST_CASE("an element on a circle or a helix has exactly its curvature and twist
         // x2 - x1 = R1 (integral of exp(s [k]) ds) e1, by Rodrigues' formula.
         const double t = k.norm(), phi = t * length;
         const Vec3 u = k / t, e = Vec3::UnitX();
+        const double half = std::sin(0.5 * phi); // 1 - cos loses digits
         const Vec3 chord = u * u.dot(e) * length + std::sin(phi) / t * (e - u * u.dot(e)) +
-                           (1 - std::cos(phi)) / t * u.cross(e);
+                           2 * half * half / t * u.cross(e);
         const Vec3 x = a.position() + rotation_matrix(a.q) * chord;
         for (int i = 0; i < 3; ++i)
             b.x[i] = x[i];

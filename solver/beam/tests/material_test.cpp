@@ -32,7 +32,8 @@ TEST_CASE("nodes and contact points divide the wire as its segments say")
     for (std::size_t p = 0; p + 1 < m.point.size(); ++p) {
         CHECK(m.point[p].s - m.point[p + 1].s == doctest::Approx(0.2).epsilon(1e-12));
         const std::size_t e = std::size_t(m.point[p].element);
-        CHECK(m.point[p].s == doctest::Approx(m.node[e] + m.point[p].xi * (m.node[e + 1] - m.node[e])));
+        CHECK(m.point[p].s ==
+              doctest::Approx(m.node[e] + m.point[p].xi * (m.node[e + 1] - m.node[e])));
     }
     // The radius belongs to the segment that the point is on.
     CHECK(m.point.front().segment == 2);

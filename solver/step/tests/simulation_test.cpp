@@ -164,7 +164,8 @@ TEST_CASE("doubling every stiffness doubles every force and moves nothing")
         REQUIRE(s.run(keep, never).status == "done");
         last.push_back(keep.records.back());
     }
-    CHECK(value(last[1], "push_force") == doctest::Approx(2 * value(last[0], "push_force")).epsilon(1e-6));
+    CHECK(value(last[1], "push_force") ==
+          doctest::Approx(2 * value(last[0], "push_force")).epsilon(1e-6));
     CHECK(value(last[1], "tip_x") == doctest::Approx(value(last[0], "tip_x")).epsilon(1e-7));
 }
 
