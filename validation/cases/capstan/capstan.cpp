@@ -1,0 +1,202 @@
+#include "validation/cases/cases.hpp"
+
+#include "solver/step/wire_newton.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <stdexcept>
+
+// A cable or wire lies around a cylinder of radius 1. It begins at its pulled end, beyond the
+// cylinder, and ends at the dead load of 1 N. Both ends stand off along the tangent.
+
+namespace amontons::validation {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kStrain = 1e-3; // of the stretched cable, everywhere about the same
+
+struct Capstan {
+    Wire wire;
+    Wall wall = make_cylinder_wall(Vec3::Zero(), Vec3::UnitZ(), 1, false);
+    std::vector<WireWall> walls;
+    Vec3 pull; // direction of the pulled end
+};
+
+/// Node i's place: s is the length from where the cable meets the cylinder on the pulled side.
+Vec3 place(double s, double angle, Vec3* tangent)
+{
+    // Runs clockwise from the pulled end down to the load: at angle `angle` first, 0 last.
+    const double end = s < 0 ? 0 : std::min(s, angle);
+    const double phi = angle - end;
+    *tangent = Vec3(std::sin(phi), -std::cos(phi), 0);
+    return Vec3(std::cos(phi), std::sin(phi), 0) + (s - end) * *tangent;
+}
+
+/// @param angle     of the whole contact [rad]
+/// @param elements  on the cylinder
+/// @param EI        at the load; it grows with the tension, so that EI / (T R^2) stays; 0: cable
+void make(Capstan& c, double angle, int elements, double mu, double EI)
+{
+    const double h = angle / elements;
+    const int ends = 3, count = elements + 2 * ends; // elements; those at the ends are free
+    for (int i = 0; i < count; ++i) {
+        const double s = (i + 0.5 - ends) * h;
+        const double tension = std::exp(mu * (angle - std::clamp(s, 0.0, angle)));
+        BeamSegment g;
+        g.length = h;
+        g.element = h;
+        g.radius = 1e-6; // the wire's own thickness would add to the arm of friction
+        g.EA = {tension / kStrain, tension / kStrain};
+        g.EI = {EI * tension, EI * tension};
+        g.GJ = g.EI;
+        c.wire.material.segments.push_back(g);
+    }
+    c.wire.material = make_material(c.wire.material.segments, h);
+    c.wire.cable = EI == 0;
+    WireMaterial& m = c.wire.material;
+    for (MaterialPoint& p : m.point)
+        p.radius = 0;
+    // The scale of a contact's stiffness, which for a beam comes from its bending.
+    for (std::size_t i = 0; i < m.law.size(); ++i)
+        m.stiffness[i] = 1e-2 * m.law[i].S[0] / (h * h);
+
+    c.wire.state.nodes.assign(m.node.size(), BeamNode{});
+    c.wire.state.first = 0;
+    for (std::size_t i = 0; i < m.node.size(); ++i) {
+        Vec3 tangent;
+        const Vec3 x =
+            place((double(i) - ends) * h * (1 + kStrain) - kStrain * angle, angle, &tangent);
+        Mat3 frame;
+        frame << tangent, Vec3::UnitZ().cross(tangent), Vec3::UnitZ();
+        const Quaternion q = quaternion_of(frame);
+        BeamNode& n = c.wire.state.nodes[i];
+        for (int k = 0; k < 3; ++k)
+            n.x[k] = x[k];
+        std::copy(q.q, q.q + 4, n.q);
+        if (i == 0) c.pull = -tangent;
+    }
+    c.wire.dead_force.assign(m.node.size(), Vec3::Zero());
+    c.wire.dead_force.back() = Vec3(0, -1, 0);
+    c.wire.state.reaction.assign(m.point.size(), {});
+    c.walls.resize(1);
+    c.walls[0].wall = &c.wall;
+    c.walls[0].friction.assign(m.point.size(), 0);
+}
+
+/// Pulls until everything slides.
+/// @return  factor of Newton's iterations per step
+void pull(Capstan& c, double mu, double angle, int steps)
+{
+    NewtonWorkspace work(c.wire, 1);
+    NewtonOptions options;
+    const double h = c.wire.material.law[0].length;
+    options.tolerance = 1e-13;
+    options.max_iterations = 60;
+    options.reach = 0.5 * h * h;
+    options.longest_move = 0.2 * h;
+    // Frictionless first, to lie on the cylinder; then pulled.
+    const auto settle = [&](const char* what) {
+        const StepStart start = mark_step_start(c.wire);
+        NewtonReport r = solve_equilibrium(c.wire, c.walls, start, {}, options, work);
+        // The stop is relative to the largest tension; go on for the small ones.
+        for (int more = 0; more < 3 && r.converged; ++more)
+            r = solve_equilibrium(c.wire, c.walls, start, {}, options, work);
+        if (!r.converged)
+            throw std::runtime_error(fmt::format("{}: no convergence, error {:.1e}, worst {} of {}",
+                                                 what, r.residual.error(), r.residual.worst,
+                                                 work.candidates.size()));
+    };
+    c.walls[0].friction.assign(c.wire.material.point.size(), mu);
+    const double way = 4 * kStrain * angle;
+    for (int i = 0; i < steps; ++i) {
+        for (int k = 0; k < 3; ++k)
+            c.wire.state.nodes[0].move(k, way / steps * c.pull[k]);
+        settle("pulled");
+    }
+}
+
+Vec3 force_in(const Wire& w, std::size_t e)
+{
+    const ElementLaw& law = w.material.law[e];
+    const BeamNode &a = w.state.nodes[e], &b = w.state.nodes[e + 1];
+    if (w.cable) {
+        const Vec3 d(b.difference(a, 0), b.difference(a, 1), b.difference(a, 2));
+        const double stretch = d.norm() / law.length;
+        return (law.S[0] * stretch - law.P[0]) / law.length * d.normalized();
+    }
+    const auto strain = element_strain(a, b, law.length);
+    std::array<double, 6> stress;
+    for (std::size_t i = 0; i < 6; ++i)
+        stress[i] = law.S[i] * strain[i] - law.P[i];
+    const auto f = element_force(a, b, law.length, stress);
+    return {f[6], f[7], f[8]};
+}
+
+} // namespace
+
+std::vector<Measured> capstan_cable()
+{
+    std::vector<Measured> rows;
+    struct Kind {
+        double wraps, mu;
+        int per_wrap;
+    };
+    for (const Kind& kind : {Kind{0.5, 0.3, 24}, Kind{1, 0.3, 24}, Kind{3, 0.3, 8},
+                             Kind{3, 0.3, 32}, Kind{5, 0.3, 24}, Kind{10, 0.5, 24}}) {
+        Capstan c;
+        const double angle = 2 * kPi * kind.wraps;
+        make(c, angle, int(kind.wraps * kind.per_wrap), kind.mu, 0);
+        const std::string name =
+            fmt::format("{} wraps, mu {}, {} corners a wrap", kind.wraps, kind.mu, kind.per_wrap);
+        pull(c, kind.mu, angle, 8);
+        double worst = 0, product = 1, turned = 0;
+        int corners = 0;
+        for (std::size_t p = 0; p < c.wire.material.point.size(); ++p) {
+            if (!(c.wire.state.reaction[p].normal > 0)) continue;
+            const std::size_t node = c.wire.material.node.size() - 1 - p;
+            const Vec3 before = force_in(c.wire, node - 1), after = force_in(c.wire, node);
+            const Vec3 x = c.wire.state.nodes[node].position();
+            const Vec3 n = Vec3(x.x(), x.y(), 0).normalized();
+            const Vec3 t = n.cross(Vec3::UnitZ()); // towards the load
+            // Angles of the two chords with the tangent of the cylinder.
+            const double a = std::atan2(n.dot(before), t.dot(before));
+            const double b = std::atan2(-n.dot(after), t.dot(after));
+            const double exact =
+                (std::cos(b) + kind.mu * std::sin(b)) / (std::cos(a) - kind.mu * std::sin(a));
+            worst = std::max(worst, std::abs(before.norm() / after.norm() / exact - 1));
+            product *= exact;
+            turned += a + b;
+            ++corners;
+        }
+        const double ratio =
+            force_in(c.wire, 0).norm() / force_in(c.wire, c.wire.material.law.size() - 1).norm();
+        rows.push_back(at_most("worst corner, " + name, worst, 1e-8));
+        rows.push_back(relative("tension ratio, " + name, product, ratio, 1e-8));
+        rows.back().note =
+            fmt::format("{} corners turn by {:.6f} rad of {:.6f}; exp(mu theta) {:.9g}", corners,
+                        turned, angle, std::exp(kind.mu * angle));
+    }
+    return rows;
+}
+
+std::vector<Measured> capstan_beam()
+{
+    std::vector<Measured> rows;
+    const double mu = 0.3, angle = kPi;
+    for (int n : {1500, 3000, 6000}) {
+        Capstan c;
+        make(c, angle, n, mu, 1e-6);
+        pull(c, mu, angle, 8);
+        const Vec3 first = force_in(c.wire, 0),
+                   last = force_in(c.wire, c.wire.material.law.size() - 1);
+        const double turned = std::atan2(first.cross(last).norm(), first.dot(last));
+        const double theta = turned < 0.5 * kPi ? 2 * kPi - turned : turned;
+        rows.push_back(relative(fmt::format("tension ratio, half a wrap, {} elements", n),
+                                std::exp(mu * theta), first.norm() / last.norm(), 1e-5));
+    }
+    return rows;
+}
+
+} // namespace amontons::validation

@@ -1,0 +1,49 @@
+#include "validation/measure.hpp"
+
+#include "mesh/base/phase_timer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <limits>
+
+namespace amontons::validation {
+
+Measured relative(std::string quantity, double reference, double value, double tolerance)
+{
+    return {
+        std::move(quantity), reference, value, std::abs(value - reference) / std::abs(reference),
+        tolerance,           ""};
+}
+
+Measured absolute(std::string quantity, double reference, double value, double tolerance)
+{
+    return {std::move(quantity), reference, value, std::abs(value - reference), tolerance, ""};
+}
+
+Measured at_most(std::string quantity, double value, double tolerance)
+{
+    return {std::move(quantity), 0, value, std::abs(value), tolerance, ""};
+}
+
+bool CaseResult::passed() const
+{
+    return std::all_of(rows.begin(), rows.end(), [](const Measured& m) { return m.passed(); });
+}
+
+CaseResult run_case(const Case& c)
+{
+    CaseResult r;
+    r.which = &c;
+    const Stopwatch watch;
+    try {
+        r.rows = c.measure();
+    } catch (const std::exception& error) {
+        const double nan = std::numeric_limits<double>::quiet_NaN();
+        r.rows.push_back({"runs to its end", 0, nan, nan, 0, error.what()});
+    }
+    r.seconds = watch.seconds();
+    return r;
+}
+
+} // namespace amontons::validation
