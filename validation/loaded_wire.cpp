@@ -20,6 +20,7 @@ Wire solve(const LoadedWire& w, Vec3* start)
     Wire wire;
     wire.material = make_material({g}, 0);
     start_clamped(wire, Vec3::Zero(), w.frame);
+    if (w.planar) wire.plane = w.frame.col(2);
     if (start) *start = wire.state.nodes.back().position();
     const std::size_t nodes = wire.material.node.size();
     wire.dead_force.assign(nodes, Vec3::Zero());

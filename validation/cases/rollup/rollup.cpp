@@ -23,6 +23,7 @@ std::vector<Measured> rollup()
             wire.EA = 10000;
             wire.GA = 5000;
             wire.elements = 10;
+            wire.planar = true; // a moment fixed in space makes the circle unstable out of it
             if (skewed) wire.frame = rotation_matrix(skew.q);
             const double curvature = 2 * kPi * turns / wire.length;
             wire.moment = wire.EI * curvature * wire.frame.col(2);
