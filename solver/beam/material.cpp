@@ -163,7 +163,7 @@ WireMaterial make_material(const std::vector<BeamSegment>& segments, double cont
         m.bending_energy.push_back(m.bending_energy.back() + held.bending);
     }
 
-    const double spacing = contact_spacing > 0 ? contact_spacing : shortest;
+    const double spacing = contact_spacing > 0 ? contact_spacing : 0.5 * shortest;
     const int count = int(std::floor(m.length / spacing * (1 - 1e-12)));
     std::size_t element = elements - 1;
     for (int j = 0; j <= count; ++j) {

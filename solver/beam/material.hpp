@@ -49,7 +49,7 @@ struct WireMaterial {
     std::vector<double> bending_energy;      ///< integral of EI k0^2 / 2 from 0 to each node [J]
 };
 
-/// @param contact_spacing  distance of contact points [m]; 0: the shortest element
+/// @param contact_spacing  distance of contact points [m]; 0: half the shortest element
 WireMaterial make_material(const std::vector<BeamSegment>& segments, double contact_spacing);
 
 /// Section at s.

@@ -393,10 +393,10 @@ ObjectDeclaration declare_bodies(const ObjectDeclaration& surface, const ObjectD
           required(group("drive", drive, "How the base is moved.")),
           fallback("none", field<&B::plane>("plane", "", direction(),
                                             "Normal of a plane that the wire is kept in.")),
-          fallback("the shortest element",
+          fallback("half the shortest element",
                    field<&B::contact_spacing>("contact_spacing", "m", at_least(0),
                                               "Distance of the contact points along the wire; 0: "
-                                              "the shortest element."))},
+                                              "half the shortest element."))},
          &append_body<&Scene::beams>,
          &find_body<&Scene::beams>}};
     return d;

@@ -113,7 +113,7 @@ struct BeamInput {
     CurvePoints insertion;              ///< of the base (time [s], [m])
     CurvePoints twist;                  ///< of the base (time [s], [rad])
     std::optional<Vec3> plane;          ///< normal of a plane the wire is constrained to
-    double contact_spacing = 0;         ///< [m]; 0: the shortest element
+    double contact_spacing = 0;         ///< [m]; 0: half the shortest element
 };
 
 struct ContactLaw {
