@@ -33,17 +33,21 @@ double apply(const ContactRow& row, const std::vector<Node6>& d, int e)
     return dot(row.a, d[std::size_t(e)]) + dot(row.b, d[std::size_t(e) + 1]);
 }
 
-/// K += s f h^T on the two nodes of element e.
-void add_product(BlockTridiagonal& K, int e, const ContactRow& f, const ContactRow& h, double s)
+/// K += s f h^T on the two nodes of element e, but only in rows and columns of nodes >= from.
+void add_product(BlockTridiagonal& K, int e, const ContactRow& f, const ContactRow& h, double s,
+                 int from)
 {
-    Block6 &d1 = K.diagonal(e), &d2 = K.diagonal(e + 1), &up = K.upper(e), &lo = K.lower(e);
     const Column6 fa = f.a.column * splat6(s), fb = f.b.column * splat6(s);
+    Block6& d2 = K.diagonal(e + 1);
+    for (int j = 0; j < 6; ++j)
+        d2.column[j] += fb * splat6(h.b.value[j]);
+    if (e < from) return;
+    Block6 &d1 = K.diagonal(e), &up = K.upper(e), &lo = K.lower(e);
     for (int j = 0; j < 6; ++j) {
-        const Column6 ha = splat6(h.a.value[j]), hb = splat6(h.b.value[j]);
+        const Column6 ha = splat6(h.a.value[j]);
         d1.column[j] += fa * ha;
         lo.column[j] += fb * ha;
-        up.column[j] += fa * hb;
-        d2.column[j] += fb * hb;
+        up.column[j] += fa * splat6(h.b.value[j]);
     }
 }
 
@@ -79,22 +83,22 @@ ContactRow across_row(const Candidate& c, const Trial& t)
 // Adds a contact with its trial status to the linear system: reactions of active rows are
 // r - rho (g + H d) (normal, stick), mu r_n along the slip force, and -across (u + H d) across
 // it, the linearisation of r_t = P(r_t - rho u_t) on the cone's edge.
-void add_contact(const Candidate& c, const Trial& t, BlockTridiagonal& K, bool coupled)
+void add_contact(const Candidate& c, const Trial& t, BlockTridiagonal& K, bool coupled, int from)
 {
     const int e = c.place.element;
     const double rho = kRhoNormal * c.stiffness;
     if (t.status == 2) {
-        add_product(K, e, coupled ? slip_force_row(c, t) : c.hn, c.hn, rho);
+        add_product(K, e, coupled ? slip_force_row(c, t) : c.hn, c.hn, rho, from);
         if (t.across > 0) {
             const ContactRow p = across_row(c, t);
-            add_product(K, e, p, p, t.across);
+            add_product(K, e, p, p, t.across, from);
         }
         return;
     }
-    add_product(K, e, c.hn, c.hn, rho);
+    add_product(K, e, c.hn, c.hn, rho, from);
     if (c.mu > 0)
         for (const ContactRow& h : c.ht)
-            add_product(K, e, h, h, kRhoStick * c.stiffness);
+            add_product(K, e, h, h, kRhoStick * c.stiffness, from);
 }
 
 void add_contact_force(const Candidate& c, const Trial& t, std::vector<Node6>& r)
@@ -252,13 +256,13 @@ void set_right_side(const Wire& wire, NewtonWorkspace& w)
     }
 }
 
-/// Base plus shift plus active contacts; without friction's coupling to the normal reaction if
-/// not `coupled`.
-void set_system(const Wire& wire, NewtonWorkspace& w, double shift, bool coupled)
+/// Base plus shift plus active contacts, in the rows of nodes >= from; without friction's
+/// coupling to the normal reaction if not `coupled`.
+void set_system(const Wire& wire, NewtonWorkspace& w, double shift, bool coupled, int from)
 {
-    w.system.copy_from(w.base, wire.state.first);
+    w.system.copy_from(w.base, from);
     if (shift > 0)
-        for (int i = wire.state.first + 1; i <= wire.last(); ++i) {
+        for (int i = std::max(from, wire.state.first + 1); i <= wire.last(); ++i) {
             const double h = wire.material.law[std::size_t(i) - 1].length;
             Block6& d = w.system.diagonal(i);
             for (int a = 0; a < 3; ++a) {
@@ -267,7 +271,8 @@ void set_system(const Wire& wire, NewtonWorkspace& w, double shift, bool coupled
             }
         }
     for (std::size_t k = 0; k < w.candidates.size(); ++k)
-        if (w.trial[k].status != 0) add_contact(w.candidates[k], w.trial[k], w.system, coupled);
+        if (w.trial[k].status != 0 && w.candidates[k].place.element + 1 >= from)
+            add_contact(w.candidates[k], w.trial[k], w.system, coupled, from);
 }
 
 /// Pivots the statuses from those of the iterate. Leaves the increment and the trials.
@@ -282,22 +287,24 @@ bool pivot(const Wire& wire, NewtonWorkspace& w, const Residual& res, const Newt
 
     std::vector<Change> wrong(n);
     int best = std::numeric_limits<int>::max(), patience = 8;
+    int from = wire.state.first; // the factor of nodes before it is that of the last trial
     for (int trial = 0; trial < kTrials; ++trial) {
         for (;;) {
             set_right_side(wire, w);
-            set_system(wire, w, shift, true);
+            set_system(wire, w, shift, true, from);
             ++report.factorisations;
-            if (w.system.factor(wire.state.first) == 0) break;
+            if (w.system.factor(from) == 0) break;
+            from = wire.state.first;
             // Friction's unsymmetric rows can make a pivot negative by themselves; whether the
             // wire is stable on the motions that contact leaves free is the inertia without them.
             bool unsymmetric = false;
             for (const Trial& t : w.trial)
                 unsymmetric |= t.status == 2;
             if (unsymmetric) {
-                set_system(wire, w, shift, false);
+                set_system(wire, w, shift, false, from);
                 ++report.factorisations;
                 if (w.system.factor(wire.state.first) == 0) {
-                    set_system(wire, w, shift, true);
+                    set_system(wire, w, shift, true, from);
                     ++report.factorisations;
                     w.system.factor(wire.state.first);
                     break;
@@ -320,6 +327,12 @@ bool pivot(const Wire& wire, NewtonWorkspace& w, const Residual& res, const Newt
         }
         if (count == 0) return true;
 
+        from = wire.last();
+        const auto turn = [&](std::size_t k) {
+            if (wrong[k].kind == Change::none) return;
+            change(w.candidates[k], w.trial[k], wrong[k].kind);
+            from = std::min(from, w.candidates[k].place.element);
+        };
         bool all = true;
         if (count < best) {
             best = count;
@@ -349,13 +362,12 @@ bool pivot(const Wire& wire, NewtonWorkspace& w, const Residual& res, const Newt
                 i = end;
             }
             for (std::size_t k = 0; k < n; ++k)
-                change(w.candidates[k], w.trial[k], wrong[k].kind);
+                turn(k);
         } else {
-            for (std::size_t k = n; k-- > 0;)
-                if (wrong[k].kind != Change::none) {
-                    change(w.candidates[k], w.trial[k], wrong[k].kind);
-                    break;
-                }
+            std::size_t k = n - 1;
+            while (wrong[k].kind == Change::none)
+                --k;
+            turn(k);
         }
     }
     return false;
