@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <stdexcept>
 
 // A cable or wire lies around a cylinder of radius 1. It begins at its pulled end, beyond the
 // cylinder, and ends at the dead load of 1 N. Both ends stand off along the tangent.
@@ -17,43 +16,66 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kStrain = 1e-3; // of the stretched cable, everywhere about the same
 
+constexpr int kFree = 3; // elements off the cylinder at either end
+
 struct Capstan {
     Wire wire;
     Wall wall = make_cylinder_wall(Vec3::Zero(), Vec3::UnitZ(), 1, false);
     std::vector<WireWall> walls;
-    Vec3 pull; // direction of the pulled end
+    double angle = 0; // of the whole contact [rad]
+    double turn = 0;  // from element to element [rad]
+    double mu = 0;
 };
 
-/// Node i's place: s is the length from where the cable meets the cylinder on the pulled side.
-Vec3 place(double s, double angle, Vec3* tangent)
+/// Place at an arc length s from where the cable meets the cylinder on the pulled side.
+Vec3 place(double s, double angle, Vec3& tangent)
 {
     // Runs clockwise from the pulled end down to the load: at angle `angle` first, 0 last.
-    const double end = s < 0 ? 0 : std::min(s, angle);
-    const double phi = angle - end;
-    *tangent = Vec3(std::sin(phi), -std::cos(phi), 0);
-    return Vec3(std::cos(phi), std::sin(phi), 0) + (s - end) * *tangent;
+    const double on = std::clamp(s, 0.0, angle), phi = angle - on;
+    tangent = Vec3(std::sin(phi), -std::cos(phi), 0);
+    return Vec3(std::cos(phi), std::sin(phi), 0) + (s - on) * tangent;
+}
+
+/// Lays the nodes around the cylinder, drawn by a share of an element towards the pulled end.
+void lay(Capstan& c, double drawn)
+{
+    WireState& state = c.wire.state;
+    for (std::size_t i = 0; i < state.nodes.size(); ++i) {
+        Vec3 tangent;
+        const Vec3 x = place((double(i) - kFree - drawn) * c.turn, c.angle, tangent);
+        Mat3 frame;
+        frame << tangent, Vec3::UnitZ().cross(tangent), Vec3::UnitZ();
+        const Quaternion q = quaternion_of(frame);
+        state.nodes[i] = {};
+        for (int k = 0; k < 3; ++k)
+            state.nodes[i].x[k] = x[k];
+        std::copy(q.q, q.q + 4, state.nodes[i].q);
+    }
 }
 
 /// @param angle     of the whole contact [rad]
 /// @param elements  on the cylinder
-/// @param EI        at the load; it grows with the tension, so that EI / (T R^2) stays; 0: cable
+/// @param EI        over the tension and the radius squared; 0: cable
 void make(Capstan& c, double angle, int elements, double mu, double EI)
 {
-    const double h = angle / elements;
-    const int ends = 3, count = elements + 2 * ends; // elements; those at the ends are free
-    for (int i = 0; i < count; ++i) {
-        const double s = (i + 0.5 - ends) * h;
-        const double tension = std::exp(mu * (angle - std::clamp(s, 0.0, angle)));
+    c.angle = angle;
+    c.turn = angle / elements;
+    c.mu = mu;
+    // Chords on the circle are stretched as they will be when all slides.
+    const double h = 2 * std::sin(0.5 * c.turn) / (1 + kStrain);
+    std::vector<BeamSegment> segments;
+    for (int i = 0; i < elements + 2 * kFree; ++i) {
+        const double from_load = std::clamp(angle - (i + 0.5 - kFree) * c.turn, 0.0, angle);
+        const double tension = std::exp(mu * from_load);
         BeamSegment g;
-        g.length = h;
-        g.element = h;
+        g.length = g.element = h;
         g.radius = 1e-6; // the wire's own thickness would add to the arm of friction
         g.EA = {tension / kStrain, tension / kStrain};
         g.EI = {EI * tension, EI * tension};
         g.GJ = g.EI;
-        c.wire.material.segments.push_back(g);
+        segments.push_back(g);
     }
-    c.wire.material = make_material(c.wire.material.segments, h);
+    c.wire.material = make_material(segments, h);
     c.wire.cable = EI == 0;
     WireMaterial& m = c.wire.material;
     for (MaterialPoint& p : m.point)
@@ -61,60 +83,48 @@ void make(Capstan& c, double angle, int elements, double mu, double EI)
     // The scale of a contact's stiffness, which for a beam comes from its bending.
     for (std::size_t i = 0; i < m.law.size(); ++i)
         m.stiffness[i] = 1e-2 * m.law[i].S[0] / (h * h);
-
-    c.wire.state.nodes.assign(m.node.size(), BeamNode{});
     c.wire.state.first = 0;
-    for (std::size_t i = 0; i < m.node.size(); ++i) {
-        Vec3 tangent;
-        const Vec3 x =
-            place((double(i) - ends) * h * (1 + kStrain) - kStrain * angle, angle, &tangent);
-        Mat3 frame;
-        frame << tangent, Vec3::UnitZ().cross(tangent), Vec3::UnitZ();
-        const Quaternion q = quaternion_of(frame);
-        BeamNode& n = c.wire.state.nodes[i];
-        for (int k = 0; k < 3; ++k)
-            n.x[k] = x[k];
-        std::copy(q.q, q.q + 4, n.q);
-        if (i == 0) c.pull = -tangent;
-    }
+    c.wire.state.nodes.resize(m.node.size());
     c.wire.dead_force.assign(m.node.size(), Vec3::Zero());
     c.wire.dead_force.back() = Vec3(0, -1, 0);
     c.wire.state.reaction.assign(m.point.size(), {});
+    // Reactions near those of the sliding cable: the scale of forces comes from them.
+    for (std::size_t p = 0; p < m.point.size(); ++p) {
+        const double s = (m.point[p].s / h - kFree) * c.turn;
+        if (s < -0.5 * c.turn || s > angle + 0.5 * c.turn) continue;
+        Vec3 tangent;
+        place(s, angle, tangent);
+        Reaction& guess = c.wire.state.reaction[p];
+        guess.normal = c.turn * std::exp(mu * (angle - s));
+        guess.tangential = mu * guess.normal * tangent;
+    }
     c.walls.resize(1);
     c.walls[0].wall = &c.wall;
-    c.walls[0].friction.assign(m.point.size(), 0);
+    c.walls[0].friction.assign(m.point.size(), mu);
 }
 
-/// Pulls until everything slides.
-/// @return  factor of Newton's iterations per step
-void pull(Capstan& c, double mu, double angle, int steps)
+/// Draws the cable around the cylinder until everything slides.
+/// @return  what the last solve says
+NewtonReport draw(Capstan& c)
 {
     NewtonWorkspace work(c.wire, 1);
     NewtonOptions options;
-    const double h = c.wire.material.law[0].length;
     options.tolerance = 1e-13;
-    options.max_iterations = 60;
-    options.reach = 0.5 * h * h;
-    options.longest_move = 0.2 * h;
-    // Frictionless first, to lie on the cylinder; then pulled.
-    const auto settle = [&](const char* what) {
+    options.max_iterations = 100;
+    options.reach = 0.5 * c.turn * c.turn;
+    options.longest_move = 0.2 * c.turn;
+    NewtonReport r;
+    lay(c, 0);
+    for (int step = 1; step <= 3; ++step) {
         const StepStart start = mark_step_start(c.wire);
-        NewtonReport r = solve_equilibrium(c.wire, c.walls, start, {}, options, work);
+        lay(c, 0.1 * step);
+        r = solve_equilibrium(c.wire, c.walls, start, {}, options, work);
         // The stop is relative to the largest tension; go on for the small ones.
-        for (int more = 0; more < 3 && r.converged; ++more)
+        for (int more = 0; more < 4 && r.converged; ++more)
             r = solve_equilibrium(c.wire, c.walls, start, {}, options, work);
-        if (!r.converged)
-            throw std::runtime_error(fmt::format("{}: no convergence, error {:.1e}, worst {} of {}",
-                                                 what, r.residual.error(), r.residual.worst,
-                                                 work.candidates.size()));
-    };
-    c.walls[0].friction.assign(c.wire.material.point.size(), mu);
-    const double way = 4 * kStrain * angle;
-    for (int i = 0; i < steps; ++i) {
-        for (int k = 0; k < 3; ++k)
-            c.wire.state.nodes[0].move(k, way / steps * c.pull[k]);
-        settle("pulled");
+        if (!r.converged) break;
     }
+    return r;
 }
 
 Vec3 force_in(const Wire& w, std::size_t e)
@@ -143,14 +153,20 @@ std::vector<Measured> capstan_cable()
         double wraps, mu;
         int per_wrap;
     };
-    for (const Kind& kind : {Kind{0.5, 0.3, 24}, Kind{1, 0.3, 24}, Kind{3, 0.3, 8},
-                             Kind{3, 0.3, 32}, Kind{5, 0.3, 24}, Kind{10, 0.5, 24}}) {
+    for (const Kind& kind :
+         {Kind{0.5, 0.3, 24}, Kind{1, 0.3, 24}, Kind{3, 0.3, 8}, Kind{3, 0.3, 16}, Kind{3, 0.3, 32},
+          Kind{3, 0.3, 160}, Kind{5, 0.3, 24}, Kind{10, 0.3, 24}, Kind{10, 0.5, 24},
+          Kind{10, 0.5, 48}}) {
         Capstan c;
         const double angle = 2 * kPi * kind.wraps;
         make(c, angle, int(kind.wraps * kind.per_wrap), kind.mu, 0);
         const std::string name =
             fmt::format("{} wraps, mu {}, {} corners a wrap", kind.wraps, kind.mu, kind.per_wrap);
-        pull(c, kind.mu, angle, 8);
+        const NewtonReport report = draw(c);
+        if (!report.converged) {
+            rows.push_back(at_most("no convergence, " + name, report.residual.error(), 1e-12));
+            continue;
+        }
         double worst = 0, product = 1, turned = 0;
         int corners = 0;
         for (std::size_t p = 0; p < c.wire.material.point.size(); ++p) {
@@ -188,7 +204,12 @@ std::vector<Measured> capstan_beam()
     for (int n : {1500, 3000, 6000}) {
         Capstan c;
         make(c, angle, n, mu, 1e-6);
-        pull(c, mu, angle, 8);
+        const NewtonReport report = draw(c);
+        if (!report.converged) {
+            rows.push_back(at_most(fmt::format("no convergence, {} elements", n),
+                                   report.residual.error(), 1e-12));
+            continue;
+        }
         const Vec3 first = force_in(c.wire, 0),
                    last = force_in(c.wire, c.wire.material.law.size() - 1);
         const double turned = std::atan2(first.cross(last).norm(), first.dot(last));

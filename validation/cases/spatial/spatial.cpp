@@ -18,7 +18,7 @@ std::vector<Measured> rows_of(const Run& r)
             return -1.0;
         }(),
         0));
-    rows.back().note = fmt::format("largest push {:.4f} N, {:.2f} mm out of the plane",
+    rows.back().note = fmt::format("largest push {:.4f} N, largest |z| {:.2f} mm",
                                    largest(r, &Step::push), 1e3 * largest(r, &Step::out_of_plane));
     return rows;
 }
