@@ -122,6 +122,7 @@ NewtonReport draw(Capstan& c)
         // The stop is relative to the largest tension; go on for the small ones.
         for (int more = 0; more < 4 && r.converged; ++more)
             r = solve_equilibrium(c.wire, c.walls, start, {}, options, work);
+        if (getenv("DBG")) {printf("conv %d it %d err %.2e floor %.2e eq %.2e con %.2e scale %.2e fac %d shifted %d worst %d\n",r.converged,r.iterations,r.residual.error(),r.residual.floor,r.residual.equilibrium,r.residual.contact,r.residual.scale,r.factorisations,r.shifted,r.residual.worst);fflush(stdout);}
         if (!r.converged) break;
     }
     return r;
@@ -201,9 +202,10 @@ std::vector<Measured> capstan_beam()
 {
     std::vector<Measured> rows;
     const double mu = 0.3, angle = kPi;
-    for (int n : {1500, 3000, 6000}) {
+    for (int n : {atoi(getenv("NN"))}) {
         Capstan c;
-        make(c, angle, n, mu, 1e-6);
+        make(c, angle, n, mu, atof(getenv("EE")));
+        c.wire.plane=Vec3::UnitZ();
         const NewtonReport report = draw(c);
         if (!report.converged) {
             rows.push_back(at_most(fmt::format("no convergence, {} elements", n),
