@@ -3,10 +3,9 @@
 //     wire_step_bench [DIR] [MOST]   CSV files and SVG plots into DIR (default docs/results);
 //                                    at most MOST elements (default 3200)
 //
-// Two families of scenes with elements of 2.5 mm. "elements": one bend of 90 degrees and then a
-// straight tube, so that the wire grows and its few contacts stay. "contacts": a narrow bend
-// whose radius grows with the wire, so that contacts grow along. The wire is fed one element a
-// step to its full length; the steps that follow, of 0.4 mm, are measured.
+// Two families of scenes, both a wire in a narrow bend. "elements": 200 mm of the same wire with
+// contact points 2.5 mm apart, in ever finer elements. "contacts": elements of 2.5 mm, a bend and
+// a wire that grow, so that contacts grow along. The last 100 steps, of 0.4 mm, are measured.
 
 #include "mesh/generate/tube.hpp"
 #include "solver/step/simulation.hpp"
@@ -26,6 +25,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kElement = 2.5e-3, kStep = 0.4e-3;
+constexpr double kLength = 0.2; // pushed in before the measurement [m]
 constexpr int kMeasured = 100;
 
 struct Times {
@@ -70,7 +70,10 @@ double quantile(std::vector<Times> list, std::size_t from, double Times::*what, 
 
 Point measure(int elements, bool many_contacts)
 {
-    const double length = elements * kElement, end = kMeasured * kStep;
+    // "elements": the same wire, tube and contact points, ever finer elements.
+    const double element = many_contacts ? kElement : kLength / elements;
+    const double end = kMeasured * kStep, length = many_contacts ? elements * kElement : kLength;
+    const double feed = many_contacts ? kElement : kStep; // a step while the wire is pushed in
     Scene scene;
     scene.order = {"tube", "wire"};
     scene.obstacles.resize(1);
@@ -78,31 +81,27 @@ Point measure(int elements, bool many_contacts)
     BeamInput wire;
     wire.name = "wire";
     BeamSegment g;
-    g.length = length + end + 10 * kElement;
-    g.length = kElement * std::ceil(g.length / kElement);
+    g.length = element * std::ceil((length + end) / element + 10);
     g.radius = 4.445e-4;
     g.EI = {5.2e-4, 5.2e-4};
     g.GJ = {4e-4, 4e-4};
     g.EA = {5000, 5000};
-    g.element = kElement;
+    g.element = element;
     wire.segments = {g};
-    wire.contact_spacing = many_contacts ? kElement : 0.5 * kElement;
+    wire.contact_spacing = kElement;
     // A step is as long in time while feeding as while measuring.
-    wire.insertion = {{0, 0}, {1, length}, {1 + double(kMeasured) / elements, length + end}};
+    const double steps = length / feed;
+    wire.insertion = {{0, 0}, {1, length}, {1 + kMeasured / steps, length + end}};
     scene.beams = {wire};
     scene.contact = {{{"wire", "tube"}, many_contacts ? 0.0 : 0.05}};
     scene.time.end = wire.insertion.back()[0];
-    scene.time.step = 1.0 / elements;
+    scene.time.step = 1 / steps;
 
-    const double radius = many_contacts ? 1e-3 : 4e-3;
+    const double radius = 1e-3;
     Centreline line(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), radius);
     line.append_line(0.02, radius);
-    if (many_contacts)
-        line.append_arc((length + end) / (1.5 * kPi), 1.6 * kPi, 0, radius);
-    else {
-        line.append_arc(0.03, kPi / 2, 0, radius);
-        line.append_line(length + end, radius);
-    }
+    line.append_arc(many_contacts ? (length + end) / (1.5 * kPi) : (length + end) / (1.4 * kPi),
+                    many_contacts ? 1.6 * kPi : 1.5 * kPi, 0, radius);
     std::vector<Obstacle> obstacles;
     obstacles.push_back({"tube", make_tube({line, 0})});
     Record record;
