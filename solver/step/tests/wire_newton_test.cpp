@@ -25,7 +25,7 @@ struct OnPlane {
         g.GJ = {0.77 * kEI, 0.77 * kEI};
         g.EA = {5000, 5000};
         g.element = 2.5e-3;
-        wire.material = make_material({g}, 0);
+        wire.material = make_material({g}, g.element); // contact points at the nodes
         wire.state.reaction.assign(wire.material.point.size(), {});
         start_clamped(wire, Vec3::Zero(), Mat3::Identity());
         wire.dead_force.assign(wire.material.node.size(), Vec3::Zero());
