@@ -33,7 +33,7 @@ std::vector<const Case*> chosen(const ValidateArguments& arguments)
             std::string names;
             for (const Case& c : validation::cases())
                 names += (names.empty() ? "" : ", ") + std::string(c.name);
-            issues.push_back({"", "", name, names});
+            issues.push_back({"validate", "CASE", name, names});
         }
     if (!issues.empty()) throw InputError(issues);
     std::vector<const Case*> list;

@@ -1,0 +1,73 @@
+#include "validation/measure.hpp"
+
+#include "validation/scene_run.hpp"
+
+#include <cmath>
+#include <doctest/doctest.h>
+#include <set>
+#include <stdexcept>
+
+using namespace amontons;
+using namespace amontons::validation;
+
+TEST_CASE("a row passes within its tolerance and at no other time, not even as NaN")
+{
+    CHECK(relative("", 2, 2.001, 1e-3).passed());
+    CHECK(!relative("", 2, 2.003, 1e-3).passed());
+    CHECK(!relative("", -2, 2, 1e-3).passed());
+    CHECK(absolute("", 0, -1e-4, 1e-3).passed());
+    CHECK(!at_most("", -2e-3, 1e-3).passed());
+    CHECK(!at_most("", std::nan(""), 1e300).passed());
+}
+
+TEST_CASE("a case that cannot be run fails, with the reason")
+{
+    const Case broken{"broken", "stability", "", []() -> std::vector<Measured> {
+                          throw std::runtime_error("stuck at 3 mm");
+                      }};
+    const CaseResult r = run_case(broken);
+    CHECK(!r.passed());
+    REQUIRE(r.rows.size() == 1);
+    CHECK(r.rows[0].note == "stuck at 3 mm");
+}
+
+TEST_CASE("cases have names of their own and a suite")
+{
+    std::set<std::string_view> names;
+    for (const Case& c : cases()) {
+        CHECK(names.insert(c.name).second);
+        CHECK((c.suite == "benchmarks" || c.suite == "stability"));
+        CHECK(!c.source.empty());
+    }
+}
+
+TEST_CASE("means weigh every step with its length and are NaN where there are no steps")
+{
+    Run run;
+    for (double x : {0.0, 1.0, 1.5, 4.0}) {
+        Step s;
+        s.insertion = x;
+        s.push = 2 * x + 1;
+        run.steps.push_back(s);
+    }
+    CHECK(mean(run, &Step::push, 0.5, 3.5) == doctest::Approx(5).epsilon(1e-14));
+    CHECK(mean(run, &Step::push, 1, 1.25) == doctest::Approx(3.25).epsilon(1e-14));
+    CHECK(std::isnan(mean(run, &Step::push, 3, 5)));
+    CHECK(value_at(run, &Step::push, 1.2) == doctest::Approx(3.4).epsilon(1e-14));
+    CHECK(largest(run, &Step::push) == 9);
+}
+
+TEST_CASE("a scene in other units has every length and force in them")
+{
+    const Scene a = scene("double-u"), b = scaled(a, 1000, 3);
+    const BeamSegment &g = a.beams[0].segments[0], &k = b.beams[0].segments[0];
+    CHECK(k.length == doctest::Approx(330));
+    CHECK(k.EI[0] == doctest::Approx(3e6 * g.EI[0]));
+    CHECK(k.EA[1] == doctest::Approx(3 * g.EA[1]));
+    CHECK(b.obstacles[0].surface.radius == doctest::Approx(4));
+    CHECK(b.obstacles[0].surface.centreline.pieces[1].radius == doctest::Approx(30));
+    CHECK(b.obstacles[0].surface.centreline.pieces[1].angle ==
+          a.obstacles[0].surface.centreline.pieces[1].angle);
+    CHECK(b.beams[0].insertion.back()[1] == doctest::Approx(300));
+    CHECK(b.beams[0].introducer.fade == doctest::Approx(5));
+}
