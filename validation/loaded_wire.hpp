@@ -10,7 +10,7 @@ struct LoadedWire {
     double EI = 1, GJ = 1, EA = 1, GA = 0; ///< GA 0: no shear deformation
     double curvature = 0;                  ///< natural [1/m]
     int elements = 10;
-    bool planar = false;                   ///< held in the plane of the first two section axes
+    bool planar = false;           ///< held in the plane of the first two section axes
     Mat3 frame = Mat3::Identity(); ///< tangent and section axes at the clamp
     Vec3 force = Vec3::Zero();     ///< on the tip, fixed in space [N]
     Vec3 moment = Vec3::Zero();    ///< [N m]

@@ -22,9 +22,8 @@ TEST_CASE("a row passes within its tolerance and at no other time, not even as N
 
 TEST_CASE("a case that cannot be run fails, with the reason")
 {
-    const Case broken{"broken", "stability", "", []() -> std::vector<Measured> {
-                          throw std::runtime_error("stuck at 3 mm");
-                      }};
+    const Case broken{"broken", "stability", "",
+                      []() -> std::vector<Measured> { throw std::runtime_error("stuck at 3 mm"); }};
     const CaseResult r = run_case(broken);
     CHECK(!r.passed());
     REQUIRE(r.rows.size() == 1);

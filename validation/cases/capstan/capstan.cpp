@@ -23,7 +23,7 @@ struct Capstan {
     double angle = 0; // of the whole contact [rad]
     double turn = 0;  // from element to element [rad]
     double mu = 0;
-    int free = 3;     // elements off the cylinder at either end
+    int free = 3; // elements off the cylinder at either end
 };
 
 /// Place at an arc length s from where the cable meets the cylinder on the pulled side.
@@ -211,8 +211,8 @@ std::vector<Measured> capstan_beam()
             const double angle = 2 * kPi * wraps;
             make(c, angle, int(wraps * per_wrap), mu, kBending);
             c.wire.plane = Vec3::UnitZ();
-            const std::string name =
-                fmt::format("{} wrap{}, {} elements", wraps, wraps < 1 ? "s" : "", wraps * per_wrap);
+            const std::string name = fmt::format("{} wrap{}, {} elements", wraps,
+                                                 wraps < 1 ? "s" : "", wraps * per_wrap);
             const NewtonReport report = draw(c);
             if (!report.converged) {
                 rows.push_back(at_most("no convergence, " + name, report.residual.error(), 1e-9));
