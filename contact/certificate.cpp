@@ -15,12 +15,14 @@ constexpr double kFloorFactor = 50 * std::numeric_limits<double>::epsilon();
 constexpr double kFloorLimit = 1e-3;
 
 /// rows / trace, with what is left when the trace says nothing (zero or indefinite W).
-double scalar_rho(const Eigen::MatrixXd& W)
+double scalar_rho(const Delassus& W)
 {
     const double rows = static_cast<double>(W.rows());
-    if (W.trace() > 0) return rows / W.trace();
-    if (const double s = W.diagonal().cwiseAbs().sum(); s > 0) return rows / s;
-    if (const double s = W.norm(); s > 0) return rows / s;
+    const Eigen::VectorXd diagonal = W.diagonal();
+    if (diagonal.sum() > 0) return rows / diagonal.sum();
+    if (const double s = diagonal.cwiseAbs().sum(); s > 0) return rows / s;
+    if (const double s = W.absolute_times(Eigen::VectorXd::Ones(W.rows())).norm(); s > 0)
+        return rows / s;
     return 1;
 }
 
@@ -87,9 +89,10 @@ NaturalMapError::NaturalMapError(const ContactProblem& problem, ErrorScope scope
     , own_rho_(problem.mu.size())
     , size_(problem.q.norm())
 {
+    const Eigen::VectorXd diagonal = problem.W.diagonal();
     for (int i = 0; i < contact_count(problem); ++i) {
         const int rows = rows_of(kind_of(problem, i));
-        const double trace = problem.W.diagonal().segment(first_row(i), rows).sum();
+        const double trace = diagonal.segment(first_row(i), rows).sum();
         own_rho_[i] = trace > 0 ? rows / trace : rho_;
         scaled_size_ += own_rho_[i] * problem.q.segment(first_row(i), rows).squaredNorm();
     }
@@ -156,9 +159,7 @@ double NaturalMapError::scaled(const Eigen::VectorXd& r, const Eigen::VectorXd& 
 double NaturalMapError::floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const
 {
     if (!r.allFinite()) return 0;
-    Eigen::VectorXd size = problem_.q.cwiseAbs();
-    for (Eigen::Index j = 0; j < r.size(); ++j)
-        if (r[j] != 0) size += std::abs(r[j]) * problem_.W.col(j).cwiseAbs();
+    const Eigen::VectorXd size = problem_.q.cwiseAbs() + problem_.W.absolute_times(r.cwiseAbs());
     const double floor = kFloorFactor * ratio(size.norm(), size_of_q(r, u, false));
     return floor <= kFloorLimit ? floor : 0;
 }

@@ -30,7 +30,7 @@ std::optional<InfeasibilityProof> prove_infeasible(const ContactProblem& problem
     const double largest = full.size() > 0 ? full.maxCoeff() : 0;
     if (!(largest > 0) || !std::isfinite(largest)) return {};
     full = (full.array() > kShare * largest).select(full / largest, 0);
-    if ((problem.W * full).norm() > kUnfelt * (problem.W.cwiseAbs() * full).norm()) return {};
+    if ((problem.W * full).norm() > kUnfelt * problem.W.absolute_times(full).norm()) return {};
 
     std::vector<Eigen::Index> rows;
     std::vector<int> contacts;
@@ -40,7 +40,7 @@ std::optional<InfeasibilityProof> prove_infeasible(const ContactProblem& problem
             rows.push_back(row);
         }
     Eigen::VectorXd d = full(rows);
-    Eigen::MatrixXd W = problem.W(rows, rows);
+    Eigen::MatrixXd W = problem.W.part(rows);
     const double mean = W.trace() / static_cast<double>(rows.size());
     if (mean > 0) {
         W = (W + W.transpose()).eval() / 2;
@@ -56,8 +56,8 @@ std::optional<InfeasibilityProof> prove_infeasible(const ContactProblem& problem
     d = (d.array() > kShare).select(d, 0); // the judgement below is on what is left
 
     full(rows) = d;
-    const Eigen::VectorXd felt = problem.W.transpose() * full;
-    const Eigen::VectorXd size = problem.W.cwiseAbs().transpose() * full;
+    const Eigen::VectorXd felt = problem.W.transpose_times(full);
+    const Eigen::VectorXd size = problem.W.absolute_times(full); // symmetric enough for a size
     const double closing = -problem.q.dot(full);
     const double closing_size = problem.q.cwiseAbs().dot(full);
     if (felt.norm() > kRoundOff * size.norm() || !(closing > kRoundOff * closing_size)) return {};

@@ -37,28 +37,6 @@ std::vector<int> row_offsets(const ContactProblem& problem)
     return offset;
 }
 
-double asymmetry(const Eigen::MatrixXd& W)
-{
-    // By tiles that stay in cache together with their mirror image.
-    constexpr Eigen::Index kTile = 32;
-    double difference = 0, size = 0;
-    for (Eigen::Index j = 0; j < W.cols(); j += kTile)
-        for (Eigen::Index i = j; i < W.rows(); i += kTile) {
-            const Eigen::Index rows = std::min(kTile, W.rows() - i);
-            const Eigen::Index columns = std::min(kTile, W.cols() - j);
-            const auto lower = W.block(i, j, rows, columns);
-            const auto upper = W.block(j, i, columns, rows);
-            const double twice = i == j ? 0.5 : 1; // a diagonal tile is its own mirror image
-            difference += 2 * twice * (lower - upper.transpose()).squaredNorm();
-            size += twice * (lower.squaredNorm() + upper.squaredNorm());
-        }
-    if (std::isnormal(size) && std::isfinite(difference)) return std::sqrt(difference / size);
-    // The squares left the range of doubles, or W is zero, or not finite.
-    const double scale = W.size() > 0 ? W.cwiseAbs().maxCoeff() : 0;
-    if (scale == 0) return 0;
-    return ((W - W.transpose()) / scale).norm() / (W / scale).norm();
-}
-
 std::vector<Issue> issues(const ContactProblem& problem)
 {
     std::vector<Issue> found;
@@ -90,20 +68,35 @@ std::vector<Issue> issues(const ContactProblem& problem)
             tell("q[" + std::to_string(i) + "]", text(problem.q[i]), "finite");
             ++told;
         }
-    told = 0;
-    const bool square = problem.W.rows() == problem.W.cols();
-    const double measure = square ? asymmetry(problem.W) : 0;
+    if (problem.W.rows() != problem.W.cols()) return found;
+    if (problem.W.is_matrix_free() && problem.W.matrix_free().blocks.rows() != rows) {
+        tell("W",
+             "own blocks of " + std::to_string(problem.W.matrix_free().blocks.rows()) + " rows",
+             std::to_string(rows));
+        return found;
+    }
+    const double measure = problem.W.asymmetry();
     if (measure > kMaxAsymmetry)
         tell("W", "asymmetry |W - W^T| / |W| = " + text(measure), "<= " + text(kMaxAsymmetry));
     // A finite measure needs finite entries: the search for others is for the report only.
-    if (square && std::isfinite(measure)) return found;
-    for (Eigen::Index j = 0; j < problem.W.cols(); ++j)
-        for (Eigen::Index i = 0; i < problem.W.rows() && told < kToldOneByOne; ++i)
-            if (!std::isfinite(problem.W(i, j))) {
-                tell("W(" + std::to_string(i) + ", " + std::to_string(j) + ")",
-                     text(problem.W(i, j)), "finite");
-                ++told;
-            }
+    if (std::isfinite(measure)) return found;
+    told = 0;
+    const auto look = [&](Eigen::Index i, Eigen::Index j, double value) {
+        if (std::isfinite(value) || told == kToldOneByOne) return;
+        tell("W(" + std::to_string(i) + ", " + std::to_string(j) + ")", text(value), "finite");
+        ++told;
+    };
+    if (problem.W.is_dense()) {
+        for (Eigen::Index j = 0; j < problem.W.cols(); ++j)
+            for (Eigen::Index i = 0; i < problem.W.rows(); ++i)
+                look(i, j, problem.W.dense()(i, j));
+    } else if (problem.W.is_sparse()) {
+        for (Eigen::Index j = 0; j < problem.W.cols(); ++j)
+            for (Delassus::Sparse::InnerIterator it(problem.W.sparse(), j); it; ++it)
+                look(it.row(), j, it.value());
+    } else {
+        tell("W", "a product with a number that is not finite", "finite");
+    }
     return found;
 }
 

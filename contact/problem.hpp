@@ -1,7 +1,7 @@
 #pragma once
 
+#include "contact/delassus.hpp"
 #include "mesh/base/error.hpp"
-#include "mesh/base/types.hpp"
 
 #include <vector>
 
@@ -27,8 +27,8 @@ inline int rows_of(ContactKind kind)
 
 /// W, q, mu: the letters are those of FCLib. The rows follow the contacts in order.
 struct ContactProblem {
-    Eigen::MatrixXd W;             ///< Delassus operator, rows x rows [m/N]; may be semidefinite
-                                   ///< and unsymmetric up to kMaxAsymmetry
+    Delassus W;                    ///< rows x rows [m/N]: dense, sparse or a function; may be
+                                   ///< semidefinite, and unsymmetric up to kMaxAsymmetry
     Eigen::VectorXd q;             ///< gap and slip of the free motion, rows [m]
     Eigen::VectorXd mu;            ///< friction coefficient per contact, n [-], >= 0
     std::vector<ContactKind> kind; ///< per contact; empty: all frictional
@@ -53,9 +53,6 @@ inline ContactKind kind_of(const ContactProblem& problem, int contact)
 
 /// First row of each contact, and the number of rows as last entry: n + 1.
 std::vector<int> row_offsets(const ContactProblem& problem);
-
-/// |W - W^T| / |W| in the Frobenius norm, 0 for W = 0, not finite if W is not [-].
-double asymmetry(const Eigen::MatrixXd& W);
 
 /// Everything that makes the problem meaningless: sizes that differ, numbers that are not
 /// finite, mu < 0, W too unsymmetric. Empty if it can be solved. Zero contacts are valid.

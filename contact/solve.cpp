@@ -56,6 +56,11 @@ ContactSolution solve(const ContactProblem& problem, const SolverOptions& option
                       const Eigen::VectorXd& warm_start)
 {
     const Stopwatch clock;
+    if (problem.W.is_sparse()) {
+        ContactProblem dense = problem;
+        dense.W = Eigen::MatrixXd(problem.W.sparse());
+        return solve(dense, options, warm_start);
+    }
     check(problem, options, warm_start);
 
     const ContactSolver solver =

@@ -66,7 +66,7 @@ private:
     Mat3 own(int i) const
     {
         const int row = natural_map_.first_row(i);
-        return problem_.W.block<3, 3>(row, row);
+        return problem_.W.dense().block<3, 3>(row, row);
     }
     LocalBlock& block(int i) { return blocks_[static_cast<std::size_t>(i)]; }
 
@@ -86,7 +86,7 @@ private:
         if (change.isZero(0)) return;
         r.segment<3>(row) = local.r;
         const Eigen::Index rows = u.size();
-        const double* w0 = problem_.W.data() + row * rows;
+        const double* w0 = problem_.W.dense().data() + row * rows;
         const double* w1 = w0 + rows;
         const double* w2 = w1 + rows;
         const double c0 = change[0], c1 = change[1], c2 = change[2];
@@ -119,7 +119,7 @@ private:
         const double change = wanted - r[row];
         if (change == 0) return;
         r[row] = wanted;
-        u += change * problem_.W.col(row);
+        u += change * problem_.W.dense().col(row);
     }
 
     const ContactProblem& problem_;

@@ -33,7 +33,7 @@ bool Progress::converged(const Eigen::VectorXd& r, Eigen::VectorXd& u)
 
     if (looks_ > 0) { // the start comes with an exact u
         u = problem_.q;
-        u.noalias() += problem_.W * r;
+        u += problem_.W * r;
         error_ = natural_map_(r, u, residuals_);
     }
     if (due) {

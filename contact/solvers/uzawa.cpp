@@ -42,7 +42,7 @@ Eigen::VectorXd own_block_rho(const ContactProblem& problem, const NaturalMapErr
     Eigen::VectorXd rho(contact_count(problem));
     for (int i = 0; i < contact_count(problem); ++i) {
         const int k = map.first_row(i), rows = rows_of(kind_of(problem, i));
-        const double size = problem.W.block(k, k, rows, rows).norm();
+        const double size = problem.W.dense().block(k, k, rows, rows).norm();
         rho[i] = size > 0 ? 1 / size : map.rho();
     }
     return rho;
@@ -63,7 +63,7 @@ void iterate_own_block(const ContactProblem& problem, double factor, Progress& p
                 const double change = next[row] - r[row];
                 if (change == 0) continue;
                 r[row] = next[row];
-                u += change * problem.W.col(row);
+                u += change * problem.W.dense().col(row);
             }
         }
 }
@@ -81,7 +81,7 @@ void iterate_adaptive(const ContactProblem& problem, double factor, Progress& pr
             for (int i = 0; i < contact_count(problem); ++i)
                 step(problem, map, i, factor * rho[i], r, u, next_r);
             next_u = problem.q;
-            next_u.noalias() += problem.W * next_r;
+            next_u += problem.W * next_r;
 
             double change_of_r = 0, change_of_u = 0;
             for (int i = 0; i < contact_count(problem); ++i) {

@@ -18,17 +18,17 @@ inline ContactProblem tower(const std::vector<double>& mass, double slope, doubl
 {
     const auto n = static_cast<Eigen::Index>(mass.size());
     ContactProblem p;
-    p.W.setZero(3 * n, 3 * n);
+    p.W.dense().setZero(3 * n, 3 * n);
     p.q.setZero(3 * n);
     p.mu.setConstant(n, mu);
     p.level = ContactLevel::velocity;
     for (Eigen::Index i = 0; i < n; ++i)
         for (Eigen::Index k = 0; k < 3; ++k) {
             const double above = 1 / mass[static_cast<std::size_t>(i)];
-            p.W(3 * i + k, 3 * i + k) += above;
+            p.W.dense()(3 * i + k, 3 * i + k) += above;
             if (i + 1 == n) continue;
-            p.W(3 * i + 3 + k, 3 * i + 3 + k) += above;
-            p.W(3 * i + k, 3 * i + 3 + k) = p.W(3 * i + 3 + k, 3 * i + k) = -above;
+            p.W.dense()(3 * i + 3 + k, 3 * i + 3 + k) += above;
+            p.W.dense()(3 * i + k, 3 * i + 3 + k) = p.W.dense()(3 * i + 3 + k, 3 * i + k) = -above;
         }
     p.q.head<3>() = kGravity * Vec3{-std::cos(slope), std::sin(slope), 0};
     return p;
@@ -51,7 +51,7 @@ inline ContactProblem random_problem(std::mt19937& rng, int n, int dofs, double 
     Eigen::MatrixXd G = gaussian(3 * n, dofs);
     for (int i = 0; i < n; ++i)
         G.middleRows<3>(3 * i) *= std::pow(10, -contrast / 2 * uniform(rng));
-    p.W = G * G.transpose();
+    p.W = Eigen::MatrixXd(G * G.transpose());
     // q in the range of W plus an opening: the motion v = -1 along every normal can be undone.
     p.q = G * gaussian(dofs, 1);
     for (int i = 0; i < n; ++i)
@@ -66,7 +66,7 @@ inline long double reference_error(const ContactProblem& p, const Eigen::VectorX
 {
     using Vector = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
     using Matrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
-    const Matrix W = p.W.cast<long double>();
+    const Matrix W = p.W.dense().cast<long double>();
     const Vector q = p.q.cast<long double>();
     if (rho == 0) rho = static_cast<long double>(W.rows()) / W.trace();
     const long double size = (rho * q).norm();

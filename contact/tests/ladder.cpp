@@ -21,7 +21,7 @@ ContactProblem layers(int count, int faces, double contrast, double mu, unsigned
     std::normal_distribution<double> normal;
     const int n = count * faces, rows = 3 * n;
     ContactProblem p;
-    p.W.setZero(rows, rows);
+    p.W.dense().setZero(rows, rows);
     for (int b = 0; b < count; ++b) {
         const int first = 3 * faces * b, last = std::min(first + 6 * faces, rows);
         Eigen::MatrixXd G(last - first, last - first);
@@ -32,7 +32,8 @@ ContactProblem layers(int count, int faces, double contrast, double mu, unsigned
             for (int i = k; i < last - first; i += 3)
                 G(i, k) += i < 3 * faces ? 0.5 : -0.5;
         const double stiffness = b % 2 ? contrast : 1;
-        p.W.block(first, first, last - first, last - first) += G * G.transpose() / stiffness;
+        p.W.dense().block(first, first, last - first, last - first) +=
+            G * G.transpose() / stiffness;
     }
     p.q.resize(rows);
     for (int i = 0; i < n; ++i)

@@ -12,7 +12,7 @@ namespace {
 /// The error of one contact in the size of its own round-off: || |A||r| + |b| ||.
 double error_in_round_off(const Mat3& A, double mu, const Vec3& b, const Vec3& r)
 {
-    const ContactProblem p{A, b, Eigen::VectorXd::Constant(1, mu), {}, {}};
+    const ContactProblem p{Eigen::MatrixXd(A), b, Eigen::VectorXd::Constant(1, mu), {}, {}};
     const double terms = (A.cwiseAbs() * r.cwiseAbs() + b.cwiseAbs()).norm();
     // Not by the trace: that of an indefinite block says nothing.
     const double error = static_cast<double>(test::reference_error(p, r, 1 / A.norm()));

@@ -1,0 +1,187 @@
+#include "contact/delassus.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace amontons {
+namespace {
+
+using Sparse = Delassus::Sparse;
+
+struct Squares {
+    double difference = 0; ///< of |W - W^T|^2
+    double size = 0;       ///< of |W|^2
+};
+
+/// By tiles that stay in cache together with their mirror image.
+Squares squares(const Eigen::MatrixXd& W)
+{
+    constexpr Eigen::Index kTile = 32;
+    Squares s;
+    for (Eigen::Index j = 0; j < W.cols(); j += kTile)
+        for (Eigen::Index i = j; i < W.rows(); i += kTile) {
+            const Eigen::Index rows = std::min(kTile, W.rows() - i);
+            const Eigen::Index columns = std::min(kTile, W.cols() - j);
+            const auto lower = W.block(i, j, rows, columns);
+            const auto upper = W.block(j, i, columns, rows);
+            const double twice = i == j ? 0.5 : 1; // a diagonal tile is its own mirror image
+            s.difference += 2 * twice * (lower - upper.transpose()).squaredNorm();
+            s.size += twice * (lower.squaredNorm() + upper.squaredNorm());
+        }
+    return s;
+}
+
+Squares squares(const Sparse& W)
+{
+    const Sparse mirrored = W.transpose();
+    return {Sparse(W - mirrored).squaredNorm(), W.squaredNorm()};
+}
+
+double largest(const Eigen::MatrixXd& W)
+{
+    return W.size() > 0 ? W.cwiseAbs().maxCoeff() : 0;
+}
+
+double largest(const Sparse& W)
+{
+    return W.nonZeros() > 0 ? W.coeffs().abs().maxCoeff() : 0;
+}
+
+template <class Matrix> double asymmetry_of(const Matrix& W)
+{
+    Squares s = squares(W);
+    if (std::isnormal(s.size) && std::isfinite(s.difference))
+        return std::sqrt(s.difference / s.size);
+    // The squares left the range of doubles, or W is zero, or not finite.
+    const double scale = largest(W);
+    if (scale == 0) return 0;
+    s = squares(Matrix(W / scale));
+    return std::sqrt(s.difference / s.size);
+}
+
+/// x . W y - y . W x over |W y| |x|, for fixed vectors of random numbers.
+double asymmetry_of(const MatrixFreeDelassus& W)
+{
+    std::mt19937 random{1};
+    std::normal_distribution<double> normal;
+    Eigen::VectorXd x(W.rows), y(W.rows), Wx(W.rows), Wy(W.rows);
+    for (Eigen::Index i = 0; i < W.rows; ++i) {
+        x[i] = normal(random);
+        y[i] = normal(random);
+    }
+    W.apply(x, Wx);
+    W.apply(y, Wy);
+    const double size = Wx.norm() * y.norm() + Wy.norm() * x.norm();
+    if (size == 0) return 0;
+    // x . A y of a random antisymmetric A is about |A|, while |W y| |x| is about |W| sqrt(rows).
+    return std::abs(x.dot(Wy) - y.dot(Wx)) / size * std::sqrt(static_cast<double>(W.rows));
+}
+
+} // namespace
+
+Eigen::Index Delassus::rows() const
+{
+    return is_dense() ? dense().rows() : is_sparse() ? sparse().rows() : matrix_free().rows;
+}
+
+Eigen::Index Delassus::cols() const
+{
+    return is_dense() ? dense().cols() : is_sparse() ? sparse().cols() : matrix_free().rows;
+}
+
+void Delassus::apply(const Eigen::VectorXd& r, Eigen::VectorXd& out) const
+{
+    out.resize(rows());
+    if (is_dense()) {
+        out.noalias() = dense() * r;
+    } else if (is_sparse()) {
+        out.noalias() = sparse() * r;
+    } else {
+        matrix_free().apply(r, out);
+    }
+}
+
+Eigen::VectorXd Delassus::absolute_times(const Eigen::VectorXd& r) const
+{
+    if (is_matrix_free()) {
+        const Eigen::VectorXd root = diagonal().cwiseAbs().cwiseSqrt();
+        return root * root.dot(r);
+    }
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(rows());
+    if (is_dense()) {
+        for (Eigen::Index j = 0; j < r.size(); ++j)
+            if (r[j] != 0) out += r[j] * dense().col(j).cwiseAbs();
+    } else {
+        for (Eigen::Index j = 0; j < r.size(); ++j)
+            if (r[j] != 0)
+                for (Sparse::InnerIterator it(sparse(), j); it; ++it)
+                    out[it.row()] += r[j] * std::abs(it.value());
+    }
+    return out;
+}
+
+Eigen::VectorXd Delassus::transpose_times(const Eigen::VectorXd& r) const
+{
+    if (is_dense()) return dense().transpose() * r;
+    if (is_sparse()) return sparse().transpose() * r;
+    return *this * r;
+}
+
+Eigen::MatrixXd Delassus::part(const std::vector<Eigen::Index>& chosen) const
+{
+    if (is_dense()) return dense()(chosen, chosen);
+    const auto n = static_cast<Eigen::Index>(chosen.size());
+    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(n, n);
+    if (is_sparse()) {
+        std::vector<Eigen::Index> place(static_cast<std::size_t>(rows()), -1);
+        for (std::size_t k = 0; k < chosen.size(); ++k)
+            place[static_cast<std::size_t>(chosen[k])] = static_cast<Eigen::Index>(k);
+        for (Eigen::Index j = 0; j < n; ++j)
+            for (Sparse::InnerIterator it(sparse(), chosen[static_cast<std::size_t>(j)]); it; ++it)
+                if (const Eigen::Index i = place[static_cast<std::size_t>(it.row())]; i >= 0)
+                    out(i, j) = it.value();
+        return out;
+    }
+    Eigen::VectorXd unit = Eigen::VectorXd::Zero(rows()), column(rows());
+    for (Eigen::Index j = 0; j < n; ++j) {
+        const Eigen::Index row = chosen[static_cast<std::size_t>(j)];
+        unit[row] = 1;
+        matrix_free().apply(unit, column);
+        unit[row] = 0;
+        out.col(j) = column(chosen);
+    }
+    return out;
+}
+
+Eigen::MatrixXd Delassus::block(Eigen::Index first_row, int size) const
+{
+    if (is_dense()) return dense().block(first_row, first_row, size, size);
+    const Sparse& stored = is_sparse() ? sparse() : matrix_free().blocks;
+    Eigen::MatrixXd out(size, size);
+    for (int j = 0; j < size; ++j)
+        for (int i = 0; i < size; ++i)
+            out(i, j) = stored.coeff(first_row + i, first_row + j);
+    return out;
+}
+
+Eigen::VectorXd Delassus::diagonal() const
+{
+    if (is_dense()) return dense().diagonal();
+    return is_sparse() ? sparse().diagonal() : matrix_free().blocks.diagonal();
+}
+
+bool Delassus::all_finite() const
+{
+    if (is_dense()) return dense().allFinite();
+    if (is_sparse()) return sparse().nonZeros() == 0 || sparse().coeffs().allFinite();
+    const Sparse& blocks = matrix_free().blocks;
+    return blocks.nonZeros() == 0 || blocks.coeffs().allFinite();
+}
+
+double Delassus::asymmetry() const
+{
+    return std::visit([](const auto& W) { return asymmetry_of(W); }, form_);
+}
+
+} // namespace amontons

@@ -1,0 +1,74 @@
+#pragma once
+
+#include "mesh/base/types.hpp"
+
+#include <Eigen/SparseCore>
+
+#include <functional>
+#include <variant>
+#include <vector>
+
+namespace amontons {
+
+/// W known by what it does: r -> W r, and its diagonal blocks.
+struct MatrixFreeDelassus {
+    Eigen::Index rows = 0;
+    /// out = W r; both have `rows` entries, out is sized already. Must not depend on state.
+    std::function<void(const Eigen::VectorXd& r, Eigen::VectorXd& out)> apply;
+    Eigen::SparseMatrix<double> blocks; ///< rows x rows: the contacts' own blocks, nothing else
+};
+
+/// The Delassus operator W of a contact problem, rows x rows [m/N or 1/kg], in one of three forms.
+/// A matrix converts by itself; solvers take each as it is: nothing is ever made dense that is not.
+class Delassus {
+public:
+    using Sparse = Eigen::SparseMatrix<double>; ///< by columns
+
+    Delassus() = default;
+    Delassus(Eigen::MatrixXd W) : form_(std::move(W)) {}
+    Delassus(Sparse W) : form_(std::move(W)) { std::get<Sparse>(form_).makeCompressed(); }
+    Delassus(MatrixFreeDelassus W) : form_(std::move(W)) {}
+
+    bool is_dense() const { return std::holds_alternative<Eigen::MatrixXd>(form_); }
+    bool is_sparse() const { return std::holds_alternative<Sparse>(form_); }
+    bool is_matrix_free() const { return std::holds_alternative<MatrixFreeDelassus>(form_); }
+
+    /// @throws std::bad_variant_access  if W has another form
+    const Eigen::MatrixXd& dense() const { return std::get<Eigen::MatrixXd>(form_); }
+    Eigen::MatrixXd& dense() { return std::get<Eigen::MatrixXd>(form_); }
+    const Sparse& sparse() const { return std::get<Sparse>(form_); }
+    const MatrixFreeDelassus& matrix_free() const { return std::get<MatrixFreeDelassus>(form_); }
+
+    Eigen::Index rows() const;
+    Eigen::Index cols() const;
+
+    /// out = W r; out is resized. One product: 2 flops for each stored number.
+    void apply(const Eigen::VectorXd& r, Eigen::VectorXd& out) const;
+    /// |W| r with r >= 0: the size of the terms in W r. A matrix-free W knows its terms only
+    /// together: sqrt(W_ii) (sum_j sqrt(W_jj) r_j), which bounds them for a semidefinite W.
+    Eigen::VectorXd absolute_times(const Eigen::VectorXd& r) const;
+    /// W^T r. A matrix-free W is taken as symmetric here.
+    Eigen::VectorXd transpose_times(const Eigen::VectorXd& r) const;
+    /// W(chosen, chosen) as a dense matrix; a matrix-free W costs a product per column.
+    Eigen::MatrixXd part(const std::vector<Eigen::Index>& chosen) const;
+    /// The block of a contact, size <= 3.
+    Eigen::MatrixXd block(Eigen::Index first_row, int size) const;
+    Eigen::VectorXd diagonal() const;
+    /// False if a stored number is not finite. Matrix-free: of the blocks alone.
+    bool all_finite() const;
+    /// |W - W^T| / |W| in the Frobenius norm, 0 for W = 0, not finite if W is not [-].
+    /// Matrix-free: estimated from two fixed products.
+    double asymmetry() const;
+
+private:
+    std::variant<Eigen::MatrixXd, Sparse, MatrixFreeDelassus> form_;
+};
+
+inline Eigen::VectorXd operator*(const Delassus& W, const Eigen::VectorXd& r)
+{
+    Eigen::VectorXd out;
+    W.apply(r, out);
+    return out;
+}
+
+} // namespace amontons
