@@ -60,15 +60,16 @@ public:
     /// Matrix-free: estimated from two fixed products.
     double asymmetry() const;
 
+    /// W r. A friend, so that products of plain matrices do not see it.
+    friend Eigen::VectorXd operator*(const Delassus& W, const Eigen::VectorXd& r)
+    {
+        Eigen::VectorXd out;
+        W.apply(r, out);
+        return out;
+    }
+
 private:
     std::variant<Eigen::MatrixXd, Sparse, MatrixFreeDelassus> form_;
 };
-
-inline Eigen::VectorXd operator*(const Delassus& W, const Eigen::VectorXd& r)
-{
-    Eigen::VectorXd out;
-    W.apply(r, out);
-    return out;
-}
 
 } // namespace amontons
