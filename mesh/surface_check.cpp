@@ -1,14 +1,13 @@
 #include "mesh/surface_check.hpp"
 
 #include "mesh/format/text.hpp"
+#include "mesh/near_points.hpp"
 #include "mesh/orient_surface.hpp"
 #include "mesh/self_intersection.hpp"
 #include "mesh/surface_edges.hpp"
-#include "mesh/weld.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numeric>
 #include <unordered_map>
@@ -104,62 +103,6 @@ private:
     std::unordered_map<Index, std::vector<std::size_t>> at_vertex_;
     std::vector<bool> used_;
 };
-
-// ---- vertices ----------------------------------------------------------------------------
-
-/// Each vertex that is no farther than `distance` from one before it, with that one.
-///
-/// Vertices go into cubes four times that wide. What is near to a vertex is then in its cube or
-/// beyond the walls that are near to it.
-std::vector<std::array<Index, 2>> coincident_vertices(const SurfaceMesh& mesh, double distance)
-{
-    std::vector<std::array<Index, 2>> pairs;
-    const std::vector<Index> first = first_at_same_place(mesh.points);
-    const double width = distance > 0 ? 4 * distance : 1;
-    const auto hash = [](const std::array<double, 3>& cube) {
-        std::uint64_t h = 0;
-        for (const double c : cube) // a collision costs time only: distances are measured
-            h = std::rotl(h ^ std::bit_cast<std::uint64_t>(c + 0.0), 29) * 0x9e3779b97f4a7c15ULL;
-        return h ^ (h >> 32);
-    };
-    using Entry = std::pair<std::uint64_t, Index>; // hash of the cube, vertex
-    std::vector<Entry> cubes;
-    cubes.reserve(first.size());
-    for (std::size_t i = 0; i < first.size(); ++i) {
-        const Vec3& x = mesh.points[i];
-        if (first[i] == static_cast<Index>(i))
-            cubes.emplace_back(hash({std::floor(x[0] / width), std::floor(x[1] / width),
-                                     std::floor(x[2] / width)}),
-                               first[i]);
-    }
-    std::sort(cubes.begin(), cubes.end());
-
-    const auto nearest_before = [&](Index i, const Vec3& x) -> Index {
-        for (int side = 0; side < 8; ++side) {
-            std::array<double, 3> cube{};
-            bool needed = true; // the cube beyond a wall, only if that wall is near
-            for (int k = 0; k < 3; ++k) {
-                const double low = std::floor((x[k] - distance) / width),
-                             high = std::floor((x[k] + distance) / width);
-                const bool upper = side >> k & 1;
-                cube[static_cast<std::size_t>(k)] = upper ? high : low;
-                if (upper && high == low) needed = false;
-            }
-            if (!needed) continue;
-            const std::uint64_t h = hash(cube);
-            for (auto e = std::lower_bound(cubes.begin(), cubes.end(), Entry(h, -1));
-                 e != cubes.end() && e->first == h && e->second < i; ++e)
-                if ((point(mesh, e->second) - x).norm() <= distance) return e->second;
-        }
-        return -1;
-    };
-    for (std::size_t i = 0; i < first.size(); ++i) {
-        const auto index = static_cast<Index>(i);
-        const Index partner = first[i] != index ? first[i] : nearest_before(index, mesh.points[i]);
-        if (partner >= 0) pairs.push_back({partner, index});
-    }
-    return pairs;
-}
 
 // ---- edges -------------------------------------------------------------------------------
 
@@ -274,7 +217,7 @@ SurfaceReport check_surface(const SurfaceMesh& mesh)
             report.degenerate.push_back(static_cast<Index>(t));
 
     check_edges(mesh, report);
-    report.coincident = coincident_vertices(mesh, kCoincident * report.diagonal);
+    report.coincident = near_points(mesh.points, kCoincident * report.diagonal);
     SelfIntersections found = find_self_intersections(mesh, kMostPairs);
     report.intersections = std::move(found.pairs);
     report.intersection_count = found.count;

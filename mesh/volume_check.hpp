@@ -1,0 +1,60 @@
+#pragma once
+
+#include "mesh/base/error.hpp"
+#include "mesh/extract_surface.hpp"
+#include "mesh/quality.hpp"
+
+namespace amontons {
+
+/// What counts as a fault.
+struct VolumeCheckOptions {
+    double sliver = 0.05;      ///< ElementQuality::shape below it is reported [-]
+    double largest_size = 3.0; ///< a box longer than this is probably not in metres [m]
+};
+
+/// What is odd about a mesh of solids. Lists are ascending; numbers count from 0.
+struct VolumeReport {
+    std::int64_t nodes = 0;
+    std::array<std::int64_t, kElementKinds> elements{};
+    Vec3 lowest = Vec3::Zero(), highest = Vec3::Zero(); ///< box of the nodes in use [m]
+    VolumeCheckOptions options;
+
+    std::vector<std::int32_t> not_finite;   ///< nodes
+    std::vector<std::int32_t> unreferenced; ///< nodes of no element
+    /// Nodes at the same place as one before, or nearer than 1e-9 of the box's diagonal.
+    std::vector<std::array<std::int32_t, 2>> coincident;
+    std::vector<std::int32_t> collapsed; ///< elements with a node twice
+    /// Elements with det J <= 1e-12 (longest edge)^3 at a corner or integration point.
+    std::vector<std::int32_t> inverted;
+    std::vector<std::int32_t> slivers;               ///< elements, not inverted
+    std::vector<std::vector<FaceRef>> crowded_faces; ///< faces of more than two elements
+    std::vector<std::vector<FaceRef>> one_sided;     ///< faces whose two elements overlap
+    std::vector<CrowdedEdge> crowded_edges;          ///< of the surface; see SurfaceEdges
+    std::vector<std::string> empty_sets;             ///< "face set \"top\""
+    std::vector<std::string> nameless_sets;          ///< "node set 2"
+
+    QualityReport quality;
+    std::vector<ElementQuality> element_quality;
+    ExternalSurface surface;
+    SurfaceIntegrals integrals;
+    std::int64_t surface_edges = 0, surface_borders = 0, euler_characteristic = 0;
+    int surface_parts = 0;
+
+    bool looks_like_millimetres() const;
+};
+
+/// Looks for everything in VolumeReport. O(n log n).
+/// @param mesh  indices within its nodes (else std::logic_error)
+VolumeReport check_volume(const VolumeMesh& mesh, const VolumeCheckOptions& options = {});
+
+/// What no solver can work with: nodes that are not finite, collapsed, inverted and overlapping
+/// elements, edges where the surface meets itself. The first of each kind are named with the
+/// file's numbers and coordinates; the rest is counted.
+std::vector<Issue> errors_of(const VolumeReport& report, const VolumeMesh& mesh,
+                             const std::string& file);
+
+/// What may be meant: unreferenced or coincident nodes, slivers, empty sets, size in millimetres.
+std::vector<Issue> warnings_of(const VolumeReport& report, const VolumeMesh& mesh,
+                               const std::string& file);
+
+} // namespace amontons
