@@ -194,33 +194,6 @@ void assemble_dead_loads(const Wire& wire, BlockTridiagonal& K, std::vector<Node
     }
 }
 
-// Out-of-plane rows: a stiffness far above the wire's, and no force, so that the increment in
-// them is zero to round-off. Body axis 3 of a wire in a plane stays the plane's normal.
-void hold_in_plane(const Wire& wire, BlockTridiagonal& K, std::vector<Node6>& g)
-{
-    const Vec3 n = *wire.plane;
-    for (int i = wire.state.first + 1; i <= wire.last(); ++i) {
-        Block6& d = K.diagonal(i);
-        const double scale = 1e6 * (d(0, 0) + d(1, 1) + d(2, 2));
-        double* r = g[std::size_t(i)].value;
-        const double out = n[0] * r[0] + n[1] * r[1] + n[2] * r[2];
-        for (int a = 0; a < 3; ++a) {
-            r[a] -= out * n[a];
-            for (int b = 0; b < 3; ++b)
-                d(a, b) += scale * n[a] * n[b];
-        }
-        const double turn = 1e6 * (d(3, 3) + d(4, 4) + d(5, 5));
-        for (int a : {3, 4}) {
-            r[a] = 0;
-            d(a, a) += turn;
-        }
-    }
-    if (wire.sheath) {
-        K.diagonal(wire.state.first)(3, 3) += 1e6 * K.diagonal(wire.state.first)(3, 3);
-        g[std::size_t(wire.state.first)].value[3] = 0;
-    }
-}
-
 } // namespace
 
 int first_node(const WireMaterial& m, double insertion)
@@ -485,7 +458,6 @@ void assemble_wire(const Wire& wire, std::vector<ElementLaw>& laws, BlockTridiag
     }
     laws[f] = whole;
     assemble_dead_loads(wire, K, g);
-    if (wire.plane) hold_in_plane(wire, K, g);
 }
 
 void move_wire(Wire& wire, const std::vector<Node6>& increment, double factor)

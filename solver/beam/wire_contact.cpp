@@ -1,5 +1,7 @@
 #include "solver/beam/wire_contact.hpp"
 
+#include "solver/beam/plane_hold.hpp"
+
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
@@ -109,13 +111,15 @@ void find_candidates(const Wire& wire, const std::vector<WireWall>& walls, const
                 const Vec3 arm = -m.radius * c.n;
                 const Vec3 before = rotation_matrix(start.section[p].q) *
                                     (rotation_matrix(section.q).transpose() * arm);
-                const Vec3 u = x - start.point[p] + arm - before;
+                Vec3 u = x - start.point[p] + arm - before;
+                if (wire.plane) u -= *wire.plane * wire.plane->dot(u);
                 c.slip[0] = u.dot(c.t1);
                 c.slip[1] = u.dot(c.t2);
                 c.tangential[0] = r.tangential.dot(c.t1);
                 c.tangential[1] = r.tangential.dot(c.t2);
             }
             fill_rows(wire, c);
+            if (wire.plane) hold_in_plane(wire, c);
             candidates.push_back(c);
         }
     }

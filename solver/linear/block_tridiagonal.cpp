@@ -65,6 +65,7 @@ BlockTridiagonal::BlockTridiagonal(int size)
     , inverse_(allocate(size))
     , eliminated_(allocate(size))
     , negative_(static_cast<std::size_t>(size) + 1, 0)
+    , odd_(static_cast<std::size_t>(size) + 1, 0)
 {
 }
 
@@ -89,7 +90,7 @@ int BlockTridiagonal::factor(int from)
 {
     if (from <= first_) {
         from = first_;
-        negative_[static_cast<std::size_t>(first_)] = 0;
+        negative_[static_cast<std::size_t>(first_)] = odd_[static_cast<std::size_t>(first_)] = 0;
     }
     for (int i = from; i < size_; ++i) {
         Block6 s = diagonal_[i];
@@ -107,6 +108,7 @@ int BlockTridiagonal::factor(int from)
         inverse_[i] = s;
         negative_[static_cast<std::size_t>(i) + 1] =
             negative_[static_cast<std::size_t>(i)] + negative;
+        odd_[static_cast<std::size_t>(i) + 1] = odd_[static_cast<std::size_t>(i)] + negative % 2;
         if (i + 1 < size_) {
             const Block6& u = upper_[i];
             for (int j = 0; j < 6; ++j) {

@@ -65,6 +65,9 @@ public:
     /// @return number of negative pivots (for a symmetric matrix: of negative eigenvalues);
     ///         a vanishing pivot counts as negative
     int factor(int from);
+    /// Of the last factor(): blocks of the elimination whose determinant is negative. Unlike the
+    /// pivots' signs of an unsymmetric matrix it does not depend on the axes of a node's unknowns.
+    int negative_determinants() const { return odd_[static_cast<std::size_t>(size_)]; }
 
     /// Solves in place with the last factors.
     /// @param x  size() nodes; those before first() are not touched
@@ -84,6 +87,7 @@ private:
     Blocks diagonal_, upper_, lower_;
     Blocks inverse_, eliminated_; // S_i^-1 and S_i^-1 U_i
     std::vector<int> negative_;   // negative pivots of nodes up to i
+    std::vector<int> odd_;        // nodes up to i with an odd number of them
 };
 
 /// out = A x for one block.

@@ -1,5 +1,6 @@
 #include "solver/step/wire_newton.hpp"
 
+#include "solver/beam/plane_hold.hpp"
 #include "solver/step/wire_pivot.hpp"
 
 #include <algorithm>
@@ -56,17 +57,7 @@ Residual assemble(const Wire& wire, const std::vector<WireWall>& walls, const St
 
     find_candidates(wire, walls, start, options.reach, w.proximity, w.candidates);
     assemble_reactions(wire, w.candidates, w.base, w.gradient);
-    if (wire.plane) {
-        // contact must not put back what the plane takes
-        const Vec3 n = *wire.plane;
-        for (int i = wire.state.first + 1; i <= wire.last(); ++i) {
-            double* r = w.gradient[std::size_t(i)].value;
-            const double out = n[0] * r[0] + n[1] * r[1] + n[2] * r[2];
-            for (int a = 0; a < 3; ++a)
-                r[a] -= out * n[a];
-            r[3] = r[4] = 0;
-        }
-    }
+    if (wire.plane) hold_in_plane(wire, w.base, w.gradient);
     report.seconds_detection += now() - t1;
 
     Residual res;
@@ -74,10 +65,10 @@ Residual assemble(const Wire& wire, const std::vector<WireWall>& walls, const St
     for (int i = wire.state.first; i <= wire.last(); ++i) {
         const double* r = w.gradient[std::size_t(i)].value;
         const double h = wire.material.law[std::size_t(std::min(i, wire.last() - 1))].length;
-        for (int k = 0; k < 3; ++k) {
-            res.equilibrium = std::max(res.equilibrium, std::abs(r[k]));
-            res.equilibrium = std::max(res.equilibrium, std::abs(r[k + 3]) / h);
-        }
+        // norms, not components: no axis of space decides when an iterate is good enough
+        const double force = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
+        const double moment = std::sqrt(r[3] * r[3] + r[4] * r[4] + r[5] * r[5]);
+        res.equilibrium = std::max({res.equilibrium, force, moment / h});
         if (!std::isfinite(r[0] + r[1] + r[2] + r[3] + r[4] + r[5]))
             res.equilibrium = std::numeric_limits<double>::infinity();
         if (i < wire.last()) EA = std::max(EA, wire.material.law[std::size_t(i)].S[0] / h);

@@ -293,13 +293,15 @@ bool pivot(const Wire& wire, NewtonWorkspace& w, const Residual& res, const Newt
             set_right_side(wire, w);
             set_system(wire, w, shift, true, from);
             ++report.factorisations;
-            if (w.system.factor(from) == 0) break;
-            from = wire.state.first;
-            // Friction's unsymmetric rows can make a pivot negative by themselves; whether the
-            // wire is stable on the motions that contact leaves free is the inertia without them.
+            const int negative = w.system.factor(from);
+            // Friction's unsymmetric rows can make a pivot negative by themselves, in one frame and
+            // not in another; determinants are the same in all. Whether the wire is stable on the
+            // motions that contact leaves free is the inertia without them.
             bool unsymmetric = false;
             for (const Trial& t : w.trial)
                 unsymmetric |= t.status == 2;
+            if ((unsymmetric ? w.system.negative_determinants() : negative) == 0) break;
+            from = wire.state.first;
             if (unsymmetric) {
                 set_system(wire, w, shift, false, from);
                 ++report.factorisations;

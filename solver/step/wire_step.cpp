@@ -179,6 +179,13 @@ std::vector<Node6> weakest_mode(WireBody& b)
                 seed = seed * 1664525u + 1013904223u;
                 n.value[k] = (double(seed >> 8) / 8388608.0 - 1) * (k < 3 ? b.grain : 1);
             }
+        if (i > b.wire.state.first) {
+            // along the section's axes: no axis of space decides which way it goes
+            const Vec3 x = rotation_matrix(b.wire.state.nodes[std::size_t(i)].q) *
+                           Vec3(n.value[0], n.value[1], n.value[2]);
+            for (int k = 0; k < 3; ++k)
+                n.value[k] = x[k];
+        }
     }
     for (int round = 0; round < 6; ++round) {
         b.work->system.solve(v);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <doctest/doctest.h>
 #include <random>
 #include <vector>
@@ -152,4 +153,46 @@ TEST_CASE("factoring again from a changed node, and solving from it, changes no 
     CHECK((vector_of(from) - exact).norm() < 1e-11 * exact.norm());
     CHECK(partly == m.blocks.factor(0));
     CHECK(partly > whole_before);
+}
+
+TEST_CASE("negative determinants of an unsymmetric matrix are the same in all axes of the nodes; "
+          "its pivots' signs are not")
+{
+    int pivots_changed = 0, seen = 0;
+    for (unsigned seed = 1; seed <= 40; ++seed) {
+        Pair m = random_matrix(6, false, 0.8, seed);
+        const int pivots = m.blocks.factor(0), determinants = m.blocks.negative_determinants();
+        for (int i = 0; i < 6; ++i) {
+            const Mat6 Q = Eigen::HouseholderQR<Mat6>(
+                               random_matrix(1, false, 0, 100 * seed + unsigned(i)).dense)
+                               .householderQ();
+            for (int k = 0; k < 3; ++k) { // diagonal, coupling to the next, coupling to the last
+                if ((k == 1 && i == 5) || (k == 2 && i == 0)) continue;
+                for (const bool lower : {false, true}) {
+                    if (k == 0 && lower) continue;
+                    Block6& b = k == 0   ? m.blocks.diagonal(i)
+                                : k == 1 ? (lower ? m.blocks.lower(i) : m.blocks.upper(i))
+                                         : (lower ? m.blocks.lower(i - 1) : m.blocks.upper(i - 1));
+                    Mat6 d;
+                    for (int r = 0; r < 6; ++r)
+                        for (int c = 0; c < 6; ++c)
+                            d(r, c) = b(r, c);
+                    // rows of node i: upper(i), lower(i - 1); its columns: the other two
+                    const bool rows = k == 0 || (k == 1) != lower;
+                    const bool columns = k == 0 || (k == 1) == lower;
+                    if (rows) d = (Q * d).eval();
+                    if (columns) d = (d * Q.transpose()).eval();
+                    for (int r = 0; r < 6; ++r)
+                        for (int c = 0; c < 6; ++c)
+                            b(r, c) = d(r, c);
+                }
+            }
+        }
+        const int turned = m.blocks.factor(0);
+        CHECK(m.blocks.negative_determinants() == determinants);
+        pivots_changed += turned != pivots;
+        seen += determinants > 0;
+    }
+    CHECK(seen > 5);
+    CHECK(pivots_changed > 5);
 }
