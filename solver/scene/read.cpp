@@ -4,34 +4,16 @@
 #include "mesh/base/file.hpp"
 #include "solver/scene/consistency.hpp"
 #include "solver/scene/fields.hpp"
-#include "solver/scene/json_text.hpp"
+#include "solver/scene/json_input.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <set>
 
 namespace amontons {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-/// A value from the file, short enough for a message.
-std::string shown(const Json& value)
-{
-    if (value.is_object()) return value.empty() ? "{}" : "an object {...}";
-    if (value.is_array()) {
-        const bool plain =
-            value.size() <= 4 && std::none_of(value.begin(), value.end(), [](const Json& v) {
-                return v.is_structured() || v.is_string();
-            });
-        return plain ? value.dump() : fmt::format("a list of {}", value.size());
-    }
-    if (value.is_string()) return quoted_text(value.get_ref<const std::string&>());
-    return value.dump();
-}
 
 /// Fills a Scene from JSON and collects what is wrong on the way.
 class Reader {
@@ -321,267 +303,13 @@ void Reader::bodies(const Json& json, const ObjectDeclaration& body, const std::
     }
 }
 
-// --- The text and the overrides ---
-
-std::string line_and_column(std::string_view text, std::size_t byte)
-{
-    const std::string_view before = text.substr(0, std::min(byte, text.size()));
-    const auto line = std::count(before.begin(), before.end(), '\n') + 1;
-    const std::size_t start = before.rfind('\n') + 1; // npos + 1 is 0
-    return fmt::format("line {}, column {}", line, before.size() - start + 1);
-}
-
-/// Parses the text. Fields that stand twice are Issues: which of them counts is nowhere said.
-Json parse(std::string_view text, const std::string& file, std::vector<Issue>& issues)
-{
-    const auto blank = [](char c) { return c == ' ' || c == '\n' || c == '\t' || c == '\r'; };
-    if (std::all_of(text.begin(), text.end(), blank))
-        throw InputError(
-            {{file, "", "an empty file", "a scene: {\"schema\": 1, \"bodies\": ...}"}});
-    std::vector<std::set<std::string>> open;
-    std::vector<std::string> at;
-    const auto watch = [&](int, Json::parse_event_t event, Json& parsed) {
-        if (event == Json::parse_event_t::object_start) open.emplace_back();
-        if (event == Json::parse_event_t::object_end) open.pop_back();
-        if (event == Json::parse_event_t::key) {
-            const std::string name = parsed.get<std::string>();
-            if (!open.back().insert(name).second)
-                issues.push_back({file, "", "field " + quoted_text(name) + " twice in one object",
-                                  "each field once"});
-        }
-        return true;
-    };
-    try {
-        return Json::parse(text.begin(), text.end(), watch, true, true);
-    } catch (const nlohmann::json::parse_error& error) {
-        std::string what = error.what();
-        if (const std::size_t colon = what.find(": "); colon != std::string::npos)
-            what = what.substr(colon + 2);
-        const std::size_t byte = error.byte > 0 ? error.byte - 1 : 0;
-        throw InputError(
-            {{file, line_and_column(text, byte), what, "JSON (// comments are allowed)"}});
-    } catch (const nlohmann::json::out_of_range& error) {
-        // A number like 1e999: the message quotes it, and says nothing of its place.
-        const std::string what = error.what();
-        const std::size_t first = what.find('\''), last = what.rfind('\'');
-        const std::string number = last > first ? what.substr(first + 1, last - first - 1) : "";
-        throw InputError({{file, line_and_column(text, text.find(number)), "number " + number,
-                           "a number that a double holds"}});
-    }
-}
-
-/// Lets one override replace its value. Objects on the way are made, items of lists are not.
-void apply_override(Json& scene, const std::string& text, std::vector<std::string>& places,
-                    std::vector<Issue>& issues)
-{
-    const std::size_t equals = text.find('=');
-    const std::string path = text.substr(0, equals);
-    const auto refuse = [&](std::string found, std::string allowed) {
-        issues.push_back({"--set " + text, "", std::move(found), std::move(allowed)});
-    };
-    if (equals == std::string::npos || path.empty())
-        return refuse("no PATH=VALUE", "e.g. contact.0.friction=0.1");
-    const std::string value = text.substr(equals + 1);
-
-    const char separator = path.find('/') != std::string::npos ? '/' : '.';
-    std::vector<std::string> names;
-    for (std::size_t start = path[0] == separator ? 1 : 0; start <= path.size();) {
-        const std::size_t end = std::min(path.find(separator, start), path.size());
-        names.push_back(path.substr(start, end - start));
-        start = end + 1;
-    }
-    constexpr std::size_t kDeepest = 32;
-    if (names.size() > kDeepest) return refuse("a path this deep", "the path of a field");
-
-    Json* at = &scene;
-    std::string place;
-    for (std::size_t i = 0; i < names.size(); ++i) {
-        const std::string& name = names[i];
-        if (at->is_array()) {
-            const bool digits =
-                !name.empty() && name.size() < 9 &&
-                std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; });
-            const std::size_t index = digits ? std::stoul(name) : at->size();
-            if (index >= at->size())
-                return refuse(quoted_text(name) + " in " + place,
-                              at->empty() ? "nothing, the list is empty"
-                                          : fmt::format("0 to {}", at->size() - 1));
-            at = &(*at)[index];
-        } else if (at->is_object() || at->is_null()) {
-            // A body that is not there is a slip of the keyboard, not the wish for another body.
-            if (i == 1 && names[0] == "bodies" && names.size() > 2 && !at->contains(name)) {
-                std::vector<std::string> bodies;
-                for (const auto& item : at->items())
-                    bodies.push_back(item.key());
-                const std::string near = nearest_name(name, bodies);
-                std::string allowed = near.empty() ? "" : quoted_text(near) + " (nearest name)";
-                if (near.empty())
-                    for (const std::string& b : bodies)
-                        allowed += (allowed.empty() ? "one of " : ", ") + quoted_text(b);
-                return refuse("body " + quoted_text(name),
-                              allowed.empty() ? "a body of the scene, which has none" : allowed);
-            }
-            at = &(*at)[name];
-        } else {
-            return refuse(place + " = " + shown(*at) + ", which has no " + quoted_text(name),
-                          "the path of a field");
-        }
-        place += "/" + name;
-    }
-    Json parsed = Json::parse(value, nullptr, false);
-    *at = parsed.is_discarded() ? Json(value) : std::move(parsed);
-    places.push_back(place);
-}
-
-// --- The way back ---
-
-void write_object(JsonText& out, const std::vector<const FieldDeclaration*>& fields, void* object,
-                  Scene& scene);
-
-void write_number(JsonText& out, double v)
-{
-    if (v == std::floor(v) && std::abs(v) < 1e15)
-        out.value(static_cast<std::int64_t>(v));
-    else
-        out.value(v);
-}
-
-void write_vector(JsonText& out, const Vec3& v)
-{
-    out.open('[').value(v.x()).value(v.y()).value(v.z()).close(']');
-}
-
-std::vector<const FieldDeclaration*> all_fields(const ObjectDeclaration& declaration,
-                                                const VariantDeclaration* variant)
-{
-    std::vector<const FieldDeclaration*> all;
-    for (const FieldDeclaration& f : declaration.fields)
-        all.push_back(&f);
-    if (variant)
-        for (const FieldDeclaration& f : variant->fields)
-            all.push_back(&f);
-    return all;
-}
-
-const VariantDeclaration* chosen_variant(const ObjectDeclaration& declaration, void* object)
-{
-    for (const VariantDeclaration& v : declaration.variants)
-        if (declaration.chosen && v.value == declaration.chosen(object)) return &v;
-    return nullptr;
-}
-
-/// False where the value says "not given" (an empty option, text or list, or the default of a
-/// field whose default is chosen later): the reader comes to the same without it.
-bool is_given(const FieldDeclaration& f, void* member)
-{
-    switch (f.type) {
-    case FieldType::number:
-        if (f.optional) return static_cast<std::optional<double>*>(member)->has_value();
-        return f.fallback.empty() || *static_cast<double*>(member) != 0;
-    case FieldType::vector:
-        return !f.optional || static_cast<std::optional<Vec3>*>(member)->has_value();
-    case FieldType::text:
-        return !static_cast<std::string*>(member)->empty();
-    case FieldType::curve:
-        return !static_cast<CurvePoints*>(member)->empty();
-    case FieldType::list:
-        return f.size(member) > 0;
-    case FieldType::object: // one whose required text is missing was never given
-        for (const FieldDeclaration& inner : f.object->fields)
-            if (inner.required && inner.type == FieldType::text &&
-                !is_given(inner, inner.member(member)))
-                return false;
-        return true;
-    default:
-        return true;
-    }
-}
-
-void write_value(JsonText& out, const FieldDeclaration& f, void* member, Scene& scene)
-{
-    switch (f.type) {
-    case FieldType::boolean:
-        out.value(*static_cast<bool*>(member));
-        return;
-    case FieldType::integer:
-        out.value(*static_cast<int*>(member));
-        return;
-    case FieldType::number:
-        write_number(out, f.optional ? **static_cast<std::optional<double>*>(member)
-                                     : *static_cast<double*>(member));
-        return;
-    case FieldType::pair: {
-        const auto& p = *static_cast<std::array<double, 2>*>(member);
-        out.open('[').value(p[0]).value(p[1]).close(']');
-        return;
-    }
-    case FieldType::text:
-        out.value(*static_cast<std::string*>(member));
-        return;
-    case FieldType::two_names: {
-        const auto& names = *static_cast<std::array<std::string, 2>*>(member);
-        out.open('[').value(names[0]).value(names[1]).close(']');
-        return;
-    }
-    case FieldType::vector:
-        write_vector(out, f.optional ? **static_cast<std::optional<Vec3>*>(member)
-                                     : *static_cast<Vec3*>(member));
-        return;
-    case FieldType::curve:
-        out.open('[');
-        for (const auto& p : *static_cast<CurvePoints*>(member))
-            out.open('[').value(p[0]).value(p[1]).close(']');
-        out.close(']');
-        return;
-    case FieldType::object: {
-        const VariantDeclaration* variant = chosen_variant(*f.object, member);
-        out.open('{');
-        if (variant && !variant->value.empty()) out.member(f.object->discriminator, variant->value);
-        write_object(out, all_fields(*f.object, variant), member, scene);
-        out.close('}');
-        return;
-    }
-    case FieldType::list:
-        out.open('[');
-        for (std::size_t i = 0; i < f.size(member); ++i) {
-            out.open('{');
-            write_object(out, all_fields(*f.object, nullptr), f.item(member, i), scene);
-            out.close('}');
-        }
-        out.close(']');
-        return;
-    case FieldType::named:
-        out.open('{');
-        for (const std::string& name : scene.order)
-            for (const VariantDeclaration& v : f.object->variants)
-                if (void* body = v.find(scene, name)) {
-                    out.key(name).open('{').member(f.object->discriminator, v.value);
-                    write_object(out, all_fields(*f.object, &v), body, scene);
-                    out.close('}');
-                }
-        out.close('}');
-        return;
-    }
-}
-
-void write_object(JsonText& out, const std::vector<const FieldDeclaration*>& fields, void* object,
-                  Scene& scene)
-{
-    for (const FieldDeclaration* f : fields) {
-        void* member = f->member(object);
-        if (!f->required && !is_given(*f, member)) continue;
-        out.key(f->name);
-        write_value(out, *f, member, scene);
-    }
-}
-
 } // namespace
 
 Scene parse_scene(std::string_view text, const std::string& file,
                   const std::vector<std::string>& overrides)
 {
     std::vector<Issue> issues;
-    Json json = parse(text, file, issues);
+    Json json = parse_json(text, file, issues);
     Scene scene;
     scene.file = file;
     if (!json.is_object())
@@ -605,16 +333,6 @@ Scene parse_scene(std::string_view text, const std::string& file,
 Scene read_scene(const std::string& file, const std::vector<std::string>& overrides)
 {
     return parse_scene(read_file(file), file, overrides);
-}
-
-std::string resolved_scene(const Scene& scene)
-{
-    Scene copy = scene; // the declarations find members of a scene that may change
-    JsonText out;
-    out.open('{');
-    write_object(out, all_fields(scene_declaration(), nullptr), &copy, copy);
-    out.close('}');
-    return out.text();
 }
 
 std::string beside(const Scene& scene, const std::string& file)

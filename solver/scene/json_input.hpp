@@ -1,0 +1,29 @@
+#pragma once
+
+#include "mesh/base/error.hpp"
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+// A scene's text and the overrides of the command line, before anyone asks what they mean.
+
+namespace amontons {
+
+using Json = nlohmann::ordered_json;
+
+/// A value from the file, short enough for a message.
+std::string shown(const Json& value);
+
+/// Parses the text. Fields that stand twice are Issues: which of them counts is nowhere said.
+/// @throws InputError  if the text is no JSON, with line and column
+Json parse_json(std::string_view text, const std::string& file, std::vector<Issue>& issues);
+
+/// Lets one override replace its value. Objects on the way are made, items of lists are not.
+/// @param text    "PATH=VALUE"
+/// @param places  gets the place of the value as a JSON pointer
+void apply_override(Json& scene, const std::string& text, std::vector<std::string>& places,
+                    std::vector<Issue>& issues);
+
+} // namespace amontons
