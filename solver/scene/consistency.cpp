@@ -153,13 +153,20 @@ void check_beam(const BeamInput& b, const Scene& scene, Findings& findings)
     double deepest = 0;
     for (const auto& p : b.insertion)
         deepest = std::max(deepest, p[1]);
-    if (!b.segments.empty() && deepest > length * (1 + kRoundOff))
-        findings.add({place + "/drive/insertion", segments}, fmt::format("{}", deepest),
-                     fmt::format("<= {:.6g} [m], the length of the wire", length));
-    if (b.introducer.fade > b.introducer.length * (1 + kRoundOff))
-        findings.add({place + "/introducer/fade", place + "/introducer/length"},
+    // Something of the wire must stay in the sheath's rigid part: its compliance is the drive's.
+    const double most = length - b.introducer.fade;
+    if (!b.segments.empty() && most > 0 && deepest >= most * (1 - kRoundOff))
+        findings.add({place + "/drive/insertion", segments, place + "/introducer/fade"},
+                     fmt::format("{}", deepest),
+                     fmt::format("< {:.6g} [m], the length of the wire{}", most,
+                                 b.introducer.fade > 0 ? " less the introducer's fade" : ""));
+    const bool own = b.introducer.length > 0;
+    const double sheath = own ? b.introducer.length : length;
+    if (!b.segments.empty() && b.introducer.fade >= sheath * (own ? 1 + kRoundOff : 1))
+        findings.add({place + "/introducer/fade", own ? place + "/introducer/length" : segments},
                      fmt::format("{}", b.introducer.fade),
-                     fmt::format("<= {} [m], the introducer's length", b.introducer.length));
+                     fmt::format("{} {:.6g} [m], the length of the {}", own ? "<=" : "<", sheath,
+                                 own ? "introducer" : "wire"));
     if (b.introducer.normal &&
         !(b.introducer.direction.normalized().cross(b.introducer.normal->normalized()).norm() >
           kRoundOff))

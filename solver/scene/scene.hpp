@@ -101,7 +101,7 @@ struct IntroducerInput {
     Vec3 at = Vec3::Zero();             ///< its end, where the wire comes out [m]
     Vec3 direction = Vec3::UnitX();
     std::optional<Vec3> normal;         ///< the wire's curvature of angle 0 bends this way; default chosen
-    double length = 0.06;               ///< [m]
+    double length = 0;                  ///< [m]; 0: as long as the wire
     double fade = 0;                    ///< the grip fades out over this length before the end [m]
     IntroducerPlace centreline;         ///< with a file: gives `at` and `direction`, and the depth
 };

@@ -160,7 +160,7 @@ class BadInput(Case):
 
     def test_wire_and_path(self):
         self.refused(self.scene(lambda s: s["bodies"]["wire"]["drive"].update(
-            insertion=[[0, 0], [1, 0.2]])), says=["/drive/insertion: found 0.2, allowed: <= 0.1 [m]"])
+            insertion=[[0, 0], [1, 0.2]])), says=["/drive/insertion: found 0.2, allowed: < 0.1 [m]"])
         self.refused(self.scene(lambda s: s["bodies"]["wire"]["segments"][0].update(element=0.2)),
                      says=["/segments/0/element"])
         tube = {"generate": "tube", "radius": 0.004,

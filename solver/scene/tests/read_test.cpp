@@ -181,7 +181,7 @@ TEST_CASE("fields that contradict each other are reported")
         return issues_of(with(old, now));
     };
     CHECK(has(bad("[15, 0.3]", "[15, 0.4]"),
-              "/bodies/wire/drive/insertion: found 0.4, allowed: <= 0.33 [m]"));
+              "/bodies/wire/drive/insertion: found 0.4, allowed: < 0.33 [m]"));
     CHECK(has(bad("\"element\": 2.5e-3", "\"element\": 0.4"), "/bodies/wire/segments/0/element"));
     CHECK(has(bad("[\"wire\", \"tube\"]", "[\"wire\", \"tubr\"]"), "\"tube\" (nearest name)"));
     CHECK(has(bad("[\"wire\", \"tube\"]", "[\"tube\", \"tube\"]"), "at least one body that moves"));
@@ -212,6 +212,26 @@ TEST_CASE("all that is wrong is reported together, and nothing twice")
     CHECK_FALSE(has(issues_of(with("\"kind\": \"obstacle\"", "\"kind\": 3")), "/contact"));
     // A wrong length is not reported again as a wire too short.
     CHECK_FALSE(has(issues_of(with("\"length\": 0.30", "\"length\": \"a\"")), "insertion"));
+}
+
+TEST_CASE("a sheath fades within its length, which is the wire's own in any unit of length")
+{
+    const std::string fade = "bodies.wire.introducer.fade=",
+                      length = "bodies.wire.introducer.length=";
+    CHECK(read({fade + "0.02"}).beams[0].introducer.fade == 0.02);
+    CHECK(
+        has(issues_of(kExample, {fade + "0.04"}), "/drive/insertion: found 0.3, allowed: < 0.29"));
+    CHECK(
+        has(issues_of(kExample, {fade + "0.4"}), "/fade (--set): found 0.4, allowed: < 0.33 [m]"));
+    CHECK(has(issues_of(kExample, {fade + "0.02", length + "0.01"}),
+              "found 0.02, allowed: <= 0.01 [m], the length of the introducer"));
+    const std::string millimetres =
+        R"([{"length": 330, "radius": 0.4445, "EI": 520, "EA": 5000, "element": 2.5}])";
+    CHECK(
+        read({"bodies.wire.segments=" + millimetres, "bodies.wire.drive.insertion=[[0,0],[15,300]]",
+              "bodies.tube.surface.radius=4", fade + "20"})
+            .beams[0]
+            .introducer.fade == 20);
 }
 
 TEST_CASE("every kind of surface and an introducer on a centreline read back the same")
