@@ -27,7 +27,7 @@ if ! { cmake --preset fuzz -DCMAKE_CXX_COMPILER_LAUNCHER="$launcher" &&
     exit 1
 fi
 
-all=($(ls $build/fuzzers))
+mapfile -t all < <(ls $build/fuzzers)
 targets=("${@:-${all[@]}}")
 for target in "${targets[@]}"; do
     if [[ ! -f $build/fuzzers/$target ]]; then
