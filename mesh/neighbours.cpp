@@ -34,9 +34,7 @@ SortedFace sorted_face(ElementKind kind, std::span<const std::int32_t> nodes, Fa
     for (int i = 0; i < local.corners; ++i)
         out.corners[static_cast<std::size_t>(i)] =
             nodes[static_cast<std::size_t>(local.node[static_cast<std::size_t>(i)])];
-    for (std::size_t i = 1; i < static_cast<std::size_t>(local.corners); ++i)
-        for (std::size_t j = i; j > 0 && out.corners[j - 1] > out.corners[j]; --j)
-            std::swap(out.corners[j - 1], out.corners[j]);
+    sort_few(std::span(out.corners).first(static_cast<std::size_t>(local.corners)));
     return out;
 }
 

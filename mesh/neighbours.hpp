@@ -32,6 +32,14 @@ struct SortedFace {
     bool same_corners(const SortedFace& other) const { return corners == other.corners; }
 };
 
+/// Few numbers in ascending order (std::sort on so short an array only draws warnings).
+inline void sort_few(std::span<std::int32_t> values)
+{
+    for (std::size_t i = 1; i < values.size(); ++i)
+        for (std::size_t j = i; j > 0 && values[j - 1] > values[j]; --j)
+            std::swap(values[j - 1], values[j]);
+}
+
 /// All faces of all elements, those with the same corners next to each other: by corners, then by
 /// element. O(n) for a bounded number of elements at a node.
 std::vector<SortedFace> sorted_faces(const VolumeMesh& mesh);
