@@ -105,7 +105,7 @@ bool Simulation::State::advance(double h, StepReport& sum, std::string& refusal,
 {
     struct Kept {
         WireState state;
-        std::vector<Vec3> velocity, spin;
+        WireDynamics dynamics;
     };
     std::vector<Kept> kept;
     std::vector<StepReport> reports;
@@ -113,7 +113,7 @@ bool Simulation::State::advance(double h, StepReport& sum, std::string& refusal,
     bool accepted = true;
     for (std::size_t w = 0; w < wires.size() && accepted; ++w) {
         WireBody& b = wires[w];
-        if (wires.size() > 1) kept.push_back({b.wire.state, b.velocity, b.spin});
+        if (wires.size() > 1) kept.push_back({b.wire.state, b.dynamics});
         StepReport r = try_step(b, insertion(w, t), twist(w, t), h);
         if (!r.accepted && relax && !b.motion.dynamic) {
             const NewtonReport first = r.newton;
@@ -137,8 +137,7 @@ bool Simulation::State::advance(double h, StepReport& sum, std::string& refusal,
     if (!accepted) {
         for (std::size_t w = 0; w + 1 < reports.size(); ++w) {
             wires[w].wire.state = kept[w].state;
-            wires[w].velocity = kept[w].velocity;
-            wires[w].spin = kept[w].spin;
+            wires[w].dynamics = kept[w].dynamics;
         }
         return false;
     }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -42,29 +43,11 @@ Mat3 sheath_frame(const IntroducerInput& in, const std::optional<Vec3>& plane)
     return frame;
 }
 
-WireMotion motion_of(const Scene& scene, const WireMaterial& m)
+/// Every list of a wire's dynamics, in the order of the checkpoint.
+template <class Dynamics> auto lists_of(Dynamics& d)
 {
-    WireMotion motion;
-    motion.dynamic = scene.time.kind == "dynamic";
-    motion.damping = scene.time.damping;
-    if (!motion.dynamic) return motion;
-    motion.mass.assign(m.node.size(), 0);
-    motion.inertia.assign(m.node.size(), 0);
-    for (std::size_t i = 0; i + 1 < m.node.size(); ++i) {
-        const double middle = 0.5 * (m.node[i] + m.node[i + 1]);
-        std::size_t k = m.segments.size() - 1;
-        while (k > 0 && m.segment_start[k] > middle)
-            --k;
-        const BeamSegment& g = m.segments[k];
-        const double h = m.node[i + 1] - m.node[i];
-        const double area = 3.14159265358979323846 * g.radius * g.radius;
-        for (std::size_t n : {i, i + 1}) {
-            const double mass = 0.5 * g.density * area * h;
-            motion.mass[n] += mass;
-            motion.inertia[n] += mass * (0.5 * g.radius * g.radius + h * h / 12);
-        }
-    }
-    return motion;
+    return std::array{&d.velocity,       &d.spin,          &d.inertia_force,
+                      &d.inertia_moment, &d.contact_force, &d.contact_arm};
 }
 
 /// A wire can be held in a plane only if nothing takes it out.
@@ -126,7 +109,8 @@ WireBody build_wire(const Scene& scene, const BeamInput& beam,
             near.push_back(int(o));
             break;
         }
-    WireMotion motion = motion_of(scene, wire.material);
+    WireMotion motion;
+    if (scene.time.kind == "dynamic") motion = make_motion(wire.material, scene.time.damping);
     WireBody body = make_wire_body(std::move(wire), std::move(walls), std::move(motion),
                                    scene.accuracy.contact);
     const double t0 = beam.twist.empty() ? 0 : curve_value(beam.twist, 0);
@@ -186,10 +170,9 @@ void save_wire(const WireBody& b, ByteWriter& out)
         vec(r.tangential);
         out.value(r.sticks);
     }
-    for (const Vec3& v : b.velocity)
-        vec(v);
-    for (const Vec3& v : b.spin)
-        vec(v);
+    for (const auto* list : lists_of(b.dynamics))
+        for (const Vec3& v : *list)
+            vec(v);
     for (const Proximity& p : b.work->proximity) {
         out.value(p.hint.piece);
         vec(p.at);
@@ -225,11 +208,10 @@ SavedWire read_wire(const WireBody& b, ByteReader& in)
         r.tangential = vec();
         r.sticks = in.value<bool>();
     }
-    for (std::vector<Vec3>* list : {&w.velocity, &w.spin}) {
-        list->resize(b.wire.material.node.size());
+    w.dynamics = b.dynamics;
+    for (std::vector<Vec3>* list : lists_of(w.dynamics))
         for (Vec3& v : *list)
             v = vec();
-    }
     w.proximity.resize(b.work->proximity.size());
     for (Proximity& p : w.proximity) {
         p.hint.piece = in.value<std::int32_t>();
@@ -242,8 +224,7 @@ SavedWire read_wire(const WireBody& b, ByteReader& in)
 void restore_wire(WireBody& b, const SavedWire& w)
 {
     b.wire.state = w.state;
-    b.velocity = w.velocity;
-    b.spin = w.spin;
+    b.dynamics = w.dynamics;
     b.work->proximity = w.proximity;
 }
 

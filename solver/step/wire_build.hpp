@@ -19,7 +19,7 @@ void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body
 /// What changes of a wire.
 struct SavedWire {
     WireState state;
-    std::vector<Vec3> velocity, spin;
+    WireDynamics dynamics;
     std::vector<Proximity> proximity;
 };
 void save_wire(const WireBody& body, ByteWriter& out);

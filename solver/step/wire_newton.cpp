@@ -33,9 +33,9 @@ void assemble_anchor(const Wire& wire, const Anchor& anchor, BlockTridiagonal& K
         const double s = r[0] < 0 ? -2 : 2;
         for (int k = 0; k < 3; ++k) {
             g[n].value[k] += anchor.linear[n] * b.difference(a, k);
-            g[n].value[k + 3] += anchor.angular[n] * s * r[k + 1];
+            g[n].value[k + 3] += anchor.angular[n][k] * s * r[k + 1];
             K.diagonal(i)(k, k) += anchor.linear[n];
-            K.diagonal(i)(k + 3, k + 3) += anchor.angular[n];
+            K.diagonal(i)(k + 3, k + 3) += anchor.angular[n][k];
         }
     }
 }

@@ -14,8 +14,8 @@ namespace amontons {
 /// Pulls every node towards a reference: the viscous force of a damped relaxation, or inertia.
 struct Anchor {
     std::vector<BeamNode> reference;
-    std::vector<double> linear;  ///< per node [N/m]; empty: no anchor
-    std::vector<double> angular; ///< per node [N m/rad]
+    std::vector<double> linear; ///< per node [N/m]; empty: no anchor
+    std::vector<Vec3> angular;  ///< per node, about the section's axes [N m/rad]
     bool active() const { return !linear.empty(); }
 };
 

@@ -109,14 +109,14 @@ Vec3 rotation_between(const double from[4], const double to[4])
     return s < 1e-12 ? Vec3(2 * v) : Vec3(2 * std::atan2(s, r[0]) / s * v);
 }
 
-/// A material node at the start of the step, also if it was in the sheath then.
-BeamNode node_before(const Wire& wire, const WireState& old, int i)
+/// A material node in a state, also if it is in the sheath then.
+BeamNode node_in(const Wire& wire, const WireState& state, int i)
 {
-    if (i > old.first) return old.nodes[std::size_t(i)];
+    if (i > state.first) return state.nodes[std::size_t(i)];
     const double s = wire.material.node[std::size_t(i)];
     BeamNode n;
-    const Vec3 x = held_point(wire, old, s);
-    const Quaternion q = held_rotation(wire, old, s);
+    const Vec3 x = held_point(wire, state, s);
+    const Quaternion q = held_rotation(wire, state, s);
     for (int k = 0; k < 3; ++k)
         n.x[k] = x[k];
     std::copy(q.q, q.q + 4, n.q);
@@ -130,39 +130,99 @@ Anchor inertia_anchor(const WireBody& b, const WireState& old, double h)
     const std::size_t n = b.wire.material.node.size();
     a.reference = b.wire.state.nodes;
     a.linear.assign(n, 0);
-    a.angular.assign(n, 0);
+    a.angular.assign(n, Vec3::Zero());
     const double d = 1 + b.motion.damping * h;
     for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i) {
         const std::size_t k = std::size_t(i);
         BeamNode& r = a.reference[k];
-        r = node_before(b.wire, old, i);
+        r = node_in(b.wire, old, i);
         for (int c = 0; c < 3; ++c)
-            r.x[c] += h / d * b.velocity[k][c];
-        rotate_in_body(r.q, h / d * b.spin[k]);
+            r.move(c, h / d * b.dynamics.velocity[k][c]);
+        rotate_in_body(r.q, h / d * b.dynamics.spin[k]);
         a.linear[k] = b.motion.mass[k] * d / (h * h);
         a.angular[k] = b.motion.inertia[k] * d / (h * h);
     }
     return a;
 }
 
-/// New velocities; returns what implicit Euler and the damping took out [J].
-double update_velocities(WireBody& b, const WireState& old, double h)
+double kinetic_energy_of(const WireBody& b, std::size_t node)
 {
-    double lost = 0;
-    for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i) {
-        const std::size_t k = std::size_t(i);
-        const BeamNode before = node_before(b.wire, old, i);
-        const BeamNode& now = b.wire.state.nodes[k];
-        const Vec3 v = (now.position() - before.position()) / h;
-        const Vec3 w = rotation_between(before.q, now.q) / h;
-        const double m = b.motion.mass[k], J = b.motion.inertia[k];
-        lost += 0.5 * m * (v - b.velocity[k]).squaredNorm() +
-                0.5 * J * (w - b.spin[k]).squaredNorm() +
-                b.motion.damping * h * (m * v.squaredNorm() + J * w.squaredNorm());
-        b.velocity[k] = v;
-        b.spin[k] = w;
+    return 0.5 * b.motion.mass[node] * b.dynamics.velocity[node].squaredNorm() +
+           0.5 * b.dynamics.spin[node].dot(
+                     b.motion.inertia[node].cwiseProduct(b.dynamics.spin[node]));
+}
+
+/// Work that contact did on the wire in the step, by the trapezoid rule; keeps its forces.
+double contact_work(WireBody& b, const StepStart& start)
+{
+    const Wire& w = b.wire;
+    const std::size_t walls = b.walls.size();
+    std::vector<Vec3>&force = b.dynamics.contact_force, &arm = b.dynamics.contact_arm;
+    double work = 0;
+    // The surface point that a force acts on: moved by the centreline and turned by the section.
+    const auto half_of_work = [&](std::size_t index, bool arm_is_of_now) {
+        const std::size_t p = index / walls;
+        const MaterialPoint& m = w.material.point[p];
+        const auto place = place_of(w, w.state, m.s, m.element, m.xi);
+        const Vec3 x = place ? centreline_point(w.state, *place) : held_point(w, w.state, m.s);
+        const Quaternion q =
+            place ? section_rotation(w.state, *place) : held_rotation(w, w.state, m.s);
+        const Mat3 turn = rotation_matrix(q.q) * rotation_matrix(start.section[p].q).transpose();
+        const Vec3 a = arm[index];
+        const Vec3 by_arm = arm_is_of_now ? Vec3(a - turn.transpose() * a) : Vec3(turn * a - a);
+        return 0.5 * force[index].dot(x - start.point[p] + by_arm);
+    };
+    for (std::size_t k = 0; k < force.size(); ++k)
+        if (!force[k].isZero(0)) {
+            work += half_of_work(k, false);
+            force[k].setZero();
+        }
+    if (!w.outside()) return work;
+    for (const Candidate& c : b.work->candidates) {
+        if (!(c.normal > 0)) continue;
+        const std::size_t k = std::size_t(c.index);
+        force[k] = c.normal * c.n + c.tangential[0] * c.t1 + c.tangential[1] * c.t2;
+        arm[k] = -c.radius * c.n;
+        work += half_of_work(k, true);
     }
-    return lost;
+    return work;
+}
+
+// What implicit Euler, damping and impact take out is the work against inertia and damping, less
+// what became kinetic energy, less what contact gave beside friction; each by the trapezoid rule
+// of the force. For an oscillator that is 1/2 m |dv|^2 + 1/2 k |dx|^2 a step. Mass that comes out
+// of the sheath brings its kinetic energy along, and the drive has given it; what goes in takes it
+// away.
+void update_dynamics(WireBody& b, const WireState& old, const StepStart& start, double h,
+                     EnergyRecord& energy)
+{
+    double against = 0, gained = 0;
+    for (int i = 0; i <= b.wire.last(); ++i) {
+        const std::size_t k = std::size_t(i);
+        const bool was_out = i > old.first, is_out = i > b.wire.state.first;
+        const BeamNode before = node_in(b.wire, old, i), now = node_in(b.wire, b.wire.state, i);
+        const Vec3 move(now.difference(before, 0), now.difference(before, 1),
+                        now.difference(before, 2));
+        const Vec3 turn = rotation_between(before.q, now.q);
+        Vec3 &velocity = b.dynamics.velocity[k], &spin = b.dynamics.spin[k];
+        const Vec3 v = move / h, w = turn / h, v0 = velocity, w0 = spin;
+        if (was_out != is_out) energy.work += (is_out ? 1 : -1) * kinetic_energy_of(b, k);
+        if (is_out) gained -= kinetic_energy_of(b, k);
+        velocity = v;
+        spin = w;
+        Vec3 &force = b.dynamics.inertia_force[k], &moment = b.dynamics.inertia_moment[k];
+        if (!is_out) {
+            force = moment = Vec3::Zero();
+            continue;
+        }
+        gained += kinetic_energy_of(b, k);
+        const Vec3 f0 = force, m0 = moment;
+        force = b.motion.mass[k] * ((v - v0) / h + b.motion.damping * v);
+        moment = b.motion.inertia[k].cwiseProduct((w - w0) / h + b.motion.damping * w);
+        against += 0.5 * (f0 + force).dot(move) + 0.5 * (m0 + moment).dot(turn);
+    }
+    energy.released = against - gained - contact_work(b, start) - energy.friction;
+    energy.kinetic = kinetic_energy(b);
 }
 
 /// Lowest mode of the system that contact leaves free, by inverse iteration with the factor of
@@ -202,6 +262,29 @@ std::vector<Node6> weakest_mode(WireBody& b)
 
 } // namespace
 
+WireMotion make_motion(const WireMaterial& m, double damping)
+{
+    WireMotion motion;
+    motion.dynamic = true;
+    motion.damping = damping;
+    motion.mass.assign(m.node.size(), 0);
+    motion.inertia.assign(m.node.size(), Vec3::Zero());
+    for (std::size_t i = 0; i + 1 < m.node.size(); ++i) {
+        const double middle = 0.5 * (m.node[i] + m.node[i + 1]);
+        std::size_t k = m.segments.size() - 1;
+        while (k > 0 && m.segment_start[k] > middle)
+            --k;
+        const BeamSegment& g = m.segments[k];
+        const double h = m.node[i + 1] - m.node[i], r2 = g.radius * g.radius;
+        const double mass = 0.5 * g.density * 3.14159265358979323846 * r2 * h;
+        for (std::size_t n : {i, i + 1}) {
+            motion.mass[n] += mass;
+            motion.inertia[n] += mass * r2 * Vec3(0.5, 0.25, 0.25);
+        }
+    }
+    return motion;
+}
+
 WireBody make_wire_body(Wire wire, std::vector<WireWall> walls, WireMotion motion, double tolerance)
 {
     WireBody b;
@@ -210,8 +293,11 @@ WireBody make_wire_body(Wire wire, std::vector<WireWall> walls, WireMotion motio
     b.motion = std::move(motion);
     b.tolerance = tolerance;
     b.wire.state.reaction.assign(b.wire.material.point.size() * b.walls.size(), {});
-    b.velocity.assign(b.wire.material.node.size(), Vec3::Zero());
-    b.spin = b.velocity;
+    WireDynamics& d = b.dynamics;
+    for (auto* list : {&d.velocity, &d.spin, &d.inertia_force, &d.inertia_moment})
+        list->assign(b.wire.material.node.size(), Vec3::Zero());
+    for (auto* list : {&d.contact_force, &d.contact_arm})
+        list->assign(b.wire.state.reaction.size(), Vec3::Zero());
     double EI = 0;
     for (const ElementLaw& law : b.wire.material.law) {
         b.grain = std::max(b.grain, law.length);
@@ -226,11 +312,8 @@ double kinetic_energy(const WireBody& b)
 {
     if (!b.motion.dynamic) return 0;
     double sum = 0;
-    for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i) {
-        const std::size_t k = std::size_t(i);
-        sum += 0.5 * b.motion.mass[k] * b.velocity[k].squaredNorm() +
-               0.5 * b.motion.inertia[k] * b.spin[k].squaredNorm();
-    }
+    for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i)
+        sum += kinetic_energy_of(b, std::size_t(i));
     return sum;
 }
 
@@ -239,7 +322,7 @@ StepReport try_step(WireBody& b, double insertion, double twist, double length)
     StepReport r;
     const WireState old = b.wire.state;
     const double shift = insertion - old.base_insertion, turn = twist - old.base_twist;
-    const double elastic_before = elastic_energy(b.wire), kinetic_before = kinetic_energy(b);
+    const double elastic_before = elastic_energy(b.wire);
     const BaseLoad load_before = base_load(b.wire);
     const StepStart start = mark_step_start(b.wire);
 
@@ -261,16 +344,9 @@ StepReport try_step(WireBody& b, double insertion, double twist, double length)
     const BaseLoad load = base_load(b.wire);
     r.energy.work = 0.5 * (load_before.push + load.push) * shift +
                     0.5 * (load_before.torque + load.torque) * turn;
-    r.energy.work_absolute = std::abs(r.energy.work);
     r.energy.elastic = elastic_energy(b.wire);
     r.energy.friction = b.wire.outside() ? friction_work(b.work->candidates) : 0;
-    if (b.motion.dynamic) {
-        r.energy.released = update_velocities(b, old, length);
-        r.energy.kinetic = kinetic_energy(b);
-    }
-    const double missed = r.energy.work - (r.energy.elastic - elastic_before) -
-                          (r.energy.kinetic - kinetic_before) - r.energy.friction -
-                          r.energy.released;
+    const double missed = r.energy.work - (r.energy.elastic - elastic_before) - r.energy.friction;
     const double turned_over = std::abs(r.energy.work) + std::abs(r.energy.friction) +
                                b.scale_force * (std::abs(shift) + kEnergyFloor * b.grain);
     if (!b.motion.dynamic && std::abs(missed) > kEnergyShare * turned_over) {
@@ -282,6 +358,8 @@ StepReport try_step(WireBody& b, double insertion, double twist, double length)
         refuse(b, old, r, "a wall was passed");
         return r;
     }
+    if (b.motion.dynamic) update_dynamics(b, old, start, length, r.energy);
+    r.energy.work_absolute = std::abs(r.energy.work);
     r.accepted = true;
     return r;
 }
@@ -356,12 +434,12 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
         Anchor anchor;
         anchor.reference = b.wire.state.nodes;
         anchor.linear.assign(nodes, 0);
-        anchor.angular.assign(nodes, 0);
+        anchor.angular.assign(nodes, Vec3::Zero());
         for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i) {
             const std::size_t k = std::size_t(i);
             const double h = b.wire.material.law[k - 1].length;
             anchor.linear[k] = weight * h / b.grain;
-            anchor.angular[k] = anchor.linear[k] * h * h / 12;
+            anchor.angular[k].setConstant(anchor.linear[k] * h * h / 12);
         }
         const NewtonReport newton =
             solve_equilibrium(b.wire, b.walls, start, anchor, options, *b.work);
@@ -376,7 +454,7 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
                 move = std::max(move, dx.norm());
                 for (int j = 0; j < 3; ++j) {
                     pull[k].value[j] = anchor.linear[k] * dx[j];
-                    pull[k].value[j + 3] = anchor.angular[k] * dt[j];
+                    pull[k].value[j + 3] = anchor.angular[k][j] * dt[j];
                     viscous += 0.5 * (pull[k].value[j] + pull_before[k].value[j]) * dx[j] +
                                0.5 * (pull[k].value[j + 3] + pull_before[k].value[j + 3]) * dt[j];
                 }

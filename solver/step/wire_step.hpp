@@ -15,9 +15,22 @@ namespace amontons {
 /// How a wire moves in time.
 struct WireMotion {
     bool dynamic = false;
-    double damping = 0;          ///< mass-proportional [1/s]
-    std::vector<double> mass;    ///< lumped, per node [kg]
-    std::vector<double> inertia; ///< lumped, about any axis, per node [kg m^2]
+    double damping = 0;        ///< mass-proportional [1/s]
+    std::vector<double> mass;  ///< lumped, per node [kg]
+    std::vector<Vec3> inertia; ///< lumped, about the section's axes, per node [kg m^2]
+};
+
+/// Dynamic, with the masses and rotary inertias of a wire lumped at its nodes.
+WireMotion make_motion(const WireMaterial& material, double damping);
+
+/// What a dynamic wire carries from step to step, besides its state.
+struct WireDynamics {
+    std::vector<Vec3> velocity; ///< per node [m/s]
+    std::vector<Vec3> spin;     ///< per node, in the body frame [rad/s]
+    /// What inertia and damping held against at the end of the last step, per node [N], [N m] in
+    /// the body frame; and the contact forces [N] with their arms from the centreline [m], ordered
+    /// as WireState::reaction. Half of every force's work in a step is that of its start.
+    std::vector<Vec3> inertia_force, inertia_moment, contact_force, contact_arm;
 };
 
 /// A wire with its walls and everything that a step needs.
@@ -25,8 +38,7 @@ struct WireBody {
     Wire wire;
     std::vector<WireWall> walls;
     WireMotion motion;
-    std::vector<Vec3> velocity; ///< per node, dynamic [m/s]
-    std::vector<Vec3> spin;     ///< per node, in the body frame [rad/s]
+    WireDynamics dynamics;
     double tolerance = 1e-8;
     double grain = 0;       ///< length scale of the wire's mesh: its longest element [m]
     double scale_force = 0; ///< EI / length^2 of the wire [N]

@@ -16,6 +16,8 @@ std::vector<Measured> torus();
 std::vector<Measured> torus_friction();
 std::vector<Measured> double_u();
 std::vector<Measured> double_u_rigid_end();
+std::vector<Measured> cantilever_frequency();
+std::vector<Measured> double_u_dynamic();
 std::vector<Measured> stiffness_doubled();
 std::vector<Measured> lengths_scaled();
 std::vector<Measured> retrace();

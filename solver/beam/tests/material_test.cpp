@@ -1,5 +1,6 @@
 #include "solver/beam/material.hpp"
 
+#include "mesh/tests/relative.hpp"
 #include "solver/beam/tests/random_wire.hpp"
 
 #include <cmath>
@@ -24,16 +25,16 @@ template <class F> double integral(double a, double b, F f)
 TEST_CASE("nodes and contact points divide the wire as its segments say")
 {
     const WireMaterial m = make_material(test::three_segments(), 0.2);
-    CHECK(m.length == doctest::Approx(8.5).epsilon(1e-15));
+    CHECK(m.length == test::relative(8.5).epsilon(1e-15));
     CHECK(m.node.size() == 12 + 6 + 4 + 1);
     CHECK(m.node.front() == 0);
     CHECK(m.node.back() == m.length);
     CHECK(m.point.front().s == m.length); // the tip is a contact point
     for (std::size_t p = 0; p + 1 < m.point.size(); ++p) {
-        CHECK(m.point[p].s - m.point[p + 1].s == doctest::Approx(0.2).epsilon(1e-12));
+        CHECK(m.point[p].s - m.point[p + 1].s == test::relative(0.2).epsilon(1e-12));
         const std::size_t e = std::size_t(m.point[p].element);
         CHECK(m.point[p].s ==
-              doctest::Approx(m.node[e] + m.point[p].xi * (m.node[e + 1] - m.node[e])));
+              test::relative(m.node[e] + m.point[p].xi * (m.node[e + 1] - m.node[e])));
     }
     // The radius belongs to the segment that the point is on.
     CHECK(m.point.front().segment == 2);
@@ -46,10 +47,10 @@ TEST_CASE("flexibilities and bending energy of the held part are the integrals o
     for (double s : {0.3, 5.99, 6.4, 7.5, 7.6, 8.3, 8.5}) {
         CAPTURE(s);
         const HeldWire held = held_between_base_and(m, s);
-        CHECK(held.axial == doctest::Approx(integral(0, s, [&](double x) {
+        CHECK(held.axial == test::relative(integral(0, s, [&](double x) {
                                 return 1 / section_at(m, x).stiffness[0];
                             })).epsilon(1e-6));
-        CHECK(held.torsion == doctest::Approx(integral(0, s, [&](double x) {
+        CHECK(held.torsion == test::relative(integral(0, s, [&](double x) {
                                   return 1 / section_at(m, x).stiffness[3];
                               })).epsilon(1e-6));
         const double bending = integral(0, s, [&](double x) {
@@ -69,13 +70,13 @@ TEST_CASE("a tapered element bends and stretches as its sections in series")
     for (std::size_t i : {0, 3, 4, 5}) {
         const double flexibility =
             integral(6.1, 7.3, [&](double x) { return 1 / section_at(m, x).stiffness[i]; });
-        CHECK(law.S[i] == doctest::Approx(L * L / flexibility).epsilon(1e-8));
+        CHECK(law.S[i] == test::relative(L * L / flexibility).epsilon(1e-8));
     }
     // Closed form of the linear taper from 2 to 0.4 over 1.5.
     const double a = 2 - 1.6 * 0.1 / 1.5, b = 2 - 1.6 * 1.3 / 1.5;
-    CHECK(law.S[4] == doctest::Approx(L * (b - a) / std::log(b / a)).epsilon(1e-12));
+    CHECK(law.S[4] == test::relative(L * (b - a) / std::log(b / a)).epsilon(1e-12));
     // The bending flexibility that a constant strain cannot show is in the shear.
-    CHECK(law.S[1] == doctest::Approx(L * 12 * law.S[4] / (L * L * L)).epsilon(1e-12));
+    CHECK(law.S[1] == test::relative(L * 12 * law.S[4] / (L * L * L)).epsilon(1e-12));
 }
 
 TEST_CASE("shear flexibility adds to the residual bending flexibility")
@@ -83,7 +84,7 @@ TEST_CASE("shear flexibility adds to the residual bending flexibility")
     const WireMaterial rigid = make_material(test::three_segments(), 0);
     const WireMaterial soft = make_material(test::three_segments(40), 0);
     const ElementLaw a = law_between(rigid, 1, 1.5), b = law_between(soft, 1, 1.5);
-    CHECK(1 / (b.S[1] / 0.5) == doctest::Approx(1 / (a.S[1] / 0.5) + 1.0 / 40).epsilon(1e-12));
+    CHECK(1 / (b.S[1] / 0.5) == test::relative(1 / (a.S[1] / 0.5) + 1.0 / 40).epsilon(1e-12));
     CHECK(b.S[4] == a.S[4]);
 }
 
@@ -101,8 +102,8 @@ TEST_CASE("an element across a step of natural curvature can be free of stress")
     CHECK(std::abs(least) < 1e-14 * law.constant);
     const double mean =
         integral(7.3, 7.8, [&](double x) { return section_at(m, x).natural[5]; }) / 0.5;
-    CHECK(law.P[5] / law.S[5] == doctest::Approx(mean).epsilon(1e-5));
-    CHECK(mean == doctest::Approx(0.6 * 0.8 * std::cos(0.7)).epsilon(1e-6));
+    CHECK(law.P[5] / law.S[5] == test::relative(mean).epsilon(1e-5));
+    CHECK(mean == test::relative(0.6 * 0.8 * std::cos(0.7)).epsilon(1e-6));
 }
 
 TEST_CASE("a step of curvature is spread over a wire radius, and nothing jumps")
@@ -110,8 +111,8 @@ TEST_CASE("a step of curvature is spread over a wire radius, and nothing jumps")
     const WireMaterial m = make_material(test::three_segments(), 0);
     const double radius = 0.05, full = 0.8 * std::cos(0.7);
     CHECK(section_at(m, 7.5 - 0.51 * radius).natural[5] == 0);
-    CHECK(section_at(m, 7.5 + 0.51 * radius).natural[5] == doctest::Approx(full).epsilon(1e-12));
-    CHECK(section_at(m, 7.5).natural[5] == doctest::Approx(0.5 * full).epsilon(1e-9));
+    CHECK(section_at(m, 7.5 + 0.51 * radius).natural[5] == test::relative(full).epsilon(1e-12));
+    CHECK(section_at(m, 7.5).natural[5] == test::relative(0.5 * full).epsilon(1e-9));
     double before = section_at(m, 7).natural[5];
     for (double s = 7; s < 8; s += 1e-4) {
         const double here = section_at(m, s).natural[5];

@@ -1,5 +1,6 @@
 #include "solver/beam/plane_hold.hpp"
 
+#include "mesh/tests/relative.hpp"
 #include "mesh/wall.hpp"
 #include "solver/beam/tests/random_wire.hpp"
 
@@ -116,8 +117,8 @@ TEST_CASE("friction across the plane is none, and rows of contact lie in the pla
     REQUIRE(candidates.size() > 10);
     for (const Candidate& c : candidates) {
         if (c.place.element > w.state.first) // the whole of it was moved by 10 mm in the plane
-            CHECK(std::hypot(c.slip[0], c.slip[1]) == doctest::Approx(0.01).epsilon(0.01));
-        CHECK(std::hypot(c.tangential[0], c.tangential[1]) == doctest::Approx(0.1).epsilon(1e-12));
+            CHECK(std::hypot(c.slip[0], c.slip[1]) == test::relative(0.01).epsilon(0.01));
+        CHECK(std::hypot(c.tangential[0], c.tangential[1]) == test::relative(0.1).epsilon(1e-12));
         for (const ContactRow* row : {&c.hn, &c.ht[0], &c.ht[1]}) {
             CHECK(out_of(*w.plane, row->b) < 1e-15);
             if (c.place.element > w.state.first) CHECK(out_of(*w.plane, row->a) < 1e-15);

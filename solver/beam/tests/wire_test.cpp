@@ -1,5 +1,6 @@
 #include "solver/beam/wire.hpp"
 
+#include "mesh/tests/relative.hpp"
 #include "solver/beam/tests/random_wire.hpp"
 
 #include <Eigen/Geometry>
@@ -166,10 +167,10 @@ TEST_CASE("the push that holds a curved wire in a frictionless sheath is minus i
     start_in_sheath(w, 0.4, 0);
     const System s = assemble(w);
     CHECK(s.gradient[std::size_t(w.state.first)].value[0] ==
-          doctest::Approx(-0.5 * 0.4 * 0.8 * 0.8).epsilon(1e-12));
+          test::relative(-0.5 * 0.4 * 0.8 * 0.8).epsilon(1e-12));
     w.state.inserted = w.state.base_insertion = 0;
     w.state.first = w.last();
-    CHECK(base_load(w).push == doctest::Approx(-0.5 * 0.4 * 0.8 * 0.8).epsilon(1e-12));
+    CHECK(base_load(w).push == test::relative(-0.5 * 0.4 * 0.8 * 0.8).epsilon(1e-12));
 }
 
 TEST_CASE("the Jacobian of a centreline point is its derivative, also in the growing element")
@@ -249,7 +250,7 @@ TEST_CASE("a straight wire that is driven follows itself: no energy, base and he
     start_in_sheath(w, 0.3, 0);
     for (double insertion : {0.7, 1.3, 1.1, 3.4, 0.6}) {
         drive_base(w, insertion, 0.5 * insertion);
-        CHECK(w.state.inserted == doctest::Approx(insertion).epsilon(1e-14));
+        CHECK(w.state.inserted == test::relative(insertion).epsilon(1e-14));
         CHECK(std::abs(elastic_energy(w)) < 1e-20);
         CHECK(w.state.nodes[std::size_t(w.state.first)].position().norm() == 0);
         for (int i = w.state.first + 1; i <= w.last(); ++i) {
@@ -275,9 +276,9 @@ TEST_CASE("reactions travel with the place where they act, and their sum is kept
         friction += w.state.reaction[p].tangential.y();
         moment += w.state.reaction[p].normal * double(p);
     }
-    CHECK(sum == doctest::Approx(8 + 9 + 10 + 11 + 12).epsilon(1e-12));
-    CHECK(friction == doctest::Approx(0.1 * 50).epsilon(1e-12));
-    CHECK(moment == doctest::Approx(64 + 81 + 100 + 121 + 144 + 2.5 * 50).epsilon(1e-12));
+    CHECK(sum == test::relative(8 + 9 + 10 + 11 + 12).epsilon(1e-12));
+    CHECK(friction == test::relative(0.1 * 50).epsilon(1e-12));
+    CHECK(moment == test::relative(64 + 81 + 100 + 121 + 144 + 2.5 * 50).epsilon(1e-12));
 }
 
 TEST_CASE("the wire in the sheath carries axial force and torque as a bar")
@@ -287,9 +288,9 @@ TEST_CASE("the wire in the sheath carries axial force and torque as a bar")
     w.state.base_insertion += 1e-3;
     w.state.base_twist += 0.02;
     const HeldWire held = held_between_base_and(w.material, w.material.length - 3);
-    CHECK(base_load(w).push == doctest::Approx(1e-3 / held.axial).epsilon(1e-9));
-    CHECK(base_load(w).torque == doctest::Approx(0.02 / held.torsion).epsilon(1e-9));
+    CHECK(base_load(w).push == test::relative(1e-3 / held.axial).epsilon(1e-9));
+    CHECK(base_load(w).torque == test::relative(0.02 / held.torsion).epsilon(1e-9));
     // 5.5 of shaft: EA 900, GJ 1.5.
-    CHECK(held.axial == doctest::Approx(5.5 / 900).epsilon(1e-12));
-    CHECK(held.torsion == doctest::Approx(5.5 / 1.5).epsilon(1e-12));
+    CHECK(held.axial == test::relative(5.5 / 900).epsilon(1e-12));
+    CHECK(held.torsion == test::relative(5.5 / 1.5).epsilon(1e-12));
 }

@@ -1,5 +1,6 @@
 #include "solver/step/wire_newton.hpp"
 
+#include "mesh/tests/relative.hpp"
 #include "solver/beam/clamp.hpp"
 
 #include <cmath>
@@ -57,8 +58,8 @@ void check_laws(const NewtonWorkspace& work, double force)
         if (t < c.mu * c.normal * (1 - 1e-4) - 1e-7 * force) CHECK(slip < 1e-7 * kRadius);
         if (slip > 1e-5 * kRadius && c.mu > 0 && c.normal > 1e-6 * force) {
             const double along = c.tangential[0] * c.slip[0] + c.tangential[1] * c.slip[1];
-            CHECK(along == doctest::Approx(-t * slip).epsilon(1e-6));
-            CHECK(t == doctest::Approx(c.mu * c.normal).epsilon(1e-6));
+            CHECK(along == test::relative(-t * slip).epsilon(1e-6));
+            CHECK(t == test::relative(c.mu * c.normal).epsilon(1e-6));
         }
     }
 }
@@ -82,15 +83,15 @@ TEST_CASE("a straight wire pressed on a plane at its tip is carried there, and s
     CHECK(r.converged);
     CHECK(r.stable);
     check_laws(work, 0.2);
-    CHECK(sum_of_normals(work) == doctest::Approx(0.2).epsilon(1e-7));
-    CHECK(s.wire.state.reaction[0].normal == doctest::Approx(0.2).epsilon(1e-6));
+    CHECK(sum_of_normals(work) == test::relative(0.2).epsilon(1e-7));
+    CHECK(s.wire.state.reaction[0].normal == test::relative(0.2).epsilon(1e-6));
     CHECK(s.wire.state.nodes.back().position().isApprox(Vec3(kLength, 0, 0), 1e-9));
 }
 
 TEST_CASE("pulled sideways below the friction limit the tip sticks; above, it bends as a "
           "cantilever under what friction leaves")
 {
-    for (double share : {0.9, 1.2}) {
+    for (double share : {0.9, 1.02}) {
         CAPTURE(share);
         OnPlane s(kMu);
         const double press = 0.2, pull = share * kMu * press;
@@ -103,10 +104,10 @@ TEST_CASE("pulled sideways below the friction limit the tip sticks; above, it be
         check_laws(work, press);
         const double y = s.wire.state.nodes.back().position().y();
         const double free = pull - kMu * press;
-        // Small deflection: 6 mm of 100 mm would be 0.3 % off; rolling of the section aside.
+        // Friction pulls back along the wire too, by 0.6 y / L of it: stiffer by 0.2 % here.
         const double bent = free > 0 ? free * std::pow(kLength, 3) / (3 * kEI) : 0;
         if (free > 0)
-            CHECK(y == doctest::Approx(bent).epsilon(0.02));
+            CHECK(y == test::relative(bent).epsilon(5e-3));
         else
             CHECK(std::abs(y) < 1e-4);
     }
@@ -118,12 +119,12 @@ TEST_CASE("contact opens when the wire is pulled off")
     s.wire.dead_force.back() = Vec3(0, 0, -0.2);
     NewtonWorkspace work(s.wire, 1);
     CHECK(s.solve(work, mark_step_start(s.wire)).converged);
-    s.wire.dead_force.back() = Vec3(0, 0, 0.005);
+    s.wire.dead_force.back() = Vec3(0, 0, 0.002);
     CHECK(s.solve(work, mark_step_start(s.wire)).converged);
-    check_laws(work, 0.005);
+    check_laws(work, 0.002);
     CHECK(sum_of_normals(work) < 1e-10);
-    const double lift = 0.005 * std::pow(kLength, 3) / (3 * kEI);
-    CHECK(s.wire.state.nodes.back().position().z() == doctest::Approx(lift).epsilon(1e-3));
+    const double lift = 0.002 * std::pow(kLength, 3) / (3 * kEI);
+    CHECK(s.wire.state.nodes.back().position().z() == test::relative(lift).epsilon(1e-3));
 }
 
 TEST_CASE("a wire pressed on the plane between clamp and tip touches where the beam equation says")
@@ -136,9 +137,9 @@ TEST_CASE("a wire pressed on the plane between clamp and tip touches where the b
     CHECK(s.solve(work, mark_step_start(s.wire)).converged);
     check_laws(work, 0.4);
     // The clamp carries its own node's load and no more.
-    CHECK(sum_of_normals(work) == doctest::Approx(0.4).epsilon(1e-6));
+    CHECK(sum_of_normals(work) == test::relative(0.4).epsilon(1e-6));
     for (std::size_t p = 0; p + 1 < s.wire.state.reaction.size(); ++p)
-        CHECK(s.wire.state.reaction[p].normal == doctest::Approx(0.01).epsilon(1e-3));
+        CHECK(s.wire.state.reaction[p].normal == test::relative(0.01).epsilon(1e-3));
 }
 
 TEST_CASE("the residual of a solved state is small, and of a disturbed one is not")
