@@ -35,7 +35,7 @@ struct ContactRecord {
     double clustered_force = 0;           ///< normal forces summed over the neighbourhood [N]
     double gap = 0;                       ///< [m]
     ContactStatus status = ContactStatus::open;
-    int body_a = 0, body_b = 0;           ///< places in the scene's order of bodies
+    int body_a = 0, body_b = 0;           ///< obstacles first, then beams, in the scene's order
 };
 
 /// Errors of an accepted state, recomputed from the state alone.

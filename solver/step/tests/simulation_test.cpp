@@ -176,6 +176,120 @@ TEST_CASE("doubling every stiffness doubles every force and moves nothing")
     CHECK(value(last[1], "tip_x") == test::relative(value(last[0], "tip_x")).epsilon(1e-7));
 }
 
+// Wires in vessels of their own know nothing of each other but the length of the steps.
+TEST_CASE("two wires in two vessels are the two single runs, to the last bit")
+{
+    const Vec3 aside(0.01, 0.3, -0.2);
+    const auto pair_of = [&](const std::string& which) {
+        Scene scene = bent_tube_scene(0.1, 0.08);
+        BeamInput second = scene.beams[0];
+        second.name = "second";
+        second.introducer.at = aside;
+        second.segments[0].EI = {3e-4, 3e-4};
+        second.segments[0].curvature = 5;
+        second.twist = {{0, 0}, {10, 2}};
+        scene.beams.push_back(second);
+        scene.obstacles.push_back(scene.obstacles[0]);
+        scene.obstacles[1].name = "other_tube";
+        scene.order = {"tube", "wire", "second", "other_tube"};
+        scene.contact.push_back({{"second", "other_tube"}, 0.05});
+        std::vector<Obstacle> tubes = bent_tube();
+        Centreline line(aside, Vec3::UnitX(), Vec3::UnitY(), 4e-3);
+        line.append_line(0.02, 4e-3);
+        line.append_arc(0.03, kPi / 2, 1, 4e-3);
+        line.append_line(0.06, 4e-3);
+        tubes.push_back({"other_tube", make_tube({line, 0})});
+        if (which == "first") {
+            scene.beams.pop_back();
+            scene.contact.pop_back();
+        }
+        if (which == "second") {
+            scene.beams.erase(scene.beams.begin());
+            scene.contact.erase(scene.contact.begin());
+        }
+        Keep keep;
+        std::atomic<bool> never{false};
+        Simulation s(scene, std::move(tubes));
+        const RunSummary r = s.run(keep, never);
+        REQUIRE(r.status == "done");
+        CHECK(r.uncertified_steps == 0);
+        for (const StepRecord& k : keep.records)
+            REQUIRE(k.retries == 0); // halved steps of one would be the other's too
+        return keep.records;
+    };
+    const auto both = pair_of("both"), first = pair_of("first"), second = pair_of("second");
+    REQUIRE(both.size() == first.size());
+    REQUIRE(both.size() == second.size());
+    std::size_t touching = 0;
+    for (std::size_t i = 0; i < both.size(); ++i) {
+        REQUIRE(both[i].time == first[i].time);
+        for (const Quantity& q : first[i].quantities)
+            CHECK(value(both[i], q.name) == q.value);
+        for (const Quantity& q : second[i].quantities)
+            CHECK(value(both[i], "second_" + q.name) == q.value);
+        REQUIRE(both[i].contacts.size() == first[i].contacts.size() + second[i].contacts.size());
+        for (std::size_t k = 0; k < both[i].contacts.size(); ++k) {
+            const std::size_t n = first[i].contacts.size();
+            const ContactRecord& c = both[i].contacts[k];
+            CHECK(c.force == (k < n ? first[i].contacts[k] : second[i].contacts[k - n]).force);
+            CHECK(c.body_b == (k < n ? 0 : 1));
+        }
+        touching += first[i].contacts.size() > 0 && second[i].contacts.size() > 0;
+        const EnergyRecord &e = both[i].energy, &a = first[i].energy, &b = second[i].energy;
+        const double size = 1e-9 * (std::abs(e.elastic) + e.friction);
+        CHECK(std::abs(e.friction - a.friction - b.friction) <= size);
+        CHECK(std::abs(e.elastic - a.elastic - b.elastic) <= size);
+    }
+    CHECK(touching > 10);
+}
+
+TEST_CASE("where one wire's step is halved the other keeps its path, and none moves alone")
+{
+    Scene scene = bent_tube_scene(0, 0.08);
+    BeamInput second = scene.beams[0];
+    second.name = "second";
+    second.introducer.at = Vec3(0, 0.3, 0);
+    scene.beams.push_back(second);
+    scene.order = {"tube", "end", "wire", "second"};
+    scene.obstacles.resize(2);
+    scene.obstacles[1].name = "end";
+    scene.contact.push_back({{"second", "end"}, 0.5});
+    // The second runs into a wall at a slant: it sticks, bends and slides, with halved steps.
+    PlaneOptions plane;
+    plane.point = Vec3(0.03, 0.3, 0);
+    plane.normal = Vec3(-1, 0.3, 0.1).normalized();
+    const auto records = [&](bool both) {
+        Scene s = scene;
+        if (!both) s.beams.pop_back(), s.contact.pop_back();
+        std::vector<Obstacle> walls = bent_tube();
+        walls.push_back({"end", make_plane(plane)});
+        Keep keep;
+        std::atomic<bool> never{false};
+        Simulation simulation(s, std::move(walls));
+        const RunSummary r = simulation.run(keep, never);
+        REQUIRE(r.message == "");
+        return keep.records;
+    };
+    const auto both = records(true), alone = records(false);
+    int halved = 0;
+    for (const StepRecord& r : both) {
+        halved += r.retries > 0;
+        CHECK(value(r, "insertion") == value(r, "second_insertion"));
+    }
+    CHECK(halved > 0);
+    // Without friction the path does not depend on the steps.
+    std::size_t k = 0, compared = 0;
+    for (const StepRecord& r : alone) {
+        while (k + 1 < both.size() && both[k].time < r.time - 1e-9)
+            ++k;
+        if (std::abs(both[k].time - r.time) > 1e-9) continue;
+        ++compared;
+        CHECK(std::abs(value(r, "push_force") - value(both[k], "push_force")) < 1e-6);
+        CHECK(std::abs(value(r, "tip_y") - value(both[k], "tip_y")) < 1e-9);
+    }
+    CHECK(compared > 10);
+}
+
 // Pushed against a closed end the wire buckles in the tube and jumps from shape to shape; what
 // a jump sets free must be counted.
 TEST_CASE("a wire that snaps in a tube loses no energy without saying so")
