@@ -73,6 +73,7 @@ int main(int argc, char** argv)
         "130 interrupted.");
     add_run(program, session);
     add_check(program, session);
+    add_solve(program, session);
     add_schema(program, session);
     add_validate(program, session);
     add_render(program, session);

@@ -44,6 +44,7 @@ bool progress_on_terminal();
 // main.cpp.
 void add_run(CLI::App& program, Session& session);
 void add_check(CLI::App& program, Session& session);
+void add_solve(CLI::App& program, Session& session);
 void add_schema(CLI::App& program, Session& session);
 void add_validate(CLI::App& program, Session& session);
 void add_render(CLI::App& program, Session& session);

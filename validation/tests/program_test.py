@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """The program from outside: bad input, Ctrl-C, a killed process, a full disk, --resume.
 
-program_test.py PROGRAM [--stub]   PROGRAM is amontons, or amontons_stub (no physics, so that
-runs are quick, can be slowed down and can be made to fail).
+program_test.py PROGRAM [--stub] [--samples=MAKER]
+PROGRAM is amontons, or amontons_stub (no physics, so that runs are quick, can be slowed down and
+can be made to fail); MAKER is fclib_samples, which makes small contact problems.
 """
 import csv
 import json
@@ -21,6 +22,7 @@ import xml.etree.ElementTree as xml
 
 PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
 STUB = "--stub" in sys.argv
+MAKER = next((a.split("=", 1)[1] for a in sys.argv if a.startswith("--samples=")), "")
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 SCENE = {
@@ -408,7 +410,7 @@ class Output(Case):
         self.assertEqual(list(self.folder.iterdir()), [self.folder / "case.json"])
 
     def test_help_and_version(self):
-        for command in ([], ["run"], ["check"], ["schema"], ["validate"], ["render"], ["completion"]):
+        for command in ([], ["run"], ["check"], ["solve"], ["schema"], ["validate"], ["render"], ["completion"]):
             for flag in ("--help", "--version"):
                 result = self.call(*command, flag)
                 self.assertEqual((result.returncode, result.stderr), (0, ""), (command, flag))
@@ -436,6 +438,143 @@ class Output(Case):
         process.wait()
         for library in ("libmpi", "libpetsc", "libvtk", "libCGAL", "libhdf5"):
             self.assertNotIn(library, maps)
+
+
+@unittest.skipUnless(MAKER, "no module fclib, or a stub")
+class Solve(Case):
+    """amontons solve, on files that MAKER wrote."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.samples = pathlib.Path(tempfile.mkdtemp(prefix="amontons_"))
+        subprocess.run([MAKER, str(cls.samples)], check=True)
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.samples, ignore_errors=True)
+
+    def file(self, name):
+        return str(self.samples / (name + ".hdf5"))
+
+    def solve(self, name, *arguments, code=0):
+        result = self.call("solve", self.file(name), "--json", *arguments)
+        self.assertEqual(result.returncode, code, result.stderr)
+        return json.loads(result.stdout)
+
+    def test_converged(self):
+        for name, contacts, level in (("tower", 4, "velocity"), ("room", 2, "position"),
+                                      ("global", 2, "velocity"), ("glued", 3, "velocity"),
+                                      ("empty", 0, "position")):
+            report = self.solve(name)
+            self.assertEqual((report["status"], report["contacts"], report["level"]),
+                             ("converged", contacts, level))
+            self.assertLessEqual(report["error"], report["threshold"])
+            self.assertEqual(report["tolerance"], 1e-8)
+            for key in ("solver", "iterations", "seconds", "rank_deficient", "worst_penetration",
+                        "worst_cone_violation", "worst_contact"):
+                self.assertIn(key, report)
+            self.assertNotIn("proof", report)
+            for point in report["history"]:
+                self.assertEqual(set(point), {"iteration", "seconds", "error"})
+
+    def test_every_solver(self):
+        issues = self.refused(self.file("global"), "--solver", "?", command="solve", says=["(--solver)"])
+        names = issues[0]["allowed"].split(", ")
+        self.assertIn("auto", names)
+        for name in names:
+            result = self.call("solve", self.file("global"), "--json", "--solver", name)
+            self.assertIn(result.returncode, (0, 3), (name, result.stderr))
+            self.assertIn(json.loads(result.stdout)["status"],
+                          ("converged", "stagnated", "infeasible", "out_of_time"))
+
+    def test_infeasible(self):
+        report = self.solve("infeasible", code=3)
+        self.assertEqual(report["status"], "infeasible")
+        self.assertEqual(report["proof"]["contacts"], [0, 1])
+        self.assertAlmostEqual(report["proof"]["closing"], 1e-6, 12)
+        self.assertGreater(report["proof"]["size"], 0)
+        human = self.call("solve", self.file("infeasible"))
+        self.assertEqual(human.returncode, 3)
+        self.assertIn("infeasible", human.stdout)
+        self.assertIn("contacts 0, 1", human.stdout)
+
+    def test_limits(self):
+        report = self.solve("tower", "--max-iterations", "3", "--solver", "nsgs", code=3)
+        self.assertEqual((report["status"], report["iterations"]), ("stagnated", 3))
+        report = self.solve("tower", "--max-time", "0", "--solver", "nsgs", code=3)
+        self.assertEqual(report["status"], "out_of_time")
+        loose = self.solve("tower", "--tolerance", "1e-2", "--solver", "nsgs")
+        tight = self.solve("tower", "--tolerance", "1e-12", "--solver", "nsgs")
+        self.assertLess(loose["iterations"], tight["iterations"])
+        self.assertLessEqual(tight["error"], 1e-12)
+
+    def test_output(self):
+        for name in ("tower", "glued"):
+            solved = self.folder / (name + "_solved.hdf5")
+            report = self.solve(name, "--output", solved)
+            self.assertEqual(report["status"], "converged")
+            self.assertTrue(solved.exists())
+            self.assertEqual(list(self.folder.glob(".*")) + list(self.folder.glob("*.tmp")), [])
+            again = self.call("solve", solved, "--json")  # still a problem, and the same one
+            self.assertEqual(again.returncode, 0, again.stderr)
+            repeated = json.loads(again.stdout)
+            for key in ("contacts", "error", "title"):
+                self.assertEqual(repeated[key], report[key])
+        report = self.solve("infeasible", "--output", "best.hdf5", code=3)
+        self.assertTrue((self.folder / "best.hdf5").exists())  # what was reached is written
+
+    def test_output_not_writable(self):
+        (self.folder / "file").write_text("x")
+        for bad in (".", "file/below", "none/out.hdf5", "/proc/amontons"):
+            started = time.time()
+            # Refused before the solve, which would take minutes.
+            self.refused(self.file("slow"), "--solver", "nsgs", "--tolerance", "0",
+                         "--output", bad, command="solve", says=[bad])
+            self.assertLess(time.time() - started, 20)
+        self.assertEqual((self.folder / "file").read_text(), "x")
+
+    def test_bad_input(self):
+        self.refused(self.file("plane"), command="solve", says=["/fclib_local/spacedim", "plane"])
+        self.refused(self.file("negative_mu"), command="solve", says=["vectors/mu[1]: found -0.1"])
+        self.refused(self.file("short"), command="solve", says=["vectors/q: found 3 values"])
+        self.refused(self.file("text"), command="solve", says=["vectors/q: found text"])
+        self.refused(self.file("towr"), command="solve", says=["no such file", "tower.hdf5"])
+        self.refused(self.scene(), command="solve", says=["no HDF5 file"])
+        whole = pathlib.Path(self.file("tower")).read_bytes()
+        (self.folder / "cut.hdf5").write_bytes(whole[:5000])
+        self.refused("cut.hdf5", command="solve", says=["cut.hdf5"])
+        self.refused(self.file("tower"), "--solver", "nsgz", command="solve",
+                     says=['"nsgz"', "nsgs, uzawa", "nearest name: nsgs"])
+        self.refused(self.file("tower"), "--tolerance", "-1", command="solve", says=["tolerance"])
+        result = self.call("solve")
+        self.assertEqual(result.returncode, 2)
+
+    def test_no_module(self):
+        lonely = self.folder / "bin"
+        lonely.mkdir()
+        shutil.copy(PROGRAM, lonely / "amontons")
+        result = subprocess.run([str(lonely / "amontons"), "solve", self.file("tower")],
+                                capture_output=True, text=True)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("libamontons-fclib.so is not installed", result.stderr)
+
+    def test_interrupted(self):
+        process = subprocess.Popen(
+            [PROGRAM, "solve", self.file("slow"), "--solver", "nsgs", "--tolerance", "0",
+             "--max-iterations", "2000000000", "--output", "out.hdf5"],
+            cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        out, errors = process.communicate(timeout=20)
+        if process.returncode != 130 and ("stagnated" in errors or process.returncode == 0):
+            self.skipTest("the solve was over before the signal came")
+        self.assertEqual(process.returncode, 130, errors)
+        self.assertIn("out.hdf5 not written", errors)
+        self.assertEqual(list(self.folder.iterdir()), [])
+
+    def test_quiet(self):
+        result = self.call("solve", self.file("tower"), "--quiet")
+        self.assertEqual((result.returncode, result.stdout, result.stderr), (0, "", ""))
 
 
 class Schema(Case):
@@ -468,4 +607,4 @@ class Schema(Case):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[sys.argv[0]] + [a for a in sys.argv[2:] if a != "--stub"])
+    unittest.main(argv=[sys.argv[0]] + [a for a in sys.argv[2:] if a != "--stub" and not a.startswith("--samples=")])

@@ -1,0 +1,304 @@
+// amontons solve PROBLEM.hdf5: one contact problem from an FCLib file, solved and certified.
+
+#include "contact/solve.hpp"
+#include "mesh/base/file.hpp"
+#include "mesh/base/phase_timer.hpp"
+#include "solver/fclib_file.hpp"
+#include "solver/program/interrupt.hpp"
+#include "solver/program/session.hpp"
+#include "solver/scene/json_text.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <fmt/format.h>
+#include <future>
+#include <unistd.h>
+
+namespace amontons {
+namespace {
+
+struct SolveArguments {
+    std::string problem, output, solver = name(ContactSolver::automatic);
+    SolverOptions options;
+    int threads = 1;
+};
+
+struct Solved {
+    ContactSolution solution;
+    Eigen::VectorXd motion; ///< of a global problem's bodies
+    const char* delassus = "";
+    double read_seconds = 0, condense_seconds = 0;
+};
+
+std::vector<std::string> solver_names()
+{
+    std::vector<std::string> names;
+    for (int k = 0; *name(static_cast<ContactSolver>(k)) != '\0'; ++k)
+        names.emplace_back(name(static_cast<ContactSolver>(k)));
+    return names;
+}
+
+ContactSolver solver_of(const std::string& wanted)
+{
+    const std::vector<std::string> names = solver_names();
+    std::string all;
+    for (std::size_t k = 0; k < names.size(); ++k) {
+        if (names[k] == wanted) return static_cast<ContactSolver>(k);
+        all += (k == 0 ? "" : ", ") + names[k];
+    }
+    const std::string near = nearest_name(wanted, names);
+    if (!near.empty()) all += " (nearest name: " + near + ")";
+    throw InputError({{"(--solver)", "", quoted_text(wanted), all}});
+}
+
+/// Tries what writing the result will do, so that no solve is lost to a path that cannot be.
+/// @throws InputError
+void check_writable(const std::string& path)
+{
+    namespace fs = std::filesystem;
+    const auto refuse = [&](const std::string& found) {
+        throw InputError({{path, "", found, "a file that can be written"}});
+    };
+    std::error_code ignored;
+    if (fs::is_directory(path, ignored)) refuse("a folder");
+    if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored)) return; // /dev/stdout
+    const std::string probe = path + "." + std::to_string(::getpid()) + ".tmp";
+    const int file = ::open(probe.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file < 0) refuse(std::strerror(errno));
+    ::close(file);
+    ::unlink(probe.c_str());
+}
+
+/// Options and figures that a solver may or may not have.
+template <class Options> void set_threads(Options& options, int threads)
+{
+    if constexpr (requires { options.threads; }) options.threads = threads;
+}
+template <class Certified> void rank_member(JsonText& json, const Certified& c)
+{
+    if constexpr (requires { c.rank_deficient; })
+        json.member("rank_deficient", c.rank_deficient);
+    else
+        json.key("rank_deficient").json("null");
+}
+
+Solved solve_file(const FclibProblem& file, const SolverOptions& options)
+{
+    Solved s;
+    const auto form = [](const Delassus& W) {
+        return W.is_dense() ? "dense" : W.is_sparse() ? "sparse" : "matrix-free";
+    };
+    if (file.local) {
+        s.solution = solve(*file.local, options);
+        s.delassus = form(file.local->W);
+        return s;
+    }
+    const Stopwatch watch;
+    const CondensedProblem condensed(*file.global);
+    s.condense_seconds = watch.seconds();
+    s.delassus = form(condensed.contact().W);
+    s.solution = solve(condensed.contact(), options);
+    s.motion = condensed.motion(s.solution.reaction);
+    return s;
+}
+
+/// The same, given up at the first Ctrl-C: a solver cannot be stopped in the middle.
+/// @return  empty if interrupted; the solve then still runs, and only the end of the process
+///          ends it
+std::optional<Solved> solve_until_interrupted(const FclibProblem& file,
+                                              const SolverOptions& options)
+{
+    using namespace std::chrono_literals;
+    const std::atomic<bool>& stop = stop_on_interrupt();
+    std::future<Solved> result =
+        std::async(std::launch::async, [&] { return solve_file(file, options); });
+    while (result.wait_for(20ms) != std::future_status::ready)
+        if (stop) {
+            // The future's end would wait for the solve.
+            new std::future<Solved>(std::move(result));
+            return {};
+        }
+    return result.get();
+}
+
+std::string json_text(const SolveArguments& a, const FclibProblem& file, const Solved& s)
+{
+    const Certificate& c = s.solution.certificate;
+    JsonText json;
+    json.open('{')
+        .member("status", name(c.status))
+        .member("error", c.error)
+        .member("tolerance", c.tolerance)
+        .member("threshold", c.threshold)
+        .member("scaled_error", c.scaled_error)
+        .member("solver", name(c.solver))
+        .member("iterations", c.iterations)
+        .member("seconds", c.seconds)
+        .member("contacts", c.contacts);
+    rank_member(json, c);
+    json.member("level", c.level == ContactLevel::position ? "position" : "velocity")
+        .member("worst_penetration", c.worst_penetration)
+        .member("worst_cone_violation", c.worst_cone_violation)
+        .member("worst_dissipation", c.worst_dissipation)
+        .member("worst_contact", c.worst_contact);
+    if (c.status == SolveStatus::infeasible) {
+        json.key("proof").open('{').key("contacts").open('[');
+        for (const int i : c.proof.contacts)
+            json.value(i);
+        json.close(']')
+            .member("size", c.proof.direction.norm())
+            .member("closing", c.proof.closing)
+            .member("holds_up_to", c.proof.holds_up_to)
+            .close('}');
+    }
+    json.member("problem", a.problem)
+        .member("title", file.title)
+        .member("kind", file.local ? "local" : "global")
+        .member("delassus", s.delassus)
+        .member("read_seconds", s.read_seconds)
+        .member("condense_seconds", s.condense_seconds)
+        .member("output", a.output)
+        .key("history")
+        .open('[');
+    for (const ErrorPoint& p : s.solution.history)
+        json.open('{')
+            .member("iteration", p.iteration)
+            .member("seconds", p.seconds)
+            .member("error", p.error)
+            .close('}');
+    json.close(']').close('}');
+    return json.text() + "\n";
+}
+
+/// At most ten points of the history: the first, the last, and each time the iterations doubled.
+std::vector<ErrorPoint> short_history(const std::vector<ErrorPoint>& history)
+{
+    constexpr std::size_t kLines = 10;
+    std::vector<ErrorPoint> lines;
+    if (history.empty()) return lines;
+    double factor = 2;
+    do {
+        lines.clear();
+        for (const ErrorPoint& p : history)
+            if (lines.empty() || p.iteration >= factor * lines.back().iteration) lines.push_back(p);
+        if (lines.back().iteration != history.back().iteration) lines.push_back(history.back());
+        factor *= 1.5;
+    } while (lines.size() > kLines);
+    return lines;
+}
+
+std::string human_text(const SolveArguments& a, const FclibProblem& file, const Solved& s)
+{
+    const Certificate& c = s.solution.certificate;
+    const bool position = c.level == ContactLevel::position;
+    const char* length = position ? "m" : "m/s";
+    const char* force = position ? "N" : "N s";
+    std::string t;
+    const auto row = [&](const char* what, const std::string& value) {
+        t += fmt::format("  {:<20} {}\n", what, value);
+    };
+    t += fmt::format("{}: {}\n", a.problem, name(c.status));
+    if (!file.title.empty()) row("title", file.title);
+    row("error", fmt::format("{:.3e}, threshold {:.1e} (scaled by contact: {:.1e})", c.error,
+                             c.threshold, c.scaled_error));
+    row("contacts", fmt::format("{}, W {}", c.contacts, s.delassus));
+    row("solver",
+        fmt::format("{}, {} iterations, {:.3g} s", name(c.solver), c.iterations, c.seconds));
+    row("worst penetration", fmt::format("{:.3e} {}", c.worst_penetration, length));
+    row("worst cone violation", fmt::format("{:.3e} {}", c.worst_cone_violation, force));
+    row("worst dissipation", fmt::format("{:.3e} J", c.worst_dissipation));
+    if (c.worst_contact >= 0) row("worst contact", std::to_string(c.worst_contact));
+    if (c.status == SolveStatus::infeasible) {
+        std::string contacts;
+        for (std::size_t k = 0; k < c.proof.contacts.size() && k < 10; ++k)
+            contacts += (k == 0 ? "" : ", ") + std::to_string(c.proof.contacts[k]);
+        if (c.proof.contacts.size() > 10)
+            contacts += fmt::format(" and {} more", c.proof.contacts.size() - 10);
+        row("no solution", fmt::format("whatever the reaction, contacts {} overlap by {:.3e} {} "
+                                       "in sum",
+                                       contacts, c.proof.closing, length));
+    }
+    if (!s.solution.history.empty()) {
+        t += fmt::format("  {:>10} {:>12} {:>10}\n", "iteration", "seconds", "error");
+        for (const ErrorPoint& p : short_history(s.solution.history))
+            t += fmt::format("  {:>10} {:>12.3e} {:>10.2e}\n", p.iteration, p.seconds, p.error);
+    }
+    if (!a.output.empty()) row("written", a.output);
+    return t;
+}
+
+void run_solve(SolveArguments& a, Session& session)
+{
+    a.options.solver = solver_of(a.solver);
+    set_threads(a.options, a.threads);
+    if (!a.output.empty()) check_writable(a.output);
+    const Stopwatch watch;
+    const std::string bytes = read_file(a.problem);
+    const FclibProblem file = parse_fclib(bytes, a.problem);
+    const double read_seconds = watch.seconds();
+    session.detail(fmt::format("read in {:.3f} s", read_seconds));
+
+    std::optional<Solved> solved = solve_until_interrupted(file, a.options);
+    if (!solved) {
+        session.error("interrupted" + (a.output.empty() ? "" : "; " + a.output + " not written"));
+        if (session.json) session.print("{\"status\": \"interrupted\"}\n");
+        std::_Exit(kInterrupted);
+    }
+    solved->read_seconds = read_seconds;
+    const Certificate& c = solved->solution.certificate;
+    if (!a.output.empty()) {
+        const std::vector<ContactKind>& kind = file.local ? file.local->kind : file.global->kind;
+        write_file(a.output,
+                   with_solution(bytes,
+                                 {solved->solution.reaction, solved->solution.u, solved->motion},
+                                 std::count(kind.begin(), kind.end(), ContactKind::bilateral)));
+    }
+    if (c.status != SolveStatus::converged) {
+        session.exit_code = kSolveFailed;
+        session.error(report(c));
+    }
+    if (session.json)
+        session.print(json_text(a, file, *solved));
+    else if (!session.quiet)
+        session.print(human_text(a, file, *solved));
+}
+
+} // namespace
+
+void add_solve(CLI::App& program, Session& session)
+{
+    const auto a = std::make_shared<SolveArguments>(); // lives as long as the callback
+    CLI::App* command =
+        program.add_subcommand("solve", "Solve a contact problem from an FCLib file");
+    command->add_option("PROBLEM", a->problem, "HDF5 file of a local or global problem")
+        ->type_name("FILE")
+        ->required();
+    std::string names;
+    for (const std::string& n : solver_names())
+        names += (names.empty() ? "" : ", ") + n;
+    command->add_option("--solver,-s", a->solver, "One of: " + names)
+        ->type_name("NAME")
+        ->capture_default_str();
+    command
+        ->add_option("--tolerance", a->options.tolerance,
+                     "Natural-map error to reach; 0: down to round-off")
+        ->type_name("NUMBER")
+        ->capture_default_str();
+    command->add_option("--max-time", a->options.max_seconds, "Gives up after this long [s]")
+        ->type_name("SECONDS");
+    command->add_option("--max-iterations", a->options.max_iterations, "Gives up after this many")
+        ->type_name("N")
+        ->capture_default_str();
+    command->add_option("--output,-o", a->output, "A copy of the file with /solution: u and r")
+        ->type_name("FILE");
+    command->add_option("--threads", a->threads, "Threads; the result is the same for any number")
+        ->check(CLI::Range(1, 1024));
+    command->add_flag("--json", session.json, "One JSON object on stdout");
+    command->callback([a, &session] { run_solve(*a, session); });
+}
+
+} // namespace amontons
