@@ -59,6 +59,10 @@ const char* name(ContactSolver solver)
         return "nsgs";
     case ContactSolver::uzawa:
         return "uzawa";
+    case ContactSolver::newton:
+        return "newton";
+    case ContactSolver::path:
+        return "path";
     }
     return "";
 }

@@ -1,6 +1,7 @@
 #include "contact/solve.hpp"
 
 #include "contact/cone.hpp"
+#include "contact/solvers/newton.hpp"
 #include "contact/solvers/nsgs.hpp"
 #include "contact/solvers/uzawa.hpp"
 #include "mesh/base/phase_timer.hpp"
@@ -56,18 +57,27 @@ ContactSolution solve(const ContactProblem& problem, const SolverOptions& option
                       const Eigen::VectorXd& warm_start)
 {
     const Stopwatch clock;
-    if (problem.W.is_sparse()) {
-        ContactProblem dense = problem;
-        dense.W = Eigen::MatrixXd(problem.W.sparse());
-        return solve(dense, options, warm_start);
-    }
     check(problem, options, warm_start);
 
     const ContactSolver solver =
-        options.solver == ContactSolver::uzawa ? ContactSolver::uzawa : ContactSolver::nsgs;
+        options.solver == ContactSolver::automatic ? ContactSolver::nsgs : options.solver;
     Eigen::VectorXd r = start(problem, warm_start);
-    SolverRun run = solver == ContactSolver::uzawa ? solve_uzawa(problem, options, std::move(r))
-                                                   : solve_nsgs(problem, options, std::move(r));
+    SolverRun run;
+    switch (solver) {
+    case ContactSolver::automatic:
+    case ContactSolver::nsgs:
+        run = solve_nsgs(problem, options, std::move(r));
+        break;
+    case ContactSolver::uzawa:
+        run = solve_uzawa(problem, options, std::move(r));
+        break;
+    case ContactSolver::newton:
+        run = solve_newton(problem, options, {.smooth = false}, std::move(r));
+        break;
+    case ContactSolver::path:
+        run = solve_newton(problem, options, {.from_afar = warm_start.size() == 0}, std::move(r));
+        break;
+    }
 
     ContactSolution solution;
     solution.certificate = certify(problem, run.reaction, options.tolerance, options.scope);

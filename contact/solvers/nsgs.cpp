@@ -1,6 +1,7 @@
 #include "contact/solvers/nsgs.hpp"
 
 #include "contact/cone.hpp"
+#include "contact/solvers/columns.hpp"
 #include "contact/solvers/local.hpp"
 
 #include <algorithm>
@@ -26,12 +27,17 @@ public:
     Sweeper(const ContactProblem& problem, const NaturalMapError& natural_map)
         : problem_(problem)
         , natural_map_(natural_map)
+        , columns_(problem)
+        , own_(static_cast<std::size_t>(contact_count(problem)))
         , blocks_(static_cast<std::size_t>(contact_count(problem)))
         , own_weight_(contact_count(problem))
         , weight_(contact_count(problem))
     {
         for (int i = 0; i < contact_count(problem); ++i) {
-            if (kind_of(problem, i) == ContactKind::frictional) block(i) = prepare(own(i));
+            if (kind_of(problem, i) == ContactKind::frictional) {
+                own(i) = problem.W.block(natural_map.first_row(i), 3);
+                block(i) = prepare(own(i));
+            }
             const double rho = natural_map.rho(i);
             own_weight_[i] = 1 / std::sqrt(rho);
             // ||F|| grows with rho, by no more than rho does.
@@ -63,11 +69,8 @@ public:
     }
 
 private:
-    Mat3 own(int i) const
-    {
-        const int row = natural_map_.first_row(i);
-        return problem_.W.dense().block<3, 3>(row, row);
-    }
+    Mat3& own(int i) { return own_[static_cast<std::size_t>(i)]; }
+    const Mat3& own(int i) const { return own_[static_cast<std::size_t>(i)]; }
     LocalBlock& block(int i) { return blocks_[static_cast<std::size_t>(i)]; }
 
     void visit(int i, Eigen::VectorXd& r, Eigen::VectorXd& u)
@@ -85,14 +88,7 @@ private:
         const Vec3 change = local.r - ri;
         if (change.isZero(0)) return;
         r.segment<3>(row) = local.r;
-        const Eigen::Index rows = u.size();
-        const double* w0 = problem_.W.dense().data() + row * rows;
-        const double* w1 = w0 + rows;
-        const double* w2 = w1 + rows;
-        const double c0 = change[0], c1 = change[1], c2 = change[2];
-        double* __restrict v = u.data();
-        for (Eigen::Index k = 0; k < rows; ++k)
-            v[k] += w0[k] * c0 + w1[k] * c1 + w2[k] * c2;
+        columns_.add(i, change.data(), u);
     }
 
     /// A proximal step: A + alpha in place of A, centred at the last reaction, so that a fixed
@@ -100,7 +96,7 @@ private:
     /// wedge that locks), whose neighbours may yet help.
     LocalReaction solve_shifted(int i, const Vec3& ri, const Vec3& b) const
     {
-        const Mat3 A = own(i);
+        const Mat3& A = own(i);
         const double size = A.cwiseAbs().maxCoeff();
         double alpha = size > 0 ? kShift * size : 1 / natural_map_.rho();
         LocalReaction local;
@@ -119,11 +115,13 @@ private:
         const double change = wanted - r[row];
         if (change == 0) return;
         r[row] = wanted;
-        u += change * problem_.W.dense().col(row);
+        columns_.add(i, &change, u);
     }
 
     const ContactProblem& problem_;
     const NaturalMapError& natural_map_;
+    const Columns columns_;
+    std::vector<Mat3> own_; ///< diagonal blocks of frictional contacts
     std::vector<LocalBlock> blocks_;
     Eigen::VectorXd own_weight_, weight_; ///< of a residual: its own scale, the common one
     double worst_ = 0; ///< largest residual met in the last sweep, each at its own scale

@@ -1,6 +1,7 @@
 #include "contact/solvers/uzawa.hpp"
 
 #include "contact/cone.hpp"
+#include "contact/solvers/columns.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -42,7 +43,7 @@ Eigen::VectorXd own_block_rho(const ContactProblem& problem, const NaturalMapErr
     Eigen::VectorXd rho(contact_count(problem));
     for (int i = 0; i < contact_count(problem); ++i) {
         const int k = map.first_row(i), rows = rows_of(kind_of(problem, i));
-        const double size = problem.W.dense().block(k, k, rows, rows).norm();
+        const double size = problem.W.block(k, rows).norm();
         rho[i] = size > 0 ? 1 / size : map.rho();
     }
     return rho;
@@ -55,16 +56,16 @@ void iterate_own_block(const ContactProblem& problem, double factor, Progress& p
     const NaturalMapError& map = progress.natural_map();
     const Eigen::VectorXd rho = factor * own_block_rho(problem, map);
     Eigen::VectorXd next = r;
+    const Columns columns(problem);
     while (!progress.ends(r, u))
         for (int i = 0; i < contact_count(problem); ++i) {
             step(problem, map, i, rho[i], r, u, next);
             const int k = map.first_row(i), rows = rows_of(kind_of(problem, i));
-            for (int row = k; row < k + rows; ++row) {
-                const double change = next[row] - r[row];
-                if (change == 0) continue;
-                r[row] = next[row];
-                u += change * problem.W.dense().col(row);
-            }
+            const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1> change =
+                next.segment(k, rows) - r.segment(k, rows);
+            if (change.isZero(0)) continue;
+            r.segment(k, rows) = next.segment(k, rows);
+            columns.add(i, change.data(), u);
         }
 }
 

@@ -1,0 +1,213 @@
+#include "contact/solvers/newton.hpp"
+
+#include "contact/solvers/shifted_delassus.hpp"
+#include "contact/solvers/smoothed_law.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amontons {
+namespace {
+
+// The line search: a step is taken if it lowers the largest of the last merits.
+constexpr int kMemory = 4;
+constexpr int kHalvings = 6;
+constexpr double kEnough = 0.01;
+// The Levenberg-Marquardt shift, relative to the scaled W's diagonal.
+constexpr double kFirstShift = 1e-6, kLargestShift = 1, kSmallestShift = 1e-12;
+constexpr double kRaise = 10, kLower = 0.1;
+constexpr double kFloor = 1e-13; ///< always there: stick contacts of a singular W need it
+constexpr double kShort = 0.1, kLong = 0.5;
+constexpr int kRejections = 3; ///< then the corners are rounded wider
+constexpr double kWiden = 10;
+/// When a full step lands this far below, the rounding is lowered faster.
+constexpr double kQuick = 1e-2, kQuickReduction = 0.15;
+
+/// The problem in dimensionless numbers: r = s f r', u = f u' / s with one s per contact that
+/// gives each own block the mean diagonal 1, and the force f that gives q' the norm 1.
+class Scaled {
+public:
+    Scaled(const ContactProblem& problem, const NaturalMapError& map, const Columns& columns)
+        : problem_(problem), columns_(columns), scale(problem.q.size())
+    {
+        for (int i = 0; i < contact_count(problem); ++i)
+            scale.segment(columns.first_row(i), columns.rows(i)).setConstant(std::sqrt(map.rho(i)));
+        force = problem.q.cwiseProduct(scale).norm();
+        if (!(force > 0)) force = 1;
+    }
+
+    /// Norm of F over all contacts.
+    double merit(const Eigen::VectorXd& r, const Eigen::VectorXd& u, const Smoothing& s) const
+    {
+        double sum = 0;
+        for (int i = 0; i < contact_count(problem_); ++i) {
+            const int k = columns_.first_row(i);
+            const double a = 1 / (scale[k] * force), b = scale[k] / force;
+            switch (kind_of(problem_, i)) {
+            case ContactKind::frictional:
+                sum += smoothed_frictional(problem_.mu[i], a * r.segment<3>(k), b * u.segment<3>(k), s)
+                           .squaredNorm();
+                break;
+            case ContactKind::frictionless: {
+                const double f = smoothed_frictionless(a * r[k], b * u[k], s);
+                sum += f * f;
+                break;
+            }
+            case ContactKind::bilateral:
+                sum += s.rho * s.rho * b * b * u[k] * u[k];
+                break;
+            }
+        }
+        return std::sqrt(sum);
+    }
+
+    double linearise(const Eigen::VectorXd& r, const Eigen::VectorXd& u, const Smoothing& s,
+                     std::vector<LinearisedLaw>& law) const
+    {
+        double sum = 0;
+        for (int i = 0; i < contact_count(problem_); ++i) {
+            const int k = columns_.first_row(i);
+            const double a = 1 / (scale[k] * force), b = scale[k] / force;
+            LinearisedLaw& own = law[static_cast<std::size_t>(i)];
+            switch (kind_of(problem_, i)) {
+            case ContactKind::frictional:
+                own = linearise_frictional(problem_.mu[i], a * r.segment<3>(k), b * u.segment<3>(k), s);
+                break;
+            case ContactKind::frictionless:
+                own = linearise_frictionless(a * r[k], b * u[k], s);
+                break;
+            case ContactKind::bilateral:
+                own = {};
+                own.residual[0] = s.rho * b * u[k];
+                break;
+            }
+            sum += own.residual.squaredNorm();
+        }
+        return std::sqrt(sum);
+    }
+
+    /// The Newton step in real forces.
+    /// @returns false if the matrix is singular
+    bool step(const std::vector<LinearisedLaw>& law, double shift, const Smoothing& s,
+              ShiftedDelassus& matrix, Eigen::VectorXd& direction)
+    {
+        if (!matrix.factorise(law, shift)) return false;
+        bool any_open = false;
+        given_ = Eigen::VectorXd::Zero(direction.size());
+        for (int i = 0; i < contact_count(problem_); ++i) {
+            if (!law[static_cast<std::size_t>(i)].open) continue;
+            const int k = columns_.first_row(i), rows = columns_.rows(i);
+            given_.segment(k, rows) = -law[static_cast<std::size_t>(i)].residual.head(rows);
+            any_open = any_open || !given_.segment(k, rows).isZero(0);
+        }
+        felt_ = Eigen::VectorXd::Zero(direction.size());
+        if (any_open) {
+            given_.array() *= scale.array();
+            problem_.W.apply(given_, felt_);
+            felt_.array() *= scale.array();
+            given_.array() /= scale.array();
+        }
+        direction = given_;
+        for (int i = 0; i < contact_count(problem_); ++i) {
+            const LinearisedLaw& own = law[static_cast<std::size_t>(i)];
+            if (own.open) continue;
+            const int k = columns_.first_row(i), rows = columns_.rows(i);
+            const Vec3 b = -(own.residual / s.rho + own.D * own.residual);
+            direction.segment(k, rows) = b.head(rows) - felt_.segment(k, rows);
+        }
+        matrix.solve(direction);
+        direction.array() *= force * scale.array();
+        return direction.allFinite();
+    }
+
+private:
+    const ContactProblem& problem_;
+    const Columns& columns_;
+    Eigen::VectorXd given_, felt_;
+
+public:
+    Eigen::VectorXd scale; ///< per row
+    double force = 1;
+};
+
+} // namespace
+
+SolverRun solve_newton(const ContactProblem& problem, const SolverOptions& options,
+                       const NewtonPath& path, Eigen::VectorXd start)
+{
+    Progress progress(problem, options);
+    const Columns columns(problem);
+    Scaled scaled(problem, progress.natural_map(), columns);
+    ShiftedDelassus matrix(problem, columns, scaled.scale);
+
+    const int n = contact_count(problem);
+    const double root_n = std::sqrt(static_cast<double>(std::max(n, 1)));
+    Eigen::VectorXd r = std::move(start), u = problem.W * r + problem.q;
+    Eigen::VectorXd direction(r.size()), slope(r.size()), next_r(r.size()), next_u(r.size());
+    std::vector<LinearisedLaw> law(static_cast<std::size_t>(n));
+
+    Smoothing smoothing;
+    const double widest = 1 / root_n;
+    if (path.smooth)
+        smoothing.epsilon =
+            path.from_afar ? widest : std::min(widest, scaled.merit(r, u, smoothing) / root_n);
+    if (path.smooth && path.from_afar) {
+        r.setZero();
+        for (int i = 0; i < n; ++i)
+            if (const int k = columns.first_row(i); kind_of(problem, i) != ContactKind::bilateral)
+                r[k] = widest * scaled.scale[k] * scaled.force;
+        u = problem.W * r + problem.q;
+    }
+
+    double shift = 0;
+    double recent[kMemory] = {};
+    int known = 0, rejected = 0;
+    while (!progress.ends(r, u) && progress.iterations() < path.steps) {
+        const double merit = scaled.linearise(r, u, smoothing, law);
+        if (rejected == 0) recent[known++ % kMemory] = merit;
+        const double reference = *std::max_element(recent, recent + std::min(known, kMemory));
+
+        double length = 0, reached = 0;
+        if (scaled.step(law, std::max(shift, kFloor), smoothing, matrix, direction)) {
+            problem.W.apply(direction, slope);
+            double trial = 1;
+            for (int k = 0; k <= kHalvings; ++k, trial /= 2) {
+                next_r = r + trial * direction;
+                next_u = u + trial * slope;
+                reached = scaled.merit(next_r, next_u, smoothing);
+                if (reached < (1 - kEnough * trial) * reference) {
+                    length = trial;
+                    break;
+                }
+            }
+        }
+        if (length == 0) {
+            shift = std::min(std::max(kRaise * shift, kFirstShift), kLargestShift);
+            if (++rejected > kRejections) {
+                if (!path.smooth) break;
+                smoothing.epsilon =
+                    std::min(kWiden * smoothing.epsilon, std::max(0.1 * widest, smoothing.epsilon));
+                known = rejected = 0;
+            }
+            continue;
+        }
+        rejected = 0;
+        r.swap(next_r);
+        u.swap(next_u);
+        if (length >= kLong) {
+            shift *= kLower;
+            if (shift < kSmallestShift) shift = 0;
+        } else if (length < kShort) {
+            shift = std::min(std::max(kRaise * shift, kFirstShift), kLargestShift);
+        }
+        const double solved = root_n * smoothing.epsilon;
+        if (path.smooth && reached < solved) {
+            const bool quick = length == 1 && reached < kQuick * solved;
+            smoothing.epsilon *= quick ? std::min(path.reduction, kQuickReduction) : path.reduction;
+            known = 0;
+        }
+    }
+    return std::move(progress).result();
+}
+
+} // namespace amontons

@@ -1,0 +1,28 @@
+#pragma once
+
+#include "contact/solvers/columns.hpp"
+#include "contact/solvers/progress.hpp"
+
+namespace amontons {
+
+/// How a Newton solver walks.
+struct NewtonPath {
+    bool smooth = true;     ///< round the corners of the law and let the rounding go to zero;
+                            ///< false: semismooth Newton on the law itself
+    bool from_afar = false; ///< begin with corners as wide as the problem, not as the error
+    double reduction = 0.3; ///< of the rounding, when its equation is solved [-]
+    int steps = 100;        ///< at most
+};
+
+/// Newton on the law of Alart & Curnier, all contacts together, along the path of its smoothings.
+///
+/// r_n u_n = epsilon^2 and s ((mu r_n)^2 - |r_t|^2) ~ epsilon^2 with u_t = -s r_t: a central path
+/// as of an interior-point method, but the iterates need not stay inside, so it starts anywhere.
+/// Levenberg-Marquardt shift where the line search fails. Insensitive to contrasts of stiffness
+/// and mass; singular W is no obstacle.
+/// @param start  rows
+/// Cost of a step: one factor of ShiftedDelassus, 10 to 40 steps.
+SolverRun solve_newton(const ContactProblem& problem, const SolverOptions& options,
+                       const NewtonPath& path, Eigen::VectorXd start);
+
+} // namespace amontons

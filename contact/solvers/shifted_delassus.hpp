@@ -1,0 +1,59 @@
+#pragma once
+
+#include "contact/linear/block_lu.hpp"
+#include "contact/solvers/columns.hpp"
+#include "contact/solvers/smoothed_law.hpp"
+
+#include <Eigen/LU>
+
+#include <optional>
+
+namespace amontons {
+
+/// Solves (S W S + D) x = b, S a scale per contact and D a block per contact: the matrix of a
+/// Newton step. Contacts that the law calls open take no part: their x is given.
+///
+/// Dense W: LU of the closed contacts' rows, O(closed^3). Sparse W: a block LU whose pattern is
+/// analysed once. Matrix-free W: GMRES with the own blocks as preconditioner.
+class ShiftedDelassus {
+public:
+    /// @param scale  per contact, > 0; refers to all three
+    ShiftedDelassus(const ContactProblem& problem, const Columns& columns,
+                    const Eigen::VectorXd& scale);
+
+    /// @param shift  added to every diagonal entry, >= 0
+    /// @returns false if it is singular to working precision
+    bool factorise(const std::vector<LinearisedLaw>& law, double shift);
+    /// x: rows of closed contacts hold b and leave with the solution; those of open ones are kept
+    /// as they are and must already be accounted for in b.
+    void solve(Eigen::VectorXd& x) const;
+    /// What a factor of this many closed rows costs, in multiplications.
+    double work(Eigen::Index closed_rows) const;
+
+private:
+    void factorise_dense();
+    bool factorise_sparse();
+    void factorise_own_blocks();
+    void solve_dense(Eigen::VectorXd& x) const;
+    void solve_sparse(Eigen::VectorXd& x) const;
+    void solve_by_gmres(Eigen::VectorXd& x) const;
+    /// y = (S W S + D) x on closed rows, 0 on open ones.
+    void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
+    bool open(int contact) const { return (*law_)[static_cast<std::size_t>(contact)].open; }
+
+    const ContactProblem& problem_;
+    const Columns& columns_;
+    const Eigen::VectorXd& scale_;
+    const std::vector<LinearisedLaw>* law_ = nullptr; ///< of the last factor
+    double shift_ = 0;                                ///< of the last factor
+    // dense
+    std::vector<int> closed_; ///< rows
+    Eigen::MatrixXd matrix_;  ///< of all rows; the factor takes its upper left corner
+    std::optional<Eigen::PartialPivLU<Eigen::Ref<Eigen::MatrixXd>>> dense_;
+    // sparse
+    BlockLu sparse_;
+    // matrix-free
+    std::vector<Mat3> preconditioner_;
+};
+
+} // namespace amontons
