@@ -57,6 +57,8 @@ const char* name(ContactSolver solver)
         return "auto";
     case ContactSolver::nsgs:
         return "nsgs";
+    case ContactSolver::anderson:
+        return "anderson";
     case ContactSolver::uzawa:
         return "uzawa";
     case ContactSolver::newton:

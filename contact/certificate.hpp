@@ -17,7 +17,7 @@ enum class SolveStatus {
     out_of_time ///< max_seconds reached before the threshold
 };
 
-enum class ContactSolver { automatic, nsgs, uzawa, newton, path };
+enum class ContactSolver { automatic, nsgs, anderson, uzawa, newton, path };
 
 /// Which rows count in ||q'||, the size that the error is relative to.
 enum class ErrorScope {
@@ -56,7 +56,7 @@ struct Certificate {
 };
 
 const char* name(SolveStatus status);
-const char* name(ContactSolver solver); ///< "auto", "nsgs", "uzawa", "newton", "path"
+const char* name(ContactSolver solver); ///< "auto", "nsgs", "anderson", "uzawa", "newton", "path"
 
 /// One line for a log: status, error against threshold, effort, the worst contact.
 std::string report(const Certificate& certificate);

@@ -75,4 +75,38 @@ std::optional<InfeasibilityProof> prove_infeasible(const ContactProblem& problem
     return proof;
 }
 
+ContactProblem softened_normals(const ContactProblem& problem, double compliance,
+                                std::vector<Eigen::Index>& normal_rows)
+{
+    const std::vector<int> offset = row_offsets(problem);
+    normal_rows.clear();
+    ContactProblem normals;
+    for (int i = 0; i < contact_count(problem); ++i) {
+        normal_rows.push_back(offset[static_cast<std::size_t>(i)]);
+        normals.kind.push_back(kind_of(problem, i) == ContactKind::bilateral
+                                   ? ContactKind::bilateral
+                                   : ContactKind::frictionless);
+    }
+    const auto n = static_cast<Eigen::Index>(normal_rows.size());
+    normals.mu.setZero(n);
+    normals.level = problem.level;
+    normals.q = problem.q(normal_rows);
+
+    const Eigen::VectorXd diagonal = problem.W.diagonal()(normal_rows);
+    const double soft = compliance * diagonal.cwiseAbs().mean();
+    if (problem.W.is_sparse()) {
+        Delassus::Sparse pick(n, problem.q.size()), shift(n, n);
+        for (Eigen::Index k = 0; k < n; ++k)
+            pick.insert(k, normal_rows[static_cast<std::size_t>(k)]) = 1;
+        shift.setIdentity();
+        const Delassus::Sparse picked = pick * problem.W.sparse() * Delassus::Sparse(pick.transpose());
+        normals.W = Delassus::Sparse(picked + soft * shift);
+    } else {
+        Eigen::MatrixXd W = problem.W.part(normal_rows);
+        W.diagonal().array() += soft;
+        normals.W = std::move(W);
+    }
+    return normals;
+}
+
 } // namespace amontons

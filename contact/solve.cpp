@@ -1,6 +1,7 @@
 #include "contact/solve.hpp"
 
 #include "contact/cone.hpp"
+#include "contact/solvers/automatic.hpp"
 #include "contact/solvers/newton.hpp"
 #include "contact/solvers/nsgs.hpp"
 #include "contact/solvers/uzawa.hpp"
@@ -59,25 +60,33 @@ ContactSolution solve(const ContactProblem& problem, const SolverOptions& option
     const Stopwatch clock;
     check(problem, options, warm_start);
 
-    const ContactSolver solver =
-        options.solver == ContactSolver::automatic ? ContactSolver::nsgs : options.solver;
-    Eigen::VectorXd r = start(problem, warm_start);
-    SolverRun run;
+    const ContactSolver solver = options.solver;
+    SolverWork work(problem, options, start(problem, warm_start));
     switch (solver) {
     case ContactSolver::automatic:
+        solve_automatically(work);
+        break;
     case ContactSolver::nsgs:
-        run = solve_nsgs(problem, options, std::move(r));
+        solve_nsgs(work);
         break;
-    case ContactSolver::uzawa:
-        run = solve_uzawa(problem, options, std::move(r));
-        break;
-    case ContactSolver::newton:
-        run = solve_newton(problem, options, {.smooth = false}, std::move(r));
-        break;
-    case ContactSolver::path:
-        run = solve_newton(problem, options, {.from_afar = warm_start.size() == 0}, std::move(r));
+    case ContactSolver::anderson: {
+        AcceleratedNsgs(work).advance(std::numeric_limits<int>::max());
         break;
     }
+    case ContactSolver::uzawa:
+        solve_uzawa(work);
+        break;
+    case ContactSolver::newton:
+    case ContactSolver::path: {
+        ShiftedDelassus matrix(work);
+        NewtonPath path;
+        path.smooth = solver == ContactSolver::path;
+        path.from_afar = warm_start.size() == 0;
+        follow_path(work, matrix, path);
+        break;
+    }
+    }
+    SolverRun run = std::move(work.progress).result();
 
     ContactSolution solution;
     solution.certificate = certify(problem, run.reaction, options.tolerance, options.scope);

@@ -36,8 +36,10 @@ Columns::Columns(const ContactProblem& problem) : problem_(problem), offset_(row
                 if (it.value() == 0) continue;
                 const int row = static_cast<int>(it.row());
                 const int i = owner[static_cast<std::size_t>(row)];
-                const std::size_t place = place_[static_cast<std::size_t>(seen[static_cast<std::size_t>(i)])];
-                value_[place + static_cast<std::size_t>(c * rows(i) + row - first_row(i))] += it.value();
+                const std::size_t place =
+                    place_[static_cast<std::size_t>(seen[static_cast<std::size_t>(i)])];
+                value_[place + static_cast<std::size_t>(c * rows(i) + row - first_row(i))] +=
+                    it.value();
             }
         start_.push_back(neighbour_.size());
     }

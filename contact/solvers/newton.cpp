@@ -1,6 +1,5 @@
 #include "contact/solvers/newton.hpp"
 
-#include "contact/solvers/shifted_delassus.hpp"
 #include "contact/solvers/smoothed_law.hpp"
 
 #include <algorithm>
@@ -20,21 +19,26 @@ constexpr double kFloor = 1e-13; ///< always there: stick contacts of a singular
 constexpr double kShort = 0.1, kLong = 0.5;
 constexpr int kRejections = 3; ///< then the corners are rounded wider
 constexpr double kWiden = 10;
-/// When a full step lands this far below, the rounding is lowered faster.
-constexpr double kQuick = 1e-2, kQuickReduction = 0.15;
+/// A warm start still begins with corners this wide: its error may be small while the contacts
+/// that decide are all at a corner.
+constexpr double kNarrowest = 1e-3;
+/// Least reduction of the rounding at once, when a full step lands far below it.
+constexpr double kFastest = 1e-3;
 
 /// The problem in dimensionless numbers: r = s f r', u = f u' / s with one s per contact that
 /// gives each own block the mean diagonal 1, and the force f that gives q' the norm 1.
 class Scaled {
 public:
-    Scaled(const ContactProblem& problem, const NaturalMapError& map, const Columns& columns)
-        : problem_(problem), columns_(columns), scale(problem.q.size())
+    explicit Scaled(const SolverWork& work)
+        : problem_(work.problem)
+        , columns_(work.columns)
+        , scale_(work.scale)
     {
-        for (int i = 0; i < contact_count(problem); ++i)
-            scale.segment(columns.first_row(i), columns.rows(i)).setConstant(std::sqrt(map.rho(i)));
-        force = problem.q.cwiseProduct(scale).norm();
+        force = problem_.q.cwiseProduct(scale_).norm();
         if (!(force > 0)) force = 1;
     }
+
+    double force = 1; ///< f [N]
 
     /// Norm of F over all contacts.
     double merit(const Eigen::VectorXd& r, const Eigen::VectorXd& u, const Smoothing& s) const
@@ -42,11 +46,12 @@ public:
         double sum = 0;
         for (int i = 0; i < contact_count(problem_); ++i) {
             const int k = columns_.first_row(i);
-            const double a = 1 / (scale[k] * force), b = scale[k] / force;
+            const double a = 1 / (scale_[k] * force), b = scale_[k] / force;
             switch (kind_of(problem_, i)) {
             case ContactKind::frictional:
-                sum += smoothed_frictional(problem_.mu[i], a * r.segment<3>(k), b * u.segment<3>(k), s)
-                           .squaredNorm();
+                sum +=
+                    smoothed_frictional(problem_.mu[i], a * r.segment<3>(k), b * u.segment<3>(k), s)
+                        .squaredNorm();
                 break;
             case ContactKind::frictionless: {
                 const double f = smoothed_frictionless(a * r[k], b * u[k], s);
@@ -67,11 +72,12 @@ public:
         double sum = 0;
         for (int i = 0; i < contact_count(problem_); ++i) {
             const int k = columns_.first_row(i);
-            const double a = 1 / (scale[k] * force), b = scale[k] / force;
+            const double a = 1 / (scale_[k] * force), b = scale_[k] / force;
             LinearisedLaw& own = law[static_cast<std::size_t>(i)];
             switch (kind_of(problem_, i)) {
             case ContactKind::frictional:
-                own = linearise_frictional(problem_.mu[i], a * r.segment<3>(k), b * u.segment<3>(k), s);
+                own = linearise_frictional(problem_.mu[i], a * r.segment<3>(k), b * u.segment<3>(k),
+                                           s);
                 break;
             case ContactKind::frictionless:
                 own = linearise_frictionless(a * r[k], b * u[k], s);
@@ -102,10 +108,10 @@ public:
         }
         felt_ = Eigen::VectorXd::Zero(direction.size());
         if (any_open) {
-            given_.array() *= scale.array();
+            given_.array() *= scale_.array();
             problem_.W.apply(given_, felt_);
-            felt_.array() *= scale.array();
-            given_.array() /= scale.array();
+            felt_.array() *= scale_.array();
+            given_.array() /= scale_.array();
         }
         direction = given_;
         for (int i = 0; i < contact_count(problem_); ++i) {
@@ -116,33 +122,29 @@ public:
             direction.segment(k, rows) = b.head(rows) - felt_.segment(k, rows);
         }
         matrix.solve(direction);
-        direction.array() *= force * scale.array();
+        direction.array() *= force * scale_.array();
         return direction.allFinite();
     }
 
 private:
     const ContactProblem& problem_;
     const Columns& columns_;
+    const Eigen::VectorXd& scale_;
     Eigen::VectorXd given_, felt_;
-
-public:
-    Eigen::VectorXd scale; ///< per row
-    double force = 1;
 };
 
 } // namespace
 
-SolverRun solve_newton(const ContactProblem& problem, const SolverOptions& options,
-                       const NewtonPath& path, Eigen::VectorXd start)
+bool follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath& path)
 {
-    Progress progress(problem, options);
-    const Columns columns(problem);
-    Scaled scaled(problem, progress.natural_map(), columns);
-    ShiftedDelassus matrix(problem, columns, scaled.scale);
+    const ContactProblem& problem = work.problem;
+    Progress& progress = work.progress;
+    Eigen::VectorXd &r = work.r, &u = work.u;
+    const Columns& columns = work.columns;
+    Scaled scaled(work);
 
     const int n = contact_count(problem);
     const double root_n = std::sqrt(static_cast<double>(std::max(n, 1)));
-    Eigen::VectorXd r = std::move(start), u = problem.W * r + problem.q;
     Eigen::VectorXd direction(r.size()), slope(r.size()), next_r(r.size()), next_u(r.size());
     std::vector<LinearisedLaw> law(static_cast<std::size_t>(n));
 
@@ -150,19 +152,22 @@ SolverRun solve_newton(const ContactProblem& problem, const SolverOptions& optio
     const double widest = 1 / root_n;
     if (path.smooth)
         smoothing.epsilon =
-            path.from_afar ? widest : std::min(widest, scaled.merit(r, u, smoothing) / root_n);
+            path.from_afar
+                ? widest
+                : std::min(widest, std::max(kNarrowest, scaled.merit(r, u, smoothing)) / root_n);
     if (path.smooth && path.from_afar) {
         r.setZero();
         for (int i = 0; i < n; ++i)
             if (const int k = columns.first_row(i); kind_of(problem, i) != ContactKind::bilateral)
-                r[k] = widest * scaled.scale[k] * scaled.force;
+                r[k] = widest * work.scale[k] * scaled.force;
         u = problem.W * r + problem.q;
     }
 
     double shift = 0;
     double recent[kMemory] = {};
     int known = 0, rejected = 0;
-    while (!progress.ends(r, u) && progress.iterations() < path.steps) {
+    for (int steps = 0; !progress.ends(r, u); ++steps) {
+        if (steps == path.steps) return false;
         const double merit = scaled.linearise(r, u, smoothing, law);
         if (rejected == 0) recent[known++ % kMemory] = merit;
         const double reference = *std::max_element(recent, recent + std::min(known, kMemory));
@@ -184,7 +189,7 @@ SolverRun solve_newton(const ContactProblem& problem, const SolverOptions& optio
         if (length == 0) {
             shift = std::min(std::max(kRaise * shift, kFirstShift), kLargestShift);
             if (++rejected > kRejections) {
-                if (!path.smooth) break;
+                if (!path.smooth) return false;
                 smoothing.epsilon =
                     std::min(kWiden * smoothing.epsilon, std::max(0.1 * widest, smoothing.epsilon));
                 known = rejected = 0;
@@ -202,12 +207,13 @@ SolverRun solve_newton(const ContactProblem& problem, const SolverOptions& optio
         }
         const double solved = root_n * smoothing.epsilon;
         if (path.smooth && reached < solved) {
-            const bool quick = length == 1 && reached < kQuick * solved;
-            smoothing.epsilon *= quick ? std::min(path.reduction, kQuickReduction) : path.reduction;
+            const double further =
+                length == 1 ? std::max(kFastest, std::sqrt(reached / solved)) : 1;
+            smoothing.epsilon *= std::min(path.reduction, further);
             known = 0;
         }
     }
-    return std::move(progress).result();
+    return true;
 }
 
 } // namespace amontons

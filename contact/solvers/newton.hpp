@@ -1,7 +1,6 @@
 #pragma once
 
-#include "contact/solvers/columns.hpp"
-#include "contact/solvers/progress.hpp"
+#include "contact/solvers/shifted_delassus.hpp"
 
 namespace amontons {
 
@@ -20,9 +19,8 @@ struct NewtonPath {
 /// as of an interior-point method, but the iterates need not stay inside, so it starts anywhere.
 /// Levenberg-Marquardt shift where the line search fails. Insensitive to contrasts of stiffness
 /// and mass; singular W is no obstacle.
-/// @param start  rows
 /// Cost of a step: one factor of ShiftedDelassus, 10 to 40 steps.
-SolverRun solve_newton(const ContactProblem& problem, const SolverOptions& options,
-                       const NewtonPath& path, Eigen::VectorXd start);
+/// @returns true if the progress ended, false if the path leads no further
+bool follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath& path);
 
 } // namespace amontons

@@ -36,6 +36,8 @@ public:
     double error() const { return error_; } ///< of the last iterate [-]
     /// ||F_i|| of each contact at the last iterate, n [N].
     const Eigen::VectorXd& residuals() const { return residuals_; }
+    const Eigen::VectorXd& best() const { return run_.reaction; } ///< iterate of the least error
+    double best_error() const { return best_; }                   ///< [-]
     int iterations() const { return run_.iterations; }
     SolverRun result() && { return std::move(run_); }
 

@@ -12,25 +12,26 @@ constexpr int kGmresSteps = 200;
 
 } // namespace
 
-ShiftedDelassus::ShiftedDelassus(const ContactProblem& problem, const Columns& columns,
-                                 const Eigen::VectorXd& scale)
-    : problem_(problem), columns_(columns), scale_(scale)
+ShiftedDelassus::ShiftedDelassus(const SolverWork& work)
+    : problem_(work.problem)
+    , columns_(work.columns)
+    , scale_(work.scale)
 {
-    if (!problem.W.is_sparse()) return;
+    if (!problem_.W.is_sparse()) return;
     std::vector<std::size_t> start{0};
     std::vector<int> neighbour;
-    for (int i = 0; i < contact_count(problem); ++i) {
-        neighbour.insert(neighbour.end(), columns.neighbours_begin(i), columns.neighbours_end(i));
+    for (int i = 0; i < contact_count(problem_); ++i) {
+        neighbour.insert(neighbour.end(), columns_.neighbours_begin(i), columns_.neighbours_end(i));
         start.push_back(neighbour.size());
     }
     sparse_.analyse(start, neighbour);
 }
 
-double ShiftedDelassus::work(Eigen::Index closed_rows) const
+double ShiftedDelassus::cost(Eigen::Index closed_rows) const
 {
-    if (problem_.W.is_sparse()) return 27 * sparse_.work();
+    if (problem_.W.is_sparse()) return 8 * sparse_.work();
     const auto m = static_cast<double>(closed_rows);
-    return m * m * m / 3;
+    return 0.016 * m * m * m + 1.5 * m * m;
 }
 
 bool ShiftedDelassus::factorise(const std::vector<LinearisedLaw>& law, double shift)
@@ -115,7 +116,8 @@ bool ShiftedDelassus::factorise_sparse()
         const int columns = columns_.rows(j);
         const double own = scale_[columns_.first_row(j)];
         int k = 0;
-        for (const int* i = columns_.neighbours_begin(j); i != columns_.neighbours_end(j); ++i, ++k) {
+        for (const int* i = columns_.neighbours_begin(j); i != columns_.neighbours_end(j);
+             ++i, ++k) {
             if (open(*i)) continue;
             const int rows = columns_.rows(*i);
             const double scale = own * scale_[columns_.first_row(*i)];
@@ -181,8 +183,8 @@ void ShiftedDelassus::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) con
         if (law.open)
             y.segment(row, rows).setZero();
         else
-            y.segment(row, rows) +=
-                law.D.topLeftCorner(rows, rows) * x.segment(row, rows) + shift_ * x.segment(row, rows);
+            y.segment(row, rows) += law.D.topLeftCorner(rows, rows) * x.segment(row, rows) +
+                                    shift_ * x.segment(row, rows);
     }
 }
 

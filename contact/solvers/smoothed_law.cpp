@@ -10,7 +10,7 @@ namespace {
 /// Newton step then errs by its inverse, the solution does not.
 constexpr double kStiffest = 1e10;
 /// Softest derivative of the normal law that still counts as closed.
-constexpr double kOpen = 1e-11;
+constexpr double kOpen = 1e-4;
 
 struct Normal {
     double value = 0; ///< p(z), > 0 for epsilon > 0

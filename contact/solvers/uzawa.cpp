@@ -1,7 +1,6 @@
 #include "contact/solvers/uzawa.hpp"
 
 #include "contact/cone.hpp"
-#include "contact/solvers/columns.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -50,14 +49,14 @@ Eigen::VectorXd own_block_rho(const ContactProblem& problem, const NaturalMapErr
 }
 
 /// Contact after contact, each with its own constant rho.
-void iterate_own_block(const ContactProblem& problem, double factor, Progress& progress,
-                       Eigen::VectorXd& r, Eigen::VectorXd& u)
+void iterate_own_block(SolverWork& work, double factor)
 {
-    const NaturalMapError& map = progress.natural_map();
+    const ContactProblem& problem = work.problem;
+    Eigen::VectorXd &r = work.r, &u = work.u;
+    const NaturalMapError& map = work.progress.natural_map();
     const Eigen::VectorXd rho = factor * own_block_rho(problem, map);
     Eigen::VectorXd next = r;
-    const Columns columns(problem);
-    while (!progress.ends(r, u))
+    while (!work.progress.ends(r, u))
         for (int i = 0; i < contact_count(problem); ++i) {
             step(problem, map, i, rho[i], r, u, next);
             const int k = map.first_row(i), rows = rows_of(kind_of(problem, i));
@@ -65,18 +64,19 @@ void iterate_own_block(const ContactProblem& problem, double factor, Progress& p
                 next.segment(k, rows) - r.segment(k, rows);
             if (change.isZero(0)) continue;
             r.segment(k, rows) = next.segment(k, rows);
-            columns.add(i, change.data(), u);
+            work.columns.add(i, change.data(), u);
         }
 }
 
 /// All contacts at once. A common factor on rho shrinks until the step contracts, and grows again.
-void iterate_adaptive(const ContactProblem& problem, double factor, Progress& progress,
-                      Eigen::VectorXd& r, Eigen::VectorXd& u)
+void iterate_adaptive(SolverWork& work, double factor)
 {
-    const NaturalMapError& map = progress.natural_map();
+    const ContactProblem& problem = work.problem;
+    Eigen::VectorXd &r = work.r, &u = work.u;
+    const NaturalMapError& map = work.progress.natural_map();
     const Eigen::VectorXd rho = own_block_rho(problem, map);
     Eigen::VectorXd next_r = r, next_u = u;
-    while (!progress.ends(r, u)) {
+    while (!work.progress.ends(r, u)) {
         double rate = 0;
         for (int shrinks = 0; shrinks < kMaxShrinks; ++shrinks) {
             for (int i = 0; i < contact_count(problem); ++i)
@@ -108,17 +108,14 @@ void iterate_adaptive(const ContactProblem& problem, double factor, Progress& pr
 
 } // namespace
 
-SolverRun solve_uzawa(const ContactProblem& problem, const SolverOptions& options,
-                      Eigen::VectorXd start)
+void solve_uzawa(SolverWork& work)
 {
-    Progress progress(problem, options);
-    Eigen::VectorXd r = std::move(start);
-    Eigen::VectorXd u = problem.W * r + problem.q;
-    if (options.uzawa.rho == SolverOptions::Uzawa::Rho::adaptive)
-        iterate_adaptive(problem, options.uzawa.factor, progress, r, u);
+    const SolverOptions::Uzawa& options = work.options.uzawa;
+    // Without columns, all contacts at once is the only way.
+    if (options.rho == SolverOptions::Uzawa::Rho::adaptive || work.problem.W.is_matrix_free())
+        iterate_adaptive(work, options.factor);
     else
-        iterate_own_block(problem, options.uzawa.factor, progress, r, u);
-    return std::move(progress).result();
+        iterate_own_block(work, options.factor);
 }
 
 } // namespace amontons

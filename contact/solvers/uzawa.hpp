@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact/solvers/progress.hpp"
+#include "contact/solvers/work.hpp"
 
 namespace amontons {
 
@@ -9,10 +9,8 @@ namespace amontons {
 /// r_i <- proj_Kmu(r_i - rho_i (u_i + mu_i |u_it| n)): separation, stick and slip in one closed
 /// form. options.uzawa says how rho is chosen. Cheap and robust to 1e-4; slow where blocks are
 /// anisotropic or contacts strongly coupled: the reference, not the default.
-/// @param start  rows, in the cones
 /// Cost: as a sweep of nsgs without the local solve (own_block), or one product with W (adaptive).
 /// The method of De Saxcé & Feng (1998); derivation: docs/theory/contact.md.
-SolverRun solve_uzawa(const ContactProblem& problem, const SolverOptions& options,
-                      Eigen::VectorXd start);
+void solve_uzawa(SolverWork& work);
 
 } // namespace amontons

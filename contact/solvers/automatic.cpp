@@ -1,0 +1,123 @@
+#include "contact/solvers/automatic.hpp"
+
+#include "contact/solvers/newton.hpp"
+#include "contact/solvers/nsgs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace amontons {
+namespace {
+
+constexpr int kBatch = 10;        ///< sweeps between two looks at their rate
+constexpr double kPathSteps = 10; ///< steps that a path is expected to take
+constexpr double kRoundOff = 1e-15;
+/// Softness that lets an infeasible problem's reactions grow to 1e10 times their size.
+constexpr double kSoft = 1e-10;
+
+/// What a sweep costs [ns on one core of 2024].
+double sweep_cost(const SolverWork& work, Eigen::Index closed_rows)
+{
+    const auto rows = static_cast<double>(work.r.size());
+    const double products = work.columns.is_dense()
+                                ? 0.25 * rows * static_cast<double>(closed_rows)
+                                : 5.0 * static_cast<double>(work.columns.blocks()) *
+                                      static_cast<double>(closed_rows) / std::max(rows, 1.0);
+    return products + 90 * rows;
+}
+
+double step_cost(const SolverWork& work, const ShiftedDelassus& matrix, Eigen::Index closed_rows)
+{
+    const auto rows = static_cast<double>(work.r.size());
+    return matrix.cost(closed_rows) + 300 * rows;
+}
+
+Eigen::Index closed_rows(const SolverWork& work)
+{
+    Eigen::Index count = 0;
+    for (int i = 0; i < contact_count(work.problem); ++i) {
+        const int k = work.columns.first_row(i), rows = work.columns.rows(i);
+        if (!work.r.segment(k, rows).isZero(0)) count += rows;
+    }
+    return count;
+}
+
+/// Is there a direction that closes gaps and that nothing feels? Asked where a path led nowhere.
+std::optional<InfeasibilityProof> search_proof(const SolverWork& work)
+{
+    if (work.problem.W.is_matrix_free()) return {}; // its normal rows cost a product each
+    std::vector<Eigen::Index> rows;
+    std::vector<Eigen::VectorXd> answers;
+    for (double compliance : {kSoft, 4 * kSoft}) {
+        const ContactProblem normals = softened_normals(work.problem, compliance, rows);
+        SolverOptions options;
+        options.tolerance = 1e-10;
+        SolverWork inner(normals, options, Eigen::VectorXd::Zero(normals.q.size()));
+        ShiftedDelassus matrix(inner);
+        follow_path(inner, matrix, {.from_afar = true, .steps = 60});
+        answers.push_back(inner.progress.best());
+    }
+    Eigen::VectorXd growth = Eigen::VectorXd::Zero(work.r.size());
+    growth(rows) = answers[0] - answers[1];
+    return prove_infeasible(work.problem, growth);
+}
+
+void take_best(SolverWork& work)
+{
+    work.r = work.progress.best();
+    work.problem.W.apply(work.r, work.u);
+    work.u += work.problem.q;
+}
+
+/// Sweeps while they are the cheapest way.
+/// @returns true if the progress ended
+bool sweep_while_cheap(SolverWork& work, AcceleratedNsgs& sweeps, const ShiftedDelassus& matrix)
+{
+    double before = std::numeric_limits<double>::infinity();
+    while (true) {
+        if (sweeps.advance(kBatch)) return true;
+        const double now = work.progress.best_error();
+        const double gained = std::log(before / now);
+        before = now;
+        if (!std::isfinite(gained)) continue; // the first batch tells no rate
+        if (!(gained > 0)) return false;
+        const double digits = std::log(now / std::max(work.options.tolerance, kRoundOff));
+        const Eigen::Index closed = closed_rows(work);
+        if (kBatch * digits / gained * sweep_cost(work, closed) >
+            kPathSteps * step_cost(work, matrix, closed))
+            return false;
+    }
+}
+
+} // namespace
+
+void solve_automatically(SolverWork& work)
+{
+    if (work.progress.ends(work.r, work.u)) return;
+    ShiftedDelassus matrix(work);
+    std::optional<AcceleratedNsgs> sweeps;
+    if (!work.problem.W.is_matrix_free()) {
+        sweeps.emplace(work);
+        if (sweep_while_cheap(work, *sweeps, matrix)) return;
+    }
+    take_best(work);
+    if (follow_path(work, matrix, {.steps = 60})) return;
+    if (std::optional<InfeasibilityProof> proof = search_proof(work)) {
+        work.progress.prove(std::move(*proof));
+        return;
+    }
+    if (follow_path(work, matrix, {.from_afar = true, .steps = 100})) return;
+    if (follow_path(work, matrix, {.from_afar = true, .reduction = 0.5, .steps = 100})) return;
+    for (int budget = 200;; budget *= 2) {
+        take_best(work);
+        if (sweeps) {
+            sweeps->restart();
+            if (sweeps->advance(budget)) return;
+            take_best(work);
+        }
+        if (follow_path(work, matrix, {.reduction = 0.5, .steps = 100})) return;
+    }
+}
+
+} // namespace amontons

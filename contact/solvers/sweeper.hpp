@@ -1,0 +1,40 @@
+#pragma once
+
+#include "contact/solvers/local.hpp"
+#include "contact/solvers/work.hpp"
+
+#include <vector>
+
+namespace amontons {
+
+/// Sweeps of block Gauss-Seidel over a work's r and u: contact after contact, each solved exactly
+/// with the others held.
+///
+/// u is kept up to date: a contact reads its own u_i, solves, and adds W(:, i) dr_i to u. A contact
+/// that does not change thus costs a look. The published form computes row i of W r for each
+/// contact, which costs the same whether anything changes or not.
+class Sweeper {
+public:
+    explicit Sweeper(SolverWork& work); ///< refers to it; needs W by columns
+
+    /// One sweep over all contacts but the settled ones: those whose residual, with the u that
+    /// the sweep has reached, is below `freeze` times the error's mean share at the common scale
+    /// and the worst of the last sweep at their own.
+    void sweep(double freeze, bool backward = false);
+
+private:
+    Mat3& own(int i) { return own_[static_cast<std::size_t>(i)]; }
+    const Mat3& own(int i) const { return own_[static_cast<std::size_t>(i)]; }
+    LocalBlock& block(int i) { return blocks_[static_cast<std::size_t>(i)]; }
+    void visit(int i);
+    LocalReaction solve_shifted(int i, const Vec3& ri, const Vec3& b) const;
+    void visit_row(int i);
+
+    SolverWork& work_;
+    std::vector<Mat3> own_;               ///< diagonal blocks of frictional contacts
+    std::vector<LocalBlock> blocks_;      ///< the same, prepared
+    Eigen::VectorXd own_weight_, weight_; ///< of a residual: its own scale, the common one
+    double worst_ = 0; ///< largest residual met in the last sweep, each at its own scale
+};
+
+} // namespace amontons
