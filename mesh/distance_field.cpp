@@ -248,6 +248,7 @@ WallSample DistanceField::sample(const Vec3& x, WallHint& hint) const
         return out;
     }
     out.normal = gradient / size;
+    out.slope = size;
     const Mat3 across = Mat3::Identity() - out.normal * out.normal.transpose();
     out.hessian = across * (hessian / (size * spacing_ * spacing_)) * across;
     return out;

@@ -17,6 +17,9 @@ struct WallSample {
     double distance = 0;         ///< > 0 in the free space [m]
     Vec3 normal = Vec3::Zero();  ///< unit gradient of the distance, into the free space
     Mat3 hessian = Mat3::Zero(); ///< second derivative of the distance [1/m]
+    /// Length of the gradient: 1 where the distance is exact; a sampled one is less steep at
+    /// creases, and up to 1.5 beside them.
+    double slope = 1;
 };
 
 /// What a wall remembers of a query point between calls, to be fast; start with {}.

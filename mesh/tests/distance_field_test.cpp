@@ -118,6 +118,7 @@ TEST_CASE("normal and Hessian are the derivatives of the field, also across bloc
             CHECK(((u.normal - d.normal) / (2 * step) - s.hessian * across).norm() < 1e-6);
         }
         CHECK((gradient.normalized() - s.normal).norm() < 1e-9);
+        CHECK(std::abs(gradient.norm() - s.slope) < 1e-9);
         CHECK(std::abs(s.normal.norm() - 1) < 1e-14);
     }
 }

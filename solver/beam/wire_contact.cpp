@@ -9,6 +9,9 @@
 namespace amontons {
 namespace {
 
+// Near a medial axis a sampled distance is flat: nothing touches there.
+constexpr double kLeastSlope = 0.5;
+
 using Vec12 = Eigen::Matrix<double, 12, 1>;
 
 ContactRow row_of(const Vec12& v)
@@ -76,7 +79,8 @@ void find_candidates(const Wire& wire, const std::vector<WireWall>& walls, const
             const Reaction& r = s.reaction[index];
             Proximity& near = proximity[index];
             const double need = m.radius + reach;
-            if (near.distance >= 0 && r.normal == 0 && near.distance - (x - near.at).norm() > need)
+            if (near.distance >= 0 && r.normal == 0 &&
+                near.distance - kSteepestWall * (x - near.at).norm() > need)
                 continue;
             const WallSample sample = walls[w].wall->sample(x, near.hint);
             near.at = x;
@@ -91,7 +95,8 @@ void find_candidates(const Wire& wire, const std::vector<WireWall>& walls, const
             c.x = x;
             c.n = sample.normal;
             c.hessian = sample.hessian;
-            c.gap = sample.distance - m.radius;
+            // Over the slope: it changes as the point moves along the normal, to first order.
+            c.gap = (sample.distance - m.radius) / std::max(sample.slope, kLeastSlope);
             c.mu = walls[w].friction[p];
             c.radius = m.radius;
             c.stiffness = wire.material.stiffness[std::size_t(place->element)];
@@ -136,7 +141,7 @@ double smallest_gap(const Wire& wire, const std::vector<WireWall>& walls,
         const Vec3 x = centreline_point(wire.state, *place);
         for (std::size_t w = 0; w < walls.size(); ++w) {
             Proximity& near = proximity[p * walls.size() + w];
-            if (near.distance - (x - near.at).norm() - m.radius > least) continue;
+            if (near.distance - kSteepestWall * (x - near.at).norm() - m.radius > least) continue;
             const double gap = walls[w].wall->distance(x, near.hint) - m.radius;
             if (gap < least) {
                 least = gap;

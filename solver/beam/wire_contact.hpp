@@ -18,8 +18,12 @@ struct WireWall {
     std::vector<double> friction; ///< at each contact point of the wire [-]
 };
 
+/// A distance changes no faster than this times the way of its point; 1 where it is exact, a
+/// sampled one overshoots beside creases (a patient's coarse aorta: 1.17 in one of 1000 places).
+constexpr double kSteepestWall = 1.25;
+
 /// What detection remembers of a point and a wall, so as not to ask the wall again before the
-/// point can have come near (a distance changes no faster than the point moves).
+/// point can have come near.
 struct Proximity {
     WallHint hint;
     Vec3 at = Vec3::Zero();

@@ -50,14 +50,14 @@ double friction_work(const std::vector<Candidate>& candidates)
     return sum;
 }
 
-// A distance to a wall changes no faster than the point moves, so a straight way is free if the
+// A distance to a wall changes hardly faster than the point moves, so a straight way is free if the
 // two distances at its ends cover it; else it is followed in steps of the distance itself.
 bool way_is_free(const Wall& wall, const Vec3& from, const Vec3& to, double radius, WallHint& hint)
 {
     const double length = (to - from).norm();
     const double a = wall.distance(from, hint), b = wall.distance(to, hint);
     if (b < 0) return false;
-    if (a + b >= length) return true;
+    if (a + b >= kSteepestWall * length) return true;
     double t = std::max(a, 0.0);
     while (t < length - b) {
         const double d = wall.distance(from + t / length * (to - from), hint);
@@ -80,8 +80,8 @@ int count_passages(const WireBody& b, const StepStart& start)
         for (std::size_t k = 0; k < b.walls.size(); ++k) {
             Proximity& near = b.work->proximity[p * b.walls.size() + k];
             // Known to be far, and the whole way shorter than that.
-            if (near.distance >= 0 &&
-                near.distance > (x - near.at).norm() + (start.point[p] - x).norm())
+            if (near.distance >= 0 && near.distance > kSteepestWall * ((x - near.at).norm() +
+                                                                       (start.point[p] - x).norm()))
                 continue;
             if (!way_is_free(*b.walls[k].wall, start.point[p], x, m.radius, near.hint)) ++count;
         }

@@ -1,5 +1,6 @@
 #include "solver/beam/wire_contact.hpp"
 
+#include "mesh/distance_field.hpp"
 #include "mesh/tests/relative.hpp"
 #include "solver/beam/tests/random_wire.hpp"
 
@@ -88,6 +89,39 @@ TEST_CASE("gap rows are the derivatives of the gap, in every element and for the
                                                  row_value(here[c], here[c].hn, i, k)));
         }
     CHECK(wrong < 1e-8);
+}
+
+TEST_CASE("in contact the gap's row is its derivative also where a sampled distance is too steep")
+{
+    // 1.3 times the distance from a skew plane that the wire's middle point touches
+    struct Steep : DistanceSource {
+        Vec3 normal, point;
+        void sample_cube(const Vec3& corner, double h, int n, double* out) const override
+        {
+            for (int i = 0; i < n; ++i)
+                for (int j = 0; j < n; ++j)
+                    for (int k = 0; k < n; ++k)
+                        *out++ = 1.3 * normal.dot(corner + h * Vec3(i, j, k) - point);
+        }
+    };
+    InBall s(0.2, 6);
+    const StepStart start = mark_step_start(s.wire);
+    const std::size_t middle = 12;
+    const Candidate at = candidates_of(s, s.wire, start)[middle];
+    auto source = std::make_unique<Steep>();
+    source->normal = Vec3(0.3, -0.8, 0.5).normalized();
+    source->point = at.x - at.radius / 1.3 * source->normal;
+    const Wall steep = make_wall(DistanceField(std::move(source), Vec3::Zero(), 0.5));
+    s.walls[0].wall = &steep;
+    const Candidate here = candidates_of(s, s.wire, start)[middle];
+    REQUIRE(std::abs(here.gap) < 1e-12);
+    const double h = 1e-6;
+    for (int i : {here.place.element, here.place.element + 1})
+        for (int k = 0; k < 6; ++k) {
+            const double up = candidates_of(s, moved(s.wire, i, k, h), start)[middle].gap;
+            const double down = candidates_of(s, moved(s.wire, i, k, -h), start)[middle].gap;
+            CHECK(std::abs((up - down) / (2 * h) - row_value(here, here.hn, i, k)) < 1e-8);
+        }
 }
 
 // The section between two nodes turns by the interpolated rotation; the rows take the two
