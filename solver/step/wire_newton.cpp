@@ -141,7 +141,7 @@ NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,
         report.residual.scale = 1;
         return report;
     }
-    double shift = 0;
+    double shift = w.shift = 0;
     for (report.iterations = 0; report.iterations <= options.max_iterations; ++report.iterations) {
         report.residual = assemble(wire, walls, start, anchor, options, w, report);
         const Residual& res = report.residual;

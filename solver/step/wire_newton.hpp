@@ -65,6 +65,7 @@ struct NewtonWorkspace {
         double gap = 0, v1 = 0, v2 = 0;    ///< after the trial [m]
     };
     std::vector<Trial> trial;
+    double shift = 0; ///< of the last iterate of this solve that needed one [N/m]
 };
 
 /// Brings the wire to equilibrium at its present base. On failure the state is the last iterate.

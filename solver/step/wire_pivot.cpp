@@ -16,6 +16,7 @@ constexpr double kRhoStick = 1e4;
 constexpr double kRhoSlip = 0.3; // of the slip direction's predictor r_t - rho u_t
 constexpr int kTrials = 24;      // of statuses, before the step is made shorter by a shift
 constexpr int kShiftLevels = 4;
+constexpr double kLeastShift = 1e-6, kLargestShift = 1e6; // relative to the wire's stiffness
 constexpr double kTurnTolerance = 0.1; // slip directions are renewed within an iteration [rad]
 
 using Trial = NewtonWorkspace::Trial;
@@ -275,6 +276,39 @@ void set_system(const Wire& wire, NewtonWorkspace& w, double shift, bool coupled
             add_contact(w.candidates[k], w.trial[k], w.system, coupled, from);
 }
 
+double softest(const Wire& wire)
+{
+    return *std::min_element(wire.material.stiffness.begin(), wire.material.stiffness.end());
+}
+
+/// Factors the system of the trials, with a shift that makes the wire stable on the motions that
+/// contact leaves free: the inertia of the system without friction's coupling. The coupling can
+/// make a pivot negative by itself, in one frame and not in another; whether to ask is decided by
+/// the determinants, which are the same in all.
+/// @param from  in: the factor of nodes before it is that of the last trial
+void factor_definite(const Wire& wire, NewtonWorkspace& w, int from, double& shift,
+                     NewtonReport& report)
+{
+    const auto factor = [&](bool coupled, int node) {
+        set_system(wire, w, shift, coupled, node);
+        ++report.factorisations;
+        return w.system.factor(node);
+    };
+    const bool unsymmetric =
+        std::any_of(w.trial.begin(), w.trial.end(), [](const Trial& t) { return t.status == 2; });
+    const int negative = factor(true, from);
+    if ((unsymmetric ? w.system.negative_determinants() : negative) == 0) return;
+    const int first = wire.state.first;
+    bool definite = unsymmetric && factor(false, first) == 0;
+    while (!definite) {
+        // Where the iterate before ended is a better guess than nothing.
+        shift = shift > 0 ? 4 * shift : std::max(kLeastShift * softest(wire), w.shift / 16);
+        if (shift > kLargestShift * softest(wire)) return;
+        definite = factor(!unsymmetric, first) == 0;
+    }
+    if (unsymmetric) factor(true, first);
+}
+
 /// Pivots the statuses from those of the iterate. Leaves the increment and the trials.
 bool pivot(const Wire& wire, NewtonWorkspace& w, const Residual& res, const NewtonOptions& options,
            double& shift, NewtonReport& report)
@@ -289,34 +323,9 @@ bool pivot(const Wire& wire, NewtonWorkspace& w, const Residual& res, const Newt
     int best = std::numeric_limits<int>::max(), patience = 8;
     int from = wire.state.first; // the factor of nodes before it is that of the last trial
     for (int trial = 0; trial < kTrials; ++trial) {
-        for (;;) {
-            set_right_side(wire, w);
-            set_system(wire, w, shift, true, from);
-            ++report.factorisations;
-            const int negative = w.system.factor(from);
-            // Friction's unsymmetric rows can make a pivot negative by themselves, in one frame and
-            // not in another; determinants are the same in all. Whether the wire is stable on the
-            // motions that contact leaves free is the inertia without them.
-            bool unsymmetric = false;
-            for (const Trial& t : w.trial)
-                unsymmetric |= t.status == 2;
-            if ((unsymmetric ? w.system.negative_determinants() : negative) == 0) break;
-            from = wire.state.first;
-            if (unsymmetric) {
-                set_system(wire, w, shift, false, from);
-                ++report.factorisations;
-                if (w.system.factor(wire.state.first) == 0) {
-                    set_system(wire, w, shift, true, from);
-                    ++report.factorisations;
-                    w.system.factor(wire.state.first);
-                    break;
-                }
-            }
-            const double unit =
-                *std::min_element(wire.material.stiffness.begin(), wire.material.stiffness.end());
-            shift = shift > 0 ? 4 * shift : 1e-6 * unit;
-            if (shift > 1e6 * unit) return false;
-        }
+        set_right_side(wire, w);
+        factor_definite(wire, w, from, shift, report);
+        if (shift > kLargestShift * softest(wire)) return false;
         w.increment = w.right;
         w.system.solve(w.increment);
 
@@ -445,12 +454,11 @@ void close_active_rows(const Wire& wire, NewtonWorkspace& w)
 void solve_linearised(const Wire& wire, NewtonWorkspace& w, const Residual& res,
                       const NewtonOptions& options, double& shift, NewtonReport& report)
 {
-    const double unit =
-        *std::min_element(wire.material.stiffness.begin(), wire.material.stiffness.end());
     for (int level = 0; level < kShiftLevels; ++level) {
-        if (pivot(wire, w, res, options, shift, report)) return;
-        shift = std::max(16 * shift, 1e-3 * unit);
+        if (pivot(wire, w, res, options, shift, report)) break;
+        shift = std::max(16 * shift, 1e-3 * softest(wire));
     }
+    if (shift > 0) w.shift = shift;
 }
 
 } // namespace amontons
