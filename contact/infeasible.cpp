@@ -93,13 +93,15 @@ ContactProblem softened_normals(const ContactProblem& problem, double compliance
     normals.q = problem.q(normal_rows);
 
     const Eigen::VectorXd diagonal = problem.W.diagonal()(normal_rows);
-    const double soft = compliance * diagonal.cwiseAbs().mean();
+    const double mean = n > 0 ? diagonal.cwiseAbs().mean() : 0;
+    const double soft = compliance * (mean > 0 ? mean : 1);
     if (problem.W.is_sparse()) {
         Delassus::Sparse pick(n, problem.q.size()), shift(n, n);
         for (Eigen::Index k = 0; k < n; ++k)
             pick.insert(k, normal_rows[static_cast<std::size_t>(k)]) = 1;
         shift.setIdentity();
-        const Delassus::Sparse picked = pick * problem.W.sparse() * Delassus::Sparse(pick.transpose());
+        const Delassus::Sparse picked =
+            pick * problem.W.sparse() * Delassus::Sparse(pick.transpose());
         normals.W = Delassus::Sparse(picked + soft * shift);
     } else {
         Eigen::MatrixXd W = problem.W.part(normal_rows);

@@ -1,6 +1,7 @@
 #include "contact/solve.hpp"
 
 #include "contact/cone.hpp"
+#include "contact/presolve.hpp"
 #include "contact/solvers/automatic.hpp"
 #include "contact/solvers/newton.hpp"
 #include "contact/solvers/nsgs.hpp"
@@ -11,6 +12,9 @@
 
 namespace amontons {
 namespace {
+
+/// Times that parts are solved closer before the whole is left as it is.
+constexpr int kRounds = 4;
 
 void check(const ContactProblem& problem, const SolverOptions& options,
            const Eigen::VectorXd& warm_start)
@@ -52,6 +56,90 @@ Eigen::VectorXd start(const ContactProblem& problem, const Eigen::VectorXd& warm
     return error(r, u) < error(zero, problem.q) ? r : zero;
 }
 
+/// Runs one solver on the problem as it is.
+SolverRun run(const ContactProblem& problem, const SolverOptions& options, Eigen::VectorXd start,
+              bool warm)
+{
+    SolverWork work(problem, options, std::move(start));
+    switch (options.solver) {
+    case ContactSolver::automatic:
+        solve_automatically(work);
+        break;
+    case ContactSolver::nsgs:
+        solve_nsgs(work);
+        break;
+    case ContactSolver::anderson:
+        AcceleratedNsgs(work).advance(std::numeric_limits<int>::max());
+        break;
+    case ContactSolver::uzawa:
+        solve_uzawa(work);
+        break;
+    case ContactSolver::newton:
+        solve_by_newton(work);
+        break;
+    case ContactSolver::path:
+        solve_by_path(work, warm);
+        break;
+    }
+    return std::move(work.progress).result();
+}
+
+/// The tolerance in a part's own measure that leaves it below the given one in that of the whole.
+double tolerance_of(const ContactProblem& whole, const ContactProblem& part, double tolerance)
+{
+    const double rho = NaturalMapError(whole, ErrorScope::all_rows).rho();
+    const double own = NaturalMapError(part, ErrorScope::all_rows).rho();
+    // ||F|| of the part grows with rho, by no more than rho does.
+    const double share = std::min(1.0, own / rho) * rho * whole.q.norm() / (own * part.q.norm());
+    return std::clamp(share * tolerance, 0.1 * tolerance, std::max(tolerance, 1e-3));
+}
+
+/// Solves the parts one after another; where they do not do in the scale of the whole, again and
+/// closer.
+SolverRun run_parts(const ContactProblem& problem, const std::vector<ProblemPart>& parts,
+                    const SolverOptions& options, const Eigen::VectorXd& start)
+{
+    const Stopwatch clock;
+    const NaturalMapError error(problem, options.scope);
+    const auto error_of = [&](const Eigen::VectorXd& r) {
+        return error(r, problem.W * r + problem.q);
+    };
+    SolverRun whole;
+    whole.reaction = Eigen::VectorXd::Zero(problem.q.size());
+    for (const ProblemPart& part : parts)
+        whole.reaction(part.rows) = start(part.rows);
+    whole.history.push_back({0, clock.seconds(), error_of(whole.reaction)});
+
+    SolverOptions closer = options;
+    double factor = 1;
+    for (int round = 0; round < kRounds; ++round) {
+        whole.status = SolveStatus::converged;
+        for (const ProblemPart& part : parts) {
+            closer.tolerance = factor * tolerance_of(problem, part.problem, options.tolerance) /
+                               std::sqrt(static_cast<double>(parts.size()));
+            closer.max_seconds = options.max_seconds - clock.seconds();
+            SolverRun own = run(part.problem, closer, whole.reaction(part.rows), round > 0);
+            whole.iterations += own.iterations;
+            whole.reaction(part.rows) = own.reaction;
+            if (own.status == SolveStatus::converged) continue;
+            whole.status = own.status;
+            if (own.status != SolveStatus::infeasible) continue;
+            whole.proof = std::move(own.proof);
+            const Eigen::VectorXd direction = whole.proof.direction;
+            whole.proof.direction = Eigen::VectorXd::Zero(contact_count(problem));
+            whole.proof.direction(part.contacts) = direction;
+            for (int& contact : whole.proof.contacts)
+                contact = part.contacts[static_cast<std::size_t>(contact)];
+            return whole;
+        }
+        const double reached = error_of(whole.reaction);
+        whole.history.push_back({whole.iterations, clock.seconds(), reached});
+        if (whole.status != SolveStatus::converged || reached <= options.tolerance) break;
+        factor *= 0.5 * options.tolerance / reached;
+    }
+    return whole;
+}
+
 } // namespace
 
 ContactSolution solve(const ContactProblem& problem, const SolverOptions& options,
@@ -60,46 +148,24 @@ ContactSolution solve(const ContactProblem& problem, const SolverOptions& option
     const Stopwatch clock;
     check(problem, options, warm_start);
 
-    const ContactSolver solver = options.solver;
-    SolverWork work(problem, options, start(problem, warm_start));
-    switch (solver) {
-    case ContactSolver::automatic:
-        solve_automatically(work);
-        break;
-    case ContactSolver::nsgs:
-        solve_nsgs(work);
-        break;
-    case ContactSolver::anderson: {
-        AcceleratedNsgs(work).advance(std::numeric_limits<int>::max());
-        break;
-    }
-    case ContactSolver::uzawa:
-        solve_uzawa(work);
-        break;
-    case ContactSolver::newton:
-    case ContactSolver::path: {
-        ShiftedDelassus matrix(work);
-        NewtonPath path;
-        path.smooth = solver == ContactSolver::path;
-        path.from_afar = warm_start.size() == 0;
-        follow_path(work, matrix, path);
-        break;
-    }
-    }
-    SolverRun run = std::move(work.progress).result();
+    Eigen::VectorXd r = start(problem, warm_start);
+    std::optional<std::vector<ProblemPart>> parts;
+    if (options.solver == ContactSolver::automatic) parts = take_apart(problem);
+    SolverRun outcome = parts ? run_parts(problem, *parts, options, r)
+                              : run(problem, options, r, warm_start.size() > 0);
 
     ContactSolution solution;
-    solution.certificate = certify(problem, run.reaction, options.tolerance, options.scope);
+    solution.certificate = certify(problem, outcome.reaction, options.tolerance, options.scope);
     Certificate& c = solution.certificate;
     // A solver may end early, never declare success.
-    if (c.status != SolveStatus::converged && run.status != SolveStatus::converged)
-        c.status = run.status;
-    c.proof = std::move(run.proof);
-    c.solver = solver;
-    c.iterations = run.iterations;
-    solution.reaction = std::move(run.reaction);
+    if (c.status != SolveStatus::converged && outcome.status != SolveStatus::converged)
+        c.status = outcome.status;
+    c.proof = std::move(outcome.proof);
+    c.solver = options.solver;
+    c.iterations = outcome.iterations;
+    solution.reaction = std::move(outcome.reaction);
     solution.u = problem.W * solution.reaction + problem.q;
-    solution.history = std::move(run.history);
+    solution.history = std::move(outcome.history);
     c.seconds = clock.seconds();
     return solution;
 }

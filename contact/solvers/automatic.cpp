@@ -13,8 +13,22 @@ namespace {
 constexpr int kBatch = 10;        ///< sweeps between two looks at their rate
 constexpr double kPathSteps = 10; ///< steps that a path is expected to take
 constexpr double kRoundOff = 1e-15;
+constexpr int kFewSweeps = 100, kDoublings = 10; ///< between two paths, more in each round
 /// Softness that lets an infeasible problem's reactions grow to 1e10 times their size.
 constexpr double kSoft = 1e-10;
+
+/// What is tried where the way that should be quickest fails, again and again in this order: from
+/// afar, and then twice from the best there is. Where the path folds back for one smoothing, it
+/// goes on for another.
+constexpr NewtonPath kWays[] = {
+    {.rho = 3, .spread = 3},
+    {.reduction = 0.5, .rho = 10, .spread = 10},
+    {.reduction = 0.5, .rho = 3, .spread = 10},
+    {.rho = 10, .spread = 1},
+    {.reduction = 0.7, .rho = 1, .spread = 3},
+    {.rho = 30, .spread = 1},
+    {.reduction = 0.5, .rho = 100, .spread = 1},
+};
 
 /// What a sweep costs [ns on one core of 2024].
 double sweep_cost(const SolverWork& work, Eigen::Index closed_rows)
@@ -63,13 +77,6 @@ std::optional<InfeasibilityProof> search_proof(const SolverWork& work)
     return prove_infeasible(work.problem, growth);
 }
 
-void take_best(SolverWork& work)
-{
-    work.r = work.progress.best();
-    work.problem.W.apply(work.r, work.u);
-    work.u += work.problem.q;
-}
-
 /// Sweeps while they are the cheapest way.
 /// @returns true if the progress ended
 bool sweep_while_cheap(SolverWork& work, AcceleratedNsgs& sweeps, const ShiftedDelassus& matrix)
@@ -94,30 +101,38 @@ bool sweep_while_cheap(SolverWork& work, AcceleratedNsgs& sweeps, const ShiftedD
 
 void solve_automatically(SolverWork& work)
 {
-    if (work.progress.ends(work.r, work.u)) return;
     ShiftedDelassus matrix(work);
     std::optional<AcceleratedNsgs> sweeps;
     if (!work.problem.W.is_matrix_free()) {
         sweeps.emplace(work);
         if (sweep_while_cheap(work, *sweeps, matrix)) return;
     }
-    take_best(work);
+    work.take_best();
     if (follow_path(work, matrix, {.steps = 60})) return;
     if (std::optional<InfeasibilityProof> proof = search_proof(work)) {
         work.progress.prove(std::move(*proof));
         return;
     }
-    if (follow_path(work, matrix, {.from_afar = true, .steps = 100})) return;
-    if (follow_path(work, matrix, {.from_afar = true, .reduction = 0.5, .steps = 100})) return;
-    for (int budget = 200;; budget *= 2) {
-        take_best(work);
-        if (sweeps) {
+    for (int round = 0;; ++round)
+        for (NewtonPath path : kWays) {
+            path.from_afar = true;
+            if (follow_path(work, matrix, path)) return;
+            path.from_afar = false;
+            for (double widest : {1e-3, 0.0}) {
+                path.widest = widest;
+                work.take_best();
+                if (follow_path(work, matrix, path)) return;
+            }
+            work.take_best();
+            if (!sweeps) continue;
             sweeps->restart();
-            if (sweeps->advance(budget)) return;
-            take_best(work);
+            if (sweeps->advance(kFewSweeps << std::min(round, kDoublings))) return;
+
+            work.take_best();
+            if (follow_path(work, matrix, path)) return;
+
+            work.take_best();
         }
-        if (follow_path(work, matrix, {.reduction = 0.5, .steps = 100})) return;
-    }
 }
 
 } // namespace amontons

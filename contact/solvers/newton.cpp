@@ -1,5 +1,6 @@
 #include "contact/solvers/newton.hpp"
 
+#include "contact/solvers/nsgs.hpp"
 #include "contact/solvers/smoothed_law.hpp"
 
 #include <algorithm>
@@ -19,9 +20,6 @@ constexpr double kFloor = 1e-13; ///< always there: stick contacts of a singular
 constexpr double kShort = 0.1, kLong = 0.5;
 constexpr int kRejections = 3; ///< then the corners are rounded wider
 constexpr double kWiden = 10;
-/// A warm start still begins with corners this wide: its error may be small while the contacts
-/// that decide are all at a corner.
-constexpr double kNarrowest = 1e-3;
 /// Least reduction of the rounding at once, when a full step lands far below it.
 constexpr double kFastest = 1e-3;
 
@@ -149,12 +147,14 @@ bool follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath& pa
     std::vector<LinearisedLaw> law(static_cast<std::size_t>(n));
 
     Smoothing smoothing;
+    smoothing.rho = path.rho;
+    smoothing.spread = path.spread;
     const double widest = 1 / root_n;
     if (path.smooth)
         smoothing.epsilon =
             path.from_afar
                 ? widest
-                : std::min(widest, std::max(kNarrowest, scaled.merit(r, u, smoothing)) / root_n);
+                : std::min(widest, std::max(path.widest, scaled.merit(r, u, smoothing)) / root_n);
     if (path.smooth && path.from_afar) {
         r.setZero();
         for (int i = 0; i < n; ++i)
@@ -166,7 +166,7 @@ bool follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath& pa
     double shift = 0;
     double recent[kMemory] = {};
     int known = 0, rejected = 0;
-    for (int steps = 0; !progress.ends(r, u); ++steps) {
+    for (int steps = 0; !progress.ends(r, u, true); ++steps) {
         if (steps == path.steps) return false;
         const double merit = scaled.linearise(r, u, smoothing, law);
         if (rejected == 0) recent[known++ % kMemory] = merit;
@@ -214,6 +214,29 @@ bool follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath& pa
         }
     }
     return true;
+}
+
+void solve_by_newton(SolverWork& work)
+{
+    ShiftedDelassus matrix(work);
+    if (work.problem.W.is_matrix_free()) {
+        follow_path(work, matrix, {.smooth = false});
+        return;
+    }
+    AcceleratedNsgs sweeps(work);
+    for (int budget = 10; !sweeps.advance(budget); budget *= 2) {
+        if (follow_path(work, matrix, {.smooth = false})) return;
+        work.take_best();
+        sweeps.restart();
+    }
+}
+
+void solve_by_path(SolverWork& work, bool warm)
+{
+    ShiftedDelassus matrix(work);
+    if (warm && follow_path(work, matrix, {})) return;
+    for (double reduction = 0.3; reduction < 0.9; reduction = std::sqrt(reduction))
+        if (follow_path(work, matrix, {.from_afar = true, .reduction = reduction})) return;
 }
 
 } // namespace amontons

@@ -25,10 +25,10 @@ Progress::Progress(const ContactProblem& problem, const SolverOptions& options)
     run_.history.reserve(256);
 }
 
-bool Progress::converged(const Eigen::VectorXd& r, Eigen::VectorXd& u)
+bool Progress::converged(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact)
 {
     error_ = natural_map_(r, u, residuals_);
-    const bool due = looks_ >= next_refresh_;
+    const bool due = exact || looks_ >= next_refresh_;
     if (error_ > threshold_ && !due) return false;
 
     if (looks_ > 0) { // the start comes with an exact u
@@ -43,9 +43,9 @@ bool Progress::converged(const Eigen::VectorXd& r, Eigen::VectorXd& u)
     return error_ <= threshold_;
 }
 
-bool Progress::ends(const Eigen::VectorXd& r, Eigen::VectorXd& u)
+bool Progress::ends(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact)
 {
-    const bool success = converged(r, u);
+    const bool success = converged(r, u, exact);
     run_.iterations = looks_++;
 
     if (error_ < best_ || run_.reaction.size() == 0) {

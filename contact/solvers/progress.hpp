@@ -26,7 +26,9 @@ public:
     /// Looks at an iterate and says whether to end; call it with every iterate, the start first.
     /// @param u  W r + q as the solver keeps it; replaced now and then by the exact product,
     ///           and always before success is believed
-    bool ends(const Eigen::VectorXd& r, Eigen::VectorXd& u);
+    /// @param exact  replace u and look at the round-off floor at once: for iterates that cost
+    ///               more than a product
+    bool ends(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact = false);
 
     /// Ends the run, with a status of the solver's own.
     void end(SolveStatus status) { run_.status = status; }
@@ -42,7 +44,7 @@ public:
     SolverRun result() && { return std::move(run_); }
 
 private:
-    bool converged(const Eigen::VectorXd& r, Eigen::VectorXd& u);
+    bool converged(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact);
 
     const ContactProblem& problem_;
     const SolverOptions& options_;

@@ -23,6 +23,14 @@ struct SolverWork {
                 .setConstant(std::sqrt(progress.natural_map().rho(i)));
     }
 
+    /// Goes back to the iterate of the least error.
+    void take_best()
+    {
+        r = progress.best();
+        problem.W.apply(r, u);
+        u += problem.q;
+    }
+
     const ContactProblem& problem;
     const SolverOptions& options;
     const Columns columns;

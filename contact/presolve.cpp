@@ -1,0 +1,138 @@
+#include "contact/presolve.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace amontons {
+namespace {
+
+/// Sets of contacts that are joined one by one.
+class Groups {
+public:
+    explicit Groups(int n) : parent_(static_cast<std::size_t>(n)), count_(n)
+    {
+        std::iota(parent_.begin(), parent_.end(), 0);
+    }
+    int find(int i)
+    {
+        while (parent(i) != i)
+            i = parent(i) = parent(parent(i));
+        return i;
+    }
+    void join(int i, int j)
+    {
+        i = find(i);
+        j = find(j);
+        if (i == j) return;
+        parent(std::max(i, j)) = std::min(i, j);
+        --count_;
+    }
+    int count() const { return count_; }
+
+private:
+    int& parent(int i) { return parent_[static_cast<std::size_t>(i)]; }
+    std::vector<int> parent_;
+    int count_;
+};
+
+/// What W couples. Searched until all is one group.
+Groups coupled(const ContactProblem& problem, const std::vector<int>& offset)
+{
+    const int n = contact_count(problem);
+    Groups groups(n);
+    const auto first = [&](int i) { return offset[static_cast<std::size_t>(i)]; };
+    if (problem.W.is_matrix_free()) {
+        for (int i = 1; i < n; ++i)
+            groups.join(0, i);
+    } else if (problem.W.is_dense()) {
+        const Eigen::MatrixXd& W = problem.W.dense();
+        for (int j = 0; j < n && groups.count() > 1; ++j)
+            for (int i = 0; i < n && groups.count() > 1; ++i)
+                if (groups.find(i) != groups.find(j) &&
+                    !W.block(first(i), first(j), first(i + 1) - first(i), first(j + 1) - first(j))
+                         .isZero(0))
+                    groups.join(i, j);
+    } else {
+        std::vector<int> owner(static_cast<std::size_t>(problem.q.size()));
+        for (int i = 0; i < n; ++i)
+            std::fill(owner.begin() + first(i), owner.begin() + first(i + 1), i);
+        for (int j = 0; j < n && groups.count() > 1; ++j)
+            for (int column = first(j); column < first(j + 1); ++column)
+                for (Delassus::Sparse::InnerIterator it(problem.W.sparse(), column); it; ++it)
+                    if (it.value() != 0) groups.join(owner[static_cast<std::size_t>(it.row())], j);
+    }
+    return groups;
+}
+
+/// Copies the rows of a part out of the whole.
+void extract(const ContactProblem& problem, ProblemPart& part)
+{
+    part.problem.level = problem.level;
+    part.problem.q = problem.q(part.rows);
+    part.problem.mu = problem.mu(part.contacts);
+    if (!problem.W.is_sparse()) {
+        part.problem.W = problem.W.part(part.rows);
+        return;
+    }
+    std::vector<int> place(static_cast<std::size_t>(problem.q.size()), -1);
+    for (std::size_t k = 0; k < part.rows.size(); ++k)
+        place[static_cast<std::size_t>(part.rows[k])] = static_cast<int>(k);
+    std::vector<Eigen::Triplet<double>> entries;
+    for (std::size_t k = 0; k < part.rows.size(); ++k)
+        for (Delassus::Sparse::InnerIterator it(problem.W.sparse(), part.rows[k]); it; ++it)
+            if (const int row = place[static_cast<std::size_t>(it.row())]; row >= 0)
+                entries.emplace_back(row, static_cast<int>(k), it.value());
+    Delassus::Sparse W(part.problem.q.size(), part.problem.q.size());
+    W.setFromTriplets(entries.begin(), entries.end());
+    part.problem.W = std::move(W);
+}
+
+} // namespace
+
+std::optional<std::vector<ProblemPart>> take_apart(const ContactProblem& problem)
+{
+    const int n = contact_count(problem);
+    const std::vector<int> offset = row_offsets(problem);
+    bool rubbing = true; // every frictional contact has friction
+    for (int i = 0; i < n; ++i)
+        rubbing =
+            rubbing && !(kind_of(problem, i) == ContactKind::frictional && problem.mu[i] == 0);
+    Groups groups = coupled(problem, offset);
+    if (problem.W.is_matrix_free() || (rubbing && groups.count() <= 1)) return {};
+
+    std::vector<ProblemPart> parts;
+    std::vector<int> part_of(static_cast<std::size_t>(n), -1);
+    std::vector<char> acts; // of each part: r = 0 does not do
+    for (int i = 0; i < n; ++i) {
+        int& own = part_of[static_cast<std::size_t>(groups.find(i))];
+        if (own < 0) {
+            own = static_cast<int>(parts.size());
+            parts.emplace_back();
+            acts.push_back(0);
+        }
+        ProblemPart& part = parts[static_cast<std::size_t>(own)];
+        ContactKind kind = kind_of(problem, i);
+        if (kind == ContactKind::frictional && problem.mu[i] == 0) kind = ContactKind::frictionless;
+        part.contacts.push_back(i);
+        part.problem.kind.push_back(kind);
+        const int row = offset[static_cast<std::size_t>(i)];
+        for (int k = 0; k < rows_of(kind); ++k)
+            part.rows.push_back(row + k);
+        const double gap = problem.q[row];
+        if (kind == ContactKind::bilateral ? gap != 0 : gap < 0)
+            acts[static_cast<std::size_t>(own)] = 1;
+    }
+    std::vector<ProblemPart> acting;
+    for (std::size_t k = 0; k < parts.size(); ++k)
+        if (acts[k]) {
+            extract(problem, parts[k]);
+            acting.push_back(std::move(parts[k]));
+        }
+    // The small ones first: what takes long must not keep them waiting.
+    std::stable_sort(acting.begin(), acting.end(), [](const ProblemPart& a, const ProblemPart& b) {
+        return a.rows.size() < b.rows.size();
+    });
+    return acting;
+}
+
+} // namespace amontons
