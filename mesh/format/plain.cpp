@@ -140,12 +140,13 @@ private:
 
     void read_numbers(std::size_t line, NumberScanner& words)
     {
-        const std::size_t before = nodes_.size();
         std::vector<Label>& to = sets_.empty() ? nodes_ : sets_.back().members;
+        const std::size_t before = to.size(); // a line is taken whole or not at all
         std::size_t count = 0;
         for (; !words.at_end(); ++count) {
             Label value = 0;
             if (!words.integer(value)) {
+                to.resize(before);
                 issues_.add(line_place(line), quoted_text(words.refused()), "a whole number");
                 return;
             }
@@ -155,11 +156,12 @@ private:
             if (count != 4 && count != 8 && count != 10) {
                 issues_.add(line_place(line), std::to_string(count) + " numbers",
                             "4, 8 or 10 nodes (T4, H8, T10)");
-                nodes_.resize(before);
+                to.resize(before);
                 return;
             }
             ends_.push_back(nodes_.size());
         } else if (sets_.back().kind == 'f' && count % 2 != 0) {
+            to.resize(before);
             issues_.add(line_place(line), std::to_string(count) + " numbers",
                         "pairs of element and face");
         }
@@ -198,6 +200,7 @@ VolumeFile parse_plain(std::string_view nodes, std::string_view elements,
     builder.set_element_words("lines of 4, 8 or 10 nodes");
     ElementReader reader(issues);
     reader.read(without_byte_order_mark(elements));
+    issues.throw_if_any();
     reader.build(points, builder);
     return builder.finish();
 }

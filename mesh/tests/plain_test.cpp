@@ -70,6 +70,8 @@ TEST_CASE("damaged plain text says where and what")
           "e: line 4: found a set without a name, allowed: a name\n"
           "e: line 5: found \"sets\", allowed: numbers, index_from, t10_order, node_set, "
           "element_set or face_set");
+    CHECK(refused(kNodes, "0 1 x\n0 1 2 3 0 1 2 3\n") == // the rest of a bad line stays out
+          "e: line 1: found \"x\", allowed: a whole number");
     CHECK(refused(kNodes, "0 1 2 3\nface_set a\n0 4\n") ==
           "e: face set \"a\": found a face that element 0 has not, allowed: 4 faces");
     CHECK(refused(kNodes, "0 1 2 3\nface_set a\n0\n").find("pairs") != std::string::npos);

@@ -15,6 +15,8 @@ std::string options_of(const CLI::App& app)
     for (const CLI::Option* option : app.get_options())
         for (const std::string& name : option->get_lnames())
             words += (words.empty() ? "--" : " --") + name;
+    for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; }))
+        if (app.get_parent()) words += " " + sub->get_name() + " " + options_of(*sub);
     return words;
 }
 

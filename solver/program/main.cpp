@@ -16,8 +16,13 @@ namespace {
 int report_arguments(const CLI::App& program, const CLI::ParseError& error, Session& session)
 {
     const CLI::App* command = &program;
-    for (const CLI::App* sub : program.get_subcommands())
-        command = sub;
+    std::string path; // "mesh info "
+    std::size_t depth = 0;
+    while (!command->get_subcommands().empty()) {
+        command = command->get_subcommands().back();
+        path += command->get_name() + " ";
+        ++depth;
+    }
     if (dynamic_cast<const CLI::CallForHelp*>(&error) ||
         dynamic_cast<const CLI::CallForAllHelp*>(&error)) {
         session.print(program.help());
@@ -31,23 +36,25 @@ int report_arguments(const CLI::App& program, const CLI::ParseError& error, Sess
     for (const CLI::Option* option : command->get_options())
         for (const std::string& name : option->get_lnames())
             names.push_back("--" + name);
-    for (const CLI::App* sub : program.get_subcommands([](const CLI::App*) { return true; }))
-        names.push_back(sub->get_name());
+    for (const CLI::App* app : {&program, command})
+        for (const CLI::App* sub : app->get_subcommands([](const CLI::App*) { return true; }))
+            names.push_back(sub->get_name());
     std::string message = error.what();
-    if (command == &program)
+    if (!command->get_subcommands([](const CLI::App*) { return true; }).empty()) {
+        std::size_t words = 0; // that are no options: the first `depth` are commands
         for (std::size_t i = 1; i < session.arguments.size(); ++i)
-            if (session.arguments[i].rfind('-', 0) != 0) {
+            if (session.arguments[i].rfind('-', 0) != 0 && words++ == depth) {
                 message = "no command \"" + session.arguments[i] + "\"";
                 break;
             }
+    }
     for (const std::string& argument : session.arguments) {
         const std::string name = argument.substr(0, argument.find('='));
         if (message.find(name) == std::string::npos) continue;
         const std::string near = nearest_name(name, names);
         if (!near.empty() && near != name) message += " (nearest: " + near + ")";
     }
-    session.error(message + "; see amontons " +
-                  (command == &program ? "" : command->get_name() + " ") + "--help");
+    session.error(message + "; see amontons " + path + "--help");
     return kBadInput;
 }
 
@@ -75,6 +82,7 @@ int main(int argc, char** argv)
     add_check(program, session);
     add_solve(program, session);
     add_schema(program, session);
+    add_mesh(program, session);
     add_validate(program, session);
     add_render(program, session);
     add_completion(program, session);

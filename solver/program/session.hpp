@@ -46,6 +46,7 @@ void add_run(CLI::App& program, Session& session);
 void add_check(CLI::App& program, Session& session);
 void add_solve(CLI::App& program, Session& session);
 void add_schema(CLI::App& program, Session& session);
+void add_mesh(CLI::App& program, Session& session);
 void add_validate(CLI::App& program, Session& session);
 void add_render(CLI::App& program, Session& session);
 void add_completion(CLI::App& program, Session& session);

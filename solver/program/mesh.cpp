@@ -1,0 +1,544 @@
+// amontons mesh info|surface|renumber|convert|generate: solids as meshes.
+
+#include "mesh/base/file.hpp"
+#include "mesh/generate/solid_box.hpp"
+#include "mesh/generate/solid_round.hpp"
+#include "mesh/generate/solid_tube.hpp"
+#include "mesh/read.hpp"
+#include "mesh/read_volume.hpp"
+#include "mesh/renumber.hpp"
+#include "mesh/volume_check.hpp"
+#include "solver/output/volume_vtu.hpp"
+#include "solver/program/session.hpp"
+#include "solver/scene/json_text.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <numbers>
+
+namespace amontons {
+namespace {
+
+struct MeshArguments {
+    std::string file, output, permutation;
+    double scale = 1;
+    double sliver = VolumeCheckOptions{}.sliver;
+    std::vector<std::string> sets;
+    std::string version = "4.1";
+    bool binary = false;
+};
+
+VolumeFile read(const MeshArguments& a, Session& session)
+{
+    VolumeFile file = read_volume(a.file, a.scale);
+    for (const std::string& note : file.notes)
+        session.say("note: " + a.file + ": " + note);
+    return file;
+}
+
+void write(const MeshArguments& a, const VolumeMesh& mesh, std::vector<std::string>& notes)
+{
+    if (lower_case(a.output).ends_with(".vtu"))
+        write_file(a.output, volume_vtu_bytes(mesh));
+    else
+        write_volume(a.output, mesh, {a.version == "2.2", a.binary}, &notes);
+}
+
+std::array<std::int64_t, kElementKinds> counts_of(const VolumeMesh& mesh)
+{
+    std::array<std::int64_t, kElementKinds> counts{};
+    for (const ElementBlock& block : mesh.blocks)
+        counts[static_cast<std::size_t>(block.kind)] = static_cast<std::int64_t>(block.size());
+    return counts;
+}
+
+const char* name_of(std::size_t kind)
+{
+    return shape_of(static_cast<ElementKind>(kind)).name;
+}
+
+void add_counts(JsonText& json, const VolumeMesh& mesh)
+{
+    json.member("nodes", static_cast<std::int64_t>(mesh.nodes.size())).key("elements").open('{');
+    const auto counts = counts_of(mesh);
+    for (std::size_t k = 0; k < counts.size(); ++k)
+        if (counts[k] > 0) json.member(name_of(k), counts[k]);
+    json.close('}');
+}
+
+std::string counts_text(const VolumeMesh& mesh)
+{
+    std::string text = fmt::format("{} nodes", mesh.nodes.size());
+    const auto counts = counts_of(mesh);
+    for (std::size_t k = 0; k < counts.size(); ++k)
+        if (counts[k] > 0) text += fmt::format(", {} {}", counts[k], name_of(k));
+    return text;
+}
+
+void add_list(JsonText& json, const char* name, const std::vector<std::string>& lines)
+{
+    json.key(name).open('[');
+    for (const std::string& line : lines)
+        json.value(line);
+    json.close(']');
+}
+
+/// What a command that writes a mesh says at its end.
+void report_written(const MeshArguments& a, const VolumeMesh& mesh,
+                    const std::vector<std::string>& notes, Session& session)
+{
+    JsonText json;
+    json.open('{').member("status", "done").member("output", a.output);
+    add_counts(json, mesh);
+    add_list(json, "notes", notes);
+    if (session.json)
+        session.print(json.close('}').text() + "\n");
+    else
+        session.print(fmt::format("{}: {}\n", a.output, counts_text(mesh)));
+}
+
+void write_and_report(const MeshArguments& a, const VolumeMesh& mesh,
+                      std::vector<std::string> notes, Session& session)
+{
+    std::vector<std::string> renamed;
+    write(a, mesh, renamed);
+    for (const std::string& note : renamed)
+        session.say("note: " + a.output + ": " + note);
+    notes.insert(notes.end(), renamed.begin(), renamed.end());
+    report_written(a, mesh, notes, session);
+}
+
+// ---- info --------------------------------------------------------------------------------
+
+void add_issues(JsonText& json, const char* name, const std::vector<Issue>& issues)
+{
+    json.key(name).open('[');
+    for (const Issue& i : issues)
+        json.open('{')
+            .member("file", i.file)
+            .member("place", i.place)
+            .member("found", i.found)
+            .member("allowed", i.allowed)
+            .close('}');
+    json.close(']');
+}
+
+struct SpreadLine {
+    const char* name;  // in JSON, SI
+    const char* title; // for people
+    const Spread* spread;
+    double factor; // from SI to what people read
+};
+
+std::vector<SpreadLine> lines_of(const QualityReport& q)
+{
+    constexpr double degree = 180 / std::numbers::pi;
+    return {{"volume", "volume [m^3]", &q.element_volume, 1},
+            {"shape", "shape, 1 is best", &q.shape, 1},
+            {"least_dihedral", "least dihedral angle [deg]", &q.least_dihedral, degree},
+            {"greatest_dihedral", "greatest dihedral angle [deg]", &q.greatest_dihedral, degree},
+            {"jacobian_ratio", "det J, least / greatest", &q.jacobian_ratio, 1},
+            {"aspect", "longest / shortest edge", &q.aspect, 1},
+            {"shortest_edge", "shortest edge [m]", &q.shortest_edge, 1},
+            {"longest_edge", "longest edge [m]", &q.longest_edge, 1}};
+}
+
+double area_of(const VolumeMesh& mesh, const FaceSet& set)
+{
+    return integrate(surface_of(mesh, set.members), mesh).area;
+}
+
+std::string info_json(const VolumeFile& file, const VolumeReport& r,
+                      const std::vector<Issue>& errors, const std::vector<Issue>& warnings)
+{
+    const VolumeMesh& mesh = file.mesh;
+    const auto vector = [](JsonText& json, const char* name, const Vec3& x) {
+        json.key(name).open('[').value(x[0]).value(x[1]).value(x[2]).close(']');
+    };
+    JsonText json;
+    json.open('{').member("status", errors.empty() ? "ok" : "bad_input");
+    add_counts(json, mesh);
+    json.key("box").open('{');
+    vector(json, "lowest", r.lowest);
+    vector(json, "highest", r.highest);
+    json.close('}').member("volume", r.quality.volume).key("surface").open('{');
+    json.member("faces", static_cast<std::int64_t>(r.surface.faces.size()))
+        .member("nodes", static_cast<std::int64_t>(r.surface.used_nodes.size()))
+        .member("edges", r.surface_edges)
+        .member("area", r.integrals.area)
+        .member("volume", r.integrals.volume)
+        .member("parts", r.surface_parts)
+        .member("closed", r.surface_borders == 0)
+        .member("euler_characteristic", r.euler_characteristic)
+        .close('}');
+    json.key("quality").open('{');
+    for (const SpreadLine& line : lines_of(r.quality))
+        json.key(line.name)
+            .open('{')
+            .member("least", line.spread->least)
+            .member("median", line.spread->median)
+            .member("greatest", line.spread->greatest)
+            .close('}');
+    json.member("inverted", static_cast<std::int64_t>(r.inverted.size()))
+        .member("slivers", static_cast<std::int64_t>(r.slivers.size()))
+        .member("sliver_threshold", r.options.sliver)
+        .close('}');
+    const auto sets = [&](const char* name, const auto& all, auto more) {
+        json.key(name).open('[');
+        for (const auto& set : all) {
+            json.open('{').member("name", set.name);
+            json.member("members", static_cast<std::int64_t>(set.members.size()));
+            more(set);
+            json.close('}');
+        }
+        json.close(']');
+    };
+    sets("node_sets", mesh.node_sets, [](const NodeSet&) {});
+    sets("element_sets", mesh.element_sets, [](const ElementSet&) {});
+    sets("face_sets", mesh.face_sets,
+         [&](const FaceSet& set) { json.member("area", area_of(mesh, set)); });
+    add_list(json, "notes", file.notes);
+    add_issues(json, "warnings", warnings);
+    add_issues(json, "issues", errors);
+    return json.close('}').text() + "\n";
+}
+
+std::string info_text(const std::string& path, const VolumeMesh& mesh, const VolumeReport& r)
+{
+    std::string t = fmt::format("{}: {}\n", path, counts_text(mesh));
+    t += fmt::format("  box      ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m\n", r.lowest[0],
+                     r.lowest[1], r.lowest[2], r.highest[0], r.highest[1], r.highest[2]);
+    t += fmt::format("  volume   {:.6g} m^3\n", r.quality.volume);
+    t += fmt::format("  surface  {:.6g} m^2, {} faces, {} nodes, {} {}, {}\n", r.integrals.area,
+                     r.surface.faces.size(), r.surface.used_nodes.size(), r.surface_parts,
+                     r.surface_parts == 1 ? "part" : "parts",
+                     r.surface_borders == 0 ? "closed" : "open");
+    t +=
+        fmt::format("\n  {:<30} {:>11} {:>11} {:>11}\n", "elements", "least", "median", "greatest");
+    for (const SpreadLine& line : lines_of(r.quality))
+        t += fmt::format("  {:<30} {:>11.4g} {:>11.4g} {:>11.4g}\n", line.title,
+                         line.factor * line.spread->least, line.factor * line.spread->median,
+                         line.factor * line.spread->greatest);
+    t += fmt::format("  {} inverted, {} slivers (shape below {:g})\n", r.inverted.size(),
+                     r.slivers.size(), r.options.sliver);
+    if (!mesh.element_sets.empty() || !mesh.face_sets.empty() || !mesh.node_sets.empty())
+        t += "\n  sets\n";
+    for (const ElementSet& s : mesh.element_sets)
+        t += fmt::format("  {:<24} {} elements\n", s.name, s.members.size());
+    for (const FaceSet& s : mesh.face_sets)
+        t += fmt::format("  {:<24} {} faces, {:.6g} m^2\n", s.name, s.members.size(),
+                         area_of(mesh, s));
+    for (const NodeSet& s : mesh.node_sets)
+        t += fmt::format("  {:<24} {} nodes\n", s.name, s.members.size());
+    return t;
+}
+
+void info(const MeshArguments& a, Session& session)
+{
+    const VolumeFile file = read(a, session);
+    VolumeCheckOptions options;
+    options.sliver = a.sliver;
+    const VolumeReport report = check_volume(file.mesh, options);
+    const std::vector<Issue> errors = errors_of(report, file.mesh, a.file),
+                             warnings = warnings_of(report, file.mesh, a.file);
+    session.print(session.json ? info_json(file, report, errors, warnings)
+                               : info_text(a.file, file.mesh, report));
+    for (const Issue& w : warnings)
+        session.say(std::string("warning: ") + InputError({w}).what());
+    for (const Issue& e : errors)
+        session.error(InputError({e}).what());
+    if (!errors.empty()) session.exit_code = kBadInput;
+}
+
+// ---- surface, renumber, convert ----------------------------------------------------------
+
+void surface(const MeshArguments& a, Session& session)
+{
+    const VolumeFile file = read(a, session);
+    const VolumeMesh& mesh = file.mesh;
+    ExternalSurface outside;
+    if (a.sets.empty()) {
+        outside = extract_surface(mesh);
+    } else {
+        std::vector<std::string> names;
+        for (const FaceSet& set : mesh.face_sets)
+            names.push_back(set.name);
+        std::vector<FaceRef> faces;
+        std::vector<Issue> issues;
+        for (const std::string& name : a.sets) {
+            if (const FaceSet* set = find_set(mesh.face_sets, name)) {
+                faces.insert(faces.end(), set->members.begin(), set->members.end());
+                continue;
+            }
+            std::string all;
+            for (const std::string& n : names)
+                all += (all.empty() ? "" : ", ") + quoted_text(n);
+            issues.push_back({a.file, "--set", "no face set " + quoted_text(name),
+                              all.empty() ? "no face set is there" : all});
+        }
+        if (!issues.empty()) throw InputError(std::move(issues));
+        std::sort(faces.begin(), faces.end());
+        faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+        outside = surface_of(mesh, faces);
+    }
+    const TriangulatedSurface flat = triangulate(outside, mesh);
+    write_surface(a.output, flat.mesh);
+    const SurfaceEdges edges = find_edges(outside, mesh);
+    const double area = integrate(outside, mesh).area;
+    if (!session.json) {
+        session.print(fmt::format("{}: {} triangles, {} points, {:.6g} m^2\n", a.output,
+                                  flat.mesh.triangles.size(), flat.mesh.points.size(), area));
+        return;
+    }
+    JsonText json;
+    json.open('{').member("status", "done").member("output", a.output);
+    json.member("faces", static_cast<std::int64_t>(outside.faces.size()))
+        .member("triangles", static_cast<std::int64_t>(flat.mesh.triangles.size()))
+        .member("nodes", static_cast<std::int64_t>(outside.used_nodes.size()))
+        .member("area", area)
+        .member("parts", edges.parts)
+        .member("closed", edges.borders == 0);
+    add_list(json, "notes", file.notes);
+    session.print(json.close('}').text() + "\n");
+}
+
+void renumber(const MeshArguments& a, Session& session)
+{
+    const VolumeFile file = read(a, session);
+    const Renumbering order = nested_dissection(file.mesh);
+    if (!a.permutation.empty()) {
+        std::string text = "# new_node,old_node (from 0)\n";
+        for (std::size_t i = 0; i < order.old_node.size(); ++i)
+            text += fmt::format("{},{}\n", i, order.old_node[i]);
+        write_file(a.permutation, text);
+    }
+    write_and_report(a, renumbered(file.mesh, order), file.notes, session);
+}
+
+void convert(const MeshArguments& a, Session& session)
+{
+    const VolumeFile file = read(a, session);
+    write_and_report(a, file.mesh, file.notes, session);
+}
+
+// ---- generate ----------------------------------------------------------------------------
+
+struct GenerateArguments {
+    SolidBoxOptions box;
+    SolidBallOptions ball;
+    SolidCylinderOptions cylinder;
+    std::string kind = "T10";
+    std::vector<double> size{1, 1, 1}, origin{0, 0, 0}, axis{0, 0, 1}, grading{1, 1, 1};
+    std::vector<std::int32_t> cells{1, 1, 1};
+    std::int32_t across = 8, along = 20, around = 24, through = 2;
+    double radius = 0, length = 0, thickness = 0;
+    std::string centreline;
+};
+
+Vec3 vector_of(const std::vector<double>& v)
+{
+    return {v[0], v[1], v[2]};
+}
+
+ElementKind kind_of(const std::string& name)
+{
+    return name == "T4" ? ElementKind::T4 : name == "T10" ? ElementKind::T10 : ElementKind::H8;
+}
+
+VolumeMesh make_box(const GenerateArguments& g)
+{
+    const Vec3 origin = vector_of(g.origin);
+    SolidBoxOptions o{origin, origin + vector_of(g.size), {}, {}, kind_of(g.kind)};
+    std::copy(g.cells.begin(), g.cells.end(), o.cells.begin());
+    std::copy(g.grading.begin(), g.grading.end(), o.grading.begin());
+    return make_solid_box(o);
+}
+
+VolumeMesh make_ball(const GenerateArguments& g)
+{
+    return make_solid_ball({vector_of(g.origin), g.radius, g.across, kind_of(g.kind)});
+}
+
+VolumeMesh make_cylinder(const GenerateArguments& g)
+{
+    return make_solid_cylinder({vector_of(g.origin), vector_of(g.axis), g.radius, g.length,
+                                g.across, g.along, kind_of(g.kind)});
+}
+
+VolumeMesh make_tube(const GenerateArguments& g, double scale)
+{
+    const auto build = [&](const Centreline& line) {
+        return make_solid_tube({line, g.thickness, g.around, g.through, g.along, kind_of(g.kind)});
+    };
+    std::vector<Issue> issues;
+    if (g.centreline.empty() == (g.length == 0))
+        issues.push_back({"amontons mesh generate tube", "",
+                          g.centreline.empty() ? "no --length" : "--length and --centreline",
+                          "one of --length and --centreline"});
+    if (g.centreline.empty()) {
+        if (!(g.radius > 0)) issues.push_back({"", "/radius", number_text(g.radius), "> 0 [m]"});
+        if (!(g.length > 0)) issues.push_back({"", "/length", number_text(g.length), "> 0 [m]"});
+        if (!issues.empty()) throw InputError(std::move(issues));
+        const Vec3 axis = vector_of(g.axis);
+        Centreline line(vector_of(g.origin), axis, Vec3(axis[1], axis[2], axis[0]) + Vec3::UnitX(),
+                        g.radius);
+        line.append_line(g.length, g.radius);
+        return build(line);
+    }
+    Polyline points = read_centreline(g.centreline, scale);
+    if (g.radius > 0) points.radius.assign(points.points.size(), g.radius);
+    if (points.radius.empty())
+        issues.push_back(
+            {g.centreline, "", "points without a radius", "--radius, or a column of it"});
+    if (!issues.empty()) throw InputError(std::move(issues));
+    return build(make_spline(points.points, points.radius));
+}
+
+// ---- the commands ------------------------------------------------------------------------
+
+using Shared = std::shared_ptr<MeshArguments>;
+
+void add_file(CLI::App& command, const Shared& a, Session& session)
+{
+    command.add_option("FILE", a->file, "Mesh of solids: .msh .vtu .inp .nodes")->required();
+    command.add_option("--scale", a->scale, "Metres per unit of the file, 0.001 for millimetres");
+    command.add_flag("--json", session.json, "One JSON object on stdout");
+}
+
+void add_output(CLI::App& command, const Shared& a)
+{
+    command.add_option("--output,-o", a->output, "Mesh to write: .msh .vtu .inp .nodes")
+        ->type_name("FILE")
+        ->required();
+    command.add_option("--msh-version", a->version, "Of a .msh file: 4.1 or 2.2")
+        ->check(CLI::IsMember({"4.1", "2.2"}));
+    command.add_flag("--binary", a->binary, "A .msh file in binary");
+}
+
+void add_generator(CLI::App& generate, const char* name, const char* text, Session& session,
+                   const std::function<void(CLI::App&, GenerateArguments&)>& add_options,
+                   const std::function<VolumeMesh(const GenerateArguments&, double)>& make)
+{
+    const auto a = std::make_shared<MeshArguments>();
+    const auto g = std::make_shared<GenerateArguments>();
+    CLI::App* command = generate.add_subcommand(name, text);
+    add_options(*command, *g);
+    command->add_option("--element", g->kind, "T4, T10 (default) or H8")
+        ->check(CLI::IsMember({"T4", "T10", "H8"}));
+    command->add_option("--scale", a->scale, "Metres per unit of the numbers and the centreline");
+    add_output(*command, a);
+    command->add_flag("--json", session.json, "One JSON object on stdout");
+    command->callback([a, g, make, name, &session] {
+        const std::string who = std::string("amontons mesh generate ") + name;
+        if (!(a->scale > 0)) throw InputError({{who, "/scale", number_text(a->scale), "> 0"}});
+        for (double* length : {&g->radius, &g->length, &g->thickness})
+            *length *= a->scale;
+        for (std::vector<double>* lengths : {&g->size, &g->origin})
+            for (double& x : *lengths)
+                x *= a->scale;
+        VolumeMesh made;
+        try {
+            made = make(*g, a->scale);
+        } catch (const InputError& error) { // numbers of the command line, or of a file
+            std::vector<Issue> issues = error.issues();
+            for (Issue& i : issues)
+                if (i.file.empty()) i.file = who;
+            throw InputError(std::move(issues));
+        }
+        write_and_report(*a, made, {}, session);
+    });
+}
+
+void add_generators(CLI::App& generate, Session& session)
+{
+    generate.require_subcommand(1);
+    const auto three = [](CLI::App& c, const char* name, std::vector<double>& to,
+                          const char* text) {
+        c.add_option(name, to, text)->delimiter(',')->expected(3)->type_name("X,Y,Z");
+    };
+    add_generator(
+        generate, "box", "A block; face sets x_min, x_max, ..., z_max", session,
+        [&](CLI::App& c, GenerateArguments& g) {
+            three(c, "--size", g.size, "Lengths of the sides [m]");
+            three(c, "--origin", g.origin, "Its lowest corner [m]");
+            c.add_option("--cells", g.cells, "Along each axis")
+                ->delimiter(',')
+                ->expected(3)
+                ->type_name("N,M,K");
+            three(c, "--grading", g.grading, "Last cell / first cell along each axis");
+        },
+        [](const GenerateArguments& g, double) { return make_box(g); });
+    add_generator(
+        generate, "ball", "A full ball; face set outer", session,
+        [&](CLI::App& c, GenerateArguments& g) {
+            c.add_option("--radius", g.radius, "[m]")->required();
+            three(c, "--centre", g.origin, "[m]");
+            c.add_option("--cells", g.across, "About this many along a diameter");
+        },
+        [](const GenerateArguments& g, double) { return make_ball(g); });
+    add_generator(
+        generate, "cylinder", "A full cylinder; face sets start, end, outer", session,
+        [&](CLI::App& c, GenerateArguments& g) {
+            c.add_option("--radius", g.radius, "[m]")->required();
+            c.add_option("--length", g.length, "[m]")->required();
+            three(c, "--start", g.origin, "Centre of one end [m]");
+            three(c, "--axis", g.axis, "Direction");
+            c.add_option("--cells", g.across, "About this many along a diameter");
+            c.add_option("--along", g.along, "Elements along the axis");
+        },
+        [](const GenerateArguments& g, double) { return make_cylinder(g); });
+    add_generator(
+        generate, "tube", "The wall of a vessel; face sets inner, outer, start, end", session,
+        [&](CLI::App& c, GenerateArguments& g) {
+            c.add_option("--radius", g.radius, "Inner radius [m]");
+            c.add_option("--thickness", g.thickness, "Of the wall [m]")->required();
+            c.add_option("--length", g.length, "Of a straight tube [m]");
+            c.add_option("--centreline", g.centreline, "Of a bent tube: .csv or .mrk.json");
+            three(c, "--start", g.origin, "Centre of the start of a straight tube [m]");
+            three(c, "--axis", g.axis, "Direction of a straight tube");
+            c.add_option("--around", g.around, "Elements along the circumference");
+            c.add_option("--through", g.through, "Through the wall");
+            c.add_option("--along", g.along, "Along the centreline");
+        },
+        make_tube);
+}
+
+} // namespace
+
+void add_mesh(CLI::App& program, Session& session)
+{
+    CLI::App* mesh = program.add_subcommand("mesh", "Look at, convert and make meshes of solids");
+    mesh->require_subcommand(1);
+    const auto add = [&](const char* name, const char* text, auto run) {
+        CLI::App* command = mesh->add_subcommand(name, text);
+        const auto a = std::make_shared<MeshArguments>();
+        add_file(*command, a, session);
+        command->callback([a, run, &session] { run(*a, session); });
+        return std::pair{command, a};
+    };
+    const auto [of_info, a_info] =
+        add("info", "Counts, sizes, quality and sets of a mesh; everything that is wrong with it",
+            info);
+    of_info->add_option("--sliver", a_info->sliver, "Shape below which an element is a sliver");
+
+    const auto [of_surface, a_surface] =
+        add("surface", "The outside of solids as triangles", surface);
+    of_surface->add_option("--output,-o", a_surface->output, "Surface to write: .stl .ply .obj")
+        ->type_name("FILE")
+        ->required();
+    of_surface->add_option("--set", a_surface->sets, "Only these face sets")->type_name("NAME");
+
+    const auto [of_renumber, a_renumber] =
+        add("renumber", "Nodes in an order that keeps a sparse factor small", renumber);
+    add_output(*of_renumber, a_renumber);
+    of_renumber->add_option("--permutation", a_renumber->permutation, "CSV of new and old numbers")
+        ->type_name("FILE");
+
+    const auto [of_convert, a_convert] =
+        add("convert", "The same mesh, with its sets, in another format", convert);
+    add_output(*of_convert, a_convert);
+
+    add_generators(*mesh->add_subcommand("generate", "A named solid"), session);
+}
+
+} // namespace amontons
