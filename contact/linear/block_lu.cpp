@@ -87,14 +87,17 @@ void BlockLu::clear()
 
 std::size_t BlockLu::find(int row, int column) const
 {
-    const auto begin = row_.begin() + static_cast<std::ptrdiff_t>(first_[static_cast<std::size_t>(column)]);
-    const auto end = row_.begin() + static_cast<std::ptrdiff_t>(first_[static_cast<std::size_t>(column) + 1]);
+    const auto begin =
+        row_.begin() + static_cast<std::ptrdiff_t>(first_[static_cast<std::size_t>(column)]);
+    const auto end =
+        row_.begin() + static_cast<std::ptrdiff_t>(first_[static_cast<std::size_t>(column) + 1]);
     return static_cast<std::size_t>(std::lower_bound(begin, end, row) - row_.begin());
 }
 
 void BlockLu::add(int i, int j, const Mat3& block)
 {
-    const int row = place_[static_cast<std::size_t>(i)], column = place_[static_cast<std::size_t>(j)];
+    const int row = place_[static_cast<std::size_t>(i)],
+              column = place_[static_cast<std::size_t>(j)];
     if (row == column) {
         pivot_[static_cast<std::size_t>(row)] += block;
         return;
@@ -162,7 +165,8 @@ void BlockLu::solve(Eigen::VectorXd& x) const
         y.segment<3>(3 * k) = x.segment<3>(3 * order_[static_cast<std::size_t>(k)]);
     for (int j = 0; j < n_; ++j) {
         const Vec3 value = y.segment<3>(3 * j);
-        for (std::size_t e = first_[static_cast<std::size_t>(j)]; e < first_[static_cast<std::size_t>(j) + 1]; ++e) {
+        for (std::size_t e = first_[static_cast<std::size_t>(j)];
+             e < first_[static_cast<std::size_t>(j) + 1]; ++e) {
             const Block& l = lower_[e];
             double* target = y.data() + 3 * row_[e];
             for (int c = 0; c < 3; ++c)
@@ -172,11 +176,13 @@ void BlockLu::solve(Eigen::VectorXd& x) const
     }
     for (int j = n_; j-- > 0;) {
         Vec3 value = y.segment<3>(3 * j);
-        for (std::size_t e = first_[static_cast<std::size_t>(j)]; e < first_[static_cast<std::size_t>(j) + 1]; ++e) {
+        for (std::size_t e = first_[static_cast<std::size_t>(j)];
+             e < first_[static_cast<std::size_t>(j) + 1]; ++e) {
             const Block& u = upper_[e]; // U(j, row)^T
             const double* other = y.data() + 3 * row_[e];
             for (int c = 0; c < 3; ++c)
-                value[c] -= u.column[c][0] * other[0] + u.column[c][1] * other[1] + u.column[c][2] * other[2];
+                value[c] -= u.column[c][0] * other[0] + u.column[c][1] * other[1] +
+                            u.column[c][2] * other[2];
         }
         y.segment<3>(3 * j) = inverse_[static_cast<std::size_t>(j)] * value;
     }

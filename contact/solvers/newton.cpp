@@ -149,6 +149,9 @@ bool follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath& pa
     Smoothing smoothing;
     smoothing.rho = path.rho;
     smoothing.spread = path.spread;
+    // A dense factor gets cheaper with each contact that takes no part; a sparse one hardly, and a
+    // packing of many redundant contacts needs the weak ones.
+    smoothing.open = problem.W.is_dense() ? 1e-2 : 1e-6;
     const double widest = 1 / root_n;
     if (path.smooth)
         smoothing.epsilon =

@@ -9,8 +9,6 @@ namespace {
 /// Stiffest entry of D: stiffer ones would drown the others in round-off. The direction of a
 /// Newton step then errs by its inverse, the solution does not.
 constexpr double kStiffest = 1e10;
-/// Softest derivative of the normal law that still counts as closed.
-constexpr double kOpen = 1e-4;
 
 struct Normal {
     double value = 0; ///< p(z), > 0 for epsilon > 0
@@ -91,7 +89,7 @@ LinearisedLaw linearise_frictional(double mu, const Vec3& r, const Vec3& u, cons
     const Disc disc = project(z[1] * z[1] + z[2] * z[2], R, s);
     const double share = disc.exists ? 1 / (1 + disc.d) : 0;
     law.residual = {r[0] - normal.value, r[1] - share * z[1], r[2] - share * z[2]};
-    law.open = normal.slope < kOpen || !disc.exists;
+    law.open = normal.slope < s.open || !disc.exists;
     if (law.open) return law;
 
     const double rim = disc.kappa / s.rho;
@@ -115,7 +113,7 @@ LinearisedLaw linearise_frictionless(double r, double u, const Smoothing& s)
     LinearisedLaw law;
     const Normal normal = positive_part(r - s.rho * u, s);
     law.residual[0] = r - normal.value;
-    law.open = normal.slope < kOpen;
+    law.open = normal.slope < s.open;
     if (!law.open) law.D(0, 0) = (1 / normal.slope - 1) / s.rho;
     return law;
 }

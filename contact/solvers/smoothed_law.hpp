@@ -12,6 +12,7 @@ struct Smoothing {
     double epsilon = 0; ///< >= 0, relative to the size of the problem [-]
     double rho = 3;     ///< weight of u beside r in the predictor r - rho u, > 0 [-]
     double spread = 3;  ///< rounding of friction's disc over that of the normal law, > 0 [-]
+    double open = 1e-6; ///< a contact with dr_n / d(-rho u_n) below this is taken as open [-]
 };
 
 /// F linearised and solved for the slip: u's change is -D dr - (F / rho + D F).
