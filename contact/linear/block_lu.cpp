@@ -1,14 +1,183 @@
 #include "contact/linear/block_lu.hpp"
 
-#include <Eigen/LU>
 #include <Eigen/OrderingMethods>
 #include <algorithm>
 #include <cmath>
 
+// The supernodal left-looking factor. Supernode S of w block columns has m block rows R below:
+//
+//      [ D_S   U_S ]        D_S: 3w x 3w, inverted (or factorised) with pivoting inside
+//      [ L_S    .  ]        kept: D_S^-1, L_S D_S^-1 and U_S^T, the last two of one shape
+//
+// Every descendant d with rows in S first gives A(R_d, S) -= (L D^-1)_d(R_d) U_d(:, S) and the
+// same transposed for U_S^T: a product of two thin panels, A B^T, scattered by block rows. Small
+// products go through kernels whose tile of results stays in vector registers, large ones through
+// Eigen's, which packs.
+//
+// Which columns are joined is decided by the estimate of time below: a few explicit zeros are
+// cheaper than many small products.
+
 namespace amontons {
 namespace {
 
-constexpr int kNone = -1;
+#ifdef __AVX512F__
+constexpr int kLanes = 8;
+#else
+constexpr int kLanes = 4;
+#endif
+using Lanes = Eigen::Array<double, kLanes, 1>;
+constexpr int kTileRows = 3 * kLanes;
+constexpr int kTileBlocks = kLanes; // block rows of a tile
+// Kernels read whole tiles: so far beyond the last number.
+constexpr std::size_t kSlack = 2 * kTileRows;
+constexpr int kFewBlocks = 2; // up to here, tiles do not pay
+constexpr int kNarrow = 8;    // blocks: up to here a diagonal block is inverted in registers
+constexpr int kLanesOfNarrow = (3 * kNarrow + kLanes - 1) / kLanes;
+constexpr double kLargeProduct = 1.5e5; // multiplications from which Eigen's product is faster
+
+std::size_t size(int i)
+{
+    return static_cast<std::size_t>(i);
+}
+
+// ---- estimate [ns], fitted to measurements
+
+/// Products of `tiles` tiles (kTileBlocks block rows, one block column) that hold `blocks` blocks.
+double product_cost(double tiles, double blocks, double depth)
+{
+    return tiles * (10 + 5 * depth) + 3 * blocks;
+}
+
+/// Everything that supernode (width, below) causes: its diagonal block, panels, and updates.
+double supernode_cost(int width, int below)
+{
+    const double w = width, m = below, tiles = std::ceil(m / kTileBlocks);
+    double pivot = 15;
+    if (width > kNarrow)
+        pivot = below > 0 ? 2 * w * w * w + 80 * w * w : 0.6 * w * w * w + 40 * w * w;
+    else if (width > 1)
+        pivot = 3 * w * (25 + 10 * w);
+    double panels = 0;
+    if (below > 0) // the updates have m, m - 1, .. trailing rows, for L and for U
+        panels = product_cost(tiles * w, m * w, w) + 20 * m +
+                 product_cost(m * (m + kTileBlocks) / kTileBlocks, m * m, w);
+    return 20 + pivot + panels + 0.3 * 9 * w * (w + 2 * m);
+}
+
+// ---- kernels
+
+/// c[j] = rows of a times row j of b, transposed: 3 columns of R vectors; depth columns of a and b.
+template <int R>
+inline void multiply(const double* a, std::ptrdiff_t a_stride, const double* b,
+                     std::ptrdiff_t b_stride, int depth, double* product)
+{
+    Lanes c[3][R];
+    for (int j = 0; j < 3; ++j)
+        for (int r = 0; r < R; ++r)
+            c[j][r].setZero();
+    for (int k = 0; k < depth; ++k, a += a_stride, b += b_stride)
+        for (int r = 0; r < R; ++r) {
+            const Lanes value = Eigen::Map<const Lanes>(a + kLanes * r);
+            for (int j = 0; j < 3; ++j)
+                c[j][r] += value * b[j];
+        }
+    for (int j = 0; j < 3; ++j)
+        for (int r = 0; r < R; ++r)
+            Eigen::Map<Lanes>(product + kTileRows * j + kLanes * r) = c[j][r];
+}
+
+/// One tile: `blocks` <= kTileBlocks block rows; product is kTileRows x 3.
+inline void multiply_tile(int blocks, const double* a, std::ptrdiff_t a_stride, const double* b,
+                          std::ptrdiff_t b_stride, int depth, double* product)
+{
+    const int vectors = (3 * blocks + kLanes - 1) / kLanes;
+    if (vectors == 1)
+        multiply<1>(a, a_stride, b, b_stride, depth, product);
+    else if (vectors == 2)
+        multiply<2>(a, a_stride, b, b_stride, depth, product);
+    else
+        multiply<3>(a, a_stride, b, b_stride, depth, product);
+}
+
+/// target -= a b^T: one block, from panels of one block column.
+inline void subtract_block(const double* a, std::ptrdiff_t a_stride, const double* b,
+                           std::ptrdiff_t b_stride, double* target, std::ptrdiff_t stride)
+{
+    using Lane = Eigen::Map<const Eigen::Array4d>;
+    // The fourth entry is of no meaning: slack makes it readable.
+    const Eigen::Array4d first = Lane(a), second = Lane(a + a_stride),
+                         third = Lane(a + 2 * a_stride);
+    for (int c = 0; c < 3; ++c, target += stride) {
+        const Eigen::Array4d product =
+            first * b[c] + second * b[b_stride + c] + third * b[2 * b_stride + c];
+        for (int r = 0; r < 3; ++r)
+            target[r] -= product[r];
+    }
+}
+
+/// Block rows i of product go from block rows at[i] of target: three columns.
+inline void subtract(int blocks, const double* product, std::ptrdiff_t product_stride,
+                     const int* at, double* target, std::ptrdiff_t stride)
+{
+    for (int i = 0; i < blocks;) {
+        int end = i + 1;
+        while (end < blocks && at[end] == at[end - 1] + 1)
+            ++end;
+        const double* from = product + 3 * i;
+        double* to = target + 3 * at[i];
+        for (int j = 0; j < 3; ++j, from += product_stride, to += stride) {
+            if (end - i == 1)
+                for (int a = 0; a < 3; ++a)
+                    to[a] -= from[a];
+            else
+                for (int a = 0; a < 3 * (end - i); ++a)
+                    to[a] -= from[a];
+        }
+        i = end;
+    }
+}
+
+/// In place, by Gauss-Jordan steps with row exchange. The matrix has n rows in R vectors.
+template <int R> bool invert_by_gauss_jordan(double* matrix, int n)
+{
+    constexpr int stride = R * kLanes;
+    int exchange[3 * kNarrow];
+    for (int k = 0; k < n; ++k) {
+        double* column = matrix + k * stride;
+        int pivot = k;
+        for (int i = k + 1; i < n; ++i)
+            if (std::abs(column[i]) > std::abs(column[pivot])) pivot = i;
+        const double inverse = 1 / column[pivot];
+        if (!std::isfinite(inverse)) return false;
+        exchange[k] = pivot;
+        if (pivot != k)
+            for (int j = 0; j < n; ++j)
+                std::swap(matrix[j * stride + k], matrix[j * stride + pivot]);
+        column[k] = 0;
+        Lanes eliminator[R];
+        for (int r = 0; r < R; ++r)
+            eliminator[r] = Eigen::Map<const Lanes>(column + kLanes * r);
+        // The k-th entry of the eliminator is zero. Single entries are written after the vector
+        // that holds them, never shortly before it is read: that would stall.
+        for (int j = 0; j < n; ++j) {
+            double* other = matrix + j * stride;
+            const double factor = other[k] * inverse;
+            for (int r = 0; r < R; ++r)
+                Eigen::Map<Lanes>(other + kLanes * r) -= eliminator[r] * factor;
+            other[k] = factor;
+        }
+        for (int r = 0; r < R; ++r)
+            Eigen::Map<Lanes>(column + kLanes * r) = eliminator[r] * -inverse;
+        column[k] = inverse;
+    }
+    for (int k = n; k-- > 0;)
+        if (exchange[k] != k)
+            std::swap_ranges(matrix + k * stride, matrix + k * stride + n,
+                             matrix + exchange[k] * stride);
+    return true;
+}
+
+// ---- analysis
 
 /// Fill-reducing order by approximate minimum degree.
 std::vector<int> minimum_degree(int n, const std::vector<std::size_t>& start,
@@ -16,8 +185,7 @@ std::vector<int> minimum_degree(int n, const std::vector<std::size_t>& start,
 {
     std::vector<Eigen::Triplet<double>> entries;
     for (int j = 0; j < n; ++j)
-        for (std::size_t k = start[static_cast<std::size_t>(j)];
-             k < start[static_cast<std::size_t>(j) + 1]; ++k)
+        for (std::size_t k = start[size(j)]; k < start[size(j) + 1]; ++k)
             entries.emplace_back(neighbour[k], j, 1.0);
     Eigen::SparseMatrix<double> graph(n, n);
     graph.setFromTriplets(entries.begin(), entries.end());
@@ -27,167 +195,479 @@ std::vector<int> minimum_degree(int n, const std::vector<std::size_t>& start,
     return {indices.data(), indices.data() + n};
 }
 
+/// Rows below the diagonal of each column of the factor, ascending: the column's own, and those of
+/// its children in the elimination tree. The parent of a column is its first row.
+std::vector<std::vector<int>> factor_pattern(const std::vector<int>& order,
+                                             const std::vector<int>& place,
+                                             const std::vector<std::size_t>& start,
+                                             const std::vector<int>& neighbour)
+{
+    const int n = static_cast<int>(order.size());
+    std::vector<std::vector<int>> rows(order.size()), children(order.size());
+    std::vector<int> mark(order.size(), -1);
+    for (int k = 0; k < n; ++k) {
+        std::vector<int>& own = rows[size(k)];
+        const auto take = [&](int row) {
+            if (row <= k || mark[size(row)] == k) return;
+            mark[size(row)] = k;
+            own.push_back(row);
+        };
+        const std::size_t j = size(order[size(k)]);
+        for (std::size_t e = start[j]; e < start[j + 1]; ++e)
+            take(place[size(neighbour[e])]);
+        for (int child : children[size(k)])
+            for (int row : rows[size(child)])
+                take(row);
+        std::sort(own.begin(), own.end());
+        if (!own.empty()) children[size(own.front())].push_back(k);
+    }
+    return rows;
+}
+
+/// Groups of columns, each named by its last column, whose rows below are those of the group.
+struct Groups {
+    std::vector<int> width;                 // 0: joined to another
+    std::vector<std::vector<int>> joined;   // the groups that a group has taken in
+    std::vector<std::vector<int>> children; // groups whose parent is a column of this one
+};
+
+/// Joins children to their parents where that is cheaper: only without zeros, or with some.
+void join(Groups& groups, const std::vector<std::vector<int>>& rows, bool with_zeros)
+{
+    const int n = static_cast<int>(rows.size());
+    for (int parent = 0; parent < n; ++parent) {
+        if (groups.width[size(parent)] == 0) continue;
+        const int below = static_cast<int>(rows[size(parent)].size());
+        int& width = groups.width[size(parent)];
+        std::vector<int> kept, candidates = groups.children[size(parent)];
+        // Fewest zeros first: w (w_parent + m_parent - m) of them.
+        std::stable_sort(candidates.begin(), candidates.end(),
+                         [&](int a, int b) { return rows[size(a)].size() > rows[size(b)].size(); });
+        for (int child : candidates) {
+            const int own = groups.width[size(child)];
+            const int child_below = static_cast<int>(rows[size(child)].size());
+            const bool equal = child_below == width + below;
+            if ((!equal && !with_zeros) ||
+                supernode_cost(own + width, below) >=
+                    supernode_cost(own, child_below) + supernode_cost(width, below)) {
+                kept.push_back(child);
+                continue;
+            }
+            width += own;
+            groups.width[size(child)] = 0;
+            groups.joined[size(parent)].push_back(child);
+            kept.insert(kept.end(), groups.children[size(child)].begin(),
+                        groups.children[size(child)].end());
+        }
+        groups.children[size(parent)] = std::move(kept);
+    }
+}
+
 } // namespace
 
 void BlockLu::analyse(const std::vector<std::size_t>& start, const std::vector<int>& neighbour)
 {
     n_ = static_cast<int>(start.size()) - 1;
-    const auto n = static_cast<std::size_t>(n_);
     order_ = minimum_degree(n_, start, neighbour);
-    place_.resize(n);
+    place_.resize(size(n_));
     for (int k = 0; k < n_; ++k)
-        place_[static_cast<std::size_t>(order_[static_cast<std::size_t>(k)])] = k;
+        place_[size(order_[size(k)])] = k;
+    const std::vector<std::vector<int>> rows = factor_pattern(order_, place_, start, neighbour);
 
-    // The pattern of column k: its own below the diagonal, and that of its children in the
-    // elimination tree. The parent of a column is its first row.
-    std::vector<std::vector<int>> rows(n), children(n);
-    std::vector<int> mark(n, kNone);
-    first_.assign(1, 0);
-    row_.clear();
-    column_of_.clear();
-    updates_.assign(n, {});
-    work_ = 0;
-    for (int k = 0; k < n_; ++k) {
-        std::vector<int>& own = rows[static_cast<std::size_t>(k)];
-        mark[static_cast<std::size_t>(k)] = k;
-        const auto take = [&](int row) {
-            if (row <= k || mark[static_cast<std::size_t>(row)] == k) return;
-            mark[static_cast<std::size_t>(row)] = k;
-            own.push_back(row);
-        };
-        const auto j = static_cast<std::size_t>(order_[static_cast<std::size_t>(k)]);
-        for (std::size_t e = start[j]; e < start[j + 1]; ++e)
-            take(place_[static_cast<std::size_t>(neighbour[e])]);
-        for (int child : children[static_cast<std::size_t>(k)])
-            for (int row : rows[static_cast<std::size_t>(child)])
-                take(row);
-        std::sort(own.begin(), own.end());
-        if (!own.empty()) children[static_cast<std::size_t>(own.front())].push_back(k);
-        for (int row : own) {
-            updates_[static_cast<std::size_t>(row)].push_back(row_.size());
-            row_.push_back(row);
-            column_of_.push_back(k);
-        }
-        first_.push_back(row_.size());
-        const auto m = static_cast<double>(own.size());
-        work_ += m * (m + 1) + 2 * m + 1;
+    Groups groups{std::vector<int>(size(n_), 1), std::vector<std::vector<int>>(size(n_)),
+                  std::vector<std::vector<int>>(size(n_))};
+    for (int k = 0; k < n_; ++k)
+        if (!rows[size(k)].empty()) groups.children[size(rows[size(k)].front())].push_back(k);
+    join(groups, rows, false);
+    join(groups, rows, true);
+
+    // Supernodes in postorder of their tree: descendants first, and those of one branch together.
+    std::vector<std::vector<int>> columns;
+    std::vector<const std::vector<int>*> below;
+    std::vector<int> stack, postorder;
+    for (int k = n_; k-- > 0;)
+        if (groups.width[size(k)] > 0 && rows[size(k)].empty()) stack.push_back(k);
+    while (!stack.empty()) {
+        const int group = stack.back();
+        stack.pop_back();
+        postorder.push_back(group);
+        for (int child : groups.children[size(group)])
+            stack.push_back(child);
     }
-    lower_.resize(row_.size());
-    upper_.resize(row_.size());
-    pivot_.resize(n);
-    inverse_.resize(n);
+    for (auto group = postorder.rbegin(); group != postorder.rend(); ++group) {
+        std::vector<int> own{*group};
+        for (std::size_t k = 0; k < own.size(); ++k)
+            own.insert(own.end(), groups.joined[size(own[k])].begin(),
+                       groups.joined[size(own[k])].end());
+        std::sort(own.begin(), own.end());
+        columns.push_back(std::move(own));
+        below.push_back(&rows[size(*group)]);
+    }
+    lay_out(columns, below);
+}
+
+/// From supernodes in the order of elimination, numbered as in order_, to the final order_.
+void BlockLu::lay_out(const std::vector<std::vector<int>>& columns,
+                      const std::vector<const std::vector<int>*>& rows)
+{
+    std::vector<int> order, renumbered(size(n_));
+    supernodes_.clear();
+    supernode_of_.clear();
+    for (const std::vector<int>& own : columns) {
+        Supernode s;
+        s.first = static_cast<int>(order.size());
+        s.width = static_cast<int>(own.size());
+        for (int column : own) {
+            renumbered[size(column)] = static_cast<int>(order.size());
+            order.push_back(order_[size(column)]);
+            supernode_of_.push_back(static_cast<int>(supernodes_.size()));
+        }
+        supernodes_.push_back(s);
+    }
+    order_ = std::move(order);
+    for (int k = 0; k < n_; ++k)
+        place_[size(order_[size(k)])] = k;
+
+    row_.clear();
+    dense_.clear();
+    fill_ = 0;
+    cost_ = 0;
+    std::size_t values = 0, inverses = 0, scratch = 0, part = 0;
+    std::vector<std::vector<Update>> updates(supernodes_.size());
+    for (std::size_t k = 0; k < supernodes_.size(); ++k) {
+        Supernode& s = supernodes_[k];
+        s.below = static_cast<int>(rows[k]->size());
+        s.row = row_.size();
+        for (int row : *rows[k])
+            row_.push_back(renumbered[size(row)]);
+        std::sort(row_.begin() + static_cast<std::ptrdiff_t>(s.row), row_.end());
+        s.panel = values;
+        s.inverse = inverses;
+        values += 9 * size(s.width) * size(s.width + 2 * s.below);
+        if (s.width > kNarrow) {
+            s.dense = static_cast<int>(dense_.size());
+            dense_.emplace_back(3 * s.width);
+        }
+        if (s.width <= kNarrow || s.below > 0) inverses += 9 * size(s.width) * size(s.width);
+        fill_ += size(s.width) * size(s.width + s.below);
+        cost_ += supernode_cost(s.width, s.below);
+        part = std::max(part, size(3 * std::max(s.below, s.width)));
+        scratch = std::max(scratch, 9 * size(s.below) * size(s.width));
+        for (int begin = 0; begin < s.below;) {
+            const int target = supernode_of_[size(row_[s.row + size(begin)])];
+            int end = begin + 1;
+            while (end < s.below && supernode_of_[size(row_[s.row + size(end)])] == target)
+                ++end;
+            updates[size(target)].push_back({static_cast<int>(k), begin, end});
+            scratch = std::max(scratch, 9 * size(s.below - begin) * size(end - begin));
+            begin = end;
+        }
+    }
+    updates_.clear();
+    first_update_.assign(1, 0);
+    for (const std::vector<Update>& own : updates) {
+        updates_.insert(updates_.end(), own.begin(), own.end());
+        first_update_.push_back(updates_.size());
+    }
+    value_.assign(values + kSlack, 0);
+    inverse_.assign(inverses + kSlack, 0);
+    at_.assign(size(n_), 0);
+    part_at_.assign(size(n_), 0);
+    scratch_.assign(scratch + kSlack, 0);
+    x_.assign(3 * size(n_) + kSlack, 0);
+    part_.assign(part + kSlack, 0);
 }
 
 void BlockLu::clear()
 {
-    std::fill(lower_.begin(), lower_.end(), Block{});
-    std::fill(upper_.begin(), upper_.end(), Block{});
-    std::fill(pivot_.begin(), pivot_.end(), Mat3::Zero());
+    std::fill(value_.begin(), value_.end(), 0.0);
 }
 
-std::size_t BlockLu::find(int row, int column) const
+BlockLu::Place BlockLu::place(int i, int j) const
 {
-    const auto begin =
-        row_.begin() + static_cast<std::ptrdiff_t>(first_[static_cast<std::size_t>(column)]);
-    const auto end =
-        row_.begin() + static_cast<std::ptrdiff_t>(first_[static_cast<std::size_t>(column) + 1]);
-    return static_cast<std::size_t>(std::lower_bound(begin, end, row) - row_.begin());
+    const int row = place_[size(i)], column = place_[size(j)];
+    const Supernode& s = supernodes_[size(supernode_of_[size(std::min(row, column))])];
+    const int left = std::min(row, column), lower = std::max(row, column);
+    if (lower < s.first + s.width) {
+        const std::size_t stride = size(s.lower_stride());
+        return {s.panel + 3 * (size(row - s.first) + stride * size(column - s.first)), 1,
+                s.lower_stride()};
+    }
+    const auto begin = row_.begin() + static_cast<std::ptrdiff_t>(s.row);
+    const std::size_t below =
+        size(static_cast<int>(std::lower_bound(begin, begin + s.below, lower) - begin));
+    if (row > column)
+        return {s.lower() + 3 * (below + size(s.lower_stride()) * size(left - s.first)), 1,
+                s.lower_stride()};
+    return {s.upper() + 3 * (below + size(s.upper_stride()) * size(left - s.first)),
+            s.upper_stride(), 1};
 }
 
-void BlockLu::add(int i, int j, const Mat3& block)
+// ---- factor
+
+void BlockLu::apply(const Update& update, const Supernode& target)
 {
-    const int row = place_[static_cast<std::size_t>(i)],
-              column = place_[static_cast<std::size_t>(j)];
-    if (row == column) {
-        pivot_[static_cast<std::size_t>(row)] += block;
+    const Supernode& s = supernodes_[size(update.source)];
+    const int* rows = row_.data() + s.row;
+    const double* lower = value_.data() + s.lower();
+    const double* upper = value_.data() + s.upper();
+    const std::ptrdiff_t lower_stride = s.lower_stride(), upper_stride = s.upper_stride();
+    const std::ptrdiff_t target_lower_stride = target.lower_stride(),
+                         target_upper_stride = target.upper_stride();
+    double* const target_lower = value_.data() + target.panel;
+    // at_ counts from the top of [D; L]: so that U^T begins `width` block rows earlier.
+    double* const target_upper = value_.data() + target.upper() - 3 * target.width;
+    const int depth = 3 * s.width;
+    const int columns = update.end - update.begin, all = s.below - update.begin;
+
+    if (s.width == 1 && all <= kFewBlocks) {
+        for (int j = update.begin; j < update.end; ++j) {
+            const int column = at_[size(rows[j])];
+            for (int i = update.begin; i < s.below; ++i)
+                subtract_block(lower + 3 * i, lower_stride, upper + 3 * j, upper_stride,
+                               target_lower +
+                                   3 * (target_lower_stride * column + at_[size(rows[i])]),
+                               target_lower_stride);
+            for (int i = update.end; i < s.below; ++i)
+                subtract_block(upper + 3 * i, upper_stride, lower + 3 * j, lower_stride,
+                               target_upper +
+                                   3 * (target_upper_stride * column + at_[size(rows[i])]),
+                               target_upper_stride);
+        }
         return;
     }
-    Block& target = row > column ? lower_[find(row, column)] : upper_[find(column, row)];
-    for (int c = 0; c < 3; ++c)
-        for (int a = 0; a < 3; ++a)
-            target.column[c][a] += row > column ? block(a, c) : block(c, a);
+    int* const at = part_at_.data();
+    for (int i = update.begin; i < s.below; ++i)
+        at[i] = at_[size(rows[i])];
+
+    if (27.0 * columns * all * s.width > kLargeProduct && columns > 2) {
+        using Panel = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
+        const auto part = [&](const double* from, std::ptrdiff_t stride, int begin, int end) {
+            return Panel(from + 3 * begin, 3 * (end - begin), depth, Eigen::OuterStride<>(stride));
+        };
+        Eigen::Map<Eigen::MatrixXd> product(scratch_.data(), 3 * all, 3 * columns);
+        product.noalias() = part(lower, lower_stride, update.begin, s.below) *
+                            part(upper, upper_stride, update.begin, update.end).transpose();
+        for (int j = 0; j < columns; ++j)
+            subtract(all, scratch_.data() + 9 * all * j, 3 * all, at + update.begin,
+                     target_lower + 3 * target_lower_stride * at[update.begin + j],
+                     target_lower_stride);
+        if (update.end == s.below) return;
+        const int rest = s.below - update.end;
+        Eigen::Map<Eigen::MatrixXd> other(scratch_.data(), 3 * rest, 3 * columns);
+        other.noalias() = part(upper, upper_stride, update.end, s.below) *
+                          part(lower, lower_stride, update.begin, update.end).transpose();
+        for (int j = 0; j < columns; ++j)
+            subtract(rest, scratch_.data() + 9 * rest * j, 3 * rest, at + update.end,
+                     target_upper + 3 * target_upper_stride * at[update.begin + j],
+                     target_upper_stride);
+        return;
+    }
+    alignas(64) double tile[3 * kTileRows];
+    for (int j = update.begin; j < update.end; ++j) {
+        double* const lower_column = target_lower + 3 * target_lower_stride * at[j];
+        for (int i = update.begin; i < s.below; i += kTileBlocks) {
+            const int blocks = std::min(kTileBlocks, s.below - i);
+            multiply_tile(blocks, lower + 3 * i, lower_stride, upper + 3 * j, upper_stride, depth,
+                          tile);
+            subtract(blocks, tile, kTileRows, at + i, lower_column, target_lower_stride);
+        }
+        double* const upper_column = target_upper + 3 * target_upper_stride * at[j];
+        for (int i = update.end; i < s.below; i += kTileBlocks) {
+            const int blocks = std::min(kTileBlocks, s.below - i);
+            multiply_tile(blocks, upper + 3 * i, upper_stride, lower + 3 * j, lower_stride, depth,
+                          tile);
+            subtract(blocks, tile, kTileRows, at + i, upper_column, target_upper_stride);
+        }
+    }
+}
+
+/// The diagonal block: inverted, or factorised if nothing is below it.
+bool BlockLu::invert(const Supernode& s)
+{
+    const int size3 = 3 * s.width;
+    const Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> diagonal(
+        value_.data() + s.panel, size3, size3, Eigen::OuterStride<>(s.lower_stride()));
+    if (s.width > kNarrow) {
+        Eigen::PartialPivLU<Eigen::MatrixXd>& lu = dense_[size(s.dense)];
+        lu.compute(diagonal);
+        const auto pivots = lu.matrixLU().diagonal().array();
+        if (!pivots.isFinite().all() || (pivots == 0).any()) return false;
+        if (s.below > 0)
+            Eigen::Map<Eigen::MatrixXd>(inverse_.data() + s.inverse, size3, size3) = lu.inverse();
+        return true;
+    }
+    if (s.width == 1) {
+        const Mat3 block = diagonal.topLeftCorner<3, 3>();
+        Mat3 result;
+        double determinant = 0;
+        bool regular = false;
+        block.computeInverseAndDetWithCheck(result, determinant, regular, 0);
+        Eigen::Map<Mat3>(inverse_.data() + s.inverse) = result;
+        return regular && result.allFinite();
+    }
+    Eigen::Map<Eigen::MatrixXd> inverse(inverse_.data() + s.inverse, size3, size3);
+    alignas(64) double work[3 * kNarrow * kLanes * kLanesOfNarrow];
+    const int vectors = (size3 + kLanes - 1) / kLanes;
+    for (int j = 0; j < size3; ++j) {
+        double* column = work + j * vectors * kLanes;
+        std::copy_n(&diagonal.coeffRef(0, j), size3, column);
+        std::fill(column + size3, column + vectors * kLanes, 0.0);
+    }
+    const auto invert_work = [&] {
+        switch (vectors) {
+        case 1:
+            return invert_by_gauss_jordan<1>(work, size3);
+        case 2:
+            return invert_by_gauss_jordan<2>(work, size3);
+        case 3:
+            return invert_by_gauss_jordan<3>(work, size3);
+        case 4:
+            return invert_by_gauss_jordan<4>(work, size3);
+        case 5:
+            return invert_by_gauss_jordan<5>(work, size3);
+        default:
+            return invert_by_gauss_jordan<6>(work, size3);
+        }
+    };
+    if (!invert_work()) return false;
+    for (int j = 0; j < size3; ++j)
+        inverse.col(j) = Eigen::Map<const Eigen::VectorXd>(work + j * vectors * kLanes, size3);
+    return inverse.allFinite();
+}
+
+/// L <- L D^-1.
+void BlockLu::scale_panel(const Supernode& s)
+{
+    if (s.below == 0) return;
+    const int width3 = 3 * s.width;
+    double* const lower = value_.data() + s.lower();
+    const std::ptrdiff_t stride = s.lower_stride();
+    if (s.width > kNarrow) {
+        Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>> panel(lower, 3 * s.below, width3,
+                                                                   Eigen::OuterStride<>(stride));
+        Eigen::Map<Eigen::MatrixXd> product(scratch_.data(), 3 * s.below, width3);
+        product.noalias() =
+            panel * Eigen::Map<const Eigen::MatrixXd>(inverse_.data() + s.inverse, width3, width3);
+        panel = product;
+        return;
+    }
+    if (s.width == 1) {
+        const Mat3 inverse = Eigen::Map<const Mat3>(inverse_.data() + s.inverse);
+        double *first = lower, *second = first + stride, *third = second + stride;
+        for (int a = 0; a < 3 * s.below; ++a) {
+            const Eigen::RowVector3d row(first[a], second[a], third[a]);
+            first[a] = row.dot(inverse.col(0));
+            second[a] = row.dot(inverse.col(1));
+            third[a] = row.dot(inverse.col(2));
+        }
+        return;
+    }
+    alignas(64) double transposed[9 * kNarrow * kNarrow], rows[3 * kNarrow * kTileRows];
+    Eigen::Map<Eigen::MatrixXd>(transposed, width3, width3) =
+        Eigen::Map<const Eigen::MatrixXd>(inverse_.data() + s.inverse, width3, width3).transpose();
+    alignas(64) double tile[3 * kTileRows];
+    for (int i = 0; i < s.below; i += kTileBlocks) {
+        const int blocks = std::min(kTileBlocks, s.below - i);
+        for (int k = 0; k < width3; ++k)
+            for (int a = 0; a < kTileRows; ++a)
+                rows[k * kTileRows + a] = lower[3 * i + a + stride * k];
+        for (int j = 0; j < width3; j += 3) {
+            multiply_tile(blocks, rows, kTileRows, transposed + j, width3, width3, tile);
+            for (int c = 0; c < 3; ++c)
+                std::copy_n(tile + kTileRows * c, 3 * blocks, lower + 3 * i + stride * (j + c));
+        }
+    }
 }
 
 bool BlockLu::factorise()
 {
-    std::vector<std::size_t> at(static_cast<std::size_t>(n_)); // place of a row in this column
-    // target -= a b^T, on padded blocks
-    const auto subtract = [](Block& target, const Block& a, const Block& b) {
-        for (int c = 0; c < 3; ++c)
-            for (int k = 0; k < 3; ++k) {
-                const double factor = b.column[k][c];
-                for (int row = 0; row < 4; ++row)
-                    target.column[c][row] -= a.column[k][row] * factor;
-            }
-    };
-    for (int j = 0; j < n_; ++j) {
-        const auto column = static_cast<std::size_t>(j);
-        for (std::size_t e = first_[column]; e < first_[column + 1]; ++e)
-            at[static_cast<std::size_t>(row_[e])] = e;
-        Mat3& pivot = pivot_[column];
-        for (std::size_t source : updates_[column]) {
-            // Column k of L has row j: L(:, j) -= L(:, k) U(k, j), U(j, :) -= L(j, k) U(k, :).
-            const Block l = lower_[source], u = upper_[source];
-            Block product{};
-            subtract(product, l, u);
-            for (int c = 0; c < 3; ++c)
-                for (int a = 0; a < 3; ++a)
-                    pivot(a, c) += product.column[c][a];
-            const std::size_t end = first_[static_cast<std::size_t>(column_of_[source]) + 1];
-            for (std::size_t e = source + 1; e < end; ++e) {
-                const std::size_t target = at[static_cast<std::size_t>(row_[e])];
-                subtract(lower_[target], lower_[e], u);
-                subtract(upper_[target], upper_[e], l);
-            }
+    for (std::size_t k = 0; k < supernodes_.size(); ++k) {
+        const Supernode& s = supernodes_[k];
+        if (first_update_[k] < first_update_[k + 1]) {
+            for (int i = 0; i < s.width; ++i)
+                at_[size(s.first + i)] = i;
+            for (int i = 0; i < s.below; ++i)
+                at_[size(row_[s.row + size(i)])] = s.width + i;
+            for (std::size_t u = first_update_[k]; u < first_update_[k + 1]; ++u)
+                apply(updates_[u], s);
         }
-        double determinant = 0;
-        bool regular = false;
-        pivot.computeInverseAndDetWithCheck(inverse_[column], determinant, regular, 0);
-        if (!regular || !inverse_[column].allFinite()) return false;
-        // Kept: L(i, j) = A(i, j) inverse(pivot), U(j, i) as it is.
-        const Mat3& inverse = inverse_[column];
-        for (std::size_t e = first_[column]; e < first_[column + 1]; ++e) {
-            Block scaled{};
-            for (int c = 0; c < 3; ++c)
-                for (int k = 0; k < 3; ++k)
-                    for (int a = 0; a < 4; ++a)
-                        scaled.column[c][a] += lower_[e].column[k][a] * inverse(k, c);
-            lower_[e] = scaled;
-        }
+        if (!invert(s)) return false;
+        scale_panel(s);
     }
     return true;
 }
 
+// ---- solve
+
+void BlockLu::divide(const Supernode& s, double* y) const
+{
+    if (s.width == 1) {
+        const Vec3 value =
+            Eigen::Map<const Mat3>(inverse_.data() + s.inverse) * Eigen::Map<const Vec3>(y);
+        Eigen::Map<Vec3>{y} = value;
+        return;
+    }
+    const int width3 = 3 * s.width;
+    Eigen::Map<Eigen::VectorXd> part(y, width3), copy(part_.data(), width3);
+    copy = part;
+    if (s.width > kNarrow && s.below == 0) {
+        copy = dense_[size(s.dense)].permutationP() * part;
+        dense_[size(s.dense)].matrixLU().triangularView<Eigen::UnitLower>().solveInPlace(copy);
+        dense_[size(s.dense)].matrixLU().triangularView<Eigen::Upper>().solveInPlace(copy);
+        part = copy;
+        return;
+    }
+    part.setZero();
+    const double* inverse = inverse_.data() + s.inverse;
+    for (int c = 0; c < width3; ++c, inverse += width3)
+        for (int a = 0; a < width3; ++a)
+            y[a] += inverse[a] * copy[c];
+}
+
 void BlockLu::solve(Eigen::VectorXd& x) const
 {
-    Eigen::VectorXd y(x.size());
+    double* const y = x_.data();
+    double* const part = part_.data();
     for (int k = 0; k < n_; ++k)
-        y.segment<3>(3 * k) = x.segment<3>(3 * order_[static_cast<std::size_t>(k)]);
-    for (int j = 0; j < n_; ++j) {
-        const Vec3 value = y.segment<3>(3 * j);
-        for (std::size_t e = first_[static_cast<std::size_t>(j)];
-             e < first_[static_cast<std::size_t>(j) + 1]; ++e) {
-            const Block& l = lower_[e];
-            double* target = y.data() + 3 * row_[e];
-            for (int c = 0; c < 3; ++c)
+        for (int a = 0; a < 3; ++a)
+            y[3 * k + a] = x[3 * order_[size(k)] + a];
+    for (const Supernode& s : supernodes_) {
+        if (s.below == 0) continue;
+        const int below3 = 3 * s.below;
+        std::fill_n(part, below3, 0.0);
+        const double* lower = value_.data() + s.lower();
+        for (int c = 0; c < 3 * s.width; c += 3, lower += 3 * s.lower_stride()) {
+            const double *second = lower + s.lower_stride(), *third = second + s.lower_stride();
+            const double* value = y + 3 * s.first + c;
+            for (int a = 0; a < below3; ++a)
+                part[a] += lower[a] * value[0] + second[a] * value[1] + third[a] * value[2];
+        }
+        const int* rows = row_.data() + s.row;
+        for (int i = 0; i < s.below; ++i)
+            for (int a = 0; a < 3; ++a)
+                y[3 * rows[i] + a] -= part[3 * i + a];
+    }
+    for (auto s = supernodes_.rbegin(); s != supernodes_.rend(); ++s) {
+        if (s->below > 0) {
+            const int* rows = row_.data() + s->row;
+            for (int i = 0; i < s->below; ++i)
                 for (int a = 0; a < 3; ++a)
-                    target[a] -= l.column[c][a] * value[c];
+                    part[3 * i + a] = y[3 * rows[i] + a];
+            const Eigen::Map<const Eigen::MatrixXd> upper(value_.data() + s->upper(), 3 * s->below,
+                                                          3 * s->width);
+            const Eigen::Map<const Eigen::VectorXd> other(part, 3 * s->below);
+            for (int c = 0; c < 3 * s->width; ++c)
+                if (s->below == 1)
+                    y[3 * s->first + c] -= upper.col(c).head<3>().dot(other.head<3>());
+                else
+                    y[3 * s->first + c] -= upper.col(c).dot(other);
         }
-    }
-    for (int j = n_; j-- > 0;) {
-        Vec3 value = y.segment<3>(3 * j);
-        for (std::size_t e = first_[static_cast<std::size_t>(j)];
-             e < first_[static_cast<std::size_t>(j) + 1]; ++e) {
-            const Block& u = upper_[e]; // U(j, row)^T
-            const double* other = y.data() + 3 * row_[e];
-            for (int c = 0; c < 3; ++c)
-                value[c] -= u.column[c][0] * other[0] + u.column[c][1] * other[1] +
-                            u.column[c][2] * other[2];
-        }
-        y.segment<3>(3 * j) = inverse_[static_cast<std::size_t>(j)] * value;
+        divide(*s, y + 3 * s->first);
     }
     for (int k = 0; k < n_; ++k)
-        x.segment<3>(3 * order_[static_cast<std::size_t>(k)]) = y.segment<3>(3 * k);
+        for (int a = 0; a < 3; ++a)
+            x[3 * order_[size(k)] + a] = y[3 * k + a];
 }
 
 } // namespace amontons

@@ -25,11 +25,14 @@ ShiftedDelassus::ShiftedDelassus(const SolverWork& work)
         start.push_back(neighbour.size());
     }
     sparse_.analyse(start, neighbour);
+    for (int j = 0; j < contact_count(problem_); ++j)
+        for (const int* i = columns_.neighbours_begin(j); i != columns_.neighbours_end(j); ++i)
+            places_.push_back(sparse_.place(*i, j));
 }
 
 double ShiftedDelassus::cost(Eigen::Index closed_rows) const
 {
-    if (problem_.W.is_sparse()) return 8 * sparse_.work();
+    if (problem_.W.is_sparse()) return sparse_.cost();
     const auto m = static_cast<double>(closed_rows);
     return 0.016 * m * m * m + 1.5 * m * m;
 }
@@ -115,6 +118,8 @@ bool ShiftedDelassus::factorise_sparse()
         }
         const int columns = columns_.rows(j);
         const double own = scale_[columns_.first_row(j)];
+        const BlockLu::Place* const places =
+            places_.data() + (columns_.neighbours_begin(j) - columns_.neighbours_begin(0));
         int k = 0;
         for (const int* i = columns_.neighbours_begin(j); i != columns_.neighbours_end(j);
              ++i, ++k) {
@@ -132,7 +137,7 @@ bool ShiftedDelassus::factorise_sparse()
                 for (int a = rows; a < 3; ++a)
                     block(a, a) = 1; // a contact of one row is padded
             }
-            sparse_.add(*i, j, block);
+            sparse_.add_at(places[k], block);
         }
     }
     return sparse_.factorise();

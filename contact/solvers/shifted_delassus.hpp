@@ -50,6 +50,7 @@ private:
     std::optional<Eigen::PartialPivLU<Eigen::Ref<Eigen::MatrixXd>>> dense_;
     // sparse
     BlockLu sparse_;
+    std::vector<BlockLu::Place> places_; ///< of each neighbour of each contact
     // matrix-free
     std::vector<Mat3> preconditioner_;
 };
