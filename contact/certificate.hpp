@@ -17,7 +17,18 @@ enum class SolveStatus {
     out_of_time ///< max_seconds reached before the threshold
 };
 
-enum class ContactSolver { automatic, nsgs, anderson, uzawa, newton, path };
+/// The solvers of contact/solve.hpp; which to choose when: docs/theory/contact.md.
+enum class ContactSolver {
+    automatic, ///< sweeps while they are cheap, else the path, else whatever helps
+    nsgs,      ///< block Gauss-Seidel with an exact local solver
+    anderson,  ///< nsgs with Anderson's extrapolation
+    uzawa,     ///< De Saxcé and Feng's predictor and projection
+    newton,    ///< semismooth Newton after sweeps
+    path       ///< Newton along a central path
+};
+constexpr ContactSolver kContactSolvers[] = {ContactSolver::automatic, ContactSolver::nsgs,
+                                             ContactSolver::anderson,  ContactSolver::uzawa,
+                                             ContactSolver::newton,    ContactSolver::path};
 
 /// Which rows count in ||q'||, the size that the error is relative to.
 enum class ErrorScope {

@@ -28,8 +28,7 @@ std::vector<Issue> issues(const SolverOptions& options)
 ContactSolver contact_solver(const std::string& wanted)
 {
     std::string names;
-    for (ContactSolver s : {ContactSolver::automatic, ContactSolver::nsgs, ContactSolver::anderson,
-                            ContactSolver::uzawa, ContactSolver::newton, ContactSolver::path}) {
+    for (ContactSolver s : kContactSolvers) {
         if (wanted == name(s)) return s;
         names += std::string(names.empty() ? "" : ", ") + name(s);
     }

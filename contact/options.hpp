@@ -10,7 +10,7 @@ namespace amontons {
 
 /// How a contact problem is solved. The defaults suit a step of a simulation.
 struct SolverOptions {
-    ContactSolver solver = ContactSolver::automatic; ///< automatic is nsgs
+    ContactSolver solver = ContactSolver::automatic;
     double tolerance = 1e-8; ///< natural-map error, in [0, 1); 0: down to round-off [-]
     ErrorScope scope = ErrorScope::all_rows;
     int max_iterations = 100'000;                                 ///< sweeps or projections, >= 0

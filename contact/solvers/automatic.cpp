@@ -106,6 +106,8 @@ void solve_automatically(SolverWork& work)
     if (!work.problem.W.is_matrix_free()) {
         sweeps.emplace(work);
         if (sweep_while_cheap(work, *sweeps, matrix)) return;
+    } else if (work.progress.ends(work.r, work.u)) {
+        return;
     }
     work.take_best();
     if (follow_path(work, matrix, {.steps = 60})) return;
@@ -127,10 +129,8 @@ void solve_automatically(SolverWork& work)
             if (!sweeps) continue;
             sweeps->restart();
             if (sweeps->advance(kFewSweeps << std::min(round, kDoublings))) return;
-
             work.take_best();
             if (follow_path(work, matrix, path)) return;
-
             work.take_best();
         }
 }

@@ -18,14 +18,39 @@ SolverOptions with(ContactSolver solver, double tolerance = 1e-10)
     return options;
 }
 
-/// nsgs and both kinds of uzawa.
+/// Every solver, uzawa in both kinds.
 std::vector<SolverOptions> all_solvers(double tolerance = 1e-10)
 {
-    std::vector<SolverOptions> all{with(ContactSolver::nsgs, tolerance),
-                                   with(ContactSolver::uzawa, tolerance),
-                                   with(ContactSolver::uzawa, tolerance)};
-    all[2].uzawa.rho = SolverOptions::Uzawa::Rho::adaptive;
+    std::vector<SolverOptions> all;
+    for (ContactSolver solver : kContactSolvers)
+        all.push_back(with(solver, tolerance));
+    all.push_back(with(ContactSolver::uzawa, tolerance));
+    all.back().uzawa.rho = SolverOptions::Uzawa::Rho::adaptive;
     return all;
+}
+
+/// The same problem with W in another form.
+ContactProblem as_sparse(ContactProblem p)
+{
+    p.W = Delassus::Sparse(p.W.dense().sparseView());
+    return p;
+}
+
+ContactProblem as_function(ContactProblem p)
+{
+    const Eigen::MatrixXd W = p.W.dense();
+    Eigen::MatrixXd own = Eigen::MatrixXd::Zero(W.rows(), W.cols());
+    const std::vector<int> offset = row_offsets(p);
+    for (int i = 0; i < contact_count(p); ++i) {
+        const int row = offset[static_cast<std::size_t>(i)], rows = rows_of(kind_of(p, i));
+        own.block(row, row, rows, rows) = W.block(row, row, rows, rows);
+    }
+    MatrixFreeDelassus function;
+    function.rows = W.rows();
+    function.apply = [W](const Eigen::VectorXd& r, Eigen::VectorXd& out) { out.noalias() = W * r; };
+    function.blocks = own.sparseView();
+    p.W = std::move(function);
+    return p;
 }
 
 } // namespace
@@ -232,6 +257,81 @@ TEST_CASE("walls that close on a body from both sides are infeasible, with the p
         // As much room as the body needs: feasible, and never called otherwise.
         p.q[3] = 1 + 1e-6;
         CHECK(solve(p).certificate.status == SolveStatus::converged);
+    }
+}
+
+TEST_CASE("dense, sparse and matrix-free W give the same answer")
+{
+    std::mt19937 rng{9};
+    for (int dofs : {40, 20}) { // regular and singular
+        const ContactProblem p = test::random_problem(rng, 12, dofs, 0.4, 2);
+        for (const SolverOptions& options : all_solvers(1e-9)) {
+            CAPTURE(name(options.solver));
+            const ContactSolution dense = solve(p, options), sparse = solve(as_sparse(p), options);
+            REQUIRE(dense.certificate.status == SolveStatus::converged);
+            REQUIRE(sparse.certificate.status == SolveStatus::converged);
+            CHECK((dense.u - sparse.u).norm() <= 1e-6 * p.q.norm());
+        }
+        for (ContactSolver solver :
+             {ContactSolver::automatic, ContactSolver::path, ContactSolver::uzawa}) {
+            CAPTURE(name(solver));
+            const ContactSolution dense = solve(p, with(solver, 1e-9));
+            const ContactSolution function = solve(as_function(p), with(solver, 1e-9));
+            REQUIRE(function.certificate.status == SolveStatus::converged);
+            CHECK((dense.u - function.u).norm() <= 1e-6 * p.q.norm());
+        }
+    }
+}
+
+TEST_CASE("heavy on light: the path does not feel the ratio of masses")
+{
+    // Where sweeps take iterations in proportion to the ratio (docs/theory/contact.md).
+    int steps = 0;
+    for (double ratio : {1e2, 1e4, 1e6, 1e8}) {
+        std::vector<double> mass(8, 1.0);
+        mass.back() = ratio;
+        ContactProblem p = test::tower(mass, 0.3, 0.5);
+        const ContactSolution s = solve(p, with(ContactSolver::path, 1e-10));
+        CAPTURE(ratio);
+        REQUIRE(s.certificate.status == SolveStatus::converged);
+        steps = std::max(steps, s.certificate.iterations);
+        const double weight = (ratio + 7) * test::kGravity * std::cos(0.3);
+        CHECK(s.reaction[0] == doctest::Approx(weight).epsilon(1e-6));
+    }
+    CHECK(steps < 60);
+}
+
+TEST_CASE("groups that W does not couple are solved apart")
+{
+    std::mt19937 rng{10};
+    const ContactProblem a = test::random_problem(rng, 5, 20, 0.4),
+                         b = test::random_problem(rng, 7, 25, 0);
+    ContactProblem both; // interleaved by pairs, with a contact that never closes in between
+    std::vector<Eigen::Index> row_a, row_b;
+    Eigen::MatrixXd W = Eigen::MatrixXd::Zero(39, 39);
+    both.q = Eigen::VectorXd::Constant(39, 1.0);
+    both.mu = Eigen::VectorXd::Constant(13, 0.3);
+    W.block<3, 3>(15, 15).setIdentity();
+    for (int i = 0; i < 13; ++i) {
+        if (i == 5) continue;
+        const bool first = i < 10 && i % 2 == 0;
+        std::vector<Eigen::Index>& rows = first ? row_a : row_b;
+        both.mu[i] = first ? 0.4 : 0.0;
+        for (int k = 0; k < 3; ++k)
+            rows.push_back(3 * i + k);
+    }
+    W(row_a, row_a) = a.W.dense();
+    W(row_b, row_b) = b.W.dense();
+    both.q(row_a) = a.q;
+    both.q(row_b) = b.q;
+    both.W = W;
+    for (const ContactProblem& p : {both, as_sparse(both)}) {
+        const ContactSolution whole = solve(p, with(ContactSolver::automatic));
+        REQUIRE(whole.certificate.status == SolveStatus::converged);
+        CHECK(whole.reaction.segment<3>(15).norm() == 0);
+        const Eigen::VectorXd u_a = whole.u(row_a), u_b = whole.u(row_b);
+        CHECK((u_a - solve(a).u).norm() <= 1e-7 * a.q.norm());
+        CHECK((u_b - solve(b).u).norm() <= 1e-7 * b.q.norm());
     }
 }
 
