@@ -79,6 +79,8 @@ std::string report(const Certificate& c)
     if (c.worst_contact >= 0)
         out << "; worst: contact " << c.worst_contact << ", penetration at most "
             << c.worst_penetration << ' ' << length;
+    if (c.rank_deficient && !c.indefinite) out << "; W is singular: one of several reactions";
+    if (c.indefinite) out << "; W has a negative eigenvalue";
     if (c.status == SolveStatus::infeasible) {
         out << "; no motion opens the gaps of contacts";
         for (int i : c.proof.contacts)

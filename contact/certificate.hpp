@@ -59,6 +59,9 @@ struct Certificate {
                                      ///< should have taken and did not, >= 0 [J]
     int worst_contact = -1;          ///< largest share of the error; -1 without contacts
     int contacts = 0;
+    bool analysed = false;       ///< the next two are known: SolverOptions::analyse
+    bool rank_deficient = false; ///< W is singular: the reaction need not be the only one
+    bool indefinite = false;     ///< W has a negative eigenvalue: a solution need not exist
     ContactSolver solver = ContactSolver::nsgs; ///< the one that ran
     ContactLevel level = ContactLevel::position;
     int iterations = 0;

@@ -18,6 +18,12 @@ struct SolverOptions {
     /// Ends as stagnated when this many iterations have not lowered the best error by a tenth:
     /// at that rate max_iterations would not bring one more digit.
     int patience = 2000;
+    /// Also say whether W is singular or indefinite: as much work as a Newton step. Not counted in
+    /// the certificate's seconds.
+    bool analyse = false;
+    /// Of several reactions, return the one of least norm (up to the tolerance): a second solve,
+    /// with W + alpha, alpha so small that the answer solves the problem as it is.
+    bool least_norm = false;
 
     struct Nsgs {
         /// symmetric: every second sweep runs backwards. Forward took 70 sweeps where symmetric

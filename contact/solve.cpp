@@ -1,5 +1,6 @@
 #include "contact/solve.hpp"
 
+#include "contact/analysis.hpp"
 #include "contact/cone.hpp"
 #include "contact/presolve.hpp"
 #include "contact/solvers/automatic.hpp"
@@ -140,6 +141,34 @@ SolverRun run_parts(const ContactProblem& problem, const std::vector<ProblemPart
     return whole;
 }
 
+/// Solves again with W + alpha: among the reactions that W does not tell apart, alpha prefers the
+/// least (Tikhonov). alpha |r| is a tenth of the tolerance, and the second solve close enough to
+/// feel it.
+void reduce_norm(const ContactProblem& problem, const SolverOptions& options,
+                 const Stopwatch& clock, SolverRun& outcome)
+{
+    const double size = outcome.reaction.norm();
+    if (size == 0 || problem.W.is_matrix_free()) return;
+    const double alpha = 0.1 * options.tolerance * problem.q.norm() / size;
+    ContactProblem softer = problem;
+    if (problem.W.is_dense()) {
+        softer.W.dense().diagonal().array() += alpha;
+    } else {
+        Delassus::Sparse shift(problem.W.rows(), problem.W.cols());
+        shift.setIdentity();
+        softer.W = Delassus::Sparse(problem.W.sparse() + alpha * shift);
+    }
+    SolverOptions closer = options;
+    closer.solver = ContactSolver::path;
+    closer.tolerance = 1e-5 * options.tolerance;
+    closer.max_seconds = options.max_seconds - clock.seconds();
+    SolverRun again = run(softer, closer, outcome.reaction, true);
+    outcome.iterations += again.iterations;
+    const NaturalMapError error(problem, options.scope);
+    const double reached = error(again.reaction, problem.W * again.reaction + problem.q);
+    if (reached <= options.tolerance) outcome.reaction = std::move(again.reaction);
+}
+
 } // namespace
 
 ContactSolution solve(const ContactProblem& problem, const SolverOptions& options,
@@ -154,6 +183,9 @@ ContactSolution solve(const ContactProblem& problem, const SolverOptions& option
     SolverRun outcome = parts ? run_parts(problem, *parts, options, r)
                               : run(problem, options, r, warm_start.size() > 0);
 
+    if (options.least_norm && outcome.status == SolveStatus::converged)
+        reduce_norm(problem, options, clock, outcome);
+
     ContactSolution solution;
     solution.certificate = certify(problem, outcome.reaction, options.tolerance, options.scope);
     Certificate& c = solution.certificate;
@@ -167,6 +199,12 @@ ContactSolution solve(const ContactProblem& problem, const SolverOptions& option
     solution.u = problem.W * solution.reaction + problem.q;
     solution.history = std::move(outcome.history);
     c.seconds = clock.seconds();
+    if (options.analyse) {
+        const DelassusAnalysis W = analyse(problem);
+        c.analysed = W.known;
+        c.rank_deficient = W.rank_deficient;
+        c.indefinite = W.indefinite;
+    }
     return solution;
 }
 

@@ -335,6 +335,51 @@ TEST_CASE("groups that W does not couple are solved apart")
     }
 }
 
+TEST_CASE("redundant supports: said to be not unique, and shared evenly when asked")
+{
+    // A table on n legs of one rigid body: three motions (up, two tilts) feel n normal forces.
+    for (int n : {4, 8}) {
+        ContactProblem p;
+        Eigen::MatrixXd G = Eigen::MatrixXd::Zero(3 * n, 6);
+        for (int i = 0; i < n; ++i) {
+            const double angle = 2 * 3.14159265358979 * i / n;
+            const Vec3 x{std::cos(angle), std::sin(angle), -1};
+            const Vec3 axes[3] = {Vec3::UnitZ(), Vec3::UnitX(), Vec3::UnitY()};
+            for (int k = 0; k < 3; ++k) {
+                G.block<1, 3>(3 * i + k, 0) = axes[k].transpose();
+                G.block<1, 3>(3 * i + k, 3) = x.cross(axes[k]).transpose();
+            }
+        }
+        p.W = Eigen::MatrixXd(G * G.transpose());
+        Eigen::VectorXd fall = Eigen::VectorXd::Zero(6);
+        fall[2] = -1;
+        p.q = G * fall;
+        p.mu.setConstant(n, 0.5);
+        for (const ContactProblem& form : {p, as_sparse(p)}) {
+            SolverOptions options;
+            options.analyse = options.least_norm = true;
+            const ContactSolution s = solve(form, options);
+            REQUIRE(s.certificate.status == SolveStatus::converged);
+            CHECK(s.certificate.analysed);
+            CHECK(s.certificate.rank_deficient);
+            CHECK(!s.certificate.indefinite);
+            for (int i = 0; i < n; ++i) {
+                CHECK(s.reaction[3 * i] == doctest::Approx(1.0 / n).epsilon(1e-3));
+                CHECK(s.reaction.segment<2>(3 * i + 1).norm() <= 1e-3 / n);
+            }
+        }
+    }
+    std::mt19937 rng{11};
+    ContactProblem p = test::random_problem(rng, 6, 30, 0.4);
+    SolverOptions options;
+    options.analyse = true;
+    CHECK(!solve(p, options).certificate.rank_deficient);
+    p.W.dense()(0, 0) -= 2 * p.W.dense()(0, 0);
+    const ContactSolution s = solve(p, options);
+    CHECK(s.certificate.indefinite);
+    CHECK(s.reaction.allFinite());
+}
+
 TEST_CASE("a warm start saves sweeps, a bad one costs nothing")
 {
     std::mt19937 rng{6};
