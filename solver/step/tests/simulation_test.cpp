@@ -3,11 +3,13 @@
 #include "mesh/base/error.hpp"
 #include "mesh/generate/plane.hpp"
 #include "mesh/generate/tube.hpp"
+#include "mesh/surface_wall.hpp"
 #include "mesh/tests/relative.hpp"
 
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>
+#include <random>
 
 using namespace amontons;
 
@@ -174,6 +176,64 @@ TEST_CASE("doubling every stiffness doubles every force and moves nothing")
     CHECK(value(last[1], "push_force") ==
           test::relative(2 * value(last[0], "push_force")).epsilon(1e-6));
     CHECK(value(last[1], "tip_x") == test::relative(value(last[0], "tip_x")).epsilon(1e-7));
+}
+
+// Vessels from images: 7 facets around, corners 20 % off the circle at random.
+TEST_CASE("a curved tip in a tube of few and uneven facets: certified, in balance, nothing beyond")
+{
+    std::mt19937 rng{3};
+    std::uniform_real_distribution<double> uniform{-1, 1};
+    const double bend = 0.03;
+    SurfaceMesh mesh;
+    const auto add_ring = [&](const Vec3& centre, const Vec3& along) {
+        const Vec3 side(-along.y(), along.x(), 0);
+        for (int k = 0; k < 7; ++k) {
+            const double a = 2 * kPi * k / 7, r = 5e-3 * (1 + 0.2 * uniform(rng));
+            mesh.points.push_back(centre + r * (std::cos(a) * side + std::sin(a) * Vec3::UnitZ()));
+        }
+    };
+    for (int i = -1; i < 3; ++i)
+        add_ring(Vec3(8e-3 * i, 0, 0), Vec3::UnitX());
+    Vec3 centre, along;
+    for (int i = 1; i <= 12; ++i) {
+        const double a = 0.75 * kPi * i / 12;
+        centre = Vec3(0.02 + bend * std::sin(a), bend - bend * std::cos(a), 0);
+        along = Vec3(std::cos(a), std::sin(a), 0);
+        add_ring(centre, along);
+    }
+    for (int i = 1; i <= 5; ++i)
+        add_ring(centre + 8e-3 * i * along, along);
+    for (int i = 0; i + 1 < int(mesh.points.size()) / 7; ++i)
+        for (int k = 0; k < 7; ++k) {
+            const int a = 7 * i + k, b = 7 * i + (k + 1) % 7;
+            mesh.triangles.push_back({a, b, a + 7});
+            mesh.triangles.push_back({b, b + 7, a + 7});
+        }
+    Scene scene = bent_tube_scene(0.2, 0.1);
+    BeamSegment tip = scene.beams[0].segments[0];
+    tip.length = 0.01;
+    tip.EI = {1e-4, 1e-4};
+    tip.GJ = {8e-5, 8e-5};
+    tip.curvature = 80;
+    tip.element = 1.25e-3;
+    scene.beams[0].segments.push_back(tip);
+    scene.time.step = 0.04;
+    std::vector<Obstacle> tube;
+    tube.push_back({"tube", make_wall_from_surface(std::move(mesh), "inside")});
+    Keep keep;
+    std::atomic<bool> never{false};
+    Simulation s(scene, std::move(tube));
+    const RunSummary r = s.run(keep, never);
+    CHECK(r.status == "done");
+    CHECK(r.message == "");
+    CHECK(r.uncertified_steps == 0);
+    CHECK(std::abs(r.energy.error()) < 0.01 * r.energy.work_absolute);
+    for (const Quantity& q : r.quantities)
+        if (q.name == "passed_through") CHECK(q.value == 0);
+    int halved = 0;
+    for (const StepRecord& k : keep.records)
+        halved += k.retries > 0;
+    CHECK(halved < int(keep.records.size()) / 10);
 }
 
 // Wires in vessels of their own know nothing of each other but the length of the steps.
