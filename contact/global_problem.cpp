@@ -74,24 +74,39 @@ std::vector<int> components(const Sparse& M)
     return root;
 }
 
-/// How many entries W can have: rows meet where they touch the same component of M.
+/// How many entries W can have: two rows meet where they touch the same component of M. Counted
+/// where that is quick, else an upper bound.
 double predicted_entries(const Sparse& M, const Sparse& H)
 {
+    constexpr double kQuick = 1e8;
     const std::vector<int> component = components(M);
-    std::vector<double> rows(component.size(), 0); // that touch a component
-    std::vector<int> seen(component.size(), -1);
+    std::vector<std::vector<int>> rows(component.size()); // that touch a component
+    for (int j = 0; j < H.outerSize(); ++j)
+        for (Sparse::InnerIterator it(H, j); it; ++it) {
+            std::vector<int>& here =
+                rows[static_cast<std::size_t>(component[static_cast<std::size_t>(it.row())])];
+            if (here.empty() || here.back() != j) here.push_back(j);
+        }
+    double entries = 0;
+    for (const std::vector<int>& here : rows)
+        entries += std::pow(static_cast<double>(here.size()), 2);
+    const auto n = static_cast<double>(H.cols());
+    if (entries > kQuick) return std::min(entries, n * n);
+
+    entries = 0;
+    std::vector<int> met(static_cast<std::size_t>(H.cols()), -1), seen(component.size(), -1);
     for (int j = 0; j < H.outerSize(); ++j)
         for (Sparse::InnerIterator it(H, j); it; ++it) {
             const auto c = static_cast<std::size_t>(component[static_cast<std::size_t>(it.row())]);
             if (seen[c] == j) continue;
             seen[c] = j;
-            ++rows[c];
+            for (const int other : rows[c])
+                if (met[static_cast<std::size_t>(other)] != j) {
+                    met[static_cast<std::size_t>(other)] = j;
+                    ++entries;
+                }
         }
-    double entries = 0;
-    for (double k : rows)
-        entries += k * k;
-    const auto n = static_cast<double>(H.cols());
-    return std::min(entries, n * n);
+    return entries;
 }
 
 /// Minimum degree; with `touched_last`, those that H touches come last, else in the same order.

@@ -166,4 +166,10 @@ std::vector<std::string> plot_history(const std::string& directory, std::string&
     return files;
 }
 
+bool draw_plot(const std::string& directory, const std::string& script)
+{
+    const std::string gnuplot = find_program("gnuplot");
+    return !gnuplot.empty() && run_gnuplot(gnuplot, directory, script) == 0;
+}
+
 } // namespace amontons

@@ -12,4 +12,7 @@ namespace amontons {
 /// @return  the files written, relative to the folder
 std::vector<std::string> plot_history(const std::string& directory, std::string& message);
 
+/// Runs gnuplot on a script in its folder. @return  false if it is missing or fails
+bool draw_plot(const std::string& directory, const std::string& script);
+
 } // namespace amontons
