@@ -1,6 +1,8 @@
 // amontons run SCENE: the scene from its file to results, plots and a picture.
 
+#include "mesh/base/file.hpp"
 #include "mesh/base/phase_timer.hpp"
+#include "solver/fclib_file.hpp"
 #include "solver/module.hpp"
 #include "solver/output/plot.hpp"
 #include "solver/output/run_writer.hpp"
@@ -11,6 +13,7 @@
 #include "solver/program/session.hpp"
 #include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
+#include "solver/step/wire_problem.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -25,6 +28,63 @@ struct RunArguments {
     std::string output;
     int threads = 1;
     bool resume = false;
+    bool record = false;
+};
+
+/// Writes the contact problems that a run meets, one file a step and wire.
+class ProblemRecorder {
+public:
+    /// @throws InputError  if the module that writes them is missing
+    ProblemRecorder(const Simulation& simulation, const Scene& scene, std::string folder,
+                    bool resume)
+        : simulation_(simulation)
+        , scene_(scene)
+        , folder_(std::move(folder))
+    {
+        if (find_module("fclib").empty())
+            throw InputError(
+                {{"(--record)", "", "no FCLib module", "./setup.sh packages, then build again"}});
+        make_folder(folder_);
+        if (resume) return;
+        for (const auto& entry : std::filesystem::directory_iterator(folder_))
+            if (entry.path().extension() == ".hdf5") std::filesystem::remove(entry.path());
+    }
+
+    void write(const StepRecord& record) const
+    {
+        const std::vector<RecordedProblem> all = simulation_.contact_problems();
+        for (std::size_t w = 0; w < all.size(); ++w) {
+            const RecordedProblem& r = all[w];
+            if (r.contact.empty()) continue;
+            FclibProblem file;
+            file.local = r.problem;
+            file.identity = r.contact;
+            file.solution = FclibSolution{
+                r.reaction, Eigen::VectorXd(r.problem.W * r.reaction + r.problem.q), {}};
+            const std::string& name = scene_.beams[w].name;
+            file.title = fmt::format("{}, {}: step {}, t = {:.9g} s", scene_.title, name,
+                                     record.step, record.time);
+            file.description = "Gaps and slips over the step [m], forces [N]; W = H A^-1 H^T with "
+                               "the tangent A at the end of the step. /solution is the step's own; "
+                               "/amontons/contact: contact point * walls + wall.";
+            file.math_info =
+                fmt::format("A has {} negative eigenvalues{}; its inverse is good to {:.1e}; "
+                            "the tangent was unsymmetric by {:.1e}, A is its symmetric part",
+                            r.negative_eigenvalues,
+                            r.negative_eigenvalues > 0 ? ", so W is not semidefinite: the wire is "
+                                                         "held by its contacts"
+                                                       : "",
+                            r.inverse_error, r.asymmetry);
+            write_file(fmt::format("{}/step_{:06d}{}.hdf5", folder_, record.step,
+                                   all.size() > 1 ? "_" + name : ""),
+                       fclib_bytes(file), Flush::to_system);
+        }
+    }
+
+private:
+    const Simulation& simulation_;
+    const Scene& scene_;
+    std::string folder_;
 };
 
 /// The one observer of a run: the files and the progress, and the depth along centrelines.
@@ -32,10 +92,12 @@ struct Observers : StepObserver {
     RunWriter& writer;
     Progress& progress;
     const std::vector<DepthLine>& lines;
-    Observers(RunWriter& w, Progress& p, const std::vector<DepthLine>& l)
+    const ProblemRecorder* recorder; ///< or null
+    Observers(RunWriter& w, Progress& p, const std::vector<DepthLine>& l, const ProblemRecorder* r)
         : writer(w)
         , progress(p)
         , lines(l)
+        , recorder(r)
     {
     }
     void on_step(const StepRecord& record) override
@@ -51,6 +113,7 @@ struct Observers : StepObserver {
                                                lines[i].depth(record.beams[i].points.back())});
             writer.on_step(more);
         }
+        if (recorder) recorder->write(record);
         progress.step(record);
     }
 };
@@ -112,7 +175,10 @@ void run(RunArguments& arguments, Session& session)
     std::atomic<bool>& stop = stop_on_interrupt();
     RunWriter writer(scene, simulation, options, stop);
     Progress progress(session, scene.time.end);
-    Observers observers(writer, progress, depth_lines);
+    std::optional<ProblemRecorder> recorder;
+    if (arguments.record)
+        recorder.emplace(simulation, scene, directory + "/record", options.resume);
+    Observers observers(writer, progress, depth_lines, recorder ? &*recorder : nullptr);
     RunSummary summary = simulation.run(observers, stop);
     progress.end();
     summary.seconds.read += read_seconds;
@@ -166,6 +232,8 @@ void add_run(CLI::App& program, Session& session)
                      "Threads; the result is the same for any number")
         ->check(CLI::Range(1, 1024));
     command->add_flag("--resume", arguments->resume, "Go on from the folder's checkpoint");
+    command->add_flag("--record", arguments->record,
+                      "Keep every step's contact problem as an FCLib file, in DIR/record");
     command->add_flag("--json", session.json, "One JSON object on stdout");
     command->callback([arguments, &session] { run(*arguments, session); });
 }

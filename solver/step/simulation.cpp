@@ -5,6 +5,7 @@
 #include "mesh/bounding_tree.hpp"
 #include "solver/step/byte_stream.hpp"
 #include "solver/step/wire_build.hpp"
+#include "solver/step/wire_problem.hpp"
 #include "solver/step/wire_record.hpp"
 #include "solver/step/wire_step.hpp"
 
@@ -407,6 +408,14 @@ RunSummary Simulation::run(StepObserver& observer, const std::atomic<bool>& stop
 const std::vector<Obstacle>& Simulation::obstacles() const
 {
     return state_->obstacles;
+}
+
+std::vector<RecordedProblem> Simulation::contact_problems() const
+{
+    std::vector<RecordedProblem> all;
+    for (const WireBody& b : state_->wires)
+        all.push_back(contact_problem(b));
+    return all;
 }
 
 std::vector<BodyPlan> Simulation::plan() const

@@ -12,6 +12,8 @@
 
 namespace amontons {
 
+struct RecordedProblem; // solver/step/wire_problem.hpp
+
 /// Told of every finished step. One virtual call a step.
 class StepObserver {
 public:
@@ -50,6 +52,10 @@ public:
 
     /// Largest contact force seen on each vertex of an obstacle's surface [N].
     std::vector<double> max_contact_force(std::size_t obstacle) const;
+
+    /// The contact problem of the last step, of each wire. For an observer: it costs as much as
+    /// some steps, and holds until the next one.
+    std::vector<RecordedProblem> contact_problems() const;
 
     /// Everything that the next step depends on, for a bit-identical continuation.
     std::vector<std::byte> save() const;

@@ -563,7 +563,7 @@ class Solve(Case):
             [PROGRAM, "solve", self.file("slow"), "--solver", "nsgs", "--tolerance", "0",
              "--max-iterations", "2000000000", "--output", "out.hdf5"],
             cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        time.sleep(0.5)
+        time.sleep(0.4)
         process.send_signal(signal.SIGINT)
         out, errors = process.communicate(timeout=20)
         if process.returncode != 130 and ("stagnated" in errors or process.returncode == 0):
@@ -571,6 +571,25 @@ class Solve(Case):
         self.assertEqual(process.returncode, 130, errors)
         self.assertIn("out.hdf5 not written", errors)
         self.assertEqual(list(self.folder.iterdir()), [])
+
+    def test_recorded(self):
+        slope = self.scene(lambda s: s["bodies"]["wire"].update(
+            introducer={"at": [0, 0, 0], "direction": [1, 0, -0.1]}))
+        record = ["run", slope, "--output", "out", "--record", "--set", "time.step=0.02"]
+        result = self.call(*record)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        files = sorted((self.folder / "out/record").iterdir())
+        self.assertGreater(len(files), 10)
+        self.assertRegex(files[0].name, r"^step_\d{6}\.hdf5$")
+        for file in (files[0], files[-1]):
+            solved = self.call("solve", file, "--json", "--tolerance", "1e-6", "--max-time", "5")
+            self.assertIn(solved.returncode, (0, 3), solved.stderr)
+            report = json.loads(solved.stdout)
+            self.assertEqual(report["level"], "position")
+            self.assertIn("wire: step", report["title"])
+            self.assertGreater(report["contacts"], 0)
+        self.call(*record, "--set", "time.end=0.7")
+        self.assertLess(len(list((self.folder / "out/record").iterdir())), len(files))
 
     def test_quiet(self):
         result = self.call("solve", self.file("tower"), "--quiet")

@@ -6,6 +6,7 @@
 #include "mesh/base/error.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/step/simulation.hpp"
+#include "solver/step/wire_problem.hpp"
 
 #include <chrono>
 #include <cmath>
@@ -31,6 +32,11 @@ Simulation::~Simulation() = default;
 const std::vector<Obstacle>& Simulation::obstacles() const
 {
     return state_->obstacles;
+}
+
+std::vector<RecordedProblem> Simulation::contact_problems() const
+{
+    return {};
 }
 
 std::vector<BodyPlan> Simulation::plan() const

@@ -1,0 +1,129 @@
+#include "solver/step/wire_problem.hpp"
+
+#include "contact/certificate.hpp"
+#include "mesh/generate/tube.hpp"
+#include "solver/beam/clamp.hpp"
+#include "solver/step/simulation.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <doctest/doctest.h>
+
+using namespace amontons;
+
+namespace {
+
+constexpr double kEI = 5.2e-4, kRadius = 4.445e-4;
+
+BeamSegment wire_segment(double length)
+{
+    BeamSegment g;
+    g.length = length;
+    g.radius = kRadius;
+    g.EI = {kEI, kEI};
+    g.GJ = {4e-4, 4e-4};
+    g.EA = {5000, 5000};
+    g.element = 2.5e-3;
+    return g;
+}
+
+int negative_eigenvalues(const Eigen::MatrixXd& W)
+{
+    const Eigen::VectorXd values =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (W + W.transpose())).eigenvalues();
+    return static_cast<int>((values.array() < -1e-9 * values.cwiseAbs().maxCoeff()).count());
+}
+
+struct Check : StepObserver {
+    const Simulation* simulation = nullptr;
+    int problems = 0, indefinite = 0, most = 0;
+    double worst = 0, worst_inverse = 0, worst_asymmetry = 0;
+    void on_step(const StepRecord& record) override
+    {
+        const std::vector<RecordedProblem> all = simulation->contact_problems();
+        REQUIRE(all.size() == 1);
+        const RecordedProblem& r = all[0];
+        std::size_t acting = 0;
+        for (int k = 0; k < contact_count(r.problem); ++k)
+            acting += r.reaction[3 * k] > 0;
+        CHECK(acting == record.contacts.size());
+        CHECK(r.contact.size() == static_cast<std::size_t>(contact_count(r.problem)));
+        if (r.contact.empty()) return;
+        ++problems;
+        most = std::max(most, contact_count(r.problem));
+        const Certificate c = certify(r.problem, r.reaction, 1e-8);
+        worst = std::max(worst, c.error / std::max(c.threshold, 1e-8));
+        worst_inverse = std::max(worst_inverse, r.inverse_error);
+        worst_asymmetry = std::max(worst_asymmetry, r.problem.W.asymmetry());
+        const int negative = negative_eigenvalues(r.problem.W.dense());
+        CHECK(negative <= r.negative_eigenvalues);
+        if (r.negative_eigenvalues > 0) ++indefinite;
+        // The check can fail: another reaction is no solution.
+        if (acting > 0) CHECK(certify(r.problem, 1.01 * r.reaction, 1e-8).error > 1e-7);
+    }
+};
+
+} // namespace
+
+TEST_CASE("the reaction of every step solves the problem that is recorded of it")
+{
+    for (const double mu : {0.0, 0.2}) {
+        Scene scene;
+        scene.order = {"tube", "wire"};
+        scene.obstacles.resize(1);
+        scene.obstacles[0].name = "tube";
+        BeamInput wire;
+        wire.name = "wire";
+        wire.segments = {wire_segment(0.15)};
+        wire.insertion = {{0, 0}, {10, 0.09}};
+        scene.beams = {wire};
+        scene.contact = {{{"wire", "tube"}, mu}};
+        scene.time.step = 0.1;
+        scene.time.end = 10;
+        Centreline line(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), 4e-3);
+        line.append_line(0.02, 4e-3);
+        line.append_arc(0.03, 1.5, 0, 4e-3);
+        line.append_line(0.06, 4e-3);
+        std::vector<Obstacle> obstacles;
+        obstacles.push_back({"tube", make_tube({line, 0})});
+
+        Simulation simulation(scene, std::move(obstacles));
+        Check check;
+        check.simulation = &simulation;
+        const std::atomic<bool> stop{false};
+        REQUIRE(simulation.run(check, stop).status == "done");
+        MESSAGE("mu " << mu << ": " << check.problems << " problems, at most " << check.most
+                      << " contacts, " << check.indefinite << " indefinite; error over threshold "
+                      << check.worst << ", of the inverse " << check.worst_inverse << ", asymmetry "
+                      << check.worst_asymmetry);
+        CHECK(check.problems > 50);
+        CHECK(check.worst <= 1);
+        CHECK(check.worst_inverse < 1e-6);
+        CHECK(check.worst_asymmetry < 1e-6);
+    }
+}
+
+TEST_CASE("the compliance of a clamped wire's tip is L^3 / (3 EI)")
+{
+    const double length = 0.1;
+    Wire wire;
+    wire.material = make_material({wire_segment(length)}, 2.5e-3);
+    start_clamped(wire, Vec3::Zero(), Mat3::Identity());
+    const Wall plane = make_plane_wall(Vec3(0, 0, -kRadius), Vec3::UnitZ());
+    std::vector<WireWall> walls(1);
+    walls[0].wall = &plane;
+    walls[0].friction.assign(wire.material.point.size(), 0.3);
+    const WireBody body = make_wire_body(std::move(wire), std::move(walls), {}, 1e-8);
+    NewtonOptions options;
+    options.reach = kRadius;
+    residual_of(body.wire, body.walls, mark_step_start(body.wire), {}, options, *body.work);
+    const RecordedProblem r = contact_problem(body);
+    REQUIRE(r.contact.size() > 10); // it lies on the plane
+    CHECK(r.negative_eigenvalues == 0);
+    double W = 0; // the tip is the softest place
+    for (Eigen::Index k = 0; k < r.problem.mu.size(); ++k)
+        W = std::max(W, r.problem.W.dense()(3 * k, 3 * k));
+    CHECK(W == doctest::Approx(std::pow(length, 3) / (3 * kEI)).epsilon(2e-3));
+    CHECK(r.problem.W.asymmetry() < 1e-10);
+    CHECK(r.asymmetry < 1e-12);
+}

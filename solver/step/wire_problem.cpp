@@ -1,0 +1,143 @@
+#include "solver/step/wire_problem.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amontons {
+namespace {
+
+constexpr int kRefinements = 3; // elimination without pivoting, where A is indefinite
+
+using Nodes = std::vector<Node6>;
+
+Nodes zeros(std::size_t n)
+{
+    Nodes x(n);
+    for (Node6& node : x)
+        node.column = Column6{};
+    return x;
+}
+
+void add_row(Nodes& x, const Candidate& c, const ContactRow& row)
+{
+    const auto e = static_cast<std::size_t>(c.place.element);
+    x[e].column += row.a.column;
+    x[e + 1].column += row.b.column;
+}
+
+double along(const Nodes& x, const Candidate& c, const ContactRow& row)
+{
+    const auto e = static_cast<std::size_t>(c.place.element);
+    double sum = 0;
+    for (int i = 0; i < 6; ++i)
+        sum += row.a.value[i] * x[e].value[i] + row.b.value[i] * x[e + 1].value[i];
+    return sum;
+}
+
+/// Makes A symmetric. @return  how much it was not, the largest share of a block
+double symmetrise(BlockTridiagonal& A)
+{
+    double worst = 0;
+    const auto meet = [&](Block6& a, Block6& b) { // b is the transposed of a, or should be
+        double difference = 0, size = 0;
+        for (int i = 0; i < 6; ++i)
+            for (int j = 0; j < 6; ++j) {
+                const double mean = 0.5 * (a(i, j) + b(j, i));
+                difference += std::pow(a(i, j) - b(j, i), 2);
+                size += std::pow(a(i, j), 2) + std::pow(b(j, i), 2);
+                a(i, j) = b(j, i) = mean;
+            }
+        if (size > 0) worst = std::max(worst, std::sqrt(difference / size));
+    };
+    for (int i = A.first(); i < A.size(); ++i) {
+        meet(A.diagonal(i), A.diagonal(i));
+        if (i + 1 < A.size()) meet(A.upper(i), A.lower(i));
+    }
+    return worst;
+}
+
+/// right - A x
+Nodes residual(const BlockTridiagonal& A, const Nodes& right, const Nodes& x)
+{
+    Nodes r = right;
+    for (int i = A.first(); i < A.size(); ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        r[k].column -= multiply(A.diagonal(i), x[k]);
+        if (i + 1 < A.size()) {
+            r[k].column -= multiply(A.upper(i), x[k + 1]);
+            r[k + 1].column -= multiply(A.lower(i), x[k]);
+        }
+    }
+    return r;
+}
+
+/// Unknowns are displacements and rotations: compared by largest share of each unknown's own row.
+double size(const Nodes& x, int first)
+{
+    double sum = 0;
+    for (std::size_t k = static_cast<std::size_t>(first); k < x.size(); ++k)
+        for (int i = 0; i < 6; ++i)
+            sum += x[k].value[i] * x[k].value[i];
+    return std::sqrt(sum);
+}
+
+} // namespace
+
+RecordedProblem contact_problem(const WireBody& body)
+{
+    RecordedProblem out;
+    out.problem.level = ContactLevel::position;
+    const Wire& wire = body.wire;
+    std::vector<const Candidate*> chosen;
+    if (wire.outside())
+        for (const Candidate& c : body.work->candidates)
+            if (c.normal > 0 || c.gap < kNearActive * c.radius) chosen.push_back(&c);
+    const auto n = static_cast<Eigen::Index>(chosen.size());
+    Eigen::MatrixXd W(3 * n, 3 * n);
+    Eigen::VectorXd u(3 * n);
+    out.reaction.resize(3 * n);
+    out.problem.mu.resize(n);
+
+    BlockTridiagonal A(body.work->base.size()), factored(A.size());
+    if (n > 0) {
+        A.copy_from(body.work->base, body.work->base.first());
+        out.asymmetry = symmetrise(A);
+        factored.copy_from(A, A.first());
+        out.negative_eigenvalues = factored.factor(A.first());
+    }
+    const auto row = [&](Eigen::Index k) -> const ContactRow& {
+        const Candidate& c = *chosen[static_cast<std::size_t>(k / 3)];
+        return k % 3 == 0 ? c.hn : c.ht[k % 3 - 1];
+    };
+    for (Eigen::Index j = 0; j < 3 * n; ++j) {
+        const Candidate& c = *chosen[static_cast<std::size_t>(j / 3)];
+        Nodes right = zeros(static_cast<std::size_t>(A.size()));
+        add_row(right, c, row(j));
+        Nodes x = right;
+        factored.solve(x);
+        for (int k = 0; k < kRefinements; ++k) {
+            Nodes more = residual(A, right, x);
+            factored.solve(more);
+            for (std::size_t i = static_cast<std::size_t>(A.first()); i < x.size(); ++i)
+                x[i].column += more[i].column;
+        }
+        const double length = size(right, A.first());
+        if (length > 0)
+            out.inverse_error =
+                std::max(out.inverse_error, size(residual(A, right, x), A.first()) / length);
+        for (Eigen::Index i = 0; i < 3 * n; ++i)
+            W(i, j) = along(x, *chosen[static_cast<std::size_t>(i / 3)], row(i));
+    }
+    for (Eigen::Index k = 0; k < n; ++k) {
+        const Candidate& c = *chosen[static_cast<std::size_t>(k)];
+        out.contact.push_back(c.index);
+        out.problem.mu[k] = c.mu;
+        u.segment<3>(3 * k) << c.gap, c.slip[0], c.slip[1];
+        out.reaction.segment<3>(3 * k) << c.normal, c.tangential[0], c.tangential[1];
+    }
+    out.problem.q = u - W * out.reaction;
+    out.problem.W = std::move(W);
+    return out;
+}
+
+} // namespace amontons
