@@ -544,7 +544,7 @@ class Solve(Case):
         (self.folder / "cut.hdf5").write_bytes(whole[:5000])
         self.refused("cut.hdf5", command="solve", says=["cut.hdf5"])
         self.refused(self.file("tower"), "--solver", "nsgz", command="solve",
-                     says=['"nsgz"', "nsgs, uzawa", "nearest name: nsgs"])
+                     says=['"nsgz"', "auto, nsgs", "nearest name: nsgs"])
         self.refused(self.file("tower"), "--tolerance", "-1", command="solve", says=["tolerance"])
         result = self.call("solve")
         self.assertEqual(result.returncode, 2)
