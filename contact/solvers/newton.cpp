@@ -16,7 +16,7 @@ constexpr double kEnough = 0.01;
 // The Levenberg-Marquardt shift, relative to the scaled W's diagonal.
 constexpr double kFirstShift = 1e-6, kLargestShift = 1, kSmallestShift = 1e-12;
 constexpr double kRaise = 10, kLower = 0.1;
-constexpr double kFloor = 1e-13; ///< always there: stick contacts of a singular W need it
+constexpr double kFloor = 1e-12; ///< always there: stick contacts of a singular W need it
 constexpr double kShort = 0.1, kLong = 0.5;
 constexpr int kRejections = 3; ///< then the corners are rounded wider
 constexpr double kWiden = 10;

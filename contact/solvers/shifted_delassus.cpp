@@ -9,6 +9,13 @@ namespace {
 // GMRES ends here: a Newton direction needs no more.
 constexpr double kGmresTolerance = 1e-6;
 constexpr int kGmresSteps = 200;
+// Refinement of a factor without pivoting ends when it is this good, or no longer gets better.
+constexpr double kRefined = 1e-9, kRefining = 0.5;
+constexpr int kRefinements = 6;
+/// Not good enough for a Newton direction: a dense factor, which pivots, is taken from then on...
+constexpr double kPoor = 0.3;
+/// ... up to this many rows.
+constexpr Eigen::Index kDistrusted = 600;
 
 } // namespace
 
@@ -30,70 +37,118 @@ ShiftedDelassus::ShiftedDelassus(const SolverWork& work)
             places_.push_back(sparse_.place(*i, j));
 }
 
+namespace {
+
+double dense_cost(Eigen::Index rows)
+{
+    const auto m = static_cast<double>(rows);
+    return 0.016 * m * m * m + 1.5 * m * m;
+}
+
+} // namespace
+
 double ShiftedDelassus::cost(Eigen::Index closed_rows) const
 {
-    if (problem_.W.is_sparse()) return sparse_.cost();
-    const auto m = static_cast<double>(closed_rows);
-    return 0.016 * m * m * m + 1.5 * m * m;
+    if (!problem_.W.is_sparse()) return dense_cost(closed_rows);
+    // Filling in and refining cost as much as small factors do.
+    const double whole = 1.3 * sparse_.cost() + 100 * static_cast<double>(columns_.blocks());
+    return std::min(whole, dense_cost(closed_rows));
 }
 
 bool ShiftedDelassus::factorise(const std::vector<LinearisedLaw>& law, double shift)
 {
     law_ = &law;
     shift_ = shift;
-    if (problem_.W.is_sparse()) return factorise_sparse();
-    if (problem_.W.is_dense())
-        factorise_dense();
-    else
+    if (problem_.W.is_matrix_free()) {
         factorise_own_blocks();
-    return true;
-}
-
-void ShiftedDelassus::solve(Eigen::VectorXd& x) const
-{
-    if (problem_.W.is_sparse())
-        solve_sparse(x);
-    else if (problem_.W.is_dense())
-        solve_dense(x);
-    else
-        solve_by_gmres(x);
-}
-
-// ---- dense
-
-void ShiftedDelassus::factorise_dense()
-{
-    const Eigen::MatrixXd& W = problem_.W.dense();
+        return true;
+    }
     closed_.clear();
     for (int i = 0; i < contact_count(problem_); ++i)
         if (!open(i))
             for (int a = 0; a < columns_.rows(i); ++a)
                 closed_.push_back(columns_.first_row(i) + a);
-    const auto m = static_cast<Eigen::Index>(closed_.size());
-    matrix_.resize(W.rows(), W.cols());
-    Eigen::Index k = 0;
+    const auto rows = static_cast<Eigen::Index>(closed_.size());
+    by_blocks_ = problem_.W.is_sparse() && dense_cost(rows) > sparse_.cost() &&
+                 !(distrusted_ && rows <= kDistrusted);
+    if (by_blocks_) return factorise_sparse();
+    factorise_dense();
+    return true;
+}
+
+void ShiftedDelassus::solve(Eigen::VectorXd& x)
+{
+    if (problem_.W.is_matrix_free()) {
+        solve_by_gmres(x);
+    } else if (!by_blocks_) {
+        solve_dense(x);
+    } else if (!solve_sparse(x)) {
+        distrusted_ = true;
+        if (static_cast<Eigen::Index>(closed_.size()) > kDistrusted) return;
+        by_blocks_ = false;
+        factorise_dense();
+        solve_dense(x);
+    }
+}
+
+// ---- dense
+
+/// Fills the closed rows of one column of S W S.
+void ShiftedDelassus::gather_dense(int contact, Eigen::Index first)
+{
+    const Eigen::MatrixXd& W = problem_.W.dense();
+    for (int b = 0; b < columns_.rows(contact); ++b) {
+        const int column = columns_.first_row(contact) + b;
+        const double* source = W.data() + column * W.rows();
+        double* target = matrix_.data() + (first + b) * matrix_.rows();
+        for (std::size_t i = 0; i < closed_.size(); ++i)
+            target[i] = source[closed_[i]] * scale_[closed_[i]] * scale_[column];
+    }
+}
+
+void ShiftedDelassus::gather_sparse(int contact, Eigen::Index first,
+                                    const std::vector<Eigen::Index>& place)
+{
+    const int columns = columns_.rows(contact);
+    matrix_.middleCols(first, columns).setZero();
+    int k = 0;
+    for (const int* i = columns_.neighbours_begin(contact); i != columns_.neighbours_end(contact);
+         ++i, ++k) {
+        if (open(*i)) continue;
+        const double scale = scale_[columns_.first_row(contact)] * scale_[columns_.first_row(*i)];
+        const double* value = columns_.neighbour_block(contact, k);
+        for (int c = 0; c < columns; ++c)
+            for (int a = 0; a < columns_.rows(*i); ++a)
+                matrix_(place[static_cast<std::size_t>(*i)] + a, first + c) = scale * *value++;
+    }
+}
+
+void ShiftedDelassus::factorise_dense()
+{
+    std::vector<Eigen::Index> place(static_cast<std::size_t>(contact_count(problem_)), -1);
+    Eigen::Index rows = 0;
+    for (int i = 0; i < contact_count(problem_); ++i)
+        if (!open(i)) {
+            place[static_cast<std::size_t>(i)] = rows;
+            rows += columns_.rows(i);
+        }
+    dense_.reset();
+    if (matrix_.rows() != rows) matrix_.resize(rows, rows);
+    if (rows == 0) return;
     for (int j = 0; j < contact_count(problem_); ++j) {
         if (open(j)) continue;
-        const LinearisedLaw& law = (*law_)[static_cast<std::size_t>(j)];
-        const int rows = columns_.rows(j);
-        for (int b = 0; b < rows; ++b) {
-            const int column = columns_.first_row(j) + b;
-            const double* source = W.data() + column * W.rows();
-            double* target = matrix_.data() + (k + b) * matrix_.rows();
-            for (Eigen::Index i = 0; i < m; ++i) {
-                const int row = closed_[static_cast<std::size_t>(i)];
-                target[i] = source[row] * scale_[row] * scale_[column];
-            }
-        }
-        matrix_.block(k, k, rows, rows) += law.D.topLeftCorner(rows, rows);
-        matrix_.diagonal().segment(k, rows).array() += shift_;
-        k += rows;
+        const Eigen::Index k = place[static_cast<std::size_t>(j)];
+        if (problem_.W.is_dense())
+            gather_dense(j, k);
+        else
+            gather_sparse(j, k, place);
+        const int size = columns_.rows(j);
+        matrix_.block(k, k, size, size) +=
+            (*law_)[static_cast<std::size_t>(j)].D.topLeftCorner(size, size);
+        matrix_.diagonal().segment(k, size).array() += shift_;
     }
-    dense_.reset();
-    if (m > 0) {
-        Eigen::Ref<Eigen::MatrixXd> corner(matrix_.topLeftCorner(m, m));
-        dense_.emplace(corner);
-    }
+    Eigen::Ref<Eigen::MatrixXd> in_place(matrix_);
+    dense_.emplace(in_place);
 }
 
 void ShiftedDelassus::solve_dense(Eigen::VectorXd& x) const
@@ -143,34 +198,46 @@ bool ShiftedDelassus::factorise_sparse()
     return sparse_.factorise();
 }
 
-void ShiftedDelassus::solve_sparse(Eigen::VectorXd& x) const
+bool ShiftedDelassus::solve_sparse(Eigen::VectorXd& x) const
 {
     const int n = contact_count(problem_);
-    Eigen::VectorXd padded = Eigen::VectorXd::Zero(3 * n), correction = padded;
-    const auto load = [&](const Eigen::VectorXd& from) {
+    Eigen::VectorXd padded(3 * n);
+    const auto solve = [&](const Eigen::VectorXd& b) {
         padded.setZero();
         for (int i = 0; i < n; ++i)
             if (!open(i))
                 padded.segment(3 * i, columns_.rows(i)) =
-                    from.segment(columns_.first_row(i), columns_.rows(i));
+                    b.segment(columns_.first_row(i), columns_.rows(i));
+        sparse_.solve(padded);
+        Eigen::VectorXd result = Eigen::VectorXd::Zero(x.size());
+        for (int i = 0; i < n; ++i)
+            if (!open(i))
+                result.segment(columns_.first_row(i), columns_.rows(i)) =
+                    padded.segment(3 * i, columns_.rows(i));
+        return result;
     };
-    Eigen::VectorXd solution = x, residual(x.size()), product(x.size());
-    load(x);
-    sparse_.solve(padded);
+    Eigen::VectorXd b = x, product(x.size());
     for (int i = 0; i < n; ++i)
-        if (!open(i))
-            solution.segment(columns_.first_row(i), columns_.rows(i)) =
-                padded.segment(3 * i, columns_.rows(i));
-    // No pivoting among blocks: one step of refinement pays for what that loses.
-    multiply(solution, product);
-    residual = x - product;
-    load(residual);
-    sparse_.solve(padded);
-    for (int i = 0; i < n; ++i)
+        if (open(i)) b.segment(columns_.first_row(i), columns_.rows(i)).setZero();
+
+    // No pivoting among blocks: refinement pays for what that loses.
+    Eigen::VectorXd solution = solve(b), best = solution;
+    double last = std::numeric_limits<double>::infinity();
+    for (int k = 0;; ++k) {
+        multiply(solution, product);
+        const Eigen::VectorXd residual = b - product;
+        const double size = residual.norm();
+        if (!(size < kRefining * last)) break;
+        best = solution;
+        last = size;
+        if (k == kRefinements || size <= kRefined * b.norm()) break;
+        solution += solve(residual);
+    }
+    for (int i = 0; i < n && last <= kPoor * b.norm(); ++i)
         if (!open(i))
             x.segment(columns_.first_row(i), columns_.rows(i)) =
-                solution.segment(columns_.first_row(i), columns_.rows(i)) +
-                padded.segment(3 * i, columns_.rows(i));
+                best.segment(columns_.first_row(i), columns_.rows(i));
+    return last <= kPoor * b.norm();
 }
 
 // ---- any form

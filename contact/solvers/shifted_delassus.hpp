@@ -14,7 +14,8 @@ namespace amontons {
 /// Newton step. Contacts that the law calls open take no part: their x is given.
 ///
 /// Dense W: LU of the closed contacts' rows, O(closed^3). Sparse W: a block LU whose pattern is
-/// analysed once. Matrix-free W: GMRES with the own blocks as preconditioner.
+/// analysed once, or the dense LU where that is cheaper or the block LU inaccurate. Matrix-free W:
+/// GMRES with the own blocks as preconditioner.
 class ShiftedDelassus {
 public:
     explicit ShiftedDelassus(const SolverWork& work); ///< refers to it
@@ -24,16 +25,18 @@ public:
     bool factorise(const std::vector<LinearisedLaw>& law, double shift);
     /// x: rows of closed contacts hold b and leave with the solution; those of open ones are kept
     /// as they are and must already be accounted for in b.
-    void solve(Eigen::VectorXd& x) const;
+    void solve(Eigen::VectorXd& x);
     /// What a factor of this many closed rows costs [ns on one core of 2024].
     double cost(Eigen::Index closed_rows) const;
 
 private:
     void factorise_dense();
+    void gather_dense(int contact, Eigen::Index first);
+    void gather_sparse(int contact, Eigen::Index first, const std::vector<Eigen::Index>& place);
     bool factorise_sparse();
     void factorise_own_blocks();
     void solve_dense(Eigen::VectorXd& x) const;
-    void solve_sparse(Eigen::VectorXd& x) const;
+    bool solve_sparse(Eigen::VectorXd& x) const; ///< false, and x as it was, if it is poor
     void solve_by_gmres(Eigen::VectorXd& x) const;
     /// y = (S W S + D) x on closed rows, 0 on open ones.
     void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
@@ -46,6 +49,8 @@ private:
     double shift_ = 0;                                ///< of the last factor
     // dense
     std::vector<int> closed_; ///< rows
+    bool by_blocks_ = false;  ///< the last factor is the sparse one
+    bool distrusted_ = false; ///< a sparse factor has been too inaccurate
     Eigen::MatrixXd matrix_;  ///< of all rows; the factor takes its upper left corner
     std::optional<Eigen::PartialPivLU<Eigen::Ref<Eigen::MatrixXd>>> dense_;
     // sparse

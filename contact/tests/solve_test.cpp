@@ -296,7 +296,8 @@ TEST_CASE("heavy on light: the path does not feel the ratio of masses")
         REQUIRE(s.certificate.status == SolveStatus::converged);
         steps = std::max(steps, s.certificate.iterations);
         const double weight = (ratio + 7) * test::kGravity * std::cos(0.3);
-        CHECK(s.reaction[0] == doctest::Approx(weight).epsilon(1e-6));
+        // The error is over ||q||; the light blocks' W carries it to the weight, ratio times.
+        CHECK(s.reaction[0] == doctest::Approx(weight).epsilon(10 * 1e-10 * ratio));
     }
     CHECK(steps < 60);
 }
