@@ -20,6 +20,8 @@ constexpr double kFloor = 1e-12; ///< always there: stick contacts of a singular
 constexpr double kShort = 0.1, kLong = 0.5;
 constexpr int kRejections = 3; ///< then the corners are rounded wider
 constexpr double kWiden = 10;
+/// Steps without a lower epsilon after which the path is taken to fold back.
+constexpr int kPatience = 25;
 /// Least reduction of the rounding at once, when a full step lands far below it.
 constexpr double kFastest = 1e-3;
 
@@ -169,8 +171,14 @@ bool follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath& pa
     double shift = 0;
     double recent[kMemory] = {};
     int known = 0, rejected = 0;
+    double lowest = std::numeric_limits<double>::infinity(); // epsilon, reached at this step
+    int lowest_at = 0;
     for (int steps = 0; !progress.ends(r, u, true); ++steps) {
-        if (steps == path.steps) return false;
+        if (smoothing.epsilon < lowest) {
+            lowest = smoothing.epsilon;
+            lowest_at = steps;
+        }
+        if (steps == path.steps || steps - lowest_at > kPatience) return false;
         const double merit = scaled.linearise(r, u, smoothing, law);
         if (rejected == 0) recent[known++ % kMemory] = merit;
         const double reference = *std::max_element(recent, recent + std::min(known, kMemory));
