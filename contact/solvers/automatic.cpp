@@ -13,6 +13,7 @@ namespace {
 constexpr int kBatch = 10;        ///< sweeps between two looks at their rate
 constexpr double kPathSteps = 10; ///< steps that a path is expected to take
 constexpr double kRoundOff = 1e-15;
+constexpr double kHardlyHelped = 0.2;            ///< error, beside 1 for no reaction at all
 constexpr int kFewSweeps = 100, kDoublings = 10; ///< between two paths, more in each round
 /// Softness that lets an infeasible problem's reactions grow to 1e10 times their size.
 constexpr double kSoft = 1e-10;
@@ -110,7 +111,9 @@ void solve_automatically(SolverWork& work)
         return;
     }
     work.take_best();
-    if (follow_path(work, matrix, {.steps = 60})) return;
+    // Where sweeps have hardly helped, what they have reached is no better a start than none.
+    if (follow_path(work, matrix, {.from_afar = work.progress.best_error() > kHardlyHelped}))
+        return;
     if (std::optional<InfeasibilityProof> proof = search_proof(work)) {
         work.progress.prove(std::move(*proof));
         return;
