@@ -35,6 +35,13 @@ Squares squares(const Eigen::MatrixXd& W)
 Squares squares(const Sparse& W)
 {
     const Sparse mirrored = W.transpose();
+    const auto columns = static_cast<std::size_t>(W.outerSize() + 1);
+    const auto entries = static_cast<std::size_t>(W.nonZeros());
+    const bool same_pattern =
+        std::equal(W.outerIndexPtr(), W.outerIndexPtr() + columns, mirrored.outerIndexPtr()) &&
+        std::equal(W.innerIndexPtr(), W.innerIndexPtr() + entries, mirrored.innerIndexPtr());
+    if (same_pattern)
+        return {(W.coeffs() - mirrored.coeffs()).matrix().squaredNorm(), W.squaredNorm()};
     return {Sparse(W - mirrored).squaredNorm(), W.squaredNorm()};
 }
 

@@ -169,6 +169,16 @@ void reduce_norm(const ContactProblem& problem, const SolverOptions& options,
     if (reached <= options.tolerance) outcome.reaction = std::move(again.reaction);
 }
 
+/// What options.analyse asks for.
+void describe(const ContactProblem& problem, const SolverOptions& options, Certificate& c)
+{
+    if (!options.analyse) return;
+    const DelassusAnalysis W = analyse(problem);
+    c.analysed = W.known;
+    c.rank_deficient = W.rank_deficient;
+    c.indefinite = W.indefinite;
+}
+
 } // namespace
 
 ContactSolution solve(const ContactProblem& problem, const SolverOptions& options,
@@ -178,6 +188,14 @@ ContactSolution solve(const ContactProblem& problem, const SolverOptions& option
     check(problem, options, warm_start);
 
     Eigen::VectorXd r = start(problem, warm_start);
+    if (Certificate c = certify(problem, r, options.tolerance, options.scope);
+        c.status == SolveStatus::converged) { // nothing to do: no contact closes, or all is known
+        c.solver = options.solver;
+        ContactSolution solution{r, problem.W * r + problem.q, c, {{0, clock.seconds(), c.error}}};
+        solution.certificate.seconds = clock.seconds();
+        describe(problem, options, solution.certificate);
+        return solution;
+    }
     std::optional<std::vector<ProblemPart>> parts;
     if (options.solver == ContactSolver::automatic) parts = take_apart(problem);
     SolverRun outcome = parts ? run_parts(problem, *parts, options, r)
@@ -199,12 +217,7 @@ ContactSolution solve(const ContactProblem& problem, const SolverOptions& option
     solution.u = problem.W * solution.reaction + problem.q;
     solution.history = std::move(outcome.history);
     c.seconds = clock.seconds();
-    if (options.analyse) {
-        const DelassusAnalysis W = analyse(problem);
-        c.analysed = W.known;
-        c.rank_deficient = W.rank_deficient;
-        c.indefinite = W.indefinite;
-    }
+    describe(problem, options, c);
     return solution;
 }
 

@@ -13,7 +13,7 @@ constexpr int kGmresSteps = 200;
 constexpr double kRefined = 1e-9, kRefining = 0.5;
 constexpr int kRefinements = 6;
 /// Not good enough for a Newton direction: a dense factor, which pivots, is taken from then on...
-constexpr double kPoor = 0.3;
+constexpr double kPoor = 1;
 /// ... up to this many rows.
 constexpr Eigen::Index kDistrusted = 600;
 
