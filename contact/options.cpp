@@ -17,6 +17,7 @@ std::vector<Issue> issues(const SolverOptions& options)
          "0 <= tolerance < 1");
     need(options.max_iterations >= 0, "max_iterations", options.max_iterations, ">= 0");
     need(options.max_seconds >= 0, "max_seconds", options.max_seconds, ">= 0 [s]");
+    need(options.threads >= 1, "threads", options.threads, ">= 1");
     need(options.patience >= 1, "patience", options.patience, ">= 1");
     need(options.nsgs.freeze >= 0 && options.nsgs.freeze < 1, "nsgs.freeze", options.nsgs.freeze,
          "0 <= freeze < 1");

@@ -95,7 +95,18 @@ double tolerance_of(const ContactProblem& whole, const ContactProblem& part, dou
     return std::clamp(share * tolerance, 0.1 * tolerance, std::max(tolerance, 1e-3));
 }
 
-/// Solves the parts one after another; where they do not do in the scale of the whole, again and
+InfeasibilityProof proof_of_whole(const ContactProblem& whole, const ProblemPart& part,
+                                  InfeasibilityProof proof)
+{
+    const Eigen::VectorXd direction = proof.direction;
+    proof.direction = Eigen::VectorXd::Zero(contact_count(whole));
+    proof.direction(part.contacts) = direction;
+    for (int& contact : proof.contacts)
+        contact = part.contacts[static_cast<std::size_t>(contact)];
+    return proof;
+}
+
+/// Solves the parts one by one; where they do not do in the scale of the whole, again and
 /// closer.
 SolverRun run_parts(const ContactProblem& problem, const std::vector<ProblemPart>& parts,
                     const SolverOptions& options, const Eigen::VectorXd& start)
@@ -111,26 +122,27 @@ SolverRun run_parts(const ContactProblem& problem, const std::vector<ProblemPart
         whole.reaction(part.rows) = start(part.rows);
     whole.history.push_back({0, clock.seconds(), error_of(whole.reaction)});
 
-    SolverOptions closer = options;
+    const double share = 1 / std::sqrt(static_cast<double>(parts.size()));
     double factor = 1;
+    std::vector<SolverRun> runs(parts.size());
     for (int round = 0; round < kRounds; ++round) {
+        // Each part is on its own: any number of threads computes the same.
+#pragma omp parallel for schedule(dynamic) num_threads(options.threads) if (options.threads > 1)
+        for (std::size_t k = 0; k < parts.size(); ++k) {
+            const ProblemPart& part = parts[k];
+            SolverOptions own = options;
+            own.tolerance = factor * share * tolerance_of(problem, part.problem, options.tolerance);
+            own.max_seconds = std::max(0.0, options.max_seconds - clock.seconds());
+            runs[k] = run(part.problem, own, whole.reaction(part.rows), round > 0);
+        }
         whole.status = SolveStatus::converged;
-        for (const ProblemPart& part : parts) {
-            closer.tolerance = factor * tolerance_of(problem, part.problem, options.tolerance) /
-                               std::sqrt(static_cast<double>(parts.size()));
-            closer.max_seconds = options.max_seconds - clock.seconds();
-            SolverRun own = run(part.problem, closer, whole.reaction(part.rows), round > 0);
-            whole.iterations += own.iterations;
-            whole.reaction(part.rows) = own.reaction;
-            if (own.status == SolveStatus::converged) continue;
-            whole.status = own.status;
-            if (own.status != SolveStatus::infeasible) continue;
-            whole.proof = std::move(own.proof);
-            const Eigen::VectorXd direction = whole.proof.direction;
-            whole.proof.direction = Eigen::VectorXd::Zero(contact_count(problem));
-            whole.proof.direction(part.contacts) = direction;
-            for (int& contact : whole.proof.contacts)
-                contact = part.contacts[static_cast<std::size_t>(contact)];
+        for (std::size_t k = 0; k < parts.size(); ++k) {
+            whole.iterations += runs[k].iterations;
+            whole.reaction(parts[k].rows) = runs[k].reaction;
+            if (runs[k].status == SolveStatus::converged) continue;
+            whole.status = runs[k].status;
+            if (whole.status != SolveStatus::infeasible) continue;
+            whole.proof = proof_of_whole(problem, parts[k], runs[k].proof);
             return whole;
         }
         const double reached = error_of(whole.reaction);

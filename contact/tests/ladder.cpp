@@ -60,6 +60,7 @@ void print_row(const char* label, double value, const ContactProblem& p)
     std::string cells;
     for (double tolerance : {1e-4, 1e-8}) {
         SolverOptions nsgs, uzawa, adaptive;
+        nsgs.solver = ContactSolver::nsgs;
         uzawa.solver = adaptive.solver = ContactSolver::uzawa;
         adaptive.uzawa.rho = SolverOptions::Uzawa::Rho::adaptive;
         for (SolverOptions* o : {&nsgs, &uzawa, &adaptive}) {
@@ -67,6 +68,9 @@ void print_row(const char* label, double value, const ContactProblem& p)
             cells += " | " + iterations(p, *o);
         }
     }
+    SolverOptions path;
+    path.solver = ContactSolver::path;
+    cells += " | " + iterations(p, path);
     std::printf("| %s %.0e%s |\n", label, value, cells.c_str());
 }
 
@@ -75,6 +79,7 @@ void print_sweep(int contacts, double freeze, double mu)
     // Pressed everywhere, so that no contact is open.
     const ContactProblem p = layers(2, contacts / 2, 1, mu, 1);
     SolverOptions options;
+    options.solver = ContactSolver::nsgs;
     options.tolerance = 0;
     options.nsgs.freeze = freeze;
     double best = 1e9;
@@ -103,7 +108,7 @@ int main()
 
     const char* head =
         "| | nsgs 1e-4 | uzawa | uzawa adaptive | nsgs 1e-8 | uzawa | uzawa adaptive "
-        "|\n|---|---|---|---|---|---|---|\n";
+        "| path 1e-8 |\n|---|---|---|---|---|---|---|---|\n";
     std::printf("\n%s", head);
     for (double contrast : {1.0, 1e2, 1e4, 1e6, 1e8})
         print_row("stiffness contrast", contrast, layers(6, 8, contrast, 0.5, 2));

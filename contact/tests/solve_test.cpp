@@ -329,6 +329,9 @@ TEST_CASE("groups that W does not couple are solved apart")
     for (const ContactProblem& p : {both, as_sparse(both)}) {
         const ContactSolution whole = solve(p, with(ContactSolver::automatic));
         REQUIRE(whole.certificate.status == SolveStatus::converged);
+        SolverOptions threads = with(ContactSolver::automatic);
+        threads.threads = 4;
+        CHECK((solve(p, threads).reaction - whole.reaction).norm() == 0);
         CHECK(whole.reaction.segment<3>(15).norm() == 0);
         const Eigen::VectorXd u_a = whole.u(row_a), u_b = whole.u(row_b);
         CHECK((u_a - solve(a).u).norm() <= 1e-7 * a.q.norm());

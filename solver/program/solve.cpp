@@ -24,7 +24,6 @@ namespace {
 struct SolveArguments {
     std::string problem, output, solver = name(ContactSolver::automatic);
     SolverOptions options;
-    int threads = 1;
 };
 
 struct Solved {
@@ -37,8 +36,8 @@ struct Solved {
 std::vector<std::string> solver_names()
 {
     std::vector<std::string> names;
-    for (int k = 0; *name(static_cast<ContactSolver>(k)) != '\0'; ++k)
-        names.emplace_back(name(static_cast<ContactSolver>(k)));
+    for (ContactSolver solver : kContactSolvers)
+        names.emplace_back(name(solver));
     return names;
 }
 
@@ -47,7 +46,7 @@ ContactSolver solver_of(const std::string& wanted)
     const std::vector<std::string> names = solver_names();
     std::string all;
     for (std::size_t k = 0; k < names.size(); ++k) {
-        if (names[k] == wanted) return static_cast<ContactSolver>(k);
+        if (names[k] == wanted) return kContactSolvers[k];
         all += (k == 0 ? "" : ", ") + names[k];
     }
     const std::string near = nearest_name(wanted, names);
@@ -71,19 +70,6 @@ void check_writable(const std::string& path)
     if (file < 0) refuse(std::strerror(errno));
     ::close(file);
     ::unlink(probe.c_str());
-}
-
-/// Options and figures that a solver may or may not have.
-template <class Options> void set_threads(Options& options, int threads)
-{
-    if constexpr (requires { options.threads; }) options.threads = threads;
-}
-template <class Certified> void rank_member(JsonText& json, const Certified& c)
-{
-    if constexpr (requires { c.rank_deficient; })
-        json.member("rank_deficient", c.rank_deficient);
-    else
-        json.key("rank_deficient").json("null");
 }
 
 Solved solve_file(const FclibProblem& file, const SolverOptions& options)
@@ -139,7 +125,10 @@ std::string json_text(const SolveArguments& a, const FclibProblem& file, const S
         .member("iterations", c.iterations)
         .member("seconds", c.seconds)
         .member("contacts", c.contacts);
-    rank_member(json, c);
+    if (c.analysed)
+        json.member("rank_deficient", c.rank_deficient).member("indefinite", c.indefinite);
+    else
+        json.key("rank_deficient").json("null").key("indefinite").json("null");
     json.member("level", c.level == ContactLevel::position ? "position" : "velocity")
         .member("worst_penetration", c.worst_penetration)
         .member("worst_cone_violation", c.worst_cone_violation)
@@ -234,7 +223,7 @@ std::string human_text(const SolveArguments& a, const FclibProblem& file, const 
 void run_solve(SolveArguments& a, Session& session)
 {
     a.options.solver = solver_of(a.solver);
-    set_threads(a.options, a.threads);
+    a.options.analyse = true;
     if (!a.output.empty()) check_writable(a.output);
     const Stopwatch watch;
     const std::string bytes = read_file(a.problem);
@@ -295,7 +284,11 @@ void add_solve(CLI::App& program, Session& session)
         ->capture_default_str();
     command->add_option("--output,-o", a->output, "A copy of the file with /solution: u and r")
         ->type_name("FILE");
-    command->add_option("--threads", a->threads, "Threads; the result is the same for any number")
+    command->add_flag("--least-norm", a->options.least_norm,
+                      "Of several reactions, the one of least norm");
+    command
+        ->add_option("--threads", a->options.threads,
+                     "Threads; the result is the same for any number")
         ->check(CLI::Range(1, 1024));
     command->add_flag("--json", session.json, "One JSON object on stdout");
     command->callback([a, &session] { run_solve(*a, session); });
