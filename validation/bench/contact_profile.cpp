@@ -2,8 +2,9 @@
 //
 // Every solver on every FCLib file of a folder (without one: on a set that it generates), each in
 // a process of its own with a cap on its processor time, its answer judged by certify alone. Writes
-// profile.csv, performance profiles (Dolan & Moré: share of the problems that a solver brings to
-// the tolerance within tau times the quickest one's time), and error against time per problem.
+// profile.csv, against_siconos.csv (ours by default against the best of theirs), performance
+// profiles (Dolan & Moré: share of the problems that a solver brings to the tolerance within tau
+// times the quickest one's time), and error against time per problem.
 
 #include "contact/solve.hpp"
 #include "mesh/base/file.hpp"
@@ -23,6 +24,7 @@
 #include <fmt/format.h>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <set>
 #include <sys/mman.h>
 #include <sys/time.h>
@@ -37,21 +39,27 @@ namespace {
 constexpr int kHistory = 1000;  // points that are kept of a solve
 constexpr double kShort = 0.05; // solves below this are repeated, and the best counts [s]
 constexpr int kRepeats = 5;
+constexpr double kShortest = 0.3; // no cap is below this [s]
+constexpr int kDuels = 2;         // ours and the best of Siconos once more, in turns
+const std::string kTheirs = "siconos ";
 constexpr double kStricter[] = {1, 0.1, 0.01}; // Siconos' own criterion may hold too early
 
 struct Arguments {
     std::string problems, output = "out/contact_profile", siconos, only;
     std::vector<double> tolerances{1e-4, 1e-8};
     double cap = 5, size = 1;
+    double give_up = 0; ///< a solve ends at this many times the quickest of its problem; 0: not
+    double freeze = SolverOptions{}.nsgs.freeze;
     unsigned seed = 1;
 };
 
 /// One solver on one problem to one tolerance.
 struct Outcome {
-    std::string problem, solver, status; ///< solved, failed, timeout, crash
+    std::string problem, solver, status; ///< solved, failed, timeout, crash, skipped
     int contacts = 0;
     double tolerance = 0, seconds = 0, error = std::numeric_limits<double>::infinity();
     double scaled_error = error;
+    double asked = 0; ///< the tolerance that a solver of Siconos was given for it
     int iterations = 0;
     std::vector<ErrorPoint> history;
 };
@@ -93,7 +101,8 @@ struct Shared {
     ErrorPoint history[kHistory];
 };
 
-Outcome run_ours(const ContactProblem& problem, ContactSolver solver, double tolerance, double cap)
+Outcome run_ours(const ContactProblem& problem, ContactSolver solver, double tolerance, double cap,
+                 double freeze)
 {
     Outcome o;
     o.solver = name(solver);
@@ -111,6 +120,7 @@ Outcome run_ours(const ContactProblem& problem, ContactSolver solver, double tol
         options.tolerance = tolerance;
         options.max_seconds = cap;
         options.max_iterations = 1'000'000'000;
+        options.nsgs.freeze = freeze;
         double best = std::numeric_limits<double>::infinity();
         for (int k = 0; k < kRepeats && (k == 0 || best < kShort); ++k) {
             const double start = processor_seconds();
@@ -186,37 +196,32 @@ int run_program(std::vector<std::string> words, double seconds, const char* outp
 }
 
 Outcome run_siconos(const ContactProblem& problem, double scale, const std::string& solver,
-                    double tolerance, const Arguments& a)
+                    double tolerance, double cap, const Arguments& a)
 {
     Outcome o;
-    o.solver = "siconos " + solver;
+    o.solver = kTheirs + solver;
     o.tolerance = tolerance;
     const std::string input = a.output + "/siconos.problem", answer = a.output + "/siconos.answer";
     for (const double stricter : kStricter) {
-        for (int k = 0; k < kRepeats && (k == 0 || (o.status == "solved" && o.seconds < kShort));
-             ++k) {
-            fs::remove(answer);
-            const int ended =
-                run_program({a.siconos, input, answer, solver,
-                             fmt::format("{}", stricter * tolerance), fmt::format("{}", a.cap)},
-                            4 * a.cap + 5, nullptr);
-            std::vector<double> numbers(static_cast<std::size_t>(problem.q.size()) + 2, 0.0);
-            std::ifstream file(answer, std::ios::binary);
-            const auto bytes = static_cast<std::streamsize>(numbers.size() * sizeof(double));
-            file.read(reinterpret_cast<char*>(numbers.data()), bytes);
-            if (ended != 0 || file.gcount() != bytes) {
-                if (k > 0) break;
-                o.status = ended == -1 ? "timeout" : "crash";
-                o.seconds = ended == -1 ? a.cap : 0;
-                return o;
-            }
-            if (k > 0 && numbers[0] >= o.seconds) continue;
-            o.seconds = numbers[0];
-            o.iterations = static_cast<int>(numbers[1]);
-            const Eigen::VectorXd r =
-                scale * Eigen::Map<const Eigen::VectorXd>(numbers.data() + 2, problem.q.size());
-            judge(o, problem, r, true);
+        fs::remove(answer);
+        o.asked = stricter * tolerance;
+        const int ended = run_program(
+            {a.siconos, input, answer, solver, fmt::format("{}", o.asked), fmt::format("{}", cap)},
+            4 * cap + 5, nullptr);
+        std::vector<double> numbers(static_cast<std::size_t>(problem.q.size()) + 2, 0.0);
+        std::ifstream file(answer, std::ios::binary);
+        const auto bytes = static_cast<std::streamsize>(numbers.size() * sizeof(double));
+        file.read(reinterpret_cast<char*>(numbers.data()), bytes);
+        if (file.gcount() != bytes) { // no solve was finished, not even the first
+            o.status = ended == -1 ? "timeout" : "crash";
+            o.seconds = ended == -1 ? cap : 0;
+            return o;
         }
+        o.seconds = numbers[0];
+        o.iterations = static_cast<int>(numbers[1]);
+        const Eigen::VectorXd r =
+            scale * Eigen::Map<const Eigen::VectorXd>(numbers.data() + 2, problem.q.size());
+        judge(o, problem, r, true);
         if (o.status == "solved") break;
     }
     if (o.status == "solved") o.history = {{0, o.seconds, o.error}};
@@ -282,28 +287,34 @@ void plot(const std::string& folder, const std::string& name, const std::string&
     draw_plot(folder, name + ".gp");
 }
 
+/// A solve to a stricter tolerance counts: Siconos' own criterion can end a looser one too early.
+bool reached(const Outcome& o, double tolerance)
+{
+    return o.tolerance <= tolerance && o.status == "solved";
+}
+
 void performance_profile(const std::vector<Outcome>& all, double tolerance,
                          const std::string& folder)
 {
-    std::map<std::string, double> quickest;
+    std::map<std::string, double> quickest;                       // per problem
+    std::map<std::string, std::map<std::string, double>> seconds; // per solver and problem
     std::vector<std::string> solvers;
     std::set<std::string> problems;
     for (const Outcome& o : all) {
-        if (o.tolerance != tolerance) continue;
         problems.insert(o.problem);
         if (std::find(solvers.begin(), solvers.end(), o.solver) == solvers.end())
             solvers.push_back(o.solver);
-        if (o.status != "solved") continue;
-        const auto [it, first] = quickest.emplace(o.problem, o.seconds);
-        if (!first) it->second = std::min(it->second, o.seconds);
+        if (!reached(o, tolerance)) continue;
+        for (double* s : {&quickest.emplace(o.problem, o.seconds).first->second,
+                          &seconds[o.solver].emplace(o.problem, o.seconds).first->second})
+            *s = std::min(*s, o.seconds);
     }
     const auto count = static_cast<double>(problems.size());
     std::vector<Curve> curves;
     for (const std::string& s : solvers) {
         std::vector<double> ratio;
-        for (const Outcome& o : all)
-            if (o.tolerance == tolerance && o.solver == s && o.status == "solved")
-                ratio.push_back(o.seconds / std::max(quickest[o.problem], 1e-9));
+        for (const auto& [problem, time] : seconds[s])
+            ratio.push_back(time / std::max(quickest[problem], 1e-9));
         std::sort(ratio.begin(), ratio.end());
         Curve c{s, {}};
         for (std::size_t k = 0; k < ratio.size(); ++k)
@@ -333,7 +344,7 @@ void error_against_time(const std::vector<Outcome>& all, const std::string& prob
         strictest = std::min(strictest, o.tolerance);
     std::map<std::string, Curve> curves;
     for (const Outcome& o : all) {
-        const bool ours = o.solver.rfind("siconos", 0) != 0;
+        const bool ours = o.solver.rfind(kTheirs, 0) != 0;
         if (o.problem != problem || (ours && o.tolerance != strictest)) continue;
         Curve& c = curves[o.solver];
         c.label = o.solver;
@@ -349,8 +360,44 @@ void error_against_time(const std::vector<Outcome>& all, const std::string& prob
          "linespoints pt 7 ps 0.3");
 }
 
+/// Ours by default, and the quickest of Siconos' that solved it; from `first` on.
+struct Best {
+    std::optional<std::size_t> ours, theirs;
+};
+
+Best best_of(const std::vector<Outcome>& all, std::size_t first, double tolerance)
+{
+    Best best;
+    for (std::size_t k = first; k < all.size(); ++k) {
+        if (all[k].solver == name(ContactSolver::automatic) && all[k].tolerance == tolerance)
+            best.ours = k;
+        if (all[k].solver.rfind(kTheirs, 0) == 0 && reached(all[k], tolerance) &&
+            (!best.theirs || all[k].seconds < all[*best.theirs].seconds))
+            best.theirs = k;
+    }
+    return best;
+}
+
+const char* const kComparisonHead =
+    "problem,contacts,tolerance,ours_status,ours_seconds,ours_error,"
+    "siconos_best,siconos_seconds,siconos_error,ours_over_siconos\n";
+
+/// The line of one problem and tolerance.
+std::string comparison(const std::vector<Outcome>& all, const Best& best, double tolerance)
+{
+    if (!best.ours) return {};
+    const Outcome& o = all[*best.ours];
+    std::string line = fmt::format("{},{},{:g},{},{:.6f},{:.3e},", o.problem, o.contacts, tolerance,
+                                   o.status, o.seconds, o.error);
+    if (!best.theirs) return line + "none,,,\n";
+    const Outcome& t = all[*best.theirs];
+    line += fmt::format("{},{:.6f},{:.3e},", t.solver.substr(kTheirs.size()), t.seconds, t.error);
+    return line + (o.status == "solved" ? fmt::format("{:.3f}\n", o.seconds / t.seconds) : "\n");
+}
+
 int run(Arguments a)
 {
+    std::sort(a.tolerances.begin(), a.tolerances.end(), std::greater<>());
     make_folder(a.output);
     if (a.problems.empty()) {
         a.problems = a.output + "/problems";
@@ -366,6 +413,7 @@ int run(Arguments a)
     const std::vector<std::string> siconos = siconos_solvers(a);
 
     std::vector<Outcome> all;
+    std::string against = kComparisonHead;
     for (const fs::path& path : files) {
         const FclibProblem file = read_fclib(path.string());
         const ContactProblem problem =
@@ -386,14 +434,58 @@ int run(Arguments a)
             return a.only.empty() ||
                    ("," + a.only + ",").find("," + solver + ",") != std::string::npos;
         };
+        const std::size_t first_of_problem = all.size();
+        std::map<std::string, double> too_slow; // to a looser tolerance, within this time
         for (const double tolerance : a.tolerances) {
-            for (int k = 0; *name(static_cast<ContactSolver>(k)) != '\0'; ++k)
-                if (const auto solver = static_cast<ContactSolver>(k); wanted(name(solver)))
-                    keep(run_ours(problem, solver, tolerance, a.cap));
+            const std::size_t first = all.size();
+            const auto cap = [&] {
+                double quickest = a.cap;
+                for (std::size_t k = first; k < all.size(); ++k)
+                    if (all[k].status == "solved")
+                        quickest =
+                            std::min(quickest, std::max(kShortest, a.give_up * all[k].seconds));
+                return a.give_up > 0 ? quickest : a.cap;
+            };
+            const auto enter = [&](const std::string& solver, auto run_one) {
+                Outcome o;
+                o.solver = solver;
+                o.tolerance = tolerance;
+                o.status = "skipped";
+                const double most = cap();
+                const auto slow = too_slow.find(solver);
+                if (slow == too_slow.end() || slow->second < most) o = run_one(most);
+                if (o.status == "timeout") too_slow[solver] = most;
+                keep(std::move(o));
+            };
+            for (const ContactSolver solver : kContactSolvers)
+                if (wanted(name(solver)))
+                    enter(name(solver), [&](double most) {
+                        return run_ours(problem, solver, tolerance, most, a.freeze);
+                    });
             if (scale > 0 && problem.kind.empty())
                 for (const std::string& solver : siconos)
-                    if (wanted(solver)) keep(run_siconos(problem, scale, solver, tolerance, a));
+                    if (wanted(solver))
+                        enter(kTheirs + solver, [&](double most) {
+                            return run_siconos(problem, scale, solver, tolerance, most, a);
+                        });
         }
+        for (const double tolerance : a.tolerances) {
+            const Best best = best_of(all, first_of_problem, tolerance);
+            for (int k = 0; k < kDuels && best.ours && best.theirs; ++k)
+                for (const std::size_t which : {*best.ours, *best.theirs}) {
+                    Outcome& o = all[which];
+                    if (o.seconds > 1) continue;
+                    const Outcome again =
+                        which == *best.theirs
+                            ? run_siconos(problem, scale, o.solver.substr(kTheirs.size()), o.asked,
+                                          a.cap, a)
+                            : run_ours(problem, ContactSolver::automatic, tolerance, a.cap,
+                                       a.freeze);
+                    if (again.error <= tolerance) o.seconds = std::min(o.seconds, again.seconds);
+                }
+            against += comparison(all, best, tolerance);
+        }
+        if (!siconos.empty()) write_file(a.output + "/against_siconos.csv", against);
         error_against_time(all, path.stem().string(), a.output);
         write_file(a.output + "/profile.csv", csv(all)); // what is there, should this be stopped
     }
@@ -418,6 +510,9 @@ int main(int argc, char** argv)
     program.add_option("--tolerances", a.tolerances, "Errors to reach")->delimiter(',');
     program.add_option("--solvers", a.only, "Only these, separated by commas");
     program.add_option("--siconos", a.siconos, "The program siconos_driver");
+    program.add_option("--give-up", a.give_up,
+                       "Ends a solve at this many times the quickest so far; 0: only at the cap");
+    program.add_option("--freeze", a.freeze, "SolverOptions::Nsgs::freeze")->capture_default_str();
     program.add_option("--seed", a.seed, "Of the generated problems")->capture_default_str();
     program.add_option("--size", a.size, "Of the generated problems")->capture_default_str();
     CLI11_PARSE(program, argc, argv);
