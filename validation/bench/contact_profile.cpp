@@ -517,8 +517,14 @@ int main(int argc, char** argv)
     program.add_option("--size", a.size, "Of the generated problems")->capture_default_str();
     CLI11_PARSE(program, argc, argv);
     try {
-        ::setenv("OMP_NUM_THREADS", "1", 1);
-        ::setenv("OPENBLAS_NUM_THREADS", "1", 1);
+        // The libraries read these before main. With threads in the parent a fork would hang, and
+        // the clock of one thread would not see the others.
+        const char* threads = std::getenv("OMP_NUM_THREADS");
+        if (!threads || std::strcmp(threads, "1") != 0) {
+            ::setenv("OMP_NUM_THREADS", "1", 1);
+            ::setenv("OPENBLAS_NUM_THREADS", "1", 1);
+            ::execv("/proc/self/exe", argv);
+        }
         return run(a);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "contact_profile: %s\n", error.what());
