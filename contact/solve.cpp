@@ -16,6 +16,7 @@ namespace {
 
 /// Times that parts are solved closer before the whole is left as it is.
 constexpr int kRounds = 4;
+constexpr int kWaysOfAutomatic = 5;
 
 void check(const ContactProblem& problem, const SolverOptions& options,
            const Eigen::VectorXd& warm_start)
@@ -58,9 +59,11 @@ Eigen::VectorXd start(const ContactProblem& problem, const Eigen::VectorXd& warm
 }
 
 /// Runs one solver on the problem as it is.
-SolverRun run(const ContactProblem& problem, const SolverOptions& options, Eigen::VectorXd start,
+SolverRun run(const ContactProblem& problem, SolverOptions options, Eigen::VectorXd start,
               bool warm)
 {
+    // Its sweeps and steps are of many kinds: that one kind does not help says little.
+    if (options.solver == ContactSolver::automatic) options.patience *= kWaysOfAutomatic;
     SolverWork work(problem, options, std::move(start));
     switch (options.solver) {
     case ContactSolver::automatic:

@@ -123,7 +123,9 @@ void solve_automatically(SolverWork& work)
             path.from_afar = true;
             if (follow_path(work, matrix, path)) return;
             path.from_afar = false;
-            for (double widest : {1e-3, 0.0}) {
+            // Once round, corners that make r leave where it is stuck come first.
+            for (double widest : {0.3, 1e-3, 0.0}) {
+                if (widest == 0.3 && round == 0) continue;
                 path.widest = widest;
                 work.take_best();
                 if (follow_path(work, matrix, path)) return;
