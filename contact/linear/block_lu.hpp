@@ -8,7 +8,7 @@
 
 namespace amontons {
 
-/// A = L U for a matrix of 3 x 3 blocks with a symmetric pattern, without exchanging blocks.
+/// A = L U for a matrix of 3 x 3 blocks, without exchanging blocks.
 ///
 /// For W + D with W semidefinite and D's blocks of positive definite symmetric part: every pivot
 /// is then regular. Other matrices may fail, or lose digits: look at the residual.
@@ -26,7 +26,8 @@ public:
     };
 
     /// @param start, neighbour  the pattern by columns: block rows of column j are
-    ///                          neighbour[start[j]] .. neighbour[start[j + 1] - 1]
+    ///                          neighbour[start[j]] .. neighbour[start[j + 1] - 1]; what is
+    ///                          missing for it to be symmetric is added
     void analyse(const std::vector<std::size_t>& start, const std::vector<int>& neighbour);
 
     /// Opens a new matrix of the analysed pattern, all zero.

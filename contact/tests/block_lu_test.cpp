@@ -205,6 +205,22 @@ TEST_CASE("a pattern serves again with other values, after a failure too")
     }
 }
 
+TEST_CASE("a pattern that is not symmetric is completed")
+{
+    std::mt19937 rng{21};
+    std::uniform_int_distribution<int> any(0, 39);
+    for (int k = 0; k < 20; ++k) {
+        BlockMatrix A = random_matrix(40, {}, rng); // then one-sided couplings, weak ones
+        for (int e = 0; e < 60; ++e)
+            if (const int i = any(rng), j = any(rng); i != j && !A.block.count({j, i}))
+                A.block[{i, j}] = 0.02 * Mat3::Random();
+        BlockLu lu;
+        analyse(lu, A);
+        REQUIRE(factorise(lu, A));
+        check_solution(lu, A, rng);
+    }
+}
+
 TEST_CASE("an empty matrix is regular")
 {
     BlockLu lu;
