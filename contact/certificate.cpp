@@ -1,6 +1,7 @@
 #include "contact/certificate.hpp"
 
 #include "contact/cone.hpp"
+#include "contact/units.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -175,6 +176,14 @@ double NaturalMapError::floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u
 Certificate certify(const ContactProblem& problem, const Eigen::VectorXd& r, double tolerance,
                     ErrorScope scope)
 {
+    if (const Units units = units_of(problem); !units.are_one()) {
+        const int force = units.q - units.W; // as an exponent
+        Certificate c = certify(in_units(problem, units), times_power(r, -force), tolerance, scope);
+        c.worst_penetration = std::ldexp(c.worst_penetration, units.q);
+        c.worst_cone_violation = std::ldexp(c.worst_cone_violation, force);
+        c.worst_dissipation = std::ldexp(c.worst_dissipation, force + units.q);
+        return c;
+    }
     Certificate c;
     c.tolerance = tolerance;
     c.threshold = tolerance;

@@ -87,6 +87,22 @@ double asymmetry_of(const MatrixFreeDelassus& W)
 
 } // namespace
 
+Delassus::Delassus(Sparse W)
+{
+    W.makeCompressed();
+    const auto sorted = [&](Eigen::Index j) {
+        const int* row = W.innerIndexPtr();
+        return std::is_sorted(row + W.outerIndexPtr()[j], row + W.outerIndexPtr()[j + 1]);
+    };
+    for (Eigen::Index j = 0; j < W.cols(); ++j)
+        if (!sorted(j)) { // entries would not be found; transposing sorts
+            const Sparse mirrored = W.transpose();
+            W = mirrored.transpose();
+            break;
+        }
+    form_ = std::move(W);
+}
+
 Eigen::Index Delassus::rows() const
 {
     return is_dense() ? dense().rows() : is_sparse() ? sparse().rows() : matrix_free().rows;
@@ -176,14 +192,6 @@ Eigen::VectorXd Delassus::diagonal() const
 {
     if (is_dense()) return dense().diagonal();
     return is_sparse() ? sparse().diagonal() : matrix_free().blocks.diagonal();
-}
-
-bool Delassus::all_finite() const
-{
-    if (is_dense()) return dense().allFinite();
-    if (is_sparse()) return sparse().nonZeros() == 0 || sparse().coeffs().allFinite();
-    const Sparse& blocks = matrix_free().blocks;
-    return blocks.nonZeros() == 0 || blocks.coeffs().allFinite();
 }
 
 double Delassus::asymmetry() const

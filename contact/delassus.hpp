@@ -26,7 +26,7 @@ public:
 
     Delassus() = default;
     Delassus(Eigen::MatrixXd W) : form_(std::move(W)) {}
-    Delassus(Sparse W) : form_(std::move(W)) { std::get<Sparse>(form_).makeCompressed(); }
+    Delassus(Sparse W); ///< compressed and, where its columns are not, sorted
     Delassus(MatrixFreeDelassus W) : form_(std::move(W)) {}
 
     bool is_dense() const { return std::holds_alternative<Eigen::MatrixXd>(form_); }
@@ -54,8 +54,6 @@ public:
     /// The block of a contact, size <= 3.
     Eigen::MatrixXd block(Eigen::Index first_row, int size) const;
     Eigen::VectorXd diagonal() const;
-    /// False if a stored number is not finite. Matrix-free: of the blocks alone.
-    bool all_finite() const;
     /// |W - W^T| / |W| in the Frobenius norm, 0 for W = 0, not finite if W is not [-].
     /// Matrix-free: estimated from two fixed products.
     double asymmetry() const;

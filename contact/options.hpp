@@ -13,8 +13,10 @@ struct SolverOptions {
     ContactSolver solver = ContactSolver::automatic;
     double tolerance = 1e-8; ///< natural-map error, in [0, 1); 0: down to round-off [-]
     ErrorScope scope = ErrorScope::all_rows;
-    int max_iterations = 100'000;                                 ///< sweeps or projections, >= 0
-    double max_seconds = std::numeric_limits<double>::infinity(); ///< wall time, >= 0 [s]
+    int max_iterations = 100'000; ///< sweeps or projections, >= 0
+    /// Wall time, >= 0 [s]. Looked at between iterations; a Newton step that should end after twice
+    /// this time is not begun. Checks and certificate, a few products with W, come on top.
+    double max_seconds = std::numeric_limits<double>::infinity();
     /// Ends as stagnated when this many iterations have not lowered the best error by a tenth:
     /// at that rate max_iterations would not bring one more digit.
     int patience = 2000;

@@ -7,9 +7,11 @@
 #include "contact/solvers/newton.hpp"
 #include "contact/solvers/nsgs.hpp"
 #include "contact/solvers/uzawa.hpp"
+#include "contact/units.hpp"
 #include "mesh/base/phase_timer.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace amontons {
 namespace {
@@ -29,6 +31,10 @@ void check(const ContactProblem& problem, const SolverOptions& options,
                          "none, or " + std::to_string(problem.q.size())});
     else if (!warm_start.allFinite())
         found.push_back({"warm start", "", "a number that is not finite", "finite"});
+    if (problem.W.is_matrix_free() &&
+        (options.solver == ContactSolver::nsgs || options.solver == ContactSolver::anderson))
+        found.push_back({"solver options", "solver", name(options.solver),
+                         "auto, uzawa, newton or path: a matrix-free W has no columns to sweep"});
     if (!found.empty()) throw InputError(std::move(found));
 }
 
@@ -126,11 +132,12 @@ SolverRun run_parts(const ContactProblem& problem, const std::vector<ProblemPart
     whole.history.push_back({0, clock.seconds(), error_of(whole.reaction)});
 
     const double share = 1 / std::sqrt(static_cast<double>(parts.size()));
+    const int threads = std::clamp(static_cast<int>(parts.size()), 1, options.threads);
     double factor = 1;
     std::vector<SolverRun> runs(parts.size());
     for (int round = 0; round < kRounds; ++round) {
         // Each part is on its own: any number of threads computes the same.
-#pragma omp parallel for schedule(dynamic) num_threads(options.threads) if (options.threads > 1)
+#pragma omp parallel for schedule(dynamic) num_threads(threads) if (threads > 1)
         for (std::size_t k = 0; k < parts.size(); ++k) {
             const ProblemPart& part = parts[k];
             SolverOptions own = options;
@@ -194,19 +201,19 @@ void describe(const ContactProblem& problem, const SolverOptions& options, Certi
     c.indefinite = W.indefinite;
 }
 
-} // namespace
-
-ContactSolution solve(const ContactProblem& problem, const SolverOptions& options,
-                      const Eigen::VectorXd& warm_start)
+/// Solves a problem in the units that it has.
+ContactSolution solve_in_range(const ContactProblem& problem, const SolverOptions& options,
+                               const Eigen::VectorXd& warm_start)
 {
     const Stopwatch clock;
-    check(problem, options, warm_start);
-
     Eigen::VectorXd r = start(problem, warm_start);
-    if (Certificate c = certify(problem, r, options.tolerance, options.scope);
-        c.status == SolveStatus::converged) { // nothing to do: no contact closes, or all is known
-        c.solver = options.solver;
-        ContactSolution solution{r, problem.W * r + problem.q, c, {{0, clock.seconds(), c.error}}};
+    Certificate first = certify(problem, r, options.tolerance, options.scope);
+    first.solver = options.solver;
+    const bool may_shrink = options.least_norm && !r.isZero(0);
+    if (first.status == SolveStatus::converged && !may_shrink) {
+        // Nothing to do: no contact closes, or all is known.
+        ContactSolution solution{
+            r, problem.W * r + problem.q, first, {{0, clock.seconds(), first.error}}};
         solution.certificate.seconds = clock.seconds();
         describe(problem, options, solution.certificate);
         return solution;
@@ -222,6 +229,10 @@ ContactSolution solve(const ContactProblem& problem, const SolverOptions& option
     ContactSolution solution;
     solution.certificate = certify(problem, outcome.reaction, options.tolerance, options.scope);
     Certificate& c = solution.certificate;
+    if (c.status != SolveStatus::converged && !(c.error <= first.error)) {
+        c = first; // a solver that leaves its start behind may end worse than it began
+        outcome.reaction = std::move(r);
+    }
     // A solver may end early, never declare success.
     if (c.status != SolveStatus::converged && outcome.status != SolveStatus::converged)
         c.status = outcome.status;
@@ -234,6 +245,46 @@ ContactSolution solve(const ContactProblem& problem, const SolverOptions& option
     c.seconds = clock.seconds();
     describe(problem, options, c);
     return solution;
+}
+
+/// Solves in other units, and certifies what is left of the reaction in the problem's own.
+ContactSolution solve_in_units(const ContactProblem& problem, const Units& units,
+                               const SolverOptions& options, const Eigen::VectorXd& warm_start)
+{
+    const int force = units.q - units.W; // as an exponent
+    const ContactProblem inner = in_units(problem, units);
+    ContactSolution solution = solve_in_range(inner, options, times_power(warm_start, -force));
+    solution.reaction = times_power(solution.reaction, force);
+    // No double holds the reaction of a large gap with a small W.
+    if (!solution.reaction.allFinite()) solution.reaction.setZero();
+    solution.u = times_power(inner.W * times_power(solution.reaction, -force) + inner.q, units.q);
+
+    Certificate c = certify(problem, solution.reaction, options.tolerance, options.scope);
+    const Certificate& found = solution.certificate;
+    if (c.status != SolveStatus::converged && found.status != SolveStatus::converged)
+        c.status = found.status;
+    c.analysed = found.analysed;
+    c.rank_deficient = found.rank_deficient;
+    c.indefinite = found.indefinite;
+    c.solver = found.solver;
+    c.iterations = found.iterations;
+    c.seconds = found.seconds;
+    c.proof = found.proof;
+    c.proof.closing = std::ldexp(c.proof.closing, units.q);
+    c.proof.holds_up_to = std::ldexp(c.proof.holds_up_to, force);
+    solution.certificate = std::move(c);
+    return solution;
+}
+
+} // namespace
+
+ContactSolution solve(const ContactProblem& problem, const SolverOptions& options,
+                      const Eigen::VectorXd& warm_start)
+{
+    check(problem, options, warm_start);
+    const Units units = units_of(problem);
+    return units.are_one() ? solve_in_range(problem, options, warm_start)
+                           : solve_in_units(problem, units, options, warm_start);
 }
 
 } // namespace amontons

@@ -12,8 +12,8 @@ namespace amontons {
 /// unless the time ran out.
 /// @param warm_start  a reaction near the solution, rows; or empty. Used only where it is better
 ///                    than r = 0
-/// @throws InputError  if the problem, the options or the warm start make no sense, with all
-///                     that is wrong; nothing has run
+/// @throws InputError  if the problem, the options or the warm start make no sense, or sweeps are
+///                     asked of a matrix-free W, with all that is wrong; nothing has run
 ContactSolution solve(const ContactProblem& problem, const SolverOptions& options = {},
                       const Eigen::VectorXd& warm_start = {});
 

@@ -68,6 +68,7 @@ std::optional<InfeasibilityProof> search_proof(const SolverWork& work)
         const ContactProblem normals = softened_normals(work.problem, compliance, rows);
         SolverOptions options;
         options.tolerance = 1e-10;
+        options.max_seconds = work.progress.seconds_left(); // too short a look proves nothing
         SolverWork inner(normals, options, Eigen::VectorXd::Zero(normals.q.size()));
         ShiftedDelassus matrix(inner);
         follow_path(inner, matrix, {.from_afar = true, .steps = 60});
@@ -107,6 +108,10 @@ void solve_automatically(SolverWork& work)
     if (!work.problem.W.is_matrix_free()) {
         sweeps.emplace(work);
         if (sweep_while_cheap(work, *sweeps, matrix)) return;
+        if (!work.progress.has_time_for(1e-9 * step_cost(work, matrix, closed_rows(work)))) {
+            sweeps->advance(std::numeric_limits<int>::max());
+            return;
+        }
     } else if (work.progress.ends(work.r, work.u)) {
         return;
     }

@@ -81,13 +81,6 @@ void Columns::add(int contact, const double* change, Eigen::VectorXd& u) const
     }
 }
 
-void Columns::product(const Eigen::VectorXd& r, Eigen::VectorXd& u) const
-{
-    u = problem_.q;
-    for (int i = 0; i < contact_count(problem_); ++i)
-        if (!r.segment(first_row(i), rows(i)).isZero(0)) add(i, r.data() + first_row(i), u);
-}
-
 std::size_t Columns::blocks() const
 {
     const auto n = static_cast<std::size_t>(contact_count(problem_));

@@ -16,8 +16,6 @@ public:
 
     /// u += W(:, contact) change. @param change  as many numbers as the contact has rows
     void add(int contact, const double* change, Eigen::VectorXd& u) const;
-    /// u = W r + q; contacts with r = 0 cost nothing.
-    void product(const Eigen::VectorXd& r, Eigen::VectorXd& u) const;
     /// Stored blocks: what a product or a sweep costs is proportional to it.
     std::size_t blocks() const;
 

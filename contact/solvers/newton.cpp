@@ -93,7 +93,7 @@ public:
     }
 
     /// The Newton step in real forces.
-    /// @returns false if the matrix is singular
+    /// @returns false if the matrix is singular to working precision
     bool step(const std::vector<LinearisedLaw>& law, double shift, const Smoothing& s,
               ShiftedDelassus& matrix, Eigen::VectorXd& direction)
     {
@@ -121,7 +121,7 @@ public:
             const Vec3 b = -(own.residual / s.rho + own.D * own.residual);
             direction.segment(k, rows) = b.head(rows) - felt_.segment(k, rows);
         }
-        matrix.solve(direction);
+        if (!matrix.solve(direction)) return false;
         direction.array() *= force * scale_.array();
         return direction.allFinite();
     }
@@ -132,6 +132,14 @@ private:
     const Eigen::VectorXd& scale_;
     Eigen::VectorXd given_, felt_;
 };
+
+Eigen::Index closed_rows(const Columns& columns, const std::vector<LinearisedLaw>& law)
+{
+    Eigen::Index count = 0;
+    for (std::size_t i = 0; i < law.size(); ++i)
+        if (!law[i].open) count += columns.rows(static_cast<int>(i));
+    return count;
+}
 
 } // namespace
 
@@ -180,6 +188,7 @@ bool follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath& pa
         }
         if (steps == path.steps || steps - lowest_at > kPatience) return false;
         const double merit = scaled.linearise(r, u, smoothing, law);
+        if (!progress.has_time_for(1e-9 * matrix.cost(closed_rows(columns, law)))) return true;
         if (rejected == 0) recent[known++ % kMemory] = merit;
         const double reference = *std::max_element(recent, recent + std::min(known, kMemory));
 

@@ -78,6 +78,13 @@ bool Progress::ends(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact)
            run_.iterations - stall_start_ >= options_.patience;
 }
 
+bool Progress::has_time_for(double seconds)
+{
+    if (clock_.seconds() + seconds <= 2 * options_.max_seconds) return true;
+    run_.status = SolveStatus::out_of_time;
+    return false;
+}
+
 void Progress::prove(InfeasibilityProof proof)
 {
     run_.status = SolveStatus::infeasible;

@@ -5,6 +5,8 @@
 #include "contact/solution.hpp"
 #include "mesh/base/phase_timer.hpp"
 
+#include <algorithm>
+
 namespace amontons {
 
 /// What an iterative solver hands back; solve() certifies it.
@@ -30,9 +32,14 @@ public:
     ///               more than a product
     bool ends(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact = false);
 
-    /// Ends the run, with a status of the solver's own.
-    void end(SolveStatus status) { run_.status = status; }
+    /// Ends the run as infeasible.
     void prove(InfeasibilityProof proof);
+
+    /// Is there time for a step that takes this long [s]? Not if it would end after twice
+    /// max_seconds; the run then ends as out of time.
+    bool has_time_for(double seconds);
+    /// Of max_seconds [s].
+    double seconds_left() const { return std::max(0.0, options_.max_seconds - clock_.seconds()); }
 
     const NaturalMapError& natural_map() const { return natural_map_; }
     double error() const { return error_; } ///< of the last iterate [-]

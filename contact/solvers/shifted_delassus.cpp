@@ -49,7 +49,8 @@ double dense_cost(Eigen::Index rows)
 
 double ShiftedDelassus::cost(Eigen::Index closed_rows) const
 {
-    if (!problem_.W.is_sparse()) return dense_cost(closed_rows);
+    if (problem_.W.is_matrix_free()) return 0;
+    if (problem_.W.is_dense()) return dense_cost(closed_rows);
     // Filling in and refining cost as much as small factors do.
     const double whole = 1.3 * sparse_.cost() + 100 * static_cast<double>(columns_.blocks());
     return std::min(whole, dense_cost(closed_rows));
@@ -76,7 +77,7 @@ bool ShiftedDelassus::factorise(const std::vector<LinearisedLaw>& law, double sh
     return true;
 }
 
-void ShiftedDelassus::solve(Eigen::VectorXd& x)
+bool ShiftedDelassus::solve(Eigen::VectorXd& x)
 {
     if (problem_.W.is_matrix_free()) {
         solve_by_gmres(x);
@@ -84,11 +85,12 @@ void ShiftedDelassus::solve(Eigen::VectorXd& x)
         solve_dense(x);
     } else if (!solve_sparse(x)) {
         distrusted_ = true;
-        if (static_cast<Eigen::Index>(closed_.size()) > kDistrusted) return;
+        if (static_cast<Eigen::Index>(closed_.size()) > kDistrusted) return false;
         by_blocks_ = false;
         factorise_dense();
         solve_dense(x);
     }
+    return true;
 }
 
 // ---- dense

@@ -25,8 +25,10 @@ public:
     bool factorise(const std::vector<LinearisedLaw>& law, double shift);
     /// x: rows of closed contacts hold b and leave with the solution; those of open ones are kept
     /// as they are and must already be accounted for in b.
-    void solve(Eigen::VectorXd& x);
-    /// What a factor of this many closed rows costs [ns on one core of 2024].
+    /// @returns false, and x as it was, if the block LU is too inaccurate and a dense one too large
+    bool solve(Eigen::VectorXd& x);
+    /// What a factor of this many closed rows costs [ns on one core of 2024]; 0 for a matrix-free
+    /// W, whose products nobody knows the cost of.
     double cost(Eigen::Index closed_rows) const;
 
 private:

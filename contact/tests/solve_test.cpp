@@ -3,6 +3,7 @@
 #include "contact/tests/contact_problems.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <doctest/doctest.h>
 #include <string>
 
@@ -424,6 +425,67 @@ TEST_CASE("limits end a solve with the best reaction so far")
     CHECK(solve(p, options).certificate.status == SolveStatus::out_of_time);
 }
 
+TEST_CASE("a solve never ends worse than it began")
+{
+    std::mt19937 rng{12};
+    for (int k = 0; k < 10; ++k) {
+        const ContactProblem p = test::random_problem(rng, 6, 18, 0.4, 6);
+        const double zero = certify(p, Eigen::VectorXd::Zero(18), 0).error;
+        for (SolverOptions options : all_solvers())
+            for (int iterations : {0, 1}) {
+                CAPTURE(name(options.solver));
+                options.max_iterations = iterations;
+                const ContactSolution s = solve(p, options);
+                CHECK(s.certificate.error <= zero);
+                CHECK(s.certificate.error == certify(p, s.reaction, 0).error);
+            }
+    }
+}
+
+TEST_CASE("the least reaction is found from a warm start that solves the problem, too")
+{
+    // Two equal contacts below one mass: only the sum of their reactions is felt.
+    ContactProblem p;
+    p.W.dense().setOnes(2, 2);
+    p.q = Eigen::Vector2d(-1, -1);
+    p.mu.setZero(2);
+    p.kind.assign(2, ContactKind::frictionless);
+    SolverOptions options;
+    options.least_norm = true;
+    const ContactSolution s = solve(p, options, Eigen::Vector2d(1, 0));
+    REQUIRE(s.certificate.status == SolveStatus::converged);
+    CHECK(s.reaction[0] == doctest::Approx(0.5).epsilon(1e-4));
+    CHECK(s.reaction[1] == doctest::Approx(0.5).epsilon(1e-4));
+}
+
+TEST_CASE("a Newton step that takes longer than the time allowed is not begun")
+{
+    // 900 rows: a factor is reckoned at 13 ms, more than three times the limit.
+    std::mt19937 rng{13};
+    const ContactProblem p = test::random_problem(rng, 300, 900, 0.8, 2);
+    SolverOptions options = with(ContactSolver::path);
+    options.max_seconds = 4e-3;
+    const ContactSolution s = solve(p, options);
+    CHECK(s.certificate.status == SolveStatus::out_of_time);
+    CHECK(s.certificate.iterations == 0);
+}
+
+TEST_CASE("a sparse W whose columns are not sorted is the same W")
+{
+    std::mt19937 rng{14};
+    const ContactProblem p = test::random_problem(rng, 6, 18, 0.4);
+    Delassus::Sparse W = p.W.dense().sparseView();
+    W.makeCompressed();
+    for (Eigen::Index j = 0; j < W.cols(); ++j) {
+        const int begin = W.outerIndexPtr()[j], end = W.outerIndexPtr()[j + 1];
+        std::reverse(W.innerIndexPtr() + begin, W.innerIndexPtr() + end);
+        std::reverse(W.valuePtr() + begin, W.valuePtr() + end);
+    }
+    ContactProblem other = p;
+    other.W = W;
+    CHECK((solve(other).reaction - solve(as_sparse(p)).reaction).norm() == 0);
+}
+
 TEST_CASE("no contact is a problem, with nothing to do")
 {
     const ContactSolution s = solve(ContactProblem{});
@@ -471,6 +533,8 @@ TEST_CASE("bad input is refused, with all that is wrong")
     options.nsgs.freeze = 1;
     options.uzawa.factor = 0;
     CHECK(count(p, options) == 4);
+    for (ContactSolver sweeps : {ContactSolver::nsgs, ContactSolver::anderson})
+        CHECK(count(as_function(p), with(sweeps)) == 1);
     CHECK(contact_solver("uzawa") == ContactSolver::uzawa);
     CHECK_THROWS_AS(contact_solver("uzava"), InputError);
 }

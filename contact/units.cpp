@@ -1,0 +1,69 @@
+#include "contact/units.hpp"
+
+#include <cmath>
+
+namespace amontons {
+namespace {
+
+constexpr double kSmallest = 1e-60, kLargest = 1e60;
+
+bool is_harmless(double largest)
+{
+    return largest == 0 || (largest >= kSmallest && largest <= kLargest);
+}
+
+int exponent_of(double largest)
+{
+    return is_harmless(largest) || !std::isfinite(largest) ? 0 : std::ilogb(largest);
+}
+
+double largest_of(const Eigen::VectorXd& x)
+{
+    return x.size() > 0 ? x.cwiseAbs().maxCoeff() : 0;
+}
+
+/// Of a semidefinite W no entry is larger than the largest of the diagonal.
+double largest_of(const Delassus& W)
+{
+    const double own = largest_of(Eigen::VectorXd(W.diagonal()));
+    if ((own > 0 && is_harmless(own)) || W.rows() == 0 || W.is_matrix_free()) return own;
+    if (W.is_dense()) return W.dense().cwiseAbs().maxCoeff();
+    return W.sparse().nonZeros() > 0 ? W.sparse().coeffs().abs().maxCoeff() : 0;
+}
+
+} // namespace
+
+Units units_of(const ContactProblem& problem)
+{
+    return {exponent_of(largest_of(problem.W)), exponent_of(largest_of(problem.q))};
+}
+
+Eigen::VectorXd times_power(const Eigen::VectorXd& x, int exponent)
+{
+    // 2^exponent itself may be out of range where the result is not.
+    return x.unaryExpr([exponent](double value) { return std::ldexp(value, exponent); });
+}
+
+ContactProblem in_units(const ContactProblem& problem, const Units& units)
+{
+    const auto scaled = [&](double value) { return std::ldexp(value, -units.W); };
+    ContactProblem result = problem;
+    result.q = times_power(problem.q, -units.q);
+    if (problem.W.is_dense()) {
+        result.W = Eigen::MatrixXd(problem.W.dense().unaryExpr(scaled));
+    } else if (problem.W.is_sparse()) {
+        result.W = Delassus::Sparse(problem.W.sparse().unaryExpr(scaled));
+    } else {
+        MatrixFreeDelassus function = problem.W.matrix_free();
+        function.blocks = problem.W.matrix_free().blocks.unaryExpr(scaled);
+        function.apply = [apply = problem.W.matrix_free().apply,
+                          exponent = -units.W](const Eigen::VectorXd& r, Eigen::VectorXd& out) {
+            apply(r, out);
+            out = times_power(out, exponent);
+        };
+        result.W = std::move(function);
+    }
+    return result;
+}
+
+} // namespace amontons
