@@ -17,7 +17,8 @@ struct SolverOptions {
     /// Wall time, >= 0 [s]. Looked at between iterations; a Newton step that should end after twice
     /// this time is not begun. Checks and certificate, a few products with W, come on top.
     double max_seconds = std::numeric_limits<double>::infinity();
-    /// Ends as stagnated when this many iterations have not lowered the best error by a tenth:
+    /// Ends as stagnated when this many iterations (`auto`: five times as many, for it has several
+    /// ways to try) have not lowered the best error by a tenth:
     /// at that rate max_iterations would not bring one more digit.
     int patience = 2000;
     int threads = 1; ///< groups of contacts that W does not couple are solved side by side, >= 1

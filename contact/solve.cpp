@@ -69,7 +69,10 @@ SolverRun run(const ContactProblem& problem, SolverOptions options, Eigen::Vecto
               bool warm)
 {
     // Its sweeps and steps are of many kinds: that one kind does not help says little.
-    if (options.solver == ContactSolver::automatic) options.patience *= kWaysOfAutomatic;
+    if (options.solver == ContactSolver::automatic)
+        options.patience =
+            kWaysOfAutomatic *
+            std::min(options.patience, std::numeric_limits<int>::max() / kWaysOfAutomatic);
     SolverWork work(problem, options, std::move(start));
     switch (options.solver) {
     case ContactSolver::automatic:

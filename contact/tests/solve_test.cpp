@@ -453,6 +453,15 @@ TEST_CASE("a solve never ends worse than it began")
     }
 }
 
+TEST_CASE("any patience may be asked for")
+{
+    std::mt19937 rng{15};
+    const ContactProblem p = test::random_problem(rng, 6, 18, 0.4);
+    SolverOptions options;
+    options.patience = 500'000'000; // five times this is no int
+    CHECK(solve(p, options).certificate.status == SolveStatus::converged);
+}
+
 TEST_CASE("the least reaction is found from a warm start that solves the problem, too")
 {
     // Two equal contacts below one mass: only the sum of their reactions is felt.
