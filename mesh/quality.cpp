@@ -69,8 +69,7 @@ std::vector<Sample> samples_of(ElementKind kind)
         sample.gradient = {{{-1, -1, -1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
         all.push_back(sample);
     } else if (kind == ElementKind::T10) {
-        // det J is cubic: the centre with weight -4/5 and four points with 9/20 are exact. The four
-        // points of degree 2 are those where a stiffness is usually integrated.
+        // det J is cubic: the centre with weight -4/5 and four points with 9/20 are exact.
         all.push_back(t10_sample(0.25, 0.25, 0.25, -4. / 30));
         const double a = 1. / 6, b = (5 - std::sqrt(5.0)) / 20;
         for (int i = 0; i < 4; ++i) {
@@ -81,6 +80,8 @@ std::vector<Sample> samples_of(ElementKind kind)
             all.push_back(at(a, 9. / 120));
             all.push_back(at(b, 0));
             all.push_back(at(0, 0)); // the corners
+            all.push_back(
+                at(1. / 3, 0)); // the middles of the faces, where a stiffness is integrated
         }
     } else {
         const double g = 1 / std::sqrt(3.0);

@@ -1,0 +1,271 @@
+#include "solver/solid/assembly.hpp"
+
+#include "solver/solid/face_load.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace amontons {
+namespace {
+
+const SolidMaterial& material_of(std::span<const SolidMaterial> materials, std::int32_t element)
+{
+    return materials[materials.size() == 1 ? 0 : std::size_t(element)];
+}
+
+void check_materials(const VolumeMesh& mesh, std::span<const SolidMaterial> materials)
+{
+    AMONTONS_ASSERT(materials.size() == 1 || materials.size() == element_count(mesh));
+}
+
+template <class Forces>
+void add_face_forces(const VolumeMesh& mesh, std::span<const FaceRef> faces,
+                     Eigen::Ref<Eigen::VectorXd> f, Forces forces)
+{
+    AMONTONS_ASSERT(std::size_t(f.size()) == 3 * mesh.nodes.size());
+    for (const FaceRef& face : faces) {
+        const FaceNodes on = face_nodes(mesh, face);
+        const FaceForces on_nodes = forces(places_of(mesh, on.nodes()));
+        for (int i = 0; i < on.count; ++i)
+            f.segment<3>(3 * on.node[std::size_t(i)]) += on_nodes.col(i);
+    }
+}
+
+} // namespace
+
+SolidPattern make_pattern(const VolumeMesh& mesh)
+{
+    const auto count = static_cast<std::int32_t>(mesh.nodes.size());
+    // Elements of each node first: its neighbours are then found one node at a time.
+    std::vector<std::int32_t> begin(mesh.nodes.size() + 1, 0);
+    std::vector<std::span<const std::int32_t>> elements;
+    std::size_t ranks = 0;
+    for_each_element(mesh, [&](std::int32_t, ElementKind, std::span<const std::int32_t> nodes) {
+        elements.push_back(nodes);
+        ranks += nodes.size() * nodes.size();
+        for (const std::int32_t node : nodes) {
+            AMONTONS_ASSERT(node >= 0 && node < count);
+            ++begin[std::size_t(node) + 1];
+        }
+    });
+    for (std::size_t i = 1; i < begin.size(); ++i)
+        begin[i] += begin[i - 1];
+    std::vector<std::int32_t> of_node(std::size_t(begin.back()));
+    std::vector<std::int32_t> next(begin.begin(), begin.end() - 1);
+    for (std::size_t e = 0; e < elements.size(); ++e)
+        for (const std::int32_t node : elements[e])
+            of_node[std::size_t(next[std::size_t(node)]++)] = std::int32_t(e);
+
+    SolidPattern pattern;
+    pattern.start.push_back(0);
+    std::vector<std::int32_t> around;
+    for (std::int32_t j = 0; j < count; ++j) {
+        around.clear();
+        for (std::int32_t k = begin[std::size_t(j)]; k < begin[std::size_t(j) + 1]; ++k) {
+            const std::span<const std::int32_t> nodes =
+                elements[std::size_t(of_node[std::size_t(k)])];
+            around.insert(around.end(), nodes.begin(), nodes.end());
+        }
+        std::sort(around.begin(), around.end());
+        around.erase(std::unique(around.begin(), around.end()), around.end());
+        pattern.neighbour.insert(pattern.neighbour.end(), around.begin(), around.end());
+        AMONTONS_ASSERT(pattern.neighbour.size() <=
+                        std::size_t(std::numeric_limits<std::int32_t>::max()) / 9);
+        pattern.start.push_back(std::int32_t(pattern.neighbour.size()));
+    }
+
+    pattern.rank.reserve(ranks);
+    for (const std::span<const std::int32_t> nodes : elements)
+        for (const std::int32_t j : nodes) {
+            const auto first = pattern.neighbour.begin() + pattern.start[std::size_t(j)],
+                       last = pattern.neighbour.begin() + pattern.start[std::size_t(j) + 1];
+            for (const std::int32_t i : nodes)
+                pattern.rank.push_back(std::int32_t(std::lower_bound(first, last, i) - first));
+        }
+    return pattern;
+}
+
+SparseMatrix zero_matrix(const SolidPattern& pattern)
+{
+    const auto nodes = static_cast<std::int32_t>(pattern.start.size()) - 1;
+    SparseMatrix A(3 * nodes, 3 * nodes);
+    A.resizeNonZeros(9 * Eigen::Index(pattern.neighbour.size()));
+    std::int32_t* row = A.innerIndexPtr();
+    std::int32_t entries = 0;
+    for (std::int32_t j = 0; j < nodes; ++j)
+        for (std::int32_t c = 0; c < 3; ++c) {
+            A.outerIndexPtr()[3 * j + c] = entries;
+            for (std::int32_t k = pattern.start[std::size_t(j)];
+                 k < pattern.start[std::size_t(j) + 1]; ++k, entries += 3)
+                for (std::int32_t r = 0; r < 3; ++r)
+                    *row++ = 3 * pattern.neighbour[std::size_t(k)] + r;
+        }
+    A.outerIndexPtr()[3 * nodes] = entries;
+    A.coeffs().setZero();
+    return A;
+}
+
+ElementPlaces places_of(const VolumeMesh& mesh, std::span<const std::int32_t> nodes)
+{
+    ElementPlaces X(3, Eigen::Index(nodes.size()));
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+        X.col(Eigen::Index(i)) = mesh.nodes[std::size_t(nodes[i])];
+    return X;
+}
+
+void add_element(const SolidPattern& pattern, std::size_t& at, std::span<const std::int32_t> nodes,
+                 const ElementMatrix& block, double* values)
+{
+    const auto n = Eigen::Index(nodes.size());
+    AMONTONS_ASSERT(block.rows() == 3 * n && block.cols() == 3 * n);
+    for (Eigen::Index j = 0; j < n; ++j) {
+        const auto node = std::size_t(nodes[std::size_t(j)]);
+        const std::int32_t first = pattern.start[node], height = pattern.start[node + 1] - first;
+        double* column = values + 9 * std::ptrdiff_t(first);
+        for (Eigen::Index i = 0; i < n; ++i) {
+            const std::int32_t rank = pattern.rank[at++];
+            for (int c = 0; c < 3; ++c)
+                for (int r = 0; r < 3; ++r)
+                    column[3 * (c * height + rank) + r] += block(3 * i + r, 3 * j + c);
+        }
+    }
+}
+
+void assemble_stiffness(const VolumeMesh& mesh, const SolidPattern& pattern,
+                        std::span<const SolidMaterial> materials, SparseMatrix& K)
+{
+    check_materials(mesh, materials);
+    assemble(
+        mesh, pattern,
+        [&](std::int32_t number, ElementKind kind, std::span<const std::int32_t> nodes,
+            ElementMatrix& block) {
+            solid_stiffness(kind, places_of(mesh, nodes),
+                            elasticity_matrix(material_of(materials, number)), block);
+        },
+        K);
+}
+
+void assemble_mass(const VolumeMesh& mesh, const SolidPattern& pattern,
+                   std::span<const SolidMaterial> materials, SparseMatrix& M)
+{
+    check_materials(mesh, materials);
+    ElementMatrix scalar;
+    assemble(
+        mesh, pattern,
+        [&](std::int32_t number, ElementKind kind, std::span<const std::int32_t> nodes,
+            ElementMatrix& block) {
+            solid_mass(kind, places_of(mesh, nodes), material_of(materials, number).density,
+                       scalar);
+            block.setZero(3 * scalar.rows(), 3 * scalar.cols());
+            for (Eigen::Index j = 0; j < scalar.cols(); ++j)
+                for (Eigen::Index i = 0; i < scalar.rows(); ++i)
+                    block.block<3, 3>(3 * i, 3 * j).diagonal().setConstant(scalar(i, j));
+        },
+        M);
+}
+
+Eigen::VectorXd assemble_lumped_mass(const VolumeMesh& mesh,
+                                     std::span<const SolidMaterial> materials)
+{
+    check_materials(mesh, materials);
+    Eigen::VectorXd mass = Eigen::VectorXd::Zero(3 * Eigen::Index(mesh.nodes.size()));
+    for_each_element(mesh, [&](std::int32_t number, ElementKind kind,
+                               std::span<const std::int32_t> nodes) {
+        const ShapeValues of =
+            solid_lumped_mass(kind, places_of(mesh, nodes), material_of(materials, number).density);
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+            mass.segment<3>(3 * nodes[i]).array() += of[Eigen::Index(i)];
+    });
+    return mass;
+}
+
+void add_weight(const VolumeMesh& mesh, std::span<const SolidMaterial> materials,
+                const Vec3& acceleration, Eigen::Ref<Eigen::VectorXd> f)
+{
+    check_materials(mesh, materials);
+    AMONTONS_ASSERT(std::size_t(f.size()) == 3 * mesh.nodes.size());
+    for_each_element(
+        mesh, [&](std::int32_t number, ElementKind kind, std::span<const std::int32_t> nodes) {
+            const Vec3 force = material_of(materials, number).density * acceleration;
+            const ElementVector on_nodes = solid_body_force(kind, places_of(mesh, nodes), force);
+            for (std::size_t i = 0; i < nodes.size(); ++i)
+                f.segment<3>(3 * nodes[i]) += on_nodes.segment<3>(3 * Eigen::Index(i));
+        });
+}
+
+void add_pressure(const VolumeMesh& mesh, std::span<const FaceRef> faces, double pressure,
+                  Eigen::Ref<Eigen::VectorXd> f)
+{
+    add_face_forces(mesh, faces, f,
+                    [&](const ElementPlaces& X) { return pressure_forces(X, pressure); });
+}
+
+void add_traction(const VolumeMesh& mesh, std::span<const FaceRef> faces, const Vec3& traction,
+                  Eigen::Ref<Eigen::VectorXd> f)
+{
+    add_face_forces(mesh, faces, f,
+                    [&](const ElementPlaces& X) { return traction_forces(X, traction); });
+}
+
+FreeDofs make_free_dofs(const SolidPattern& pattern, std::span<const std::int32_t> fixed)
+{
+    const std::size_t nodes = pattern.start.size() - 1;
+    std::vector<bool> held(3 * nodes, false);
+    for (const std::int32_t dof : fixed) {
+        AMONTONS_ASSERT(dof >= 0 && std::size_t(dof) < held.size());
+        held[std::size_t(dof)] = true;
+    }
+    FreeDofs dofs;
+    dofs.number.reserve(held.size());
+    for (std::size_t dof = 0; dof < held.size(); ++dof) {
+        const bool alone = pattern.start[dof / 3] == pattern.start[dof / 3 + 1];
+        std::vector<std::int32_t>& list = held[dof] || alone ? dofs.fixed : dofs.free;
+        const auto place = static_cast<std::int32_t>(list.size());
+        dofs.number.push_back(held[dof] || alone ? -1 - place : place);
+        list.push_back(std::int32_t(dof));
+    }
+    return dofs;
+}
+
+Elimination make_elimination(const SparseMatrix& whole, const FreeDofs& dofs)
+{
+    AMONTONS_ASSERT(whole.isCompressed() && std::size_t(whole.cols()) == dofs.number.size());
+    const auto part = [&](const std::vector<std::int32_t>& columns, SparseMatrix& A,
+                          std::vector<std::int32_t>& source) {
+        std::vector<std::int32_t> start{0}, row;
+        for (const std::int32_t column : columns) {
+            for (std::int32_t k = whole.outerIndexPtr()[column];
+                 k < whole.outerIndexPtr()[column + 1]; ++k)
+                if (const std::int32_t i = dofs.number[std::size_t(whole.innerIndexPtr()[k])];
+                    i >= 0) {
+                    row.push_back(i);
+                    source.push_back(k);
+                }
+            start.push_back(std::int32_t(row.size()));
+        }
+        A.resize(Eigen::Index(dofs.free.size()), Eigen::Index(columns.size()));
+        A.resizeNonZeros(Eigen::Index(row.size()));
+        std::copy(start.begin(), start.end(), A.outerIndexPtr());
+        std::copy(row.begin(), row.end(), A.innerIndexPtr());
+    };
+    Elimination parts;
+    part(dofs.free, parts.ff, parts.ff_source);
+    part(dofs.fixed, parts.fc, parts.fc_source);
+    eliminate(whole, parts);
+    return parts;
+}
+
+void eliminate(const SparseMatrix& whole, Elimination& parts)
+{
+    const auto copy = [&](const std::vector<std::int32_t>& source, SparseMatrix& A) {
+        double* value = A.valuePtr();
+        for (const std::int32_t k : source) {
+            AMONTONS_ASSERT(k < whole.nonZeros());
+            *value++ = whole.valuePtr()[k];
+        }
+    };
+    copy(parts.ff_source, parts.ff);
+    copy(parts.fc_source, parts.fc);
+}
+
+} // namespace amontons
