@@ -6,9 +6,10 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 # ---- the only list of packages; all are in Debian 12, Debian 13 and Ubuntu 24.04
 
 build=(g++ cmake ninja-build ccache)
-core=(libeigen3-dev libxxhash-dev libmetis-dev zlib1g-dev nlohmann-json3-dev libcli11-dev libfmt-dev)
+core=(libeigen3-dev libxxhash-dev libmetis-dev zlib1g-dev nlohmann-json3-dev libcli11-dev libfmt-dev
+    libsuitesparse-dev libopenblas0) # without OpenBLAS the reference BLAS factors, many times slower
 pictures=(libvtk9-dev libx11-dev xvfb gnuplot-nox)    # the VTK module and the plots
-modules=(petsc-dev libcgal-dev libfclib-dev libsuitesparse-dev) # of rooms to come
+modules=(petsc-dev libcgal-dev libfclib-dev) # of rooms to come
 tests=(doctest-dev libbenchmark-dev python3 python3-jsonschema clang libclang-rt-dev shellcheck)
 
 # ---- where things are

@@ -1,0 +1,38 @@
+#pragma once
+
+// The few routines of BLAS that we call ourselves, by columns, 32-bit sizes (reference BLAS's
+// interface), and how many threads BLAS and CHOLMOD may use meanwhile.
+
+extern "C" {
+void dtrsm_(const char* side, const char* triangle, const char* transposed, const char* diagonal,
+            const int* m, const int* n, const double* alpha, const double* A, const int* lda,
+            double* B, const int* ldb);
+void dgemm_(const char* transposed_a, const char* transposed_b, const int* m, const int* n,
+            const int* k, const double* alpha, const double* A, const int* lda, const double* B,
+            const int* ldb, const double* beta, double* C, const int* ldc);
+void dsyrk_(const char* triangle, const char* transposed, const int* n, const int* k,
+            const double* alpha, const double* A, const int* lda, const double* beta, double* C,
+            const int* ldc);
+void dtrsv_(const char* triangle, const char* transposed, const char* diagonal, const int* n,
+            const double* A, const int* lda, double* x, const int* step);
+void dgemv_(const char* transposed, const int* m, const int* n, const double* alpha,
+            const double* A, const int* lda, const double* x, const int* step_x, const double* beta,
+            double* y, const int* step_y);
+}
+
+namespace amontons {
+
+/// While it lives OpenBLAS uses `threads` threads, and OpenMP regions of libraries one if
+/// threads is 1. Both settings belong to the process; other BLAS libraries keep theirs.
+class BlasThreads {
+public:
+    explicit BlasThreads(int threads);
+    ~BlasThreads();
+    BlasThreads(const BlasThreads&) = delete;
+    BlasThreads& operator=(const BlasThreads&) = delete;
+
+private:
+    int blas_before_ = 0, levels_before_ = -1;
+};
+
+} // namespace amontons

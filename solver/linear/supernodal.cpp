@@ -1,0 +1,372 @@
+#include "solver/linear/supernodal.hpp"
+
+#include "mesh/base/error.hpp"
+#include "solver/linear/blas.hpp"
+#include "solver/linear/supernodes.hpp"
+
+#include <cholmod.h>
+#include <cmath>
+#include <new>
+#include <numeric>
+
+namespace amontons {
+namespace {
+
+/// Right-hand sides solved at once: enough for matrix products, a few per cent of L's memory.
+constexpr Eigen::Index kBlock = 48;
+
+std::span<const std::int32_t> ints(const void* data, std::size_t size)
+{
+    return {static_cast<const std::int32_t*>(data), size};
+}
+
+} // namespace
+
+struct SupernodalFactor::Parts {
+    cholmod_common common{};
+    cholmod_factor* L = nullptr;
+    SupernodalOptions options;
+    bool factored = false;
+    std::int64_t pattern_entries = 0; // of the matrix given to analyse
+
+    // The lower triangle of P A P^T, and where each of its values is among those of A.
+    std::vector<std::int32_t> start, row, source;
+    std::vector<double> value;
+
+    std::vector<std::int32_t> place; // of each dof in the order
+    std::vector<std::int32_t> of_column, parent;
+    mutable RowBlock block;
+    mutable std::vector<double> work;
+    mutable std::vector<char> reached, wanted;
+
+    Parts()
+    {
+        cholmod_start(&common);
+        common.print = 0; // failures are results
+        common.supernodal = CHOLMOD_SUPERNODAL;
+        common.nmethods = 1;
+        common.method[0].ordering = CHOLMOD_GIVEN;
+        common.postorder = 1;
+    }
+    ~Parts()
+    {
+        cholmod_free_factor(&L, &common);
+        cholmod_finish(&common);
+    }
+    Parts(const Parts&) = delete;
+    Parts& operator=(const Parts&) = delete;
+
+    std::int32_t size() const { return L ? std::int32_t(L->n) : 0; }
+    void check_status() const
+    {
+        if (common.status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
+        if (common.status == CHOLMOD_TOO_LARGE)
+            throw std::runtime_error("the factor of a matrix with " + std::to_string(place.size()) +
+                                     " rows has more than 2^31 - 1 entries");
+        AMONTONS_ASSERT(common.status >= CHOLMOD_OK);
+    }
+    Supernodes supernodes() const
+    {
+        AMONTONS_ASSERT(factored);
+        return tree({static_cast<const double*>(L->x), L->xsize});
+    }
+    Supernodes tree(std::span<const double> values) const
+    {
+        return {ints(L->super, L->nsuper + 1),
+                ints(L->pi, L->nsuper + 1),
+                ints(L->px, L->nsuper + 1),
+                ints(L->s, L->ssize),
+                values,
+                of_column,
+                parent};
+    }
+    void find_tree();
+    void permute_pattern(const Eigen::SparseMatrix<double>& A);
+    void mark_ways(std::span<const std::int32_t> dofs, std::vector<char>& marks) const;
+};
+
+void SupernodalFactor::Parts::find_tree()
+{
+    const auto permutation = ints(L->Perm, L->n);
+    place.assign(L->n, 0);
+    for (std::size_t k = 0; k < L->n; ++k)
+        place[std::size_t(permutation[k])] = std::int32_t(k);
+    of_column.assign(L->n, 0);
+    parent.assign(L->nsuper, -1);
+    const Supernodes t = tree({});
+    for (std::int32_t s = 0; s < t.count(); ++s)
+        for (std::int32_t k = t.first[std::size_t(s)]; k < t.first[std::size_t(s) + 1]; ++k)
+            of_column[std::size_t(k)] = s;
+    for (std::int32_t s = 0; s < t.count(); ++s)
+        if (t.height(s) > t.width(s))
+            parent[std::size_t(s)] = of_column[std::size_t(t.rows_below(s)[0])];
+}
+
+void SupernodalFactor::Parts::permute_pattern(const Eigen::SparseMatrix<double>& A)
+{
+    const auto for_each = [&](auto visit) {
+        std::int32_t k = 0;
+        for (Eigen::Index j = 0; j < A.cols(); ++j)
+            for (Eigen::SparseMatrix<double>::InnerIterator it(A, j); it; ++it, ++k) {
+                if (it.row() < j) continue;
+                const auto [column, r] =
+                    std::minmax(place[std::size_t(it.row())], place[std::size_t(j)]);
+                visit(std::size_t(column), r, k);
+            }
+    };
+    start.assign(std::size_t(A.cols()) + 1, 0);
+    for_each([&](std::size_t column, std::int32_t, std::int32_t) { ++start[column + 1]; });
+    std::partial_sum(start.begin(), start.end(), start.begin());
+    row.assign(std::size_t(start.back()), 0);
+    source.assign(row.size(), 0);
+    value.assign(row.size(), 0);
+    std::vector<std::int32_t> next(start.begin(), start.end() - 1);
+    for_each([&](std::size_t column, std::int32_t r, std::int32_t k) {
+        const auto at = std::size_t(next[column]++);
+        row[at] = r;
+        source[at] = k;
+    });
+}
+
+void SupernodalFactor::Parts::mark_ways(std::span<const std::int32_t> dofs,
+                                        std::vector<char>& marks) const
+{
+    marks.assign(parent.size(), 0);
+    for (const std::int32_t dof : dofs)
+        for (std::int32_t s = of_column[std::size_t(place[std::size_t(dof)])];
+             s >= 0 && !marks[std::size_t(s)]; s = parent[std::size_t(s)])
+            marks[std::size_t(s)] = 1;
+}
+
+SupernodalFactor::SupernodalFactor() : parts_(std::make_unique<Parts>()) {}
+SupernodalFactor::~SupernodalFactor() = default;
+SupernodalFactor::SupernodalFactor(SupernodalFactor&&) noexcept = default;
+SupernodalFactor& SupernodalFactor::operator=(SupernodalFactor&&) noexcept = default;
+
+void SupernodalFactor::analyse(const Eigen::SparseMatrix<double>& A,
+                               std::span<const std::int32_t> node_of_dof,
+                               const SupernodalOptions& options)
+{
+    AMONTONS_ASSERT(A.isCompressed() && A.rows() == A.cols());
+    AMONTONS_ASSERT(std::size_t(A.cols()) == node_of_dof.size());
+    parts_ = std::make_unique<Parts>();
+    Parts& p = *parts_;
+    p.options = options;
+    p.pattern_entries = A.nonZeros();
+    const auto n = std::size_t(A.cols());
+    p.place.resize(n);
+    p.start.assign(1, 0);
+    if (n == 0) return;
+
+    if (p.options.node_order.empty())
+        p.options.node_order = elimination_order(node_graph(A, node_of_dof), options.ordering);
+    const std::vector<std::int32_t>& order = p.options.node_order;
+    std::vector<std::int32_t> place_of_node(order.size(), -1);
+    for (std::size_t k = 0; k < order.size(); ++k) {
+        AMONTONS_ASSERT(order[k] >= 0 && std::size_t(order[k]) < order.size());
+        place_of_node[std::size_t(order[k])] = std::int32_t(k);
+    }
+    std::vector<std::int32_t> begin(order.size() + 1, 0), permutation(n);
+    for (const std::int32_t node : node_of_dof) {
+        AMONTONS_ASSERT(node >= 0 && std::size_t(node) < order.size());
+        AMONTONS_ASSERT(place_of_node[std::size_t(node)] >= 0);
+        ++begin[std::size_t(place_of_node[std::size_t(node)]) + 1];
+    }
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    for (std::size_t dof = 0; dof < n; ++dof) {
+        const auto k = std::size_t(place_of_node[std::size_t(node_of_dof[dof])]);
+        permutation[std::size_t(begin[k]++)] = std::int32_t(dof);
+    }
+
+    cholmod_sparse view{};
+    view.nrow = view.ncol = n;
+    view.nzmax = std::size_t(A.nonZeros());
+    view.p = const_cast<std::int32_t*>(A.outerIndexPtr());
+    view.i = const_cast<std::int32_t*>(A.innerIndexPtr());
+    view.stype = -1;
+    view.itype = CHOLMOD_INT;
+    view.xtype = CHOLMOD_PATTERN;
+    view.dtype = CHOLMOD_DOUBLE;
+    view.packed = 1;
+    for (std::size_t k = 0; k < 3; ++k)
+        p.common.nrelax[k] = std::size_t(options.relax[k]);
+    const BlasThreads threads(options.threads);
+    p.L = cholmod_analyze_p(&view, permutation.data(), nullptr, 0, &p.common);
+    p.check_status();
+    AMONTONS_ASSERT(p.L && p.L->is_super);
+    p.find_tree();
+    p.permute_pattern(A);
+}
+
+FactorResult SupernodalFactor::factor(const Eigen::SparseMatrix<double>& A)
+{
+    AMONTONS_ASSERT(A.isCompressed() && std::size_t(A.cols()) == parts_->place.size());
+    return refactor({A.valuePtr(), std::size_t(A.nonZeros())});
+}
+
+FactorResult SupernodalFactor::refactor(std::span<const double> values)
+{
+    Parts& p = *parts_;
+    AMONTONS_ASSERT(std::int64_t(values.size()) == p.pattern_entries);
+    p.factored = false;
+    if (p.place.empty()) return {true, -1};
+    for (std::size_t k = 0; k < p.source.size(); ++k)
+        p.value[k] = values[std::size_t(p.source[k])];
+
+    cholmod_sparse view{};
+    view.nrow = view.ncol = p.place.size();
+    view.nzmax = p.value.size();
+    view.p = p.start.data();
+    view.i = p.row.data();
+    view.x = p.value.data();
+    view.stype = -1;
+    view.itype = CHOLMOD_INT;
+    view.xtype = CHOLMOD_REAL;
+    view.dtype = CHOLMOD_DOUBLE;
+    view.packed = 1;
+    double shift[2] = {0, 0};
+    const BlasThreads threads(p.options.threads);
+    p.common.status = CHOLMOD_OK;
+    cholmod_super_numeric(&view, nullptr, shift, p.L, &p.common);
+    p.check_status();
+    if (p.L->minor < p.L->n) return {false, ints(p.L->Perm, p.L->n)[p.L->minor]};
+    p.factored = true;
+    // Not-a-number passes every comparison that a pivot has to pass.
+    const Supernodes L = p.supernodes();
+    for (std::int32_t s = 0; s < L.count(); ++s)
+        for (int k = 0; k < L.width(s); ++k)
+            if (!(L.block(s)[std::ptrdiff_t(k) * (L.height(s) + 1)] <
+                  std::numeric_limits<double>::infinity())) {
+                p.factored = false;
+                return {false, permutation()[std::size_t(L.first[std::size_t(s)] + k)]};
+            }
+    return {true, -1};
+}
+
+void SupernodalFactor::solve(Eigen::Ref<Eigen::MatrixXd> X) const
+{
+    const Parts& p = *parts_;
+    AMONTONS_ASSERT(std::size_t(X.rows()) == p.place.size());
+    if (p.place.empty()) return;
+    const Supernodes L = p.supernodes();
+    const BlasThreads threads(p.options.threads);
+    for (Eigen::Index first = 0; first < X.cols(); first += kBlock) {
+        const Eigen::Index k = std::min(kBlock, X.cols() - first);
+        p.block.resize(X.rows(), k);
+        for (Eigen::Index i = 0; i < X.rows(); ++i)
+            p.block.row(p.place[std::size_t(i)]) = X.row(i).segment(first, k);
+        forward(L, {}, p.block, p.work);
+        backward(L, {}, p.block, p.work);
+        for (Eigen::Index i = 0; i < X.rows(); ++i)
+            X.row(i).segment(first, k) = p.block.row(p.place[std::size_t(i)]);
+    }
+}
+
+Eigen::VectorXd SupernodalFactor::solved(const Eigen::VectorXd& b) const
+{
+    Eigen::VectorXd x = b;
+    solve(x);
+    return x;
+}
+
+void SupernodalFactor::compliance(const Eigen::SparseMatrix<double>& C, Eigen::MatrixXd& W) const
+{
+    const Parts& p = *parts_;
+    AMONTONS_ASSERT(std::size_t(C.rows()) == p.place.size());
+    if (p.place.empty()) {
+        W.setZero(C.cols(), C.cols());
+        return;
+    }
+    const BlasThreads threads(p.options.threads);
+    tree_compliance(p.supernodes(), C, p.place, W);
+}
+
+void SupernodalFactor::inverse_part(std::span<const std::int32_t> rows,
+                                    std::span<const std::int32_t> columns,
+                                    Eigen::Ref<Eigen::MatrixXd> out) const
+{
+    const Parts& p = *parts_;
+    AMONTONS_ASSERT(std::size_t(out.rows()) == rows.size() &&
+                    std::size_t(out.cols()) == columns.size());
+    if (rows.empty() || columns.empty()) return;
+    const Supernodes L = p.supernodes();
+    const BlasThreads threads(p.options.threads);
+    p.mark_ways(rows, p.wanted);
+    for (std::size_t first = 0; first < columns.size(); first += std::size_t(kBlock)) {
+        const auto some =
+            columns.subspan(first, std::min(std::size_t(kBlock), columns.size() - first));
+        p.mark_ways(some, p.reached);
+        p.block.resize(L.size(), Eigen::Index(some.size()));
+        for (std::int32_t s = 0; s < L.count(); ++s)
+            if (p.reached[std::size_t(s)] || p.wanted[std::size_t(s)])
+                p.block.middleRows(L.first[std::size_t(s)], L.width(s)).setZero();
+        for (std::size_t c = 0; c < some.size(); ++c)
+            p.block(p.place[std::size_t(some[c])], Eigen::Index(c)) = 1;
+        forward(L, p.reached, p.block, p.work);
+        backward(L, p.wanted, p.block, p.work);
+        for (std::size_t r = 0; r < rows.size(); ++r)
+            out.row(Eigen::Index(r)).segment(Eigen::Index(first), Eigen::Index(some.size())) =
+                p.block.row(p.place[std::size_t(rows[r])]);
+    }
+}
+
+Eigen::Index SupernodalFactor::size() const
+{
+    return Eigen::Index(parts_->place.size());
+}
+
+bool SupernodalFactor::is_factored() const
+{
+    return parts_->factored;
+}
+
+std::span<const std::int32_t> SupernodalFactor::permutation() const
+{
+    return parts_->L ? ints(parts_->L->Perm, parts_->L->n) : std::span<const std::int32_t>{};
+}
+
+std::int64_t SupernodalFactor::stored_entries() const
+{
+    return parts_->L ? std::int64_t(parts_->L->xsize) : 0;
+}
+
+double SupernodalFactor::flops() const
+{
+    return parts_->common.fl;
+}
+
+double SupernodalFactor::pivot_ratio() const
+{
+    if (!parts_->factored) return 0;
+    const Supernodes L = parts_->supernodes();
+    double least = std::numeric_limits<double>::infinity(), most = 0;
+    for (std::int32_t s = 0; s < L.count(); ++s)
+        for (int k = 0; k < L.width(s); ++k) {
+            const double d = L.block(s)[std::ptrdiff_t(k) * (L.height(s) + 1)];
+            least = std::min(least, d);
+            most = std::max(most, d);
+        }
+    return (least / most) * (least / most);
+}
+
+double backward_error(const Eigen::SparseMatrix<double>& A, const Eigen::VectorXd& x,
+                      const Eigen::VectorXd& b)
+{
+    Eigen::VectorXd residual = -b, row_sum = Eigen::VectorXd::Zero(b.size());
+    for (Eigen::Index j = 0; j < A.cols(); ++j)
+        for (Eigen::SparseMatrix<double>::InnerIterator it(A, j); it; ++it) {
+            const Eigen::Index i = it.row();
+            if (i < j) continue;
+            residual[i] += it.value() * x[j];
+            row_sum[i] += std::abs(it.value());
+            if (i == j) continue;
+            residual[j] += it.value() * x[i];
+            row_sum[j] += std::abs(it.value());
+        }
+    const double size = row_sum.lpNorm<Eigen::Infinity>() * x.lpNorm<Eigen::Infinity>() +
+                        b.lpNorm<Eigen::Infinity>();
+    return size > 0 ? residual.lpNorm<Eigen::Infinity>() / size
+                    : residual.lpNorm<Eigen::Infinity>();
+}
+
+} // namespace amontons
