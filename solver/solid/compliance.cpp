@@ -1,0 +1,259 @@
+#include "solver/solid/compliance.hpp"
+
+#include <algorithm>
+
+namespace amontons {
+namespace {
+
+/// Nodes whose columns are solved at once.
+constexpr std::size_t kNodesAtOnce = 16;
+
+using Block = Eigen::Map<const Mat3>;
+
+} // namespace
+
+FactorResult factor_free(const SparseMatrix& whole, const FreeDofs& dofs,
+                         const SupernodalOptions& options, SupernodalFactor& factor)
+{
+    const SparseMatrix free = make_elimination(whole, dofs).ff;
+    std::vector<std::int32_t> node_of_dof;
+    node_of_dof.reserve(dofs.free.size());
+    for (const std::int32_t dof : dofs.free)
+        node_of_dof.push_back(dof / 3);
+    factor.analyse(free, node_of_dof, options);
+    return factor.factor(free);
+}
+
+SolidCompliance::SolidCompliance(SupernodalFactor factor, FreeDofs dofs,
+                                 std::span<const std::int32_t> surface_nodes, std::size_t memory)
+    : factor_(std::move(factor))
+    , dofs_(std::move(dofs))
+    , surface_node_(surface_nodes.begin(), surface_nodes.end())
+    , surface_number_(dofs_.number.size() / 3, -1)
+    , column_of_(surface_nodes.size(), -1)
+    , place_(surface_nodes.size(), -1)
+{
+    AMONTONS_ASSERT(factor_.size() == Eigen::Index(dofs_.free.size()));
+    AMONTONS_ASSERT(factor_.is_factored() || dofs_.free.empty());
+    for (std::size_t s = 0; s < surface_node_.size(); ++s) {
+        const auto node = std::size_t(surface_node_[s]);
+        AMONTONS_ASSERT(node < surface_number_.size() && surface_number_[node] < 0);
+        surface_number_[node] = std::int32_t(s);
+        for (std::size_t a = 0; a < 3; ++a)
+            if (const std::int32_t number = dofs_.number[3 * node + a]; number >= 0) {
+                row_dofs_.push_back(number);
+                row_of_.push_back(std::int32_t(3 * s + a));
+            }
+    }
+    if (!surface_node_.empty())
+        most_columns_ =
+            std::min(memory / (9 * sizeof(double) * surface_node_.size()), surface_node_.size());
+}
+
+void SolidCompliance::set_scale(double scale)
+{
+    AMONTONS_ASSERT(scale > 0);
+    scale_ = scale;
+}
+
+/// Fills in_contact_ and place_.
+void SolidCompliance::find_nodes(const ContactRows& rows)
+{
+    for (const std::int32_t s : in_contact_)
+        place_[std::size_t(s)] = -1;
+    in_contact_.clear();
+    for (const ContactRows::Entry& e : rows.entry) {
+        AMONTONS_ASSERT(e.node >= 0 && std::size_t(e.node) < surface_number_.size());
+        const std::int32_t s = surface_number_[std::size_t(e.node)];
+        AMONTONS_ASSERT(s >= 0);
+        if (place_[std::size_t(s)] >= 0) continue;
+        place_[std::size_t(s)] = 0;
+        in_contact_.push_back(s);
+    }
+    std::sort(in_contact_.begin(), in_contact_.end());
+    for (std::size_t k = 0; k < in_contact_.size(); ++k)
+        place_[std::size_t(in_contact_[k])] = std::int32_t(k);
+}
+
+/// A place for a column that this call does not use.
+std::int32_t SolidCompliance::free_column()
+{
+    if (columns_.size() < most_columns_) {
+        columns_.emplace_back().blocks.resize(9 * surface_node_.size());
+        counts_.bytes += columns_.back().blocks.size() * sizeof(double);
+        return std::int32_t(columns_.size()) - 1;
+    }
+    const auto oldest =
+        std::min_element(columns_.begin(), columns_.end(), [](const Column& a, const Column& b) {
+            return a.last_used < b.last_used;
+        });
+    AMONTONS_ASSERT(oldest->last_used < calls_);
+    column_of_[std::size_t(oldest->node)] = -1;
+    ++counts_.columns_dropped;
+    return std::int32_t(oldest - columns_.begin());
+}
+
+void SolidCompliance::solve_columns(std::span<const std::int32_t> missing)
+{
+    Eigen::MatrixXd part;
+    std::vector<std::int32_t> numbers, place; // of the columns solved: 3 node + axis
+    for (std::size_t first = 0; first < missing.size(); first += kNodesAtOnce) {
+        const auto some = missing.subspan(first, std::min(kNodesAtOnce, missing.size() - first));
+        numbers.clear();
+        place.clear();
+        for (std::size_t k = 0; k < some.size(); ++k)
+            for (std::size_t a = 0; a < 3; ++a)
+                if (const std::int32_t number =
+                        dofs_.number[3 * std::size_t(surface_node_[std::size_t(some[k])]) + a];
+                    number >= 0) {
+                    numbers.push_back(number);
+                    place.push_back(std::int32_t(3 * k + a));
+                }
+        part.resize(Eigen::Index(row_dofs_.size()), Eigen::Index(numbers.size()));
+        factor_.inverse_part(row_dofs_, numbers, part);
+        for (const std::int32_t s : some) {
+            const std::int32_t slot = free_column();
+            Column& c = columns_[std::size_t(slot)];
+            c.node = s;
+            c.last_used = calls_;
+            std::fill(c.blocks.begin(), c.blocks.end(), 0.0);
+            column_of_[std::size_t(s)] = slot;
+        }
+        for (std::size_t k = 0; k < numbers.size(); ++k) {
+            const std::int32_t s = some[std::size_t(place[k]) / 3];
+            double* const to = columns_[std::size_t(column_of_[std::size_t(s)])].blocks.data() +
+                               3 * (place[k] % 3);
+            for (std::size_t r = 0; r < row_of_.size(); ++r) // 9 node + 3 column + row
+                to[9 * (row_of_[r] / 3) + row_of_[r] % 3] = part(Eigen::Index(r), Eigen::Index(k));
+        }
+        counts_.columns_solved += std::int64_t(some.size());
+    }
+}
+
+/// The columns of in_contact_ are there afterwards, or false if there is no room.
+bool SolidCompliance::keep_columns()
+{
+    if (in_contact_.size() > most_columns_) {
+        ++counts_.without_columns;
+        return false;
+    }
+    ++calls_;
+    std::vector<std::int32_t> missing;
+    for (const std::int32_t s : in_contact_) {
+        if (column_of_[std::size_t(s)] < 0)
+            missing.push_back(s);
+        else
+            columns_[std::size_t(column_of_[std::size_t(s)])].last_used = calls_;
+    }
+    solve_columns(missing);
+    return true;
+}
+
+void SolidCompliance::prepare(std::span<const std::int32_t> nodes)
+{
+    ContactRows rows;
+    rows.begin(Mat3::Identity());
+    for (const std::int32_t node : nodes.first(std::min(nodes.size(), most_columns_)))
+        rows.add(node, 1);
+    find_nodes(rows);
+    keep_columns();
+}
+
+void SolidCompliance::delassus(const ContactRows& rows, Eigen::MatrixXd& W)
+{
+    find_nodes(rows);
+    if (!keep_columns()) return delassus_once(rows, W);
+
+    // moved_: for a force along each axis on contact j's nodes by their weights, the displacements
+    // of all nodes in contact, 9 of a node. A column is gathered once for all contacts that it is
+    // in.
+    const std::size_t contacts = rows.size(), nodes = in_contact_.size();
+    struct Use {
+        std::int32_t place, contact;
+        double weight;
+    };
+    std::vector<Use> uses;
+    for (std::size_t j = 0; j < contacts; ++j)
+        for (const ContactRows::Entry& e : rows.of(j))
+            uses.push_back({place_[std::size_t(surface_number_[std::size_t(e.node)])],
+                            std::int32_t(j), e.weight});
+    std::stable_sort(uses.begin(), uses.end(),
+                     [](const Use& a, const Use& b) { return a.place < b.place; });
+    moved_.assign(9 * nodes * contacts, 0);
+    gathered_.resize(9 * nodes);
+    Eigen::Map<const Eigen::VectorXd> gathered(gathered_.data(), Eigen::Index(9 * nodes));
+    for (std::size_t k = 0; k < uses.size();) {
+        const std::int32_t place = uses[k].place;
+        const double* const from = column(in_contact_[std::size_t(place)]);
+        for (std::size_t a = 0; a < nodes; ++a)
+            std::copy_n(from + 9 * std::ptrdiff_t(in_contact_[a]), 9, gathered_.data() + 9 * a);
+        for (; k < uses.size() && uses[k].place == place; ++k)
+            Eigen::Map<Eigen::VectorXd>(moved_.data() + 9 * nodes * std::size_t(uses[k].contact),
+                                        Eigen::Index(9 * nodes)) += uses[k].weight * gathered;
+    }
+
+    W.resize(3 * Eigen::Index(contacts), 3 * Eigen::Index(contacts));
+    for (std::size_t j = 0; j < contacts; ++j) {
+        const double* const moved = moved_.data() + 9 * nodes * j;
+        for (std::size_t i = j; i < contacts; ++i) {
+            Mat3 sum = Mat3::Zero();
+            for (const ContactRows::Entry& e : rows.of(i))
+                sum += e.weight *
+                       Block(moved + 9 * place_[std::size_t(surface_number_[std::size_t(e.node)])]);
+            W.block<3, 3>(3 * Eigen::Index(i), 3 * Eigen::Index(j)) =
+                rows.frame[i].transpose() * sum * rows.frame[j] / scale_;
+        }
+    }
+    W.triangularView<Eigen::StrictlyUpper>() = W.transpose();
+}
+
+void SolidCompliance::delassus_once(const ContactRows& rows, Eigen::MatrixXd& W) const
+{
+    factor_.compliance(contact_matrix(rows, dofs_), W);
+    W /= scale_;
+}
+
+Eigen::VectorXd SolidCompliance::displacement(const Eigen::VectorXd& f) const
+{
+    AMONTONS_ASSERT(f.size() == Eigen::Index(dofs_.number.size()));
+    Eigen::VectorXd some(Eigen::Index(dofs_.free.size()));
+    for (std::size_t k = 0; k < dofs_.free.size(); ++k)
+        some[Eigen::Index(k)] = f[dofs_.free[k]] / scale_;
+    factor_.solve(some);
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(f.size());
+    for (std::size_t k = 0; k < dofs_.free.size(); ++k)
+        x[dofs_.free[k]] = some[Eigen::Index(k)];
+    return x;
+}
+
+Eigen::VectorXd SolidCompliance::surface_displacement(const ContactRows& rows,
+                                                      const Eigen::VectorXd& r)
+{
+    AMONTONS_ASSERT(r.size() == 3 * Eigen::Index(rows.size()));
+    find_nodes(rows);
+    const auto surface = static_cast<Eigen::Index>(surface_node_.size());
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(3 * surface);
+    if (!keep_columns()) {
+        Eigen::VectorXd f = Eigen::VectorXd::Zero(Eigen::Index(dofs_.number.size()));
+        add_reactions(rows, r, f);
+        const Eigen::VectorXd all = displacement(f);
+        for (Eigen::Index s = 0; s < surface; ++s)
+            x.segment<3>(3 * s) = all.segment<3>(3 * surface_node_[std::size_t(s)]);
+        return x;
+    }
+    std::vector<Vec3> force(in_contact_.size(), Vec3::Zero());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const Vec3 on_all = rows.frame[i] * r.segment<3>(3 * Eigen::Index(i)) / scale_;
+        for (const ContactRows::Entry& e : rows.of(i))
+            force[std::size_t(place_[std::size_t(surface_number_[std::size_t(e.node)])])] +=
+                e.weight * on_all;
+    }
+    for (std::size_t k = 0; k < in_contact_.size(); ++k) {
+        const double* const from = column(in_contact_[k]);
+        for (Eigen::Index s = 0; s < surface; ++s)
+            x.segment<3>(3 * s) += Block(from + 9 * s) * force[k];
+    }
+    return x;
+}
+
+} // namespace amontons

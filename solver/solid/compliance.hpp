@@ -1,0 +1,96 @@
+#pragma once
+
+#include "solver/linear/supernodal.hpp"
+#include "solver/solid/contact_rows.hpp"
+
+namespace amontons {
+
+/// Factors the free part of a solid's matrix (stiffness, or that of a time step).
+/// @param whole    3 nodes x 3 nodes, as assembled
+/// @param options  options.node_order, if given, is one of the mesh's nodes
+FactorResult factor_free(const SparseMatrix& whole, const FreeDofs& dofs,
+                         const SupernodalOptions& options, SupernodalFactor& factor);
+
+/// What SolidCompliance has done so far.
+struct ComplianceCounts {
+    std::int64_t columns_solved = 0;  ///< nodes, three columns each
+    std::int64_t columns_dropped = 0; ///< to make room
+    std::int64_t without_columns = 0; ///< calls with more nodes than there is room for
+    std::size_t bytes = 0;            ///< of the columns kept now
+};
+
+/// What a body with a constant matrix A gives to contact: W = H A^-1 H^T and displacements.
+///
+/// Columns of A^-1 are solved when a node first comes into contact and kept, three for each node,
+/// with the rows of the surface only. From then on W is put together from them: its cost depends
+/// on the contacts, not on the mesh. The columns used least recently go when the memory is full;
+/// W of contacts with more nodes than it holds comes from the factor each time.
+/// One object serves one thread at a time. Derivation and costs: docs/theory/compliance.md.
+class SolidCompliance {
+public:
+    /// @param factor         of the free part of A
+    /// @param dofs           free ones of the mesh; what is pinned counts as prescribed
+    /// @param surface_nodes  those that contacts may name, each once
+    /// @param memory         most bytes of kept columns; 72 for each pair of a node in contact and
+    ///                       a node of the surface
+    SolidCompliance(SupernodalFactor factor, FreeDofs dofs,
+                    std::span<const std::int32_t> surface_nodes,
+                    std::size_t memory = std::size_t(1) << 30);
+
+    /// A is `scale` times what was factored, > 0: Young's modulus alone costs nothing.
+    void set_scale(double scale);
+
+    /// W = H A^-1 H^T from kept columns, symmetric to the last bit [m/N for a stiffness].
+    /// Workspace: 72 bytes for each pair of a contact and a node of one.
+    /// @param W  resized to 3 contacts x 3 contacts
+    /// @throws std::logic_error  if a contact names a node that is not of the surface
+    void delassus(const ContactRows& rows, Eigen::MatrixXd& W);
+    /// The same from the factor alone, by its tree; keeps nothing. For contacts that come once.
+    void delassus_once(const ContactRows& rows, Eigen::MatrixXd& W) const;
+    /// Solves the columns of nodes that are about to come into contact, as far as there is room.
+    void prepare(std::span<const std::int32_t> nodes);
+
+    /// x = A^-1 f, 0 where prescribed: one solve with the factor.
+    /// @param f  3 nodes [N]
+    Eigen::VectorXd displacement(const Eigen::VectorXd& f) const;
+    /// x = A^-1 H^T r on the surface only, 3 surface nodes in the order given: from kept columns,
+    /// no solve if they are there.
+    Eigen::VectorXd surface_displacement(const ContactRows& rows, const Eigen::VectorXd& r);
+
+    const SupernodalFactor& factor() const { return factor_; }
+    const FreeDofs& dofs() const { return dofs_; }
+    const ComplianceCounts& counts() const { return counts_; }
+    std::size_t most_columns() const { return most_columns_; } ///< nodes that there is room for
+
+private:
+    struct Column {
+        std::int32_t node = -1;     // of the surface
+        std::int64_t last_used = 0; // number of the call
+        std::vector<double> blocks; // 3 x 3 by columns for each node of the surface
+    };
+    const double* column(std::int32_t surface_node) const
+    {
+        return columns_[std::size_t(column_of_[std::size_t(surface_node)])].blocks.data();
+    }
+    void find_nodes(const ContactRows& rows);
+    bool keep_columns();
+    void solve_columns(std::span<const std::int32_t> missing);
+    std::int32_t free_column();
+
+    SupernodalFactor factor_;
+    FreeDofs dofs_;
+    std::vector<std::int32_t> surface_node_, surface_number_; // and the way back, or -1
+    std::vector<std::int32_t> row_dofs_,
+        row_of_;                          // free rows of the surface: numbers, 3 node + axis
+    std::vector<std::int32_t> column_of_; // of each surface node, or -1
+    std::vector<Column> columns_;
+    std::size_t most_columns_ = 0;
+    std::int64_t calls_ = 0;
+    double scale_ = 1;
+    ComplianceCounts counts_;
+    std::vector<std::int32_t> in_contact_; // surface nodes of the present call, ascending
+    std::vector<std::int32_t> place_;      // of each surface node in in_contact_
+    std::vector<double> gathered_, moved_; // workspace
+};
+
+} // namespace amontons
