@@ -117,7 +117,9 @@ TEST_CASE("integration points are exact up to their degree and no further")
                           {mass_points(ElementKind::H8), false, 3, 5},
                           {face_points(3), true, 2, 2},
                           {face_points(6), true, 2, 5},
-                          {face_points(4), false, 2, 3}};
+                          {triangle_points(4), true, 2, 4},
+                          {face_points(4), false, 2, 3},
+                          {square_points(3), false, 2, 5}};
     for (const Rule& rule : rules) {
         CAPTURE(rule.points.size());
         CHECK(worst_error(rule.points, rule.simplex, rule.dimension, rule.degree) < 2e-15);

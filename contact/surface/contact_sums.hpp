@@ -1,0 +1,65 @@
+#pragma once
+
+#include "contact/surface/contact_points.hpp"
+#include "contact/surface/multipliers.hpp"
+
+namespace amontons {
+
+/// Integrals over what is covered of one face of the slave; i counts its multipliers.
+struct FaceSums {
+    using Weights = Eigen::Matrix<double, 4, kMostSolidFaceNodes>;
+    struct Master {
+        std::int32_t face = 0;
+        Weights weights; ///< int psi_i M_l, l counts the face's nodes [m^2]
+    };
+
+    std::array<double, 4> area{}; ///< int psi_i [m^2]
+    std::array<Vec3, 4> normal;   ///< int psi_i (nu_master - nu_slave) [m^2]
+    Weights slave;                ///< int psi_i N_j, j counts the face's nodes [m^2]
+    std::vector<Master> master;
+
+    void clear();
+    Master& of(std::int32_t face); ///< of a face of the master; new ones are 0
+};
+
+/// Contacts from the integrals over the faces of the slave.
+class ContactSums {
+public:
+    ContactSums(const ExternalSurface& slave, const ExternalSurface& master);
+
+    void add(std::size_t slave_face, const FaceMultipliers& multipliers, const FaceSums& sums);
+
+    /// A multiplier with less than 5 % of its full area joins its neighbour with the largest: next
+    /// to no area its functional would be held as firmly as any other. The sum of areas and the
+    /// total force stay. Contacts with |gap| > reach are left out.
+    SurfaceContacts contacts(std::span<const Vec3> slave_places,
+                             std::span<const Vec3> master_places, double reach) const;
+
+private:
+    struct Entry {
+        std::int32_t multiplier = 0, node = 0;
+        double weight = 0;
+    };
+    struct Multiplier {
+        double area = 0, full = 0;
+        Vec3 normal = Vec3::Zero();
+    };
+    struct FaceLinks {
+        int count = 0;
+        std::array<std::int32_t, 4> multiplier{};
+    };
+
+    std::vector<std::int32_t> merge_(std::vector<Multiplier>& sums) const;
+    /// Entries sorted by their multiplier, and where each begins.
+    std::vector<Entry> sorted_(const std::vector<Entry>& entries,
+                               const std::vector<std::int32_t>& target,
+                               std::vector<std::size_t>& begin) const;
+
+    const ExternalSurface& slave_surface_;
+    const ExternalSurface& master_surface_;
+    std::vector<Multiplier> multipliers_; ///< of each of the slave's used_nodes
+    std::vector<FaceLinks> links_;        ///< of each face that was added
+    std::vector<Entry> slave_, master_;
+};
+
+} // namespace amontons

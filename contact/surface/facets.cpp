@@ -1,0 +1,150 @@
+#include "contact/surface/facets.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace amontons {
+namespace {
+
+const Vec2 kTriangle[6] = {{0, 0}, {1, 0}, {0, 1}, {0.5, 0}, {0.5, 0.5}, {0, 0.5}};
+const Vec2 kSquare[4] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+constexpr int kQuarters[4][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}};
+
+/// How far outside of the reference face a point may be located: where facets and the true face
+/// differ.
+constexpr double kMargin = 0.25;
+
+} // namespace
+
+std::vector<Facet> facets_of(const ExternalSurface& surface, std::span<const Vec3> places)
+{
+    std::vector<Facet> facets;
+    facets.reserve(surface.faces.size());
+    for (std::size_t f = 0; f < surface.faces.size(); ++f) {
+        const std::span<const std::int32_t> nodes = surface.face(f);
+        Facet facet;
+        facet.face = static_cast<std::int32_t>(f);
+        const auto set = [&](int i, int local) {
+            const auto k = static_cast<std::size_t>(i);
+            const auto node = static_cast<std::size_t>(nodes[static_cast<std::size_t>(local)]);
+            facet.corner[k] = places[node];
+            facet.xi[k] = nodes.size() == 4 ? kSquare[local] : kTriangle[local];
+        };
+        const auto add = [&] {
+            const auto& c = facet.corner;
+            // Of a quadrilateral: diagonals, whose cross product is its normal in the middle.
+            const Vec3 a = facet.corners == 4 ? Vec3(c[2] - c[0]) : Vec3(c[1] - c[0]);
+            const Vec3 b = facet.corners == 4 ? Vec3(c[3] - c[1]) : Vec3(c[2] - c[0]);
+            facet.normal = a.cross(b);
+            const double twice = facet.normal.norm();
+            if (!(twice > 0) || !std::isfinite(twice)) return;
+            facet.normal /= twice;
+            facet.middle = c[0];
+            for (int i = 1; i < facet.corners; ++i)
+                facet.middle += c[static_cast<std::size_t>(i)];
+            facet.middle /= facet.corners;
+            facet.size = 0;
+            for (int i = 0; i < facet.corners; ++i)
+                for (int j = 0; j < i; ++j)
+                    facet.size = std::max(
+                        facet.size,
+                        (c[static_cast<std::size_t>(i)] - c[static_cast<std::size_t>(j)]).norm());
+            facets.push_back(facet);
+        };
+        if (nodes.size() == 6) {
+            for (const auto& quarter : kQuarters) {
+                for (int i = 0; i < 3; ++i)
+                    set(i, quarter[i]);
+                add();
+            }
+            continue;
+        }
+        facet.corners = static_cast<int>(nodes.size());
+        for (int i = 0; i < facet.corners; ++i)
+            set(i, i);
+        add();
+    }
+    return facets;
+}
+
+Box box_of(const Facet& facet, const Vec3& along)
+{
+    Box box;
+    for (int i = 0; i < facet.corners; ++i) {
+        box.add(facet.corner[static_cast<std::size_t>(i)] + along);
+        box.add(facet.corner[static_cast<std::size_t>(i)] - along);
+    }
+    return box;
+}
+
+FacetPlane::FacetPlane(const Facet& facet) : origin(facet.middle)
+{
+    // A side in the plane: that of a warped quadrilateral is not quite.
+    Vec3 side = facet.corner[1] - facet.corner[0];
+    side = (side - facet.normal.dot(side) * facet.normal).normalized();
+    axes.row(0) = side;
+    axes.row(1) = facet.normal.cross(side);
+    axes.row(2) = facet.normal;
+}
+
+AffineMap::AffineMap(const Vec2* from, const Vec2* to)
+{
+    Eigen::Matrix2d A, B;
+    A << from[1] - from[0], from[2] - from[0];
+    B << to[1] - to[0], to[2] - to[0];
+    slope = B * A.inverse();
+    offset = to[0] - slope * from[0];
+}
+
+FaceInPlane::FaceInPlane(std::span<const std::int32_t> face, std::span<const Vec3> places,
+                         const FacetPlane& plane)
+    : nodes(static_cast<int>(face.size()))
+{
+    for (std::size_t i = 0; i < face.size(); ++i)
+        node[i] = plane(places[static_cast<std::size_t>(face[i])]);
+}
+
+PerNode shape_values(int nodes, const Vec2& xi)
+{
+    PerNode N = PerNode::Zero();
+    N.head(nodes) = face_shape_values(nodes, {xi.x(), xi.y(), 0});
+    return N;
+}
+
+FaceSpot spot(const FaceInPlane& face, const Vec2& xi)
+{
+    const Vec3 at{xi.x(), xi.y(), 0};
+    const FaceGradients dN = face_shape_gradients(face.nodes, at);
+    FaceSpot out{shape_values(face.nodes, xi), Vec3::Zero(), {Vec3::Zero(), Vec3::Zero()}};
+    for (int i = 0; i < face.nodes; ++i) {
+        const Vec3& x = face.node[static_cast<std::size_t>(i)];
+        out.place += out.values[i] * x;
+        out.along[0] += dN(0, i) * x;
+        out.along[1] += dN(1, i) * x;
+    }
+    return out;
+}
+
+std::optional<Vec2> locate(const FaceInPlane& face, const Vec2& z, const Vec2& start)
+{
+    constexpr int kSteps = 20;
+    constexpr double kClose = 1e-14; // of the face's size; reached by one step after 1e-7
+    Vec2 xi = start;
+    for (int k = 0; k < kSteps; ++k) {
+        const FaceSpot at = spot(face, xi);
+        Eigen::Matrix2d J;
+        J << at.along[0].head<2>(), at.along[1].head<2>();
+        const Vec2 step = J.inverse() * (z - at.place.head<2>());
+        if (!step.allFinite()) return {};
+        xi += step;
+        if (step.norm() > std::sqrt(kClose)) continue;
+        const double low = face.nodes == 4 ? -1 : 0;
+        if (xi.minCoeff() < low - kMargin || xi.maxCoeff() > 1 + kMargin) return {};
+        if (face.nodes != 4 && xi.sum() > 1 + kMargin) return {};
+        return xi;
+    }
+    return {};
+}
+
+} // namespace amontons

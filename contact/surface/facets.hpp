@@ -1,0 +1,82 @@
+#pragma once
+
+#include "contact/surface/polygon.hpp"
+#include "mesh/box_tree.hpp"
+#include "mesh/extract_surface.hpp"
+#include "mesh/face_shape.hpp"
+
+#include <Eigen/LU>
+#include <optional>
+
+// Faces seen along a direction. For finding where two of them face each other, a face T3 or Q4 is
+// one flat facet, a T6 four through its middle nodes; values and integrals are those of the true
+// face, by its shape functions. Reference coordinates are those of mesh/face_shape.hpp.
+
+namespace amontons {
+
+/// A flat triangle or quadrilateral that stands for a face or a quarter of it.
+struct Facet {
+    std::int32_t face = 0;
+    int corners = 3;
+    std::array<Vec3, 4> corner; ///< [m]
+    std::array<Vec2, 4> xi;     ///< of the corners on the reference face
+    Vec3 middle = Vec3::Zero(); ///< mean of the corners [m]
+    Vec3 normal = Vec3::Zero(); ///< unit, outwards; of the mean plane [-]
+    double size = 0;            ///< longest side or diagonal [m]
+};
+
+/// Facets face by face; those without area are left out.
+/// @param places  of all nodes of the mesh, finite [m]
+std::vector<Facet> facets_of(const ExternalSurface& surface, std::span<const Vec3> places);
+
+/// The box of a facet, and of it moved by `along` and by -`along`.
+Box box_of(const Facet& facet, const Vec3& along = Vec3::Zero());
+
+/// Coordinates in the plane of a facet; the third is the height along its normal. They move and
+/// turn with the facet.
+struct FacetPlane {
+    Vec3 origin;
+    Mat3 axes; ///< rows: along the first side, normal x that, normal
+
+    explicit FacetPlane(const Facet& facet);
+    Vec3 operator()(const Vec3& x) const { return axes * (x - origin); }
+};
+
+/// The affine map that takes three points of a plane to three others.
+struct AffineMap {
+    Eigen::Matrix2d slope;
+    Vec2 offset;
+
+    AffineMap(const Vec2* from, const Vec2* to);
+    Vec2 operator()(const Vec2& x) const { return slope * x + offset; }
+};
+
+/// The nodes of a face in the coordinates of a plane.
+struct FaceInPlane {
+    int nodes = 3;
+    std::array<Vec3, kMostSolidFaceNodes> node;
+
+    FaceInPlane(std::span<const std::int32_t> face, std::span<const Vec3> places,
+                const FacetPlane& plane);
+};
+
+/// One number for each node of a face, 0 beyond its last.
+using PerNode = Eigen::Matrix<double, kMostSolidFaceNodes, 1>;
+
+/// Shape functions of a face of 3, 4 or 6 nodes.
+PerNode shape_values(int nodes, const Vec2& xi);
+
+/// Shape functions, place and tangents at a point of a face.
+struct FaceSpot {
+    PerNode values;            ///< [-]
+    Vec3 place = Vec3::Zero(); ///< [m]
+    Vec3 along[2];             ///< derivatives with respect to xi [m]
+};
+FaceSpot spot(const FaceInPlane& face, const Vec2& xi);
+
+/// The point of the face over z, by Newton's method.
+/// @param start  near it on the reference face
+/// @return  nothing if there is none on the reference face or close to it
+std::optional<Vec2> locate(const FaceInPlane& face, const Vec2& z, const Vec2& start);
+
+} // namespace amontons

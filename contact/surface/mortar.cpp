@@ -1,0 +1,372 @@
+#include "contact/surface/mortar.hpp"
+
+#include "contact/surface/contact_sums.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+// For each face of the slave:
+//
+//   1 its facets are cut by the facets of the master that look at it, in the plane of the slave's
+//     facet: segments, convex polygons of which each lies on one facet of either side;
+//   2 where layers of the master overlap, the nearer one takes its segments out of the farther;
+//     so does the back of the master: what lies behind it belongs to another overlap, through a
+//     whole body;
+//   3 whole faces are integrated with dual functions, partly covered ones with the positive
+//     partition, for which each segment is cut once more;
+//   4 an integration point z of a segment has its place x on the true face of the slave: T3, Q4
+//     over z (Q4: straight sides, so facet and face cover the same part of the plane), T6 by the
+//     quarter's reference coordinates (quarters tile the reference triangle, whatever the
+//     curvature). The true face of the master is met along the plane's normal from x, by Newton's
+//     method; where segments of curved faces do not quite match it may lie slightly beyond its
+//     border, which is harmless: its shape functions sum to 1 there too.
+
+namespace amontons {
+namespace {
+
+/// Faces look at each other, or the same way, if the cosine of their normals is no smaller: a pair
+/// at 78 degrees and more has no common normal worth the name.
+constexpr double kFacing = 0.2;
+/// A face is whole if this part of it is covered.
+constexpr double kWhole = 0.995;
+/// More than the facet's area is covered: the master has layers.
+constexpr double kTwice = 1e-9;
+/// Segments with less of the facet's area are round-off.
+constexpr double kNothing = 1e-14;
+
+struct Segment {
+    const Facet* slave = nullptr;
+    const Facet* master = nullptr;
+    ConvexPolygon polygon; ///< in the plane of the slave's facet
+    double gap = 0;        ///< between the facets at its middle [m]
+    bool hides = false;    ///< the master's facet shows its back: it only hides what is behind it
+};
+
+/// A facet in a plane, counter-clockwise; seen from its back the order is reversed.
+ConvexPolygon outline(const Facet& facet, const FacetPlane& plane, bool from_back,
+                      double heights[2])
+{
+    ConvexPolygon p;
+    heights[0] = std::numeric_limits<double>::infinity();
+    heights[1] = -heights[0];
+    for (int i = 0; i < facet.corners; ++i) {
+        const Vec3 x =
+            plane(facet.corner[static_cast<std::size_t>(from_back ? facet.corners - 1 - i : i)]);
+        p.add(x.head<2>());
+        heights[0] = std::min(heights[0], x.z());
+        heights[1] = std::max(heights[1], x.z());
+    }
+    return p;
+}
+
+bool is_convex(const ConvexPolygon& p)
+{
+    for (int i = 0; i < p.count; ++i)
+        if (twice_area(p[i], p[(i + 1) % p.count], p[(i + 2) % p.count]) < 0) return false;
+    return true;
+}
+
+/// Calls visit with the convex parts of a facet's outline: a quadrilateral may look concave from
+/// the side, and is two triangles then.
+template <class Visit> void for_convex_parts(const ConvexPolygon& p, Visit visit)
+{
+    if (p.count == 3 || is_convex(p)) {
+        visit(p);
+        return;
+    }
+    // The diagonal from the corner that points inwards, or from the one opposite.
+    const bool first = twice_area(p[3], p[0], p[1]) < 0 || twice_area(p[1], p[2], p[3]) < 0;
+    const int a = first ? 0 : 1;
+    for (const int b : {a, a + 2}) {
+        ConvexPolygon triangle;
+        for (const int i : {b, b + 1, b + 2})
+            triangle.add(p[i % 4]);
+        visit(triangle);
+    }
+}
+
+class Mortar {
+public:
+    Mortar(const ExternalSurface& slave, std::span<const Vec3> slave_places,
+           const ExternalSurface& master, std::span<const Vec3> master_places, double reach)
+        : slave_(slave)
+        , master_(master)
+        , slave_places_(slave_places)
+        , master_places_(master_places)
+        , reach_(reach)
+        , slave_facets_(facets_of(slave, slave_places))
+        , master_facets_(facets_of(master, master_places))
+        , tree_(boxes_(master_facets_))
+        , sums_(slave, master)
+    {
+    }
+
+    SurfaceContacts contacts()
+    {
+        for (std::size_t i = 0; i < slave_facets_.size();) {
+            std::size_t end = i + 1;
+            while (end < slave_facets_.size() && slave_facets_[end].face == slave_facets_[i].face)
+                ++end;
+            add_face_(std::span(slave_facets_).subspan(i, end - i));
+            i = end;
+        }
+        return sums_.contacts(slave_places_, master_places_, reach_);
+    }
+
+private:
+    static std::vector<Box> boxes_(const std::vector<Facet>& facets)
+    {
+        std::vector<Box> boxes;
+        boxes.reserve(facets.size());
+        for (const Facet& f : facets)
+            boxes.push_back(box_of(f));
+        return boxes;
+    }
+
+    void add_face_(std::span<const Facet> facets)
+    {
+        segments_.clear();
+        double covered = 0, whole = 0;
+        for (const Facet& facet : facets) {
+            const FacetPlane plane(facet);
+            const std::size_t first = segments_.size();
+            whole += cut_(facet, plane);
+            for (std::size_t i = first; i < segments_.size(); ++i)
+                covered += area(segments_[i].polygon);
+        }
+        if (segments_.empty()) return;
+        const auto face = static_cast<std::size_t>(facets[0].face);
+        const FaceMultipliers multipliers =
+            face_multipliers({slave_.face(face), slave_places_, FacetPlane(facets[0])});
+        const bool is_whole = covered >= kWhole * whole;
+        face_sums_.clear();
+        for (const Segment& segment : segments_)
+            integrate_(segment, multipliers, is_whole);
+        sums_.add(face, multipliers, face_sums_);
+    }
+
+    /// Segments of a facet of the slave.
+    /// @return  its area [m^2]
+    double cut_(const Facet& facet, const FacetPlane& plane)
+    {
+        double heights[2];
+        const ConvexPolygon own = outline(facet, plane, false, heights);
+        const double whole = area(own), least = kNothing * whole;
+        // Wider than the reach: all of a face of which a part is near must find its master, or it
+        // would look partly covered.
+        const double range = reach_ + facet.size / 2;
+        const std::size_t first = segments_.size();
+        double covered = 0;
+        bool layers = false;
+        tree_.visit(box_of(facet, range * facet.normal), [&](std::int32_t number) {
+            const Facet& other = master_facets_[static_cast<std::size_t>(number)];
+            const double cosine = facet.normal.dot(other.normal);
+            if (std::abs(cosine) < kFacing) return;
+            const bool hides = cosine > 0;
+            double far[2];
+            const ConvexPolygon seen = outline(other, plane, !hides, far);
+            if (far[0] > range || far[1] < -range) return;
+            const Vec3 normal = plane.axes * other.normal, middle_place = plane(other.middle);
+            for_convex_parts(seen, [&](const ConvexPolygon& part) {
+                Segment segment{&facet, &other, {}, 0, hides};
+                intersect(own, part, segment.polygon);
+                const double size = area(segment.polygon);
+                if (!(size > least)) return;
+                const Vec2 off = middle(segment.polygon) - middle_place.head<2>();
+                segment.gap = middle_place.z() - normal.head<2>().dot(off) / normal.z();
+                if (std::abs(segment.gap) > range) return;
+                if (hides)
+                    layers = true;
+                else
+                    covered += size;
+                segments_.push_back(segment);
+            });
+        });
+        // The tree's order depends on the machine's library no more than on the faces' order.
+        std::sort(segments_.begin() + static_cast<std::ptrdiff_t>(first), segments_.end(),
+                  [](const Segment& a, const Segment& b) { return a.master < b.master; });
+        if (layers || covered > (1 + kTwice) * whole) keep_nearest_(first, least);
+        return whole;
+    }
+
+    void keep_nearest_(std::size_t first, double least)
+    {
+        layers_.assign(segments_.begin() + static_cast<std::ptrdiff_t>(first), segments_.end());
+        std::stable_sort(layers_.begin(), layers_.end(), [](const Segment& a, const Segment& b) {
+            return std::abs(a.gap) < std::abs(b.gap);
+        });
+        segments_.resize(first);
+        std::vector<ConvexPolygon> pieces, rest;
+        for (std::size_t i = 0; i < layers_.size(); ++i) {
+            const Segment& segment = layers_[i];
+            if (segment.hides) continue;
+            pieces = {segment.polygon};
+            for (std::size_t j = 0; j < i; ++j) {
+                if (layers_[j].hides && layers_[j].gap * segment.gap <= 0) continue;
+                rest.clear();
+                for (const ConvexPolygon& p : pieces)
+                    subtract(p, layers_[j].polygon, rest);
+                std::swap(pieces, rest);
+            }
+            for (const ConvexPolygon& p : pieces)
+                if (area(p) > least) {
+                    segments_.push_back(segment);
+                    segments_.back().polygon = p;
+                }
+        }
+    }
+
+    void integrate_(const Segment& segment, const FaceMultipliers& multipliers, bool is_whole)
+    {
+        const FacetPlane plane(*segment.slave);
+        const Sides sides(*this, segment, plane);
+        FaceSums::Master& master = face_sums_.of(segment.master->face);
+        if (is_whole) {
+            integrate_(sides, segment.polygon, multipliers, -1, master);
+            return;
+        }
+        ConvexPolygon part, shared;
+        for (int i = 0; i < multipliers.count; ++i) {
+            part = nearest_part(sides.slave.nodes, i);
+            for (int k = 0; k < part.count; ++k)
+                part.corner[static_cast<std::size_t>(k)] = sides.in_plane(part[k]);
+            intersect(segment.polygon, part, shared);
+            if (shared.count > 0) integrate_(sides, shared, multipliers, i, master);
+        }
+    }
+
+    /// Both faces of a segment in its plane.
+    struct Sides {
+        Mat3 axes; ///< of the plane
+        FaceInPlane slave, master;
+        Vec3 master_normal; ///< of the facet
+        // Between the plane and the reference face, for triangles.
+        AffineMap to_slave, to_master, from_slave;
+        double stretch = 1; ///< area on the reference face per area of the plane, for T6
+
+        Sides(const Mortar& m, const Segment& s, const FacetPlane& plane)
+            : axes(plane.axes)
+            , slave(m.slave_.face(static_cast<std::size_t>(s.slave->face)), m.slave_places_, plane)
+            , master(m.master_.face(static_cast<std::size_t>(s.master->face)), m.master_places_,
+                     plane)
+            , master_normal(plane.axes * s.master->normal)
+            , to_slave(map_(*s.slave, plane))
+            , to_master(map_(*s.master, plane))
+            , from_slave(inverse_(*s.slave, plane))
+            , stretch(std::abs(to_slave.slope.determinant()))
+        {
+        }
+
+        /// A point of the slave's reference face, in the plane of the facet.
+        Vec2 in_plane(const Vec2& xi) const
+        {
+            if (slave.nodes == 4) return spot(slave, xi).place.head<2>();
+            return from_slave(xi);
+        }
+
+    private:
+        static std::array<Vec2, 3> corners_(const Facet& facet, const FacetPlane& plane)
+        {
+            return {plane(facet.corner[0]).head<2>(), plane(facet.corner[1]).head<2>(),
+                    plane(facet.corner[2]).head<2>()};
+        }
+        static AffineMap map_(const Facet& facet, const FacetPlane& plane)
+        {
+            return {corners_(facet, plane).data(), facet.xi.data()};
+        }
+        static AffineMap inverse_(const Facet& facet, const FacetPlane& plane)
+        {
+            return {facet.xi.data(), corners_(facet, plane).data()};
+        }
+    };
+
+    /// Adds the integrals over a part of a segment.
+    /// @param only  the multiplier whose function is 1 there, or -1: the dual functions
+    void integrate_(const Sides& sides, const ConvexPolygon& polygon,
+                    const FaceMultipliers& multipliers, int only, FaceSums::Master& master)
+    {
+        // A product of two linear functions needs no more.
+        const int degree = sides.slave.nodes == 3 && sides.master.nodes == 3 ? 2 : 4;
+        for (int i = 1; i + 1 < polygon.count; ++i) {
+            const Vec2 &a = polygon[0], &b = polygon[i], &c = polygon[i + 1];
+            const double twice = twice_area(a, b, c);
+            for (const QuadraturePoint& p : triangle_points(degree)) {
+                const Vec2 z = a + p.xi[0] * (b - a) + p.xi[1] * (c - a);
+                integrate_at_(sides, z, p.weight * twice, multipliers, only, master);
+            }
+        }
+    }
+
+    void integrate_at_(const Sides& sides, const Vec2& z, double weight,
+                       const FaceMultipliers& multipliers, int only, FaceSums::Master& master)
+    {
+        Vec2 xi = sides.to_slave(z);
+        if (sides.slave.nodes == 4) {
+            const std::optional<Vec2> found = locate(sides.slave, z, Vec2::Zero());
+            if (!found) return;
+            xi = *found;
+        }
+        const FaceSpot x = spot(sides.slave, xi);
+        Vec3 normal = x.along[0].cross(x.along[1]);
+        const double size = normal.norm();
+        if (!(size > 0)) return;
+        if (sides.slave.nodes == 4) weight *= size / std::abs(normal.z());
+        if (sides.slave.nodes == 6) weight *= size * sides.stretch;
+        normal /= size; // in the plane's coordinates, as all places here
+
+        Vec2 eta = sides.to_master(x.place.head<2>());
+        Vec3 far_normal = sides.master_normal;
+        PerNode M;
+        if (sides.master.nodes == 3) {
+            M = shape_values(3, eta);
+        } else {
+            const bool four = sides.master.nodes == 4;
+            const std::optional<Vec2> found =
+                locate(sides.master, x.place.head<2>(), four ? Vec2(0, 0) : eta);
+            if (found)
+                eta = *found;
+            else if (four)
+                return;
+            const FaceSpot y = spot(sides.master, eta);
+            M = y.values;
+            far_normal = y.along[0].cross(y.along[1]).normalized();
+        }
+
+        Eigen::Vector4d psi = Eigen::Vector4d::Zero();
+        if (only >= 0)
+            psi[only] = weight;
+        else
+            psi = weight * (multipliers.functions * x.values);
+        const Vec3 apart = sides.axes.transpose() * (far_normal - normal);
+        for (int i = 0; i < multipliers.count; ++i) {
+            face_sums_.area[static_cast<std::size_t>(i)] += psi[i];
+            face_sums_.normal[static_cast<std::size_t>(i)] += psi[i] * apart;
+        }
+        face_sums_.slave += psi * x.values.transpose();
+        master.weights += psi * M.transpose();
+    }
+
+    const ExternalSurface& slave_;
+    const ExternalSurface& master_;
+    std::span<const Vec3> slave_places_, master_places_;
+    double reach_ = 0;
+    std::vector<Facet> slave_facets_, master_facets_;
+    BoxTree tree_;
+    ContactSums sums_;
+    std::vector<Segment> segments_; ///< of one face
+    std::vector<Segment> layers_;   ///< of one facet
+    FaceSums face_sums_;            ///< of one face
+};
+
+} // namespace
+
+SurfaceContacts mortar_contacts(const ExternalSurface& slave, std::span<const Vec3> slave_places,
+                                const ExternalSurface& master, std::span<const Vec3> master_places,
+                                const MortarOptions& options)
+{
+    return Mortar(slave, slave_places, master, master_places, options.reach).contacts();
+}
+
+} // namespace amontons

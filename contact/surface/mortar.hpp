@@ -1,0 +1,32 @@
+#pragma once
+
+#include "contact/surface/contact_points.hpp"
+#include "mesh/extract_surface.hpp"
+
+namespace amontons {
+
+struct MortarOptions {
+    /// Contacts are made where the gap, or the overlap, is no larger [m], > 0.
+    double reach = 0;
+};
+
+/// Contacts between two surfaces of solids by dual mortar multipliers (multipliers.hpp): one at
+/// each corner node of the slave's faces T3 and Q4, one at each middle node of its T6.
+///
+///   A_i = int psi_i,  d_ij = int psi_i N_j / A_i,  m_il = int psi_i M_l / A_i,
+///   n_i = normalised int psi_i (nu_master - nu_slave),
+///
+/// over what faces of the slave and of the master share, seen along the slave's normal. Any kinds
+/// of faces may meet. Where a face of the slave is covered in part, areas are >= 0 and sum to what
+/// is covered; a multiplier that keeps under 5 % of its area joins a neighbour. Where the master
+/// has several layers, the nearest counts. Only faces that look at each other do: the far sides of
+/// thin bodies do not meet.
+///
+/// Exact on flat faces; on curved ones as exact as six integration points on each piece.
+/// @param slave_places, master_places  of all nodes of each mesh, finite [m]
+/// Cost: O(n log n) for faces of similar size.
+SurfaceContacts mortar_contacts(const ExternalSurface& slave, std::span<const Vec3> slave_places,
+                                const ExternalSurface& master, std::span<const Vec3> master_places,
+                                const MortarOptions& options);
+
+} // namespace amontons

@@ -1,0 +1,74 @@
+#include "contact/surface/polygon.hpp"
+
+#include <utility>
+
+namespace amontons {
+
+double area(const ConvexPolygon& p)
+{
+    double twice = 0;
+    for (int i = 1; i + 1 < p.count; ++i)
+        twice += twice_area(p[0], p[i], p[i + 1]);
+    return twice / 2;
+}
+
+Vec2 middle(const ConvexPolygon& p)
+{
+    Vec2 sum = Vec2::Zero();
+    for (int i = 0; i < p.count; ++i)
+        sum += p[i];
+    return sum / p.count;
+}
+
+void keep_left(const ConvexPolygon& p, const Vec2& a, const Vec2& b, ConvexPolygon& out)
+{
+    out.count = 0;
+    if (p.count == 0) return;
+    const auto add = [&](const Vec2& x) {
+        if (out.count < ConvexPolygon::kMost) out.add(x);
+    };
+    int last = p.count - 1;
+    double side = twice_area(a, b, p[last]);
+    for (int i = 0; i < p.count; ++i) {
+        const double next = twice_area(a, b, p[i]);
+        if ((side < 0 && next > 0) || (side > 0 && next < 0))
+            add(p[last] + side / (side - next) * (p[i] - p[last]));
+        if (next >= 0) add(p[i]);
+        side = next;
+        last = i;
+    }
+    if (out.count < 3) out.count = 0;
+}
+
+void intersect(const ConvexPolygon& p, const ConvexPolygon& q, ConvexPolygon& out)
+{
+    ConvexPolygon other;
+    ConvexPolygon* from = &other;
+    ConvexPolygon* to = &out;
+    // The first cut reads p itself; an odd number of cuts must end in `out`.
+    if (q.count % 2 == 0) std::swap(from, to);
+    const ConvexPolygon* rest = &p;
+    for (int i = 0; i < q.count; ++i) {
+        keep_left(*rest, q[i], q[i + 1 < q.count ? i + 1 : 0], *to);
+        if (to->count == 0) {
+            out.count = 0;
+            return;
+        }
+        rest = to;
+        std::swap(from, to);
+    }
+}
+
+void subtract(const ConvexPolygon& p, const ConvexPolygon& q, std::vector<ConvexPolygon>& pieces)
+{
+    ConvexPolygon rest = p, piece, kept;
+    for (int i = 0; i < q.count && rest.count > 0; ++i) {
+        const Vec2 &a = q[i], &b = q[i + 1 < q.count ? i + 1 : 0];
+        keep_left(rest, b, a, piece);
+        if (piece.count > 0) pieces.push_back(piece);
+        keep_left(rest, a, b, kept);
+        rest = kept;
+    }
+}
+
+} // namespace amontons

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+// Convex polygons in a plane: what remains of faces where they face each other.
+
+namespace amontons {
+
+using Vec2 = Eigen::Vector2d;
+
+/// Corners in counter-clockwise order.
+struct ConvexPolygon {
+    static constexpr int kMost = 24;
+    std::array<Vec2, kMost> corner;
+    int count = 0;
+
+    const Vec2& operator[](int i) const { return corner[static_cast<std::size_t>(i)]; }
+    void add(const Vec2& x) { corner[static_cast<std::size_t>(count++)] = x; }
+};
+
+/// Twice the area of (a, b, c), > 0 if counter-clockwise.
+inline double twice_area(const Vec2& a, const Vec2& b, const Vec2& c)
+{
+    return (b.x() - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (b.y() - a.y());
+}
+
+double area(const ConvexPolygon& p);
+
+/// The mean of the corners.
+Vec2 middle(const ConvexPolygon& p);
+
+/// The part of p on the left of the line from a to b. At most one corner more than p has; a
+/// polygon that is full already loses a corner.
+void keep_left(const ConvexPolygon& p, const Vec2& a, const Vec2& b, ConvexPolygon& out);
+
+/// What p and q share, empty if they share no area.
+void intersect(const ConvexPolygon& p, const ConvexPolygon& q, ConvexPolygon& out);
+
+/// What p does not share with q, in convex pieces, added to `pieces`.
+void subtract(const ConvexPolygon& p, const ConvexPolygon& q, std::vector<ConvexPolygon>& pieces);
+
+} // namespace amontons

@@ -1,0 +1,366 @@
+#include "contact/surface/mortar.hpp"
+
+#include "contact/tests/contact_surfaces.hpp"
+#include "mesh/face_shape.hpp"
+
+#include <doctest/doctest.h>
+#include <functional>
+#include <map>
+#include <string>
+
+using namespace amontons;
+using namespace amontons::test;
+
+namespace {
+
+constexpr double kTurn = 0.5235987755982988; // 30 degrees
+
+/// Calls visit(slave, master) for all nine pairs of kinds: a slave above z = 0 with its lower face
+/// [0, 1] x [0, 1], and a master below whose upper face is lowest..highest, turned by an angle
+/// about the vertical through (0.5, 0.5).
+void for_pairs(const Vec3& lowest, const Vec3& highest, double angle,
+               const std::function<void(TouchingBody&, TouchingBody&)>& visit)
+{
+    const Eigen::Isometry3d there(Eigen::Translation3d(0.5, 0.5, 0));
+    for (const ElementKind a : kKinds)
+        for (const ElementKind b : kKinds) {
+            CAPTURE(std::string(shape_of(a).name));
+            CAPTURE(std::string(shape_of(b).name));
+            TouchingBody slave = box_body(a, {0, 0, 0}, {1, 1, 0.6}, {3, 4, 2});
+            TouchingBody master = box_body(b, lowest, highest, {5, 3, 2});
+            master.move(there * turn(angle, Vec3::UnitZ()) * there.inverse());
+            visit(slave, master);
+        }
+}
+
+void check_rows(const SurfaceContacts& contacts)
+{
+    for (const SurfaceContact& c : contacts.contact) {
+        double slave = 0, master = 0;
+        for (const StencilEntry& e : contacts.slave(c))
+            slave += e.weight;
+        for (const StencilEntry& e : contacts.master(c))
+            master += e.weight;
+        CHECK(std::abs(slave - 1) < 1e-13);
+        CHECK(std::abs(master - 1) < 1e-13);
+        CHECK(c.area > 0);
+        Mat3 frame;
+        frame << c.normal, c.t1, c.t2;
+        CHECK((frame.transpose() * frame - Mat3::Identity()).norm() < 1e-14);
+        CHECK(frame.determinant() > 0);
+    }
+}
+
+} // namespace
+
+TEST_CASE("areas sum to the overlap of flat faces, for all pairs of kinds")
+{
+    const struct {
+        const char* name;
+        Vec3 lowest, highest;
+        double turn, area;
+    } cases[] = {{"slave covered", {-0.5, -0.4, -1}, {1.6, 1.5, 0}, kTurn, 1},
+                 {"master covered", {0.3, 0.25, -1}, {0.7, 0.75, 0}, kTurn, 0.2},
+                 {"overhanging", {0.37, -0.2, -1}, {1.4, 1.1, 0}, 0, 0.63},
+                 {"a corner", {0.81, 0.63, -1}, {1.4, 1.1, 0}, 0, 0.19 * 0.37}};
+    for (const auto& c : cases) {
+        CAPTURE(c.name);
+        for_pairs(c.lowest, c.highest, c.turn, [&](TouchingBody& slave, TouchingBody& master) {
+            slave.move(anywhere());
+            master.move(anywhere());
+            const SurfaceContacts contacts = contacts_of(slave, master, 1e-3);
+            CHECK(std::abs(total_area(contacts) - c.area) < 1e-12);
+            check_rows(contacts);
+            const Vec3 up = anywhere().linear() * Vec3::UnitZ();
+            for (const SurfaceContact& contact : contacts.contact) {
+                CHECK((contact.normal - up).norm() < 1e-12);
+                CHECK(std::abs(contact.gap) < 1e-14);
+            }
+        });
+    }
+}
+
+TEST_CASE("on flat faces both sides of a contact are at the same place, so any affine motion of "
+          "both bodies gives their exact relative motion")
+{
+    const double gap = 0.0123;
+    for (const bool part : {false, true})
+        for_pairs({part ? 0.43 : -0.5, -0.4, -1}, {1.6, 1.5, -gap}, kTurn,
+                  [&](TouchingBody& slave, TouchingBody& master) {
+                      slave.move(anywhere());
+                      master.move(anywhere());
+                      const SurfaceContacts contacts = contacts_of(slave, master, 0.1);
+                      CHECK(contacts.contact.size() > 10);
+                      Mat3 F, G;
+                      F << 0.3, -0.1, 0.7, 0.2, 0.9, -0.4, 0.5, 0.1, -0.8;
+                      G << -0.6, 0.4, 0.1, 0.3, -0.2, 0.5, 0.9, -0.7, 0.2;
+                      std::vector<Vec3> x, y;
+                      for (const Vec3& p : slave.mesh.nodes)
+                          x.push_back(F * p + Vec3(1, 2, 3));
+                      for (const Vec3& p : master.mesh.nodes)
+                          y.push_back(G * p - Vec3(2, 1, 4));
+                      for (const SurfaceContact& c : contacts.contact) {
+                          const Vec3 below = c.point - gap * c.normal;
+                          CHECK(std::abs(c.gap - gap) < 1e-14);
+                          const Vec3 u =
+                              weighted(contacts.slave(c), x) - weighted(contacts.master(c), y);
+                          const Vec3 exact =
+                              F * c.point + Vec3(1, 2, 3) - G * below + Vec3(2, 1, 4);
+                          CHECK((u - exact).norm() < 1e-12);
+                      }
+                  });
+}
+
+TEST_CASE("a contact of a whole face is at its node, and no other node of the slave takes part")
+{
+    for_pairs({-0.5, -0.4, -1}, {1.6, 1.5, 0}, kTurn,
+              [&](TouchingBody& slave, TouchingBody& master) {
+                  const SurfaceContacts contacts = contacts_of(slave, master, 1e-3);
+                  for (const SurfaceContact& c : contacts.contact) {
+                      const Vec3& node = slave.mesh.nodes[static_cast<std::size_t>(c.id)];
+                      CHECK((c.point - node).norm() < 1e-13);
+                      for (const StencilEntry& e : contacts.slave(c))
+                          CHECK(std::abs(e.weight - (e.node == c.id ? 1 : 0)) < 1e-12);
+                  }
+              });
+}
+
+TEST_CASE("the integral of the gap is the volume between two planes, that of an overlap too")
+{
+    // Seen along the slave's normal; the contact's normal halves the angle between the planes.
+    const double tilt = 0.1;
+    for (const double gap : {0.07, -0.07})
+        for_pairs({-0.5, -0.4, -1}, {1.6, 1.5, 0}, kTurn,
+                  [&](TouchingBody& slave, TouchingBody& master) {
+                      slave.move(turn(tilt, {1, 2, 0}, {0, 0, gap}));
+                      const SurfaceContacts contacts = contacts_of(slave, master, 1);
+                      double volume = 0;
+                      for (const SurfaceContact& c : contacts.contact) {
+                          CHECK(std::abs(std::acos(c.normal.z()) - tilt / 2) < 1e-10);
+                          volume += c.area * c.gap / std::cos(tilt / 2);
+                      }
+                      // Area 1 of the slave; the height of its middle over z = 0, along its normal.
+                      const Vec3 middle = turn(tilt, {1, 2, 0}, {0, 0, gap}) * Vec3(0.5, 0.5, 0);
+                      CHECK(std::abs(volume - middle.z() / std::cos(tilt)) < 1e-12);
+                      CHECK(std::abs(total_area(contacts) - 1) < 1e-12);
+                  });
+}
+
+TEST_CASE("contacts turn and move with the bodies, and do not depend on the order of faces")
+{
+    for_pairs({0.3, -0.4, -1}, {1.6, 1.5, 0}, kTurn,
+              [&](TouchingBody& slave, TouchingBody& master) {
+                  slave.move(turn(0.05, {1, 2, 0}, {0.01, 0.02, 0.01}));
+                  const SurfaceContacts before = contacts_of(slave, master, 0.1);
+                  slave.move(anywhere());
+                  master.move(anywhere());
+                  std::mt19937 rng{7};
+                  for (TouchingBody* body : {&slave, &master}) {
+                      std::vector<FaceRef> faces = body->surface.faces;
+                      std::shuffle(faces.begin(), faces.end(), rng);
+                      ExternalSurface& s = body->surface;
+                      const ExternalSurface old = s;
+                      s.nodes.clear();
+                      std::vector<std::size_t> order(faces.size());
+                      for (std::size_t i = 0; i < order.size(); ++i)
+                          order[i] = i;
+                      std::shuffle(order.begin(), order.end(), rng);
+                      s.starts = {0};
+                      for (std::size_t i = 0; i < order.size(); ++i) {
+                          s.faces[i] = old.faces[order[i]];
+                          s.corners[i] = old.corners[order[i]];
+                          for (const std::int32_t n : old.face(order[i]))
+                              s.nodes.push_back(n);
+                          s.starts.push_back(static_cast<std::int64_t>(s.nodes.size()));
+                      }
+                  }
+                  const SurfaceContacts after = contacts_of(slave, master, 0.1);
+                  REQUIRE(after.contact.size() == before.contact.size());
+                  for (std::size_t i = 0; i < before.contact.size(); ++i) {
+                      const SurfaceContact &a = before.contact[i], &b = after.contact[i];
+                      CHECK(a.id == b.id);
+                      CHECK((anywhere() * a.point - b.point).norm() < 1e-12);
+                      CHECK((anywhere().linear() * a.normal - b.normal).norm() < 1e-12);
+                      CHECK(std::abs(a.gap - b.gap) < 1e-13);
+                      CHECK(std::abs(a.area - b.area) < 1e-13);
+                  }
+              });
+}
+
+TEST_CASE("a uniform pressure acts on whole faces of either side as its consistent nodal loads")
+{
+    // int N over the face, from the shape functions alone.
+    const auto loads = [](const TouchingBody& body, double z) {
+        std::map<std::int32_t, double> sum;
+        for (std::size_t f = 0; f < body.surface.faces.size(); ++f) {
+            const auto nodes = body.surface.face(f);
+            const auto at = [&](std::size_t i) {
+                return body.mesh.nodes[static_cast<std::size_t>(nodes[i])];
+            };
+            bool flat = true;
+            for (std::size_t i = 0; i < nodes.size(); ++i)
+                flat = flat && std::abs(at(i).z() - z) < 1e-9;
+            if (!flat) continue;
+            const int n = static_cast<int>(nodes.size());
+            for (const QuadraturePoint& p : face_points(n)) {
+                const FaceValues N = face_shape_values(n, p.xi);
+                const FaceGradients dN = face_shape_gradients(n, p.xi);
+                Vec3 a = Vec3::Zero(), b = Vec3::Zero();
+                for (int i = 0; i < n; ++i) {
+                    a += dN(0, i) * at(static_cast<std::size_t>(i));
+                    b += dN(1, i) * at(static_cast<std::size_t>(i));
+                }
+                for (int i = 0; i < n; ++i)
+                    sum[nodes[static_cast<std::size_t>(i)]] += p.weight * N[i] * a.cross(b).norm();
+            }
+        }
+        return sum;
+    };
+    const auto compare = [](const std::map<std::int32_t, double>& expected,
+                            std::map<std::int32_t, double> found) {
+        for (const auto& [node, load] : expected)
+            CHECK(std::abs(found[node] - load) < 1e-13);
+        for (const auto& [node, load] : found)
+            CHECK(std::abs(load - (expected.count(node) ? expected.at(node) : 0)) < 1e-13);
+    };
+    const auto forces = [](const SurfaceContacts& contacts, bool of_slave) {
+        std::map<std::int32_t, double> sum;
+        for (const SurfaceContact& c : contacts.contact)
+            for (const StencilEntry& e : of_slave ? contacts.slave(c) : contacts.master(c))
+                sum[e.node] += c.area * e.weight;
+        return sum;
+    };
+    for_pairs({-0.5, -0.4, -1}, {1.6, 1.5, 0}, kTurn,
+              [&](TouchingBody& slave, TouchingBody& master) {
+                  compare(loads(slave, 0), forces(contacts_of(slave, master, 1e-3), true));
+              });
+    for_pairs({0.3, 0.25, -1}, {0.7, 0.75, 0}, kTurn,
+              [&](TouchingBody& slave, TouchingBody& master) {
+                  compare(loads(master, 0), forces(contacts_of(slave, master, 1e-3), false));
+              });
+}
+
+TEST_CASE("a multiplier that keeps little of its area joins a neighbour; areas and places stay")
+{
+    // The slave overhangs: of its row of cells next to the edge 1e-6 of the width remains.
+    for (const ElementKind kind : kKinds) {
+        CAPTURE(std::string(shape_of(kind).name));
+        SolidBoxOptions box;
+        box.cells = {4, 4, 1};
+        box.kind = kind;
+        const TouchingBody slave = with_surface(make_solid_box(box));
+        const double edge = 0.5 + 1e-6; // just beyond the second cell of four
+        const TouchingBody master = box_body(kind, {-0.3, -0.3, -1}, {edge, 1.3, 0}, {3, 3, 1});
+        const SurfaceContacts contacts = contacts_of(slave, master, 1e-3);
+        CHECK(std::abs(total_area(contacts) - edge) < 1e-12);
+        Vec3 moment = Vec3::Zero();
+        for (const SurfaceContact& c : contacts.contact) {
+            CHECK(c.area > 0.01 / 16);
+            moment += c.area * c.point;
+        }
+        CHECK(std::abs(moment.x() - edge * edge / 2) < 1e-12);
+        CHECK(std::abs(moment.y() - edge / 2) < 1e-12);
+        check_rows(contacts);
+    }
+}
+
+TEST_CASE("the far sides of thin bodies do not meet, and of several layers the nearest counts")
+{
+    for (const ElementKind kind : kKinds) {
+        CAPTURE(std::string(shape_of(kind).name));
+        const TouchingBody slave = box_body(kind, {0, 0, 0}, {1, 1, 0.01}, {4, 4, 1});
+        const TouchingBody thin =
+            box_body(kind, {-0.1, -0.1, -0.012}, {1.1, 1.1, -0.002}, {5, 3, 1});
+        const SurfaceContacts one = contacts_of(slave, thin, 0.1);
+        CHECK(std::abs(total_area(one) - 1) < 1e-12);
+        for (const SurfaceContact& c : one.contact)
+            CHECK(std::abs(c.gap - 0.002) < 1e-14);
+
+        // A second plate below, which the first covers up to x = 0.37.
+        TouchingBody two = box_body(kind, {-0.1, -0.1, -0.012}, {0.37, 1.1, -0.002}, {5, 3, 1});
+        const TouchingBody lower =
+            box_body(kind, {-0.1, -0.1, -0.04}, {1.1, 1.1, -0.03}, {5, 3, 1});
+        const auto count = static_cast<std::int32_t>(two.mesh.nodes.size());
+        for (const Vec3& x : lower.mesh.nodes)
+            two.mesh.nodes.push_back(x);
+        for (const std::int32_t n : lower.mesh.blocks[0].nodes)
+            two.mesh.blocks[0].nodes.push_back(n + count);
+        two = with_surface(two.mesh);
+        const SurfaceContacts layers = contacts_of(slave, two, 0.1);
+        CHECK(std::abs(total_area(layers) - 1) < 1e-12);
+        double volume = 0;
+        for (const SurfaceContact& c : layers.contact)
+            volume += c.area * c.gap;
+        CHECK(std::abs(volume - (0.37 * 0.002 + 0.63 * 0.03)) < 1e-12);
+    }
+}
+
+TEST_CASE("contacts are made as far as asked, for gaps and overlaps")
+{
+    for (const ElementKind kind : kKinds)
+        for (const double gap : {0.0999, 0.1001, -0.0999, -0.1001}) {
+            const TouchingBody slave = box_body(kind, {0, 0, gap}, {1, 1, 1 + gap}, {3, 3, 3});
+            const TouchingBody master = box_body(kind, {-1, -1, -2}, {2, 2, 0}, {4, 4, 4});
+            const SurfaceContacts contacts = contacts_of(slave, master, 0.1);
+            CHECK(std::abs(total_area(contacts) - (std::abs(gap) < 0.1 ? 1 : 0)) < 1e-12);
+        }
+}
+
+TEST_CASE("a ball over a plane: heights, normals and areas converge with the mesh")
+{
+    // Of a node at an angle t from the pole: height 1 - cos t, the normal halves the angle, and the
+    // gap is seen along the ball's normal. The
+    // area by a smooth function of t with the integral 2 pi int (1 - 4 t^2)^2 sin t dt.
+    const auto bump = [](double t) { return t < 0.5 ? std::pow(1 - 4 * t * t, 2) : 0; };
+    double exact = 0;
+    for (int i = 0; i < 1000; ++i)
+        exact += bump((i + 0.5) / 2000) * std::sin((i + 0.5) / 2000) * 2 * 3.14159265358979 / 2000;
+    // The last height's error, and how much smaller than that of the mesh before errors may be.
+    const struct {
+        ElementKind kind;
+        double height, less_height, less_tilt;
+    } expected[] = {
+        {ElementKind::T4, 1e-14, 10, 0.6}, // nodes lie on the sphere
+        {ElementKind::T10, 2e-6, 0.1, 0.12},
+        {ElementKind::H8, 2e-8, 0.1, 0.6},
+    };
+    for (const auto& e : expected) {
+        CAPTURE(std::string(shape_of(e.kind).name));
+        double last[3] = {1, 1, 1};
+        std::vector<double> gaps;
+        for (const std::int32_t cells : {8, 16, 32}) {
+            CAPTURE(cells);
+            SolidBallOptions ball;
+            ball.radius = 1;
+            ball.cells = cells;
+            ball.kind = e.kind;
+            const TouchingBody slave = with_surface(make_solid_ball(ball));
+            const TouchingBody master = box_body(e.kind, {-2, -2, -2}, {2, 2, -1}, {7, 6, 1});
+            const SurfaceContacts contacts = contacts_of(slave, master, 0.3);
+            double height = 0, gap = 0, tilt = 0, area = 0;
+            for (const SurfaceContact& c : contacts.contact) {
+                const Vec3& node = slave.mesh.nodes[static_cast<std::size_t>(c.id)];
+                const double t = std::acos(-node.z());
+                if (t > 0.5) continue;
+                height = std::max(height, std::abs(c.point.z() + std::cos(t)));
+                tilt = std::max(tilt, std::abs(std::acos(c.normal.z()) - t / 2));
+                area += c.area * bump(t);
+                gap = std::max(gap,
+                               std::abs(c.gap - (1 - std::cos(t)) * std::cos(t / 2) / std::cos(t)));
+            }
+            area = std::abs(area / exact - 1);
+            MESSAGE(std::string(shape_of(e.kind).name)
+                    << " " << cells << ": height " << height << ", gap " << gap << ", tilt " << tilt
+                    << ", area " << area);
+            CHECK(height <= std::max(1e-14, e.less_height * last[0]));
+            CHECK(tilt < e.less_tilt * last[1]);
+            gaps.push_back(gap);
+            CHECK(area < 0.35 * last[2]);
+            last[0] = height;
+            last[1] = tilt;
+            last[2] = area;
+        }
+        CHECK(last[0] < e.height);
+        CHECK(gaps.back() < 0.35 * gaps.front());
+    }
+}

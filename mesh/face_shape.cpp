@@ -1,0 +1,120 @@
+#include "mesh/face_shape.hpp"
+
+#include "mesh/base/error.hpp"
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace amontons {
+namespace {
+
+/// Corners of the square.
+constexpr double kSquare[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+
+/// Adds the places whose barycentric coordinates are permutations of (b, b, a).
+void add_orbit(std::vector<QuadraturePoint>& points, double a, double weight)
+{
+    const double b = (1 - a) / 2;
+    points.push_back({{b, b, 0}, weight});
+    points.push_back({{a, b, 0}, weight});
+    points.push_back({{b, a, 0}, weight});
+}
+
+std::vector<QuadraturePoint> degree_2()
+{
+    std::vector<QuadraturePoint> points;
+    add_orbit(points, 2.0 / 3, 1.0 / 6);
+    return points;
+}
+
+/// The moment equations of two orbits, in closed form.
+std::vector<QuadraturePoint> degree_4()
+{
+    std::vector<QuadraturePoint> points;
+    const double root = std::sqrt(10.0), inner = std::sqrt(38 - 44 * std::sqrt(0.4)),
+                 outer = std::sqrt(213125 - 53320 * root);
+    add_orbit(points, 1 - (8 - root + inner) / 9, (620 + outer) / 7440);
+    add_orbit(points, 1 - (8 - root - inner) / 9, (620 - outer) / 7440);
+    return points;
+}
+
+/// Radon's points.
+std::vector<QuadraturePoint> degree_5()
+{
+    const double root = std::sqrt(15.0);
+    std::vector<QuadraturePoint> points{{{1.0 / 3, 1.0 / 3, 0}, 9.0 / 80}};
+    add_orbit(points, 1 - 2 * (6 - root) / 21, (155 - root) / 2400);
+    add_orbit(points, 1 - 2 * (6 + root) / 21, (155 + root) / 2400);
+    return points;
+}
+
+/// Gauss's points along both axes.
+std::vector<QuadraturePoint> gauss(const std::vector<double>& x, const std::vector<double>& w)
+{
+    std::vector<QuadraturePoint> points;
+    for (std::size_t j = 0; j < x.size(); ++j)
+        for (std::size_t i = 0; i < x.size(); ++i)
+            points.push_back({{x[i], x[j], 0}, w[i] * w[j]});
+    return points;
+}
+
+} // namespace
+
+FaceValues face_shape_values(int nodes, const Vec3& xi)
+{
+    AMONTONS_ASSERT(nodes == 3 || nodes == 4 || nodes == 6);
+    FaceValues N(nodes);
+    const double x = xi[0], y = xi[1], l = 1 - x - y;
+    if (nodes == 3) N << l, x, y;
+    if (nodes == 6)
+        N << l * (2 * l - 1), x * (2 * x - 1), y * (2 * y - 1), 4 * l * x, 4 * x * y, 4 * y * l;
+    if (nodes == 4)
+        for (int i = 0; i < 4; ++i)
+            N[i] = (1 + kSquare[i][0] * x) * (1 + kSquare[i][1] * y) / 4;
+    return N;
+}
+
+FaceGradients face_shape_gradients(int nodes, const Vec3& xi)
+{
+    AMONTONS_ASSERT(nodes == 3 || nodes == 4 || nodes == 6);
+    FaceGradients dN(2, nodes);
+    const double x = xi[0], y = xi[1], l = 1 - x - y;
+    if (nodes == 3)
+        dN << -1, 1, 0, //
+            -1, 0, 1;
+    if (nodes == 6)
+        dN << 1 - 4 * l, 4 * x - 1, 0, 4 * (l - x), 4 * y, -4 * y, //
+            1 - 4 * l, 0, 4 * y - 1, -4 * x, 4 * x, 4 * (l - y);
+    if (nodes == 4)
+        for (int i = 0; i < 4; ++i) {
+            const auto [a, b] = kSquare[i];
+            dN.col(i) << a * (1 + b * y) / 4, (1 + a * x) * b / 4;
+        }
+    return dN;
+}
+
+std::span<const QuadraturePoint> face_points(int nodes)
+{
+    AMONTONS_ASSERT(nodes == 3 || nodes == 4 || nodes == 6);
+    return nodes == 3 ? triangle_points(2) : nodes == 4 ? square_points(2) : triangle_points(5);
+}
+
+std::span<const QuadraturePoint> triangle_points(int degree)
+{
+    AMONTONS_ASSERT(degree == 2 || degree == 4 || degree == 5);
+    static const std::vector<QuadraturePoint> two = degree_2(), four = degree_4(),
+                                              five = degree_5();
+    return degree == 2 ? two : degree == 4 ? four : five;
+}
+
+std::span<const QuadraturePoint> square_points(int along)
+{
+    AMONTONS_ASSERT(along == 2 || along == 3);
+    static const double a = 1 / std::sqrt(3.0), b = std::sqrt(0.6);
+    static const std::vector<QuadraturePoint> two = gauss({-a, a}, {1, 1}),
+                                              three = gauss({-b, 0, b}, {5. / 9, 8. / 9, 5. / 9});
+    return along == 2 ? two : three;
+}
+
+} // namespace amontons
