@@ -15,6 +15,14 @@ constexpr int kQuarters[4][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}};
 /// differ.
 constexpr double kMargin = 0.25;
 
+/// On the reference face or close to it.
+bool is_on(int nodes, const Vec2& xi)
+{
+    const double low = nodes == 4 ? -1 : 0;
+    return xi.minCoeff() >= low - kMargin && xi.maxCoeff() <= 1 + kMargin &&
+           (nodes == 4 || xi.sum() <= 1 + kMargin);
+}
+
 } // namespace
 
 std::vector<Facet> facets_of(const ExternalSurface& surface, std::span<const Vec3> places)
@@ -78,6 +86,15 @@ Box box_of(const Facet& facet, const Vec3& along)
     return box;
 }
 
+std::vector<Box> boxes_of(std::span<const Facet> facets)
+{
+    std::vector<Box> boxes;
+    boxes.reserve(facets.size());
+    for (const Facet& f : facets)
+        boxes.push_back(box_of(f));
+    return boxes;
+}
+
 FacetPlane::FacetPlane(const Facet& facet) : origin(facet.middle)
 {
     // A side in the plane: that of a warped quadrilateral is not quite.
@@ -103,6 +120,13 @@ FaceInPlane::FaceInPlane(std::span<const std::int32_t> face, std::span<const Vec
 {
     for (std::size_t i = 0; i < face.size(); ++i)
         node[i] = plane(places[static_cast<std::size_t>(face[i])]);
+}
+
+FaceInPlane::FaceInPlane(std::span<const std::int32_t> face, std::span<const Vec3> places)
+    : nodes(static_cast<int>(face.size()))
+{
+    for (std::size_t i = 0; i < face.size(); ++i)
+        node[i] = places[static_cast<std::size_t>(face[i])];
 }
 
 PerNode shape_values(int nodes, const Vec2& xi)
@@ -139,12 +163,29 @@ std::optional<Vec2> locate(const FaceInPlane& face, const Vec2& z, const Vec2& s
         if (!step.allFinite()) return {};
         xi += step;
         if (step.norm() > std::sqrt(kClose)) continue;
-        const double low = face.nodes == 4 ? -1 : 0;
-        if (xi.minCoeff() < low - kMargin || xi.maxCoeff() > 1 + kMargin) return {};
-        if (face.nodes != 4 && xi.sum() > 1 + kMargin) return {};
+        if (!is_on(face.nodes, xi)) return {};
         return xi;
     }
     return {};
+}
+
+Vec2 nearest_xi(const FaceInPlane& face, const Vec3& x, const Vec2& start)
+{
+    if (face.nodes == 3) return start; // flat, and found already
+    constexpr int kSteps = 30;
+    constexpr double kClose = 1e-12;
+    Vec2 xi = start;
+    for (int k = 0; k < kSteps; ++k) {
+        const FaceSpot at = spot(face, xi);
+        Eigen::Matrix<double, 3, 2> J;
+        J << at.along[0], at.along[1];
+        const Eigen::Matrix2d normal = J.transpose() * J;
+        const Vec2 step = normal.inverse() * (J.transpose() * (x - at.place));
+        if (!step.allFinite()) return start;
+        xi += step;
+        if (step.norm() < kClose) return is_on(face.nodes, xi) ? xi : start;
+    }
+    return start;
 }
 
 } // namespace amontons

@@ -14,6 +14,10 @@
 
 namespace amontons {
 
+/// Faces look at each other, or the same way, if the cosine of their normals is no smaller: a pair
+/// at 78 degrees and more has no common normal worth the name.
+constexpr double kFacing = 0.2;
+
 /// A flat triangle or quadrilateral that stands for a face or a quarter of it.
 struct Facet {
     std::int32_t face = 0;
@@ -31,6 +35,7 @@ std::vector<Facet> facets_of(const ExternalSurface& surface, std::span<const Vec
 
 /// The box of a facet, and of it moved by `along` and by -`along`.
 Box box_of(const Facet& facet, const Vec3& along = Vec3::Zero());
+std::vector<Box> boxes_of(std::span<const Facet> facets);
 
 /// Coordinates in the plane of a facet; the third is the height along its normal. They move and
 /// turn with the facet.
@@ -51,13 +56,14 @@ struct AffineMap {
     Vec2 operator()(const Vec2& x) const { return slope * x + offset; }
 };
 
-/// The nodes of a face in the coordinates of a plane.
+/// The nodes of a face in the coordinates of a plane, or in space.
 struct FaceInPlane {
     int nodes = 3;
     std::array<Vec3, kMostSolidFaceNodes> node;
 
     FaceInPlane(std::span<const std::int32_t> face, std::span<const Vec3> places,
                 const FacetPlane& plane);
+    FaceInPlane(std::span<const std::int32_t> face, std::span<const Vec3> places);
 };
 
 /// One number for each node of a face, 0 beyond its last.
@@ -78,5 +84,9 @@ FaceSpot spot(const FaceInPlane& face, const Vec2& xi);
 /// @param start  near it on the reference face
 /// @return  nothing if there is none on the reference face or close to it
 std::optional<Vec2> locate(const FaceInPlane& face, const Vec2& z, const Vec2& start);
+
+/// The point of the face nearest to x, or a little beyond its border.
+/// @param start  near it on the reference face; returned where Gauss-Newton finds nothing better
+Vec2 nearest_xi(const FaceInPlane& face, const Vec3& x, const Vec2& start);
 
 } // namespace amontons

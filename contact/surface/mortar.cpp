@@ -1,5 +1,6 @@
 #include "contact/surface/mortar.hpp"
 
+#include "contact/surface/collocation.hpp"
 #include "contact/surface/contact_sums.hpp"
 
 #include <Eigen/Geometry>
@@ -26,9 +27,6 @@
 namespace amontons {
 namespace {
 
-/// Faces look at each other, or the same way, if the cosine of their normals is no smaller: a pair
-/// at 78 degrees and more has no common normal worth the name.
-constexpr double kFacing = 0.2;
 /// A face is whole if this part of it is covered.
 constexpr double kWhole = 0.995;
 /// More than the facet's area is covered: the master has layers.
@@ -98,7 +96,7 @@ public:
         , reach_(reach)
         , slave_facets_(facets_of(slave, slave_places))
         , master_facets_(facets_of(master, master_places))
-        , tree_(boxes_(master_facets_))
+        , tree_(boxes_of(master_facets_))
         , sums_(slave, master)
     {
     }
@@ -116,15 +114,6 @@ public:
     }
 
 private:
-    static std::vector<Box> boxes_(const std::vector<Facet>& facets)
-    {
-        std::vector<Box> boxes;
-        boxes.reserve(facets.size());
-        for (const Facet& f : facets)
-            boxes.push_back(box_of(f));
-        return boxes;
-    }
-
     void add_face_(std::span<const Facet> facets)
     {
         segments_.clear();
@@ -138,8 +127,7 @@ private:
         }
         if (segments_.empty()) return;
         const auto face = static_cast<std::size_t>(facets[0].face);
-        const FaceMultipliers multipliers =
-            face_multipliers({slave_.face(face), slave_places_, FacetPlane(facets[0])});
+        const FaceMultipliers multipliers = face_multipliers({slave_.face(face), slave_places_});
         const bool is_whole = covered >= kWhole * whole;
         face_sums_.clear();
         for (const Segment& segment : segments_)
@@ -366,6 +354,8 @@ SurfaceContacts mortar_contacts(const ExternalSurface& slave, std::span<const Ve
                                 const ExternalSurface& master, std::span<const Vec3> master_places,
                                 const MortarOptions& options)
 {
+    if (options.nodal)
+        return nodal_contacts(slave, slave_places, master, master_places, options.reach);
     return Mortar(slave, slave_places, master, master_places, options.reach).contacts();
 }
 

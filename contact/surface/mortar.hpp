@@ -8,6 +8,9 @@ namespace amontons {
 struct MortarOptions {
     /// Contacts are made where the gap, or the overlap, is no larger [m], > 0.
     double reach = 0;
+    /// The slave's multipliers at their nodes and the nearest point of the master instead of
+    /// integrals: for interaction. See nodal_contacts.
+    bool nodal = false;
 };
 
 /// Contacts between two surfaces of solids by dual mortar multipliers (multipliers.hpp): one at

@@ -24,7 +24,7 @@ struct FaceMultipliers {
     std::array<double, 4> full{}; ///< integral of psi_i over the face [m^2]
 };
 
-/// Those of a face. It is seen in any plane.
+/// Those of a face, in any coordinates.
 FaceMultipliers face_multipliers(const FaceInPlane& face);
 
 /// Where psi_i = 1 on a partly covered face: a convex polygon of the reference face. Those of all

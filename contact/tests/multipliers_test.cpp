@@ -1,7 +1,9 @@
 #include "contact/surface/multipliers.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <doctest/doctest.h>
+#include <numeric>
 #include <random>
 
 using namespace amontons;
@@ -23,13 +25,8 @@ FaceInPlane some_face(int nodes, double bend, double skew)
     for (Vec3& x : places)
         x = turn * x;
     std::vector<std::int32_t> numbers(places.size());
-    Facet facet;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-        numbers[i] = static_cast<std::int32_t>(i);
-        if (i < 3) facet.corner[i] = places[i];
-    }
-    facet.normal = turn * Vec3::UnitZ();
-    return {numbers, places, FacetPlane(facet)};
+    std::iota(numbers.begin(), numbers.end(), 0);
+    return {numbers, places};
 }
 
 /// int psi_i N_j, by many points.
@@ -62,11 +59,14 @@ Eigen::Matrix<double, 4, 6> products(const FaceInPlane& face, const FaceMultipli
 double not_dual(const FaceInPlane& face)
 {
     const FaceMultipliers m = face_multipliers(face);
-    Eigen::Matrix<double, 4, 6> rest = products(face, m);
-    const double largest = rest.maxCoeff();
+    const Eigen::Matrix<double, 4, 6> all = products(face, m);
+    double kept = 0, rest = 0;
     for (int i = 0; i < m.count; ++i)
-        rest(i, m.node[std::size_t(i)]) = 0;
-    return rest.cwiseAbs().maxCoeff() / largest;
+        for (int j = 0; j < face.nodes; ++j) {
+            double& largest = j == m.node[std::size_t(i)] ? kept : rest;
+            largest = std::max(largest, std::abs(all(i, j)));
+        }
+    return rest / kept;
 }
 
 } // namespace

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "mesh/extract_surface.hpp"
+
+namespace amontons {
+
+/// Which of two surfaces carries the multipliers: the coarser where they are near each other, as
+/// a finer one has more of them than the other side can follow. A contrast of stiffness of 1e6
+/// decides before that: the softer. Alike: the softer, then the first.
+///
+/// Coarse is what has much area for each multiplier.
+/// @param a_places, b_places        of all nodes of each mesh [m]
+/// @param a_stiffness, b_stiffness  Young's moduli [Pa]; infinity: rigid, never the slave of one
+///                                  that is not
+/// @return  true if a is the slave
+bool first_is_slave(const ExternalSurface& a, std::span<const Vec3> a_places, double a_stiffness,
+                    const ExternalSurface& b, std::span<const Vec3> b_places, double b_stiffness);
+
+} // namespace amontons

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "contact/surface/contact_points.hpp"
+#include "mesh/extract_surface.hpp"
+#include "mesh/wall.hpp"
+
+#include <functional>
+
+// Contacts at the nodes that carry multipliers (multipliers.hpp): corners of T3 and Q4, middles of
+// T6. A contact moves with its node alone; its area is that of the dual multiplier, over the faces
+// that look at what it meets.
+
+namespace amontons {
+
+/// With a smooth rigid obstacle. Dual multipliers meet it at their nodes, so this is no less exact
+/// than integrals.
+/// @param places  of all nodes of the mesh, finite [m]
+/// @param wall    called once for each node that carries a multiplier
+/// @param reach   contacts are made where the gap, or the overlap, is no larger [m]
+SurfaceContacts wall_contacts(const ExternalSurface& slave, std::span<const Vec3> places,
+                              const std::function<WallSample(const Vec3&)>& wall, double reach);
+
+/// With the nearest point of another solid: faster than mortar_contacts, not exact where the mesh
+/// of the master is finer (some of its nodes may meet nothing). A node beyond the master's border
+/// meets nothing.
+SurfaceContacts nodal_contacts(const ExternalSurface& slave, std::span<const Vec3> slave_places,
+                               const ExternalSurface& master, std::span<const Vec3> master_places,
+                               double reach);
+
+} // namespace amontons

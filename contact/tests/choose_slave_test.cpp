@@ -1,0 +1,69 @@
+#include "contact/surface/choose_slave.hpp"
+
+#include "contact/tests/contact_surfaces.hpp"
+
+#include <doctest/doctest.h>
+#include <limits>
+
+using namespace amontons;
+using namespace amontons::test;
+
+namespace {
+
+bool first(const TouchingBody& a, double Ea, const TouchingBody& b, double Eb)
+{
+    return first_is_slave(a.surface, a.mesh.nodes, Ea, b.surface, b.mesh.nodes, Eb);
+}
+
+} // namespace
+
+TEST_CASE("the coarser surface is the slave, the softer at a contrast of 1e6, the order no matter")
+{
+    for (const ElementKind a : kKinds)
+        for (const ElementKind b : kKinds) {
+            const TouchingBody coarse = box_body(a, {0, 0, 0.1}, {1, 1, 1}, {3, 3, 3});
+            const TouchingBody fine = box_body(b, {-1, -1, -1}, {2, 2, 0}, {30, 30, 3});
+            const double inf = std::numeric_limits<double>::infinity();
+            const struct {
+                double of_coarse, of_fine;
+                bool coarse_is_slave;
+            } cases[] = {{1, 1, true},   {1e5, 1, true},  {1, 1e5, true}, {1e6, 1, false},
+                         {1, 1e6, true}, {inf, 1, false}, {1, inf, true}, {inf, inf, true}};
+            for (const auto& c : cases) {
+                CHECK(first(coarse, c.of_coarse, fine, c.of_fine) == c.coarse_is_slave);
+                CHECK(first(fine, c.of_fine, coarse, c.of_coarse) == !c.coarse_is_slave);
+            }
+        }
+}
+
+TEST_CASE("alike surfaces: the softer, then the first")
+{
+    const TouchingBody upper = box_body(ElementKind::H8, {0, 0, 0}, {1, 1, 1}, {3, 3, 3});
+    const TouchingBody lower = box_body(ElementKind::H8, {0, 0, -1}, {1, 1, 0}, {3, 3, 3});
+    CHECK(first(upper, 1, lower, 2));
+    CHECK(!first(upper, 2, lower, 1));
+    CHECK(first(upper, 1, lower, 1));
+    CHECK(first(lower, 1, upper, 1));
+}
+
+TEST_CASE("what counts is the mesh near the other body")
+{
+    // Fine below, where the lower block is, and coarse above: on the whole coarser than the lower.
+    SolidBoxOptions box;
+    box.cells = {4, 4, 1};
+    box.kind = ElementKind::H8;
+    VolumeMesh mesh = make_solid_box(box);
+    const auto count = static_cast<std::int32_t>(mesh.nodes.size());
+    box.lowest.z() = -0.1;
+    box.highest.z() = 0;
+    box.cells = {20, 20, 1};
+    const VolumeMesh below = make_solid_box(box);
+    for (const Vec3& x : below.nodes)
+        mesh.nodes.push_back(x);
+    for (const std::int32_t n : below.blocks[0].nodes)
+        mesh.blocks[0].nodes.push_back(n + count);
+    const TouchingBody upper = with_surface(mesh);
+    const TouchingBody lower = box_body(ElementKind::H8, {0, 0, -1}, {1, 1, -0.11}, {9, 9, 1});
+    CHECK(!first(upper, 1, lower, 1));
+    CHECK(first(lower, 1, upper, 1));
+}
