@@ -310,6 +310,40 @@ void SupernodalFactor::inverse_part(std::span<const std::int32_t> rows,
     }
 }
 
+double SupernodalFactor::compliance_flops(const Eigen::SparseMatrix<double>& C) const
+{
+    const Parts& p = *parts_;
+    if (p.place.empty()) return 0;
+    const Supernodes L = p.supernodes();
+    std::vector<std::int32_t> columns(p.parent.size(), 0), last(p.parent.size(), -1);
+    for (std::int32_t j = 0; j < C.cols(); ++j)
+        for (Eigen::SparseMatrix<double>::InnerIterator it(C, j); it; ++it)
+            for (std::int32_t s = p.of_column[std::size_t(p.place[std::size_t(it.row())])];
+                 s >= 0 && last[std::size_t(s)] != j; s = p.parent[std::size_t(s)]) {
+                last[std::size_t(s)] = j;
+                ++columns[std::size_t(s)];
+            }
+    double operations = 0;
+    for (std::int32_t s = 0; s < L.count(); ++s) {
+        const double k = columns[std::size_t(s)], width = L.width(s);
+        operations += k * width * (2.0 * L.height(s) - width + k);
+    }
+    return operations;
+}
+
+double SupernodalFactor::inverse_part_flops(std::span<const std::int32_t> rows) const
+{
+    const Parts& p = *parts_;
+    if (rows.empty()) return 0;
+    p.mark_ways(rows, p.wanted);
+    const Supernodes L = p.supernodes();
+    double operations = 0; // once forward, once backward
+    for (std::int32_t s = 0; s < L.count(); ++s)
+        if (p.wanted[std::size_t(s)])
+            operations += 2.0 * L.width(s) * (2.0 * L.height(s) - L.width(s));
+    return operations;
+}
+
 Eigen::Index SupernodalFactor::size() const
 {
     return Eigen::Index(parts_->place.size());

@@ -74,6 +74,11 @@ public:
     void inverse_part(std::span<const std::int32_t> rows, std::span<const std::int32_t> columns,
                       Eigen::Ref<Eigen::MatrixXd> out) const;
 
+    /// Floating-point operations of compliance(), and of inverse_part() for each column that is
+    /// among the rows (an upper bound).
+    double compliance_flops(const Eigen::SparseMatrix<double>& C) const;
+    double inverse_part_flops(std::span<const std::int32_t> rows) const;
+
     Eigen::Index size() const; ///< n
     bool is_factored() const;
     /// The dof at each place of the order.

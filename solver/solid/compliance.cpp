@@ -48,6 +48,7 @@ SolidCompliance::SolidCompliance(SupernodalFactor factor, FreeDofs dofs,
     if (!surface_node_.empty())
         most_columns_ =
             std::min(memory / (9 * sizeof(double) * surface_node_.size()), surface_node_.size());
+    column_cost_ = 3 * factor_.inverse_part_flops(row_dofs_);
 }
 
 void SolidCompliance::set_scale(double scale)
@@ -130,13 +131,32 @@ void SolidCompliance::solve_columns(std::span<const std::int32_t> missing)
     }
 }
 
-/// The columns of in_contact_ are there afterwards, or false if there is no room.
-bool SolidCompliance::keep_columns()
+/// Whether the columns of in_contact_ are there; they are then marked as used.
+bool SolidCompliance::has_columns()
 {
-    if (in_contact_.size() > most_columns_) {
-        ++counts_.without_columns;
-        return false;
-    }
+    for (const std::int32_t s : in_contact_)
+        if (column_of_[std::size_t(s)] < 0) return false;
+    use_columns();
+    return true;
+}
+
+/// Whether it is time to solve the columns that are missing; if so they are there afterwards.
+bool SolidCompliance::columns_pay(const ContactRows& rows)
+{
+    if (in_contact_.size() > most_columns_) return false;
+    const auto missing = std::count_if(in_contact_.begin(), in_contact_.end(), [&](std::int32_t s) {
+        return column_of_[std::size_t(s)] < 0;
+    });
+    spent_ += factor_.compliance_flops(contact_matrix(rows, dofs_));
+    if (spent_ < column_cost_ * double(missing)) return false;
+    spent_ = 0;
+    use_columns();
+    return true;
+}
+
+/// Solves what is missing of in_contact_, for which there must be room.
+void SolidCompliance::use_columns()
+{
     ++calls_;
     std::vector<std::int32_t> missing;
     for (const std::int32_t s : in_contact_) {
@@ -145,24 +165,30 @@ bool SolidCompliance::keep_columns()
         else
             columns_[std::size_t(column_of_[std::size_t(s)])].last_used = calls_;
     }
-    solve_columns(missing);
-    return true;
+    if (!missing.empty()) solve_columns(missing);
 }
 
 void SolidCompliance::prepare(std::span<const std::int32_t> nodes)
 {
     ContactRows rows;
     rows.begin(Mat3::Identity());
-    for (const std::int32_t node : nodes.first(std::min(nodes.size(), most_columns_)))
+    for (const std::int32_t node : nodes)
         rows.add(node, 1);
     find_nodes(rows);
-    keep_columns();
+    while (in_contact_.size() > most_columns_) {
+        place_[std::size_t(in_contact_.back())] = -1;
+        in_contact_.pop_back();
+    }
+    use_columns();
 }
 
 void SolidCompliance::delassus(const ContactRows& rows, Eigen::MatrixXd& W)
 {
     find_nodes(rows);
-    if (!keep_columns()) return delassus_once(rows, W);
+    if (!has_columns() && !columns_pay(rows)) {
+        ++counts_.from_factor;
+        return delassus_once(rows, W);
+    }
 
     // moved_: for a force along each axis on contact j's nodes by their weights, the displacements
     // of all nodes in contact, 9 of a node. A column is gathered once for all contacts that it is
@@ -233,7 +259,8 @@ Eigen::VectorXd SolidCompliance::surface_displacement(const ContactRows& rows,
     find_nodes(rows);
     const auto surface = static_cast<Eigen::Index>(surface_node_.size());
     Eigen::VectorXd x = Eigen::VectorXd::Zero(3 * surface);
-    if (!keep_columns()) {
+    if (!has_columns()) {
+        ++counts_.from_factor;
         Eigen::VectorXd f = Eigen::VectorXd::Zero(Eigen::Index(dofs_.number.size()));
         add_reactions(rows, r, f);
         const Eigen::VectorXd all = displacement(f);

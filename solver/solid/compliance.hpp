@@ -15,16 +15,22 @@ FactorResult factor_free(const SparseMatrix& whole, const FreeDofs& dofs,
 struct ComplianceCounts {
     std::int64_t columns_solved = 0;  ///< nodes, three columns each
     std::int64_t columns_dropped = 0; ///< to make room
-    std::int64_t without_columns = 0; ///< calls with more nodes than there is room for
+    std::int64_t from_factor = 0;     ///< calls answered by the factor, for lack of columns
     std::size_t bytes = 0;            ///< of the columns kept now
 };
 
 /// What a body with a constant matrix A gives to contact: W = H A^-1 H^T and displacements.
 ///
-/// Columns of A^-1 are solved when a node first comes into contact and kept, three for each node,
-/// with the rows of the surface only. From then on W is put together from them: its cost depends
-/// on the contacts, not on the mesh. The columns used least recently go when the memory is full;
-/// W of contacts with more nodes than it holds comes from the factor each time.
+/// Columns of A^-1 are solved for nodes that come into contact and kept, three for each node, with
+/// the rows of the surface only. From then on W is put together from them: its cost depends on the
+/// contacts, not on the mesh. Columns cost more than one W from the factor's tree, as they hold the
+/// whole surface: while some are missing, W comes from the tree, until it has cost as much as the
+/// missing columns would. So a few new nodes are solved at once, a new contact area after it has
+/// stayed for a while, and never is twice the least cost exceeded. What decides is a count of
+/// operations, the same in every run.
+///
+/// The columns used least recently go when the memory is full; contacts with more nodes than it
+/// holds are answered by the factor each time.
 /// One object serves one thread at a time. Derivation and costs: docs/theory/compliance.md.
 class SolidCompliance {
 public:
@@ -40,21 +46,21 @@ public:
     /// A is `scale` times what was factored, > 0: Young's modulus alone costs nothing.
     void set_scale(double scale);
 
-    /// W = H A^-1 H^T from kept columns, symmetric to the last bit [m/N for a stiffness].
+    /// W = H A^-1 H^T, symmetric to the last bit [m/N for a stiffness].
     /// Workspace: 72 bytes for each pair of a contact and a node of one.
     /// @param W  resized to 3 contacts x 3 contacts
     /// @throws std::logic_error  if a contact names a node that is not of the surface
     void delassus(const ContactRows& rows, Eigen::MatrixXd& W);
     /// The same from the factor alone, by its tree; keeps nothing. For contacts that come once.
     void delassus_once(const ContactRows& rows, Eigen::MatrixXd& W) const;
-    /// Solves the columns of nodes that are about to come into contact, as far as there is room.
+    /// Solves the columns of these nodes now, as far as there is room.
     void prepare(std::span<const std::int32_t> nodes);
 
     /// x = A^-1 f, 0 where prescribed: one solve with the factor.
     /// @param f  3 nodes [N]
     Eigen::VectorXd displacement(const Eigen::VectorXd& f) const;
     /// x = A^-1 H^T r on the surface only, 3 surface nodes in the order given: from kept columns,
-    /// no solve if they are there.
+    /// or one solve if some are missing.
     Eigen::VectorXd surface_displacement(const ContactRows& rows, const Eigen::VectorXd& r);
 
     const SupernodalFactor& factor() const { return factor_; }
@@ -73,7 +79,9 @@ private:
         return columns_[std::size_t(column_of_[std::size_t(surface_node)])].blocks.data();
     }
     void find_nodes(const ContactRows& rows);
-    bool keep_columns();
+    void use_columns();
+    bool has_columns();
+    bool columns_pay(const ContactRows& rows);
     void solve_columns(std::span<const std::int32_t> missing);
     std::int32_t free_column();
 
@@ -87,6 +95,8 @@ private:
     std::size_t most_columns_ = 0;
     std::int64_t calls_ = 0;
     double scale_ = 1;
+    double column_cost_ = 0; // operations for one node
+    double spent_ = 0;       // on W by the tree, since columns are missing
     ComplianceCounts counts_;
     std::vector<std::int32_t> in_contact_; // surface nodes of the present call, ascending
     std::vector<std::int32_t> place_;      // of each surface node in in_contact_

@@ -68,6 +68,14 @@ ContactRows rows_on(std::span<const std::int32_t> nodes, std::size_t contacts, u
     return rows;
 }
 
+void prepare(SolidCompliance& compliance, const ContactRows& rows)
+{
+    std::vector<std::int32_t> nodes;
+    for (const ContactRows::Entry& e : rows.entry)
+        nodes.push_back(e.node);
+    compliance.prepare(nodes);
+}
+
 /// H of all degrees of freedom, and A^-1 with zeros where prescribed, both dense.
 Eigen::MatrixXd reference(const Body& b, const ContactRows& rows)
 {
@@ -96,6 +104,7 @@ TEST_CASE("W from kept columns, from the tree and from a dense inverse are one")
     for (const ElementKind kind : test::kAllKinds) {
         const Body b = body(kind);
         SolidCompliance compliance = compliance_of(b);
+        compliance.prepare(b.surface);
         for (const std::size_t contacts : {1, 5, 30}) {
             const ContactRows rows = rows_on(b.surface, contacts, unsigned(contacts));
             const Eigen::MatrixXd expected = reference(b, rows);
@@ -107,7 +116,7 @@ TEST_CASE("W from kept columns, from the tree and from a dense inverse are one")
             CHECK(W == W.transpose());
             CHECK(once == once.transpose());
         }
-        CHECK(compliance.counts().without_columns == 0);
+        CHECK(compliance.counts().from_factor == 0);
     }
 }
 
@@ -117,6 +126,7 @@ TEST_CASE("columns are solved once, and no contact or none is fine")
     SolidCompliance compliance = compliance_of(b);
     const ContactRows rows = rows_on(b.surface, 12, 1);
     Eigen::MatrixXd first, second;
+    prepare(compliance, rows);
     compliance.delassus(rows, first);
     const std::int64_t solved = compliance.counts().columns_solved;
     CHECK(solved > 0);
@@ -153,13 +163,16 @@ TEST_CASE("the bound on memory holds, whatever comes, and W stays right")
     for (unsigned step = 0; step < 60; ++step) {
         const ContactRows rows = rows_on(b.surface, 1 + step % 9, step);
         Eigen::MatrixXd W, expected;
+        if (step % 2 == 0) prepare(small, rows);
         small.delassus(rows, W);
-        large.delassus(rows, expected);
+        large.delassus_once(rows, expected);
         CHECK(distance(W, expected) < 1e-13);
         CHECK(small.counts().bytes <= bound);
     }
+    small.prepare(b.surface);
+    CHECK(small.counts().bytes <= bound);
     CHECK(small.counts().columns_dropped > 0);
-    CHECK(small.counts().without_columns > 0); // 9 contacts have up to 36 nodes
+    CHECK(small.counts().from_factor > 0); // 9 contacts have up to 36 nodes
     CHECK(large.counts().columns_dropped == 0);
 
     SolidCompliance none = compliance_of(b, 0);
@@ -172,6 +185,38 @@ TEST_CASE("the bound on memory holds, whatever comes, and W stays right")
     const Eigen::VectorXd r = Eigen::VectorXd::Ones(15);
     CHECK(distance(none.surface_displacement(rows, r), large.surface_displacement(rows, r)) <
           1e-13);
+}
+
+TEST_CASE("columns are solved once the tree has cost as much, and at once for a few new nodes")
+{
+    const Body b = body(ElementKind::T10);
+    SolidCompliance compliance = compliance_of(b);
+    const ContactRows rows = rows_on(b.surface, 20, 6);
+    Eigen::MatrixXd W, later;
+    compliance.delassus(rows, W);
+    CHECK(compliance.counts().columns_solved == 0); // one W by the tree costs less
+    later = W;
+    for (int k = 0; k < 100 && compliance.counts().columns_solved == 0; ++k)
+        compliance.delassus(rows, later);
+    const ComplianceCounts then = compliance.counts();
+    CHECK(then.columns_solved > 0);
+    CHECK(then.from_factor > 1);
+    CHECK(distance(later, W) < 1e-13);
+    compliance.delassus(rows, later);
+    CHECK(compliance.counts().from_factor == then.from_factor);
+
+    ContactRows more = rows;
+    for (const std::int32_t node : b.surface)
+        if (std::none_of(rows.entry.begin(), rows.entry.end(),
+                         [&](const ContactRows::Entry& e) { return e.node == node; })) {
+            more.begin(Mat3::Identity());
+            more.add(node, 1);
+            break;
+        }
+    REQUIRE(more.size() == rows.size() + 1);
+    compliance.delassus(more, later);
+    CHECK(compliance.counts().columns_solved == then.columns_solved + 1);
+    CHECK(compliance.counts().from_factor == then.from_factor);
 }
 
 TEST_CASE("the columns used least recently go first")
