@@ -1,0 +1,40 @@
+#pragma once
+
+#include "contact/rigid/shape.hpp"
+#include "mesh/wall.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace amontons {
+
+/// A place where two rigid bodies touch or nearly do.
+struct RigidContact {
+    Vec3 point_a = Vec3::Zero(), point_b = Vec3::Zero(); ///< on each surface [m]
+    Vec3 normal = Vec3::UnitZ();                         ///< unit, from b into a
+    double gap = 0;       ///< (point_a - point_b) . normal [m], < 0: overlap
+    std::uint64_t id = 0; ///< which features of a and b; the same over steps while they touch
+};
+
+/// Appends the contacts of a with b whose gap is at most `reach`.
+///
+/// Exact for all pairs of boxes, balls, planes and triangle bodies, and of cylinders with balls and
+/// planes; cylinders with boxes, triangle bodies and each other: not yet, nothing is appended.
+/// Faces that touch give the corners of their overlap (corners of one on the other and crossings of
+/// the outlines), an edge on a face its two ends, parallel edges the ends of their overlap. Of
+/// faces that lean towards each other by up to 30 degrees, all corners within reach are given, not
+/// only the nearest. Two contacts never have the same points (within 1e-9 of the smaller body) and
+/// the same normal.
+///
+/// Overlap: convex bodies are pushed along the direction of least penetration, however deep. Of
+/// bodies that are not convex, each corner is pushed to the nearest face that it may cross, which
+/// is right while the overlap is shallower than the bodies are thick.
+///
+/// Swapping a and b turns every normal round and swaps the points; nothing depends on where in
+/// space the pair is.
+/// @param reach  [m], >= 0; within it, a face may be opposed by all of another body's corners
+void detect(const RigidShape& a, const Pose& pose_a, const RigidShape& b, const Pose& pose_b,
+            double reach, std::vector<RigidContact>& out);
+
+} // namespace amontons

@@ -1,0 +1,63 @@
+#pragma once
+
+#include "contact/rigid/detect.hpp"
+
+// One function for each pair of shapes, for detect.cpp alone. All work in the frame of b, where
+// round-off does not know how far the pair is from the origin of space.
+
+namespace amontons {
+
+/// What a contact's id says of one side: kind and number.
+enum class Feature : std::uint32_t { whole, vertex, edge, face, rim, spread, corner };
+
+constexpr std::uint64_t contact_id(Feature kind_a, std::size_t a, Feature kind_b, std::size_t b)
+{
+    const auto side = [](Feature kind, std::size_t i) {
+        return static_cast<std::uint64_t>(kind) << 28 | (static_cast<std::uint64_t>(i) & 0xfffffff);
+    };
+    return side(kind_a, a) << 32 | side(kind_b, b);
+}
+
+/// A pair in the frame of b: x = turn * (x in the frame of a) + shift.
+struct PairFrame {
+    Mat3 turn = Mat3::Identity();
+    Vec3 shift = Vec3::Zero(); ///< [m]
+    double reach = 0;          ///< [m]
+    double size = 0;           ///< of the smaller body: its bounding radius [m]
+};
+
+/// Places nearer than this part of the size are the same.
+constexpr double kSamePlace = 1e-9;
+/// Corners and edges nearer than this part of the size have no direction of their own: normals
+/// come from the faces around them.
+constexpr double kTouching = 1e-6;
+/// Faces that lean by less are opposed: all their corners count. cos and sin of 30 degrees.
+constexpr double kOpposed = 0.86602540378443865, kLean = 0.5;
+
+using RigidContacts = std::vector<RigidContact>;
+
+void touch(const PairFrame& pair, const Ball& a, const Ball& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Ball& a, const Box& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Ball& a, const Cylinder& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Ball& a, const TriangleShape& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Ball& a, const Plane& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Box& a, const Plane& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Cylinder& a, const Plane& b, RigidContacts& out);
+void touch(const PairFrame& pair, const TriangleShape& a, const Plane& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Box& a, const Box& b, RigidContacts& out);
+void touch(const PairFrame& pair, const TriangleShape& a, const Box& b, RigidContacts& out);
+void touch(const PairFrame& pair, const TriangleShape& a, const TriangleShape& b,
+           RigidContacts& out);
+
+/// The place on a solid's surface nearest to x.
+struct NearestPlace {
+    Vec3 point = Vec3::Zero();
+    Vec3 normal = Vec3::UnitZ(); ///< unit, outwards; from the point to x where x is outside
+    double distance = 0;         ///< < 0 inside [m]
+    std::uint32_t feature = 0;   ///< kind and number, as in an id
+};
+NearestPlace nearest_on(const Box& box, const Vec3& x);
+NearestPlace nearest_on(const Cylinder& cylinder, const Vec3& x);
+NearestPlace nearest_on(const TriangleShape& body, const Vec3& x);
+
+} // namespace amontons

@@ -1,0 +1,100 @@
+#pragma once
+
+#include "mesh/surface_mesh.hpp"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+// A body with flat faces as contact sees it: coplanar triangles are one face, and only real
+// corners and edges are left.
+
+namespace amontons {
+
+/// Which corners, edges and faces belong together. Lists of lists are flat: those of i are
+/// entries begin[i] to begin[i + 1].
+struct PolyhedronTopology {
+    struct Edge {
+        std::array<std::int32_t, 2> vertex; ///< along runs from the first to the second
+        std::array<std::int32_t, 2> face;   ///< the first has the edge counter-clockwise
+        bool convex;
+    };
+    std::span<const Edge> edges;
+    std::span<const std::int32_t> vertex_begin, vertex_edges; ///< edges at a vertex
+    std::span<const std::int32_t> face_begin, face_edges;     ///< outline of a face
+    std::span<const char> face_convex;                        ///< its outline is convex
+    std::span<const std::int32_t> triangle_begin;             ///< triangles of a face, n + 1
+};
+
+/// Where an edge is.
+struct PolyhedronEdge {
+    Vec3 along = Vec3::UnitX(); ///< unit
+    std::array<Vec3, 2> into;   ///< unit, normal to the edge, in its two faces
+    double length = 0;          ///< [m]
+};
+
+/// A polyhedron in some frame. Borrowed: valid as long as what it was made of.
+struct PolyhedronView {
+    const PolyhedronTopology* topology = nullptr;
+    std::span<const Vec3> vertices;  ///< [m]
+    std::span<const Vec3> normals;   ///< of faces, unit, outwards
+    std::span<const double> offsets; ///< normal . x of the points of a face [m]
+    std::span<const PolyhedronEdge> edges;
+    std::span<const std::array<Vec3, 3>>
+        triangles; ///< face by face; empty if all outlines are convex
+};
+
+/// The polyhedron of a closed triangle surface.
+struct Polyhedron {
+    std::vector<Vec3> vertices, normals;
+    std::vector<double> offsets;
+    std::vector<PolyhedronEdge> edges;
+    std::vector<std::array<Vec3, 3>> triangles;
+
+    std::vector<PolyhedronTopology::Edge> edge_ends;
+    std::vector<std::int32_t> vertex_begin, vertex_edges, face_begin, face_edges, triangle_begin;
+    std::vector<char> face_convex;
+
+    // From triangles of the mesh: what a search in its tree finds.
+    std::vector<std::int32_t> face_of;                ///< per triangle
+    std::vector<std::array<std::int32_t, 3>> edge_of; ///< per side of a triangle; -1: inside a face
+    std::vector<std::int32_t> corner_of;              ///< per point of the mesh; -1: no corner
+    std::vector<std::array<std::int32_t, 3>> neighbours; ///< triangle across each side
+    std::vector<Vec3> triangle_normals, point_normals;   ///< unit; weighted by angle
+
+    bool convex = false;
+    double size = 0; ///< diagonal of the bounding box [m]
+
+    PolyhedronTopology topology() const;
+    PolyhedronView view(const PolyhedronTopology& topology) const;
+};
+
+/// Triangles that lie in one plane within this part of the size are one face.
+constexpr double kFlat = 1e-7;
+
+/// Merges triangles to faces and finds corners and edges. O(n log n).
+/// @param mesh  closed, manifold, oriented, normals outwards (see make_triangle_shape)
+Polyhedron make_polyhedron(const SurfaceMesh& mesh);
+
+/// The unit vector along an axis, or against it.
+inline Vec3 signed_axis(int k, bool forward)
+{
+    Vec3 axis = Vec3::Zero();
+    axis[k] = forward ? 1 : -1;
+    return axis;
+}
+
+/// A box around the origin, faces -x +x -y +y -z +z, vertex number = 1 (x > 0) + 2 (y > 0)
+/// + 4 (z > 0). Nothing is allocated.
+struct BoxPolyhedron {
+    explicit BoxPolyhedron(const Vec3& half_extents);
+    PolyhedronView view() const;
+
+    std::array<Vec3, 8> vertices;
+    std::array<Vec3, 6> normals;
+    std::array<double, 6> offsets;
+    std::array<PolyhedronEdge, 12> edges;
+};
+
+} // namespace amontons

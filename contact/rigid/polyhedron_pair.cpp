@@ -1,0 +1,346 @@
+#include "contact/rigid/polyhedron_pair.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+// Which pairs of features make a contact.
+//
+// Between convex bodies that are apart there is one nearest pair of features. A solver needs more:
+// all places of a face that will touch next. A contact is valid as long as what it forbids is
+// truly forbidden, and that holds for
+//   vertex, face     the vertex over the face: its distance from the other body is the height;
+//   edge, edge       both convex, crossing seen along a normal that both bodies lie behind;
+//   vertex, edge     the vertex in the region whose nearest place is the edge, and
+//   vertex, vertex   the same, both only where the body at the vertex lies behind it: a corner
+//                    that hangs over the rim of a table must not block its sliding back on.
+// Edges around opposed faces (kOpposed) cross too where the outlines overlap, although there one
+// body rises a little over the plane through the crossing: without them a face that leans by a hair
+// would rest on one point.
+
+namespace amontons {
+
+namespace {
+
+constexpr double kStrict = 1e-9;   // cosine: behind a normal, with round-off
+constexpr double kParallel = 1e-6; // sine: edges with less have no crossing
+
+std::size_t at(std::int32_t i)
+{
+    return static_cast<std::size_t>(i);
+}
+
+// Does the body at this vertex lie behind the plane through it, n outwards from the other body,
+// or lean over it by no more than this sine?
+bool rises(const PolyhedronView& body, std::int32_t vertex, const Vec3& n, double lean)
+{
+    const PolyhedronTopology& topology = *body.topology;
+    for (std::int32_t i = topology.vertex_begin[at(vertex)];
+         i < topology.vertex_begin[at(vertex) + 1]; ++i) {
+        const auto e = at(topology.vertex_edges[at(i)]);
+        const double along = body.edges[e].along.dot(n);
+        if ((topology.edges[e].vertex[0] == vertex ? along : -along) < -lean) return false;
+    }
+    return true;
+}
+
+bool on_face(const PolyhedronPair& pair, const PolyhedronSide& side, std::int32_t face,
+             const Vec3& x)
+{
+    const double slack = kSamePlace * pair.size;
+    const PolyhedronTopology& topology = *side.view.topology;
+    if (topology.face_convex[at(face)] != 0) {
+        for (std::int32_t i = topology.face_begin[at(face)]; i < topology.face_begin[at(face) + 1];
+             ++i) {
+            const auto e = at(topology.face_edges[at(i)]);
+            const auto& ends = topology.edges[e];
+            const Vec3& into = side.view.edges[e].into[ends.face[0] == face ? 0 : 1];
+            if ((x - side.view.vertices[at(ends.vertex[0])]).dot(into) < -slack) return false;
+        }
+        return true;
+    }
+    const Vec3 y = side.own(x);
+    for (std::int32_t t = topology.triangle_begin[at(face)];
+         t < topology.triangle_begin[at(face) + 1]; ++t) {
+        const auto& [a, b, c] = side.view.triangles[at(t)];
+        const Vec3 foot = closest_on_triangle(y, a, b, c).point;
+        // The face is flat to kFlat only.
+        if ((foot - y).norm() <= slack + 2 * kFlat * side.mesh->polyhedron.size) return true;
+    }
+    return false;
+}
+
+// Is x near an edge of the face's outline that is not convex?
+bool in_hollow(const PolyhedronView& body, std::int32_t face, const Vec3& x, double near)
+{
+    const PolyhedronTopology& topology = *body.topology;
+    for (std::int32_t i = topology.face_begin[at(face)]; i < topology.face_begin[at(face) + 1];
+         ++i) {
+        const auto e = at(topology.face_edges[at(i)]);
+        if (topology.edges[e].convex) continue;
+        const PolyhedronEdge& edge = body.edges[e];
+        const Vec3 from = x - body.vertices[at(topology.edges[e].vertex[0])];
+        const double s = std::clamp(from.dot(edge.along), 0.0, edge.length);
+        if ((from - s * edge.along).squaredNorm() <= near * near) return true;
+    }
+    return false;
+}
+
+// The interval of angles about a convex edge in which normals point away from its body.
+struct Fan {
+    Vec3 middle, across; // unit; angle 0 and 90 degrees
+    double half = 0;     // [rad]
+};
+
+Fan fan_of(const PolyhedronView& body, std::int32_t edge)
+{
+    const auto& ends = body.topology->edges[at(edge)];
+    const Vec3 &n0 = body.normals[at(ends.face[0])], &n1 = body.normals[at(ends.face[1])];
+    Fan fan;
+    fan.middle = (n0 + n1).normalized();
+    fan.across = body.edges[at(edge)].along.cross(fan.middle);
+    fan.half = std::acos(std::clamp(fan.middle.dot(n0), -1.0, 1.0));
+    return fan;
+}
+
+// A corner and an edge at the same place have no direction between them. If an edge of the
+// corner runs along this edge, the normal comes from the interval that suits the faces of both:
+// its middle where they touch, the true direction as they part.
+std::optional<Vec3> touching_normal(const PolyhedronPair& pair, const PolyhedronView& x,
+                                    std::int32_t vertex, const PolyhedronView& y, std::int32_t edge,
+                                    const Vec3& w)
+{
+    const PolyhedronTopology& topology = *x.topology;
+    const Fan fan = fan_of(y, edge);
+    for (std::int32_t i = topology.vertex_begin[at(vertex)];
+         i < topology.vertex_begin[at(vertex) + 1]; ++i) {
+        const std::int32_t e = topology.vertex_edges[at(i)];
+        const auto& ends = topology.edges[at(e)];
+        if (!ends.convex || std::abs(x.edges[at(e)].along.dot(y.edges[at(edge)].along)) < kOpposed)
+            continue;
+        double low = -fan.half, high = fan.half;
+        double angle[2];
+        for (std::size_t k = 0; k < 2; ++k) {
+            const Vec3 n = -x.normals[at(ends.face[k])];
+            angle[k] = std::atan2(n.dot(fan.across), n.dot(fan.middle));
+        }
+        low = std::max(low, std::min(angle[0], angle[1]));
+        high = std::min(high, std::max(angle[0], angle[1]));
+        // No room: a side runs along a face of the other body, and the faces know better.
+        if (high - low < 1e-3 || std::abs(angle[0] - angle[1]) >= 3.1415) continue;
+        const double middle = (low + high) / 2;
+        const auto direction = [&](double t) -> Vec3 {
+            return std::cos(t) * fan.middle + std::sin(t) * fan.across;
+        };
+        const double apart =
+            std::clamp(w.dot(direction(middle)) / (kTouching * pair.size), 0.0, 1.0);
+        if (apart == 0) return direction(middle);
+        const double true_angle =
+            std::clamp(std::atan2(w.dot(fan.across), w.dot(fan.middle)), low, high);
+        return direction(middle + apart * (true_angle - middle));
+    }
+    return {};
+}
+
+void add(const PolyhedronPair& pair, bool on_a, const Vec3& x, const Vec3& y, const Vec3& n,
+         double gap, std::uint64_t id_if_on_a, std::uint64_t id_if_on_b)
+{
+    if (on_a)
+        pair.out->push_back({x, y, n, gap, id_if_on_a});
+    else
+        pair.out->push_back({y, x, -n, gap, id_if_on_b});
+}
+
+} // namespace
+
+TurnedPolyhedron::TurnedPolyhedron(const PolyhedronView& own, const Mat3& turn, const Vec3& shift)
+    : own_(own)
+    , vertices_(own.vertices.size())
+    , normals_(own.normals.size())
+    , offsets_(own.normals.size())
+    , edges_(own.edges.size())
+{
+    for (std::size_t i = 0; i < own.vertices.size(); ++i)
+        vertices_[i] = turn * own.vertices[i] + shift;
+    for (std::size_t i = 0; i < own.normals.size(); ++i) {
+        normals_[i] = turn * own.normals[i];
+        offsets_[i] = own.offsets[i] + normals_[i].dot(shift);
+    }
+    for (std::size_t i = 0; i < own.edges.size(); ++i)
+        edges_[i] = {turn * own.edges[i].along,
+                     {turn * own.edges[i].into[0], turn * own.edges[i].into[1]},
+                     own.edges[i].length};
+}
+
+PolyhedronView TurnedPolyhedron::view()
+{
+    return {own_.topology,  vertices_.all(), normals_.all(),
+            offsets_.all(), edges_.all(),    own_.triangles};
+}
+
+std::optional<double> height_over_face(const PolyhedronPair& pair, bool on_a, std::int32_t vertex,
+                                       std::int32_t face, double beyond)
+{
+    const PolyhedronSide &x = on_a ? pair.a : pair.b, &y = on_a ? pair.b : pair.a;
+    const Vec3& n = y.view.normals[at(face)];
+    const Vec3& place = x.view.vertices[at(vertex)];
+    const double height = n.dot(place) - y.view.offsets[at(face)];
+    if (height > pair.reach || height < pair.least || !pair.agrees(on_a ? n : Vec3{-n})) return {};
+    if (!rises(x.view, vertex, n, kLean)) return {};
+    const Vec3 foot = place - height * n;
+    if (!on_face(pair, y, face, foot) && !(beyond > 0 && in_hollow(y.view, face, foot, beyond)))
+        return {};
+    return height;
+}
+
+void add_vertex_face(const PolyhedronPair& pair, bool on_a, std::int32_t vertex, std::int32_t face,
+                     double height)
+{
+    const PolyhedronSide &x = on_a ? pair.a : pair.b, &y = on_a ? pair.b : pair.a;
+    const Vec3& n = y.view.normals[at(face)];
+    const Vec3& place = x.view.vertices[at(vertex)];
+    add(pair, on_a, place, place - height * n, n, height,
+        contact_id(Feature::vertex, at(vertex), Feature::face, at(face)),
+        contact_id(Feature::face, at(face), Feature::vertex, at(vertex)));
+}
+
+std::optional<Vec3> crossing_normal(const PolyhedronPair& pair, std::int32_t edge_a,
+                                    std::int32_t edge_b)
+{
+    const auto &ends_a = pair.a.view.topology->edges[at(edge_a)],
+               &ends_b = pair.b.view.topology->edges[at(edge_b)];
+    const PolyhedronEdge &a = pair.a.view.edges[at(edge_a)], &b = pair.b.view.edges[at(edge_b)];
+    const auto normal = [](const PolyhedronSide& side, std::int32_t face) -> const Vec3& {
+        return side.view.normals[at(face)];
+    };
+    // On the sphere of directions the arcs of outward normals of the one edge and of inward
+    // normals of the other must cross: the ends of each lie on both sides of the other's circle.
+    const Vec3 &b0 = normal(pair.b, ends_b.face[0]), &b1 = normal(pair.b, ends_b.face[1]);
+    const double p = b0.dot(a.along), q = b1.dot(a.along);
+    if ((p > kStrict && q > kStrict) || (p < -kStrict && q < -kStrict)) return {};
+    const Vec3 &a0 = normal(pair.a, ends_a.face[0]), &a1 = normal(pair.a, ends_a.face[1]);
+    const double r = a0.dot(b.along), s = a1.dot(b.along);
+    if ((r > kStrict && s > kStrict) || (r < -kStrict && s < -kStrict)) return {};
+    Vec3 n = a.along.cross(b.along);
+    const double sine = n.norm();
+    if (sine < kParallel) return {};
+    n /= n.dot(b0 + b1) < 0 ? -sine : sine;
+    if (n.dot(b.into[0]) > kStrict || n.dot(b.into[1]) > kStrict) return {};
+    if (n.dot(a.into[0]) < -kStrict || n.dot(a.into[1]) < -kStrict) return {};
+    if (n.dot(a0 + a1) > 0) return {};
+    return n;
+}
+
+void add_edge_edge(const PolyhedronPair& pair, std::int32_t edge_a, std::int32_t edge_b)
+{
+    const PolyhedronView &va = pair.a.view, &vb = pair.b.view;
+    const auto &ends_a = va.topology->edges[at(edge_a)], &ends_b = vb.topology->edges[at(edge_b)];
+    if (!ends_a.convex || !ends_b.convex) return;
+    const PolyhedronEdge &a = va.edges[at(edge_a)], &b = vb.edges[at(edge_b)];
+
+    const Vec3 w = vb.vertices[at(ends_b.vertex[0])] - va.vertices[at(ends_a.vertex[0])];
+    const Vec3 cross = a.along.cross(b.along);
+    const double sine = cross.norm();
+    if (sine < kParallel) return;
+    std::optional<Vec3> normal = crossing_normal(pair, edge_a, edge_b);
+    if (!normal) {
+        // Outlines of opposed faces.
+        const Vec3 n = cross / sine;
+        double best = kOpposed;
+        for (const std::int32_t f : ends_a.face)
+            for (const std::int32_t g : ends_b.face) {
+                const Vec3 &na = va.normals[at(f)], &nb = vb.normals[at(g)];
+                if (na.dot(nb) > -kOpposed) continue;
+                // Edges that are more parallel than the faces cross at a normal of their own,
+                // and where they cross, or whether, is of no weight.
+                const Vec3 middle = (nb - na).normalized();
+                const double along = n.dot(middle);
+                if (std::abs(along) < best) continue;
+                if (n.cross(middle).norm() > 2 * (na + nb).norm() + kStrict) continue;
+                best = std::abs(along);
+                normal = along < 0 ? Vec3{-n} : n;
+            }
+        if (!normal) return;
+    }
+    const Vec3& n = *normal;
+    if (!pair.agrees(n)) return;
+    const double determinant = n.dot(cross);
+    const double s = n.dot(w.cross(b.along)) / determinant;
+    const double t = n.dot(w.cross(a.along)) / determinant;
+    const double slack = kSamePlace * pair.size;
+    if (s < -slack || s > a.length + slack || t < -slack || t > b.length + slack) return;
+    const Vec3 x = va.vertices[at(ends_a.vertex[0])] + s * a.along;
+    const Vec3 y = vb.vertices[at(ends_b.vertex[0])] + t * b.along;
+    const double gap = n.dot(x - y);
+    if (gap > pair.reach || gap < pair.least) return;
+    // Deep inside bodies that are not convex, edges of far sides cross as well.
+    if (!pair.convex && gap < -kTouching * pair.size) {
+        if (gap < -pair.deepest) return;
+        if (std::max(signed_distance(pair.b, x), signed_distance(pair.a, y)) > gap / 4) return;
+    }
+    pair.out->push_back(
+        {x, y, n, gap, contact_id(Feature::edge, at(edge_a), Feature::edge, at(edge_b))});
+}
+
+void add_vertex_edge(const PolyhedronPair& pair, bool on_a, std::int32_t vertex, std::int32_t edge)
+{
+    const PolyhedronSide &x = on_a ? pair.a : pair.b, &y = on_a ? pair.b : pair.a;
+    const auto& ends = y.view.topology->edges[at(edge)];
+    const PolyhedronEdge& line = y.view.edges[at(edge)];
+    const Vec3& place = x.view.vertices[at(vertex)];
+    const Vec3 from = place - y.view.vertices[at(ends.vertex[0])];
+    const double s = from.dot(line.along);
+    const double slack = kSamePlace * pair.size;
+    if (s < -slack || s > line.length + slack) return;
+    const Vec3 w = from - s * line.along;
+    const double square = w.squaredNorm();
+    if (square > pair.reach * pair.reach && square > kTouching * kTouching * pair.size * pair.size)
+        return;
+    if (!ends.convex) return;
+    const double distance = std::sqrt(square);
+    if (distance < kTouching * pair.size) {
+        const std::optional<Vec3> n = touching_normal(pair, x.view, vertex, y.view, edge, w);
+        if (!n || !pair.agrees(on_a ? *n : Vec3{-*n}) || n->dot(w) > pair.reach) return;
+        add(pair, on_a, place, place - w, *n, n->dot(w),
+            contact_id(Feature::corner, at(vertex), Feature::edge, at(edge)),
+            contact_id(Feature::edge, at(edge), Feature::corner, at(vertex)));
+        return;
+    }
+    if (w.dot(line.into[0]) > slack || w.dot(line.into[1]) > slack) return;
+    const Vec3 n = w / distance;
+    if (!pair.agrees(on_a ? n : Vec3{-n})) return;
+    // Edges of the vertex that run along this edge may lean either way: they will touch both ends.
+    const PolyhedronTopology& topology = *x.view.topology;
+    for (std::int32_t i = topology.vertex_begin[at(vertex)];
+         i < topology.vertex_begin[at(vertex) + 1]; ++i) {
+        const auto e = at(topology.vertex_edges[at(i)]);
+        const Vec3& along = x.view.edges[e].along;
+        const double rise = topology.edges[e].vertex[0] == vertex ? along.dot(n) : -along.dot(n);
+        if (rise < -kStrict && std::abs(along.dot(line.along)) < kOpposed) return;
+    }
+    add(pair, on_a, place, place - w, n, distance,
+        contact_id(Feature::vertex, at(vertex), Feature::edge, at(edge)),
+        contact_id(Feature::edge, at(edge), Feature::vertex, at(vertex)));
+}
+
+void add_vertex_vertex(const PolyhedronPair& pair, std::int32_t vertex_a, std::int32_t vertex_b)
+{
+    const Vec3 &x = pair.a.view.vertices[at(vertex_a)], &y = pair.b.view.vertices[at(vertex_b)];
+    const Vec3 w = x - y;
+    const double distance = w.norm();
+    if (distance > pair.reach || distance < kTouching * pair.size) return;
+    const Vec3 n = w / distance;
+    if (!pair.agrees(n)) return;
+    if (!rises(pair.a.view, vertex_a, n, kStrict) || !rises(pair.b.view, vertex_b, -n, kStrict))
+        return;
+    pair.out->push_back({x, y, n, distance,
+                         contact_id(Feature::vertex, at(vertex_a), Feature::vertex, at(vertex_b))});
+}
+
+double signed_distance(const PolyhedronSide& side, const Vec3& x)
+{
+    const Vec3 y = side.own(x);
+    return side.mesh != nullptr ? nearest_on(*side.mesh, y).distance
+                                : nearest_on(*side.box, y).distance;
+}
+
+} // namespace amontons

@@ -1,0 +1,178 @@
+#include "contact/rigid/shape.hpp"
+
+#include "mesh/surface_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace amontons {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+template <class... F> struct Overloaded : F... {
+    using F::operator()...;
+};
+template <class... F> Overloaded(F...) -> Overloaded<F...>;
+
+// Volume, first and second moments of the tetrahedra between the triangles and one of their
+// points (near the body, so that nothing cancels).
+MassProperties of_triangles(const SurfaceMesh& mesh, double density)
+{
+    const Vec3 origin = mesh.points[static_cast<std::size_t>(mesh.triangles[0][0])];
+    double volume = 0;
+    Vec3 first = Vec3::Zero();
+    Mat3 second = Mat3::Zero();
+    for (const auto& triangle : mesh.triangles) {
+        Mat3 corners;
+        for (int k = 0; k < 3; ++k)
+            corners.col(k) =
+                mesh.points[static_cast<std::size_t>(triangle[static_cast<std::size_t>(k)])] -
+                origin;
+        const double v = corners.determinant() / 6;
+        const Vec3 sum = corners.rowwise().sum();
+        volume += v;
+        first += v / 4 * sum;
+        // Integral of x x^T over a tetrahedron with a corner at 0.
+        second += v / 20 * (corners * corners.transpose() + sum * sum.transpose());
+    }
+    const Vec3 centre = first / volume;
+    const Mat3 about = second - volume * centre * centre.transpose();
+    return {density * volume, origin + centre,
+            density * (about.trace() * Mat3::Identity() - about)};
+}
+
+} // namespace
+
+TriangleShape make_triangle_shape(SurfaceMesh mesh, const std::string& file)
+{
+    if (mesh.triangles.empty())
+        throw InputError({Issue{file, "", "no triangles", "a closed surface"}});
+    for (std::size_t i = 0; i < mesh.points.size(); ++i)
+        if (!mesh.points[i].allFinite())
+            throw InputError(
+                {Issue{file, "vertex " + std::to_string(i), "not finite", "a finite place [m]"}});
+    const SurfaceReport report = check_surface(mesh);
+    SurfaceRequirements required;
+    required.closed = true;
+    std::vector<Issue> found = amontons::issues(report, mesh, required, file);
+    if (found.empty() && !(report.enclosed_volume > 0))
+        found.push_back({file, "", "normals that point inwards", "normals that point outwards"});
+    if (!found.empty()) throw InputError(std::move(found));
+    BoundingTree tree(mesh);
+    Polyhedron polyhedron = make_polyhedron(mesh);
+    return {std::move(mesh), std::move(tree), std::move(polyhedron)};
+}
+
+std::vector<Issue> issues(const RigidShape& shape)
+{
+    std::vector<Issue> found;
+    const auto size = [&](const char* place, double value) {
+        if (!(value > 0) || !std::isfinite(value))
+            found.push_back({"", place, std::to_string(value), "> 0 and finite [m]"});
+    };
+    const auto spread = [&](int value) {
+        if (value < 0 || value > 100'000)
+            found.push_back({"", "/spread", std::to_string(value), "0 to 100000"});
+    };
+    std::visit(Overloaded{[&](const Box& box) {
+                              for (int k = 0; k < 3; ++k)
+                                  size("/half_extents", box.half_extents[k]);
+                              spread(box.spread);
+                          },
+                          [&](const Ball& ball) { size("/radius", ball.radius); },
+                          [&](const Cylinder& cylinder) {
+                              size("/radius", cylinder.radius);
+                              size("/half_length", cylinder.half_length);
+                              spread(cylinder.spread);
+                          },
+                          [](const Plane&) {}, [](const TriangleShape&) {}},
+               shape);
+    return found;
+}
+
+MassProperties mass_properties(const RigidShape& shape, double density)
+{
+    using std::numbers::pi;
+    return std::visit(
+        Overloaded{
+            [&](const Box& box) {
+                const Vec3 square = box.half_extents.cwiseAbs2();
+                const double mass = density * 8 * box.half_extents.prod();
+                const Vec3 inertia = mass / 3 * (Vec3::Constant(square.sum()) - square);
+                return MassProperties{mass, Vec3::Zero(), inertia.asDiagonal()};
+            },
+            [&](const Ball& ball) {
+                const double r2 = ball.radius * ball.radius;
+                const double mass = density * 4 / 3 * pi * r2 * ball.radius;
+                return MassProperties{mass, Vec3::Zero(), 0.4 * mass * r2 * Mat3::Identity()};
+            },
+            [&](const Cylinder& cylinder) {
+                const double r2 = cylinder.radius * cylinder.radius;
+                const double h2 = cylinder.half_length * cylinder.half_length;
+                const double mass = density * 2 * pi * r2 * cylinder.half_length;
+                const double across = mass * (r2 / 4 + h2 / 3);
+                const Vec3 inertia{across, across, mass * r2 / 2};
+                return MassProperties{mass, Vec3::Zero(), inertia.asDiagonal()};
+            },
+            [](const Plane&) { return MassProperties{}; },
+            [&](const TriangleShape& body) { return of_triangles(body.mesh, density); }},
+        shape);
+}
+
+double bounding_radius(const RigidShape& shape)
+{
+    return std::visit(
+        Overloaded{[](const Box& box) { return box.half_extents.norm(); },
+                   [](const Ball& ball) { return ball.radius; },
+                   [](const Cylinder& c) { return std::hypot(c.radius, c.half_length); },
+                   [](const Plane&) { return kInfinity; },
+                   [](const TriangleShape& body) {
+                       double radius = 0;
+                       for (const Vec3& v : body.polyhedron.vertices)
+                           radius = std::max(radius, v.norm());
+                       return radius;
+                   }},
+        shape);
+}
+
+AxisBox axis_box(const RigidShape& shape, const Pose& pose)
+{
+    const Mat3 turn = pose.turn.toRotationMatrix();
+    const auto around = [&](const Vec3& half) {
+        return AxisBox{pose.place - half, pose.place + half};
+    };
+    return std::visit(
+        Overloaded{[&](const Box& box) { return around(turn.cwiseAbs() * box.half_extents); },
+                   [&](const Ball& ball) { return around(Vec3::Constant(ball.radius)); },
+                   [&](const Cylinder& cylinder) {
+                       const Vec3 axis = turn.col(2);
+                       const Vec3 rim = (Vec3::Ones() - axis.cwiseAbs2()).cwiseMax(0).cwiseSqrt();
+                       return around(cylinder.half_length * axis.cwiseAbs() +
+                                     cylinder.radius * rim);
+                   },
+                   [&](const Plane&) {
+                       AxisBox all{Vec3::Constant(-kInfinity), Vec3::Constant(kInfinity)};
+                       const Vec3 normal = turn.col(2);
+                       for (int k = 0; k < 3; ++k) {
+                           if (normal[k] == 1) all.high[k] = pose.place[k];
+                           if (normal[k] == -1) all.low[k] = pose.place[k];
+                       }
+                       return all;
+                   },
+                   [&](const TriangleShape& body) {
+                       AxisBox box{Vec3::Constant(kInfinity), Vec3::Constant(-kInfinity)};
+                       for (const Vec3& v : body.polyhedron.vertices) {
+                           const Vec3 x = turn * v;
+                           box.low = box.low.cwiseMin(x);
+                           box.high = box.high.cwiseMax(x);
+                       }
+                       return AxisBox{box.low + pose.place, box.high + pose.place};
+                   }},
+        shape);
+}
+
+} // namespace amontons
