@@ -51,10 +51,10 @@ Scene scene(std::string_view name, const std::vector<std::string>& overrides)
 Run run(const Scene& scene)
 {
     Run r;
-    Simulation simulation(scene, build_obstacles(scene));
+    const std::unique_ptr<Simulation> simulation = make_simulation(scene, build_obstacles(scene));
     Collect collect(r.steps, r.halved);
     const std::atomic<bool> never{false};
-    r.summary = simulation.run(collect, never);
+    r.summary = simulation->run(collect, never);
     if (r.summary.status != "done") throw std::runtime_error(r.summary.message);
     return r;
 }

@@ -3,6 +3,7 @@
 #include "mesh/base/error.hpp"
 #include "mesh/base/file.hpp"
 #include "mesh/base/phase_timer.hpp"
+#include "mesh/format/vtu.hpp"
 #include "solver/output/beam_tube.hpp"
 #include "solver/scene/read.hpp"
 
@@ -24,9 +25,25 @@ constexpr double kManifestPause = 1;   // between two manifests of a running run
 
 const char* const kContacts = "contacts";
 
-std::string frame_file(const std::string& part, std::int64_t step)
+std::string frame_file(const std::string& part, std::int64_t step, const char* suffix = ".vtp")
 {
-    return fmt::format("frames/{}.{:06}.vtp", part, step);
+    return fmt::format("frames/{}.{:06}{}", part, step, suffix);
+}
+
+/// The files of a frame: names of the parts, and of their files.
+std::vector<std::pair<std::string, std::string>> frame_files(const Scene& scene, std::int64_t step)
+{
+    std::vector<std::pair<std::string, std::string>> files;
+    for (const BeamInput& b : scene.beams) {
+        files.emplace_back(b.name, frame_file(b.name, step));
+        files.emplace_back(b.name + "_surface", frame_file(b.name + ".tube", step));
+    }
+    for (const SolidInput& b : scene.solids)
+        files.emplace_back(b.name, frame_file(b.name, step, ".vtu"));
+    for (const RigidInput& b : scene.rigids)
+        files.emplace_back(b.name, frame_file(b.name, step));
+    files.emplace_back(kContacts, frame_file(kContacts, step));
+    return files;
 }
 
 /// True of a file that a run of this scene has written into frames/.
@@ -35,7 +52,7 @@ bool is_frame_file(const std::string& file, const std::vector<std::string>& part
     for (const std::string& part : parts) {
         if (file == part + ".start.vtp" || file == part + ".end.vtp") return true;
         if (file.size() <= part.size() + 5 || file.compare(0, part.size() + 1, part + ".") != 0 ||
-            file.compare(file.size() - 4, 4, ".vtp") != 0)
+            !(file.ends_with(".vtp") || file.ends_with(".vtu")))
             continue;
         const std::string digits = file.substr(part.size() + 1, file.size() - part.size() - 5);
         if (!digits.empty() && digits.find_first_not_of("0123456789") == std::string::npos)
@@ -53,7 +70,7 @@ void remove_unfinished(const fs::path& folder)
          entry.increment(error)) {
         const std::string name = entry->path().filename().string();
         if (name.front() != '.' || !name.ends_with(".tmp")) continue;
-        for (const char* ours : {".vtp.", ".pvd.", ".checkpoint.", ".manifest.json."})
+        for (const char* ours : {".vtp.", ".vtu.", ".pvd.", ".checkpoint.", ".manifest.json."})
             if (name.find(ours) != std::string::npos) {
                 unfinished.push_back(entry->path());
                 break;
@@ -101,6 +118,8 @@ std::string contacts_bytes(const StepRecord& r)
     const auto status = number([](C c) { return static_cast<int>(c.status); });
     const auto a = number([](C c) { return c.body_a; });
     const auto b = number([](C c) { return c.body_b; });
+    const auto pressure = number([](C c) { return c.pressure; });
+    const auto area = number([](C c) { return c.area; });
     PolyData data;
     data.points = points;
     data.vertices = true;
@@ -112,7 +131,9 @@ std::string contacts_bytes(const StepRecord& r)
                          {"gap", "m", 1, gap},
                          {"status", "", 1, status, Stored::int32},
                          {"body_a", "", 1, a, Stored::int32},
-                         {"body_b", "", 1, b, Stored::int32}};
+                         {"body_b", "", 1, b, Stored::int32},
+                         {"pressure", "Pa", 1, pressure},
+                         {"area", "m^2", 1, area}};
     return vtp_bytes(data, r.time);
 }
 
@@ -128,6 +149,33 @@ std::string beam_bytes(const BeamRecord& beam, double time)
     for (const Field& f : beam.fields)
         data.point_arrays.push_back({f.name, f.unit, f.components, f.values});
     return vtp_bytes(data, time);
+}
+
+std::string body_bytes(const BodyRecord& body, double time)
+{
+    const auto arrays = [](const std::vector<Field>& fields) {
+        std::vector<VtkArray> out;
+        for (const Field& f : fields)
+            out.push_back({f.name, f.unit, f.components, f.values});
+        return out;
+    };
+    if (!body.elements) {
+        PolyData data;
+        data.points = body.points;
+        data.triangles = body.triangles;
+        data.point_arrays = arrays(body.point_fields);
+        return vtp_bytes(data, time);
+    }
+    std::vector<std::int32_t> connectivity, offsets;
+    std::vector<std::uint8_t> types;
+    for_each_element(*body.elements, [&](std::int32_t, ElementKind kind, auto nodes) {
+        connectivity.insert(connectivity.end(), nodes.begin(), nodes.end());
+        offsets.push_back(static_cast<std::int32_t>(connectivity.size()));
+        types.push_back(vtk_type(kind));
+    });
+    return vtu_bytes({body.points, connectivity, offsets, types, arrays(body.point_fields),
+                      arrays(body.cell_fields)},
+                     time);
 }
 
 std::string tube_bytes(const TubeSurface& tube, double time)
@@ -247,6 +295,10 @@ void RunWriter::State::remove_old_files()
         parts.push_back(b.name);
         parts.push_back(b.name + ".tube");
     }
+    for (const SolidInput& b : scene.solids)
+        parts.push_back(b.name);
+    for (const RigidInput& b : scene.rigids)
+        parts.push_back(b.name);
     std::error_code error;
     fs::remove(path("checkpoint"), error); // first: it must never outlive what it goes on with
     fs::remove(path(options.name + ".pvd"), error);
@@ -268,8 +320,8 @@ void RunWriter::State::resume()
             {{file, "", "the state of another scene",
               "a checkpoint of " + scene.file + " as it is now, with the same --set"}});
     for (const Checkpoint::Frame& frame : checkpoint.frames)
-        for (const BeamInput& b : scene.beams)
-            if (const std::string name = path(frame_file(b.name, frame.step)); !fs::exists(name))
+        for (const auto& part : frame_files(scene, frame.step))
+            if (const std::string name = path(part.second); !fs::exists(name))
                 throw InputError({{name, "", "no such file", "the files as the run left them"}});
     history.resume(path("history.csv"), checkpoint.history_bytes, checkpoint.history_hash);
     simulation.restore(checkpoint.state);
@@ -287,12 +339,8 @@ void RunWriter::State::resume()
 void RunWriter::State::add_to_collections(const Checkpoint::Frame& frame, bool is_last)
 {
     int part = 0;
-    for (const BeamInput& b : scene.beams) {
-        collection.add({frame.time, part++, b.name, frame_file(b.name, frame.step)});
-        collection.add(
-            {frame.time, part++, b.name + "_surface", frame_file(b.name + ".tube", frame.step)});
-    }
-    collection.add({frame.time, part++, kContacts, frame_file(kContacts, frame.step)});
+    for (const auto& [name, file] : frame_files(scene, frame.step))
+        collection.add({frame.time, part++, name, file});
     contacts.add({frame.time, 0, kContacts, frame_file(kContacts, frame.step)});
     // A reader takes only what stands at the time it shows, so the walls stand at each time.
     for (const ObstacleInput& o : scene.obstacles)
@@ -314,6 +362,9 @@ void RunWriter::State::write_frame(const StepRecord& r)
         make_tube_surface(beam, kCorners, tube);
         write(frame_file(beam.name + ".tube", r.step), tube_bytes(tube, r.time));
     }
+    for (const BodyRecord& body : simulation.body_records())
+        write(frame_file(body.name, r.step, body.elements ? ".vtu" : ".vtp"),
+              body_bytes(body, r.time));
     write(frame_file(kContacts, r.step), contacts_bytes(r));
     frames.push_back({r.step, r.time});
     add_to_collections(frames.back(), false);
@@ -375,11 +426,8 @@ void RunWriter::State::remove_extra_frame()
 {
     if (!extra_frame) return;
     std::error_code ignored; // a file that stays is named by no collection
-    for (const BeamInput& b : scene.beams) {
-        fs::remove(path(frame_file(b.name, extra_frame->step)), ignored);
-        fs::remove(path(frame_file(b.name + ".tube", extra_frame->step)), ignored);
-    }
-    fs::remove(path(frame_file(kContacts, extra_frame->step)), ignored);
+    for (const auto& part : frame_files(scene, extra_frame->step))
+        fs::remove(path(part.second), ignored);
     extra_frame.reset();
 }
 

@@ -34,8 +34,9 @@ struct ContactRecord {
     double normal_force = 0;              ///< [N]
     double clustered_force = 0;           ///< normal forces summed over the neighbourhood [N]
     double gap = 0;                       ///< [m]
+    double pressure = 0, area = 0;        ///< normal force over the area it stands for; 0: none
     ContactStatus status = ContactStatus::open;
-    int body_a = 0, body_b = 0;           ///< obstacles first, then beams, in the scene's order
+    int body_a = 0, body_b = 0;           ///< obstacles first, then others, in the scene's order
 };
 
 /// Errors of an accepted state, recomputed from the state alone.

@@ -75,8 +75,11 @@ void add_check(CLI::App& program, Session& session)
         settle(*arguments);
         Scene scene = read_scene(arguments->scene, arguments->overrides);
         place_introducers(scene);
-        const Simulation simulation(scene, build_obstacles(scene));
-        const Plan plan = make_plan(scene, simulation.plan(), simulation.obstacles());
+        const std::unique_ptr<Simulation> simulation =
+            make_simulation(scene, build_obstacles(scene));
+        for (const Issue& w : simulation->warnings())
+            session.say(std::string("warning: ") + InputError({w}).what());
+        const Plan plan = make_plan(scene, simulation->plan(), simulation->obstacles());
         session.print(session.json ? plan_json(plan) : plan_text(plan));
     });
 }

@@ -13,7 +13,7 @@
 #include "solver/program/session.hpp"
 #include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
-#include "solver/step/wire_problem.hpp"
+#include "solver/step/recorded_problem.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -61,20 +61,24 @@ public:
             file.identity = r.contact;
             file.solution = FclibSolution{
                 r.reaction, Eigen::VectorXd(r.problem.W * r.reaction + r.problem.q), {}};
-            const std::string& name = scene_.beams[w].name;
+            const bool wire = !scene_.beams.empty();
+            const std::string name = wire ? scene_.beams[w].name : "all bodies";
             file.title = fmt::format("{}, {}: step {}, t = {:.9g} s", scene_.title, name,
                                      record.step, record.time);
-            file.description = "Gaps and slips over the step [m], forces [N]; W = H A^-1 H^T with "
-                               "the tangent A at the end of the step. /solution is the step's own; "
-                               "/amontons/contact: contact point * walls + wall.";
-            file.math_info =
-                fmt::format("A has {} negative eigenvalues{}; its inverse is good to {:.1e}; "
-                            "the tangent was unsymmetric by {:.1e}, A is its symmetric part",
-                            r.negative_eigenvalues,
-                            r.negative_eigenvalues > 0 ? ", so W is not semidefinite: the wire is "
-                                                         "held by its contacts"
-                                                       : "",
-                            r.inverse_error, r.asymmetry);
+            file.description =
+                wire ? "Gaps and slips over the step [m], forces [N]; W = H A^-1 H^T with "
+                       "the tangent A at the end of the step. /solution is the step's own; "
+                       "/amontons/contact: contact point * walls + wall."
+                     : "The last contact problem of the step; /solution is its answer.";
+            if (wire)
+                file.math_info = fmt::format(
+                    "A has {} negative eigenvalues{}; its inverse is good to {:.1e}; "
+                    "the tangent was unsymmetric by {:.1e}, A is its symmetric part",
+                    r.negative_eigenvalues,
+                    r.negative_eigenvalues > 0 ? ", so W is not semidefinite: the wire is "
+                                                 "held by its contacts"
+                                               : "",
+                    r.inverse_error, r.asymmetry);
             write_file(fmt::format("{}/step_{:06d}{}.hdf5", folder_, record.step,
                                    all.size() > 1 ? "_" + name : ""),
                        fclib_bytes(file), Flush::to_system);
@@ -159,7 +163,10 @@ void run(RunArguments& arguments, Session& session)
     std::vector<Obstacle> obstacles = build_obstacles(scene);
     const double read_seconds = watch.seconds();
     session.detail(fmt::format("read in {:.3f} s", read_seconds));
-    Simulation simulation(scene, std::move(obstacles));
+    const std::unique_ptr<Simulation> made = make_simulation(scene, std::move(obstacles));
+    Simulation& simulation = *made;
+    for (const Issue& w : simulation.warnings())
+        session.say(std::string("warning: ") + InputError({w}).what());
     const double offline_seconds = watch.seconds() - read_seconds;
 
     RunWriterOptions options;
@@ -188,22 +195,22 @@ void run(RunArguments& arguments, Session& session)
     summary.seconds.total = watch.seconds();
     session.exit_code = exit_code(summary);
 
-    std::vector<std::string> made;
+    std::vector<std::string> pictures;
     if (scene.output.plots && !was_interrupted()) {
         std::string message;
-        made = plot_history(directory, message);
+        pictures = plot_history(directory, message);
         if (!message.empty()) session.say(message);
     }
     if (scene.output.picture && !was_interrupted()) {
         const std::string picture = options.name + ".png";
         const std::string message = render_in_child(directory, directory + "/" + picture);
         if (message.empty())
-            made.push_back(picture);
+            pictures.push_back(picture);
         else
             session.say("no picture: " + message);
     }
-    if (!made.empty()) writer.add_files(made, summary);
-    files.insert(files.end(), made.begin(), made.end());
+    if (!pictures.empty()) writer.add_files(pictures, summary);
+    files.insert(files.end(), pictures.begin(), pictures.end());
 
     if (summary.status != "done") session.error(summary.status + ": " + summary.message);
     if (session.json) {

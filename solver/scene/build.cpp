@@ -67,7 +67,9 @@ Centreline spline(const std::vector<Vec3>& points, const std::vector<double>& ra
     }
 }
 
-Centreline centreline_of(const SurfaceInput& s, const Scene& scene)
+} // namespace
+
+Centreline build_centreline(const SurfaceInput& s, const Scene& scene)
 {
     const CentrelineInput& c = s.centreline;
     if (c.file.empty()) {
@@ -89,6 +91,8 @@ Centreline centreline_of(const SurfaceInput& s, const Scene& scene)
             {{path, "", "no radius", "a radius at each point, or \"radius\" in the scene"}});
     return spline(points.points, radius, path);
 }
+
+namespace {
 
 VesselOptions vessel_options(const SurfaceInput& s)
 {
@@ -132,7 +136,7 @@ WallModel wall_from_file(const ObstacleInput& o, const Scene& scene)
 WallModel wall_model(const ObstacleInput& o, const Scene& scene)
 {
     const SurfaceInput& s = o.surface;
-    if (s.generate == "tube") return make_tube({centreline_of(s, scene), s.resolution});
+    if (s.generate == "tube") return make_tube({build_centreline(s, scene), s.resolution});
     if (s.generate == "ball")
         return make_ball({s.centre, s.radius, o.side == "inside", s.resolution});
     if (s.generate == "cylinder") {

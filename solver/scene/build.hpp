@@ -12,6 +12,10 @@ namespace amontons {
 /// @throws InputError  with all Issues of all obstacles; a mesh's Issue keeps the mesh's file
 std::vector<Obstacle> build_obstacles(const Scene& scene);
 
+/// The centreline of a surface: from a file, or of pieces.
+/// @throws InputError
+Centreline build_centreline(const SurfaceInput& surface, const Scene& scene);
+
 /// The centreline that a beam's depth is measured along, if its introducer stands on one.
 struct DepthLine {
     std::optional<Centreline> line;

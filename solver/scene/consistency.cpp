@@ -1,5 +1,7 @@
 #include "solver/scene/consistency.hpp"
 
+#include "solver/scene/body_consistency.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -12,40 +14,6 @@ namespace {
 constexpr double kMostElements = 1e6; // of one beam: more is a slip of the unit, and 10 GB
 constexpr double kMostSteps = 1e8;    // of a run: as well
 constexpr double kRoundOff = 1e-9;    // of lengths that are meant to be the same, relative
-
-/// Adds Issues, but none that rests on a field that is wrong in itself.
-class Findings {
-public:
-    Findings(const std::string& file, std::vector<Issue>& issues)
-        : file_(file)
-        , issues_(issues)
-        , known_(issues.size())
-    {
-    }
-
-    /// @param places  the fields it rests on; the first is the one to blame
-    void add(const std::vector<std::string>& places, std::string found, std::string allowed)
-    {
-        for (const std::string& p : places)
-            for (std::size_t i = 0; i < known_; ++i)
-                if (related(p, issues_[i].place)) return;
-        issues_.push_back({file_, places.front(), std::move(found), std::move(allowed)});
-    }
-
-private:
-    static bool starts(const std::string& text, const std::string& with)
-    {
-        return text.rfind(with, 0) == 0 && (text.size() == with.size() || text[with.size()] == '/');
-    }
-    static bool related(const std::string& a, const std::string& b)
-    {
-        return !b.empty() && (starts(a, b) || starts(b, a));
-    }
-
-    const std::string& file_;
-    std::vector<Issue>& issues_;
-    std::size_t known_;
-};
 
 double length_of(const BeamInput& beam)
 {
@@ -247,6 +215,12 @@ void check_pairs(const Scene& scene, Findings& findings)
                          "a beam and an obstacle");
         else if (!seen.insert({a, b}).second)
             findings.add({place}, pair + " again", "each pair once");
+        if (a == b && !beams) findings.add({place}, pair + ", a body and itself", "two bodies");
+        const auto body = [&](const std::string& name) {
+            return find(scene.solids, name) || find(scene.rigids, name);
+        };
+        if ((find(scene.beams, a) && body(b)) || (find(scene.beams, b) && body(a)))
+            findings.add({place}, pair, "a beam and an obstacle");
         const std::string& beam = find(scene.beams, a) ? a : b;
         const BeamInput* wire = find(scene.beams, beam);
         const ObstacleInput* wall = find(scene.obstacles, beam == a ? b : a);
@@ -263,8 +237,10 @@ void check_consistency(const Scene& scene, std::vector<Issue>& issues)
         check_obstacle(o, findings);
     for (const BeamInput& b : scene.beams)
         check_beam(b, scene, findings);
-    if (scene.beams.empty())
-        findings.add({"/bodies"}, "no body that moves", "at least one of kind \"beam\"");
+    if (scene.beams.empty() && scene.solids.empty() && scene.rigids.empty())
+        findings.add({"/bodies"}, "no body that moves",
+                     "at least one of kind \"beam\", \"solid\" or \"rigid\"");
+    check_bodies(scene, findings);
     check_pairs(scene, findings);
     if (scene.time.smallest_step > scene.time.step)
         findings.add({"/time/smallest_step", "/time/step"},

@@ -1,176 +1,16 @@
 #include "solver/scene/fields.hpp"
 
+#include "solver/scene/body_fields.hpp"
+#include "solver/scene/declare.hpp"
+
 #include <fmt/format.h>
-#include <utility>
 
 namespace amontons {
 namespace {
 
+using namespace declare;
+
 constexpr double kPi = 3.14159265358979323846;
-
-// --- The type of a field follows from the type of its member. ---
-
-template <class T> struct TypeOf {
-    static constexpr FieldType type = FieldType::object;
-    static constexpr bool optional = false;
-};
-template <FieldType kType, bool kOptional = false> struct Is {
-    static constexpr FieldType type = kType;
-    static constexpr bool optional = kOptional;
-};
-template <> struct TypeOf<bool> : Is<FieldType::boolean> {
-};
-template <> struct TypeOf<int> : Is<FieldType::integer> {
-};
-template <> struct TypeOf<double> : Is<FieldType::number> {
-};
-template <> struct TypeOf<std::optional<double>> : Is<FieldType::number, true> {
-};
-template <> struct TypeOf<std::array<double, 2>> : Is<FieldType::pair> {
-};
-template <> struct TypeOf<std::string> : Is<FieldType::text> {
-};
-template <> struct TypeOf<std::array<std::string, 2>> : Is<FieldType::two_names> {
-};
-template <> struct TypeOf<Vec3> : Is<FieldType::vector> {
-};
-template <> struct TypeOf<std::optional<Vec3>> : Is<FieldType::vector, true> {
-};
-template <> struct TypeOf<CurvePoints> : Is<FieldType::curve> {
-};
-
-template <class M> struct MemberOf;
-template <class C, class T> struct MemberOf<T C::*> {
-    using Class = C;
-    using Type = T;
-};
-
-template <auto kMember> void* member_of(void* object)
-{
-    using Class = typename MemberOf<decltype(kMember)>::Class;
-    return &(static_cast<Class*>(object)->*kMember);
-}
-
-template <auto kMember>
-FieldDeclaration field(std::string name, std::string unit, Allowed allowed, std::string doc)
-{
-    using Type = TypeOf<typename MemberOf<decltype(kMember)>::Type>;
-    FieldDeclaration f;
-    f.name = std::move(name);
-    f.type = Type::type;
-    f.optional = Type::optional;
-    f.unit = std::move(unit);
-    f.allowed = allowed;
-    f.doc = std::move(doc);
-    f.member = &member_of<kMember>;
-    return f;
-}
-
-template <auto kMember> FieldDeclaration text(std::string name, std::string doc)
-{
-    return field<kMember>(std::move(name), "", {}, std::move(doc));
-}
-
-template <auto kMember>
-FieldDeclaration object(std::string name, const ObjectDeclaration& fields, std::string doc)
-{
-    FieldDeclaration f = field<kMember>(std::move(name), "", {}, std::move(doc));
-    f.object = &fields;
-    return f;
-}
-
-/// Fields that stand together in the file and apart in the struct.
-FieldDeclaration group(std::string name, const ObjectDeclaration& fields, std::string doc)
-{
-    FieldDeclaration f;
-    f.name = std::move(name);
-    f.type = FieldType::object;
-    f.doc = std::move(doc);
-    f.member = [](void* object) { return object; };
-    f.object = &fields;
-    return f;
-}
-
-template <auto kMember>
-FieldDeclaration list(std::string name, const ObjectDeclaration& fields, std::string doc)
-{
-    using List = typename MemberOf<decltype(kMember)>::Type;
-    FieldDeclaration f = field<kMember>(std::move(name), "", {}, std::move(doc));
-    f.type = FieldType::list;
-    f.object = &fields;
-    f.append = [](void* items) -> void* { return &static_cast<List*>(items)->emplace_back(); };
-    f.size = [](const void* items) { return static_cast<const List*>(items)->size(); };
-    f.item = [](void* items, std::size_t i) -> void* { return &(*static_cast<List*>(items))[i]; };
-    return f;
-}
-
-FieldDeclaration required(FieldDeclaration f)
-{
-    f.required = true;
-    return f;
-}
-
-FieldDeclaration fallback(std::string words, FieldDeclaration f)
-{
-    f.fallback = std::move(words);
-    return f;
-}
-
-FieldDeclaration choice(std::vector<std::string> choices, FieldDeclaration f)
-{
-    f.choices = std::move(choices);
-    return f;
-}
-
-constexpr Allowed kAny{};
-Allowed positive()
-{
-    Allowed a;
-    a.lower = 0;
-    a.above = true;
-    return a;
-}
-Allowed at_least(double lower)
-{
-    Allowed a;
-    a.lower = lower;
-    return a;
-}
-Allowed above(double lower, double upper)
-{
-    Allowed a;
-    a.lower = lower;
-    a.upper = upper;
-    a.above = true;
-    return a;
-}
-Allowed direction()
-{
-    Allowed a;
-    a.nonzero = true;
-    return a;
-}
-
-template <class T> const void* defaults_of()
-{
-    static const T defaults{};
-    return &defaults;
-}
-
-template <auto kBodies> void* append_body(Scene& scene, const std::string& name)
-{
-    auto& body = (scene.*kBodies).emplace_back();
-    body.name = name;
-    scene.order.push_back(name);
-    return &body;
-}
-
-template <auto kBodies> void* find_body(Scene& scene, const std::string& name)
-{
-    for (auto& body : scene.*kBodies)
-        if (body.name == name) return &body;
-    return nullptr;
-}
 
 // --- The declarations, innermost first. ---
 
@@ -370,7 +210,8 @@ ObjectDeclaration declare_drive()
 
 ObjectDeclaration declare_bodies(const ObjectDeclaration& surface, const ObjectDeclaration& segment,
                                  const ObjectDeclaration& introducer,
-                                 const ObjectDeclaration& drive)
+                                 const ObjectDeclaration& drive,
+                                 const ObjectDeclaration& centreline)
 {
     using O = ObstacleInput;
     using B = BeamInput;
@@ -400,19 +241,9 @@ ObjectDeclaration declare_bodies(const ObjectDeclaration& surface, const ObjectD
                                               "half the shortest element."))},
          &append_body<&Scene::beams>,
          &find_body<&Scene::beams>}};
+    for (const VariantDeclaration& v : body_variants(centreline))
+        d.variants.push_back(v);
     return d;
-}
-
-ObjectDeclaration declare_contact()
-{
-    using C = ContactLaw;
-    return {"Contact of a pair of bodies",
-            {required(text<&C::between>("between", "Names of two bodies. Bodies that stand in no "
-                                                   "pair do not touch.")),
-             field<&C::friction>("friction", "", at_least(0), "Coulomb's coefficient.")},
-            "",
-            {},
-            defaults_of<C>()};
 }
 
 ObjectDeclaration declare_time()
@@ -427,7 +258,10 @@ ObjectDeclaration declare_time()
              fallback("step / 1024", field<&T::smallest_step>("smallest_step", "s", at_least(0),
                                                               "A step is not halved below this.")),
              field<&T::damping>("damping", "1/s", at_least(0),
-                                "Damping proportional to the mass; dynamic only.")},
+                                "Damping of beams proportional to the mass; dynamic only."),
+             field<&T::theta>("theta", "", between(0.5, 1),
+                              "Dynamic steps of solids and rigid bodies: 1 is the implicit Euler "
+                              "rule, 0.5 the midpoint rule, which keeps the energy.")},
             "",
             {},
             defaults_of<T>()};
@@ -438,7 +272,10 @@ ObjectDeclaration declare_accuracy()
     using A = AccuracyInput;
     return {"Accuracy",
             {field<&A::contact>("contact", "", above(0, 0.1),
-                                "Relative error of forces and gaps at the end of a step.")},
+                                "Relative error of forces and gaps at the end of a step."),
+             choice({"auto", "nsgs", "anderson", "uzawa", "newton", "path"},
+                    text<&A::solver>("solver", "Of the contact problems of solids and rigid "
+                                               "bodies."))},
             "",
             {},
             defaults_of<A>()};
@@ -480,8 +317,10 @@ const ObjectDeclaration& scene_declaration()
     static const ObjectDeclaration place = declare_place();
     static const ObjectDeclaration introducer = declare_introducer(place);
     static const ObjectDeclaration drive = declare_drive();
-    static const ObjectDeclaration body = declare_bodies(surface, segment, introducer, drive);
+    static const ObjectDeclaration body =
+        declare_bodies(surface, segment, introducer, drive, centreline);
     static const ObjectDeclaration contact = declare_contact();
+    static const ObjectDeclaration coupling = declare_coupling();
     static const ObjectDeclaration time = declare_time();
     static const ObjectDeclaration accuracy = declare_accuracy();
     static const ObjectDeclaration output = declare_output();
@@ -493,6 +332,8 @@ const ObjectDeclaration& scene_declaration()
              field<&Scene::schema>("schema", "", first_schema, "Version of the scene format.")),
          text<&Scene::title>("title", "What the scene shows."), named_bodies(body),
          list<&Scene::contact>("contact", contact, "Pairs of bodies that can touch."),
+         list<&Scene::couplings>("couplings", coupling, "Joints and springs between bodies."),
+         field<&Scene::gravity>("gravity", "m/s^2", kAny, "Acts where there is mass."),
          required(object<&Scene::time>("time", time, "Steps and end.")),
          object<&Scene::accuracy>("accuracy", accuracy, "How exact the result must be."),
          object<&Scene::output>("output", output, "What is written.")},
@@ -537,7 +378,7 @@ std::string allowed_in_words(const FieldDeclaration& field)
     case FieldType::vector:
         return (a.nonzero ? "three numbers, not all 0" : "three numbers") + unit;
     case FieldType::curve:
-        return "[[time, value], ...], time [s] strictly increasing, value" +
+        return "a number, or [[time, value], ...], time [s] strictly increasing, value" +
                (range.empty() ? "" : " " + range) + unit;
     case FieldType::object:
         return "an object {...}";

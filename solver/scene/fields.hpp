@@ -77,6 +77,9 @@ struct ObjectDeclaration {
     std::string& (*chosen)(void* object) = nullptr; ///< the discriminator's member, if it has one
     /// Fills the defaults that follow from other fields; null if there are none.
     void (*complete)(void* object, const std::function<bool(const char*)>& given) = nullptr;
+    std::string shorthand = {}; ///< a text in the object's place stands for this one field
+    /// Whether an object that need not be there was given; null: it always counts.
+    bool (*given)(const void* object) = nullptr;
 };
 
 /// The declarations of a whole scene; built at the first call.

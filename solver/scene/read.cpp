@@ -85,6 +85,13 @@ bool Reader::vector(const Json& json, const FieldDeclaration& f, const std::stri
 void Reader::curve(const Json& json, const FieldDeclaration& f, const std::string& place,
                    CurvePoints& out)
 {
+    if (json.is_number()) { // the same at all times
+        FieldDeclaration value = f;
+        value.type = FieldType::number;
+        double v = 0;
+        if (number(json, value, place, v)) out = {{0, v}};
+        return;
+    }
     if (!json.is_array() || json.empty()) return wrong(place, shown(json), allowed_in_words(f));
     CurvePoints points;
     for (std::size_t i = 0; i < json.size(); ++i) {
@@ -263,7 +270,13 @@ const VariantDeclaration* Reader::variant_of(const Json& json, const ObjectDecla
 void Reader::object(const Json& json, const ObjectDeclaration& declaration, void* target,
                     const std::string& place)
 {
-    if (!json.is_object()) return wrong(place, shown(json), "an object {...}");
+    if (json.is_string() && !declaration.shorthand.empty())
+        return object(Json{{declaration.shorthand, json}}, declaration, target, place);
+    if (!json.is_object())
+        return wrong(place, shown(json),
+                     declaration.shorthand.empty()
+                         ? "an object {...}"
+                         : "an object {...}, or a text: its " + declaration.shorthand);
     const VariantDeclaration* variant = nullptr;
     if (!declaration.discriminator.empty()) {
         variant = variant_of(json, declaration, place);

@@ -19,41 +19,42 @@ using CurvePoints = std::vector<std::array<double, 2>>; ///< (time [s], value)
 
 /// A piece of a centreline given by its shape.
 struct CentrelinePiece {
-    double length = 0;      ///< of a straight piece [m]; 0 for an arc
-    double radius = 0;      ///< of an arc [m]; 0 for a straight piece
-    double angle = 0;       ///< of an arc [rad]; > 0
-    double direction = 0;   ///< plane of the arc: turned by this angle about the tangent [rad]
+    double length = 0;    ///< of a straight piece [m]; 0 for an arc
+    double radius = 0;    ///< of an arc [m]; 0 for a straight piece
+    double angle = 0;     ///< of an arc [rad]; > 0
+    double direction = 0; ///< plane of the arc: turned by this angle about the tangent [rad]
 };
 
 /// A curve in space: a file of points, or pieces from a start.
 struct CentrelineInput {
-    std::string file;                     ///< CSV x,y,z[,radius] in m, or 3D Slicer .mrk.json
-    double scale = 0;                     ///< of the file's lengths [m per unit]; 0: the format's own
-    std::vector<CentrelinePiece> pieces;  ///< instead of a file
-    Vec3 start = Vec3::Zero();            ///< of the first piece [m]
-    Vec3 direction = Vec3::UnitX();       ///< of the first piece
-    Vec3 normal = Vec3::UnitY();          ///< arcs with direction 0 bend this way
+    std::string file; ///< CSV x,y,z[,radius] in m, or 3D Slicer .mrk.json
+    double scale = 0; ///< of the file's lengths [m per unit]; 0: the format's own
+    std::vector<CentrelinePiece> pieces; ///< instead of a file
+    Vec3 start = Vec3::Zero();           ///< of the first piece [m]
+    Vec3 direction = Vec3::UnitX();      ///< of the first piece
+    Vec3 normal = Vec3::UnitY();         ///< arcs with direction 0 bend this way
 };
 
 /// A side vessel of a generated vessel.
 struct BranchInput {
     std::string name;
-    double at = 0;               ///< distance before the end of the arch [m]
-    std::array<double, 2> diameter{}; ///< at its root and its end [m]
-    double length = 0;           ///< [m]
+    double at = 0;                         ///< distance before the end of the arch [m]
+    std::array<double, 2> diameter{};      ///< at its root and its end [m]
+    double length = 0;                     ///< [m]
     double angle = 1.57079632679489661923; ///< from the arch's tangent towards its start [rad]
 };
 
 /// Surface of an obstacle: a generator's name with its numbers, or a file.
 struct SurfaceInput {
-    std::string generate;        ///< "tube" | "vessel" | "ball" | "cylinder" | "plane", or "" for a file
-    std::string file;            ///< .stl .obj .ply .vtp
-    double scale = 1;            ///< of the file's lengths [m per unit]
-    CentrelineInput centreline;  ///< tube
-    double radius = 0;           ///< tube, ball, cylinder [m]; 0 on a tube: the centreline's own
-    Vec3 centre = Vec3::Zero();  ///< ball, cylinder, plane [m]
-    Vec3 axis = Vec3::UnitZ();   ///< cylinder's axis, plane's normal
-    // vessel: descending straight part along `axis` from `centre`, then an arch, then an ascending part
+    std::string generate; ///< "tube" | "vessel" | "ball" | "cylinder" | "plane", or "" for a file
+    std::string file;     ///< .stl .obj .ply .vtp
+    double scale = 1;     ///< of the file's lengths [m per unit]
+    CentrelineInput centreline; ///< tube
+    double radius = 0;          ///< tube, ball, cylinder [m]; 0 on a tube: the centreline's own
+    Vec3 centre = Vec3::Zero(); ///< ball, cylinder, plane [m]
+    Vec3 axis = Vec3::UnitZ();  ///< cylinder's axis, plane's normal
+    // vessel: descending straight part along `axis` from `centre`, then an arch, then an ascending
+    // part
     std::array<double, 2> descending_diameter{}; ///< [m]
     double descending_length = 0;                ///< [m]
     double arch_radius = 0;                      ///< [m]
@@ -63,29 +64,29 @@ struct SurfaceInput {
     double ascending_diameter = 0;               ///< [m]
     Vec3 arch_towards = Vec3::UnitX();           ///< the arch bends this way
     std::vector<BranchInput> branches;
-    double blend = 0.002;                        ///< radius of the blend between vessels [m]
-    double resolution = 0;                       ///< edge of the triangles [m]; 0: chosen
+    double blend = 0.002;  ///< radius of the blend between vessels [m]
+    double resolution = 0; ///< edge of the triangles [m]; 0: chosen
 };
 
 struct ObstacleInput {
     std::string name;
     SurfaceInput surface;
-    std::string side;            ///< "inside" | "outside" | "": from the sign of the enclosed volume
+    std::string side; ///< "inside" | "outside" | "": from the sign of the enclosed volume
 };
 
 /// A piece of a wire, from its base towards its tip. Pairs are values at the piece's two ends.
 struct BeamSegment {
-    double length = 0;                 ///< [m]
-    double radius = 0;                 ///< of the round surface [m]
-    std::array<double, 2> EI{};        ///< bending stiffness [N m^2]
-    std::array<double, 2> GJ{};        ///< torsional stiffness [N m^2]; default 0.77 EI
-    std::array<double, 2> EA{};        ///< axial stiffness [N]; default 4 EI / radius^2
-    std::array<double, 2> GA{};        ///< shear stiffness [N]; 0: no shear deformation
-    double curvature = 0;              ///< natural curvature [1/m]
-    double curvature_angle = 0;        ///< turns the plane of the curvature about the wire [rad]
-    double element = 0;                ///< length of the elements [m]
-    std::optional<double> friction;    ///< overrides the pair's
-    double density = 0;                ///< mass per volume [kg/m^3]; needed for dynamics
+    double length = 0;              ///< [m]
+    double radius = 0;              ///< of the round surface [m]
+    std::array<double, 2> EI{};     ///< bending stiffness [N m^2]
+    std::array<double, 2> GJ{};     ///< torsional stiffness [N m^2]; default 0.77 EI
+    std::array<double, 2> EA{};     ///< axial stiffness [N]; default 4 EI / radius^2
+    std::array<double, 2> GA{};     ///< shear stiffness [N]; 0: no shear deformation
+    double curvature = 0;           ///< natural curvature [1/m]
+    double curvature_angle = 0;     ///< turns the plane of the curvature about the wire [rad]
+    double element = 0;             ///< length of the elements [m]
+    std::optional<double> friction; ///< overrides the pair's
+    double density = 0;             ///< mass per volume [kg/m^3]; needed for dynamics
 };
 
 /// Where an introducer sits on a centreline, instead of a point and a direction.
@@ -98,44 +99,153 @@ struct IntroducerPlace {
 
 /// A straight frictionless sheath that holds the part of the wire still outside.
 struct IntroducerInput {
-    Vec3 at = Vec3::Zero();             ///< its end, where the wire comes out [m]
+    Vec3 at = Vec3::Zero(); ///< its end, where the wire comes out [m]
     Vec3 direction = Vec3::UnitX();
-    std::optional<Vec3> normal;         ///< the wire's curvature of angle 0 bends this way; default chosen
-    double length = 0;                  ///< [m]; 0: as long as the wire
-    double fade = 0;                    ///< the grip fades out over this length before the end [m]
-    IntroducerPlace centreline;         ///< with a file: gives `at` and `direction`, and the depth
+    std::optional<Vec3> normal; ///< the wire's curvature of angle 0 bends this way; default chosen
+    double length = 0;          ///< [m]; 0: as long as the wire
+    double fade = 0;            ///< the grip fades out over this length before the end [m]
+    IntroducerPlace centreline; ///< with a file: gives `at` and `direction`, and the depth
 };
 
 struct BeamInput {
     std::string name;
     std::vector<BeamSegment> segments;
     IntroducerInput introducer;
-    CurvePoints insertion;              ///< of the base (time [s], [m])
-    CurvePoints twist;                  ///< of the base (time [s], [rad])
-    std::optional<Vec3> plane;          ///< normal of a plane the wire is constrained to
-    double contact_spacing = 0;         ///< [m]; 0: half the shortest element
+    CurvePoints insertion;      ///< of the base (time [s], [m])
+    CurvePoints twist;          ///< of the base (time [s], [rad])
+    std::optional<Vec3> plane;  ///< normal of a plane the wire is constrained to
+    double contact_spacing = 0; ///< [m]; 0: half the shortest element
+};
+
+/// Elements of a solid: a generator's name with its numbers, or a file.
+struct MeshInput {
+    std::string generate;        ///< "box" | "ball" | "cylinder" | "tube", or "" for a file
+    std::string file;            ///< .msh .vtu .inp .nodes
+    double scale = 1;            ///< of the file's lengths [m per unit]
+    std::string element = "T10"; ///< "T4" | "T10" | "H8"
+    Vec3 centre = Vec3::Zero();  ///< of a box or a ball; of a cylinder's first end [m]
+    Vec3 size = Vec3::Zero();    ///< box [m]
+    Vec3 cells = Vec3::Ones();   ///< box: elements along x, y, z
+    Vec3 grading = Vec3::Ones(); ///< box: last cell / first cell
+    double radius = 0;           ///< ball, cylinder, tube [m]
+    double length = 0;           ///< cylinder [m]
+    Vec3 axis = Vec3::UnitZ();   ///< cylinder
+    double thickness = 0;        ///< tube [m]
+    CentrelineInput centreline;  ///< tube
+    int around = 24;             ///< tube: elements around; ball, cylinder: across a diameter
+    int along = 8;               ///< cylinder, tube
+    int through = 2;             ///< tube
+};
+
+/// Prescribed displacement of a named set over time; no curve at all holds the three at 0.
+struct HoldInput {
+    std::string set;
+    CurvePoints x, y, z; ///< (time [s], [m]); empty: this axis is free
+};
+
+/// What acts on a named set. Vectors are multiplied by `over`.
+struct LoadInput {
+    std::string set;
+    CurvePoints pressure;         ///< pushes against a set of faces (time [s], [Pa])
+    std::optional<Vec3> traction; ///< force per area on a set of faces [Pa]
+    std::optional<Vec3> force;    ///< in all, shared equally by the set's nodes [N]
+    CurvePoints over;             ///< factor on traction and force over time; empty: 1
+};
+
+/// A prescribed rigid motion: shift and turn from where the body begins.
+struct DriveInput {
+    bool given = false;
+    CurvePoints x, y, z;       ///< (time [s], [m])
+    Vec3 axis = Vec3::UnitZ(); ///< of the turn
+    std::optional<Vec3> about; ///< a point on the axis [m]; default the body's own centre
+    CurvePoints angle;         ///< (time [s], [rad])
+};
+
+/// Where a body begins and how it moves then.
+struct StartInput {
+    Vec3 place = Vec3::Zero();    ///< shift [m]
+    Vec3 turn = Vec3::Zero();     ///< turned first, about the origin: a rotation vector [rad]
+    Vec3 velocity = Vec3::Zero(); ///< [m/s]
+    Vec3 spin = Vec3::Zero();     ///< angular velocity about the centre of mass [rad/s]
+};
+
+struct SolidInput {
+    std::string name;
+    MeshInput mesh;
+    double youngs_modulus = 0;     ///< [Pa]
+    double poisson_ratio = 0;      ///< [-]
+    double density = 0;            ///< [kg/m^3]
+    std::string motion = "linear"; ///< "linear" | "corotational"
+    StartInput start;
+    DriveInput drive;
+    std::vector<HoldInput> hold;
+    std::vector<LoadInput> loads;
+    double mass_damping = 0;      ///< Rayleigh [1/s]
+    double stiffness_damping = 0; ///< Rayleigh [s]
+};
+
+/// The shape of a rigid body, about its own origin.
+struct ShapeInput {
+    std::string generate;     ///< "box" | "ball" | "cylinder", or "" for a file
+    std::string file;         ///< .stl .obj .ply, closed
+    double scale = 1;         ///< of the file's lengths [m per unit]
+    Vec3 size = Vec3::Zero(); ///< box [m]
+    double radius = 0;        ///< ball, cylinder [m]
+    double length = 0;        ///< cylinder, along z [m]
+    int points = 0;           ///< cylinder: contact points spread over each end; 0: its rim
+};
+
+struct RigidInput {
+    std::string name;
+    ShapeInput shape;
+    double density = 0;          ///< [kg/m^3]
+    std::optional<double> mass;  ///< instead of a density [kg]
+    std::optional<Vec3> inertia; ///< about the centre of mass along the shape's axes [kg m^2]
+    StartInput start;
+    DriveInput drive;
+    Vec3 force = Vec3::Zero();  ///< at the centre of mass [N]
+    Vec3 torque = Vec3::Zero(); ///< [N m]
+    CurvePoints over;           ///< factor on force and torque over time; empty: 1
+};
+
+/// Rows without a cone between two bodies, or a spring.
+struct CouplingInput {
+    std::string kind = "weld";            ///< "weld" | "ball" | "hinge" | "slider" | "spring"
+    std::array<std::string, 2> between{}; ///< the second may be "world"
+    Vec3 at = Vec3::Zero();               ///< where, when the run begins [m]
+    std::optional<Vec3> to;               ///< spring: its other end, on the second body [m]
+    Vec3 axis = Vec3::UnitZ();            ///< of a hinge or a slider
+    double stiffness = 0;                 ///< spring [N/m]
+    std::optional<double> length;         ///< spring, free of load [m]; default: as it begins
 };
 
 struct ContactLaw {
     std::array<std::string, 2> between;
-    double friction = 0;                ///< Coulomb's coefficient [-]
+    double friction = 0;                   ///< Coulomb's coefficient [-]
+    double restitution = 0;                ///< Newton's, dynamic [-]
+    std::array<std::string, 2> surfaces{}; ///< face sets of the two; "": all of the outside
+    std::string sliding = "finite";        ///< "finite" | "small": on the geometry of the start
+    std::string discretisation = "mortar"; ///< "mortar" | "nodal"
+    double reach = 0;                      ///< gaps beyond are not looked at [m]; 0: chosen
 };
 
 struct TimeInput {
-    std::string kind = "quasi_static";  ///< "quasi_static" | "dynamic"
-    double step = 0;                    ///< longest step [s]
-    double end = 0;                     ///< [s]
-    double smallest_step = 0;           ///< [s]; 0: step / 1024
-    double damping = 0;                 ///< mass-proportional Rayleigh damping, dynamic [1/s]
+    std::string kind = "quasi_static"; ///< "quasi_static" | "dynamic"
+    double step = 0;                   ///< longest step [s]
+    double end = 0;                    ///< [s]
+    double smallest_step = 0;          ///< [s]; 0: step / 1024
+    double damping = 0;                ///< mass-proportional Rayleigh damping of beams [1/s]
+    double theta = 1;                  ///< dynamic solids: 1 implicit Euler, 0.5 the midpoint rule
 };
 
 struct AccuracyInput {
-    double contact = 1e-8;              ///< relative error of forces and gaps at the end of a step
+    double contact = 1e-8;       ///< relative error of forces and gaps at the end of a step
+    std::string solver = "auto"; ///< of the contact problem: see contact/options.hpp
 };
 
 struct OutputInput {
-    int every = 10;                     ///< steps between two written frames
-    double cluster = 0.005;             ///< contact forces are summed over this length of wire [m]
+    int every = 10;         ///< steps between two written frames
+    double cluster = 0.005; ///< contact forces are summed over this length of wire [m]
     bool picture = true;
     bool plots = true;
 };
@@ -143,11 +253,15 @@ struct OutputInput {
 struct Scene {
     int schema = 1;
     std::string title;
-    std::string file;                   ///< as the user wrote it; surface files are beside it
-    std::vector<std::string> order;     ///< names of the bodies, in the file's order
+    std::string file;               ///< as the user wrote it; surface files are beside it
+    std::vector<std::string> order; ///< names of the bodies, in the file's order
     std::vector<ObstacleInput> obstacles;
     std::vector<BeamInput> beams;
+    std::vector<SolidInput> solids;
+    std::vector<RigidInput> rigids;
     std::vector<ContactLaw> contact;
+    std::vector<CouplingInput> couplings;
+    Vec3 gravity = Vec3::Zero(); ///< [m/s^2]; acts where there is mass
     TimeInput time;
     AccuracyInput accuracy;
     OutputInput output;

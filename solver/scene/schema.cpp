@@ -109,11 +109,14 @@ void field_schema(JsonText& out, const FieldDeclaration& f, const void* defaults
         out.open('{').member("type", "number").close('}');
         break;
     case FieldType::curve:
+        out.key("oneOf").open('[');
+        number_schema(out, f);
+        out.open('{');
         list_of(1, 0);
         out.open('{').member("type", "array").member("minItems", 2).member("maxItems", 2);
         out.key("items").open('[').open('{').member("type", "number").close('}');
         number_schema(out, f);
-        out.close(']').close('}');
+        out.close(']').close('}').close('}').close(']');
         break;
     case FieldType::object:
         object_schema(out, *f.object);
@@ -167,6 +170,11 @@ void object_schema(JsonText& out, const ObjectDeclaration& object)
         return;
     }
     out.key("oneOf").open('[');
+    if (!object.shorthand.empty())
+        out.open('{')
+            .member("description", "Its " + object.shorthand + ".")
+            .member("type", "string")
+            .close('}');
     for (const VariantDeclaration& v : object.variants) {
         out.open('{').member("description", v.doc);
         members(out, object, &v);

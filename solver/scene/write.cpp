@@ -60,7 +60,12 @@ bool is_given(const FieldDeclaration& f, void* member)
         return !static_cast<CurvePoints*>(member)->empty();
     case FieldType::list:
         return f.size(member) > 0;
+    case FieldType::two_names: {
+        const auto& names = *static_cast<std::array<std::string, 2>*>(member);
+        return !names[0].empty() || !names[1].empty();
+    }
     case FieldType::object: // one whose required text is missing was never given
+        if (f.object->given && !f.object->given(member)) return false;
         for (const FieldDeclaration& inner : f.object->fields)
             if (inner.required && inner.type == FieldType::text &&
                 !is_given(inner, inner.member(member)))

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "mesh/base/error.hpp"
+#include "mesh/volume_mesh.hpp"
 #include "mesh/wall.hpp"
 #include "solver/output/step_record.hpp"
 #include "solver/scene/scene.hpp"
@@ -12,7 +14,7 @@
 
 namespace amontons {
 
-struct RecordedProblem; // solver/step/wire_problem.hpp
+struct RecordedProblem; // solver/step/recorded_problem.hpp
 
 /// Told of every finished step. One virtual call a step.
 class StepObserver {
@@ -30,41 +32,53 @@ struct Obstacle {
 /// One body's line of the plan.
 struct BodyPlan {
     std::string name;
-    std::string kind; ///< "obstacle" | "beam"
+    std::string kind; ///< "obstacle" | "beam" | "solid" | "rigid"
     int unknowns = 0; ///< at its largest
+};
+
+/// What a body looks like and how it fares, for files and pictures.
+struct BodyRecord {
+    std::string name;
+    const VolumeMesh* elements = nullptr; ///< of a solid: its cells; else triangles. Lives as long
+                                          ///< as the simulation
+    std::vector<Vec3> points;             ///< now [m]
+    std::vector<std::array<std::int32_t, 3>> triangles;
+    std::vector<Field> point_fields, cell_fields;
 };
 
 /// The only owner of bodies: made once from a scene, then advanced step by step.
 class Simulation {
 public:
-    /// @throws InputError  if a body cannot be made as the scene says (e.g. the wire starts inside
-    /// a wall)
-    Simulation(const Scene& scene, std::vector<Obstacle> obstacles);
-    Simulation(Simulation&&) noexcept;
-    ~Simulation();
+    virtual ~Simulation() = default;
 
     /// Runs to the scene's end, or until `stop` is set (looked at between steps). Calls the
     /// observer with step 0 first (unless the state was restored), then with each step.
-    RunSummary run(StepObserver& observer, const std::atomic<bool>& stop);
+    virtual RunSummary run(StepObserver& observer, const std::atomic<bool>& stop) = 0;
 
-    const std::vector<Obstacle>& obstacles() const;
-    std::vector<BodyPlan> plan() const;
+    virtual const std::vector<Obstacle>& obstacles() const = 0;
+    virtual std::vector<BodyPlan> plan() const = 0;
 
     /// Largest contact force seen on each vertex of an obstacle's surface [N].
-    std::vector<double> max_contact_force(std::size_t obstacle) const;
+    virtual std::vector<double> max_contact_force(std::size_t obstacle) const = 0;
 
-    /// The contact problem of the last step, of each wire. For an observer: it costs as much as
-    /// some steps, and holds until the next one.
-    std::vector<RecordedProblem> contact_problems() const;
+    /// The contact problems of the last step. For an observer: they cost as much as some steps,
+    /// and hold until the next one.
+    virtual std::vector<RecordedProblem> contact_problems() const = 0;
+
+    /// Solids and rigid bodies after the last step. For an observer; stresses cost some time.
+    virtual std::vector<BodyRecord> body_records() const = 0;
+
+    /// What may be meant otherwise in the scene's files.
+    virtual std::vector<Issue> warnings() const { return {}; }
 
     /// Everything that the next step depends on, for a bit-identical continuation.
-    std::vector<std::byte> save() const;
+    virtual std::vector<std::byte> save() const = 0;
     /// @throws InputError  if the bytes do not fit this scene; nothing is changed
-    void restore(const std::vector<std::byte>& state);
-
-private:
-    struct State;
-    std::unique_ptr<State> state_;
+    virtual void restore(const std::vector<std::byte>& state) = 0;
 };
+
+/// @throws InputError  if a body cannot be made as the scene says (e.g. the wire starts inside a
+/// wall)
+std::unique_ptr<Simulation> make_simulation(const Scene& scene, std::vector<Obstacle> obstacles);
 
 } // namespace amontons

@@ -1,32 +1,12 @@
 #pragma once
 
-#include "contact/problem.hpp"
+#include "solver/step/recorded_problem.hpp"
 #include "solver/step/wire_step.hpp"
-
-#include <cstdint>
 
 namespace amontons {
 
-/// The contact problem of an accepted step, linearised at its end, with the reaction that the
-/// step found: W = H A^-1 H^T with A the wire's tangent, q = u - W r.
-///
-/// The step's reaction solves it whatever A is: u = W r + q holds by the choice of q, and the laws
-/// between u and r are the step's own. Of the tangent the symmetric part is taken (a friction force
-/// that turns with the wall makes it unsymmetric by some percent, and solvers of contact problems
-/// may count on reciprocity). A holds the wire's stress stiffness and nothing of the
-/// contacts' hold; where the wire is unstable without its contacts A has negative eigenvalues and
-/// so has W. Such a problem is recorded as it is: with the hold added, u and r would obey another
-/// law than Coulomb's.
-struct RecordedProblem {
-    ContactProblem problem;            ///< gaps and slips over the step [m], forces [N]
-    Eigen::VectorXd reaction;          ///< the step's r, rows [N]
-    std::vector<std::int32_t> contact; ///< identity: contact point * walls + wall
-    int negative_eigenvalues = 0;      ///< of A
-    double asymmetry = 0;     ///< of the tangent, largest |K - K^T| / |K| of its blocks [-]
-    double inverse_error = 0; ///< |A A^-1 H^T - H^T| / |H^T|, after refinement [-]
-};
-
-/// Contacts that act or are nearer than kNearActive radii. Call it before the next step.
+/// The contact problem of the wire: contacts that act or are nearer than kNearActive radii. Call it
+/// before the next step.
 RecordedProblem contact_problem(const WireBody& body);
 
 constexpr double kNearActive = 0.1; ///< of the wire's radius [-]

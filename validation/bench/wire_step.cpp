@@ -106,8 +106,8 @@ Point measure(int elements, bool many_contacts)
     obstacles.push_back({"tube", make_tube({line, 0})});
     Record record;
     std::atomic<bool> never{false};
-    Simulation simulation(scene, std::move(obstacles));
-    const RunSummary s = simulation.run(record, never);
+    const std::unique_ptr<Simulation> simulation = make_simulation(scene, std::move(obstacles));
+    const RunSummary s = simulation->run(record, never);
     Point p;
     p.elements = elements;
     if (s.status != "done") p.failed = s.message;

@@ -5,8 +5,8 @@
 #include "mesh/base/curve.hpp"
 #include "mesh/base/error.hpp"
 #include "mesh/base/phase_timer.hpp"
+#include "solver/step/recorded_problem.hpp"
 #include "solver/step/simulation.hpp"
-#include "solver/step/wire_problem.hpp"
 
 #include <chrono>
 #include <cmath>
@@ -16,30 +16,43 @@
 
 namespace amontons {
 
-struct Simulation::State {
-    Scene scene;
-    std::vector<Obstacle> obstacles;
-    std::int64_t step = -1; ///< the last finished one
+namespace {
+
+class StubSimulation final : public Simulation {
+public:
+    StubSimulation(const Scene& scene, std::vector<Obstacle> obstacles)
+        : state_(new State{scene, std::move(obstacles)})
+    {
+    }
+    RunSummary run(StepObserver& observer, const std::atomic<bool>& stop) override;
+    const std::vector<Obstacle>& obstacles() const override;
+    std::vector<BodyPlan> plan() const override;
+    std::vector<double> max_contact_force(std::size_t obstacle) const override;
+    std::vector<RecordedProblem> contact_problems() const override;
+    std::vector<BodyRecord> body_records() const override { return {}; }
+    std::vector<std::byte> save() const override;
+    void restore(const std::vector<std::byte>& state) override;
+
+private:
+    struct State {
+        Scene scene;
+        std::vector<Obstacle> obstacles;
+        std::int64_t step = -1; ///< the last finished one
+    };
+    std::unique_ptr<State> state_;
 };
 
-Simulation::Simulation(const Scene& scene, std::vector<Obstacle> obstacles)
-    : state_(new State{scene, std::move(obstacles)})
-{
-}
-Simulation::Simulation(Simulation&&) noexcept = default;
-Simulation::~Simulation() = default;
-
-const std::vector<Obstacle>& Simulation::obstacles() const
+const std::vector<Obstacle>& StubSimulation::obstacles() const
 {
     return state_->obstacles;
 }
 
-std::vector<RecordedProblem> Simulation::contact_problems() const
+std::vector<RecordedProblem> StubSimulation::contact_problems() const
 {
     return {};
 }
 
-std::vector<BodyPlan> Simulation::plan() const
+std::vector<BodyPlan> StubSimulation::plan() const
 {
     std::vector<BodyPlan> plan;
     for (const ObstacleInput& o : state_->scene.obstacles)
@@ -49,26 +62,26 @@ std::vector<BodyPlan> Simulation::plan() const
     return plan;
 }
 
-std::vector<double> Simulation::max_contact_force(std::size_t obstacle) const
+std::vector<double> StubSimulation::max_contact_force(std::size_t obstacle) const
 {
     return std::vector<double>(state_->obstacles[obstacle].model.surface.points.size(), 0.25);
 }
 
-std::vector<std::byte> Simulation::save() const
+std::vector<std::byte> StubSimulation::save() const
 {
     std::vector<std::byte> bytes(sizeof state_->step);
     std::memcpy(bytes.data(), &state_->step, bytes.size());
     return bytes;
 }
 
-void Simulation::restore(const std::vector<std::byte>& state)
+void StubSimulation::restore(const std::vector<std::byte>& state)
 {
     if (state.size() != sizeof state_->step)
         throw InputError({{"checkpoint", "", "a state of another size", "this scene's"}});
     std::memcpy(&state_->step, state.data(), state.size());
 }
 
-RunSummary Simulation::run(StepObserver& observer, const std::atomic<bool>& stop)
+RunSummary StubSimulation::run(StepObserver& observer, const std::atomic<bool>& stop)
 {
     const Scene& scene = state_->scene;
     const BeamInput& beam = scene.beams.front();
@@ -140,6 +153,13 @@ RunSummary Simulation::run(StepObserver& observer, const std::atomic<bool>& stop
     summary.quantities = {{"depth", "m", curve_value(beam.insertion, summary.time)},
                           {"passed_through", "", 0}};
     return summary;
+}
+
+} // namespace
+
+std::unique_ptr<Simulation> make_simulation(const Scene& scene, std::vector<Obstacle> obstacles)
+{
+    return std::make_unique<StubSimulation>(scene, std::move(obstacles));
 }
 
 } // namespace amontons

@@ -1,4 +1,4 @@
-#include "solver/step/simulation.hpp"
+#include "solver/step/wire_simulation.hpp"
 
 #include "mesh/base/error.hpp"
 #include "mesh/generate/plane.hpp"
@@ -85,7 +85,7 @@ TEST_CASE("a run that is saved, restored elsewhere and gone on with is the same 
     }
     std::atomic<bool> never{false};
     Keep whole;
-    Simulation a(scene, bent_tube());
+    WireSimulation a(scene, bent_tube());
     const RunSummary end_a = a.run(whole, never);
     REQUIRE(end_a.status == "done");
 
@@ -93,10 +93,10 @@ TEST_CASE("a run that is saved, restored elsewhere and gone on with is the same 
     Keep first;
     first.stop = &stop;
     first.stop_at = 47;
-    Simulation b(scene, bent_tube());
+    WireSimulation b(scene, bent_tube());
     CHECK(b.run(first, stop).status == "interrupted");
     const std::vector<std::byte> saved = b.save();
-    Simulation c(scene, bent_tube());
+    WireSimulation c(scene, bent_tube());
     c.restore(saved);
     Keep rest;
     const RunSummary end_c = c.run(rest, never);
@@ -120,10 +120,10 @@ TEST_CASE("a run that is saved, restored elsewhere and gone on with is the same 
 TEST_CASE("a state of another wire, or a cut one, is refused and changes nothing")
 {
     const Scene scene = bent_tube_scene(0.1, 0.03);
-    Simulation a(scene, bent_tube());
+    WireSimulation a(scene, bent_tube());
     Scene other = scene;
     other.beams[0].segments[0].element = 5e-3;
-    Simulation b(other, bent_tube());
+    WireSimulation b(other, bent_tube());
     const std::vector<std::byte> before = b.save();
     CHECK_THROWS_AS(b.restore(a.save()), InputError);
     std::vector<std::byte> cut = before;
@@ -139,7 +139,7 @@ TEST_CASE("every step is certified, and work is elastic energy plus friction")
         const Scene scene = bent_tube_scene(mu, 0.09);
         std::atomic<bool> never{false};
         Keep keep;
-        Simulation s(scene, bent_tube());
+        WireSimulation s(scene, bent_tube());
         const RunSummary r = s.run(keep, never);
         REQUIRE(r.status == "done");
         CHECK(r.uncertified_steps == 0);
@@ -169,7 +169,7 @@ TEST_CASE("doubling every stiffness doubles every force and moves nothing")
             for (double& v : *pair)
                 v *= factor;
         Keep keep;
-        Simulation s(scene, bent_tube());
+        WireSimulation s(scene, bent_tube());
         REQUIRE(s.run(keep, never).status == "done");
         last.push_back(keep.records.back());
     }
@@ -222,7 +222,7 @@ TEST_CASE("a curved tip in a tube of few and uneven facets: certified, in balanc
     tube.push_back({"tube", make_wall_from_surface(std::move(mesh), "inside")});
     Keep keep;
     std::atomic<bool> never{false};
-    Simulation s(scene, std::move(tube));
+    WireSimulation s(scene, std::move(tube));
     const RunSummary r = s.run(keep, never);
     CHECK(r.status == "done");
     CHECK(r.message == "");
@@ -269,7 +269,7 @@ TEST_CASE("two wires in two vessels are the two single runs, to the last bit")
         }
         Keep keep;
         std::atomic<bool> never{false};
-        Simulation s(scene, std::move(tubes));
+        WireSimulation s(scene, std::move(tubes));
         const RunSummary r = s.run(keep, never);
         REQUIRE(r.status == "done");
         CHECK(r.uncertified_steps == 0);
@@ -325,7 +325,7 @@ TEST_CASE("where one wire's step is halved the other keeps its path, and none mo
         walls.push_back({"end", make_plane(plane)});
         Keep keep;
         std::atomic<bool> never{false};
-        Simulation simulation(s, std::move(walls));
+        WireSimulation simulation(s, std::move(walls));
         const RunSummary r = simulation.run(keep, never);
         REQUIRE(r.message == "");
         return keep.records;
@@ -388,7 +388,7 @@ TEST_CASE("a wire that snaps in a tube loses no energy without saying so")
 
     std::atomic<bool> never{false};
     Keep keep;
-    Simulation s(scene, std::move(obstacles));
+    WireSimulation s(scene, std::move(obstacles));
     const RunSummary r = s.run(keep, never);
     CHECK(r.status == "done");
     CHECK(r.message == "");

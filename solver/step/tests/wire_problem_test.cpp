@@ -3,7 +3,7 @@
 #include "contact/certificate.hpp"
 #include "mesh/generate/tube.hpp"
 #include "solver/beam/clamp.hpp"
-#include "solver/step/simulation.hpp"
+#include "solver/step/wire_simulation.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
@@ -87,7 +87,7 @@ TEST_CASE("the reaction of every step solves the problem that is recorded of it"
         std::vector<Obstacle> obstacles;
         obstacles.push_back({"tube", make_tube({line, 0})});
 
-        Simulation simulation(scene, std::move(obstacles));
+        WireSimulation simulation(scene, std::move(obstacles));
         Check check;
         check.simulation = &simulation;
         const std::atomic<bool> stop{false};

@@ -1,0 +1,104 @@
+#pragma once
+
+#include "contact/surface/contact_points.hpp"
+#include "mesh/base/types.hpp"
+#include "solver/output/step_record.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/SparseCore>
+#include <span>
+#include <string>
+#include <vector>
+
+// What a step asks of a body, whatever it is made of.
+//
+// A body has a state at the start of the step and an iterate, which becomes the state at its end.
+// Its unknowns y are a change of the iterate: of places [m] in quasi-static steps, of velocities
+// [m/s] in dynamic ones. With A its step matrix and H the rows of the contacts on it,
+//   A y = A y_free + H^T r:   y_free is where it would go without contact.
+// What A cannot hold, the rigid modes R of a body that is held by its contacts alone, are unknowns
+// a of their own: y = y_free + A^+ H^T r + R a with the balance R^T (H^T r) + g = 0.
+
+namespace amontons {
+
+/// One step in time.
+struct StepInput {
+    double start = 0, h = 0; ///< [s]
+    bool dynamic = false;
+    double theta = 1; ///< x' = x + h (theta v' + (1 - theta) v)
+    Vec3 gravity = Vec3::Zero();
+    double end() const { return start + h; }
+};
+
+/// A place on a body: nodes with weights, or (no nodes) a point that is fixed to a rigid body.
+struct BodyPlace {
+    std::span<const StencilEntry> nodes;
+    Vec3 point = Vec3::Zero(); ///< at the iterate [m]
+};
+
+/// A rigid placement: x = turn X + shift.
+struct Placement {
+    Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+    Vec3 shift = Vec3::Zero(); ///< [m]
+    Vec3 operator*(const Vec3& X) const { return turn * X + shift; }
+};
+
+using SparseColumns = Eigen::SparseMatrix<double>;
+
+/// What the outside did to a body, or what it holds: for the balance of energy [J].
+struct BodyEnergy {
+    double work = 0, work_absolute = 0; ///< of loads, weight and prescribed motion over the step
+    double dissipated = 0;              ///< by damping and by the time-stepping rule over the step
+    double elastic = 0, kinetic = 0;    ///< at the end of the step
+};
+
+class Body {
+public:
+    virtual ~Body() = default;
+
+    virtual int unknowns() const = 0;
+    virtual bool nonlinear() const = 0; ///< its forces are not linear in the places
+
+    /// Begins a step (or, after a refusal, the same one anew): the iterate is the state, moved as
+    /// what is prescribed says.
+    virtual void begin(const StepInput& step) = 0;
+    /// Matrix and residual at the iterate, without contact forces.
+    virtual void linearise() = 0;
+
+    /// Adds `scale` times the derivative of (direction . motion of the place) to a column:
+    /// of its place by y in quasi-static steps, of its velocity in dynamic ones.
+    virtual void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
+                            std::vector<Eigen::Triplet<double>>& out) const = 0;
+    virtual Vec3 displacement(const BodyPlace& at) const = 0;   ///< iterate - start of step [m]
+    virtual Vec3 velocity(const BodyPlace& at) const = 0;       ///< of the iterate [m/s]
+    virtual Vec3 start_velocity(const BodyPlace& at) const = 0; ///< at the start of the step
+
+    virtual Eigen::VectorXd free_change() const = 0; ///< y_free
+    /// W = C^T A^+ C, symmetric.
+    virtual void compliance(const SparseColumns& C, Eigen::MatrixXd& W) = 0;
+    virtual Eigen::VectorXd solve(const Eigen::VectorXd& force) = 0; ///< A^+ f
+    virtual const Eigen::MatrixXd& modes() const = 0;                ///< R, unknowns x m
+    virtual Eigen::VectorXd mode_load() const = 0;     ///< g: loads on the modes, less inner forces
+    virtual std::string mode_name(int mode) const = 0; ///< "shift along (0, 0, 1)"
+
+    /// Moves the iterate. @param force  H^T r of the contact forces that led to it
+    virtual void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+                        const Eigen::VectorXd& force) = 0;
+    /// How far the iterate is from balance under these contact forces, relative to the forces [-].
+    virtual double imbalance(const Eigen::VectorXd& force) = 0;
+
+    /// The iterate becomes the state.
+    virtual BodyEnergy accept(const Eigen::VectorXd& force) = 0;
+
+    virtual double size() const = 0;  ///< [m]
+    virtual double speed() const = 0; ///< no place of the body was faster at the start [m/s]
+    virtual double kinetic_energy() const = 0; ///< of the state [J]
+    virtual Vec3 momentum() const = 0;         ///< linear [kg m/s]
+    virtual Vec3 angular_momentum() const = 0; ///< about the origin [kg m^2/s]
+
+    /// Everything that the next step depends on.
+    virtual std::vector<double> state() const = 0;
+    virtual void set_state(std::span<const double> state) = 0; ///< as long as state()
+};
+
+} // namespace amontons

@@ -1,0 +1,44 @@
+#include "solver/body/drive.hpp"
+
+#include "mesh/base/curve.hpp"
+
+#include <cmath>
+
+namespace amontons {
+
+Vec3 rotation_vector(const Eigen::Quaterniond& q)
+{
+    const double w = std::abs(q.w());
+    const double s = q.vec().norm();
+    const double sign = q.w() < 0 ? -1 : 1;
+    const double factor = s > 1e-12 ? 2 * std::atan2(s, w) / s : 2 / w;
+    return sign * factor * q.vec();
+}
+
+Eigen::Quaterniond rotation(const Vec3& vector)
+{
+    const double angle = vector.norm();
+    const double half = 0.5 * angle;
+    const double factor = angle > 1e-9 ? std::sin(half) / angle : 0.5 - angle * angle / 48;
+    Eigen::Quaterniond q;
+    q.w() = std::cos(half);
+    q.vec() = factor * vector;
+    return q;
+}
+
+Placement start_placement(const StartInput& start)
+{
+    return {rotation(start.turn), start.place};
+}
+
+Placement driven_placement(const DriveInput& drive, const Placement& start, const Vec3& centre,
+                           double t)
+{
+    const auto at = [&](const CurvePoints& c) { return c.empty() ? 0.0 : curve_value(c, t); };
+    const Eigen::Quaterniond turn = rotation(at(drive.angle) * drive.axis.normalized());
+    const Vec3 about = drive.about.value_or(start * centre);
+    const Vec3 shift(at(drive.x), at(drive.y), at(drive.z));
+    return {turn * start.turn, about + turn * (start.shift - about) + shift};
+}
+
+} // namespace amontons

@@ -1,0 +1,248 @@
+#include "solver/body/rigid_body.hpp"
+
+#include "mesh/base/curve.hpp"
+#include "solver/body/drive.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+
+namespace amontons {
+
+RigidBody::RigidBody(const RigidInput& input, RigidShape shape, const MassProperties& mass)
+    : input_(input)
+    , shape_(std::move(shape))
+    , mass_(mass)
+    , size_(bounding_radius(shape_))
+{
+    const Placement start = amontons::start_placement(input.start);
+    state_.turn = start.turn;
+    state_.centre = start * mass_.centre;
+    state_.velocity = input.start.velocity;
+    state_.spin = input.start.spin;
+    if (driven()) state_ = driven_motion(0);
+    angular_ = inertia(state_.turn) * state_.spin;
+    now_ = state_;
+}
+
+Placement RigidBody::placement_of(const Motion& m) const
+{
+    return {m.turn, m.centre - m.turn * mass_.centre};
+}
+
+RigidBody::Motion RigidBody::driven_motion(double t) const
+{
+    const Placement p =
+        driven_placement(input_.drive, amontons::start_placement(input_.start), mass_.centre, t);
+    Motion m;
+    m.turn = p.turn;
+    m.centre = p * mass_.centre;
+    return m;
+}
+
+Mat3 RigidBody::inertia(const Eigen::Quaterniond& turn) const
+{
+    const Mat3 R = turn.toRotationMatrix();
+    return R * mass_.inertia * R.transpose();
+}
+
+Vec3 RigidBody::force(double t) const
+{
+    return (input_.over.empty() ? 1.0 : curve_value(input_.over, t)) * input_.force +
+           mass_.mass * step_.gravity;
+}
+
+Vec3 RigidBody::torque(double t) const
+{
+    return (input_.over.empty() ? 1.0 : curve_value(input_.over, t)) * input_.torque;
+}
+
+void RigidBody::begin(const StepInput& step)
+{
+    step_ = step;
+    now_ = state_;
+    modes_.resize(6, 0);
+    if (driven()) {
+        modes_.resize(0, 0);
+        now_ = driven_motion(step.end());
+        if (step.h > 0) {
+            now_.velocity = (now_.centre - state_.centre) / step.h;
+            now_.spin = rotation_vector(now_.turn * state_.turn.conjugate()) / step.h;
+        }
+    } else if (step.dynamic) { // the iterate stands where the step starts
+        now_.velocity = -(1 - step.theta) / step.theta * state_.velocity;
+        now_.spin = -(1 - step.theta) / step.theta * state_.spin;
+    } else { // nothing but contacts holds it; turns are measured by the path at its size
+        modes_ = Eigen::MatrixXd::Identity(6, 6);
+        modes_.bottomRightCorner(3, 3) /= size_;
+    }
+}
+
+/// The place that the velocity of the iterate leads to.
+void RigidBody::move_with_velocity()
+{
+    const double a = step_.theta, b = 1 - step_.theta;
+    now_.centre = state_.centre + step_.h * (a * now_.velocity + b * state_.velocity);
+    now_.turn = rotation(step_.h * (a * now_.spin + b * state_.spin)) * state_.turn;
+    now_.turn.normalize();
+}
+
+void RigidBody::add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
+                           std::vector<Eigen::Triplet<double>>& out) const
+{
+    if (driven()) return;
+    const Vec3 moment = (at.point - now_.centre).cross(direction);
+    for (int i = 0; i < 3; ++i) {
+        out.emplace_back(i, column, scale * direction[i]);
+        out.emplace_back(3 + i, column, scale * moment[i]);
+    }
+}
+
+Vec3 RigidBody::displacement(const BodyPlace& at) const
+{
+    const Vec3 arm = now_.turn.conjugate() * (at.point - now_.centre);
+    return at.point - (state_.centre + state_.turn * arm);
+}
+
+Vec3 RigidBody::velocity(const BodyPlace& at) const
+{
+    return now_.velocity + now_.spin.cross(at.point - now_.centre);
+}
+
+Vec3 RigidBody::start_velocity(const BodyPlace& at) const
+{
+    const Vec3 arm = now_.turn.conjugate() * (at.point - now_.centre);
+    return state_.velocity + state_.spin.cross(state_.turn * arm);
+}
+
+Eigen::VectorXd RigidBody::free_change() const
+{
+    Eigen::VectorXd y = Eigen::VectorXd::Zero(unknowns());
+    if (driven() || !step_.dynamic) return y;
+    const double h = step_.h, middle = step_.start + step_.theta * h;
+    const Vec3 momentum = angular_ + h * torque(middle);
+    y.head<3>() = state_.velocity + h / mass_.mass * force(middle) - now_.velocity;
+    y.tail<3>() = inertia(now_.turn).ldlt().solve(momentum) - now_.spin;
+    return y;
+}
+
+void RigidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
+{
+    if (driven() || !step_.dynamic) {
+        W.setZero(C.cols(), C.cols());
+        return;
+    }
+    const Eigen::MatrixXd H = C;
+    const Mat3 J = inertia(now_.turn).inverse();
+    W.noalias() = H.topRows(3).transpose() * (H.topRows(3) / mass_.mass);
+    const Eigen::MatrixXd JH = 0.5 * (J + J.transpose()) * H.bottomRows(3);
+    W.noalias() += H.bottomRows(3).transpose() * JH;
+    W = 0.5 * (W + W.transpose()).eval();
+}
+
+Eigen::VectorXd RigidBody::solve(const Eigen::VectorXd& f)
+{
+    Eigen::VectorXd y = Eigen::VectorXd::Zero(unknowns());
+    if (driven() || !step_.dynamic) return y;
+    y.head<3>() = f.head<3>() / mass_.mass;
+    y.tail<3>() = inertia(now_.turn).ldlt().solve(f.tail<3>());
+    return y;
+}
+
+Eigen::VectorXd RigidBody::mode_load() const
+{
+    if (modes_.cols() == 0) return {};
+    Eigen::VectorXd load(6);
+    load << force(step_.end()), torque(step_.end());
+    return modes_.transpose() * load;
+}
+
+std::string RigidBody::mode_name(int mode) const
+{
+    constexpr const char* kNames[] = {"shift along x", "shift along y", "shift along z",
+                                      "turn about x",  "turn about y",  "turn about z"};
+    return kNames[mode];
+}
+
+void RigidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+                       const Eigen::VectorXd&)
+{
+    if (driven()) return;
+    if (step_.dynamic) {
+        now_.velocity += y.head<3>();
+        now_.spin += y.tail<3>();
+        move_with_velocity();
+        return;
+    }
+    const Eigen::VectorXd shift = modes_ * mode;
+    now_.centre += shift.head<3>();
+    now_.turn = rotation(shift.tail<3>()) * now_.turn;
+    now_.turn.normalize();
+}
+
+BodyEnergy RigidBody::accept(const Eigen::VectorXd& contact)
+{
+    BodyEnergy e;
+    if (!driven()) {
+        const Vec3 moved = now_.centre - state_.centre;
+        const Vec3 turned = rotation_vector(now_.turn * state_.turn.conjugate());
+        const double middle = step_.start + step_.theta * step_.h;
+        e.work = force(middle).dot(moved) + torque(middle).dot(turned);
+        e.work_absolute = std::abs(e.work);
+        if (step_.dynamic) {
+            // Momentum first, from the forces alone; the spin follows from the turn reached.
+            angular_ += step_.h * torque(middle);
+            if (contact.size() == 6) angular_ += contact.tail<3>();
+            now_.spin = inertia(now_.turn).ldlt().solve(angular_);
+            // What the rule takes: (theta - 1/2) |v' - v|^2 in the norm of the mass.
+            const Vec3 dv = now_.velocity - state_.velocity, dw = now_.spin - state_.spin;
+            e.dissipated = (step_.theta - 0.5) *
+                           (mass_.mass * dv.squaredNorm() + dw.dot(inertia(now_.turn) * dw));
+        }
+    }
+    state_ = now_;
+    e.kinetic = step_.dynamic ? kinetic_energy() : 0;
+    return e;
+}
+
+double RigidBody::kinetic_energy() const
+{
+    return 0.5 * mass_.mass * state_.velocity.squaredNorm() + 0.5 * state_.spin.dot(angular_);
+}
+
+Vec3 RigidBody::momentum() const
+{
+    return mass_.mass * state_.velocity;
+}
+
+Vec3 RigidBody::angular_momentum() const
+{
+    return angular_ + mass_.mass * state_.centre.cross(state_.velocity);
+}
+
+std::vector<double> RigidBody::state() const
+{
+    std::vector<double> s;
+    const auto add = [&](const auto& v) { s.insert(s.end(), v.data(), v.data() + v.size()); };
+    add(state_.centre);
+    add(state_.turn.coeffs());
+    add(state_.velocity);
+    add(state_.spin);
+    add(angular_);
+    return s;
+}
+
+void RigidBody::set_state(std::span<const double> s)
+{
+    const auto take = [&](auto& v) {
+        std::copy_n(s.begin(), v.size(), v.data());
+        s = s.subspan(static_cast<std::size_t>(v.size()));
+    };
+    take(state_.centre);
+    take(state_.turn.coeffs());
+    take(state_.velocity);
+    take(state_.spin);
+    take(angular_);
+    now_ = state_;
+}
+
+} // namespace amontons

@@ -1,0 +1,81 @@
+#pragma once
+
+#include "contact/rigid/shape.hpp"
+#include "solver/body/body.hpp"
+#include "solver/scene/scene.hpp"
+
+namespace amontons {
+
+/// A rigid body, free or driven. Six unknowns: of its centre of mass, and of its turn about it.
+///
+/// Its angular momentum is kept as such, so that a body left alone conserves it to round-off; the
+/// inertia of the end of the step is taken.
+class RigidBody final : public Body {
+public:
+    RigidBody(const RigidInput& input, RigidShape shape, const MassProperties& mass);
+
+    const RigidShape& shape() const { return shape_; }
+    /// Of the shape at the iterate, and at the start of the step.
+    Placement placement() const { return placement_of(now_); }
+    Placement start_placement() const { return placement_of(state_); }
+
+    const Vec3& centre() const { return state_.centre; } ///< of mass [m]
+    const Vec3& centre_velocity() const { return state_.velocity; }
+    const Vec3& spin() const { return state_.spin; } ///< [rad/s]
+
+    int unknowns() const override { return driven() ? 0 : 6; }
+    bool nonlinear() const override { return false; }
+    bool driven() const { return input_.drive.given; }
+    void begin(const StepInput& step) override;
+    void linearise() override {}
+    void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
+                    std::vector<Eigen::Triplet<double>>& out) const override;
+    Vec3 displacement(const BodyPlace& at) const override;
+    Vec3 velocity(const BodyPlace& at) const override;
+    Vec3 start_velocity(const BodyPlace& at) const override;
+    Eigen::VectorXd free_change() const override;
+    void compliance(const SparseColumns& C, Eigen::MatrixXd& W) override;
+    Eigen::VectorXd solve(const Eigen::VectorXd& force) override;
+    const Eigen::MatrixXd& modes() const override { return modes_; }
+    Eigen::VectorXd mode_load() const override;
+    std::string mode_name(int mode) const override;
+    void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+                const Eigen::VectorXd& force) override;
+    double imbalance(const Eigen::VectorXd&) override { return 0; }
+    BodyEnergy accept(const Eigen::VectorXd& force) override;
+    double size() const override { return size_; }
+    double speed() const override
+    {
+        const Motion& m = driven() ? now_ : state_;
+        return m.velocity.norm() + m.spin.norm() * 2 * size_;
+    }
+    double kinetic_energy() const override;
+    Vec3 momentum() const override;
+    Vec3 angular_momentum() const override;
+    std::vector<double> state() const override;
+    void set_state(std::span<const double> state) override;
+
+private:
+    struct Motion {
+        Vec3 centre = Vec3::Zero(); ///< of mass [m]
+        Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+        Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
+    };
+    Placement placement_of(const Motion& m) const;
+    Motion driven_motion(double t) const;
+    Mat3 inertia(const Eigen::Quaterniond& turn) const;
+    Vec3 force(double t) const;
+    Vec3 torque(double t) const;
+    void move_with_velocity();
+
+    RigidInput input_;
+    RigidShape shape_;
+    MassProperties mass_; ///< about the shape's origin and axes
+    double size_ = 0;
+    StepInput step_;
+    Motion state_, now_;
+    Vec3 angular_ = Vec3::Zero(); ///< angular momentum about the centre of mass, of the state
+    Eigen::MatrixXd modes_;
+};
+
+} // namespace amontons

@@ -1,0 +1,726 @@
+#include "solver/body/solid_body.hpp"
+
+#include "mesh/base/curve.hpp"
+#include "solver/body/drive.hpp"
+#include "solver/solid/face_load.hpp"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <numeric>
+#include <set>
+
+namespace amontons {
+namespace {
+
+Eigen::Index at3(std::size_t node)
+{
+    return 3 * static_cast<Eigen::Index>(node);
+}
+
+/// The turn that brings the shape X nearest to x, both about their centres, weighted by mass.
+Mat3 nearest_turn(const std::vector<Vec3>& X, const std::vector<Vec3>& x, const Vec3& X_centre,
+                  const Vec3& x_centre, const Eigen::VectorXd& weight)
+{
+    Mat3 F = Mat3::Zero();
+    for (std::size_t i = 0; i < X.size(); ++i)
+        F += weight[at3(i)] * (x[i] - x_centre) * (X[i] - X_centre).transpose();
+    return polar_rotation(F);
+}
+
+Vec3 mean(const std::vector<Vec3>& x, const Eigen::VectorXd& weight)
+{
+    Vec3 sum = Vec3::Zero();
+    double total = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        sum += weight[at3(i)] * x[i];
+        total += weight[at3(i)];
+    }
+    return sum / total;
+}
+
+bool same(const SparseColumns& a, const SparseColumns& b)
+{
+    return a.rows() == b.rows() && a.cols() == b.cols() && a.nonZeros() == b.nonZeros() &&
+           std::equal(a.outerIndexPtr(), a.outerIndexPtr() + a.outerSize() + 1,
+                      b.outerIndexPtr()) &&
+           std::equal(a.innerIndexPtr(), a.innerIndexPtr() + a.nonZeros(), b.innerIndexPtr()) &&
+           std::equal(a.valuePtr(), a.valuePtr() + a.nonZeros(), b.valuePtr());
+}
+
+std::vector<std::string> set_names(const VolumeMesh& mesh)
+{
+    std::vector<std::string> names;
+    for (const FaceSet& s : mesh.face_sets)
+        names.push_back(s.name);
+    for (const NodeSet& s : mesh.node_sets)
+        names.push_back(s.name);
+    return names;
+}
+
+} // namespace
+
+SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
+                     std::span<const char> touching, const std::string& file)
+    : input_(input)
+    , mesh_(std::move(mesh))
+    , material_{input.youngs_modulus, input.poisson_ratio, input.density}
+    , small_(small)
+    , corotational_(input.motion == "corotational")
+{
+    const std::size_t n = mesh_.nodes.size();
+    find_sets(file);
+    pattern_ = make_pattern(mesh_);
+    for (const Vec3& X : mesh_.nodes)
+        middle_ += X / double(n);
+    for (const Vec3& X : mesh_.nodes)
+        size_ = std::max(size_, (X - middle_).norm());
+
+    SolidMaterial unit = material_;
+    if (!(unit.density > 0)) unit.density = 1; // weights of the mean motion need no true mass
+    lumped_ = assemble_lumped_mass(mesh_, std::span(&unit, 1));
+    mass_ = material_.density > 0 ? lumped_.sum() / 3 : 0;
+
+    std::vector<std::int32_t> prescribed;
+    for (const Held& h : held_)
+        prescribed.push_back(h.dof);
+    rigid_ = find_rigid_modes(mesh_.nodes, pattern_, prescribed, touching);
+    // Floating: the frame carries the rigid motion that nothing prescribes.
+    kind_ = input.drive.given                                 ? Frame::driven
+            : rigid_.R.cols() > 0 && !small && !corotational_ ? Frame::floating
+                                                              : Frame::fixed;
+    state_.frame = frame_at(0);
+    state_.u = Eigen::VectorXd::Zero(at3(n));
+    state_.v = Eigen::VectorXd::Zero(at3(n));
+    state_.x.resize(n);
+    hold(state_, 0);
+    update_places(state_);
+    first_ = state_.x;
+    const Vec3 centre = mean(state_.x, lumped_);
+    for (std::size_t i = 0; i < n; ++i)
+        state_.v.segment<3>(at3(i)) =
+            input.start.velocity + input.start.spin.cross(state_.x[i] - centre);
+    now_ = state_;
+    contact_ = reaction_ = Eigen::VectorXd::Zero(at3(n));
+}
+
+void SolidBody::find_sets(const std::string& file)
+{
+    std::vector<Issue> issues;
+    const std::vector<std::string> names = set_names(mesh_);
+    const auto nodes_of_set = [&](const std::string& name, const std::string& place) {
+        if (const FaceSet* f = find_set(mesh_.face_sets, name)) return nodes_of(mesh_, *f);
+        if (const NodeSet* s = find_set(mesh_.node_sets, name)) return s->members;
+        if (name == "all") {
+            std::vector<std::int32_t> all(mesh_.nodes.size());
+            std::iota(all.begin(), all.end(), 0);
+            return all;
+        }
+        const std::string near = nearest_name(name, names);
+        std::string list;
+        for (const std::string& s : names)
+            list += (list.empty() ? "one of " : ", ") + quoted_text(s);
+        issues.push_back({file, place, quoted_text(name),
+                          names.empty()  ? "a set of the mesh, which has none"
+                          : near.empty() ? list
+                                         : quoted_text(near) + " (nearest name)"});
+        return std::vector<std::int32_t>{};
+    };
+    const std::string body = "/bodies/" + input_.name;
+    std::set<std::int32_t> seen;
+    for (std::size_t i = 0; i < input_.hold.size(); ++i) {
+        const HoldInput& h = input_.hold[i];
+        const std::string place = fmt::format("{}/hold/{}/set", body, i);
+        hold_nodes_.push_back(nodes_of_set(h.set, place));
+        if (hold_nodes_.back().empty() && issues.empty())
+            issues.push_back(
+                {file, place, quoted_text(h.set) + ", an empty set", "a set of nodes"});
+        const bool all = h.x.empty() && h.y.empty() && h.z.empty();
+        const CurvePoints* curve[] = {&h.x, &h.y, &h.z};
+        for (const std::int32_t node : hold_nodes_.back())
+            for (int axis = 0; axis < 3; ++axis)
+                if ((all || !curve[axis]->empty()) && seen.insert(3 * node + axis).second)
+                    held_.push_back({3 * node + axis, all ? nullptr : curve[axis]});
+    }
+    for (std::size_t i = 0; i < input_.loads.size(); ++i) {
+        const LoadInput& l = input_.loads[i];
+        const std::string place = fmt::format("{}/loads/{}/set", body, i);
+        load_nodes_.push_back(nodes_of_set(l.set, place));
+        load_faces_.push_back(find_set(mesh_.face_sets, l.set));
+        if (!load_faces_.back() && !load_nodes_.back().empty() &&
+            (l.traction || !l.pressure.empty()))
+            issues.push_back({file, place, quoted_text(l.set) + ", a set of nodes",
+                              "a set of faces: pressure and traction act on an area"});
+    }
+    if (!issues.empty()) throw InputError(std::move(issues));
+}
+
+Placement SolidBody::frame_at(double t) const
+{
+    const Placement start = start_placement(input_.start);
+    return input_.drive.given ? driven_placement(input_.drive, start, middle_, t) : start;
+}
+
+void SolidBody::hold(Motion& m, double t) const
+{
+    for (const Held& h : held_)
+        m.u[h.dof] = h.curve ? curve_value(*h.curve, t) : 0;
+}
+
+void SolidBody::update_places(Motion& m) const
+{
+    const Mat3 R = m.frame.turn.toRotationMatrix();
+    for (std::size_t i = 0; i < m.x.size(); ++i)
+        m.x[i] = R * (mesh_.nodes[i] + Vec3(m.u.segment<3>(at3(i)))) + m.frame.shift;
+}
+
+void SolidBody::float_frame(Motion& m) const
+{
+    const Vec3 X = mean(mesh_.nodes, lumped_), x = mean(m.x, lumped_);
+    const Mat3 R = nearest_turn(mesh_.nodes, m.x, X, x, lumped_);
+    m.frame.turn = Eigen::Quaterniond(R).normalized();
+    m.frame.shift = x - m.frame.turn * X;
+    const Mat3 back = m.frame.turn.toRotationMatrix().transpose();
+    for (std::size_t i = 0; i < m.x.size(); ++i)
+        m.u.segment<3>(at3(i)) = back * (m.x[i] - x) - (mesh_.nodes[i] - X);
+}
+
+Eigen::VectorXd SolidBody::into_frame(const Eigen::VectorXd& f) const
+{
+    if (now_.frame.turn.coeffs() == Eigen::Quaterniond::Identity().coeffs()) return f;
+    const Mat3 back = now_.frame.turn.toRotationMatrix().transpose();
+    Eigen::VectorXd out(f.size());
+    Eigen::Map<Eigen::Matrix3Xd>(out.data(), 3, f.size() / 3).noalias() =
+        back * Eigen::Map<const Eigen::Matrix3Xd>(f.data(), 3, f.size() / 3);
+    return out;
+}
+
+Eigen::VectorXd SolidBody::into_space(const Eigen::VectorXd& f) const
+{
+    if (now_.frame.turn.coeffs() == Eigen::Quaterniond::Identity().coeffs()) return f;
+    const Mat3 R = now_.frame.turn.toRotationMatrix();
+    Eigen::VectorXd out(f.size());
+    Eigen::Map<Eigen::Matrix3Xd>(out.data(), 3, f.size() / 3).noalias() =
+        R * Eigen::Map<const Eigen::Matrix3Xd>(f.data(), 3, f.size() / 3);
+    return out;
+}
+
+Eigen::VectorXd SolidBody::loads(const Motion& m, double t) const
+{
+    Eigen::VectorXd f = Eigen::VectorXd::Zero(at3(mesh_.nodes.size()));
+    const auto of_frame = [&](const Vec3& v) { return Vec3(m.frame.turn.conjugate() * v); };
+    for (std::size_t i = 0; i < input_.loads.size(); ++i) {
+        const LoadInput& l = input_.loads[i];
+        const double factor = l.over.empty() ? 1 : curve_value(l.over, t);
+        if (load_faces_[i] && !l.pressure.empty()) {
+            const double p = curve_value(l.pressure, t);
+            if (!corotational_) {
+                add_pressure(mesh_, load_faces_[i]->members, p, f);
+            } else { // follows the faces
+                for (const FaceRef& face : load_faces_[i]->members) {
+                    const FaceNodes nodes = face_nodes(mesh_, face);
+                    Eigen::Matrix3Xd x(3, nodes.count);
+                    for (int k = 0; k < nodes.count; ++k)
+                        x.col(k) = m.frame.turn.conjugate() *
+                                   (m.x[std::size_t(nodes.node[std::size_t(k)])] - m.frame.shift);
+                    const FaceForces forces = pressure_forces(x, p);
+                    for (int k = 0; k < nodes.count; ++k)
+                        f.segment<3>(3 * nodes.node[std::size_t(k)]) += forces.col(k);
+                }
+            }
+        }
+        if (load_faces_[i] && l.traction)
+            add_traction(mesh_, load_faces_[i]->members, of_frame(factor * *l.traction), f);
+        if (l.force)
+            for (const std::int32_t node : load_nodes_[i])
+                f.segment<3>(3 * node) +=
+                    of_frame(factor * *l.force) / double(load_nodes_[i].size());
+    }
+    if (material_.density > 0 && !step_.gravity.isZero())
+        add_weight(mesh_, std::span(&material_, 1), of_frame(step_.gravity), f);
+    return f; // along the frame's axes
+}
+
+double SolidBody::inner_forces(const Motion& m, Eigen::VectorXd& f)
+{
+    f.setZero(at3(mesh_.nodes.size()));
+    if (!corotational_) {
+        f.noalias() = K_ * m.u;
+        const double energy = 0.5 * m.u.dot(f);
+        if (kind_ == Frame::floating && step_.dynamic) {
+            // The energy does not depend on the turn, so its gradient has no moment.
+            const Vec3 X = mean(mesh_.nodes, lumped_);
+            Vec3 moment = Vec3::Zero();
+            Mat3 S = Mat3::Zero();
+            for (std::size_t i = 0; i < mesh_.nodes.size(); ++i) {
+                const Vec3 arm = mesh_.nodes[i] - X;
+                const Vec3 xi = arm + Vec3(m.u.segment<3>(at3(i)));
+                moment += xi.cross(Vec3(f.segment<3>(at3(i))));
+                S += lumped_[at3(i)] * xi * arm.transpose();
+            }
+            S = 0.5 * (S + S.transpose()).eval();
+            const Vec3 turn = Mat3(S.trace() * Mat3::Identity() - S).inverse() * moment;
+            for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
+                f.segment<3>(at3(i)) -= lumped_[at3(i)] * turn.cross(mesh_.nodes[i] - X);
+        }
+        return energy;
+    }
+    double energy = 0;
+    element_states_.resize(elements_.size());
+    ElementPlaces x;
+    ElementVector forces;
+    const Mat3 back = m.frame.turn.toRotationMatrix().transpose();
+    for_each_element(mesh_, [&](std::int32_t e, ElementKind, std::span<const std::int32_t> nodes) {
+        x.resize(3, Eigen::Index(nodes.size()));
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+            x.col(Eigen::Index(i)) = back * (m.x[std::size_t(nodes[i])] - m.frame.shift);
+        CorotationalState& s = element_states_[std::size_t(e)];
+        s = corotational_forces(elements_[std::size_t(e)], x, forces);
+        energy += s.energy;
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+            f.segment<3>(3 * nodes[i]) += forces.segment<3>(3 * Eigen::Index(i));
+    });
+    return energy;
+}
+
+void SolidBody::begin(const StepInput& step)
+{
+    step_ = step;
+    now_ = state_;
+    if (kind_ == Frame::driven) now_.frame = frame_at(step.end());
+    hold(now_, step.end());
+    if (!step.dynamic) {
+        update_places(now_);
+        return;
+    }
+    // The iterate stands where the step starts, but for what is prescribed.
+    const double a = step.theta, b = 1 - step.theta, h = step.h;
+    update_places(now_);
+    for (std::size_t i = 0; i < now_.x.size(); ++i)
+        now_.v.segment<3>(at3(i)) =
+            ((now_.x[i] - state_.x[i]) / h - b * Vec3(state_.v.segment<3>(at3(i)))) / a;
+}
+
+/// Once: matrices at rest, the unknowns, the order and pattern of the factor.
+void SolidBody::prepare()
+{
+    K_ = zero_matrix(pattern_);
+    assemble_stiffness(mesh_, pattern_, std::span(&material_, 1), K_);
+    if (corotational_) {
+        const Mat6 C = elasticity_matrix(material_);
+        for_each_element(mesh_, [&](std::int32_t, ElementKind kind, auto nodes) {
+            elements_.push_back(make_corotational(kind, places_of(mesh_, nodes), C));
+        });
+    }
+    std::vector<std::int32_t> fixed;
+    for (const Held& h : held_)
+        fixed.push_back(h.dof);
+    if (step_.dynamic) {
+        M_ = zero_matrix(pattern_);
+        assemble_mass(mesh_, pattern_, std::span(&material_, 1), M_);
+    } else {
+        fixed.insert(fixed.end(), rigid_.pins.begin(), rigid_.pins.end());
+    }
+    dofs_ = make_free_dofs(pattern_, fixed);
+    S_ = K_;
+    parts_ = make_elimination(S_, dofs_);
+    std::vector<std::int32_t> node(dofs_.free.size());
+    for (std::size_t i = 0; i < node.size(); ++i)
+        node[i] = dofs_.free[i] / 3;
+    if (!node.empty()) factor_.analyse(parts_.ff, node);
+    free_modes_.resize(Eigen::Index(node.size()), step_.dynamic ? 0 : rigid_.R.cols());
+    for (std::size_t i = 0; i < node.size() && free_modes_.cols() > 0; ++i)
+        free_modes_.row(Eigen::Index(i)) = rigid_.R.row(dofs_.free[i]);
+}
+
+void SolidBody::make_matrix()
+{
+    if (dofs_.free.empty()) return;
+    const bool same_step = step_.h == factored_h_ && step_.theta == factored_theta_;
+    if (!corotational_ && factor_.is_factored() && (!step_.dynamic || same_step)) return;
+
+    const double h = step_.h, theta = step_.theta;
+    if (corotational_) {
+        assemble(
+            mesh_, pattern_,
+            [&](std::int32_t e, ElementKind, auto, ElementMatrix& K) {
+                corotational_stiffness(elements_[std::size_t(e)], element_states_[std::size_t(e)],
+                                       K);
+            },
+            S_);
+    } else {
+        S_ = K_;
+    }
+    if (step_.dynamic) {
+        const double of_mass = 1 + h * theta * input_.mass_damping;
+        const double of_stiffness = h * theta * (input_.stiffness_damping + h * theta);
+        S_.coeffs() = of_mass * M_.coeffs() + of_stiffness * S_.coeffs();
+    }
+    eliminate(S_, parts_);
+    last_columns_ = SparseColumns();
+    const FactorResult done = factor_.factor(parts_.ff);
+    if (!done)
+        throw std::runtime_error(fmt::format(
+            "{}: its matrix is not positive definite at {}", input_.name,
+            done.failed_dof < 0 ? "some node"
+                                : node_place(mesh_, dofs_.free[std::size_t(done.failed_dof)] / 3)));
+    factored_h_ = h;
+    factored_theta_ = theta;
+}
+
+Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
+{
+    // Along the frame's axes. Dynamic: the change of momentum over the step that is missing.
+    Eigen::VectorXd inner;
+    if (!step_.dynamic) {
+        inner_forces(now_, inner);
+        Eigen::VectorXd f = loads(now_, step_.end());
+        scale = f.cwiseAbs() + inner.cwiseAbs();
+        last_load_ = f;
+        return f - inner;
+    }
+    const double h = step_.h, theta = step_.theta;
+    Motion middle = now_;
+    if (theta < 1) {
+        for (std::size_t i = 0; i < middle.x.size(); ++i)
+            middle.x[i] = (1 - theta) * state_.x[i] + theta * now_.x[i];
+        if (kind_ == Frame::floating) {
+            float_frame(middle);
+        } else {
+            middle.u = (1 - theta) * state_.u + theta * now_.u;
+            if (kind_ == Frame::driven) middle.frame = frame_at(step_.start + theta * h);
+        }
+    }
+    inner_forces(middle, inner);
+    const Eigen::VectorXd f = loads(middle, step_.start + theta * h);
+    last_load_ = f;
+    Eigen::VectorXd change = now_.v - state_.v;
+    Eigen::VectorXd mean_v = theta * now_.v + (1 - theta) * state_.v;
+    if (middle.frame.turn.coeffs() != now_.frame.turn.coeffs()) {
+        // Forces turn from the frame they were found in to that of the iterate.
+        const Mat3 turn = (now_.frame.turn.conjugate() * middle.frame.turn).toRotationMatrix();
+        Eigen::Map<Eigen::Matrix3Xd> g(inner.data(), 3, inner.size() / 3);
+        g = (turn * g).eval();
+    }
+    const Eigen::VectorXd momentum = M_ * into_frame(change);
+    Eigen::VectorXd damping = input_.mass_damping * (M_ * into_frame(mean_v));
+    if (input_.stiffness_damping > 0)
+        damping += input_.stiffness_damping * (K_ * into_frame(mean_v));
+    scale = momentum.cwiseAbs() + h * (f.cwiseAbs() + inner.cwiseAbs());
+    return h * (f - inner - damping) - momentum;
+}
+
+void SolidBody::linearise()
+{
+    if (K_.size() == 0) prepare();
+    Eigen::VectorXd scale;
+    const Eigen::VectorXd r = residual(scale);
+    make_matrix();
+    Eigen::VectorXd rf(Eigen::Index(dofs_.free.size()));
+    for (std::size_t i = 0; i < dofs_.free.size(); ++i)
+        rf[Eigen::Index(i)] = r[dofs_.free[i]];
+    free_change_ = rf.size() > 0 ? factor_.solved(rf) : rf;
+    if (free_modes_.cols() > 0)
+        mode_load_ = rigid_.R.transpose() * r;
+    else
+        mode_load_.resize(0);
+}
+
+void SolidBody::add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
+                           std::vector<Eigen::Triplet<double>>& out) const
+{
+    const Vec3 d = now_.frame.turn.conjugate() * direction;
+    for (const StencilEntry& e : at.nodes)
+        for (int axis = 0; axis < 3; ++axis) {
+            const std::int32_t dof = dofs_.number[std::size_t(3 * e.node + axis)];
+            if (dof >= 0) out.emplace_back(dof, column, scale * e.weight * d[axis]);
+        }
+}
+
+Vec3 SolidBody::displacement(const BodyPlace& at) const
+{
+    Vec3 d = Vec3::Zero();
+    for (const StencilEntry& e : at.nodes)
+        d += e.weight * (now_.x[std::size_t(e.node)] - state_.x[std::size_t(e.node)]);
+    return d;
+}
+
+Vec3 SolidBody::velocity(const BodyPlace& at) const
+{
+    Vec3 d = Vec3::Zero();
+    for (const StencilEntry& e : at.nodes)
+        d += e.weight * now_.v.segment<3>(3 * e.node);
+    return d;
+}
+
+Vec3 SolidBody::start_velocity(const BodyPlace& at) const
+{
+    Vec3 d = Vec3::Zero();
+    for (const StencilEntry& e : at.nodes)
+        d += e.weight * state_.v.segment<3>(3 * e.node);
+    return d;
+}
+
+void SolidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
+{
+    if (last_columns_.cols() == 0 || !same(C, last_columns_)) {
+        factor_.compliance(C, last_W_);
+        last_columns_ = C;
+    }
+    W = last_W_;
+}
+
+Eigen::VectorXd SolidBody::solve(const Eigen::VectorXd& force)
+{
+    return factor_.solved(force);
+}
+
+std::string SolidBody::mode_name(int mode) const
+{
+    // The rigid motion nearest to the mode: a shift of the middle and a turn about it.
+    Vec3 shift = Vec3::Zero(), moment = Vec3::Zero();
+    Mat3 inertia = Mat3::Zero();
+    for (std::size_t i = 0; i < mesh_.nodes.size(); ++i) {
+        const Vec3 arm = mesh_.nodes[i] - middle_;
+        const Vec3 d = rigid_.R.block<3, 1>(at3(i), mode);
+        shift += d / double(mesh_.nodes.size());
+        moment += arm.cross(d);
+        inertia += arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose();
+    }
+    const Vec3 turn = inertia.ldlt().solve(moment);
+    const auto clean = [](double v) { return std::abs(v) < 1e-9 ? 0.0 : v; };
+    const auto words = [&](const Vec3& v) {
+        const Vec3 d = v.normalized();
+        return fmt::format("({:.2g}, {:.2g}, {:.2g})", clean(d.x()), clean(d.y()), clean(d.z()));
+    };
+    const bool shifts = shift.norm() > 1e-6, turns = turn.norm() * size_ > 1e-6;
+    std::string text = shifts ? "shift along " + words(shift) : "";
+    if (turns) text += (shifts ? " with a turn about " : "turn about ") + words(turn);
+    return text;
+}
+
+void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+                       const Eigen::VectorXd& force)
+{
+    contact_.setZero();
+    for (std::size_t i = 0; i < dofs_.free.size(); ++i)
+        contact_[dofs_.free[i]] = force[Eigen::Index(i)];
+    Eigen::VectorXd whole = Eigen::VectorXd::Zero(at3(mesh_.nodes.size()));
+    for (std::size_t i = 0; i < dofs_.free.size(); ++i)
+        whole[dofs_.free[i]] = y[Eigen::Index(i)];
+    if (!step_.dynamic) {
+        now_.u += whole;
+        if (mode.size() > 0) {
+            const Eigen::VectorXd rigid = rigid_.R * mode;
+            if (kind_ != Frame::floating) {
+                now_.u += rigid;
+            } else { // shift and turn of the frame
+                Vec3 shift = Vec3::Zero(), moment = Vec3::Zero();
+                Mat3 inertia = Mat3::Zero();
+                for (std::size_t i = 0; i < mesh_.nodes.size(); ++i) {
+                    const Vec3 arm = mesh_.nodes[i] - middle_, d = rigid.segment<3>(at3(i));
+                    shift += d / double(mesh_.nodes.size());
+                    moment += arm.cross(d);
+                    inertia += arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose();
+                }
+                const Eigen::Quaterniond turn = rotation(inertia.ldlt().solve(moment));
+                // x = frame (turn (X + u - middle) + middle + shift)
+                now_.frame.shift = now_.frame * (middle_ + shift - turn * middle_);
+                now_.frame.turn = (now_.frame.turn * turn).normalized();
+            }
+        }
+        update_places(now_);
+        return;
+    }
+    const Eigen::VectorXd dv = into_space(whole);
+    now_.v += dv;
+    const double a = step_.theta, b = 1 - a, h = step_.h;
+    for (std::size_t i = 0; i < now_.x.size(); ++i)
+        now_.x[i] = state_.x[i] + h * (a * Vec3(now_.v.segment<3>(at3(i))) +
+                                       b * Vec3(state_.v.segment<3>(at3(i))));
+    if (kind_ == Frame::floating) {
+        float_frame(now_);
+    } else {
+        const Mat3 back = now_.frame.turn.toRotationMatrix().transpose();
+        for (std::size_t i = 0; i < now_.x.size(); ++i)
+            now_.u.segment<3>(at3(i)) = back * (now_.x[i] - now_.frame.shift) - mesh_.nodes[i];
+    }
+}
+
+double SolidBody::imbalance(const Eigen::VectorXd& force)
+{
+    if (!corotational_ && (!step_.dynamic || kind_ != Frame::floating)) return 0;
+    Eigen::VectorXd scale;
+    const Eigen::VectorXd r = residual(scale);
+    double missing = 0, size = 0;
+    for (std::size_t i = 0; i < dofs_.free.size(); ++i) {
+        const double f = force[Eigen::Index(i)];
+        const double s = scale[dofs_.free[i]] + std::abs(f);
+        const double e = r[dofs_.free[i]] + f;
+        missing += e * e;
+        size += s * s;
+    }
+    return size > 0 ? std::sqrt(missing / size) : 0;
+}
+
+BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
+{
+    BodyEnergy e;
+    Eigen::VectorXd inner, scale;
+    // What prescribed nodes need, beside loads, inner forces and contacts.
+    Eigen::VectorXd missing = -residual(scale) - contact_;
+    if (step_.dynamic) missing /= step_.h;
+    std::vector<char> held(std::size_t(missing.size()), 0);
+    for (const Held& h : held_)
+        held[std::size_t(h.dof)] = 1;
+    for (Eigen::Index i = 0; i < missing.size(); ++i)
+        if (!held[std::size_t(i)]) missing[i] = 0;
+    const Eigen::VectorXd before = reaction_;
+    reaction_ = into_space(missing);
+    const Eigen::VectorXd load = into_space(last_load_);
+    if (load_.size() == 0) load_ = load;
+    for (std::size_t i = 0; i < now_.x.size(); ++i) {
+        const Vec3 moved = now_.x[i] - state_.x[i];
+        Vec3 f = load.segment<3>(at3(i)) + reaction_.segment<3>(at3(i));
+        if (!step_.dynamic) // the rule of the trapezoid
+            f = 0.5 * (f + load_.segment<3>(at3(i)) + before.segment<3>(at3(i)));
+        const double work = f.dot(moved);
+        e.work += work;
+        e.work_absolute += std::abs(work);
+    }
+    load_ = load;
+    const Eigen::VectorXd dv = now_.v - state_.v;
+    const Eigen::VectorXd du = now_.u - state_.u;
+    const Eigen::VectorXd v = step_.theta * now_.v + (1 - step_.theta) * state_.v;
+    state_ = now_;
+    e.elastic = inner_forces(now_, inner);
+    if (step_.dynamic) {
+        const Eigen::VectorXd dv_frame = into_frame(dv), v_frame = into_frame(v);
+        // What the rule takes, (theta - 1/2) of the change's energy, and the damping.
+        e.dissipated = (step_.theta - 0.5) * (dv_frame.dot(M_ * dv_frame) + du.dot(K_ * du)) +
+                       step_.h * (input_.mass_damping * v_frame.dot(M_ * v_frame) +
+                                  input_.stiffness_damping * v_frame.dot(K_ * v_frame));
+        e.kinetic = kinetic_energy();
+    }
+    return e;
+}
+
+double SolidBody::kinetic_energy() const
+{
+    if (mass_ <= 0) return 0;
+    if (M_.size() == 0) { // before the first step: the consistent mass is not there yet
+        SparseMatrix M = zero_matrix(pattern_);
+        assemble_mass(mesh_, pattern_, std::span(&material_, 1), M);
+        return 0.5 * state_.v.dot(M * state_.v);
+    }
+    const Eigen::VectorXd v = into_frame(state_.v);
+    return 0.5 * v.dot(M_ * v);
+}
+
+Mat3 SolidBody::element_rotation(std::int32_t element) const
+{
+    if (!corotational_ || std::size_t(element) >= element_states_.size()) return Mat3::Identity();
+    return element_states_[std::size_t(element)].rotation;
+}
+
+double SolidBody::speed() const
+{
+    if (state_.v.size() == 0) return 0;
+    return Eigen::Map<const Eigen::Matrix3Xd>(state_.v.data(), 3, state_.v.size() / 3)
+        .colwise()
+        .norm()
+        .maxCoeff();
+}
+
+Vec3 SolidBody::momentum() const
+{
+    Vec3 p = Vec3::Zero();
+    if (M_.size() == 0) return p;
+    const Eigen::VectorXd mv = into_space(M_ * into_frame(state_.v));
+    for (std::size_t i = 0; i < state_.x.size(); ++i)
+        p += mv.segment<3>(at3(i));
+    return p;
+}
+
+Vec3 SolidBody::angular_momentum() const
+{
+    Vec3 L = Vec3::Zero();
+    if (M_.size() == 0) return L;
+    const Eigen::VectorXd mv = into_space(M_ * into_frame(state_.v));
+    for (std::size_t i = 0; i < state_.x.size(); ++i)
+        L += state_.x[i].cross(Vec3(mv.segment<3>(at3(i))));
+    return L;
+}
+
+std::vector<Vec3> SolidBody::reactions() const
+{
+    std::vector<Vec3> sums;
+    for (std::size_t k = 0; k < hold_nodes_.size(); ++k) {
+        Vec3 sum = Vec3::Zero();
+        const HoldInput& h = input_.hold[k];
+        const bool all = h.x.empty() && h.y.empty() && h.z.empty();
+        const bool axes[] = {all || !h.x.empty(), all || !h.y.empty(), all || !h.z.empty()};
+        for (const std::int32_t node : hold_nodes_[k]) {
+            Vec3 f = state_.frame.turn.conjugate() * Vec3(reaction_.segment<3>(3 * node));
+            for (int axis = 0; axis < 3; ++axis)
+                if (!axes[axis]) f[axis] = 0;
+            sum += state_.frame.turn * f;
+        }
+        sums.push_back(sum);
+    }
+    return sums;
+}
+
+void SolidBody::stresses(std::vector<Vec6>& stress, std::vector<double>& energy) const
+{
+    const Mat6 C = elasticity_matrix(material_);
+    stress.clear();
+    energy.clear();
+    for_each_element(mesh_, [&](std::int32_t e, ElementKind kind, auto nodes) {
+        const ElementPlaces X = places_of(mesh_, nodes);
+        ElementVector u(3 * Eigen::Index(nodes.size()));
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+            u.segment<3>(3 * Eigen::Index(i)) = state_.u.segment<3>(3 * nodes[i]);
+        if (corotational_ && std::size_t(e) < element_states_.size())
+            u = element_states_[std::size_t(e)].u;
+        const Vec3 centre = kind == ElementKind::H8 ? Vec3(0, 0, 0) : Vec3(0.25, 0.25, 0.25);
+        const InternalModes inner = solid_internal_modes(kind, X, C, u);
+        const Vec6 strain = solid_strain(kind, X, u, inner, centre);
+        stress.push_back(C * strain);
+        energy.push_back(0.5 * strain.dot(stress.back()));
+    });
+}
+
+std::vector<double> SolidBody::state() const
+{
+    std::vector<double> s;
+    const auto add = [&](const auto& v) { s.insert(s.end(), v.data(), v.data() + v.size()); };
+    add(state_.frame.turn.coeffs());
+    add(state_.frame.shift);
+    add(state_.u);
+    add(state_.v);
+    for (const Vec3& x : state_.x)
+        add(x);
+    add(reaction_);
+    return s;
+}
+
+void SolidBody::set_state(std::span<const double> s)
+{
+    const auto take = [&](auto& v) {
+        std::copy_n(s.begin(), v.size(), v.data());
+        s = s.subspan(std::size_t(v.size()));
+    };
+    take(state_.frame.turn.coeffs());
+    take(state_.frame.shift);
+    take(state_.u);
+    take(state_.v);
+    for (Vec3& x : state_.x)
+        take(x);
+    take(reaction_);
+    now_ = state_;
+}
+
+} // namespace amontons

@@ -1,0 +1,139 @@
+#pragma once
+
+#include "mesh/extract_surface.hpp"
+#include "mesh/volume_mesh.hpp"
+#include "solver/body/body.hpp"
+#include "solver/linear/supernodal.hpp"
+#include "solver/scene/scene.hpp"
+#include "solver/solid/assembly.hpp"
+#include "solver/solid/corotational.hpp"
+#include "solver/solid/rigid_modes.hpp"
+
+namespace amontons {
+
+/// An elastic solid: linear in a frame that is fixed, driven or floats with it, or corotational.
+///
+/// The frame holds the reference shape: x = frame (X + u). Prescribed displacements are along the
+/// frame's axes, unknowns too; velocities are those of space.
+class SolidBody final : public Body {
+public:
+    /// @param mesh    checked; its sets are those of the input's holds and loads
+    /// @param small   every contact of it is of small sliding: nothing follows large motions
+    /// @param touching  nodes that may touch something; pins avoid them
+    /// @throws InputError  names of sets that the mesh has not
+    SolidBody(const SolidInput& input, VolumeMesh mesh, bool small, std::span<const char> touching,
+              const std::string& file);
+
+    const VolumeMesh& mesh() const { return mesh_; }
+    const SolidMaterial& material() const { return material_; }
+    /// Of all nodes, at the iterate [m].
+    std::span<const Vec3> places() const { return now_.x; }
+    std::span<const Vec3> first_places() const { return first_; } ///< when the run began
+    /// Young's modulus, for choosing slaves [Pa].
+    double stiffness() const { return material_.youngs_modulus; }
+
+    int unknowns() const override { return int(dofs_.free.size()); }
+    bool nonlinear() const override
+    {
+        return corotational_ || (kind_ == Frame::floating && step_.dynamic);
+    }
+    void begin(const StepInput& step) override;
+    void linearise() override;
+    void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
+                    std::vector<Eigen::Triplet<double>>& out) const override;
+    Vec3 displacement(const BodyPlace& at) const override;
+    Vec3 velocity(const BodyPlace& at) const override;
+    Vec3 start_velocity(const BodyPlace& at) const override;
+    Eigen::VectorXd free_change() const override { return free_change_; }
+    void compliance(const SparseColumns& C, Eigen::MatrixXd& W) override;
+    Eigen::VectorXd solve(const Eigen::VectorXd& force) override;
+    const Eigen::MatrixXd& modes() const override { return free_modes_; }
+    Eigen::VectorXd mode_load() const override { return mode_load_; }
+    std::string mode_name(int mode) const override;
+    void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+                const Eigen::VectorXd& force) override;
+    double imbalance(const Eigen::VectorXd& force) override;
+    BodyEnergy accept(const Eigen::VectorXd& force) override;
+    double size() const override { return size_; }
+    double speed() const override;
+    double kinetic_energy() const override;
+    Vec3 momentum() const override;
+    Vec3 angular_momentum() const override;
+    std::vector<double> state() const override;
+    void set_state(std::span<const double> state) override;
+
+    /// Forces that the body's holds need, along the world's axes, of each hold's set [N]; of the
+    /// accepted state.
+    std::vector<Vec3> reactions() const;
+    /// u of each node in the frame [m], of the accepted state.
+    const Eigen::VectorXd& displacements() const { return state_.u; }
+    const Placement& frame() const { return state_.frame; }
+    /// Stress [Pa] in the body's own frame and energy density [J/m^3] of each element.
+    Mat3 element_rotation(std::int32_t element) const; ///< of the material in the frame
+    void stresses(std::vector<Vec6>& stress, std::vector<double>& energy) const;
+
+private:
+    struct Motion {
+        Placement frame;
+        Eigen::VectorXd u;   ///< in the frame, 3n [m]
+        Eigen::VectorXd v;   ///< in space, 3n [m/s]; dynamic only
+        std::vector<Vec3> x; ///< in space [m]
+    };
+    enum class Frame { fixed, driven, floating };
+
+    void find_sets(const std::string& file);
+    void hold(Motion& m, double t) const;
+    Placement frame_at(double t) const;
+    void update_places(Motion& m) const;
+    void float_frame(Motion& m) const;                      ///< from the places to the frame and u
+    Eigen::VectorXd loads(const Motion& m, double t) const; ///< in space [N]
+    /// Forces of the material at places, in space [N]; the energy [J].
+    double inner_forces(const Motion& m, Eigen::VectorXd& f);
+    Eigen::VectorXd residual(Eigen::VectorXd& scale); ///< in space; N or N s
+    void prepare();
+    void make_matrix();
+    Eigen::VectorXd into_frame(const Eigen::VectorXd& f) const;
+    Eigen::VectorXd into_space(const Eigen::VectorXd& f) const;
+
+    SolidInput input_;
+    VolumeMesh mesh_;
+    SolidMaterial material_;
+    bool small_ = false, corotational_ = false;
+    Frame kind_ = Frame::fixed;
+    double size_ = 0, mass_ = 0;
+    Vec3 middle_ = Vec3::Zero(); ///< mean of the reference places [m]
+
+    struct Held {
+        std::int32_t dof = 0;
+        const CurvePoints* curve = nullptr; ///< null: 0
+    };
+    std::vector<Held> held_;
+    std::vector<std::vector<std::int32_t>> hold_nodes_, load_nodes_;
+    std::vector<const FaceSet*> load_faces_;
+
+    SolidPattern pattern_;
+    SparseMatrix K_, M_, S_; ///< stiffness at rest, mass, step matrix; in the frame
+    Eigen::VectorXd lumped_; ///< 3n [kg]
+    std::vector<CorotationalElement> elements_;
+    std::vector<CorotationalState> element_states_;
+    FreeDofs dofs_;
+    Elimination parts_;
+    SupernodalFactor factor_;
+    double factored_h_ = -1, factored_theta_ = -1;
+    RigidModes rigid_;
+    Eigen::MatrixXd free_modes_; ///< rows of free unknowns
+
+    SparseColumns last_columns_; ///< W of the last columns is kept with the factor
+    Eigen::MatrixXd last_W_;
+
+    StepInput step_;
+    Motion state_, now_;
+    std::vector<Vec3> first_;
+    Eigen::VectorXd free_change_, mode_load_;
+    Eigen::VectorXd contact_;   ///< forces at the accepted state, in the frame, all dofs
+    Eigen::VectorXd reaction_;  ///< of all dofs, in space [N]
+    Eigen::VectorXd load_;      ///< of the state, in space [N]
+    Eigen::VectorXd last_load_; ///< of the last residual, in the frame [N]
+};
+
+} // namespace amontons

@@ -1,0 +1,98 @@
+#include "solver/scene/body_consistency.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace amontons {
+namespace {
+
+void check_mesh(const MeshInput& m, const std::string& place, Findings& findings)
+{
+    constexpr double kMostCells = 1e5; // along one side: more is a slip of the unit
+    for (int axis = 0; axis < 3 && m.generate == "box"; ++axis)
+        if (m.cells[axis] != std::floor(m.cells[axis]) || m.cells[axis] > kMostCells)
+            findings.add({place + "/cells"}, fmt::format("{}", m.cells[axis]),
+                         fmt::format("whole numbers <= {:g}", kMostCells));
+    if (m.generate == "tube" && m.radius == 0 && !m.centreline.pieces.empty())
+        findings.add({place + "/radius", place + "/centreline"}, "nothing",
+                     "a number > 0 [m] (pieces carry no radius of their own)");
+}
+
+void check_solid(const SolidInput& b, const Scene& scene, Findings& findings)
+{
+    const std::string place = "/bodies/" + b.name;
+    check_mesh(b.mesh, place + "/mesh", findings);
+    if (scene.time.kind == "dynamic" && !(b.density > 0))
+        findings.add({place + "/density", "/time/kind"}, "nothing",
+                     "a number > 0 [kg/m^3]: time.kind is \"dynamic\"");
+    if (b.drive.given && b.hold.empty())
+        findings.add({place + "/drive"}, "a drive without \"hold\"",
+                     "\"hold\" with the sets that are fixed to what drives the body");
+    for (std::size_t i = 0; i < b.loads.size(); ++i) {
+        const LoadInput& l = b.loads[i];
+        if (l.pressure.empty() && !l.traction && !l.force)
+            findings.add({fmt::format("{}/loads/{}", place, i)}, "a load of nothing",
+                         "\"pressure\", \"traction\" or \"force\"");
+    }
+}
+
+void check_rigid(const RigidInput& b, const Scene& scene, Findings& findings)
+{
+    const std::string place = "/bodies/" + b.name;
+    const bool mass = b.mass.has_value() || b.density > 0;
+    if (b.mass && b.density > 0)
+        findings.add({place + "/mass", place + "/density"}, "a mass and a density",
+                     "either \"mass\" or \"density\"");
+    if (scene.time.kind == "dynamic" && !mass && !b.drive.given)
+        findings.add({place + "/mass", place + "/density", "/time/kind"}, "nothing",
+                     "a mass > 0 [kg] or a density > 0 [kg/m^3]: time.kind is \"dynamic\"");
+}
+
+void check_couplings(const Scene& scene, Findings& findings)
+{
+    for (std::size_t i = 0; i < scene.couplings.size(); ++i) {
+        const CouplingInput& c = scene.couplings[i];
+        const std::string place = fmt::format("/couplings/{}", i);
+        for (std::size_t k = 0; k < 2; ++k) {
+            const std::string& name = c.between[k];
+            if (k == 1 && name == "world") continue;
+            if (std::find(scene.order.begin(), scene.order.end(), name) != scene.order.end())
+                continue;
+            const std::string near = nearest_name(name, scene.order);
+            findings.add({fmt::format("{}/between/{}", place, k)}, quoted_text(name),
+                         near.empty() ? "a body of the scene"
+                                      : quoted_text(near) + " (nearest name)");
+        }
+        if (c.between[0] == c.between[1])
+            findings.add({place + "/between"}, "a body and itself", "two bodies");
+        if (c.kind == "spring" && !(c.stiffness > 0))
+            findings.add({place + "/stiffness"}, "nothing", "a number > 0 [N/m] of a spring");
+        if (c.kind == "spring" && !c.to)
+            findings.add({place + "/to"}, "nothing", "the spring's end on the second body [m]");
+    }
+}
+
+} // namespace
+
+void check_bodies(const Scene& scene, Findings& findings)
+{
+    for (const SolidInput& b : scene.solids)
+        check_solid(b, scene, findings);
+    for (const RigidInput& b : scene.rigids)
+        check_rigid(b, scene, findings);
+    check_couplings(scene, findings);
+    const bool bodies = !scene.solids.empty() || !scene.rigids.empty();
+    if (bodies && !scene.beams.empty())
+        findings.add({"/bodies"}, "beams beside solids or rigid bodies",
+                     "a scene of beams and obstacles, or one of solids, rigid bodies and "
+                     "obstacles: the two cannot be coupled yet");
+    if (scene.time.kind != "dynamic")
+        for (std::size_t i = 0; i < scene.contact.size(); ++i)
+            if (scene.contact[i].restitution > 0)
+                findings.add({fmt::format("/contact/{}/restitution", i), "/time/kind"},
+                             fmt::format("{}", scene.contact[i].restitution),
+                             "0, or \"kind\": \"dynamic\"");
+}
+
+} // namespace amontons

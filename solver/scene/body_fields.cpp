@@ -1,0 +1,255 @@
+#include "solver/scene/body_fields.hpp"
+
+#include "solver/scene/declare.hpp"
+
+namespace amontons {
+namespace {
+
+using namespace declare;
+
+ObjectDeclaration declare_mesh(const ObjectDeclaration& centreline)
+{
+    using M = MeshInput;
+    const FieldDeclaration element =
+        choice({"T4", "T10", "H8"}, text<&M::element>("element", "Kind of the elements."));
+    const FieldDeclaration radius =
+        required(field<&M::radius>("radius", "m", positive(), "Radius."));
+    ObjectDeclaration d;
+    d.title = "Elements of a solid";
+    d.shorthand = "file";
+    d.discriminator = "generate";
+    d.defaults = defaults_of<M>();
+    d.chosen = [](void* mesh) -> std::string& { return static_cast<M*>(mesh)->generate; };
+    d.variants = {
+        {"",
+         "From a file.",
+         {required(text<&M::file>("file", ".msh (Gmsh), .vtu, .inp (Abaqus, CalculiX) or .nodes "
+                                          "(plain text); beside the scene.")),
+          field<&M::scale>("scale", "m", positive(), "Metres per unit of length of the file.")}},
+        {"box",
+         "A block. Face sets x_min, x_max, y_min, y_max, z_min, z_max.",
+         {required(field<&M::size>("size", "m", positive(), "Lengths along x, y, z.")),
+          field<&M::centre>("centre", "m", kAny, "Its middle."),
+          field<&M::cells>("cells", "", at_least(1), "Elements along x, y, z (whole numbers)."),
+          field<&M::grading>("grading", "", positive(),
+                             "Last cell over first cell, along x, y, z."),
+          element}},
+        {"ball",
+         "A full ball. Face set outer.",
+         {field<&M::centre>("centre", "m", kAny, "Its middle."), radius,
+          field<&M::around>("around", "", at_least(2), "Elements along a diameter."), element}},
+        {"cylinder",
+         "A full cylinder. Face sets start, end, outer.",
+         {field<&M::centre>("centre", "m", kAny, "Middle of the start."),
+          field<&M::axis>("axis", "", direction(), "From start to end."), radius,
+          required(field<&M::length>("length", "m", positive(), "Length.")),
+          field<&M::around>("around", "", at_least(2), "Elements along a diameter."),
+          field<&M::along>("along", "", at_least(1), "Elements along the axis."), element}},
+        {"tube",
+         "The wall of a vessel. Face sets inner, outer, start, end.",
+         {required(object<&M::centreline>("centreline", centreline, "The middle of the lumen.")),
+          fallback("the centreline's own",
+                   field<&M::radius>("radius", "m", positive(), "Of the lumen.")),
+          required(field<&M::thickness>("thickness", "m", positive(), "Of the wall.")),
+          field<&M::around>("around", "", at_least(3), "Elements around."),
+          field<&M::along>("along", "", at_least(1), "Elements along."),
+          field<&M::through>("through", "", at_least(1), "Elements through the wall."), element}}};
+    return d;
+}
+
+ObjectDeclaration declare_hold()
+{
+    using H = HoldInput;
+    return {"Prescribed displacement of a set; without x, y and z all three are held at 0",
+            {required(
+                 text<&H::set>("set", "A set of faces or nodes of the mesh; \"all\": every node.")),
+             field<&H::x>("x", "m", kAny, "Over time; without it this axis is free."),
+             field<&H::y>("y", "m", kAny, "As x."), field<&H::z>("z", "m", kAny, "As x.")},
+            "",
+            {},
+            defaults_of<H>()};
+}
+
+ObjectDeclaration declare_load()
+{
+    using L = LoadInput;
+    return {
+        "Load on a set",
+        {required(
+             text<&L::set>("set", "A set of faces or nodes of the mesh; \"all\": every node.")),
+         field<&L::pressure>("pressure", "Pa", kAny, "Pushes against faces, over time."),
+         fallback("none", field<&L::traction>("traction", "Pa", kAny, "Force per area on faces.")),
+         fallback("none", field<&L::force>("force", "N", kAny,
+                                           "In all, shared equally by the set's nodes.")),
+         fallback("1",
+                  field<&L::over>("over", "", kAny, "Factor on traction and force over time."))},
+        "",
+        {},
+        defaults_of<L>()};
+}
+
+ObjectDeclaration declare_drive()
+{
+    using D = DriveInput;
+    ObjectDeclaration d{
+        "Prescribed rigid motion, from where the body begins",
+        {field<&D::x>("x", "m", kAny, "Shift over time."), field<&D::y>("y", "m", kAny, "As x."),
+         field<&D::z>("z", "m", kAny, "As x."),
+         field<&D::axis>("axis", "", direction(), "Of the turn."),
+         fallback("the body's centre",
+                  field<&D::about>("about", "m", kAny, "A point on the axis, where it begins.")),
+         field<&D::angle>("angle", "rad", kAny, "Turn over time.")},
+        "",
+        {},
+        defaults_of<D>()};
+    d.complete = [](void* drive, const std::function<bool(const char*)>&) {
+        static_cast<D*>(drive)->given = true;
+    };
+    d.given = [](const void* drive) { return static_cast<const D*>(drive)->given; };
+    return d;
+}
+
+ObjectDeclaration declare_start()
+{
+    using S = StartInput;
+    return {"Where a body begins",
+            {field<&S::place>("place", "m", kAny, "Shift."),
+             field<&S::turn>("turn", "rad", kAny,
+                             "Rotation vector; the body is turned about the origin, then shifted."),
+             field<&S::velocity>("velocity", "m/s", kAny, "Of the centre of mass; dynamic only."),
+             field<&S::spin>("spin", "rad/s", kAny, "Angular velocity; dynamic only.")},
+            "",
+            {},
+            defaults_of<S>()};
+}
+
+ObjectDeclaration declare_shape()
+{
+    using S = ShapeInput;
+    const FieldDeclaration radius =
+        required(field<&S::radius>("radius", "m", positive(), "Radius."));
+    ObjectDeclaration d;
+    d.title = "Shape of a rigid body";
+    d.shorthand = "file";
+    d.discriminator = "generate";
+    d.defaults = defaults_of<S>();
+    d.chosen = [](void* shape) -> std::string& { return static_cast<S*>(shape)->generate; };
+    d.variants = {
+        {"",
+         "A closed triangle surface from a file.",
+         {required(text<&S::file>("file", "STL, OBJ or PLY; beside the scene.")),
+          field<&S::scale>("scale", "m", positive(), "Metres per unit of length of the file.")}},
+        {"box",
+         "A box about the origin.",
+         {required(field<&S::size>("size", "m", positive(), "Lengths along x, y, z."))}},
+        {"ball", "A ball about the origin.", {radius}},
+        {"cylinder",
+         "A cylinder about the origin, along z.",
+         {radius, required(field<&S::length>("length", "m", positive(), "Length.")),
+          field<&S::points>("points", "", at_least(0),
+                            "Contact points spread over each end; 0: on its rim.")}}};
+    return d;
+}
+
+} // namespace
+
+std::vector<VariantDeclaration> body_variants(const ObjectDeclaration& centreline)
+{
+    using S = SolidInput;
+    using R = RigidInput;
+    static const ObjectDeclaration mesh = declare_mesh(centreline);
+    static const ObjectDeclaration hold = declare_hold();
+    static const ObjectDeclaration load = declare_load();
+    static const ObjectDeclaration drive = declare_drive();
+    static const ObjectDeclaration start = declare_start();
+    static const ObjectDeclaration shape = declare_shape();
+    Allowed poisson = above(-1, 0.4999999);
+    return {
+        {"solid",
+         "An elastic body of tetrahedra or hexahedra.",
+         {required(object<&S::mesh>("mesh", mesh, "Its elements.")),
+          required(
+              field<&S::youngs_modulus>("youngs_modulus", "Pa", positive(), "Young's modulus E.")),
+          required(field<&S::poisson_ratio>("poisson_ratio", "", poisson, "Poisson's ratio nu.")),
+          fallback("none: no weight, no inertia",
+                   field<&S::density>("density", "kg/m^3", at_least(0), "Mass per volume.")),
+          choice({"linear", "corotational"},
+                 text<&S::motion>("motion",
+                                  "\"linear\": small elastic displacements, on top of a rigid "
+                                  "motion if nothing is held; \"corotational\": every element "
+                                  "turns with the material.")),
+          object<&S::start>("start", start, "Where it begins."),
+          object<&S::drive>("drive", drive, "Prescribes its rigid motion."),
+          list<&S::hold>("hold", hold, "Prescribed displacements."),
+          list<&S::loads>("loads", load, "Loads."),
+          field<&S::mass_damping>("mass_damping", "1/s", at_least(0), "Rayleigh's, dynamic."),
+          field<&S::stiffness_damping>("stiffness_damping", "s", at_least(0),
+                                       "Rayleigh's, dynamic.")},
+         &append_body<&Scene::solids>,
+         &find_body<&Scene::solids>},
+        {"rigid",
+         "A rigid body that moves, freely or as prescribed.",
+         {required(object<&R::shape>("shape", shape, "Its shape.")),
+          fallback("none", field<&R::density>("density", "kg/m^3", positive(), "Mass per volume.")),
+          fallback("from the density", field<&R::mass>("mass", "kg", positive(), "Its mass.")),
+          fallback("from the shape",
+                   field<&R::inertia>("inertia", "kg m^2", positive(),
+                                      "About the centre of mass, along the shape's axes.")),
+          object<&R::start>("start", start, "Where it begins."),
+          object<&R::drive>("drive", drive, "Prescribes its motion."),
+          field<&R::force>("force", "N", kAny, "At the centre of mass."),
+          field<&R::torque>("torque", "N m", kAny, "About the centre of mass."),
+          fallback("1",
+                   field<&R::over>("over", "", kAny, "Factor on force and torque over time."))},
+         &append_body<&Scene::rigids>,
+         &find_body<&Scene::rigids>}};
+}
+
+ObjectDeclaration declare_contact()
+{
+    using C = ContactLaw;
+    return {"Contact of a pair of bodies",
+            {required(text<&C::between>("between", "Names of two bodies. Bodies that stand in no "
+                                                   "pair do not touch.")),
+             field<&C::friction>("friction", "", at_least(0), "Coulomb's coefficient."),
+             field<&C::restitution>("restitution", "", between(0, 1),
+                                    "Newton's coefficient of restitution; dynamic rigid bodies."),
+             fallback("all of the outside",
+                      text<&C::surfaces>("surfaces", "Face sets of the two; \"\": all.")),
+             choice({"finite", "small"},
+                    text<&C::sliding>("sliding", "\"small\": of solids, the geometry of the start "
+                                                 "decides who meets whom.")),
+             choice({"mortar", "nodal"},
+                    text<&C::discretisation>("discretisation",
+                                             "Of solids: \"mortar\" integrates over the faces, "
+                                             "\"nodal\" takes the other face at one point.")),
+             fallback("chosen", field<&C::reach>("reach", "m", at_least(0),
+                                                 "Gaps beyond are not looked at."))},
+            "",
+            {},
+            defaults_of<C>()};
+}
+
+ObjectDeclaration declare_coupling()
+{
+    using C = CouplingInput;
+    return {
+        "Joint or spring between two bodies",
+        {choice({"weld", "ball", "hinge", "slider", "spring"},
+                text<&C::kind>("kind", "What it leaves free: nothing, all turns, the turn "
+                                       "about the axis, the shift along the axis; or a "
+                                       "spring.")),
+         required(
+             text<&C::between>("between", "Names of two bodies; the second may be \"world\".")),
+         field<&C::at>("at", "m", kAny, "Where, when the run begins."),
+         fallback("`at`", field<&C::to>("to", "m", kAny, "Spring: its end on the second body.")),
+         field<&C::axis>("axis", "", direction(), "Of a hinge or a slider."),
+         field<&C::stiffness>("stiffness", "N/m", at_least(0), "Of a spring."),
+         fallback("as it begins",
+                  field<&C::length>("length", "m", at_least(0), "Of a spring free of load."))},
+        "",
+        {},
+        defaults_of<C>()};
+}
+
+} // namespace amontons

@@ -1,0 +1,182 @@
+#pragma once
+
+#include "solver/scene/fields.hpp"
+
+#include <utility>
+
+// The words that declarations are written in; only the files that declare fields include this.
+
+namespace amontons::declare {
+
+// --- The type of a field follows from the type of its member. ---
+
+template <class T> struct TypeOf {
+    static constexpr FieldType type = FieldType::object;
+    static constexpr bool optional = false;
+};
+template <FieldType kType, bool kOptional = false> struct Is {
+    static constexpr FieldType type = kType;
+    static constexpr bool optional = kOptional;
+};
+template <> struct TypeOf<bool> : Is<FieldType::boolean> {
+};
+template <> struct TypeOf<int> : Is<FieldType::integer> {
+};
+template <> struct TypeOf<double> : Is<FieldType::number> {
+};
+template <> struct TypeOf<std::optional<double>> : Is<FieldType::number, true> {
+};
+template <> struct TypeOf<std::array<double, 2>> : Is<FieldType::pair> {
+};
+template <> struct TypeOf<std::string> : Is<FieldType::text> {
+};
+template <> struct TypeOf<std::array<std::string, 2>> : Is<FieldType::two_names> {
+};
+template <> struct TypeOf<Vec3> : Is<FieldType::vector> {
+};
+template <> struct TypeOf<std::optional<Vec3>> : Is<FieldType::vector, true> {
+};
+template <> struct TypeOf<CurvePoints> : Is<FieldType::curve> {
+};
+
+template <class M> struct MemberOf;
+template <class C, class T> struct MemberOf<T C::*> {
+    using Class = C;
+    using Type = T;
+};
+
+template <auto kMember> void* member_of(void* object)
+{
+    using Class = typename MemberOf<decltype(kMember)>::Class;
+    return &(static_cast<Class*>(object)->*kMember);
+}
+
+template <auto kMember>
+FieldDeclaration field(std::string name, std::string unit, Allowed allowed, std::string doc)
+{
+    using Type = TypeOf<typename MemberOf<decltype(kMember)>::Type>;
+    FieldDeclaration f;
+    f.name = std::move(name);
+    f.type = Type::type;
+    f.optional = Type::optional;
+    f.unit = std::move(unit);
+    f.allowed = allowed;
+    f.doc = std::move(doc);
+    f.member = &member_of<kMember>;
+    return f;
+}
+
+template <auto kMember> FieldDeclaration text(std::string name, std::string doc)
+{
+    return field<kMember>(std::move(name), "", {}, std::move(doc));
+}
+
+template <auto kMember>
+FieldDeclaration object(std::string name, const ObjectDeclaration& fields, std::string doc)
+{
+    FieldDeclaration f = field<kMember>(std::move(name), "", {}, std::move(doc));
+    f.object = &fields;
+    return f;
+}
+
+/// Fields that stand together in the file and apart in the struct.
+inline FieldDeclaration group(std::string name, const ObjectDeclaration& fields, std::string doc)
+{
+    FieldDeclaration f;
+    f.name = std::move(name);
+    f.type = FieldType::object;
+    f.doc = std::move(doc);
+    f.member = [](void* object) { return object; };
+    f.object = &fields;
+    return f;
+}
+
+template <auto kMember>
+FieldDeclaration list(std::string name, const ObjectDeclaration& fields, std::string doc)
+{
+    using List = typename MemberOf<decltype(kMember)>::Type;
+    FieldDeclaration f = field<kMember>(std::move(name), "", {}, std::move(doc));
+    f.type = FieldType::list;
+    f.object = &fields;
+    f.append = [](void* items) -> void* { return &static_cast<List*>(items)->emplace_back(); };
+    f.size = [](const void* items) { return static_cast<const List*>(items)->size(); };
+    f.item = [](void* items, std::size_t i) -> void* { return &(*static_cast<List*>(items))[i]; };
+    return f;
+}
+
+inline FieldDeclaration required(FieldDeclaration f)
+{
+    f.required = true;
+    return f;
+}
+
+inline FieldDeclaration fallback(std::string words, FieldDeclaration f)
+{
+    f.fallback = std::move(words);
+    return f;
+}
+
+inline FieldDeclaration choice(std::vector<std::string> choices, FieldDeclaration f)
+{
+    f.choices = std::move(choices);
+    return f;
+}
+
+constexpr Allowed kAny{};
+inline Allowed positive()
+{
+    Allowed a;
+    a.lower = 0;
+    a.above = true;
+    return a;
+}
+inline Allowed at_least(double lower)
+{
+    Allowed a;
+    a.lower = lower;
+    return a;
+}
+inline Allowed above(double lower, double upper)
+{
+    Allowed a;
+    a.lower = lower;
+    a.upper = upper;
+    a.above = true;
+    return a;
+}
+inline Allowed between(double lower, double upper)
+{
+    Allowed a;
+    a.lower = lower;
+    a.upper = upper;
+    return a;
+}
+inline Allowed direction()
+{
+    Allowed a;
+    a.nonzero = true;
+    return a;
+}
+
+template <class T> const void* defaults_of()
+{
+    static const T defaults{};
+    return &defaults;
+}
+
+template <auto kBodies> void* append_body(Scene& scene, const std::string& name)
+{
+    auto& body = (scene.*kBodies).emplace_back();
+    body.name = name;
+    scene.order.push_back(name);
+    return &body;
+}
+
+template <auto kBodies> void* find_body(Scene& scene, const std::string& name)
+{
+    for (auto& body : scene.*kBodies)
+        if (body.name == name) return &body;
+    return nullptr;
+}
+
+} // namespace amontons::declare

@@ -1,0 +1,262 @@
+#include "solver/step/body_build.hpp"
+
+#include "contact/surface/choose_slave.hpp"
+#include "mesh/generate/solid_box.hpp"
+#include "mesh/generate/solid_round.hpp"
+#include "mesh/generate/solid_tube.hpp"
+#include "mesh/orient_surface.hpp"
+#include "mesh/read.hpp"
+#include "mesh/read_volume.hpp"
+#include "mesh/volume_check.hpp"
+#include "solver/body/rigid_body.hpp"
+#include "solver/body/solid_body.hpp"
+#include "solver/scene/build.hpp"
+#include "solver/scene/read.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace amontons {
+namespace {
+
+ElementKind kind_of(const std::string& name)
+{
+    return name == "T4" ? ElementKind::T4 : name == "H8" ? ElementKind::H8 : ElementKind::T10;
+}
+
+/// Says of Issues that stand in no file where the scene asked for what is wrong.
+void add_issues(const std::vector<Issue>& found, const Scene& scene, const std::string& place,
+                std::vector<Issue>& issues)
+{
+    for (Issue issue : found) {
+        if (issue.file.empty()) {
+            issue.file = scene.file;
+            issue.place = place + (issue.place.empty() ? "" : ": " + issue.place);
+        }
+        issues.push_back(std::move(issue));
+    }
+}
+
+RigidShape build_shape(const ShapeInput& s, const Scene& scene)
+{
+    if (s.generate == "box") return Box{0.5 * s.size, s.points};
+    if (s.generate == "ball") return Ball{s.radius};
+    if (s.generate == "cylinder") return Cylinder{s.radius, 0.5 * s.length, s.points};
+    const std::string path = beside(scene, s.file);
+    SurfaceMesh mesh = read_surface(path, s.scale, nullptr);
+    orient_consistently(mesh);
+    return make_triangle_shape(std::move(mesh), path);
+}
+
+MassProperties mass_of(const RigidInput& input, const RigidShape& shape)
+{
+    MassProperties m = mass_properties(shape, input.density > 0 ? input.density : 1);
+    if (input.mass) {
+        const double factor = *input.mass / m.mass;
+        m.mass *= factor;
+        m.inertia *= factor;
+    } else if (!(input.density > 0)) {
+        m.mass = 0; // no weight; its inertia is never asked for
+    }
+    if (input.inertia) m.inertia = input.inertia->asDiagonal();
+    return m;
+}
+
+struct Built {
+    const Scene& scene;
+    BodySystem& system;
+    std::vector<Issue>& issues;
+
+    int find(const std::string& name) const
+    {
+        for (std::size_t b = 0; b < system.refs.size(); ++b)
+            if (system.refs[b].name == name) return int(b);
+        return -1;
+    }
+    ExternalSurface surface(const VolumeMesh& mesh, const std::string& set, std::size_t law,
+                            std::size_t side)
+    {
+        if (set.empty()) return extract_surface(mesh);
+        if (const FaceSet* faces = find_set(mesh.face_sets, set))
+            return surface_of(mesh, faces->members);
+        std::vector<std::string> names;
+        for (const FaceSet& f : mesh.face_sets)
+            names.push_back(f.name);
+        const std::string near = nearest_name(set, names);
+        std::string list;
+        for (const std::string& s : names)
+            list += (list.empty() ? "one of " : ", ") + quoted_text(s);
+        issues.push_back({scene.file, fmt::format("/contact/{}/surfaces/{}", law, side),
+                          quoted_text(set),
+                          names.empty()  ? "a face set of the mesh, which has none"
+                          : near.empty() ? list
+                                         : quoted_text(near) + " (nearest name)"});
+        return {};
+    }
+};
+
+constexpr double kReach = 0.2; // of the smaller body: gaps that are looked at, unless it is said
+
+} // namespace
+
+VolumeMesh build_mesh(const MeshInput& m, const Scene& scene)
+{
+    if (m.generate == "box") {
+        SolidBoxOptions o;
+        o.lowest = m.centre - 0.5 * m.size;
+        o.highest = m.centre + 0.5 * m.size;
+        for (int i = 0; i < 3; ++i) {
+            o.cells[std::size_t(i)] = std::int32_t(m.cells[i]);
+            o.grading[std::size_t(i)] = m.grading[i];
+        }
+        o.kind = kind_of(m.element);
+        return make_solid_box(o);
+    }
+    if (m.generate == "ball")
+        return make_solid_ball({m.centre, m.radius, m.around, kind_of(m.element)});
+    if (m.generate == "cylinder")
+        return make_solid_cylinder(
+            {m.centre, m.axis, m.radius, m.length, m.around, m.along, kind_of(m.element)});
+    if (m.generate == "tube") {
+        SurfaceInput s;
+        s.centreline = m.centreline;
+        s.radius = m.radius;
+        return make_solid_tube({build_centreline(s, scene), m.thickness, m.around, m.through,
+                                m.along, kind_of(m.element)});
+    }
+    return read_volume(beside(scene, m.file), m.scale).mesh;
+}
+
+std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<Obstacle>& obstacles,
+                                         std::vector<Issue>& warnings)
+{
+    std::vector<Issue> issues;
+    auto system = std::make_unique<BodySystem>();
+    std::vector<std::size_t> order; // of scene.order: solids, rigids in the scene's order
+    std::vector<VolumeMesh> meshes(scene.solids.size());
+    for (std::size_t i = 0; i < scene.solids.size(); ++i) {
+        const SolidInput& input = scene.solids[i];
+        const std::string place = "/bodies/" + input.name + "/mesh";
+        try {
+            meshes[i] = build_mesh(input.mesh, scene);
+            const std::string file =
+                input.mesh.file.empty() ? scene.file : beside(scene, input.mesh.file);
+            const VolumeReport report = check_volume(meshes[i]);
+            add_issues(errors_of(report, meshes[i], file), scene, place, issues);
+            const std::vector<Issue> odd = warnings_of(report, meshes[i], file);
+            warnings.insert(warnings.end(), odd.begin(), odd.end());
+        } catch (const InputError& error) {
+            add_issues(error.issues(), scene, place, issues);
+        }
+    }
+    if (!issues.empty()) throw InputError(std::move(issues));
+
+    // Pairs first: they say which nodes may touch.
+    Built built{scene, *system, issues};
+    const auto solid_index = [&](const std::string& name) {
+        for (std::size_t i = 0; i < scene.solids.size(); ++i)
+            if (scene.solids[i].name == name) return int(i);
+        return -1;
+    };
+    std::vector<std::vector<char>> touching(scene.solids.size());
+    std::vector<int> all_pairs(scene.solids.size(), 0), small_pairs(scene.solids.size(), 0);
+    struct Surfaces {
+        ExternalSurface side[2];
+    };
+    std::vector<Surfaces> surfaces(scene.contact.size());
+    for (std::size_t k = 0; k < scene.contact.size(); ++k) {
+        const ContactLaw& law = scene.contact[k];
+        bool rigid = false;
+        for (const std::string& name : law.between)
+            for (const RigidInput& r : scene.rigids)
+                rigid |= r.name == name;
+        for (std::size_t side = 0; side < 2; ++side) {
+            const int i = solid_index(law.between[side]);
+            if (i < 0) continue;
+            const VolumeMesh& mesh = meshes[std::size_t(i)];
+            ExternalSurface& s = surfaces[k].side[side];
+            s = built.surface(mesh, law.surfaces[side], k, side);
+            touching[std::size_t(i)].resize(mesh.nodes.size(), 0);
+            for (const std::int32_t node : s.used_nodes)
+                touching[std::size_t(i)][std::size_t(node)] = 1;
+            ++all_pairs[std::size_t(i)];
+            small_pairs[std::size_t(i)] += law.sliding == "small" && !rigid;
+        }
+    }
+
+    for (const std::string& name : scene.order) {
+        if (const int i = solid_index(name); i >= 0) {
+            const SolidInput& input = scene.solids[std::size_t(i)];
+            const bool small = all_pairs[std::size_t(i)] > 0 &&
+                               all_pairs[std::size_t(i)] == small_pairs[std::size_t(i)];
+            try {
+                auto body =
+                    std::make_unique<SolidBody>(input, std::move(meshes[std::size_t(i)]), small,
+                                                touching[std::size_t(i)], scene.file);
+                system->refs.push_back({body.get(), nullptr, body.get(), name});
+                system->bodies.push_back(std::move(body));
+            } catch (const InputError& error) {
+                add_issues(error.issues(), scene, "/bodies/" + name, issues);
+            }
+        }
+        for (const RigidInput& input : scene.rigids) {
+            if (input.name != name) continue;
+            try {
+                RigidShape shape = build_shape(input.shape, scene);
+                const MassProperties mass = mass_of(input, shape);
+                auto body = std::make_unique<RigidBody>(input, std::move(shape), mass);
+                system->refs.push_back({body.get(), body.get(), nullptr, name});
+                system->bodies.push_back(std::move(body));
+            } catch (const InputError& error) {
+                add_issues(error.issues(), scene, "/bodies/" + name + "/shape", issues);
+            }
+        }
+    }
+    if (!issues.empty()) throw InputError(std::move(issues));
+
+    std::vector<const Wall*> walls;
+    for (const Obstacle& o : obstacles)
+        walls.push_back(&o.model.wall);
+    std::vector<ContactPair> pairs;
+    for (std::size_t k = 0; k < scene.contact.size(); ++k) {
+        const ContactLaw& law = scene.contact[k];
+        ContactPair p;
+        p.friction = law.friction;
+        p.restitution = law.restitution;
+        p.nodal = law.discretisation == "nodal";
+        int body[2];
+        for (std::size_t side = 0; side < 2; ++side) {
+            body[side] = built.find(law.between[side]);
+            if (body[side] < 0)
+                for (std::size_t o = 0; o < obstacles.size(); ++o)
+                    if (obstacles[o].name == law.between[side]) p.obstacle = int(o);
+        }
+        bool swap = body[0] < 0;
+        if (!swap && body[1] >= 0) {
+            const BodyRef &a = system->refs[std::size_t(body[0])],
+                          &b = system->refs[std::size_t(body[1])];
+            if (a.solid && b.solid)
+                swap =
+                    !first_is_slave(surfaces[k].side[0], a.solid->places(), a.solid->stiffness(),
+                                    surfaces[k].side[1], b.solid->places(), b.solid->stiffness());
+            else
+                swap = !a.solid && b.solid;
+        }
+        p.surface_a = std::move(surfaces[k].side[swap ? 1 : 0]);
+        p.surface_b = std::move(surfaces[k].side[swap ? 0 : 1]);
+        p.a = body[swap ? 1 : 0];
+        p.b = body[swap ? 0 : 1];
+        p.small = law.sliding == "small" && system->refs[std::size_t(p.a)].solid &&
+                  (p.b < 0 || system->refs[std::size_t(p.b)].solid);
+        double size = system->refs[std::size_t(p.a)].body->size();
+        if (p.b >= 0) size = std::min(size, system->refs[std::size_t(p.b)].body->size());
+        p.reach = law.reach > 0 ? law.reach : kReach * size;
+        pairs.push_back(std::move(p));
+    }
+    system->finder = ContactFinder(std::move(pairs), std::move(walls));
+    system->couplings = make_couplings(scene, system->refs);
+    return system;
+}
+
+} // namespace amontons

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "solver/step/body_step.hpp"
+#include "solver/step/simulation.hpp"
+
+namespace amontons {
+
+/// Makes the solids and rigid bodies of a scene, its pairs and its couplings.
+/// @param obstacles  outlive the result
+/// @param warnings   gets what may be meant otherwise (slivers, millimetres)
+/// @throws InputError  with all Issues of all bodies
+std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<Obstacle>& obstacles,
+                                         std::vector<Issue>& warnings);
+
+/// The elements that a scene asks for.
+/// @throws InputError
+VolumeMesh build_mesh(const MeshInput& input, const Scene& scene);
+
+} // namespace amontons

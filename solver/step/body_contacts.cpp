@@ -1,0 +1,317 @@
+#include "solver/step/body_contacts.hpp"
+
+#include "contact/rigid/detect.hpp"
+#include "contact/surface/collocation.hpp"
+#include "contact/surface/mortar.hpp"
+#include "solver/body/rigid_body.hpp"
+#include "solver/body/solid_body.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amontons {
+namespace {
+
+Pose pose_of(const RigidBody& body)
+{
+    const Placement p = body.placement();
+    return {p.shift, p.turn};
+}
+
+/// Signed distance to a ball or a cylinder that moves.
+WallSample distance_to(const Ball& ball, const Vec3& x)
+{
+    WallSample s;
+    const double r = x.norm();
+    s.distance = r - ball.radius;
+    s.normal = r > 0 ? Vec3(x / r) : Vec3::UnitZ();
+    return s;
+}
+
+WallSample distance_to(const Cylinder& cylinder, const Vec3& x)
+{
+    WallSample s;
+    const Vec3 across(x.x(), x.y(), 0);
+    const double r = across.norm();
+    const Vec3 out = r > 0 ? Vec3(across / r) : Vec3::UnitX();
+    const Vec3 up(0, 0, x.z() < 0 ? -1 : 1);
+    const double side = r - cylinder.radius, end = std::abs(x.z()) - cylinder.half_length;
+    if (side > 0 && end > 0) { // beyond the rim
+        const Vec3 d = side * out + end * up;
+        s.distance = d.norm();
+        s.normal = d / s.distance;
+    } else {
+        s.distance = std::max(side, end);
+        s.normal = side > end ? out : up;
+    }
+    return s;
+}
+
+/// A box, its corners where the shape has them.
+SurfaceMesh triangles_of(const Box& box)
+{
+    SurfaceMesh m;
+    for (int i = 0; i < 8; ++i)
+        m.points.emplace_back((i & 1 ? 1 : -1) * box.half_extents.x(),
+                              (i & 2 ? 1 : -1) * box.half_extents.y(),
+                              (i & 4 ? 1 : -1) * box.half_extents.z());
+    m.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                   {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+    return m;
+}
+
+ExternalSurface surface_of_triangles(const SurfaceMesh& mesh)
+{
+    ExternalSurface s;
+    s.starts.push_back(0);
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        for (const int p : mesh.triangles[i])
+            s.nodes.push_back(p);
+        s.starts.push_back(std::int64_t(s.nodes.size()));
+        s.corners.push_back(3);
+        s.faces.push_back({std::int32_t(i), 0});
+    }
+    for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+        s.used_nodes.push_back(std::int32_t(i));
+        s.surface_nodes.push_back(std::int32_t(i));
+    }
+    return s;
+}
+
+/// A rigid body against a smooth obstacle: a ball exactly, others by their corners.
+void touch_wall(const RigidShape& shape, const Pose& pose,
+                const std::function<WallSample(const Vec3&)>& wall, double reach,
+                std::vector<RigidContact>& out)
+{
+    std::uint64_t id = 0;
+    const auto point = [&](const Vec3& x, double radius) {
+        const WallSample s = wall(x);
+        RigidContact c;
+        c.normal = s.normal;
+        c.gap = s.distance - radius;
+        c.point_a = x - radius * s.normal;
+        c.point_b = c.point_a - c.gap * s.normal;
+        c.id = id++;
+        if (c.gap <= reach) out.push_back(c);
+    };
+    if (const auto* ball = std::get_if<Ball>(&shape)) return point(pose.place, ball->radius);
+    SurfaceMesh corners;
+    if (const auto* box = std::get_if<Box>(&shape)) corners = triangles_of(*box);
+    if (const auto* body = std::get_if<TriangleShape>(&shape)) corners = body->mesh;
+    for (const Vec3& X : corners.points)
+        point(pose.place + pose.turn * X, 0);
+}
+
+void add(const SurfaceContacts& found, int pair, int a, int b, bool master_has_nodes,
+         BodyContacts& out)
+{
+    for (const SurfaceContact& c : found.contact) {
+        BodyContact k;
+        k.pair = pair;
+        k.id = c.id;
+        k.a = a;
+        k.b = b;
+        k.frame << c.normal, c.t1, c.t2;
+        k.gap = c.gap;
+        k.area = c.area;
+        k.point = c.point;
+        const auto copy = [&](std::int32_t begin, std::int32_t end, std::int32_t& to_begin,
+                              std::int32_t& to_end) {
+            to_begin = std::int32_t(out.stencil.size());
+            for (std::int32_t i = begin; i < end; ++i)
+                out.stencil.push_back(found.stencil[std::size_t(i)]);
+            to_end = std::int32_t(out.stencil.size());
+        };
+        copy(c.slave_begin, c.slave_end, k.a_begin, k.a_end);
+        if (master_has_nodes) copy(c.master_begin, c.master_end, k.b_begin, k.b_end);
+        out.contact.push_back(k);
+    }
+}
+
+} // namespace
+
+Mat3 contact_frame(const Vec3& normal)
+{
+    SurfaceContact c;
+    c.normal = normal;
+    set_tangents(c);
+    Mat3 frame;
+    frame << c.normal, c.t1, c.t2;
+    return frame;
+}
+
+ContactFinder::ContactFinder(std::vector<ContactPair> pairs, std::vector<const Wall*> walls)
+    : pairs_(std::move(pairs))
+    , walls_(std::move(walls))
+    , kept_(pairs_.size())
+    , made_(pairs_.size(), false)
+{
+}
+
+bool ContactFinder::all_small() const
+{
+    return std::all_of(pairs_.begin(), pairs_.end(), [](const ContactPair& p) { return p.small; });
+}
+
+void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& step,
+                         BodyContacts& out)
+{
+    out.contact.clear();
+    out.stencil.clear();
+    for (std::size_t p = 0; p < pairs_.size(); ++p) {
+        const ContactPair& pair = pairs_[p];
+        // What may come within reach during the step.
+        reach_ = pair.reach;
+        if (step.dynamic)
+            for (const int b : {pair.a, pair.b})
+                if (b >= 0)
+                    reach_ += step.h *
+                              (bodies[std::size_t(b)].body->speed() + step.h * step.gravity.norm());
+        if (!pair.small) {
+            find_pair(bodies, int(p), out);
+            continue;
+        }
+        BodyContacts& kept = kept_[p];
+        if (!made_[p]) {
+            find_pair(bodies, int(p), kept);
+            for (BodyContact& c : kept.contact) // less what has already moved
+                c.gap -= c.frame.col(0).dot(moved(bodies, kept, c));
+            made_[p] = true;
+        }
+        const auto shift = std::int32_t(out.stencil.size());
+        out.stencil.insert(out.stencil.end(), kept.stencil.begin(), kept.stencil.end());
+        for (BodyContact c : kept.contact) {
+            c.gap += c.frame.col(0).dot(moved(bodies, kept, c));
+            c.a_begin += shift;
+            c.a_end += shift;
+            c.b_begin += shift;
+            c.b_end += shift;
+            out.contact.push_back(c);
+        }
+    }
+}
+
+/// Of the two sides of a contact against each other since the run began.
+Vec3 ContactFinder::moved(const std::vector<BodyRef>& bodies, const BodyContacts& list,
+                          const BodyContact& c) const
+{
+    Vec3 d = Vec3::Zero();
+    const auto side = [&](int body, std::span<const StencilEntry> nodes, double sign) {
+        if (body < 0) return;
+        const SolidBody& s = *bodies[std::size_t(body)].solid;
+        for (const StencilEntry& e : nodes)
+            d += sign * e.weight *
+                 (s.places()[std::size_t(e.node)] - s.first_places()[std::size_t(e.node)]);
+    };
+    side(c.a, list.place_a(c).nodes, 1);
+    side(c.b, list.place_b(c).nodes, -1);
+    return d;
+}
+
+void ContactFinder::find_pair(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
+{
+    const ContactPair& p = pairs_[std::size_t(pair)];
+    const bool solid_a = bodies[std::size_t(p.a)].solid != nullptr;
+    if (p.b < 0)
+        return solid_a ? solid_on_wall(bodies, pair, out) : rigid_on_wall(bodies, pair, out);
+    const bool solid_b = bodies[std::size_t(p.b)].solid != nullptr;
+    if (solid_a)
+        return solid_b ? solid_on_solid(bodies, pair, out) : solid_on_rigid(bodies, pair, out);
+    rigid_on_rigid(bodies, pair, out);
+}
+
+void ContactFinder::solid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
+{
+    const ContactPair& p = pairs_[std::size_t(pair)];
+    const Wall& wall = *walls_[std::size_t(p.obstacle)];
+    WallHint hint;
+    const SolidBody& s = *bodies[std::size_t(p.a)].solid;
+    const auto sample = [&](const Vec3& x) { return wall.sample(x, hint); };
+    add(wall_contacts(p.surface_a, p.small ? s.first_places() : s.places(), sample, reach_), pair,
+        p.a, -1, false, out);
+}
+
+void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
+{
+    const ContactPair& p = pairs_[std::size_t(pair)];
+    const SolidBody& a = *bodies[std::size_t(p.a)].solid;
+    const SolidBody& b = *bodies[std::size_t(p.b)].solid;
+    MortarOptions options;
+    options.reach = reach_;
+    options.nodal = p.nodal;
+    add(mortar_contacts(p.surface_a, p.small ? a.first_places() : a.places(), p.surface_b,
+                        p.small ? b.first_places() : b.places(), options),
+        pair, p.a, p.b, true, out);
+}
+
+void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
+{
+    const ContactPair& p = pairs_[std::size_t(pair)];
+    const SolidBody& a = *bodies[std::size_t(p.a)].solid;
+    const RigidBody& b = *bodies[std::size_t(p.b)].rigid;
+    const Placement at = b.placement();
+    const auto round = [&](const auto& shape) {
+        const auto sample = [&](const Vec3& x) {
+            WallSample s = distance_to(shape, at.turn.conjugate() * (x - at.shift));
+            s.normal = at.turn * s.normal;
+            return s;
+        };
+        add(wall_contacts(p.surface_a, a.places(), sample, reach_), pair, p.a, p.b, false, out);
+    };
+    if (const auto* ball = std::get_if<Ball>(&b.shape())) return round(*ball);
+    if (const auto* cylinder = std::get_if<Cylinder>(&b.shape())) return round(*cylinder);
+    SurfaceMesh mesh;
+    if (const auto* box = std::get_if<Box>(&b.shape()))
+        mesh = triangles_of(*box);
+    else
+        mesh = std::get<TriangleShape>(b.shape()).mesh;
+    for (Vec3& x : mesh.points)
+        x = at * x;
+    MortarOptions options;
+    options.reach = reach_;
+    add(mortar_contacts(p.surface_a, a.places(), surface_of_triangles(mesh), mesh.points, options),
+        pair, p.a, p.b, false, out);
+}
+
+void ContactFinder::rigid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
+{
+    const ContactPair& p = pairs_[std::size_t(pair)];
+    const Wall& wall = *walls_[std::size_t(p.obstacle)];
+    const RigidBody& a = *bodies[std::size_t(p.a)].rigid;
+    WallHint hint;
+    found_.clear();
+    touch_wall(
+        a.shape(), pose_of(a), [&](const Vec3& x) { return wall.sample(x, hint); }, reach_, found_);
+    add_rigid(pair, out);
+}
+
+void ContactFinder::rigid_on_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
+{
+    const ContactPair& p = pairs_[std::size_t(pair)];
+    const RigidBody& a = *bodies[std::size_t(p.a)].rigid;
+    const RigidBody& b = *bodies[std::size_t(p.b)].rigid;
+    const double distance = (a.placement().shift - b.placement().shift).norm();
+    if (distance > a.size() + b.size() + reach_) return;
+    found_.clear();
+    detect(a.shape(), pose_of(a), b.shape(), pose_of(b), reach_, found_);
+    add_rigid(pair, out);
+}
+
+void ContactFinder::add_rigid(int pair, BodyContacts& out)
+{
+    const ContactPair& p = pairs_[std::size_t(pair)];
+    for (const RigidContact& c : found_) {
+        BodyContact k;
+        k.pair = pair;
+        k.id = std::int64_t(c.id);
+        k.a = p.a;
+        k.b = p.b;
+        k.frame = contact_frame(c.normal);
+        k.gap = c.gap;
+        k.point = 0.5 * (c.point_a + c.point_b); // one place for both: no moment is left over
+        k.a_begin = k.a_end = k.b_begin = k.b_end = std::int32_t(out.stencil.size());
+        out.contact.push_back(k);
+    }
+}
+
+} // namespace amontons

@@ -1,0 +1,104 @@
+#pragma once
+
+#include "contact/rigid/detect.hpp"
+#include "mesh/extract_surface.hpp"
+#include "mesh/wall.hpp"
+#include "solver/body/body.hpp"
+#include "solver/scene/scene.hpp"
+
+#include <memory>
+
+// Where the bodies of a scene meet: the pairs that its laws name, and their contacts at the
+// iterate.
+
+namespace amontons {
+
+class RigidBody;
+class SolidBody;
+
+/// Where two bodies meet or may meet within the step.
+struct BodyContact {
+    int pair = 0;
+    std::int64_t id = 0;           ///< of its kind within the pair, stable over steps
+    int a = 0, b = -1;             ///< bodies; b -1: an obstacle
+    Mat3 frame = Mat3::Identity(); ///< columns n (from b into a), t1, t2
+    double gap = 0;                ///< at the iterate [m]
+    double area = 0;               ///< that it stands for, 0 if unknown [m^2]
+    Vec3 point = Vec3::Zero();
+    std::int32_t a_begin = 0, a_end = 0, b_begin = 0, b_end = 0; ///< in BodyContacts::stencil
+};
+
+struct BodyContacts {
+    std::vector<BodyContact> contact;
+    std::vector<StencilEntry> stencil;
+
+    BodyPlace place_a(const BodyContact& c) const
+    {
+        return {
+            std::span(stencil).subspan(std::size_t(c.a_begin), std::size_t(c.a_end - c.a_begin)),
+            c.point};
+    }
+    BodyPlace place_b(const BodyContact& c) const
+    {
+        return {
+            std::span(stencil).subspan(std::size_t(c.b_begin), std::size_t(c.b_end - c.b_begin)),
+            c.point};
+    }
+};
+
+/// A body of the scene, by what it is made of.
+struct BodyRef {
+    Body* body = nullptr;
+    RigidBody* rigid = nullptr;
+    SolidBody* solid = nullptr;
+    std::string name;
+};
+
+/// Two bodies that a law lets meet.
+struct ContactPair {
+    int a = 0, b = -1;
+    int obstacle = -1; ///< of the scene's, where b is -1
+    double friction = 0, restitution = 0;
+    bool small = false; ///< contacts of the start are kept: they move with their bodies
+    bool nodal = false;
+    double reach = 0;                     ///< [m]
+    ExternalSurface surface_a, surface_b; ///< of solids
+};
+
+/// A frame with the given normal: t1 the x axis projected, or y's where the normal is along x.
+Mat3 contact_frame(const Vec3& normal);
+
+/// Finds all contacts of all pairs.
+class ContactFinder {
+public:
+    /// @param walls  of the obstacles, outlive the finder
+    ContactFinder(std::vector<ContactPair> pairs, std::vector<const Wall*> walls);
+
+    const std::vector<ContactPair>& pairs() const { return pairs_; }
+    /// True if rows never change: then a step of linear bodies is one contact problem.
+    bool all_small() const;
+
+    /// Contacts at the iterate whose gap is within reach.
+    void find(const std::vector<BodyRef>& bodies, const StepInput& step, BodyContacts& out);
+
+private:
+    void find_pair(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
+    void solid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
+    void solid_on_solid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
+    void solid_on_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
+    void rigid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
+    void rigid_on_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
+
+    void add_rigid(int pair, BodyContacts& out);
+    Vec3 moved(const std::vector<BodyRef>& bodies, const BodyContacts& list,
+               const BodyContact& c) const;
+
+    std::vector<ContactPair> pairs_;
+    std::vector<const Wall*> walls_;
+    std::vector<BodyContacts> kept_; // of small pairs, with the gaps of the start
+    std::vector<bool> made_;
+    double reach_ = 0; // of the present pair and step
+    std::vector<RigidContact> found_;
+};
+
+} // namespace amontons

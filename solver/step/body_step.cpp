@@ -1,0 +1,816 @@
+#include "solver/step/body_step.hpp"
+
+#include "contact/solve.hpp"
+#include "mesh/base/phase_timer.hpp"
+#include "solver/body/rigid_body.hpp"
+#include "solver/body/solid_body.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace amontons {
+namespace {
+
+// The part of a body's rigid modes in W is this many times its elastic part: the modes are found by
+// the method of multipliers, whose error falls by about this factor each time.
+constexpr double kModeWeight = 1e3;
+constexpr int kMostModeSteps = 60;
+constexpr int kMostGrowth = 40;         // of the set of candidates, in one iteration
+constexpr double kRounding = 1e-12;     // of a body's size
+constexpr double kUncontrolled = 1e-10; // share of a mode's size that contacts see of it, squared
+
+/// Rows of some contacts, and what maps them to the bodies.
+struct Rows {
+    std::vector<int> chosen; ///< contacts of the list, then couplings
+    std::vector<int> first;  ///< row of each
+    int count = 0;
+    std::vector<SparseColumns> columns; ///< of each body, unknowns x its rows
+    std::vector<std::vector<int>> row;  ///< of each body: where its columns stand
+};
+
+struct Contacts {
+    const std::vector<BodyRef>& bodies;
+    const std::vector<ContactPair>& pairs;
+    const BodyContacts& all;
+    const std::vector<CouplingRow>& joints;
+    const std::vector<Coupling>& couplings;
+};
+
+int rows_of(const ContactPair& pair)
+{
+    return pair.friction > 0 ? 3 : 1;
+}
+
+/// Contact c or, after the contacts, coupling c - contacts: its place on one of its bodies.
+struct Side {
+    int body = -1;
+    BodyPlace place;
+    double sign = 1;
+};
+std::array<Side, 2> sides_of(const Contacts& k, int c)
+{
+    std::array<Side, 2> s;
+    const int contacts = int(k.all.contact.size());
+    if (c < contacts) {
+        const BodyContact& contact = k.all.contact[std::size_t(c)];
+        s[0] = {contact.a, k.all.place_a(contact), 1};
+        s[1] = {contact.b, k.all.place_b(contact), -1};
+        return s;
+    }
+    const Coupling& joint = k.couplings[std::size_t(c - contacts)];
+    const CouplingRow& row = k.joints[std::size_t(c - contacts)];
+    s[0] = {joint.a.body, {joint.a.nodes, row.point_a}, 1};
+    s[1] = {joint.b.body, {joint.b.nodes, row.point_b}, -1};
+    return s;
+}
+
+/// The rows of p.chosen.
+void make_rows(const Contacts& k, Rows& p)
+{
+    const std::size_t bodies = k.bodies.size();
+    p.columns.assign(bodies, {});
+    p.row.assign(bodies, {});
+    std::vector<std::vector<Eigen::Triplet<double>>> triplets(bodies);
+    const int contacts = int(k.all.contact.size());
+    p.count = 0;
+    p.first.clear();
+    for (const int c : p.chosen) {
+        p.first.push_back(p.count);
+        const bool joint = c >= contacts;
+        const int n = joint ? 1 : rows_of(k.pairs[std::size_t(k.all.contact[std::size_t(c)].pair)]);
+        for (const Side& s : sides_of(k, c)) {
+            if (s.body < 0) continue;
+            const std::size_t b = std::size_t(s.body);
+            if (k.bodies[b].body->unknowns() == 0) continue;
+            for (int i = 0; i < n; ++i) {
+                const Vec3 d = joint ? k.joints[std::size_t(c - contacts)].direction
+                                     : Vec3(k.all.contact[std::size_t(c)].frame.col(i));
+                k.bodies[b].body->add_column(s.place, d, s.sign, int(p.row[b].size()), triplets[b]);
+                p.row[b].push_back(p.count + i);
+            }
+        }
+        p.count += n;
+    }
+    for (std::size_t b = 0; b < bodies; ++b) {
+        p.columns[b].resize(k.bodies[b].body->unknowns(), Eigen::Index(p.row[b].size()));
+        p.columns[b].setFromTriplets(triplets[b].begin(), triplets[b].end());
+    }
+}
+
+/// Value of every row at the iterate: gap and slip (quasi-static), or what the velocity at the end
+/// must not fall below and the velocity of slip (dynamic).
+/// @param all  of every contact and coupling, three numbers each
+void row_values(const Contacts& k, const StepInput& step, std::vector<Vec3>& all)
+{
+    const int contacts = int(k.all.contact.size());
+    all.resize(std::size_t(contacts) + k.couplings.size());
+    const double lever = step.h * step.theta; // of the end velocity on the place
+    for (std::size_t c = 0; c < all.size(); ++c) {
+        const bool joint = int(c) >= contacts;
+        Vec3 moved = Vec3::Zero(), velocity = Vec3::Zero(), before = Vec3::Zero();
+        for (const Side& s : sides_of(k, int(c))) {
+            if (s.body < 0) continue;
+            const Body& b = *k.bodies[std::size_t(s.body)].body;
+            if (!step.dynamic) {
+                moved += s.sign * b.displacement(s.place);
+            } else {
+                velocity += s.sign * b.velocity(s.place);
+                before += s.sign * b.start_velocity(s.place);
+            }
+        }
+        if (joint) {
+            const CouplingRow& row = k.joints[c - std::size_t(contacts)];
+            all[c] = {step.dynamic ? row.value / lever : row.value, 0, 0};
+            continue;
+        }
+        const BodyContact& contact = k.all.contact[c];
+        const ContactPair& pair = k.pairs[std::size_t(contact.pair)];
+        if (!step.dynamic) {
+            all[c] = contact.frame.transpose() * moved;
+            all[c][0] = contact.gap;
+            continue;
+        }
+        all[c] = contact.frame.transpose() * velocity;
+        const double now = all[c][0];
+        all[c][0] = contact.gap / lever;
+        if (pair.restitution > 0) {
+            // Newton's law where the surfaces would meet within the step.
+            const double approach = contact.frame.col(0).dot(before);
+            const double gap_before = contact.gap - lever * now - (step.h - lever) * approach;
+            if (gap_before + 0.5 * step.h * approach <= 0)
+                all[c][0] = now + pair.restitution * std::min(approach, 0.0);
+        }
+    }
+}
+
+/// W of all bodies, dense where most of it is.
+/// @param soft  rows and what is added to their diagonal
+Delassus sum_of_bodies(const Rows& rows, const std::vector<Eigen::MatrixXd>& W,
+                       const std::vector<std::pair<int, double>>& soft)
+{
+    constexpr double kDenseShare = 0.3;
+    double entries = 0;
+    for (const Eigen::MatrixXd& own : W)
+        entries += double(own.size());
+    const int n = rows.count;
+    const auto each = [&](auto&& add) {
+        for (std::size_t b = 0; b < W.size(); ++b)
+            for (std::size_t j = 0; j < std::size_t(W[b].cols()); ++j)
+                for (std::size_t i = 0; i < std::size_t(W[b].rows()); ++i)
+                    add(rows.row[b][i], rows.row[b][j], W[b](Eigen::Index(i), Eigen::Index(j)));
+        for (const auto& [row, s] : soft)
+            add(row, row, s);
+    };
+    if (entries > kDenseShare * double(n) * double(n)) {
+        Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(n, n);
+        each([&](int i, int j, double w) { dense(i, j) += w; });
+        return Delassus(std::move(dense));
+    }
+    std::vector<Eigen::Triplet<double>> triplets;
+    triplets.reserve(std::size_t(entries) + soft.size());
+    each([&](int i, int j, double w) { triplets.emplace_back(i, j, w); });
+    Eigen::SparseMatrix<double> sparse(n, n);
+    sparse.setFromTriplets(triplets.begin(), triplets.end());
+    return Delassus(std::move(sparse));
+}
+
+class Step {
+public:
+    Step(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
+         BodyStepReport& report)
+        : system_(system)
+        , step_(step)
+        , options_(options)
+        , report_(report)
+    {
+    }
+
+    bool run();
+
+private:
+    std::size_t bodies() const { return system_.refs.size(); }
+    Body& body(std::size_t b) const { return *system_.refs[b].body; }
+    Contacts contacts() const
+    {
+        return {system_.refs, system_.finder.pairs(), list_, joints_, system_.couplings};
+    }
+    BodySystem::Key key(int c) const;
+    void linearise();
+    void find();
+    Vec3 moved(const BodyContact& c) const;
+    bool solve();
+    void assemble();
+    bool solve_with_modes();
+    Eigen::VectorXd warm_start() const;
+    Eigen::VectorXd values(const Rows& rows) const;
+    void add_motion(const Rows& rows, const std::vector<Eigen::VectorXd>& y,
+                    Eigen::VectorXd& u) const;
+    std::vector<Eigen::VectorXd> forces(const Rows& rows, const Eigen::VectorXd& r) const;
+    bool holds_at_end();
+    void certify_rows(const Eigen::VectorXd& u);
+    void report_modes();
+    void fill_report();
+    std::string who(int contact) const;
+
+    BodySystem& system_;
+    const StepInput& step_;
+    const BodyStepOptions& options_;
+    BodyStepReport& report_;
+
+    BodyContacts list_;
+    std::vector<CouplingRow> joints_;
+    std::vector<Vec3> value_;   ///< of every contact and coupling, at the iterate
+    std::vector<double> moved_; ///< of each contact along its normal, when it was found
+    std::vector<Eigen::VectorXd> free_, mode_load_;
+    std::vector<Eigen::MatrixXd> B_; ///< modes seen by the chosen rows
+    std::vector<double> mode_scale_; ///< [m/N]
+    std::vector<Eigen::VectorXd> mode_, y_;
+    Rows all_, rows_;
+    ContactProblem problem_;
+    Delassus measured_W_; ///< with modes of the elastic part's size: what errors are measured in
+    Eigen::VectorXd r_;
+    std::vector<Eigen::VectorXd> body_force_;
+    std::map<BodySystem::Key, Vec3> force_;  ///< in space; of a coupling in x
+    std::map<BodySystem::Key, Vec3> motion_; ///< u of the solved rows, in their frames
+    Certificate certificate_;
+};
+
+BodySystem::Key Step::key(int c) const
+{
+    const int contacts = int(list_.contact.size());
+    if (c >= contacts) return {-1, c - contacts};
+    const BodyContact& k = list_.contact[std::size_t(c)];
+    return {k.pair, k.id};
+}
+
+void Step::linearise()
+{
+    const Stopwatch watch;
+    free_.clear();
+    mode_load_.clear();
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        body(b).linearise();
+        free_.push_back(body(b).free_change());
+        mode_load_.push_back(body(b).modes().cols() > 0 ? body(b).mode_load() : Eigen::VectorXd());
+    }
+    report_.free_motion += watch.seconds();
+}
+
+void Step::find()
+{
+    const Stopwatch watch;
+    system_.finder.find(system_.refs, step_, list_);
+    joints_.clear();
+    for (const Coupling& c : system_.couplings)
+        joints_.push_back(coupling_row(system_.refs, c));
+    row_values(contacts(), step_, value_);
+    moved_.clear();
+    for (const BodyContact& c : list_.contact)
+        moved_.push_back(c.frame.col(0).dot(moved(c)));
+    report_.detection += watch.seconds();
+}
+
+/// Of the two sides of a contact against each other over the step so far.
+Vec3 Step::moved(const BodyContact& c) const
+{
+    Vec3 d = body(std::size_t(c.a)).displacement(list_.place_a(c));
+    if (c.b >= 0) d -= body(std::size_t(c.b)).displacement(list_.place_b(c));
+    return d;
+}
+
+Eigen::VectorXd Step::values(const Rows& rows) const
+{
+    Eigen::VectorXd u(rows.count);
+    for (std::size_t i = 0; i < rows.chosen.size(); ++i) {
+        const int end = i + 1 < rows.first.size() ? rows.first[i + 1] : rows.count;
+        for (int row = rows.first[i]; row < end; ++row)
+            u[row] = value_[std::size_t(rows.chosen[i])][row - rows.first[i]];
+    }
+    return u;
+}
+
+void Step::add_motion(const Rows& rows, const std::vector<Eigen::VectorXd>& y,
+                      Eigen::VectorXd& u) const
+{
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        if (rows.row[b].empty()) continue;
+        const Eigen::VectorXd moved = rows.columns[b].transpose() * y[b];
+        for (std::size_t i = 0; i < rows.row[b].size(); ++i)
+            u[rows.row[b][i]] += moved[Eigen::Index(i)];
+    }
+}
+
+std::vector<Eigen::VectorXd> Step::forces(const Rows& rows, const Eigen::VectorXd& r) const
+{
+    std::vector<Eigen::VectorXd> f(bodies());
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        Eigen::VectorXd own(Eigen::Index(rows.row[b].size()));
+        for (std::size_t i = 0; i < rows.row[b].size(); ++i)
+            own[Eigen::Index(i)] = r[rows.row[b][i]];
+        f[b] = Eigen::VectorXd::Zero(body(b).unknowns());
+        if (own.size() > 0) f[b] += rows.columns[b] * own;
+    }
+    return f;
+}
+
+/// W, q and mu of the chosen contacts; the modes' share of q is added for each try.
+void Step::assemble()
+{
+    const Stopwatch watch;
+    const Contacts k = contacts();
+    make_rows(k, rows_);
+    const int n_contacts = int(list_.contact.size());
+    const std::size_t n = rows_.chosen.size();
+    problem_.mu.resize(Eigen::Index(n));
+    problem_.kind.resize(n);
+    problem_.level = step_.dynamic ? ContactLevel::velocity : ContactLevel::position;
+    std::vector<std::pair<int, double>> soft;
+    for (std::size_t i = 0; i < n; ++i) {
+        const int c = rows_.chosen[i];
+        const bool joint = c >= n_contacts;
+        const double mu =
+            joint ? 0 : k.pairs[std::size_t(list_.contact[std::size_t(c)].pair)].friction;
+        problem_.mu[Eigen::Index(i)] = mu;
+        problem_.kind[i] = joint    ? ContactKind::bilateral
+                           : mu > 0 ? ContactKind::frictional
+                                    : ContactKind::frictionless;
+        if (joint) {
+            // A spring gives way by its force over its stiffness.
+            const double s = system_.couplings[std::size_t(c - n_contacts)].softness;
+            const double scale = step_.dynamic ? 1 / (step_.h * step_.h * step_.theta) : 1;
+            if (s > 0) soft.emplace_back(rows_.first[i], scale * s);
+        }
+    }
+    problem_.q = values(rows_);
+    add_motion(rows_, free_, problem_.q);
+
+    std::vector<Eigen::MatrixXd> W(bodies());
+    B_.assign(bodies(), {});
+    bool modes = false;
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        if (rows_.row[b].empty()) continue;
+        body(b).compliance(rows_.columns[b], W[b]);
+        const Eigen::MatrixXd& R = body(b).modes();
+        if (R.cols() == 0) continue;
+        modes = true;
+        B_[b] = rows_.columns[b].transpose() * R;
+        double& s = mode_scale_[b];
+        const double elastic = W[b].trace(), rigid = B_[b].squaredNorm();
+        if (elastic > 0 && rigid > 0) {
+            s = kModeWeight * elastic / rigid;
+        } else if (!(s > 0)) { // nothing elastic: any scale does; a load moves it by its size
+            const double load = mode_load_[b].norm();
+            s = load > 0 ? body(b).size() / load : 1;
+        }
+    }
+    const auto sum = [&](double share) {
+        for (std::size_t b = 0; b < bodies(); ++b)
+            if (B_[b].size() > 0)
+                W[b].noalias() += share * mode_scale_[b] * (B_[b] * B_[b].transpose());
+        return sum_of_bodies(rows_, W, soft);
+    };
+    if (modes) {
+        measured_W_ = sum(1 / kModeWeight);
+        problem_.W = sum(1 - 1 / kModeWeight);
+    } else {
+        problem_.W = sum(0);
+    }
+    report_.compliance += watch.seconds();
+}
+
+/// r of the chosen contacts from forces in space, by identity.
+Eigen::VectorXd Step::warm_start() const
+{
+    Eigen::VectorXd r = Eigen::VectorXd::Zero(rows_.count);
+    for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
+        const auto at = force_.find(key(rows_.chosen[i]));
+        if (at == force_.end()) continue;
+        const Vec3 own =
+            problem_.kind[i] == ContactKind::bilateral
+                ? at->second
+                : Vec3(list_.contact[std::size_t(rows_.chosen[i])].frame.transpose() * at->second);
+        const int size = amontons::rows_of(problem_.kind[i]);
+        r.segment(rows_.first[i], size) = own.head(size);
+    }
+    return r;
+}
+
+std::string Step::who(int c) const
+{
+    const int n_contacts = int(list_.contact.size());
+    if (c >= n_contacts)
+        return fmt::format("coupling {}", system_.couplings[std::size_t(c - n_contacts)].input);
+    const BodyContact& k = list_.contact[std::size_t(c)];
+    return fmt::format("{} on {} at ({:.4g}, {:.4g}, {:.4g})", system_.refs[std::size_t(k.a)].name,
+                       k.b < 0 ? "an obstacle" : system_.refs[std::size_t(k.b)].name, k.point.x(),
+                       k.point.y(), k.point.z());
+}
+
+/// Method of multipliers on the balance of the modes: R^T H^T r + g = 0 is the condition, the
+/// modes' amplitudes are its multipliers, and each try is a contact problem with the modes held by
+/// s: W + s B B^T. Its answer is that of the modes as free unknowns, whatever s.
+bool Step::solve_with_modes()
+{
+    SolverOptions options;
+    options.solver = options_.solver;
+    options.threads = options_.threads;
+    options.scope = ErrorScope::acting_rows;
+    const Eigen::VectorXd q = problem_.q;
+    bool modes = false;
+    for (std::size_t b = 0; b < bodies(); ++b)
+        modes |= mode_load_[b].size() > 0;
+    // The weight of the modes is in W and q, and so in what the error is relative to.
+    options.tolerance = (modes ? 0.1 / kModeWeight : 0.1) * options_.tolerance;
+    double best = std::numeric_limits<double>::infinity();
+    for (int step = 0; step < kMostModeSteps; ++step) {
+        problem_.q = q;
+        for (std::size_t b = 0; b < bodies(); ++b) {
+            if (B_[b].size() == 0) continue;
+            const Eigen::VectorXd shift = B_[b] * (mode_[b] + mode_scale_[b] * mode_load_[b]);
+            for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
+                problem_.q[rows_.row[b][i]] += shift[Eigen::Index(i)];
+        }
+        if (rows_.count > 0) {
+            const Stopwatch watch;
+            ContactSolution solution = amontons::solve(problem_, options, r_);
+            report_.contact_solve += watch.seconds();
+            report_.iterations += solution.certificate.iterations;
+            r_ = std::move(solution.reaction);
+            certificate_ = solution.certificate;
+            if (certificate_.status != SolveStatus::converged &&
+                (certificate_.status == SolveStatus::infeasible ||
+                 certificate_.error > options_.tolerance)) {
+                report_.refusal = fmt::format("contact problem {} at an error of {:.1e}",
+                                              name(certificate_.status), certificate_.error);
+                if (certificate_.status == SolveStatus::infeasible) {
+                    report_.refusal = "no motion avoids penetration:";
+                    for (const int c : certificate_.proof.contacts)
+                        report_.refusal += " " + who(rows_.chosen[std::size_t(c)]) + ",";
+                    report_.refusal.pop_back();
+                } else if (certificate_.worst_contact >= 0) {
+                    report_.refusal +=
+                        ", worst: " + who(rows_.chosen[std::size_t(certificate_.worst_contact)]);
+                }
+                return false;
+            }
+        }
+        if (!modes) return true;
+        // How far the modes are from balance, of the forces on them.
+        double worst = 0;
+        std::size_t worst_body = 0;
+        Eigen::Index worst_mode = 0;
+        double growth = 0;
+        for (std::size_t b = 0; b < bodies(); ++b) {
+            if (mode_load_[b].size() == 0) continue;
+            Eigen::VectorXd e = mode_load_[b];
+            double size = e.norm();
+            if (B_[b].size() > 0) {
+                Eigen::VectorXd r(Eigen::Index(rows_.row[b].size()));
+                for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
+                    r[Eigen::Index(i)] = r_[rows_.row[b][i]];
+                e += B_[b].transpose() * r;
+                size += (B_[b].cwiseAbs().transpose() * r.cwiseAbs()).norm();
+            }
+            if (size == 0) continue;
+            const double scale = mode_scale_[b] > 0 ? mode_scale_[b] : body(b).size() / size;
+            // A force that would not move the body by a rounding is none.
+            const double share =
+                scale * e.norm() > kRounding * body(b).size() ? e.norm() / size : 0;
+            if (share > worst) {
+                worst = share;
+                worst_body = b;
+                e.cwiseAbs().maxCoeff(&worst_mode);
+            }
+            mode_[b] += scale * e;
+            growth = std::max(growth, mode_[b].norm() / body(b).size());
+        }
+        if (worst <= 0.01 * options_.tolerance) return true;
+        best = std::min(best, worst);
+        const bool stuck = step > 20 && worst > 0.5 * best && growth > 1e3;
+        if (step + 1 == kMostModeSteps || stuck || rows_.count == 0) {
+            report_.refusal = fmt::format(
+                "{} is not in balance ({:.1e} of the forces on it): nothing holds its {}",
+                system_.refs[worst_body].name, worst, body(worst_body).mode_name(int(worst_mode)));
+            return false;
+        }
+    }
+    return false;
+}
+
+/// The contact problem at the iterate. Contacts that were left out and would penetrate come in.
+bool Step::solve()
+{
+    const int n_contacts = int(list_.contact.size());
+    const int n = int(value_.size());
+    mode_.assign(bodies(), {});
+    mode_scale_.resize(bodies(), 0);
+    for (std::size_t b = 0; b < bodies(); ++b)
+        mode_[b] = Eigen::VectorXd::Zero(mode_load_[b].size());
+    all_.chosen.resize(std::size_t(n));
+    for (int c = 0; c < n; ++c)
+        all_.chosen[std::size_t(c)] = c;
+    make_rows(contacts(), all_);
+    Eigen::VectorXd u = values(all_);
+    add_motion(all_, free_, u);
+    double size = 0;
+    for (std::size_t b = 0; b < bodies(); ++b)
+        size = std::max(size, body(b).size());
+    if (step_.dynamic) size /= step_.h;
+    const double slack = 1e-13 * size;
+
+    std::vector<char> in(std::size_t(n), 0);
+    // Where modes are free any contact may be what stops them.
+    bool modes = false;
+    for (const Eigen::VectorXd& g : mode_load_)
+        modes |= g.size() > 0;
+    double deepest = 0;
+    for (int c = 0; c < n_contacts; ++c)
+        deepest = std::min(deepest, u[all_.first[std::size_t(c)]]);
+    for (int c = 0; c < n; ++c)
+        in[std::size_t(c)] = c >= n_contacts || force_.count(key(c)) > 0 ||
+                             u[all_.first[std::size_t(c)]] <= slack || (modes && deepest == 0);
+    for (int growth = 0; growth < kMostGrowth; ++growth) {
+        rows_.chosen.clear();
+        for (int c = 0; c < n; ++c)
+            if (in[std::size_t(c)]) rows_.chosen.push_back(c);
+        assemble();
+        r_ = warm_start();
+        if (!solve_with_modes()) return false;
+        const Stopwatch watch;
+        body_force_ = forces(rows_, r_);
+        y_.resize(bodies());
+        std::vector<Eigen::VectorXd> motion(bodies());
+        for (std::size_t b = 0; b < bodies(); ++b) {
+            y_[b] = free_[b];
+            if (!rows_.row[b].empty() && body(b).unknowns() > 0)
+                y_[b] += body(b).solve(body_force_[b]);
+            motion[b] = y_[b];
+            if (mode_[b].size() > 0) motion[b] += body(b).modes() * mode_[b];
+        }
+        u = values(all_);
+        add_motion(all_, motion, u);
+        report_.correction += watch.seconds();
+        double scale = slack;
+        for (const int c : rows_.chosen)
+            if (c < n_contacts)
+                scale = std::max(scale, options_.tolerance * std::abs(value_[std::size_t(c)][0]));
+        int added = 0;
+        for (int c = 0; c < n_contacts; ++c)
+            if (!in[std::size_t(c)] && u[all_.first[std::size_t(c)]] < -scale) {
+                in[std::size_t(c)] = 1;
+                ++added;
+            }
+        if (added == 0) break;
+        for (std::size_t i = 0; i < rows_.chosen.size(); ++i) { // what is known so far
+            const int c = rows_.chosen[i];
+            Vec3 own = Vec3::Zero();
+            const int rows = amontons::rows_of(problem_.kind[i]);
+            own.head(rows) = r_.segment(rows_.first[i], rows);
+            force_[key(c)] =
+                c >= n_contacts ? own : Vec3(list_.contact[std::size_t(c)].frame * own);
+        }
+    }
+
+    force_.clear();
+    motion_.clear();
+    for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
+        const int c = rows_.chosen[i];
+        const int rows = amontons::rows_of(problem_.kind[i]);
+        Vec3 own = Vec3::Zero(), moved = Vec3::Zero();
+        own.head(rows) = r_.segment(rows_.first[i], rows);
+        const int first = all_.first[std::size_t(c)];
+        moved.head(rows) = u.segment(first, rows);
+        if (!own.isZero())
+            force_[key(c)] =
+                c >= n_contacts ? own : Vec3(list_.contact[std::size_t(c)].frame * own);
+        motion_[key(c)] = moved;
+    }
+    // What the answer is worth: on the motion that follows from it, not on the problem's own u.
+    Eigen::VectorXd reached(rows_.count);
+    for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
+        const int rows = amontons::rows_of(problem_.kind[i]);
+        reached.segment(rows_.first[i], rows) =
+            u.segment(all_.first[std::size_t(rows_.chosen[i])], rows);
+    }
+    for (std::size_t i = 0; i < rows_.chosen.size(); ++i)
+        if (problem_.kind[i] == ContactKind::bilateral) { // a spring's own give
+            const int c = rows_.chosen[i] - n_contacts;
+            const double s = system_.couplings[std::size_t(c)].softness;
+            const double scale = step_.dynamic ? 1 / (step_.h * step_.h * step_.theta) : 1;
+            reached[rows_.first[i]] += scale * s * r_[rows_.first[i]];
+        }
+    certify_rows(reached);
+    for (std::size_t b = 0; b < bodies(); ++b)
+        body(b).change(y_[b], mode_[b], body_force_[b]);
+    return true;
+}
+
+/// The certificate of r_ with u in place of W r + q.
+void Step::certify_rows(const Eigen::VectorXd& u)
+{
+    if (rows_.count == 0) {
+        report_.error = report_.threshold = 0;
+        report_.penetration = report_.cone = 0;
+        return;
+    }
+    ContactProblem true_rows = problem_;
+    for (const Eigen::VectorXd& g : mode_load_)
+        if (g.size() > 0) true_rows.W = measured_W_;
+    true_rows.q = u - true_rows.W * r_;
+    const Certificate c = certify(true_rows, r_, options_.tolerance, ErrorScope::acting_rows);
+    report_.error = c.error;
+    report_.threshold = std::max(c.threshold, options_.tolerance);
+    report_.penetration = step_.dynamic ? c.worst_penetration * step_.h : c.worst_penetration;
+    report_.cone = step_.dynamic ? c.worst_cone_violation / step_.h : c.worst_cone_violation;
+    report_.worst = c.worst_contact < 0 ? -1 : rows_.chosen[std::size_t(c.worst_contact)];
+}
+
+/// At the end of the step: gaps, slips and forces there against the problem's laws.
+bool Step::holds_at_end()
+{
+    // Forces keep their direction in space; where normals turned, they no longer fit the law.
+    const std::map<BodySystem::Key, Vec3> known = force_;
+    const ContactProblem solved = problem_;
+    const Rows solved_rows = rows_;
+    std::vector<BodySystem::Key> keys;
+    for (const int c : rows_.chosen)
+        keys.push_back(key(c));
+    const std::vector<Eigen::VectorXd> old_force = body_force_;
+    find();
+    std::map<BodySystem::Key, int> now;
+    for (int c = 0; c < int(value_.size()); ++c)
+        now[key(c)] = c;
+    Eigen::VectorXd r = Eigen::VectorXd::Zero(solved_rows.count);
+    Eigen::VectorXd u(solved_rows.count);
+    Rows acting;
+    std::vector<double> acting_r;
+    double lost = 0, total = 0;
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+        const int size = amontons::rows_of(solved.kind[i]);
+        const auto force = known.find(keys[i]);
+        const auto at = now.find(keys[i]);
+        const Vec3 f = force == known.end() ? Vec3(Vec3::Zero()) : force->second;
+        total += f.norm();
+        if (at == now.end()) { // out of reach, or another piece of the surface
+            lost += f.norm();
+            u.segment(solved_rows.first[i], size).setZero();
+            u[solved_rows.first[i]] = motion_[keys[i]][0];
+            continue;
+        }
+        const bool joint = solved.kind[i] == ContactKind::bilateral;
+        const Vec3 own =
+            joint ? f : Vec3(list_.contact[std::size_t(at->second)].frame.transpose() * f);
+        r.segment(solved_rows.first[i], size) = own.head(size);
+        u.segment(solved_rows.first[i], size) = value_[std::size_t(at->second)].head(size);
+        if (joint) {
+            const int c = at->second - int(list_.contact.size());
+            u[solved_rows.first[i]] +=
+                system_.couplings[std::size_t(c)].softness * r[solved_rows.first[i]];
+        }
+        if (!f.isZero()) {
+            acting.chosen.push_back(at->second);
+            for (int j = 0; j < size; ++j)
+                acting_r.push_back(own[j]);
+        }
+    }
+    problem_ = solved;
+    rows_ = solved_rows;
+    r_ = r;
+    certify_rows(u);
+    if (report_.worst >= 0) report_.worst = -1;
+    // A contact that was not in the problem and penetrates now.
+    double new_overlap = 0;
+    const double size_of_gaps = u.cwiseAbs().maxCoeff();
+    for (int c = 0; c < int(list_.contact.size()); ++c)
+        if (motion_.count(key(c)) == 0)
+            new_overlap = std::max(new_overlap, -value_[std::size_t(c)][0]);
+    double shift = total > 0 ? lost / total : 0;
+    make_rows(contacts(), acting);
+    const std::vector<Eigen::VectorXd> f = forces(
+        acting, Eigen::Map<const Eigen::VectorXd>(acting_r.data(), Eigen::Index(acting_r.size())));
+    double imbalance = 0;
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        const double size = old_force[b].norm();
+        if (size > 0) shift = std::max(shift, (f[b] - old_force[b]).norm() / size);
+        imbalance = std::max(imbalance, body(b).imbalance(f[b]));
+    }
+    body_force_ = f;
+    (void)size_of_gaps;
+    report_.error = std::max({report_.error, shift, imbalance});
+    double size = 0;
+    for (std::size_t b = 0; b < bodies(); ++b)
+        size = std::max(size, body(b).size());
+    return report_.error <= report_.threshold && new_overlap <= options_.tolerance * size;
+}
+
+/// Modes that no contact sees: they stay where they are, and that is said.
+void Step::report_modes()
+{
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        if (mode_load_[b].size() == 0) continue;
+        Eigen::MatrixXd seen = Eigen::MatrixXd::Zero(mode_load_[b].size(), mode_load_[b].size());
+        double scale = 0;
+        if (B_.size() > b && B_[b].size() > 0)
+            for (std::size_t i = 0; i < rows_.row[b].size(); ++i) {
+                const Eigen::VectorXd row = B_[b].row(Eigen::Index(i));
+                scale = std::max(scale, row.squaredNorm());
+                if (r_[rows_.row[b][i]] != 0) seen += row * row.transpose();
+            }
+        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(seen);
+        for (Eigen::Index m = 0; m < eigen.eigenvalues().size(); ++m) {
+            if (eigen.eigenvalues()[m] > kUncontrolled * scale && scale > 0) continue;
+            Eigen::Index most = 0;
+            eigen.eigenvectors().col(m).cwiseAbs().maxCoeff(&most);
+            report_.remarks.push_back(
+                fmt::format("{}: no contact controls its {}; it stays where it is",
+                            system_.refs[b].name, body(b).mode_name(int(most))));
+        }
+    }
+}
+
+void Step::fill_report()
+{
+    const int n_contacts = int(list_.contact.size());
+    report_.contacts = list_;
+    report_.force.assign(std::size_t(n_contacts), Vec3::Zero());
+    report_.slip.assign(std::size_t(n_contacts), Vec3::Zero());
+    report_.coupling_force.assign(system_.couplings.size(), 0);
+    const double per_force = step_.dynamic ? 1 / step_.h : 1;
+    for (int c = 0; c < n_contacts + int(system_.couplings.size()); ++c) {
+        const auto at = force_.find(key(c));
+        const Vec3 f = at == force_.end() ? Vec3(Vec3::Zero()) : at->second;
+        if (c >= n_contacts) {
+            report_.coupling_force[std::size_t(c - n_contacts)] = per_force * f.x();
+            continue;
+        }
+        BodyContact& contact = report_.contacts.contact[std::size_t(c)];
+        const Vec3 d = moved(contact);
+        const Vec3 n = contact.frame.col(0);
+        contact.gap += n.dot(d) - moved_[std::size_t(c)];
+        report_.slip[std::size_t(c)] = d - n.dot(d) * n;
+        report_.force[std::size_t(c)] = per_force * f;
+        const Vec3 force = per_force * f;
+        const Vec3 tangential = force - n.dot(force) * n;
+        report_.friction -= tangential.dot(d);
+        report_.normal_work += n.dot(force) * n.dot(d);
+    }
+}
+
+bool Step::run()
+{
+    for (std::size_t b = 0; b < bodies(); ++b)
+        body(b).begin(step_);
+    force_ = system_.warm;
+    find();
+    bool nonlinear = false;
+    for (const BodyRef& b : system_.refs)
+        nonlinear |= b.body->nonlinear();
+    const bool geometry = !step_.dynamic && !system_.finder.all_small();
+    for (int i = 0; i < options_.most_iterations; ++i) {
+        linearise();
+        ++report_.factorisations;
+        if (!solve()) return false;
+        if (!geometry && !nonlinear) break;
+        if (holds_at_end()) break;
+        if (i + 1 == options_.most_iterations) {
+            report_.refusal = fmt::format("no balance on the geometry at the end of the step: "
+                                          "error {:.1e} after {} iterations",
+                                          report_.error, options_.most_iterations);
+            return false;
+        }
+    }
+    if (!(report_.error <= report_.threshold)) {
+        report_.refusal = fmt::format("certificate {:.1e}", report_.error);
+        return false;
+    }
+    report_modes();
+    fill_report();
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        const BodyEnergy e = body(b).accept(body_force_[b]);
+        report_.energy.work += e.work;
+        report_.energy.work_absolute += e.work_absolute;
+        report_.energy.dissipated += e.dissipated;
+        report_.energy.elastic += e.elastic;
+        report_.energy.kinetic += e.kinetic;
+    }
+    system_.warm = force_;
+    report_.recorded = std::move(problem_);
+    report_.recorded_reaction = r_;
+    for (const int c : rows_.chosen)
+        report_.recorded_identity.push_back(c);
+    return true;
+}
+
+} // namespace
+
+BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
+                             const BodyStepOptions& options)
+{
+    BodyStepReport report;
+    report.accepted = Step(system, step, options, report).run();
+    return report;
+}
+
+} // namespace amontons

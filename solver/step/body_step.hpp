@@ -1,0 +1,64 @@
+#pragma once
+
+#include "contact/options.hpp"
+#include "contact/solution.hpp"
+#include "solver/step/body_contacts.hpp"
+#include "solver/step/couplings.hpp"
+
+#include <map>
+#include <string>
+
+// One step of solids and rigid bodies: free motion, contacts, one contact problem for all, motion,
+// and again until what was assumed of the geometry holds at the end of the step.
+
+namespace amontons {
+
+/// All that a step works on, and what it keeps for the next one.
+struct BodySystem {
+    std::vector<std::unique_ptr<Body>> bodies;
+    std::vector<BodyRef> refs; ///< the same bodies, by kind
+    ContactFinder finder{{}, {}};
+    std::vector<Coupling> couplings;
+
+    struct Key {
+        int pair = 0;
+        std::int64_t id = 0;
+        auto operator<=>(const Key&) const = default;
+    };
+    std::map<Key, Vec3> warm; ///< forces of the last step, in space [N or N s]
+};
+
+struct BodyStepOptions {
+    double tolerance = 1e-8;
+    ContactSolver solver = ContactSolver::automatic;
+    int threads = 1;
+    int most_iterations = 30; ///< of the outer loop
+};
+
+/// What a step found.
+struct BodyStepReport {
+    bool accepted = false;
+    std::string refusal; ///< why not
+    int iterations = 0, factorisations = 0;
+    BodyContacts contacts;              ///< at the end of the step
+    std::vector<Vec3> force;            ///< of each contact on body a, in space [N]
+    std::vector<Vec3> slip;             ///< of each contact over the step, in space [m]
+    std::vector<double> coupling_force; ///< of each coupling's rows, in order [N]
+    double error = 0, threshold = 0, penetration = 0, cone = 0;
+    int worst = -1;
+    std::vector<std::string> remarks; ///< e.g. modes that nothing controls
+    double friction = 0;              ///< work that friction took [J]
+    double normal_work = 0;           ///< of normal forces and couplings: what restitution took [J]
+    BodyEnergy energy;                ///< sums over the bodies
+    ContactProblem recorded;          ///< the last problem that was solved, and its answer
+    Eigen::VectorXd recorded_reaction;
+    std::vector<std::int32_t> recorded_identity;
+    double free_motion = 0, detection = 0, compliance = 0, contact_solve = 0,
+           correction = 0; ///< [s]
+};
+
+/// Tries a step; where it is not accepted, no state has changed.
+BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
+                             const BodyStepOptions& options);
+
+} // namespace amontons

@@ -1,0 +1,145 @@
+#include "solver/step/couplings.hpp"
+
+#include "solver/body/rigid_body.hpp"
+#include "solver/body/solid_body.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace amontons {
+namespace {
+
+Eigen::Quaterniond turn_of(const std::vector<BodyRef>& bodies, int body)
+{
+    if (body < 0) return Eigen::Quaterniond::Identity();
+    const BodyRef& b = bodies[std::size_t(body)];
+    return b.rigid ? b.rigid->placement().turn : b.solid->frame().turn;
+}
+
+/// The corner nodes of the element that is nearest to x, with the weights that make x of them.
+std::vector<StencilEntry> nodes_at(const SolidBody& solid, const Vec3& x, double& distance)
+{
+    std::vector<StencilEntry> best;
+    double least = std::numeric_limits<double>::infinity();
+    const std::span<const Vec3> places = solid.places();
+    for_each_element(solid.mesh(), [&](std::int32_t, ElementKind kind, auto nodes) {
+        // A tetrahedron of corners is enough to make any point nearby exactly, and any motion of it
+        // to the first order.
+        constexpr std::array<std::array<int, 4>, 2> kCorners{{{0, 1, 2, 3}, {0, 1, 3, 4}}};
+        const auto& c = kCorners[kind == ElementKind::H8 ? 1 : 0];
+        const auto place = [&](int i) {
+            return places[std::size_t(nodes[std::size_t(c[std::size_t(i)])])];
+        };
+        Mat3 J;
+        for (int i = 0; i < 3; ++i)
+            J.col(i) = place(i + 1) - place(0);
+        const Vec3 l = J.inverse() * (x - place(0));
+        const double w[] = {1 - l.sum(), l.x(), l.y(), l.z()};
+        const double out = std::max({0.0, -w[0], -w[1], -w[2], -w[3]}) * J.norm();
+        if (out < least) {
+            least = out;
+            best.clear();
+            for (int i = 0; i < 4; ++i)
+                best.push_back({nodes[std::size_t(c[std::size_t(i)])], w[i]});
+        }
+    });
+    distance = least;
+    return best;
+}
+
+} // namespace
+
+Vec3 anchor_point(const std::vector<BodyRef>& bodies, const Anchor& anchor)
+{
+    if (anchor.body < 0) return anchor.local;
+    const BodyRef& b = bodies[std::size_t(anchor.body)];
+    if (b.rigid) return b.rigid->placement() * anchor.local;
+    Vec3 x = Vec3::Zero();
+    for (const StencilEntry& e : anchor.nodes)
+        x += e.weight * b.solid->places()[std::size_t(e.node)];
+    return x;
+}
+
+CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c)
+{
+    CouplingRow row;
+    row.point_a = anchor_point(bodies, c.a);
+    row.point_b = anchor_point(bodies, c.b);
+    const Vec3 between = row.point_a - row.point_b;
+    row.direction = turn_of(bodies, c.a.body) * c.axis;
+    if (c.along_line && between.norm() > 0) row.direction = between.normalized();
+    row.value = row.direction.dot(between) - c.rest;
+    return row;
+}
+
+std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyRef>& bodies)
+{
+    std::vector<Coupling> rows;
+    std::vector<Issue> issues;
+    for (std::size_t k = 0; k < scene.couplings.size(); ++k) {
+        const CouplingInput& c = scene.couplings[k];
+        int index[2] = {-1, -1};
+        for (std::size_t s = 0; s < 2; ++s)
+            for (std::size_t b = 0; b < bodies.size(); ++b)
+                if (bodies[b].name == c.between[s]) index[s] = int(b);
+        double size = 1;
+        for (const int b : index)
+            if (b >= 0) size = bodies[std::size_t(b)].body->size();
+        const auto anchor = [&](int body, const Vec3& x) {
+            Anchor a;
+            a.body = body;
+            a.local = x;
+            if (body < 0) return a;
+            const BodyRef& b = bodies[std::size_t(body)];
+            if (b.rigid) {
+                const Placement p = b.rigid->placement();
+                a.local = p.turn.conjugate() * (x - p.shift);
+                return a;
+            }
+            double away = 0;
+            a.nodes = nodes_at(*b.solid, x, away);
+            if (away > 0.5 * b.body->size())
+                issues.push_back({scene.file, fmt::format("/couplings/{}/at", k),
+                                  fmt::format("a place {:.3g} m from \"{}\"", away, b.name),
+                                  "a place on or in the body"});
+            return a;
+        };
+        const Eigen::Quaterniond back = turn_of(bodies, index[0]).conjugate();
+        const auto add = [&](const Vec3& x, const Vec3& axis) {
+            Coupling row;
+            row.a = anchor(index[0], x);
+            row.b = anchor(index[1], x);
+            row.axis = back * axis;
+            row.input = int(k);
+            rows.push_back(row);
+        };
+        const Vec3 n = c.axis.normalized();
+        const Vec3 s = n.unitOrthogonal(), t = n.cross(s);
+        const double arm = 0.25 * size; // between the points that stop turns
+        if (c.kind == "spring") {
+            Coupling row;
+            row.a = anchor(index[0], c.at);
+            row.b = anchor(index[1], *c.to);
+            row.along_line = true;
+            row.rest = c.length.value_or((c.at - *c.to).norm());
+            row.softness = 1 / c.stiffness;
+            row.axis = back * ((c.at - *c.to).norm() > 0 ? Vec3((c.at - *c.to).normalized()) : n);
+            row.input = int(k);
+            rows.push_back(row);
+            continue;
+        }
+        const bool turns = c.kind == "ball";
+        const bool slides = c.kind == "slider";
+        add(c.at, s);
+        add(c.at, t);
+        if (!slides) add(c.at, n);
+        if (turns) continue;
+        add(c.at + arm * n, s); // no turn about t and s
+        add(c.at + arm * n, t);
+        if (c.kind != "hinge") add(c.at + arm * s, t); // nor about the axis
+    }
+    if (!issues.empty()) throw InputError(std::move(issues));
+    return rows;
+}
+
+} // namespace amontons

@@ -1,0 +1,41 @@
+#pragma once
+
+#include "solver/step/body_contacts.hpp"
+
+namespace amontons {
+
+/// A place that a coupling holds on to: fixed to a rigid body, to nodes of a solid, or to the
+/// world.
+struct Anchor {
+    int body = -1;                   ///< -1: the world
+    Vec3 local = Vec3::Zero();       ///< rigid: in its shape's frame; world: in space [m]
+    std::vector<StencilEntry> nodes; ///< solid
+};
+
+/// One row between two anchors: along an axis that turns with body a, or (a spring) along the line
+/// between them.
+struct Coupling {
+    Anchor a, b;
+    Vec3 axis = Vec3::UnitX(); ///< in body a's frame
+    bool along_line = false;
+    double rest = 0;     ///< value at which the row is at rest [m]
+    double softness = 0; ///< 1 / stiffness; 0: rigid [m/N]
+    int input = 0;       ///< of the scene's couplings
+};
+
+/// Where an anchor is at the iterate.
+Vec3 anchor_point(const std::vector<BodyRef>& bodies, const Anchor& anchor);
+
+/// The row's direction at the iterate, unit, and its value: direction . (a - b) - rest [m].
+struct CouplingRow {
+    Vec3 direction;
+    double value = 0;
+    Vec3 point_a, point_b;
+};
+CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& coupling);
+
+/// The rows of the scene's couplings, as the bodies stand.
+/// @throws InputError  if a solid has no node near the place
+std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyRef>& bodies);
+
+} // namespace amontons

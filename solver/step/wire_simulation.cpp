@@ -1,0 +1,512 @@
+#include "solver/step/wire_simulation.hpp"
+
+#include "mesh/base/curve.hpp"
+#include "mesh/base/error.hpp"
+#include "mesh/bounding_tree.hpp"
+#include "solver/step/byte_stream.hpp"
+#include "solver/step/wire_build.hpp"
+#include "solver/step/wire_problem.hpp"
+#include "solver/step/wire_record.hpp"
+#include "solver/step/wire_step.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+namespace amontons {
+namespace {
+
+// A step that fails is halved; at these shares of the longest step the reason is taken to be a
+// lost equilibrium, and the wire is relaxed to the next one.
+constexpr double kRelaxUnstable = 1.0 / 8;
+constexpr double kRelaxFailed = 1.0 / 64;
+constexpr double kDefaultSmallest = 1.0 / 1024;
+
+double now()
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+void add(EnergyRecord& sum, const EnergyRecord& step)
+{
+    sum.work += step.work;
+    sum.work_absolute += step.work_absolute;
+    sum.friction += step.friction;
+    sum.released += step.released;
+}
+
+/// Plain numbers that a wire's history needs; copied to and from checkpoints as they are.
+struct WireHistory {
+    double elastic_start = 0; ///< J, of the initial state
+    double elastic = 0, kinetic = 0;
+    double cap = std::numeric_limits<double>::infinity(); ///< insertion at an opening [m]
+    double max_push = 0, max_torque = 0, max_depth = 0, max_cluster = 0;
+    int opening = -1, opening_wall = -1;
+    int branch = -1, branch_wall = -1; ///< where the tip was when it was deepest
+};
+
+} // namespace
+
+struct WireSimulation::State {
+    Scene scene;
+    std::vector<Obstacle> obstacles;
+    std::vector<WireBody> wires;
+    std::vector<std::vector<int>> walls; ///< obstacles of each wire's walls
+    std::vector<WireHistory> history;
+    std::vector<std::unique_ptr<BoundingTree>> tree; ///< made when a contact first needs it
+    std::vector<std::vector<double>> max_force;      ///< per obstacle and vertex [N]
+
+    bool started = false;
+    double time = 0, step_length = 0;
+    int step = 0, retries = 0, contact_steps = 0;
+    double contacts_sum = 0;
+    EnergyRecord energy;
+    RunSummary summary;
+
+    double longest() const { return scene.time.step; }
+    double smallest() const
+    {
+        return scene.time.smallest_step > 0 ? scene.time.smallest_step
+                                            : kDefaultSmallest * longest();
+    }
+    double insertion(std::size_t w, double t) const
+    {
+        // The base counts from the sheath's rigid end; the scene from its very end.
+        const double fade = wires[w].wire.sheath->fade;
+        return std::min(curve_value(scene.beams[w].insertion, t) + fade, history[w].cap);
+    }
+    double twist(std::size_t w, double t) const
+    {
+        const CurvePoints& c = scene.beams[w].twist;
+        return c.empty() ? 0 : curve_value(c, t);
+    }
+    double next_knot() const;
+    bool advance(double h, StepReport& sum, std::string& refusal, bool relax);
+    StepRecord record(const StepReport& r, double h, double seconds);
+    void note_forces(const StepRecord& r);
+    void note_branch(std::size_t w);
+    void note_openings(const std::vector<Vec3>& tips_before);
+    void finish(RunSummary& s) const;
+};
+
+double WireSimulation::State::next_knot() const
+{
+    double next = scene.time.end;
+    for (const BeamInput& b : scene.beams)
+        for (const CurvePoints* c : {&b.insertion, &b.twist})
+            for (const auto& p : *c)
+                if (p[0] > time * (1 + 1e-12) && p[0] < next) next = p[0];
+    return next;
+}
+
+/// One step of all wires; either all move or none.
+bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refusal, bool relax)
+{
+    struct Kept {
+        WireState state;
+        WireDynamics dynamics;
+    };
+    std::vector<Kept> kept;
+    std::vector<StepReport> reports;
+    const double t = time + h;
+    bool accepted = true;
+    for (std::size_t w = 0; w < wires.size() && accepted; ++w) {
+        WireBody& b = wires[w];
+        if (wires.size() > 1) kept.push_back({b.wire.state, b.dynamics});
+        StepReport r = try_step(b, insertion(w, t), twist(w, t), h);
+        if (!r.accepted && relax && !b.motion.dynamic) {
+            const NewtonReport first = r.newton;
+            r = relax_step(b, insertion(w, t), twist(w, t));
+            r.newton.iterations += first.iterations;
+            r.newton.factorisations += first.factorisations;
+        }
+        if (!r.accepted) refusal = scene.beams[w].name + ": " + r.refusal;
+        accepted = r.accepted;
+        reports.push_back(r);
+        sum.newton.iterations += r.newton.iterations;
+        sum.newton.factorisations += r.newton.factorisations;
+        sum.newton.seconds_elements += r.newton.seconds_elements;
+        sum.newton.seconds_detection += r.newton.seconds_detection;
+        sum.newton.seconds_contact += r.newton.seconds_contact;
+        sum.newton.seconds_rest += r.newton.seconds_rest;
+        const double error = r.newton.residual.error();
+        if (w == 0 || !(error < sum.newton.residual.error()))
+            sum.newton.residual = r.newton.residual;
+    }
+    if (!accepted) {
+        for (std::size_t w = 0; w + 1 < reports.size(); ++w) {
+            wires[w].wire.state = kept[w].state;
+            wires[w].dynamics = kept[w].dynamics;
+        }
+        return false;
+    }
+    for (std::size_t w = 0; w < wires.size(); ++w) {
+        const StepReport& r = reports[w];
+        add(energy, r.energy);
+        history[w].elastic = r.energy.elastic;
+        history[w].kinetic = r.energy.kinetic;
+        sum.passed_through += r.passed_through;
+        const double noticeable = 0.1 * wires[w].scale_force * wires[w].grain;
+        if (r.snapped && r.released > noticeable) {
+            sum.snapped = true;
+            summary.snaps.push_back({step + 1, t, wire_depth(wires[w].wire), r.released});
+        }
+    }
+    energy.elastic = energy.kinetic = 0;
+    for (const WireHistory& k : history) {
+        energy.elastic += k.elastic - k.elastic_start;
+        energy.kinetic += k.kinetic;
+    }
+    time = t;
+    ++step;
+    return true;
+}
+
+StepRecord WireSimulation::State::record(const StepReport& r, double h, double seconds)
+{
+    StepRecord out;
+    out.step = step;
+    out.time = time;
+    out.step_length = h;
+    out.seconds = seconds;
+    out.iterations = r.newton.iterations;
+    out.factorisations = r.newton.factorisations;
+    out.retries = retries;
+    out.remark = r.snapped ? "snap" : retries > 0 ? "halved: " + r.refusal : "";
+    out.phases.free_motion = r.newton.seconds_elements;
+    out.phases.detection = r.newton.seconds_detection;
+    out.phases.contact_solve = r.newton.seconds_contact;
+    out.phases.correction = r.newton.seconds_rest;
+    out.energy = energy;
+    const Residual& res = r.newton.residual;
+    out.certificate.tolerance = std::max(scene.accuracy.contact, res.floor);
+    out.certificate.error = res.scale > 0 ? res.error() : 0;
+    out.certificate.worst_penetration = res.penetration;
+    out.certificate.worst_cone_violation = std::max(0.0, res.cone);
+    out.certificate.certified = out.certificate.error <= out.certificate.tolerance;
+    for (std::size_t w = 0; w < wires.size(); ++w) {
+        const std::string prefix = w == 0 ? "" : scene.beams[w].name + "_";
+        record_wire(wires[w], scene.beams[w].name, int(obstacles.size() + w), walls[w], prefix,
+                    scene.output.cluster, out);
+        WireHistory& k = history[w];
+        for (const Quantity& q : out.quantities) {
+            if (q.name == prefix + "push_force") k.max_push = std::max(k.max_push, q.value);
+            if (q.name == prefix + "torque")
+                k.max_torque = std::max(k.max_torque, std::abs(q.value));
+            if (q.name == prefix + "depth" && q.value >= k.max_depth) {
+                k.max_depth = q.value;
+                note_branch(w);
+            }
+            if (q.name == prefix + "clustered_force")
+                k.max_cluster = std::max(k.max_cluster, q.value);
+        }
+    }
+    return out;
+}
+
+void WireSimulation::State::note_forces(const StepRecord& r)
+{
+    for (const ContactRecord& c : r.contacts) {
+        const std::size_t o = std::size_t(c.body_b);
+        const SurfaceMesh& mesh = obstacles[o].model.surface;
+        if (mesh.triangles.empty()) continue;
+        if (!tree[o]) tree[o] = std::make_unique<BoundingTree>(mesh);
+        if (max_force[o].empty()) max_force[o].assign(mesh.points.size(), 0);
+        const NearestTriangle at = tree[o]->nearest(c.point, -1);
+        const auto& corners = mesh.triangles[std::size_t(at.triangle)];
+        int best = corners[0];
+        for (int v : corners)
+            if ((mesh.points[std::size_t(v)] - c.point).squaredNorm() <
+                (mesh.points[std::size_t(best)] - c.point).squaredNorm())
+                best = v;
+        double& f = max_force[o][std::size_t(best)];
+        f = std::max(f, c.clustered_force);
+    }
+}
+
+void WireSimulation::State::note_branch(std::size_t w)
+{
+    WireHistory& k = history[w];
+    k.branch = -1;
+    for (int o : walls[w]) {
+        const WallModel& m = obstacles[std::size_t(o)].model;
+        if (m.branches.empty()) continue;
+        const std::string name = branch_at(m, wire_tip(wires[w].wire));
+        for (std::size_t i = 0; i < m.branches.size(); ++i)
+            if (m.branches[i].name == name) k.branch = int(i), k.branch_wall = o;
+    }
+}
+
+void WireSimulation::State::note_openings(const std::vector<Vec3>& tips_before)
+{
+    for (std::size_t w = 0; w < wires.size(); ++w) {
+        WireHistory& k = history[w];
+        const WireState& s = wires[w].wire.state;
+        if (s.base_insertion < k.cap) {
+            // Pulled back from an opening: it may go on another way.
+            if (insertion(w, time) < k.cap)
+                k.cap = std::numeric_limits<double>::infinity(), k.opening = -1;
+        }
+        if (k.opening >= 0) continue;
+        const Vec3 tip = wire_tip(wires[w].wire);
+        for (int o : walls[w]) {
+            const WallModel& m = obstacles[std::size_t(o)].model;
+            if (const Opening* p = opening_passed(m, tips_before[w], tip)) {
+                k.opening = int(p - m.openings.data());
+                k.opening_wall = o;
+                k.cap = s.base_insertion;
+            }
+        }
+    }
+}
+
+void WireSimulation::State::finish(RunSummary& s) const
+{
+    s.steps = step;
+    s.time = time;
+    s.energy = energy;
+    s.contacts_mean = contact_steps > 0 ? contacts_sum / contact_steps : 0;
+    s.quantities.clear();
+    for (std::size_t w = 0; w < wires.size(); ++w) {
+        const std::string prefix = w == 0 ? "" : scene.beams[w].name + "_";
+        const Wire& wire = wires[w].wire;
+        const WireHistory& k = history[w];
+        s.quantities.push_back({prefix + "depth", "m", wire_depth(wire)});
+        s.quantities.push_back({prefix + "max_depth", "m", k.max_depth});
+        s.quantities.push_back({prefix + "max_push_force", "N", k.max_push});
+        s.quantities.push_back({prefix + "max_torque", "N m", k.max_torque});
+        s.quantities.push_back({prefix + "max_clustered_force", "N", k.max_cluster});
+        s.quantities.push_back({prefix + "passed_through", "", double(count_outside(wires[w]))});
+        if (w > 0) continue;
+        s.branch =
+            k.branch < 0
+                ? ""
+                : obstacles[std::size_t(k.branch_wall)].model.branches[std::size_t(k.branch)].name;
+        if (k.opening >= 0)
+            s.branch =
+                obstacles[std::size_t(k.opening_wall)].model.openings[std::size_t(k.opening)].name;
+    }
+}
+
+WireSimulation::WireSimulation(const Scene& scene, std::vector<Obstacle> obstacles)
+    : state_(std::make_unique<State>())
+{
+    State& s = *state_;
+    s.scene = scene;
+    s.obstacles = std::move(obstacles);
+    s.tree.resize(s.obstacles.size());
+    s.max_force.resize(s.obstacles.size());
+    s.step_length = scene.time.step;
+    std::vector<Issue> issues;
+    for (const BeamInput& beam : scene.beams) {
+        std::vector<int> near;
+        s.wires.push_back(build_wire(scene, beam, s.obstacles, near));
+        s.walls.push_back(near);
+        check_start(scene, beam, s.wires.back(), s.obstacles, near, issues);
+    }
+    s.history.resize(s.wires.size());
+    if (!issues.empty()) throw InputError(issues);
+}
+
+WireSimulation::~WireSimulation() = default;
+
+RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& stop)
+{
+    State& s = *state_;
+    RunSummary& sum = s.summary;
+    sum.status = "running";
+    sum.message.clear();
+    const auto finish = [&](const char* status, std::string message) {
+        sum.status = status;
+        sum.message = std::move(message);
+        s.finish(sum);
+        return sum;
+    };
+    const auto observe = [&](StepRecord r) {
+        sum.seconds.free_motion += r.phases.free_motion;
+        sum.seconds.detection += r.phases.detection;
+        sum.seconds.contact_solve += r.phases.contact_solve;
+        sum.seconds.correction += r.phases.correction;
+        const double t0 = now();
+        r.phases = sum.seconds;
+        s.note_forces(r);
+        s.finish(sum);
+        observer.on_step(r);
+        sum.seconds.output += now() - t0;
+    };
+
+    if (!s.started) {
+        StepReport first;
+        std::string refusal;
+        for (std::size_t w = 0; w < s.wires.size(); ++w) {
+            WireBody& b = s.wires[w];
+            start_in_sheath(b.wire, s.insertion(w, 0), s.twist(w, 0));
+            // From the unstressed shape to contact: by relaxation if need be.
+            const bool dynamic = b.motion.dynamic;
+            b.motion.dynamic = false;
+            StepReport r = try_step(b, s.insertion(w, 0), s.twist(w, 0), 0);
+            if (!r.accepted) r = relax_step(b, s.insertion(w, 0), s.twist(w, 0));
+            b.motion.dynamic = dynamic;
+            if (!r.accepted) return finish("failed", "the initial state: " + r.refusal);
+            s.history[w].elastic = s.history[w].elastic_start = r.energy.elastic;
+            if (w == 0) first = r;
+        }
+        s.started = true;
+        observe(s.record(first, 0, 0));
+    }
+
+    const double end = s.scene.time.end;
+    while (s.time < end * (1 - 1e-12)) {
+        if (stop) return finish("interrupted", "interrupted by the user");
+        const double t0 = now();
+        StepReport report;
+        std::string refusal;
+        const double reach = s.next_knot() - s.time;
+        double h = std::min(s.step_length, reach);
+        if (reach - h < 1e-6 * s.longest()) h = reach; // no sliver before a knot
+        std::vector<Vec3> tips;
+        for (const WireBody& b : s.wires)
+            tips.push_back(wire_tip(b.wire));
+        bool failed = false;
+        s.retries = 0;
+        for (;;) {
+            const bool unstable = refusal.ends_with("unstable");
+            const bool relax = h <= (unstable ? kRelaxUnstable : kRelaxFailed) * s.longest();
+            if (s.advance(h, report, refusal, relax)) break;
+            ++s.retries;
+            if (h <= s.smallest()) {
+                failed = true;
+                break;
+            }
+            h = std::max(0.5 * h, s.smallest());
+        }
+        if (failed)
+            return finish("failed", "step " + std::to_string(s.step + 1) +
+                                        " (t = " + std::to_string(s.time) + " s): " + refusal +
+                                        describe_worst(s.wires, report.newton.residual));
+        report.refusal = refusal;
+        s.step_length = std::min(2 * h, s.longest());
+        s.note_openings(tips);
+        StepRecord r = s.record(report, h, now() - t0);
+        sum.step_seconds.push_back(r.seconds);
+        sum.contacts_max = std::max(sum.contacts_max, int(r.contacts.size()));
+        s.contacts_sum += double(r.contacts.size());
+        ++s.contact_steps;
+        sum.worst_error = std::max(sum.worst_error, r.certificate.error);
+        sum.worst_penetration = std::max(sum.worst_penetration, r.certificate.worst_penetration);
+        sum.worst_cone_violation =
+            std::max(sum.worst_cone_violation, r.certificate.worst_cone_violation);
+        if (!r.certificate.certified) ++sum.uncertified_steps;
+        observe(r);
+    }
+    return finish("done", "");
+}
+
+const std::vector<Obstacle>& WireSimulation::obstacles() const
+{
+    return state_->obstacles;
+}
+
+std::vector<RecordedProblem> WireSimulation::contact_problems() const
+{
+    std::vector<RecordedProblem> all;
+    for (const WireBody& b : state_->wires)
+        all.push_back(contact_problem(b));
+    return all;
+}
+
+std::vector<BodyPlan> WireSimulation::plan() const
+{
+    std::vector<BodyPlan> plan;
+    for (const Obstacle& o : state_->obstacles)
+        plan.push_back({o.name, "obstacle", 0});
+    for (std::size_t w = 0; w < state_->wires.size(); ++w)
+        plan.push_back({state_->scene.beams[w].name, "beam",
+                        6 * int(state_->wires[w].wire.material.node.size())});
+    return plan;
+}
+
+std::vector<double> WireSimulation::max_contact_force(std::size_t obstacle) const
+{
+    const State& s = *state_;
+    if (!s.max_force[obstacle].empty()) return s.max_force[obstacle];
+    return std::vector<double>(s.obstacles[obstacle].model.surface.points.size(), 0);
+}
+
+std::vector<std::byte> WireSimulation::save() const
+{
+    const State& s = *state_;
+    ByteWriter out;
+    out.value(s.started);
+    out.value(s.time);
+    out.value(s.step_length);
+    out.value(s.step);
+    out.value(s.contact_steps);
+    out.value(s.contacts_sum);
+    out.value(s.energy);
+    for (std::size_t w = 0; w < s.wires.size(); ++w) {
+        save_wire(s.wires[w], out);
+        out.value(s.history[w]);
+    }
+    for (const std::vector<double>& f : s.max_force)
+        out.vector(f);
+    out.value(s.summary.seconds);
+    out.value(s.summary.contacts_max);
+    out.value(s.summary.worst_error);
+    out.value(s.summary.worst_penetration);
+    out.value(s.summary.worst_cone_violation);
+    out.value(s.summary.uncertified_steps);
+    out.vector(s.summary.snaps);
+    out.vector(s.summary.step_seconds);
+    return out.take();
+}
+
+void WireSimulation::restore(const std::vector<std::byte>& state)
+{
+    // Read into copies first: a damaged state changes nothing.
+    State& s = *state_;
+    ByteReader in(state);
+    const auto started = in.value<bool>();
+    const auto time = in.value<double>();
+    const auto step_length = in.value<double>();
+    const auto step = in.value<int>();
+    const auto contact_steps = in.value<int>();
+    const auto contacts_sum = in.value<double>();
+    const auto energy = in.value<EnergyRecord>();
+    std::vector<SavedWire> wires;
+    std::vector<WireHistory> history;
+    for (const WireBody& b : s.wires) {
+        wires.push_back(read_wire(b, in));
+        history.push_back(in.value<WireHistory>());
+    }
+    std::vector<std::vector<double>> force;
+    for (const Obstacle& o : s.obstacles)
+        force.push_back(in.vector<double>(o.model.surface.points.size()));
+    RunSummary sum;
+    sum.seconds = in.value<PhaseSeconds>();
+    sum.contacts_max = in.value<int>();
+    sum.worst_error = in.value<double>();
+    sum.worst_penetration = in.value<double>();
+    sum.worst_cone_violation = in.value<double>();
+    sum.uncertified_steps = in.value<int>();
+    sum.snaps = in.vector<SnapRecord>(1u << 24);
+    sum.step_seconds = in.vector<double>(1u << 28);
+    in.end();
+
+    s.started = started;
+    s.time = time;
+    s.step_length = step_length;
+    s.step = step;
+    s.contact_steps = contact_steps;
+    s.contacts_sum = contacts_sum;
+    s.energy = energy;
+    for (std::size_t w = 0; w < wires.size(); ++w)
+        restore_wire(s.wires[w], wires[w]);
+    s.history = std::move(history);
+    s.max_force = std::move(force);
+    s.summary = std::move(sum);
+}
+
+} // namespace amontons
