@@ -8,10 +8,8 @@
 
 namespace amontons {
 
-namespace {
-
-// Drops contacts that repeat an earlier one: same points, nearly the same normal. A contact of
-// two touching corners (Feature::corner) stands for all that faces say of these places.
+// A contact of two touching corners (Feature::corner) stands for all that faces say of these
+// places.
 void drop_repeated(RigidContacts& out, std::size_t begin, double size)
 {
     const auto is_corner = [](const RigidContact& c) {
@@ -56,6 +54,8 @@ void drop_repeated(RigidContacts& out, std::size_t begin, double size)
         if (dropped[i - begin] == 0) out[kept++] = out[i];
     out.resize(kept);
 }
+
+namespace {
 
 template <class A, class B>
 concept Known = requires(const PairFrame& pair, const A& a, const B& b, RigidContacts& out)

@@ -37,4 +37,14 @@ struct RigidContact {
 void detect(const RigidShape& a, const Pose& pose_a, const RigidShape& b, const Pose& pose_b,
             double reach, std::vector<RigidContact>& out);
 
+/// The signed distance to an obstacle's wall near a place: Wall::sample, or anything as smooth.
+using SampleWall = std::function<WallSample(const Vec3&)>;
+
+/// The same with an obstacle given by the distance from its wall: point_b is on the wall, normals
+/// are the wall's. A ball and every corner exactly (where the distance is); edges, faces and the
+/// sides of cylinders where the wall bulges into them; nothing for a Plane.
+/// Cost: one sample for each corner, edge and face near the wall, some more where it bulges.
+void detect_wall(const RigidShape& a, const Pose& pose_a, const SampleWall& wall, double reach,
+                 std::vector<RigidContact>& out);
+
 } // namespace amontons

@@ -33,6 +33,8 @@ constexpr double kSamePlace = 1e-9;
 constexpr double kTouching = 1e-6;
 /// Faces that lean by less are opposed: all their corners count. cos and sin of 30 degrees.
 constexpr double kOpposed = 0.86602540378443865, kLean = 0.5;
+/// A face with `spread` that leans by less (sine) touches with its area.
+constexpr double kFlatOn = 1e-3;
 
 using RigidContacts = std::vector<RigidContact>;
 
@@ -48,6 +50,9 @@ void touch(const PairFrame& pair, const Box& a, const Box& b, RigidContacts& out
 void touch(const PairFrame& pair, const TriangleShape& a, const Box& b, RigidContacts& out);
 void touch(const PairFrame& pair, const TriangleShape& a, const TriangleShape& b,
            RigidContacts& out);
+
+/// Drops contacts from `begin` on that repeat an earlier one: same points, nearly the same normal.
+void drop_repeated(RigidContacts& out, std::size_t begin, double size);
 
 /// The place on a solid's surface nearest to x.
 struct NearestPlace {

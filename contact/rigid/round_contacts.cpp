@@ -1,4 +1,5 @@
 #include "contact/rigid/pair_contacts.hpp"
+#include "contact/rigid/spread.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -224,6 +225,17 @@ void add_above(const PairFrame& pair, const Vec3& x, Feature kind, std::size_t i
 void touch(const PairFrame& pair, const Box& a, const Plane&, RigidContacts& out)
 {
     const Vec3& h = a.half_extents;
+    if (a.spread > 0) {
+        Eigen::Index k = 0;
+        const double fall = pair.turn.row(2).cwiseAbs().maxCoeff(&k);
+        if (std::sqrt(std::max(0.0, 1 - fall * fall)) < kFlatOn) {
+            const int face = 2 * static_cast<int>(k) + (pair.turn(2, k) < 0 ? 1 : 0);
+            spread_over(a, face, [&](const Vec3& x, std::size_t i) {
+                add_above(pair, pair.turn * x + pair.shift, Feature::spread, i, out);
+            });
+            return;
+        }
+    }
     for (std::size_t v = 0; v < 8; ++v) {
         const Vec3 corner{(v & 1) != 0 ? h[0] : -h[0], (v & 2) != 0 ? h[1] : -h[1],
                           (v & 4) != 0 ? h[2] : -h[2]};
@@ -251,6 +263,12 @@ void touch(const PairFrame& pair, const Cylinder& a, const Plane&, RigidContacts
         const double fall = -side * axis[2]; // > 0: this end is the lower one
         // A rim point of the higher end counts only if the cylinder nearly lies.
         if (fall < -kLean) continue;
+        if (a.spread > 0 && fall > 0 && tilt < kFlatOn) {
+            spread_over(a, static_cast<int>(end), [&](const Vec3& x, std::size_t i) {
+                add_above(pair, pair.turn * x + pair.shift, Feature::spread, i, out);
+            });
+            continue;
+        }
         if (tilt > kSamePlace)
             add_above(pair, centre + a.radius / tilt * down, Feature::rim, end, out);
         if (fall < kOpposed) continue;

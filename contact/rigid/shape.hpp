@@ -15,8 +15,8 @@ namespace amontons {
 /// Around the origin, edges along the axes.
 struct Box {
     Vec3 half_extents = Vec3::Ones(); ///< [m], > 0
-    /// > 0: a face touches a plane or a flat face through at least so many equal cells of its
-    /// area, at their centres, not at its corners: for friction under spin.
+    /// > 0: a face that lies on a plane (within 1e-3 rad) touches it at the centres of at least so
+    /// many equal cells of its area, not at its corners: for friction under spin.
     int spread = 0;
 };
 

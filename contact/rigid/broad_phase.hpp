@@ -1,0 +1,28 @@
+#pragma once
+
+#include "contact/rigid/shape.hpp"
+
+#include <span>
+#include <vector>
+
+namespace amontons {
+
+/// Where in space a body motion passes: linear in place, at constant rate about one axis in turn
+/// (by less than 180 degrees).
+Pose pose_between(const Pose& from, const Pose& to, double t);
+
+/// Holds the shape all the way from one pose to another, and a margin [m] around it.
+AxisBox swept_box(const RigidShape& shape, const Pose& from, const Pose& to, double margin);
+
+/// Two boxes that overlap or touch, by number, the smaller first.
+struct BoxPair {
+    std::int32_t a = 0, b = 0;
+    auto operator<=>(const BoxPair&) const = default;
+};
+
+/// All pairs of boxes that overlap, in ascending order. Boxes may be infinite.
+/// Cost: n log n, and a comparison for each pair that overlaps along the axis on which the boxes
+/// are spread most.
+void overlapping_pairs(std::span<const AxisBox> boxes, std::vector<BoxPair>& pairs);
+
+} // namespace amontons
