@@ -9,9 +9,6 @@
 namespace amontons {
 namespace {
 
-/// Corners of the square.
-constexpr double kSquare[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
-
 /// Adds the places whose barycentric coordinates are permutations of (b, b, a).
 void add_orbit(std::vector<QuadraturePoint>& points, double a, double weight)
 {
@@ -65,13 +62,8 @@ FaceValues face_shape_values(int nodes, const Vec3& xi)
 {
     AMONTONS_ASSERT(nodes == 3 || nodes == 4 || nodes == 6);
     FaceValues N(nodes);
-    const double x = xi[0], y = xi[1], l = 1 - x - y;
-    if (nodes == 3) N << l, x, y;
-    if (nodes == 6)
-        N << l * (2 * l - 1), x * (2 * x - 1), y * (2 * y - 1), 4 * l * x, 4 * x * y, 4 * y * l;
-    if (nodes == 4)
-        for (int i = 0; i < 4; ++i)
-            N[i] = (1 + kSquare[i][0] * x) * (1 + kSquare[i][1] * y) / 4;
+    double dx[kMostSolidFaceNodes], dy[kMostSolidFaceNodes];
+    evaluate_face(nodes, xi[0], xi[1], N.data(), dx, dy);
     return N;
 }
 
@@ -79,18 +71,10 @@ FaceGradients face_shape_gradients(int nodes, const Vec3& xi)
 {
     AMONTONS_ASSERT(nodes == 3 || nodes == 4 || nodes == 6);
     FaceGradients dN(2, nodes);
-    const double x = xi[0], y = xi[1], l = 1 - x - y;
-    if (nodes == 3)
-        dN << -1, 1, 0, //
-            -1, 0, 1;
-    if (nodes == 6)
-        dN << 1 - 4 * l, 4 * x - 1, 0, 4 * (l - x), 4 * y, -4 * y, //
-            1 - 4 * l, 0, 4 * y - 1, -4 * x, 4 * x, 4 * (l - y);
-    if (nodes == 4)
-        for (int i = 0; i < 4; ++i) {
-            const auto [a, b] = kSquare[i];
-            dN.col(i) << a * (1 + b * y) / 4, (1 + a * x) * b / 4;
-        }
+    double N[kMostSolidFaceNodes], dx[kMostSolidFaceNodes], dy[kMostSolidFaceNodes];
+    evaluate_face(nodes, xi[0], xi[1], N, dx, dy);
+    for (int i = 0; i < nodes; ++i)
+        dN.col(i) << dx[i], dy[i];
     return dN;
 }
 

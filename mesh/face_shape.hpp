@@ -21,6 +21,31 @@ using FaceGradients = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostSolidF
 FaceValues face_shape_values(int nodes, const Vec3& xi);
 FaceGradients face_shape_gradients(int nodes, const Vec3& xi);
 
+/// The same for loops that need both: N and its derivatives dx, dy, in arrays of `nodes` numbers.
+inline void evaluate_face(int nodes, double x, double y, double* N, double* dx, double* dy)
+{
+    if (nodes == 4) {
+        const double a = 0.25 * (1 - x), b = 0.25 * (1 + x), c = 1 - y, d = 1 + y;
+        N[0] = a * c, N[1] = b * c, N[2] = b * d, N[3] = a * d;
+        dx[0] = -0.25 * c, dx[1] = 0.25 * c, dx[2] = 0.25 * d, dx[3] = -0.25 * d;
+        dy[0] = -a, dy[1] = -b, dy[2] = b, dy[3] = a;
+        return;
+    }
+    const double l = 1 - x - y;
+    if (nodes == 3) {
+        N[0] = l, N[1] = x, N[2] = y;
+        dx[0] = -1, dx[1] = 1, dx[2] = 0;
+        dy[0] = -1, dy[1] = 0, dy[2] = 1;
+        return;
+    }
+    N[0] = l * (2 * l - 1), N[1] = x * (2 * x - 1), N[2] = y * (2 * y - 1);
+    N[3] = 4 * l * x, N[4] = 4 * x * y, N[5] = 4 * y * l;
+    dx[0] = 1 - 4 * l, dx[1] = 4 * x - 1, dx[2] = 0;
+    dx[3] = 4 * (l - x), dx[4] = 4 * y, dx[5] = -4 * y;
+    dy[0] = 1 - 4 * l, dy[1] = 0, dy[2] = 4 * y - 1;
+    dy[3] = -4 * x, dy[4] = 4 * x, dy[5] = 4 * (l - y);
+}
+
 struct QuadraturePoint {
     Vec3 xi;
     double weight = 0; ///< all are > 0; they sum to the size of the reference element

@@ -23,6 +23,22 @@ bool is_on(int nodes, const Vec2& xi)
            (nodes == 4 || xi.sum() <= 1 + kMargin);
 }
 
+/// A T6 whose middle nodes are in the middle of straight sides is as flat as its corners' triangle.
+constexpr double kStraight = 1e-9; // of a side
+
+bool is_straight(std::span<const std::int32_t> nodes, std::span<const Vec3> places)
+{
+    for (std::size_t i = 0; i < 3; ++i) {
+        const auto at = [&](std::size_t k) -> const Vec3& {
+            return places[static_cast<std::size_t>(nodes[k])];
+        };
+        const Vec3 &a = at(i), &b = at((i + 1) % 3);
+        if ((2 * at(3 + i) - a - b).squaredNorm() > kStraight * kStraight * (b - a).squaredNorm())
+            return false;
+    }
+    return true;
+}
+
 } // namespace
 
 std::vector<Facet> facets_of(const ExternalSurface& surface, std::span<const Vec3> places)
@@ -60,7 +76,7 @@ std::vector<Facet> facets_of(const ExternalSurface& surface, std::span<const Vec
                         (c[static_cast<std::size_t>(i)] - c[static_cast<std::size_t>(j)]).norm());
             facets.push_back(facet);
         };
-        if (nodes.size() == 6) {
+        if (nodes.size() == 6 && !is_straight(nodes, places)) {
             for (const auto& quarter : kQuarters) {
                 for (int i = 0; i < 3; ++i)
                     set(i, quarter[i]);
@@ -68,7 +84,7 @@ std::vector<Facet> facets_of(const ExternalSurface& surface, std::span<const Vec
             }
             continue;
         }
-        facet.corners = static_cast<int>(nodes.size());
+        facet.corners = nodes.size() == 4 ? 4 : 3;
         for (int i = 0; i < facet.corners; ++i)
             set(i, i);
         add();
@@ -132,39 +148,45 @@ FaceInPlane::FaceInPlane(std::span<const std::int32_t> face, std::span<const Vec
 PerNode shape_values(int nodes, const Vec2& xi)
 {
     PerNode N = PerNode::Zero();
-    N.head(nodes) = face_shape_values(nodes, {xi.x(), xi.y(), 0});
+    double dx[kMostSolidFaceNodes], dy[kMostSolidFaceNodes];
+    evaluate_face(nodes, xi.x(), xi.y(), N.data(), dx, dy);
     return N;
 }
 
 FaceSpot spot(const FaceInPlane& face, const Vec2& xi)
 {
-    const Vec3 at{xi.x(), xi.y(), 0};
-    const FaceGradients dN = face_shape_gradients(face.nodes, at);
-    FaceSpot out{shape_values(face.nodes, xi), Vec3::Zero(), {Vec3::Zero(), Vec3::Zero()}};
+    FaceSpot out{PerNode::Zero(), Vec3::Zero(), {Vec3::Zero(), Vec3::Zero()}};
+    double dx[kMostSolidFaceNodes], dy[kMostSolidFaceNodes];
+    evaluate_face(face.nodes, xi.x(), xi.y(), out.values.data(), dx, dy);
     for (int i = 0; i < face.nodes; ++i) {
         const Vec3& x = face.node[static_cast<std::size_t>(i)];
         out.place += out.values[i] * x;
-        out.along[0] += dN(0, i) * x;
-        out.along[1] += dN(1, i) * x;
+        out.along[0] += dx[i] * x;
+        out.along[1] += dy[i] * x;
     }
     return out;
 }
 
-std::optional<Vec2> locate(const FaceInPlane& face, const Vec2& z, const Vec2& start)
+std::optional<FaceSpot> locate(const FaceInPlane& face, const Vec2& z, const Vec2& start)
 {
     constexpr int kSteps = 20;
-    constexpr double kClose = 1e-14; // of the face's size; reached by one step after 1e-7
+    constexpr double kClose = 1e-13; // on the reference face; a step from 1e-7 leads there
     Vec2 xi = start;
     for (int k = 0; k < kSteps; ++k) {
         const FaceSpot at = spot(face, xi);
-        Eigen::Matrix2d J;
-        J << at.along[0].head<2>(), at.along[1].head<2>();
-        const Vec2 step = J.inverse() * (z - at.place.head<2>());
+        const Vec3 &a = at.along[0], &b = at.along[1];
+        const Vec2 off = z - at.place.head<2>();
+        const double determinant = a.x() * b.y() - a.y() * b.x();
+        const Vec2 step =
+            Vec2{b.y() * off.x() - b.x() * off.y(), a.x() * off.y() - a.y() * off.x()} /
+            determinant;
         if (!step.allFinite()) return {};
-        xi += step;
-        if (step.norm() > std::sqrt(kClose)) continue;
+        if (step.norm() > kClose) {
+            xi += step;
+            continue;
+        }
         if (!is_on(face.nodes, xi)) return {};
-        return xi;
+        return at;
     }
     return {};
 }

@@ -8,9 +8,10 @@
 #include <Eigen/LU>
 #include <optional>
 
-// Faces seen along a direction. For finding where two of them face each other, a face T3 or Q4 is
-// one flat facet, a T6 four through its middle nodes; values and integrals are those of the true
-// face, by its shape functions. Reference coordinates are those of mesh/face_shape.hpp.
+// Faces seen along a direction. For finding where two of them face each other, a face T3, Q4 or
+// straight T6 is one flat facet, any other T6 four through its middle nodes; values and integrals
+// are those of the true face, by its shape functions. Reference coordinates are those of
+// mesh/face_shape.hpp.
 
 namespace amontons {
 
@@ -83,7 +84,7 @@ FaceSpot spot(const FaceInPlane& face, const Vec2& xi);
 /// The point of the face over z, by Newton's method.
 /// @param start  near it on the reference face
 /// @return  nothing if there is none on the reference face or close to it
-std::optional<Vec2> locate(const FaceInPlane& face, const Vec2& z, const Vec2& start);
+std::optional<FaceSpot> locate(const FaceInPlane& face, const Vec2& z, const Vec2& start);
 
 /// The point of the face nearest to x, or a little beyond its border.
 /// @param start  near it on the reference face; returned where Gauss-Newton finds nothing better

@@ -148,33 +148,34 @@ private:
         const std::size_t first = segments_.size();
         double covered = 0;
         bool layers = false;
-        tree_.visit(box_of(facet, range * facet.normal), [&](std::int32_t number) {
+        near_.clear();
+        tree_.visit(box_of(facet, range * facet.normal), [&](std::int32_t i) {
+            if (std::abs(facet.normal.dot(master_facets_[static_cast<std::size_t>(i)].normal)) >=
+                kFacing)
+                near_.push_back(i);
+        });
+        std::sort(near_.begin(), near_.end()); // the tree's order is of no meaning
+        for (const std::int32_t number : near_) {
             const Facet& other = master_facets_[static_cast<std::size_t>(number)];
-            const double cosine = facet.normal.dot(other.normal);
-            if (std::abs(cosine) < kFacing) return;
-            const bool hides = cosine > 0;
+            const bool hides = facet.normal.dot(other.normal) > 0;
             double far[2];
             const ConvexPolygon seen = outline(other, plane, !hides, far);
-            if (far[0] > range || far[1] < -range) return;
+            if (far[0] > range || far[1] < -range) continue;
             const Vec3 normal = plane.axes * other.normal, middle_place = plane(other.middle);
             for_convex_parts(seen, [&](const ConvexPolygon& part) {
-                Segment segment{&facet, &other, {}, 0, hides};
-                intersect(own, part, segment.polygon);
-                const double size = area(segment.polygon);
+                intersect(own, part, shared_);
+                const double size = area(shared_);
                 if (!(size > least)) return;
-                const Vec2 off = middle(segment.polygon) - middle_place.head<2>();
-                segment.gap = middle_place.z() - normal.head<2>().dot(off) / normal.z();
-                if (std::abs(segment.gap) > range) return;
+                const Vec2 off = middle(shared_) - middle_place.head<2>();
+                const double gap = middle_place.z() - normal.head<2>().dot(off) / normal.z();
+                if (std::abs(gap) > range) return;
                 if (hides)
                     layers = true;
                 else
                     covered += size;
-                segments_.push_back(segment);
+                segments_.push_back({&facet, &other, shared_, gap, hides});
             });
-        });
-        // The tree's order depends on the machine's library no more than on the faces' order.
-        std::sort(segments_.begin() + static_cast<std::ptrdiff_t>(first), segments_.end(),
-                  [](const Segment& a, const Segment& b) { return a.master < b.master; });
+        }
         if (layers || covered > (1 + kTwice) * whole) keep_nearest_(first, least);
         return whole;
     }
@@ -290,13 +291,12 @@ private:
     void integrate_at_(const Sides& sides, const Vec2& z, double weight,
                        const FaceMultipliers& multipliers, int only, FaceSums::Master& master)
     {
-        Vec2 xi = sides.to_slave(z);
+        std::optional<FaceSpot> over;
         if (sides.slave.nodes == 4) {
-            const std::optional<Vec2> found = locate(sides.slave, z, Vec2::Zero());
-            if (!found) return;
-            xi = *found;
+            over = locate(sides.slave, z, Vec2::Zero());
+            if (!over) return;
         }
-        const FaceSpot x = spot(sides.slave, xi);
+        const FaceSpot x = over ? *over : spot(sides.slave, sides.to_slave(z));
         Vec3 normal = x.along[0].cross(x.along[1]);
         const double size = normal.norm();
         if (!(size > 0)) return;
@@ -304,22 +304,18 @@ private:
         if (sides.slave.nodes == 6) weight *= size * sides.stretch;
         normal /= size; // in the plane's coordinates, as all places here
 
-        Vec2 eta = sides.to_master(x.place.head<2>());
+        const bool four = sides.master.nodes == 4;
+        const Vec2 eta = four ? Vec2(0, 0) : sides.to_master(x.place.head<2>());
         Vec3 far_normal = sides.master_normal;
         PerNode M;
         if (sides.master.nodes == 3) {
             M = shape_values(3, eta);
         } else {
-            const bool four = sides.master.nodes == 4;
-            const std::optional<Vec2> found =
-                locate(sides.master, x.place.head<2>(), four ? Vec2(0, 0) : eta);
-            if (found)
-                eta = *found;
-            else if (four)
-                return;
-            const FaceSpot y = spot(sides.master, eta);
-            M = y.values;
-            far_normal = y.along[0].cross(y.along[1]).normalized();
+            std::optional<FaceSpot> y = locate(sides.master, x.place.head<2>(), eta);
+            if (!y && four) return;
+            if (!y) y = spot(sides.master, eta);
+            M = y->values;
+            far_normal = y->along[0].cross(y->along[1]).normalized();
         }
 
         Eigen::Vector4d psi = Eigen::Vector4d::Zero();
@@ -346,6 +342,8 @@ private:
     std::vector<Segment> segments_; ///< of one face
     std::vector<Segment> layers_;   ///< of one facet
     FaceSums face_sums_;            ///< of one face
+    std::vector<std::int32_t> near_;
+    ConvexPolygon shared_;
 };
 
 } // namespace

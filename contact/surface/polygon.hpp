@@ -12,7 +12,7 @@ using Vec2 = Eigen::Vector2d;
 
 /// Corners in counter-clockwise order.
 struct ConvexPolygon {
-    static constexpr int kMost = 24;
+    static constexpr int kMost = 16;
     std::array<Vec2, kMost> corner;
     int count = 0;
 

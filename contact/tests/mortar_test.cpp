@@ -111,6 +111,41 @@ TEST_CASE("on flat faces both sides of a contact are at the same place, so any a
                   });
 }
 
+TEST_CASE("middle nodes anywhere on a flat surface: whole areas and linear motions stay exact")
+{
+    // Sides bend within the plane; faces meet along them as before.
+    const auto bend = [](TouchingBody& body) {
+        std::mt19937 rng{11};
+        std::uniform_real_distribution<double> uniform(-0.02, 0.02);
+        std::vector<bool> done(body.mesh.nodes.size());
+        for (std::size_t f = 0; f < body.surface.faces.size(); ++f)
+            for (std::size_t k = 3; k < 6; ++k) {
+                const auto node = static_cast<std::size_t>(body.surface.face(f)[k]);
+                Vec3& x = body.mesh.nodes[node];
+                const bool border =
+                    std::min(x.x(), x.y()) < 1e-9 || std::max(x.x(), x.y()) > 1 - 1e-9;
+                if (done[node] || std::abs(x.z()) > 1e-9 || border) continue;
+                x += Vec3(uniform(rng), uniform(rng), 0);
+                done[node] = true;
+            }
+    };
+    for (const ElementKind kind : kKinds) {
+        CAPTURE(std::string(shape_of(kind).name));
+        TouchingBody slave = box_body(ElementKind::T10, {0, 0, 0}, {1, 1, 1}, {3, 4, 1});
+        TouchingBody master = box_body(kind, {-0.2, -0.3, -1}, {1.3, 1.4, 0}, {4, 3, 1});
+        bend(slave);
+        if (kind == ElementKind::T10) bend(master);
+        const SurfaceContacts contacts = contacts_of(slave, master, 0.1);
+        CHECK(std::abs(total_area(contacts) - 1) < 1e-12);
+        check_rows(contacts);
+        for (const SurfaceContact& c : contacts.contact) {
+            CHECK(std::abs(c.gap) < 1e-14);
+            CHECK((c.point - weighted(contacts.master(c), master.mesh.nodes)).norm() < 1e-12);
+            CHECK((c.normal - Vec3::UnitZ()).norm() < 1e-13);
+        }
+    }
+}
+
 TEST_CASE("a contact of a whole face is at its node, and no other node of the slave takes part")
 {
     for_pairs({-0.5, -0.4, -1}, {1.6, 1.5, 0}, kTurn,
