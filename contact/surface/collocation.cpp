@@ -1,6 +1,7 @@
 #include "contact/surface/collocation.hpp"
 
 #include "contact/surface/multipliers.hpp"
+#include "contact/surface/smooth_normals.hpp"
 #include "mesh/closest_point.hpp"
 
 #include <Eigen/Geometry>
@@ -152,9 +153,11 @@ SurfaceContacts wall_contacts(const ExternalSurface& slave, std::span<const Vec3
 
 SurfaceContacts nodal_contacts(const ExternalSurface& slave, std::span<const Vec3> slave_places,
                                const ExternalSurface& master, std::span<const Vec3> master_places,
-                               double reach)
+                               double reach, bool smooth_normals)
 {
     const Carriers carriers = carriers_of(slave, slave_places);
+    std::optional<SmoothNormals> smooth;
+    if (smooth_normals) smooth.emplace(master, master_places);
     const std::vector<Facet> facets = facets_of(master, master_places);
     const BoxTree tree(boxes_of(facets));
     SurfaceContacts out;
@@ -191,7 +194,9 @@ SurfaceContacts nodal_contacts(const ExternalSurface& slave, std::span<const Vec
         const std::span<const std::int32_t> nodes = master.face(at(met->face));
         const FaceInPlane face(nodes, master_places);
         const FaceSpot foot = spot(face, nearest_xi(face, c.point, point.xi));
-        const Vec3 normal = foot.along[0].cross(foot.along[1]).normalized();
+        const Vec3 normal = smooth && smooth->has(met->face)
+                                ? smooth->normal(met->face, foot.values)
+                                : Vec3(foot.along[0].cross(foot.along[1]).normalized());
         const FacingSum own = facing(carriers.of(i), normal);
         if (!(own.area > 0)) continue;
         c.area = own.area;

@@ -23,8 +23,9 @@ SurfaceContacts wall_contacts(const ExternalSurface& slave, std::span<const Vec3
 /// With the nearest point of another solid: faster than mortar_contacts, not exact where the mesh
 /// of the master is finer (some of its nodes may meet nothing). A node beyond the master's border
 /// meets nothing.
+/// @param smooth_normals  as MortarOptions
 SurfaceContacts nodal_contacts(const ExternalSurface& slave, std::span<const Vec3> slave_places,
                                const ExternalSurface& master, std::span<const Vec3> master_places,
-                               double reach);
+                               double reach, bool smooth_normals = false);
 
 } // namespace amontons

@@ -2,6 +2,7 @@
 
 #include "contact/surface/collocation.hpp"
 #include "contact/surface/contact_sums.hpp"
+#include "contact/surface/smooth_normals.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -88,17 +89,21 @@ template <class Visit> void for_convex_parts(const ConvexPolygon& p, Visit visit
 class Mortar {
 public:
     Mortar(const ExternalSurface& slave, std::span<const Vec3> slave_places,
-           const ExternalSurface& master, std::span<const Vec3> master_places, double reach)
+           const ExternalSurface& master, std::span<const Vec3> master_places,
+           const MortarOptions& options)
         : slave_(slave)
         , master_(master)
         , slave_places_(slave_places)
         , master_places_(master_places)
-        , reach_(reach)
+        , reach_(options.reach)
         , slave_facets_(facets_of(slave, slave_places))
         , master_facets_(facets_of(master, master_places))
         , tree_(boxes_of(master_facets_))
         , sums_(slave, master)
     {
+        if (!options.smooth_normals) return;
+        slave_normals_.emplace(slave, slave_places);
+        master_normals_.emplace(master, master_places);
     }
 
     SurfaceContacts contacts()
@@ -228,6 +233,7 @@ private:
 
     /// Both faces of a segment in its plane.
     struct Sides {
+        std::int32_t slave_face = 0, master_face = 0;
         Mat3 axes; ///< of the plane
         FaceInPlane slave, master;
         Vec3 master_normal; ///< of the facet
@@ -236,7 +242,9 @@ private:
         double stretch = 1; ///< area on the reference face per area of the plane, for T6
 
         Sides(const Mortar& m, const Segment& s, const FacetPlane& plane)
-            : axes(plane.axes)
+            : slave_face(s.slave->face)
+            , master_face(s.master->face)
+            , axes(plane.axes)
             , slave(m.slave_.face(static_cast<std::size_t>(s.slave->face)), m.slave_places_, plane)
             , master(m.master_.face(static_cast<std::size_t>(s.master->face)), m.master_places_,
                      plane)
@@ -323,13 +331,27 @@ private:
             psi[only] = weight;
         else
             psi = weight * (multipliers.functions * x.values);
-        const Vec3 apart = sides.axes.transpose() * (far_normal - normal);
+        Vec3 apart = sides.axes.transpose() * (far_normal - normal);
+        if (slave_normals_) apart = smooth_(sides, x.values, normal, M, far_normal);
         for (int i = 0; i < multipliers.count; ++i) {
             face_sums_.area[static_cast<std::size_t>(i)] += psi[i];
             face_sums_.normal[static_cast<std::size_t>(i)] += psi[i] * apart;
         }
         face_sums_.slave += psi * x.values.transpose();
         master.weights += psi * M.transpose();
+    }
+
+    /// As far_normal - normal, with smooth normals of the faces that have them.
+    Vec3 smooth_(const Sides& sides, const PerNode& N, const Vec3& normal, const PerNode& M,
+                 const Vec3& far_normal) const
+    {
+        const Vec3 own = slave_normals_->has(sides.slave_face)
+                             ? slave_normals_->normal(sides.slave_face, N)
+                             : Vec3(sides.axes.transpose() * normal);
+        const Vec3 far = master_normals_->has(sides.master_face)
+                             ? master_normals_->normal(sides.master_face, M)
+                             : Vec3(sides.axes.transpose() * far_normal);
+        return far - own;
     }
 
     const ExternalSurface& slave_;
@@ -339,6 +361,7 @@ private:
     std::vector<Facet> slave_facets_, master_facets_;
     BoxTree tree_;
     ContactSums sums_;
+    std::optional<SmoothNormals> slave_normals_, master_normals_;
     std::vector<Segment> segments_; ///< of one face
     std::vector<Segment> layers_;   ///< of one facet
     FaceSums face_sums_;            ///< of one face
@@ -353,8 +376,9 @@ SurfaceContacts mortar_contacts(const ExternalSurface& slave, std::span<const Ve
                                 const MortarOptions& options)
 {
     if (options.nodal)
-        return nodal_contacts(slave, slave_places, master, master_places, options.reach);
-    return Mortar(slave, slave_places, master, master_places, options.reach).contacts();
+        return nodal_contacts(slave, slave_places, master, master_places, options.reach,
+                              options.smooth_normals);
+    return Mortar(slave, slave_places, master, master_places, options).contacts();
 }
 
 } // namespace amontons

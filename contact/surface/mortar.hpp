@@ -11,6 +11,9 @@ struct MortarOptions {
     /// The slave's multipliers at their nodes and the nearest point of the master instead of
     /// integrals: for interaction. See nodal_contacts.
     bool nodal = false;
+    /// Normals of faces T3 and Q4 that do not jump at smooth edges, for curved surfaces given as
+    /// facets (smooth_normals.hpp). Gaps stay those of the faces.
+    bool smooth_normals = false;
 };
 
 /// Contacts between two surfaces of solids by dual mortar multipliers (multipliers.hpp): one at

@@ -1,0 +1,110 @@
+#include "contact/surface/smooth_normals.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace amontons {
+namespace {
+
+std::size_t at(std::int32_t i)
+{
+    return static_cast<std::size_t>(i);
+}
+
+/// A corner of a face, seen from its node.
+struct Corner {
+    std::int32_t face = 0, corner = 0;
+    std::int32_t before = 0, after = 0; ///< its neighbours on the face's border
+    Vec3 normal = Vec3::Zero();         ///< of the face there, unit
+    double angle = 0;                   ///< [rad]
+};
+
+/// The corner of a face; its angle is 0 if it has no normal.
+Corner corner_of(std::span<const std::int32_t> nodes, std::span<const Vec3> places,
+                 std::size_t face, std::size_t k)
+{
+    const std::size_t n = nodes.size();
+    Corner c;
+    c.face = static_cast<std::int32_t>(face);
+    c.corner = static_cast<std::int32_t>(k);
+    c.after = nodes[(k + 1) % n];
+    c.before = nodes[(k + n - 1) % n];
+    const Vec3& x = places[at(nodes[k])];
+    const Vec3 a = places[at(c.after)] - x, b = places[at(c.before)] - x;
+    const Vec3 normal = a.cross(b);
+    if (!(normal.norm() > 0)) return c;
+    c.normal = normal.normalized();
+    c.angle = std::atan2(normal.norm(), a.dot(b));
+    return c;
+}
+
+/// Faces around a node that smooth edges connect: for each the first of its group.
+std::vector<std::size_t> groups_of(std::span<const Corner> around, double least_cosine)
+{
+    std::vector<std::size_t> group(around.size());
+    std::iota(group.begin(), group.end(), 0);
+    const auto join = [&](std::size_t a, std::size_t b) {
+        const std::size_t keep = std::min(group[a], group[b]), gone = std::max(group[a], group[b]);
+        for (std::size_t& g : group)
+            if (g == gone) g = keep;
+    };
+    for (std::size_t i = 0; i < around.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j) {
+            const Corner &a = around[i], &b = around[j];
+            if (a.after != b.before && a.before != b.after) continue;
+            if (a.normal.dot(b.normal) >= least_cosine) join(i, j);
+        }
+    return group;
+}
+
+} // namespace
+
+SmoothNormals::SmoothNormals(const ExternalSurface& surface, std::span<const Vec3> places,
+                             double sharp)
+    : corners_(surface.faces.size(), 0)
+    , normals_(surface.faces.size())
+{
+    // Corners by their node.
+    std::vector<std::size_t> begin(surface.used_nodes.size() + 1, 0);
+    for (std::size_t f = 0; f < surface.faces.size(); ++f)
+        if (const std::span<const std::int32_t> nodes = surface.face(f); nodes.size() != 6)
+            for (const std::int32_t n : nodes)
+                ++begin[at(surface.surface_nodes[at(n)]) + 1];
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
+    std::vector<Corner> corners(begin.back());
+    for (std::size_t f = 0; f < surface.faces.size(); ++f) {
+        const std::span<const std::int32_t> nodes = surface.face(f);
+        if (nodes.size() == 6) continue;
+        corners_[f] = static_cast<std::uint8_t>(nodes.size());
+        for (std::size_t k = 0; k < nodes.size(); ++k) {
+            const Corner c = corner_of(nodes, places, f, k);
+            if (!(c.angle > 0)) corners_[f] = 0;
+            corners[next[at(surface.surface_nodes[at(nodes[k])])]++] = c;
+        }
+    }
+    for (std::size_t node = 0; node + 1 < begin.size(); ++node) {
+        const auto around =
+            std::span<const Corner>(corners).subspan(begin[node], begin[node + 1] - begin[node]);
+        const std::vector<std::size_t> group = groups_of(around, std::cos(sharp));
+        for (std::size_t i = 0; i < around.size(); ++i) {
+            Vec3 sum = Vec3::Zero();
+            for (std::size_t j = 0; j < around.size(); ++j)
+                if (group[j] == group[i]) sum += around[j].angle * around[j].normal;
+            normals_[at(around[i].face)][at(around[i].corner)] = sum.normalized();
+        }
+    }
+}
+
+Vec3 SmoothNormals::normal(std::int32_t face, const PerNode& values) const
+{
+    const std::size_t f = at(face);
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t k = 0; k < corners_[f]; ++k)
+        sum += values[static_cast<Eigen::Index>(k)] * normals_[f][k];
+    return sum.normalized();
+}
+
+} // namespace amontons

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "contact/surface/facets.hpp"
+
+#include <numbers>
+
+namespace amontons {
+
+/// Normals of a curved surface that is given as facets T3 and Q4: each face's unit normal at its
+/// corners, for values in between by its shape functions. Faces around a node share one, the mean
+/// of their own weighted with their angles at the node; the normal does not jump where a point
+/// slides from one face onto the next. Sharp edges part them and stay sharp. The normals of a T6
+/// are its own.
+class SmoothNormals {
+public:
+    /// @param places  of all nodes of the mesh, finite [m]
+    /// @param sharp   edges with a larger angle between their faces' normals stay sharp [rad]
+    SmoothNormals(const ExternalSurface& surface, std::span<const Vec3> places,
+                  double sharp = std::numbers::pi / 6);
+
+    /// The unit normal of a face with these values of its shape functions.
+    Vec3 normal(std::int32_t face, const PerNode& values) const;
+
+    /// Whether the face has normals here: not a T6, nor a face without area.
+    bool has(std::int32_t face) const { return corners_[static_cast<std::size_t>(face)] > 0; }
+
+private:
+    std::vector<std::uint8_t> corners_; ///< of each face, 0: none
+    std::vector<std::array<Vec3, 4>> normals_;
+};
+
+} // namespace amontons

@@ -1,0 +1,145 @@
+#include "contact/surface/smooth_normals.hpp"
+
+#include "contact/tests/contact_surfaces.hpp"
+
+#include <doctest/doctest.h>
+#include <string>
+
+using namespace amontons;
+using namespace amontons::test;
+
+namespace {
+
+constexpr ElementKind kFlatKinds[] = {ElementKind::T4, ElementKind::H8};
+
+TouchingBody ball(ElementKind kind, std::int32_t cells)
+{
+    SolidBallOptions options;
+    options.radius = 1;
+    options.cells = cells;
+    options.kind = kind;
+    return with_surface(make_solid_ball(options));
+}
+
+/// A node over the side of an upright cylinder, at an angle around it, and the normal of its
+/// contact: by the nearest point of the cylinder's facets.
+Vec3 normal_at(const TouchingBody& cylinder, double angle, bool smooth)
+{
+    TouchingBody tip = box_body(ElementKind::H8, {-0.01, -0.01, 0}, {0, 0, 0.01}, {1, 1, 1});
+    tip.move(turn(angle, Vec3::UnitZ(), {1.03 * std::cos(angle), 1.03 * std::sin(angle), 0.5}) *
+             turn(3.141592653589793, Vec3::UnitZ()));
+    const SurfaceContacts contacts = mortar_contacts(tip.surface, tip.mesh.nodes, cylinder.surface,
+                                                     cylinder.mesh.nodes, {0.2, true, smooth});
+    REQUIRE(!contacts.contact.empty());
+    return contacts.contact[0].normal;
+}
+
+} // namespace
+
+TEST_CASE("normals of a faceted ball are near those of the sphere, nearer than the facets' own")
+{
+    for (const ElementKind kind : kFlatKinds) {
+        CAPTURE(std::string(shape_of(kind).name));
+        double last = 0;
+        for (const std::int32_t cells : {16, 32, 64}) {
+            const TouchingBody body = ball(kind, cells);
+            const SmoothNormals normals(body.surface, body.mesh.nodes);
+            double worst = 0, flat = 0;
+            for (std::size_t f = 0; f < body.surface.faces.size(); ++f) {
+                const auto nodes = body.surface.face(f);
+                const int n = static_cast<int>(nodes.size());
+                const FaceInPlane face(nodes, body.mesh.nodes);
+                const auto number = static_cast<std::int32_t>(f);
+                CHECK(normals.has(number));
+                for (const QuadraturePoint& p : n == 4 ? square_points(3) : triangle_points(5)) {
+                    const FaceSpot at = spot(face, p.xi.head<2>());
+                    const Vec3 normal = normals.normal(number, at.values);
+                    CHECK(std::abs(normal.norm() - 1) < 1e-14);
+                    worst = std::max(worst, (normal - at.place.normalized()).norm());
+                    const Vec3 own = at.along[0].cross(at.along[1]).normalized();
+                    flat = std::max(flat, (own - at.place.normalized()).norm());
+                }
+            }
+            MESSAGE(cells << ": " << worst << ", facets " << flat);
+            CHECK(worst < 0.5 * flat);
+            if (last > 0) CHECK(worst < 0.75 * last);
+            last = worst;
+        }
+        CHECK(last < 0.01);
+    }
+}
+
+TEST_CASE("sharp edges stay sharp: a box has the normals of its faces")
+{
+    for (const ElementKind kind : kFlatKinds) {
+        TouchingBody body = box_body(kind, {0, 0, 0}, {1, 1, 1}, {3, 2, 4});
+        body.move(anywhere());
+        const SmoothNormals normals(body.surface, body.mesh.nodes);
+        for (const Facet& facet : facets_of(body.surface, body.mesh.nodes)) {
+            const Vec2 corner = facet.xi[0];
+            const PerNode N = shape_values(facet.corners, corner);
+            CHECK((normals.normal(facet.face, N) - facet.normal).norm() < 1e-14);
+        }
+    }
+    // What is sharp can be chosen.
+    const TouchingBody body = box_body(ElementKind::H8, {0, 0, 0}, {1, 1, 1}, {1, 1, 1});
+    const SmoothNormals round(body.surface, body.mesh.nodes, 2);
+    const PerNode N = shape_values(4, {-1, -1});
+    CHECK((round.normal(0, N).cwiseAbs() - Vec3::Constant(std::sqrt(1.0 / 3))).norm() < 1e-14);
+}
+
+TEST_CASE("faces T6 keep their own normals")
+{
+    const TouchingBody body = ball(ElementKind::T10, 8);
+    const SmoothNormals normals(body.surface, body.mesh.nodes);
+    for (std::size_t f = 0; f < body.surface.faces.size(); ++f)
+        CHECK(!normals.has(static_cast<std::int32_t>(f)));
+}
+
+TEST_CASE("the normal does not jump where a contact slides over facets")
+{
+    for (const ElementKind kind : kFlatKinds) {
+        CAPTURE(std::string(shape_of(kind).name));
+        SolidCylinderOptions options;
+        options.radius = 1;
+        options.length = 1;
+        options.cells = 8;
+        options.along = 3;
+        options.kind = kind;
+        const TouchingBody cylinder = with_surface(make_solid_cylinder(options));
+        double jump[2] = {0, 0};
+        for (const bool smooth : {false, true}) {
+            Vec3 last = normal_at(cylinder, 0.3, smooth);
+            for (int i = 1; i <= 300; ++i) {
+                const Vec3 next = normal_at(cylinder, 0.3 + 1e-3 * i, smooth);
+                jump[smooth] = std::max(jump[smooth], (next - last).norm());
+                last = next;
+            }
+        }
+        CHECK(jump[0] > 0.05);  // half the angle between two facets
+        CHECK(jump[1] < 0.005); // a step turns the tip by 0.001
+    }
+}
+
+TEST_CASE("smooth normals of a ball over a plane: tilts are nearer to those of the sphere")
+{
+    for (const ElementKind kind : kFlatKinds) {
+        const TouchingBody slave = ball(kind, 16);
+        const TouchingBody master = box_body(kind, {-2, -2, -2}, {2, 2, -1}, {7, 6, 1});
+        double tilt[2] = {0, 0};
+        for (const bool smooth : {false, true}) {
+            const SurfaceContacts contacts =
+                mortar_contacts(slave.surface, slave.mesh.nodes, master.surface, master.mesh.nodes,
+                                {0.3, false, smooth});
+            CHECK(contacts.contact.size() > 20);
+            for (const SurfaceContact& c : contacts.contact) {
+                const double t = std::acos(-slave.mesh.nodes[static_cast<std::size_t>(c.id)].z());
+                if (t < 0.5)
+                    tilt[smooth] =
+                        std::max(tilt[smooth], std::abs(std::acos(c.normal.z()) - t / 2));
+            }
+        }
+        MESSAGE(std::string(shape_of(kind).name) << " " << tilt[0] << " " << tilt[1]);
+        CHECK(tilt[1] < tilt[0]);
+    }
+}
