@@ -11,7 +11,7 @@ constexpr std::int32_t kLeaf = 4;
 
 } // namespace
 
-BoxTree::BoxTree(std::span<const Box> boxes) : order_(boxes.size())
+BoxTree::BoxTree(std::span<const BoundingBox> boxes) : order_(boxes.size())
 {
     if (boxes.empty()) return;
     std::iota(order_.begin(), order_.end(), 0);
@@ -25,13 +25,13 @@ BoxTree::BoxTree(std::span<const Box> boxes) : order_(boxes.size())
 }
 
 void BoxTree::split_(std::size_t node, std::int32_t first, std::int32_t count,
-                     std::span<const Box> boxes)
+                     std::span<const BoundingBox> boxes)
 {
     const auto twice_centre = [&](std::int32_t i) -> Eigen::Array3d {
-        const Box& b = boxes[static_cast<std::size_t>(i)];
+        const BoundingBox& b = boxes[static_cast<std::size_t>(i)];
         return b.low + b.high;
     };
-    Box box, centres;
+    BoundingBox box, centres;
     for (std::int32_t i = first; i < first + count; ++i) {
         const std::int32_t k = order_[static_cast<std::size_t>(i)];
         box.add(boxes[static_cast<std::size_t>(k)]);

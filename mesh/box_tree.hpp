@@ -9,7 +9,7 @@
 namespace amontons {
 
 /// An axis-aligned box; the default holds nothing.
-struct Box {
+struct BoundingBox {
     Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity());
     Eigen::Array3d high = -low;
 
@@ -18,12 +18,12 @@ struct Box {
         low = low.min(x.array());
         high = high.max(x.array());
     }
-    void add(const Box& other)
+    void add(const BoundingBox& other)
     {
         low = low.min(other.low);
         high = high.max(other.high);
     }
-    bool touches(const Box& other) const
+    bool touches(const BoundingBox& other) const
     {
         return (low <= other.high).all() && (other.low <= high).all();
     }
@@ -32,10 +32,10 @@ struct Box {
 /// A tree over boxes of any things, to find those that touch a box. O(n log n) to build.
 class BoxTree {
 public:
-    explicit BoxTree(std::span<const Box> boxes);
+    explicit BoxTree(std::span<const BoundingBox> boxes);
 
     /// Calls visit(std::int32_t) for each box that touches this one, in no certain order.
-    template <class Visit> void visit(const Box& box, Visit visit) const
+    template <class Visit> void visit(const BoundingBox& box, Visit visit) const
     {
         // Each level leaves at most one node behind on the stack.
         std::int32_t stack[64];
@@ -55,22 +55,22 @@ public:
         }
     }
 
-    const Box& all() const { return all_; } ///< around all of them
+    const BoundingBox& all() const { return all_; } ///< around all of them
 
 private:
     struct Node {
-        Box box;
+        BoundingBox box;
         std::int32_t first = 0; ///< leaf: position in order_; else left child, right is the next
         std::int32_t count = 0; ///< of boxes in a leaf; 0: inner node
     };
 
     void split_(std::size_t node, std::int32_t first, std::int32_t count,
-                std::span<const Box> boxes);
+                std::span<const BoundingBox> boxes);
 
     std::vector<Node> nodes_;
     std::vector<std::int32_t> order_; ///< boxes, leaf by leaf
-    std::vector<Box> boxes_;          ///< in that order
-    Box all_;
+    std::vector<BoundingBox> boxes_;  ///< in that order
+    BoundingBox all_;
 };
 
 } // namespace amontons

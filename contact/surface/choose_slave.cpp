@@ -14,30 +14,31 @@ constexpr double kContrast = 1e6; ///< of stiffness: decides before fineness
 constexpr double kAlike = 1e-2;   ///< difference of area per multiplier that does not count
 
 /// Where two surfaces overlap, or the room between them.
-Box between(const Box& a, const Box& b)
+BoundingBox between(const BoundingBox& a, const BoundingBox& b)
 {
     const Eigen::Array3d low = a.low.max(b.low), high = a.high.min(b.high);
-    Box box;
+    BoundingBox box;
     box.low = low.min(high);
     box.high = low.max(high);
     return box;
 }
 
-Box box_of(const ExternalSurface& surface, std::span<const Vec3> places)
+BoundingBox box_of(const ExternalSurface& surface, std::span<const Vec3> places)
 {
-    Box box;
+    BoundingBox box;
     for (const std::int32_t n : surface.used_nodes)
         box.add(places[static_cast<std::size_t>(n)]);
     return box;
 }
 
 /// Area per multiplier of the faces that touch a box [m^2].
-double coarseness(const ExternalSurface& surface, std::span<const Vec3> places, const Box& near)
+double coarseness(const ExternalSurface& surface, std::span<const Vec3> places,
+                  const BoundingBox& near)
 {
     double area = 0, multipliers = 0;
     for (std::size_t f = 0; f < surface.faces.size(); ++f) {
         const std::span<const std::int32_t> face = surface.face(f);
-        Box box;
+        BoundingBox box;
         for (const std::int32_t n : face)
             box.add(places[static_cast<std::size_t>(n)]);
         if (!box.touches(near)) continue;
@@ -60,7 +61,7 @@ bool first_is_slave(const ExternalSurface& a, std::span<const Vec3> a_places, do
     if (std::isinf(a_stiffness) != std::isinf(b_stiffness)) return std::isinf(b_stiffness);
     if (a_stiffness >= kContrast * b_stiffness && !std::isinf(a_stiffness)) return false;
     if (b_stiffness >= kContrast * a_stiffness && !std::isinf(b_stiffness)) return true;
-    const Box near = between(box_of(a, a_places), box_of(b, b_places));
+    const BoundingBox near = between(box_of(a, a_places), box_of(b, b_places));
     const double of_a = coarseness(a, a_places, near), of_b = coarseness(b, b_places, near);
     if (std::abs(of_a - of_b) > kAlike * std::max(of_a, of_b)) return of_a > of_b;
     return a_stiffness <= b_stiffness;

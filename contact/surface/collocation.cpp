@@ -166,7 +166,7 @@ SurfaceContacts nodal_contacts(const ExternalSurface& slave, std::span<const Vec
         SurfaceContact c;
         c.id = carriers.node[i];
         c.point = slave_places[at(c.id)];
-        Box near;
+        BoundingBox near;
         near.add(c.point + Vec3::Constant(reach));
         near.add(c.point - Vec3::Constant(reach));
         // The nearest facet that the node looks at; and of all, to tell which side it is on.

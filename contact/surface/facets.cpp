@@ -92,9 +92,9 @@ std::vector<Facet> facets_of(const ExternalSurface& surface, std::span<const Vec
     return facets;
 }
 
-Box box_of(const Facet& facet, const Vec3& along)
+BoundingBox box_of(const Facet& facet, const Vec3& along)
 {
-    Box box;
+    BoundingBox box;
     for (int i = 0; i < facet.corners; ++i) {
         box.add(facet.corner[static_cast<std::size_t>(i)] + along);
         box.add(facet.corner[static_cast<std::size_t>(i)] - along);
@@ -102,9 +102,9 @@ Box box_of(const Facet& facet, const Vec3& along)
     return box;
 }
 
-std::vector<Box> boxes_of(std::span<const Facet> facets)
+std::vector<BoundingBox> boxes_of(std::span<const Facet> facets)
 {
-    std::vector<Box> boxes;
+    std::vector<BoundingBox> boxes;
     boxes.reserve(facets.size());
     for (const Facet& f : facets)
         boxes.push_back(box_of(f));

@@ -35,8 +35,8 @@ struct Facet {
 std::vector<Facet> facets_of(const ExternalSurface& surface, std::span<const Vec3> places);
 
 /// The box of a facet, and of it moved by `along` and by -`along`.
-Box box_of(const Facet& facet, const Vec3& along = Vec3::Zero());
-std::vector<Box> boxes_of(std::span<const Facet> facets);
+BoundingBox box_of(const Facet& facet, const Vec3& along = Vec3::Zero());
+std::vector<BoundingBox> boxes_of(std::span<const Facet> facets);
 
 /// Coordinates in the plane of a facet; the third is the height along its normal. They move and
 /// turn with the facet.

@@ -11,21 +11,21 @@ TEST_CASE("a box tree finds each box that touches, once, and no other")
     std::mt19937 rng{5};
     std::uniform_real_distribution<double> uniform(0, 1);
     const auto random = [&](double size) {
-        Box box;
+        BoundingBox box;
         const Vec3 x{uniform(rng), uniform(rng), uniform(rng)};
         box.add(x);
         box.add(x + size * Vec3{uniform(rng), uniform(rng), uniform(rng)});
         return box;
     };
     for (const std::size_t n : {0, 1, 4, 5, 300}) {
-        std::vector<Box> boxes;
+        std::vector<BoundingBox> boxes;
         for (std::size_t i = 0; i < n; ++i)
             boxes.push_back(random(0.1));
         for (std::size_t i = 1; i < n; i += 3) // many at one place
             boxes[i] = boxes[0];
         const BoxTree tree(boxes);
         for (int k = 0; k < 100; ++k) {
-            const Box box = random(0.3);
+            const BoundingBox box = random(0.3);
             std::vector<std::int32_t> expected, found;
             for (std::size_t i = 0; i < n; ++i)
                 if (boxes[i].touches(box)) expected.push_back(static_cast<std::int32_t>(i));
@@ -38,7 +38,7 @@ TEST_CASE("a box tree finds each box that touches, once, and no other")
 
 TEST_CASE("boxes touch at a corner; an empty box touches nothing")
 {
-    Box a, b;
+    BoundingBox a, b;
     a.add({0, 0, 0});
     a.add({1, 1, 1});
     CHECK(!a.touches(b));
