@@ -28,8 +28,10 @@
 namespace amontons {
 namespace {
 
-/// A face is whole if this part of it is covered.
-constexpr double kWhole = 0.995;
+/// A face is whole if this part of it is covered. Between the two shares the functions of a whole
+/// face pass into those of a partly covered one: where bodies slide, a contact that changed them at
+/// once would have no balance between the two.
+constexpr double kWhole = 0.995, kPart = 0.9;
 /// More than the facet's area is covered: the master has layers.
 constexpr double kTwice = 1e-9;
 /// Segments with less of the facet's area are round-off.
@@ -133,10 +135,10 @@ private:
         if (segments_.empty()) return;
         const auto face = static_cast<std::size_t>(facets[0].face);
         const FaceMultipliers multipliers = face_multipliers({slave_.face(face), slave_places_});
-        const bool is_whole = covered >= kWhole * whole;
+        const double dual = std::clamp((covered / whole - kPart) / (kWhole - kPart), 0.0, 1.0);
         face_sums_.clear();
         for (const Segment& segment : segments_)
-            integrate_(segment, multipliers, is_whole);
+            integrate_(segment, multipliers, dual);
         sums_.add(face, multipliers, face_sums_);
     }
 
@@ -212,22 +214,21 @@ private:
         }
     }
 
-    void integrate_(const Segment& segment, const FaceMultipliers& multipliers, bool is_whole)
+    /// @param dual  share of the dual functions; the rest is 1 on each node's own part
+    void integrate_(const Segment& segment, const FaceMultipliers& multipliers, double dual)
     {
         const FacetPlane plane(*segment.slave);
         const Sides sides(*this, segment, plane);
         FaceSums::Master& master = face_sums_.of(segment.master->face);
-        if (is_whole) {
-            integrate_(sides, segment.polygon, multipliers, -1, master);
-            return;
-        }
+        if (dual > 0) integrate_(sides, segment.polygon, multipliers, -1, dual, master);
+        if (dual == 1) return;
         ConvexPolygon part, shared;
         for (int i = 0; i < multipliers.count; ++i) {
             part = nearest_part(sides.slave.nodes, i);
             for (int k = 0; k < part.count; ++k)
                 part.corner[static_cast<std::size_t>(k)] = sides.in_plane(part[k]);
             intersect(segment.polygon, part, shared);
-            if (shared.count > 0) integrate_(sides, shared, multipliers, i, master);
+            if (shared.count > 0) integrate_(sides, shared, multipliers, i, 1 - dual, master);
         }
     }
 
@@ -280,9 +281,11 @@ private:
     };
 
     /// Adds the integrals over a part of a segment.
-    /// @param only  the multiplier whose function is 1 there, or -1: the dual functions
+    /// @param only   the multiplier whose function is 1 there, or -1: the dual functions
+    /// @param share  factor on the functions
     void integrate_(const Sides& sides, const ConvexPolygon& polygon,
-                    const FaceMultipliers& multipliers, int only, FaceSums::Master& master)
+                    const FaceMultipliers& multipliers, int only, double share,
+                    FaceSums::Master& master)
     {
         // A product of two linear functions needs no more.
         const int degree = sides.slave.nodes == 3 && sides.master.nodes == 3 ? 2 : 4;
@@ -291,7 +294,7 @@ private:
             const double twice = twice_area(a, b, c);
             for (const QuadraturePoint& p : triangle_points(degree)) {
                 const Vec2 z = a + p.xi[0] * (b - a) + p.xi[1] * (c - a);
-                integrate_at_(sides, z, p.weight * twice, multipliers, only, master);
+                integrate_at_(sides, z, share * p.weight * twice, multipliers, only, master);
             }
         }
     }

@@ -71,6 +71,8 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
     , corotational_(input.motion == "corotational")
 {
     const std::size_t n = mesh_.nodes.size();
+    for (std::size_t i = 0; i < touching.size(); ++i)
+        if (touching[i]) touching_.push_back(std::int32_t(i));
     find_sets(file);
     pattern_ = make_pattern(mesh_);
     for (const Vec3& X : mesh_.nodes)
@@ -289,6 +291,7 @@ void SolidBody::begin(const StepInput& step)
 {
     step_ = step;
     now_ = state_;
+    free_known_ = false;
     if (kind_ == Frame::driven) now_.frame = frame_at(step.end());
     hold(now_, step.end());
     if (!step.dynamic) {
@@ -339,7 +342,7 @@ void SolidBody::make_matrix()
 {
     if (dofs_.free.empty()) return;
     const bool same_step = step_.h == factored_h_ && step_.theta == factored_theta_;
-    if (!corotational_ && factor_.is_factored() && (!step_.dynamic || same_step)) return;
+    if (constant_ && (!step_.dynamic || same_step)) return;
 
     const double h = step_.h, theta = step_.theta;
     if (corotational_) {
@@ -360,6 +363,10 @@ void SolidBody::make_matrix()
     }
     eliminate(S_, parts_);
     last_columns_ = SparseColumns();
+    if (constant_) { // another step length: the order and pattern of the factor stay
+        factor_ = constant_->release();
+        constant_.reset();
+    }
     const FactorResult done = factor_.factor(parts_.ff);
     if (!done)
         throw std::runtime_error(fmt::format(
@@ -368,6 +375,13 @@ void SolidBody::make_matrix()
                                 : node_place(mesh_, dofs_.free[std::size_t(done.failed_dof)] / 3)));
     factored_h_ = h;
     factored_theta_ = theta;
+    if (!corotational_) constant_.emplace(std::move(factor_), dofs_, touching_);
+}
+
+Eigen::VectorXd SolidBody::solved(const Eigen::VectorXd& f) const
+{
+    if (f.size() == 0) return f;
+    return constant_ ? constant_->factor().solved(f) : factor_.solved(f);
 }
 
 Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
@@ -415,13 +429,14 @@ Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
 void SolidBody::linearise()
 {
     if (K_.size() == 0) prepare();
+    if (free_known_) return;
     Eigen::VectorXd scale;
     const Eigen::VectorXd r = residual(scale);
     make_matrix();
     Eigen::VectorXd rf(Eigen::Index(dofs_.free.size()));
     for (std::size_t i = 0; i < dofs_.free.size(); ++i)
         rf[Eigen::Index(i)] = r[dofs_.free[i]];
-    free_change_ = rf.size() > 0 ? factor_.solved(rf) : rf;
+    free_change_ = solved(rf);
     if (free_modes_.cols() > 0)
         mode_load_ = rigid_.R.transpose() * r;
     else
@@ -466,7 +481,10 @@ Vec3 SolidBody::start_velocity(const BodyPlace& at) const
 void SolidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
 {
     if (last_columns_.cols() == 0 || !same(C, last_columns_)) {
-        factor_.compliance(C, last_W_);
+        if (constant_)
+            constant_->delassus(C, last_W_);
+        else
+            factor_.compliance(C, last_W_);
         last_columns_ = C;
     }
     W = last_W_;
@@ -474,7 +492,7 @@ void SolidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
 
 Eigen::VectorXd SolidBody::solve(const Eigen::VectorXd& force)
 {
-    return factor_.solved(force);
+    return solved(force);
 }
 
 std::string SolidBody::mode_name(int mode) const
@@ -512,6 +530,12 @@ void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
         whole[dofs_.free[i]] = y[Eigen::Index(i)];
     if (!step_.dynamic) {
         now_.u += whole;
+        // A linear body: the residual has changed by A y, so what is left of y_free is known. Not
+        // where loads turn against the frame.
+        const bool turns =
+            kind_ == Frame::floating && (!input_.loads.empty() || !step_.gravity.isZero());
+        free_known_ = !corotational_ && !turns;
+        if (free_known_) free_change_ -= y;
         if (mode.size() > 0) {
             const Eigen::VectorXd rigid = rigid_.R * mode;
             if (kind_ != Frame::floating) {

@@ -6,8 +6,11 @@
 #include "solver/linear/supernodal.hpp"
 #include "solver/scene/scene.hpp"
 #include "solver/solid/assembly.hpp"
+#include "solver/solid/compliance.hpp"
 #include "solver/solid/corotational.hpp"
 #include "solver/solid/rigid_modes.hpp"
+
+#include <optional>
 
 namespace amontons {
 
@@ -90,6 +93,7 @@ private:
     /// Forces of the material at places, in space [N]; the energy [J].
     double inner_forces(const Motion& m, Eigen::VectorXd& f);
     Eigen::VectorXd residual(Eigen::VectorXd& scale); ///< in space; N or N s
+    Eigen::VectorXd solved(const Eigen::VectorXd& f) const;
     void prepare();
     void make_matrix();
     Eigen::VectorXd into_frame(const Eigen::VectorXd& f) const;
@@ -118,13 +122,16 @@ private:
     std::vector<CorotationalState> element_states_;
     FreeDofs dofs_;
     Elimination parts_;
-    SupernodalFactor factor_;
+    SupernodalFactor factor_;                 ///< of a matrix that changes
+    std::optional<SolidCompliance> constant_; ///< of one that does not
+    std::vector<std::int32_t> touching_;      ///< nodes that may come into contact
     double factored_h_ = -1, factored_theta_ = -1;
     RigidModes rigid_;
     Eigen::MatrixXd free_modes_; ///< rows of free unknowns
 
     SparseColumns last_columns_; ///< W of the last columns is kept with the factor
     Eigen::MatrixXd last_W_;
+    bool free_known_ = false; ///< free_change_ is that of the iterate already
 
     StepInput step_;
     Motion state_, now_;

@@ -57,12 +57,24 @@ void SolidCompliance::set_scale(double scale)
     scale_ = scale;
 }
 
-/// Fills in_contact_ and place_.
-void SolidCompliance::find_nodes(const ContactRows& rows)
+void SolidCompliance::forget_nodes()
 {
     for (const std::int32_t s : in_contact_)
         place_[std::size_t(s)] = -1;
     in_contact_.clear();
+}
+
+void SolidCompliance::order_nodes()
+{
+    std::sort(in_contact_.begin(), in_contact_.end());
+    for (std::size_t k = 0; k < in_contact_.size(); ++k)
+        place_[std::size_t(in_contact_[k])] = std::int32_t(k);
+}
+
+/// Fills in_contact_ and place_.
+void SolidCompliance::find_nodes(const ContactRows& rows)
+{
+    forget_nodes();
     for (const ContactRows::Entry& e : rows.entry) {
         AMONTONS_ASSERT(e.node >= 0 && std::size_t(e.node) < surface_number_.size());
         const std::int32_t s = surface_number_[std::size_t(e.node)];
@@ -71,9 +83,21 @@ void SolidCompliance::find_nodes(const ContactRows& rows)
         place_[std::size_t(s)] = 0;
         in_contact_.push_back(s);
     }
-    std::sort(in_contact_.begin(), in_contact_.end());
-    for (std::size_t k = 0; k < in_contact_.size(); ++k)
-        place_[std::size_t(in_contact_[k])] = std::int32_t(k);
+    order_nodes();
+}
+
+void SolidCompliance::find_nodes(const SparseMatrix& C)
+{
+    forget_nodes();
+    for (Eigen::Index k = 0; k < C.nonZeros(); ++k) {
+        const std::int32_t node = dofs_.free[std::size_t(C.innerIndexPtr()[k])] / 3;
+        const std::int32_t s = surface_number_[std::size_t(node)];
+        AMONTONS_ASSERT(s >= 0);
+        if (place_[std::size_t(s)] >= 0) continue;
+        place_[std::size_t(s)] = 0;
+        in_contact_.push_back(s);
+    }
+    order_nodes();
 }
 
 /// A place for a column that this call does not use.
@@ -141,13 +165,13 @@ bool SolidCompliance::has_columns()
 }
 
 /// Whether it is time to solve the columns that are missing; if so they are there afterwards.
-bool SolidCompliance::columns_pay(const ContactRows& rows)
+bool SolidCompliance::columns_pay(const SparseMatrix& C)
 {
     if (in_contact_.size() > most_columns_) return false;
     const auto missing = std::count_if(in_contact_.begin(), in_contact_.end(), [&](std::int32_t s) {
         return column_of_[std::size_t(s)] < 0;
     });
-    spent_ += factor_.compliance_flops(contact_matrix(rows, dofs_));
+    spent_ += factor_.compliance_flops(C);
     if (spent_ < column_cost_ * double(missing)) return false;
     spent_ = 0;
     use_columns();
@@ -185,7 +209,7 @@ void SolidCompliance::prepare(std::span<const std::int32_t> nodes)
 void SolidCompliance::delassus(const ContactRows& rows, Eigen::MatrixXd& W)
 {
     find_nodes(rows);
-    if (!has_columns() && !columns_pay(rows)) {
+    if (!has_columns() && !columns_pay(contact_matrix(rows, dofs_))) {
         ++counts_.from_factor;
         return delassus_once(rows, W);
     }
@@ -228,6 +252,57 @@ void SolidCompliance::delassus(const ContactRows& rows, Eigen::MatrixXd& W)
                        Block(moved + 9 * place_[std::size_t(surface_number_[std::size_t(e.node)])]);
             W.block<3, 3>(3 * Eigen::Index(i), 3 * Eigen::Index(j)) =
                 rows.frame[i].transpose() * sum * rows.frame[j] / scale_;
+        }
+    }
+    W.triangularView<Eigen::StrictlyUpper>() = W.transpose();
+}
+
+void SolidCompliance::delassus(const SparseMatrix& C, Eigen::MatrixXd& W)
+{
+    AMONTONS_ASSERT(C.isCompressed() && C.rows() == Eigen::Index(dofs_.free.size()));
+    find_nodes(C);
+    if (!has_columns() && !columns_pay(C)) {
+        ++counts_.from_factor;
+        factor_.compliance(C, W);
+        W /= scale_;
+        return;
+    }
+    // The part of A^-1 between nodes in contact, contiguous; often the same as before.
+    const std::size_t nodes = in_contact_.size();
+    const Eigen::Index n = 3 * Eigen::Index(nodes), rows = C.cols();
+    if (part_nodes_ != in_contact_) {
+        part_nodes_ = in_contact_;
+        part_.resize(n, n);
+        for (std::size_t b = 0; b < nodes; ++b) {
+            const double* const from = column(in_contact_[b]);
+            for (std::size_t a = 0; a < nodes; ++a)
+                part_.block<3, 3>(3 * Eigen::Index(a), 3 * Eigen::Index(b)) =
+                    Block(from + 9 * std::ptrdiff_t(in_contact_[a]));
+        }
+    }
+    const auto place = [&](Eigen::Index free) {
+        const std::int32_t dof = dofs_.free[std::size_t(free)];
+        return 3 * Eigen::Index(place_[std::size_t(surface_number_[std::size_t(dof / 3)])]) +
+               dof % 3;
+    };
+    // moved: what each of C's columns, as forces, does to all nodes in contact.
+    Eigen::MatrixXd moved = Eigen::MatrixXd::Zero(n, rows);
+    for (Eigen::Index j = 0; j < rows; ++j)
+        for (SparseMatrix::InnerIterator at(C, j); at; ++at)
+            moved.col(j) += at.value() * part_.col(place(at.row()));
+    W.resize(rows, rows);
+    std::vector<Eigen::Index> places(std::size_t(C.nonZeros()));
+    for (std::size_t k = 0; k < places.size(); ++k)
+        places[k] = place(C.innerIndexPtr()[k]);
+    const double* const values = C.valuePtr();
+    for (Eigen::Index i = 0; i < rows; ++i) {
+        const auto first = std::size_t(C.outerIndexPtr()[i]);
+        const auto last = std::size_t(C.outerIndexPtr()[i + 1]);
+        for (Eigen::Index j = i; j < rows; ++j) {
+            double sum = 0;
+            for (std::size_t k = first; k < last; ++k)
+                sum += values[k] * moved(places[k], j);
+            W(j, i) = sum / scale_;
         }
     }
     W.triangularView<Eigen::StrictlyUpper>() = W.transpose();

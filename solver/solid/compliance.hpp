@@ -51,6 +51,9 @@ public:
     /// @param W  resized to 3 contacts x 3 contacts
     /// @throws std::logic_error  if a contact names a node that is not of the surface
     void delassus(const ContactRows& rows, Eigen::MatrixXd& W);
+    /// The same for rows given as they act on the free degrees of freedom: W = C^T A^-1 C.
+    /// @param C  free x any number; acts on nodes of the surface only
+    void delassus(const SparseMatrix& C, Eigen::MatrixXd& W);
     /// The same from the factor alone, by its tree; keeps nothing. For contacts that come once.
     void delassus_once(const ContactRows& rows, Eigen::MatrixXd& W) const;
     /// Solves the columns of these nodes now, as far as there is room.
@@ -64,6 +67,9 @@ public:
     Eigen::VectorXd surface_displacement(const ContactRows& rows, const Eigen::VectorXd& r);
 
     const SupernodalFactor& factor() const { return factor_; }
+    /// Gives the factor back, to be used for other numbers of the same pattern; this object is then
+    /// of no more use.
+    SupernodalFactor release() { return std::move(factor_); }
     const FreeDofs& dofs() const { return dofs_; }
     const ComplianceCounts& counts() const { return counts_; }
     std::size_t most_columns() const { return most_columns_; } ///< nodes that there is room for
@@ -79,9 +85,12 @@ private:
         return columns_[std::size_t(column_of_[std::size_t(surface_node)])].blocks.data();
     }
     void find_nodes(const ContactRows& rows);
+    void find_nodes(const SparseMatrix& C);
+    void forget_nodes();
+    void order_nodes();
     void use_columns();
     bool has_columns();
-    bool columns_pay(const ContactRows& rows);
+    bool columns_pay(const SparseMatrix& C);
     void solve_columns(std::span<const std::int32_t> missing);
     std::int32_t free_column();
 
@@ -99,6 +108,8 @@ private:
     double spent_ = 0;       // on W by the tree, since columns are missing
     ComplianceCounts counts_;
     std::vector<std::int32_t> in_contact_; // surface nodes of the present call, ascending
+    std::vector<std::int32_t> part_nodes_; // in_contact_ when part_ was gathered
+    Eigen::MatrixXd part_;
     std::vector<std::int32_t> place_;      // of each surface node in in_contact_
     std::vector<double> gathered_, moved_; // workspace
 };

@@ -78,30 +78,6 @@ ExternalSurface surface_of_triangles(const SurfaceMesh& mesh)
     return s;
 }
 
-/// A rigid body against a smooth obstacle: a ball exactly, others by their corners.
-void touch_wall(const RigidShape& shape, const Pose& pose,
-                const std::function<WallSample(const Vec3&)>& wall, double reach,
-                std::vector<RigidContact>& out)
-{
-    std::uint64_t id = 0;
-    const auto point = [&](const Vec3& x, double radius) {
-        const WallSample s = wall(x);
-        RigidContact c;
-        c.normal = s.normal;
-        c.gap = s.distance - radius;
-        c.point_a = x - radius * s.normal;
-        c.point_b = c.point_a - c.gap * s.normal;
-        c.id = id++;
-        if (c.gap <= reach) out.push_back(c);
-    };
-    if (const auto* ball = std::get_if<Ball>(&shape)) return point(pose.place, ball->radius);
-    SurfaceMesh corners;
-    if (const auto* box = std::get_if<Box>(&shape)) corners = triangles_of(*box);
-    if (const auto* body = std::get_if<TriangleShape>(&shape)) corners = body->mesh;
-    for (const Vec3& X : corners.points)
-        point(pose.place + pose.turn * X, 0);
-}
-
 void add(const SurfaceContacts& found, int pair, int a, int b, bool master_has_nodes,
          BodyContacts& out)
 {
@@ -280,7 +256,7 @@ void ContactFinder::rigid_on_wall(const std::vector<BodyRef>& bodies, int pair, 
     const RigidBody& a = *bodies[std::size_t(p.a)].rigid;
     WallHint hint;
     found_.clear();
-    touch_wall(
+    detect_wall(
         a.shape(), pose_of(a), [&](const Vec3& x) { return wall.sample(x, hint); }, reach_, found_);
     add_rigid(pair, out);
 }

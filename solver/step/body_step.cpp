@@ -208,6 +208,7 @@ private:
     void add_motion(const Rows& rows, const std::vector<Eigen::VectorXd>& y,
                     Eigen::VectorXd& u) const;
     std::vector<Eigen::VectorXd> forces(const Rows& rows, const Eigen::VectorXd& r) const;
+    void relax();
     bool holds_at_end();
     void certify_rows(const Eigen::VectorXd& u);
     void report_modes();
@@ -235,6 +236,10 @@ private:
     std::map<BodySystem::Key, Vec3> force_;  ///< in space; of a coupling in x
     std::map<BodySystem::Key, Vec3> motion_; ///< u of the solved rows, in their frames
     Certificate certificate_;
+    std::vector<double> errors_; ///< of the outer iterations
+    bool relaxing_ = false;
+    double relaxation_ = 1, left_out_ = 0; ///< share of the motion made; the rest [m or m/s]
+    Eigen::VectorXd motion_before_;
 };
 
 BodySystem::Key Step::key(int c) const
@@ -602,9 +607,38 @@ bool Step::solve()
             reached[rows_.first[i]] += scale * s * r_[rows_.first[i]];
         }
     certify_rows(reached);
+    relax();
     for (std::size_t b = 0; b < bodies(); ++b)
-        body(b).change(y_[b], mode_[b], body_force_[b]);
+        body(b).change(relaxation_ * y_[b], relaxation_ * mode_[b], body_force_[b]);
     return true;
+}
+
+/// How much of the motion is made. All of it, until an iteration does not at least halve the error
+/// (geometry that answers to forces may swing between two states): then what Aitken's rule says.
+/// Source: Küttler & Wall 2008, eq. 44.
+void Step::relax()
+{
+    Eigen::Index size = 0;
+    for (std::size_t b = 0; b < bodies(); ++b)
+        size += y_[b].size() + mode_[b].size();
+    Eigen::VectorXd motion(size);
+    Eigen::Index at = 0;
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        motion.segment(at, y_[b].size()) = y_[b];
+        at += y_[b].size();
+        motion.segment(at, mode_[b].size()) = mode_[b];
+        at += mode_[b].size();
+    }
+    const bool swings = errors_.size() > 2 && errors_.back() > 0.5 * errors_[errors_.size() - 2];
+    relaxing_ |= swings;
+    if (relaxing_ && motion_before_.size() == size) {
+        const Eigen::VectorXd change = motion - motion_before_;
+        const double length = change.squaredNorm();
+        if (length > 0)
+            relaxation_ = std::clamp(-relaxation_ * motion_before_.dot(change) / length, 0.1, 1.0);
+    }
+    left_out_ = motion.norm() > 0 ? (1 - relaxation_) * motion.norm() : 0;
+    motion_before_ = std::move(motion);
 }
 
 /// The certificate of r_ with u in place of W r + q.
@@ -702,7 +736,9 @@ bool Step::holds_at_end()
     double size = 0;
     for (std::size_t b = 0; b < bodies(); ++b)
         size = std::max(size, body(b).size());
-    return report_.error <= report_.threshold && new_overlap <= options_.tolerance * size;
+    errors_.push_back(report_.error);
+    return report_.error <= report_.threshold && new_overlap <= options_.tolerance * size &&
+           left_out_ <= options_.tolerance * size;
 }
 
 /// Modes that no contact sees: they stay where they are, and that is said.
