@@ -69,16 +69,17 @@ std::string nearest_file(const std::string& path)
 }
 
 /// Writes all bytes. @return 0 or errno
-int write_all(int fd, std::string_view bytes)
+int write_all(int fd, std::span<const std::string_view> parts)
 {
-    while (!bytes.empty()) {
-        const ssize_t n = ::write(fd, bytes.data(), bytes.size());
-        if (n < 0) {
-            if (errno == EINTR) continue;
-            return errno;
+    for (std::string_view bytes : parts)
+        while (!bytes.empty()) {
+            const ssize_t n = ::write(fd, bytes.data(), bytes.size());
+            if (n < 0) {
+                if (errno == EINTR) continue;
+                return errno;
+            }
+            bytes.remove_prefix(static_cast<std::size_t>(n));
         }
-        bytes.remove_prefix(static_cast<std::size_t>(n));
-    }
     return 0;
 }
 
@@ -139,12 +140,17 @@ std::string read_file(const std::string& path)
 
 void write_file(const std::string& path, std::string_view bytes, Flush flush)
 {
+    write_file(path, std::span(&bytes, 1), flush);
+}
+
+void write_file(const std::string& path, std::span<const std::string_view> parts, Flush flush)
+{
     struct stat info {};
     const bool exists = ::stat(path.c_str(), &info) == 0;
     if (exists && S_ISDIR(info.st_mode)) throw WriteError(path, "it is a folder");
     if (exists && !S_ISREG(info.st_mode)) { // a rename would replace the device itself
         Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
-        int error = file.valid() ? write_all(file.get(), bytes) : errno;
+        int error = file.valid() ? write_all(file.get(), parts) : errno;
         if (error == 0) error = file.close();
         if (error != 0) throw WriteError(path, reason(error));
         return;
@@ -157,7 +163,7 @@ void write_file(const std::string& path, std::string_view bytes, Flush flush)
     Descriptor file(temporary.fd);
     if (!file.valid()) throw WriteError(path, reason(errno));
 
-    int error = write_all(file.get(), bytes);
+    int error = write_all(file.get(), parts);
     if (error == 0 && exists && ::fchmod(file.get(), info.st_mode & 07777) != 0) error = errno;
     if (error == 0 && flush == Flush::to_disk && ::fsync(file.get()) != 0) error = errno;
     const int close_error = file.close();
@@ -185,6 +191,12 @@ void make_folder(const std::string& path)
 std::uint64_t hash_bytes(std::string_view bytes)
 {
     return XXH3_64bits(bytes.data(), bytes.size());
+}
+
+Hash128 hash128_bytes(std::string_view bytes)
+{
+    const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
+    return {hash.high64, hash.low64};
 }
 
 } // namespace amontons

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -39,6 +40,9 @@ enum class Flush {
 /// keeps its permissions. What is no ordinary file (/dev/stdout, a pipe) is written directly.
 /// @throws WriteError  and leaves the old file as it was, without a temporary file beside it
 void write_file(const std::string& path, std::string_view bytes, Flush flush = Flush::to_disk);
+/// The same from parts, one after the other: large arrays need not be copied together first.
+void write_file(const std::string& path, std::span<const std::string_view> parts,
+                Flush flush = Flush::to_disk);
 
 /// Makes a folder and its parents, if they are not there.
 /// @throws WriteError  if one is there but no folder, or cannot be made
@@ -46,5 +50,12 @@ void make_folder(const std::string& path);
 
 /// 64-bit fingerprint (XXH3): the same on every machine. Not for keeping secrets.
 std::uint64_t hash_bytes(std::string_view bytes);
+
+/// 128-bit fingerprint (XXH3), for names of things that must not be mistaken for each other.
+struct Hash128 {
+    std::uint64_t high = 0, low = 0;
+    bool operator==(const Hash128&) const = default;
+};
+Hash128 hash128_bytes(std::string_view bytes);
 
 } // namespace amontons

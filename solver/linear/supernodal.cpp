@@ -8,6 +8,7 @@
 #include <cmath>
 #include <new>
 #include <numeric>
+#include <utility>
 
 namespace amontons {
 namespace {
@@ -80,10 +81,26 @@ struct SupernodalFactor::Parts {
                 of_column,
                 parent};
     }
+    std::int32_t wrong_pivot() const;
     void find_tree();
+    void find_workspace();
     void permute_pattern(const Eigen::SparseMatrix<double>& A);
     void mark_ways(std::span<const std::int32_t> dofs, std::vector<char>& marks) const;
 };
+
+/// The first place whose pivot is not a number > 0, or -1. CHOLMOD's own test lets not-a-number
+/// pass, as every comparison with it is false.
+std::int32_t SupernodalFactor::Parts::wrong_pivot() const
+{
+    const Supernodes t = tree({static_cast<const double*>(L->x), L->xsize});
+    for (std::int32_t s = 0; s < t.count(); ++s)
+        for (int k = 0; k < t.width(s); ++k) {
+            const double pivot = t.block(s)[std::ptrdiff_t(k) * (t.height(s) + 1)];
+            if (!(pivot > 0 && pivot < std::numeric_limits<double>::infinity()))
+                return t.first[std::size_t(s)] + k;
+        }
+    return -1;
+}
 
 void SupernodalFactor::Parts::find_tree()
 {
@@ -100,6 +117,25 @@ void SupernodalFactor::Parts::find_tree()
     for (std::int32_t s = 0; s < t.count(); ++s)
         if (t.height(s) > t.width(s))
             parent[std::size_t(s)] = of_column[std::size_t(t.rows_below(s)[0])];
+}
+
+/// What CHOLMOD reserves for updates: the most entries, and the most rows, that one supernode sends
+/// to one ancestor and to those beyond it.
+void SupernodalFactor::Parts::find_workspace()
+{
+    const Supernodes t = tree({});
+    L->maxcsize = L->maxesize = 1;
+    for (std::int32_t s = 0; s < t.count(); ++s) {
+        const std::int32_t* const rows = t.rows_below(s);
+        const int below = t.height(s) - t.width(s);
+        L->maxesize = std::max(L->maxesize, std::size_t(below));
+        for (int r = 0, end; r < below; r = end) {
+            for (end = r; end < below &&
+                          of_column[std::size_t(rows[end])] == of_column[std::size_t(rows[r])];)
+                ++end;
+            L->maxcsize = std::max(L->maxcsize, std::size_t(below - r) * std::size_t(end - r));
+        }
+    }
 }
 
 void SupernodalFactor::Parts::permute_pattern(const Eigen::SparseMatrix<double>& A)
@@ -201,13 +237,17 @@ void SupernodalFactor::analyse(const Eigen::SparseMatrix<double>& A,
 FactorResult SupernodalFactor::factor(const Eigen::SparseMatrix<double>& A)
 {
     AMONTONS_ASSERT(A.isCompressed() && std::size_t(A.cols()) == parts_->place.size());
+    if (parts_->start.empty()) { // restored
+        parts_->permute_pattern(A);
+        parts_->pattern_entries = A.nonZeros();
+    }
     return refactor({A.valuePtr(), std::size_t(A.nonZeros())});
 }
 
 FactorResult SupernodalFactor::refactor(std::span<const double> values)
 {
     Parts& p = *parts_;
-    AMONTONS_ASSERT(std::int64_t(values.size()) == p.pattern_entries);
+    AMONTONS_ASSERT(!p.start.empty() && std::int64_t(values.size()) == p.pattern_entries);
     p.factored = false;
     if (p.place.empty()) return {true, -1};
     for (std::size_t k = 0; k < p.source.size(); ++k)
@@ -230,17 +270,9 @@ FactorResult SupernodalFactor::refactor(std::span<const double> values)
     cholmod_super_numeric(&view, nullptr, shift, p.L, &p.common);
     p.check_status();
     if (p.L->minor < p.L->n) return {false, ints(p.L->Perm, p.L->n)[p.L->minor]};
-    p.factored = true;
-    // Not-a-number passes every comparison that a pivot has to pass.
-    const Supernodes L = p.supernodes();
-    for (std::int32_t s = 0; s < L.count(); ++s)
-        for (int k = 0; k < L.width(s); ++k)
-            if (!(L.block(s)[std::ptrdiff_t(k) * (L.height(s) + 1)] <
-                  std::numeric_limits<double>::infinity())) {
-                p.factored = false;
-                return {false, permutation()[std::size_t(L.first[std::size_t(s)] + k)]};
-            }
-    return {true, -1};
+    const std::int32_t wrong = p.wrong_pivot();
+    p.factored = wrong < 0;
+    return {p.factored, wrong < 0 ? -1 : permutation()[std::size_t(wrong)]};
 }
 
 void SupernodalFactor::solve(Eigen::Ref<Eigen::MatrixXd> X) const
@@ -342,6 +374,62 @@ double SupernodalFactor::inverse_part_flops(std::span<const std::int32_t> rows) 
         if (p.wanted[std::size_t(s)])
             operations += 2.0 * L.width(s) * (2.0 * L.height(s) - L.width(s));
     return operations;
+}
+
+FactorArrays SupernodalFactor::arrays() const
+{
+    const Supernodes L = parts_->supernodes();
+    return {permutation(), L.first, L.row_start, L.start, L.row, L.value};
+}
+
+bool SupernodalFactor::restore(const FactorSizes& sizes,
+                               const std::function<bool(const FactorSpace&)>& fill,
+                               const SupernodalOptions& options)
+{
+    parts_ = std::make_unique<Parts>();
+    {
+        Parts& p = *parts_;
+        p.options = options;
+        const auto rows = std::size_t(sizes.rows), supernodes = std::size_t(sizes.supernodes);
+        p.L = cholmod_allocate_factor(rows, &p.common);
+        p.check_status();
+        cholmod_factor& L = *p.L;
+        L.is_ll = L.is_super = L.is_monotonic = 1;
+        L.ordering = CHOLMOD_GIVEN;
+        L.xtype = CHOLMOD_REAL;
+        L.nsuper = supernodes;
+        L.ssize = std::size_t(sizes.listed_rows);
+        L.xsize = std::size_t(sizes.entries);
+        const auto ints_of = [&](void*& array, std::size_t size) {
+            array = cholmod_malloc(size, sizeof(std::int32_t), &p.common);
+            return std::span(static_cast<std::int32_t*>(array), size);
+        };
+        FactorSpace space;
+        space.permutation = {static_cast<std::int32_t*>(L.Perm), rows};
+        space.first = ints_of(L.super, supernodes + 1);
+        space.row_start = ints_of(L.pi, supernodes + 1);
+        space.start = ints_of(L.px, supernodes + 1);
+        space.row = ints_of(L.s, L.ssize);
+        L.x = cholmod_malloc(L.xsize, sizeof(double), &p.common);
+        space.value = {static_cast<double*>(L.x), L.xsize};
+        p.check_status();
+        std::vector<char> seen(rows, 0);
+        const auto is_permutation = [&] {
+            for (const std::int32_t k : space.permutation)
+                if (k < 0 || std::size_t(k) >= rows || std::exchange(seen[std::size_t(k)], 1))
+                    return false;
+            return true;
+        };
+        if (fill(space) && is_permutation() && std::size_t(space.first.back()) == rows &&
+            is_consistent(p.tree(space.value))) {
+            p.find_tree();
+            p.find_workspace();
+            p.start.clear();
+            p.factored = p.wrong_pivot() < 0;
+        }
+    }
+    if (!parts_->factored) parts_ = std::make_unique<Parts>();
+    return parts_->factored;
 }
 
 Eigen::Index SupernodalFactor::size() const

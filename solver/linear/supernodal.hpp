@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -31,6 +32,20 @@ struct FactorResult {
     explicit operator bool() const { return positive_definite; }
 };
 
+/// What a factor consists of, for keeping it; solver/linear/supernodes.hpp has the layout.
+template <class Int, class Real> struct FactorArraysOf {
+    std::span<Int> permutation, first, row_start, start, row;
+    std::span<Real> value;
+};
+using FactorArrays = FactorArraysOf<const std::int32_t, const double>;
+using FactorSpace = FactorArraysOf<std::int32_t, double>; ///< to be filled
+struct FactorSizes {
+    std::int64_t rows = 0;        ///< n
+    std::int64_t supernodes = 0;  ///< `first`, `row_start` and `start` have one more
+    std::int64_t listed_rows = 0; ///< of all supernodes
+    std::int64_t entries = 0;     ///< of L, as stored
+};
+
 /// P A P^T = L L^T of a sparse symmetric positive definite matrix, in dense blocks (supernodes).
 ///
 /// Only the lower triangle of A (row >= column) is read; the upper one may be there or not. Order
@@ -56,7 +71,8 @@ public:
     /// dense workspace of the largest update.
     /// @throws std::bad_alloc
     FactorResult factor(const Eigen::SparseMatrix<double>& A);
-    /// The same, from the values alone: those of A, both triangles if A had both.
+    /// The same, from the values alone: those of A, both triangles if A had both. Not after
+    /// restore().
     FactorResult refactor(std::span<const double> values);
 
     /// X <- A^-1 X, n x any number.
@@ -78,6 +94,16 @@ public:
     /// among the rows (an upper bound).
     double compliance_flops(const Eigen::SparseMatrix<double>& C) const;
     double inverse_part_flops(std::span<const std::int32_t> rows) const;
+
+    /// All that there is of a factor; valid until it changes. There must be one.
+    FactorArrays arrays() const;
+    /// Makes a factor of arrays kept before, without analysis. Another matrix of the same pattern
+    /// may be factored afterwards.
+    /// @param sizes  each > 0 and < 2^31
+    /// @param fill   puts the arrays into their final place; false if it cannot
+    /// @returns false if fill does, or what it gave is no factor; nothing is then there
+    bool restore(const FactorSizes& sizes, const std::function<bool(const FactorSpace&)>& fill,
+                 const SupernodalOptions& options = {});
 
     Eigen::Index size() const; ///< n
     bool is_factored() const;

@@ -58,6 +58,47 @@ double* sized(std::vector<double>& work, std::size_t size)
 
 } // namespace
 
+bool is_consistent(const Supernodes& L)
+{
+    if (L.first.size() < 2 || L.row_start.size() != L.first.size() ||
+        L.start.size() != L.first.size() || L.first[0] != 0 || L.row_start[0] != 0 ||
+        L.start[0] != 0)
+        return false;
+    const std::int32_t n = L.size();
+    for (std::size_t s = 0; s + 1 < L.first.size(); ++s) {
+        const std::int64_t width = std::int64_t(L.first[s + 1]) - L.first[s],
+                           height = std::int64_t(L.row_start[s + 1]) - L.row_start[s],
+                           entries = std::int64_t(L.start[s + 1]) - L.start[s];
+        if (width < 1 || L.first[s + 1] > n || height < width || entries != width * height ||
+            std::size_t(L.row_start[s + 1]) > L.row.size())
+            return false;
+    }
+    if (std::size_t(L.row_start.back()) != L.row.size() ||
+        std::size_t(L.start.back()) != L.value.size())
+        return false;
+    for (std::int32_t s = 0; s < L.count(); ++s) {
+        const std::int32_t* const rows = L.row.data() + L.row_start[std::size_t(s)];
+        for (int r = 0; r < L.height(s); ++r) {
+            if (r < L.width(s) ? rows[r] != L.first[std::size_t(s)] + r : rows[r] <= rows[r - 1])
+                return false;
+            if (rows[r] >= n) return false;
+        }
+    }
+    std::vector<std::int32_t> of_column(static_cast<std::size_t>(n));
+    for (std::int32_t s = 0; s < L.count(); ++s)
+        std::fill(of_column.begin() + L.first[std::size_t(s)],
+                  of_column.begin() + L.first[std::size_t(s) + 1], s);
+    for (std::int32_t s = 0; s < L.count(); ++s) {
+        const std::int32_t *below = L.rows_below(s), *const end =
+                                                         below + (L.height(s) - L.width(s));
+        if (below == end) continue;
+        const std::int32_t parent = of_column[std::size_t(*below)];
+        const std::int32_t* const theirs = L.row.data() + L.row_start[std::size_t(parent)];
+        if (!std::includes(theirs, theirs + L.height(parent), below, end)) return false;
+    }
+    return true;
+}
+
 void forward(const Supernodes& L, std::span<const char> taking_part, RowBlock& Y,
              std::vector<double>& work)
 {

@@ -44,6 +44,11 @@ struct Supernodes {
     }
 };
 
+/// Whether the arrays are those of a factor, the tree apart: every index in range, blocks without
+/// gaps, rows ascending, and what lies below a supernode and its parent's columns is among its
+/// parent's rows. For factors that come from outside; O(rows).
+bool is_consistent(const Supernodes& L);
+
 /// Right-hand sides, row by row, so that the rows of a supernode are one block.
 using RowBlock = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 

@@ -2,6 +2,23 @@
 
 namespace amontons {
 
+ContactRows rows_of(const SurfaceContacts& contacts, ContactSide side)
+{
+    ContactRows rows;
+    for (const SurfaceContact& c : contacts.contact) {
+        Mat3 frame;
+        frame << c.normal, c.t1, c.t2;
+        rows.begin(frame);
+        if (side != ContactSide::master)
+            for (const StencilEntry& e : contacts.slave(c))
+                rows.add(e.node, e.weight);
+        if (side != ContactSide::slave)
+            for (const StencilEntry& e : contacts.master(c))
+                rows.add(e.node, -e.weight);
+    }
+    return rows;
+}
+
 Eigen::VectorXd relative_motion(const ContactRows& rows, const Eigen::VectorXd& x)
 {
     Eigen::VectorXd u(3 * Eigen::Index(rows.size()));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "contact/surface/contact_points.hpp"
 #include "solver/solid/assembly.hpp"
 
 namespace amontons {
@@ -8,10 +9,7 @@ namespace amontons {
 /// frame F_i = (n, t1, t2) and the displacements x; in short u = H x. Where the body is the master
 /// its weights are negative.
 struct ContactRows {
-    struct Entry {
-        std::int32_t node = 0; ///< of the mesh
-        double weight = 0;     ///< [-]
-    };
+    using Entry = StencilEntry;
     std::vector<Mat3> frame;            ///< one each contact
     std::vector<std::int32_t> start{0}; ///< contacts + 1, in `entry`
     std::vector<Entry> entry;
@@ -34,6 +32,11 @@ struct ContactRows {
         start.push_back(std::int32_t(entry.size()));
     }
 };
+
+/// What a body has of the contacts whose slave, or master, it is. If it is both, the sum of the two
+/// sides is what it has.
+enum class ContactSide { slave, master, both };
+ContactRows rows_of(const SurfaceContacts& contacts, ContactSide side);
 
 /// u = H x. @param x  3 nodes [m]. @return  3 contacts, (n, t1, t2) of each [m]
 Eigen::VectorXd relative_motion(const ContactRows& rows, const Eigen::VectorXd& x);

@@ -57,18 +57,30 @@ struct Point {
     double surface_inverse = 0, surface_gigabytes = 0;
 };
 
-/// Points in faces of z_max; the same for the same mesh and count.
+/// Points in faces of z_max that share no node while there are such; the same for the same mesh
+/// and count.
 ContactRows random_contacts(const VolumeMesh& mesh, std::size_t count)
 {
-    const FaceSet& top = *find_set(mesh.face_sets, "z_max");
+    std::vector<FaceRef> all = find_set(mesh.face_sets, "z_max")->members, faces, others;
     std::mt19937 engine(1);
+    std::shuffle(all.begin(), all.end(), engine);
+    std::vector<char> taken(mesh.nodes.size(), 0);
+    for (const FaceRef f : all) {
+        const FaceNodes face = face_nodes(mesh, f);
+        bool apart = true;
+        for (const std::int32_t node : face.nodes())
+            apart = apart && !taken[std::size_t(node)];
+        (apart ? faces : others).push_back(f);
+        for (const std::int32_t node : face.nodes())
+            if (apart) taken[std::size_t(node)] = 1;
+    }
+    faces.insert(faces.end(), others.begin(), others.end());
     std::uniform_real_distribution<> share(0, 1);
     ContactRows rows;
     Mat3 frame; // n down, into the solid
     frame << 0, 1, 0, 0, 0, -1, -1, 0, 0;
     for (std::size_t i = 0; i < count; ++i) {
-        const FaceNodes face =
-            face_nodes(mesh, top.members[std::size_t(engine() % top.members.size())]);
+        const FaceNodes face = face_nodes(mesh, faces[i % faces.size()]);
         const double a = std::sqrt(share(engine)), b = share(engine);
         rows.begin(frame);
         rows.add(face.node[0], 1 - a);

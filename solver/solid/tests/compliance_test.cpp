@@ -265,6 +265,30 @@ TEST_CASE("displacements obey K x = f, and their work is that of W")
     CHECK(worst < 1e-12 * x.norm());
 }
 
+TEST_CASE("rows of a surface's contacts: u = F^T (slave - master)")
+{
+    SurfaceContacts contacts;
+    contacts.stencil = {{0, 0.25}, {1, 0.75}, {2, 0.5}, {0, 0.5}};
+    SurfaceContact c;
+    c.normal = Vec3(1, 2, 2) / 3;
+    set_tangents(c);
+    c.slave_end = c.master_begin = 2;
+    c.master_end = 4;
+    contacts.contact = {c};
+    test::Random random(2);
+    const Eigen::VectorXd x = Eigen::VectorXd::NullaryExpr(9, [&] { return random(); });
+    const Vec3 slave = 0.25 * x.head<3>() + 0.75 * x.segment<3>(3),
+               master = 0.5 * x.tail<3>() + 0.5 * x.head<3>();
+    Mat3 F;
+    F << c.normal, c.t1, c.t2;
+    const auto motion = [&](ContactSide side) {
+        return relative_motion(rows_of(contacts, side), x);
+    };
+    CHECK((motion(ContactSide::slave) - F.transpose() * slave).norm() < 1e-15);
+    CHECK((motion(ContactSide::master) + F.transpose() * master).norm() < 1e-15);
+    CHECK((motion(ContactSide::both) - F.transpose() * (slave - master)).norm() < 1e-15);
+}
+
 TEST_CASE("a stiffer material of the same ratio is a matter of scale")
 {
     const Body soft = body(ElementKind::H8, 1e6), stiff = body(ElementKind::H8, 3e11);
