@@ -29,6 +29,15 @@ Placement RigidBody::placement_of(const Motion& m) const
     return {m.turn, m.centre - m.turn * mass_.centre};
 }
 
+Placement RigidBody::free_placement(const StepInput& step) const
+{
+    if (driven()) return placement_of(driven_motion(step.end()));
+    Motion m = state_;
+    m.centre += step.h * (m.velocity + step.h * step.gravity);
+    m.turn = rotation(step.h * m.spin) * m.turn;
+    return placement_of(m);
+}
+
 RigidBody::Motion RigidBody::driven_motion(double t) const
 {
     const Placement p =
@@ -99,6 +108,12 @@ void RigidBody::add_column(const BodyPlace& at, const Vec3& direction, double sc
 
 Vec3 RigidBody::displacement(const BodyPlace& at) const
 {
+    if (step_.dynamic && !driven()) { // as the velocities say: what forces there work on
+        const Vec3 arm = at.point - state_.centre;
+        const double a = step_.theta, b = 1 - step_.theta;
+        return step_.h * (a * (now_.velocity + now_.spin.cross(arm)) +
+                          b * (state_.velocity + state_.spin.cross(arm)));
+    }
     const Vec3 arm = now_.turn.conjugate() * (at.point - now_.centre);
     return at.point - (state_.centre + state_.turn * arm);
 }
@@ -189,14 +204,23 @@ BodyEnergy RigidBody::accept(const Eigen::VectorXd& contact)
         e.work = force(middle).dot(moved) + torque(middle).dot(turned);
         e.work_absolute = std::abs(e.work);
         if (step_.dynamic) {
-            // Momentum first, from the forces alone; the spin follows from the turn reached.
+            // Momentum first, from the forces alone. The turn follows by the midpoint rule, which
+            // keeps the energy of a body left alone; the spin from the turn reached.
+            const Vec3 before = angular_;
             angular_ += step_.h * torque(middle);
             if (contact.size() == 6) angular_ += contact.tail<3>();
+            const Vec3 momentum = step_.theta * angular_ + (1 - step_.theta) * before;
+            constexpr int kTurns = 8; // each brings h |spin| of the error's digits
+            Eigen::Quaterniond half = now_.turn;
+            for (int i = 0; i < kTurns; ++i)
+                half = rotation(0.5 * step_.h * inertia(half).ldlt().solve(momentum)) * state_.turn;
+            const Vec3 spin = inertia(half).ldlt().solve(momentum);
+            now_.turn = (rotation(step_.h * spin) * state_.turn).normalized();
             now_.spin = inertia(now_.turn).ldlt().solve(angular_);
             // What the rule takes: (theta - 1/2) |v' - v|^2 in the norm of the mass.
-            const Vec3 dv = now_.velocity - state_.velocity, dw = now_.spin - state_.spin;
+            const Vec3 dv = now_.velocity - state_.velocity, dL = angular_ - before;
             e.dissipated = (step_.theta - 0.5) *
-                           (mass_.mass * dv.squaredNorm() + dw.dot(inertia(now_.turn) * dw));
+                           (mass_.mass * dv.squaredNorm() + dL.dot(inertia(half).ldlt().solve(dL)));
         }
     }
     state_ = now_;

@@ -17,6 +17,8 @@ public:
     const RigidShape& shape() const { return shape_; }
     /// Of the shape at the iterate, and at the start of the step.
     Placement placement() const { return placement_of(now_); }
+    /// At the end of a step without contact.
+    Placement free_placement(const StepInput& step) const;
     Placement start_placement() const { return placement_of(state_); }
 
     const Vec3& centre() const { return state_.centre; } ///< of mass [m]

@@ -210,7 +210,9 @@ ObjectDeclaration declare_contact()
     using C = ContactLaw;
     return {"Contact of a pair of bodies",
             {required(text<&C::between>("between", "Names of two bodies. Bodies that stand in no "
-                                                   "pair do not touch.")),
+                                                   "pair do not touch. \"*\": every solid, "
+                                                   "rigid body and obstacle not named with "
+                                                   "the other in a pair of its own.")),
              field<&C::friction>("friction", "", at_least(0), "Coulomb's coefficient."),
              field<&C::restitution>("restitution", "", between(0, 1),
                                     "Newton's coefficient of restitution; dynamic rigid bodies."),

@@ -193,6 +193,13 @@ void check_pairs(const Scene& scene, Findings& findings)
         bool known = true;
         for (std::size_t k = 0; k < 2; ++k) {
             const std::string& name = law.between[k];
+            if (name == "*" && scene.beams.empty()) {
+                if (!law.surfaces[k].empty())
+                    findings.add({fmt::format("/contact/{}/surfaces/{}", i, k)},
+                                 quoted_text(law.surfaces[k]), "\"\" where the body is \"*\"");
+                known = false; // stands for many pairs: checked when they are made
+                continue;
+            }
             if (std::find(scene.order.begin(), scene.order.end(), name) != scene.order.end())
                 continue;
             const std::string near = nearest_name(name, scene.order);

@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <set>
 
 namespace amontons {
 namespace {
@@ -96,6 +97,39 @@ struct Built {
     }
 };
 
+/// The laws with "*" written out; pairs that are named stay as they are.
+std::vector<ContactLaw> written_out(const Scene& scene)
+{
+    std::vector<ContactLaw> laws;
+    std::set<std::set<std::string>> named;
+    for (const ContactLaw& law : scene.contact)
+        if (law.between[0] != "*" && law.between[1] != "*") {
+            laws.push_back(law);
+            named.insert({law.between[0], law.between[1]});
+        }
+    const auto still = [&](const std::string& name) {
+        for (const ObstacleInput& o : scene.obstacles)
+            if (o.name == name) return true;
+        for (const RigidInput& r : scene.rigids)
+            if (r.name == name) return r.drive.given;
+        return false;
+    };
+    for (const ContactLaw& law : scene.contact)
+        for (std::size_t i = 0; i < scene.order.size(); ++i)
+            for (std::size_t j = i + 1; j < scene.order.size(); ++j) {
+                const std::string &a = scene.order[i], &b = scene.order[j];
+                const auto fits = [&](const std::string& x, const std::string& y) {
+                    return (law.between[0] == "*" || law.between[0] == x) &&
+                           (law.between[1] == "*" || law.between[1] == y);
+                };
+                if ((!fits(a, b) && !fits(b, a)) || (still(a) && still(b))) continue;
+                if (!named.insert({a, b}).second) continue;
+                laws.push_back(law);
+                laws.back().between = {a, b};
+            }
+    return laws;
+}
+
 constexpr double kReach = 0.2; // of the smaller body: gaps that are looked at, unless it is said
 
 } // namespace
@@ -132,6 +166,11 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                                          std::vector<Issue>& warnings)
 {
     std::vector<Issue> issues;
+    const std::vector<ContactLaw> laws = written_out(scene);
+    const std::size_t named = std::size_t(
+        std::count_if(scene.contact.begin(), scene.contact.end(), [](const ContactLaw& l) {
+            return l.between[0] != "*" && l.between[1] != "*";
+        }));
     auto system = std::make_unique<BodySystem>();
     std::vector<std::size_t> order; // of scene.order: solids, rigids in the scene's order
     std::vector<VolumeMesh> meshes(scene.solids.size());
@@ -164,9 +203,9 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     struct Surfaces {
         ExternalSurface side[2];
     };
-    std::vector<Surfaces> surfaces(scene.contact.size());
-    for (std::size_t k = 0; k < scene.contact.size(); ++k) {
-        const ContactLaw& law = scene.contact[k];
+    std::vector<Surfaces> surfaces(laws.size());
+    for (std::size_t k = 0; k < laws.size(); ++k) {
+        const ContactLaw& law = laws[k];
         bool rigid = false;
         for (const std::string& name : law.between)
             for (const RigidInput& r : scene.rigids)
@@ -219,11 +258,12 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     for (const Obstacle& o : obstacles)
         walls.push_back(&o.model.wall);
     std::vector<ContactPair> pairs;
-    for (std::size_t k = 0; k < scene.contact.size(); ++k) {
-        const ContactLaw& law = scene.contact[k];
+    for (std::size_t k = 0; k < laws.size(); ++k) {
+        const ContactLaw& law = laws[k];
         ContactPair p;
         p.friction = law.friction;
         p.restitution = law.restitution;
+        p.named = k < named;
         p.nodal = law.discretisation == "nodal";
         int body[2];
         for (std::size_t side = 0; side < 2; ++side) {

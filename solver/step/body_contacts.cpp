@@ -1,6 +1,7 @@
 #include "solver/step/body_contacts.hpp"
 
 #include "contact/rigid/detect.hpp"
+#include "contact/rigid/first_touch.hpp"
 #include "contact/surface/collocation.hpp"
 #include "contact/surface/mortar.hpp"
 #include "solver/body/rigid_body.hpp"
@@ -16,6 +17,13 @@ Pose pose_of(const RigidBody& body)
 {
     const Placement p = body.placement();
     return {p.shift, p.turn};
+}
+
+/// Where the body would be at the end of the step without contact.
+Pose pose_after(const RigidBody& body, const StepInput& step)
+{
+    const Placement free = body.free_placement(step);
+    return {free.shift, free.turn};
 }
 
 /// Signed distance to a ball or a cylinder that moves.
@@ -134,9 +142,23 @@ void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& st
 {
     out.contact.clear();
     out.stencil.clear();
+    boxes_.clear();
+    for (const BodyRef& b : bodies) {
+        if (b.rigid) {
+            boxes_.push_back(axis_box(b.rigid->shape(), pose_of(*b.rigid)));
+            continue;
+        }
+        AxisBox box{b.solid->places()[0], b.solid->places()[0]};
+        for (const Vec3& x : b.solid->places()) {
+            box.low = box.low.cwiseMin(x);
+            box.high = box.high.cwiseMax(x);
+        }
+        boxes_.push_back(box);
+    }
     for (std::size_t p = 0; p < pairs_.size(); ++p) {
         const ContactPair& pair = pairs_[p];
         // What may come within reach during the step.
+        step_ = step;
         reach_ = pair.reach;
         if (step.dynamic)
             for (const int b : {pair.a, pair.b})
@@ -187,6 +209,12 @@ Vec3 ContactFinder::moved(const std::vector<BodyRef>& bodies, const BodyContacts
 void ContactFinder::find_pair(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
 {
     const ContactPair& p = pairs_[std::size_t(pair)];
+    if (p.b >= 0) {
+        const AxisBox &a = boxes_[std::size_t(p.a)], &b = boxes_[std::size_t(p.b)];
+        if (((a.low.array() - b.high.array()) > reach_).any() ||
+            ((b.low.array() - a.high.array()) > reach_).any())
+            return;
+    }
     const bool solid_a = bodies[std::size_t(p.a)].solid != nullptr;
     if (p.b < 0)
         return solid_a ? solid_on_wall(bodies, pair, out) : rigid_on_wall(bodies, pair, out);
@@ -266,10 +294,14 @@ void ContactFinder::rigid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
     const ContactPair& p = pairs_[std::size_t(pair)];
     const RigidBody& a = *bodies[std::size_t(p.a)].rigid;
     const RigidBody& b = *bodies[std::size_t(p.b)].rigid;
-    const double distance = (a.placement().shift - b.placement().shift).norm();
-    if (distance > a.size() + b.size() + reach_) return;
     found_.clear();
     detect(a.shape(), pose_of(a), b.shape(), pose_of(b), reach_, found_);
+    // Far bodies are here only for their speed: those that will pass each other do not touch.
+    const auto near = [&](const RigidContact& c) { return c.gap <= p.reach; };
+    if (!found_.empty() && std::none_of(found_.begin(), found_.end(), near) &&
+        first_touch(a.shape(), pose_of(a), pose_after(a, step_), b.shape(), pose_of(b),
+                    pose_after(b, step_)) >= 1)
+        return;
     add_rigid(pair, out);
 }
 

@@ -61,6 +61,7 @@ struct ContactPair {
     double friction = 0, restitution = 0;
     bool small = false; ///< contacts of the start are kept: they move with their bodies
     bool nodal = false;
+    bool named = true; ///< not by "*"
     double reach = 0;                     ///< [m]
     ExternalSurface surface_a, surface_b; ///< of solids
 };
@@ -97,6 +98,8 @@ private:
     std::vector<const Wall*> walls_;
     std::vector<BodyContacts> kept_; // of small pairs, with the gaps of the start
     std::vector<bool> made_;
+    std::vector<AxisBox> boxes_; // of the bodies
+    StepInput step_;
     double reach_ = 0; // of the present pair and step
     std::vector<RigidContact> found_;
 };

@@ -201,6 +201,7 @@ void BodySimulation::State::add_quantities(StepRecord& out) const
                 std::max(pressure[std::size_t(k.pair)], k.frame.col(0).dot(last.force[c]) / k.area);
     }
     for (std::size_t p = 0; p < pairs.size(); ++p) {
+        if (!pairs[p].named) continue; // there may be thousands
         const std::string name = system->refs[std::size_t(pairs[p].a)].name + "_on_" +
                                  (pairs[p].b < 0 ? obstacles[std::size_t(pairs[p].obstacle)].name
                                                  : system->refs[std::size_t(pairs[p].b)].name);

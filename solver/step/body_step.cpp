@@ -492,6 +492,7 @@ bool Step::solve_with_modes()
             growth = std::max(growth, mode_[b].norm() / body(b).size());
         }
         if (worst <= 0.01 * options_.tolerance) return true;
+        if (worst <= options_.tolerance && worst > 0.5 * best) return true; // at round-off
         best = std::min(best, worst);
         const bool stuck = step > 20 && worst > 0.5 * best && growth > 1e3;
         if (step + 1 == kMostModeSteps || stuck || rows_.count == 0) {
