@@ -104,6 +104,7 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
     for (std::size_t i = 0; i < n; ++i)
         state_.v.segment<3>(at3(i)) =
             input.start.velocity + input.start.spin.cross(state_.x[i] - centre);
+    find_spin();
     now_ = state_;
     contact_ = reaction_ = Eigen::VectorXd::Zero(at3(n));
 }
@@ -178,15 +179,21 @@ void SolidBody::update_places(Motion& m) const
         m.x[i] = R * (mesh_.nodes[i] + Vec3(m.u.segment<3>(at3(i)))) + m.frame.shift;
 }
 
+/// u from the places in the present frame.
+void SolidBody::into_frame_displacements(Motion& m) const
+{
+    const Mat3 back = m.frame.turn.toRotationMatrix().transpose();
+    for (std::size_t i = 0; i < m.x.size(); ++i)
+        m.u.segment<3>(at3(i)) = back * (m.x[i] - m.frame.shift) - mesh_.nodes[i];
+}
+
 void SolidBody::float_frame(Motion& m) const
 {
     const Vec3 X = mean(mesh_.nodes, lumped_), x = mean(m.x, lumped_);
     const Mat3 R = nearest_turn(mesh_.nodes, m.x, X, x, lumped_);
     m.frame.turn = Eigen::Quaterniond(R).normalized();
     m.frame.shift = x - m.frame.turn * X;
-    const Mat3 back = m.frame.turn.toRotationMatrix().transpose();
-    for (std::size_t i = 0; i < m.x.size(); ++i)
-        m.u.segment<3>(at3(i)) = back * (m.x[i] - x) - (mesh_.nodes[i] - X);
+    into_frame_displacements(m);
 }
 
 Eigen::VectorXd SolidBody::into_frame(const Eigen::VectorXd& f) const
@@ -250,24 +257,7 @@ double SolidBody::inner_forces(const Motion& m, Eigen::VectorXd& f)
     f.setZero(at3(mesh_.nodes.size()));
     if (!corotational_) {
         f.noalias() = K_ * m.u;
-        const double energy = 0.5 * m.u.dot(f);
-        if (kind_ == Frame::floating && step_.dynamic) {
-            // The energy does not depend on the turn, so its gradient has no moment.
-            const Vec3 X = mean(mesh_.nodes, lumped_);
-            Vec3 moment = Vec3::Zero();
-            Mat3 S = Mat3::Zero();
-            for (std::size_t i = 0; i < mesh_.nodes.size(); ++i) {
-                const Vec3 arm = mesh_.nodes[i] - X;
-                const Vec3 xi = arm + Vec3(m.u.segment<3>(at3(i)));
-                moment += xi.cross(Vec3(f.segment<3>(at3(i))));
-                S += lumped_[at3(i)] * xi * arm.transpose();
-            }
-            S = 0.5 * (S + S.transpose()).eval();
-            const Vec3 turn = Mat3(S.trace() * Mat3::Identity() - S).inverse() * moment;
-            for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
-                f.segment<3>(at3(i)) -= lumped_[at3(i)] * turn.cross(mesh_.nodes[i] - X);
-        }
-        return energy;
+        return 0.5 * m.u.dot(f);
     }
     double energy = 0;
     element_states_.resize(elements_.size());
@@ -300,7 +290,17 @@ void SolidBody::begin(const StepInput& step)
     }
     // The iterate stands where the step starts, but for what is prescribed.
     const double a = step.theta, b = 1 - step.theta, h = step.h;
-    update_places(now_);
+    if (kind_ == Frame::floating) {
+        // Where the frame will be if the body turns on as it does: elastic forces of the step are
+        // linear in it, and the turn left for u is of second order.
+        const Eigen::Quaterniond turn = rotation(h * spin_);
+        const Vec3 x = mean(state_.x, lumped_), X = mean(mesh_.nodes, lumped_);
+        now_.frame.turn = (turn * state_.frame.turn).normalized();
+        now_.frame.shift = x - now_.frame.turn * X;
+        into_frame_displacements(now_);
+    } else {
+        update_places(now_);
+    }
     for (std::size_t i = 0; i < now_.x.size(); ++i)
         now_.v.segment<3>(at3(i)) =
             ((now_.x[i] - state_.x[i]) / h - b * Vec3(state_.v.segment<3>(at3(i)))) / a;
@@ -400,12 +400,8 @@ Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
     if (theta < 1) {
         for (std::size_t i = 0; i < middle.x.size(); ++i)
             middle.x[i] = (1 - theta) * state_.x[i] + theta * now_.x[i];
-        if (kind_ == Frame::floating) {
-            float_frame(middle);
-        } else {
-            middle.u = (1 - theta) * state_.u + theta * now_.u;
-            if (kind_ == Frame::driven) middle.frame = frame_at(step_.start + theta * h);
-        }
+        if (kind_ == Frame::driven) middle.frame = frame_at(step_.start + theta * h);
+        into_frame_displacements(middle);
     }
     inner_forces(middle, inner);
     const Eigen::VectorXd f = loads(middle, step_.start + theta * h);
@@ -564,18 +560,12 @@ void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
     for (std::size_t i = 0; i < now_.x.size(); ++i)
         now_.x[i] = state_.x[i] + h * (a * Vec3(now_.v.segment<3>(at3(i))) +
                                        b * Vec3(state_.v.segment<3>(at3(i))));
-    if (kind_ == Frame::floating) {
-        float_frame(now_);
-    } else {
-        const Mat3 back = now_.frame.turn.toRotationMatrix().transpose();
-        for (std::size_t i = 0; i < now_.x.size(); ++i)
-            now_.u.segment<3>(at3(i)) = back * (now_.x[i] - now_.frame.shift) - mesh_.nodes[i];
-    }
+    into_frame_displacements(now_);
 }
 
 double SolidBody::imbalance(const Eigen::VectorXd& force)
 {
-    if (!corotational_ && (!step_.dynamic || kind_ != Frame::floating)) return 0;
+    if (!corotational_) return 0;
     Eigen::VectorXd scale;
     const Eigen::VectorXd r = residual(scale);
     double missing = 0, size = 0;
@@ -615,11 +605,14 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
         e.work_absolute += std::abs(work);
     }
     load_ = load;
+    if (step_.dynamic && held_.empty() && !input_.drive.given) keep_angular_momentum(load);
+    if (step_.dynamic && kind_ == Frame::floating) float_frame(now_);
     const Eigen::VectorXd dv = now_.v - state_.v;
     const Eigen::VectorXd du = now_.u - state_.u;
     const Eigen::VectorXd v = step_.theta * now_.v + (1 - step_.theta) * state_.v;
     state_ = now_;
     e.elastic = inner_forces(now_, inner);
+    if (step_.dynamic && kind_ == Frame::floating) find_spin();
     if (step_.dynamic) {
         const Eigen::VectorXd dv_frame = into_frame(dv), v_frame = into_frame(v);
         // What the rule takes, (theta - 1/2) of the change's energy, and the damping.
@@ -629,6 +622,41 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
         e.kinetic = kinetic_energy();
     }
     return e;
+}
+
+/// The rules of time-stepping lose some angular momentum of a body that turns; what loads and
+/// contacts gave it is exact, and the difference is put back as a turn of the whole.
+void SolidBody::keep_angular_momentum(const Eigen::VectorXd& load)
+{
+    const double h = step_.h, theta = step_.theta;
+    const auto moment = [&](const std::vector<Vec3>& x, const Eigen::VectorXd& f,
+                            const Vec3& about) {
+        Vec3 sum = Vec3::Zero();
+        for (std::size_t i = 0; i < x.size(); ++i)
+            sum += (x[i] - about).cross(Vec3(f.segment<3>(at3(i))));
+        return sum;
+    };
+    const auto momentum = [&](const Eigen::VectorXd& v) { return into_space(M_ * into_frame(v)); };
+    std::vector<Vec3> middle(now_.x.size());
+    for (std::size_t i = 0; i < middle.size(); ++i)
+        middle[i] = (1 - theta) * state_.x[i] + theta * now_.x[i];
+    const Vec3 about = mean(now_.x, lumped_);
+    Vec3 missing = moment(state_.x, momentum(state_.v), about) + h * moment(middle, load, about) +
+                   moment(now_.x, into_space(contact_), about);
+    const Eigen::VectorXd reached = momentum(now_.v);
+    missing -= moment(now_.x, reached, about);
+    if (input_.mass_damping > 0 || input_.stiffness_damping > 0) return; // damping takes some too
+    Mat3 inertia;
+    std::array<Eigen::VectorXd, 3> turns;
+    for (int axis = 0; axis < 3; ++axis) {
+        turns[std::size_t(axis)].resize(now_.v.size());
+        for (std::size_t i = 0; i < now_.x.size(); ++i)
+            turns[std::size_t(axis)].segment<3>(at3(i)) = Vec3::Unit(axis).cross(now_.x[i] - about);
+        inertia.col(axis) = moment(now_.x, momentum(turns[std::size_t(axis)]), about);
+    }
+    const Vec3 spin = inertia.inverse() * missing;
+    for (int axis = 0; axis < 3; ++axis)
+        now_.v += spin[axis] * turns[std::size_t(axis)];
 }
 
 double SolidBody::kinetic_energy() const
@@ -647,6 +675,21 @@ Mat3 SolidBody::element_rotation(std::int32_t element) const
 {
     if (!corotational_ || std::size_t(element) >= element_states_.size()) return Mat3::Identity();
     return element_states_[std::size_t(element)].rotation;
+}
+
+/// The turn of the whole that has the velocities' angular momentum, by lumped masses.
+void SolidBody::find_spin()
+{
+    const Vec3 x = mean(state_.x, lumped_);
+    Vec3 momentum = Vec3::Zero();
+    Mat3 inertia = Mat3::Zero();
+    for (std::size_t i = 0; i < state_.x.size(); ++i) {
+        const Vec3 arm = state_.x[i] - x;
+        const double m = lumped_[at3(i)];
+        momentum += m * arm.cross(Vec3(state_.v.segment<3>(at3(i))));
+        inertia += m * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+    }
+    spin_ = inertia.ldlt().solve(momentum);
 }
 
 double SolidBody::speed() const
@@ -745,6 +788,7 @@ void SolidBody::set_state(std::span<const double> s)
         take(x);
     take(reaction_);
     now_ = state_;
+    find_spin();
 }
 
 } // namespace amontons

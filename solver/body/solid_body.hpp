@@ -36,10 +36,7 @@ public:
     double stiffness() const { return material_.youngs_modulus; }
 
     int unknowns() const override { return int(dofs_.free.size()); }
-    bool nonlinear() const override
-    {
-        return corotational_ || (kind_ == Frame::floating && step_.dynamic);
-    }
+    bool nonlinear() const override { return corotational_; }
     void begin(const StepInput& step) override;
     void linearise() override;
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
@@ -88,6 +85,9 @@ private:
     void hold(Motion& m, double t) const;
     Placement frame_at(double t) const;
     void update_places(Motion& m) const;
+    void into_frame_displacements(Motion& m) const;
+    void find_spin();
+    void keep_angular_momentum(const Eigen::VectorXd& load);
     void float_frame(Motion& m) const;                      ///< from the places to the frame and u
     Eigen::VectorXd loads(const Motion& m, double t) const; ///< in space [N]
     /// Forces of the material at places, in space [N]; the energy [J].
@@ -135,6 +135,7 @@ private:
 
     StepInput step_;
     Motion state_, now_;
+    Vec3 spin_ = Vec3::Zero(); ///< of the state's body as a whole [rad/s]
     std::vector<Vec3> first_;
     Eigen::VectorXd free_change_, mode_load_;
     Eigen::VectorXd contact_;   ///< forces at the accepted state, in the frame, all dofs

@@ -221,6 +221,7 @@ private:
     BodyStepReport& report_;
 
     BodyContacts list_;
+    bool found_ = false;
     std::vector<CouplingRow> joints_;
     std::vector<Vec3> value_;   ///< of every contact and coupling, at the iterate
     std::vector<double> moved_; ///< of each contact along its normal, when it was found
@@ -263,10 +264,21 @@ void Step::linearise()
     report_.free_motion += watch.seconds();
 }
 
+/// Contacts at the iterate. Dynamic steps find them once, where the step starts; later iterations
+/// move them along their normals.
 void Step::find()
 {
     const Stopwatch watch;
-    system_.finder.find(system_.refs, step_, list_);
+    if (found_ && step_.dynamic) {
+        for (std::size_t c = 0; c < list_.contact.size(); ++c) {
+            BodyContact& contact = list_.contact[c];
+            const double now = contact.frame.col(0).dot(moved(contact));
+            contact.gap += now - moved_[c];
+        }
+    } else {
+        system_.finder.find(system_.refs, step_, list_);
+        found_ = true;
+    }
     joints_.clear();
     for (const Coupling& c : system_.couplings)
         joints_.push_back(coupling_row(system_.refs, c));
