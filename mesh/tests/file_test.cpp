@@ -158,11 +158,27 @@ TEST_CASE("a reader never sees half a file")
 TEST_CASE("the fingerprint is XXH3's, and every byte counts")
 {
     CHECK(hash_bytes("") == 0x2d06800538d394c2ULL); // published: XXH3_64bits, seed 0, no input
+    // Published: XXH3_128bits.
+    CHECK(hash128_bytes("") == Hash128{0x99aa06d3014798d8ULL, 0x6001c324468d497fULL});
     std::string bytes(1000, 'x');
     const std::uint64_t before = hash_bytes(bytes);
+    const Hash128 wide = hash128_bytes(bytes);
     for (std::size_t i = 0; i < bytes.size(); i += 37) {
         std::string other = bytes;
         other[i] ^= 1;
         CHECK(hash_bytes(other) != before);
+        CHECK(hash128_bytes(other) != wide);
     }
+}
+
+TEST_CASE("a file in parts is that of the parts together")
+{
+    const TemporaryFolder folder;
+    const std::string large(1 << 20, 'a');
+    const std::string_view parts[] = {"begin", "", large, "end"};
+    write_file(folder / "a", parts);
+    CHECK(read_file(folder / "a") == "begin" + large + "end");
+    write_file(folder / "a", std::span<const std::string_view>());
+    CHECK(read_file(folder / "a").empty());
+    CHECK(folder.count() == 1);
 }

@@ -1,7 +1,8 @@
 #include "solver/linear/factor_file.hpp"
 
+#include "mesh/tests/temporary_folder.hpp"
+
 #include <doctest/doctest.h>
-#include <filesystem>
 #include <fstream>
 #include <random>
 #include <sstream>
@@ -63,8 +64,8 @@ TEST_CASE("a factor that was written is the same, bit by bit, and can be used in
     const Matrix A = laplacian(17, 0.01), B = laplacian(17, 2);
     const SupernodalFactor written = factor_of(A);
     const FactorLabel label{{0x1234, 0xfedc}, 2.5};
-    const std::string path =
-        (std::filesystem::temp_directory_path() / "amontons_factor_file_test.factor").string();
+    const TemporaryFolder folder;
+    const std::string path = folder / "a.factor";
     write_factor(path, label, written);
 
     std::ifstream in(path, std::ios::binary);
@@ -74,7 +75,6 @@ TEST_CASE("a factor that was written is the same, bit by bit, and can be used in
     CHECK(found == label);
     CHECK(factor_bytes(found, read) == factor_bytes(label, written));
     CHECK(read_file(path) == factor_bytes(label, written));
-    std::filesystem::remove(path);
 
     const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(A.rows(), -1, 2);
     CHECK(read.solved(b) == written.solved(b));

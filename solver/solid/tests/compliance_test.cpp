@@ -108,9 +108,12 @@ TEST_CASE("W from kept columns, from the tree and from a dense inverse are one")
         for (const std::size_t contacts : {1, 5, 30}) {
             const ContactRows rows = rows_on(b.surface, contacts, unsigned(contacts));
             const Eigen::MatrixXd expected = reference(b, rows);
-            Eigen::MatrixXd W, once;
+            Eigen::MatrixXd W, once, of_matrix;
             compliance.delassus(rows, W);
+            compliance.delassus(contact_matrix(rows, b.dofs), of_matrix);
             compliance.delassus_once(rows, once);
+            CHECK(distance(of_matrix, expected) < 1e-12);
+            CHECK(of_matrix == of_matrix.transpose());
             CHECK(distance(W, expected) < 1e-12);
             CHECK(distance(once, expected) < 1e-12);
             CHECK(W == W.transpose());

@@ -1,28 +1,21 @@
 #include "solver/solid/factor_cache.hpp"
 
 #include "mesh/generate/solid_box.hpp"
+#include "mesh/tests/temporary_folder.hpp"
 #include "solver/solid/compliance.hpp"
 
 #include <doctest/doctest.h>
-#include <filesystem>
-#include <unistd.h>
 
 using namespace amontons;
 namespace fs = std::filesystem;
 
 namespace {
 
-/// A folder of its own that goes with it.
+/// The files of a cache.
 struct Folder {
-    std::string path;
-    explicit Folder(const char* name)
-        : path((fs::temp_directory_path() /
-                (std::string("amontons_cache_") + name + std::to_string(::getpid())))
-                   .string())
-    {
-        fs::remove_all(path);
-    }
-    ~Folder() { fs::remove_all(path); }
+    TemporaryFolder folder;
+    std::string path = folder.path().string();
+
     std::string file(const char* ending) const
     {
         std::string found;
@@ -84,7 +77,7 @@ struct Body {
 
 TEST_CASE("a second start reads the factor and has the bits of the first")
 {
-    const Folder folder("again");
+    const Folder folder;
     Body body;
     const SolidFactor first = body.factor(folder.path), second = body.factor(folder.path),
                       without = body.factor("");
@@ -102,7 +95,7 @@ TEST_CASE("a second start reads the factor and has the bits of the first")
 
 TEST_CASE("Young's modulus alone needs no new factor; all else does")
 {
-    const Folder folder("key");
+    const Folder folder;
     Body body;
     body.kind.mass = 1e8;
     body.factor(folder.path);
@@ -136,7 +129,7 @@ TEST_CASE("Young's modulus alone needs no new factor; all else does")
 
 TEST_CASE("the order serves other prescribed dofs, places and materials of the same elements")
 {
-    const Folder folder("order");
+    const Folder folder;
     Body body;
     CHECK(!body.factor(folder.path).order_read);
     body.held = "x_min";
@@ -152,7 +145,7 @@ TEST_CASE("the order serves other prescribed dofs, places and materials of the s
 
 TEST_CASE("damaged and foreign files are ignored with a message, and replaced")
 {
-    const Folder folder("damage");
+    const Folder folder;
     Body body;
     body.factor(folder.path);
     const std::string factor = folder.file(".factor"), order = folder.file(".order");
@@ -173,7 +166,7 @@ TEST_CASE("damaged and foreign files are ignored with a message, and replaced")
     spoil("solid nonsense");
 
     // A factor of another matrix, under our name.
-    const Folder second("foreign");
+    const Folder second;
     Body softer = body;
     softer.material.poissons_ratio = 0.1;
     softer.factor(second.path);
