@@ -78,8 +78,9 @@ public:
     virtual void compliance(const SparseColumns& C, Eigen::MatrixXd& W) = 0;
     virtual Eigen::VectorXd solve(const Eigen::VectorXd& force) = 0; ///< A^+ f
     virtual const Eigen::MatrixXd& modes() const = 0;                ///< R, unknowns x m
-    virtual Eigen::VectorXd mode_load() const = 0;     ///< g: loads on the modes, less inner forces
-    virtual std::string mode_name(int mode) const = 0; ///< "shift along (0, 0, 1)"
+    virtual Eigen::VectorXd mode_load() const = 0; ///< g: loads on the modes, less inner forces
+    /// "shift along (0, 0, 1)": what the modes do together. @param a  amplitudes, m
+    virtual std::string mode_name(const Eigen::VectorXd& a) const = 0;
 
     /// Moves the iterate. @param force  H^T r of the contact forces that led to it
     virtual void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,

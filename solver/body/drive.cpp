@@ -2,7 +2,9 @@
 
 #include "mesh/base/curve.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 
 namespace amontons {
 
@@ -24,6 +26,23 @@ Eigen::Quaterniond rotation(const Vec3& vector)
     q.w() = std::cos(half);
     q.vec() = factor * vector;
     return q;
+}
+
+std::string name_of_motion(const Vec3& shift, const Vec3& turn)
+{
+    constexpr double kSmall = 0.02;
+    const double size = std::max(shift.norm(), turn.norm());
+    const auto words = [](const Vec3& v) {
+        Vec3 d = v.normalized();
+        for (int i = 0; i < 3; ++i)
+            if (std::abs(d[i]) < kSmall) d[i] = 0;
+        return fmt::format("({:.2g}, {:.2g}, {:.2g})", d.x(), d.y(), d.z());
+    };
+    std::string text;
+    if (shift.norm() > kSmall * size) text = "shift along " + words(shift);
+    if (turn.norm() > kSmall * size)
+        text += (text.empty() ? "turn about " : " with a turn about ") + words(turn);
+    return text;
 }
 
 Placement start_placement(const StartInput& start)

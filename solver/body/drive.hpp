@@ -9,6 +9,10 @@ namespace amontons {
 Vec3 rotation_vector(const Eigen::Quaterniond& q);
 Eigen::Quaterniond rotation(const Vec3& vector);
 
+/// "shift along (0, 0, 1)", "turn about ...", or both where neither is small.
+/// @param turn  times the body's size, to be compared with the shift [m]
+std::string name_of_motion(const Vec3& shift, const Vec3& turn);
+
 /// Where a body begins.
 Placement start_placement(const StartInput& start);
 

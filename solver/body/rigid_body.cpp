@@ -171,11 +171,10 @@ Eigen::VectorXd RigidBody::mode_load() const
     return modes_.transpose() * load;
 }
 
-std::string RigidBody::mode_name(int mode) const
+std::string RigidBody::mode_name(const Eigen::VectorXd& a) const
 {
-    constexpr const char* kNames[] = {"shift along x", "shift along y", "shift along z",
-                                      "turn about x",  "turn about y",  "turn about z"};
-    return kNames[mode];
+    const Eigen::VectorXd motion = modes_ * a;
+    return name_of_motion(motion.head<3>(), size_ * motion.tail<3>());
 }
 
 void RigidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,

@@ -40,7 +40,7 @@ public:
     Eigen::VectorXd solve(const Eigen::VectorXd& force) override;
     const Eigen::MatrixXd& modes() const override { return modes_; }
     Eigen::VectorXd mode_load() const override;
-    std::string mode_name(int mode) const override;
+    std::string mode_name(const Eigen::VectorXd& a) const override;
     void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                 const Eigen::VectorXd& force) override;
     double imbalance(const Eigen::VectorXd&) override { return 0; }

@@ -69,6 +69,7 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
     , material_{input.youngs_modulus, input.poisson_ratio, input.density}
     , small_(small)
     , corotational_(input.motion == "corotational")
+    , exact_tangent_(corotational_)
 {
     const std::size_t n = mesh_.nodes.size();
     for (std::size_t i = 0; i < touching.size(); ++i)
@@ -311,6 +312,7 @@ void SolidBody::prepare()
 {
     K_ = zero_matrix(pattern_);
     assemble_stiffness(mesh_, pattern_, std::span(&material_, 1), K_);
+    stiffest_ = K_.coeffs().cwiseAbs().maxCoeff();
     if (corotational_) {
         const Mat6 C = elasticity_matrix(material_);
         for_each_element(mesh_, [&](std::int32_t, ElementKind kind, auto nodes) {
@@ -346,11 +348,11 @@ void SolidBody::make_matrix()
 
     const double h = step_.h, theta = step_.theta;
     if (corotational_) {
+        const auto matrix = exact_tangent_ ? corotational_tangent : corotational_stiffness;
         assemble(
             mesh_, pattern_,
             [&](std::int32_t e, ElementKind, auto, ElementMatrix& K) {
-                corotational_stiffness(elements_[std::size_t(e)], element_states_[std::size_t(e)],
-                                       K);
+                matrix(elements_[std::size_t(e)], element_states_[std::size_t(e)], K);
             },
             S_);
     } else {
@@ -368,6 +370,12 @@ void SolidBody::make_matrix()
         constant_.reset();
     }
     const FactorResult done = factor_.factor(parts_.ff);
+    if (!done && exact_tangent_) { // W must be positive: leave out what made it indefinite
+        exact_tangent_ = false;
+        make_matrix();
+        exact_tangent_ = true;
+        return;
+    }
     if (!done)
         throw std::runtime_error(fmt::format(
             "{}: its matrix is not positive definite at {}", input_.name,
@@ -491,28 +499,19 @@ Eigen::VectorXd SolidBody::solve(const Eigen::VectorXd& force)
     return solved(force);
 }
 
-std::string SolidBody::mode_name(int mode) const
+std::string SolidBody::mode_name(const Eigen::VectorXd& a) const
 {
-    // The rigid motion nearest to the mode: a shift of the middle and a turn about it.
+    // The shift of the middle and the turn about it that are nearest to the motion.
+    const Eigen::VectorXd motion = rigid_.R * a;
     Vec3 shift = Vec3::Zero(), moment = Vec3::Zero();
     Mat3 inertia = Mat3::Zero();
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i) {
-        const Vec3 arm = mesh_.nodes[i] - middle_;
-        const Vec3 d = rigid_.R.block<3, 1>(at3(i), mode);
+        const Vec3 arm = mesh_.nodes[i] - middle_, d = motion.segment<3>(at3(i));
         shift += d / double(mesh_.nodes.size());
         moment += arm.cross(d);
         inertia += arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose();
     }
-    const Vec3 turn = inertia.ldlt().solve(moment);
-    const auto clean = [](double v) { return std::abs(v) < 1e-9 ? 0.0 : v; };
-    const auto words = [&](const Vec3& v) {
-        const Vec3 d = v.normalized();
-        return fmt::format("({:.2g}, {:.2g}, {:.2g})", clean(d.x()), clean(d.y()), clean(d.z()));
-    };
-    const bool shifts = shift.norm() > 1e-6, turns = turn.norm() * size_ > 1e-6;
-    std::string text = shifts ? "shift along " + words(shift) : "";
-    if (turns) text += (shifts ? " with a turn about " : "turn about ") + words(turn);
-    return text;
+    return name_of_motion(shift, size_ * inertia.ldlt().solve(moment));
 }
 
 void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
@@ -576,6 +575,11 @@ double SolidBody::imbalance(const Eigen::VectorXd& force)
         missing += e * e;
         size += s * s;
     }
+    // What the round-off of places makes of forces, and that of velocities of momentum.
+    const double places = stiffest_ * size_ * (step_.dynamic ? step_.h : 1);
+    const double momentum = step_.dynamic ? lumped_.maxCoeff() * now_.v.cwiseAbs().maxCoeff() : 0;
+    const double floor = 1e-14 * (places + momentum) * std::sqrt(double(dofs_.free.size()));
+    if (missing <= floor * floor) return 0;
     return size > 0 ? std::sqrt(missing / size) : 0;
 }
 

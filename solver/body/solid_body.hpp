@@ -49,7 +49,7 @@ public:
     Eigen::VectorXd solve(const Eigen::VectorXd& force) override;
     const Eigen::MatrixXd& modes() const override { return free_modes_; }
     Eigen::VectorXd mode_load() const override { return mode_load_; }
-    std::string mode_name(int mode) const override;
+    std::string mode_name(const Eigen::VectorXd& a) const override;
     void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                 const Eigen::VectorXd& force) override;
     double imbalance(const Eigen::VectorXd& force) override;
@@ -105,6 +105,7 @@ private:
     bool small_ = false, corotational_ = false;
     Frame kind_ = Frame::fixed;
     double size_ = 0, mass_ = 0;
+    double stiffest_ = 0;        ///< largest entry of K [N/m]
     Vec3 middle_ = Vec3::Zero(); ///< mean of the reference places [m]
 
     struct Held {
@@ -120,6 +121,7 @@ private:
     Eigen::VectorXd lumped_; ///< 3n [kg]
     std::vector<CorotationalElement> elements_;
     std::vector<CorotationalState> element_states_;
+    bool exact_tangent_ = false; ///< of corotational elements, while it is positive
     FreeDofs dofs_;
     Elimination parts_;
     SupernodalFactor factor_;                 ///< of a matrix that changes

@@ -37,6 +37,17 @@ TurnOfPlaces turn_of_places(const CorotationalElement& e, const Mat3& J)
     return G;
 }
 
+/// K <- R K R^T, block by block.
+void turn_into_space(const Mat3& R, ElementMatrix& K)
+{
+    for (Eigen::Index j = 0; j < K.cols(); j += 3)
+        for (Eigen::Index i = 0; i <= j; i += 3) {
+            const Mat3 block = R * K.block<3, 3>(i, j) * R.transpose();
+            K.block<3, 3>(i, j) = block;
+            K.block<3, 3>(j, i) = block.transpose();
+        }
+}
+
 } // namespace
 
 CorotationalElement make_corotational(ElementKind kind, const ElementPoints& X, const Mat6& C)
@@ -119,12 +130,47 @@ void corotational_stiffness(const CorotationalElement& e, const CorotationalStat
     K.noalias() -= KZ * G;
     K.noalias() -= G.transpose() * KZ.transpose();
     K.noalias() += G.transpose() * (ZKZ * G);
-    for (Eigen::Index j = 0; j < n; ++j)
-        for (Eigen::Index i = 0; i <= j; ++i) {
-            const Mat3 block = s.rotation * K.block<3, 3>(3 * i, 3 * j) * s.rotation.transpose();
-            K.block<3, 3>(3 * i, 3 * j) = block;
-            K.block<3, 3>(3 * j, 3 * i) = block.transpose();
-        }
+    turn_into_space(s.rotation, K);
+}
+
+// f_i = R fhat_i with fhat_i = (K u)_i - w x g_i, J w = tau, tau = sum_i xi_i x (K u)_i. With
+// dtheta = G dx and du = P dx in the element's frame:
+//   dfhat_i = (K du)_i - dw x g_i,   J dw = dtau - dJ w,
+//   dtau = sum_i du_i x (K u)_i + xi_i x (K du)_i,
+//   dJ w = tr(dS) w - dS w,  dS = sum_i du_i g_i^T (symmetric by the choice of dtheta),
+//   df_i = R (dfhat_i + dtheta x fhat_i).
+void corotational_tangent(const CorotationalElement& e, const CorotationalState& s,
+                          ElementMatrix& K)
+{
+    const Eigen::Index n = e.X.cols();
+    const Mat3 J = turn_stiffness(e, s);
+    const Mat3 J_inverse = J.inverse();
+    const TurnOfPlaces G = turn_of_places(e, J);
+    const ElementVector Ku = e.K * s.u;
+    Vec3 moment = Vec3::Zero();
+    ElementMatrix P = ElementMatrix::Identity(3 * n, 3 * n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+        const Vec3 xi = e.X.col(i) + s.u.segment<3>(3 * i);
+        P.middleRows<3>(3 * i) += cross_matrix(xi) * G;
+        moment += xi.cross(Vec3(Ku.segment<3>(3 * i)));
+    }
+    const Vec3 w = J_inverse * moment;
+    K.noalias() = e.K * P;
+    TurnOfPlaces dmoment = TurnOfPlaces::Zero(3, 3 * n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+        const Vec3 xi = e.X.col(i) + s.u.segment<3>(3 * i), g = e.gradient.col(i);
+        const Mat3 of_u =
+            -cross_matrix(Ku.segment<3>(3 * i)) - w * g.transpose() + g.dot(w) * Mat3::Identity();
+        dmoment += of_u * P.middleRows<3>(3 * i) + cross_matrix(xi) * K.middleRows<3>(3 * i);
+    }
+    const TurnOfPlaces dw = J_inverse * dmoment;
+    for (Eigen::Index i = 0; i < n; ++i) {
+        const Vec3 g = e.gradient.col(i);
+        const Vec3 f = Vec3(Ku.segment<3>(3 * i)) - w.cross(g);
+        K.middleRows<3>(3 * i) += cross_matrix(g) * dw - cross_matrix(f) * G;
+    }
+    K = 0.5 * (K + K.transpose()).eval(); // symmetric but for round-off
+    turn_into_space(s.rotation, K);
 }
 
 } // namespace amontons

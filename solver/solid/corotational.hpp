@@ -44,4 +44,9 @@ CorotationalState corotational_forces(const CorotationalElement& e, const Elemen
 void corotational_stiffness(const CorotationalElement& e, const CorotationalState& state,
                             ElementMatrix& K);
 
+/// The whole derivative of the forces by the places: symmetric, may be indefinite.
+/// @param K  set to 3n x 3n
+void corotational_tangent(const CorotationalElement& e, const CorotationalState& state,
+                          ElementMatrix& K);
+
 } // namespace amontons

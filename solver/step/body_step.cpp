@@ -477,7 +477,7 @@ bool Step::solve_with_modes()
         // How far the modes are from balance, of the forces on them.
         double worst = 0;
         std::size_t worst_body = 0;
-        Eigen::Index worst_mode = 0;
+        Eigen::VectorXd worst_motion;
         double growth = 0;
         for (std::size_t b = 0; b < bodies(); ++b) {
             if (mode_load_[b].size() == 0) continue;
@@ -498,7 +498,7 @@ bool Step::solve_with_modes()
             if (share > worst) {
                 worst = share;
                 worst_body = b;
-                e.cwiseAbs().maxCoeff(&worst_mode);
+                worst_motion = e;
             }
             mode_[b] += scale * e;
             growth = std::max(growth, mode_[b].norm() / body(b).size());
@@ -510,7 +510,7 @@ bool Step::solve_with_modes()
         if (step + 1 == kMostModeSteps || stuck || rows_.count == 0) {
             report_.refusal = fmt::format(
                 "{} is not in balance ({:.1e} of the forces on it): nothing holds its {}",
-                system_.refs[worst_body].name, worst, body(worst_body).mode_name(int(worst_mode)));
+                system_.refs[worst_body].name, worst, body(worst_body).mode_name(worst_motion));
             return false;
         }
     }
@@ -770,11 +770,9 @@ void Step::report_modes()
         const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(seen);
         for (Eigen::Index m = 0; m < eigen.eigenvalues().size(); ++m) {
             if (eigen.eigenvalues()[m] > kUncontrolled * scale && scale > 0) continue;
-            Eigen::Index most = 0;
-            eigen.eigenvectors().col(m).cwiseAbs().maxCoeff(&most);
             report_.remarks.push_back(
                 fmt::format("{}: no contact controls its {}; it stays where it is",
-                            system_.refs[b].name, body(b).mode_name(int(most))));
+                            system_.refs[b].name, body(b).mode_name(eigen.eigenvectors().col(m))));
         }
     }
 }

@@ -1,0 +1,318 @@
+// Laws that hold for scenes of solids and rigid bodies as a whole.
+
+#include "solver/step/body_simulation.hpp"
+
+#include "mesh/generate/plane.hpp"
+#include "solver/scene/read.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+using namespace amontons;
+
+namespace {
+
+constexpr double kGravity = 9.81;
+
+struct Keep : StepObserver {
+    std::vector<StepRecord> records;
+    void on_step(const StepRecord& r) override { records.push_back(r); }
+};
+
+struct Result {
+    RunSummary summary;
+    std::vector<StepRecord> records;
+    std::unique_ptr<Simulation> simulation;
+
+    double value(const std::string& name, std::size_t step) const
+    {
+        for (const Quantity& q : records[step].quantities)
+            if (q.name == name) return q.value;
+        FAIL("no quantity " << name);
+        return 0;
+    }
+    double value(const std::string& name) const { return value(name, records.size() - 1); }
+    Vec3 vector(const std::string& name, std::size_t step) const
+    {
+        return {value(name + "_x", step), value(name + "_y", step), value(name + "_z", step)};
+    }
+    Vec3 vector(const std::string& name) const { return vector(name, records.size() - 1); }
+};
+
+/// @param rest  members of the scene beside "schema"
+Result run(const std::string& rest, const std::vector<std::string>& overrides = {})
+{
+    const Scene scene = parse_scene("{\"schema\": 1, " + rest + "}", "test.json", overrides);
+    std::vector<Obstacle> obstacles;
+    for (const ObstacleInput& o : scene.obstacles) // planes are enough here
+        obstacles.push_back({o.name, make_plane({o.surface.centre, o.surface.axis, 1})});
+    Result r;
+    r.simulation = make_simulation(scene, std::move(obstacles));
+    Keep keep;
+    const std::atomic<bool> never{false};
+    r.summary = r.simulation->run(keep, never);
+    r.records = std::move(keep.records);
+    return r;
+}
+
+const char* const kFloor = R"("floor": {"kind": "obstacle", "surface": {"generate": "plane"}})";
+
+std::string gravity_on_incline(double degrees)
+{
+    const double a = degrees * 3.14159265358979323846 / 180;
+    return fmt::format(R"("gravity": [{:.17g}, 0, {:.17g}])", kGravity * std::sin(a),
+                       -kGravity * std::cos(a));
+}
+
+/// A block 0.2 x 0.2 x 0.1 of 1 kg, rigid or elastic, on the floor.
+std::string block(const std::string& kind)
+{
+    if (kind == "rigid")
+        return R"("block": {"kind": "rigid", "shape": {"generate": "box", "size": [0.2, 0.2, 0.1]},
+                  "mass": 1, "start": {"place": [0, 0, 0.05]}})";
+    return fmt::format(R"("block": {{"kind": "solid",
+        "mesh": {{"generate": "box", "size": [0.2, 0.2, 0.1], "cells": [2, 2, 1], "element": "H8"}},
+        "youngs_modulus": 1e5, "poisson_ratio": 0.3, "density": 250, "motion": "{}",
+        "start": {{"place": [0, 0, 0.05]}}}})",
+                       kind);
+}
+
+} // namespace
+
+TEST_CASE("a block on an incline slides with g (sin a - mu cos a), by the rule of the step")
+{
+    // Benchmark B01: x = a t (t + h) / 2 for the implicit Euler rule.
+    const double a = kGravity * (0.5 - 0.3 * std::sqrt(0.75)), t = 0.2, h = 0.01;
+    const Result r = run(fmt::format(R"("bodies": {{{}, {}}}, {},
+        "contact": [{{"between": ["block", "floor"], "friction": 0.3}}],
+        "time": {{"kind": "dynamic", "step": {}, "end": {}}})",
+                                     block("rigid"), kFloor, gravity_on_incline(30), h, t));
+    REQUIRE(r.summary.message == "");
+    CHECK(std::abs(r.value("block_x") - a * t * (t + h) / 2) < 1e-10);
+    CHECK(std::abs(r.value("block_velocity_x") - a * t) < 1e-9);
+    CHECK(r.summary.energy.friction > 0);
+    CHECK(std::abs(r.summary.energy.error()) < 1e-9 * r.summary.energy.work);
+}
+
+TEST_CASE("below the angle of friction a block sticks")
+{
+    for (const char* kind : {"rigid", "linear", "corotational"}) {
+        CAPTURE(kind);
+        const Result r = run(fmt::format(R"("bodies": {{{}, {}}}, {},
+            "contact": [{{"between": ["block", "floor"], "friction": 0.3}}],
+            "time": {{"kind": "dynamic", "step": 0.01, "end": 1}})",
+                                         block(kind), kFloor, gravity_on_incline(16.6)));
+        REQUIRE(r.summary.message == "");
+        if (std::string(kind) == "rigid") {
+            CHECK(std::abs(r.value("block_x")) < 1e-10);
+        } else { // it has settled by its weight; then it stays
+            const double at_half = r.value("block_max_displacement", 50);
+            CHECK(std::abs(r.value("block_max_displacement") - at_half) < 1e-6);
+        }
+    }
+}
+
+TEST_CASE("bodies left alone keep their momentum and angular momentum")
+{
+    const std::string solid = R"("kind": "solid",
+        "mesh": {"generate": "box", "size": [0.1, 0.2, 0.3], "cells": [1, 2, 3], "element": "T4"},
+        "youngs_modulus": 1e6, "poisson_ratio": 0.3, "density": 1000,
+        "start": {"velocity": [1, 2, 3], "spin": [3, -2, 5], "place": [0.3, 0, 0]})";
+    const std::string rigid = R"("kind": "rigid", "density": 1000,
+        "shape": {"generate": "box", "size": [0.1, 0.2, 0.3]},
+        "start": {"velocity": [1, 2, 3], "spin": [3, -2, 5], "place": [0.3, 0, 0]})";
+    for (const std::string& body : {rigid, solid, solid + R"(, "motion": "corotational")"})
+        for (const char* theta : {"1", "0.5"}) {
+            CAPTURE(body);
+            CAPTURE(std::string(theta));
+            const Result r = run(fmt::format(R"("bodies": {{"b": {{{}}}}},
+                "time": {{"kind": "dynamic", "step": 0.01, "end": 0.3, "theta": {}}})",
+                                             body, theta));
+            REQUIRE(r.summary.message == "");
+            const Vec3 p = r.vector("momentum", 1), L = r.vector("angular_momentum", 1);
+            CHECK((r.vector("momentum") - p).norm() < 1e-10 * p.norm());
+            CHECK((r.vector("angular_momentum") - L).norm() < 1e-10 * L.norm());
+        }
+}
+
+TEST_CASE("two bodies that collide keep their momentum; friction only takes energy")
+{
+    const Result r = run(R"("bodies": {
+        "a": {"kind": "rigid", "density": 1000, "shape": {"generate": "box", "size": [0.1, 0.2, 0.3]},
+              "start": {"velocity": [1, 0.1, 0], "spin": [1, 2, 3]}},
+        "b": {"kind": "rigid", "density": 500, "shape": {"generate": "ball", "radius": 0.1},
+              "start": {"place": [0.3, 0.05, 0.02], "spin": [-3, 0, 4]}}},
+        "contact": [{"between": ["a", "b"], "friction": 0.02}],
+        "time": {"kind": "dynamic", "step": 0.005, "end": 0.5})");
+    REQUIRE(r.summary.message == "");
+    CHECK(r.summary.contacts_max > 0);
+    const Vec3 p = r.vector("momentum", 0), L = r.vector("angular_momentum", 0);
+    CHECK((r.vector("momentum") - p).norm() < 1e-10 * p.norm());
+    CHECK((r.vector("angular_momentum") - L).norm() < 1e-10 * L.norm());
+    CHECK(r.summary.energy.friction > 0);
+    CHECK(r.summary.energy.kinetic < 0);
+    CHECK(std::abs(r.summary.energy.error()) < 1e-3 * std::abs(r.summary.energy.kinetic));
+}
+
+TEST_CASE("the midpoint rule keeps the energy of a vibrating solid, Euler's does not")
+{
+    const auto after = [](const char* theta) {
+        return run(fmt::format(R"("bodies": {{"b": {{"kind": "solid",
+            "mesh": {{"generate": "box", "size": [1, 0.2, 0.2], "cells": [4, 1, 1], "element": "H8"}},
+            "youngs_modulus": 1e6, "poisson_ratio": 0.3, "density": 1000,
+            "hold": [{{"set": "x_min"}}], "start": {{"velocity": [0, 0, 1]}}}}}},
+            "time": {{"kind": "dynamic", "step": 0.002, "end": 0.2, "theta": {}}})",
+                               theta));
+    };
+    const Result kept = after("0.5"), lost = after("1");
+    REQUIRE(kept.summary.message == "");
+    const double start = 0.5 * 1000 * 0.04; // of 0.04 m^3 at 1 m/s; held nodes are stopped first
+    const EnergyRecord &a = kept.summary.energy, &b = lost.summary.energy;
+    CHECK(std::abs(a.error()) < 1e-9 * start);
+    CHECK(b.elastic + b.kinetic < -0.1 * start);
+    CHECK(std::abs(b.error()) < 1e-9 * start); // what the rule took is counted
+}
+
+TEST_CASE("balls in line share a blow by Moreau's law")
+{
+    // Benchmark B13.
+    for (const double e : {1.0, 0.0}) {
+        std::string bodies;
+        for (int k = 0; k < 3; ++k)
+            bodies += fmt::format(R"({}"b{}": {{"kind": "rigid", "mass": 1,
+                "shape": {{"generate": "ball", "radius": 0.5}},
+                "start": {{"place": [{}, 0, 0], "velocity": [{}, 0, 0]}}}})",
+                                  k ? ", " : "", k, k, k == 0 ? 1 : 0);
+        const Result r = run(fmt::format(R"("bodies": {{{}}},
+            "contact": [{{"between": ["*", "*"], "restitution": {}}}],
+            "accuracy": {{"contact": 1e-11}},
+            "time": {{"kind": "dynamic", "step": 0.01, "end": 0.01}})",
+                                         bodies, e));
+        REQUIRE(r.summary.message == "");
+        const double first = e == 1 ? -1.0 / 3 : 1.0 / 3, others = e == 1 ? 2.0 / 3 : 1.0 / 3;
+        CHECK(std::abs(r.value("b0_velocity_x") - first) < 1e-10);
+        CHECK(std::abs(r.value("b1_velocity_x") - others) < 1e-10);
+        CHECK(std::abs(r.value("b2_velocity_x") - others) < 1e-10);
+    }
+}
+
+TEST_CASE("joints keep what they must keep and leave the rest")
+{
+    const auto hung = [](const char* kind) { // a rod hung at its end, let go level
+        return run(fmt::format(R"("bodies": {{"rod": {{"kind": "rigid", "mass": 2,
+            "shape": {{"generate": "box", "size": [1, 0.05, 0.05]}}, "start": {{"place": [0.5, 0, 0]}}}}}},
+            "gravity": [0, 0, -9.81],
+            "couplings": [{{"kind": "{}", "between": ["rod", "world"], "at": [0, 0, 0], "axis": [0, 1, 0]}}],
+            "time": {{"kind": "dynamic", "step": 0.001, "end": 0.3, "theta": 0.5}})",
+                               kind));
+    };
+    const Result weld = hung("weld");
+    REQUIRE(weld.summary.message == "");
+    CHECK(std::abs(weld.value("rod_z")) < 1e-9);
+    for (const char* kind : {"hinge", "ball"}) {
+        CAPTURE(kind);
+        const Result r = hung(kind);
+        REQUIRE(r.summary.message == "");
+        // Angle of a rod: theta'' = 1.5 g cos(theta) / L, so energy gives the spin.
+        const double drop = -r.value("rod_z"), spin = std::abs(r.value("rod_spin_y"));
+        CHECK(drop > 0.3);
+        CHECK(spin == doctest::Approx(std::sqrt(3 * kGravity * drop * 2)).epsilon(2e-3));
+        const double x = r.value("rod_x"), z = r.value("rod_z");
+        CHECK(std::abs(std::hypot(x, z) - 0.5) < 1e-4);
+        CHECK(std::abs(r.value("rod_y")) < 1e-9);
+    }
+    const Result slider = run(R"("bodies": {"bead": {"kind": "rigid", "mass": 2,
+        "shape": {"generate": "ball", "radius": 0.1}}}, "gravity": [3, 0, -9.81],
+        "couplings": [{"kind": "slider", "between": ["bead", "world"], "axis": [1, 0, 0]}],
+        "time": {"kind": "dynamic", "step": 0.01, "end": 0.5})");
+    REQUIRE(slider.summary.message == "");
+    CHECK(std::abs(slider.value("bead_velocity_x") - 1.5) < 1e-8);
+    CHECK(std::abs(slider.value("bead_z")) < 1e-9);
+}
+
+TEST_CASE("a spring stretches by the weight over its stiffness")
+{
+    const Result r = run(R"("bodies": {"ball": {"kind": "rigid", "mass": 2,
+        "shape": {"generate": "ball", "radius": 0.1}}}, "gravity": [0, 0, -9.81],
+        "couplings": [{"kind": "spring", "between": ["ball", "world"], "at": [0, 0, 0.1],
+                       "to": [0, 0, 1], "stiffness": 1000}],
+        "time": {"step": 1, "end": 1})");
+    REQUIRE(r.summary.message == "");
+    CHECK(std::abs(r.value("ball_z") + 2 * kGravity / 1000) < 1e-8);
+    CHECK(std::abs(r.value("coupling_0_force") - 2 * kGravity) < 1e-6);
+}
+
+TEST_CASE("a body that contacts alone hold is in balance, and one that nothing holds is named")
+{
+    const auto pressed = [](const char* load) {
+        return run(fmt::format(R"("bodies": {{"block": {{"kind": "solid",
+            "mesh": {{"generate": "box", "size": [1, 1, 1], "cells": [2, 2, 2], "element": "T10"}},
+            "youngs_modulus": 1e13, "poisson_ratio": 0.3, "start": {{"place": [0, 0, 0.5]}},
+            "loads": [{{"set": "z_max", {}}}]}}, {}}},
+            "contact": [{{"between": ["block", "floor"], "friction": 0}}],
+            "time": {{"step": 1, "end": 1}})",
+                               load, kFloor));
+    };
+    const Result held = pressed(R"("pressure": 1000)");
+    REQUIRE(held.summary.message == "");
+    CHECK(std::abs(held.value("block_on_floor_force_z") - 1000) < 1e-6);
+    CHECK(std::abs(held.value("block_on_floor_max_pressure") - 1000) < 1e-4);
+    CHECK(held.records.back().remark.find("shift along") != std::string::npos);
+    const Result pushed = pressed(R"("traction": [10, 0, -1000])");
+    CHECK(pushed.summary.status == "failed");
+    CHECK(pushed.summary.message.find("block") != std::string::npos);
+    const Result pulled = pressed(R"("pressure": -1000)");
+    CHECK(pulled.summary.status == "failed");
+    CHECK(pulled.summary.message.find("nothing holds its shift along (0, 0, 1)") !=
+          std::string::npos);
+}
+
+TEST_CASE("a run that is stopped and goes on gives the same bits")
+{
+    const std::string scene = fmt::format(R"("schema": 1, "bodies": {{{}, {}}}, {},
+        "contact": [{{"between": ["block", "floor"], "friction": 0.3}}],
+        "time": {{"kind": "dynamic", "step": 0.01, "end": 0.2}})",
+                                          block("corotational"), kFloor, gravity_on_incline(30));
+    const Scene s = parse_scene("{" + scene + "}", "test.json", {});
+    const auto made = [&] {
+        std::vector<Obstacle> obstacles;
+        obstacles.push_back({"floor", make_plane({})});
+        return make_simulation(s, std::move(obstacles));
+    };
+    const std::atomic<bool> never{false};
+    Keep whole;
+    made()->run(whole, never);
+
+    struct Stop : StepObserver {
+        std::atomic<bool> stop{false};
+        void on_step(const StepRecord& r) override { stop = r.step >= 10; }
+    } half;
+    const auto first = made();
+    first->run(half, half.stop);
+    const auto second = made();
+    second->restore(first->save());
+    Keep rest;
+    second->run(rest, never);
+    REQUIRE(rest.records.size() + 11 == whole.records.size());
+    const StepRecord &a = whole.records.back(), &b = rest.records.back();
+    REQUIRE(a.quantities.size() == b.quantities.size());
+    for (std::size_t i = 0; i < a.quantities.size(); ++i)
+        CHECK(a.quantities[i].value == b.quantities[i].value);
+}
+
+TEST_CASE("names that the meshes do not have are refused together, with the nearest")
+{
+    try {
+        run(R"("bodies": {"block": {"kind": "solid", "mesh": {"generate": "box", "size": [1, 1, 1]},
+            "youngs_modulus": 1e6, "poisson_ratio": 0.3, "hold": [{"set": "z_mim"}],
+            "loads": [{"set": "top", "pressure": 1}]}}, "time": {"step": 1, "end": 1})");
+        FAIL("accepted");
+    } catch (const InputError& error) {
+        const std::string text = error.what();
+        CHECK(text.find("/bodies/block/hold/0/set") != std::string::npos);
+        CHECK(text.find("\"z_min\"") != std::string::npos);
+        CHECK(text.find("/bodies/block/loads/0/set") != std::string::npos);
+    }
+}
