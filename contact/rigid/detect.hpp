@@ -19,13 +19,11 @@ struct RigidContact {
 
 /// Appends the contacts of a with b whose gap is at most `reach`.
 ///
-/// Exact for all pairs of boxes, balls, planes and triangle bodies, and of cylinders with balls and
-/// planes; cylinders with boxes, triangle bodies and each other: not yet, nothing is appended.
-/// Faces that touch give the corners of their overlap (corners of one on the other and crossings of
-/// the outlines), an edge on a face its two ends, parallel edges the ends of their overlap. Of
-/// faces that lean towards each other by up to 30 degrees, all corners within reach are given, not
-/// only the nearest. Two contacts never have the same points (within 1e-9 of the smaller body) and
-/// the same normal.
+/// Exact for all pairs of shapes. Faces that touch give the corners of their overlap
+/// (corners of one on the other and crossings of the outlines), an edge on a face its two ends,
+/// parallel edges the ends of their overlap. Of faces that lean towards each other by up to 30
+/// degrees, all corners within reach are given, not only the nearest. Two contacts never have the
+/// same points (within 1e-9 of the smaller body) and the same normal.
 ///
 /// Overlap: convex bodies are pushed along the direction of least penetration, however deep. Of
 /// bodies that are not convex, each corner is pushed to the nearest face that it may cross, which

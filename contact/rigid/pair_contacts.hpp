@@ -33,6 +33,8 @@ constexpr double kSamePlace = 1e-9;
 constexpr double kTouching = 1e-6;
 /// Faces that lean by less are opposed: all their corners count. cos and sin of 30 degrees.
 constexpr double kOpposed = 0.86602540378443865, kLean = 0.5;
+/// Behind a normal, with round-off (cosine); edges that are more parallel do not cross (sine).
+constexpr double kStrict = 1e-9, kParallel = 1e-6;
 /// A face with `spread` that leans by less (sine) touches with its area.
 constexpr double kFlatOn = 1e-3;
 
@@ -46,6 +48,9 @@ void touch(const PairFrame& pair, const Ball& a, const Plane& b, RigidContacts& 
 void touch(const PairFrame& pair, const Box& a, const Plane& b, RigidContacts& out);
 void touch(const PairFrame& pair, const Cylinder& a, const Plane& b, RigidContacts& out);
 void touch(const PairFrame& pair, const TriangleShape& a, const Plane& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Cylinder& a, const Box& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Cylinder& a, const TriangleShape& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Cylinder& a, const Cylinder& b, RigidContacts& out);
 void touch(const PairFrame& pair, const Box& a, const Box& b, RigidContacts& out);
 void touch(const PairFrame& pair, const TriangleShape& a, const Box& b, RigidContacts& out);
 void touch(const PairFrame& pair, const TriangleShape& a, const TriangleShape& b,

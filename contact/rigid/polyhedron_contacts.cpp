@@ -89,10 +89,13 @@ void add_least_penetration(const PolyhedronPair& pair, const Separation& best)
     const PolyhedronView &a = pair.a.view, &b = pair.b.view;
     const Vec3& n = best.normal;
     if (best.edge_a >= 0) {
-        const auto& ends = a.topology->edges[at(best.edge_a)].vertex;
-        const Vec3 x = (a.vertices[at(ends[0])] + a.vertices[at(ends[1])]) / 2;
+        const auto middle = [](const PolyhedronView& body, std::int32_t edge) -> Vec3 {
+            const auto& ends = body.topology->edges[at(edge)].vertex;
+            return (body.vertices[at(ends[0])] + body.vertices[at(ends[1])]) / 2;
+        };
+        const Vec3 x = (middle(a, best.edge_a) + middle(b, best.edge_b)) / 2;
         pair.out->push_back(
-            {x, x - best.distance * n, n, best.distance,
+            {x + best.distance / 2 * n, x - best.distance / 2 * n, n, best.distance,
              contact_id(Feature::edge, at(best.edge_a), Feature::edge, at(best.edge_b))});
         return;
     }

@@ -21,52 +21,9 @@ namespace amontons {
 
 namespace {
 
-constexpr double kStrict = 1e-9;   // cosine: behind a normal, with round-off
-constexpr double kParallel = 1e-6; // sine: edges with less have no crossing
-
 std::size_t at(std::int32_t i)
 {
     return static_cast<std::size_t>(i);
-}
-
-// Does the body at this vertex lie behind the plane through it, n outwards from the other body,
-// or lean over it by no more than this sine?
-bool rises(const PolyhedronView& body, std::int32_t vertex, const Vec3& n, double lean)
-{
-    const PolyhedronTopology& topology = *body.topology;
-    for (std::int32_t i = topology.vertex_begin[at(vertex)];
-         i < topology.vertex_begin[at(vertex) + 1]; ++i) {
-        const auto e = at(topology.vertex_edges[at(i)]);
-        const double along = body.edges[e].along.dot(n);
-        if ((topology.edges[e].vertex[0] == vertex ? along : -along) < -lean) return false;
-    }
-    return true;
-}
-
-bool on_face(const PolyhedronPair& pair, const PolyhedronSide& side, std::int32_t face,
-             const Vec3& x)
-{
-    const double slack = kSamePlace * pair.size;
-    const PolyhedronTopology& topology = *side.view.topology;
-    if (topology.face_convex[at(face)] != 0) {
-        for (std::int32_t i = topology.face_begin[at(face)]; i < topology.face_begin[at(face) + 1];
-             ++i) {
-            const auto e = at(topology.face_edges[at(i)]);
-            const auto& ends = topology.edges[e];
-            const Vec3& into = side.view.edges[e].into[ends.face[0] == face ? 0 : 1];
-            if ((x - side.view.vertices[at(ends.vertex[0])]).dot(into) < -slack) return false;
-        }
-        return true;
-    }
-    const Vec3 y = side.own(x);
-    for (std::int32_t t = topology.triangle_begin[at(face)];
-         t < topology.triangle_begin[at(face) + 1]; ++t) {
-        const auto& [a, b, c] = side.view.triangles[at(t)];
-        const Vec3 foot = closest_on_triangle(y, a, b, c).point;
-        // The face is flat to kFlat only.
-        if ((foot - y).norm() <= slack + 2 * kFlat * side.mesh->polyhedron.size) return true;
-    }
-    return false;
 }
 
 // Is x near an edge of the face's outline that is not convex?
@@ -152,6 +109,44 @@ void add(const PolyhedronPair& pair, bool on_a, const Vec3& x, const Vec3& y, co
 
 } // namespace
 
+bool rises(const PolyhedronView& body, std::int32_t vertex, const Vec3& n, double lean,
+           const Vec3& free)
+{
+    const PolyhedronTopology& topology = *body.topology;
+    for (std::int32_t i = topology.vertex_begin[at(vertex)];
+         i < topology.vertex_begin[at(vertex) + 1]; ++i) {
+        const auto e = at(topology.vertex_edges[at(i)]);
+        const Vec3& along = body.edges[e].along;
+        const double rise = topology.edges[e].vertex[0] == vertex ? along.dot(n) : -along.dot(n);
+        if (rise < -lean && std::abs(along.dot(free)) < kOpposed) return false;
+    }
+    return true;
+}
+
+bool on_face(const PolyhedronSide& side, std::int32_t face, const Vec3& x, double slack)
+{
+    const PolyhedronTopology& topology = *side.view.topology;
+    if (topology.face_convex[at(face)] != 0) {
+        for (std::int32_t i = topology.face_begin[at(face)]; i < topology.face_begin[at(face) + 1];
+             ++i) {
+            const auto e = at(topology.face_edges[at(i)]);
+            const auto& ends = topology.edges[e];
+            const Vec3& into = side.view.edges[e].into[ends.face[0] == face ? 0 : 1];
+            if ((x - side.view.vertices[at(ends.vertex[0])]).dot(into) < -slack) return false;
+        }
+        return true;
+    }
+    const Vec3 y = side.own(x);
+    for (std::int32_t t = topology.triangle_begin[at(face)];
+         t < topology.triangle_begin[at(face) + 1]; ++t) {
+        const auto& [a, b, c] = side.view.triangles[at(t)];
+        const Vec3 foot = closest_on_triangle(y, a, b, c).point;
+        // The face is flat to kFlat only.
+        if ((foot - y).norm() <= slack + 2 * kFlat * side.mesh->polyhedron.size) return true;
+    }
+    return false;
+}
+
 TurnedPolyhedron::TurnedPolyhedron(const PolyhedronView& own, const Mat3& turn, const Vec3& shift)
     : own_(own)
     , vertices_(own.vertices.size())
@@ -187,7 +182,8 @@ std::optional<double> height_over_face(const PolyhedronPair& pair, bool on_a, st
     if (height > pair.reach || height < pair.least || !pair.agrees(on_a ? n : Vec3{-n})) return {};
     if (!rises(x.view, vertex, n, kLean)) return {};
     const Vec3 foot = place - height * n;
-    if (!on_face(pair, y, face, foot) && !(beyond > 0 && in_hollow(y.view, face, foot, beyond)))
+    if (!on_face(y, face, foot, kSamePlace * pair.size) &&
+        !(beyond > 0 && in_hollow(y.view, face, foot, beyond)))
         return {};
     return height;
 }
@@ -309,14 +305,7 @@ void add_vertex_edge(const PolyhedronPair& pair, bool on_a, std::int32_t vertex,
     const Vec3 n = w / distance;
     if (!pair.agrees(on_a ? n : Vec3{-n})) return;
     // Edges of the vertex that run along this edge may lean either way: they will touch both ends.
-    const PolyhedronTopology& topology = *x.view.topology;
-    for (std::int32_t i = topology.vertex_begin[at(vertex)];
-         i < topology.vertex_begin[at(vertex) + 1]; ++i) {
-        const auto e = at(topology.vertex_edges[at(i)]);
-        const Vec3& along = x.view.edges[e].along;
-        const double rise = topology.edges[e].vertex[0] == vertex ? along.dot(n) : -along.dot(n);
-        if (rise < -kStrict && std::abs(along.dot(line.along)) < kOpposed) return;
-    }
+    if (!rises(x.view, vertex, n, kStrict, line.along)) return;
     add(pair, on_a, place, place - w, n, distance,
         contact_id(Feature::vertex, at(vertex), Feature::edge, at(edge)),
         contact_id(Feature::edge, at(edge), Feature::vertex, at(vertex)));

@@ -68,6 +68,15 @@ struct PolyhedronPair {
     bool agrees(const Vec3& normal) const { return !away || normal.dot(*away) > 0.5; }
 };
 
+/// Does the body at this vertex lie behind the plane through it, n outwards from the other body,
+/// or lean over it by no more than this sine? Edges along `free` (unit, within 30 degrees) may
+/// lean as they like.
+bool rises(const PolyhedronView& body, std::int32_t vertex, const Vec3& n, double lean,
+           const Vec3& free = Vec3::Zero());
+
+/// Is a point of a face's plane on the face, its border included?
+bool on_face(const PolyhedronSide& side, std::int32_t face, const Vec3& x, double slack);
+
 /// Height of a vertex over a face if it may touch it: the foot lies on the face, and the body at
 /// the vertex rises from the face or falls towards it by less than 30 degrees.
 /// @param on_a    the vertex is a's, the face b's; else the other way round

@@ -250,35 +250,4 @@ void touch(const PairFrame& pair, const TriangleShape& a, const Plane&, RigidCon
         add_above(pair, pair.turn * vertices[v] + pair.shift, Feature::vertex, v, out);
 }
 
-// The lowest point of each end's rim, and where an end lies nearly flat, fixed points around it:
-// points of the body, whose gap is exact in any pose.
-void touch(const PairFrame& pair, const Cylinder& a, const Plane&, RigidContacts& out)
-{
-    const Vec3 axis = pair.turn.col(2);
-    const Vec3 down = axis[2] * axis - Vec3::UnitZ(); // normal to the axis
-    const double tilt = down.norm();                  // sine of the axis's angle to the normal
-    for (std::size_t end = 0; end < 2; ++end) {
-        const double side = end == 0 ? -1 : 1;
-        const Vec3 centre = pair.shift + side * a.half_length * axis;
-        const double fall = -side * axis[2]; // > 0: this end is the lower one
-        // A rim point of the higher end counts only if the cylinder nearly lies.
-        if (fall < -kLean) continue;
-        if (a.spread > 0 && fall > 0 && tilt < kFlatOn) {
-            spread_over(a, static_cast<int>(end), [&](const Vec3& x, std::size_t i) {
-                add_above(pair, pair.turn * x + pair.shift, Feature::spread, i, out);
-            });
-            continue;
-        }
-        if (tilt > kSamePlace)
-            add_above(pair, centre + a.radius / tilt * down, Feature::rim, end, out);
-        if (fall < kOpposed) continue;
-        for (std::size_t k = 0; k < 8; ++k) {
-            const double angle = static_cast<double>(k) * std::numbers::pi / 4;
-            const Vec3 rim =
-                std::cos(angle) * pair.turn.col(0) + std::sin(angle) * pair.turn.col(1);
-            add_above(pair, centre + a.radius * rim, Feature::rim, 2 + 8 * end + k, out);
-        }
-    }
-}
-
 } // namespace amontons

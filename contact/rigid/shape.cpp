@@ -150,7 +150,8 @@ AxisBox axis_box(const RigidShape& shape, const Pose& pose)
                    [&](const Ball& ball) { return around(Vec3::Constant(ball.radius)); },
                    [&](const Cylinder& cylinder) {
                        const Vec3 axis = turn.col(2);
-                       const Vec3 rim = (Vec3::Ones() - axis.cwiseAbs2()).cwiseMax(0).cwiseSqrt();
+                       const Vec3 rim{std::hypot(axis[1], axis[2]), std::hypot(axis[2], axis[0]),
+                                      std::hypot(axis[0], axis[1])};
                        return around(cylinder.half_length * axis.cwiseAbs() +
                                      cylinder.radius * rim);
                    },
