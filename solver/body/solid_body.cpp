@@ -41,6 +41,22 @@ Vec3 mean(const std::vector<Vec3>& x, const Eigen::VectorXd& weight)
     return sum / total;
 }
 
+/// The integral of density N_i N_j, the same along each axis: nodes x nodes [kg].
+SparseMatrix scalar_mass(const VolumeMesh& mesh, double density)
+{
+    std::vector<Eigen::Triplet<double>> entries;
+    ElementMatrix M;
+    for_each_element(mesh, [&](std::int32_t, ElementKind kind, auto nodes) {
+        solid_mass(kind, places_of(mesh, nodes), density, M);
+        for (std::size_t j = 0; j < nodes.size(); ++j)
+            for (std::size_t i = 0; i < nodes.size(); ++i)
+                entries.emplace_back(nodes[i], nodes[j], M(Eigen::Index(i), Eigen::Index(j)));
+    });
+    SparseMatrix m(Eigen::Index(mesh.nodes.size()), Eigen::Index(mesh.nodes.size()));
+    m.setFromTriplets(entries.begin(), entries.end());
+    return m;
+}
+
 bool same(const SparseColumns& a, const SparseColumns& b)
 {
     return a.rows() == b.rows() && a.cols() == b.cols() && a.nonZeros() == b.nonZeros() &&
@@ -106,6 +122,11 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
         state_.v.segment<3>(at3(i)) =
             input.start.velocity + input.start.spin.cross(state_.x[i] - centre);
     find_spin();
+    if (material_.density > 0) {
+        m_ = scalar_mass(mesh_, material_.density);
+        weights_ = m_ * Eigen::VectorXd::Ones(m_.cols());
+        momentum_ = mass_times(state_.v);
+    }
     now_ = state_;
     contact_ = reaction_ = Eigen::VectorXd::Zero(at3(n));
 }
@@ -159,6 +180,19 @@ void SolidBody::find_sets(const std::string& file)
                               "a set of faces: pressure and traction act on an area"});
     }
     if (!issues.empty()) throw InputError(std::move(issues));
+    for (std::size_t i = 0; i < input_.loads.size(); ++i) { // of 1 Pa, once
+        Eigen::VectorXd pressure, traction;
+        if (load_faces_[i] && !input_.loads[i].pressure.empty()) {
+            pressure = Eigen::VectorXd::Zero(at3(mesh_.nodes.size()));
+            add_pressure(mesh_, load_faces_[i]->members, 1, pressure);
+        }
+        if (load_faces_[i] && input_.loads[i].traction) {
+            traction = Eigen::VectorXd::Zero(at3(mesh_.nodes.size()));
+            add_traction(mesh_, load_faces_[i]->members, Vec3::UnitX(), traction);
+        }
+        unit_pressure_.push_back(std::move(pressure));
+        unit_traction_.push_back(std::move(traction));
+    }
 }
 
 Placement SolidBody::frame_at(double t) const
@@ -227,7 +261,7 @@ Eigen::VectorXd SolidBody::loads(const Motion& m, double t) const
         if (load_faces_[i] && !l.pressure.empty()) {
             const double p = curve_value(l.pressure, t);
             if (!corotational_) {
-                add_pressure(mesh_, load_faces_[i]->members, p, f);
+                f += p * unit_pressure_[i];
             } else { // follows the faces
                 for (const FaceRef& face : load_faces_[i]->members) {
                     const FaceNodes nodes = face_nodes(mesh_, face);
@@ -241,15 +275,19 @@ Eigen::VectorXd SolidBody::loads(const Motion& m, double t) const
                 }
             }
         }
-        if (load_faces_[i] && l.traction)
-            add_traction(mesh_, load_faces_[i]->members, of_frame(factor * *l.traction), f);
+        if (load_faces_[i] && l.traction) {
+            const Vec3 traction = of_frame(factor * *l.traction);
+            for (const std::int32_t node : load_nodes_[i])
+                f.segment<3>(3 * node) += unit_traction_[i][3 * node] * traction;
+        }
         if (l.force)
             for (const std::int32_t node : load_nodes_[i])
                 f.segment<3>(3 * node) +=
                     of_frame(factor * *l.force) / double(load_nodes_[i].size());
     }
     if (material_.density > 0 && !step_.gravity.isZero())
-        add_weight(mesh_, std::span(&material_, 1), of_frame(step_.gravity), f);
+        Eigen::Map<Eigen::Matrix3Xd>(f.data(), 3, f.size() / 3).noalias() +=
+            of_frame(step_.gravity) * weights_.transpose();
     return f; // along the frame's axes
 }
 
@@ -404,13 +442,16 @@ Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
         return f - inner;
     }
     const double h = step_.h, theta = step_.theta;
-    Motion middle = now_;
+    Motion between;
     if (theta < 1) {
+        between = now_;
+        Motion& middle = between;
         for (std::size_t i = 0; i < middle.x.size(); ++i)
             middle.x[i] = (1 - theta) * state_.x[i] + theta * now_.x[i];
         if (kind_ == Frame::driven) middle.frame = frame_at(step_.start + theta * h);
         into_frame_displacements(middle);
     }
+    const Motion& middle = theta < 1 ? between : now_;
     inner_forces(middle, inner);
     const Eigen::VectorXd f = loads(middle, step_.start + theta * h);
     last_load_ = f;
@@ -422,12 +463,13 @@ Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
         Eigen::Map<Eigen::Matrix3Xd> g(inner.data(), 3, inner.size() / 3);
         g = (turn * g).eval();
     }
-    const Eigen::VectorXd momentum = M_ * into_frame(change);
-    Eigen::VectorXd damping = input_.mass_damping * (M_ * into_frame(mean_v));
-    if (input_.stiffness_damping > 0)
-        damping += input_.stiffness_damping * (K_ * into_frame(mean_v));
+    const Eigen::VectorXd momentum = into_frame(mass_times(change));
     scale = momentum.cwiseAbs() + h * (f.cwiseAbs() + inner.cwiseAbs());
-    return h * (f - inner - damping) - momentum;
+    Eigen::VectorXd r = h * (f - inner) - momentum;
+    if (input_.mass_damping > 0) r -= h * input_.mass_damping * into_frame(mass_times(mean_v));
+    if (input_.stiffness_damping > 0)
+        r -= h * input_.stiffness_damping * (K_ * into_frame(mean_v));
+    return r;
 }
 
 void SolidBody::linearise()
@@ -587,16 +629,15 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
 {
     BodyEnergy e;
     Eigen::VectorXd inner, scale;
-    // What prescribed nodes need, beside loads, inner forces and contacts.
-    Eigen::VectorXd missing = -residual(scale) - contact_;
-    if (step_.dynamic) missing /= step_.h;
-    std::vector<char> held(std::size_t(missing.size()), 0);
-    for (const Held& h : held_)
-        held[std::size_t(h.dof)] = 1;
-    for (Eigen::Index i = 0; i < missing.size(); ++i)
-        if (!held[std::size_t(i)]) missing[i] = 0;
     const Eigen::VectorXd before = reaction_;
-    reaction_ = into_space(missing);
+    if (!held_.empty()) { // what prescribed nodes need, beside loads, inner forces and contacts
+        Eigen::VectorXd missing = -residual(scale) - contact_;
+        if (step_.dynamic) missing /= step_.h;
+        Eigen::VectorXd held = Eigen::VectorXd::Zero(missing.size());
+        for (const Held& h : held_)
+            held[h.dof] = missing[h.dof];
+        reaction_ = into_space(held);
+    }
     const Eigen::VectorXd load = into_space(last_load_);
     if (load_.size() == 0) load_ = load;
     for (std::size_t i = 0; i < now_.x.size(); ++i) {
@@ -609,22 +650,32 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
         e.work_absolute += std::abs(work);
     }
     load_ = load;
-    if (step_.dynamic && held_.empty() && !input_.drive.given) keep_angular_momentum(load);
-    if (step_.dynamic && kind_ == Frame::floating) float_frame(now_);
-    const Eigen::VectorXd dv = now_.v - state_.v;
-    const Eigen::VectorXd du = now_.u - state_.u;
-    const Eigen::VectorXd v = step_.theta * now_.v + (1 - step_.theta) * state_.v;
-    state_ = now_;
-    e.elastic = inner_forces(now_, inner);
-    if (step_.dynamic && kind_ == Frame::floating) find_spin();
-    if (step_.dynamic) {
-        const Eigen::VectorXd dv_frame = into_frame(dv), v_frame = into_frame(v);
-        // What the rule takes, (theta - 1/2) of the change's energy, and the damping.
-        e.dissipated = (step_.theta - 0.5) * (dv_frame.dot(M_ * dv_frame) + du.dot(K_ * du)) +
-                       step_.h * (input_.mass_damping * v_frame.dot(M_ * v_frame) +
-                                  input_.stiffness_damping * v_frame.dot(K_ * v_frame));
-        e.kinetic = kinetic_energy();
+    if (!step_.dynamic) {
+        state_ = now_;
+        e.elastic = inner_forces(now_, inner);
+        return e;
     }
+    if (held_.empty() && !input_.drive.given) keep_angular_momentum(load);
+    const Eigen::VectorXd du = now_.u - state_.u;
+    if (kind_ == Frame::floating) float_frame(now_);
+    const Eigen::VectorXd dv = now_.v - state_.v;
+    const Eigen::VectorXd momentum = mass_times(now_.v);
+    // What the rule takes, (theta - 1/2) of the change's energy, and the damping.
+    const double excess = step_.theta - 0.5;
+    if (excess > 0) e.dissipated = excess * (dv.dot(momentum - momentum_) + du.dot(K_ * du));
+    if (input_.mass_damping > 0 || input_.stiffness_damping > 0) {
+        const Eigen::VectorXd v = step_.theta * now_.v + (1 - step_.theta) * state_.v;
+        e.dissipated += step_.h * input_.mass_damping * v.dot(mass_times(v));
+        if (input_.stiffness_damping > 0) {
+            const Eigen::VectorXd v_frame = into_frame(v);
+            e.dissipated += step_.h * input_.stiffness_damping * v_frame.dot(K_ * v_frame);
+        }
+    }
+    momentum_ = momentum;
+    state_ = now_;
+    if (kind_ == Frame::floating) find_spin();
+    e.elastic = inner_forces(now_, inner);
+    e.kinetic = kinetic_energy();
     return e;
 }
 
@@ -632,47 +683,40 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
 /// contacts gave it is exact, and the difference is put back as a turn of the whole.
 void SolidBody::keep_angular_momentum(const Eigen::VectorXd& load)
 {
-    const double h = step_.h, theta = step_.theta;
-    const auto moment = [&](const std::vector<Vec3>& x, const Eigen::VectorXd& f,
-                            const Vec3& about) {
-        Vec3 sum = Vec3::Zero();
-        for (std::size_t i = 0; i < x.size(); ++i)
-            sum += (x[i] - about).cross(Vec3(f.segment<3>(at3(i))));
-        return sum;
-    };
-    const auto momentum = [&](const Eigen::VectorXd& v) { return into_space(M_ * into_frame(v)); };
-    std::vector<Vec3> middle(now_.x.size());
-    for (std::size_t i = 0; i < middle.size(); ++i)
-        middle[i] = (1 - theta) * state_.x[i] + theta * now_.x[i];
-    const Vec3 about = mean(now_.x, lumped_);
-    Vec3 missing = moment(state_.x, momentum(state_.v), about) + h * moment(middle, load, about) +
-                   moment(now_.x, into_space(contact_), about);
-    const Eigen::VectorXd reached = momentum(now_.v);
-    missing -= moment(now_.x, reached, about);
     if (input_.mass_damping > 0 || input_.stiffness_damping > 0) return; // damping takes some too
-    Mat3 inertia;
-    std::array<Eigen::VectorXd, 3> turns;
-    for (int axis = 0; axis < 3; ++axis) {
-        turns[std::size_t(axis)].resize(now_.v.size());
-        for (std::size_t i = 0; i < now_.x.size(); ++i)
-            turns[std::size_t(axis)].segment<3>(at3(i)) = Vec3::Unit(axis).cross(now_.x[i] - about);
-        inertia.col(axis) = moment(now_.x, momentum(turns[std::size_t(axis)]), about);
+    const double h = step_.h, theta = step_.theta;
+    const Vec3 about = mean(now_.x, lumped_);
+    const Eigen::VectorXd contact = into_space(contact_), reached = mass_times(now_.v);
+    Eigen::VectorXd arms(now_.v.size());
+    Vec3 missing = Vec3::Zero();
+    for (std::size_t i = 0; i < now_.x.size(); ++i) {
+        const Vec3 arm = now_.x[i] - about, before = state_.x[i] - about;
+        missing += before.cross(Vec3(momentum_.segment<3>(at3(i)))) +
+                   ((1 - theta) * before + theta * arm).cross(h * Vec3(load.segment<3>(at3(i)))) +
+                   arm.cross(Vec3(contact.segment<3>(at3(i)) - reached.segment<3>(at3(i))));
+        arms.segment<3>(at3(i)) = arm;
     }
+    const Eigen::VectorXd weighted = mass_times(arms);
+    Mat3 S = Mat3::Zero();
+    for (std::size_t i = 0; i < now_.x.size(); ++i)
+        S += arms.segment<3>(at3(i)) * weighted.segment<3>(at3(i)).transpose();
+    const Mat3 inertia = S.trace() * Mat3::Identity() - 0.5 * (S + S.transpose());
     const Vec3 spin = inertia.inverse() * missing;
-    for (int axis = 0; axis < 3; ++axis)
-        now_.v += spin[axis] * turns[std::size_t(axis)];
+    for (std::size_t i = 0; i < now_.x.size(); ++i)
+        now_.v.segment<3>(at3(i)) += spin.cross(Vec3(arms.segment<3>(at3(i))));
+}
+
+Eigen::VectorXd SolidBody::mass_times(const Eigen::VectorXd& v) const
+{
+    Eigen::VectorXd out(v.size());
+    Eigen::Map<Eigen::Matrix3Xd>(out.data(), 3, v.size() / 3).noalias() =
+        Eigen::Map<const Eigen::Matrix3Xd>(v.data(), 3, v.size() / 3) * m_;
+    return out;
 }
 
 double SolidBody::kinetic_energy() const
 {
-    if (mass_ <= 0) return 0;
-    if (M_.size() == 0) { // before the first step: the consistent mass is not there yet
-        SparseMatrix M = zero_matrix(pattern_);
-        assemble_mass(mesh_, pattern_, std::span(&material_, 1), M);
-        return 0.5 * state_.v.dot(M * state_.v);
-    }
-    const Eigen::VectorXd v = into_frame(state_.v);
-    return 0.5 * v.dot(M_ * v);
+    return momentum_.size() > 0 ? 0.5 * state_.v.dot(momentum_) : 0;
 }
 
 Mat3 SolidBody::element_rotation(std::int32_t element) const
@@ -708,20 +752,16 @@ double SolidBody::speed() const
 Vec3 SolidBody::momentum() const
 {
     Vec3 p = Vec3::Zero();
-    if (M_.size() == 0) return p;
-    const Eigen::VectorXd mv = into_space(M_ * into_frame(state_.v));
-    for (std::size_t i = 0; i < state_.x.size(); ++i)
-        p += mv.segment<3>(at3(i));
+    for (Eigen::Index i = 0; i < momentum_.size(); i += 3)
+        p += momentum_.segment<3>(i);
     return p;
 }
 
 Vec3 SolidBody::angular_momentum() const
 {
     Vec3 L = Vec3::Zero();
-    if (M_.size() == 0) return L;
-    const Eigen::VectorXd mv = into_space(M_ * into_frame(state_.v));
-    for (std::size_t i = 0; i < state_.x.size(); ++i)
-        L += state_.x[i].cross(Vec3(mv.segment<3>(at3(i))));
+    for (Eigen::Index i = 0; i < momentum_.size(); i += 3)
+        L += state_.x[std::size_t(i / 3)].cross(Vec3(momentum_.segment<3>(i)));
     return L;
 }
 
@@ -793,6 +833,7 @@ void SolidBody::set_state(std::span<const double> s)
     take(reaction_);
     now_ = state_;
     find_spin();
+    if (material_.density > 0) momentum_ = mass_times(state_.v);
 }
 
 } // namespace amontons

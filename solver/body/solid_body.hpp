@@ -96,6 +96,7 @@ private:
     Eigen::VectorXd solved(const Eigen::VectorXd& f) const;
     void prepare();
     void make_matrix();
+    Eigen::VectorXd mass_times(const Eigen::VectorXd& v) const;
     Eigen::VectorXd into_frame(const Eigen::VectorXd& f) const;
     Eigen::VectorXd into_space(const Eigen::VectorXd& f) const;
 
@@ -115,9 +116,13 @@ private:
     std::vector<Held> held_;
     std::vector<std::vector<std::int32_t>> hold_nodes_, load_nodes_;
     std::vector<const FaceSet*> load_faces_;
+    std::vector<Eigen::VectorXd> unit_pressure_, unit_traction_; ///< of each load, 3n [m^2]
 
     SolidPattern pattern_;
     SparseMatrix K_, M_, S_; ///< stiffness at rest, mass, step matrix; in the frame
+    SparseMatrix m_;          ///< mass between nodes, of each axis [kg]
+    Eigen::VectorXd weights_; ///< of each node in the weight [kg]
+    Eigen::VectorXd momentum_; ///< of each node's shape function, of the state [kg m/s]
     Eigen::VectorXd lumped_; ///< 3n [kg]
     std::vector<CorotationalElement> elements_;
     std::vector<CorotationalState> element_states_;

@@ -66,7 +66,8 @@ CorotationalElement make_corotational(ElementKind kind, const ElementPoints& X, 
 Mat3 polar_rotation(const Mat3& F)
 {
     Mat3 R = F;
-    if (R.determinant() > 1e-3 * std::pow(R.norm() / std::sqrt(3.0), 3)) {
+    const double size = R.norm() / std::sqrt(3.0);
+    if (R.determinant() > 1e-3 * size * size * size) {
         // Higham's scaled Newton iteration; quadratic, and exact on rotations.
         for (int i = 0; i < 40; ++i) {
             const Mat3 inverse = R.inverse().transpose();
