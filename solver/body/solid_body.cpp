@@ -207,8 +207,9 @@ void SolidBody::hold(Motion& m, double t) const
         m.u[h.dof] = h.curve ? curve_value(*h.curve, t) : 0;
 }
 
-void SolidBody::update_places(Motion& m) const
+void SolidBody::update_places(Motion& m)
 {
+    m.version = ++last_version_;
     const Mat3 R = m.frame.turn.toRotationMatrix();
     for (std::size_t i = 0; i < m.x.size(); ++i)
         m.x[i] = R * (mesh_.nodes[i] + Vec3(m.u.segment<3>(at3(i)))) + m.frame.shift;
@@ -298,6 +299,10 @@ double SolidBody::inner_forces(const Motion& m, Eigen::VectorXd& f)
         f.noalias() = K_ * m.u;
         return 0.5 * m.u.dot(f);
     }
+    if (m.version == known_version_) { // places have not changed since
+        f = known_forces_;
+        return known_energy_;
+    }
     double energy = 0;
     element_states_.resize(elements_.size());
     ElementPlaces x;
@@ -313,6 +318,9 @@ double SolidBody::inner_forces(const Motion& m, Eigen::VectorXd& f)
         for (std::size_t i = 0; i < nodes.size(); ++i)
             f.segment<3>(3 * nodes[i]) += forces.segment<3>(3 * Eigen::Index(i));
     });
+    known_version_ = m.version;
+    known_forces_ = f;
+    known_energy_ = energy;
     return energy;
 }
 
@@ -337,7 +345,7 @@ void SolidBody::begin(const StepInput& step)
         now_.frame.turn = (turn * state_.frame.turn).normalized();
         now_.frame.shift = x - now_.frame.turn * X;
         into_frame_displacements(now_);
-    } else {
+    } else if (kind_ == Frame::driven || !held_.empty()) {
         update_places(now_);
     }
     for (std::size_t i = 0; i < now_.x.size(); ++i)
@@ -446,6 +454,7 @@ Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
     if (theta < 1) {
         between = now_;
         Motion& middle = between;
+        middle.version = ++last_version_;
         for (std::size_t i = 0; i < middle.x.size(); ++i)
             middle.x[i] = (1 - theta) * state_.x[i] + theta * now_.x[i];
         if (kind_ == Frame::driven) middle.frame = frame_at(step_.start + theta * h);
@@ -467,8 +476,7 @@ Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
     scale = momentum.cwiseAbs() + h * (f.cwiseAbs() + inner.cwiseAbs());
     Eigen::VectorXd r = h * (f - inner) - momentum;
     if (input_.mass_damping > 0) r -= h * input_.mass_damping * into_frame(mass_times(mean_v));
-    if (input_.stiffness_damping > 0)
-        r -= h * input_.stiffness_damping * (K_ * into_frame(mean_v));
+    if (input_.stiffness_damping > 0) r -= h * input_.stiffness_damping * (K_ * into_frame(mean_v));
     return r;
 }
 
@@ -597,6 +605,7 @@ void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
     }
     const Eigen::VectorXd dv = into_space(whole);
     now_.v += dv;
+    now_.version = ++last_version_;
     const double a = step_.theta, b = 1 - a, h = step_.h;
     for (std::size_t i = 0; i < now_.x.size(); ++i)
         now_.x[i] = state_.x[i] + h * (a * Vec3(now_.v.segment<3>(at3(i))) +
@@ -831,6 +840,7 @@ void SolidBody::set_state(std::span<const double> s)
     for (Vec3& x : state_.x)
         take(x);
     take(reaction_);
+    state_.version = ++last_version_;
     now_ = state_;
     find_spin();
     if (material_.density > 0) momentum_ = mass_times(state_.v);

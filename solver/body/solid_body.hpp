@@ -75,16 +75,17 @@ public:
 private:
     struct Motion {
         Placement frame;
-        Eigen::VectorXd u;   ///< in the frame, 3n [m]
-        Eigen::VectorXd v;   ///< in space, 3n [m/s]; dynamic only
-        std::vector<Vec3> x; ///< in space [m]
+        Eigen::VectorXd u;        ///< in the frame, 3n [m]
+        Eigen::VectorXd v;        ///< in space, 3n [m/s]; dynamic only
+        std::vector<Vec3> x;      ///< in space [m]
+        std::int64_t version = 0; ///< another one wherever x is
     };
     enum class Frame { fixed, driven, floating };
 
     void find_sets(const std::string& file);
     void hold(Motion& m, double t) const;
     Placement frame_at(double t) const;
-    void update_places(Motion& m) const;
+    void update_places(Motion& m);
     void into_frame_displacements(Motion& m) const;
     void find_spin();
     void keep_angular_momentum(const Eigen::VectorXd& load);
@@ -119,13 +120,16 @@ private:
     std::vector<Eigen::VectorXd> unit_pressure_, unit_traction_; ///< of each load, 3n [m^2]
 
     SolidPattern pattern_;
-    SparseMatrix K_, M_, S_; ///< stiffness at rest, mass, step matrix; in the frame
-    SparseMatrix m_;          ///< mass between nodes, of each axis [kg]
-    Eigen::VectorXd weights_; ///< of each node in the weight [kg]
+    SparseMatrix K_, M_, S_;   ///< stiffness at rest, mass, step matrix; in the frame
+    SparseMatrix m_;           ///< mass between nodes, of each axis [kg]
+    Eigen::VectorXd weights_;  ///< of each node in the weight [kg]
     Eigen::VectorXd momentum_; ///< of each node's shape function, of the state [kg m/s]
-    Eigen::VectorXd lumped_; ///< 3n [kg]
+    Eigen::VectorXd lumped_;   ///< 3n [kg]
     std::vector<CorotationalElement> elements_;
     std::vector<CorotationalState> element_states_;
+    std::int64_t last_version_ = 0, known_version_ = -1; ///< inner forces of a version are kept
+    Eigen::VectorXd known_forces_;
+    double known_energy_ = 0;
     bool exact_tangent_ = false; ///< of corotational elements, while it is positive
     FreeDofs dofs_;
     Elimination parts_;
