@@ -17,8 +17,9 @@ struct SupernodalOptions {
     /// name nodes that have no degree of freedom here, so that one order serves a mesh whatever is
     /// prescribed.
     std::vector<std::int32_t> node_order;
-    /// Columns up to which supernodes are joined at the cost of some zeros. These take 10 to 25 %
-    /// off CHOLMOD's own 4, 16, 48 for solids.
+    /// Columns up to which supernodes are joined at the cost of some zeros; CHOLMOD's own are 4,
+    /// 16,
+    /// 48. Wider ones suit large unstructured meshes (docs/theory/compliance.md).
     std::array<std::int32_t, 3> relax{16, 64, 192};
     /// Of BLAS; results may differ in the last bits between numbers of threads.
     int threads = 1;
