@@ -3,6 +3,7 @@
 #include "mesh/base/curve.hpp"
 #include "solver/body/drive.hpp"
 #include "solver/solid/face_load.hpp"
+#include "solver/solid/factor_cache.hpp"
 
 #include <Eigen/LU>
 #include <Eigen/SVD>
@@ -380,7 +381,7 @@ void SolidBody::prepare()
     std::vector<std::int32_t> node(dofs_.free.size());
     for (std::size_t i = 0; i < node.size(); ++i)
         node[i] = dofs_.free[i] / 3;
-    if (!node.empty()) factor_.analyse(parts_.ff, node);
+    if (!node.empty() && (corotational_ || cache_.empty())) factor_.analyse(parts_.ff, node);
     free_modes_.resize(Eigen::Index(node.size()), step_.dynamic ? 0 : rigid_.R.cols());
     for (std::size_t i = 0; i < node.size() && free_modes_.cols() > 0; ++i)
         free_modes_.row(Eigen::Index(i)) = rigid_.R.row(dofs_.free[i]);
@@ -415,7 +416,28 @@ void SolidBody::make_matrix()
         factor_ = constant_->release();
         constant_.reset();
     }
-    const FactorResult done = factor_.factor(parts_.ff);
+    FactorResult done;
+    double scale = 1;
+    if (messages_ && !cache_.empty()) {
+        SolidMatrixKind matrix;
+        if (step_.dynamic) {
+            matrix.mass = 1 + h * theta * input_.mass_damping;
+            matrix.stiffness = h * theta * (input_.stiffness_damping + h * theta);
+        }
+        SolidFactor kept =
+            cached_factor(cache_, mesh_, std::span(&material_, 1), dofs_, matrix, parts_.ff);
+        factor_ = std::move(kept.factor);
+        done = kept.result;
+        scale = kept.scale;
+        if (messages_) {
+            for (const std::string& m : kept.messages)
+                messages_->push_back(input_.name + ": " + m);
+            messages_->push_back(input_.name + (kept.factor_read ? ": factor read from the cache"
+                                                                 : ": factor made and kept"));
+        }
+    } else {
+        done = factor_.factor(parts_.ff);
+    }
     if (!done && exact_tangent_) { // W must be positive: leave out what made it indefinite
         exact_tangent_ = false;
         make_matrix();
@@ -429,13 +451,29 @@ void SolidBody::make_matrix()
                                 : node_place(mesh_, dofs_.free[std::size_t(done.failed_dof)] / 3)));
     factored_h_ = h;
     factored_theta_ = theta;
-    if (!corotational_) constant_.emplace(std::move(factor_), dofs_, touching_);
+    if (!corotational_) {
+        constant_.emplace(std::move(factor_), dofs_, touching_);
+        constant_->set_scale(scale);
+        scale_ = scale;
+    }
+}
+
+void SolidBody::make_ready(const StepInput& step, const std::string& cache,
+                           std::vector<std::string>& messages)
+{
+    step_ = step;
+    cache_ = cache;
+    messages_ = &messages;
+    if (K_.size() == 0) prepare();
+    if (!corotational_) make_matrix(); // that of corotational elements needs their state
+    messages_ = nullptr;
 }
 
 Eigen::VectorXd SolidBody::solved(const Eigen::VectorXd& f) const
 {
     if (f.size() == 0) return f;
-    return constant_ ? constant_->factor().solved(f) : factor_.solved(f);
+    if (!constant_) return factor_.solved(f);
+    return constant_->factor().solved(f) / scale_;
 }
 
 Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)

@@ -27,6 +27,12 @@ public:
     SolidBody(const SolidInput& input, VolumeMesh mesh, bool small, std::span<const char> touching,
               const std::string& file);
 
+    /// The offline stage: all that does not depend on the state, for steps of this length.
+    /// @param cache     folder where factors are kept; "": none
+    /// @param messages  gets what was read, and what could not be
+    void make_ready(const StepInput& step, const std::string& cache,
+                    std::vector<std::string>& messages);
+
     const VolumeMesh& mesh() const { return mesh_; }
     const SolidMaterial& material() const { return material_; }
     /// Of all nodes, at the iterate [m].
@@ -136,6 +142,9 @@ private:
     SupernodalFactor factor_;                 ///< of a matrix that changes
     std::optional<SolidCompliance> constant_; ///< of one that does not
     std::vector<std::int32_t> touching_;      ///< nodes that may come into contact
+    std::string cache_;                        ///< folder of factors
+    std::vector<std::string>* messages_ = nullptr; ///< while make_ready runs
+    double scale_ = 1; ///< A over what is factored
     double factored_h_ = -1, factored_theta_ = -1;
     RigidModes rigid_;
     Eigen::MatrixXd free_modes_; ///< rows of free unknowns

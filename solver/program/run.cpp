@@ -29,6 +29,7 @@ struct RunArguments {
     int threads = 1;
     bool resume = false;
     bool record = false;
+    std::string cache;
 };
 
 /// Writes the contact problems that a run meets, one file a step and wire.
@@ -163,7 +164,8 @@ void run(RunArguments& arguments, Session& session)
     std::vector<Obstacle> obstacles = build_obstacles(scene);
     const double read_seconds = watch.seconds();
     session.detail(fmt::format("read in {:.3f} s", read_seconds));
-    const std::unique_ptr<Simulation> made = make_simulation(scene, std::move(obstacles));
+    const std::unique_ptr<Simulation> made = 
+        make_simulation(scene, std::move(obstacles), {arguments.cache, arguments.threads});
     Simulation& simulation = *made;
     for (const Issue& w : simulation.warnings())
         session.say(std::string("warning: ") + InputError({w}).what());
@@ -188,6 +190,8 @@ void run(RunArguments& arguments, Session& session)
     Observers observers(writer, progress, depth_lines, recorder ? &*recorder : nullptr);
     RunSummary summary = simulation.run(observers, stop);
     progress.end();
+    for (const std::string& m : simulation.messages())
+        session.detail(m);
     summary.seconds.read += read_seconds;
     summary.seconds.offline += offline_seconds;
     summary.seconds.total = watch.seconds();
@@ -238,6 +242,10 @@ void add_run(CLI::App& program, Session& session)
         ->add_option("--threads", arguments->threads,
                      "Threads; the result is the same for any number")
         ->check(CLI::Range(1, 1024));
+    command
+        ->add_option("--cache", arguments->cache,
+                     "Folder where factors of solids are kept for the next run")
+        ->type_name("DIR");
     command->add_flag("--resume", arguments->resume, "Go on from the folder's checkpoint");
     command->add_flag("--record", arguments->record,
                       "Keep every step's contact problem as an FCLib file, in DIR/record");

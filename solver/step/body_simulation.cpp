@@ -122,6 +122,8 @@ struct BodySimulation::State {
     Scene scene;
     std::vector<Obstacle> obstacles;
     std::vector<Issue> warnings;
+    SimulationOptions options;
+    std::vector<std::string> messages;
     std::unique_ptr<BodySystem> system;
     std::vector<const CurvePoints*> curves;
     BodyStepReport last;
@@ -163,10 +165,11 @@ bool BodySimulation::State::advance(double h)
     input.dynamic = dynamic() && h > 0;
     input.theta = scene.time.theta;
     input.gravity = scene.gravity;
-    BodyStepOptions options;
-    options.tolerance = scene.accuracy.contact;
-    options.solver = contact_solver(scene.accuracy.solver);
-    last = try_body_step(*system, input, options);
+    BodyStepOptions settings;
+    settings.tolerance = scene.accuracy.contact;
+    settings.solver = contact_solver(scene.accuracy.solver);
+    settings.threads = options.threads;
+    last = try_body_step(*system, input, settings);
     summary.seconds.free_motion += last.free_motion;
     summary.seconds.detection += last.detection;
     summary.seconds.compliance += last.compliance;
@@ -301,12 +304,14 @@ void BodySimulation::State::finish()
     summary.contacts_mean = step > 0 ? contacts_sum / step : 0;
 }
 
-BodySimulation::BodySimulation(const Scene& scene, std::vector<Obstacle> obstacles)
+BodySimulation::BodySimulation(const Scene& scene, std::vector<Obstacle> obstacles,
+                               const SimulationOptions& options)
     : state_(std::make_unique<State>())
 {
     State& s = *state_;
     s.scene = scene;
     s.obstacles = std::move(obstacles);
+    s.options = options;
     s.step_length = scene.time.step;
     s.system = build_bodies(s.scene, s.obstacles, s.warnings);
     s.curves = curves_of(s.scene);
@@ -334,6 +339,16 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         observer.on_step(r);
         sum.seconds.output += watch.seconds();
     };
+    {
+        const Stopwatch watch;
+        StepInput step;
+        step.h = s.dynamic() ? s.scene.time.step : 0;
+        step.dynamic = s.dynamic();
+        step.theta = s.scene.time.theta;
+        for (const BodyRef& b : s.system->refs)
+            if (b.solid) b.solid->make_ready(step, s.options.cache, s.messages);
+        sum.seconds.offline += watch.seconds();
+    }
     if (!s.started) {
         // Quasi-static: the balance that the first loads and places ask for.
         if (!s.dynamic() && !s.advance(0))
@@ -404,6 +419,11 @@ std::vector<double> BodySimulation::max_contact_force(std::size_t obstacle) cons
 std::vector<Issue> BodySimulation::warnings() const
 {
     return state_->warnings;
+}
+
+std::vector<std::string> BodySimulation::messages() const
+{
+    return state_->messages;
 }
 
 std::vector<RecordedProblem> BodySimulation::contact_problems() const

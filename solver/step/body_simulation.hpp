@@ -8,7 +8,8 @@ namespace amontons {
 class BodySimulation final : public Simulation {
 public:
     /// @throws InputError  as make_simulation
-    BodySimulation(const Scene& scene, std::vector<Obstacle> obstacles);
+    BodySimulation(const Scene& scene, std::vector<Obstacle> obstacles,
+                   const SimulationOptions& options = {});
     ~BodySimulation() override;
 
     RunSummary run(StepObserver& observer, const std::atomic<bool>& stop) override;
@@ -18,6 +19,7 @@ public:
     std::vector<RecordedProblem> contact_problems() const override;
     std::vector<BodyRecord> body_records() const override;
     std::vector<Issue> warnings() const override;
+    std::vector<std::string> messages() const override;
     std::vector<std::byte> save() const override;
     void restore(const std::vector<std::byte>& state) override;
 

@@ -17,6 +17,7 @@ namespace {
 // the method of multipliers, whose error falls by about this factor each time.
 constexpr double kModeWeight = 1e3;
 constexpr int kMostModeSteps = 60;
+constexpr int kNewtonSteps = 60; // and sweeps before them
 constexpr int kMostGrowth = 40;         // of the set of candidates, in one iteration
 constexpr double kRounding = 1e-12;     // of a body's size
 constexpr double kUncontrolled = 1e-10; // share of a mode's size that contacts see of it, squared
@@ -203,6 +204,7 @@ private:
     bool solve();
     void assemble();
     bool solve_with_modes();
+    ContactSolution solve_contact(const SolverOptions& options) const;
     Eigen::VectorXd warm_start() const;
     Eigen::VectorXd values(const Rows& rows) const;
     void add_motion(const Rows& rows, const std::vector<Eigen::VectorXd>& y,
@@ -222,6 +224,7 @@ private:
 
     BodyContacts list_;
     bool found_ = false;
+    bool elastic_ = false; ///< some body of the problem is
     std::vector<CouplingRow> joints_;
     std::vector<Vec3> value_;   ///< of every contact and coupling, at the iterate
     std::vector<double> moved_; ///< of each contact along its normal, when it was found
@@ -369,6 +372,7 @@ void Step::assemble()
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (rows_.row[b].empty()) continue;
         body(b).compliance(rows_.columns[b], W[b]);
+        elastic_ |= system_.refs[b].solid != nullptr;
         const Eigen::MatrixXd& R = body(b).modes();
         if (R.cols() == 0) continue;
         modes = true;
@@ -425,6 +429,22 @@ std::string Step::who(int c) const
                        k.point.y(), k.point.z());
 }
 
+/// Contacts of elastic bodies are mostly decided by some steps of Newton's method; where they are
+/// not, `auto` knows more ways.
+ContactSolution Step::solve_contact(const SolverOptions& options) const
+{
+    if (options.solver != ContactSolver::automatic || !elastic_)
+        return amontons::solve(problem_, options, r_);
+    SolverOptions quick = options;
+    quick.solver = ContactSolver::newton;
+    quick.max_iterations = kNewtonSteps;
+    const ContactSolution first = amontons::solve(problem_, quick, r_);
+    if (first.certificate.status == SolveStatus::converged ||
+        first.certificate.status == SolveStatus::infeasible)
+        return first;
+    return amontons::solve(problem_, options, first.reaction);
+}
+
 /// Method of multipliers on the balance of the modes: R^T H^T r + g = 0 is the condition, the
 /// modes' amplitudes are its multipliers, and each try is a contact problem with the modes held by
 /// s: W + s B B^T. Its answer is that of the modes as free unknowns, whatever s.
@@ -451,7 +471,7 @@ bool Step::solve_with_modes()
         }
         if (rows_.count > 0) {
             const Stopwatch watch;
-            ContactSolution solution = amontons::solve(problem_, options, r_);
+            ContactSolution solution = solve_contact(options);
             report_.contact_solve += watch.seconds();
             report_.iterations += solution.certificate.iterations;
             r_ = std::move(solution.reaction);

@@ -5,11 +5,12 @@
 
 namespace amontons {
 
-std::unique_ptr<Simulation> make_simulation(const Scene& scene, std::vector<Obstacle> obstacles)
+std::unique_ptr<Simulation> make_simulation(const Scene& scene, std::vector<Obstacle> obstacles,
+                                            const SimulationOptions& options)
 {
     if (scene.solids.empty() && scene.rigids.empty())
         return std::make_unique<WireSimulation>(scene, std::move(obstacles));
-    return std::make_unique<BodySimulation>(scene, std::move(obstacles));
+    return std::make_unique<BodySimulation>(scene, std::move(obstacles), options);
 }
 
 } // namespace amontons

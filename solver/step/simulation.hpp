@@ -70,6 +70,8 @@ public:
 
     /// What may be meant otherwise in the scene's files.
     virtual std::vector<Issue> warnings() const { return {}; }
+    /// What the offline stage did, a line each; after run().
+    virtual std::vector<std::string> messages() const { return {}; }
 
     /// Everything that the next step depends on, for a bit-identical continuation.
     virtual std::vector<std::byte> save() const = 0;
@@ -77,8 +79,15 @@ public:
     virtual void restore(const std::vector<std::byte>& state) = 0;
 };
 
+/// How a scene is solved, beside what it says itself.
+struct SimulationOptions {
+    std::string cache; ///< folder of factors; "": none
+    int threads = 1;   ///< of the contact solver
+};
+
 /// @throws InputError  if a body cannot be made as the scene says (e.g. the wire starts inside a
 /// wall)
-std::unique_ptr<Simulation> make_simulation(const Scene& scene, std::vector<Obstacle> obstacles);
+std::unique_ptr<Simulation> make_simulation(const Scene& scene, std::vector<Obstacle> obstacles,
+                                            const SimulationOptions& options = {});
 
 } // namespace amontons

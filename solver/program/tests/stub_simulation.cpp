@@ -157,7 +157,8 @@ RunSummary StubSimulation::run(StepObserver& observer, const std::atomic<bool>& 
 
 } // namespace
 
-std::unique_ptr<Simulation> make_simulation(const Scene& scene, std::vector<Obstacle> obstacles)
+std::unique_ptr<Simulation> make_simulation(const Scene& scene, std::vector<Obstacle> obstacles,
+                                            const SimulationOptions&)
 {
     return std::make_unique<StubSimulation>(scene, std::move(obstacles));
 }
