@@ -602,6 +602,14 @@ std::string SolidBody::mode_name(const Eigen::VectorXd& a) const
     return name_of_motion(shift, size_ * inertia.ldlt().solve(moment));
 }
 
+std::vector<std::string> SolidBody::free_motions() const
+{
+    std::vector<std::string> names;
+    for (Eigen::Index m = 0; m < rigid_.R.cols(); ++m)
+        names.push_back(mode_name(Eigen::VectorXd::Unit(rigid_.R.cols(), m)));
+    return names;
+}
+
 void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                        const Eigen::VectorXd& force)
 {

@@ -33,6 +33,9 @@ public:
     void make_ready(const StepInput& step, const std::string& cache,
                     std::vector<std::string>& messages);
 
+    /// Rigid motions that nothing prescribed prevents, in words.
+    std::vector<std::string> free_motions() const;
+
     const VolumeMesh& mesh() const { return mesh_; }
     const SolidMaterial& material() const { return material_; }
     /// Of all nodes, at the iterate [m].

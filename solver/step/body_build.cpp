@@ -254,6 +254,26 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     }
     if (!issues.empty()) throw InputError(std::move(issues));
 
+    if (scene.time.kind != "dynamic") {
+        // What neither holds nor contacts nor couplings hold would fly off.
+        std::set<std::string> met;
+        for (const ContactLaw& law : laws)
+            met.insert(law.between.begin(), law.between.end());
+        for (const CouplingInput& c : scene.couplings)
+            met.insert(c.between.begin(), c.between.end());
+        for (const BodyRef& b : system->refs) {
+            if (met.count(b.name) || (b.rigid && b.rigid->driven())) continue;
+            std::string motions = b.rigid ? "every shift and turn" : "";
+            if (b.solid)
+                for (const std::string& m : b.solid->free_motions())
+                    motions += (motions.empty() ? "" : "; ") + m;
+            if (!motions.empty())
+                issues.push_back({scene.file, "/bodies/" + b.name, "nothing prevents: " + motions,
+                                  "a hold, a drive, a contact or a coupling that does"});
+        }
+        if (!issues.empty()) throw InputError(std::move(issues));
+    }
+
     std::vector<const Wall*> walls;
     for (const Obstacle& o : obstacles)
         walls.push_back(&o.model.wall);

@@ -17,7 +17,7 @@ namespace {
 // the method of multipliers, whose error falls by about this factor each time.
 constexpr double kModeWeight = 1e3;
 constexpr int kMostModeSteps = 60;
-constexpr int kNewtonSteps = 60; // and sweeps before them
+constexpr int kNewtonSteps = 60;        // and sweeps before them
 constexpr int kMostGrowth = 40;         // of the set of candidates, in one iteration
 constexpr double kRounding = 1e-12;     // of a body's size
 constexpr double kUncontrolled = 1e-10; // share of a mode's size that contacts see of it, squared

@@ -302,6 +302,23 @@ TEST_CASE("a run that is stopped and goes on gives the same bits")
         CHECK(a.quantities[i].value == b.quantities[i].value);
 }
 
+TEST_CASE("a body that nothing can hold is refused before the run, with its free motions")
+{
+    try {
+        run(R"("bodies": {"block": {"kind": "solid", "mesh": {"generate": "box", "size": [1, 1, 1]},
+            "youngs_modulus": 1e6, "poisson_ratio": 0.3, "hold": [{"set": "z_min", "z": 0}]},
+            "ball": {"kind": "rigid", "shape": {"generate": "ball", "radius": 1}}},
+            "time": {"step": 1, "end": 1})");
+        FAIL("accepted");
+    } catch (const InputError& error) {
+        const std::string text = error.what();
+        CHECK(error.issues().size() == 2);
+        CHECK(text.find("/bodies/block") != std::string::npos);
+        CHECK(text.find("turn about") != std::string::npos);
+        CHECK(text.find("/bodies/ball") != std::string::npos);
+    }
+}
+
 TEST_CASE("names that the meshes do not have are refused together, with the nearest")
 {
     try {
