@@ -19,6 +19,7 @@ constexpr double kModeWeight = 1e3;
 constexpr int kMostModeSteps = 60;
 constexpr int kNewtonSteps = 60;        // and sweeps before them
 constexpr int kMostGrowth = 40;         // of the set of candidates, in one iteration
+constexpr double kNothing = 1e-14;  // of the largest body's size
 constexpr double kRounding = 1e-12;     // of a body's size
 constexpr double kUncontrolled = 1e-10; // share of a mode's size that contacts see of it, squared
 
@@ -224,6 +225,7 @@ private:
 
     BodyContacts list_;
     bool found_ = false;
+    bool nothing_ = false; ///< moves but for rounding
     bool elastic_ = false; ///< some body of the problem is
     std::vector<CouplingRow> joints_;
     std::vector<Vec3> value_;   ///< of every contact and coupling, at the iterate
@@ -685,7 +687,21 @@ void Step::certify_rows(const Eigen::VectorXd& u)
     ContactProblem true_rows = problem_;
     for (const Eigen::VectorXd& g : mode_load_)
         if (g.size() > 0) true_rows.W = measured_W_;
-    true_rows.q = u - true_rows.W * r_;
+    const Eigen::VectorXd give = true_rows.W * r_;
+    true_rows.q = u - give;
+    // Motions that are no more than the rounding of places: nothing there to be relative to.
+    double size = 0;
+    for (std::size_t b = 0; b < bodies(); ++b)
+        size = std::max(size, body(b).size());
+    const double nothing = kNothing * size / (step_.dynamic ? step_.h : 1);
+    if (u.cwiseAbs().maxCoeff() <= nothing && give.cwiseAbs().maxCoeff() <= nothing) {
+        report_.error = 0;
+        report_.threshold = options_.tolerance;
+        report_.penetration = report_.cone = 0;
+        nothing_ = true;
+        return;
+    }
+    nothing_ = false;
     const Certificate c = certify(true_rows, r_, options_.tolerance, ErrorScope::acting_rows);
     report_.error = c.error;
     report_.threshold = std::max(c.threshold, options_.tolerance);
@@ -753,14 +769,14 @@ bool Step::holds_at_end()
     for (int c = 0; c < int(list_.contact.size()); ++c)
         if (motion_.count(key(c)) == 0)
             new_overlap = std::max(new_overlap, -value_[std::size_t(c)][0]);
-    double shift = total > 0 ? lost / total : 0;
+    double shift = total > 0 && !nothing_ ? lost / total : 0;
     make_rows(contacts(), acting);
     const std::vector<Eigen::VectorXd> f = forces(
         acting, Eigen::Map<const Eigen::VectorXd>(acting_r.data(), Eigen::Index(acting_r.size())));
     double imbalance = 0;
     for (std::size_t b = 0; b < bodies(); ++b) {
         const double size = old_force[b].norm();
-        if (size > 0) shift = std::max(shift, (f[b] - old_force[b]).norm() / size);
+        if (size > 0 && !nothing_) shift = std::max(shift, (f[b] - old_force[b]).norm() / size);
         imbalance = std::max(imbalance, body(b).imbalance(f[b]));
     }
     body_force_ = f;
