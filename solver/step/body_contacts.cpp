@@ -273,6 +273,7 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
         x = at * x;
     MortarOptions options;
     options.reach = reach_;
+    options.smooth_normals = true; // the facets stand for a curved surface, but at its edges
     add(mortar_contacts(p.surface_a, a.places(), surface_of_triangles(mesh), mesh.points, options),
         pair, p.a, p.b, false, out);
 }

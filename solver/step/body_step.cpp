@@ -19,6 +19,8 @@ constexpr double kModeWeight = 1e3;
 constexpr int kMostModeSteps = 60;
 constexpr int kNewtonSteps = 60;        // and sweeps before them
 constexpr int kMostGrowth = 40;         // of the set of candidates, in one iteration
+constexpr double kOverlap = 1e-6; // of a body's size: more is no error of the steps
+constexpr double kUndone = 0.2;   // of it in one step
 constexpr double kNothing = 1e-14;  // of the largest body's size
 constexpr double kRounding = 1e-12;     // of a body's size
 constexpr double kUncontrolled = 1e-10; // share of a mode's size that contacts see of it, squared
@@ -135,11 +137,15 @@ void row_values(const Contacts& k, const StepInput& step, std::vector<Vec3>& all
             continue;
         }
         all[c] = contact.frame.transpose() * velocity;
-        const double now = all[c][0];
+        const double now = all[c][0], approach = contact.frame.col(0).dot(before);
         all[c][0] = contact.gap / lever;
+        // An overlap that bodies begin with is undone over some steps: at once it would throw them
+        // apart.
+        const double size = k.bodies[std::size_t(contact.a)].body->size();
+        const double left = contact.gap - lever * now - (step.h - lever) * approach;
+        if (left < -kOverlap * size) all[c][0] += (1 - kUndone) * (-left) / lever;
         if (pair.restitution > 0) {
             // Newton's law where the surfaces would meet within the step.
-            const double approach = contact.frame.col(0).dot(before);
             const double gap_before = contact.gap - lever * now - (step.h - lever) * approach;
             if (gap_before + 0.5 * step.h * approach <= 0)
                 all[c][0] = now + pair.restitution * std::min(approach, 0.0);
