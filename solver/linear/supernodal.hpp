@@ -18,8 +18,7 @@ struct SupernodalOptions {
     /// prescribed.
     std::vector<std::int32_t> node_order;
     /// Columns up to which supernodes are joined at the cost of some zeros; CHOLMOD's own are 4,
-    /// 16,
-    /// 48. Wider ones suit large unstructured meshes (docs/theory/compliance.md).
+    /// 16, 48. Wider ones suit large unstructured meshes (docs/theory/compliance.md).
     std::array<std::int32_t, 3> relax{16, 64, 192};
     /// Of BLAS; results may differ in the last bits between numbers of threads.
     int threads = 1;
