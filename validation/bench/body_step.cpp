@@ -1,0 +1,171 @@
+// Time of a step of solids in contact, everything converged to 1e-8.
+//
+//     body_step_bench [CSV]   a table, and as a file (default docs/results/body_step.csv)
+//
+// Blocks that slide down an incline and stand on each other are of the sizes of SOFA's scenes in
+// docs/results/README.md; the pile is 30 balls that have come to rest; "mesh" is one scene on ever
+// finer meshes with about the same contacts, all of whose columns are kept. Medians of CPU time of
+// the thread, without what is written.
+
+#include "mesh/base/error.hpp"
+#include "mesh/generate/plane.hpp"
+#include "solver/scene/read.hpp"
+#include "solver/step/simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <fmt/format.h>
+#include <random>
+#include <string>
+#include <vector>
+
+using namespace amontons;
+
+namespace {
+
+double cpu_seconds()
+{
+    timespec t{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+struct Record : StepObserver {
+    std::vector<double> seconds;
+    double before = 0, contacts = 0, worst = 0;
+    void on_step(const StepRecord& r) override
+    {
+        const double now = cpu_seconds();
+        if (r.step > 0) seconds.push_back(now - before);
+        contacts = double(r.contacts.size());
+        worst = std::max(worst, r.certificate.error);
+        before = cpu_seconds();
+    }
+};
+
+const char* const kFloor = R"("floor": {"kind": "obstacle", "surface": {"generate": "plane"}})";
+const char* const kPlain = R"("output": {"picture": false, "plots": false})";
+
+std::string block(const std::string& name, int side, const std::string& motion, double x, double z)
+{
+    return fmt::format(R"("{0}": {{"kind": "solid", "mesh": {{"generate": "box", "size": [0.1, 0.1, 0.1],
+        "cells": [{1}, {1}, {1}], "element": "T4"}}, "youngs_modulus": 1e5, "poisson_ratio": 0.3,
+        "density": 1000, "motion": "{2}", "start": {{"place": [{3}, 0, {4}]}}}})",
+                       name, side - 1, motion, x, z);
+}
+
+std::string incline(int side, const std::string& motion)
+{
+    return fmt::format(R"("bodies": {{{}, {}}}, "gravity": [4.905, 0, -8.496],
+        "contact": [{{"between": ["block", "floor"], "friction": 0.3}}],
+        "time": {{"kind": "dynamic", "step": 0.01, "end": 0.5}}, {})",
+                       block("block", side, motion, 0, 0.05), kFloor, kPlain);
+}
+
+std::string stack(const std::string& motion)
+{
+    return fmt::format(R"("bodies": {{{}, {}, {}}}, "gravity": [0, 0, -9.81],
+        "contact": [{{"between": ["*", "*"], "friction": 0.5}}],
+        "time": {{"kind": "dynamic", "step": 0.01, "end": 0.5}}, {})",
+                       block("low", 5, motion, 0, 0.05), block("high", 5, motion, 0.01, 0.15), kFloor,
+                       kPlain);
+}
+
+std::string pile()
+{
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> shift(-0.01, 0.01);
+    std::string bodies = kFloor;
+    const char* walls[] = {"left", "right", "front", "back"};
+    const double side[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
+    for (int w = 0; w < 4; ++w)
+        bodies += fmt::format(R"(, "{}": {{"kind": "obstacle", "surface": {{"generate": "plane",
+            "centre": [{}, {}, 0], "axis": [{}, {}, 0]}}}})",
+                              walls[w], 0.22 * side[w][0], 0.22 * side[w][1], -side[w][0], -side[w][1]);
+    for (int k = 0; k < 30; ++k)
+        bodies += fmt::format(R"(, "ball_{}": {{"kind": "solid", "mesh": {{"generate": "ball",
+            "radius": 0.055, "around": 8, "element": "T4"}}, "youngs_modulus": 2e5,
+            "poisson_ratio": 0.3, "density": 1000, "stiffness_damping": 1e-3,
+            "start": {{"place": [{}, {}, {}]}}}})",
+                              k, -0.13 + 0.13 * (k % 3) + shift(random),
+                              -0.13 + 0.13 * (k / 3 % 3) + shift(random), 0.07 + 0.14 * (k / 9));
+    return fmt::format(R"("bodies": {{{}}}, "gravity": [0, 0, -9.81],
+        "contact": [{{"between": ["*", "*"], "friction": 0.4, "reach": 0.005}}],
+        "time": {{"kind": "dynamic", "step": 0.01, "end": 1}}, {})",
+                       bodies, kPlain);
+}
+
+/// A foot of 0.1 x 0.1 m under a block of n cells a side, dragged.
+std::string mesh(int n)
+{
+    return fmt::format(R"("bodies": {{"block": {{"kind": "solid", "mesh": {{"generate": "box",
+        "size": [1, 1, 1], "cells": [{0}, {0}, {0}], "element": "T4"}}, "youngs_modulus": 1e6,
+        "poisson_ratio": 0.3, "hold": [{{"set": "z_max"}}]}},
+        "foot": {{"kind": "solid", "mesh": {{"generate": "box", "size": [0.1, 0.1, 0.1],
+        "cells": [6, 6, 3], "element": "T4"}}, "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+        "start": {{"place": [0, 0, -0.55]}},
+        "hold": [{{"set": "z_min", "x": [[0, 0], [1, 0.003]], "y": 0, "z": [[0, 0.001], [1, 0.002]]}}]}}}},
+        "contact": [{{"between": ["foot", "block"], "surfaces": ["z_max", "z_min"], "friction": 0.3,
+                      "sliding": "small"}}],
+        "time": {{"step": 0.02, "end": 1}}, {1})",
+                       n, kPlain);
+}
+
+void measure(FILE* csv, const std::string& name, const std::string& rest, std::size_t skip)
+{
+    const Scene scene = parse_scene("{\"schema\": 1, " + rest + "}", name, {});
+    std::vector<Obstacle> obstacles;
+    for (const ObstacleInput& o : scene.obstacles)
+        obstacles.push_back({o.name, make_plane({o.surface.centre, o.surface.axis, 1})});
+    const std::unique_ptr<Simulation> simulation = make_simulation(scene, std::move(obstacles));
+    int nodes = 0;
+    for (const BodyPlan& b : simulation->plan())
+        nodes += b.unknowns / 3;
+    Record record;
+    const std::atomic<bool> never{false};
+    const RunSummary s = simulation->run(record, never);
+    std::vector<double> t(record.seconds.begin() +
+                              std::ptrdiff_t(std::min(skip, record.seconds.size())),
+                          record.seconds.end());
+    std::sort(t.begin(), t.end());
+    const double median = t.empty() ? 0 : 1e3 * t[t.size() / 2];
+    const double p90 = t.empty() ? 0 : 1e3 * t[t.size() * 9 / 10];
+    const std::string line =
+        fmt::format("{},{},{:.0f},{:.2f},{:.2f},{:.3f},{:.1e},{}\n", name, nodes, record.contacts,
+                    median, p90, s.seconds.offline, record.worst, s.status);
+    fmt::print("{}", line);
+    fmt::print(csv, "{}", line);
+    std::fflush(stdout);
+    std::fflush(csv);
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+try {
+    const std::string path = argc > 1 ? argv[1] : "docs/results/body_step.csv";
+    const bool large = argc > 2 && std::string(argv[2]) == "large"; // 200k nodes: 10 GB
+    FILE* csv = std::fopen(path.c_str(), "w");
+    if (!csv) {
+        fmt::print(stderr, "{} cannot be written\n", path);
+        return 2;
+    }
+    const char* head = "scene,nodes,contacts,median [ms],p90 [ms],offline [s],worst error,status\n";
+    fmt::print("{}", head);
+    fmt::print(csv, "{}", head);
+    for (const char* motion : {"linear", "corotational"})
+        for (const int side : {4, 6, 8, 10})
+            measure(csv, fmt::format("incline {}", motion), incline(side, motion), 10);
+    for (const char* motion : {"linear", "corotational"})
+        measure(csv, fmt::format("stack {}", motion), stack(motion), 10);
+    measure(csv, "pile of 30 balls", pile(), 50);
+    for (const int n : {16, 26, 36, 58})
+        if (n < 50 || large) measure(csv, "mesh", mesh(n), 10);
+    std::fclose(csv);
+    return 0;
+} catch (const InputError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 2;
+}
