@@ -1,5 +1,6 @@
 #include "solver/output/vtk/drawn_result.hpp"
 
+#include "solver/output/vtk/outer_surface.hpp"
 #include "solver/output/vtk/polydata.hpp"
 #include "solver/output/vtk/result_files.hpp"
 
@@ -7,6 +8,7 @@
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
+#include <vtkUnstructuredGrid.h>
 
 #include <algorithm>
 #include <cmath>
@@ -29,6 +31,12 @@ bool is_wall(const Poly& data)
            !data->GetPointData()->HasArray("radius");
 }
 
+/// Triangles that move.
+bool is_rigid_body(const Poly& data)
+{
+    return is_wall(data) && data->GetPointData()->HasArray("velocity");
+}
+
 Poly read_or_throw(const std::filesystem::path& file)
 {
     std::string error;
@@ -38,23 +46,38 @@ Poly read_or_throw(const std::filesystem::path& file)
     return data;
 }
 
+Poly read_solid(const std::filesystem::path& file)
+{
+    std::string error;
+    const auto grid = vtkSmartPointer<vtkUnstructuredGrid>::Take(read_grid(file, error));
+    if (!grid || !error.empty()) throw std::runtime_error(error);
+    return outer_surface(grid);
+}
+
 /// All that the collections hold at one instant: of each, the last frame not after it.
 Instant read_instant(const Collections& collections, double time, std::vector<Poly>& walls)
 {
     Instant instant;
-    instant.time = time;
+    instant.time = -std::numeric_limits<double>::infinity();
     std::set<std::filesystem::path> seen; // two collections may name the same file
     for (const std::vector<Frame>& frames : collections) {
         double shown = -std::numeric_limits<double>::infinity();
         for (const Frame& frame : frames)
             if (frame.time <= time) shown = std::max(shown, frame.time);
+        instant.time = std::max(instant.time, shown);
         for (const Frame& frame : frames) {
             if (frame.time != shown || !seen.insert(frame.file.lexically_normal()).second) continue;
+            if (frame.file.extension() == ".vtu") {
+                instant.solids.push_back(read_solid(frame.file));
+                continue;
+            }
             const Poly data = read_or_throw(frame.file);
             if (data->GetPointData()->HasArray("force"))
                 instant.contacts.push_back(data);
             else if (data->GetNumberOfLines() > 0)
                 instant.wires.push_back(data);
+            else if (is_rigid_body(data))
+                instant.rigids.push_back(data);
             else if (is_wall(data))
                 walls.push_back(data);
         }
@@ -117,8 +140,11 @@ DrawnResult read_result(const std::filesystem::path& folder)
     for (int quarter = 1; quarter <= 3; ++quarter)
         result.instants.push_back(
             read_instant(collections, begin + 0.25 * quarter * (end - begin), ignored));
-    if (result.instants.front().wires.empty())
-        throw std::runtime_error(folder.string() + ": no wire (a polyline) in any .pvd file");
+    const Instant& last = result.instants.front();
+    if (last.wires.empty() && last.solids.empty() && last.rigids.empty())
+        throw std::runtime_error(folder.string() +
+                                 ": no wire (a polyline), solid (.vtu) or rigid body (triangles "
+                                 "with a velocity) in any .pvd file");
 
     std::vector<std::filesystem::path> loose;
     for (const auto& entry : std::filesystem::directory_iterator(folder))
@@ -140,17 +166,22 @@ DrawnResult read_result(const std::filesystem::path& folder)
     return result;
 }
 
-std::vector<Cluster> cluster_contacts(const std::vector<Poly>& contacts, double radius)
+std::vector<Cluster> cluster_contacts(const std::vector<Poly>& contacts, double radius,
+                                      bool by_pair)
 {
     std::vector<Cluster> single;
     for (const Poly& data : contacts) {
         vtkDataArray* force = data->GetPointData()->GetArray("force");
+        vtkDataArray* of[] = {data->GetPointData()->GetArray("body_a"),
+                              data->GetPointData()->GetArray("body_b")};
         for (vtkIdType i = 0; force && i < data->GetNumberOfPoints(); ++i) {
             Cluster contact;
             data->GetPoint(i, contact.point.data());
             force->GetTuple(i, contact.force.data());
             for (double& f : contact.force)
                 f = -f; // the files hold the force on the wire
+            for (std::size_t k = 0; by_pair && k < 2; ++k)
+                if (of[k]) contact.bodies[k] = static_cast<int>(of[k]->GetTuple1(i));
             contact.magnitude = std::sqrt(dot(contact.force, contact.force));
             if (contact.magnitude > 0) single.push_back(contact);
         }
@@ -168,7 +199,9 @@ std::vector<Cluster> cluster_contacts(const std::vector<Poly>& contacts, double 
             Vec apart{};
             for (std::size_t k = 0; k < 3; ++k)
                 apart[k] = single[j].point[k] - single[i].point[k];
-            if (taken[j] || dot(apart, apart) > radius * radius) continue;
+            if (taken[j] || dot(apart, apart) > radius * radius ||
+                single[j].bodies != single[i].bodies)
+                continue;
             taken[j] = true;
             weight += single[j].magnitude;
             for (std::size_t k = 0; k < 3; ++k) {

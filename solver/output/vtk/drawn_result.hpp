@@ -21,14 +21,17 @@ inline double dot(const Vec& a, const Vec& b)
 /// Contacts that lie close together, as one force on the wall.
 struct Cluster {
     Vec point{};          ///< mean of the contacts, weighted by their forces [m]
-    Vec force{};          ///< sum, of the wire on the wall [N]
+    Vec force{};          ///< sum, of the wire (or the first body) on the wall (the second) [N]
     double magnitude = 0; ///< of the sum [N]
+    std::array<int, 2> bodies{-1, -1}; ///< that meet, where they are told apart
 };
 
 /// What a run's files hold at one instant.
 struct Instant {
     double time = 0; ///< [s]
     std::vector<Poly> wires;
+    std::vector<Poly> solids; ///< their outer surfaces; lines are edges of elements
+    std::vector<Poly> rigids; ///< closed surfaces
     std::vector<Poly> contacts;
     std::string caption; ///< time, and from history.csv depth and push force
 };
@@ -41,11 +44,13 @@ struct DrawnResult {
 
 /// Reads every .pvd of a folder and every .vtp there that no .pvd names; what a file is follows
 /// from what it holds (see amontons_vtk_render).
-/// @throws std::runtime_error  if no .pvd names a wire, or a file cannot be read
+/// @throws std::runtime_error  if no .pvd names a wire or a body, or a file cannot be read
 DrawnResult read_result(const std::filesystem::path& folder);
 
 /// Joins contacts: the one with the largest force takes in all within `radius` [m], and so on.
-std::vector<Cluster> cluster_contacts(const std::vector<Poly>& contacts, double radius);
+/// @param by_pair  only contacts of the same two bodies are joined
+std::vector<Cluster> cluster_contacts(const std::vector<Poly>& contacts, double radius,
+                                      bool by_pair = false);
 
 /// printf for one number.
 std::string number(const char* format, double value);

@@ -10,8 +10,8 @@ namespace amontons::vtk_module {
 constexpr int kWidth = 2400, kHeight = 1500; // of the picture [pixels]
 constexpr int kLargeText = 34, kText = 26;   // height of letters [pixels]
 
-/// The camera that all panels share. Screen axes are coordinate axes: (right, up, towards the
-/// eye) is right-handed.
+/// The camera that all panels share: (right, up, towards the eye) is right-handed, of unit
+/// vectors. For wires screen axes are coordinate axes.
 struct View {
     Vec right{}, up{}, towards_eye{};
     double size = 0;             ///< largest side of the box of walls and wires [m]

@@ -12,12 +12,14 @@
 extern "C" {
 
 /// Writes a picture of a finished run: the vessel as glass, the wire at its end, the contact
-/// forces on it with their scale in N, and three earlier instants.
+/// forces on it with their scale in N, and three earlier instants. Where there is no wire: solids
+/// coloured by their stress, rigid bodies, and planes as plates below and behind them.
 ///
 /// Reads every .pvd in `result_directory` and every .vtp there that no .pvd names, and tells
 /// what they are by what they hold: polylines are wires, points with `force` are contacts,
-/// triangles without `radius` are walls (those with `max_contact_force`, if any has it). Draws
-/// on an Xvfb of its own, or on $DISPLAY where Xvfb is not installed.
+/// .vtu files are solids, triangles with `velocity` rigid bodies, other triangles without `radius`
+/// are walls (those with `max_contact_force`, if any has it). Draws on an Xvfb of its own, or on
+/// $DISPLAY where Xvfb is not installed.
 /// @param result_directory  what `amontons run --output` wrote
 /// @param png               the picture's path; written whole or not at all
 int amontons_vtk_render(const char* result_directory, const char* png, char* message,

@@ -134,6 +134,45 @@ void write_run(const Folder& folder, bool with_contact, double unit = 1, bool in
     folder.write("contacts.pvd", head + contacts + "</Collection></VTKFile>");
 }
 
+/// One H8 cube of side 1 on a plane, its stress the same everywhere, and a rigid tetrahedron
+/// beside it that has moved by `way` at the end.
+/// @param plane  half the length of the plane's sides in the file
+void write_bodies(const Folder& folder, double stress, double plane, double way, double unit = 1)
+{
+    const double a = unit, p = plane * unit;
+    folder.write("ground.vtp", vtp({{-p, -p, 0}, {p, -p, 0}, {p, p, 0}, {-p, p, 0}}, "Polys",
+                                   array("max_contact_force", "0 0 0 0"), "0 1 2 3", "4"));
+    std::string cube;
+    for (const double z : {0.0, a})
+        for (const auto& [x, y] :
+             {std::array{0.0, 0.0}, std::array{a, 0.0}, std::array{a, a}, std::array{0.0, a}})
+            cube += std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z) + " ";
+    folder.write("cube.vtu",
+                 R"(<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian">)"
+                 R"(<UnstructuredGrid><Piece NumberOfPoints="8" NumberOfCells="1"><PointData>)" +
+                     array("von_mises_averaged", repeated(stress, 8)) + "</PointData><Points>" +
+                     array("Points", cube, 3) + "</Points><Cells>" +
+                     R"(<DataArray type="Int64" format="ascii" Name="connectivity">)"
+                     "0 1 2 3 4 5 6 7</DataArray>"
+                     R"(<DataArray type="Int64" format="ascii" Name="offsets">8</DataArray>)"
+                     R"(<DataArray type="UInt8" format="ascii" Name="types">12</DataArray>)"
+                     "</Cells></Piece></UnstructuredGrid></VTKFile>");
+    std::string frames;
+    for (int frame = 0; frame <= 4; ++frame) {
+        const double x = (1.2 + 0.25 * way * frame) * a;
+        const std::string n = std::to_string(frame);
+        folder.write("rigid" + n + ".vtp",
+                     vtp({{x, 0, 0}, {x + 0.7 * a, 0, 0}, {x, 0.7 * a, 0}, {x, 0, 0.7 * a}},
+                         "Polys", array("velocity", repeated(0, 12), 3), "0 2 1 0 1 3 0 3 2 1 2 3",
+                         "3 6 9 12"));
+        for (const std::string& file :
+             {"rigid" + n + ".vtp", std::string("cube.vtu"), std::string("ground.vtp")})
+            frames += "<DataSet timestep=\"" + n + "\" file=\"" + file + "\"/>";
+    }
+    folder.write("run.pvd", R"(<VTKFile type="Collection" version="0.1"><Collection>)" + frames +
+                                "</Collection></VTKFile>");
+}
+
 /// Pixels by kind in the upper `part` of a picture, where no legend and no bar of length is.
 struct Colours {
     long white = 0, blue = 0, red = 0, other = 0;
@@ -201,6 +240,62 @@ TEST_CASE("a run in millimetres gives the picture of the same run in metres")
     const Colours millimetres = colours_of(png, 0.5);
     CHECK(std::abs(metres.blue - millimetres.blue) < 0.01 * static_cast<double>(metres.blue));
     CHECK(std::abs(metres.red - millimetres.red) < 0.01 * static_cast<double>(metres.red));
+}
+
+TEST_CASE("solids show their stress, rigid bodies are drawn, a plane ends near the bodies")
+{
+    const Folder folder;
+    const fs::path png = folder.path / "run.png";
+    write_bodies(folder, 2e6, 2, 1);
+    REQUIRE(module().render(folder.path, png) == "");
+    const Colours stressed = colours_of(png, 0.6);
+    CHECK(stressed.blue > 50000);
+    CHECK(stressed.white > 500000);
+    CHECK(stressed.other > 50000); // the plate, the other body
+    CHECK(stressed.red == 0);      // no contacts, no arrows
+
+    write_bodies(folder, 2e6, 500, 1); // only its part near the bodies counts
+    REQUIRE(module().render(folder.path, png) == "");
+    CHECK(colours_of(png, 0.6) == stressed);
+
+    write_bodies(folder, 2e6, 2, 1, 1000); // in millimetres
+    REQUIRE(module().render(folder.path, png) == "");
+    CHECK(std::abs(colours_of(png, 0.6).blue - stressed.blue) <
+          0.01 * static_cast<double>(stressed.blue));
+
+    write_bodies(folder, 2e6, 2, 3); // it goes further, so all is drawn smaller
+    REQUIRE(module().render(folder.path, png) == "");
+    CHECK(colours_of(png, 0.6).blue < 0.8 * static_cast<double>(stressed.blue));
+
+    write_bodies(folder, 0, 2, 1);
+    fs::remove(folder.path / "rigid4.vtp");
+    fs::copy(folder.path / "ground.vtp", folder.path / "rigid4.vtp");
+    REQUIRE(module().render(folder.path, png) == "");
+    CHECK(colours_of(png, 0.6).blue < 0.1 * static_cast<double>(stressed.blue));
+}
+
+TEST_CASE("a damaged solid is refused, its file named")
+{
+    const Folder folder;
+    const fs::path png = folder.path / "run.png";
+    const auto refused_with = [&](const std::string& before, const std::string& after) {
+        write_bodies(folder, 1, 2, 1);
+        std::ifstream file(folder.path / "cube.vtu");
+        std::string text((std::istreambuf_iterator<char>(file)), {});
+        const std::size_t at = text.find(before);
+        REQUIRE(at != std::string::npos);
+        folder.write("cube.vtu", text.replace(at, before.size(), after));
+        const std::string message = module().render(folder.path, png);
+        CAPTURE(after);
+        CAPTURE(message);
+        CHECK(message.find(".vtu") != std::string::npos);
+        CHECK_FALSE(fs::exists(png));
+    };
+    refused_with("5 6 7<", "5 6 9<"); // no such point
+    refused_with("5 6 7<", "5 6 -7<");
+    refused_with(">12<", ">10<"); // a tetrahedron of eight points
+    refused_with(">8</Data", ">900</Data");
+    refused_with("UnstructuredGrid", "StructuredGrid");
 }
 
 TEST_CASE("what cannot be drawn is said, and no file is left")

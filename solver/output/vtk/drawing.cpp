@@ -1,0 +1,283 @@
+#include "solver/output/vtk/drawing.hpp"
+
+#include <vtkActor.h>
+#include <vtkArrowSource.h>
+#include <vtkCamera.h>
+#include <vtkCellArray.h>
+#include <vtkColorTransferFunction.h>
+#include <vtkDataArray.h>
+#include <vtkDoubleArray.h>
+#include <vtkGlyph3D.h>
+#include <vtkImageShrink3D.h>
+#include <vtkLookupTable.h>
+#include <vtkNew.h>
+#include <vtkPNGWriter.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkPolyDataNormals.h>
+#include <vtkProperty.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkScalarBarActor.h>
+#include <vtkSmartPointer.h>
+#include <vtkSphereSource.h>
+#include <vtkTextActor.h>
+#include <vtkTextProperty.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkWindowToImageFilter.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <unistd.h>
+
+namespace amontons::vtk_module {
+
+Scale make_scale(const std::vector<Vec>& stops, double largest)
+{
+    Scale scale{stops};
+    double step = 0.2;
+    if (largest > 0)
+        for (const double round : {0.1, 0.2, 0.25, 0.5, 1.0, 2.0}) {
+            step = round * std::pow(10.0, std::floor(std::log10(largest)));
+            if (step * 6 > largest * (1 - 1e-9)) break;
+        }
+    scale.steps = std::max(1, static_cast<int>(std::ceil(largest / step * (1 - 1e-9))));
+    scale.end = scale.steps * step;
+    return scale;
+}
+
+vtkSmartPointer<vtkLookupTable> table_of(const Scale& scale)
+{
+    const std::vector<Vec>& stops = scale.stops;
+    vtkNew<vtkColorTransferFunction> ramp;
+    for (std::size_t i = 0; i < stops.size(); ++i)
+        ramp->AddRGBPoint(static_cast<double>(i) / static_cast<double>(stops.size() - 1),
+                          stops[i][0], stops[i][1], stops[i][2]);
+    auto table = vtkSmartPointer<vtkLookupTable>::New();
+    table->SetNumberOfTableValues(256);
+    for (int i = 0; i < 256; ++i) {
+        const double* colour = ramp->GetColor(i / 255.0);
+        table->SetTableValue(i, colour[0], colour[1], colour[2], 1);
+    }
+    table->SetRange(0, scale.end);
+    return table;
+}
+
+Scale make_force_scale(double largest)
+{
+    return make_scale({{0.99, 0.75, 0.35}, {0.95, 0.45, 0.15}, {0.8, 0.12, 0.1}, {0.45, 0.0, 0.05}},
+                      largest);
+}
+
+vtkSmartPointer<vtkActor> wall_actor(const Poly& wall, const View& view)
+{
+    vtkNew<vtkPolyDataNormals> normals;
+    normals->SetInputData(wall);
+    normals->SplittingOff();
+    normals->ConsistencyOff();
+    normals->Update();
+    vtkNew<vtkPolyData> glass;
+    glass->ShallowCopy(normals->GetOutput());
+    vtkDataArray* normal = glass->GetPointData()->GetNormals();
+    vtkNew<vtkUnsignedCharArray> rgba;
+    rgba->SetNumberOfComponents(4);
+    rgba->SetNumberOfTuples(glass->GetNumberOfPoints());
+    for (vtkIdType i = 0; i < glass->GetNumberOfPoints(); ++i) {
+        Vec n = view.towards_eye;
+        if (normal) normal->GetTuple(i, n.data());
+        const double grazing = 1 - std::min(1.0, std::abs(dot(n, view.towards_eye)));
+        rgba->SetTuple4(i, 176, 88, 80, 255 * (0.04 + 0.40 * std::pow(grazing, 1.8)));
+    }
+    glass->GetPointData()->SetScalars(rgba);
+
+    vtkNew<vtkPolyDataMapper> mapper;
+    mapper->SetInputData(glass);
+    mapper->SetColorModeToDirectScalars();
+    auto actor = vtkSmartPointer<vtkActor>::New();
+    actor->SetMapper(mapper);
+    actor->GetProperty()->LightingOff();
+    actor->ForceTranslucentOn();
+    return actor;
+}
+
+void add_contacts(vtkRenderer* renderer, const std::vector<Cluster>& clusters, double ball,
+                  double arrow_per_newton, const Scale& scale)
+{
+    vtkNew<vtkPoints> points;
+    points->SetDataTypeToDouble();
+    vtkNew<vtkDoubleArray> force, magnitude;
+    force->SetName("force");
+    force->SetNumberOfComponents(3);
+    magnitude->SetName("magnitude");
+    for (const Cluster& cluster : clusters) {
+        points->InsertNextPoint(cluster.point.data());
+        force->InsertNextTuple(cluster.force.data());
+        magnitude->InsertNextValue(cluster.magnitude);
+    }
+    vtkNew<vtkPolyData> centres;
+    centres->SetPoints(points);
+    centres->GetPointData()->SetVectors(force);
+    centres->GetPointData()->SetScalars(magnitude);
+
+    const auto add = [&](vtkAlgorithm* shape, bool by_force, double factor) {
+        vtkNew<vtkGlyph3D> glyph;
+        glyph->SetInputData(centres);
+        glyph->SetSourceConnection(shape->GetOutputPort());
+        glyph->SetColorModeToColorByScalar();
+        glyph->SetVectorModeToUseVector();
+        if (by_force)
+            glyph->SetScaleModeToScaleByVector();
+        else
+            glyph->SetScaleModeToDataScalingOff();
+        glyph->SetScaleFactor(factor);
+        vtkNew<vtkPolyDataMapper> mapper;
+        mapper->SetInputConnection(glyph->GetOutputPort());
+        mapper->SetLookupTable(table_of(scale));
+        mapper->UseLookupTableScalarRangeOn();
+        vtkNew<vtkActor> actor;
+        actor->SetMapper(mapper);
+        actor->GetProperty()->SetAmbient(0.5);
+        actor->GetProperty()->SetDiffuse(0.5);
+        renderer->AddActor(actor);
+    };
+    vtkNew<vtkSphereSource> sphere;
+    sphere->SetRadius(1);
+    sphere->SetThetaResolution(24);
+    sphere->SetPhiResolution(16);
+    add(sphere, false, ball);
+    vtkNew<vtkArrowSource> arrow;
+    arrow->SetShaftRadius(0.03);
+    arrow->SetTipRadius(0.09);
+    arrow->SetTipLength(0.28);
+    arrow->SetShaftResolution(24);
+    arrow->SetTipResolution(32);
+    add(arrow, true, arrow_per_newton);
+}
+
+vtkSmartPointer<vtkTextActor> text_actor(const std::string& text, int size, double x, double y)
+{
+    auto actor = vtkSmartPointer<vtkTextActor>::New();
+    actor->SetInput(text.c_str());
+    actor->GetTextProperty()->SetFontSize(size * kOversampling);
+    actor->GetTextProperty()->SetColor(kInk[0], kInk[1], kInk[2]);
+    actor->GetTextProperty()->SetVerticalJustificationToTop();
+    actor->GetTextProperty()->SetLineSpacing(1.2);
+    actor->SetPosition(x * kOversampling, y * kOversampling);
+    return actor;
+}
+
+void add_length_bar(vtkRenderer* renderer, const View& view, const Rectangle& panel, const Fit& map)
+{
+    const double length = round_down(0.25 * panel.width() * map.pixel);
+    const double x = map.x + (30 - 0.5 * panel.width()) * map.pixel;
+    const double y = map.y + (30 - 0.5 * panel.height()) * map.pixel;
+    vtkNew<vtkPoints> points;
+    points->SetDataTypeToDouble();
+    vtkNew<vtkCellArray> cells;
+    cells->InsertNextCell(4);
+    const double thick = 5 * map.pixel;
+    for (const auto& [right, up] : {std::array{0.0, 0.0}, std::array{length, 0.0},
+                                    std::array{length, thick}, std::array{0.0, thick}}) {
+        Vec p{};
+        for (std::size_t i = 0; i < 3; ++i)
+            p[i] = view.right[i] * (x + right) + view.up[i] * (y + up) +
+                   view.towards_eye[i] * (view.behind + view.deep);
+        cells->InsertCellPoint(points->InsertNextPoint(p.data()));
+    }
+    vtkNew<vtkPolyData> bar;
+    bar->SetPoints(points);
+    bar->SetPolys(cells);
+    vtkNew<vtkPolyDataMapper> mapper;
+    mapper->SetInputData(bar);
+    vtkNew<vtkActor> actor;
+    actor->SetMapper(mapper);
+    actor->GetProperty()->SetColor(kInk[0], kInk[1], kInk[2]);
+    actor->GetProperty()->LightingOff();
+    renderer->AddActor(actor);
+    renderer->AddViewProp(text_actor(length_text(length), kText, 30, 42 + 1.2 * kText));
+}
+
+vtkSmartPointer<vtkRenderer> renderer_of(const Rectangle& rectangle)
+{
+    auto renderer = vtkSmartPointer<vtkRenderer>::New();
+    renderer->SetViewport(rectangle.left / kWidth, rectangle.bottom / kHeight,
+                          rectangle.right / kWidth, rectangle.top / kHeight);
+    renderer->SetBackground(1, 1, 1);
+    return renderer;
+}
+
+void aim(vtkRenderer* renderer, const View& view, const Rectangle& panel, const Fit& map)
+{
+    Vec centre{}, eye{};
+    for (std::size_t i = 0; i < 3; ++i) {
+        centre[i] = view.right[i] * map.x + view.up[i] * map.y +
+                    view.towards_eye[i] * (view.behind + 0.5 * view.deep);
+        eye[i] = centre[i] + 4 * view.size * view.towards_eye[i];
+    }
+    vtkCamera* camera = renderer->GetActiveCamera();
+    camera->ParallelProjectionOn();
+    camera->SetFocalPoint(centre.data());
+    camera->SetPosition(eye.data());
+    camera->SetViewUp(view.up.data());
+    camera->SetParallelScale(0.5 * panel.height() * map.pixel);
+    renderer->ResetCameraClippingRange();
+}
+
+void add_scale(vtkRenderer* renderer, const Rectangle& legend, const Scale& scale,
+               const std::string& title, double top)
+{
+    vtkNew<vtkScalarBarActor> bar;
+    bar->SetLookupTable(table_of(scale));
+    bar->SetOrientationToHorizontal();
+    bar->SetNumberOfLabels(scale.steps + 1);
+    bar->SetLabelFormat("%.3g");
+    bar->SetUnconstrainedFontSize(true);
+    bar->SetMaximumNumberOfColors(256);
+    bar->SetTextPositionToPrecedeScalarBar();
+    bar->SetPosition(0.07, top - 0.24);
+    bar->SetWidth(0.82);
+    bar->SetHeight(0.14);
+    bar->SetBarRatio(0.45);
+    bar->SetTextPad(5 * kOversampling);
+    vtkTextProperty* labels = bar->GetLabelTextProperty();
+    labels->SetFontSize(kText * kOversampling);
+    labels->SetColor(kInk[0], kInk[1], kInk[2]);
+    labels->BoldOff();
+    labels->ItalicOff();
+    labels->ShadowOff();
+    renderer->AddViewProp(bar);
+    renderer->AddViewProp(text_actor(title, kText, 0.07 * legend.width(), top * legend.height()));
+}
+
+void write_png(vtkRenderWindow* window, const std::filesystem::path& png)
+{
+    vtkNew<vtkWindowToImageFilter> grab;
+    grab->SetInput(window);
+    grab->SetInputBufferTypeToRGB();
+    grab->ReadFrontBufferOff();
+    grab->ShouldRerenderOff();
+    vtkNew<vtkImageShrink3D> shrink;
+    shrink->SetInputConnection(grab->GetOutputPort());
+    shrink->SetShrinkFactors(kOversampling, kOversampling, 1);
+    shrink->MeanOn();
+    vtkNew<vtkPNGWriter> writer;
+    writer->SetInputConnection(shrink->GetOutputPort());
+    const std::filesystem::path part = png.string() + ".part" + std::to_string(getpid());
+    writer->SetFileName(part.string().c_str());
+    writer->Write();
+    std::error_code failed;
+    if (writer->GetErrorCode() == 0 && std::filesystem::exists(part))
+        std::filesystem::rename(part, png, failed);
+    else
+        failed = std::make_error_code(std::errc::io_error);
+    if (failed) {
+        std::error_code ignored;
+        std::filesystem::remove(part, ignored);
+        throw std::runtime_error(png.string() + ": cannot be written");
+    }
+}
+
+} // namespace amontons::vtk_module
