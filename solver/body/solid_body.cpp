@@ -168,7 +168,7 @@ void SolidBody::find_sets(const std::string& file)
         for (const std::int32_t node : hold_nodes_.back())
             for (int axis = 0; axis < 3; ++axis)
                 if ((all || !curve[axis]->empty()) && seen.insert(3 * node + axis).second)
-                    held_.push_back({3 * node + axis, all ? nullptr : curve[axis]});
+                    held_.push_back({3 * node + axis, all ? nullptr : curve[axis], i});
     }
     for (std::size_t i = 0; i < input_.loads.size(); ++i) {
         const LoadInput& l = input_.loads[i];
@@ -570,16 +570,27 @@ Vec3 SolidBody::start_velocity(const BodyPlace& at) const
     return d;
 }
 
+bool SolidBody::kept_W(const SparseColumns& C, Eigen::MatrixXd& W) const
+{
+    if (last_columns_.cols() == 0 || !same(C, last_columns_)) return false;
+    W = last_W_;
+    return true;
+}
+
+void SolidBody::keep_W(const SparseColumns& C, const Eigen::MatrixXd& W)
+{
+    last_columns_ = C;
+    last_W_ = W;
+}
+
 void SolidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
 {
-    if (last_columns_.cols() == 0 || !same(C, last_columns_)) {
-        if (constant_)
-            constant_->delassus(C, last_W_);
-        else
-            factor_.compliance(C, last_W_);
-        last_columns_ = C;
-    }
-    W = last_W_;
+    if (kept_W(C, W)) return;
+    if (constant_)
+        constant_->delassus(C, W);
+    else
+        factor_.compliance(C, W);
+    keep_W(C, W);
 }
 
 Eigen::VectorXd SolidBody::solve(const Eigen::VectorXd& force)
@@ -610,6 +621,23 @@ std::vector<std::string> SolidBody::free_motions() const
     return names;
 }
 
+void SolidBody::move_frame(Motion& m, const Eigen::VectorXd& mode) const
+{
+    const Eigen::VectorXd rigid = rigid_.R * mode;
+    Vec3 shift = Vec3::Zero(), moment = Vec3::Zero();
+    Mat3 inertia = Mat3::Zero();
+    for (std::size_t i = 0; i < mesh_.nodes.size(); ++i) {
+        const Vec3 arm = mesh_.nodes[i] - middle_, d = rigid.segment<3>(at3(i));
+        shift += d / double(mesh_.nodes.size());
+        moment += arm.cross(d);
+        inertia += arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose();
+    }
+    const Eigen::Quaterniond turn = rotation(inertia.ldlt().solve(moment));
+    // x = frame (turn (X + u - middle) + middle + shift)
+    m.frame.shift = m.frame * (middle_ + shift - turn * middle_);
+    m.frame.turn = (m.frame.turn * turn).normalized();
+}
+
 void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                        const Eigen::VectorXd& force)
 {
@@ -628,22 +656,10 @@ void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
         free_known_ = !corotational_ && !turns;
         if (free_known_) free_change_ -= y;
         if (mode.size() > 0) {
-            const Eigen::VectorXd rigid = rigid_.R * mode;
             if (kind_ != Frame::floating) {
-                now_.u += rigid;
-            } else { // shift and turn of the frame
-                Vec3 shift = Vec3::Zero(), moment = Vec3::Zero();
-                Mat3 inertia = Mat3::Zero();
-                for (std::size_t i = 0; i < mesh_.nodes.size(); ++i) {
-                    const Vec3 arm = mesh_.nodes[i] - middle_, d = rigid.segment<3>(at3(i));
-                    shift += d / double(mesh_.nodes.size());
-                    moment += arm.cross(d);
-                    inertia += arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose();
-                }
-                const Eigen::Quaterniond turn = rotation(inertia.ldlt().solve(moment));
-                // x = frame (turn (X + u - middle) + middle + shift)
-                now_.frame.shift = now_.frame * (middle_ + shift - turn * middle_);
-                now_.frame.turn = (now_.frame.turn * turn).normalized();
+                now_.u += rigid_.R * mode;
+            } else {
+                move_frame(now_, mode);
             }
         }
         update_places(now_);

@@ -18,7 +18,7 @@ namespace amontons {
 ///
 /// The frame holds the reference shape: x = frame (X + u). Prescribed displacements are along the
 /// frame's axes, unknowns too; velocities are those of space.
-class SolidBody final : public Body {
+class SolidBody : public Body {
 public:
     /// @param mesh    checked; its sets are those of the input's holds and loads
     /// @param small   every contact of it is of small sliding: nothing follows large motions
@@ -30,8 +30,11 @@ public:
     /// The offline stage: all that does not depend on the state, for steps of this length.
     /// @param cache     folder where factors are kept; "": none
     /// @param messages  gets what was read, and what could not be
-    void make_ready(const StepInput& step, const std::string& cache,
-                    std::vector<std::string>& messages);
+    virtual void make_ready(const StepInput& step, const std::string& cache,
+                            std::vector<std::string>& messages);
+
+    /// About how many steps will come: says what is worth being kept.
+    void expect_steps(double steps) { expected_steps_ = steps; }
 
     /// Rigid motions that nothing prescribed prevents, in words.
     std::vector<std::string> free_motions() const;
@@ -73,7 +76,10 @@ public:
 
     /// Forces that the body's holds need, along the world's axes, of each hold's set [N]; of the
     /// accepted state.
-    std::vector<Vec3> reactions() const;
+    virtual std::vector<Vec3> reactions() const;
+    /// Brings all nodes to the accepted state, those inside as well.
+    virtual void complete() {}
+    std::span<const std::int32_t> touching() const { return touching_; }
     /// u of each node in the frame [m], of the accepted state.
     const Eigen::VectorXd& displacements() const { return state_.u; }
     const Placement& frame() const { return state_.frame; }
@@ -81,7 +87,7 @@ public:
     Mat3 element_rotation(std::int32_t element) const; ///< of the material in the frame
     void stresses(std::vector<Vec6>& stress, std::vector<double>& energy) const;
 
-private:
+protected:
     struct Motion {
         Placement frame;
         Eigen::VectorXd u;        ///< in the frame, 3n [m]
@@ -98,6 +104,10 @@ private:
     void into_frame_displacements(Motion& m) const;
     void find_spin();
     void keep_angular_momentum(const Eigen::VectorXd& load);
+    void move_frame(Motion& m, const Eigen::VectorXd& mode) const; ///< by amplitudes of the modes
+    /// W of the columns that came last.
+    bool kept_W(const SparseColumns& C, Eigen::MatrixXd& W) const;
+    void keep_W(const SparseColumns& C, const Eigen::MatrixXd& W);
     void float_frame(Motion& m) const;                      ///< from the places to the frame and u
     Eigen::VectorXd loads(const Motion& m, double t) const; ///< in space [N]
     /// Forces of the material at places, in space [N]; the energy [J].
@@ -122,6 +132,7 @@ private:
     struct Held {
         std::int32_t dof = 0;
         const CurvePoints* curve = nullptr; ///< null: 0
+        std::size_t set = 0;                ///< of the scene's holds
     };
     std::vector<Held> held_;
     std::vector<std::vector<std::int32_t>> hold_nodes_, load_nodes_;
@@ -142,11 +153,12 @@ private:
     bool exact_tangent_ = false; ///< of corotational elements, while it is positive
     FreeDofs dofs_;
     Elimination parts_;
-    SupernodalFactor factor_;                 ///< of a matrix that changes
-    std::optional<SolidCompliance> constant_; ///< of one that does not
-    std::vector<std::int32_t> touching_;      ///< nodes that may come into contact
-    std::string cache_;                        ///< folder of factors
+    SupernodalFactor factor_;                      ///< of a matrix that changes
+    std::optional<SolidCompliance> constant_;      ///< of one that does not
+    std::vector<std::int32_t> touching_;           ///< nodes that may come into contact
+    std::string cache_;                            ///< folder of factors
     std::vector<std::string>* messages_ = nullptr; ///< while make_ready runs
+    double expected_steps_ = 1;
     double scale_ = 1; ///< A over what is factored
     double factored_h_ = -1, factored_theta_ = -1;
     RigidModes rigid_;

@@ -165,13 +165,13 @@ bool SolidCompliance::has_columns()
 }
 
 /// Whether it is time to solve the columns that are missing; if so they are there afterwards.
-bool SolidCompliance::columns_pay(const SparseMatrix& C)
+bool SolidCompliance::columns_pay(double without)
 {
     if (in_contact_.size() > most_columns_) return false;
     const auto missing = std::count_if(in_contact_.begin(), in_contact_.end(), [&](std::int32_t s) {
         return column_of_[std::size_t(s)] < 0;
     });
-    spent_ += factor_.compliance_flops(C);
+    spent_ += without;
     if (spent_ < column_cost_ * double(missing)) return false;
     spent_ = 0;
     use_columns();
@@ -192,6 +192,16 @@ void SolidCompliance::use_columns()
     if (!missing.empty()) solve_columns(missing);
 }
 
+double SolidCompliance::solve_flops() const
+{
+    return 4 * double(factor_.stored_entries());
+}
+
+void SolidCompliance::expect(double solves)
+{
+    spent_ += solves * solve_flops();
+}
+
 void SolidCompliance::prepare(std::span<const std::int32_t> nodes)
 {
     ContactRows rows;
@@ -209,7 +219,7 @@ void SolidCompliance::prepare(std::span<const std::int32_t> nodes)
 void SolidCompliance::delassus(const ContactRows& rows, Eigen::MatrixXd& W)
 {
     find_nodes(rows);
-    if (!has_columns() && !columns_pay(contact_matrix(rows, dofs_))) {
+    if (!has_columns() && !columns_pay(factor_.compliance_flops(contact_matrix(rows, dofs_)))) {
         ++counts_.from_factor;
         return delassus_once(rows, W);
     }
@@ -261,7 +271,7 @@ void SolidCompliance::delassus(const SparseMatrix& C, Eigen::MatrixXd& W)
 {
     AMONTONS_ASSERT(C.isCompressed() && C.rows() == Eigen::Index(dofs_.free.size()));
     find_nodes(C);
-    if (!has_columns() && !columns_pay(C)) {
+    if (!has_columns() && !columns_pay(factor_.compliance_flops(C))) {
         ++counts_.from_factor;
         factor_.compliance(C, W);
         W /= scale_;
@@ -354,6 +364,34 @@ Eigen::VectorXd SolidCompliance::surface_displacement(const ContactRows& rows,
         const double* const from = column(in_contact_[k]);
         for (Eigen::Index s = 0; s < surface; ++s)
             x.segment<3>(3 * s) += Block(from + 9 * s) * force[k];
+    }
+    return x;
+}
+
+Eigen::VectorXd SolidCompliance::surface_displacement(const Eigen::VectorXd& f)
+{
+    const auto surface = static_cast<Eigen::Index>(surface_node_.size());
+    AMONTONS_ASSERT(f.size() == 3 * surface);
+    forget_nodes();
+    for (Eigen::Index s = 0; s < surface; ++s)
+        if (!f.segment<3>(3 * s).isZero()) in_contact_.push_back(std::int32_t(s));
+    order_nodes();
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(3 * surface);
+    if (!has_columns() && !columns_pay(solve_flops())) {
+        ++counts_.from_factor;
+        Eigen::VectorXd all = Eigen::VectorXd::Zero(Eigen::Index(dofs_.number.size()));
+        for (const std::int32_t s : in_contact_)
+            all.segment<3>(3 * surface_node_[std::size_t(s)]) = f.segment<3>(3 * s);
+        all = displacement(all);
+        for (Eigen::Index s = 0; s < surface; ++s)
+            x.segment<3>(3 * s) = all.segment<3>(3 * surface_node_[std::size_t(s)]);
+        return x;
+    }
+    for (const std::int32_t c : in_contact_) {
+        const Vec3 force = f.segment<3>(3 * c) / scale_;
+        const double* const from = column(c);
+        for (Eigen::Index s = 0; s < surface; ++s)
+            x.segment<3>(3 * s) += Block(from + 9 * s) * force;
     }
     return x;
 }

@@ -56,6 +56,8 @@ public:
     void delassus(const SparseMatrix& C, Eigen::MatrixXd& W);
     /// The same from the factor alone, by its tree; keeps nothing. For contacts that come once.
     void delassus_once(const ContactRows& rows, Eigen::MatrixXd& W) const;
+    /// Says that about so many solves will be asked for: columns are then solved early.
+    void expect(double solves);
     /// Solves the columns of these nodes now, as far as there is room.
     void prepare(std::span<const std::int32_t> nodes);
 
@@ -65,6 +67,8 @@ public:
     /// x = A^-1 H^T r on the surface only, 3 surface nodes in the order given: from kept columns,
     /// or one solve if some are missing.
     Eigen::VectorXd surface_displacement(const ContactRows& rows, const Eigen::VectorXd& r);
+    /// The same for forces on the surface. @param f  3 surface nodes in the order given [N]
+    Eigen::VectorXd surface_displacement(const Eigen::VectorXd& f);
 
     const SupernodalFactor& factor() const { return factor_; }
     /// Gives the factor back, to be used for other numbers of the same pattern; this object is then
@@ -90,7 +94,8 @@ private:
     void order_nodes();
     void use_columns();
     bool has_columns();
-    bool columns_pay(const SparseMatrix& C);
+    bool columns_pay(double without); ///< operations of this call without them
+    double solve_flops() const;
     void solve_columns(std::span<const std::int32_t> missing);
     std::int32_t free_column();
 

@@ -8,6 +8,7 @@
 #include "mesh/read.hpp"
 #include "mesh/read_volume.hpp"
 #include "mesh/volume_check.hpp"
+#include "solver/body/condensed_solid.hpp"
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/solid_body.hpp"
 #include "solver/scene/build.hpp"
@@ -230,9 +231,14 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
             const bool small = all_pairs[std::size_t(i)] > 0 &&
                                all_pairs[std::size_t(i)] == small_pairs[std::size_t(i)];
             try {
-                auto body =
-                    std::make_unique<SolidBody>(input, std::move(meshes[std::size_t(i)]), small,
-                                                touching[std::size_t(i)], scene.file);
+                const bool condensed = scene.time.kind != "dynamic" && input.motion == "linear" &&
+                                       scene.couplings.empty(); // they may hold nodes inside
+                const auto make = [&]<class Solid>() -> std::unique_ptr<SolidBody> {
+                    return std::make_unique<Solid>(input, std::move(meshes[std::size_t(i)]), small,
+                                                   touching[std::size_t(i)], scene.file);
+                };
+                std::unique_ptr<SolidBody> body =
+                    condensed ? make.operator()<CondensedSolid>() : make.operator()<SolidBody>();
                 system->refs.push_back({body.get(), nullptr, body.get(), name});
                 system->bodies.push_back(std::move(body));
             } catch (const InputError& error) {

@@ -148,8 +148,10 @@ void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& st
             boxes_.push_back(axis_box(b.rigid->shape(), pose_of(*b.rigid)));
             continue;
         }
-        AxisBox box{b.solid->places()[0], b.solid->places()[0]};
-        for (const Vec3& x : b.solid->places()) {
+        constexpr double kFar = std::numeric_limits<double>::infinity();
+        AxisBox box{Vec3::Constant(kFar), Vec3::Constant(-kFar)};
+        for (const std::int32_t node : b.solid->touching()) {
+            const Vec3& x = b.solid->places()[std::size_t(node)];
             box.low = box.low.cwiseMin(x);
             box.high = box.high.cwiseMax(x);
         }

@@ -61,7 +61,7 @@ struct ContactPair {
     double friction = 0, restitution = 0;
     bool small = false; ///< contacts of the start are kept: they move with their bodies
     bool nodal = false;
-    bool named = true; ///< not by "*"
+    bool named = true;                    ///< not by "*"
     double reach = 0;                     ///< [m]
     ExternalSurface surface_a, surface_b; ///< of solids
 };

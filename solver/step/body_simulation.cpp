@@ -226,8 +226,14 @@ void BodySimulation::State::add_quantities(StepRecord& out) const
             vector(b.name + "_" + input.hold[k].set + "_force", "N", reactions[k]);
         double largest = 0;
         const std::span<const Vec3> now = b.solid->places(), first = b.solid->first_places();
-        for (std::size_t i = 0; i < now.size(); ++i)
-            largest = std::max(largest, (now[i] - first[i]).norm());
+        // Of the nodes that may touch, which are known without the rest; else of all.
+        for (const std::int32_t node : b.solid->touching())
+            largest = std::max(largest, (now[std::size_t(node)] - first[std::size_t(node)]).norm());
+        if (b.solid->touching().empty()) {
+            b.solid->complete();
+            for (std::size_t i = 0; i < now.size(); ++i)
+                largest = std::max(largest, (now[i] - first[i]).norm());
+        }
         out.quantities.push_back({b.name + "_max_displacement", "m", largest});
     }
     Vec3 momentum = Vec3::Zero(), angular = Vec3::Zero();
@@ -346,7 +352,10 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         step.dynamic = s.dynamic();
         step.theta = s.scene.time.theta;
         for (const BodyRef& b : s.system->refs)
-            if (b.solid) b.solid->make_ready(step, s.options.cache, s.messages);
+            if (b.solid) {
+                b.solid->expect_steps((s.scene.time.end - s.time) / s.scene.time.step);
+                b.solid->make_ready(step, s.options.cache, s.messages);
+            }
         sum.seconds.offline += watch.seconds();
     }
     if (!s.started) {
@@ -461,6 +470,7 @@ std::vector<BodyRecord> BodySimulation::body_records() const
             all.push_back(std::move(r));
             continue;
         }
+        ref.solid->complete();
         const SolidBody& solid = *ref.solid;
         r.elements = &solid.mesh();
         r.points.assign(solid.places().begin(), solid.places().end());

@@ -19,9 +19,9 @@ constexpr double kModeWeight = 1e3;
 constexpr int kMostModeSteps = 60;
 constexpr int kNewtonSteps = 60;        // and sweeps before them
 constexpr int kMostGrowth = 40;         // of the set of candidates, in one iteration
-constexpr double kOverlap = 1e-6; // of a body's size: more is no error of the steps
-constexpr double kUndone = 0.2;   // of it in one step
-constexpr double kNothing = 1e-14;  // of the largest body's size
+constexpr double kOverlap = 1e-6;       // of a body's size: more is no error of the steps
+constexpr double kUndone = 0.2;         // of it in one step
+constexpr double kNothing = 1e-14;      // of the largest body's size
 constexpr double kRounding = 1e-12;     // of a body's size
 constexpr double kUncontrolled = 1e-10; // share of a mode's size that contacts see of it, squared
 

@@ -50,10 +50,11 @@ const char* const kPlain = R"("output": {"picture": false, "plots": false})";
 
 std::string block(const std::string& name, int side, const std::string& motion, double x, double z)
 {
-    return fmt::format(R"("{0}": {{"kind": "solid", "mesh": {{"generate": "box", "size": [0.1, 0.1, 0.1],
+    return fmt::format(
+        R"("{0}": {{"kind": "solid", "mesh": {{"generate": "box", "size": [0.1, 0.1, 0.1],
         "cells": [{1}, {1}, {1}], "element": "T4"}}, "youngs_modulus": 1e5, "poisson_ratio": 0.3,
         "density": 1000, "motion": "{2}", "start": {{"place": [{3}, 0, {4}]}}}})",
-                       name, side - 1, motion, x, z);
+        name, side - 1, motion, x, z);
 }
 
 std::string incline(int side, const std::string& motion)
@@ -69,8 +70,8 @@ std::string stack(const std::string& motion)
     return fmt::format(R"("bodies": {{{}, {}, {}}}, "gravity": [0, 0, -9.81],
         "contact": [{{"between": ["*", "*"], "friction": 0.5}}],
         "time": {{"kind": "dynamic", "step": 0.01, "end": 0.5}}, {})",
-                       block("low", 5, motion, 0, 0.05), block("high", 5, motion, 0.01, 0.15), kFloor,
-                       kPlain);
+                       block("low", 5, motion, 0, 0.05), block("high", 5, motion, 0.01, 0.15),
+                       kFloor, kPlain);
 }
 
 std::string pile()
@@ -81,9 +82,10 @@ std::string pile()
     const char* walls[] = {"left", "right", "front", "back"};
     const double side[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
     for (int w = 0; w < 4; ++w)
-        bodies += fmt::format(R"(, "{}": {{"kind": "obstacle", "surface": {{"generate": "plane",
+        bodies +=
+            fmt::format(R"(, "{}": {{"kind": "obstacle", "surface": {{"generate": "plane",
             "centre": [{}, {}, 0], "axis": [{}, {}, 0]}}}})",
-                              walls[w], 0.22 * side[w][0], 0.22 * side[w][1], -side[w][0], -side[w][1]);
+                        walls[w], 0.22 * side[w][0], 0.22 * side[w][1], -side[w][0], -side[w][1]);
     for (int k = 0; k < 30; ++k)
         bodies += fmt::format(R"(, "ball_{}": {{"kind": "solid", "mesh": {{"generate": "ball",
             "radius": 0.055, "around": 8, "element": "T4"}}, "youngs_modulus": 2e5,
@@ -97,14 +99,14 @@ std::string pile()
                        bodies, kPlain);
 }
 
-/// A foot of 0.1 x 0.1 m under a block of n cells a side, dragged.
+/// A coarse foot of 49 contacts under a block of n cells a side, dragged.
 std::string mesh(int n)
 {
     return fmt::format(R"("bodies": {{"block": {{"kind": "solid", "mesh": {{"generate": "box",
         "size": [1, 1, 1], "cells": [{0}, {0}, {0}], "element": "T4"}}, "youngs_modulus": 1e6,
         "poisson_ratio": 0.3, "hold": [{{"set": "z_max"}}]}},
-        "foot": {{"kind": "solid", "mesh": {{"generate": "box", "size": [0.1, 0.1, 0.1],
-        "cells": [6, 6, 3], "element": "T4"}}, "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+        "foot": {{"kind": "solid", "mesh": {{"generate": "box", "size": [0.5, 0.5, 0.1],
+        "cells": [6, 6, 1], "element": "T4"}}, "youngs_modulus": 1e6, "poisson_ratio": 0.3,
         "start": {{"place": [0, 0, -0.55]}},
         "hold": [{{"set": "z_min", "x": [[0, 0], [1, 0.003]], "y": 0, "z": [[0, 0.001], [1, 0.002]]}}]}}}},
         "contact": [{{"between": ["foot", "block"], "surfaces": ["z_max", "z_min"], "friction": 0.3,

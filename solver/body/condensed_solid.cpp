@@ -1,0 +1,418 @@
+#include "solver/body/condensed_solid.hpp"
+
+#include "mesh/base/curve.hpp"
+#include "solver/body/drive.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amontons {
+namespace {
+
+Eigen::Index at3(std::size_t i)
+{
+    return 3 * static_cast<Eigen::Index>(i);
+}
+
+} // namespace
+
+void CondensedSolid::make_ready(const StepInput& step, const std::string& cache,
+                                std::vector<std::string>& messages)
+{
+    SolidBody::make_ready(step, cache, messages);
+    touching_number_.assign(mesh_.nodes.size(), -1);
+    for (std::size_t k = 0; k < touching_.size(); ++k)
+        touching_number_[std::size_t(touching_[k])] = std::int32_t(k);
+    unknown_of_.assign(3 * touching_.size(), -1);
+    free_touching_.clear();
+    for (std::size_t k = 0; k < touching_.size(); ++k)
+        for (int axis = 0; axis < 3; ++axis)
+            if (dofs_.number[3 * std::size_t(touching_[k]) + std::size_t(axis)] >= 0) {
+                unknown_of_[3 * k + std::size_t(axis)] = std::int32_t(free_touching_.size());
+                free_touching_.push_back(std::int32_t(3 * k) + axis);
+            }
+    const Eigen::Index modes = rigid_.R.cols();
+    modes_at_touching_.resize(at3(touching_.size()), modes);
+    for (std::size_t k = 0; k < touching_.size() && modes > 0; ++k)
+        modes_at_touching_.middleRows<3>(at3(k)) = rigid_.R.middleRows<3>(3 * touching_[k]);
+    free_modes_.resize(unknowns(), modes);
+    for (std::size_t i = 0; i < free_touching_.size() && modes > 0; ++i)
+        free_modes_.row(Eigen::Index(i)) = modes_at_touching_.row(free_touching_[i]);
+    make_parts();
+    constexpr double kSolvesPerStep = 3;
+    constant_->expect(kSolvesPerStep * expected_steps_);
+    const Eigen::Index n = Eigen::Index(parts_of_u_.size());
+    if (amount_.size() == 0) {
+        amount_ = loaded_ = held_force_ = Eigen::VectorXd::Zero(n);
+        on_touching_ = Eigen::VectorXd::Zero(at3(touching_.size()));
+        mode_ = Eigen::VectorXd::Zero(modes);
+        // What is prescribed at the start is part of the first places.
+        for (Eigen::Index i = 0; i < n; ++i)
+            if (parts_of_u_[std::size_t(i)].prescribed) amount_[i] = amounts(0)[i];
+    }
+    amount_now_ = amount_;
+    on_touching_now_ = on_touching_;
+    mode_now_ = mode_;
+}
+
+void CondensedSolid::make_parts()
+{
+    parts_of_u_.clear();
+    const Eigen::Index size = at3(mesh_.nodes.size());
+    const auto load = [&](std::size_t input, int axis, Eigen::VectorXd force) {
+        Part p;
+        p.input = input;
+        p.axis = axis;
+        p.force = std::move(force);
+        parts_of_u_.push_back(std::move(p));
+    };
+    for (std::size_t i = 0; i < input_.loads.size(); ++i) {
+        const LoadInput& l = input_.loads[i];
+        if (load_faces_[i] && !l.pressure.empty()) load(i, -1, unit_pressure_[i]);
+        for (int axis = 0; axis < 3; ++axis) {
+            Eigen::VectorXd f = Eigen::VectorXd::Zero(size);
+            if (load_faces_[i] && l.traction)
+                for (const std::int32_t node : load_nodes_[i])
+                    f[3 * node + axis] = unit_traction_[i][3 * node];
+            if (load_faces_[i] && l.traction) load(i, axis, f);
+            f.setZero();
+            if (l.force)
+                for (const std::int32_t node : load_nodes_[i])
+                    f[3 * node + axis] = 1 / double(load_nodes_[i].size());
+            if (l.force) load(i, 3 + axis, f);
+        }
+    }
+    if (material_.density > 0 && !step_.gravity.isZero())
+        for (int axis = 0; axis < 3; ++axis) {
+            Eigen::VectorXd f = Eigen::VectorXd::Zero(size);
+            for (Eigen::Index i = 0; i < weights_.size(); ++i)
+                f[3 * i + axis] = weights_[i];
+            load(input_.loads.size(), axis, f);
+        }
+    for (std::size_t k = 0; k < input_.hold.size(); ++k)
+        for (int axis = 0; axis < 3; ++axis) {
+            Part p;
+            p.prescribed = true;
+            p.input = k;
+            p.axis = axis;
+            for (const Held& h : held_)
+                if (h.set == k && h.dof % 3 == axis) p.dofs.push_back(h.dof);
+            if (!p.dofs.empty()) parts_of_u_.push_back(std::move(p));
+        }
+
+    // What each does, everywhere; kept at the touching nodes and as products.
+    const std::size_t n = parts_of_u_.size();
+    std::vector<Eigen::VectorXd> u(n), ku(n);
+    for (std::size_t j = 0; j < n; ++j) {
+        Part& p = parts_of_u_[j];
+        u[j] = Eigen::VectorXd::Zero(size);
+        for (const std::int32_t dof : p.dofs)
+            u[j][dof] = 1;
+        Eigen::VectorXd f = p.prescribed ? Eigen::VectorXd(-(K_ * u[j])) : p.force;
+        Eigen::VectorXd free(Eigen::Index(dofs_.free.size()));
+        for (std::size_t i = 0; i < dofs_.free.size(); ++i)
+            free[Eigen::Index(i)] = f[dofs_.free[i]];
+        free = solved(free);
+        for (std::size_t i = 0; i < dofs_.free.size(); ++i)
+            u[j][dofs_.free[i]] = free[Eigen::Index(i)];
+        ku[j] = K_ * u[j];
+        if (!p.prescribed) ku[j] -= p.force;
+        p.at_touching.resize(at3(touching_.size()));
+        for (std::size_t k = 0; k < touching_.size(); ++k)
+            p.at_touching.segment<3>(at3(k)) = u[j].segment<3>(3 * touching_[k]);
+        p.on_modes = Eigen::VectorXd::Zero(rigid_.R.cols());
+        if (!p.prescribed && rigid_.R.cols() > 0) p.on_modes = rigid_.R.transpose() * p.force;
+    }
+    between_.resize(Eigen::Index(n), Eigen::Index(n));
+    for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t j = 0; j < n; ++j) {
+            double sum = 0;
+            if (parts_of_u_[i].prescribed)
+                for (const std::int32_t dof : parts_of_u_[i].dofs)
+                    sum += ku[j][dof];
+            else
+                sum = parts_of_u_[i].force.dot(u[j]);
+            between_(Eigen::Index(i), Eigen::Index(j)) = sum;
+        }
+}
+
+Eigen::VectorXd CondensedSolid::amounts(double t) const
+{
+    Eigen::VectorXd c(Eigen::Index(parts_of_u_.size()));
+    for (std::size_t i = 0; i < parts_of_u_.size(); ++i) {
+        const Part& p = parts_of_u_[i];
+        double value = 0;
+        if (p.prescribed) {
+            const HoldInput& h = input_.hold[p.input];
+            const CurvePoints* curve[] = {&h.x, &h.y, &h.z};
+            const CurvePoints& own = *curve[p.axis];
+            value = own.empty() ? 0 : curve_value(own, t);
+        } else if (p.input == input_.loads.size()) {
+            value = Vec3(now_.frame.turn.conjugate() * step_.gravity)[p.axis];
+        } else {
+            const LoadInput& l = input_.loads[p.input];
+            if (p.axis < 0) {
+                value = curve_value(l.pressure, t);
+            } else {
+                const Vec3 v = p.axis < 3 ? *l.traction : *l.force;
+                const double factor = l.over.empty() ? 1 : curve_value(l.over, t);
+                value = factor * Vec3(now_.frame.turn.conjugate() * v)[p.axis % 3];
+            }
+        }
+        c[Eigen::Index(i)] = value;
+    }
+    return c;
+}
+
+Eigen::VectorXd CondensedSolid::parts_at_touching(const Eigen::VectorXd& c) const
+{
+    Eigen::VectorXd u = Eigen::VectorXd::Zero(at3(touching_.size()));
+    for (std::size_t i = 0; i < parts_of_u_.size(); ++i)
+        if (c[Eigen::Index(i)] != 0) u += c[Eigen::Index(i)] * parts_of_u_[i].at_touching;
+    return u;
+}
+
+void CondensedSolid::place_touching(Motion& m)
+{
+    const Mat3 R = m.frame.turn.toRotationMatrix();
+    for (const std::int32_t node : touching_)
+        m.x[std::size_t(node)] =
+            R * (mesh_.nodes[std::size_t(node)] + Vec3(m.u.segment<3>(3 * node))) + m.frame.shift;
+}
+
+void CondensedSolid::begin(const StepInput& step)
+{
+    step_ = step;
+    now_.frame = kind_ == Frame::driven ? frame_at(step.end()) : state_.frame;
+    for (const std::int32_t node : touching_)
+        now_.u.segment<3>(3 * node) = state_.u.segment<3>(3 * node);
+    amount_now_ = amounts(step.end());
+    on_touching_now_ = on_touching_;
+    mode_now_ = mode_;
+    rigid_work_ = 0;
+    // Prescribed places are those of the end of the step.
+    const Eigen::VectorXd u = parts_at_touching(amount_now_);
+    for (std::size_t k = 0; k < touching_.size(); ++k)
+        for (int axis = 0; axis < 3; ++axis)
+            if (unknown_of_[3 * k + std::size_t(axis)] < 0)
+                now_.u[3 * touching_[k] + axis] = u[at3(k) + axis];
+    place_touching(now_);
+}
+
+void CondensedSolid::linearise()
+{
+    if (kind_ == Frame::floating) amount_now_ = amounts(step_.end()); // loads turn against it
+    Eigen::VectorXd u = parts_at_touching(amount_now_);
+    if (mode_now_.size() > 0) u += modes_at_touching_ * mode_now_;
+    free_change_.resize(unknowns());
+    for (std::size_t i = 0; i < free_touching_.size(); ++i) {
+        const std::int32_t k = free_touching_[i];
+        free_change_[Eigen::Index(i)] = u[k] - now_.u[3 * touching_[std::size_t(k / 3)] + k % 3];
+    }
+    mode_load_ = Eigen::VectorXd::Zero(rigid_.R.cols());
+    for (std::size_t i = 0; i < parts_of_u_.size() && mode_load_.size() > 0; ++i)
+        mode_load_ += amount_now_[Eigen::Index(i)] * parts_of_u_[i].on_modes;
+}
+
+void CondensedSolid::add_column(const BodyPlace& at, const Vec3& direction, double scale,
+                                int column, std::vector<Eigen::Triplet<double>>& out) const
+{
+    const Vec3 d = now_.frame.turn.conjugate() * direction;
+    for (const StencilEntry& e : at.nodes)
+        for (int axis = 0; axis < 3; ++axis) {
+            const std::int32_t k = touching_number_[std::size_t(e.node)];
+            const std::int32_t unknown = unknown_of_[std::size_t(3 * k + axis)];
+            if (unknown >= 0) out.emplace_back(unknown, column, scale * e.weight * d[axis]);
+        }
+}
+
+void CondensedSolid::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
+{
+    if (kept_W(C, W)) return;
+    // The same columns among all free unknowns.
+    std::vector<Eigen::Triplet<double>> entries;
+    entries.reserve(std::size_t(C.nonZeros()));
+    for (Eigen::Index j = 0; j < C.cols(); ++j)
+        for (SparseColumns::InnerIterator at(C, j); at; ++at) {
+            const std::int32_t k = free_touching_[std::size_t(at.row())];
+            const std::int32_t dof = 3 * touching_[std::size_t(k / 3)] + k % 3;
+            entries.emplace_back(dofs_.number[std::size_t(dof)], int(j), at.value());
+        }
+    SparseColumns whole(Eigen::Index(dofs_.free.size()), C.cols());
+    whole.setFromTriplets(entries.begin(), entries.end());
+    constant_->delassus(whole, W);
+    keep_W(C, W);
+}
+
+Eigen::VectorXd CondensedSolid::solve(const Eigen::VectorXd& force)
+{
+    Eigen::VectorXd on_touching = Eigen::VectorXd::Zero(at3(touching_.size()));
+    for (std::size_t i = 0; i < free_touching_.size(); ++i)
+        on_touching[free_touching_[i]] = force[Eigen::Index(i)];
+    const Eigen::VectorXd moved = constant_->surface_displacement(on_touching);
+    Eigen::VectorXd y(unknowns());
+    for (std::size_t i = 0; i < free_touching_.size(); ++i)
+        y[Eigen::Index(i)] = moved[free_touching_[i]];
+    return y;
+}
+
+void CondensedSolid::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+                            const Eigen::VectorXd& force)
+{
+    for (std::size_t i = 0; i < free_touching_.size(); ++i) {
+        const std::int32_t k = free_touching_[i];
+        now_.u[3 * touching_[std::size_t(k / 3)] + k % 3] += y[Eigen::Index(i)];
+        on_touching_now_[k] = force[Eigen::Index(i)];
+    }
+    if (mode.size() > 0 && kind_ == Frame::floating) {
+        rigid_work_ += mode_load_.dot(mode);
+        move_frame(now_, mode);
+    } else if (mode.size() > 0) {
+        const Eigen::VectorXd rigid = modes_at_touching_ * mode;
+        for (std::size_t k = 0; k < touching_.size(); ++k)
+            now_.u.segment<3>(3 * touching_[k]) += rigid.segment<3>(at3(k));
+        mode_now_ += mode;
+    }
+    place_touching(now_);
+}
+
+BodyEnergy CondensedSolid::accept(const Eigen::VectorXd&)
+{
+    BodyEnergy e;
+    const Eigen::Index n = Eigen::Index(parts_of_u_.size());
+    Eigen::VectorXd from_contact(n), on_modes = Eigen::VectorXd::Zero(n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+        const Part& p = parts_of_u_[std::size_t(i)];
+        from_contact[i] = p.at_touching.dot(on_touching_now_);
+        if (!p.prescribed && mode_now_.size() > 0) on_modes[i] = p.on_modes.dot(mode_now_);
+    }
+    // Loads: force of size one times u. Prescribed: the force that holds, of size one.
+    Eigen::VectorXd elastic = between_ * amount_now_ + from_contact;
+    for (Eigen::Index i = 0; i < n; ++i)
+        if (parts_of_u_[std::size_t(i)].prescribed) elastic[i] -= 2 * from_contact[i];
+    for (Eigen::Index i = 0; i < n; ++i) {
+        const bool prescribed = parts_of_u_[std::size_t(i)].prescribed;
+        e.elastic += 0.5 * amount_now_[i] * elastic[i];
+        double work = 0; // by the rule of the trapezoid
+        if (prescribed) {
+            work = 0.5 * (held_force_[i] + elastic[i]) * (amount_now_[i] - amount_[i]);
+            held_force_[i] = elastic[i];
+        } else {
+            work = 0.5 * (amount_[i] + amount_now_[i]) * (elastic[i] + on_modes[i] - loaded_[i]);
+            loaded_[i] = elastic[i] + on_modes[i];
+        }
+        e.work += work;
+        e.work_absolute += std::abs(work);
+    }
+    Eigen::VectorXd rigid = Eigen::VectorXd::Zero(at3(touching_.size()));
+    if (mode_now_.size() > 0) rigid = modes_at_touching_ * mode_now_;
+    double drive = 0;
+    const Mat3 now = now_.frame.turn.toRotationMatrix(),
+               before = state_.frame.turn.toRotationMatrix();
+    for (std::size_t k = 0; k < touching_.size(); ++k) {
+        const Vec3 f = on_touching_now_.segment<3>(at3(k)), old = on_touching_.segment<3>(at3(k));
+        const Vec3 u = now_.u.segment<3>(3 * touching_[k]);
+        e.elastic += 0.5 * f.dot(u - rigid.segment<3>(at3(k)));
+        if (kind_ == Frame::driven && (!f.isZero() || !old.isZero())) {
+            // What drives the frame balances the contacts on its way.
+            const Vec3 X = mesh_.nodes[std::size_t(touching_[k])] + u;
+            const Vec3 moved = now_.frame * X - state_.frame * X;
+            drive -= 0.5 * (now * f + before * old).dot(moved);
+        }
+    }
+    e.work += drive + rigid_work_;
+    e.work_absolute += std::abs(drive) + std::abs(rigid_work_);
+    amount_ = amount_now_;
+    on_touching_ = on_touching_now_;
+    mode_ = mode_now_;
+    state_.frame = now_.frame;
+    for (const std::int32_t node : touching_) {
+        state_.u.segment<3>(3 * node) = now_.u.segment<3>(3 * node);
+        state_.x[std::size_t(node)] = now_.x[std::size_t(node)];
+    }
+    complete_ = false;
+    return e;
+}
+
+std::vector<Vec3> CondensedSolid::reactions() const
+{
+    std::vector<Vec3> sums(input_.hold.size(), Vec3::Zero());
+    for (std::size_t i = 0; i < parts_of_u_.size(); ++i)
+        if (parts_of_u_[i].prescribed)
+            sums[parts_of_u_[i].input][parts_of_u_[i].axis] += held_force_[Eigen::Index(i)];
+    for (Vec3& f : sums)
+        f = state_.frame.turn * f;
+    return sums;
+}
+
+void CondensedSolid::complete()
+{
+    if (complete_) return;
+    const Eigen::Index size = at3(mesh_.nodes.size());
+    Eigen::VectorXd f = Eigen::VectorXd::Zero(size), u = f;
+    for (std::size_t i = 0; i < parts_of_u_.size(); ++i) {
+        const Part& p = parts_of_u_[i];
+        const double c = amount_[Eigen::Index(i)];
+        if (!p.prescribed) f += c * p.force;
+        for (const std::int32_t dof : p.dofs)
+            u[dof] = c;
+    }
+    for (std::size_t k = 0; k < touching_.size(); ++k)
+        f.segment<3>(3 * touching_[k]) += on_touching_.segment<3>(at3(k));
+    f -= K_ * u;
+    Eigen::VectorXd free(Eigen::Index(dofs_.free.size()));
+    for (std::size_t i = 0; i < dofs_.free.size(); ++i)
+        free[Eigen::Index(i)] = f[dofs_.free[i]];
+    free = solved(free);
+    for (std::size_t i = 0; i < dofs_.free.size(); ++i)
+        u[dofs_.free[i]] = free[Eigen::Index(i)];
+    if (mode_.size() > 0 && kind_ != Frame::floating) u += rigid_.R * mode_;
+    // Touching nodes keep the bits that the steps gave them.
+    for (const std::int32_t node : touching_)
+        u.segment<3>(3 * node) = state_.u.segment<3>(3 * node);
+    state_.u = u;
+    update_places(state_);
+    now_ = state_;
+    complete_ = true;
+}
+
+std::vector<double> CondensedSolid::state() const
+{
+    std::vector<double> s;
+    const auto add = [&](const auto& v) { s.insert(s.end(), v.data(), v.data() + v.size()); };
+    add(state_.frame.turn.coeffs());
+    add(state_.frame.shift);
+    for (const std::int32_t node : touching_)
+        add(Vec3(state_.u.segment<3>(3 * node)));
+    add(amount_);
+    add(on_touching_);
+    add(mode_);
+    add(loaded_);
+    add(held_force_);
+    return s;
+}
+
+void CondensedSolid::set_state(std::span<const double> s)
+{
+    const auto take = [&](auto& v) {
+        std::copy_n(s.begin(), v.size(), v.data());
+        s = s.subspan(std::size_t(v.size()));
+    };
+    take(state_.frame.turn.coeffs());
+    take(state_.frame.shift);
+    for (const std::int32_t node : touching_) {
+        Vec3 u;
+        take(u);
+        state_.u.segment<3>(3 * node) = u;
+    }
+    take(amount_);
+    take(on_touching_);
+    take(mode_);
+    take(loaded_);
+    take(held_force_);
+    place_touching(state_);
+    now_ = state_;
+    complete_ = false;
+}
+
+} // namespace amontons

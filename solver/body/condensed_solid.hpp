@@ -1,0 +1,70 @@
+#pragma once
+
+#include "solver/body/solid_body.hpp"
+
+namespace amontons {
+
+/// A linear solid in quasi-static steps, condensed on the nodes that may touch something.
+///
+/// Its displacement is a sum: that of each load and each prescribed set, found once, times how much
+/// of it there is now, and what the contact forces do. So a step works on contacts alone, whatever
+/// the size of the mesh; energies and reactions follow from products of the parts, by reciprocity
+/// (Betti). The nodes inside are found when somebody asks: complete().
+class CondensedSolid final : public SolidBody {
+public:
+    using SolidBody::SolidBody;
+
+    int unknowns() const override { return int(free_touching_.size()); }
+    void make_ready(const StepInput& step, const std::string& cache,
+                    std::vector<std::string>& messages) override;
+    void begin(const StepInput& step) override;
+    void linearise() override;
+    void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
+                    std::vector<Eigen::Triplet<double>>& out) const override;
+    void compliance(const SparseColumns& C, Eigen::MatrixXd& W) override;
+    Eigen::VectorXd solve(const Eigen::VectorXd& force) override;
+    void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+                const Eigen::VectorXd& force) override;
+    double imbalance(const Eigen::VectorXd&) override { return 0; }
+    BodyEnergy accept(const Eigen::VectorXd& force) override;
+    std::vector<Vec3> reactions() const override;
+    void complete() override;
+    std::vector<double> state() const override;
+    void set_state(std::span<const double> state) override;
+
+private:
+    /// One load or prescribed set at size one.
+    struct Part {
+        bool prescribed = false;
+        std::size_t input = 0; ///< of the scene's loads or holds; loads' number: the weight
+        int axis = -1;         ///< of the frame; -1: a pressure
+        Eigen::VectorXd force; ///< 3n [N per unit]; prescribed: none
+        std::vector<std::int32_t> dofs; ///< prescribed: where u is one
+        Eigen::VectorXd at_touching;    ///< what it does there, 3 touching
+        Eigen::VectorXd on_modes;       ///< its load on the rigid modes
+    };
+    void make_parts();
+    Eigen::VectorXd amounts(double t) const; ///< of each part
+    Eigen::VectorXd full_force(const Eigen::VectorXd& on_touching) const;
+    /// Sum of the parts at the touching nodes, 3 touching.
+    Eigen::VectorXd parts_at_touching(const Eigen::VectorXd& amounts) const;
+    void place_touching(Motion& m);
+
+    std::vector<Part> parts_of_u_;
+    Eigen::MatrixXd between_; ///< load i times what part j does, or the reaction of hold i to it
+    std::vector<std::int32_t> free_touching_;   ///< of each unknown: 3 touching + axis
+    std::vector<std::int32_t> unknown_of_;      ///< of 3 touching, or -1
+    std::vector<std::int32_t> touching_number_; ///< of each node, or -1
+    Eigen::MatrixXd modes_at_touching_;         ///< 3 touching x m
+
+    Eigen::VectorXd amount_, amount_now_; ///< of the state and the iterate
+    Eigen::VectorXd on_touching_,
+        on_touching_now_;             ///< contact forces, 3 touching, in the frame [N]
+    Eigen::VectorXd mode_, mode_now_; ///< amplitudes in u; floating: 0, the frame has them
+    Eigen::VectorXd loaded_;          ///< force of loads times displacement, of the state
+    Eigen::VectorXd held_force_;      ///< of prescribed parts, of the state [N]
+    double rigid_work_ = 0;           ///< of loads on the frame's motion in this step [J]
+    bool complete_ = true;            ///< the state's u holds for all nodes
+};
+
+} // namespace amontons
