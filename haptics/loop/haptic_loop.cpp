@@ -1,0 +1,87 @@
+#include "haptics/loop/haptic_loop.hpp"
+
+// The damper between device d and tool p, over a tick T, backward in time:
+//     F = K (p - d) + B ((p - d) - (p - d)_last) / T = (K + B/T) (p - (d + lag)),
+//     lag = B/T / (K + B/T) (p - d)_last:
+// a stiffer spring, which is in the operator, at a shifted device.
+
+namespace amontons {
+namespace {
+
+HapticOptions with_period(HapticOptions options)
+{
+    options.safety.period = options.limiter.period = options.passivity.period = options.period;
+    return options;
+}
+
+} // namespace
+
+double coupling(const HapticOptions& options)
+{
+    return options.coupling_stiffness + options.coupling_damping / options.period;
+}
+
+template <class Real>
+HapticLoop<Real>::HapticLoop(int most_contacts, const HapticOptions& options)
+    : options_(with_period(options))
+    , proxy_(most_contacts, options_.proxy)
+    , safety_(options_.safety)
+    , limiter_(options_.limiter)
+    , passivity_(options_.passivity)
+{
+}
+
+template <class Real> Pose HapticLoop<Real>::handle_of(const Pose& device) const
+{
+    if (!clutched_) return device;
+    return {handle_origin_.position + device.position - device_origin_.position,
+            (device.rotation * device_origin_.rotation.conjugate() * handle_origin_.rotation)
+                .normalized()};
+}
+
+template <class Real>
+TickRecord HapticLoop<Real>::tick(const DeviceSample& sample,
+                                  TripleBuffer<ReducedOperator<Real>>& operators, double time,
+                                  bool simulation_stopped)
+{
+    TickRecord record;
+    record.time = time;
+    if (operators.fetch() && proxy_.take(operators.front(), time)) {
+        arrival_ = time;
+        next_period_ = operators.front().period;
+    }
+    const ReducedOperator<Real>* op = proxy_.current();
+    if (options_.clutch && !clutched_ && op && sample.valid && !is_broken(sample.pose)) {
+        device_origin_ = sample.pose;
+        handle_origin_ = op->handle;
+        clutched_ = true;
+    }
+
+    const bool compute = safety_.watch(
+        {time, sample.valid, sample.pose, arrival_, next_period_, simulation_stopped});
+    if (compute) {
+        record.handle = handle_of(sample.pose);
+        Pose held = record.handle;
+        held.position += lag_;
+        record.proxy = proxy_.tick(held, time);
+        record.computed = record.proxy.wrench;
+        const double k = coupling(options_);
+        if (options_.coupling_damping > 0 && k > 0)
+            lag_ = options_.coupling_damping / options_.period / k *
+                   (lag_ + record.computed.force / k);
+    }
+    if (sample.valid && !is_broken(sample.pose)) passivity_.observe(sample.pose);
+    const Wrench limited = limiter_.limit(safety_.apply(record.computed));
+    record.sent =
+        passivity_.allow(limited, options_.limiter.max_force, options_.limiter.max_torque);
+    limiter_.sent(record.sent);
+    record.state = safety_.state();
+    record.energy = passivity_.energy();
+    if (op) record.operator_age = time - op->time;
+    return record;
+}
+
+template class HapticLoop<float>;
+template class HapticLoop<double>;
+
+} // namespace amontons

@@ -1,0 +1,74 @@
+#pragma once
+
+#include "haptics/loop/limiter.hpp"
+#include "haptics/loop/passivity.hpp"
+#include "haptics/loop/proxy_loop.hpp"
+#include "haptics/loop/safety.hpp"
+#include "haptics/sample.hpp"
+#include "haptics/triple_buffer.hpp"
+
+namespace amontons {
+
+struct HapticOptions {
+    double period = 1e-3; ///< of the loop [s]; overrides those below
+    ProxyOptions proxy;
+    SafetyOptions safety;
+    LimiterOptions limiter;
+    PassivityOptions passivity;
+    /// Damper beside the spring between device and tool [N s/m]. The operators must then be made
+    /// with k = coupling_stiffness + coupling_damping / period (see coupling()).
+    double coupling_damping = 0;
+    double coupling_stiffness = 0; ///< of the spring [N/m]; needed with a damper only
+    bool clutch = false; ///< the first sample is taken to be the operator's pose, axes kept
+};
+
+/// The k [N/m] that add_coupling needs for these options.
+double coupling(const HapticOptions& options);
+
+/// What happened in a tick; plain, for a ring that another thread writes out.
+struct TickRecord {
+    double time = 0; ///< [s]
+    Pose handle;     ///< as the operator sees it
+    Wrench computed; ///< J^T r
+    Wrench sent;     ///< after ramps, limits and passivity control
+    ProxyTick proxy;
+    SafetyState state = SafetyState::no_operator;
+    double energy = 0;       ///< given to the hand since the start [J]
+    double operator_age = 0; ///< since the pose it was made for [s]
+};
+
+/// A tick of the haptic thread, without thread, clock or device: sample in, wrench out.
+///
+/// operator -> pose -> contacts -> safety ramp -> limits -> passivity. No lock, allocation,
+/// exception or system call.
+template <class Real> class HapticLoop {
+public:
+    HapticLoop(int most_contacts, const HapticOptions& options);
+
+    /// @param time  of this tick, on the clock of the operators' times [s]
+    TickRecord tick(const DeviceSample& sample, TripleBuffer<ReducedOperator<Real>>& operators,
+                    double time, bool simulation_stopped = false);
+
+    const ProxyLoop<Real>& proxy() const { return proxy_; }
+    const Safety& safety() const { return safety_; }
+    const Limiter& limiter() const { return limiter_; }
+    const Passivity& passivity() const { return passivity_; }
+
+private:
+    Pose handle_of(const Pose& device) const;
+
+    HapticOptions options_;
+    ProxyLoop<Real> proxy_;
+    Safety safety_;
+    Limiter limiter_;
+    Passivity passivity_;
+    Pose device_origin_, handle_origin_; // of the clutch
+    bool clutched_ = false;
+    Vec3 lag_{0, 0, 0}; // tool minus device that the damper remembers [m]
+    double arrival_ = -1, next_period_ = 0;
+};
+
+extern template class HapticLoop<float>;
+extern template class HapticLoop<double>;
+
+} // namespace amontons

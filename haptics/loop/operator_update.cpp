@@ -1,0 +1,85 @@
+#include "haptics/loop/proxy_loop.hpp"
+
+#include <algorithm>
+
+// A new operator comes 25 to 100 times a second, made for a pose that the handle has left. Solved
+// as it is, its force differs from that of the tick before: by what the old one's linearisation had
+// wrong, and by the slip since its pose, which it does not know. At 25 Hz the hand feels that.
+//
+// So at the hand-over, at the pose d of the last tick, every contact that is known by its identity
+// keeps its reaction (in world axes), and its q gets an offset such that
+//
+//     u' = W' r + q'(d) + offset  has  u'_t = 0,  and u'_n = 0 where r_n > 0, else u'_n >= 0:
+//
+// r is then a solution of the new problem, too: no jump, whatever W' and q' are. The offset is of
+// two kinds. Where the contact has slipped (or was open) since the operator's pose was read, its
+// tangential part is slip that has happened: an anchor, which stays. All else is what the two
+// operators disagree on, and fades linearly to zero over one period. A contact that was not there
+// starts with r = 0 and comes in the same way; the force of one that is not there any more, and
+// what a change of J does, is bled off as a wrench over the same time.
+
+namespace amontons {
+
+template <class Real> double ProxyLoop<Real>::fading_at(double time) const
+{
+    if (!(blend_time_ > 0)) return 0;
+    return std::clamp(1 - (time - blend_start_) / blend_time_, 0.0, 1.0);
+}
+
+/// Keeps what outlives the operator, sorted by identity.
+template <class Real> void ProxyLoop<Real>::remember()
+{
+    remembered_ = op_->contacts;
+    const double newton = op_->length / op_->compliance;
+    for (int i = 0; i < remembered_; ++i)
+        memory_[at(i)] = {contact(i).id, newton * (contact(i).frame * r_[at(i)]),
+                          slip_time_[at(i)]};
+    std::sort(memory_.begin(), memory_.begin() + remembered_,
+              [](const Memory& a, const Memory& b) { return a.id < b.id; });
+}
+
+/// Continues at the pose of the last tick as if nothing had happened.
+template <class Real> void ProxyLoop<Real>::adopt(double time)
+{
+    const auto end = memory_.begin() + remembered_;
+    const double newton = op_->length / op_->compliance;
+    for (int i = 0; i < op_->contacts; ++i) {
+        const auto known =
+            std::lower_bound(memory_.begin(), end, contact(i).id,
+                             [](const Memory& m, std::int64_t id) { return m.id < id; });
+        r_[at(i)].setZero();
+        slip_time_[at(i)] = time;
+        if (known == end || known->id != contact(i).id) continue;
+        r_[at(i)] = contact(i).frame.transpose() * known->r / newton;
+        slip_time_[at(i)] = known->slip_time;
+        ++matched_;
+    }
+
+    const Wrench before = last_;
+    jump_ = {};
+    set_pose(device_);
+    free_motion(0);
+    for (int i = 0; i < op_->contacts; ++i) {
+        Vec3 gap = cone_[at(i)].transpose() * slip(i); // normal and tangential as the law sees them
+        Vec3 slipped = Vec3::Zero();
+        if (r_[at(i)].isZero(0)) gap[0] = std::min(gap[0], 0.0);
+        if (slip_time_[at(i)] >= op_->time) {
+            slipped.tail<2>() = gap.tail<2>();
+            gap.tail<2>().setZero();
+        }
+        anchor_[at(i)] = -slipped;
+        fade_[at(i)] = -gap;
+    }
+    const Wrench after = wrench(0);
+    jump_.force = before.force - after.force;
+    jump_.torque = before.torque - after.torque;
+}
+
+template double ProxyLoop<float>::fading_at(double) const;
+template double ProxyLoop<double>::fading_at(double) const;
+template void ProxyLoop<float>::remember();
+template void ProxyLoop<double>::remember();
+template void ProxyLoop<float>::adopt(double);
+template void ProxyLoop<double>::adopt(double);
+
+} // namespace amontons

@@ -1,0 +1,64 @@
+#include "haptics/loop/passivity.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amontons {
+
+void Passivity::observe(const Pose& device)
+{
+    if (!started_) {
+        last_pose_ = device;
+        started_ = true;
+        return;
+    }
+    const Vec6 step = displacement(last_pose_, device);
+    const double work = sent_.force.dot(step.head<3>()) + sent_.torque.dot(step.tail<3>());
+    energy_ += work;
+    most_energy_ = std::max(most_energy_, energy_);
+    if (options_.leak > 0 && credit_ > 0) credit_ *= std::exp(-options_.period / options_.leak);
+    credit_ -= work;
+    surprise_ = (step - step_).head<3>().norm();
+    turn_surprise_ = (step - step_).tail<3>().norm();
+    step_ = step;
+    last_pose_ = device;
+}
+
+Wrench Passivity::allow(Wrench wrench, double most_force, double most_torque)
+{
+    const Vec3 x = step_.head<3>(), t = step_.tail<3>();
+    const double more = surprise_ + options_.resolution;
+    const double turn_more = turn_surprise_ + options_.turn_resolution;
+    const auto worst_work = [&](const Wrench& w) {
+        return w.force.dot(x) + w.torque.dot(t) + more * w.force.norm() +
+               turn_more * w.torque.norm();
+    };
+    const double wanted = worst_work(wrench), budget = std::max(credit_, 0.0);
+    if (options_.control && wanted > credit_) {
+        ++controlled_;
+        // Damping that takes what is missing, as far as the device bears it.
+        const double T = options_.period, x2 = x.squaredNorm(), t2 = t.squaredNorm();
+        if (x2 + t2 > 0) {
+            const double missing = wanted - credit_;
+            const double b = std::min(options_.max_damping, x2 > 0 ? missing * T / x2 : 0);
+            const double c = std::min(options_.max_turn_damping, t2 > 0 ? missing * T / t2 : 0);
+            Wrench damped = wrench;
+            damped.force -= b / T * x;
+            damped.torque -= c / T * t;
+            const double f = damped.force.norm(), m = damped.torque.norm();
+            if (f > most_force) damped.force *= most_force / f;
+            if (m > most_torque) damped.torque *= most_torque / m;
+            if (worst_work(damped) < wanted) wrench = damped;
+        }
+        const double left = worst_work(wrench);
+        if (left > budget) {
+            wrench.force *= budget / left;
+            wrench.torque *= budget / left;
+        }
+        removed_ += wanted - worst_work(wrench);
+    }
+    sent_ = wrench;
+    return wrench;
+}
+
+} // namespace amontons

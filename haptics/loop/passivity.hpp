@@ -1,0 +1,58 @@
+#pragma once
+
+#include "haptics/pose.hpp"
+
+// Time-domain passivity: what the loop gives to the hand is counted, and can be kept at or below
+// what the hand has given to it.
+
+namespace amontons {
+
+struct PassivityOptions {
+    bool control = true;            ///< false: count only
+    double period = 1e-3;           ///< of the loop [s]
+    double max_damping = 5;         ///< that the device bears [N s/m]
+    double max_turn_damping = 5e-3; ///< the same for its turn [N m s/rad]
+    /// How much farther than foreseen the hand may come in one tick, without counting on it: what
+    /// one step of the encoder hides [m], [rad].
+    double resolution = 0, turn_resolution = 0;
+    /// Credit that the hand has earned by pushing decays with this time constant, so that old
+    /// dissipation does not hide new injection; 0: never [s].
+    double leak = 0;
+};
+
+/// Counts and controls the energy that goes to the hand.
+///
+/// The force is held over a tick, so the work of a tick is exactly F . (x_k - x_(k-1)), however
+/// late the tick came: no velocity is estimated. The control looks ahead: with the motion of the
+/// last tick as forecast, and its last change as what may be added, it first damps, then scales the
+/// force so that the next tick's work does not exceed the credit. Source of the idea: Hannaford &
+/// Ryu, IEEE T-RA 18 (2002) 1-10, observer and controller; here the controller acts before the
+/// energy is given, theirs after.
+class Passivity {
+public:
+    explicit Passivity(const PassivityOptions& options = {}) : options_(options) {}
+
+    /// Counts the work of the tick that ends with this pose, done by the wrench sent before.
+    void observe(const Pose& device);
+    /// The wrench that may be sent now. Also remembers it for observe().
+    /// @param most_force, most_torque  the damping stays within what is left of these [N], [N m]
+    Wrench allow(Wrench wrench, double most_force, double most_torque);
+
+    double energy() const { return energy_; }           ///< given to the hand since start [J]
+    double most_energy() const { return most_energy_; } ///< its maximum; <= 0: passive [J]
+    double credit() const { return credit_; }           ///< what may be given back [J]
+    double removed() const { return removed_; } ///< work that control took away, foreseen [J]
+    long ticks_controlled() const { return controlled_; }
+
+private:
+    PassivityOptions options_;
+    Pose last_pose_;
+    Wrench sent_;
+    Vec6 step_ = Vec6::Zero();                // of the last tick
+    double surprise_ = 0, turn_surprise_ = 0; // how much it differed from the one before
+    double energy_ = 0, most_energy_ = 0, credit_ = 0, removed_ = 0;
+    long controlled_ = 0;
+    bool started_ = false;
+};
+
+} // namespace amontons

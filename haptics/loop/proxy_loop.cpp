@@ -1,0 +1,301 @@
+#include "haptics/loop/proxy_loop.hpp"
+
+#include "contact/cone.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+// With w = trace(W) / 3n and a length l, the tick works on W' = W / w, q' = q / l, r' = r w / l:
+// the natural map's rho = 3n / trace(W') is then 1.
+//
+// Only W' and u' = W' r' + q' have the precision of Real: they are what memory traffic is made of.
+// u' is formed anew in each tick, so rounding does not add up over ticks. What is small but
+// decides, q(d), the local solution and F, is in double.
+
+namespace amontons {
+namespace {
+
+/// A frame that turned further than this gets its local block prepared anew [-]. The blocks only
+/// steer the iteration: the fixed point does not depend on them.
+constexpr double kPreparedTurn = 1e-3;
+/// |r_t| of a contact that slips is mu r_n to round-off; this tells it from one that sticks [-].
+constexpr double kOnCone = 1e-9;
+
+Mat3 block_of(const auto& op, int i)
+{
+    Mat3 A;
+    for (int k = 0; k < 3; ++k)
+        for (int j = 0; j < 3; ++j)
+            A(j, k) = static_cast<double>(op.column(3 * i + k)[3 * i + j]);
+    return A;
+}
+
+} // namespace
+
+template <class Real>
+ProxyLoop<Real>::ProxyLoop(int most_contacts, const ProxyOptions& options)
+    : options_(options)
+    , add_(add_columns<Real>(options.simd))
+    , capacity_(most_contacts)
+{
+    const std::size_t n = at(most_contacts);
+    for (auto* vectors : {&r_, &q_, &anchor_, &fade_})
+        vectors->assign(n, Vec3::Zero());
+    own_.assign(n, Mat3::Zero());
+    cone_.assign(n, Mat3::Identity());
+    block_.resize(n);
+    slip_time_.assign(n, 0);
+    u_.resize(3 * n * sizeof(Real) / sizeof(Line) + 1);
+    memory_.resize(n);
+}
+
+template <class Real> Vec3 ProxyLoop<Real>::slip(int i) const
+{
+    const Real* u = u_.data()->number + 3 * i;
+    return {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
+}
+
+template <class Real> void ProxyLoop<Real>::set_pose(const Pose& device)
+{
+    device_ = device;
+    moved_ = displacement(op_->handle, device);
+    turn_ = (device.rotation * op_->handle.rotation.conjugate()).toRotationMatrix();
+    for (int i = 0; i < op_->contacts; ++i)
+        if (contact(i).turns)
+            cone_[at(i)] = contact(i).frame.transpose() * turn_ * contact(i).frame;
+    if ((turn_ - prepared_turn_).norm() > kPreparedTurn) prepare_blocks();
+}
+
+template <class Real> void ProxyLoop<Real>::prepare_blocks()
+{
+    for (int i = 0; i < op_->contacts; ++i)
+        if (contact(i).turns)
+            block_[at(i)] = prepare(cone_[at(i)].transpose() * own_[at(i)] * cone_[at(i)]);
+    prepared_turn_ = turn_;
+}
+
+/// u = W r + q(d).
+template <class Real> void ProxyLoop<Real>::free_motion(double fading)
+{
+    Real* u = u_.data()->number;
+    const double inverse_length = 1 / op_->length;
+    const Mat3 tilt = turn_ - Mat3::Identity();
+    for (int i = 0; i < op_->contacts; ++i) {
+        const CandidateContact& c = contact(i);
+        Vec3 q = c.q;
+        if (c.rigid)
+            q.noalias() += c.frame.transpose() * (moved_.head<3>() + tilt * c.arm);
+        else
+            q.noalias() += c.J * moved_;
+        q_[at(i)] = inverse_length * q;
+        const Vec3 offset = anchor_[at(i)] + fading * fade_[at(i)];
+        if (c.turns)
+            q_[at(i)].noalias() += cone_[at(i)] * offset;
+        else
+            q_[at(i)] += offset;
+        for (int k = 0; k < 3; ++k)
+            u[3 * i + k] = static_cast<Real>(q_[at(i)][k]);
+    }
+    std::fill(u + 3 * op_->contacts, u + op_->stride, Real{0});
+    for (int i = 0; i < op_->contacts; ++i)
+        if (!r_[at(i)].isZero(0)) add_reaction(i, r_[at(i)]);
+}
+
+template <class Real> void ProxyLoop<Real>::add_reaction(int i, const Vec3& change)
+{
+    add_(u_.data()->number, op_->column(3 * i), op_->column(3 * i + 1), op_->column(3 * i + 2),
+         static_cast<Real>(change[0]), static_cast<Real>(change[1]), static_cast<Real>(change[2]),
+         op_->stride);
+}
+
+template <class Real> Vec3 ProxyLoop<Real>::residual(int i) const
+{
+    const CandidateContact& c = contact(i);
+    if (!c.turns) return natural_map(r_[at(i)], slip(i), c.mu, 1);
+    const Mat3& axes = cone_[at(i)];
+    return natural_map(axes.transpose() * r_[at(i)], axes.transpose() * slip(i), c.mu, 1);
+}
+
+/// Solves contact i with the others held, if its residual is above `content`.
+template <class Real> void ProxyLoop<Real>::visit(int i, double content)
+{
+    const CandidateContact& c = contact(i);
+    Vec3& r = r_[at(i)];
+    if (residual(i).squaredNorm() <= content * content) return;
+
+    Vec3 u = slip(i), old = r, b = u - own_[at(i)] * r;
+    const Mat3& axes = cone_[at(i)];
+    if (c.turns) {
+        u = axes.transpose() * u;
+        old = axes.transpose() * old;
+        b = axes.transpose() * b;
+    }
+    const double rt = old.tail<2>().norm();
+    const LocalReaction local =
+        solve_local(block_[at(i)], c.mu, b, rt > 0 ? u.tail<2>().norm() / rt : 0);
+    Vec3 next = local.r;
+    if (local.state == LocalState::unsolved) {
+        const double trace = own_[at(i)].trace();
+        if (!(trace > 0) || !u.allFinite()) return;
+        next = project_cone(old - 3 / trace * shifted_slip(u, c.mu), c.mu);
+    }
+    if (c.turns) next = axes * next;
+    const Vec3 change = next - r;
+    r = next;
+    add_reaction(i, change);
+}
+
+/// The natural-map error of `contact`, over the acting rows; leaves their size.
+template <class Real> double ProxyLoop<Real>::error()
+{
+    double sum = 0, acting = 0, all = 0;
+    for (int i = 0; i < op_->contacts; ++i) {
+        const double q = q_[at(i)].squaredNorm();
+        const bool open = r_[at(i)].isZero(0) && slip(i)[0] >= 0;
+        all += q;
+        if (open) continue; // its residual is 0, but for rounding of a turned frame
+        acting += q;
+        sum += residual(i).squaredNorm();
+    }
+    size_ = std::sqrt(acting > 0 ? acting : all);
+    if (sum == 0) return 0;
+    return size_ > 0 ? std::sqrt(sum) / size_ : std::numeric_limits<double>::infinity();
+}
+
+template <class Real> Wrench ProxyLoop<Real>::wrench(double fading) const
+{
+    Wrench w;
+    for (int i = 0; i < op_->contacts; ++i) {
+        if (r_[at(i)].isZero(0)) continue;
+        const CandidateContact& c = contact(i);
+        if (c.rigid) {
+            const Vec3 force = c.frame * r_[at(i)];
+            w.force += force;
+            w.torque += (turn_ * c.arm).cross(force);
+        } else {
+            const Vec6 both = c.J.transpose() * r_[at(i)];
+            w.force += both.head<3>();
+            w.torque += both.tail<3>();
+        }
+    }
+    const double scale = op_->length / op_->compliance;
+    w.force = scale * w.force + fading * jump_.force;
+    w.torque = scale * w.torque + fading * jump_.torque;
+    return w;
+}
+
+/// The slip of this tick has happened: the next one counts from here.
+template <class Real> void ProxyLoop<Real>::anchor_slip(double time)
+{
+    for (int i = 0; i < op_->contacts; ++i) {
+        const CandidateContact& c = contact(i);
+        Vec3 r = r_[at(i)], u = slip(i);
+        if (c.turns) {
+            r = cone_[at(i)].transpose() * r;
+            u = cone_[at(i)].transpose() * u;
+        }
+        const bool open = r.isZero(0);
+        // What a contact that sticks has left is the solver's error: anchored, it would creep. The
+        // same for a slip along the friction: it has begun to stick.
+        const bool slips =
+            r.tail<2>().norm() >= (1 - kOnCone) * c.mu * r[0] && r.tail<2>().dot(u.tail<2>()) <= 0;
+        if (!open && !slips) continue;
+        u[0] = 0;
+        anchor_[at(i)] -= u;
+        slip_time_[at(i)] = time;
+    }
+}
+
+template <class Real> void ProxyLoop<Real>::clear()
+{
+    for (auto* vectors : {&r_, &anchor_, &fade_})
+        std::fill(vectors->begin(), vectors->end(), Vec3::Zero());
+    jump_ = {};
+    last_ = {};
+}
+
+template <class Real> ProxyTick ProxyLoop<Real>::tick(const Pose& device, double time)
+{
+    using Clock = std::chrono::steady_clock;
+    ProxyTick result;
+    if (!op_ || is_broken(device)) return result;
+    const bool timed = options_.budget > 0;
+    const Clock::time_point start = timed ? Clock::now() : Clock::time_point();
+
+    set_pose(device);
+    const double fading = fading_at(time);
+    free_motion(fading);
+    result.error = error();
+    // If every contact is as content as this, so is the whole.
+    const double share = 0.5 * options_.tolerance / std::sqrt(std::max(op_->contacts, 1));
+    while (result.error > options_.tolerance && result.sweeps < options_.max_sweeps) {
+        if (timed && std::chrono::duration<double>(Clock::now() - start).count() > options_.budget)
+            break;
+        for (int i = 0; i < op_->contacts; ++i)
+            visit(i, share * size_);
+        ++result.sweeps;
+        result.error = error();
+    }
+    result.converged = result.error <= options_.tolerance;
+    result.wrench = wrench(fading);
+    if (is_broken(result.wrench)) { // an operator with numbers that are none
+        clear();
+        result.wrench = {};
+        result.error = std::numeric_limits<double>::infinity();
+        result.converged = false;
+        return result;
+    }
+    anchor_slip(time);
+    last_ = result.wrench;
+
+    for (int i = 0; i < op_->contacts; ++i)
+        result.closed += !r_[at(i)].isZero(0);
+    result.new_operator = taken_;
+    result.matched = matched_;
+    taken_ = false;
+    result.distance = moved_.head<3>().norm();
+    result.valid = !(op_->validity > 0) || result.distance <= op_->validity;
+    return result;
+}
+
+template <class Real> bool ProxyLoop<Real>::take(const ReducedOperator<Real>& op, double time)
+{
+    if (op.contacts > capacity_) return false;
+    const bool first = op_ == nullptr;
+    if (!first) remember();
+    op_ = &op;
+    taken_ = true;
+    matched_ = 0;
+    turn_ = prepared_turn_ = Mat3::Identity();
+    for (int i = 0; i < op.contacts; ++i) {
+        own_[at(i)] = block_of(op, i);
+        cone_[at(i)] = Mat3::Identity();
+        block_[at(i)] = prepare(own_[at(i)]);
+        r_[at(i)] = contact(i).r * (op.compliance / op.length);
+        anchor_[at(i)] = fade_[at(i)] = Vec3::Zero();
+        slip_time_[at(i)] = op.time;
+    }
+    jump_ = {};
+    blend_start_ = time;
+    blend_time_ = first ? 0 : options_.blend * op.period;
+    if (blend_time_ > 0) adopt(time);
+    return true;
+}
+
+template <class Real> void ProxyLoop<Real>::release(const Pose& device, double time)
+{
+    if (!op_) return;
+    clear();
+    device_ = device;
+    remembered_ = 0;
+    blend_start_ = time;
+    blend_time_ = options_.blend * op_->period;
+    adopt(time);
+}
+
+template class ProxyLoop<float>;
+template class ProxyLoop<double>;
+
+} // namespace amontons

@@ -1,0 +1,129 @@
+#pragma once
+
+#include "contact/solvers/local.hpp"
+#include "haptics/loop/columns.hpp"
+#include "haptics/reduced_operator.hpp"
+
+#include <cstdint>
+#include <vector>
+
+// One tick of the haptic loop: from the device's pose to the force on the hand.
+
+namespace amontons {
+
+struct ProxyOptions {
+    /// Natural-map error at which a tick ends, relative to the acting rows of q [-].
+    double tolerance = 1e-4;
+    int max_sweeps = 30; ///< >= 1
+    /// Wall time after which no further sweep begins [s]; 0: none, and no clock is read, so that
+    /// the same input gives the same force.
+    double budget = 0;
+    /// Time over which a new operator comes in, in periods of the simulation; 0: at once [-].
+    double blend = 1;
+    SimdLevel simd = SimdLevel::avx512; ///< or the best that there is
+};
+
+/// What a tick did.
+struct ProxyTick {
+    Wrench wrench;    ///< F = J^T r: on the hand [N, N m]
+    double error = 0; ///< natural map at the end of the tick, relative [-]
+    int sweeps = 0;
+    int closed = 0;         ///< contacts with r != 0
+    int matched = 0;        ///< contacts known from the operator before, if it is new
+    bool converged = false; ///< error <= tolerance
+    bool new_operator = false;
+    double distance = 0; ///< handle motion since the operator's pose: translation [m]
+    bool valid = true;   ///< distance <= the operator's validity, if that is set
+};
+
+/// Solves u = W r + q(d) for the device pose d, tick after tick.
+///
+/// Law: Signorini and Coulomb at every contact, with u_t the slip since the tick before: what has
+/// slipped stays slipped. q(d) = q + J (d - d0), for points on a rigid handle with their exact
+/// turn; frames of the tool turn with it. Method: block Gauss-Seidel with the exact local solution
+/// of `contact`, from the last tick's reaction; a contact that is content costs a look. A new
+/// operator is met without a jump: see operator_update.cpp. No lock, no allocation, no exception,
+/// no system call (but the clock, if there is a budget).
+template <class Real> class ProxyLoop {
+public:
+    /// @param most_contacts  >= contacts of every operator taken; all memory is taken here
+    explicit ProxyLoop(int most_contacts, const ProxyOptions& options = {});
+
+    /// Goes on with another operator, which must stay as it is until the next call.
+    /// @param time  on the loop's clock [s]: when the blend starts
+    /// @returns false, and keeps the old one, if it has more contacts than there is room for
+    bool take(const ReducedOperator<Real>& op, double time);
+
+    /// The force for this pose; zero until an operator was taken.
+    ProxyTick tick(const Pose& device, double time);
+
+    /// Lets go of everything, as if nothing had ever touched; contacts that overlap at this pose
+    /// come in over the blend time.
+    void release(const Pose& device, double time);
+
+    const ReducedOperator<Real>* current() const { return op_; }
+    /// Reaction of a contact, (n, t1, t2) of its frame in the operator [N].
+    Vec3 reaction(int i) const { return r_[at(i)] * (op_->length / op_->compliance); }
+    /// Gap and slip of a contact at the end of the last tick [m].
+    Vec3 u(int i) const { return op_->length * slip(i); }
+
+private:
+    using Line = typename ReducedOperator<Real>::Line;
+    struct Memory { // of a contact, in world axes: what outlives its operator
+        std::int64_t id = 0;
+        Vec3 r{0, 0, 0};      // [N]
+        double slip_time = 0; // [s]
+    };
+    static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+    const CandidateContact& contact(int i) const { return op_->contact[at(i)]; }
+    Vec3 slip(int i) const;
+    Vec3 residual(int i) const;
+
+    // proxy_loop.cpp: one pose
+    void set_pose(const Pose& device);
+    void prepare_blocks();
+    void free_motion(double fading);
+    void add_reaction(int i, const Vec3& change);
+    void visit(int i, double content);
+    void anchor_slip(double time);
+    double error();
+    Wrench wrench(double fading) const;
+    void clear();
+
+    // operator_update.cpp: from one operator to the next
+    void remember();
+    void adopt(double time);
+    double fading_at(double time) const; // 1 at the hand-over, 0 after the blend
+
+    ProxyOptions options_;
+    AddColumns<Real> add_;
+    int capacity_;
+    const ReducedOperator<Real>* op_ = nullptr;
+
+    // Per contact, in the operator's frame and without dimensions.
+    std::vector<Vec3> r_, q_;       // q_ is q(d) with anchor and fading
+    std::vector<Mat3> own_;         // W_ii as the kernel sees it
+    std::vector<Mat3> cone_;        // axes of the turned frame; one where it does not turn
+    std::vector<LocalBlock> block_; // W_ii in the turned frame, prepared
+    std::vector<Vec3> anchor_;      // added to q, in the turned frame: minus the slip so far
+    std::vector<Vec3> fade_;        // the same: what differs from the operator before
+    std::vector<double> slip_time_; // when it last slipped or was open [s]
+    std::vector<Line> u_;           // W r + q, rows in one row
+    double size_ = 0;               // of the acting rows of q
+
+    Pose device_;
+    Wrench last_; // of the tick before
+    Vec6 moved_ = Vec6::Zero();
+    Mat3 turn_ = Mat3::Identity(), prepared_turn_ = Mat3::Identity();
+
+    double blend_start_ = 0, blend_time_ = 0; // [s]
+    Wrench jump_;                             // that the hand-over would make: fades
+    std::vector<Memory> memory_;              // by identity
+    int remembered_ = 0, matched_ = 0;
+    bool taken_ = false; // since the last tick
+};
+
+extern template class ProxyLoop<float>;
+extern template class ProxyLoop<double>;
+
+} // namespace amontons

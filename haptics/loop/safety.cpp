@@ -1,0 +1,144 @@
+#include "haptics/loop/safety.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amontons {
+namespace {
+
+bool is_good(SafetyState s)
+{
+    return s == SafetyState::no_operator || s == SafetyState::starting || s == SafetyState::running;
+}
+
+bool stays(SafetyState s)
+{
+    return s == SafetyState::not_a_number || s == SafetyState::simulation_stopped;
+}
+
+} // namespace
+
+const char* name(SafetyState state)
+{
+    switch (state) {
+    case SafetyState::no_operator:
+        return "no operator";
+    case SafetyState::starting:
+        return "starting";
+    case SafetyState::running:
+        return "running";
+    case SafetyState::stale_operator:
+        return "stale operator";
+    case SafetyState::device_lost:
+        return "device lost";
+    case SafetyState::too_fast:
+        return "too fast";
+    case SafetyState::pose_jump:
+        return "pose jump";
+    case SafetyState::not_a_number:
+        return "not a number";
+    case SafetyState::simulation_stopped:
+        return "simulation stopped";
+    }
+    return "";
+}
+
+const char* reason(SafetyState state)
+{
+    switch (state) {
+    case SafetyState::no_operator:
+        return "no force: the simulation has published nothing yet";
+    case SafetyState::starting:
+        return "the force comes in from zero";
+    case SafetyState::running:
+        return "the force is as computed";
+    case SafetyState::stale_operator:
+        return "force taken away: the simulation published nothing for several of its periods";
+    case SafetyState::device_lost:
+        return "force taken away: no sample from the device";
+    case SafetyState::too_fast:
+        return "force taken away: the device moves faster than allowed";
+    case SafetyState::pose_jump:
+        return "force taken away: the device's pose jumped";
+    case SafetyState::not_a_number:
+        return "force taken away for good: a pose or force was not a finite number";
+    case SafetyState::simulation_stopped:
+        return "force taken away for good: the simulation has stopped";
+    }
+    return "";
+}
+
+void Safety::fail(SafetyState state)
+{
+    if (stays(state_)) return;
+    if (is_good(state_)) ++faults_;
+    state_ = last_fault_ = state;
+    level_ = 0;
+    calm_since_ = -1;
+}
+
+/// What is wrong now; running if nothing.
+SafetyState Safety::look(const SafetyInput& in)
+{
+    if (in.simulation_stopped) return SafetyState::simulation_stopped;
+    if (!in.sample_valid) {
+        if (last_sample_ < 0) last_sample_ = in.time;
+        // One sample less is repeated; silence is not.
+        return in.time - last_sample_ >= options_.lost_after ? SafetyState::device_lost
+                                                             : SafetyState::running;
+    }
+    if (is_broken(in.device)) return SafetyState::not_a_number;
+    SafetyState found = SafetyState::running;
+    if (has_pose_) {
+        const double elapsed = std::max(in.time - last_sample_, options_.period);
+        const Vec6 d = displacement(last_pose_, in.device);
+        if (d.head<3>().norm() > options_.max_jump)
+            found = SafetyState::pose_jump;
+        else if (d.head<3>().norm() > options_.max_speed * elapsed ||
+                 d.tail<3>().norm() > options_.max_turn_speed * elapsed)
+            found = SafetyState::too_fast;
+    }
+    last_pose_ = in.device;
+    has_pose_ = true;
+    last_sample_ = in.time;
+    if (found == SafetyState::running && in.operator_time >= 0 && in.operator_period > 0 &&
+        in.time - in.operator_time > options_.stale_periods * in.operator_period)
+        found = SafetyState::stale_operator;
+    return found;
+}
+
+bool Safety::watch(const SafetyInput& in)
+{
+    const SafetyState found = look(in);
+    if (found != SafetyState::running) {
+        fail(found);
+    } else if (!is_good(state_) && !stays(state_)) {
+        if (calm_since_ < 0) calm_since_ = in.time;
+        if (in.time - calm_since_ >= options_.calm) state_ = SafetyState::starting;
+    }
+    if (state_ == SafetyState::no_operator && in.operator_time >= 0) state_ = SafetyState::starting;
+    return in.sample_valid && is_good(state_) && state_ != SafetyState::no_operator;
+}
+
+Wrench Safety::apply(const Wrench& wrench)
+{
+    if (is_good(state_) && is_broken(wrench)) fail(SafetyState::not_a_number);
+    if (!is_good(state_)) {
+        good_level_ = std::max(0.0, good_level_ - options_.period / options_.ramp_down);
+        if (good_level_ < 1e-9) good_level_ = 0; // the steps' rounding
+        return {good_level_ * good_.force, good_level_ * good_.torque};
+    }
+    if (state_ == SafetyState::no_operator) return {};
+    if (state_ == SafetyState::starting) {
+        level_ = options_.ramp_up > 0 ? level_ + options_.period / options_.ramp_up : 1;
+        if (level_ >= 1 - 1e-9) {
+            level_ = 1;
+            state_ = SafetyState::running;
+        }
+    }
+    good_ = {level_ * wrench.force, level_ * wrench.torque};
+    good_level_ = 1;
+    return good_;
+}
+
+} // namespace amontons

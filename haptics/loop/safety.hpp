@@ -1,0 +1,79 @@
+#pragma once
+
+#include "haptics/pose.hpp"
+
+namespace amontons {
+
+enum class SafetyState {
+    no_operator,        ///< nothing to feel yet: no force
+    starting,           ///< force comes in from zero
+    running,            ///< as computed
+    stale_operator,     ///< the simulation published nothing for too long
+    device_lost,        ///< no sample from the device
+    too_fast,           ///< the device moves faster than allowed
+    pose_jump,          ///< the device's pose jumped: it was re-calibrated, or replaced
+    not_a_number,       ///< device or force not finite; stays
+    simulation_stopped, ///< it ended, or said that it failed; stays
+};
+
+const char* name(SafetyState state); ///< "no operator", "starting", ...
+/// One sentence for the user: what happened to the force and why.
+const char* reason(SafetyState state);
+
+struct SafetyOptions {
+    double period = 1e-3;       ///< of the loop [s]
+    double ramp_down = 0.05;    ///< from any force to none [s]
+    double ramp_up = 0.5;       ///< from none to the full force, at the start and after a fault [s]
+    double stale_periods = 3;   ///< age at which an operator is stale, in its own period [-]
+    double max_speed = 1;       ///< of the handle [m/s]
+    double max_turn_speed = 20; ///< [rad/s]
+    double max_jump = 0.05;     ///< of the pose from one sample to the next [m]
+    double lost_after = 0.01;   ///< without a valid sample [s]
+    double calm = 0.2;          ///< how long all must be well before the force comes back [s]
+};
+
+/// What the loop knows in a tick.
+struct SafetyInput {
+    double time = 0; ///< [s]
+    bool sample_valid = false;
+    Pose device;                ///< if sample_valid
+    double operator_time = -1;  ///< when the operator at hand arrived; < 0: none yet [s]
+    double operator_period = 0; ///< [s]
+    bool simulation_stopped = false;
+};
+
+/// Watches, names what is wrong, and takes the force down.
+///
+/// In a fault the last good wrench goes linearly to zero within ramp_down. A fault that can pass
+/// (stale operator, lost device, too fast, jump) lets the force come back over ramp_up after all
+/// was well for `calm`; the others stay.
+class Safety {
+public:
+    explicit Safety(const SafetyOptions& options = {}) : options_(options) {}
+
+    /// First in a tick. @returns whether the loop may compute with this sample
+    bool watch(const SafetyInput& input);
+    /// Last but for limits: the wrench with the ramp of the state applied. A wrench that is not
+    /// finite is a fault of its own.
+    Wrench apply(const Wrench& wrench);
+
+    SafetyState state() const { return state_; }
+    SafetyState last_fault() const { return last_fault_; } ///< running: none so far
+    long faults() const { return faults_; }
+
+private:
+    void fail(SafetyState state);
+    SafetyState look(const SafetyInput& input);
+
+    SafetyOptions options_;
+    SafetyState state_ = SafetyState::no_operator, last_fault_ = SafetyState::running;
+    double level_ = 0;      // of the ramp, 0 .. 1
+    Wrench good_;           // the last that was sent in a good state
+    double good_level_ = 0; // of good_ that is left in a fault
+    double calm_since_ = -1, last_sample_ = -1;
+    Pose last_pose_;
+    bool has_pose_ = false;
+    long faults_ = 0;
+};
+
+} // namespace amontons

@@ -1,0 +1,138 @@
+#include "haptics/loop/proxy_loop.hpp"
+#include "haptics/tests/scenes.hpp"
+#include "haptics/triple_buffer.hpp"
+
+#include <cstdlib>
+#include <doctest/doctest.h>
+#include <new>
+
+#if defined(__linux__)
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#endif
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define AMONTONS_SANITIZED 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define AMONTONS_SANITIZED 1
+#endif
+#endif
+
+using namespace amontons;
+using namespace amontons::test;
+
+// What must not happen between device and force: memory taken from the heap, and calls to the
+// system. The first is counted in the operators new of this whole test program; the second is
+// forbidden by the kernel itself, which kills the process that tries.
+
+namespace {
+thread_local long allocations = 0;
+}
+
+void* operator new(std::size_t size)
+{
+    ++allocations;
+    if (void* p = std::malloc(size)) return p;
+    throw std::bad_alloc();
+}
+void* operator new(std::size_t size, std::align_val_t alignment)
+{
+    ++allocations;
+    const auto a = static_cast<std::size_t>(alignment);
+    if (void* p = std::aligned_alloc(a, (size + a - 1) / a * a)) return p;
+    throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept
+{
+    std::free(p);
+}
+void operator delete(void* p, std::size_t) noexcept
+{
+    std::free(p);
+}
+void operator delete(void* p, std::align_val_t) noexcept
+{
+    std::free(p);
+}
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept
+{
+    std::free(p);
+}
+
+namespace {
+
+struct Run {
+    Bed bed;
+    TripleBuffer<ReducedOperator<float>> buffer{ReducedOperator<float>(60)};
+    ReducedOperator<float> first{60}, second{60};
+    ProxyLoop<float> loop{60};
+
+    Run()
+    {
+        bed.points = grid(60, 5e-3);
+        bed.shear = 2e4;
+        publish(first, bed, {{0, 0, -0.001}, Eigen::Quaterniond::Identity()}, 0, 1);
+        bed.points.resize(50);
+        publish(second, bed, {{0.001, 0, -0.001}, turn({0, 0.01, 0})}, 0.02, 2);
+    }
+
+    /// 100 ticks, an operator handed over every 10. @returns the sum of normal forces [N]
+    double ticks()
+    {
+        double sum = 0;
+        for (int k = 0; k < 100; ++k) {
+            if (k % 10 == 0) { // what a publisher does, too, once it has its operator
+                buffer.back() = k % 20 ? second : first;
+                buffer.publish();
+            }
+            if (buffer.fetch()) loop.take(buffer.front(), 1e-3 * k);
+            sum += loop.tick({{1e-4 * k, 0, -0.002}, turn({0, 1e-3 * k, 0})}, 1e-3 * k)
+                       .wrench.force[2];
+        }
+        return sum;
+    }
+};
+
+} // namespace
+
+TEST_CASE("ticks and hand-overs allocate nothing")
+{
+    Run run;
+    const long before = allocations;
+    const double sum = run.ticks();
+    const long after = allocations;
+    CHECK(after == before);
+    CHECK(sum > 1);
+    const ReducedOperator<float> copy = run.first; // the counter works
+    const long copied = allocations;
+    CHECK(copied > after);
+}
+
+#if defined(__linux__) && !defined(AMONTONS_SANITIZED)
+TEST_CASE("ticks and hand-overs make no system call")
+{
+    // In a child where the kernel allows read, write and exit, and kills for anything else.
+    const auto child = [](bool misbehave) {
+        Run run;
+        const pid_t pid = fork();
+        if (pid == 0) {
+            if (prctl(PR_SET_SECCOMP, SECCOMP_MODE_STRICT) != 0) _exit(77);
+            const double sum = run.ticks();
+            if (misbehave) syscall(SYS_getppid);
+            syscall(SYS_exit, sum > 1 ? 0 : 1);
+        }
+        int status = 0;
+        waitpid(pid, &status, 0);
+        return status;
+    };
+    const int status = child(false);
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 77) return; // no seccomp here
+    CHECK(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 0);
+    CHECK(WIFSIGNALED(child(true))); // the guard works
+}
+#endif

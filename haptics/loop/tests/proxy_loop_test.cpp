@@ -1,0 +1,301 @@
+#include "haptics/loop/proxy_loop.hpp"
+
+#include "contact/solve.hpp"
+#include "haptics/tests/scenes.hpp"
+
+#include <doctest/doctest.h>
+
+using namespace amontons;
+using namespace amontons::test;
+
+namespace {
+
+/// What F03 and F06 of the benchmarks allow (relative).
+template <class Real> constexpr double kExact = sizeof(Real) == 8 ? 1e-9 : 1e-5;
+template <class Real> ProxyOptions exact()
+{
+    ProxyOptions options;
+    options.tolerance = sizeof(Real) == 8 ? 1e-13 : 1e-7;
+    options.max_sweeps = 5000;
+    return options;
+}
+
+/// One point held by a spring of k against planes through the origin.
+template <class Real>
+ReducedOperator<Real> planes(const std::vector<Vec3>& normals, double mu, double k)
+{
+    const auto n = static_cast<Eigen::Index>(normals.size());
+    ReducedOperator<Real> op(static_cast<int>(n));
+    Eigen::Matrix<double, Eigen::Dynamic, 6> J(3 * n, 6);
+    for (Eigen::Index i = 0; i < n; ++i) {
+        CandidateContact& c = op.contact[static_cast<std::size_t>(i)];
+        c.id = i;
+        c.frame = frame_of(normals[static_cast<std::size_t>(i)]);
+        c.mu = mu;
+        c.J = rigid_jacobian(c.frame, Vec3::Zero());
+        J.middleRows<3>(3 * i) = c.J;
+    }
+    Eigen::MatrixXd W = Eigen::MatrixXd::Zero(3 * n, 3 * n);
+    add_coupling(W, J, k, std::numeric_limits<double>::infinity());
+    op.validity = 0.01;
+    op.period = 0.02;
+    REQUIRE(set_delassus(op, W));
+    return op;
+}
+
+Pose at(const Vec3& position)
+{
+    return {position, Eigen::Quaterniond::Identity()};
+}
+
+/// The point of the wedge between two planes nearest to x, by trying plane, plane and edge.
+Vec3 nearest(const Vec3& a, const Vec3& b, const Vec3& x)
+{
+    if (a.dot(x) >= 0 && b.dot(x) >= 0) return x;
+    const Vec3 edge = a.cross(b).normalized();
+    Vec3 best = edge.dot(x) * edge;
+    for (const Vec3& n : {a, b}) {
+        const Vec3 p = x - std::min(0.0, n.dot(x)) * n;
+        const bool inside = a.dot(p) >= -1e-15 && b.dot(p) >= -1e-15;
+        if (inside && (p - x).norm() < (best - x).norm()) best = p;
+    }
+    return best;
+}
+
+} // namespace
+
+TEST_CASE_TEMPLATE("F03: on a plane the force is k times the depth", Real, float, double)
+{
+    const ReducedOperator<Real> op = planes<Real>({Vec3::UnitZ()}, 0, 500);
+    ProxyLoop<Real> loop(1, exact<Real>());
+    CHECK(loop.tick(at({0, 0, -0.005}), 0).wrench.force.isZero(0)); // no operator yet
+    REQUIRE(loop.take(op, 0));
+    CHECK(loop.tick(at({0, 0, 0.005}), 0).wrench.force.isZero(0));
+    for (int k = 0; k < 200; ++k) { // swept at 0.1 m/s
+        const ProxyTick t = loop.tick(at({1e-4 * k, 0, -0.005}), 1e-3 * k);
+        CHECK((t.wrench.force - Vec3(0, 0, 2.5)).norm() <= kExact<Real> * 2.5);
+    }
+}
+
+TEST_CASE_TEMPLATE("F03: on an edge and in a corner the proxy is the nearest point", Real, float,
+                   double)
+{
+    ProxyLoop<Real> corner(3, exact<Real>());
+    const ReducedOperator<Real> op =
+        planes<Real>({Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()}, 0, 500);
+    corner.take(op, 0);
+    const Wrench w = corner.tick(at({-0.001, -0.002, -0.003}), 0).wrench;
+    CHECK((w.force - Vec3(0.5, 1, 1.5)).norm() <= kExact<Real>);
+
+    const Vec3 a = Vec3{1, 0.2, 0}.normalized();
+    for (const Vec3& b :
+         {Vec3(0, 0, 1), Vec3(Vec3{-0.3, 0, 1}.normalized()), Vec3(Vec3{0.7, 0, 1}.normalized())}) {
+        const ReducedOperator<Real> wedge = planes<Real>({a, b}, 0, 500);
+        ProxyLoop<Real> loop(2, exact<Real>());
+        loop.take(wedge, 0);
+        Vec3 last{0, 0, 0};
+        for (int k = 0; k <= 400; ++k) { // along a line that crosses both planes, 0.1 m/s
+            const Vec3 d{0.015 - 1e-4 * k, 0.01, -0.018 + 0.9e-4 * k};
+            const Vec3 F = loop.tick(at(d), 1e-3 * k).wrench.force;
+            CHECK((F - 500 * (nearest(a, b, d) - d)).norm() <= kExact<Real> * 10);
+            if (k) CHECK((F - last).norm() <= 500 * 0.135 * 1e-3 * (1 + 1e-3)); // K v T
+            last = F;
+        }
+    }
+}
+
+TEST_CASE_TEMPLATE("F03: dragged with friction the proxy lags by mu times the depth", Real, float,
+                   double)
+{
+    const ReducedOperator<Real> op = planes<Real>({Vec3::UnitZ()}, 0.5, 500);
+    ProxyLoop<Real> loop(1, exact<Real>());
+    loop.take(op, 0);
+    Vec3 last = loop.tick(at({0, 0, -0.005}), 0).wrench.force;
+    for (int k = 1; k <= 200; ++k) {
+        const Vec3 d{1e-4 * k, 0, -0.005};
+        const Vec3 F = loop.tick(at(d), 1e-3 * k).wrench.force;
+        CHECK(F[2] == doctest::Approx(2.5).epsilon(kExact<Real>));
+        // Sticks until the spring pulls with mu N, then lags 2.5 mm.
+        CHECK(std::abs(F[0] + 500 * std::min(d[0], 0.0025)) <= kExact<Real> * 2.5);
+        CHECK((F - last).norm() < 500 * 0.1 * 1e-3 * (1 + 1e-3));
+        last = F;
+    }
+    // Friction remembers: on the way back it sticks first, and holds the other way after 5 mm.
+    for (int k = 1; k <= 100; ++k) {
+        const Vec3 F = loop.tick(at({0.02 - 1e-4 * k, 0, -0.005}), 0.2 + 1e-3 * k).wrench.force;
+        CHECK(std::abs(F[0] - std::min(-1.25 + 500 * 1e-4 * k, 1.25)) <= kExact<Real> * 2.5);
+    }
+}
+
+TEST_CASE_TEMPLATE("F06: at the operator's state the loop and the full solve agree", Real, float,
+                   double)
+{
+    Bed bed;
+    bed.points = grid(12, 6e-3);
+    bed.shear = 2e4;
+    ReducedOperator<Real> op(12);
+    for (const bool tilted : {false, true}) {
+        const Pose pose{{0.001, 0, -0.002}, turn(tilted ? Vec3(0.02, -0.05, 0.3) : Vec3(0, 0, 0))};
+        publish(op, bed, pose, 0, 1);
+        for (int i = 0; i < op.contacts; ++i)
+            op.contact[static_cast<std::size_t>(i)].q += Vec3{0, 2e-4, -4e-4 * i / 12.0};
+        ContactProblem problem = contact_problem(op);
+        SolverOptions options;
+        options.tolerance = 1e-12;
+        const ContactSolution full = solve(problem, options);
+        REQUIRE(full.certificate.status == SolveStatus::converged);
+        ProxyLoop<Real> loop(12, exact<Real>());
+        loop.take(op, 0);
+        const ProxyTick tick = loop.tick(pose, 0);
+        Vec6 F = Vec6::Zero();
+        int sticking = 0;
+        for (int i = 0; i < op.contacts; ++i) {
+            const CandidateContact& c = op.contact[static_cast<std::size_t>(i)];
+            const Vec3 r = full.reaction.segment<3>(3 * i);
+            F += c.J.transpose() * r;
+            sticking += r.tail<2>().norm() < 0.99 * c.mu * r[0];
+        }
+        CHECK(F.norm() > 0.1);
+        CHECK(sticking > 0);
+        if (tilted) CHECK(sticking < op.contacts);
+                          << tick.sweeps);
+                          const double allowed = sizeof(Real) == 8 ? 1e-8 : 1e-5;
+                          CHECK((tick.wrench.force - F.head<3>()).norm() <=
+                                allowed * F.head<3>().norm());
+                          CHECK((tick.wrench.torque - F.tail<3>()).norm() <=
+                                allowed * F.norm() * 0.01);
+    }
+}
+
+TEST_CASE("the error of a tick is the natural map of contact/certificate")
+{
+    Bed bed;
+    bed.points = grid(20, 5e-3);
+    bed.shear = 2e4;
+    ReducedOperator<double> op(20);
+    publish(op, bed, {{0, 0, -0.001}, turn({0.1, 0.2, 0})}, 0, 1);
+    ProxyOptions options;
+    options.tolerance = 1e-12;
+    for (const int sweeps : {1, 2, 5}) {
+        options.max_sweeps = sweeps;
+        ProxyLoop<double> loop(20, options);
+        loop.take(op, 0);
+        const ProxyTick tick = loop.tick(op.handle, 0);
+        Eigen::VectorXd r(60);
+        for (int i = 0; i < 20; ++i)
+            r.segment<3>(3 * i) = loop.reaction(i);
+        const ContactProblem problem = contact_problem(op);
+        const Eigen::VectorXd u = problem.W * r + problem.q;
+        const double error = NaturalMapError(problem, ErrorScope::acting_rows)(r, u);
+        CHECK(error > 1e-9); // else this tests nothing
+        CHECK(tick.error == doctest::Approx(error).epsilon(1e-6));
+        CHECK_FALSE(tick.converged);
+    }
+}
+
+TEST_CASE("every instruction set gives the same force")
+{
+    Bed bed;
+    bed.points = grid(50, 5e-3);
+    bed.shear = 2e4;
+    ReducedOperator<float> op(50);
+    publish(op, bed, {{0, 0, -0.001}, turn({0.1, 0.2, 0})}, 0, 1);
+    std::vector<Vec3> forces;
+    for (const SimdLevel level : {SimdLevel::baseline, SimdLevel::avx2, SimdLevel::avx512}) {
+        ProxyOptions options = exact<float>();
+        options.simd = level;
+        ProxyLoop<float> loop(50, options);
+        loop.take(op, 0);
+        forces.push_back(loop.tick({{0.001, 0, -0.003}, turn({0.1, 0.21, 0})}, 0).wrench.force);
+        CHECK((forces.back() - forces.front()).norm() <= 1e-5 * forces.front().norm());
+    }
+    CHECK(forces[0].norm() > 0.1);
+}
+
+TEST_CASE("a frame that belongs to the tool turns with it: the force follows the tool's normal")
+{
+    // A flat tool on a point: normal of the tool, without friction.
+    ReducedOperator<double> op = planes<double>({Vec3::UnitZ()}, 0, 500);
+    op.contact[0].turns = true;
+    ProxyLoop<double> loop(1, exact<double>());
+    loop.take(op, 0);
+    for (const double angle : {0.0, 1e-5, 0.1, 0.5, 0.2}) {
+        const Vec3 n = turn({0, angle, 0}) * Vec3::UnitZ();
+        const Pose pose{{0, 0, -0.004}, turn({0, angle, 0})};
+        const Vec3 F = loop.tick(pose, 0).wrench.force;
+        // W = 1/k: pushed out along n until the point is on the tool's plane.
+        CHECK((F - 500 * 0.004 * n[2] * n).norm() <= 1e-12);
+    }
+}
+
+TEST_CASE("a point on a rigid handle moves on its circle, not on the tangent")
+{
+    Bed bed;
+    bed.points = {{0.1, 0, 0}};
+    bed.mu = 0;
+    ReducedOperator<double> op(1);
+    publish(op, bed, {}, 0, 1);
+    ProxyLoop<double> loop(1, exact<double>());
+    loop.take(op, 0);
+    const double angle = 0.3; // down, about y
+    const Wrench w = loop.tick({{0, 0, 0}, turn({0, angle, 0})}, 0).wrench;
+    CHECK(w.force[2] == doctest::Approx(500 * 0.1 * std::sin(angle)).epsilon(1e-12));
+    CHECK(w.torque[1] == doctest::Approx(-0.1 * std::cos(angle) * w.force[2]).epsilon(1e-12));
+}
+
+TEST_CASE("a new operator changes the force only step by step, and in the end all the way")
+{
+    Bed bed;
+    bed.points = grid(16, 6e-3);
+    bed.shear = 3e4;
+    ReducedOperator<double> old(16), soft(16);
+    const Pose pose{{0, 0, -0.003}, turn({0.05, 0, 0})};
+    publish(old, bed, pose, 0, 1);
+    bed.shear = 2e4;       // the two disagree on purpose
+    bed.points.pop_back(); // and one contact is gone
+    publish(soft, bed, pose, 0.1, 2);
+    for (const double blend : {0.0, 1.0}) {
+        ProxyOptions options = exact<double>();
+        options.blend = blend;
+        ProxyLoop<double> loop(16, options);
+        loop.take(old, 0);
+        Vec3 last = loop.tick(pose, 0).wrench.force;
+        const Vec3 first = last;
+        double time = 0.1, jump = 0;
+        loop.tick(pose, time - 0.001);
+        loop.take(soft, time);
+        CHECK(loop.tick(pose, time).matched == (blend > 0 ? 15 : 0));
+        for (int k = 0; k <= 20; ++k, time += 1e-3) {
+            const Vec3 F = loop.tick(pose, time).wrench.force;
+            jump = std::max(jump, (F - last).norm());
+            last = F;
+        }
+        ProxyLoop<double> fresh(16, exact<double>());
+        fresh.take(soft, 0);
+        const Vec3 target = fresh.tick(pose, 0).wrench.force;
+        const double whole = (target - first).norm();
+        CHECK(whole > 0.1);
+        if (blend > 0)
+            CHECK(jump <= 0.1 * whole); // a twentieth, and some for contacts that open
+        else
+            CHECK(jump >= 0.99 * whole); // the test can fail
+        CHECK((last - target).norm() <= 1e-2 * target.norm());
+    }
+}
+
+TEST_CASE("an operator with numbers that are none gives no force and poisons nothing")
+{
+    ReducedOperator<float> good = planes<float>({Vec3::UnitZ()}, 0.5, 500), bad = good;
+    bad.contact[0].J(0, 2) = std::nan("");
+    ProxyLoop<float> loop(1);
+    loop.take(bad, 0);
+    const ProxyTick t = loop.tick(at({0, 0, -0.001}), 0);
+    CHECK_FALSE(t.converged);
+    CHECK(t.wrench.force.isZero(0));
+    loop.take(good, 1);
+    loop.tick(at({0, 0, -0.001}), 1);
+    CHECK(loop.tick(at({0, 0, -0.001}), 2).wrench.force[2] == doctest::Approx(0.5));
+    ReducedOperator<float> large = planes<float>({Vec3::UnitZ(), Vec3::UnitX()}, 0.5, 500);
+    CHECK_FALSE(loop.take(large, 3)); // and the good one stays
+    CHECK(loop.tick(at({0, 0, -0.001}), 3).wrench.force[2] == doctest::Approx(0.5));
+}

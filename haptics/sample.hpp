@@ -1,0 +1,15 @@
+#pragma once
+
+#include "haptics/pose.hpp"
+
+namespace amontons {
+
+/// What a device says in a tick. `valid` is false when it has nothing to say: unplugged, silent.
+struct DeviceSample {
+    double time = 0; ///< when it was measured, on the loop's clock [s]
+    Pose pose;
+    unsigned buttons = 0; ///< one bit each
+    bool valid = false;
+};
+
+} // namespace amontons
