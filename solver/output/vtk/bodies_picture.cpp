@@ -43,7 +43,7 @@ constexpr double kShownEdge = 9;        // shorter edges of elements are not dra
 constexpr double kCreases = 30;         // edges sharper than this are drawn [degrees]
 constexpr double kBall = 5;             // radius of a contact [pixels]
 constexpr double kScaleHolds = 0.99;    // of the nodes: single peaks would darken the rest
-constexpr int kMostArrows = 60;         // more would hide the bodies
+constexpr int kMostArrows = 120;        // more would hide the bodies
 constexpr double kLargestCluster = 0.1; // of the bodies' size
 constexpr double kLargestWall = 3;      // of the bodies' size: walls that are drawn whole
 constexpr Vec kPlate = {0.88, 0.88, 0.86};
@@ -457,7 +457,10 @@ void add_plate(vtkRenderer* renderer, const Plate& plate)
     data->SetPolys(face);
     vtkNew<vtkPolyDataMapper> mapper;
     mapper->SetInputData(data);
-    renderer->AddActor(actor_of(mapper, kPlate));
+    const auto actor = actor_of(mapper, kPlate);
+    actor->GetProperty()->SetAmbient(0.75); // a floor that is seen at a slant is not dark
+    actor->GetProperty()->SetDiffuse(0.3);
+    renderer->AddActor(actor);
 }
 
 void add_panel(vtkRenderWindow* window, const Rectangle& rectangle, const DrawnResult& result,
@@ -539,7 +542,10 @@ void add_bodies_page(vtkRenderWindow* window, const DrawnResult& result)
     std::vector<double> shown; // a short run has fewer than four frames
     for (std::size_t i = 0; i < layout.panels.size(); ++i) {
         const double time = result.instants[i].time;
-        if (std::find(shown.begin(), shown.end(), time) != shown.end()) continue;
+        if (std::find(shown.begin(), shown.end(), time) != shown.end()) {
+            window->AddRenderer(renderer_of(layout.panels[i])); // or it would be black
+            continue;
+        }
         shown.push_back(time);
         add_panel(window, layout.panels[i], result, i, page);
     }

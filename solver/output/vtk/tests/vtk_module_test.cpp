@@ -267,6 +267,11 @@ TEST_CASE("solids show their stress, rigid bodies are drawn, a plane ends near t
     REQUIRE(module().render(folder.path, png) == "");
     CHECK(colours_of(png, 0.6).blue < 0.8 * static_cast<double>(stressed.blue));
 
+    folder.write("run.pvd", R"(<VTKFile type="Collection" version="0.1"><Collection>)"
+                            R"(<DataSet timestep="1" file="cube.vtu"/></Collection></VTKFile>)");
+    REQUIRE(module().render(folder.path, png) == ""); // one frame: the other panels stay white
+    CHECK(colours_of(png, 1).white > 2400000);
+
     write_bodies(folder, 0, 2, 1);
     fs::remove(folder.path / "rigid4.vtp");
     fs::copy(folder.path / "ground.vtp", folder.path / "rigid4.vtp");
