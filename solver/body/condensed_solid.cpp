@@ -389,6 +389,8 @@ std::vector<double> CondensedSolid::state() const
     add(mode_);
     add(loaded_);
     add(held_force_);
+    const std::vector<double> columns = kept_columns();
+    s.insert(s.end(), columns.begin(), columns.end());
     return s;
 }
 
@@ -410,6 +412,7 @@ void CondensedSolid::set_state(std::span<const double> s)
     take(mode_);
     take(loaded_);
     take(held_force_);
+    keep_columns(s);
     place_touching(state_);
     now_ = state_;
     complete_ = false;

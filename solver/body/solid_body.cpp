@@ -886,7 +886,20 @@ std::vector<double> SolidBody::state() const
     for (const Vec3& x : state_.x)
         add(x);
     add(reaction_);
+    const std::vector<double> columns = kept_columns();
+    s.insert(s.end(), columns.begin(), columns.end());
     return s;
+}
+
+std::vector<double> SolidBody::kept_columns() const
+{
+    return constant_ ? constant_->kept() : std::vector<double>(2 + 2 * touching_.size(), -1);
+}
+
+void SolidBody::keep_columns(std::span<const double> kept)
+{
+    last_columns_ = SparseColumns();
+    if (constant_) constant_->keep(kept);
 }
 
 void SolidBody::set_state(std::span<const double> s)
@@ -902,6 +915,7 @@ void SolidBody::set_state(std::span<const double> s)
     for (Vec3& x : state_.x)
         take(x);
     take(reaction_);
+    keep_columns(s);
     state_.version = ++last_version_;
     now_ = state_;
     find_spin();

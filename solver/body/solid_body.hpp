@@ -114,6 +114,8 @@ protected:
     double inner_forces(const Motion& m, Eigen::VectorXd& f);
     Eigen::VectorXd residual(Eigen::VectorXd& scale); ///< in space; N or N s
     Eigen::VectorXd solved(const Eigen::VectorXd& f) const;
+    std::vector<double> kept_columns() const;
+    void keep_columns(std::span<const double> kept);
     void prepare();
     void make_matrix();
     Eigen::VectorXd mass_times(const Eigen::VectorXd& v) const;

@@ -134,6 +134,9 @@ void SolidCompliance::solve_columns(std::span<const std::int32_t> missing)
                     numbers.push_back(number);
                     place.push_back(std::int32_t(3 * k + a));
                 }
+        // Always as many, so that a column's last bits do not depend on those beside it.
+        const std::size_t own = numbers.size();
+        if (own > 0) numbers.resize(3 * kNodesAtOnce, numbers.back());
         part.resize(Eigen::Index(row_dofs_.size()), Eigen::Index(numbers.size()));
         factor_.inverse_part(row_dofs_, numbers, part);
         for (const std::int32_t s : some) {
@@ -144,7 +147,7 @@ void SolidCompliance::solve_columns(std::span<const std::int32_t> missing)
             std::fill(c.blocks.begin(), c.blocks.end(), 0.0);
             column_of_[std::size_t(s)] = slot;
         }
-        for (std::size_t k = 0; k < numbers.size(); ++k) {
+        for (std::size_t k = 0; k < own; ++k) {
             const std::int32_t s = some[std::size_t(place[k]) / 3];
             double* const to = columns_[std::size_t(column_of_[std::size_t(s)])].blocks.data() +
                                3 * (place[k] % 3);
@@ -397,6 +400,40 @@ Eigen::VectorXd SolidCompliance::surface_displacement(const Eigen::VectorXd& f)
             x.segment<3>(3 * s) += Block(from + 9 * s) * force;
     }
     return x;
+}
+
+std::vector<double> SolidCompliance::kept() const
+{
+    const std::size_t n = surface_node_.size();
+    std::vector<double> out(2 + 2 * n, -1);
+    out[0] = spent_;
+    out[1] = double(calls_);
+    for (std::size_t slot = 0; slot < columns_.size(); ++slot) {
+        const auto s = std::size_t(columns_[slot].node);
+        out[2 + s] = double(slot);
+        out[2 + n + s] = double(columns_[slot].last_used);
+    }
+    return out;
+}
+
+void SolidCompliance::keep(std::span<const double> kept)
+{
+    const std::size_t n = surface_node_.size();
+    AMONTONS_ASSERT(kept.size() == 2 + 2 * n);
+    std::vector<std::int32_t> nodes; // by slot
+    for (std::size_t s = 0; s < n; ++s)
+        if (kept[2 + s] >= 0) nodes.push_back(std::int32_t(s));
+    std::sort(nodes.begin(), nodes.end(), [&](std::int32_t a, std::int32_t b) {
+        return kept[2 + std::size_t(a)] < kept[2 + std::size_t(b)];
+    });
+    columns_.clear();
+    std::fill(column_of_.begin(), column_of_.end(), -1);
+    counts_.bytes = 0;
+    if (nodes.size() <= most_columns_) solve_columns(nodes);
+    for (Column& c : columns_)
+        c.last_used = std::int64_t(kept[2 + n + std::size_t(c.node)]);
+    spent_ = kept[0];
+    calls_ = std::int64_t(kept[1]);
 }
 
 } // namespace amontons

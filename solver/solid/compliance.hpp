@@ -70,6 +70,11 @@ public:
     /// The same for forces on the surface. @param f  3 surface nodes in the order given [N]
     Eigen::VectorXd surface_displacement(const Eigen::VectorXd& f);
 
+    /// Which columns are kept and what the choice of further ones depends on: 2 + 2 surface nodes
+    /// numbers. A copy that keep() gives them to goes on with the same bits.
+    std::vector<double> kept() const;
+    void keep(std::span<const double> kept); ///< solves the columns again
+
     const SupernodalFactor& factor() const { return factor_; }
     /// Gives the factor back, to be used for other numbers of the same pattern; this object is then
     /// of no more use.

@@ -128,7 +128,7 @@ struct BodySimulation::State {
     std::vector<const CurvePoints*> curves;
     BodyStepReport last;
 
-    bool started = false;
+    bool ready = false, started = false;
     double time = 0, step_length = 0;
     int step = 0, retries = 0;
     double contacts_sum = 0;
@@ -150,11 +150,31 @@ struct BodySimulation::State {
                 if (p[0] > time * (1 + 1e-12) && p[0] < next) next = p[0];
         return next;
     }
+    void make_ready();
     bool advance(double h);
     StepRecord record(double h, double seconds);
     void add_quantities(StepRecord& out) const;
     void finish();
 };
+
+/// The offline stage, once.
+void BodySimulation::State::make_ready()
+{
+    if (ready) return;
+    ready = true;
+    const Stopwatch watch;
+    StepInput input;
+    input.h = dynamic() ? scene.time.step : 0;
+    input.dynamic = dynamic();
+    input.theta = scene.time.theta;
+    input.gravity = scene.gravity;
+    for (const BodyRef& b : system->refs)
+        if (b.solid) {
+            b.solid->expect_steps((scene.time.end - time) / scene.time.step);
+            b.solid->make_ready(input, options.cache, messages);
+        }
+    summary.seconds.offline += watch.seconds();
+}
 
 /// One step; either all bodies move or none.
 bool BodySimulation::State::advance(double h)
@@ -345,19 +365,7 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         observer.on_step(r);
         sum.seconds.output += watch.seconds();
     };
-    {
-        const Stopwatch watch;
-        StepInput step;
-        step.h = s.dynamic() ? s.scene.time.step : 0;
-        step.dynamic = s.dynamic();
-        step.theta = s.scene.time.theta;
-        for (const BodyRef& b : s.system->refs)
-            if (b.solid) {
-                b.solid->expect_steps((s.scene.time.end - s.time) / s.scene.time.step);
-                b.solid->make_ready(step, s.options.cache, s.messages);
-            }
-        sum.seconds.offline += watch.seconds();
-    }
+    s.make_ready();
     if (!s.started) {
         // Quasi-static: the balance that the first loads and places ask for.
         if (!s.dynamic() && !s.advance(0))
@@ -559,6 +567,7 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
 {
     // Read into copies first: a damaged state changes nothing.
     State& s = *state_;
+    s.make_ready(); // a solid's state is of what its offline stage finds
     ByteReader in(state);
     const auto started = in.value<bool>();
     const auto time = in.value<double>();

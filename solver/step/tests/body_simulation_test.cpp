@@ -271,35 +271,44 @@ TEST_CASE("a body that contacts alone hold is in balance, and one that nothing h
 
 TEST_CASE("a run that is stopped and goes on gives the same bits")
 {
-    const std::string scene = fmt::format(R"("schema": 1, "bodies": {{{}, {}}}, {},
+    const std::string dynamic = fmt::format(R"("schema": 1, "bodies": {{{}, {}}}, {},
         "contact": [{{"between": ["block", "floor"], "friction": 0.3}}],
         "time": {{"kind": "dynamic", "step": 0.01, "end": 0.2}})",
-                                          block("corotational"), kFloor, gravity_on_incline(30));
-    const Scene s = parse_scene("{" + scene + "}", "test.json", {});
-    const auto made = [&] {
-        std::vector<Obstacle> obstacles;
-        obstacles.push_back({"floor", make_plane({})});
-        return make_simulation(s, std::move(obstacles));
-    };
-    const std::atomic<bool> never{false};
-    Keep whole;
-    made()->run(whole, never);
+                                            block("corotational"), kFloor, gravity_on_incline(30));
+    const std::string dragged = fmt::format(R"("schema": 1, "bodies": {{"block": {{"kind": "solid",
+        "mesh": {{"generate": "box", "size": [1, 1, 1], "cells": [2, 2, 2], "element": "T10"}},
+        "youngs_modulus": 1e6, "poisson_ratio": 0.3, "start": {{"place": [0, 0, 0.5]}},
+        "hold": [{{"set": "z_max", "x": [[0, 0], [1, 0.02]], "y": 0, "z": -0.01}}]}}, {}}},
+        "contact": [{{"between": ["block", "floor"], "friction": 0.3}}],
+        "time": {{"step": 0.05, "end": 1}})",
+                                            kFloor);
+    for (const std::string& scene : {dynamic, dragged}) {
+        const Scene s = parse_scene("{" + scene + "}", "test.json", {});
+        const auto made = [&] {
+            std::vector<Obstacle> obstacles;
+            obstacles.push_back({"floor", make_plane({})});
+            return make_simulation(s, std::move(obstacles));
+        };
+        const std::atomic<bool> never{false};
+        Keep whole;
+        REQUIRE(made()->run(whole, never).message == "");
 
-    struct Stop : StepObserver {
-        std::atomic<bool> stop{false};
-        void on_step(const StepRecord& r) override { stop = r.step >= 10; }
-    } half;
-    const auto first = made();
-    first->run(half, half.stop);
-    const auto second = made();
-    second->restore(first->save());
-    Keep rest;
-    second->run(rest, never);
-    REQUIRE(rest.records.size() + 11 == whole.records.size());
-    const StepRecord &a = whole.records.back(), &b = rest.records.back();
-    REQUIRE(a.quantities.size() == b.quantities.size());
-    for (std::size_t i = 0; i < a.quantities.size(); ++i)
-        CHECK(a.quantities[i].value == b.quantities[i].value);
+        struct Stop : StepObserver {
+            std::atomic<bool> stop{false};
+            void on_step(const StepRecord& r) override { stop = r.step >= 10; }
+        } half;
+        const auto first = made();
+        first->run(half, half.stop);
+        const auto second = made();
+        second->restore(first->save());
+        Keep rest;
+        second->run(rest, never);
+        REQUIRE(rest.records.size() + 11 == whole.records.size());
+        const StepRecord &a = whole.records.back(), &b = rest.records.back();
+        REQUIRE(a.quantities.size() == b.quantities.size());
+        for (std::size_t i = 0; i < a.quantities.size(); ++i)
+            CHECK(a.quantities[i].value == b.quantities[i].value);
+    }
 }
 
 TEST_CASE("a body that nothing can hold is refused before the run, with its free motions")
