@@ -115,9 +115,10 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
     state_.u = Eigen::VectorXd::Zero(at3(n));
     state_.v = Eigen::VectorXd::Zero(at3(n));
     state_.x.resize(n);
+    update_places(state_);
+    first_ = state_.x; // before what is prescribed at the start
     hold(state_, 0);
     update_places(state_);
-    first_ = state_.x;
     const Vec3 centre = mean(state_.x, lumped_);
     for (std::size_t i = 0; i < n; ++i)
         state_.v.segment<3>(at3(i)) =

@@ -174,8 +174,6 @@ void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& st
         BodyContacts& kept = kept_[p];
         if (!made_[p]) {
             find_pair(bodies, int(p), kept);
-            for (BodyContact& c : kept.contact) // less what has already moved
-                c.gap -= c.frame.col(0).dot(moved(bodies, kept, c));
             made_[p] = true;
         }
         const auto shift = std::int32_t(out.stencil.size());

@@ -377,16 +377,25 @@ void Step::assemble()
     std::vector<Eigen::MatrixXd> W(bodies());
     B_.assign(bodies(), {});
     bool modes = false;
+    // Elastic give of each row: a stiff body's modes are felt through what it stands on.
+    Eigen::VectorXd give = Eigen::VectorXd::Zero(rows_.count);
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (rows_.row[b].empty()) continue;
         body(b).compliance(rows_.columns[b], W[b]);
         elastic_ |= system_.refs[b].solid != nullptr;
+        for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
+            give[rows_.row[b][i]] += W[b](Eigen::Index(i), Eigen::Index(i));
+    }
+    for (std::size_t b = 0; b < bodies(); ++b) {
         const Eigen::MatrixXd& R = body(b).modes();
-        if (R.cols() == 0) continue;
+        if (rows_.row[b].empty() || R.cols() == 0) continue;
         modes = true;
         B_[b] = rows_.columns[b].transpose() * R;
         double& s = mode_scale_[b];
-        const double elastic = W[b].trace(), rigid = B_[b].squaredNorm();
+        double elastic = 0;
+        for (const int row : rows_.row[b])
+            elastic += give[row];
+        const double rigid = B_[b].squaredNorm();
         if (elastic > 0 && rigid > 0) {
             s = kModeWeight * elastic / rigid;
         } else if (!(s > 0)) { // nothing elastic: any scale does; a load moves it by its size
@@ -583,7 +592,15 @@ bool Step::solve()
             if (in[std::size_t(c)]) rows_.chosen.push_back(c);
         assemble();
         r_ = warm_start();
-        if (!solve_with_modes()) return false;
+        if (!solve_with_modes()) {
+            // Pins say nothing of where modes take a body: what was left out may hold it.
+            if (!modes || int(rows_.chosen.size()) == n) return false;
+            std::fill(in.begin(), in.end(), 1);
+            for (Eigen::VectorXd& m : mode_)
+                m.setZero();
+            report_.refusal.clear();
+            continue;
+        }
         const Stopwatch watch;
         body_force_ = forces(rows_, r_);
         y_.resize(bodies());
