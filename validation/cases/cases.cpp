@@ -1,4 +1,5 @@
 #include "validation/cases/cases.hpp"
+#include "validation/cases/solids/solids.hpp"
 
 namespace amontons::validation {
 
@@ -42,6 +43,40 @@ const std::vector<Case>& cases()
          double_u_dynamic},
         {"j-tip-twist", "stability", "energy balance and certificates of a spatial run",
          j_tip_twist},
+
+        {"contact-patch", "benchmarks", "closed form: uniform stress; Taylor & Papadopoulos 1991",
+         contact_patch},
+        {"raous-block", "benchmarks",
+         "Raous, Chabrand & Lebon 1988; independent plane-strain FE to 128 cells", raous_block},
+        {"dragged-block", "benchmarks", "independent FE, 9x9x9 quadratic hexahedra", dragged_block},
+        {"thick-cylinder", "benchmarks", "Lame 1852: closed form, plane strain", thick_cylinder},
+        {"turned-solid", "benchmarks", "frame indifference", turned_solid},
+        {"contrast-in-series", "benchmarks", "closed form: springs in series", contrast_in_series},
+        {"hertz-sphere", "benchmarks", "Hertz 1881: closed form", hertz_sphere},
+        {"hertz-approach", "benchmarks", "Hertz 1881: closed form; code_aster SSNV104",
+         hertz_approach},
+        {"roller", "benchmarks", "NAFEMS 2006 (Konter): Hertz for a line contact", roller},
+        {"cattaneo-mindlin", "benchmarks", "Cattaneo 1938, Mindlin 1949: closed form",
+         cattaneo_mindlin},
+        {"flat-punch", "benchmarks", "Boussinesq 1885: closed form", flat_punch},
+        {"stuck-punch", "benchmarks", "Mossakovskii 1954, Spence 1968: closed form", stuck_punch},
+        {"rough-punch", "benchmarks", "Spence 1975; independent axisymmetric FE", rough_punch},
+        {"shrink-fit", "benchmarks", "Lame 1852: closed form", shrink_fit},
+        {"bar-impact", "benchmarks", "d Alembert: closed form; Doyen, Ern & Piperno 2011",
+         bar_impact},
+        {"ball-impact", "benchmarks", "Hertz 1881; integrated equation of motion", ball_impact},
+        {"wedge", "benchmarks", "NAFEMS CGS-4 (Feng & Prinja 2001): closed form", wedge},
+        {"friction-limits", "stability", "Coulomb: closed form; the limits of the cone",
+         friction_limits},
+        {"redundant-contacts", "stability", "closed form: balance", redundant_contacts},
+        {"units-changed", "stability", "dimensional analysis", units_changed},
+        {"order-and-frame", "stability", "symmetry", order_and_frame},
+        {"stiff-blocks", "stability", "closed form: uniform stress", stiff_blocks},
+        {"gaps-and-overlaps", "stability", "closed form: uniform stress", gaps_and_overlaps},
+        {"floating-blocks", "stability", "closed form: balance; no balance exists",
+         floating_blocks},
+        {"prescribed-faces", "stability", "closed form: uniform stress; no motion exists",
+         prescribed_faces},
     };
     return list;
 }

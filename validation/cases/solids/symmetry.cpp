@@ -1,0 +1,77 @@
+// G02, G08: other units, another order, another frame: the same answer; see README.md.
+
+#include "validation/cases/solids/blocks.hpp"
+#include "validation/cases/solids/solids.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace amontons::validation {
+namespace {
+
+/// Largest difference of u at the five points, of u at the first, and of the forces.
+double difference(const Raous& a, const Raous& b)
+{
+    double worst = std::max(std::abs(a.normal - b.normal), std::abs(a.tangential - b.tangential)) /
+                   std::abs(a.normal);
+    for (std::size_t i = 0; i < a.u.size(); ++i)
+        worst = std::max(worst, (a.u[i] - b.u[i]).norm() / a.u[0].norm());
+    return worst;
+}
+
+} // namespace
+
+std::vector<Measured> units_changed()
+{
+    std::vector<Measured> rows;
+    for (const ElementKind kind : {ElementKind::H8, ElementKind::T10}) {
+        RaousOptions o;
+        o.element = kind;
+        o.cells = kind == ElementKind::H8 ? 32 : 16; // nodes at the points
+        o.accuracy = 1e-10;
+        const Raous si = raous(o);
+        for (const auto& [length, stress, what] : {std::tuple{1e3, 1e-6, "mm, N, MPa"},
+                                                   {1e6, 1.0, "um, Pa"},
+                                                   {1e-6, 1.0, "lengths 1e-6"},
+                                                   {1e6, 1e-6, "lengths 1e6, stresses 1e-6"},
+                                                   {1.0, 1e12, "stresses 1e12"}}) {
+            o.length = length;
+            o.stiffness = stress;
+            const Raous r = raous(o);
+            const std::string of =
+                fmt::format(", {}, {}", what, kind == ElementKind::H8 ? "H8" : "T10");
+            rows.push_back(at_most("difference from SI" + of, difference(si, r), 1e-10));
+            rows.push_back(absolute("iterations" + of, si.iterations, r.iterations, 0));
+        }
+    }
+    return rows;
+}
+
+std::vector<Measured> order_and_frame()
+{
+    std::vector<Measured> rows;
+    for (const ElementKind kind : {ElementKind::H8, ElementKind::T10}) {
+        const std::string of = kind == ElementKind::H8 ? ", H8" : ", T10";
+        RaousOptions o;
+        o.element = kind;
+        o.cells = kind == ElementKind::H8 ? 32 : 16; // nodes at the points
+        o.accuracy = 1e-10;
+        const Raous plain = raous(o);
+        o.shuffle = 7;
+        rows.push_back(
+            at_most("nodes and elements shuffled" + of, difference(plain, raous(o)), 1e-10));
+        o.shuffle = 0;
+        o.turn = {0.3, -1.1, 0.7};
+        rows.push_back(at_most("world turned" + of, difference(plain, raous(o)), 1e-10));
+        o.turn.setZero();
+        o.place = {1e6, -1e6, 1e6};
+        const Raous far = raous(o);
+        double shift = 0;
+        for (std::size_t i = 0; i < far.u.size(); ++i)
+            shift = std::max(shift, (far.u[i] - plain.u[i]).norm() / 0.04);
+        rows.push_back(at_most("world shifted by 1e6 m, of the body's size" + of, shift, 1e-8));
+    }
+    return rows;
+}
+
+} // namespace amontons::validation
