@@ -98,3 +98,28 @@ TEST_CASE("what is prescribed at the start counts as motion, and closes contacts
                         CHECK(std::abs(f.values[i] + 1e-3) < 1e-9);
     }
 }
+
+TEST_CASE("the feet of a solid carry its weight and its load")
+{
+    const std::string text = R"({"schema": 1, "bodies": {
+        "block": {"kind": "solid", "mesh": {"generate": "box", "size": [1, 1, 1],
+            "cells": [2, 2, 2], "element": "H8"}, "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+            "density": 100, "hold": [{"set": "z_min"}],
+            "loads": [{"set": "z_max", "force": [3, 0, -50]}]}},
+        "gravity": [0, 0, -9.81], "time": {"step": 1, "end": 1}})";
+    for (const char* motion : {"linear", "corotational"}) {
+        CAPTURE(motion);
+        const std::unique_ptr<Simulation> simulation = make_simulation(
+            parse_scene(text, "test.json", {std::string("bodies.block.motion=") + motion}), {});
+        Keep keep;
+        const std::atomic<bool> never{false};
+        REQUIRE(simulation->run(keep, never).message == "");
+        double up = 0, along = 0;
+        for (const Quantity& q : keep.records.back().quantities) {
+            if (q.name == "block_z_min_force_z") up = q.value;
+            if (q.name == "block_z_min_force_x") along = q.value;
+        }
+        CHECK(std::abs(up / (981 + 50) - 1) < 1e-9);
+        CHECK(std::abs(along + 3) < 1e-6);
+    }
+}
