@@ -123,7 +123,9 @@ struct Observers : StepObserver {
     }
 };
 
-std::string table(const RunSummary& s, const std::string& directory,
+constexpr std::size_t kMostRows = 24; // of quantities; more are for history.csv
+
+std::string table(const RunSummary& s, const Scene& scene, const std::string& directory,
                   const std::vector<std::string>& files)
 {
     std::string t;
@@ -131,9 +133,12 @@ std::string table(const RunSummary& s, const std::string& directory,
         t += fmt::format("  {:<22} {}\n", name, value);
     };
     t += fmt::format("{}: {} steps to t = {:.6g} s\n", s.status, s.steps, s.time);
-    for (const Quantity& q : s.quantities)
-        row(q.name.c_str(), fmt::format("{:.6g} {}", q.value, q.unit));
-    row("branch", s.branch.empty() ? "none" : s.branch);
+    if (s.quantities.size() <= kMostRows)
+        for (const Quantity& q : s.quantities)
+            row(q.name.c_str(), fmt::format("{:.6g} {}", q.value, q.unit));
+    else
+        row("quantities", fmt::format("{}, in history.csv", s.quantities.size()));
+    if (!scene.beams.empty()) row("branch", s.branch.empty() ? "none" : s.branch);
     row("contacts", fmt::format("{} at most, {:.3g} on average", s.contacts_max, s.contacts_mean));
     row("worst certificate",
         fmt::format("error {:.2e}, penetration {:.2e} m, cone {:.2e} N, {} steps without",
@@ -164,7 +169,7 @@ void run(RunArguments& arguments, Session& session)
     std::vector<Obstacle> obstacles = build_obstacles(scene);
     const double read_seconds = watch.seconds();
     session.detail(fmt::format("read in {:.3f} s", read_seconds));
-    const std::unique_ptr<Simulation> made = 
+    const std::unique_ptr<Simulation> made =
         make_simulation(scene, std::move(obstacles), {arguments.cache, arguments.threads});
     Simulation& simulation = *made;
     for (const Issue& w : simulation.warnings())
@@ -224,7 +229,7 @@ void run(RunArguments& arguments, Session& session)
         json.member("output", directory).close('}');
         session.print(json.text() + "\n");
     } else if (!session.quiet) {
-        session.print(table(summary, directory, files));
+        session.print(table(summary, scene, directory, files));
     }
 }
 

@@ -9,10 +9,12 @@ namespace amontons {
 namespace {
 
 // Measured on the examples; sizes in bytes.
-constexpr double kProgram = 12e6;     // code, libraries, stacks
-constexpr double kPerUnknown = 2.5e3; // state, blocks, factor and contact points of a beam
-constexpr double kPerTriangle = 300;  // surface, its index, running maximum, buffers of output
-constexpr double kSampledWall = 30e6; // blocks of a sampled distance along the wire's way
+constexpr double kProgram = 12e6;        // code, libraries, stacks
+constexpr double kPerUnknown = 2.5e3;    // state, blocks, factor and contact points of a beam
+constexpr double kPerSolidUnknown = 1e4; // state, matrices, factor, columns of a solid
+constexpr double kPerRigid = 5e3;        // state and contacts of a rigid body
+constexpr double kPerTriangle = 300;     // surface, its index, running maximum, buffers of output
+constexpr double kSampledWall = 30e6;    // blocks of a sampled distance along the wire's way
 
 bool from_file(const ObstacleInput& o)
 {
@@ -52,12 +54,40 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
     const auto any = [&](auto&& condition) {
         return std::any_of(scene.obstacles.begin(), scene.obstacles.end(), condition);
     };
-    plan.uses.push_back("geometrically exact beams, block-tridiagonal factor (O(n) a solve)");
+    const auto any_solid = [&](const char* motion) {
+        return std::any_of(scene.solids.begin(), scene.solids.end(),
+                           [&](const SolidInput& b) { return b.motion == motion; });
+    };
+    const bool beams = !scene.beams.empty(), solids = !scene.solids.empty(),
+               rigids = !scene.rigids.empty();
+    if (beams)
+        plan.uses.push_back("geometrically exact beams, block-tridiagonal factor (O(n) a solve)");
+    if (any_solid("linear"))
+        plan.uses.push_back("linear solids in frames that are fixed, driven or float with them");
+    if (any_solid("corotational"))
+        plan.uses.push_back("corotational solids, Newton with their exact tangent");
+    if (solids) plan.uses.push_back("CHOLMOD's supernodal Cholesky factor, nodes in METIS's order");
+    if (rigids) plan.uses.push_back("rigid bodies, angular momentum as their state");
+    if (!scene.couplings.empty()) plan.uses.push_back("joints and springs as rows of the problem");
     plan.uses.push_back(dynamic ? "implicit dynamic steps" : "quasi-static steps");
     if (!scene.contact.empty())
-        plan.uses.push_back(friction
-                                ? "Signorini and Coulomb on the geometry at the end of each step"
-                                : "Signorini on the geometry at the end of each step");
+        plan.uses.push_back(std::string(friction ? "Signorini and Coulomb" : "Signorini") +
+                            (dynamic && !beams ? " for the velocities at the end of each step"
+                                               : " on the geometry at the end of each step"));
+    const auto touches = [](const auto& inputs, const std::string& name) {
+        return name == "*" || std::any_of(inputs.begin(), inputs.end(),
+                                          [&](const auto& b) { return b.name == name; });
+    };
+    const auto pair_of_solids = [&](const char* discretisation) {
+        return std::any_of(scene.contact.begin(), scene.contact.end(), [&](const ContactLaw& law) {
+            return law.discretisation == discretisation && touches(scene.solids, law.between[0]) &&
+                   touches(scene.solids, law.between[1]);
+        });
+    };
+    const bool several = scene.solids.size() > 1;
+    if (several && pair_of_solids("mortar"))
+        plan.uses.push_back("contact of solids by dual mortar functions");
+    if (several && pair_of_solids("nodal")) plan.uses.push_back("contact of solids at their nodes");
     if (any([](const ObstacleInput& o) { return !is_sampled(o); }))
         plan.uses.push_back("walls in closed form");
     if (any(is_sampled)) plan.uses.push_back("walls as sampled signed distances");
@@ -77,25 +107,41 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
     leave(!friction && !scene.contact.empty(), "friction",
           "every coefficient is 0: one row a contact, not three");
     leave(!dynamic, "inertia", "time.kind is \"quasi_static\"");
-    leave(true, "dense Delassus operator", "contact forces are condensed into the beam's blocks");
-    leave(true, "CHOLMOD", "no solid body");
+    if (beams)
+        leave(true, "dense Delassus operator",
+              "contact forces are condensed into the beam's blocks");
+    leave(!beams, "beams", "no wire");
+    leave(!rigids, "rigid bodies that move", "none in the scene");
+    leave(!solids, "CHOLMOD", "no solid body");
     leave(true, "PETSc, MPI", "no large solid body");
     leave(true, "CGAL", "nothing is to be meshed");
-    leave(true,
+    leave(beams,
           scene.beams.size() > 1 ? "contact of wires with one another and with themselves"
                                  : "contact of a wire with itself",
           "cannot be solved yet: they would pass through");
+    leave(solids, "contact of a solid with itself", "not looked for: it would pass through");
 
     plan.memory = kProgram;
     for (const BodyPlan& b : bodies)
-        plan.memory += kPerUnknown * b.unknowns;
+        plan.memory += b.kind == "solid"   ? kPerSolidUnknown * b.unknowns
+                       : b.kind == "rigid" ? kPerRigid
+                                           : kPerUnknown * b.unknowns;
     for (const Obstacle& o : obstacles)
         plan.memory += kPerTriangle * static_cast<double>(o.model.surface.triangles.size());
     plan.memory += kSampledWall * static_cast<double>(std::count_if(
                                       scene.obstacles.begin(), scene.obstacles.end(), is_sampled));
-    plan.path = scene.contact.empty() ? "Newton on the beams"
-                                      : "Newton on the beams; inside it open, stick and slip by "
-                                        "pivoting with one block-tridiagonal factor a trial";
+    if (!beams) {
+        plan.path = solids ? "free motion of each body" : "free motion of the rigid bodies";
+        if (!scene.contact.empty() || !scene.couplings.empty())
+            plan.path += dynamic
+                             ? "; contacts as the step finds them at its start, one problem for all"
+                             : "; one contact problem for all, again until the geometry at the "
+                               "end of the step holds";
+    } else {
+        plan.path = scene.contact.empty() ? "Newton on the beams"
+                                          : "Newton on the beams; inside it open, stick and slip "
+                                            "by pivoting with one block-tridiagonal factor a trial";
+    }
     return plan;
 }
 

@@ -409,6 +409,61 @@ class Output(Case):
         self.assertGreater(plan["predicted"]["memory"], 1e6)
         self.assertEqual(list(self.folder.iterdir()), [self.folder / "case.json"])
 
+    def test_check_of_solids_and_rigid_bodies(self):
+        block = {"kind": "solid", "mesh": {"generate": "box", "size": [1, 1, 1]}, "youngs_modulus": 1e6,
+                 "poisson_ratio": 0.3, "density": 1000}
+        scene = {
+            "schema": 1,
+            "bodies": {
+                "floor": {"kind": "obstacle", "surface": {"generate": "plane"}},
+                "lower": dict(block, start={"place": [0, 0, 0.5]}),
+                "upper": dict(block, start={"place": [0, 0, 1.5]}, motion="corotational"),
+                "stone": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.2}, "mass": 1,
+                          "start": {"place": [0, 0, 2.5]}},
+            },
+            "contact": [{"between": ["*", "*"], "friction": 0.2}],
+            "gravity": [0, 0, -9.81],
+            "time": {"kind": "dynamic", "step": 0.01, "end": 1},
+        }
+        (self.folder / "bodies.json").write_text(json.dumps(scene))
+        result = self.call("check", "bodies.json", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        plan = json.loads(result.stdout)
+        uses = "\n".join(plan["uses"])
+        for part in ("linear solids", "corotational solids", "CHOLMOD", "METIS", "mortar", "rigid bodies",
+                     "implicit dynamic", "Coulomb"):
+            self.assertIn(part, uses)
+        self.assertNotIn("exact beams", uses)
+        out = [left["what"] for left in plan["leaves_out"]]
+        self.assertIn("beams", out)
+        self.assertNotIn("CHOLMOD", out)
+        self.assertNotIn("inertia", out)
+        self.assertNotIn("beam", plan["predicted"]["path"])
+        if not STUB:
+            kinds = {b["name"]: (b["kind"], b["unknowns"]) for b in plan["bodies"]}
+            self.assertEqual(kinds["stone"], ("rigid", 6))
+            self.assertEqual(kinds["lower"][0], "solid")
+        rigid = dict(scene, bodies={n: scene["bodies"][n] for n in ("floor", "stone")})
+        (self.folder / "bodies.json").write_text(json.dumps(rigid))
+        plan = json.loads(self.call("check", "bodies.json", "--json").stdout)
+        self.assertIn("CHOLMOD", [left["what"] for left in plan["leaves_out"]])
+        self.assertNotIn("mortar", "\n".join(plan["uses"]))
+
+    def test_the_table_of_bodies_names_no_branch(self):
+        if STUB:
+            self.skipTest("needs bodies")
+        scene = {
+            "schema": 1,
+            "bodies": {"stone": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.2}, "mass": 1}},
+            "time": {"kind": "dynamic", "step": 0.1, "end": 0.2},
+            "output": {"picture": False, "plots": False},
+        }
+        (self.folder / "bodies.json").write_text(json.dumps(scene))
+        result = self.call("run", "bodies.json", "--output", "out")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertNotIn("branch", result.stdout)
+        self.assertIn("branch", self.run_to("out2").stdout)
+
     def test_help_and_version(self):
         for command in ([], ["run"], ["check"], ["solve"], ["schema"], ["validate"], ["render"], ["completion"]):
             for flag in ("--help", "--version"):

@@ -280,13 +280,9 @@ void choose_stress_scale(const DrawnResult& result, Page& page)
                    largest / page.stress_unit);
 }
 
-std::string stress_text(const Page& page, double stress)
+std::string unit_name(double pascals)
 {
-    const char* unit = page.stress_unit == 1     ? "Pa"
-                       : page.stress_unit == 1e3 ? "kPa"
-                       : page.stress_unit == 1e6 ? "MPa"
-                                                 : "GPa";
-    return number("%.3g ", stress / page.stress_unit) + unit;
+    return pascals == 1 ? "Pa" : pascals == 1e3 ? "kPa" : pascals == 1e6 ? "MPa" : "GPa";
 }
 
 Page make_page(const DrawnResult& result)
@@ -502,11 +498,12 @@ vtkSmartPointer<vtkRenderer> legend(const Rectangle& rectangle, const DrawnResul
     double top = 0.90;
     std::string note;
     if (page.solids) {
-        const std::string unit = stress_text(page, 0).substr(2);
+        const std::string unit = unit_name(page.stress_unit);
         add_scale(renderer, rectangle, page.stress, "Von Mises stress [" + unit + "]", top);
         top -= 0.34;
         if (page.highest_stress / page.stress_unit > page.stress.end * 1.0001)
-            note = "Largest stress: " + stress_text(page, page.highest_stress) + ".\n";
+            note = "Largest stress: " + number("%.3g ", page.highest_stress / page.stress_unit) +
+                   unit + ".\n";
     }
     if (page.contacts.largest_force > 0) {
         add_scale(renderer, rectangle, page.force,
