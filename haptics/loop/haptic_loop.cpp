@@ -70,7 +70,7 @@ TickRecord HapticLoop<Real>::tick(const DeviceSample& sample,
             lag_ = options_.coupling_damping / options_.period / k *
                    (lag_ + record.computed.force / k);
     }
-    if (sample.valid && !is_broken(sample.pose)) passivity_.observe(sample.pose);
+    if (sample.valid && !is_broken(sample.pose)) passivity_.observe(sample.pose, time);
     const Wrench limited = limiter_.limit(safety_.apply(record.computed));
     record.sent =
         passivity_.allow(limited, options_.limiter.max_force, options_.limiter.max_torque);

@@ -5,33 +5,43 @@
 
 namespace amontons {
 
-void Passivity::observe(const Pose& device)
+void Passivity::observe(const Pose& device, double time)
 {
     if (!started_) {
         last_pose_ = device;
+        last_time_ = time;
         started_ = true;
         return;
     }
-    const Vec6 step = displacement(last_pose_, device);
+    Vec6 step = displacement(last_pose_, device);
     const double work = sent_.force.dot(step.head<3>()) + sent_.torque.dot(step.tail<3>());
     energy_ += work;
     most_energy_ = std::max(most_energy_, energy_);
     if (options_.leak > 0 && credit_ > 0) credit_ *= std::exp(-options_.period / options_.leak);
     credit_ -= work;
+    step /= std::max(1.0, std::round((time - last_time_) / options_.period));
     surprise_ = (step - step_).head<3>().norm();
     turn_surprise_ = (step - step_).tail<3>().norm();
     step_ = step;
     last_pose_ = device;
+    last_time_ = time;
 }
 
 Wrench Passivity::allow(Wrench wrench, double most_force, double most_torque)
 {
     const Vec3 x = step_.head<3>(), t = step_.tail<3>();
-    const double more = surprise_ + options_.resolution;
+    double more = surprise_ + options_.resolution;
+    if (options_.least_mass > 0)
+        more += (wrench.force.norm() + sent_.force.norm()) * options_.period * options_.period /
+                options_.least_mass;
     const double turn_more = turn_surprise_ + options_.turn_resolution;
+    // The step may change by `more` in every tick. Convex in the number of ticks: the ends decide.
+    const auto work_of = [&](const Wrench& w, double ticks) {
+        return ticks * (w.force.dot(x) + w.torque.dot(t) +
+                        (ticks + 1) / 2 * (more * w.force.norm() + turn_more * w.torque.norm()));
+    };
     const auto worst_work = [&](const Wrench& w) {
-        return w.force.dot(x) + w.torque.dot(t) + more * w.force.norm() +
-               turn_more * w.torque.norm();
+        return std::max(work_of(w, 1), work_of(w, options_.horizon));
     };
     const double wanted = worst_work(wrench), budget = std::max(credit_, 0.0);
     if (options_.control && wanted > credit_) {

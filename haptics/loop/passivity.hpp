@@ -15,6 +15,11 @@ struct PassivityOptions {
     /// How much farther than foreseen the hand may come in one tick, without counting on it: what
     /// one step of the encoder hides [m], [rad].
     double resolution = 0, turn_resolution = 0;
+    /// How many ticks a force may be held because the next one comes late, >= 1.
+    int horizon = 1;
+    /// Least mass of device and hand: bounds how far a new force pushes in a tick; 0: not counted
+    /// [kg].
+    double least_mass = 0;
     /// Credit that the hand has earned by pushing decays with this time constant, so that old
     /// dissipation does not hide new injection; 0: never [s].
     double leak = 0;
@@ -33,7 +38,8 @@ public:
     explicit Passivity(const PassivityOptions& options = {}) : options_(options) {}
 
     /// Counts the work of the tick that ends with this pose, done by the wrench sent before.
-    void observe(const Pose& device);
+    /// @param time  of the pose: a late tick has gone farther [s]
+    void observe(const Pose& device, double time);
     /// The wrench that may be sent now. Also remembers it for observe().
     /// @param most_force, most_torque  the damping stays within what is left of these [N], [N m]
     Wrench allow(Wrench wrench, double most_force, double most_torque);
@@ -48,7 +54,8 @@ private:
     PassivityOptions options_;
     Pose last_pose_;
     Wrench sent_;
-    Vec6 step_ = Vec6::Zero();                // of the last tick
+    double last_time_ = 0;
+    Vec6 step_ = Vec6::Zero();                // in a tick, of late
     double surprise_ = 0, turn_surprise_ = 0; // how much it differed from the one before
     double energy_ = 0, most_energy_ = 0, credit_ = 0, removed_ = 0;
     long controlled_ = 0;

@@ -41,7 +41,7 @@ ProxyLoop<Real>::ProxyLoop(int most_contacts, const ProxyOptions& options)
     , capacity_(most_contacts)
 {
     const std::size_t n = at(most_contacts);
-    for (auto* vectors : {&r_, &q_, &anchor_, &fade_})
+    for (auto* vectors : {&r_, &before_, &q_, &anchor_, &fade_})
         vectors->assign(n, Vec3::Zero());
     own_.assign(n, Mat3::Zero());
     cone_.assign(n, Mat3::Identity());
@@ -74,6 +74,23 @@ template <class Real> void ProxyLoop<Real>::prepare_blocks()
         if (contact(i).turns)
             block_[at(i)] = prepare(cone_[at(i)].transpose() * own_[at(i)] * cone_[at(i)]);
     prepared_turn_ = turn_;
+}
+
+/// Starts where the last two ticks point to: hands move smoothly.
+template <class Real> void ProxyLoop<Real>::extrapolate()
+{
+    for (int i = 0; i < op_->contacts; ++i) {
+        const Vec3 now = r_[at(i)];
+        // A contact that opens or closes has no trend.
+        if (!now.isZero(0) && !before_[at(i)].isZero(0)) {
+            const Vec3 next = 2 * now - before_[at(i)];
+            const Mat3& axes = cone_[at(i)];
+            r_[at(i)] = contact(i).turns
+                            ? Vec3(axes * project_cone(axes.transpose() * next, contact(i).mu))
+                            : project_cone(next, contact(i).mu);
+        }
+        before_[at(i)] = now;
+    }
 }
 
 /// u = W r + q(d).
@@ -210,7 +227,7 @@ template <class Real> void ProxyLoop<Real>::anchor_slip(double time)
 
 template <class Real> void ProxyLoop<Real>::clear()
 {
-    for (auto* vectors : {&r_, &anchor_, &fade_})
+    for (auto* vectors : {&r_, &before_, &anchor_, &fade_})
         std::fill(vectors->begin(), vectors->end(), Vec3::Zero());
     jump_ = {};
     last_ = {};
@@ -226,6 +243,7 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const Pose& device, double
 
     set_pose(device);
     const double fading = fading_at(time);
+    if (options_.extrapolate) extrapolate();
     free_motion(fading);
     result.error = error();
     // If every contact is as content as this, so is the whole.
@@ -274,7 +292,7 @@ template <class Real> bool ProxyLoop<Real>::take(const ReducedOperator<Real>& op
         cone_[at(i)] = Mat3::Identity();
         block_[at(i)] = prepare(own_[at(i)]);
         r_[at(i)] = contact(i).r * (op.compliance / op.length);
-        anchor_[at(i)] = fade_[at(i)] = Vec3::Zero();
+        before_[at(i)] = anchor_[at(i)] = fade_[at(i)] = Vec3::Zero();
         slip_time_[at(i)] = op.time;
     }
     jump_ = {};

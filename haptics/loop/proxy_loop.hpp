@@ -13,13 +13,14 @@ namespace amontons {
 
 struct ProxyOptions {
     /// Natural-map error at which a tick ends, relative to the acting rows of q [-].
-    double tolerance = 1e-4;
+    double tolerance = 5e-4;
     int max_sweeps = 30; ///< >= 1
     /// Wall time after which no further sweep begins [s]; 0: none, and no clock is read, so that
     /// the same input gives the same force.
     double budget = 0;
     /// Time over which a new operator comes in, in periods of the simulation; 0: at once [-].
     double blend = 1;
+    bool extrapolate = true;            ///< start a tick from the trend of the last two reactions
     SimdLevel simd = SimdLevel::avx512; ///< or the best that there is
 };
 
@@ -82,6 +83,7 @@ private:
     // proxy_loop.cpp: one pose
     void set_pose(const Pose& device);
     void prepare_blocks();
+    void extrapolate();
     void free_motion(double fading);
     void add_reaction(int i, const Vec3& change);
     void visit(int i, double content);
@@ -102,6 +104,7 @@ private:
 
     // Per contact, in the operator's frame and without dimensions.
     std::vector<Vec3> r_, q_;       // q_ is q(d) with anchor and fading
+    std::vector<Vec3> before_;      // r of the tick before, 0 if there was none
     std::vector<Mat3> own_;         // W_ii as the kernel sees it
     std::vector<Mat3> cone_;        // axes of the turned frame; one where it does not turn
     std::vector<LocalBlock> block_; // W_ii in the turned frame, prepared

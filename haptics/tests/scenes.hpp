@@ -1,5 +1,6 @@
 #pragma once
 
+#include "contact/solve.hpp"
 #include "haptics/reduced_operator.hpp"
 
 #include <cmath>
@@ -103,6 +104,52 @@ void publish(ReducedOperator<Real>& op, const Bed& bed, const Pose& pose, double
     op.validity = 0;
     set_delassus(op, W);
 }
+
+/// The slow simulation of a bed: it remembers where each point sticks.
+struct BedSimulation {
+    Bed bed;
+    std::vector<Vec3> anchor; ///< by point [m]
+    std::vector<bool> closed;
+    double solve_tolerance = 1e-10;
+
+    explicit BedSimulation(Bed b)
+        : bed(std::move(b))
+        , anchor(bed.points.size(), Vec3::Zero())
+        , closed(bed.points.size())
+    {
+    }
+
+    /// A step to this pose, solved by `contact`; then q_t counts from where the points are now.
+    template <class Real>
+    void step(ReducedOperator<Real>& op, const Pose& pose, double time, std::uint64_t sequence)
+    {
+        publish(op, bed, pose, time, sequence);
+        ContactProblem problem = contact_problem(op);
+        for (int k = 0; k < op.contacts; ++k) {
+            const CandidateContact& c = op.contact[static_cast<std::size_t>(k)];
+            const auto i = static_cast<std::size_t>(c.id);
+            if (!closed[i]) anchor[i] = pose.position + c.arm;
+            problem.q.segment<2>(3 * k + 1) =
+                c.frame.rightCols<2>().transpose() * (pose.position + c.arm - anchor[i]);
+        }
+        SolverOptions options;
+        options.tolerance = solve_tolerance;
+        const ContactSolution solution = solve(problem, options);
+        closed.assign(closed.size(), false);
+        for (int k = 0; k < op.contacts; ++k) {
+            CandidateContact& c = op.contact[static_cast<std::size_t>(k)];
+            const auto i = static_cast<std::size_t>(c.id);
+            c.r = solution.reaction.segment<3>(3 * k);
+            if (c.r.isZero(0)) continue;
+            closed[i] = true;
+            c.q.tail<2>() = problem.q.segment<2>(3 * k + 1);
+            if (c.r.tail<2>().norm() < (1 - 1e-6) * c.mu * c.r[0]) continue;
+            const Eigen::Vector2d slip = solution.u.segment<2>(3 * k + 1);
+            anchor[i] += c.frame.rightCols<2>() * slip;
+            c.q.tail<2>() -= slip;
+        }
+    }
+};
 
 /// A flat tool with n points in a grid of that pitch.
 inline std::vector<Vec3> grid(int n, double pitch)
