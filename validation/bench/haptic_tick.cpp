@@ -3,7 +3,7 @@
 // thread: what a tick takes when nobody interrupts it. The haptic thread's own clock: amontons
 // haptic.
 //
-//   build/release/bin/haptic_tick [ticks]
+//   build/release/bin/haptic_tick [ticks [budget in microseconds of wall time]]
 
 #include "haptics/loop/proxy_loop.hpp"
 #include "haptics/tests/scenes.hpp"
@@ -33,7 +33,7 @@ double percentile(std::vector<double> x, double share)
                       static_cast<std::size_t>(share * static_cast<double>(x.size())))];
 }
 
-template <class Real> void measure(int n, SimdLevel level, int ticks)
+template <class Real> void measure(int n, SimdLevel level, int ticks, double budget)
 {
     Bed bed;
     bed.points = grid(n, 4e-3);
@@ -42,6 +42,7 @@ template <class Real> void measure(int n, SimdLevel level, int ticks)
     ReducedOperator<Real> one(n), other(n);
     ProxyOptions options;
     options.simd = level;
+    options.budget = budget;
     ProxyLoop<Real> loop(n, options);
     std::vector<double> micro, error, sweeps, hand_over;
     int closed = 0;
@@ -77,11 +78,12 @@ template <class Real> void measure(int n, SimdLevel level, int ticks)
 int main(int argc, char** argv)
 {
     const int ticks = argc > 1 ? std::max(100, std::atoi(argv[1])) : 2000;
+    const double budget = argc > 2 ? 1e-6 * std::atof(argv[2]) : 0;
     std::printf("   n real   simd     closed  p50[us]      p99    p99.9      max take+p50 sweeps   "
                 " p99  error p99\n");
     for (const int n : {10, 50, 100, 200})
         for (int level = 0; level <= static_cast<int>(best_simd_level()); ++level) {
-            measure<float>(n, static_cast<SimdLevel>(level), ticks);
-            measure<double>(n, static_cast<SimdLevel>(level), ticks);
+            measure<float>(n, static_cast<SimdLevel>(level), ticks, budget);
+            measure<double>(n, static_cast<SimdLevel>(level), ticks, budget);
         }
 }
