@@ -1,4 +1,5 @@
 #include "validation/cases/cases.hpp"
+#include "validation/cases/rigid_bodies/rigid_bodies.hpp"
 #include "validation/cases/solids/solids.hpp"
 
 namespace amontons::validation {
@@ -75,6 +76,25 @@ const std::vector<Case>& cases()
         {"gaps-and-overlaps", "stability", "closed form: uniform stress", gaps_and_overlaps},
         {"floating-blocks", "stability", "closed form: balance; no balance exists",
          floating_blocks},
+        {"incline", "benchmarks", "Coulomb: closed form", incline},
+        {"sliding-block", "benchmarks", "closed form", sliding_block},
+        {"thrown-block", "benchmarks", "Kotkin & Serbo: integrated equation of motion",
+         thrown_block},
+        {"bowling-ball", "benchmarks", "Euler: closed form", bowling_ball},
+        {"rolling-down", "benchmarks", "closed form", rolling_down},
+        {"spinning-disc", "benchmarks", "Contensou 1963; Farkas et al. 2003", spinning_disc},
+        {"bouncing-ball", "benchmarks", "closed form: geometric series", bouncing_ball},
+        {"balls-in-line", "benchmarks", "Moreau 1988: enumeration", balls_in_line},
+        {"rocking-block", "benchmarks", "Housner 1963: integrated equation of motion",
+         rocking_block},
+        {"masonry-arch", "benchmarks", "Cocchetti & Rizzi 2020; static programme of the blocks",
+         masonry_arch},
+        {"leaning-planks", "benchmarks", "closed form: statics", leaning_planks},
+        {"table-legs", "benchmarks", "closed form: balance", table_legs},
+        {"painleve-rod", "benchmarks", "Genot & Brogliato 1999: closed form", painleve_rod},
+        {"klarbring", "benchmarks", "Klarbring 1990: enumeration", klarbring},
+        {"jammed-ball", "stability", "no motion exists (Farkas)", jammed_ball},
+        {"heavy-on-light", "stability", "closed form: sums of weights", heavy_on_light},
         {"prescribed-faces", "stability", "closed form: uniform stress; no motion exists",
          prescribed_faces},
     };

@@ -1,0 +1,275 @@
+// B01, B03, B04, B09, B10, B11, B13, B17, B19: rigid bodies that slide, roll, spin and bounce; see
+// README.md.
+
+#include "validation/cases/rigid_bodies/rigid_bodies.hpp"
+#include "validation/solid_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace amontons::validation {
+namespace {
+
+constexpr double kG = 9.81, kPi = 3.14159265358979323846;
+
+ShapeInput box(const Vec3& size)
+{
+    ShapeInput s;
+    s.generate = "box";
+    s.size = size;
+    return s;
+}
+
+ShapeInput ball(double radius)
+{
+    ShapeInput s;
+    s.generate = "ball";
+    s.radius = radius;
+    return s;
+}
+
+/// A scene of one body on a plane, dynamic, its gravity that of an incline towards x.
+struct OnPlane {
+    SolidScene scene;
+    RigidInput* body = nullptr;
+
+    OnPlane(const ShapeInput& shape, double mass, double height, double degrees, double friction,
+            double step, double end)
+        : scene("a body on a plane")
+    {
+        body = &scene.rigid("body", shape);
+        body->mass = mass;
+        body->start.place = {0, 0, height};
+        scene.plane("plane", Vec3::Zero(), Vec3::UnitZ());
+        scene.touch("body", "plane", friction).sliding = "finite";
+        const double a = degrees * kPi / 180;
+        scene.scene.gravity = {kG * std::sin(a), 0, -kG * std::cos(a)};
+        scene.scene.time.kind = "dynamic";
+        scene.scene.time.step = step;
+        scene.scene.time.end = end;
+    }
+    SolidRun run() const { return run_solids(scene.scene); }
+};
+
+} // namespace
+
+std::vector<Measured> incline()
+{
+    std::vector<Measured> rows;
+    {
+        OnPlane s(box({0.2, 0.2, 0.1}), 1, 0.05, 16.6, 0.3, 0.01, 10);
+        s.scene.scene.accuracy.contact = 1e-12;
+        const SolidRun r = s.run();
+        rows.push_back(at_most("creep in 10 s at 16.6 degrees, mu 0.3 [m]",
+                               std::abs(r.quantity("body_x")), 1e-12));
+    }
+    // The threshold atan(mu): just below it no speed, just above it some.
+    const double limit = std::atan(0.3) * 180 / kPi, near = 1e-6 * 180 / kPi;
+    for (const double side : {-1.0, 1.0}) {
+        OnPlane s(box({0.2, 0.2, 0.1}), 1, 0.05, limit + side * near, 0.3, 0.01, 0.5);
+        s.scene.scene.accuracy.contact = 1e-12;
+        const double speed = s.run().quantity("body_velocity_x");
+        const double free = side > 0 ? kG * 1e-6 * 0.5 / std::cos(std::atan(0.3)) : 0;
+        rows.push_back(absolute(
+            fmt::format("speed 1e-6 rad {} the threshold [m/s]", side < 0 ? "below" : "above"),
+            free, speed, 1e-9));
+    }
+    OnPlane s(box({0.2, 0.2, 0.1}), 1, 0.05, 30, 0.3, 0.01, 1);
+    const SolidRun r = s.run();
+    const double a = kG * (0.5 - 0.3 * std::sqrt(0.75));
+    rows.push_back(relative("speed after 1 s at 30 degrees", a, r.quantity("body_velocity_x"), 1e-8));
+    rows.push_back(relative("way after 1 s: a t (t + h) / 2, the rule's own", a * 1.01 / 2,
+                            r.quantity("body_x"), 1e-9));
+    rows.push_back(relative("way after 1 s, midpoint rule", a / 2, [&] {
+        OnPlane m(box({0.2, 0.2, 0.1}), 1, 0.05, 30, 0.3, 0.01, 1);
+        m.scene.scene.time.theta = 0.5;
+        return m.run().quantity("body_x");
+    }(), 1e-6));
+    return rows;
+}
+
+std::vector<Measured> sliding_block()
+{
+    const double h = 1e-3;
+    OnPlane s(box({0.2, 0.2, 0.02}), 1, 0.01, 0, 0.25, h, 1);
+    s.body->start.velocity = {2, 0, 0};
+    const SolidRun r = s.run();
+    double stop = 0;
+    for (std::size_t i = 0; i < r.steps.size(); ++i)
+        if (r.quantity("body_velocity_x", int(i)) > 1e-6) stop = r.steps[i].time;
+    OnPlane ice(box({0.2, 0.2, 0.02}), 1, 0.01, 0, 0, h, 1);
+    ice.body->start.velocity = {2, 0, 0};
+    return {absolute("time until it stops [s], within a step", 0.815494393, stop, h),
+            absolute("way until it stops [m], within v0 h / 2", 0.815494393, r.quantity("body_x"),
+                     2 * h / 2 * 1.01),
+            at_most("speed that a block without friction loses in 1 s [m/s]",
+                    std::abs(ice.run().quantity("body_velocity_x") - 2), 1e-12)};
+}
+
+std::vector<Measured> thrown_block()
+{
+    // Uphill is -x: thrown sideways (y) where mu = tan(alpha).
+    const auto thrown = [](double towards) {
+        OnPlane s(box({0.02, 0.02, 1e-5}), 1, 5e-6, 20, std::tan(20 * kPi / 180), 1e-3, 0.5);
+        s.body->start.velocity = {std::sin(towards), std::cos(towards), 0};
+        return s.run();
+    };
+    const SolidRun r = thrown(0);
+    const double vx = r.quantity("body_velocity_y"), vy = r.quantity("body_velocity_x");
+    return {relative("sideways way at 0.5 s", 0.190125, r.quantity("body_y"), 2e-3),
+            relative("downhill way at 0.5 s", 0.19424, r.quantity("body_x"), 2e-3),
+            absolute("sideways speed at 0.5 s [m/s]", 0.0574484, vx, 1e-3),
+            absolute("downhill speed at 0.5 s [m/s]", 0.4983498, vy, 1e-3),
+            relative("|v| + v downhill, at all times v0", 1, std::hypot(vx, vy) + vy, 1e-3)};
+}
+
+std::vector<Measured> bowling_ball()
+{
+    const double h = 1e-3;
+    OnPlane s(ball(0.108), 7, 0.108, 0, 0.2, h, 1);
+    s.body->start.velocity = {5, 0, 0};
+    const SolidRun r = s.run();
+    double rolls = 0;
+    for (std::size_t i = 0; i < r.steps.size(); ++i)
+        if (r.quantity("body_velocity_x", int(i)) -
+                0.108 * r.quantity("body_spin_y", int(i)) > 1e-6)
+            rolls = r.steps[i].time;
+    return {relative("final speed", 25.0 / 7, r.quantity("body_velocity_x"), 1e-6),
+            absolute("time when it rolls [s], within a step", 0.728119994, rolls, h),
+            at_most("friction once it rolls [N]",
+                    std::abs(r.quantity("body_on_plane_force_x")), 1e-6)};
+}
+
+std::vector<Measured> rolling_down()
+{
+    // Just above the critical coefficient it rolls, just below it slips.
+    const double radius = 0.1;
+    std::vector<Measured> rows;
+    const auto slip = [&](double mu) {
+        OnPlane s(ball(radius), 1, radius, 30, mu, 1e-3, 0.1);
+        const SolidRun r = s.run();
+        return r.quantity("body_velocity_x") - radius * r.quantity("body_spin_y");
+    };
+    const double critical = 0.16495722;
+    rows.push_back(at_most("slip of a ball 1e-6 above the critical mu [m/s]",
+                           std::abs(slip(critical + 1e-6)), 1e-8));
+    // Slip grows with g cos(a) (mu_c - mu) (1 + 1/k), k = 2/5.
+    rows.push_back(relative("slip of a ball 1e-3 below it",
+                            kG * std::cos(kPi / 6) * (critical - (critical - 1e-3)) * 3.5 * 0.1,
+                            slip(critical - 1e-3), 1e-4));
+    OnPlane s(ball(radius), 1, radius, 30, 0.5, 1e-3, 1);
+    rows.push_back(relative("speed of a ball that rolls for 1 s", 3.50357143,
+                            s.run().quantity("body_velocity_x"), 1e-6));
+    return rows;
+}
+
+std::vector<Measured> spinning_disc()
+{
+    ShapeInput disc;
+    disc.generate = "cylinder";
+    disc.radius = 0.1;
+    disc.length = 1e-4;
+    disc.points = 400;
+    OnPlane s(disc, 1, 5e-5, 0, 0.3, 1e-4, 0.7);
+    s.body->start.velocity = {1, 0, 0};
+    s.body->start.spin = {0, 0, 1 / (0.1 * 0.6530018)};
+    const SolidRun r = s.run();
+    // Started at the ratio v / (R omega) that all such motions end with, it stays there.
+    double ratio = 0, stop = 0;
+    for (std::size_t i = 0; i < r.steps.size(); ++i) {
+        const double v = r.quantity("body_velocity_x", int(i)), w = r.quantity("body_spin_z", int(i));
+        if (v > 0.02) ratio = v / (0.1 * w);
+        if (v > 1e-4) stop = r.steps[i].time;
+    }
+    return {relative("v / (R omega) near the stop", 0.6530018, ratio, 1e-2),
+            relative("time until it stops", 0.551576507, stop, 1e-2)};
+}
+
+std::vector<Measured> bouncing_ball()
+{
+    const double h = 2e-4;
+    OnPlane s(ball(0.1), 1, 1.1, 0, 0, h, 1.6);
+    s.scene.scene.contact[0].restitution = 0.5;
+    const SolidRun r = s.run();
+    double first = 0, rest = 0, path = 0;
+    for (std::size_t i = 1; i < r.steps.size(); ++i) {
+        const double z = r.quantity("body_z", int(i)), before = r.quantity("body_z", int(i) - 1);
+        path += std::abs(z - before);
+        if (first == 0 && r.quantity("body_velocity_z", int(i)) > 0) first = r.steps[i].time;
+        if (std::abs(r.quantity("body_velocity_z", int(i))) > 0.01) rest = r.steps[i].time;
+    }
+    return {absolute("time of the first bounce [s], within two steps", 0.451523641, first, 2 * h),
+            relative("time to rest", 1.35457092, rest, 5e-3),
+            relative("path", 1.66666667, path, 5e-3)};
+}
+
+std::vector<Measured> balls_in_line()
+{
+    std::vector<Measured> rows;
+    for (const int n : {3, 4, 5})
+        for (const double e : {1.0, 0.0}) {
+            SolidScene s("balls in a line");
+            for (int k = 0; k < n; ++k) {
+                RigidInput& b = s.rigid(fmt::format("b{}", k), ball(0.5));
+                b.mass = 1;
+                b.start.place = {double(k), 0, 0};
+                b.start.velocity = {k == 0 ? 1.0 : 0.0, 0, 0};
+            }
+            for (int k = 0; k + 1 < n; ++k) {
+                ContactLaw& law = s.touch(fmt::format("b{}", k), fmt::format("b{}", k + 1), 0);
+                law.restitution = e;
+                law.sliding = "finite";
+            }
+            s.scene.time.kind = "dynamic";
+            s.scene.time.step = s.scene.time.end = 0.01;
+            s.scene.accuracy.contact = 1e-13;
+            const SolidRun r = run_solids(s.scene);
+            const double first = e == 1 ? 2.0 / n - 1 : 1.0 / n, others = e == 1 ? 2.0 / n : 1.0 / n;
+            double worst = std::abs(r.quantity("b0_velocity_x") - first);
+            for (int k = 1; k < n; ++k)
+                worst = std::max(worst, std::abs(r.quantity(fmt::format("b{}_velocity_x", k)) - others));
+            rows.push_back(at_most(
+                fmt::format("speeds of {} balls after a blow, e = {}, off Moreau's law [m/s]", n, e),
+                worst, 1e-12));
+        }
+    return rows;
+}
+
+std::vector<Measured> rocking_block()
+{
+    std::vector<Measured> rows;
+    struct Set {
+        double width, part, time, before, ratio;
+    };
+    for (const Set& k : {Set{0.2, 0.5, 0.34709359, -0.64804901, 0.94230769},
+                         Set{0.25, 0.8, 0.60714988, -0.90454809, 0.91176471}}) {
+        // Turned about its lower edge at x = 0 by theta0, let go.
+        const double alpha = std::atan(k.width), theta = k.part * alpha, h = 2e-4;
+        OnPlane s(box({k.width, 0.5, 1}), 1, 0, 0, 1, h, k.time + 0.02);
+        const double half = std::hypot(0.5, 0.5 * k.width);
+        // Centre from the right lower edge, which stays at the origin.
+        const double angle = std::atan2(0.5, -0.5 * k.width) - theta;
+        s.body->start.turn = {0, theta, 0};
+        s.body->start.place = {half * std::cos(angle), 0, half * std::sin(angle)};
+        s.scene.scene.time.theta = 0.5;
+        const SolidRun r = s.run();
+        double impact = 0, before = 0, after = 0;
+        for (std::size_t i = 1; i < r.steps.size() && impact == 0; ++i) {
+            const double w = r.quantity("body_spin_y", int(i)), old = r.quantity("body_spin_y", int(i) - 1);
+            if (std::abs(w) < 0.99 * std::abs(old) && std::abs(old) > 0.5 * std::abs(k.before)) {
+                impact = r.steps[i].time;
+                before = old;
+                after = r.quantity("body_spin_y", int(std::min(i + 3, r.steps.size() - 1)));
+            }
+        }
+        rows.push_back(relative(fmt::format("time to the first impact, width {}", k.width), k.time,
+                                impact, 2e-3));
+        rows.push_back(relative(fmt::format("spin before it, width {}", k.width), k.before, before, 2e-3));
+        rows.push_back(relative(fmt::format("spin after over before, width {}", k.width), k.ratio,
+                                after / before, 1e-2));
+    }
+    return rows;
+}
+
+} // namespace amontons::validation
