@@ -27,6 +27,8 @@ public:
 
     int unknowns() const override { return driven() ? 0 : 6; }
     bool nonlinear() const override { return false; }
+    /// Its contacts stand for equal parts of a face.
+    bool spread() const { return input_.shape.points > 0; }
     bool driven() const { return input_.drive.given; }
     void begin(const StepInput& step) override;
     void linearise() override {}

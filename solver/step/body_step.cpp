@@ -18,6 +18,7 @@ namespace {
 constexpr double kModeWeight = 1e3;
 constexpr int kMostModeSteps = 60;
 constexpr int kNewtonSteps = 60;        // and sweeps before them
+constexpr int kMostRescales = 3;
 constexpr int kMostGrowth = 40;         // of the set of candidates, in one iteration
 constexpr double kOverlap = 1e-6;       // of a body's size: more is no error of the steps
 constexpr double kUndone = 0.2;         // of it in one step
@@ -217,6 +218,7 @@ private:
     void add_motion(const Rows& rows, const std::vector<Eigen::VectorXd>& y,
                     Eigen::VectorXd& u) const;
     std::vector<Eigen::VectorXd> forces(const Rows& rows, const Eigen::VectorXd& r) const;
+    bool rescale_modes();
     void relax();
     bool holds_at_end();
     void certify_rows(const Eigen::VectorXd& u);
@@ -232,6 +234,7 @@ private:
     BodyContacts list_;
     bool found_ = false;
     bool nothing_ = false; ///< moves but for rounding
+    bool spread_ = false;  ///< contacts stand for areas: forces are to be even
     bool elastic_ = false; ///< some body of the problem is
     std::vector<CouplingRow> joints_;
     std::vector<Vec3> value_;   ///< of every contact and coupling, at the iterate
@@ -471,6 +474,7 @@ bool Step::solve_with_modes()
     options.solver = options_.solver;
     options.threads = options_.threads;
     options.scope = ErrorScope::acting_rows;
+    options.least_norm = spread_;
     const Eigen::VectorXd q = problem_.q;
     bool modes = false;
     for (std::size_t b = 0; b < bodies(); ++b)
@@ -554,6 +558,26 @@ bool Step::solve_with_modes()
     return false;
 }
 
+/// A rigid body through which far larger forces pass than its own load takes their scale: W r of all
+/// rows is then of one size, and light bodies below heavy ones do not drown the rest in round-off.
+/// @return  whether a scale has changed, and the problem with it
+bool Step::rescale_modes()
+{
+    bool changed = false;
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        if (!system_.refs[b].rigid || B_[b].size() == 0) continue;
+        Eigen::VectorXd r(Eigen::Index(rows_.row[b].size()));
+        for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
+            r[Eigen::Index(i)] = r_[rows_.row[b][i]];
+        const double force = (B_[b].cwiseAbs().transpose() * r.cwiseAbs()).norm();
+        constexpr double kMuch = 100;
+        if (!(mode_scale_[b] * force > kMuch * body(b).size())) continue;
+        mode_scale_[b] = body(b).size() / force;
+        changed = true;
+    }
+    return changed;
+}
+
 /// The contact problem at the iterate. Contacts that were left out and would penetrate come in.
 bool Step::solve()
 {
@@ -586,13 +610,22 @@ bool Step::solve()
     for (int c = 0; c < n; ++c)
         in[std::size_t(c)] = c >= n_contacts || force_.count(key(c)) > 0 ||
                              u[all_.first[std::size_t(c)]] <= slack || (modes && deepest == 0);
+    int rescales = 0;
     for (int growth = 0; growth < kMostGrowth; ++growth) {
         rows_.chosen.clear();
         for (int c = 0; c < n; ++c)
             if (in[std::size_t(c)]) rows_.chosen.push_back(c);
         assemble();
         r_ = warm_start();
-        if (!solve_with_modes()) {
+        const bool solved = solve_with_modes();
+        if (rescales < kMostRescales && rescale_modes()) {
+            ++rescales;
+            for (Eigen::VectorXd& m : mode_)
+                m.setZero();
+            report_.refusal.clear();
+            continue;
+        }
+        if (!solved) {
             // Pins say nothing of where modes take a body: what was left out may hold it.
             if (!modes || int(rows_.chosen.size()) == n) return false;
             std::fill(in.begin(), in.end(), 1);
@@ -868,6 +901,8 @@ bool Step::run()
 {
     for (std::size_t b = 0; b < bodies(); ++b)
         body(b).begin(step_);
+    for (const BodyRef& b : system_.refs)
+        spread_ |= b.rigid && b.rigid->spread();
     force_ = system_.warm;
     find();
     bool nonlinear = false;

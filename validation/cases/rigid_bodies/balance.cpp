@@ -40,18 +40,29 @@ bool arch_stands(int n, double thickness, double mu)
 {
     SolidScene s("an arch");
     const double low = 1 - thickness / 2, high = 1 + thickness / 2, half = 0.1;
-    constexpr int kFaces[6][4] = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1},
-                                  {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
+    constexpr int kFacets = 16; // of the round faces: the reference's blocks are pieces of a ring
     for (int k = 0; k < n; ++k) {
         std::string obj;
-        for (const double y : {-half, half})
-            for (const int end : {k, k + 1})
-                for (const double r : {low, high})
-                    obj += fmt::format("v {:.17g} {:.17g} {:.17g}\n", r * std::cos(kPi * end / n), y,
-                                       r * std::sin(kPi * end / n));
-        for (const auto& f : kFaces)
-            obj += fmt::format("f {} {} {}\nf {} {} {}\n", f[0] + 1, f[1] + 1, f[2] + 1, f[0] + 1,
-                               f[2] + 1, f[3] + 1);
+        for (int j = 0; j <= kFacets; ++j) // numbers 4 j + 1: front and back, inside and outside
+            for (const double y : {-half, half})
+                for (const double r : {low, high}) {
+                    const double a = kPi * (k + double(j) / kFacets) / n;
+                    obj += fmt::format("v {:.17g} {:.17g} {:.17g}\n", r * std::cos(a), y,
+                                       r * std::sin(a));
+                }
+        const auto face = [&](int a, int b, int c, int d) {
+            obj += fmt::format("f {} {} {}\nf {} {} {}\n", a, b, c, a, c, d);
+        };
+        face(1, 2, 4, 3);
+        for (int j = 0; j < kFacets; ++j) {
+            const int a = 4 * j, b = 4 * (j + 1);
+            face(a + 1, b + 1, b + 2, a + 2);
+            face(a + 3, a + 4, b + 4, b + 3);
+            face(a + 1, a + 3, b + 3, b + 1);
+            face(a + 2, b + 2, b + 4, a + 4);
+        }
+        const int e = 4 * kFacets;
+        face(e + 1, e + 3, e + 4, e + 2);
         const std::string file = s.path(fmt::format("v{}.obj", k));
         write_file(file, obj, Flush::to_system);
         ShapeInput shape;

@@ -111,7 +111,7 @@ std::vector<Measured> thrown_block()
 {
     // Uphill is -x: thrown sideways (y) where mu = tan(alpha).
     const auto thrown = [](double towards) {
-        OnPlane s(box({0.02, 0.02, 1e-5}), 1, 5e-6, 20, std::tan(20 * kPi / 180), 1e-3, 0.5);
+        OnPlane s(box({0.02, 0.02, 1e-5}), 1, 5e-6, 20, std::tan(20 * kPi / 180), 5e-4, 0.5);
         s.body->start.velocity = {std::sin(towards), std::cos(towards), 0};
         return s.run();
     };
@@ -188,7 +188,7 @@ std::vector<Measured> spinning_disc()
 
 std::vector<Measured> bouncing_ball()
 {
-    const double h = 2e-4;
+    const double h = 5e-5;
     OnPlane s(ball(0.1), 1, 1.1, 0, 0, h, 1.6);
     s.scene.scene.contact[0].restitution = 0.5;
     const SolidRun r = s.run();
@@ -197,7 +197,7 @@ std::vector<Measured> bouncing_ball()
         const double z = r.quantity("body_z", int(i)), before = r.quantity("body_z", int(i) - 1);
         path += std::abs(z - before);
         if (first == 0 && r.quantity("body_velocity_z", int(i)) > 0) first = r.steps[i].time;
-        if (std::abs(r.quantity("body_velocity_z", int(i))) > 0.01) rest = r.steps[i].time;
+        if (std::abs(r.quantity("body_velocity_z", int(i))) > 0.002) rest = r.steps[i].time;
     }
     return {absolute("time of the first bounce [s], within two steps", 0.451523641, first, 2 * h),
             relative("time to rest", 1.35457092, rest, 5e-3),
@@ -253,6 +253,9 @@ std::vector<Measured> rocking_block()
         s.body->start.turn = {0, theta, 0};
         s.body->start.place = {half * std::cos(angle), 0, half * std::sin(angle)};
         s.scene.scene.time.theta = 0.5;
+        // Next to none, but not 0: one blow where the corner would pass the floor within the step.
+        // The law of gaps would let it come down in two.
+        s.scene.scene.contact[0].restitution = 1e-9;
         const SolidRun r = s.run();
         double impact = 0, before = 0, after = 0;
         for (std::size_t i = 1; i < r.steps.size() && impact == 0; ++i) {
@@ -260,7 +263,7 @@ std::vector<Measured> rocking_block()
             if (std::abs(w) < 0.99 * std::abs(old) && std::abs(old) > 0.5 * std::abs(k.before)) {
                 impact = r.steps[i].time;
                 before = old;
-                after = r.quantity("body_spin_y", int(std::min(i + 3, r.steps.size() - 1)));
+                after = w;
             }
         }
         rows.push_back(relative(fmt::format("time to the first impact, width {}", k.width), k.time,
