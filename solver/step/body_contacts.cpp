@@ -285,6 +285,10 @@ void ContactFinder::rigid_on_wall(const std::vector<BodyRef>& bodies, int pair, 
     const RigidBody& a = *bodies[std::size_t(p.a)].rigid;
     WallHint hint;
     found_.clear();
+    if (p.plane) {
+        detect(a.shape(), pose_of(a), Plane{}, *p.plane, reach_, found_);
+        return add_rigid(pair, out);
+    }
     detect_wall(
         a.shape(), pose_of(a), [&](const Vec3& x) { return wall.sample(x, hint); }, reach_, found_);
     add_rigid(pair, out);

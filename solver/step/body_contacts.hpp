@@ -7,6 +7,7 @@
 #include "solver/scene/scene.hpp"
 
 #include <memory>
+#include <optional>
 
 // Where the bodies of a scene meet: the pairs that its laws name, and their contacts at the
 // iterate.
@@ -63,6 +64,7 @@ struct ContactPair {
     bool nodal = false;
     bool named = true;                    ///< not by "*"
     double reach = 0;                     ///< [m]
+    std::optional<Pose> plane; ///< of an obstacle that is one: exact for every rigid shape
     ExternalSurface surface_a, surface_b; ///< of solids
 };
 

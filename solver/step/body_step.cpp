@@ -147,9 +147,9 @@ void row_values(const Contacts& k, const StepInput& step, std::vector<Vec3>& all
         if (left < -kOverlap * size) all[c][0] += (1 - kUndone) * (-left) / lever;
         if (pair.restitution > 0) {
             // Newton's law where the surfaces would meet within the step.
-            const double gap_before = contact.gap - lever * now - (step.h - lever) * approach;
-            if (gap_before + 0.5 * step.h * approach <= 0)
-                all[c][0] = now + pair.restitution * std::min(approach, 0.0);
+            // Else they are left alone: the law of gaps would take a part of the blow before it.
+            const bool meet = left + 0.5 * step.h * approach <= 0;
+            all[c][0] = meet ? now + pair.restitution * std::min(approach, 0.0) : size / lever;
         }
     }
 }

@@ -170,8 +170,8 @@ std::vector<Measured> spinning_disc()
     disc.generate = "cylinder";
     disc.radius = 0.1;
     disc.length = 1e-4;
-    disc.points = 400;
-    OnPlane s(disc, 1, 5e-5, 0, 0.3, 1e-4, 0.7);
+    disc.points = 100;
+    OnPlane s(disc, 1, 5e-5, 0, 0.3, 1e-3, 0.6);
     s.body->start.velocity = {1, 0, 0};
     s.body->start.spin = {0, 0, 1 / (0.1 * 0.6530018)};
     const SolidRun r = s.run();
