@@ -299,8 +299,9 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                     if (obstacles[o].name == law.between[side]) p.obstacle = int(o);
             for (const ObstacleInput& o : scene.obstacles)
                 if (o.name == law.between[side] && o.surface.generate == "plane")
-                    p.plane = Pose{o.surface.centre, Eigen::Quaterniond::FromTwoVectors(
-                                                         Vec3::UnitZ(), o.surface.axis)};
+                    p.plane =
+                        Pose{o.surface.centre,
+                             Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), o.surface.axis)};
         }
         bool swap = body[0] < 0;
         if (!swap && body[1] >= 0) {

@@ -62,8 +62,8 @@ struct ContactPair {
     double friction = 0, restitution = 0;
     bool small = false; ///< contacts of the start are kept: they move with their bodies
     bool nodal = false;
-    bool named = true;                    ///< not by "*"
-    double reach = 0;                     ///< [m]
+    bool named = true;         ///< not by "*"
+    double reach = 0;          ///< [m]
     std::optional<Pose> plane; ///< of an obstacle that is one: exact for every rigid shape
     ExternalSurface surface_a, surface_b; ///< of solids
 };

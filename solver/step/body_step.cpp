@@ -17,7 +17,7 @@ namespace {
 // the method of multipliers, whose error falls by about this factor each time.
 constexpr double kModeWeight = 1e3;
 constexpr int kMostModeSteps = 60;
-constexpr int kNewtonSteps = 60;        // and sweeps before them
+constexpr int kNewtonSteps = 60; // and sweeps before them
 constexpr int kMostRescales = 3;
 constexpr int kMostGrowth = 40;         // of the set of candidates, in one iteration
 constexpr double kOverlap = 1e-6;       // of a body's size: more is no error of the steps
@@ -558,8 +558,9 @@ bool Step::solve_with_modes()
     return false;
 }
 
-/// A rigid body through which far larger forces pass than its own load takes their scale: W r of all
-/// rows is then of one size, and light bodies below heavy ones do not drown the rest in round-off.
+/// A rigid body through which far larger forces pass than its own load takes their scale: W r of
+/// all rows is then of one size, and light bodies below heavy ones do not drown the rest in
+/// round-off.
 /// @return  whether a scale has changed, and the problem with it
 bool Step::rescale_modes()
 {
