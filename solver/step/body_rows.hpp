@@ -1,0 +1,56 @@
+#pragma once
+
+#include "contact/problem.hpp"
+#include "solver/step/body_contacts.hpp"
+#include "solver/step/couplings.hpp"
+
+#include <array>
+
+// Contacts and couplings as rows of one problem: where each stands, what it maps to on its bodies,
+// and its value at the iterate.
+
+namespace amontons {
+
+/// Rows of some contacts, and what maps them to the bodies.
+struct Rows {
+    std::vector<int> chosen; ///< contacts of the list, then couplings
+    std::vector<int> first;  ///< row of each
+    int count = 0;
+    std::vector<SparseColumns> columns; ///< of each body, unknowns x its rows
+    std::vector<std::vector<int>> row;  ///< of each body: where its columns stand
+};
+
+/// All contacts and couplings of a step, and whose they are.
+struct Contacts {
+    const std::vector<BodyRef>& bodies;
+    const std::vector<ContactPair>& pairs;
+    const BodyContacts& all;
+    const std::vector<CouplingRow>& joints;
+    const std::vector<Coupling>& couplings;
+};
+
+/// 3 with friction, else 1.
+int rows_of(const ContactPair& pair);
+
+/// Contact c or, after the contacts, coupling c - contacts: its place on one of its bodies.
+struct Side {
+    int body = -1;
+    BodyPlace place;
+    double sign = 1;
+};
+std::array<Side, 2> sides_of(const Contacts& k, int c);
+
+/// The rows of p.chosen, into the rest of p.
+void make_rows(const Contacts& k, Rows& p);
+
+/// Value of every row at the iterate: gap and slip (quasi-static), or what the velocity at the end
+/// must not fall below and the velocity of slip (dynamic).
+/// @param all  of every contact and coupling, three numbers each
+void row_values(const Contacts& k, const StepInput& step, std::vector<Vec3>& all);
+
+/// W of all bodies, dense where most of it is.
+/// @param soft  rows and what is added to their diagonal
+Delassus sum_of_bodies(const Rows& rows, const std::vector<Eigen::MatrixXd>& W,
+                       const std::vector<std::pair<int, double>>& soft);
+
+} // namespace amontons
