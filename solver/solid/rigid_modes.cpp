@@ -129,7 +129,9 @@ RigidModes find_rigid_modes(std::span<const Vec3> places, const SolidPattern& pa
     }
     modes.R.setZero(3 * Eigen::Index(places.size()), columns);
     columns = 0;
-    for (const auto& [part, R] : found) {
+    for (const auto& of_part : found) { // no structured binding: the lambda below captures it
+        const auto& part = of_part.first;
+        const auto& R = of_part.second;
         for (std::size_t i = 0; i < part.size(); ++i)
             modes.R.block(3 * part[i], columns, 3, R.cols()) = R.middleRows(3 * Eigen::Index(i), 3);
         columns += R.cols();
