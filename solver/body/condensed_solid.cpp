@@ -66,19 +66,20 @@ void CondensedSolid::make_parts()
         p.force = std::move(force);
         parts_of_u_.push_back(std::move(p));
     };
-    for (std::size_t i = 0; i < input_.loads.size(); ++i) {
-        const LoadInput& l = input_.loads[i];
-        if (load_faces_[i] && !l.pressure.empty()) load(i, -1, unit_pressure_[i]);
+    for (std::size_t i = 0; i < conditions_.loads.size(); ++i) {
+        const SolidConditions::Load& at = conditions_.loads[i];
+        const LoadInput& l = *at.input;
+        if (at.pressure.size() > 0) load(i, -1, at.pressure);
         for (int axis = 0; axis < 3; ++axis) {
             Eigen::VectorXd f = Eigen::VectorXd::Zero(size);
-            if (load_faces_[i] && l.traction)
-                for (const std::int32_t node : load_nodes_[i])
-                    f[3 * node + axis] = unit_traction_[i][3 * node];
-            if (load_faces_[i] && l.traction) load(i, axis, f);
+            if (l.traction)
+                for (const std::int32_t node : at.nodes)
+                    f[3 * node + axis] = at.traction[node];
+            if (l.traction) load(i, axis, f);
             f.setZero();
             if (l.force)
-                for (const std::int32_t node : load_nodes_[i])
-                    f[3 * node + axis] = 1 / double(load_nodes_[i].size());
+                for (const std::int32_t node : at.nodes)
+                    f[3 * node + axis] = 1 / double(at.nodes.size());
             if (l.force) load(i, 3 + axis, f);
         }
     }
@@ -95,8 +96,8 @@ void CondensedSolid::make_parts()
             p.prescribed = true;
             p.input = k;
             p.axis = axis;
-            for (const Held& h : held_)
-                if (h.set == k && h.dof % 3 == axis) p.dofs.push_back(h.dof);
+            for (const SolidConditions::Held& h : conditions_.held)
+                if (h.hold == k && h.dof % 3 == axis) p.dofs.push_back(h.dof);
             if (!p.dofs.empty()) parts_of_u_.push_back(std::move(p));
         }
 

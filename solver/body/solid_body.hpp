@@ -3,6 +3,7 @@
 #include "mesh/extract_surface.hpp"
 #include "mesh/volume_mesh.hpp"
 #include "solver/body/body.hpp"
+#include "solver/body/solid_conditions.hpp"
 #include "solver/linear/supernodal.hpp"
 #include "solver/scene/scene.hpp"
 #include "solver/solid/assembly.hpp"
@@ -97,10 +98,10 @@ protected:
     };
     enum class Frame { fixed, driven, floating };
 
-    void find_sets(const std::string& file);
     void hold(Motion& m, double t) const;
     Placement frame_at(double t) const;
     void update_places(Motion& m);
+    Vec3 centre(const std::vector<Vec3>& x) const; ///< of mass, at places x
     void into_frame_displacements(Motion& m) const;
     void find_spin();
     void keep_angular_momentum(const Eigen::VectorXd& load);
@@ -131,15 +132,7 @@ protected:
     double stiffest_ = 0;        ///< largest entry of K [N/m]
     Vec3 middle_ = Vec3::Zero(); ///< mean of the reference places [m]
 
-    struct Held {
-        std::int32_t dof = 0;
-        const CurvePoints* curve = nullptr; ///< null: 0
-        std::size_t set = 0;                ///< of the scene's holds
-    };
-    std::vector<Held> held_;
-    std::vector<std::vector<std::int32_t>> hold_nodes_, load_nodes_;
-    std::vector<const FaceSet*> load_faces_;
-    std::vector<Eigen::VectorXd> unit_pressure_, unit_traction_; ///< of each load, 3n [m^2]
+    SolidConditions conditions_; ///< points into input_ and mesh_
 
     SolidPattern pattern_;
     SparseMatrix K_, M_, S_;   ///< stiffness at rest, mass, step matrix; in the frame

@@ -1,102 +1,15 @@
-#include "solver/step/body_step.hpp"
+#include "solver/step/body_stepper.hpp"
 
-#include "contact/solve.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/body/rigid_body.hpp"
-#include "solver/body/solid_body.hpp"
-#include "solver/step/body_rows.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
 namespace amontons {
-namespace {
 
-// The part of a body's rigid modes in W is this many times its elastic part: the modes are found by
-// the method of multipliers, whose error falls by about this factor each time.
-constexpr double kModeWeight = 1e3;
-constexpr int kMostModeSteps = 60;
-constexpr int kNewtonSteps = 60; // and sweeps before them
-constexpr int kMostRescales = 3;
-constexpr int kMostGrowth = 40;         // of the set of candidates, in one iteration
-constexpr double kNothing = 1e-14;      // of the largest body's size
-constexpr double kRounding = 1e-12;     // of a body's size
-constexpr double kUncontrolled = 1e-10; // share of a mode's size that contacts see of it, squared
-class Step {
-public:
-    Step(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
-         BodyStepReport& report)
-        : system_(system)
-        , step_(step)
-        , options_(options)
-        , report_(report)
-    {
-    }
-
-    bool run();
-
-private:
-    std::size_t bodies() const { return system_.refs.size(); }
-    Body& body(std::size_t b) const { return *system_.refs[b].body; }
-    Contacts contacts() const
-    {
-        return {system_.refs, system_.finder.pairs(), list_, joints_, system_.couplings};
-    }
-    BodySystem::Key key(int c) const;
-    void linearise();
-    void find();
-    Vec3 moved(const BodyContact& c) const;
-    bool solve();
-    void assemble();
-    bool solve_with_modes();
-    ContactSolution solve_contact(const SolverOptions& options) const;
-    Eigen::VectorXd warm_start() const;
-    Eigen::VectorXd values(const Rows& rows) const;
-    void add_motion(const Rows& rows, const std::vector<Eigen::VectorXd>& y,
-                    Eigen::VectorXd& u) const;
-    std::vector<Eigen::VectorXd> forces(const Rows& rows, const Eigen::VectorXd& r) const;
-    bool rescale_modes();
-    void relax();
-    bool holds_at_end();
-    void certify_rows(const Eigen::VectorXd& u);
-    void report_modes();
-    void fill_report();
-    std::string who(int contact) const;
-
-    BodySystem& system_;
-    const StepInput& step_;
-    const BodyStepOptions& options_;
-    BodyStepReport& report_;
-
-    BodyContacts list_;
-    bool found_ = false;
-    bool nothing_ = false; ///< moves but for rounding
-    bool spread_ = false;  ///< contacts stand for areas: forces are to be even
-    bool elastic_ = false; ///< some body of the problem is
-    std::vector<CouplingRow> joints_;
-    std::vector<Vec3> value_;   ///< of every contact and coupling, at the iterate
-    std::vector<double> moved_; ///< of each contact along its normal, when it was found
-    std::vector<Eigen::VectorXd> free_, mode_load_;
-    std::vector<Eigen::MatrixXd> B_; ///< modes seen by the chosen rows
-    std::vector<double> mode_scale_; ///< [m/N]
-    std::vector<Eigen::VectorXd> mode_, y_;
-    Rows all_, rows_;
-    ContactProblem problem_;
-    Delassus measured_W_; ///< with modes of the elastic part's size: what errors are measured in
-    Eigen::VectorXd r_;
-    std::vector<Eigen::VectorXd> body_force_;
-    std::map<BodySystem::Key, Vec3> force_;  ///< in space; of a coupling in x
-    std::map<BodySystem::Key, Vec3> motion_; ///< u of the solved rows, in their frames
-    Certificate certificate_;
-    std::vector<double> errors_; ///< of the outer iterations
-    bool relaxing_ = false;
-    double relaxation_ = 1, left_out_ = 0; ///< share of the motion made; the rest [m or m/s]
-    Eigen::VectorXd motion_before_;
-};
-
-BodySystem::Key Step::key(int c) const
+BodySystem::Key BodyStepper::key(int c) const
 {
     const int contacts = int(list_.contact.size());
     if (c >= contacts) return {-1, c - contacts};
@@ -104,7 +17,7 @@ BodySystem::Key Step::key(int c) const
     return {k.pair, k.id};
 }
 
-void Step::linearise()
+void BodyStepper::linearise()
 {
     const Stopwatch watch;
     free_.clear();
@@ -119,7 +32,7 @@ void Step::linearise()
 
 /// Contacts at the iterate. Dynamic steps find them once, where the step starts; later iterations
 /// move them along their normals.
-void Step::find()
+void BodyStepper::find()
 {
     const Stopwatch watch;
     if (found_ && step_.dynamic) {
@@ -143,411 +56,17 @@ void Step::find()
 }
 
 /// Of the two sides of a contact against each other over the step so far.
-Vec3 Step::moved(const BodyContact& c) const
+Vec3 BodyStepper::moved(const BodyContact& c) const
 {
     Vec3 d = body(std::size_t(c.a)).displacement(list_.place_a(c));
     if (c.b >= 0) d -= body(std::size_t(c.b)).displacement(list_.place_b(c));
     return d;
 }
 
-Eigen::VectorXd Step::values(const Rows& rows) const
-{
-    Eigen::VectorXd u(rows.count);
-    for (std::size_t i = 0; i < rows.chosen.size(); ++i) {
-        const int end = i + 1 < rows.first.size() ? rows.first[i + 1] : rows.count;
-        for (int row = rows.first[i]; row < end; ++row)
-            u[row] = value_[std::size_t(rows.chosen[i])][row - rows.first[i]];
-    }
-    return u;
-}
-
-void Step::add_motion(const Rows& rows, const std::vector<Eigen::VectorXd>& y,
-                      Eigen::VectorXd& u) const
-{
-    for (std::size_t b = 0; b < bodies(); ++b) {
-        if (rows.row[b].empty()) continue;
-        const Eigen::VectorXd moved = rows.columns[b].transpose() * y[b];
-        for (std::size_t i = 0; i < rows.row[b].size(); ++i)
-            u[rows.row[b][i]] += moved[Eigen::Index(i)];
-    }
-}
-
-std::vector<Eigen::VectorXd> Step::forces(const Rows& rows, const Eigen::VectorXd& r) const
-{
-    std::vector<Eigen::VectorXd> f(bodies());
-    for (std::size_t b = 0; b < bodies(); ++b) {
-        Eigen::VectorXd own(Eigen::Index(rows.row[b].size()));
-        for (std::size_t i = 0; i < rows.row[b].size(); ++i)
-            own[Eigen::Index(i)] = r[rows.row[b][i]];
-        f[b] = Eigen::VectorXd::Zero(body(b).unknowns());
-        if (own.size() > 0) f[b] += rows.columns[b] * own;
-    }
-    return f;
-}
-
-/// W, q and mu of the chosen contacts; the modes' share of q is added for each try.
-void Step::assemble()
-{
-    const Stopwatch watch;
-    const Contacts k = contacts();
-    make_rows(k, rows_);
-    const int n_contacts = int(list_.contact.size());
-    const std::size_t n = rows_.chosen.size();
-    problem_.mu.resize(Eigen::Index(n));
-    problem_.kind.resize(n);
-    problem_.level = step_.dynamic ? ContactLevel::velocity : ContactLevel::position;
-    std::vector<std::pair<int, double>> soft;
-    for (std::size_t i = 0; i < n; ++i) {
-        const int c = rows_.chosen[i];
-        const bool joint = c >= n_contacts;
-        const double mu =
-            joint ? 0 : k.pairs[std::size_t(list_.contact[std::size_t(c)].pair)].friction;
-        problem_.mu[Eigen::Index(i)] = mu;
-        problem_.kind[i] = joint    ? ContactKind::bilateral
-                           : mu > 0 ? ContactKind::frictional
-                                    : ContactKind::frictionless;
-        if (joint) {
-            // A spring gives way by its force over its stiffness.
-            const double s = system_.couplings[std::size_t(c - n_contacts)].softness;
-            const double scale = step_.dynamic ? 1 / (step_.h * step_.h * step_.theta) : 1;
-            if (s > 0) soft.emplace_back(rows_.first[i], scale * s);
-        }
-    }
-    problem_.q = values(rows_);
-    add_motion(rows_, free_, problem_.q);
-
-    std::vector<Eigen::MatrixXd> W(bodies());
-    B_.assign(bodies(), {});
-    bool modes = false;
-    // Elastic give of each row: a stiff body's modes are felt through what it stands on.
-    Eigen::VectorXd give = Eigen::VectorXd::Zero(rows_.count);
-    for (std::size_t b = 0; b < bodies(); ++b) {
-        if (rows_.row[b].empty()) continue;
-        body(b).compliance(rows_.columns[b], W[b]);
-        elastic_ |= system_.refs[b].solid != nullptr;
-        for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
-            give[rows_.row[b][i]] += W[b](Eigen::Index(i), Eigen::Index(i));
-    }
-    for (std::size_t b = 0; b < bodies(); ++b) {
-        const Eigen::MatrixXd& R = body(b).modes();
-        if (rows_.row[b].empty() || R.cols() == 0) continue;
-        modes = true;
-        B_[b] = rows_.columns[b].transpose() * R;
-        double& s = mode_scale_[b];
-        double elastic = 0;
-        for (const int row : rows_.row[b])
-            elastic += give[row];
-        const double rigid = B_[b].squaredNorm();
-        if (elastic > 0 && rigid > 0) {
-            s = kModeWeight * elastic / rigid;
-        } else if (!(s > 0)) { // nothing elastic: any scale does; a load moves it by its size
-            const double load = mode_load_[b].norm();
-            s = load > 0 ? body(b).size() / load : 1;
-        }
-    }
-    const auto sum = [&](double share) {
-        for (std::size_t b = 0; b < bodies(); ++b)
-            if (B_[b].size() > 0)
-                W[b].noalias() += share * mode_scale_[b] * (B_[b] * B_[b].transpose());
-        return sum_of_bodies(rows_, W, soft);
-    };
-    if (modes) {
-        measured_W_ = sum(1 / kModeWeight);
-        problem_.W = sum(1 - 1 / kModeWeight);
-    } else {
-        problem_.W = sum(0);
-    }
-    report_.compliance += watch.seconds();
-}
-
-/// r of the chosen contacts from forces in space, by identity.
-Eigen::VectorXd Step::warm_start() const
-{
-    Eigen::VectorXd r = Eigen::VectorXd::Zero(rows_.count);
-    for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
-        const auto at = force_.find(key(rows_.chosen[i]));
-        if (at == force_.end()) continue;
-        const Vec3 own =
-            problem_.kind[i] == ContactKind::bilateral
-                ? at->second
-                : Vec3(list_.contact[std::size_t(rows_.chosen[i])].frame.transpose() * at->second);
-        const int size = amontons::rows_of(problem_.kind[i]);
-        r.segment(rows_.first[i], size) = own.head(size);
-    }
-    return r;
-}
-
-std::string Step::who(int c) const
-{
-    const int n_contacts = int(list_.contact.size());
-    if (c >= n_contacts)
-        return fmt::format("coupling {}", system_.couplings[std::size_t(c - n_contacts)].input);
-    const BodyContact& k = list_.contact[std::size_t(c)];
-    return fmt::format("{} on {} at ({:.4g}, {:.4g}, {:.4g})", system_.refs[std::size_t(k.a)].name,
-                       k.b < 0 ? "an obstacle" : system_.refs[std::size_t(k.b)].name, k.point.x(),
-                       k.point.y(), k.point.z());
-}
-
-/// Contacts of elastic bodies are mostly decided by some steps of Newton's method; where they are
-/// not, `auto` knows more ways.
-ContactSolution Step::solve_contact(const SolverOptions& options) const
-{
-    if (options.solver != ContactSolver::automatic || !elastic_)
-        return amontons::solve(problem_, options, r_);
-    SolverOptions quick = options;
-    quick.solver = ContactSolver::newton;
-    quick.max_iterations = kNewtonSteps;
-    const ContactSolution first = amontons::solve(problem_, quick, r_);
-    if (first.certificate.status == SolveStatus::converged ||
-        first.certificate.status == SolveStatus::infeasible)
-        return first;
-    return amontons::solve(problem_, options, first.reaction);
-}
-
-/// Method of multipliers on the balance of the modes: R^T H^T r + g = 0 is the condition, the
-/// modes' amplitudes are its multipliers, and each try is a contact problem with the modes held by
-/// s: W + s B B^T. Its answer is that of the modes as free unknowns, whatever s.
-bool Step::solve_with_modes()
-{
-    SolverOptions options;
-    options.solver = options_.solver;
-    options.threads = options_.threads;
-    options.scope = ErrorScope::acting_rows;
-    options.least_norm = spread_;
-    const Eigen::VectorXd q = problem_.q;
-    bool modes = false;
-    for (std::size_t b = 0; b < bodies(); ++b)
-        modes |= mode_load_[b].size() > 0;
-    // The weight of the modes is in W and q, and so in what the error is relative to.
-    options.tolerance = (modes ? 0.1 / kModeWeight : 0.1) * options_.tolerance;
-    double best = std::numeric_limits<double>::infinity();
-    for (int step = 0; step < kMostModeSteps; ++step) {
-        problem_.q = q;
-        for (std::size_t b = 0; b < bodies(); ++b) {
-            if (B_[b].size() == 0) continue;
-            const Eigen::VectorXd shift = B_[b] * (mode_[b] + mode_scale_[b] * mode_load_[b]);
-            for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
-                problem_.q[rows_.row[b][i]] += shift[Eigen::Index(i)];
-        }
-        if (rows_.count > 0) {
-            const Stopwatch watch;
-            ContactSolution solution = solve_contact(options);
-            report_.contact_solve += watch.seconds();
-            report_.iterations += solution.certificate.iterations;
-            r_ = std::move(solution.reaction);
-            certificate_ = solution.certificate;
-            if (certificate_.status != SolveStatus::converged &&
-                (certificate_.status == SolveStatus::infeasible ||
-                 certificate_.error > options_.tolerance)) {
-                report_.refusal = fmt::format("contact problem {} at an error of {:.1e}",
-                                              name(certificate_.status), certificate_.error);
-                if (certificate_.status == SolveStatus::infeasible) {
-                    report_.refusal = "no motion avoids penetration:";
-                    for (const int c : certificate_.proof.contacts)
-                        report_.refusal += " " + who(rows_.chosen[std::size_t(c)]) + ",";
-                    report_.refusal.pop_back();
-                } else if (certificate_.worst_contact >= 0) {
-                    report_.refusal +=
-                        ", worst: " + who(rows_.chosen[std::size_t(certificate_.worst_contact)]);
-                }
-                return false;
-            }
-        }
-        if (!modes) return true;
-        // How far the modes are from balance, of the forces on them.
-        double worst = 0;
-        std::size_t worst_body = 0;
-        Eigen::VectorXd worst_motion;
-        double growth = 0;
-        for (std::size_t b = 0; b < bodies(); ++b) {
-            if (mode_load_[b].size() == 0) continue;
-            Eigen::VectorXd e = mode_load_[b];
-            double size = e.norm();
-            if (B_[b].size() > 0) {
-                Eigen::VectorXd r(Eigen::Index(rows_.row[b].size()));
-                for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
-                    r[Eigen::Index(i)] = r_[rows_.row[b][i]];
-                e += B_[b].transpose() * r;
-                size += (B_[b].cwiseAbs().transpose() * r.cwiseAbs()).norm();
-            }
-            if (size == 0) continue;
-            const double scale = mode_scale_[b] > 0 ? mode_scale_[b] : body(b).size() / size;
-            // A force that would not move the body by a rounding is none.
-            const double share =
-                scale * e.norm() > kRounding * body(b).size() ? e.norm() / size : 0;
-            if (share > worst) {
-                worst = share;
-                worst_body = b;
-                worst_motion = e;
-            }
-            mode_[b] += scale * e;
-            growth = std::max(growth, mode_[b].norm() / body(b).size());
-        }
-        if (worst <= 0.01 * options_.tolerance) return true;
-        if (worst <= options_.tolerance && worst > 0.5 * best) return true; // at round-off
-        best = std::min(best, worst);
-        const bool stuck = step > 20 && worst > 0.5 * best && growth > 1e3;
-        if (step + 1 == kMostModeSteps || stuck || rows_.count == 0) {
-            report_.refusal = fmt::format(
-                "{} is not in balance ({:.1e} of the forces on it): nothing holds its {}",
-                system_.refs[worst_body].name, worst, body(worst_body).mode_name(worst_motion));
-            return false;
-        }
-    }
-    return false;
-}
-
-/// A rigid body through which far larger forces pass than its own load takes their scale: W r of
-/// all rows is then of one size, and light bodies below heavy ones do not drown the rest in
-/// round-off.
-/// @return  whether a scale has changed, and the problem with it
-bool Step::rescale_modes()
-{
-    bool changed = false;
-    for (std::size_t b = 0; b < bodies(); ++b) {
-        if (!system_.refs[b].rigid || B_[b].size() == 0) continue;
-        Eigen::VectorXd r(Eigen::Index(rows_.row[b].size()));
-        for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
-            r[Eigen::Index(i)] = r_[rows_.row[b][i]];
-        const double force = (B_[b].cwiseAbs().transpose() * r.cwiseAbs()).norm();
-        constexpr double kMuch = 100;
-        if (!(mode_scale_[b] * force > kMuch * body(b).size())) continue;
-        mode_scale_[b] = body(b).size() / force;
-        changed = true;
-    }
-    return changed;
-}
-
-/// The contact problem at the iterate. Contacts that were left out and would penetrate come in.
-bool Step::solve()
-{
-    const int n_contacts = int(list_.contact.size());
-    const int n = int(value_.size());
-    mode_.assign(bodies(), {});
-    mode_scale_.resize(bodies(), 0);
-    for (std::size_t b = 0; b < bodies(); ++b)
-        mode_[b] = Eigen::VectorXd::Zero(mode_load_[b].size());
-    all_.chosen.resize(std::size_t(n));
-    for (int c = 0; c < n; ++c)
-        all_.chosen[std::size_t(c)] = c;
-    make_rows(contacts(), all_);
-    Eigen::VectorXd u = values(all_);
-    add_motion(all_, free_, u);
-    double size = 0;
-    for (std::size_t b = 0; b < bodies(); ++b)
-        size = std::max(size, body(b).size());
-    if (step_.dynamic) size /= step_.h;
-    const double slack = 1e-13 * size;
-
-    std::vector<char> in(std::size_t(n), 0);
-    // Where modes are free any contact may be what stops them.
-    bool modes = false;
-    for (const Eigen::VectorXd& g : mode_load_)
-        modes |= g.size() > 0;
-    double deepest = 0;
-    for (int c = 0; c < n_contacts; ++c)
-        deepest = std::min(deepest, u[all_.first[std::size_t(c)]]);
-    for (int c = 0; c < n; ++c)
-        in[std::size_t(c)] = c >= n_contacts || force_.count(key(c)) > 0 ||
-                             u[all_.first[std::size_t(c)]] <= slack || (modes && deepest == 0);
-    int rescales = 0;
-    for (int growth = 0; growth < kMostGrowth; ++growth) {
-        rows_.chosen.clear();
-        for (int c = 0; c < n; ++c)
-            if (in[std::size_t(c)]) rows_.chosen.push_back(c);
-        assemble();
-        r_ = warm_start();
-        const bool solved = solve_with_modes();
-        if (rescales < kMostRescales && rescale_modes()) {
-            ++rescales;
-            for (Eigen::VectorXd& m : mode_)
-                m.setZero();
-            report_.refusal.clear();
-            continue;
-        }
-        if (!solved) {
-            // Pins say nothing of where modes take a body: what was left out may hold it.
-            if (!modes || int(rows_.chosen.size()) == n) return false;
-            std::fill(in.begin(), in.end(), 1);
-            for (Eigen::VectorXd& m : mode_)
-                m.setZero();
-            report_.refusal.clear();
-            continue;
-        }
-        const Stopwatch watch;
-        body_force_ = forces(rows_, r_);
-        y_.resize(bodies());
-        std::vector<Eigen::VectorXd> motion(bodies());
-        for (std::size_t b = 0; b < bodies(); ++b) {
-            y_[b] = free_[b];
-            if (!rows_.row[b].empty() && body(b).unknowns() > 0)
-                y_[b] += body(b).solve(body_force_[b]);
-            motion[b] = y_[b];
-            if (mode_[b].size() > 0) motion[b] += body(b).modes() * mode_[b];
-        }
-        u = values(all_);
-        add_motion(all_, motion, u);
-        report_.correction += watch.seconds();
-        double scale = slack;
-        for (const int c : rows_.chosen)
-            if (c < n_contacts)
-                scale = std::max(scale, options_.tolerance * std::abs(value_[std::size_t(c)][0]));
-        int added = 0;
-        for (int c = 0; c < n_contacts; ++c)
-            if (!in[std::size_t(c)] && u[all_.first[std::size_t(c)]] < -scale) {
-                in[std::size_t(c)] = 1;
-                ++added;
-            }
-        if (added == 0) break;
-        for (std::size_t i = 0; i < rows_.chosen.size(); ++i) { // what is known so far
-            const int c = rows_.chosen[i];
-            Vec3 own = Vec3::Zero();
-            const int rows = amontons::rows_of(problem_.kind[i]);
-            own.head(rows) = r_.segment(rows_.first[i], rows);
-            force_[key(c)] =
-                c >= n_contacts ? own : Vec3(list_.contact[std::size_t(c)].frame * own);
-        }
-    }
-
-    force_.clear();
-    motion_.clear();
-    for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
-        const int c = rows_.chosen[i];
-        const int rows = amontons::rows_of(problem_.kind[i]);
-        Vec3 own = Vec3::Zero(), moved = Vec3::Zero();
-        own.head(rows) = r_.segment(rows_.first[i], rows);
-        const int first = all_.first[std::size_t(c)];
-        moved.head(rows) = u.segment(first, rows);
-        if (!own.isZero())
-            force_[key(c)] =
-                c >= n_contacts ? own : Vec3(list_.contact[std::size_t(c)].frame * own);
-        motion_[key(c)] = moved;
-    }
-    // What the answer is worth: on the motion that follows from it, not on the problem's own u.
-    Eigen::VectorXd reached(rows_.count);
-    for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
-        const int rows = amontons::rows_of(problem_.kind[i]);
-        reached.segment(rows_.first[i], rows) =
-            u.segment(all_.first[std::size_t(rows_.chosen[i])], rows);
-    }
-    for (std::size_t i = 0; i < rows_.chosen.size(); ++i)
-        if (problem_.kind[i] == ContactKind::bilateral) { // a spring's own give
-            const int c = rows_.chosen[i] - n_contacts;
-            const double s = system_.couplings[std::size_t(c)].softness;
-            const double scale = step_.dynamic ? 1 / (step_.h * step_.h * step_.theta) : 1;
-            reached[rows_.first[i]] += scale * s * r_[rows_.first[i]];
-        }
-    certify_rows(reached);
-    relax();
-    for (std::size_t b = 0; b < bodies(); ++b)
-        body(b).change(relaxation_ * y_[b], relaxation_ * mode_[b], body_force_[b]);
-    return true;
-}
-
 /// How much of the motion is made. All of it, until an iteration does not at least halve the error
 /// (geometry that answers to forces may swing between two states): then what Aitken's rule says.
 /// Source: Küttler & Wall 2008, eq. 44.
-void Step::relax()
+void BodyStepper::relax()
 {
     Eigen::Index size = 0;
     for (std::size_t b = 0; b < bodies(); ++b)
@@ -572,144 +91,7 @@ void Step::relax()
     motion_before_ = std::move(motion);
 }
 
-/// The certificate of r_ with u in place of W r + q.
-void Step::certify_rows(const Eigen::VectorXd& u)
-{
-    if (rows_.count == 0) {
-        report_.error = report_.threshold = 0;
-        report_.penetration = report_.cone = 0;
-        return;
-    }
-    ContactProblem true_rows = problem_;
-    for (const Eigen::VectorXd& g : mode_load_)
-        if (g.size() > 0) true_rows.W = measured_W_;
-    const Eigen::VectorXd give = true_rows.W * r_;
-    true_rows.q = u - give;
-    // Motions that are no more than the rounding of places: nothing there to be relative to.
-    double size = 0;
-    for (std::size_t b = 0; b < bodies(); ++b)
-        size = std::max(size, body(b).size());
-    const double nothing = kNothing * size / (step_.dynamic ? step_.h : 1);
-    if (u.cwiseAbs().maxCoeff() <= nothing && give.cwiseAbs().maxCoeff() <= nothing) {
-        report_.error = 0;
-        report_.threshold = options_.tolerance;
-        report_.penetration = report_.cone = 0;
-        nothing_ = true;
-        return;
-    }
-    nothing_ = false;
-    const Certificate c = certify(true_rows, r_, options_.tolerance, ErrorScope::acting_rows);
-    report_.error = c.error;
-    report_.threshold = std::max(c.threshold, options_.tolerance);
-    report_.penetration = step_.dynamic ? c.worst_penetration * step_.h : c.worst_penetration;
-    report_.cone = step_.dynamic ? c.worst_cone_violation / step_.h : c.worst_cone_violation;
-    report_.worst = c.worst_contact < 0 ? -1 : rows_.chosen[std::size_t(c.worst_contact)];
-}
-
-/// At the end of the step: gaps, slips and forces there against the problem's laws.
-bool Step::holds_at_end()
-{
-    // Forces keep their direction in space; where normals turned, they no longer fit the law.
-    const std::map<BodySystem::Key, Vec3> known = force_;
-    const ContactProblem solved = problem_;
-    const Rows solved_rows = rows_;
-    std::vector<BodySystem::Key> keys;
-    for (const int c : rows_.chosen)
-        keys.push_back(key(c));
-    const std::vector<Eigen::VectorXd> old_force = body_force_;
-    find();
-    std::map<BodySystem::Key, int> now;
-    for (int c = 0; c < int(value_.size()); ++c)
-        now[key(c)] = c;
-    Eigen::VectorXd r = Eigen::VectorXd::Zero(solved_rows.count);
-    Eigen::VectorXd u(solved_rows.count);
-    Rows acting;
-    std::vector<double> acting_r;
-    double lost = 0, total = 0;
-    for (std::size_t i = 0; i < keys.size(); ++i) {
-        const int size = amontons::rows_of(solved.kind[i]);
-        const auto force = known.find(keys[i]);
-        const auto at = now.find(keys[i]);
-        const Vec3 f = force == known.end() ? Vec3(Vec3::Zero()) : force->second;
-        total += f.norm();
-        if (at == now.end()) { // out of reach, or another piece of the surface
-            lost += f.norm();
-            u.segment(solved_rows.first[i], size).setZero();
-            u[solved_rows.first[i]] = motion_[keys[i]][0];
-            continue;
-        }
-        const bool joint = solved.kind[i] == ContactKind::bilateral;
-        const Vec3 own =
-            joint ? f : Vec3(list_.contact[std::size_t(at->second)].frame.transpose() * f);
-        r.segment(solved_rows.first[i], size) = own.head(size);
-        u.segment(solved_rows.first[i], size) = value_[std::size_t(at->second)].head(size);
-        if (joint) {
-            const int c = at->second - int(list_.contact.size());
-            u[solved_rows.first[i]] +=
-                system_.couplings[std::size_t(c)].softness * r[solved_rows.first[i]];
-        }
-        if (!f.isZero()) {
-            acting.chosen.push_back(at->second);
-            for (int j = 0; j < size; ++j)
-                acting_r.push_back(own[j]);
-        }
-    }
-    problem_ = solved;
-    rows_ = solved_rows;
-    r_ = r;
-    certify_rows(u);
-    if (report_.worst >= 0) report_.worst = -1;
-    // A contact that was not in the problem and penetrates now.
-    double new_overlap = 0;
-    const double size_of_gaps = u.cwiseAbs().maxCoeff();
-    for (int c = 0; c < int(list_.contact.size()); ++c)
-        if (motion_.count(key(c)) == 0)
-            new_overlap = std::max(new_overlap, -value_[std::size_t(c)][0]);
-    double shift = total > 0 && !nothing_ ? lost / total : 0;
-    make_rows(contacts(), acting);
-    const std::vector<Eigen::VectorXd> f = forces(
-        acting, Eigen::Map<const Eigen::VectorXd>(acting_r.data(), Eigen::Index(acting_r.size())));
-    double imbalance = 0;
-    for (std::size_t b = 0; b < bodies(); ++b) {
-        const double size = old_force[b].norm();
-        if (size > 0 && !nothing_) shift = std::max(shift, (f[b] - old_force[b]).norm() / size);
-        imbalance = std::max(imbalance, body(b).imbalance(f[b]));
-    }
-    body_force_ = f;
-    (void)size_of_gaps;
-    report_.error = std::max({report_.error, shift, imbalance});
-    double size = 0;
-    for (std::size_t b = 0; b < bodies(); ++b)
-        size = std::max(size, body(b).size());
-    errors_.push_back(report_.error);
-    return report_.error <= report_.threshold && new_overlap <= options_.tolerance * size &&
-           left_out_ <= options_.tolerance * size;
-}
-
-/// Modes that no contact sees: they stay where they are, and that is said.
-void Step::report_modes()
-{
-    for (std::size_t b = 0; b < bodies(); ++b) {
-        if (mode_load_[b].size() == 0) continue;
-        Eigen::MatrixXd seen = Eigen::MatrixXd::Zero(mode_load_[b].size(), mode_load_[b].size());
-        double scale = 0;
-        if (B_.size() > b && B_[b].size() > 0)
-            for (std::size_t i = 0; i < rows_.row[b].size(); ++i) {
-                const Eigen::VectorXd row = B_[b].row(Eigen::Index(i));
-                scale = std::max(scale, row.squaredNorm());
-                if (r_[rows_.row[b][i]] != 0) seen += row * row.transpose();
-            }
-        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(seen);
-        for (Eigen::Index m = 0; m < eigen.eigenvalues().size(); ++m) {
-            if (eigen.eigenvalues()[m] > kUncontrolled * scale && scale > 0) continue;
-            report_.remarks.push_back(
-                fmt::format("{}: no contact controls its {}; it stays where it is",
-                            system_.refs[b].name, body(b).mode_name(eigen.eigenvectors().col(m))));
-        }
-    }
-}
-
-void Step::fill_report()
+void BodyStepper::fill_report()
 {
     const int n_contacts = int(list_.contact.size());
     report_.contacts = list_;
@@ -737,7 +119,7 @@ void Step::fill_report()
     }
 }
 
-bool Step::run()
+bool BodyStepper::run()
 {
     for (std::size_t b = 0; b < bodies(); ++b)
         body(b).begin(step_);
@@ -784,13 +166,11 @@ bool Step::run()
     return true;
 }
 
-} // namespace
-
 BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
                              const BodyStepOptions& options)
 {
     BodyStepReport report;
-    report.accepted = Step(system, step, options, report).run();
+    report.accepted = BodyStepper(system, step, options, report).run();
     return report;
 }
 

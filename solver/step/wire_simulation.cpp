@@ -3,7 +3,7 @@
 #include "mesh/base/curve.hpp"
 #include "mesh/base/error.hpp"
 #include "mesh/bounding_tree.hpp"
-#include "solver/step/byte_stream.hpp"
+#include "solver/step/run_summary.hpp"
 #include "solver/step/wire_build.hpp"
 #include "solver/step/wire_problem.hpp"
 #include "solver/step/wire_record.hpp"
@@ -390,15 +390,9 @@ RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& 
         s.step_length = std::min(2 * h, s.longest());
         s.note_openings(tips);
         StepRecord r = s.record(report, h, now() - t0);
-        sum.step_seconds.push_back(r.seconds);
-        sum.contacts_max = std::max(sum.contacts_max, int(r.contacts.size()));
+        add_step(sum, r);
         s.contacts_sum += double(r.contacts.size());
         ++s.contact_steps;
-        sum.worst_error = std::max(sum.worst_error, r.certificate.error);
-        sum.worst_penetration = std::max(sum.worst_penetration, r.certificate.worst_penetration);
-        sum.worst_cone_violation =
-            std::max(sum.worst_cone_violation, r.certificate.worst_cone_violation);
-        if (!r.certificate.certified) ++sum.uncertified_steps;
         observe(r);
     }
     return finish("done", "");
@@ -452,14 +446,7 @@ std::vector<std::byte> WireSimulation::save() const
     }
     for (const std::vector<double>& f : s.max_force)
         out.vector(f);
-    out.value(s.summary.seconds);
-    out.value(s.summary.contacts_max);
-    out.value(s.summary.worst_error);
-    out.value(s.summary.worst_penetration);
-    out.value(s.summary.worst_cone_violation);
-    out.value(s.summary.uncertified_steps);
-    out.vector(s.summary.snaps);
-    out.vector(s.summary.step_seconds);
+    save_summary(s.summary, out);
     return out.take();
 }
 
@@ -484,15 +471,7 @@ void WireSimulation::restore(const std::vector<std::byte>& state)
     std::vector<std::vector<double>> force;
     for (const Obstacle& o : s.obstacles)
         force.push_back(in.vector<double>(o.model.surface.points.size()));
-    RunSummary sum;
-    sum.seconds = in.value<PhaseSeconds>();
-    sum.contacts_max = in.value<int>();
-    sum.worst_error = in.value<double>();
-    sum.worst_penetration = in.value<double>();
-    sum.worst_cone_violation = in.value<double>();
-    sum.uncertified_steps = in.value<int>();
-    sum.snaps = in.vector<SnapRecord>(1u << 24);
-    sum.step_seconds = in.vector<double>(1u << 28);
+    RunSummary sum = read_summary(in);
     in.end();
 
     s.started = started;

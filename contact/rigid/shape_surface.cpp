@@ -1,0 +1,70 @@
+#include "contact/rigid/shape_surface.hpp"
+
+#include <cmath>
+
+namespace amontons {
+namespace {
+
+constexpr int kFacets = 24; // around a circle
+
+} // namespace
+
+SurfaceMesh surface_of(const RigidShape& shape)
+{
+    SurfaceMesh m;
+    if (const auto* triangles = std::get_if<TriangleShape>(&shape)) return triangles->mesh;
+    const auto ring = [&](double radius, double z, int n) {
+        for (int i = 0; i < n; ++i) {
+            const double a = 2 * EIGEN_PI * i / n;
+            m.points.emplace_back(radius * std::cos(a), radius * std::sin(a), z);
+        }
+    };
+    const auto band = [&](int from, int to, int n) {
+        for (int i = 0; i < n; ++i) {
+            const int j = (i + 1) % n;
+            m.triangles.push_back({from + i, from + j, to + j});
+            m.triangles.push_back({from + i, to + j, to + i});
+        }
+    };
+    const auto fan = [&](int tip, int from, int n, bool up) {
+        for (int i = 0; i < n; ++i) {
+            const int j = (i + 1) % n;
+            if (up)
+                m.triangles.push_back({tip, from + i, from + j});
+            else
+                m.triangles.push_back({tip, from + j, from + i});
+        }
+    };
+    const int n = kFacets;
+    if (const auto* box = std::get_if<Box>(&shape)) {
+        for (int i = 0; i < 8; ++i)
+            m.points.emplace_back((i & 1 ? 1 : -1) * box->half_extents.x(),
+                                  (i & 2 ? 1 : -1) * box->half_extents.y(),
+                                  (i & 4 ? 1 : -1) * box->half_extents.z());
+        m.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                       {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+    } else if (const auto* ball = std::get_if<Ball>(&shape)) {
+        m.points.emplace_back(0, 0, -ball->radius);
+        for (int k = 1; k < n / 2; ++k) {
+            const double a = EIGEN_PI * k / (n / 2);
+            ring(ball->radius * std::sin(a), -ball->radius * std::cos(a), n);
+        }
+        m.points.emplace_back(0, 0, ball->radius);
+        const int last = 1 + (n / 2 - 2) * n;
+        fan(0, 1, n, false);
+        for (int k = 0; k + 2 < n / 2; ++k)
+            band(1 + k * n, 1 + (k + 1) * n, n);
+        fan(int(m.points.size()) - 1, last, n, true);
+    } else if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
+        m.points.emplace_back(0, 0, -cylinder->half_length);
+        ring(cylinder->radius, -cylinder->half_length, n);
+        ring(cylinder->radius, cylinder->half_length, n);
+        m.points.emplace_back(0, 0, cylinder->half_length);
+        fan(0, 1, n, false);
+        band(1, 1 + n, n);
+        fan(1 + 2 * n, 1 + n, n, true);
+    }
+    return m;
+}
+
+} // namespace amontons

@@ -1,0 +1,215 @@
+#include "solver/body/solid_body.hpp"
+
+#include "solver/body/drive.hpp"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+
+// The frame that carries a solid, its motion as a whole and its momenta.
+
+namespace amontons {
+namespace {
+
+Eigen::Index at3(std::size_t node)
+{
+    return 3 * static_cast<Eigen::Index>(node);
+}
+
+/// The turn that brings the shape X nearest to x, both about their centres, weighted by mass.
+Mat3 nearest_turn(const std::vector<Vec3>& X, const std::vector<Vec3>& x, const Vec3& X_centre,
+                  const Vec3& x_centre, const Eigen::VectorXd& weight)
+{
+    Mat3 F = Mat3::Zero();
+    for (std::size_t i = 0; i < X.size(); ++i)
+        F += weight[at3(i)] * (x[i] - x_centre) * (X[i] - X_centre).transpose();
+    return polar_rotation(F);
+}
+
+struct WholeMotion {
+    Vec3 shift, turn;
+};
+
+/// The shift of the middle and the small turn about it that are nearest to the nodes' motion.
+WholeMotion nearest_motion(const std::vector<Vec3>& X, const Vec3& middle,
+                           const Eigen::VectorXd& motion)
+{
+    Vec3 shift = Vec3::Zero(), moment = Vec3::Zero();
+    Mat3 inertia = Mat3::Zero();
+    for (std::size_t i = 0; i < X.size(); ++i) {
+        const Vec3 arm = X[i] - middle, d = motion.segment<3>(at3(i));
+        shift += d / double(X.size());
+        moment += arm.cross(d);
+        inertia += arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose();
+    }
+    return {shift, inertia.ldlt().solve(moment)};
+}
+
+/// Forces or motions of all nodes, turned.
+Eigen::VectorXd turned(const Mat3& R, const Eigen::VectorXd& f)
+{
+    Eigen::VectorXd out(f.size());
+    Eigen::Map<Eigen::Matrix3Xd>(out.data(), 3, f.size() / 3).noalias() =
+        R * Eigen::Map<const Eigen::Matrix3Xd>(f.data(), 3, f.size() / 3);
+    return out;
+}
+
+} // namespace
+
+Vec3 SolidBody::centre(const std::vector<Vec3>& x) const
+{
+    Vec3 sum = Vec3::Zero();
+    double total = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        sum += lumped_[at3(i)] * x[i];
+        total += lumped_[at3(i)];
+    }
+    return sum / total;
+}
+
+Placement SolidBody::frame_at(double t) const
+{
+    const Placement start = start_placement(input_.start);
+    return input_.drive.given ? driven_placement(input_.drive, start, middle_, t) : start;
+}
+
+void SolidBody::update_places(Motion& m)
+{
+    m.version = ++last_version_;
+    const Mat3 R = m.frame.turn.toRotationMatrix();
+    for (std::size_t i = 0; i < m.x.size(); ++i)
+        m.x[i] = R * (mesh_.nodes[i] + Vec3(m.u.segment<3>(at3(i)))) + m.frame.shift;
+}
+
+/// u from the places in the present frame.
+void SolidBody::into_frame_displacements(Motion& m) const
+{
+    const Mat3 back = m.frame.turn.toRotationMatrix().transpose();
+    for (std::size_t i = 0; i < m.x.size(); ++i)
+        m.u.segment<3>(at3(i)) = back * (m.x[i] - m.frame.shift) - mesh_.nodes[i];
+}
+
+void SolidBody::float_frame(Motion& m) const
+{
+    const Vec3 X = centre(mesh_.nodes), x = centre(m.x);
+    const Mat3 R = nearest_turn(mesh_.nodes, m.x, X, x, lumped_);
+    m.frame.turn = Eigen::Quaterniond(R).normalized();
+    m.frame.shift = x - m.frame.turn * X;
+    into_frame_displacements(m);
+}
+
+Eigen::VectorXd SolidBody::into_frame(const Eigen::VectorXd& f) const
+{
+    if (now_.frame.turn.coeffs() == Eigen::Quaterniond::Identity().coeffs()) return f;
+    return turned(now_.frame.turn.toRotationMatrix().transpose(), f);
+}
+
+Eigen::VectorXd SolidBody::into_space(const Eigen::VectorXd& f) const
+{
+    if (now_.frame.turn.coeffs() == Eigen::Quaterniond::Identity().coeffs()) return f;
+    return turned(now_.frame.turn.toRotationMatrix(), f);
+}
+
+std::string SolidBody::mode_name(const Eigen::VectorXd& a) const
+{
+    const WholeMotion motion = nearest_motion(mesh_.nodes, middle_, rigid_.R * a);
+    return name_of_motion(motion.shift, size_ * motion.turn);
+}
+
+std::vector<std::string> SolidBody::free_motions() const
+{
+    std::vector<std::string> names;
+    for (Eigen::Index m = 0; m < rigid_.R.cols(); ++m)
+        names.push_back(mode_name(Eigen::VectorXd::Unit(rigid_.R.cols(), m)));
+    return names;
+}
+
+void SolidBody::move_frame(Motion& m, const Eigen::VectorXd& mode) const
+{
+    const WholeMotion motion = nearest_motion(mesh_.nodes, middle_, rigid_.R * mode);
+    const Eigen::Quaterniond turn = rotation(motion.turn);
+    // x = frame (turn (X + u - middle) + middle + shift)
+    m.frame.shift = m.frame * (middle_ + motion.shift - turn * middle_);
+    m.frame.turn = (m.frame.turn * turn).normalized();
+}
+
+Eigen::VectorXd SolidBody::mass_times(const Eigen::VectorXd& v) const
+{
+    Eigen::VectorXd out(v.size());
+    Eigen::Map<Eigen::Matrix3Xd>(out.data(), 3, v.size() / 3).noalias() =
+        Eigen::Map<const Eigen::Matrix3Xd>(v.data(), 3, v.size() / 3) * m_;
+    return out;
+}
+
+double SolidBody::kinetic_energy() const
+{
+    return momentum_.size() > 0 ? 0.5 * state_.v.dot(momentum_) : 0;
+}
+
+/// The turn of the whole that has the velocities' angular momentum, by lumped masses.
+void SolidBody::find_spin()
+{
+    const Vec3 x = centre(state_.x);
+    Vec3 momentum = Vec3::Zero();
+    Mat3 inertia = Mat3::Zero();
+    for (std::size_t i = 0; i < state_.x.size(); ++i) {
+        const Vec3 arm = state_.x[i] - x;
+        const double m = lumped_[at3(i)];
+        momentum += m * arm.cross(Vec3(state_.v.segment<3>(at3(i))));
+        inertia += m * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+    }
+    spin_ = inertia.ldlt().solve(momentum);
+}
+
+/// The rules of time-stepping lose some angular momentum of a body that turns; what loads and
+/// contacts gave it is exact, and the difference is put back as a turn of the whole.
+void SolidBody::keep_angular_momentum(const Eigen::VectorXd& load)
+{
+    if (input_.mass_damping > 0 || input_.stiffness_damping > 0) return; // damping takes some too
+    const double h = step_.h, theta = step_.theta;
+    const Vec3 about = centre(now_.x);
+    const Eigen::VectorXd contact = into_space(contact_), reached = mass_times(now_.v);
+    Eigen::VectorXd arms(now_.v.size());
+    Vec3 missing = Vec3::Zero();
+    for (std::size_t i = 0; i < now_.x.size(); ++i) {
+        const Vec3 arm = now_.x[i] - about, before = state_.x[i] - about;
+        missing += before.cross(Vec3(momentum_.segment<3>(at3(i)))) +
+                   ((1 - theta) * before + theta * arm).cross(h * Vec3(load.segment<3>(at3(i)))) +
+                   arm.cross(Vec3(contact.segment<3>(at3(i)) - reached.segment<3>(at3(i))));
+        arms.segment<3>(at3(i)) = arm;
+    }
+    const Eigen::VectorXd weighted = mass_times(arms);
+    Mat3 S = Mat3::Zero();
+    for (std::size_t i = 0; i < now_.x.size(); ++i)
+        S += arms.segment<3>(at3(i)) * weighted.segment<3>(at3(i)).transpose();
+    const Mat3 inertia = S.trace() * Mat3::Identity() - 0.5 * (S + S.transpose());
+    const Vec3 spin = inertia.inverse() * missing;
+    for (std::size_t i = 0; i < now_.x.size(); ++i)
+        now_.v.segment<3>(at3(i)) += spin.cross(Vec3(arms.segment<3>(at3(i))));
+}
+
+double SolidBody::speed() const
+{
+    if (state_.v.size() == 0) return 0;
+    return Eigen::Map<const Eigen::Matrix3Xd>(state_.v.data(), 3, state_.v.size() / 3)
+        .colwise()
+        .norm()
+        .maxCoeff();
+}
+
+Vec3 SolidBody::momentum() const
+{
+    Vec3 p = Vec3::Zero();
+    for (Eigen::Index i = 0; i < momentum_.size(); i += 3)
+        p += momentum_.segment<3>(i);
+    return p;
+}
+
+Vec3 SolidBody::angular_momentum() const
+{
+    Vec3 L = Vec3::Zero();
+    for (Eigen::Index i = 0; i < momentum_.size(); i += 3)
+        L += state_.x[std::size_t(i / 3)].cross(Vec3(momentum_.segment<3>(i)));
+    return L;
+}
+
+} // namespace amontons

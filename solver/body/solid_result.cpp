@@ -1,0 +1,97 @@
+#include "solver/body/solid_body.hpp"
+
+#include <algorithm>
+
+// What is told of the accepted state, and the state itself to be kept and read back.
+
+namespace amontons {
+std::vector<Vec3> SolidBody::reactions() const
+{
+    std::vector<Vec3> sums;
+    for (const SolidConditions::Hold& hold : conditions_.holds) {
+        Vec3 sum = Vec3::Zero();
+        for (const std::int32_t node : hold.nodes) {
+            Vec3 f = state_.frame.turn.conjugate() * Vec3(reaction_.segment<3>(3 * node));
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                if (!hold.axis[axis]) f[Eigen::Index(axis)] = 0;
+            sum += state_.frame.turn * f;
+        }
+        sums.push_back(sum);
+    }
+    return sums;
+}
+
+Mat3 SolidBody::element_rotation(std::int32_t element) const
+{
+    if (!corotational_ || std::size_t(element) >= element_states_.size()) return Mat3::Identity();
+    return element_states_[std::size_t(element)].rotation;
+}
+
+void SolidBody::stresses(std::vector<Vec6>& stress, std::vector<double>& energy) const
+{
+    const Mat6 C = elasticity_matrix(material_);
+    stress.clear();
+    energy.clear();
+    for_each_element(mesh_, [&](std::int32_t e, ElementKind kind, auto nodes) {
+        const ElementPlaces X = places_of(mesh_, nodes);
+        ElementVector u(3 * Eigen::Index(nodes.size()));
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+            u.segment<3>(3 * Eigen::Index(i)) = state_.u.segment<3>(3 * nodes[i]);
+        if (corotational_ && std::size_t(e) < element_states_.size())
+            u = element_states_[std::size_t(e)].u;
+        const Vec3 centre = kind == ElementKind::H8 ? Vec3(0, 0, 0) : Vec3(0.25, 0.25, 0.25);
+        const InternalModes inner = solid_internal_modes(kind, X, C, u);
+        const Vec6 strain = solid_strain(kind, X, u, inner, centre);
+        stress.push_back(C * strain);
+        energy.push_back(0.5 * strain.dot(stress.back()));
+    });
+}
+
+std::vector<double> SolidBody::state() const
+{
+    std::vector<double> s;
+    const auto add = [&](const auto& v) { s.insert(s.end(), v.data(), v.data() + v.size()); };
+    add(state_.frame.turn.coeffs());
+    add(state_.frame.shift);
+    add(state_.u);
+    add(state_.v);
+    for (const Vec3& x : state_.x)
+        add(x);
+    add(reaction_);
+    const std::vector<double> columns = kept_columns();
+    s.insert(s.end(), columns.begin(), columns.end());
+    return s;
+}
+
+std::vector<double> SolidBody::kept_columns() const
+{
+    return constant_ ? constant_->kept() : std::vector<double>(2 + 2 * touching_.size(), -1);
+}
+
+void SolidBody::keep_columns(std::span<const double> kept)
+{
+    last_columns_ = SparseColumns();
+    if (constant_) constant_->keep(kept);
+}
+
+void SolidBody::set_state(std::span<const double> s)
+{
+    const auto take = [&](auto& v) {
+        std::copy_n(s.begin(), v.size(), v.data());
+        s = s.subspan(std::size_t(v.size()));
+    };
+    take(state_.frame.turn.coeffs());
+    take(state_.frame.shift);
+    take(state_.u);
+    take(state_.v);
+    for (Vec3& x : state_.x)
+        take(x);
+    take(reaction_);
+    keep_columns(s);
+    state_.version = ++last_version_;
+    now_ = state_;
+    find_spin();
+    if (material_.density > 0) momentum_ = mass_times(state_.v);
+}
+
+} // namespace amontons

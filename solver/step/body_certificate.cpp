@@ -1,0 +1,153 @@
+#include "solver/step/body_stepper.hpp"
+
+#include "contact/certificate.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace amontons {
+namespace {
+
+constexpr double kNothing = 1e-14;      // of the largest body's size
+constexpr double kUncontrolled = 1e-10; // share of a mode's size that contacts see of it, squared
+
+} // namespace
+
+/// The certificate of r_ with u in place of W r + q.
+void BodyStepper::certify_rows(const Eigen::VectorXd& u)
+{
+    if (rows_.count == 0) {
+        report_.error = report_.threshold = 0;
+        report_.penetration = report_.cone = 0;
+        return;
+    }
+    ContactProblem true_rows = problem_;
+    for (const Eigen::VectorXd& g : mode_load_)
+        if (g.size() > 0) true_rows.W = measured_W_;
+    const Eigen::VectorXd give = true_rows.W * r_;
+    true_rows.q = u - give;
+    // Motions that are no more than the rounding of places: nothing there to be relative to.
+    double size = 0;
+    for (std::size_t b = 0; b < bodies(); ++b)
+        size = std::max(size, body(b).size());
+    const double nothing = kNothing * size / (step_.dynamic ? step_.h : 1);
+    if (u.cwiseAbs().maxCoeff() <= nothing && give.cwiseAbs().maxCoeff() <= nothing) {
+        report_.error = 0;
+        report_.threshold = options_.tolerance;
+        report_.penetration = report_.cone = 0;
+        nothing_ = true;
+        return;
+    }
+    nothing_ = false;
+    const Certificate c = certify(true_rows, r_, options_.tolerance, ErrorScope::acting_rows);
+    report_.error = c.error;
+    report_.threshold = std::max(c.threshold, options_.tolerance);
+    report_.penetration = step_.dynamic ? c.worst_penetration * step_.h : c.worst_penetration;
+    report_.cone = step_.dynamic ? c.worst_cone_violation / step_.h : c.worst_cone_violation;
+    report_.worst = c.worst_contact < 0 ? -1 : rows_.chosen[std::size_t(c.worst_contact)];
+}
+
+/// At the end of the step: gaps, slips and forces there against the problem's laws.
+bool BodyStepper::holds_at_end()
+{
+    // Forces keep their direction in space; where normals turned, they no longer fit the law.
+    const std::map<BodySystem::Key, Vec3> known = force_;
+    const ContactProblem solved = problem_;
+    const Rows solved_rows = rows_;
+    std::vector<BodySystem::Key> keys;
+    for (const int c : rows_.chosen)
+        keys.push_back(key(c));
+    const std::vector<Eigen::VectorXd> old_force = body_force_;
+    find();
+    std::map<BodySystem::Key, int> now;
+    for (int c = 0; c < int(value_.size()); ++c)
+        now[key(c)] = c;
+    Eigen::VectorXd r = Eigen::VectorXd::Zero(solved_rows.count);
+    Eigen::VectorXd u(solved_rows.count);
+    Rows acting;
+    std::vector<double> acting_r;
+    double lost = 0, total = 0;
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+        const int size = amontons::rows_of(solved.kind[i]);
+        const auto force = known.find(keys[i]);
+        const auto at = now.find(keys[i]);
+        const Vec3 f = force == known.end() ? Vec3(Vec3::Zero()) : force->second;
+        total += f.norm();
+        if (at == now.end()) { // out of reach, or another piece of the surface
+            lost += f.norm();
+            u.segment(solved_rows.first[i], size).setZero();
+            u[solved_rows.first[i]] = motion_[keys[i]][0];
+            continue;
+        }
+        const bool joint = solved.kind[i] == ContactKind::bilateral;
+        const Vec3 own =
+            joint ? f : Vec3(list_.contact[std::size_t(at->second)].frame.transpose() * f);
+        r.segment(solved_rows.first[i], size) = own.head(size);
+        u.segment(solved_rows.first[i], size) = value_[std::size_t(at->second)].head(size);
+        if (joint) {
+            const int c = at->second - int(list_.contact.size());
+            u[solved_rows.first[i]] +=
+                system_.couplings[std::size_t(c)].softness * r[solved_rows.first[i]];
+        }
+        if (!f.isZero()) {
+            acting.chosen.push_back(at->second);
+            for (int j = 0; j < size; ++j)
+                acting_r.push_back(own[j]);
+        }
+    }
+    problem_ = solved;
+    rows_ = solved_rows;
+    r_ = r;
+    certify_rows(u);
+    if (report_.worst >= 0) report_.worst = -1;
+    // A contact that was not in the problem and penetrates now.
+    double new_overlap = 0;
+    for (int c = 0; c < int(list_.contact.size()); ++c)
+        if (motion_.count(key(c)) == 0)
+            new_overlap = std::max(new_overlap, -value_[std::size_t(c)][0]);
+    double shift = total > 0 && !nothing_ ? lost / total : 0;
+    make_rows(contacts(), acting);
+    const std::vector<Eigen::VectorXd> f = forces(
+        acting, Eigen::Map<const Eigen::VectorXd>(acting_r.data(), Eigen::Index(acting_r.size())));
+    double imbalance = 0;
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        const double size = old_force[b].norm();
+        if (size > 0 && !nothing_) shift = std::max(shift, (f[b] - old_force[b]).norm() / size);
+        imbalance = std::max(imbalance, body(b).imbalance(f[b]));
+    }
+    body_force_ = f;
+    report_.error = std::max({report_.error, shift, imbalance});
+    double size = 0;
+    for (std::size_t b = 0; b < bodies(); ++b)
+        size = std::max(size, body(b).size());
+    errors_.push_back(report_.error);
+    return report_.error <= report_.threshold && new_overlap <= options_.tolerance * size &&
+           left_out_ <= options_.tolerance * size;
+}
+
+/// Modes that no contact sees: they stay where they are, and that is said.
+void BodyStepper::report_modes()
+{
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        if (mode_load_[b].size() == 0) continue;
+        Eigen::MatrixXd seen = Eigen::MatrixXd::Zero(mode_load_[b].size(), mode_load_[b].size());
+        double scale = 0;
+        if (B_.size() > b && B_[b].size() > 0)
+            for (std::size_t i = 0; i < rows_.row[b].size(); ++i) {
+                const Eigen::VectorXd row = B_[b].row(Eigen::Index(i));
+                scale = std::max(scale, row.squaredNorm());
+                if (r_[rows_.row[b][i]] != 0) seen += row * row.transpose();
+            }
+        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(seen);
+        for (Eigen::Index m = 0; m < eigen.eigenvalues().size(); ++m) {
+            if (eigen.eigenvalues()[m] > kUncontrolled * scale && scale > 0) continue;
+            report_.remarks.push_back(
+                fmt::format("{}: no contact controls its {}; it stays where it is",
+                            system_.refs[b].name, body(b).mode_name(eigen.eigenvectors().col(m))));
+        }
+    }
+}
+
+} // namespace amontons

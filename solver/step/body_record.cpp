@@ -1,0 +1,181 @@
+#include "solver/step/body_record.hpp"
+
+#include "contact/rigid/shape_surface.hpp"
+#include "solver/body/rigid_body.hpp"
+#include "solver/body/solid_body.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace amontons {
+namespace {
+
+double von_mises(const Vec6& s)
+{
+    const double a = s[0] - s[1], b = s[1] - s[2], c = s[2] - s[0];
+    return std::sqrt(0.5 * (a * a + b * b + c * c) + 3 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
+}
+
+Vec6 turned(const Vec6& s, const Mat3& R)
+{
+    Mat3 m;
+    m << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
+    const Mat3 t = R * m * R.transpose();
+    Vec6 out;
+    out << t(0, 0), t(1, 1), t(2, 2), t(0, 1), t(1, 2), t(0, 2);
+    return out;
+}
+
+BodyRecord record_rigid(const RigidBody& body)
+{
+    BodyRecord r;
+    const SurfaceMesh picture = surface_of(body.shape());
+    const Placement at = body.placement();
+    for (const Vec3& X : picture.points)
+        r.points.push_back(at * X);
+    for (const auto& t : picture.triangles)
+        r.triangles.push_back({t[0], t[1], t[2]});
+    Field velocity{"velocity", "m/s", 3, {}};
+    for (const Vec3& x : r.points) {
+        const Vec3 v = body.velocity({{}, x});
+        velocity.values.insert(velocity.values.end(), v.data(), v.data() + 3);
+    }
+    r.point_fields.push_back(std::move(velocity));
+    return r;
+}
+
+BodyRecord record_solid(SolidBody& solid, int b, const BodyStepReport& step)
+{
+    BodyRecord r;
+    solid.complete();
+    r.elements = &solid.mesh();
+    r.points.assign(solid.places().begin(), solid.places().end());
+    const std::size_t n = r.points.size();
+    Field moved{"displacement", "m", 3, {}};
+    for (std::size_t i = 0; i < n; ++i) {
+        const Vec3 d = r.points[i] - solid.first_places()[i];
+        moved.values.insert(moved.values.end(), d.data(), d.data() + 3);
+    }
+    std::vector<Vec6> stress;
+    std::vector<double> energy;
+    solid.stresses(stress, energy);
+    Field cauchy{"stress", "Pa", 6, {}}, mises{"von_mises", "Pa", 1, {}},
+        density{"strain_energy_density", "J/m^3", 1, energy};
+    const Mat3 R = solid.frame().turn.toRotationMatrix();
+    std::vector<Vec6> nodal(n, Vec6::Zero());
+    std::vector<double> shares(n, 0);
+    for_each_element(solid.mesh(), [&](std::int32_t e, ElementKind, auto nodes) {
+        const Vec6 t = turned(stress[std::size_t(e)], R * solid.element_rotation(e));
+        cauchy.values.insert(cauchy.values.end(), t.data(), t.data() + 6);
+        mises.values.push_back(von_mises(t));
+        for (const std::int32_t node : nodes) {
+            nodal[std::size_t(node)] += t;
+            shares[std::size_t(node)] += 1;
+        }
+    });
+    Field smooth{"stress_averaged", "Pa", 6, {}}, smooth_mises{"von_mises_averaged", "Pa", 1, {}};
+    for (std::size_t i = 0; i < n; ++i) {
+        const Vec6 t = nodal[i] / std::max(1.0, shares[i]);
+        smooth.values.insert(smooth.values.end(), t.data(), t.data() + 6);
+        smooth_mises.values.push_back(von_mises(t));
+    }
+    // Pressure and traction on the body where it carries the contacts' functions.
+    Field pressure{"contact_pressure", "Pa", 1, std::vector<double>(n, 0.0)};
+    Field traction{"contact_traction", "Pa", 3, std::vector<double>(3 * n, 0.0)};
+    for (std::size_t c = 0; c < step.contacts.contact.size(); ++c) {
+        const BodyContact& k = step.contacts.contact[c];
+        if (k.a != b || !(k.area > 0)) continue;
+        const auto node = std::size_t(k.id);
+        pressure.values[node] += k.frame.col(0).dot(step.force[c]) / k.area;
+        for (std::size_t i = 0; i < 3; ++i)
+            traction.values[3 * node + i] += step.force[c][Eigen::Index(i)] / k.area;
+    }
+    r.point_fields = {std::move(moved), std::move(smooth), std::move(smooth_mises),
+                      std::move(pressure), std::move(traction)};
+    r.cell_fields = {std::move(cauchy), std::move(mises), std::move(density)};
+    return r;
+}
+
+} // namespace
+
+std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obstacle>& obstacles,
+                                      const BodySystem& system, const BodyStepReport& step)
+{
+    std::vector<Quantity> out;
+    const bool dynamic = scene.time.kind == "dynamic";
+    const auto vector = [&](const std::string& name, const char* unit, const Vec3& v) {
+        const char* axes[] = {"_x", "_y", "_z"};
+        for (int i = 0; i < 3; ++i)
+            out.push_back({name + axes[i], unit, v[i]});
+    };
+    const std::vector<ContactPair>& pairs = system.finder.pairs();
+    std::vector<Vec3> force(pairs.size(), Vec3::Zero());
+    std::vector<double> pressure(pairs.size(), 0);
+    for (std::size_t c = 0; c < step.contacts.contact.size(); ++c) {
+        const BodyContact& k = step.contacts.contact[c];
+        force[std::size_t(k.pair)] += step.force[c];
+        if (k.area > 0)
+            pressure[std::size_t(k.pair)] =
+                std::max(pressure[std::size_t(k.pair)], k.frame.col(0).dot(step.force[c]) / k.area);
+    }
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+        if (!pairs[p].named) continue; // there may be thousands
+        const std::string name = system.refs[std::size_t(pairs[p].a)].name + "_on_" +
+                                 (pairs[p].b < 0 ? obstacles[std::size_t(pairs[p].obstacle)].name
+                                                 : system.refs[std::size_t(pairs[p].b)].name);
+        vector(name + "_force", "N", force[p]);
+        if (system.refs[std::size_t(pairs[p].a)].solid)
+            out.push_back({name + "_max_pressure", "Pa", pressure[p]});
+    }
+    std::size_t solid = 0;
+    for (const BodyRef& b : system.refs) {
+        if (b.rigid) {
+            vector(b.name, "m", b.rigid->centre());
+            if (dynamic) vector(b.name + "_velocity", "m/s", b.rigid->centre_velocity());
+            if (dynamic) vector(b.name + "_spin", "rad/s", b.rigid->spin());
+            continue;
+        }
+        const SolidInput& input = scene.solids[solid++];
+        const std::vector<Vec3> reactions = b.solid->reactions();
+        for (std::size_t k = 0; k < reactions.size(); ++k)
+            vector(b.name + "_" + input.hold[k].set + "_force", "N", reactions[k]);
+        double largest = 0;
+        const std::span<const Vec3> now = b.solid->places(), first = b.solid->first_places();
+        // Of the nodes that may touch, which are known without the rest; else of all.
+        for (const std::int32_t node : b.solid->touching())
+            largest = std::max(largest, (now[std::size_t(node)] - first[std::size_t(node)]).norm());
+        if (b.solid->touching().empty()) {
+            b.solid->complete();
+            for (std::size_t i = 0; i < now.size(); ++i)
+                largest = std::max(largest, (now[i] - first[i]).norm());
+        }
+        out.push_back({b.name + "_max_displacement", "m", largest});
+    }
+    Vec3 momentum = Vec3::Zero(), angular = Vec3::Zero();
+    if (dynamic) {
+        for (const BodyRef& b : system.refs) {
+            momentum += b.body->momentum();
+            angular += b.body->angular_momentum();
+        }
+        vector("momentum", "kg m/s", momentum);
+        vector("angular_momentum", "kg m^2/s", angular);
+    }
+    std::vector<double> joint(scene.couplings.size(), 0);
+    for (std::size_t r = 0; r < system.couplings.size(); ++r)
+        joint[std::size_t(system.couplings[r].input)] +=
+            step.coupling_force.size() > r ? std::pow(step.coupling_force[r], 2) : 0;
+    for (std::size_t k = 0; k < joint.size(); ++k)
+        out.push_back({fmt::format("coupling_{}_force", k), "N", std::sqrt(joint[k])});
+    return out;
+}
+
+BodyRecord record_body(const BodySystem& system, std::size_t b, const BodyStepReport& step)
+{
+    const BodyRef& ref = system.refs[b];
+    BodyRecord r = ref.rigid ? record_rigid(*ref.rigid) : record_solid(*ref.solid, int(b), step);
+    r.name = ref.name;
+    return r;
+}
+
+} // namespace amontons

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "solver/step/body_step.hpp"
+#include "solver/step/simulation.hpp"
+
+// What a step of solids and rigid bodies tells: numbers for the history, shapes and fields for
+// files and pictures.
+
+namespace amontons {
+
+/// Forces of named pairs and of holds, places, velocities and momenta, forces of couplings.
+std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obstacle>& obstacles,
+                                      const BodySystem& system, const BodyStepReport& step);
+
+/// How body b looks and fares at the end of the step.
+BodyRecord record_body(const BodySystem& system, std::size_t b, const BodyStepReport& step);
+
+} // namespace amontons

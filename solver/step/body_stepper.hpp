@@ -1,0 +1,85 @@
+#pragma once
+
+#include "solver/step/body_rows.hpp"
+#include "solver/step/body_step.hpp"
+
+// The inside of try_body_step, for the files that carry it out: body_step (the loop on the geometry
+// at the end), body_problem (the contact problem of an iterate, rigid modes among its unknowns) and
+// body_certificate (what its answer is worth there).
+
+namespace amontons {
+
+/// One try of a step: what it works on and what it knows so far.
+class BodyStepper {
+public:
+    BodyStepper(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
+                BodyStepReport& report)
+        : system_(system)
+        , step_(step)
+        , options_(options)
+        , report_(report)
+    {
+    }
+
+    bool run();
+
+private:
+    std::size_t bodies() const { return system_.refs.size(); }
+    Body& body(std::size_t b) const { return *system_.refs[b].body; }
+    Contacts contacts() const
+    {
+        return {system_.refs, system_.finder.pairs(), list_, joints_, system_.couplings};
+    }
+    BodySystem::Key key(int c) const;
+    void linearise();
+    void find();
+    Vec3 moved(const BodyContact& c) const;
+    bool solve();
+    void assemble();
+    bool solve_with_modes();
+    ContactSolution solve_contact(const SolverOptions& options) const;
+    Eigen::VectorXd warm_start() const;
+    Eigen::VectorXd values(const Rows& rows) const;
+    void add_motion(const Rows& rows, const std::vector<Eigen::VectorXd>& y,
+                    Eigen::VectorXd& u) const;
+    std::vector<Eigen::VectorXd> forces(const Rows& rows, const Eigen::VectorXd& r) const;
+    bool rescale_modes();
+    void relax();
+    bool holds_at_end();
+    void certify_rows(const Eigen::VectorXd& u);
+    void report_modes();
+    void fill_report();
+    std::string who(int contact) const;
+
+    BodySystem& system_;
+    const StepInput& step_;
+    const BodyStepOptions& options_;
+    BodyStepReport& report_;
+
+    BodyContacts list_;
+    bool found_ = false;
+    bool nothing_ = false; ///< moves but for rounding
+    bool spread_ = false;  ///< contacts stand for areas: forces are to be even
+    bool elastic_ = false; ///< some body of the problem is
+    std::vector<CouplingRow> joints_;
+    std::vector<Vec3> value_;   ///< of every contact and coupling, at the iterate
+    std::vector<double> moved_; ///< of each contact along its normal, when it was found
+    std::vector<Eigen::VectorXd> free_, mode_load_;
+    std::vector<Eigen::MatrixXd> B_; ///< modes seen by the chosen rows
+    std::vector<double> mode_scale_; ///< [m/N]
+    std::vector<Eigen::VectorXd> mode_, y_;
+    Rows all_, rows_;
+    ContactProblem problem_;
+    Delassus measured_W_; ///< with modes of the elastic part's size: what errors are measured in
+    Eigen::VectorXd r_;
+    std::vector<Eigen::VectorXd> body_force_;
+    std::map<BodySystem::Key, Vec3> force_;  ///< in space; of a coupling in x
+    std::map<BodySystem::Key, Vec3> motion_; ///< u of the solved rows, in their frames
+    Certificate certificate_;
+    std::vector<double> errors_; ///< of the outer iterations
+    bool relaxing_ = false;
+    double relaxation_ = 1, left_out_ = 0; ///< share of the motion made; the rest [m or m/s]
+    Eigen::VectorXd motion_before_;
+};
+
+} // namespace amontons

@@ -1,0 +1,45 @@
+#include "solver/step/run_summary.hpp"
+
+#include <algorithm>
+
+namespace amontons {
+
+void add_step(RunSummary& summary, const StepRecord& step)
+{
+    summary.step_seconds.push_back(step.seconds);
+    summary.contacts_max = std::max(summary.contacts_max, int(step.contacts.size()));
+    summary.worst_error = std::max(summary.worst_error, step.certificate.error);
+    summary.worst_penetration =
+        std::max(summary.worst_penetration, step.certificate.worst_penetration);
+    summary.worst_cone_violation =
+        std::max(summary.worst_cone_violation, step.certificate.worst_cone_violation);
+    if (!step.certificate.certified) ++summary.uncertified_steps;
+}
+
+void save_summary(const RunSummary& summary, ByteWriter& out)
+{
+    out.value(summary.seconds);
+    out.value(summary.contacts_max);
+    out.value(summary.worst_error);
+    out.value(summary.worst_penetration);
+    out.value(summary.worst_cone_violation);
+    out.value(summary.uncertified_steps);
+    out.vector(summary.snaps);
+    out.vector(summary.step_seconds);
+}
+
+RunSummary read_summary(ByteReader& in)
+{
+    RunSummary summary;
+    summary.seconds = in.value<PhaseSeconds>();
+    summary.contacts_max = in.value<int>();
+    summary.worst_error = in.value<double>();
+    summary.worst_penetration = in.value<double>();
+    summary.worst_cone_violation = in.value<double>();
+    summary.uncertified_steps = in.value<int>();
+    summary.snaps = in.vector<SnapRecord>(1u << 24);
+    summary.step_seconds = in.vector<double>(1u << 28);
+    return summary;
+}
+
+} // namespace amontons
