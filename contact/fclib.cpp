@@ -452,7 +452,7 @@ FclibProblem fclib_problem(const std::vector<NamedArray>& arrays, const std::str
         check(d, *p.local, group);
         rows = p.local->q.size();
         contacts = p.local->mu.size();
-        bilateral = bilateral_rows(p.local->kind);
+        bilateral = std::ranges::count(p.local->kind, ContactKind::bilateral);
     } else {
         p.global = global_problem(d);
         d.throw_issues();
@@ -460,7 +460,7 @@ FclibProblem fclib_problem(const std::vector<NamedArray>& arrays, const std::str
         check(d, *p.global, group);
         rows = p.global->w.size();
         contacts = p.global->mu.size();
-        bilateral = bilateral_rows(p.global->kind);
+        bilateral = std::ranges::count(p.global->kind, ContactKind::bilateral);
         dofs = p.global->f.size();
     }
     if (d.has_group("solution")) p.solution = solution(d, "solution", rows, bilateral, dofs);
