@@ -72,20 +72,6 @@ void SolidCompliance::order_nodes()
 }
 
 /// Fills in_contact_ and place_.
-void SolidCompliance::find_nodes(const ContactRows& rows)
-{
-    forget_nodes();
-    for (const ContactRows::Entry& e : rows.entry) {
-        AMONTONS_ASSERT(e.node >= 0 && std::size_t(e.node) < surface_number_.size());
-        const std::int32_t s = surface_number_[std::size_t(e.node)];
-        AMONTONS_ASSERT(s >= 0);
-        if (place_[std::size_t(s)] >= 0) continue;
-        place_[std::size_t(s)] = 0;
-        in_contact_.push_back(s);
-    }
-    order_nodes();
-}
-
 void SolidCompliance::find_nodes(const SparseMatrix& C)
 {
     forget_nodes();
@@ -210,67 +196,20 @@ void SolidCompliance::expect(double solves)
 
 void SolidCompliance::prepare(std::span<const std::int32_t> nodes)
 {
-    ContactRows rows;
-    rows.begin(Mat3::Identity());
-    for (const std::int32_t node : nodes)
-        rows.add(node, 1);
-    find_nodes(rows);
+    forget_nodes();
+    for (const std::int32_t node : nodes) {
+        const std::int32_t s = surface_number_[std::size_t(node)];
+        AMONTONS_ASSERT(s >= 0);
+        if (place_[std::size_t(s)] >= 0) continue;
+        place_[std::size_t(s)] = 0;
+        in_contact_.push_back(s);
+    }
+    order_nodes();
     while (in_contact_.size() > most_columns_) {
         place_[std::size_t(in_contact_.back())] = -1;
         in_contact_.pop_back();
     }
     use_columns();
-}
-
-void SolidCompliance::delassus(const ContactRows& rows, Eigen::MatrixXd& W)
-{
-    find_nodes(rows);
-    if (!has_columns() && !columns_pay(factor_.compliance_flops(contact_matrix(rows, dofs_)))) {
-        ++counts_.from_factor;
-        return delassus_once(rows, W);
-    }
-
-    // moved_: for a force along each axis on contact j's nodes by their weights, the displacements
-    // of all nodes in contact, 9 of a node. A column is gathered once for all contacts that it is
-    // in.
-    const std::size_t contacts = rows.size(), nodes = in_contact_.size();
-    struct Use {
-        std::int32_t place, contact;
-        double weight;
-    };
-    std::vector<Use> uses;
-    for (std::size_t j = 0; j < contacts; ++j)
-        for (const ContactRows::Entry& e : rows.of(j))
-            uses.push_back({place_[std::size_t(surface_number_[std::size_t(e.node)])],
-                            std::int32_t(j), e.weight});
-    std::stable_sort(uses.begin(), uses.end(),
-                     [](const Use& a, const Use& b) { return a.place < b.place; });
-    moved_.assign(9 * nodes * contacts, 0);
-    gathered_.resize(9 * nodes);
-    Eigen::Map<const Eigen::VectorXd> gathered(gathered_.data(), Eigen::Index(9 * nodes));
-    for (std::size_t k = 0; k < uses.size();) {
-        const std::int32_t place = uses[k].place;
-        const double* const from = column(in_contact_[std::size_t(place)]);
-        for (std::size_t a = 0; a < nodes; ++a)
-            std::copy_n(from + 9 * std::ptrdiff_t(in_contact_[a]), 9, gathered_.data() + 9 * a);
-        for (; k < uses.size() && uses[k].place == place; ++k)
-            Eigen::Map<Eigen::VectorXd>(moved_.data() + 9 * nodes * std::size_t(uses[k].contact),
-                                        Eigen::Index(9 * nodes)) += uses[k].weight * gathered;
-    }
-
-    W.resize(3 * Eigen::Index(contacts), 3 * Eigen::Index(contacts));
-    for (std::size_t j = 0; j < contacts; ++j) {
-        const double* const moved = moved_.data() + 9 * nodes * j;
-        for (std::size_t i = j; i < contacts; ++i) {
-            Mat3 sum = Mat3::Zero();
-            for (const ContactRows::Entry& e : rows.of(i))
-                sum += e.weight *
-                       Block(moved + 9 * place_[std::size_t(surface_number_[std::size_t(e.node)])]);
-            W.block<3, 3>(3 * Eigen::Index(i), 3 * Eigen::Index(j)) =
-                rows.frame[i].transpose() * sum * rows.frame[j] / scale_;
-        }
-    }
-    W.triangularView<Eigen::StrictlyUpper>() = W.transpose();
 }
 
 void SolidCompliance::delassus(const SparseMatrix& C, Eigen::MatrixXd& W)
@@ -324,12 +263,6 @@ void SolidCompliance::delassus(const SparseMatrix& C, Eigen::MatrixXd& W)
     W.triangularView<Eigen::StrictlyUpper>() = W.transpose();
 }
 
-void SolidCompliance::delassus_once(const ContactRows& rows, Eigen::MatrixXd& W) const
-{
-    factor_.compliance(contact_matrix(rows, dofs_), W);
-    W /= scale_;
-}
-
 Eigen::VectorXd SolidCompliance::displacement(const Eigen::VectorXd& f) const
 {
     AMONTONS_ASSERT(f.size() == Eigen::Index(dofs_.number.size()));
@@ -340,37 +273,6 @@ Eigen::VectorXd SolidCompliance::displacement(const Eigen::VectorXd& f) const
     Eigen::VectorXd x = Eigen::VectorXd::Zero(f.size());
     for (std::size_t k = 0; k < dofs_.free.size(); ++k)
         x[dofs_.free[k]] = some[Eigen::Index(k)];
-    return x;
-}
-
-Eigen::VectorXd SolidCompliance::surface_displacement(const ContactRows& rows,
-                                                      const Eigen::VectorXd& r)
-{
-    AMONTONS_ASSERT(r.size() == 3 * Eigen::Index(rows.size()));
-    find_nodes(rows);
-    const auto surface = static_cast<Eigen::Index>(surface_node_.size());
-    Eigen::VectorXd x = Eigen::VectorXd::Zero(3 * surface);
-    if (!has_columns()) {
-        ++counts_.from_factor;
-        Eigen::VectorXd f = Eigen::VectorXd::Zero(Eigen::Index(dofs_.number.size()));
-        add_reactions(rows, r, f);
-        const Eigen::VectorXd all = displacement(f);
-        for (Eigen::Index s = 0; s < surface; ++s)
-            x.segment<3>(3 * s) = all.segment<3>(3 * surface_node_[std::size_t(s)]);
-        return x;
-    }
-    std::vector<Vec3> force(in_contact_.size(), Vec3::Zero());
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        const Vec3 on_all = rows.frame[i] * r.segment<3>(3 * Eigen::Index(i)) / scale_;
-        for (const ContactRows::Entry& e : rows.of(i))
-            force[std::size_t(place_[std::size_t(surface_number_[std::size_t(e.node)])])] +=
-                e.weight * on_all;
-    }
-    for (std::size_t k = 0; k < in_contact_.size(); ++k) {
-        const double* const from = column(in_contact_[k]);
-        for (Eigen::Index s = 0; s < surface; ++s)
-            x.segment<3>(3 * s) += Block(from + 9 * s) * force[k];
-    }
     return x;
 }
 

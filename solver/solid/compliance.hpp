@@ -1,7 +1,7 @@
 #pragma once
 
 #include "solver/linear/supernodal.hpp"
-#include "solver/solid/contact_rows.hpp"
+#include "solver/solid/assembly.hpp"
 
 namespace amontons {
 
@@ -19,7 +19,7 @@ struct ComplianceCounts {
     std::size_t bytes = 0;            ///< of the columns kept now
 };
 
-/// What a body with a constant matrix A gives to contact: W = H A^-1 H^T and displacements.
+/// What a body with a constant matrix A gives to contact: W = C^T A^-1 C and displacements.
 ///
 /// Columns of A^-1 are solved for nodes that come into contact and kept, three for each node, with
 /// the rows of the surface only. From then on W is put together from them: its cost depends on the
@@ -46,16 +46,12 @@ public:
     /// A is `scale` times what was factored, > 0: Young's modulus alone costs nothing.
     void set_scale(double scale);
 
-    /// W = H A^-1 H^T, symmetric to the last bit [m/N for a stiffness].
-    /// Workspace: 72 bytes for each pair of a contact and a node of one.
-    /// @param W  resized to 3 contacts x 3 contacts
-    /// @throws std::logic_error  if a contact names a node that is not of the surface
-    void delassus(const ContactRows& rows, Eigen::MatrixXd& W);
-    /// The same for rows given as they act on the free degrees of freedom: W = C^T A^-1 C.
-    /// @param C  free x any number; acts on nodes of the surface only
+    /// W = C^T A^-1 C, symmetric to the last bit [m/N for a stiffness].
+    /// Workspace: 72 bytes for each pair of a row and a node in contact.
+    /// @param C  free x rows; acts on nodes of the surface only
+    /// @param W  resized to rows x rows
+    /// @throws std::logic_error  if C acts on a node that is not of the surface
     void delassus(const SparseMatrix& C, Eigen::MatrixXd& W);
-    /// The same from the factor alone, by its tree; keeps nothing. For contacts that come once.
-    void delassus_once(const ContactRows& rows, Eigen::MatrixXd& W) const;
     /// Says that about so many solves will be asked for: columns are then solved early.
     void expect(double solves);
     /// Solves the columns of these nodes now, as far as there is room.
@@ -64,10 +60,9 @@ public:
     /// x = A^-1 f, 0 where prescribed: one solve with the factor.
     /// @param f  3 nodes [N]
     Eigen::VectorXd displacement(const Eigen::VectorXd& f) const;
-    /// x = A^-1 H^T r on the surface only, 3 surface nodes in the order given: from kept columns,
-    /// or one solve if some are missing.
-    Eigen::VectorXd surface_displacement(const ContactRows& rows, const Eigen::VectorXd& r);
-    /// The same for forces on the surface. @param f  3 surface nodes in the order given [N]
+    /// x = A^-1 f on the surface only, of forces there: from kept columns, or one solve if some are
+    /// missing.
+    /// @param f  3 surface nodes in the order given [N]
     Eigen::VectorXd surface_displacement(const Eigen::VectorXd& f);
 
     /// Which columns are kept and what the choice of further ones depends on: 2 + 2 surface nodes
@@ -93,7 +88,6 @@ private:
     {
         return columns_[std::size_t(column_of_[std::size_t(surface_node)])].blocks.data();
     }
-    void find_nodes(const ContactRows& rows);
     void find_nodes(const SparseMatrix& C);
     void forget_nodes();
     void order_nodes();
@@ -120,8 +114,7 @@ private:
     std::vector<std::int32_t> in_contact_; // surface nodes of the present call, ascending
     std::vector<std::int32_t> part_nodes_; // in_contact_ when part_ was gathered
     Eigen::MatrixXd part_;
-    std::vector<std::int32_t> place_;      // of each surface node in in_contact_
-    std::vector<double> gathered_, moved_; // workspace
+    std::vector<std::int32_t> place_; // of each surface node in in_contact_
 };
 
 } // namespace amontons

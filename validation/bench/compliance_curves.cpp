@@ -57,9 +57,9 @@ struct Point {
     double surface_inverse = 0, surface_gigabytes = 0;
 };
 
-/// Points in faces of z_max that share no node while there are such; the same for the same mesh
-/// and count.
-ContactRows random_contacts(const VolumeMesh& mesh, std::size_t count)
+/// Points in faces of z_max that share no node while there are such, free x 3 contacts; the same
+/// for the same mesh and count.
+SparseMatrix random_contacts(const VolumeMesh& mesh, const FreeDofs& dofs, std::size_t count)
 {
     std::vector<FaceRef> all = find_set(mesh.face_sets, "z_max")->members, faces, others;
     std::mt19937 engine(1);
@@ -76,18 +76,19 @@ ContactRows random_contacts(const VolumeMesh& mesh, std::size_t count)
     }
     faces.insert(faces.end(), others.begin(), others.end());
     std::uniform_real_distribution<> share(0, 1);
-    ContactRows rows;
-    Mat3 frame; // n down, into the solid
-    frame << 0, 1, 0, 0, 0, -1, -1, 0, 0;
+    std::vector<Eigen::Triplet<double>> entries;
     for (std::size_t i = 0; i < count; ++i) {
         const FaceNodes face = face_nodes(mesh, faces[i % faces.size()]);
         const double a = std::sqrt(share(engine)), b = share(engine);
-        rows.begin(frame);
-        rows.add(face.node[0], 1 - a);
-        rows.add(face.node[1], a * (1 - b));
-        rows.add(face.node[2], a * b);
+        const double weight[] = {1 - a, a * (1 - b), a * b};
+        for (std::size_t k = 0; k < 3; ++k)
+            for (int axis = 0; axis < 3; ++axis)
+                entries.emplace_back(dofs.number[std::size_t(3 * face.node[k] + axis)],
+                                     3 * int(i) + axis, weight[k]);
     }
-    return rows;
+    SparseMatrix C(Eigen::Index(dofs.free.size()), 3 * Eigen::Index(count));
+    C.setFromTriplets(entries.begin(), entries.end());
+    return C;
 }
 
 std::vector<Point> measure(std::int32_t cells, std::span<const std::size_t> contact_counts)
@@ -150,22 +151,25 @@ std::vector<Point> measure(std::int32_t cells, std::span<const std::size_t> cont
         SolidCompliance* const kept = &compliance;
         Point p = common;
         p.contacts = count;
-        const ContactRows rows = random_contacts(mesh, count);
+        const SparseMatrix rows = random_contacts(mesh, dofs, count);
         Eigen::MatrixXd W;
         const std::int64_t solved = compliance.counts().columns_solved;
         std::vector<std::int32_t> touched;
-        for (const ContactRows::Entry& e : rows.entry)
-            touched.push_back(e.node);
+        for (Eigen::Index k = 0; k < rows.nonZeros(); ++k)
+            touched.push_back(dofs.free[std::size_t(rows.innerIndexPtr()[k])] / 3);
         const double before = cpu_seconds();
         kept->prepare(touched);
         p.first_contact = cpu_seconds() - before;
         p.in_contact = std::size_t(compliance.counts().columns_solved - solved);
         p.kept = seconds_of([&] { kept->delassus(rows, W); });
-        const Eigen::VectorXd r = Eigen::VectorXd::Ones(W.rows());
-        Eigen::VectorXd moves;
-        p.surface_moves = seconds_of([&] { moves = kept->surface_displacement(rows, r); });
+        Eigen::VectorXd forces = Eigen::VectorXd::Zero(3 * Eigen::Index(surface.size())), moves;
+        for (std::size_t s = 0; s < surface.size(); ++s)
+            for (int axis = 0; axis < 3; ++axis)
+                if (const auto k = dofs.number[std::size_t(3 * surface[s] + axis)]; k >= 0)
+                    forces[3 * Eigen::Index(s) + axis] = rows.row(k).sum();
+        p.surface_moves = seconds_of([&] { moves = kept->surface_displacement(forces); });
         Eigen::MatrixXd once;
-        p.tree = seconds_of([&] { kept->delassus_once(rows, once); });
+        p.tree = seconds_of([&] { compliance.factor().compliance(rows, once); });
         if (!((W - once).norm() < 1e-9 * W.norm())) std::abort();
         points.push_back(p);
         if (compliance.counts().from_factor > 0) std::abort();
