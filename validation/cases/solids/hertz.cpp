@@ -235,30 +235,43 @@ std::vector<Measured> cattaneo_mindlin()
         const double a = nu == 0 ? 0.00104187942 : 0.00100963544, G = E / (2 * (1 + nu));
         // Relative shift of far points: D (1 - (1 - Q / mu P)^(2/3)).
         const double D = 3 * mu * P * (2 - nu) / (8 * a * G);
-        const double whole = 1.55 * D * (1 - std::pow(0.15, 2.0 / 3));
-        const Sheared full = sheared(R, E, nu, mu, a, a / 5, whole),
-                      less = sheared(R, E, nu, mu, a / 2, a / 10, 0.24 * whole);
+        // Up to about 0.85 mu P: the contact's share of the shift is as a^2, the bulk's as a^3.
+        const auto with_radius = [&](double share) {
+            const double local = D * (1 - std::pow(0.15, 2.0 / 3));
+            return sheared(R, E, nu, mu, share * a, share * a / 5,
+                           local * share * share * (1 + 0.55 * share));
+        };
+        const Sheared full = with_radius(1), small = with_radius(0.25),
+                      smaller = with_radius(0.125);
         const std::string material = fmt::format(", nu {}", nu);
         const double own_a = a * std::cbrt(full.P / P);
         rows.push_back(absolute("contact radius at its force [mm]" + material, 1e3 * own_a,
                                 1e3 * full.a, 0.5e3 * a / 5));
-        rows.back().note = fmt::format("P = {:.2f} N, then {:.2f} N", full.P, less.P);
+        rows.back().note =
+            fmt::format("P = {:.2f} N, then {:.3f} and {:.4f} N", full.P, small.P, smaller.P);
         for (const double q : {0.25, 0.5, 0.75}) {
             const std::string of = fmt::format(", Q {} mu P, nu {}", q, nu);
             rows.push_back(
                 absolute("c / a" + of, std::cbrt(1 - q), parabola(full.share, full.c, q), 0.2));
-            // Local shift as P^(2/3), the bulk's as P.
-            const double s1 = parabola(full.share, full.shift, q),
-                         s2 = parabola(less.share, less.shift, q), p1 = full.P / P, p2 = less.P / P;
-            const double local =
-                (s1 / p1 - s2 / p2) / (std::pow(p1, -1.0 / 3) - std::pow(p2, -1.0 / 3));
+            // The law holds as a / R goes to 0. The contact's shift is as P^(2/3), the bulk's as P;
+            // what curvature adds lies between them, by the logarithm of a: seen from small loads.
+            const auto shift = [&](const Sheared& s) {
+                const auto law = [](double share) { return 1 - std::pow(1 - share, 2.0 / 3); };
+                std::vector<double> y;
+                for (const double share : s.share)
+                    y.push_back(law(std::min(share, 1.0)));
+                return parabola(y, s.shift, law(q)) / (s.P / P);
+            };
+            const double local = (shift(smaller) - shift(small)) /
+                                 (std::cbrt(P / smaller.P) - std::cbrt(P / small.P));
             rows.push_back(relative("shift without the bulk's" + of,
                                     D * (1 - std::pow(1 - q, 2.0 / 3)), local,
                                     nu == 0 ? 2e-2 : 3e-2));
-            rows.back().note = fmt::format("with it {:.3e} m", s1);
+            rows.back().note = fmt::format("from P/64 and P/512; at P, with the bulk's, {:.3e} m",
+                                           shift(full) * full.P / P);
         }
         rows.push_back(at_most("steps without certificate" + material,
-                               full.uncertified + less.uncertified, 0));
+                               full.uncertified + small.uncertified + smaller.uncertified, 0));
     }
     return rows;
 }
