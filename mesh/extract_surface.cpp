@@ -41,32 +41,38 @@ std::vector<Side> sorted_sides(const ExternalSurface& surface)
     return sides;
 }
 
+const Vec3& at(std::span<const Vec3> places, std::int32_t node)
+{
+    return places[static_cast<std::size_t>(node)];
+}
+
 /// Twice the area of the polygon of the corners, along its mean normal.
-Vec3 normal_of(const ExternalSurface& surface, const VolumeMesh& mesh, std::int32_t face)
+Vec3 normal_of(const ExternalSurface& surface, std::span<const Vec3> places, std::int32_t face)
 {
     const auto n = surface.face(static_cast<std::size_t>(face));
     if (surface.corners[static_cast<std::size_t>(face)] == 3)
-        return (node(mesh, n[1]) - node(mesh, n[0])).cross(node(mesh, n[2]) - node(mesh, n[0]));
-    return (node(mesh, n[2]) - node(mesh, n[0])).cross(node(mesh, n[3]) - node(mesh, n[1]));
+        return (at(places, n[1]) - at(places, n[0])).cross(at(places, n[2]) - at(places, n[0]));
+    return (at(places, n[2]) - at(places, n[0])).cross(at(places, n[3]) - at(places, n[1]));
 }
 
-Vec3 centre_of(const ExternalSurface& surface, const VolumeMesh& mesh, std::int32_t face)
+Vec3 centre_of(const ExternalSurface& surface, std::span<const Vec3> places, std::int32_t face)
 {
     const auto nodes = surface.face(static_cast<std::size_t>(face));
     const int n = surface.corners[static_cast<std::size_t>(face)];
     Vec3 sum = Vec3::Zero();
     for (int i = 0; i < n; ++i)
-        sum += node(mesh, nodes[static_cast<std::size_t>(i)]);
+        sum += at(places, nodes[static_cast<std::size_t>(i)]);
     return sum / n;
 }
 
-double inner_angle(const ExternalSurface& surface, const VolumeMesh& mesh, const SurfaceEdge& edge)
+double inner_angle(const ExternalSurface& surface, std::span<const Vec3> places,
+                   const SurfaceEdge& edge)
 {
-    const Vec3 a = normal_of(surface, mesh, edge.faces[0]).normalized(),
-               b = normal_of(surface, mesh, edge.faces[1]).normalized();
+    const Vec3 a = normal_of(surface, places, edge.faces[0]).normalized(),
+               b = normal_of(surface, places, edge.faces[1]).normalized();
     const double turn = std::atan2(a.cross(b).norm(), a.dot(b));
     // Convex if the other face lies behind the plane of this one.
-    const Vec3 across = centre_of(surface, mesh, edge.faces[1]) - node(mesh, edge.nodes[0]);
+    const Vec3 across = centre_of(surface, places, edge.faces[1]) - at(places, edge.nodes[0]);
     return across.dot(a) <= 0 ? std::numbers::pi - turn : std::numbers::pi + turn;
 }
 
@@ -190,7 +196,7 @@ ExternalSurface extract_surface(const VolumeMesh& mesh)
     return surface_of(mesh, faces);
 }
 
-SurfaceEdges find_edges(const ExternalSurface& surface, const VolumeMesh& mesh)
+SurfaceEdges find_edges(const ExternalSurface& surface, std::span<const Vec3> places)
 {
     SurfaceEdges out;
     Parts parts(surface.faces.size());
@@ -213,13 +219,13 @@ SurfaceEdges find_edges(const ExternalSurface& surface, const VolumeMesh& mesh)
         SurfaceEdge edge{{first.low, first.high}, first.middle, {first.face, -1}, 0};
         if (j - i == 2) {
             edge.faces[1] = sides[i + 1].face;
-            edge.angle = inner_angle(surface, mesh, edge);
+            edge.angle = inner_angle(surface, places, edge);
         } else {
             ++out.borders;
         }
         out.edges.push_back(edge);
     }
-    std::vector<bool> is_corner(mesh.nodes.size());
+    std::vector<bool> is_corner(places.size());
     for (std::size_t f = 0; f < surface.faces.size(); ++f)
         for (std::size_t i = 0; i < surface.corners[f]; ++i)
             is_corner[static_cast<std::size_t>(surface.face(f)[i])] = true;

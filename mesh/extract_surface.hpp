@@ -54,7 +54,8 @@ struct SurfaceEdges {
 };
 
 /// O(n log n).
-SurfaceEdges find_edges(const ExternalSurface& surface, const VolumeMesh& mesh);
+/// @param places  of all nodes of the mesh [m]
+SurfaceEdges find_edges(const ExternalSurface& surface, std::span<const Vec3> places);
 
 /// Integrals over a surface, exact for its curved faces (T10: quadratic; H8: bilinear).
 struct SurfaceIntegrals {

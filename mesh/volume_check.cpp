@@ -87,7 +87,7 @@ void check_faces(const VolumeMesh& mesh, VolumeReport& report)
         (same.size() == 2 ? report.one_sided : report.crowded_faces).push_back(std::move(faces));
     });
     report.surface = surface_of(mesh, outside);
-    SurfaceEdges edges = find_edges(report.surface, mesh);
+    SurfaceEdges edges = find_edges(report.surface, mesh.nodes);
     report.crowded_edges = std::move(edges.crowded);
     report.surface_edges =
         static_cast<std::int64_t>(edges.edges.size() + report.crowded_edges.size());

@@ -1,8 +1,8 @@
 #include "contact/surface/collocation.hpp"
 
 #include "contact/surface/multipliers.hpp"
+#include "contact/surface/nearest_face.hpp"
 #include "contact/surface/smooth_normals.hpp"
-#include "mesh/closest_point.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -11,13 +11,6 @@
 
 namespace amontons {
 namespace {
-
-/// A nearest point belongs to a node if it is off the common normal by no more than this part of
-/// their distance: on convex facets it may be, by half the angle between two of them. What is
-/// farther off lies on the border of the master, beside the node.
-constexpr double kOblique = 0.6;
-/// And by this part of a facet's size, for round-off.
-constexpr double kRoundOff = 1e-9;
 
 std::size_t at(std::int32_t i)
 {
@@ -100,30 +93,11 @@ void append(SurfaceContacts& out, SurfaceContact c, std::span<const StencilEntry
 {
     set_tangents(c);
     c.slave_begin = static_cast<std::int32_t>(out.stencil.size());
-    out.stencil.push_back({c.id, 1});
+    out.stencil.push_back({std::int32_t(c.id), 1});
     c.slave_end = c.master_begin = static_cast<std::int32_t>(out.stencil.size());
     out.stencil.insert(out.stencil.end(), master.begin(), master.end());
     c.master_end = static_cast<std::int32_t>(out.stencil.size());
     out.contact.push_back(c);
-}
-
-/// The point of a facet nearest to x, and where it is on the reference face.
-struct FacetPoint {
-    Vec3 place;
-    Vec2 xi;
-};
-
-FacetPoint nearest_on(const Facet& facet, const Vec3& x)
-{
-    FacetPoint best{Vec3::Constant(std::numeric_limits<double>::infinity()), Vec2::Zero()};
-    for (std::size_t k = 1; k + 1 < static_cast<std::size_t>(facet.corners); ++k) {
-        const TrianglePoint p =
-            closest_on_triangle(x, facet.corner[0], facet.corner[k], facet.corner[k + 1]);
-        if ((p.point - x).squaredNorm() < (best.place - x).squaredNorm())
-            best = {p.point, p.weights[0] * facet.xi[0] + p.weights[1] * facet.xi[k] +
-                                 p.weights[2] * facet.xi[k + 1]};
-    }
-    return best;
 }
 
 } // namespace
@@ -136,7 +110,7 @@ SurfaceContacts wall_contacts(const ExternalSurface& slave, std::span<const Vec3
     for (std::size_t i = 0; i < carriers.node.size(); ++i) {
         SurfaceContact c;
         c.id = carriers.node[i];
-        c.point = places[at(c.id)];
+        c.point = places[at(carriers.node[i])];
         const WallSample sample = wall(c.point);
         if (!(std::abs(sample.distance) <= reach)) continue;
         c.gap = sample.distance;
@@ -158,44 +132,23 @@ SurfaceContacts nodal_contacts(const ExternalSurface& slave, std::span<const Vec
     const Carriers carriers = carriers_of(slave, slave_places);
     std::optional<SmoothNormals> smooth;
     if (smooth_normals) smooth.emplace(master, master_places);
-    const std::vector<Facet> facets = facets_of(master, master_places);
-    const BoxTree tree(boxes_of(facets));
+    const NearestFace near(master, master_places);
     SurfaceContacts out;
     std::vector<StencilEntry> stencil;
     for (std::size_t i = 0; i < carriers.node.size(); ++i) {
         SurfaceContact c;
         c.id = carriers.node[i];
-        c.point = slave_places[at(c.id)];
-        BoundingBox near;
-        near.add(c.point + Vec3::Constant(reach));
-        near.add(c.point - Vec3::Constant(reach));
-        // The nearest facet that the node looks at; and of all, to tell which side it is on.
-        const Facet* met = nullptr;
-        FacetPoint point;
-        double least = std::numeric_limits<double>::infinity(), least_of_all = least;
-        bool inside = false;
-        tree.visit(near, [&](std::int32_t number) {
-            const Facet& facet = facets[at(number)];
-            const FacetPoint p = nearest_on(facet, c.point);
-            const double distance = (c.point - p.place).squaredNorm();
-            if (distance < least_of_all) {
-                least_of_all = distance;
-                inside = facet.normal.dot(c.point - p.place) < 0;
-            }
-            // Equally near ones: the first, so that the tree's order does not matter.
-            if (distance > least || (distance == least && &facet > met)) return;
-            if (!(facing(carriers.of(i), facet.normal).area > 0)) return;
-            least = distance;
-            met = &facet;
-            point = p;
+        c.point = slave_places[at(carriers.node[i])];
+        const NearestFace::Found met = near.find(c.point, reach, [&](const Facet& facet) {
+            return facing(carriers.of(i), facet.normal).area > 0;
         });
-        if (!met) continue;
+        if (!met.facet) continue;
 
-        const std::span<const std::int32_t> nodes = master.face(at(met->face));
+        const std::span<const std::int32_t> nodes = master.face(at(met.facet->face));
         const FaceInPlane face(nodes, master_places);
-        const FaceSpot foot = spot(face, nearest_xi(face, c.point, point.xi));
-        const Vec3 normal = smooth && smooth->has(met->face)
-                                ? smooth->normal(met->face, foot.values)
+        const FaceSpot foot = spot(face, nearest_xi(face, c.point, met.point.xi));
+        const Vec3 normal = smooth && smooth->has(met.facet->face)
+                                ? smooth->normal(met.facet->face, foot.values)
                                 : Vec3(foot.along[0].cross(foot.along[1]).normalized());
         const FacingSum own = facing(carriers.of(i), normal);
         if (!(own.area > 0)) continue;
@@ -203,11 +156,8 @@ SurfaceContacts nodal_contacts(const ExternalSurface& slave, std::span<const Vec
         c.normal = (normal - own.normal.normalized()).normalized();
         const Vec3 apart = c.point - foot.place;
         c.gap = c.normal.dot(apart);
-        const double beside = (apart - c.gap * c.normal).norm();
-        if (std::abs(c.gap) > reach) continue;
-        if (beside > kOblique * std::abs(c.gap) + kRoundOff * met->size) continue;
-        // Behind the skin that the node is next to: another overlap, through a whole body.
-        if (least > least_of_all && (c.gap < 0) != inside) continue;
+        if (std::abs(c.gap) > reach || !NearestFace::is_over(apart, c.normal, *met.facet)) continue;
+        if (!met.on_this_side) continue;
         stencil.clear();
         for (std::size_t l = 0; l < nodes.size(); ++l)
             stencil.push_back({nodes[l], foot.values[static_cast<Eigen::Index>(l)]});

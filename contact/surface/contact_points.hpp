@@ -22,12 +22,12 @@ struct StencilEntry {
 
 /// One multiplier. Weights on each side sum to 1; an obstacle has none.
 struct SurfaceContact {
-    std::int32_t id = 0;         ///< the slave's node that carries the multiplier
+    std::int64_t id = 0;         ///< the slave's node that carries the multiplier, if one does
     Vec3 point = Vec3::Zero();   ///< weighted place on the slave [m]
     Vec3 normal = Vec3::UnitZ(); ///< unit, from the master into the slave
     Vec3 t1 = Vec3::UnitX();     ///< see set_tangents
     Vec3 t2 = Vec3::UnitY();     ///< normal x t1
-    double area = 0;             ///< integral of the multiplier's function [m^2], > 0
+    double area = 0;             ///< integral of the multiplier's function [m^2]
     double gap = 0;              ///< < 0 where bodies overlap [m]
     std::int32_t slave_begin = 0, slave_end = 0; ///< ranges in SurfaceContacts::stencil
     std::int32_t master_begin = 0, master_end = 0;

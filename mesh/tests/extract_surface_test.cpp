@@ -75,7 +75,7 @@ TEST_CASE("edges of a box: 90 degrees at its 12 edges, 180 elsewhere")
     for (const ElementKind kind : kAllKinds) {
         CAPTURE(shape_of(kind).name);
         const VolumeMesh box = sample_box(kind);
-        const SurfaceEdges edges = find_edges(extract_surface(box), box);
+        const SurfaceEdges edges = find_edges(extract_surface(box), box.nodes);
         double sharp = 0;
         for (const SurfaceEdge& e : edges.edges) {
             const Vec3 a = box.nodes[static_cast<std::size_t>(e.nodes[0])],
@@ -104,7 +104,7 @@ TEST_CASE("an edge inside a corner of a room has 270 degrees")
         }
     l.blocks[0] = kept;
     double inner = 0;
-    for (const SurfaceEdge& e : find_edges(extract_surface(l), l).edges)
+    for (const SurfaceEdge& e : find_edges(extract_surface(l), l.nodes).edges)
         if (std::abs(e.angle - 1.5 * std::numbers::pi) < 1e-9)
             inner += (l.nodes[static_cast<std::size_t>(e.nodes[0])] -
                       l.nodes[static_cast<std::size_t>(e.nodes[1])])

@@ -40,7 +40,7 @@ void CondensedSolid::make_ready(const StepInput& step, const std::string& cache,
         free_modes_.row(Eigen::Index(i)) = modes_at_touching_.row(free_touching_[i]);
     make_parts();
     constexpr double kSolvesPerStep = 3;
-    constant_->expect(kSolvesPerStep * expected_steps_);
+    if (constant_) constant_->expect(kSolvesPerStep * expected_steps_);
     const Eigen::Index n = Eigen::Index(parts_of_u_.size());
     if (amount_.size() == 0) {
         amount_ = loaded_ = held_force_ = Eigen::VectorXd::Zero(n);
@@ -229,6 +229,7 @@ void CondensedSolid::add_column(const BodyPlace& at, const Vec3& direction, doub
 
 void CondensedSolid::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
 {
+    if (!constant_) return SolidBody::compliance(C, W);
     if (kept_W(C, W)) return;
     // The same columns among all free unknowns.
     std::vector<Eigen::Triplet<double>> entries;

@@ -159,7 +159,9 @@ void SolidBody::keep_W(const SparseColumns& C, const Eigen::MatrixXd& W)
 void SolidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
 {
     if (kept_W(C, W)) return;
-    if (constant_)
+    if (dofs_.free.empty()) // held everywhere
+        W.setZero(C.cols(), C.cols());
+    else if (constant_)
         constant_->delassus(C, W);
     else
         factor_.compliance(C, W);

@@ -283,7 +283,7 @@ void surface(const MeshArguments& a, Session& session)
     }
     const TriangulatedSurface flat = triangulate(outside, mesh);
     write_surface(a.output, flat.mesh);
-    const SurfaceEdges edges = find_edges(outside, mesh);
+    const SurfaceEdges edges = find_edges(outside, mesh.nodes);
     const double area = integrate(outside, mesh).area;
     if (!session.json) {
         session.print(fmt::format("{}: {} triangles, {} points, {:.6g} m^2\n", a.output,

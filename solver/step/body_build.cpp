@@ -318,6 +318,12 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         p.surface_b = std::move(surfaces[k].side[swap ? 0 : 1]);
         p.a = body[swap ? 1 : 0];
         p.b = body[swap ? 0 : 1];
+        const auto features_of = [&](int b, const ExternalSurface& surface) {
+            const SolidBody* solid = b < 0 ? nullptr : system->refs[std::size_t(b)].solid;
+            return solid ? sharp_features(surface, solid->mesh().nodes) : SharpFeatures{};
+        };
+        p.sharp_a = features_of(p.a, p.surface_a);
+        p.sharp_b = features_of(p.b, p.surface_b);
         p.small = law.sliding == "small" && system->refs[std::size_t(p.a)].solid &&
                   (p.b < 0 || system->refs[std::size_t(p.b)].solid);
         double size = system->refs[std::size_t(p.a)].body->size();

@@ -2,6 +2,7 @@
 
 #include "contact/rigid/detect.hpp"
 #include "contact/rigid/first_touch.hpp"
+#include "contact/rigid/shape_surface.hpp"
 #include "contact/surface/collocation.hpp"
 #include "contact/surface/mortar.hpp"
 #include "solver/body/rigid_body.hpp"
@@ -55,19 +56,6 @@ WallSample distance_to(const Cylinder& cylinder, const Vec3& x)
     return s;
 }
 
-/// A box, its corners where the shape has them.
-SurfaceMesh triangles_of(const Box& box)
-{
-    SurfaceMesh m;
-    for (int i = 0; i < 8; ++i)
-        m.points.emplace_back((i & 1 ? 1 : -1) * box.half_extents.x(),
-                              (i & 2 ? 1 : -1) * box.half_extents.y(),
-                              (i & 4 ? 1 : -1) * box.half_extents.z());
-    m.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
-                   {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
-    return m;
-}
-
 ExternalSurface surface_of_triangles(const SurfaceMesh& mesh)
 {
     ExternalSurface s;
@@ -86,13 +74,17 @@ ExternalSurface surface_of_triangles(const SurfaceMesh& mesh)
     return s;
 }
 
+/// Numbers of contacts of sharp features begin here, those of nodes are below.
+constexpr std::int64_t kSharp = std::int64_t(1) << 40;
+
+/// @param first_id  added to the contacts' own
 void add(const SurfaceContacts& found, int pair, int a, int b, bool master_has_nodes,
-         BodyContacts& out)
+         BodyContacts& out, std::int64_t first_id = 0)
 {
     for (const SurfaceContact& c : found.contact) {
         BodyContact k;
         k.pair = pair;
-        k.id = c.id;
+        k.id = first_id + c.id;
         k.a = a;
         k.b = b;
         k.frame << c.normal, c.t1, c.t2;
@@ -129,12 +121,19 @@ ContactFinder::ContactFinder(std::vector<ContactPair> pairs, std::vector<const W
     , walls_(std::move(walls))
     , kept_(pairs_.size())
     , made_(pairs_.size(), false)
+    , sharp_(pairs_.size())
 {
 }
 
 bool ContactFinder::all_small() const
 {
     return std::all_of(pairs_.begin(), pairs_.end(), [](const ContactPair& p) { return p.small; });
+}
+
+void ContactFinder::begin_step()
+{
+    for (std::vector<std::int64_t>& ids : sharp_)
+        ids.clear();
 }
 
 void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& step,
@@ -231,8 +230,10 @@ void ContactFinder::solid_on_wall(const std::vector<BodyRef>& bodies, int pair, 
     WallHint hint;
     const SolidBody& s = *bodies[std::size_t(p.a)].solid;
     const auto sample = [&](const Vec3& x) { return wall.sample(x, hint); };
-    add(wall_contacts(p.surface_a, p.small ? s.first_places() : s.places(), sample, reach_), pair,
-        p.a, -1, false, out);
+    const std::span<const Vec3> x = p.small ? s.first_places() : s.places();
+    add(wall_contacts(p.surface_a, x, sample, reach_), pair, p.a, -1, false, out);
+    add(sharp_wall_contacts({p.surface_a, p.sharp_a, x}, sample, reach_), pair, p.a, -1, false, out,
+        kSharp);
 }
 
 void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
@@ -240,12 +241,13 @@ void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair,
     const ContactPair& p = pairs_[std::size_t(pair)];
     const SolidBody& a = *bodies[std::size_t(p.a)].solid;
     const SolidBody& b = *bodies[std::size_t(p.b)].solid;
+    const std::span<const Vec3> x_a = p.small ? a.first_places() : a.places(),
+                                x_b = p.small ? b.first_places() : b.places();
     MortarOptions options;
     options.reach = reach_;
     options.nodal = p.nodal;
-    add(mortar_contacts(p.surface_a, p.small ? a.first_places() : a.places(), p.surface_b,
-                        p.small ? b.first_places() : b.places(), options),
-        pair, p.a, p.b, true, out);
+    add(mortar_contacts(p.surface_a, x_a, p.surface_b, x_b, options), pair, p.a, p.b, true, out);
+    add_sharp({p.surface_a, p.sharp_a, x_a}, {p.surface_b, p.sharp_b, x_b}, pair, true, out);
 }
 
 void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
@@ -261,21 +263,42 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
             return s;
         };
         add(wall_contacts(p.surface_a, a.places(), sample, reach_), pair, p.a, p.b, false, out);
+        add(sharp_wall_contacts({p.surface_a, p.sharp_a, a.places()}, sample, reach_), pair, p.a,
+            p.b, false, out, kSharp);
     };
     if (const auto* ball = std::get_if<Ball>(&b.shape())) return round(*ball);
     if (const auto* cylinder = std::get_if<Cylinder>(&b.shape())) return round(*cylinder);
-    SurfaceMesh mesh;
-    if (const auto* box = std::get_if<Box>(&b.shape()))
-        mesh = triangles_of(*box);
-    else
-        mesh = std::get<TriangleShape>(b.shape()).mesh;
-    for (Vec3& x : mesh.points)
-        x = at * x;
+    facets_.resize(bodies.size());
+    std::unique_ptr<Facets>& facets = facets_[std::size_t(p.b)];
+    if (!facets) {
+        facets = std::make_unique<Facets>();
+        facets->mesh = surface_of(b.shape());
+        facets->surface = surface_of_triangles(facets->mesh);
+        facets->sharp = sharp_features(facets->surface, facets->mesh.points);
+    }
+    std::vector<Vec3> x = facets->mesh.points;
+    for (Vec3& point : x)
+        point = at * point;
     MortarOptions options;
     options.reach = reach_;
     options.smooth_normals = true; // the facets stand for a curved surface, but at its edges
-    add(mortar_contacts(p.surface_a, a.places(), surface_of_triangles(mesh), mesh.points, options),
-        pair, p.a, p.b, false, out);
+    add(mortar_contacts(p.surface_a, a.places(), facets->surface, x, options), pair, p.a, p.b,
+        false, out);
+    add_sharp({p.surface_a, p.sharp_a, a.places()}, {facets->surface, facets->sharp, x}, pair,
+              false, out);
+}
+
+void ContactFinder::add_sharp(const SharpSurface& slave, const SharpSurface& master, int pair,
+                              bool master_has_nodes, BodyContacts& out)
+{
+    const ContactPair& p = pairs_[std::size_t(pair)];
+    std::vector<std::int64_t>& known = sharp_[std::size_t(pair)];
+    const SurfaceContacts found = sharp_contacts(slave, master, reach_, known);
+    for (const SurfaceContact& c : found.contact)
+        known.push_back(c.id);
+    std::sort(known.begin(), known.end());
+    known.erase(std::unique(known.begin(), known.end()), known.end());
+    add(found, pair, p.a, p.b, master_has_nodes, out, kSharp);
 }
 
 void ContactFinder::rigid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)

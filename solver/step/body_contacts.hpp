@@ -1,6 +1,7 @@
 #pragma once
 
 #include "contact/rigid/detect.hpp"
+#include "contact/surface/sharp_contacts.hpp"
 #include "mesh/extract_surface.hpp"
 #include "mesh/wall.hpp"
 #include "solver/body/body.hpp"
@@ -66,6 +67,7 @@ struct ContactPair {
     double reach = 0;          ///< [m]
     std::optional<Pose> plane; ///< of an obstacle that is one: exact for every rigid shape
     ExternalSurface surface_a, surface_b; ///< of solids
+    SharpFeatures sharp_a, sharp_b;       ///< of solids, at rest
 };
 
 /// A frame with the given normal: t1 the x axis projected, or y's where the normal is along x.
@@ -81,6 +83,8 @@ public:
     /// True if rows never change: then a step of linear bodies is one contact problem.
     bool all_small() const;
 
+    /// A new step, or try of one: what its iterations have met is forgotten.
+    void begin_step();
     /// Contacts at the iterate whose gap is within reach.
     void find(const std::vector<BodyRef>& bodies, const StepInput& step, BodyContacts& out);
 
@@ -92,6 +96,8 @@ private:
     void rigid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void rigid_on_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
 
+    void add_sharp(const SharpSurface& slave, const SharpSurface& master, int pair,
+                   bool master_has_nodes, BodyContacts& out);
     void add_rigid(int pair, BodyContacts& out);
     Vec3 moved(const std::vector<BodyRef>& bodies, const BodyContacts& list,
                const BodyContact& c) const;
@@ -100,7 +106,14 @@ private:
     std::vector<const Wall*> walls_;
     std::vector<BodyContacts> kept_; // of small pairs, with the gaps of the start
     std::vector<bool> made_;
-    std::vector<AxisBox> boxes_; // of the bodies
+    std::vector<std::vector<std::int64_t>> sharp_; // ids met in this step, of each pair, ascending
+    std::vector<AxisBox> boxes_;                   // of the bodies
+    struct Facets {                                // of a rigid body with flat faces, in its frame
+        SurfaceMesh mesh;
+        ExternalSurface surface;
+        SharpFeatures sharp;
+    };
+    std::vector<std::unique_ptr<Facets>> facets_; // of the bodies, once one is needed
     StepInput step_;
     double reach_ = 0; // of the present pair and step
     std::vector<RigidContact> found_;

@@ -125,6 +125,7 @@ bool BodyStepper::run()
         body(b).begin(step_);
     for (const BodyRef& b : system_.refs)
         spread_ |= b.rigid && b.rigid->spread();
+    system_.finder.begin_step();
     force_ = system_.warm;
     find();
     bool nonlinear = false;

@@ -342,3 +342,54 @@ TEST_CASE("names that the meshes do not have are refused together, with the near
         CHECK(text.find("/bodies/block/loads/0/set") != std::string::npos);
     }
 }
+
+TEST_CASE("a corner pressed on a stiff face and edges pressed across each other do not pass")
+{
+    const auto lowest = [](const BodyRecord& body, const auto& counts) {
+        double z = 1;
+        for (const Vec3& x : body.points)
+            if (counts(x)) z = std::min(z, x.z());
+        return z;
+    };
+    for (const std::string element : {"T4", "T10", "H8"}) {
+        CAPTURE(element);
+        const auto solid = [&](const char* size, const char* cells, const char* E,
+                               const char* rest) {
+            return fmt::format(R"({{"kind": "solid", "mesh": {{"generate": "box", "size": {},
+                "cells": {}, "element": "{}"}}, "youngs_modulus": {}, "poisson_ratio": 0.3, {}}})",
+                               size, cells, element, E, rest);
+        };
+        const char* const rest = R"("contact": [{"between": ["upper", "lower"], "friction": 0.2}],
+            "time": {"kind": "quasi_static", "step": 0.5, "end": 1})";
+        // A cube on its corner, sqrt(3) 0.01 below its middle, comes down by 1.5 mm from 0.5 mm.
+        const Result corner = run(fmt::format(
+            R"("bodies": {{"lower": {}, "upper": {}}}, {})",
+            solid("[0.1, 0.1, 0.02]", "[3, 3, 1]", "1e13",
+                  R"("start": {"place": [0.003, 0.002, -0.01]}, "hold": [{"set": "z_min"}])"),
+            solid("[0.02, 0.02, 0.02]", "[1, 1, 1]", "1e6",
+                  R"("start": {"turn": [0.66744, 0.66744, 0], "place": [0, 0, 0.01782]},
+                     "drive": {"z": [[0, 0], [1, -0.0015]]}, "hold": [{"set": "z_max"}])"),
+            rest));
+        REQUIRE(corner.summary.message == "");
+        const auto any = [](const Vec3&) { return true; };
+        CHECK(std::abs(lowest(corner.simulation->body_records()[1], any)) < 1e-8);
+        CHECK(corner.value("lower_z_min_force_z") > 0);
+        // Bars on their edges: three elements along each, no node where they cross.
+        const Result edges = run(fmt::format(
+            R"("bodies": {{"lower": {}, "upper": {}}}, {})",
+            solid("[0.1, 0.02, 0.02]", "[3, 1, 1]", "1e13",
+                  R"("start": {"turn": [0.7853981633974483, 0, 0]}, "hold": [{"set": "all"}])"),
+            solid("[0.02, 0.1, 0.02]", "[1, 3, 1]", "1e6",
+                  R"("start": {"turn": [0, 0.7853981633974483, 0], "place": [0.004, 0, 0.0288]},
+                     "drive": {"z": [[0, 0], [1, -0.0015]]},
+                     "hold": [{"set": "y_min"}, {"set": "y_max"}])"),
+            rest));
+        REQUIRE(edges.summary.message == "");
+        const double ridge = 0.01 * std::sqrt(2.0);
+        // The two nodes beside the crossing, or the middle node on it.
+        const double near = element == "T10" ? 0.01 : 0.02;
+        const auto middle = [&](const Vec3& x) { return std::abs(x.y()) < near; };
+        CHECK(std::abs(lowest(edges.simulation->body_records()[1], middle) - ridge) < 1e-6);
+        CHECK(edges.value("upper_y_min_force_z") + edges.value("upper_y_max_force_z") < 0);
+    }
+}

@@ -1,0 +1,70 @@
+#pragma once
+
+#include "contact/surface/facets.hpp"
+
+namespace amontons {
+
+/// The point of a facet nearest to x, and where it is on the reference face.
+struct FacetPoint {
+    Vec3 place = Vec3::Zero();
+    Vec2 xi = Vec2::Zero();
+};
+FacetPoint nearest_on(const Facet& facet, const Vec3& x);
+
+/// Finds the faces of a surface that are near to points.
+class NearestFace {
+public:
+    /// @param places  of all nodes of the mesh, finite [m]
+    NearestFace(const ExternalSurface& surface, std::span<const Vec3> places)
+        : facets_(facets_of(surface, places))
+        , tree_(boxes_of(facets_))
+    {
+    }
+
+    struct Found {
+        const Facet* facet = nullptr; ///< null: none
+        FacetPoint point;
+        /// False where another skin is nearer, on the other side of which the point lies: what was
+        /// found is then met through a whole body.
+        bool on_this_side = true;
+    };
+    /// The nearest facet within reach of x that is accepted. Of equally near ones the first.
+    template <class Accept> Found find(const Vec3& x, double reach, Accept accept) const
+    {
+        BoundingBox near;
+        near.add(x + Vec3::Constant(reach));
+        near.add(x - Vec3::Constant(reach));
+        Found found;
+        double least = std::numeric_limits<double>::infinity(), least_of_all = least;
+        bool inside = false;
+        tree_.visit(near, [&](std::int32_t number) {
+            const Facet& facet = facets_[static_cast<std::size_t>(number)];
+            const FacetPoint p = nearest_on(facet, x);
+            const double distance = (x - p.place).squaredNorm();
+            if (distance < least_of_all) {
+                least_of_all = distance;
+                inside = facet.normal.dot(x - p.place) < 0;
+            }
+            if (distance > least || (distance == least && &facet > found.facet)) return;
+            if (!accept(facet)) return;
+            least = distance;
+            found.facet = &facet;
+            found.point = p;
+        });
+        if (found.facet && least > least_of_all)
+            found.on_this_side = (found.facet->normal.dot(x - found.point.place) < 0) == inside;
+        return found;
+    }
+
+    /// Whether a place on a surface belongs to the point: it is off the normal by no more than a
+    /// part of the distance. On convex facets it may be, by half the angle between two of them;
+    /// what is farther off lies on the surface's border, beside the point.
+    /// @param apart   from the place to the point [m]
+    static bool is_over(const Vec3& apart, const Vec3& normal, const Facet& facet);
+
+private:
+    std::vector<Facet> facets_;
+    BoxTree tree_;
+};
+
+} // namespace amontons

@@ -1,0 +1,402 @@
+#include "contact/surface/sharp_contacts.hpp"
+
+#include "contact/surface/nearest_face.hpp"
+#include "contact/surface/smooth_normals.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace amontons {
+namespace {
+
+using Piece = SharpFeatures::Piece;
+
+/// Faces lead away from what is touched by more than this (sine), at first and once met.
+constexpr double kAway = 0.1, kStillAway = -0.05;
+/// Edges that cross at less have no common normal (sine).
+constexpr double kParallel = 0.05;
+/// An edge that leans by more against a face (sine) meets it with a node.
+constexpr double kSteep = 0.7;
+/// Within a chain a point may lie beyond its piece by this share: chains bend a little at nodes.
+constexpr double kBeyond = 0.05;
+/// Ids: nodes of the slave, of the master, then chains and what they cross, so many times at most.
+constexpr std::int64_t kMasterNodes = std::int64_t(1) << 32, kCrossings = std::int64_t(1) << 34,
+                       kMostCrossings = 8;
+
+const Vec3& at(std::span<const Vec3> places, std::int32_t node)
+{
+    return places[static_cast<std::size_t>(node)];
+}
+
+Vec3 centre_of(const SharpSurface& s, std::int32_t face)
+{
+    const auto nodes = s.surface.face(std::size_t(face));
+    const std::uint8_t corners = s.surface.corners[std::size_t(face)];
+    Vec3 centre = Vec3::Zero();
+    for (std::size_t i = 0; i < corners; ++i)
+        centre += at(s.places, nodes[i]) / corners;
+    return centre;
+}
+
+/// Of the mean plane of the corners.
+Vec3 normal_of(const SharpSurface& s, std::int32_t face)
+{
+    const auto n = s.surface.face(std::size_t(face));
+    const auto x = [&](std::size_t i) { return at(s.places, n[i]); };
+    return s.surface.corners[std::size_t(face)] == 3
+               ? (x(1) - x(0)).cross(x(2) - x(0)).normalized()
+               : (x(2) - x(0)).cross(x(3) - x(1)).normalized();
+}
+
+BoundingBox around(std::span<const Vec3> places, std::span<const std::int32_t> nodes, double margin)
+{
+    BoundingBox box;
+    for (const std::int32_t node : nodes)
+        box.add(at(places, node));
+    box.low -= margin;
+    box.high += margin;
+    return box;
+}
+
+class Finder {
+public:
+    Finder(const SharpSurface& slave, const SharpSurface& master, double reach,
+           std::span<const std::int64_t> known)
+        : slave_(slave)
+        , master_(master)
+        , reach_(reach)
+        , known_(known)
+    {
+    }
+
+    SurfaceContacts run()
+    {
+        nodes_on_faces(slave_, master_, true);
+        nodes_on_faces(master_, slave_, false);
+        edges_across_edges();
+        return std::move(out_);
+    }
+
+private:
+    void nodes_on_faces(const SharpSurface& own, const SharpSurface& other, bool own_is_slave);
+    void edges_across_edges();
+
+    /// How far faces must lead away for this contact.
+    double away(std::int64_t id) const
+    {
+        return std::binary_search(known_.begin(), known_.end(), id) ? kStillAway : kAway;
+    }
+
+    const SharpSurface &slave_, &master_;
+    double reach_;
+    std::span<const std::int64_t> known_;
+    SurfaceContacts out_;
+};
+
+/// Whether all faces around a sharp node lead away from a body whose normal is n.
+bool leads_away(const SharpSurface& s, std::size_t sharp_node, const Vec3& n, double by)
+{
+    const SharpFeatures& f = s.features;
+    const Vec3& x = at(s.places, f.nodes[sharp_node]);
+    for (std::size_t k = f.begin[sharp_node]; k < f.begin[sharp_node + 1]; ++k)
+        if (!(n.dot((centre_of(s, f.faces[k]) - x).normalized()) > by)) return false;
+    return true;
+}
+
+/// The same of the two faces beside an edge, across it.
+bool leads_away(const SharpSurface& s, const Piece& p, const Vec3& n, double by)
+{
+    const Vec3& a = at(s.places, p.nodes[0]);
+    const Vec3 tangent = (at(s.places, p.nodes[1]) - a).normalized();
+    const auto away = [&](std::int32_t face) {
+        const Vec3 d = centre_of(s, face) - a;
+        return n.dot((d - tangent.dot(d) * tangent).normalized()) > by;
+    };
+    return away(p.faces[0]) && away(p.faces[1]);
+}
+
+void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, bool own_is_slave)
+{
+    const SharpFeatures& f = own.features;
+    if (f.nodes.empty()) return;
+    const BoundingBox all = around(other.places, other.surface.used_nodes, reach_);
+    std::optional<NearestFace> faces; // once one is needed
+    std::optional<SmoothNormals> smooth;
+    for (std::size_t i = 0; i < f.nodes.size(); ++i) {
+        const Vec3& x = at(own.places, f.nodes[i]);
+        BoundingBox point;
+        point.add(x);
+        if (!all.touches(point)) continue;
+        if (!faces) {
+            faces.emplace(other.surface, other.places);
+            smooth.emplace(other.surface, other.places);
+        }
+        const std::int64_t id = f.nodes[i] + (own_is_slave ? 0 : kMasterNodes);
+        const double by = away(id);
+        const NearestFace::Found met = faces->find(
+            x, reach_, [&](const Facet& facet) { return leads_away(own, i, facet.normal, by); });
+        if (!met.facet || !met.on_this_side) continue;
+        const auto nodes = other.surface.face(std::size_t(met.facet->face));
+        const FaceInPlane face(nodes, other.places);
+        const FaceSpot foot = spot(face, nearest_xi(face, x, met.point.xi));
+        const Vec3 apart = x - foot.place;
+        const Vec3 normal = smooth->has(met.facet->face)
+                                ? smooth->normal(met.facet->face, foot.values)
+                                : Vec3(foot.along[0].cross(foot.along[1]).normalized());
+        SurfaceContact c;
+        c.gap = normal.dot(apart);
+        if (std::abs(c.gap) > reach_ || !NearestFace::is_over(apart, normal, *met.facet)) continue;
+        if (!leads_away(own, i, normal, by)) continue;
+        c.id = id;
+        c.point = own_is_slave ? x : foot.place;
+        c.normal = own_is_slave ? normal : Vec3(-normal);
+        set_tangents(c);
+        const auto node = [&] { out_.stencil.push_back({f.nodes[i], 1}); };
+        const auto touched = [&] {
+            for (std::size_t l = 0; l < nodes.size(); ++l)
+                out_.stencil.push_back({nodes[l], foot.values[Eigen::Index(l)]});
+        };
+        c.slave_begin = std::int32_t(out_.stencil.size());
+        own_is_slave ? node() : touched();
+        c.slave_end = c.master_begin = std::int32_t(out_.stencil.size());
+        own_is_slave ? touched() : node();
+        c.master_end = std::int32_t(out_.stencil.size());
+        out_.contact.push_back(c);
+    }
+}
+
+/// Unit directions of the chains at the two nodes of each sharp piece.
+std::vector<std::array<Vec3, 2>> tangents(const SharpSurface& s)
+{
+    const std::span<const Piece> pieces = std::span(s.features.pieces).first(s.features.sharp);
+    std::map<std::pair<std::int32_t, std::int32_t>, Vec3> sum; // of a chain at a node
+    for (const Piece& p : pieces)
+        for (const std::int32_t node : p.nodes)
+            sum.try_emplace({p.chain, node}, Vec3::Zero()).first->second +=
+                (at(s.places, p.nodes[1]) - at(s.places, p.nodes[0])).normalized();
+    std::vector<std::array<Vec3, 2>> out;
+    for (const Piece& p : pieces)
+        out.push_back({sum.at({p.chain, p.nodes[0]}).normalized(),
+                       sum.at({p.chain, p.nodes[1]}).normalized()});
+    return out;
+}
+
+/// The normal of a surface on a piece that is not sharp, where an edge of the other passes.
+Vec3 normal_on(const SharpSurface& s, const Piece& p, const SmoothNormals& smooth,
+               const SharpSurface& other, const Piece& edge)
+{
+    const Vec3 mean = (normal_of(s, p.faces[0]) + normal_of(s, p.faces[1])).normalized();
+    if (!smooth.has(p.faces[0])) return mean;
+    const Vec3 &a = at(s.places, p.nodes[0]), &b = at(other.places, edge.nodes[0]);
+    Mat3 basis;
+    basis << at(s.places, p.nodes[1]) - a, b - at(other.places, edge.nodes[1]), mean;
+    const double t = std::clamp((basis.inverse() * (b - a))[0], 0.0, 1.0);
+    PerNode values = PerNode::Zero();
+    const auto nodes = s.surface.face(std::size_t(p.faces[0]));
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        if (nodes[k] == p.nodes[0]) values[Eigen::Index(k)] = 1 - t;
+        if (nodes[k] == p.nodes[1]) values[Eigen::Index(k)] = t;
+    }
+    return smooth.normal(p.faces[0], values);
+}
+
+/// Where two pieces are over each other, between their ends.
+struct Crossing {
+    std::int64_t id = 0;       ///< of what crosses
+    std::size_t piece[2] = {}; ///< of slave and master
+    double along[2] = {};      ///< places on them, 0 to 1
+    Vec3 point = Vec3::Zero(), normal = Vec3::UnitZ();
+    double gap = 0;
+
+    double off_centre() const
+    {
+        return std::max(std::abs(along[0] - 0.5), std::abs(along[1] - 0.5));
+    }
+};
+
+bool on_piece(const Piece& p, double s)
+{
+    return s >= (p.ends[0] ? 0 : -kBeyond) && s <= (p.ends[1] ? 1 : 1 + kBeyond);
+}
+
+void Finder::edges_across_edges()
+{
+    const SharpFeatures &of_slave = slave_.features, &of_master = master_.features;
+    if (of_slave.sharp == 0 && of_master.sharp == 0) return;
+    const BoundingBox all = around(slave_.places, slave_.surface.used_nodes, reach_);
+    std::vector<std::int32_t> near; // pieces of the master
+    std::vector<BoundingBox> boxes;
+    const auto box_of = [](const SharpSurface& s, const Piece& p, double margin) {
+        const double length = (at(s.places, p.nodes[1]) - at(s.places, p.nodes[0])).norm();
+        return around(s.places, p.nodes, margin + kBeyond * length);
+    };
+    for (std::size_t j = 0; j < of_master.pieces.size(); ++j) {
+        if (j >= of_master.sharp && of_slave.sharp == 0) break;
+        const BoundingBox box = box_of(master_, of_master.pieces[j], 0);
+        if (!all.touches(box)) continue;
+        near.push_back(std::int32_t(j));
+        boxes.push_back(box);
+    }
+    if (near.empty()) return;
+    const BoxTree tree(boxes);
+
+    std::vector<std::array<Vec3, 2>> directions[2]; // once they are needed
+    std::optional<SmoothNormals> smooth[2];         // of the slave, of the master
+    std::vector<Crossing> found;
+    const auto add = [&](std::size_t i, std::size_t j, const Vec3& normal, std::int64_t id) {
+        const Piece &p = of_slave.pieces[i], &q = of_master.pieces[j];
+        const Vec3 &a = at(slave_.places, p.nodes[0]), &b = at(master_.places, q.nodes[0]);
+        const Vec3 u = at(slave_.places, p.nodes[1]) - a, v = at(master_.places, q.nodes[1]) - b;
+        Mat3 basis; // a + s u - (b + t v) = gap normal
+        basis << u, -v, -normal;
+        if (std::abs(basis.determinant()) <= kParallel * u.norm() * v.norm()) return;
+        const Vec3 x = basis.inverse() * (b - a);
+        if (!on_piece(p, x[0]) || !on_piece(q, x[1]) || std::abs(x[2]) > reach_) return;
+        found.push_back({id, {i, j}, {x[0], x[1]}, a + x[0] * u, normal, x[2]});
+    };
+    const auto both_sharp = [&](std::size_t i, std::size_t j) {
+        const Piece &p = of_slave.pieces[i], &q = of_master.pieces[j];
+        const std::int64_t id =
+            kCrossings + kMostCrossings * (std::int64_t(p.chain) * of_master.chains + q.chain);
+        const double by = away(id);
+        if (directions[0].empty()) {
+            directions[0] = tangents(slave_);
+            directions[1] = tangents(master_);
+        }
+        const Vec3 u = at(slave_.places, p.nodes[1]) - at(slave_.places, p.nodes[0]);
+        const Vec3 v = at(master_.places, q.nodes[1]) - at(master_.places, q.nodes[0]);
+        const Vec3 across = u.cross(v);
+        if (across.norm() <= kParallel * u.norm() * v.norm()) return;
+        Mat3 basis;
+        basis << u, -v, -across;
+        const Vec3 x =
+            basis.inverse() * (at(master_.places, q.nodes[0]) - at(slave_.places, p.nodes[0]));
+        const auto direction = [](const std::array<Vec3, 2>& ends, double s) {
+            const double share = std::clamp(s, 0.0, 1.0);
+            return Vec3((1 - share) * ends[0] + share * ends[1]);
+        };
+        Vec3 n = direction(directions[0][i], x[0]).cross(direction(directions[1][j], x[1]));
+        n.normalize();
+        for (const double sign : {1.0, -1.0})
+            if (leads_away(slave_, p, sign * n, by) && leads_away(master_, q, -sign * n, by))
+                return add(i, j, sign * n, id);
+        // A face beside one of them is what the other lies on.
+        for (const std::int32_t face : q.faces)
+            if (const Vec3 m = normal_of(master_, face); leads_away(slave_, p, m, by))
+                return add(i, j, m, id);
+        for (const std::int32_t face : p.faces)
+            if (const Vec3 m = -normal_of(slave_, face); leads_away(master_, q, -m, by))
+                return add(i, j, m, id);
+    };
+    const std::int64_t pairs_of_chains = std::int64_t(of_slave.chains) * of_master.chains;
+    const std::int64_t on_master =
+        std::int64_t(of_slave.chains) * std::int64_t(of_master.pieces.size());
+    for (std::size_t i = 0; i < of_slave.pieces.size(); ++i) {
+        const Piece& p = of_slave.pieces[i];
+        const bool sharp = i < of_slave.sharp;
+        if (!sharp && of_master.sharp == 0) break;
+        tree.visit(box_of(slave_, p, reach_), [&](std::int32_t k) {
+            const auto j = std::size_t(near[std::size_t(k)]);
+            const Piece& q = of_master.pieces[j];
+            const bool other_sharp = j < of_master.sharp;
+            if (sharp && other_sharp) return both_sharp(i, j);
+            if (!sharp && !other_sharp) return;
+            // The sharp one lies on the faces that the other parts.
+            const SharpSurface &edge = sharp ? slave_ : master_, &flat = sharp ? master_ : slave_;
+            const Piece &e = sharp ? p : q, &f = sharp ? q : p;
+            if (!smooth[sharp]) smooth[sharp].emplace(flat.surface, flat.places);
+            const Vec3 n = normal_on(flat, f, *smooth[sharp], edge, e);
+            const Vec3 along =
+                (at(edge.places, e.nodes[1]) - at(edge.places, e.nodes[0])).normalized();
+            const std::int64_t crossed =
+                sharp
+                    ? p.chain * std::int64_t(of_master.pieces.size()) + std::int64_t(j)
+                    : on_master + q.chain * std::int64_t(of_slave.pieces.size()) + std::int64_t(i);
+            const std::int64_t id = kCrossings + kMostCrossings * (pairs_of_chains + crossed);
+            if (std::abs(along.dot(n)) > kSteep || !leads_away(edge, e, n, away(id))) return;
+            add(i, j, sharp ? n : Vec3(-n), id);
+        });
+    }
+
+    // Crossings near a node may be seen from both of its pieces: the one well within its own
+    // counts.
+    std::sort(found.begin(), found.end(), [](const Crossing& a, const Crossing& b) {
+        return std::tuple(a.id, a.piece[0], a.piece[1]) < std::tuple(b.id, b.piece[0], b.piece[1]);
+    });
+    std::vector<Crossing> kept;
+    for (const Crossing& c : found) {
+        const Piece& p = of_slave.pieces[c.piece[0]];
+        const double near_by =
+            4 * kBeyond * (at(slave_.places, p.nodes[1]) - at(slave_.places, p.nodes[0])).norm();
+        auto same = kept.rbegin();
+        while (same != kept.rend() && same->id == c.id && (same->point - c.point).norm() >= near_by)
+            ++same;
+        if (same == kept.rend() || same->id != c.id)
+            kept.push_back(c);
+        else if (c.off_centre() < same->off_centre())
+            *same = c;
+    }
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+        const Crossing& k = kept[i];
+        std::int64_t number = 0;
+        for (std::size_t l = i; l > 0 && kept[l - 1].id == k.id; --l)
+            ++number;
+        if (number >= kMostCrossings) continue;
+        SurfaceContact c;
+        c.id = k.id + number;
+        c.point = k.point;
+        c.normal = k.normal;
+        set_tangents(c);
+        c.gap = k.gap;
+        const auto side = [&](const Piece& p, double s) {
+            out_.stencil.push_back({p.nodes[0], 1 - s});
+            out_.stencil.push_back({p.nodes[1], s});
+            return std::int32_t(out_.stencil.size());
+        };
+        c.slave_begin = std::int32_t(out_.stencil.size());
+        c.slave_end = c.master_begin = side(of_slave.pieces[k.piece[0]], k.along[0]);
+        c.master_end = side(of_master.pieces[k.piece[1]], k.along[1]);
+        out_.contact.push_back(c);
+    }
+}
+
+} // namespace
+
+SurfaceContacts sharp_contacts(const SharpSurface& slave, const SharpSurface& master, double reach,
+                               std::span<const std::int64_t> known)
+{
+    return Finder(slave, master, reach, known).run();
+}
+
+SurfaceContacts sharp_wall_contacts(const SharpSurface& slave,
+                                    const std::function<WallSample(const Vec3&)>& wall,
+                                    double reach)
+{
+    SurfaceContacts out;
+    const SharpFeatures& f = slave.features;
+    for (std::size_t i = 0; i < f.nodes.size(); ++i) {
+        const auto first = slave.surface.face(std::size_t(f.faces[f.begin[i]]));
+        const bool corner =
+            std::find(first.begin(), first.begin() + 3, f.nodes[i]) != first.begin() + 3;
+        if (first.size() != 6 || !corner) continue;
+        SurfaceContact c;
+        c.point = at(slave.places, f.nodes[i]);
+        const WallSample sample = wall(c.point);
+        if (!(std::abs(sample.distance) <= reach) || !leads_away(slave, i, sample.normal, kAway))
+            continue;
+        c.id = f.nodes[i];
+        c.normal = sample.normal;
+        c.gap = sample.distance;
+        set_tangents(c);
+        c.slave_begin = std::int32_t(out.stencil.size());
+        out.stencil.push_back({f.nodes[i], 1});
+        c.slave_end = c.master_begin = c.master_end = std::int32_t(out.stencil.size());
+        out.contact.push_back(c);
+    }
+    return out;
+}
+
+} // namespace amontons

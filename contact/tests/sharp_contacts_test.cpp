@@ -1,0 +1,212 @@
+#include "contact/surface/sharp_contacts.hpp"
+
+#include "contact/tests/contact_surfaces.hpp"
+
+#include <doctest/doctest.h>
+#include <numbers>
+#include <set>
+#include <string>
+
+using namespace amontons;
+using namespace amontons::test;
+
+namespace {
+
+struct Sharp {
+    TouchingBody body;
+    SharpFeatures sharp;
+
+    SharpSurface now() const { return {body.surface, sharp, body.mesh.nodes}; }
+};
+
+Sharp sharp_body(TouchingBody body)
+{
+    SharpFeatures sharp = sharp_features(body.surface, body.mesh.nodes);
+    return {std::move(body), std::move(sharp)};
+}
+
+constexpr double kHalf = 0.01; // of a bar's thickness [m]
+const double kRidge = kHalf * std::numbers::sqrt2;
+
+/// Bars along x and y, each on its edge, the upper's lower edge `gap` above the lower's upper one.
+Sharp lower_bar(ElementKind kind, std::int32_t cells)
+{
+    TouchingBody b = box_body(kind, {-0.05, -kHalf, -kHalf}, {0.05, kHalf, kHalf}, {cells, 2, 2});
+    b.move(turn(std::numbers::pi / 4, Vec3::UnitX()));
+    return sharp_body(std::move(b));
+}
+
+Sharp upper_bar(ElementKind kind, std::int32_t cells, double gap, const Vec3& shift = Vec3::Zero())
+{
+    TouchingBody b = box_body(kind, {-kHalf, -0.05, -kHalf}, {kHalf, 0.05, kHalf}, {2, cells, 2});
+    b.move(turn(std::numbers::pi / 4, Vec3::UnitY(), shift + Vec3(0, 0, 2 * kRidge + gap)));
+    return sharp_body(std::move(b));
+}
+
+} // namespace
+
+TEST_CASE("two crossed bars touch where their edges cross, wherever nodes are")
+{
+    for (const ElementKind kind : kKinds)
+        for (const std::int32_t cells : {1, 2, 5, 6})
+            for (const double gap : {2e-4, 0.0, -3e-4}) {
+                CAPTURE(std::string(shape_of(kind).name));
+                CAPTURE(cells);
+                CAPTURE(gap);
+                const Vec3 shift(0.003, -0.002, 0);
+                Sharp lower = lower_bar(kind, cells), upper = upper_bar(kind, cells, gap, shift);
+                lower.body.move(anywhere());
+                upper.body.move(anywhere());
+                const SurfaceContacts found = sharp_contacts(upper.now(), lower.now(), 1e-3);
+                REQUIRE(found.contact.size() == 1);
+                const SurfaceContact& c = found.contact[0];
+                // The upper's edge is at x = 0.003, the lower's at y = 0.
+                const Vec3 up = anywhere().linear() * Vec3::UnitZ();
+                CHECK((c.normal - up).norm() < 1e-13);
+                CHECK(std::abs(c.gap - gap) < 1e-14);
+                CHECK((c.point - anywhere() * Vec3(0.003, 0, kRidge + gap)).norm() < 1e-14);
+                const Vec3 apart = weighted(found.slave(c), upper.body.mesh.nodes) -
+                                   weighted(found.master(c), lower.body.mesh.nodes);
+                CHECK((apart - gap * up).norm() < 1e-14);
+                CHECK(sharp_contacts(upper.now(), lower.now(), 1e-4).contact.size() ==
+                      (gap == 0 ? 1 : 0));
+                // Seen from the other body.
+                const SurfaceContacts back = sharp_contacts(lower.now(), upper.now(), 1e-3);
+                REQUIRE(back.contact.size() == 1);
+                CHECK((back.contact[0].normal + up).norm() < 1e-13);
+                CHECK(std::abs(back.contact[0].gap - gap) < 1e-14);
+            }
+}
+
+TEST_CASE("a crossing keeps its number while it slides over nodes, and ends with the edge")
+{
+    const Sharp lower = lower_bar(ElementKind::T4, 7);
+    std::set<std::int64_t> ids;
+    for (int k = -60; k <= 60; ++k) {
+        const double x = 1e-3 * k;
+        const Sharp upper = upper_bar(ElementKind::T4, 5, 1e-5, {x, 0, 0});
+        const SurfaceContacts found = sharp_contacts(upper.now(), lower.now(), 1e-4);
+        CAPTURE(x);
+        if (std::abs(x) > 0.0501) CHECK(found.contact.empty());
+        if (std::abs(x) > 0.0499) continue;
+        REQUIRE(found.contact.size() == 1);
+        CHECK(std::abs(found.contact[0].point.x() - x) < 1e-15);
+        ids.insert(found.contact[0].id);
+    }
+    CHECK(ids.size() == 1);
+}
+
+TEST_CASE("a corner on a face, from either body, and none where faces meet")
+{
+    for (const ElementKind kind : kKinds) {
+        CAPTURE(std::string(shape_of(kind).name));
+        Sharp floor = sharp_body(box_body(kind, {-0.05, -0.05, -0.02}, {0.05, 0.05, 0}, {3, 4, 1}));
+        TouchingBody cube = box_body(kind, {0, 0, 0}, {0.02, 0.02, 0.02}, {1, 2, 1});
+        // Standing on its corner, then laid down.
+        const Vec3 foot(0.007, -0.004, -2e-4);
+        cube.move(turn(0.5, Vec3(1, -0.7, 0), foot));
+        Sharp tilted = sharp_body(std::move(cube));
+        floor.body.move(anywhere());
+        tilted.body.move(anywhere());
+        const Vec3 up = anywhere().linear() * Vec3::UnitZ();
+        const SurfaceContacts found = sharp_contacts(tilted.now(), floor.now(), 1e-3);
+        REQUIRE(!found.contact.empty()); // edges beside it may be within reach, too
+        CHECK((found.contact[0].normal - up).norm() < 1e-13);
+        CHECK(std::abs(found.contact[0].gap + 2e-4) < 1e-14);
+        const SurfaceContacts back = sharp_contacts(floor.now(), tilted.now(), 1e-3);
+        REQUIRE(back.contact.size() == found.contact.size());
+        CHECK((back.contact[0].normal + up).norm() < 1e-13);
+        CHECK(std::abs(back.contact[0].gap + 2e-4) < 1e-14);
+        // Weights reproduce places: no force without its moment.
+        const Vec3 on_floor = weighted(back.slave(back.contact[0]), floor.body.mesh.nodes);
+        CHECK((on_floor - anywhere() * Vec3(foot.x(), foot.y(), 0)).norm() < 1e-14);
+        CHECK((weighted(back.master(back.contact[0]), tilted.body.mesh.nodes) - anywhere() * foot)
+                  .norm() < 1e-14);
+    }
+}
+
+TEST_CASE("an edge on a face meets each edge of the mesh below it once")
+{
+    // A mesh of squares: the edge of a rigid bar along x crosses the lines x = const.
+    const Sharp floor =
+        sharp_body(box_body(ElementKind::H8, {-0.05, -0.05, -0.02}, {0.05, 0.05, 0}, {6, 3, 1}));
+    TouchingBody b = box_body(ElementKind::H8, {-0.2, 0, 0}, {0.2, 0.02, 0.02}, {1, 1, 1});
+    b.move(turn(0.5, Vec3::UnitX(), {0, 0.004, 1e-4}));
+    const Sharp bar = sharp_body(std::move(b));
+    const SurfaceContacts found = sharp_contacts(bar.now(), floor.now(), 1e-3);
+    CHECK(found.contact.size() == 7);
+    for (const SurfaceContact& c : found.contact) {
+        CHECK((c.normal - Vec3::UnitZ()).norm() < 1e-13);
+        CHECK(std::abs(c.gap - 1e-4) < 1e-14);
+        CHECK(std::abs(c.point.y() - 0.004) < 1e-14);
+    }
+}
+
+TEST_CASE("faces on faces are left to integrals; what a contact has flattened stays")
+{
+    for (const double tilt : {0.0, 0.03, 0.4}) { // flat, nearly so, on its edge
+        const Sharp lower = sharp_body(
+            box_body(ElementKind::T4, {-0.05, -0.02, -0.02}, {0.05, 0.02, 0}, {5, 3, 2}));
+        TouchingBody b = box_body(ElementKind::T4, {0, -0.05, 0}, {0.02, 0.05, 0.02}, {2, 5, 2});
+        b.move(turn(-tilt, Vec3::UnitY(), {0, 0, -1e-5}));
+        const Sharp upper = sharp_body(std::move(b));
+        CAPTURE(tilt);
+        const SurfaceContacts found = sharp_contacts(upper.now(), lower.now(), 1e-3);
+        CHECK(found.contact.empty() == (tilt < 0.1));
+        CHECK(contacts_of(upper.body, lower.body, 1e-3).contact.empty() == (tilt > 0.1));
+        if (tilt < 0.1) continue;
+        std::vector<std::int64_t> known;
+        for (const SurfaceContact& c : found.contact)
+            known.push_back(c.id);
+        std::sort(known.begin(), known.end());
+        TouchingBody flat = upper.body;
+        flat.move(turn(tilt - 0.03, Vec3::UnitY()));
+        const SharpSurface now{flat.surface, upper.sharp, flat.mesh.nodes};
+        CHECK(sharp_contacts(now, lower.now(), 1e-3).contact.empty());
+        CHECK(sharp_contacts(now, lower.now(), 1e-3, known).contact.size() >= known.size());
+    }
+}
+
+TEST_CASE("the corner of a quadratic block on an obstacle, which no multiplier of a face has")
+{
+    const auto floor = [](const Vec3& x) {
+        WallSample s;
+        s.distance = x.z();
+        s.normal = Vec3::UnitZ();
+        return s;
+    };
+    for (const ElementKind kind : kKinds)
+        for (const double tilt : {0.0, 0.5}) {
+            TouchingBody b = box_body(kind, {0, 0, 0}, {0.02, 0.02, 0.02}, {1, 2, 1});
+            b.move(turn(tilt, Vec3(1, -0.7, 0), {0, 0, -1e-4}));
+            const Sharp block = sharp_body(std::move(b));
+            const SurfaceContacts found = sharp_wall_contacts(block.now(), floor, 1e-3);
+            REQUIRE(found.contact.size() == (kind == ElementKind::T10 && tilt > 0 ? 1 : 0));
+            if (!found.contact.empty()) CHECK(std::abs(found.contact[0].gap + 1e-4) < 1e-15);
+        }
+}
+
+TEST_CASE("chains: 12 of a box, the rims of a cylinder, none of a ball")
+{
+    for (const ElementKind kind : kKinds) {
+        const Sharp box = sharp_body(box_body(kind, {0, 0, 0}, {1, 2, 3}, {3, 4, 2}));
+        CHECK(box.sharp.chains == 12);
+        CHECK(box.sharp.sharp == (kind == ElementKind::T10 ? 8 : 4) * (3 + 4 + 2));
+        int ends = 0;
+        for (std::size_t i = 0; i < box.sharp.sharp; ++i)
+            ends += box.sharp.pieces[i].ends[0] + box.sharp.pieces[i].ends[1];
+        CHECK(ends == 24);
+    }
+    SolidCylinderOptions cylinder;
+    cylinder.radius = 1;
+    cylinder.length = 2;
+    cylinder.cells = 8;
+    const Sharp round = sharp_body(with_surface(make_solid_cylinder(cylinder)));
+    CHECK(round.sharp.chains == 2);
+    for (std::size_t i = 0; i < round.sharp.sharp; ++i)
+        CHECK(!(round.sharp.pieces[i].ends[0] || round.sharp.pieces[i].ends[1]));
+    SolidBallOptions ball;
+    ball.radius = 1;
+    ball.cells = 8;
+    CHECK(sharp_body(with_surface(make_solid_ball(ball))).sharp.sharp == 0);
+}
