@@ -96,6 +96,9 @@ void check_beam(const BeamInput& b, const Scene& scene, Findings& findings)
     const std::string place = "/bodies/" + b.name;
     const std::string segments = place + "/segments";
     double elements = 0;
+    const bool cable = std::all_of(b.segments.begin(), b.segments.end(), [](const BeamSegment& s) {
+        return s.EI[0] == 0 && s.EI[1] == 0 && s.GJ[0] == 0 && s.GJ[1] == 0;
+    });
     for (std::size_t i = 0; i < b.segments.size(); ++i) {
         const BeamSegment& s = b.segments[i];
         const std::string here = fmt::format("{}/{}", segments, i);
@@ -109,6 +112,11 @@ void check_beam(const BeamInput& b, const Scene& scene, Findings& findings)
                              "a number > 0 [N] where EI is 0");
                 break;
             }
+        if (!cable && s.EI[0] * s.EI[1] == 0)
+            findings.add({here + "/EI"}, "0", "a number > 0 [N m^2], or EI and GJ 0 everywhere");
+        if (!cable && s.GJ[0] * s.GJ[1] == 0)
+            findings.add({here + "/GJ", here + "/EI"}, "0",
+                         "a number > 0 [N m^2], or EI and GJ 0 everywhere");
         if (scene.time.kind == "dynamic" && !(s.density > 0))
             findings.add({here + "/density", "/time/kind"}, "nothing",
                          "a number > 0 [kg/m^3]: time.kind is \"dynamic\"");

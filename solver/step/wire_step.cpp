@@ -1,5 +1,7 @@
 #include "solver/step/wire_step.hpp"
 
+#include "solver/step/wire_friction.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,10 +12,12 @@ namespace {
 // A step is refused if its energy balance misses more than this share of what it turned over:
 // an equilibrium that jumped leaves energy unaccounted for, and a kink of the push force is
 // resolved by shorter steps.
-constexpr double kEnergyShare = 0.05;
+constexpr double kEnergyShare = 0.02;
 // ... and more than this share of the wire's own force times its element.
 constexpr double kEnergyFloor = 0.5;
 constexpr int kMostRelaxations = 600;
+constexpr double kRelaxationShare = 0.01; // as kEnergyShare, of an increment of the relaxation
+constexpr double kNoJump = 0.25;          // of an increment's way: the wire has not jumped in it
 
 NewtonOptions newton_options(const WireBody& b, double shift)
 {
@@ -39,15 +43,6 @@ void add(NewtonReport& sum, const NewtonReport& r)
     sum.seconds_detection += r.seconds_detection;
     sum.seconds_contact += r.seconds_contact;
     sum.seconds_rest += r.seconds_rest;
-}
-
-/// Dissipated over the step: minus friction force times slip [J].
-double friction_work(const std::vector<Candidate>& candidates)
-{
-    double sum = 0;
-    for (const Candidate& c : candidates)
-        if (c.normal > 0) sum -= c.tangential[0] * c.slip[0] + c.tangential[1] * c.slip[1];
-    return sum;
 }
 
 // A distance to a wall changes hardly faster than the point moves, so a straight way is free if the
@@ -325,6 +320,7 @@ StepReport try_step(WireBody& b, double insertion, double twist, double length)
     const double elastic_before = elastic_energy(b.wire);
     const BaseLoad load_before = base_load(b.wire);
     const StepStart start = mark_step_start(b.wire);
+    const std::vector<ContactBefore> touched = contacts_before(b.wire, b.walls, b.work->proximity);
 
     drive_base(b.wire, insertion, twist);
     Anchor anchor;
@@ -345,7 +341,8 @@ StepReport try_step(WireBody& b, double insertion, double twist, double length)
     r.energy.work = 0.5 * (load_before.push + load.push) * shift +
                     0.5 * (load_before.torque + load.torque) * turn;
     r.energy.elastic = elastic_energy(b.wire);
-    r.energy.friction = b.wire.outside() ? friction_work(b.work->candidates) : 0;
+    if (b.wire.outside())
+        r.energy.friction = friction_work(b.wire, start, touched, b.work->candidates);
     const double missed = r.energy.work - (r.energy.elastic - elastic_before) - r.energy.friction;
     const double turned_over = std::abs(r.energy.work) + std::abs(r.energy.friction) +
                                b.scale_force * (std::abs(shift) + kEnergyFloor * b.grain);
@@ -394,6 +391,8 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
     for (r.relaxations = 0; r.relaxations < kMostRelaxations; ++r.relaxations) {
         const WireState before = b.wire.state;
         const StepStart start = mark_step_start(b.wire);
+        const std::vector<ContactBefore> touched =
+            contacts_before(b.wire, b.walls, b.work->proximity);
         if (!base_moved) drive_base(b.wire, insertion, twist);
 
         // At rest already? Only without a further jump.
@@ -403,10 +402,10 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
             add(r.newton, still);
             if (still.converged && still.stable) {
                 const double e = elastic_energy(b.wire);
-                const double friction = friction_work(b.work->candidates);
+                const double friction = friction_work(b.wire, start, touched, b.work->candidates);
                 const double missed = energy - e - friction;
                 const double allowed =
-                    std::max(energy_floor, 0.02 * (r.released + std::abs(friction)));
+                    std::max(energy_floor, kRelaxationShare * (r.released + std::abs(friction)));
                 if (std::abs(missed) <= allowed && count_passages(b, start) == 0) {
                     r.energy.friction += friction;
                     r.energy.elastic = e;
@@ -452,22 +451,37 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
                 const Vec3 dx = c.position() - a.position();
                 const Vec3 dt = rotation_between(a.q, c.q);
                 move = std::max(move, dx.norm());
+                // The base's own step takes the nodes along to where the pull holds them.
+                const BeamNode from = base_moved ? a : node_in(b.wire, before, i);
+                const Vec3 way = c.position() - from.position();
+                const Vec3 turned = rotation_between(from.q, c.q);
                 for (int j = 0; j < 3; ++j) {
                     pull[k].value[j] = anchor.linear[k] * dx[j];
                     pull[k].value[j + 3] = anchor.angular[k][j] * dt[j];
-                    viscous += 0.5 * (pull[k].value[j] + pull_before[k].value[j]) * dx[j] +
-                               0.5 * (pull[k].value[j + 3] + pull_before[k].value[j + 3]) * dt[j];
+                    viscous +=
+                        0.5 * (pull[k].value[j] + pull_before[k].value[j]) * way[j] +
+                        0.5 * (pull[k].value[j + 3] + pull_before[k].value[j + 3]) * turned[j];
                 }
             }
         }
         const int passages = newton.converged ? count_passages(b, start) : 0;
-        const double friction = newton.converged ? friction_work(b.work->candidates) : 0;
+        const double friction =
+            newton.converged ? friction_work(b.wire, start, touched, b.work->candidates) : 0;
         const double after = newton.converged ? elastic_energy(b.wire) : energy;
-        // The trapezoid must account for the energy that the increment set free.
+        double given = 0; // by the base in this increment
+        if (!base_moved) {
+            const BaseLoad load = base_load(b.wire);
+            given = 0.5 * (load_before.push + load.push) * shift +
+                    0.5 * (load_before.torque + load.torque) * turn;
+        }
+        // The trapezoid must account for the energy that the increment set free. With the base also
+        // the mesh can change, which costs some energy without a motion.
+        const double still = base_moved ? 0.02 * target : kNoJump * target;
         const bool accounted =
-            !base_moved || move < 0.02 * target ||
-            std::abs(energy - after - friction - viscous) <=
-                0.05 * (std::abs(viscous) + std::abs(friction)) + 0.01 * energy_floor;
+            move < still ||
+            std::abs(energy + given - after - friction - viscous) <=
+                kRelaxationShare * (std::abs(viscous) + std::abs(friction) + std::abs(given)) +
+                    0.01 * energy_floor;
         if (!newton.converged || move > 4 * target || passages > 0 || !accounted) {
             b.wire.state = before;
             weight *= failed ? 4 : 2;
@@ -479,9 +493,7 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
             continue;
         }
         if (!base_moved) {
-            const BaseLoad load = base_load(b.wire);
-            base_work = 0.5 * (load_before.push + load.push) * shift +
-                        0.5 * (load_before.torque + load.torque) * turn;
+            base_work = given;
             base_moved = true;
         }
         r.released += viscous;

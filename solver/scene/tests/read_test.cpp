@@ -191,7 +191,13 @@ TEST_CASE("fields that contradict each other are reported")
               "/bodies/wire/segments/0/density: found nothing"));
     CHECK(has(bad("\"centreline\": {\"file\": \"double_u.csv\"}", "\"centreline\": {}"), "either"));
     CHECK(has(bad("\"EI\": 5.2e-4, \"GJ\": 4.0e-4, \"EA\": 5000", "\"EI\": 0"), "where EI is 0"));
-    CHECK(bad("\"EI\": 5.2e-4, \"GJ\": 4.0e-4", "\"EI\": 0, \"GJ\": 0").empty()); // a cable
+    // A cable bends and twists freely, but all of it.
+    CHECK(has(bad("\"EI\": 5.2e-4, \"GJ\": 4.0e-4", "\"EI\": 0, \"GJ\": 0"), "0 everywhere"));
+    CHECK(has(bad("\"GJ\": 4.0e-4", "\"GJ\": 0"), "segments/0/GJ: found 0"));
+    CHECK(has(bad("[2.7e-4, 2e-5]", "[2.7e-4, 0]"), "segments/2/EI: found 0"));
+    CHECK(issues_of(kExample, {"bodies.wire.segments=[{\"length\":0.33,\"radius\":4.445e-4,"
+                               "\"EI\":0,\"EA\":5000,\"element\":2.5e-3}]"})
+              .empty());
     CHECK(has(bad("\"radius\": 4.445e-4", "\"radius\": 0.0041"), "the radius of \"tube\""));
     CHECK(has(bad("\"file\": \"double_u.csv\"", "\"pieces\": [{\"radius\": 0.003, \"angle\": 1}]"),
               "the radius of the bend"));

@@ -402,3 +402,60 @@ TEST_CASE("a wire that snaps in a tube loses no energy without saying so")
     MESSAGE(r.snaps.size() << " snaps, released " << r.energy.released << " J of work "
                            << r.energy.work << " J, error " << r.energy.error() << " J");
 }
+
+// A curved tip stops against a rough plane; forces grow to twelve newtons with no way out, and the
+// wire jumps in the tube. Neither the friction of growing forces nor the first moment of a jump may
+// be lost.
+TEST_CASE("a wire that jams keeps its energy balance")
+{
+    Scene scene;
+    scene.order = {"tube", "end", "wire"};
+    scene.obstacles.resize(2);
+    scene.obstacles[0].name = "tube";
+    scene.obstacles[1].name = "end";
+    BeamInput wire;
+    wire.name = "wire";
+    BeamSegment g;
+    g.length = 0.2;
+    g.radius = 4.445e-4;
+    g.EI = {5.2e-4, 5.2e-4};
+    g.GJ = {4e-4, 4e-4};
+    g.EA = {5000, 5000};
+    g.element = 2.5e-3;
+    wire.segments = {g};
+    g.length = 0.015;
+    g.EI = {1.3e-4, 1.3e-4};
+    g.GJ = {1e-4, 1e-4};
+    g.curvature = 30;
+    g.element = 1.25e-3;
+    wire.segments.push_back(g);
+    wire.insertion = {{0, 0}, {3.5, 0.07}};
+    scene.beams = {wire};
+    scene.contact = {{{"wire", "tube"}, 0.1}, {{"wire", "end"}, 1.0}};
+    scene.time.step = 0.02;
+    scene.time.end = 3.5;
+
+    Centreline line(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), 4e-3);
+    line.append_line(0.09, 4e-3);
+    std::vector<Obstacle> obstacles;
+    obstacles.push_back({"tube", make_tube({line, 0})});
+    PlaneOptions plane;
+    plane.point = Vec3(0.06, 0, 0);
+    plane.normal = Vec3(-1, 0.02, 0).normalized();
+    obstacles.push_back({"end", make_plane(plane)});
+
+    std::atomic<bool> never{false};
+    Keep keep;
+    WireSimulation s(scene, std::move(obstacles));
+    const RunSummary r = s.run(keep, never);
+    CHECK(r.status == "done");
+    CHECK(r.message == "");
+    CHECK(r.uncertified_steps == 0);
+    double push = 0;
+    for (const StepRecord& k : keep.records)
+        push = std::max(push, value(k, "push_force"));
+    CHECK(push > 5);
+    CHECK(std::abs(r.energy.error()) < 1.5e-3 * r.energy.work_absolute);
+    MESSAGE("largest push " << push << " N, " << r.snaps.size() << " snaps, error "
+                            << r.energy.error() / r.energy.work_absolute << " of the work");
+}

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "solver/beam/wire_contact.hpp"
+
+#include <vector>
+
+namespace amontons {
+
+/// A contact that carried a reaction when the step began.
+struct ContactBefore {
+    int point = 0, index = 0; ///< index into WireState::reaction
+    Vec3 n;                   ///< of the wall there
+    double bound = 0;         ///< mu r_n [N]
+    Vec3 tangential;          ///< in space [N]
+};
+std::vector<ContactBefore> contacts_before(const Wire& wire, const std::vector<WireWall>& walls,
+                                           std::vector<Proximity>& proximity);
+
+/// What friction dissipated in a step [J]: minus the friction force, half of it that of the step's
+/// start and half that of its end, times the slip. A point that slips does so at Coulomb's bound,
+/// along its slip, also if it stuck before.
+/// @param candidates  of the end of the step, slips measured from `start`
+double friction_work(const Wire& wire, const StepStart& start,
+                     const std::vector<ContactBefore>& before,
+                     const std::vector<Candidate>& candidates);
+
+} // namespace amontons
