@@ -18,7 +18,7 @@ using Piece = SharpFeatures::Piece;
 constexpr double kAway = 0.1, kStillAway = -0.05;
 /// Edges that cross at less have no common normal (sine).
 constexpr double kParallel = 0.05;
-/// An edge that leans by more against a face (sine) meets it with a node.
+/// An edge that leans by more against a face (sine) meets it with its lower node.
 constexpr double kSteep = 0.7;
 /// Within a chain a point may lie beyond its piece by this share: chains bend a little at nodes.
 constexpr double kBeyond = 0.05;
@@ -96,17 +96,31 @@ private:
     SurfaceContacts out_;
 };
 
-/// Whether all faces around a sharp node lead away from a body whose normal is n.
+/// Whether all faces around a sharp node lead away from a body whose normal is n, and none of its
+/// neighbours is steeply below it.
 bool leads_away(const SharpSurface& s, std::size_t sharp_node, const Vec3& n, double by)
 {
     const SharpFeatures& f = s.features;
     const Vec3& x = at(s.places, f.nodes[sharp_node]);
-    for (std::size_t k = f.begin[sharp_node]; k < f.begin[sharp_node + 1]; ++k)
-        if (!(n.dot((centre_of(s, f.faces[k]) - x).normalized()) > by)) return false;
+    const auto rise = [&](const Vec3& place) { return n.dot((place - x).normalized()); };
+    for (std::size_t k = f.begin[sharp_node]; k < f.begin[sharp_node + 1]; ++k) {
+        if (!(rise(centre_of(s, f.faces[k])) > by)) return false;
+        for (const std::int32_t node : s.surface.face(std::size_t(f.faces[k])))
+            if (node != f.nodes[sharp_node] && rise(at(s.places, node)) < -kSteep) return false;
+    }
     return true;
 }
 
-/// The same of the two faces beside an edge, across it.
+/// Whether one of the faces around a sharp node looks at a face with normal n.
+bool looks_at(const SharpSurface& s, std::size_t sharp_node, const Vec3& n)
+{
+    const SharpFeatures& f = s.features;
+    for (std::size_t k = f.begin[sharp_node]; k < f.begin[sharp_node + 1]; ++k)
+        if (normal_of(s, f.faces[k]).dot(n) < -kFacing) return true;
+    return false;
+}
+
+/// As for a node, of the two faces beside an edge, across it.
 bool leads_away(const SharpSurface& s, const Piece& p, const Vec3& n, double by)
 {
     const Vec3& a = at(s.places, p.nodes[0]);
@@ -136,8 +150,10 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
         }
         const std::int64_t id = f.nodes[i] + (own_is_slave ? 0 : kMasterNodes);
         const double by = away(id);
-        const NearestFace::Found met = faces->find(
-            x, reach_, [&](const Facet& facet) { return leads_away(own, i, facet.normal, by); });
+        // A nearer face that one of its own faces looks at is met by that: see leads_away below.
+        const NearestFace::Found met = faces->find(x, reach_, [&](const Facet& facet) {
+            return leads_away(own, i, facet.normal, by) || looks_at(own, i, facet.normal);
+        });
         if (!met.facet || !met.on_this_side) continue;
         const auto nodes = other.surface.face(std::size_t(met.facet->face));
         const FaceInPlane face(nodes, other.places);

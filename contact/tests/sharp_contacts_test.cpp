@@ -167,6 +167,20 @@ TEST_CASE("faces on faces are left to integrals; what a contact has flattened st
     }
 }
 
+TEST_CASE("a rim below a flat face does not meet the face's other sides")
+{
+    // Flush along y = 0.02, and overlapping a little as mean gaps allow.
+    for (const ElementKind kind : kKinds) {
+        const Sharp bed =
+            sharp_body(box_body(kind, {-0.05, -0.02, -0.02}, {0.05, 0.02, 0}, {12, 5, 3}));
+        TouchingBody b = box_body(kind, {-0.02, -0.02, 0}, {0.02, 0.02, 0.04}, {5, 5, 5});
+        b.move(turn(0.002, Vec3(1, 1, 1), {1e-5, 2e-5, -2e-5}));
+        const Sharp tool = sharp_body(std::move(b));
+        CHECK(sharp_contacts(tool.now(), bed.now(), 0.01).contact.empty());
+        CHECK(sharp_contacts(bed.now(), tool.now(), 0.01).contact.empty());
+    }
+}
+
 TEST_CASE("the corner of a quadratic block on an obstacle, which no multiplier of a face has")
 {
     const auto floor = [](const Vec3& x) {

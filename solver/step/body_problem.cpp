@@ -411,7 +411,7 @@ bool BodyStepper::solve()
     certify_rows(reached);
     relax();
     for (std::size_t b = 0; b < bodies(); ++b)
-        body(b).change(relaxation_ * y_[b], relaxation_ * mode_[b], body_force_[b]);
+        body(b).change(y_[b], mode_[b], body_force_[b]);
     return true;
 }
 

@@ -3,6 +3,7 @@
 #include "mesh/base/phase_timer.hpp"
 #include "solver/body/rigid_body.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -63,9 +64,11 @@ Vec3 BodyStepper::moved(const BodyContact& c) const
     return d;
 }
 
-/// How much of the motion is made. All of it, until an iteration does not at least halve the error
-/// (geometry that answers to forces may swing between two states): then what Aitken's rule says.
-/// Source: Küttler & Wall 2008, eq. 44.
+/// What of the motion y_, mode_ is made. On geometry that moves, iterations converge by a factor
+/// each: Anderson's rule extrapolates them from those before. Where an iteration does not at least
+/// halve the error (an edge that is on a facet or off it: two states to swing between), a share of
+/// the motion by Aitken's rule.
+/// Source: Anderson 1965 as in Walker & Ni 2011, eq. 1.1; Küttler & Wall 2008, eq. 44.
 void BodyStepper::relax()
 {
     Eigen::Index size = 0;
@@ -73,22 +76,53 @@ void BodyStepper::relax()
         size += y_[b].size() + mode_[b].size();
     Eigen::VectorXd motion(size);
     Eigen::Index at = 0;
-    for (std::size_t b = 0; b < bodies(); ++b) {
-        motion.segment(at, y_[b].size()) = y_[b];
-        at += y_[b].size();
-        motion.segment(at, mode_[b].size()) = mode_[b];
-        at += mode_[b].size();
-    }
-    const bool swings = errors_.size() > 2 && errors_.back() > 0.5 * errors_[errors_.size() - 2];
-    relaxing_ |= swings;
-    if (relaxing_ && motion_before_.size() == size) {
+    const auto part = [&](Eigen::VectorXd& of_body, const auto& work) {
+        work(of_body, motion.segment(at, of_body.size()));
+        at += of_body.size();
+    };
+    for (std::size_t b = 0; b < bodies(); ++b)
+        for (Eigen::VectorXd* v : {&y_[b], &mode_[b]})
+            part(*v, [](const auto& from, auto to) { to = from; });
+
+    relaxing_ = errors_.size() > 2 && errors_.back() > 0.5 * errors_[errors_.size() - 2];
+    Eigen::VectorXd made = motion;
+    if (motion_before_.size() == size && !step_.dynamic) {
         const Eigen::VectorXd change = motion - motion_before_;
         const double length = change.squaredNorm();
-        if (length > 0)
+        if (relaxing_ && length > 0) {
             relaxation_ = std::clamp(-relaxation_ * motion_before_.dot(change) / length, 0.1, 1.0);
+            made = relaxation_ * motion;
+        } else if (!relaxing_) {
+            made = extrapolated(motion, change);
+        }
     }
-    left_out_ = motion.norm() > 0 ? (1 - relaxation_) * motion.norm() : 0;
+    left_out_ = (motion - made).norm();
     motion_before_ = std::move(motion);
+    motion = made_before_ = std::move(made);
+    at = 0;
+    for (std::size_t b = 0; b < bodies(); ++b)
+        for (Eigen::VectorXd* v : {&y_[b], &mode_[b]})
+            part(*v, [](auto& to, const auto& from) { to = from; });
+}
+
+/// The motion that Anderson's rule makes of an iteration's own, and remembers this iteration.
+/// @param change  of the motion since the iteration before
+Eigen::VectorXd BodyStepper::extrapolated(const Eigen::VectorXd& motion,
+                                          const Eigen::VectorXd& change)
+{
+    constexpr Eigen::Index kMost = 5;
+    constexpr double kLongest = 2; // times the motion
+    if (changes_.cols() == kMost) {
+        changes_ = changes_.rightCols(kMost - 1).eval();
+        made_ = made_.rightCols(kMost - 1).eval();
+    }
+    changes_.conservativeResize(motion.size(), changes_.cols() + 1);
+    made_.conservativeResize(motion.size(), made_.cols() + 1);
+    changes_.rightCols<1>() = change;
+    made_.rightCols<1>() = made_before_;
+    const Eigen::VectorXd share = changes_.colPivHouseholderQr().solve(motion);
+    const Eigen::VectorXd made = motion - (made_ + changes_) * share;
+    return made.norm() <= kLongest * motion.norm() ? made : motion;
 }
 
 void BodyStepper::fill_report()

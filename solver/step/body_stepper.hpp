@@ -45,6 +45,7 @@ private:
     std::vector<Eigen::VectorXd> forces(const Rows& rows, const Eigen::VectorXd& r) const;
     bool rescale_modes();
     void relax();
+    Eigen::VectorXd extrapolated(const Eigen::VectorXd& motion, const Eigen::VectorXd& change);
     bool holds_at_end();
     void certify_rows(const Eigen::VectorXd& u);
     void report_modes();
@@ -79,6 +80,8 @@ private:
     std::vector<double> errors_; ///< of the outer iterations
     bool relaxing_ = false;
     double relaxation_ = 1, left_out_ = 0; ///< share of the motion made; the rest [m or m/s]
+    Eigen::VectorXd made_before_;
+    Eigen::MatrixXd changes_, made_; ///< of the motion between iterations, and the motions made
     Eigen::VectorXd motion_before_;
 };
 
