@@ -2,9 +2,11 @@
 
 #include "contact/solvers/newton.hpp"
 #include "contact/solvers/nsgs.hpp"
+#include "contact/solvers/proximal.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 
 namespace amontons {
@@ -13,23 +15,16 @@ namespace {
 constexpr int kBatch = 10;        ///< sweeps between two looks at their rate
 constexpr double kPathSteps = 10; ///< steps that a path is expected to take
 constexpr double kRoundOff = 1e-15;
-constexpr double kHardlyHelped = 0.2;            ///< error, beside 1 for no reaction at all
+constexpr double kHardlyHelped = 0.2; ///< error, beside 1 for no reaction at all
+/// Of the first path: where it needs more, a closer one is quicker.
+constexpr int kShortPatience = 8;
 constexpr int kFewSweeps = 100, kDoublings = 10; ///< between two paths, more in each round
 /// Softness that lets an infeasible problem's reactions grow to 1e10 times their size.
 constexpr double kSoft = 1e-10;
 
-/// What is tried where the way that should be quickest fails, again and again in this order: from
-/// afar, and then twice from the best there is. Where the path folds back for one smoothing, it
-/// goes on for another.
-constexpr NewtonPath kWays[] = {
-    {.rho = 3, .spread = 3},
-    {.reduction = 0.5, .rho = 10, .spread = 10},
-    {.reduction = 0.5, .rho = 3, .spread = 10},
-    {.rho = 10, .spread = 1},
-    {.reduction = 0.7, .rho = 1, .spread = 3},
-    {.rho = 30, .spread = 1},
-    {.reduction = 0.5, .rho = 100, .spread = 1},
-};
+/// alpha of the proximal problems that follow on every third of the close paths.
+constexpr int kPathsBetween = 3;
+constexpr double kProximal[] = {0.3, 0.01};
 
 /// What a sweep costs [ns on one core of 2024].
 double sweep_cost(const SolverWork& work, Eigen::Index closed_rows)
@@ -117,14 +112,18 @@ void solve_automatically(SolverWork& work)
     }
     work.take_best();
     // Where sweeps have hardly helped, what they have reached is no better a start than none.
-    if (follow_path(work, matrix, {.from_afar = work.progress.best_error() > kHardlyHelped}))
+    if (follow_path(
+            work, matrix,
+            {.from_afar = work.progress.best_error() > kHardlyHelped, .patience = kShortPatience}))
         return;
     if (std::optional<InfeasibilityProof> proof = search_proof(work)) {
         work.progress.prove(std::move(*proof));
         return;
     }
+    // Each close path from afar, and then from the best there is, again and again.
+    int tried = 0;
     for (int round = 0;; ++round)
-        for (NewtonPath path : kWays) {
+        for (NewtonPath path : kClosePaths) {
             path.from_afar = true;
             if (follow_path(work, matrix, path)) return;
             path.from_afar = false;
@@ -134,6 +133,11 @@ void solve_automatically(SolverWork& work)
                 path.widest = widest;
                 work.take_best();
                 if (follow_path(work, matrix, path)) return;
+            }
+            if (++tried % kPathsBetween == 0) {
+                const int which = tried / kPathsBetween - 1;
+                const double alpha = kProximal[which % std::size(kProximal)];
+                if (follow_proximal_paths(work, matrix, alpha)) return;
             }
             work.take_best();
             if (!sweeps) continue;

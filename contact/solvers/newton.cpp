@@ -20,10 +20,6 @@ constexpr double kFloor = 1e-12; ///< always there: stick contacts of a singular
 constexpr double kShort = 0.1, kLong = 0.5;
 constexpr int kRejections = 3; ///< then the corners are rounded wider
 constexpr double kWiden = 10;
-/// Steps without a lower epsilon after which the path is taken to fold back.
-constexpr int kPatience = 25;
-/// Least reduction of the rounding at once, when a full step lands far below it.
-constexpr double kFastest = 1e-3;
 
 /// The problem in dimensionless numbers: r = s f r', u = f u' / s with one s per contact that
 /// gives each own block the mean diagonal 1, and the force f that gives q' the norm 1.
@@ -145,11 +141,28 @@ Eigen::Index closed_rows(const Columns& columns, const std::vector<LinearisedLaw
 
 bool follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath& path)
 {
+    return follow_path(work, matrix, path, {}) == PathEnd::over;
+}
+
+PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath& path,
+                    const Proximal& proximal)
+{
     const ContactProblem& problem = work.problem;
     Progress& progress = work.progress;
     Eigen::VectorXd &r = work.r, &u = work.u;
     const Columns& columns = work.columns;
     Scaled scaled(work);
+
+    // What the law sees is v = u + alpha S^-2 (r - centre).
+    const bool near_centre = proximal.alpha > 0;
+    Eigen::VectorXd stiffness, v;
+    if (near_centre) stiffness = proximal.alpha * work.scale.array().square().inverse();
+    const auto seen = [&](const Eigen::VectorXd& at,
+                          const Eigen::VectorXd& motion) -> const Eigen::VectorXd& {
+        if (!near_centre) return motion;
+        v = motion + stiffness.cwiseProduct(at - proximal.centre);
+        return v;
+    };
 
     const int n = contact_count(problem);
     const double root_n = std::sqrt(static_cast<double>(std::max(n, 1)));
@@ -167,7 +180,8 @@ bool follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath& pa
         smoothing.epsilon =
             path.from_afar
                 ? widest
-                : std::min(widest, std::max(path.widest, scaled.merit(r, u, smoothing)) / root_n);
+                : std::min(widest,
+                           std::max(path.widest, scaled.merit(r, seen(r, u), smoothing)) / root_n);
     if (path.smooth && path.from_afar) {
         r.setZero();
         for (int i = 0; i < n; ++i)
@@ -186,20 +200,22 @@ bool follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath& pa
             lowest = smoothing.epsilon;
             lowest_at = steps;
         }
-        if (steps == path.steps || steps - lowest_at > kPatience) return false;
-        const double merit = scaled.linearise(r, u, smoothing, law);
-        if (!progress.has_time_for(1e-9 * matrix.cost(closed_rows(columns, law)))) return true;
+        if (steps == path.steps || steps - lowest_at > path.patience) return PathEnd::lost;
+        const double merit = scaled.linearise(r, seen(r, u), smoothing, law);
+        if (!progress.has_time_for(1e-9 * matrix.cost(closed_rows(columns, law))))
+            return PathEnd::over;
         if (rejected == 0) recent[known++ % kMemory] = merit;
         const double reference = *std::max_element(recent, recent + std::min(known, kMemory));
 
         double length = 0, reached = 0;
-        if (scaled.step(law, std::max(shift, kFloor), smoothing, matrix, direction)) {
+        if (scaled.step(law, proximal.alpha + std::max(shift, kFloor), smoothing, matrix,
+                        direction)) {
             problem.W.apply(direction, slope);
             double trial = 1;
             for (int k = 0; k <= kHalvings; ++k, trial /= 2) {
                 next_r = r + trial * direction;
                 next_u = u + trial * slope;
-                reached = scaled.merit(next_r, next_u, smoothing);
+                reached = scaled.merit(next_r, seen(next_r, next_u), smoothing);
                 if (reached < (1 - kEnough * trial) * reference) {
                     length = trial;
                     break;
@@ -209,7 +225,7 @@ bool follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath& pa
         if (length == 0) {
             shift = std::min(std::max(kRaise * shift, kFirstShift), kLargestShift);
             if (++rejected > kRejections) {
-                if (!path.smooth) return false;
+                if (!path.smooth) return PathEnd::lost;
                 smoothing.epsilon =
                     std::min(kWiden * smoothing.epsilon, std::max(0.1 * widest, smoothing.epsilon));
                 known = rejected = 0;
@@ -225,15 +241,17 @@ bool follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath& pa
         } else if (length < kShort) {
             shift = std::min(std::max(kRaise * shift, kFirstShift), kLargestShift);
         }
-        const double solved = root_n * smoothing.epsilon;
+        const double solved = path.closeness * root_n * smoothing.epsilon;
         if (path.smooth && reached < solved) {
+            if (near_centre && root_n * smoothing.epsilon <= proximal.target)
+                return PathEnd::arrived;
             const double further =
-                length == 1 ? std::max(kFastest, std::sqrt(reached / solved)) : 1;
+                length == 1 ? std::max(path.fastest, std::sqrt(reached / solved)) : 1;
             smoothing.epsilon *= std::min(path.reduction, further);
             known = 0;
         }
     }
-    return true;
+    return PathEnd::over;
 }
 
 void solve_by_newton(SolverWork& work)
@@ -255,8 +273,11 @@ void solve_by_path(SolverWork& work, bool warm)
 {
     ShiftedDelassus matrix(work);
     if (warm && follow_path(work, matrix, {})) return;
-    for (double reduction = 0.3; reduction < 0.9; reduction = std::sqrt(reduction))
-        if (follow_path(work, matrix, {.from_afar = true, .reduction = reduction})) return;
+    if (follow_path(work, matrix, {.from_afar = true})) return;
+    for (NewtonPath path : kClosePaths) {
+        path.from_afar = true;
+        if (follow_path(work, matrix, path)) return;
+    }
 }
 
 } // namespace amontons

@@ -23,13 +23,15 @@ struct SolverWork {
                 .setConstant(std::sqrt(progress.natural_map().rho(i)));
     }
 
-    /// Goes back to the iterate of the least error.
-    void take_best()
+    /// Goes to a reaction.
+    void take(const Eigen::VectorXd& reaction)
     {
-        r = progress.best();
+        r = reaction;
         problem.W.apply(r, u);
         u += problem.q;
     }
+    /// Goes back to the iterate of the least error.
+    void take_best() { take(progress.best()); }
 
     const ContactProblem& problem;
     const SolverOptions& options;

@@ -88,6 +88,27 @@ TEST_CASE("impulses between spheres cancel: only floor and sides give momentum")
     CHECK(p.mu.size() - with_ground > 60);
 }
 
+TEST_CASE("dense packings and towers with a heavy top come out within a number of steps")
+{
+    SolverOptions options;
+    options.max_iterations = 4000; // not a time: the same on every machine
+    const auto solved = [&](const GlobalProblem& p) {
+        const CondensedProblem c(p);
+        const ContactSolution s = solve(c.contact(), options);
+        INFO(report(s.certificate));
+        CHECK(s.certificate.status == SolveStatus::converged);
+        CHECK(certify(c.contact(), s.reaction, 1e-8).status == SolveStatus::converged);
+    };
+    for (const unsigned seed : {1u, 2u, 3u, 4u, 5u}) {
+        CAPTURE(seed);
+        solved(spheres({.count = 60, .seed = seed}));
+    }
+    for (const double push : {0.02, 0.05, 0.2}) {
+        CAPTURE(push);
+        solved(tower({.boxes = 50, .top_mass = 1e3, .push = push}));
+    }
+}
+
 TEST_CASE("a beam bends by F L^3 / (3 EI), and a block resists no rigid motion")
 {
     Catheter c;
