@@ -4,7 +4,7 @@
 
 namespace amontons {
 
-Vec3 rotation_vector(const Eigen::Quaterniond& rotation)
+Vec3 turn_vector(const Eigen::Quaterniond& rotation)
 {
     const double sine = rotation.vec().norm();
     const double angle = 2 * std::atan2(sine, std::abs(rotation.w()));
@@ -19,14 +19,14 @@ Eigen::Quaterniond turn(const Vec3& v)
     return {std::cos(half), axis[0], axis[1], axis[2]};
 }
 
-Vec6 displacement(const Pose& from, const Pose& to)
+Vec6 displacement(const HandPose& from, const HandPose& to)
 {
     Vec6 d;
-    d << to.position - from.position, rotation_vector(to.rotation * from.rotation.conjugate());
+    d << to.position - from.position, turn_vector(to.rotation * from.rotation.conjugate());
     return d;
 }
 
-bool is_broken(const Pose& pose)
+bool is_broken(const HandPose& pose)
 {
     return !pose.position.allFinite() || !(std::abs(pose.rotation.squaredNorm() - 1) < 1e-3);
 }

@@ -12,7 +12,7 @@ namespace amontons {
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 
 /// Where the handle is.
-struct Pose {
+struct HandPose {
     Vec3 position{0, 0, 0};                                       ///< [m]
     Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity(); ///< of unit length
 };
@@ -24,16 +24,16 @@ struct Wrench {
 };
 
 /// The rotation vector of a unit quaternion, 3 [rad], |.| <= pi.
-Vec3 rotation_vector(const Eigen::Quaterniond& rotation);
+Vec3 turn_vector(const Eigen::Quaterniond& rotation);
 /// Its inverse: the turn by |v| about v.
 Eigen::Quaterniond turn(const Vec3& v);
 
 /// From one pose to another: translation [m] and rotation vector [rad], world axes, so that
 /// to.rotation = turn(tail) * from.rotation. Endless turns are met piece by piece: |tail| <= pi.
-Vec6 displacement(const Pose& from, const Pose& to);
+Vec6 displacement(const HandPose& from, const HandPose& to);
 
 /// Any of its numbers is not finite, or the quaternion is not of unit length within 1e-3.
-bool is_broken(const Pose& pose);
+bool is_broken(const HandPose& pose);
 bool is_broken(const Wrench& wrench);
 
 } // namespace amontons

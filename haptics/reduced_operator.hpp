@@ -50,7 +50,7 @@ template <class Real> struct ReducedOperator {
     double compliance = 1; ///< trace(W) / 3n [m/N]
     double length = 1;     ///< [m]
 
-    Pose handle;                ///< the pose that q, J, frames and r belong to
+    HandPose handle;            ///< the pose that q, J, frames and r belong to
     double validity = 0;        ///< handle motion within which the set of contacts is complete [m]
     double period = 0;          ///< of the simulation: when the next one is due [s]
     double time = 0;            ///< when `handle` was read, on the loop's clock [s]

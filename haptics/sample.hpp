@@ -7,7 +7,7 @@ namespace amontons {
 /// What a device says in a tick. `valid` is false when it has nothing to say: unplugged, silent.
 struct DeviceSample {
     double time = 0; ///< when it was measured, on the loop's clock [s]
-    Pose pose;
+    HandPose pose;
     unsigned buttons = 0; ///< one bit each
     bool valid = false;
 };

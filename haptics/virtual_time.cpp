@@ -1,6 +1,7 @@
 #include "haptics/virtual_time.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <deque>
 #include <random>
@@ -8,12 +9,14 @@
 namespace amontons {
 
 template <class Real>
-std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, SimulatedHand& hand,
-                                            int most_contacts, const Publisher<Real>& publish,
-                                            double period, const VirtualOptions& options)
+std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, Device& device,
+                                            const std::function<void()>& advance, int most_contacts,
+                                            const Publisher<Real>& publish, double period,
+                                            const VirtualOptions& options)
 {
+    using Clock = std::chrono::steady_clock;
     struct Sampled {
-        Pose pose;
+        HandPose pose;
         double time;
     };
     TripleBuffer<ReducedOperator<Real>> buffer{ReducedOperator<Real>(most_contacts)};
@@ -24,17 +27,21 @@ std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, SimulatedHan
     const auto per_step = std::max(1L, std::lround(options.operator_period / period));
     std::uint64_t sequence = 0;
     int late = 0;
+    HandPose last;
 
     std::vector<TickRecord> records;
-    for (long k = 0; k < ticks; ++k) {
+    records.reserve(static_cast<std::size_t>(ticks));
+    for (long k = 0; k < ticks && !(options.stop && *options.stop); ++k) {
         const double time = static_cast<double>(k) * period;
         if (k % per_step == 0 && time < options.stop_publishing_at) {
-            steps.push_back({hand.read(time).pose, time});
+            const DeviceSample sample = device.read(time);
+            if (sample.valid && !is_broken(sample.pose)) last = sample.pose;
+            steps.push_back({last, time});
             // The first one at once: the loop begins when there is something to feel.
             if (static_cast<int>(steps.size()) > options.operator_latency || sequence == 0) {
                 const Sampled& s = steps.front();
-                publish(buffer.back(), s.pose, s.time, ++sequence);
-                buffer.publish();
+                if (publish(buffer.back(), loop.handle_of(s.pose), s.time, ++sequence))
+                    buffer.publish();
                 if (static_cast<int>(steps.size()) > options.operator_latency) steps.pop_front();
             }
         }
@@ -43,18 +50,23 @@ std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, SimulatedHan
         if (late > 0) {
             --late;
         } else {
-            records.push_back(loop.tick(hand.read(time), buffer, time));
-            hand.write(records.back().sent, time);
+            const Clock::time_point start = Clock::now();
+            TickRecord record = loop.tick(device.read(time), buffer, time);
+            record.compute = std::chrono::duration<double>(Clock::now() - start).count();
+            device.write(record.sent, time);
+            records.push_back(record);
         }
-        hand.advance();
+        if (advance) advance();
     }
     return records;
 }
 
-template std::vector<TickRecord> run_in_virtual_time(HapticLoop<float>&, SimulatedHand&, int,
+template std::vector<TickRecord> run_in_virtual_time(HapticLoop<float>&, Device&,
+                                                     const std::function<void()>&, int,
                                                      const Publisher<float>&, double,
                                                      const VirtualOptions&);
-template std::vector<TickRecord> run_in_virtual_time(HapticLoop<double>&, SimulatedHand&, int,
+template std::vector<TickRecord> run_in_virtual_time(HapticLoop<double>&, Device&,
+                                                     const std::function<void()>&, int,
                                                      const Publisher<double>&, double,
                                                      const VirtualOptions&);
 

@@ -3,6 +3,7 @@
 #include "haptics/device/simulated_hand.hpp"
 #include "haptics/loop/haptic_loop.hpp"
 
+#include <atomic>
 #include <functional>
 #include <vector>
 
@@ -18,25 +19,40 @@ struct VirtualOptions {
     int late_ticks = 3;                ///< by how many ticks; the force of the last one is held
     unsigned seed = 1;                 ///< of which ticks are late
     double stop_publishing_at = 1e300; ///< [s]
+    const std::atomic<bool>* stop = nullptr; ///< ends the run when it is set
 };
 
-/// Makes the operator for a handle pose: what the simulation thread does.
+/// Makes the operator for a handle pose: what the simulation thread does. False: there is none.
 template <class Real>
-using Publisher = std::function<void(ReducedOperator<Real>& op, const Pose& handle, double time,
+using Publisher = std::function<bool(ReducedOperator<Real>& op, const HandPose& handle, double time,
                                      std::uint64_t sequence)>;
 
-/// Loop, hand and publisher in one thread, in virtual time: the same input gives the same ticks,
-/// whatever the machine does. Late ticks have no record.
+/// Loop, device and publisher in one thread, in virtual time: the same input gives the same ticks,
+/// whatever the machine does. Late ticks have no record; `compute` is real time nevertheless.
+/// @param advance  called at the end of each tick: what the device does in it
+template <class Real>
+std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, Device& device,
+                                            const std::function<void()>& advance, int most_contacts,
+                                            const Publisher<Real>& publish, double period,
+                                            const VirtualOptions& options);
+
+/// The same with a simulated hand.
 template <class Real>
 std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, SimulatedHand& hand,
                                             int most_contacts, const Publisher<Real>& publish,
-                                            double period, const VirtualOptions& options);
+                                            double period, const VirtualOptions& options)
+{
+    return run_in_virtual_time<Real>(
+        loop, hand, [&] { hand.advance(); }, most_contacts, publish, period, options);
+}
 
-extern template std::vector<TickRecord> run_in_virtual_time(HapticLoop<float>&, SimulatedHand&, int,
+extern template std::vector<TickRecord> run_in_virtual_time(HapticLoop<float>&, Device&,
+                                                            const std::function<void()>&, int,
                                                             const Publisher<float>&, double,
                                                             const VirtualOptions&);
-extern template std::vector<TickRecord> run_in_virtual_time(HapticLoop<double>&, SimulatedHand&,
-                                                            int, const Publisher<double>&, double,
+extern template std::vector<TickRecord> run_in_virtual_time(HapticLoop<double>&, Device&,
+                                                            const std::function<void()>&, int,
+                                                            const Publisher<double>&, double,
                                                             const VirtualOptions&);
 
 } // namespace amontons

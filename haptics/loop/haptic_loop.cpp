@@ -31,8 +31,9 @@ HapticLoop<Real>::HapticLoop(int most_contacts, const HapticOptions& options)
 {
 }
 
-template <class Real> Pose HapticLoop<Real>::handle_of(const Pose& device) const
+template <class Real> HandPose HapticLoop<Real>::handle_of(const HandPose& device) const
 {
+    if (!seen_ && proxy_.current()) return proxy_.current()->handle;
     if (!clutched_) return device;
     return {handle_origin_.position + device.position - device_origin_.position,
             (device.rotation * device_origin_.rotation.conjugate() * handle_origin_.rotation)
@@ -57,20 +58,31 @@ TickRecord HapticLoop<Real>::tick(const DeviceSample& sample,
         clutched_ = true;
     }
 
+    const bool usable = sample.valid && !is_broken(sample.pose);
+    seen_ |= usable && op && clutched_ == options_.clutch;
     const bool compute = safety_.watch(
         {time, sample.valid, sample.pose, arrival_, next_period_, simulation_stopped});
     if (compute) {
         record.handle = handle_of(sample.pose);
-        Pose held = record.handle;
+        HandPose held = record.handle;
         held.position += lag_;
         record.proxy = proxy_.tick(held, time);
         record.computed = record.proxy.wrench;
+        if (!options_.torque) record.computed.torque.setZero();
         const double k = coupling(options_);
         if (options_.coupling_damping > 0 && k > 0)
             lag_ = options_.coupling_damping / options_.period / k *
                    (lag_ + record.computed.force / k);
+        last_computed_ = record.computed;
+    } else if (!sample.valid && safety_.state() == SafetyState::running) {
+        record.computed = last_computed_;
     }
-    if (sample.valid && !is_broken(sample.pose)) passivity_.observe(sample.pose, time);
+    if (usable && safety_.state() == SafetyState::pose_jump &&
+        displacement(last_device_, sample.pose).head<3>().norm() > options_.safety.max_jump)
+        passivity_.restart(sample.pose, time);
+    else if (usable)
+        passivity_.observe(sample.pose, time);
+    if (usable) last_device_ = sample.pose;
     const Wrench limited = limiter_.limit(safety_.apply(record.computed));
     record.sent =
         passivity_.allow(limited, options_.limiter.max_force, options_.limiter.max_torque);

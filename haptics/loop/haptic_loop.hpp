@@ -19,6 +19,7 @@ struct HapticOptions {
     /// with k = coupling_stiffness + coupling_damping / period (see coupling()).
     double coupling_damping = 0;
     double coupling_stiffness = 0; ///< of the spring [N/m]; needed with a damper only
+    bool torque = true;            ///< the device has motors for turns
     bool clutch = false; ///< the first sample is taken to be the operator's pose, axes kept
 };
 
@@ -28,13 +29,16 @@ double coupling(const HapticOptions& options);
 /// What happened in a tick; plain, for a ring that another thread writes out.
 struct TickRecord {
     double time = 0; ///< [s]
-    Pose handle;     ///< as the operator sees it
+    HandPose handle; ///< as the operator sees it
     Wrench computed; ///< J^T r
     Wrench sent;     ///< after ramps, limits and passivity control
     ProxyTick proxy;
     SafetyState state = SafetyState::no_operator;
     double energy = 0;       ///< given to the hand since the start [J]
     double operator_age = 0; ///< since the pose it was made for [s]
+    double compute = 0;      ///< real time that the tick took; whoever runs the loop knows it [s]
+    double cpu = 0;          ///< processor time of it: what is less than `compute` others took [s]
+    double wake = 0;         ///< how late it began [s]
 };
 
 /// A tick of the haptic thread, without thread, clock or device: sample in, wrench out.
@@ -49,21 +53,25 @@ public:
     TickRecord tick(const DeviceSample& sample, TripleBuffer<ReducedOperator<Real>>& operators,
                     double time, bool simulation_stopped = false);
 
+    /// Where a device's pose has the handle: the same, or by the clutch. Before the first valid
+    /// sample: where the operator has it, if there is one.
+    HandPose handle_of(const HandPose& device) const;
+
     const ProxyLoop<Real>& proxy() const { return proxy_; }
     const Safety& safety() const { return safety_; }
     const Limiter& limiter() const { return limiter_; }
     const Passivity& passivity() const { return passivity_; }
 
 private:
-    Pose handle_of(const Pose& device) const;
-
     HapticOptions options_;
     ProxyLoop<Real> proxy_;
     Safety safety_;
     Limiter limiter_;
     Passivity passivity_;
-    Pose device_origin_, handle_origin_; // of the clutch
-    bool clutched_ = false;
+    HandPose device_origin_, handle_origin_; // of the clutch
+    HandPose last_device_;
+    Wrench last_computed_; // repeated where one sample is missing
+    bool clutched_ = false, seen_ = false;
     Vec3 lag_{0, 0, 0}; // tool minus device that the damper remembers [m]
     double arrival_ = -1, next_period_ = 0;
 };

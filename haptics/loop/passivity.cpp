@@ -5,7 +5,7 @@
 
 namespace amontons {
 
-void Passivity::observe(const Pose& device, double time)
+void Passivity::observe(const HandPose& device, double time)
 {
     if (!started_) {
         last_pose_ = device;
@@ -25,6 +25,15 @@ void Passivity::observe(const Pose& device, double time)
     step_ = step;
     last_pose_ = device;
     last_time_ = time;
+}
+
+void Passivity::restart(const HandPose& device, double time)
+{
+    last_pose_ = device;
+    last_time_ = time;
+    step_.setZero();
+    surprise_ = turn_surprise_ = 0;
+    started_ = true;
 }
 
 Wrench Passivity::allow(Wrench wrench, double most_force, double most_torque)

@@ -23,6 +23,10 @@ struct PassivityOptions {
     /// Credit that the hand has earned by pushing decays with this time constant, so that old
     /// dissipation does not hide new injection; 0: never [s].
     double leak = 0;
+    /// Credit to begin with, which bounds the energy that may be given in all. Without any, a force
+    /// cannot begin where a tick's motion is below the encoder's step: nothing was earned yet, and
+    /// nothing is sure. With K times the square of a few steps it can [J].
+    double allowance = 0;
 };
 
 /// Counts and controls the energy that goes to the hand.
@@ -35,11 +39,17 @@ struct PassivityOptions {
 /// energy is given, theirs after.
 class Passivity {
 public:
-    explicit Passivity(const PassivityOptions& options = {}) : options_(options) {}
+    explicit Passivity(const PassivityOptions& options = {})
+        : options_(options)
+        , credit_(options.allowance)
+    {
+    }
 
     /// Counts the work of the tick that ends with this pose, done by the wrench sent before.
     /// @param time  of the pose: a late tick has gone farther [s]
-    void observe(const Pose& device, double time);
+    void observe(const HandPose& device, double time);
+    /// Goes on from a pose that the device did not move to: it was re-calibrated, or replaced.
+    void restart(const HandPose& device, double time);
     /// The wrench that may be sent now. Also remembers it for observe().
     /// @param most_force, most_torque  the damping stays within what is left of these [N], [N m]
     Wrench allow(Wrench wrench, double most_force, double most_torque);
@@ -52,12 +62,12 @@ public:
 
 private:
     PassivityOptions options_;
-    Pose last_pose_;
+    HandPose last_pose_;
     Wrench sent_;
     double last_time_ = 0;
     Vec6 step_ = Vec6::Zero();                // in a tick, of late
     double surprise_ = 0, turn_surprise_ = 0; // how much it differed from the one before
-    double energy_ = 0, most_energy_ = 0, credit_ = 0, removed_ = 0;
+    double energy_ = 0, most_energy_ = 0, credit_, removed_ = 0;
     long controlled_ = 0;
     bool started_ = false;
 };

@@ -57,7 +57,7 @@ template <class Real> Vec3 ProxyLoop<Real>::slip(int i) const
     return {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
 }
 
-template <class Real> void ProxyLoop<Real>::set_pose(const Pose& device)
+template <class Real> void ProxyLoop<Real>::set_pose(const HandPose& device)
 {
     device_ = device;
     moved_ = displacement(op_->handle, device);
@@ -233,7 +233,7 @@ template <class Real> void ProxyLoop<Real>::clear()
     last_ = {};
 }
 
-template <class Real> ProxyTick ProxyLoop<Real>::tick(const Pose& device, double time)
+template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, double time)
 {
     using Clock = std::chrono::steady_clock;
     ProxyTick result;
@@ -268,6 +268,7 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const Pose& device, double
     anchor_slip(time);
     last_ = result.wrench;
 
+    result.contacts = op_->contacts;
     for (int i = 0; i < op_->contacts; ++i)
         result.closed += !r_[at(i)].isZero(0);
     result.new_operator = taken_;
@@ -302,7 +303,7 @@ template <class Real> bool ProxyLoop<Real>::take(const ReducedOperator<Real>& op
     return true;
 }
 
-template <class Real> void ProxyLoop<Real>::release(const Pose& device, double time)
+template <class Real> void ProxyLoop<Real>::release(const HandPose& device, double time)
 {
     if (!op_) return;
     clear();

@@ -29,7 +29,8 @@ struct ProxyTick {
     Wrench wrench;    ///< F = J^T r: on the hand [N, N m]
     double error = 0; ///< natural map at the end of the tick, relative [-]
     int sweeps = 0;
-    int closed = 0;         ///< contacts with r != 0
+    int contacts = 0;       ///< of the operator
+    int closed = 0;         ///< those with r != 0
     int matched = 0;        ///< contacts known from the operator before, if it is new
     bool converged = false; ///< error <= tolerance
     bool new_operator = false;
@@ -56,11 +57,11 @@ public:
     bool take(const ReducedOperator<Real>& op, double time);
 
     /// The force for this pose; zero until an operator was taken.
-    ProxyTick tick(const Pose& device, double time);
+    ProxyTick tick(const HandPose& device, double time);
 
     /// Lets go of everything, as if nothing had ever touched; contacts that overlap at this pose
     /// come in over the blend time.
-    void release(const Pose& device, double time);
+    void release(const HandPose& device, double time);
 
     const ReducedOperator<Real>* current() const { return op_; }
     /// Reaction of a contact, (n, t1, t2) of its frame in the operator [N].
@@ -81,7 +82,7 @@ private:
     Vec3 residual(int i) const;
 
     // proxy_loop.cpp: one pose
-    void set_pose(const Pose& device);
+    void set_pose(const HandPose& device);
     void prepare_blocks();
     void extrapolate();
     void free_motion(double fading);
@@ -114,7 +115,7 @@ private:
     std::vector<Line> u_;           // W r + q, rows in one row
     double size_ = 0;               // of the acting rows of q
 
-    Pose device_;
+    HandPose device_;
     Wrench last_; // of the tick before
     Vec6 moved_ = Vec6::Zero();
     Mat3 turn_ = Mat3::Identity(), prepared_turn_ = Mat3::Identity();

@@ -36,7 +36,7 @@ struct SafetyOptions {
 struct SafetyInput {
     double time = 0; ///< [s]
     bool sample_valid = false;
-    Pose device;                ///< if sample_valid
+    HandPose device;            ///< if sample_valid
     double operator_time = -1;  ///< when the operator at hand arrived; < 0: none yet [s]
     double operator_period = 0; ///< [s]
     bool simulation_stopped = false;
@@ -71,7 +71,7 @@ private:
     Wrench good_;           // the last that was sent in a good state
     double good_level_ = 0; // of good_ that is left in a fault
     double calm_since_ = -1, last_sample_ = -1;
-    Pose last_pose_;
+    HandPose last_pose_;
     bool has_pose_ = false;
     long faults_ = 0;
 };

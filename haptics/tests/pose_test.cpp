@@ -11,8 +11,8 @@ TEST_CASE("a displacement leads from one pose to the other, whatever the sign of
     std::normal_distribution<double> normal;
     const auto vector = [&] { return Vec3{normal(rng), normal(rng), normal(rng)}; };
     for (int k = 0; k < 1000; ++k) {
-        const Pose a{vector(), turn(vector())};
-        Pose b{vector(), turn(vector())};
+        const HandPose a{vector(), turn(vector())};
+        HandPose b{vector(), turn(vector())};
         if (k % 2) b.rotation.coeffs() *= -1;
         const Vec6 d = displacement(a, b);
         CHECK((a.position + d.head<3>() - b.position).norm() <= 1e-14);
@@ -21,13 +21,13 @@ TEST_CASE("a displacement leads from one pose to the other, whatever the sign of
         CHECK((R - b.rotation.toRotationMatrix()).norm() <= 1e-13);
     }
     const Vec3 small{1e-160, -2e-170, 0}; // no division by a squared zero
-    CHECK((rotation_vector(turn(small)) - small).norm() <= 1e-15 * small.norm());
+    CHECK((turn_vector(turn(small)) - small).norm() <= 1e-15 * small.norm());
 }
 
 TEST_CASE("a pose with a number that is none is broken")
 {
-    CHECK_FALSE(is_broken(Pose{}));
-    Pose p;
+    CHECK_FALSE(is_broken(HandPose{}));
+    HandPose p;
     p.position[1] = std::nan("");
     CHECK(is_broken(p));
     p = {};

@@ -60,7 +60,7 @@ inline Mat3 half_space(const Bed& bed, double x, double y)
 /// The operator of a bed at a pose. The slip of each contact is measured from here.
 /// @param r  reactions by point, world axes [N], as warm start; or empty
 template <class Real>
-void publish(ReducedOperator<Real>& op, const Bed& bed, const Pose& pose, double time,
+void publish(ReducedOperator<Real>& op, const Bed& bed, const HandPose& pose, double time,
              std::uint64_t sequence, const std::vector<Vec3>& r = {})
 {
     const Mat3 frame = frame_of(Vec3::UnitZ());
@@ -121,7 +121,7 @@ struct BedSimulation {
 
     /// A step to this pose, solved by `contact`; then q_t counts from where the points are now.
     template <class Real>
-    void step(ReducedOperator<Real>& op, const Pose& pose, double time, std::uint64_t sequence)
+    void step(ReducedOperator<Real>& op, const HandPose& pose, double time, std::uint64_t sequence)
     {
         publish(op, bed, pose, time, sequence);
         ContactProblem problem = contact_problem(op);

@@ -35,11 +35,13 @@ Bed wall(double k)
 /// @param disagree  every other operator is stiffer by this: as of a body that is not linear
 template <class Real> Publisher<Real> publisher(const Bed& bed, double disagree = 1)
 {
-    return [sim = BedSimulation(bed), bed, disagree](ReducedOperator<Real>& op, const Pose& pose,
-                                                     double time, std::uint64_t sequence) mutable {
-        sim.bed.shear = bed.shear * (sequence % 2 ? disagree : 1);
-        sim.step(op, pose, time, sequence);
-    };
+    return
+        [sim = BedSimulation(bed), bed, disagree](ReducedOperator<Real>& op, const HandPose& pose,
+                                                  double time, std::uint64_t sequence) mutable {
+            sim.bed.shear = bed.shear * (sequence % 2 ? disagree : 1);
+            sim.step(op, pose, time, sequence);
+            return true;
+        };
 }
 
 /// Is a free mass on a wall that pulls as well as pushes stable? The contact is kept closed by

@@ -49,6 +49,7 @@ private:
     /// Sum of the parts at the touching nodes, 3 touching.
     Eigen::VectorXd parts_at_touching(const Eigen::VectorXd& amounts) const;
     void place_touching(Motion& m);
+    void place_in_frame(Motion& m) override { place_touching(m); }
 
     std::vector<Part> parts_of_u_;
     Eigen::MatrixXd between_; ///< load i times what part j does, or the reaction of hold i to it

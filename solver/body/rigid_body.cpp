@@ -41,7 +41,9 @@ Placement RigidBody::free_placement(const StepInput& step) const
 RigidBody::Motion RigidBody::driven_motion(double t) const
 {
     const Placement p =
-        driven_placement(input_.drive, amontons::start_placement(input_.start), mass_.centre, t);
+        driven_to_ ? *driven_to_
+                   : driven_placement(input_.drive, amontons::start_placement(input_.start),
+                                      mass_.centre, t);
     Motion m;
     m.turn = p.turn;
     m.centre = p * mass_.centre;
@@ -72,11 +74,7 @@ void RigidBody::begin(const StepInput& step)
     modes_.resize(6, 0);
     if (driven()) {
         modes_.resize(0, 0);
-        now_ = driven_motion(step.end());
-        if (step.h > 0) {
-            now_.velocity = (now_.centre - state_.centre) / step.h;
-            now_.spin = rotation_vector(now_.turn * state_.turn.conjugate()) / step.h;
-        }
+        drive(step.end());
     } else if (step.dynamic) { // the iterate stands where the step starts
         now_.velocity = -(1 - step.theta) / step.theta * state_.velocity;
         now_.spin = -(1 - step.theta) / step.theta * state_.spin;
@@ -84,6 +82,22 @@ void RigidBody::begin(const StepInput& step)
         modes_ = Eigen::MatrixXd::Identity(6, 6);
         modes_.bottomRightCorner(3, 3) /= size_;
     }
+}
+
+/// To where it is led, with the velocity that this takes.
+void RigidBody::drive(double t)
+{
+    now_ = driven_motion(t);
+    if (step_.h > 0) {
+        now_.velocity = (now_.centre - state_.centre) / step_.h;
+        now_.spin = rotation_vector(now_.turn * state_.turn.conjugate()) / step_.h;
+    }
+}
+
+void RigidBody::drive_to(const Placement& at)
+{
+    driven_to_ = at;
+    drive(step_.end());
 }
 
 /// The place that the velocity of the iterate leads to.

@@ -4,6 +4,8 @@
 #include "solver/body/body.hpp"
 #include "solver/scene/scene.hpp"
 
+#include <optional>
+
 namespace amontons {
 
 /// A rigid body, free or driven. Six unknowns: of its centre of mass, and of its turn about it.
@@ -30,6 +32,9 @@ public:
     /// Its contacts stand for equal parts of a face.
     bool spread() const { return input_.shape.points > 0; }
     bool driven() const { return input_.drive.given; }
+    /// Puts a driven body there, at the iterate and at the ends of steps to come, instead of where
+    /// its drive says.
+    void drive_to(const Placement& at);
     void begin(const StepInput& step) override;
     void linearise() override {}
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
@@ -70,6 +75,7 @@ private:
     Mat3 inertia(const Eigen::Quaterniond& turn) const;
     Vec3 force(double t) const;
     Vec3 torque(double t) const;
+    void drive(double t);
     void move_with_velocity();
 
     RigidInput input_;
@@ -78,6 +84,7 @@ private:
     double size_ = 0;
     StepInput step_;
     Motion state_, now_;
+    std::optional<Placement> driven_to_;
     Vec3 angular_ = Vec3::Zero(); ///< angular momentum about the centre of mass, of the state
     Eigen::MatrixXd modes_;
 };

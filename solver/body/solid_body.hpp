@@ -78,6 +78,9 @@ public:
     /// Forces that the body's holds need, along the world's axes, of each hold's set [N]; of the
     /// accepted state.
     virtual std::vector<Vec3> reactions() const;
+    /// Puts the frame of a driven body there, at the iterate and at the ends of steps to come,
+    /// instead of where its drive says.
+    void drive_to(const Placement& frame);
     /// Brings all nodes to the accepted state, those inside as well.
     virtual void complete() {}
     std::span<const std::int32_t> touching() const { return touching_; }
@@ -100,6 +103,7 @@ protected:
 
     void hold(Motion& m, double t) const;
     Placement frame_at(double t) const;
+    virtual void place_in_frame(Motion& m) { update_places(m); } ///< from m.frame and m.u
     void update_places(Motion& m);
     Vec3 centre(const std::vector<Vec3>& x) const; ///< of mass, at places x
     void into_frame_displacements(Motion& m) const;
@@ -165,6 +169,7 @@ protected:
 
     StepInput step_;
     Motion state_, now_;
+    std::optional<Placement> driven_to_;
     Vec3 spin_ = Vec3::Zero(); ///< of the state's body as a whole [rad/s]
     std::vector<Vec3> first_;
     Eigen::VectorXd free_change_, mode_load_;

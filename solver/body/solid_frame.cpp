@@ -66,8 +66,16 @@ Vec3 SolidBody::centre(const std::vector<Vec3>& x) const
     return sum / total;
 }
 
+void SolidBody::drive_to(const Placement& frame)
+{
+    driven_to_ = frame;
+    now_.frame = frame;
+    place_in_frame(now_);
+}
+
 Placement SolidBody::frame_at(double t) const
 {
+    if (driven_to_) return *driven_to_;
     const Placement start = start_placement(input_.start);
     return input_.drive.given ? driven_placement(input_.drive, start, middle_, t) : start;
 }

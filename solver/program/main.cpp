@@ -80,6 +80,7 @@ int main(int argc, char** argv)
         "130 interrupted.");
     add_run(program, session);
     add_check(program, session);
+    add_haptic(program, session);
     add_solve(program, session);
     add_schema(program, session);
     add_mesh(program, session);

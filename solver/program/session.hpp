@@ -44,6 +44,7 @@ bool progress_on_terminal();
 // main.cpp.
 void add_run(CLI::App& program, Session& session);
 void add_check(CLI::App& program, Session& session);
+void add_haptic(CLI::App& program, Session& session);
 void add_solve(CLI::App& program, Session& session);
 void add_schema(CLI::App& program, Session& session);
 void add_mesh(CLI::App& program, Session& session);

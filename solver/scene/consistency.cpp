@@ -1,6 +1,7 @@
 #include "solver/scene/consistency.hpp"
 
 #include "solver/scene/body_consistency.hpp"
+#include "solver/scene/haptic_fields.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -257,6 +258,7 @@ void check_consistency(const Scene& scene, std::vector<Issue>& issues)
                      "at least one of kind \"beam\", \"solid\" or \"rigid\"");
     check_bodies(scene, findings);
     check_pairs(scene, findings);
+    check_haptic(scene, findings);
     if (scene.time.smallest_step > scene.time.step)
         findings.add({"/time/smallest_step", "/time/step"},
                      fmt::format("{}", scene.time.smallest_step),

@@ -2,6 +2,7 @@
 
 #include "solver/scene/body_fields.hpp"
 #include "solver/scene/declare.hpp"
+#include "solver/scene/haptic_fields.hpp"
 
 #include <fmt/format.h>
 
@@ -324,6 +325,7 @@ const ObjectDeclaration& scene_declaration()
     static const ObjectDeclaration time = declare_time();
     static const ObjectDeclaration accuracy = declare_accuracy();
     static const ObjectDeclaration output = declare_output();
+    static const ObjectDeclaration haptic = declare_haptic();
     Allowed first_schema;
     first_schema.lower = first_schema.upper = 1;
     static const ObjectDeclaration scene{
@@ -336,7 +338,8 @@ const ObjectDeclaration& scene_declaration()
          field<&Scene::gravity>("gravity", "m/s^2", kAny, "Acts where there is mass."),
          required(object<&Scene::time>("time", time, "Steps and end.")),
          object<&Scene::accuracy>("accuracy", accuracy, "How exact the result must be."),
-         object<&Scene::output>("output", output, "What is written.")},
+         object<&Scene::output>("output", output, "What is written."),
+         object<&Scene::haptic>("haptic", haptic, "What a hand holds, for amontons haptic.")},
         "",
         {},
         defaults_of<Scene>()};

@@ -250,6 +250,29 @@ struct OutputInput {
     bool plots = true;
 };
 
+/// A hand that is simulated: values of van Beek et al., Sci. Rep. 5 (2015) 18004, fig. 3.
+struct HandInput {
+    double mass = 0.554;    ///< [kg]
+    double damping = 6.45;  ///< [N s/m]
+    double stiffness = 135; ///< [N/m]
+};
+
+/// What a hand holds, for `amontons haptic`.
+struct HapticInput {
+    bool given = false;
+    std::string handle;           ///< a body
+    std::string kind;             ///< "rigid" | "elastic" | "beam"; "": that of the body
+    std::string device = "touch"; ///< profile
+    double rate = 1000;           ///< of the loop [Hz]
+    double simulation_rate = 50;  ///< [Hz]
+    double stiffness = 0;         ///< between device and handle [N/m]; 0: chosen
+    double turn_stiffness = 0;    ///< [N m/rad]; 0: turns are held rigidly
+    double damping = 0;           ///< [N s/m]
+    double speed = 0.2;           ///< fastest foreseen [m/s]
+    int contacts = 300;           ///< most that are handed over
+    HandInput hand;
+};
+
 struct Scene {
     int schema = 1;
     std::string title;
@@ -265,6 +288,7 @@ struct Scene {
     TimeInput time;
     AccuracyInput accuracy;
     OutputInput output;
+    HapticInput haptic;
 };
 
 } // namespace amontons

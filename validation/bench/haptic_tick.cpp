@@ -49,7 +49,7 @@ template <class Real> void measure(int n, SimdLevel level, int ticks, double bud
     for (int k = 0; k < ticks; ++k) {
         const double t = 1e-3 * k;
         // 2 to 4 mm deep, on a circle at 0.1 m/s, rocking by 0.02 rad.
-        const Pose pose{
+        const HandPose pose{
             {0.02 * std::cos(5 * t), 0.02 * std::sin(5 * t), -0.003 + 1e-3 * std::sin(9 * t)},
             turn({0.02 * std::sin(7 * t), 0.02 * std::cos(6 * t), 0})};
         const bool fresh = k % 20 == 0;

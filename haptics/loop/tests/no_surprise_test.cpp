@@ -1,10 +1,9 @@
 #include "haptics/loop/proxy_loop.hpp"
+#include "haptics/tests/count_allocations.hpp"
 #include "haptics/tests/scenes.hpp"
 #include "haptics/triple_buffer.hpp"
 
-#include <cstdlib>
 #include <doctest/doctest.h>
-#include <new>
 
 #if defined(__linux__)
 #include <linux/seccomp.h>
@@ -28,40 +27,6 @@ using namespace amontons::test;
 // What must not happen between device and force: memory taken from the heap, and calls to the
 // system. The first is counted in the operators new of this whole test program; the second is
 // forbidden by the kernel itself, which kills the process that tries.
-
-namespace {
-thread_local long allocations = 0;
-}
-
-void* operator new(std::size_t size)
-{
-    ++allocations;
-    if (void* p = std::malloc(size)) return p;
-    throw std::bad_alloc();
-}
-void* operator new(std::size_t size, std::align_val_t alignment)
-{
-    ++allocations;
-    const auto a = static_cast<std::size_t>(alignment);
-    if (void* p = std::aligned_alloc(a, (size + a - 1) / a * a)) return p;
-    throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept
-{
-    std::free(p);
-}
-void operator delete(void* p, std::size_t) noexcept
-{
-    std::free(p);
-}
-void operator delete(void* p, std::align_val_t) noexcept
-{
-    std::free(p);
-}
-void operator delete(void* p, std::size_t, std::align_val_t) noexcept
-{
-    std::free(p);
-}
 
 namespace {
 

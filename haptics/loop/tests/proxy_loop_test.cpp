@@ -43,7 +43,7 @@ ReducedOperator<Real> planes(const std::vector<Vec3>& normals, double mu, double
     return op;
 }
 
-Pose at(const Vec3& position)
+HandPose at(const Vec3& position)
 {
     return {position, Eigen::Quaterniond::Identity()};
 }
@@ -135,7 +135,8 @@ TEST_CASE_TEMPLATE("F06: at the operator's state the loop and the full solve agr
     bed.shear = 2e4;
     ReducedOperator<Real> op(12);
     for (const bool tilted : {false, true}) {
-        const Pose pose{{0.001, 0, -0.002}, turn(tilted ? Vec3(0.02, -0.05, 0.3) : Vec3(0, 0, 0))};
+        const HandPose pose{{0.001, 0, -0.002},
+                            turn(tilted ? Vec3(0.02, -0.05, 0.3) : Vec3(0, 0, 0))};
         publish(op, bed, pose, 0, 1);
         for (int i = 0; i < op.contacts; ++i)
             op.contact[static_cast<std::size_t>(i)].q += Vec3{0, 2e-4, -4e-4 * i / 12.0};
@@ -218,7 +219,7 @@ TEST_CASE("a frame that belongs to the tool turns with it: the force follows the
     loop.take(op, 0);
     for (const double angle : {0.0, 1e-5, 0.1, 0.5, 0.2}) {
         const Vec3 n = turn({0, angle, 0}) * Vec3::UnitZ();
-        const Pose pose{{0, 0, -0.004}, turn({0, angle, 0})};
+        const HandPose pose{{0, 0, -0.004}, turn({0, angle, 0})};
         const Vec3 F = loop.tick(pose, 0).wrench.force;
         // W = 1/k: pushed out along n until the point is on the tool's plane.
         CHECK((F - 500 * 0.004 * n[2] * n).norm() <= 1e-12);
@@ -246,7 +247,7 @@ TEST_CASE("a new operator changes the force only step by step, and in the end al
     bed.points = grid(16, 6e-3);
     bed.shear = 3e4;
     ReducedOperator<double> old(16), soft(16);
-    const Pose pose{{0, 0, -0.003}, turn({0.05, 0, 0})};
+    const HandPose pose{{0, 0, -0.003}, turn({0.05, 0, 0})};
     publish(old, bed, pose, 0, 1);
     bed.shear = 2e4;       // the two disagree on purpose
     bed.points.pop_back(); // and one contact is gone

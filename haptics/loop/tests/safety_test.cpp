@@ -149,7 +149,7 @@ TEST_CASE("a spring that gives back more than it took is caught, one that does n
         Passivity observer({false}), control;
         for (int k = 0; k <= 100; ++k) {
             const double depth = 1e-4 * std::min(k, 100 - k);
-            const Pose pose{{0, 0, -depth}, Eigen::Quaterniond::Identity()};
+            const HandPose pose{{0, 0, -depth}, Eigen::Quaterniond::Identity()};
             const Wrench wrench{{0, 0, 500 * (k > 50 ? back : 1) * depth}, {0, 0, 0}};
             for (Passivity* p : {&observer, &control}) {
                 p->observe(pose, k * kPeriod);

@@ -1,0 +1,133 @@
+#include "haptics/device/recorded.hpp"
+
+#include "mesh/base/error.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+
+namespace amontons {
+namespace {
+
+constexpr std::size_t kMostIssues = 10; // of one file: more say nothing new
+constexpr const char* kColumns[] = {"time", "x", "y", "z", "turn_x", "turn_y", "turn_z"};
+
+std::string_view trimmed(std::string_view s)
+{
+    while (!s.empty() && (s.front() == ' ' || s.front() == '\t'))
+        s.remove_prefix(1);
+    while (!s.empty() && (s.back() == ' ' || s.back() == '\t' || s.back() == '\r'))
+        s.remove_suffix(1);
+    return s;
+}
+
+/// The part before the next `separator`, which is taken off with it.
+std::string_view next_part(std::string_view& rest, char separator)
+{
+    const std::size_t at = rest.find(separator);
+    const std::string_view part = rest.substr(0, at);
+    rest = at == std::string_view::npos ? std::string_view() : rest.substr(at + 1);
+    return part;
+}
+
+bool read_number(std::string_view text, double& value)
+{
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
+}
+
+} // namespace
+
+Trajectory parse_trajectory(std::string_view text, const std::string& file)
+{
+    std::vector<Issue> issues;
+    std::array<int, 7> column;
+    column.fill(-1);
+    std::string_view rest = text;
+    std::string_view header = next_part(rest, '\n');
+    for (int c = 0; !header.empty(); ++c) {
+        std::string_view name = next_part(header, ',');
+        name = trimmed(name.substr(0, name.find('[')));
+        for (std::size_t k = 0; k < column.size(); ++k)
+            if (name == kColumns[k]) column[k] = c;
+    }
+    for (std::size_t k = 0; k < 4; ++k)
+        if (column[k] < 0)
+            issues.push_back({file, "line 1", std::string("no column ") + kColumns[k],
+                              "time,x,y,z[,turn_x,turn_y,turn_z]"});
+    const bool turns = column[4] >= 0 && column[5] >= 0 && column[6] >= 0;
+    if (!issues.empty()) throw InputError(std::move(issues));
+
+    Trajectory path;
+    for (int line = 2; !rest.empty() && issues.size() < kMostIssues; ++line) {
+        std::string_view row = next_part(rest, '\n');
+        if (trimmed(row).empty()) continue;
+        std::array<double, 7> value{};
+        std::array<bool, 7> known{};
+        bool good = true;
+        for (int c = 0; !row.empty() && good; ++c) {
+            const std::string_view cell = trimmed(next_part(row, ','));
+            for (std::size_t k = 0; k < column.size(); ++k) {
+                if (column[k] != c || (k >= 4 && !turns)) continue;
+                known[k] = read_number(cell, value[k]);
+                if (!known[k]) {
+                    issues.push_back({file, "line " + std::to_string(line),
+                                      std::string(kColumns[k]) + " " + quoted_text(cell),
+                                      "a finite number"});
+                    good = false;
+                }
+            }
+        }
+        for (std::size_t k = 0; k < (turns ? 7u : 4u) && good; ++k)
+            if (!known[k]) {
+                issues.push_back({file, "line " + std::to_string(line),
+                                  std::string("no ") + kColumns[k], "a number in each column"});
+                good = false;
+            }
+        if (!good) continue;
+        if (!path.time.empty() && !(value[0] > path.time.back())) {
+            issues.push_back(
+                {file, "line " + std::to_string(line),
+                 "time " + std::to_string(value[0]) + " after " + std::to_string(path.time.back()),
+                 "time that increases from line to line [s]"});
+            continue;
+        }
+        path.time.push_back(value[0]);
+        path.pose.push_back({{value[1], value[2], value[3]}, turn({value[4], value[5], value[6]})});
+    }
+    if (issues.empty() && path.time.empty())
+        issues.push_back({file, "", "no points", "at least one line of numbers"});
+    if (!issues.empty()) throw InputError(std::move(issues));
+    return path;
+}
+
+DeviceSpec RecordedDevice::spec() const
+{
+    DeviceSpec spec;
+    spec.name = "recorded";
+    spec.free.fill(true);
+    return spec;
+}
+
+DeviceSample RecordedDevice::read(double time) noexcept
+{
+    DeviceSample sample;
+    sample.time = time;
+    const std::vector<double>& t = trajectory_.time;
+    const double now = t.front() + std::max(time, 0.0);
+    if (now > t.back()) return sample;
+    if (at_ >= t.size() || t[at_] > now) at_ = 0;
+    while (at_ + 1 < t.size() && t[at_ + 1] <= now)
+        ++at_;
+    sample.valid = true;
+    sample.pose = trajectory_.pose[at_];
+    if (at_ + 1 == t.size()) return sample;
+    const double share = (now - t[at_]) / (t[at_ + 1] - t[at_]);
+    const Vec6 d = displacement(sample.pose, trajectory_.pose[at_ + 1]);
+    sample.pose.position += share * d.head<3>();
+    sample.pose.rotation = (turn(share * d.tail<3>()) * sample.pose.rotation).normalized();
+    return sample;
+}
+
+} // namespace amontons

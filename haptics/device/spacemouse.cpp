@@ -1,0 +1,139 @@
+#include "haptics/device/spacemouse.hpp"
+
+#include "haptics/triple_buffer.hpp"
+#include "mesh/base/error.hpp"
+
+#include <atomic>
+#include <cmath>
+#include <thread>
+
+#if AMONTONS_SPNAV
+#include <spnav.h>
+#include <unistd.h>
+#endif
+
+namespace amontons {
+namespace {
+
+#if AMONTONS_SPNAV
+constexpr double kFull = 350;     // counts of a full deflection
+constexpr double kSpeed = 0.05;   // at full deflection [m/s]
+constexpr double kTurnSpeed = 1;  // [rad/s]
+constexpr unsigned kPause = 2000; // between two looks at the daemon [us]
+constexpr double kCentred = 0.2;  // without an event the cap has sprung back [s]
+#endif
+
+} // namespace
+
+/// Deflection in full parts, and when it was seen; the loop makes a pose of it.
+struct SpaceMouse::Reader {
+    struct Deflection {
+        Vec3 shift{0, 0, 0}, turned{0, 0, 0};
+        unsigned buttons = 0;
+        long events = 0;
+    };
+    TripleBuffer<Deflection> newest;
+    std::atomic<bool> stop{false};
+    std::thread thread;
+    // Of the loop:
+    HandPose pose;
+    unsigned buttons = 0;
+    double last = -1, last_event = -1;
+};
+
+SpaceMouse::SpaceMouse() = default;
+
+SpaceMouse::~SpaceMouse()
+{
+    close();
+}
+
+DeviceSpec SpaceMouse::spec() const
+{
+    DeviceSpec spec;
+    spec.name = "3D mouse";
+    spec.free.fill(true);
+    return spec;
+}
+
+#if AMONTONS_SPNAV
+
+bool SpaceMouse::open()
+{
+    if (spnav_open() != 0)
+        throw InputError({{"(--device)", "spacemouse", "no answer from spacenavd",
+                           "the daemon running, with a 3D mouse plugged in"}});
+    reader_ = std::make_unique<Reader>();
+    Reader& r = *reader_;
+    r.thread = std::thread([&r] {
+        Reader::Deflection now;
+        while (!r.stop) {
+            spnav_event event;
+            while (spnav_poll_event(&event) != 0) {
+                if (event.type == SPNAV_EVENT_MOTION) {
+                    // The daemon's y is up and its z towards the user; ours are z and -y.
+                    const auto& m = event.motion;
+                    now.shift = Vec3(m.x, -m.z, m.y) / kFull;
+                    now.turned = Vec3(m.rx, -m.rz, m.ry) / kFull;
+                } else if (event.type == SPNAV_EVENT_BUTTON && event.button.bnum < 32) {
+                    const unsigned bit = 1u << static_cast<unsigned>(event.button.bnum);
+                    now.buttons = event.button.press ? now.buttons | bit : now.buttons & ~bit;
+                }
+                ++now.events;
+            }
+            r.newest.back() = now;
+            r.newest.publish();
+            ::usleep(kPause);
+        }
+    });
+    return true;
+}
+
+DeviceSample SpaceMouse::read(double time) noexcept
+{
+    DeviceSample sample;
+    sample.time = time;
+    if (!reader_) return sample;
+    Reader& r = *reader_;
+    const long before = r.newest.front().events;
+    if (r.newest.fetch() && r.newest.front().events != before) r.last_event = time;
+    const Reader::Deflection& d = r.newest.front();
+    const double elapsed = r.last < 0 ? 0 : std::min(time - r.last, 0.01);
+    r.last = time;
+    if (r.last_event >= 0 && time - r.last_event < kCentred) {
+        r.pose.position += elapsed * kSpeed * d.shift;
+        r.pose.rotation = (turn(elapsed * kTurnSpeed * d.turned) * r.pose.rotation).normalized();
+    }
+    sample.valid = true;
+    sample.pose = r.pose;
+    sample.buttons = d.buttons;
+    return sample;
+}
+
+void SpaceMouse::close() noexcept
+{
+    if (!reader_) return;
+    reader_->stop = true;
+    reader_->thread.join();
+    spnav_close();
+    reader_.reset();
+}
+
+#else
+
+bool SpaceMouse::open()
+{
+    throw InputError({{"(--device)", "spacemouse", "amontons was built without libspnav",
+                       "libspnav-dev (./setup.sh packages), then build again"}});
+}
+
+DeviceSample SpaceMouse::read(double) noexcept
+{
+    return {};
+}
+
+void SpaceMouse::close() noexcept {}
+
+#endif
+
+} // namespace amontons

@@ -1,0 +1,122 @@
+#include "haptics/device/udp.hpp"
+
+#include "mesh/base/error.hpp"
+
+#include <arpa/inet.h>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <limits>
+#include <sys/socket.h>
+#include <unistd.h>
+
+using namespace amontons;
+
+namespace {
+
+/// The other end.
+struct Client {
+    int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in to{};
+
+    explicit Client(int port)
+    {
+        to.sin_family = AF_INET;
+        to.sin_port = htons(static_cast<std::uint16_t>(port));
+        inet_pton(AF_INET, "127.0.0.1", &to.sin_addr);
+        const timeval second{1, 0};
+        ::setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &second, sizeof second);
+    }
+    ~Client() { ::close(socket); }
+    void send(const void* bytes, std::size_t size) const
+    {
+        REQUIRE(::sendto(socket, bytes, size, 0, reinterpret_cast<const sockaddr*>(&to),
+                         sizeof to) == static_cast<ssize_t>(size));
+    }
+    void send(std::uint32_t sequence, const Vec3& x) const
+    {
+        const UdpPacket p = pose_packet({sequence, 0, x, {0, 0, 0}});
+        send(p.data(), p.size());
+    }
+};
+
+} // namespace
+
+TEST_CASE("a packet means what it says, byte by byte")
+{
+    const UdpPacket p = pose_packet({0x01020304, -2, {1, 0, -0.5}, {0, 0, 2}});
+    CHECK(std::string(p.begin(), p.begin() + 4) == "AMHP");
+    CHECK(p[4] == 4); // little-endian
+    CHECK(p[7] == 1);
+    CHECK(p[8] == 0xfe);
+    CHECK(p[16 + 7] == 0x3f); // of 1.0
+    CHECK(p[16 + 6] == 0xf0);
+    UdpPose pose;
+    REQUIRE(parse_pose(p.data(), p.size(), pose));
+    CHECK(pose.sequence == 0x01020304);
+    CHECK(pose.time == -2);
+    CHECK(pose.position == Vec3(1, 0, -0.5));
+    CHECK(pose.turn == Vec3(0, 0, 2));
+    CHECK_FALSE(parse_pose(p.data(), 63, pose));
+    const UdpPacket f = force_packet(7, 5, {{1, 2, 3}, {4, 5, 6}});
+    CHECK_FALSE(parse_pose(f.data(), f.size(), pose));
+    std::uint32_t sequence = 0;
+    Wrench w;
+    REQUIRE(parse_force(f.data(), f.size(), sequence, w));
+    CHECK(sequence == 7);
+    CHECK(w.torque == Vec3(4, 5, 6));
+}
+
+TEST_CASE("poses come, forces go back, old and foreign packets are left aside, silence is told")
+{
+    UdpDevice device("0");
+    REQUIRE(device.port() > 0);
+    Client client(device.port());
+    CHECK_FALSE(device.read(0).valid); // nobody there
+    device.write({}, 0);               // to nobody
+
+    client.send(1, {1, 2, 3});
+    DeviceSample s = device.read(0.001);
+    CHECK(s.valid);
+    CHECK(s.pose.position == Vec3(1, 2, 3));
+    device.write({{0, 0, 5}, {0, 0, 0}}, 0.001);
+    unsigned char bytes[128];
+    const ssize_t n = ::recv(client.socket, bytes, sizeof bytes, 0);
+    std::uint32_t sequence = 0;
+    Wrench w;
+    REQUIRE(n > 0);
+    REQUIRE(parse_force(bytes, static_cast<std::size_t>(n), sequence, w));
+    CHECK(sequence == 1);
+    CHECK(w.force == Vec3(0, 0, 5));
+
+    client.send(3, {3, 0, 0});
+    client.send(2, {2, 0, 0}); // late
+    client.send("hello", 5);
+    s = device.read(0.002);
+    CHECK(s.pose.position == Vec3(3, 0, 0));
+    CHECK(device.refused() == 2);
+    CHECK(device.read(0.011).valid);      // repeated for a while
+    CHECK_FALSE(device.read(0.02).valid); // silence
+    client.send(0xffffffff, {9, 0, 0});   // an older number, soon after
+    CHECK_FALSE(device.read(0.03).valid);
+    client.send(1, {4, 0, 0}); // much later: begun anew
+    CHECK(device.read(2).pose.position == Vec3(4, 0, 0));
+}
+
+TEST_CASE("what is no number passes through to the loop, which must see it")
+{
+    UdpDevice device("0");
+    Client client(device.port());
+    client.send(1, {std::numeric_limits<double>::quiet_NaN(), 0, 0});
+    const DeviceSample s = device.read(0);
+    CHECK(s.valid);
+    CHECK(is_broken(s.pose));
+}
+
+TEST_CASE("an address that is none, and a port that is taken, are bad input")
+{
+    CHECK_THROWS_AS(UdpDevice("port"), InputError);
+    CHECK_THROWS_AS(UdpDevice("70000"), InputError);
+    CHECK_THROWS_AS(UdpDevice("nowhere:5000"), InputError);
+    UdpDevice first("0");
+    CHECK_THROWS_AS(UdpDevice(std::to_string(first.port())), InputError);
+}

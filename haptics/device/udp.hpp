@@ -1,0 +1,70 @@
+#pragma once
+
+#include "haptics/device/device.hpp"
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+namespace amontons {
+
+// The packet, the same both ways: 64 bytes, little-endian.
+//
+//   offset  type     in, "AMHP": pose              out, "AMHF": force
+//   0       4 bytes  'A' 'M' 'H' 'P'               'A' 'M' 'H' 'F'
+//   4       uint32   sequence number, counts up    that of the newest pose received
+//   8       int64    sender's clock [ns]           the loop's clock [ns]
+//   16      double   x, y, z [m]                   force on the hand, x, y, z [N]
+//   40      double   rotation vector, 3 [rad]      torque on the hand, 3 [N m]
+//
+// World axes. Whatever has another size or another beginning is left aside; a pose with an older
+// number than the last is, too. Forces go to where the newest pose came from.
+
+using UdpPacket = std::array<unsigned char, 64>;
+
+struct UdpPose {
+    std::uint32_t sequence = 0;
+    std::int64_t time = 0; ///< [ns]
+    Vec3 position{0, 0, 0}, turn{0, 0, 0};
+};
+
+UdpPacket pose_packet(const UdpPose& pose);
+UdpPacket force_packet(std::uint32_t sequence, std::int64_t time, const Wrench& wrench);
+/// False if it is no pose packet.
+bool parse_pose(const unsigned char* bytes, std::size_t size, UdpPose& pose);
+/// False if it is no force packet.
+bool parse_force(const unsigned char* bytes, std::size_t size, std::uint32_t& sequence,
+                 Wrench& wrench);
+
+/// A device at the other end of UDP: any maker's SDK can sit there. An example of a client:
+/// examples/haptic_udp/client.py.
+class UdpDevice : public Device {
+public:
+    /// @param address  "PORT" (of this machine only) or "ADDRESS:PORT" (IPv4, 0.0.0.0: from
+    ///                 anywhere)
+    /// @throws InputError  if it is neither, or the port cannot be had
+    explicit UdpDevice(const std::string& address);
+    ~UdpDevice() override;
+    UdpDevice(const UdpDevice&) = delete;
+    UdpDevice& operator=(const UdpDevice&) = delete;
+
+    DeviceSpec spec() const override;
+    /// The newest pose, repeated while it is younger than 10 ms.
+    DeviceSample read(double time) noexcept override;
+    void write(const Wrench& wrench, double time) noexcept override;
+    void close() noexcept override;
+
+    int port() const { return port_; } ///< also if 0 was asked for
+    long received() const { return received_; }
+    long refused() const { return refused_; } ///< other packets, and late ones
+
+private:
+    int socket_ = -1, port_ = 0;
+    std::array<unsigned char, 16> peer_{}; // sockaddr_in
+    bool has_peer_ = false, has_pose_ = false;
+    UdpPose pose_;
+    double arrived_ = 0; // [s]
+    long received_ = 0, refused_ = 0;
+};
+
+} // namespace amontons

@@ -1,0 +1,263 @@
+#include "haptics/link/body_link.hpp"
+
+#include "contact/options.hpp"
+#include "mesh/base/curve.hpp"
+#include "solver/body/drive.hpp"
+#include "solver/body/rigid_body.hpp"
+#include "solver/body/solid_body.hpp"
+#include "solver/step/body_build.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+
+namespace amontons {
+namespace {
+
+constexpr int kMostHalvings = 4; // of the way to the device
+
+/// The scene with its handle's motion prescribed: by us.
+Scene with_driven_handle(Scene scene)
+{
+    const HapticInput& h = scene.haptic;
+    if (!h.given)
+        throw InputError({{scene.file, "/haptic", "nothing",
+                           "{\"handle\": NAME}: the body that the device moves"}});
+    for (const BeamInput& b : scene.beams)
+        if (b.name == h.handle)
+            throw InputError({{scene.file, "/haptic/handle", quoted_text(h.handle) + ", a beam",
+                               "a solid or a rigid body: beams cannot be held yet"}});
+    for (SolidInput& s : scene.solids) {
+        if (s.name != h.handle) continue;
+        s.drive.given = true;
+        if (scene.time.kind == "dynamic")
+            throw InputError({{scene.file, "/time/kind", "\"dynamic\"",
+                               "\"quasi_static\", or a rigid handle: an elastic one has no "
+                               "dynamics yet"}});
+    }
+    for (RigidInput& r : scene.rigids)
+        if (r.name == h.handle) r.drive.given = true;
+    return scene;
+}
+
+HandPose between(const HandPose& a, const HandPose& b, double share)
+{
+    const Vec6 d = displacement(a, b);
+    return {a.position + share * d.head<3>(),
+            (turn(share * d.tail<3>()) * a.rotation).normalized()};
+}
+
+} // namespace
+
+struct BodyLink::State {
+    Scene scene;
+    LinkOptions options;
+    std::vector<Issue> warnings;
+    std::vector<std::string> messages;
+    std::unique_ptr<BodySystem> system;
+    std::unique_ptr<HeldBody> held;
+    int handle = -1;
+    Vec3 origin = Vec3::Zero();
+    HandPose start;
+    StepInput last_step;
+    BodyStepReport report;
+    Condensed condensed;
+    bool started = false;
+    int steps = 0, refused = 0, not_met = 0, left_out = 0;
+    double time = 0;
+
+    State(const Scene& s, const LinkOptions& o) : scene(with_driven_handle(s)), options(o) {}
+    StepInput input(double h) const
+    {
+        StepInput step;
+        step.start = time;
+        step.h = h;
+        step.dynamic = scene.time.kind == "dynamic" && h > 0;
+        step.theta = scene.time.theta;
+        step.gravity = scene.gravity;
+        return step;
+    }
+    void check_holds() const;
+};
+
+/// W of a body that its contacts alone hold is infinite until it is solved for: not in a tick.
+void BodyLink::State::check_holds() const
+{
+    if (scene.time.kind == "dynamic") return;
+    std::vector<Issue> issues;
+    for (const BodyRef& b : system->refs) {
+        const bool free = b.rigid ? !b.rigid->driven() : !b.solid->free_motions().empty();
+        if (free)
+            issues.push_back({scene.file, "/bodies/" + b.name,
+                              "a body that nothing but its contacts holds",
+                              "a hold or a drive, or \"kind\": \"dynamic\" in /time, for haptics"});
+    }
+    if (!issues.empty()) throw InputError(std::move(issues));
+}
+
+BodyLink::BodyLink(const Scene& scene, const std::vector<Obstacle>& obstacles,
+                   const LinkOptions& options)
+    : state_(std::make_unique<State>(scene, options))
+{
+    State& s = *state_;
+    s.system = build_bodies(s.scene, obstacles, s.warnings);
+    s.check_holds();
+    for (std::size_t b = 0; b < s.system->refs.size(); ++b)
+        if (s.system->refs[b].name == s.scene.haptic.handle) s.handle = int(b);
+    BodyRef& ref = s.system->refs[std::size_t(s.handle)];
+    const double step = options.condense.period;
+    for (const BodyRef& b : s.system->refs)
+        if (b.solid) {
+            b.solid->expect_steps(options.duration / step);
+            b.solid->make_ready(s.input(s.scene.time.kind == "dynamic" ? step : 0), options.cache,
+                                s.messages);
+        }
+    // The middle of the body: what its drive turns about, too.
+    if (ref.rigid) {
+        s.origin = ref.rigid->placement().turn.conjugate() *
+                   (ref.rigid->centre() - ref.rigid->placement().shift);
+    } else {
+        for (const Vec3& X : ref.solid->mesh().nodes)
+            s.origin += X / double(ref.solid->mesh().nodes.size());
+    }
+    s.held = std::make_unique<HeldBody>(ref, s.origin, options.spring);
+    s.start = s.held->pose();
+    ref.body = s.held.get();
+}
+
+BodyLink::~BodyLink() = default;
+
+HandPose BodyLink::start() const
+{
+    return state_->start;
+}
+
+Vec6 BodyLink::path(double t) const
+{
+    const State& s = *state_;
+    const auto along = [&](const auto& body) {
+        const auto at = [&](double time) {
+            const Placement p =
+                driven_placement(body.drive, start_placement(body.start), s.origin, time);
+            return Vec3(p * s.origin);
+        };
+        const CurvePoints& angle = body.drive.angle;
+        const double turned = angle.empty() ? 0 : curve_value(angle, t) - curve_value(angle, 0);
+        Vec6 x;
+        x << at(t) - at(0), turned * body.drive.axis.normalized();
+        return x;
+    };
+    for (const SolidInput& b : s.scene.solids)
+        if (b.name == s.scene.haptic.handle) return along(b);
+    for (const RigidInput& b : s.scene.rigids)
+        if (b.name == s.scene.haptic.handle) return along(b);
+    return Vec6::Zero();
+}
+
+const std::vector<Issue>& BodyLink::warnings() const
+{
+    return state_->warnings;
+}
+
+bool BodyLink::step(const HandPose& device)
+{
+    State& s = *state_;
+    BodyStepOptions settings;
+    settings.tolerance = s.scene.accuracy.contact;
+    settings.solver = contact_solver(s.scene.accuracy.solver);
+    settings.threads = s.options.threads;
+    const double h = s.started ? s.options.condense.period : 0;
+    const StepInput input = s.input(h);
+    if (!s.started && s.scene.time.kind == "dynamic") { // nothing to balance
+        s.started = true;
+        s.time = 0;
+        return step(device);
+    }
+    const HandPose from = s.held->device();
+    double share = 1;
+    for (int i = 0; i <= kMostHalvings; ++i, share /= 2) {
+        s.held->aim(i == 0 ? device : between(from, device, share));
+        BodyStepReport report = try_body_step(*s.system, input, settings);
+        if (!report.accepted) {
+            ++s.refused;
+            s.report.refusal = report.refusal;
+            continue;
+        }
+        s.report = std::move(report);
+        s.last_step = input;
+        s.time = input.end();
+        s.started = true;
+        s.steps += h > 0;
+        s.not_met += i > 0;
+        return true;
+    }
+    s.held->aim(from);
+    ++s.not_met;
+    return false;
+}
+
+template <class Real>
+bool BodyLink::publish(ReducedOperator<Real>& op, double time, std::uint64_t sequence)
+{
+    State& s = *state_;
+    CondenseOptions options = s.options.condense;
+    options.most_contacts = std::min(options.most_contacts, op.capacity);
+    s.condensed = condense(*s.system, s.handle, *s.held, s.last_step, s.report, options);
+    s.left_out = std::max(s.left_out, s.condensed.left_out);
+    std::copy(s.condensed.contact.begin(), s.condensed.contact.end(), op.contact.begin());
+    op.handle = s.held->device();
+    op.validity = s.condensed.reach;
+    op.period = options.period;
+    op.time = time;
+    op.sequence = sequence;
+    return set_delassus(op, s.condensed.W);
+}
+
+void BodyLink::set_most_contacts(int most)
+{
+    state_->options.condense.most_contacts = most;
+}
+
+const HeldBody& BodyLink::held() const
+{
+    return *state_->held;
+}
+
+const BodyStepReport& BodyLink::report() const
+{
+    return state_->report;
+}
+
+const Condensed& BodyLink::condensed() const
+{
+    return state_->condensed;
+}
+
+int BodyLink::steps() const
+{
+    return state_->steps;
+}
+
+int BodyLink::refused() const
+{
+    return state_->refused;
+}
+
+int BodyLink::most_left_out() const
+{
+    return state_->left_out;
+}
+
+int BodyLink::not_met() const
+{
+    return state_->not_met;
+}
+
+double BodyLink::time() const
+{
+    return state_->time;
+}
+
+template bool BodyLink::publish(ReducedOperator<float>&, double, std::uint64_t);
+template bool BodyLink::publish(ReducedOperator<double>&, double, std::uint64_t);
+
+} // namespace amontons

@@ -1,0 +1,173 @@
+#include "haptics/link/held_body.hpp"
+
+#include "solver/body/rigid_body.hpp"
+#include "solver/body/solid_body.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amontons {
+
+HeldBody::HeldBody(const BodyRef& body, const Vec3& origin, const HandleSpring& spring)
+    : body_(body)
+    , inner_(*body.body)
+    , origin_(origin)
+    , spring_(spring)
+{
+    const Placement at = body.rigid ? body.rigid->placement() : body.solid->frame();
+    state_ = {at * origin_, at.turn};
+    now_ = device_ = state_;
+}
+
+Placement HeldBody::placement(const HandPose& pose) const
+{
+    return {pose.rotation, pose.position - pose.rotation * origin_};
+}
+
+void HeldBody::drive()
+{
+    if (body_.rigid)
+        body_.rigid->drive_to(placement(now_));
+    else
+        body_.solid->drive_to(placement(now_));
+}
+
+void HeldBody::put(const HandPose& pose)
+{
+    state_ = now_ = pose;
+    drive();
+}
+
+Vec6 HeldBody::give() const
+{
+    const double per = step_.dynamic ? 1 / (step_.h * step_.h) : 1;
+    Vec6 c;
+    c.head<3>().setConstant(per / spring_.stiffness);
+    c.tail<3>().setConstant(per / spring_.turn_stiffness);
+    return c;
+}
+
+void HeldBody::begin(const StepInput& step)
+{
+    step_ = step;
+    now_ = state_;
+    drive();
+    inner_.begin(step);
+}
+
+void HeldBody::add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
+                          std::vector<Eigen::Triplet<double>>& out) const
+{
+    inner_.add_column(at, direction, scale, column, out);
+    Vec3 moment = Vec3::Zero();
+    double weight = 1;
+    if (at.nodes.empty()) {
+        moment = (at.point - now_.position).cross(direction);
+    } else {
+        weight = 0;
+        for (const StencilEntry& e : at.nodes) {
+            const Vec3 arm = body_.solid->places()[std::size_t(e.node)] - now_.position;
+            moment += e.weight * arm.cross(direction);
+            weight += e.weight;
+        }
+    }
+    const int first = inner_.unknowns();
+    for (int i = 0; i < 3; ++i) {
+        out.emplace_back(first + i, column, scale * weight * direction[i]);
+        out.emplace_back(first + 3 + i, column, scale * moment[i]);
+    }
+}
+
+Eigen::VectorXd HeldBody::free_change() const
+{
+    const int n = inner_.unknowns();
+    Eigen::VectorXd y(n + 6);
+    y.head(n) = inner_.free_change();
+    const double per = step_.dynamic ? 1 / step_.h : 1;
+    y.tail<6>() = per * amontons::displacement(now_, device_);
+    return y;
+}
+
+void HeldBody::held_compliance(const SparseColumns& C, Eigen::MatrixXd& W)
+{
+    if (inner_.unknowns() == 0)
+        W.setZero(C.cols(), C.cols());
+    else
+        inner_.compliance(C.topRows(inner_.unknowns()), W);
+}
+
+void HeldBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
+{
+    held_compliance(C, W);
+    const Eigen::MatrixXd frame = C.bottomRows(6);
+    const Eigen::MatrixXd moved = give().asDiagonal() * frame;
+    W.noalias() += frame.transpose() * moved;
+    W = 0.5 * (W + W.transpose()).eval();
+}
+
+Eigen::VectorXd HeldBody::solve(const Eigen::VectorXd& force)
+{
+    const int n = inner_.unknowns();
+    Eigen::VectorXd y(n + 6);
+    if (n > 0) y.head(n) = inner_.solve(force.head(n));
+    y.tail<6>() = give().cwiseProduct(force.tail<6>());
+    return y;
+}
+
+void HeldBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+                      const Eigen::VectorXd& force)
+{
+    const int n = inner_.unknowns();
+    if (n > 0) inner_.change(y.head(n), mode, force.head(n));
+    const Vec6 moved = (step_.dynamic ? step_.h : 1) * y.tail<6>();
+    now_.position += moved.head<3>();
+    now_.rotation = (turn(moved.tail<3>()) * now_.rotation).normalized();
+    drive();
+}
+
+double HeldBody::imbalance(const Eigen::VectorXd& force)
+{
+    const int n = inner_.unknowns();
+    const double inner = n > 0 ? inner_.imbalance(force.head(n)) : 0;
+    // Springs: displacement to the device = - give * force, axis by axis.
+    const Vec6 f = force.tail<6>();
+    const Vec6 off = (step_.dynamic ? 1 / step_.h : 1) * amontons::displacement(device_, now_) -
+                     give().cwiseProduct(f);
+    const Vec6 size = give().cwiseProduct(f);
+    const double shift = size.head<3>().norm(), swing = size.tail<3>().norm();
+    double own = 0;
+    if (shift > 0) own = off.head<3>().norm() / shift;
+    if (swing > 0) own = std::max(own, off.tail<3>().norm() / swing);
+    return std::max(inner, own);
+}
+
+BodyEnergy HeldBody::accept(const Eigen::VectorXd& force)
+{
+    const int n = inner_.unknowns();
+    const BodyEnergy e = inner_.accept(force.head(n));
+    state_ = now_;
+    const double per = step_.dynamic ? 1 / step_.h : 1;
+    force_ = {per * force.segment<3>(n), per * force.segment<3>(n + 3)};
+    return e;
+}
+
+std::vector<double> HeldBody::state() const
+{
+    std::vector<double> s = inner_.state();
+    const auto add = [&](const auto& v) { s.insert(s.end(), v.data(), v.data() + v.size()); };
+    add(state_.position);
+    add(state_.rotation.coeffs());
+    return s;
+}
+
+void HeldBody::set_state(std::span<const double> s)
+{
+    inner_.set_state(s.first(s.size() - 7));
+    s = s.last(7);
+    std::copy_n(s.begin(), 3, state_.position.data());
+    std::copy_n(s.begin() + 3, 4, state_.rotation.coeffs().data());
+    now_ = state_;
+    drive();
+}
+
+} // namespace amontons

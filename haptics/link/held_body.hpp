@@ -1,0 +1,79 @@
+#pragma once
+
+#include "haptics/pose.hpp"
+#include "solver/step/body_contacts.hpp"
+
+namespace amontons {
+
+/// What ties the handle to the device: a spring for shifts, and one for turns about its origin.
+struct HandleSpring {
+    double stiffness = 500;                                          ///< [N/m]
+    double turn_stiffness = std::numeric_limits<double>::infinity(); ///< [N m/rad]; infinite: rigid
+};
+
+/// A rigid body or a solid in the hand: six more unknowns, shift and turn of its frame, which hang
+/// on the device by springs. So the step's own contact problem moves it, and the force on the hand
+/// follows from the certified solution.
+///
+/// In quasi-static steps the matrix of the six is diag(k, k_turn); in dynamic ones, on velocities
+/// and with the frame at the end of the step, h^2 times that: the handle has no mass of its own,
+/// the hand has.
+class HeldBody final : public Body {
+public:
+    /// @param body    of a body whose motion is prescribed; outlives this
+    /// @param origin  of the handle, in the body's own coordinates [m]: turns go about it
+    HeldBody(const BodyRef& body, const Vec3& origin, const HandleSpring& spring);
+
+    /// Where the device wants the handle at the end of the steps to come.
+    void aim(const HandPose& device) { device_ = device; }
+    const HandPose& device() const { return device_; }
+    const HandPose& pose() const { return state_; } ///< of the handle, accepted
+    const Wrench& force() const { return force_; }  ///< of the contacts on the handle, accepted
+    const HandleSpring& spring() const { return spring_; }
+    /// W without the springs: of the elastic part alone. @param C  unknowns x any number
+    void held_compliance(const SparseColumns& C, Eigen::MatrixXd& W);
+    /// Moves the handle without a step, as it is held.
+    void put(const HandPose& pose);
+
+    int unknowns() const override { return inner_.unknowns() + 6; }
+    bool nonlinear() const override { return inner_.nonlinear(); }
+    void begin(const StepInput& step) override;
+    void linearise() override { inner_.linearise(); }
+    void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
+                    std::vector<Eigen::Triplet<double>>& out) const override;
+    Vec3 displacement(const BodyPlace& at) const override { return inner_.displacement(at); }
+    Vec3 velocity(const BodyPlace& at) const override { return inner_.velocity(at); }
+    Vec3 start_velocity(const BodyPlace& at) const override { return inner_.start_velocity(at); }
+    Eigen::VectorXd free_change() const override;
+    void compliance(const SparseColumns& C, Eigen::MatrixXd& W) override;
+    Eigen::VectorXd solve(const Eigen::VectorXd& force) override;
+    const Eigen::MatrixXd& modes() const override { return inner_.modes(); }
+    Eigen::VectorXd mode_load() const override { return inner_.mode_load(); }
+    std::string mode_name(const Eigen::VectorXd& a) const override { return inner_.mode_name(a); }
+    void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+                const Eigen::VectorXd& force) override;
+    double imbalance(const Eigen::VectorXd& force) override;
+    BodyEnergy accept(const Eigen::VectorXd& force) override;
+    double size() const override { return inner_.size(); }
+    double speed() const override { return inner_.speed(); }
+    double kinetic_energy() const override { return inner_.kinetic_energy(); }
+    Vec3 momentum() const override { return inner_.momentum(); }
+    Vec3 angular_momentum() const override { return inner_.angular_momentum(); }
+    std::vector<double> state() const override;
+    void set_state(std::span<const double> state) override;
+
+private:
+    Vec6 give() const; ///< of the springs, by axis [m/N, rad/(N m); dynamic: per impulse]
+    void drive();
+    Placement placement(const HandPose& pose) const;
+
+    BodyRef body_;
+    Body& inner_;
+    Vec3 origin_;
+    HandleSpring spring_;
+    StepInput step_;
+    HandPose device_, state_, now_;
+    Wrench force_;
+};
+
+} // namespace amontons

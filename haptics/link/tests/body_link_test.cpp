@@ -1,0 +1,241 @@
+#include "haptics/link/body_link.hpp"
+#include "haptics/link/settings.hpp"
+#include "haptics/loop/haptic_loop.hpp"
+#include "haptics/summary.hpp"
+#include "haptics/virtual_time.hpp"
+#include "solver/scene/build.hpp"
+#include "solver/scene/read.hpp"
+
+#include <algorithm>
+#include <doctest/doctest.h>
+#include <string>
+
+using namespace amontons;
+
+namespace {
+
+/// An elastic tool on a clamped bed, coarse.
+const char* const kBed = R"({
+  "schema": 1,
+  "bodies": {
+    "bed": {"kind": "solid", "youngs_modulus": 1e5, "poisson_ratio": 0.3,
+            "mesh": {"generate": "box", "size": [0.08, 0.04, 0.02], "cells": [8, 4, 2], "element": "H8"},
+            "hold": [{"set": "z_min"}]},
+    "tool": {"kind": "solid", "youngs_modulus": 1e5, "poisson_ratio": 0.3,
+             "mesh": {"generate": "box", "size": [0.02, 0.02, 0.02], "cells": [3, 3, 3], "element": "H8"},
+             "start": {"place": [0, 0, 0.0205]},
+             "hold": [{"set": "z_max"}],
+             "drive": {"z": [[0, 0], [0.6, 0], [1, -0.004]], "x": [[1, 0], [2, 0.01]]}}
+  },
+  "contact": [{"between": ["tool", "bed"], "friction": 0.3}],
+  "haptic": {"handle": "tool", "device": "touch"},
+  "time": {"step": 0.05, "end": 2}
+})";
+
+/// A rigid ball over a rigid floor.
+const char* const kBall = R"({
+  "schema": 1,
+  "bodies": {
+    "floor": {"kind": "obstacle", "surface": {"generate": "plane"}},
+    "ball": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.01},
+             "start": {"place": [0, 0, 0.011]}}
+  },
+  "contact": [{"between": ["ball", "floor"], "friction": 0.3}],
+  "haptic": {"handle": "ball", "device": "touch"},
+  "time": {"step": 0.05, "end": 2}
+})";
+
+struct World {
+    Scene scene;
+    std::vector<Obstacle> obstacles;
+    HapticSettings set;
+    BodyLink link;
+
+    explicit World(const char* text, double rate = 50)
+        : scene(parse_scene(text, "test.json"))
+        , obstacles(build_obstacles(scene))
+        , set(settings(scene, rate))
+        , link(scene, obstacles, set.link)
+    {
+    }
+    static HapticSettings settings(const Scene& scene, double rate)
+    {
+        HapticInput input = scene.haptic;
+        input.simulation_rate = rate;
+        return make_settings(input, device_profile(input.device), 0);
+    }
+};
+
+HandPose at(const HandPose& start, const Vec3& shift)
+{
+    return {start.position + shift, start.rotation};
+}
+
+} // namespace
+
+TEST_CASE("a rigid handle on a floor hangs on its spring: F = k depth, and slides at mu F")
+{
+    World w(kBall);
+    const double k = w.set.link.spring.stiffness;
+    CHECK(k == 400); // of the profile
+    REQUIRE(w.link.step(w.link.start()));
+    CHECK(w.link.held().force().force.norm() == 0);
+    REQUIRE(w.link.step(at(w.link.start(), {0, 0, -0.003}))); // 2 mm below the floor
+    CHECK(w.link.held().force().force.z() == doctest::Approx(k * 0.002).epsilon(1e-9));
+    CHECK(w.link.held().pose().position.z() == doctest::Approx(0.01).epsilon(1e-9));
+    REQUIRE(w.link.step(at(w.link.start(), {0.01, 0, -0.003})));
+    CHECK(w.link.held().force().force.x() == doctest::Approx(-0.3 * k * 0.002).epsilon(1e-6));
+    CHECK(w.link.report().error <= w.link.report().threshold);
+}
+
+TEST_CASE("the reduced operator gives the force of the full step, at its pose")
+{
+    for (const char* text : {kBed, kBall}) {
+        World w(text);
+        REQUIRE(w.link.step(w.link.start()));
+        for (int k = 1; k <= 12; ++k) {
+            const Vec3 shift(k > 6 ? 2e-4 * (k - 6) : 0, 0, -3e-4 * std::min(k, 8));
+            REQUIRE(w.link.step(at(w.link.start(), shift)));
+            ReducedOperator<double> op(300);
+            REQUIRE(w.link.publish(op, 0.02 * k, std::uint64_t(k)));
+            ProxyOptions options;
+            options.tolerance = 1e-11;
+            options.max_sweeps = 2000;
+            ProxyLoop<double> loop(300, options);
+            REQUIRE(loop.take(op, 0));
+            const ProxyTick tick = loop.tick(op.handle, 0);
+            const Vec3 full = w.link.held().force().force;
+            CAPTURE(k);
+            CAPTURE(full.transpose());
+            CHECK((tick.wrench.force - full).norm() <= 1e-6 * std::max(full.norm(), 0.1));
+        }
+        CHECK(w.link.held().force().force.norm() > 0.1);
+    }
+}
+
+TEST_CASE("the reduced operator foresees the next step of the full simulation")
+{
+    // 1 mm and 10 ms ahead, 0.1 m/s: within 1 % of the full step there. Contacts that close on the
+    // way are among the candidates.
+    World w(kBed, 100);
+    REQUIRE(w.link.step(w.link.start()));
+    double worst = 0;
+    for (int k = 1; k <= 6; ++k) {
+        ReducedOperator<double> op(300);
+        REQUIRE(w.link.publish(op, 0.01 * k, std::uint64_t(k)));
+        ProxyOptions options;
+        options.tolerance = 1e-10;
+        options.max_sweeps = 2000;
+        ProxyLoop<double> loop(300, options);
+        REQUIRE(loop.take(op, 0));
+        const HandPose next = at(w.link.start(), {0, 0, -1e-3 * k});
+        ProxyTick tick;
+        for (int i = 1; i <= 10; ++i) { // a tick at a time: slip depends on the way
+            HandPose pose = op.handle;
+            pose.position += 0.1 * i * (next.position - op.handle.position);
+            tick = loop.tick(pose, 1e-3 * i);
+        }
+        REQUIRE(w.link.step(next));
+        const Vec3 full = w.link.held().force().force;
+        const double error = (tick.wrench.force - full).norm() / std::max(full.norm(), 0.1);
+        MESSAGE("step " << k << ": full " << full.transpose() << " N, reduced "
+                        << tick.wrench.force.transpose() << " N, error " << error);
+        worst = std::max(worst, error);
+    }
+    CHECK(w.link.held().force().force.norm() > 0.5);
+    CHECK(worst < 0.01);
+}
+
+TEST_CASE("a simulated hand presses the tool into the bed and drags it, in virtual time")
+{
+    const auto play = [] {
+        World w(kBed);
+        HandOptions hand = w.set.hand;
+        hand.path = [&](double t) { return w.link.path(t); };
+        SimulatedHand simulated(hand);
+        HapticLoop<float> loop(300, w.set.loop);
+        VirtualOptions v;
+        v.duration = 2;
+        v.operator_period = w.set.link.condense.period;
+        const Publisher<float> publish = [&](ReducedOperator<float>& op, const HandPose& handle,
+                                             double time, std::uint64_t sequence) {
+            return w.link.step(sequence == 1 ? w.link.start() : handle) &&
+                   w.link.publish(op, time, sequence);
+        };
+        auto records =
+            run_in_virtual_time<float>(loop, simulated, 300, publish, w.set.loop.period, v);
+        const HapticSummary s = summarise<float>(records, loop, w.set.loop.period, false);
+        MESSAGE("largest force " << s.largest_force << " N, hand-over " << s.handover_jump
+                                 << " N, energy " << s.energy_injected << " J, contacts "
+                                 << s.most_contacts);
+        CHECK(s.ticks == 2000);
+        CHECK(s.faults == 0);
+        CHECK(s.energy_injected == 0);
+        CHECK(s.largest_force > 0.2); // sent, not only computed
+        CHECK(s.handover_jump < std::max(0.05, 0.02 * s.largest_force));
+        CHECK(s.error.p99 < 1e-3);
+        CHECK(w.link.not_met() == 0);
+        return records;
+    };
+    const std::vector<TickRecord> one = play(), two = play();
+    const Vec3 f = one.back().computed.force;
+    CHECK(f.z() > 0.2);
+    CHECK(f.x() < -0.05); // friction against the drag
+    CHECK(std::abs(f.x()) < 0.35 * f.z());
+    // The same bits again.
+    CHECK(one.size() == two.size());
+    for (std::size_t k = 0; k < one.size(); ++k)
+        REQUIRE(one[k].sent.force == two[k].sent.force);
+}
+
+TEST_CASE("what cannot be held is refused, and why")
+{
+    const auto refusal = [](std::string text, const std::string& from, const std::string& to) {
+        const auto at = text.find(from);
+        REQUIRE(at != std::string::npos);
+        text.replace(at, from.size(), to);
+        try {
+            World w(text.c_str());
+        } catch (const InputError& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    const std::string scene = kBed;
+    CHECK(
+        refusal(scene, R"("haptic": {"handle": "tool", "device": "touch"},)", "").find("/haptic") !=
+        std::string::npos);
+    CHECK(refusal(scene, R"("handle": "tool")", R"("handle": "toll")").find("\"tool\"") !=
+          std::string::npos);
+    CHECK(refusal(scene, R"("device": "touch")", R"("device": "tuoch")").find("touch") !=
+          std::string::npos);
+    CHECK(refusal(scene, R"("hold": [{"set": "z_min"}])", R"("hold": [])").find("bed") !=
+          std::string::npos);
+    CHECK(refusal(scene, R"("handle": "tool",)", R"("handle": "tool", "kind": "rigid",)")
+              .find("elastic") != std::string::npos);
+}
+
+TEST_CASE("a device that begins elsewhere moves the handle from where it is")
+{
+    World w(kBall);
+    HapticLoop<float> loop(300, w.set.loop);
+    HandOptions hand = w.set.hand;
+    hand.friction = 0;
+    hand.start << 1, 2, 3, 0, 0, 0; // the device's own origin
+    hand.path = [](double) { return (Vec6() << 1, 2, 2.998, 0, 0, 0).finished(); };
+    SimulatedHand simulated(hand);
+    VirtualOptions v;
+    v.duration = 1;
+    double lowest = 1, farthest = 0;
+    const Publisher<float> publish = [&](ReducedOperator<float>& op, const HandPose& handle,
+                                         double time, std::uint64_t sequence) {
+        const bool done = w.link.step(sequence == 1 ? w.link.start() : handle);
+        const Vec3 x = w.link.held().pose().position;
+        lowest = std::min(lowest, x.z());
+        farthest = std::max(farthest, x.head<2>().norm());
+        return done && w.link.publish(op, time, sequence);
+    };
+    run_in_virtual_time<float>(loop, simulated, 300, publish, w.set.loop.period, v);
+    CHECK(lowest == doctest::Approx(0.01).epsilon(1e-6)); // on the floor, never elsewhere
+    CHECK(farthest < 1e-6);
+}

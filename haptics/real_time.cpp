@@ -1,0 +1,241 @@
+#include "haptics/real_time.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <ctime>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <thread>
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+// Two threads, and a third one to compare with:
+//
+//   simulation (the caller)                     loop (SCHED_FIFO)
+//   newest pose  <---- TripleBuffer ----------  handle's pose of each tick
+//   step, condense
+//   operator     ----- TripleBuffer --------->  newest operator, tick, force
+//                                               record into memory made before
+
+namespace amontons {
+namespace {
+
+constexpr long kWarmUp = 20;     // ticks before faults are counted
+constexpr double kSlowest = 0.2; // period of a simulation that still counts as running [s]
+constexpr std::size_t kStackTouched = 1 << 16; // bytes of the loop's stack, before the first tick
+
+timespec to_timespec(double t)
+{
+    timespec out;
+    out.tv_sec = static_cast<time_t>(std::floor(t));
+    out.tv_nsec = static_cast<long>(1e9 * (t - std::floor(t)));
+    return out;
+}
+
+double clock_now(clockid_t clock = CLOCK_MONOTONIC)
+{
+    timespec t;
+    clock_gettime(clock, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// Sleeps until that time on the monotonic clock, an absolute one: errors do not add up.
+void sleep_until(double t)
+{
+    const timespec at = to_timespec(t);
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr) == EINTR) {
+    }
+}
+
+/// Of the calling thread. @returns "" or why not
+std::string become_real_time(int priority)
+{
+    prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);
+    sched_param p{};
+    p.sched_priority = priority;
+    const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &p);
+    return error == 0 ? "" : std::strerror(error);
+}
+
+/// Small numbers cost much and mean nothing here.
+void flush_denormals()
+{
+#if defined(__SSE2__)
+    _mm_setcsr(_mm_getcsr() | 0x8040u); // FTZ and DAZ
+#endif
+}
+
+[[gnu::noinline]] void touch_stack()
+{
+    unsigned char stack[kStackTouched];
+    volatile unsigned char* at = stack;
+    for (std::size_t i = 0; i < kStackTouched; i += 1024)
+        at[i] = 0;
+}
+
+struct PoseAtTime {
+    HandPose handle;
+    double time = 0;
+};
+
+/// Wake-ups of a thread that does nothing else.
+void sleep_bare(double start, double period, long ticks, int priority, bool scheduler,
+                const std::atomic<bool>& stop, std::vector<double>& wake, long& missed)
+{
+    if (scheduler) become_real_time(priority);
+    for (long k = 0; k < ticks && !stop; ++k) {
+        const double due = start + (static_cast<double>(k) + 0.5) * period; // between the loop's
+        sleep_until(due);
+        const double late = clock_now() - due;
+        if (wake.size() < wake.capacity()) wake.push_back(late);
+        if (late <= period) continue;
+        ++missed;
+        k += static_cast<long>(late / period);
+    }
+}
+
+} // namespace
+
+template <class Real>
+RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_contacts,
+                             const Publisher<Real>& publish, const RealTimeOptions& options)
+{
+    RealTimeRun run;
+    const double period = options.period;
+    const auto ticks = std::lround(options.duration / period);
+    run.records.resize(static_cast<std::size_t>(ticks)); // written, so the pages are there
+    if (options.bare) {
+        run.bare_wake.resize(static_cast<std::size_t>(ticks));
+        run.bare_wake.clear();
+    }
+    TripleBuffer<ReducedOperator<Real>> operators{ReducedOperator<Real>(most_contacts)};
+    TripleBuffer<PoseAtTime> poses;
+    std::atomic<bool> done{false};
+    std::atomic<long> ticked{0}, overloaded{0};
+    std::uint64_t sequence = 0;
+
+    ++run.steps;
+    if (publish(operators.back(), {}, 0, ++sequence))
+        operators.publish();
+    else
+        ++run.failed_steps;
+    if (options.scheduler) {
+        run.locked = mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0;
+        if (!run.locked) run.locked = mlockall(MCL_CURRENT) == 0;
+    }
+
+    const double start = clock_now() + 5 * period; // the threads are there by then
+    std::string refusal;
+    std::size_t count = 0;
+    std::thread haptic([&] {
+        if (options.scheduler) refusal = become_real_time(options.priority);
+        flush_denormals();
+        touch_stack();
+        rusage before{}, after{};
+        HandPose pose_seen;
+        long k = 0, last = -1;
+        while (k < ticks && !(options.stop && *options.stop)) {
+            const double due = start + static_cast<double>(k) * period;
+            sleep_until(due);
+            const double woke = clock_now(), time = woke - start;
+            if (static_cast<long>(count) == kWarmUp) getrusage(RUSAGE_THREAD, &before);
+            const double cpu = clock_now(CLOCK_THREAD_CPUTIME_ID);
+            const DeviceSample sample = device.read(time);
+            TickRecord& record = run.records[count];
+            record = loop.tick(sample, operators, time);
+            device.write(record.sent, time);
+            if (sample.valid && !is_broken(sample.pose)) pose_seen = sample.pose;
+            poses.back() = {loop.handle_of(pose_seen), time};
+            poses.publish();
+            if (options.advance) options.advance(k - last);
+            if (!record.proxy.converged && record.proxy.contacts > 0)
+                overloaded.fetch_add(1, std::memory_order_relaxed);
+            ticked.fetch_add(1, std::memory_order_relaxed);
+            const double end = clock_now();
+            record.wake = woke - due;
+            record.compute = end - woke;
+            record.cpu = clock_now(CLOCK_THREAD_CPUTIME_ID) - cpu;
+            ++count;
+            last = k;
+            // What is missed is missed: the next full period that lies ahead.
+            k = std::max(k + 1, static_cast<long>(std::ceil((end - start) / period)));
+        }
+        getrusage(RUSAGE_THREAD, &after);
+        if (static_cast<long>(count) > kWarmUp) {
+            run.page_faults =
+                after.ru_minflt - before.ru_minflt + after.ru_majflt - before.ru_majflt;
+            run.waits = after.ru_nvcsw - before.ru_nvcsw;
+            run.preempted = after.ru_nivcsw - before.ru_nivcsw;
+        }
+        done = true;
+    });
+    std::thread bare;
+    if (options.bare)
+        bare = std::thread([&] {
+            sleep_bare(start, period, ticks, options.priority, options.scheduler, done,
+                       run.bare_wake, run.bare_missed);
+        });
+
+    double next = start, published = start;
+    PoseAtTime pose;
+    bool has_pose = false;
+    while (!done) {
+        sleep_until(std::min(next, start + options.duration + period));
+        if (done) break;
+        next = std::max(next + options.operator_period, clock_now());
+        if (poses.fetch()) {
+            pose = poses.front();
+            has_pose = true;
+        }
+        if (!has_pose) continue; // the handle is where it was
+        if (options.on_overload) {
+            const long n = ticked.exchange(0), over = overloaded.exchange(0);
+            options.on_overload(n > 0 ? static_cast<double>(over) / static_cast<double>(n) : 0);
+        }
+        const double begin = clock_now();
+        ++run.steps;
+        if (publish(operators.back(), pose.handle, pose.time, ++sequence)) {
+            // A simulation that is slower than it wants to be is not stale for that.
+            const double now = clock_now();
+            operators.back().period =
+                std::max(operators.back().period, std::min(now - published, kSlowest));
+            published = now;
+            operators.publish();
+        } else {
+            ++run.failed_steps;
+        }
+        run.slowest_step = std::max(run.slowest_step, clock_now() - begin);
+    }
+    haptic.join();
+    if (bare.joinable()) bare.join();
+    if (run.locked) munlockall();
+    run.records.resize(count);
+
+    run.fifo = options.scheduler && refusal.empty();
+    if (!options.scheduler)
+        run.scheduling = "SCHED_OTHER, as asked";
+    else if (run.fifo)
+        run.scheduling = "SCHED_FIFO " + std::to_string(options.priority);
+    else
+        run.scheduling = "SCHED_OTHER: SCHED_FIFO refused (" + refusal +
+                         "); allow it by ulimit -r, /etc/security/limits.d (rtprio 95) or "
+                         "setcap cap_sys_nice,cap_ipc_lock+ep";
+    if (options.scheduler)
+        run.scheduling += run.locked ? ", memory locked"
+                                     : ", memory not locked (ulimit -l, or memlock unlimited)";
+    return run;
+}
+
+template RealTimeRun run_in_real_time(HapticLoop<float>&, Device&, int, const Publisher<float>&,
+                                      const RealTimeOptions&);
+template RealTimeRun run_in_real_time(HapticLoop<double>&, Device&, int, const Publisher<double>&,
+                                      const RealTimeOptions&);
+
+} // namespace amontons

@@ -1,0 +1,58 @@
+#pragma once
+
+#include "haptics/device/device.hpp"
+#include "haptics/loop/haptic_loop.hpp"
+#include "haptics/virtual_time.hpp"
+
+#include <atomic>
+#include <string>
+#include <vector>
+
+// The loop in a thread of its own, by the clock; the simulation in the thread that calls.
+
+namespace amontons {
+
+struct RealTimeOptions {
+    double duration = 1;           ///< [s]
+    double period = 1e-3;          ///< of the loop [s]
+    double operator_period = 0.02; ///< of the simulation: its steps begin no sooner than this [s]
+    bool scheduler = true;         ///< ask for SCHED_FIFO, locked memory, sharp timers
+    int priority = 80;
+    bool bare = true; ///< beside it a thread that only sleeps, by the same clock
+    const std::atomic<bool>* stop = nullptr; ///< ends the run when it is set
+    /// Called in the simulation's thread, before a step, with the share of the ticks since the last
+    /// one that ended above their tolerance for lack of time.
+    std::function<void(double share)> on_overload;
+    /// Called by the loop at the end of each tick, with the number of periods since the last: what
+    /// a simulated device does in them. No allocation, no lock.
+    std::function<void(long periods)> advance;
+};
+
+struct RealTimeRun {
+    std::vector<TickRecord> records;
+    std::string scheduling; ///< what was had, and what was refused, and how to get it
+    bool fifo = false, locked = false;
+    // Of the loop's thread, after its first ticks:
+    long page_faults = 0, waits = 0, preempted = 0; ///< waits: of its own will, one a tick
+    // Of the bare thread, at the same time: how late its ticks were [s]; and how many by a period.
+    std::vector<double> bare_wake;
+    long bare_missed = 0;
+    double slowest_step = 0; ///< of the simulation, publication included [s]
+    long steps = 0, failed_steps = 0;
+};
+
+/// Runs loop, device and simulation until the duration is over or `stop` is set. A tick that is
+/// late is not made up for: the next one comes at the next full period.
+///
+/// In the loop: no lock, no allocation, no page fault. The simulation never makes it wait, nor it
+/// the simulation. The first operator is made before the first tick.
+template <class Real>
+RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_contacts,
+                             const Publisher<Real>& publish, const RealTimeOptions& options);
+
+extern template RealTimeRun run_in_real_time(HapticLoop<float>&, Device&, int,
+                                             const Publisher<float>&, const RealTimeOptions&);
+extern template RealTimeRun run_in_real_time(HapticLoop<double>&, Device&, int,
+                                             const Publisher<double>&, const RealTimeOptions&);
+
+} // namespace amontons

@@ -1,0 +1,60 @@
+#pragma once
+
+#include "haptics/loop/haptic_loop.hpp"
+
+#include <span>
+#include <string>
+
+// What a paper reports of a haptic loop, from its records.
+
+namespace amontons {
+
+struct Percentiles {
+    double p50 = 0, p99 = 0, p999 = 0, max = 0;
+};
+/// Of any numbers; all 0 if there are none. The share q of them is no larger than the percentile.
+Percentiles percentiles(std::vector<double> numbers);
+
+struct HapticSummary {
+    double rate = 0; ///< ticks over the time they took [Hz]
+    long ticks = 0;
+    // Ticks that were not done when the next was due: by our own work, because they began late, or
+    // because others had the processor meanwhile.
+    long missed_compute = 0, missed_wake = 0, missed_preempted = 0;
+    long longest_miss = 0;          ///< ticks left out in a row
+    Percentiles compute, wake, cpu; ///< [s]
+    Percentiles error;              ///< of the natural map at the end of a tick [-]
+    Percentiles sweeps;
+    double over_tolerance = 0; ///< share of ticks that ended above their tolerance [-]
+    int most_contacts = 0;     ///< of an operator
+    int most_closed = 0;
+    /// Largest change of the computed force in a tick where a new operator came in, or where a
+    /// contact closed or opened, less the largest change in the ticks about it where nothing of the
+    /// kind happened: what the hand's own motion does not explain [N].
+    double handover_jump = 0, contact_jump = 0;
+    double largest_change = 0;  ///< of the force from tick to tick, whatever the cause [N]
+    double largest_force = 0;   ///< sent [N]
+    double energy_injected = 0; ///< largest net energy given to the hand, 0 if none [J]
+    double energy = 0;          ///< given to the hand in all [J]
+    long clamped = 0, slewed = 0, interpolated = 0, controlled = 0; ///< ticks
+    double oldest_operator = 0;                                     ///< [s]
+    long operators = 0;                                             ///< taken over
+    long outside_validity = 0; ///< ticks beyond the operator's reach
+    long faults = 0;
+    SafetyState last_fault = SafetyState::running, state = SafetyState::no_operator;
+};
+
+/// @param period  of the loop [s];  @param real_time  false: deadlines are not counted
+template <class Real>
+HapticSummary summarise(std::span<const TickRecord> records, const HapticLoop<Real>& loop,
+                        double period, bool real_time);
+
+/// The records as CSV, units in the header.
+std::string trace_csv(std::span<const TickRecord> records);
+
+extern template HapticSummary summarise(std::span<const TickRecord>, const HapticLoop<float>&,
+                                        double, bool);
+extern template HapticSummary summarise(std::span<const TickRecord>, const HapticLoop<double>&,
+                                        double, bool);
+
+} // namespace amontons

@@ -1,0 +1,124 @@
+#include "haptics/real_time.hpp"
+#include "haptics/summary.hpp"
+#include "haptics/tests/count_allocations.hpp"
+#include "haptics/tests/scenes.hpp"
+
+#include <doctest/doctest.h>
+
+using namespace amontons;
+using namespace amontons::test;
+
+// By the clock, but nothing here depends on how well the host keeps it.
+
+namespace {
+
+/// A device on a circle in the bed, which looks at the counter of its thread.
+struct Circle final : Device {
+    long reads = 0, first = -1, last = -1, writes = 0;
+    DeviceSpec spec() const override { return {}; }
+    DeviceSample read(double t) noexcept override
+    {
+        if (++reads == 30) first = allocations;
+        last = allocations;
+        DeviceSample s;
+        s.time = t;
+        s.valid = true;
+        s.pose.position = {0.01 * std::cos(5 * t), 0.01 * std::sin(5 * t), -0.001};
+        return s;
+    }
+    void write(const Wrench&, double) noexcept override { ++writes; }
+};
+
+struct Fixture {
+    Bed bed;
+    RealTimeOptions options;
+    Circle device;
+
+    Fixture()
+    {
+        bed.points = grid(16, 5e-3);
+        bed.shear = 1e5;
+        bed.margin = 0.01;
+        options.duration = 0.5;
+    }
+    RealTimeRun run(const HapticOptions& settings = {}, int fail_after = 1 << 30)
+    {
+        HapticLoop<float> loop(16, settings);
+        const Publisher<float> publish = [&, sim = BedSimulation(bed),
+                                          n = 0](ReducedOperator<float>& op, const HandPose& pose,
+                                                 double time, std::uint64_t sequence) mutable {
+            if (++n > fail_after) return false;
+            sim.step(op, pose, time, sequence);
+            return true;
+        };
+        return run_in_real_time<float>(loop, device, 16, publish, options);
+    }
+};
+
+} // namespace
+
+TEST_CASE("the loop ticks by the clock, takes operators, and allocates and faults nothing")
+{
+    Fixture f;
+    const RealTimeRun run = f.run();
+    REQUIRE(run.records.size() > 50);
+    CHECK(f.device.reads == static_cast<long>(run.records.size()));
+    CHECK(f.device.writes == f.device.reads);
+    CHECK(f.device.last == f.device.first); // allocations of the loop's thread
+    CHECK(f.device.first >= 0);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+    CHECK(run.page_faults == 0);
+#endif
+    CHECK(run.steps > 3);
+    CHECK(run.failed_steps == 0);
+    CHECK(run.scheduling != "");
+    CHECK_FALSE(run.bare_wake.empty());
+    bool taken = false;
+    for (std::size_t k = 1; k < run.records.size(); ++k) {
+        const TickRecord &a = run.records[k - 1], &b = run.records[k];
+        REQUIRE(b.time > a.time); // ticks that are missed are not made up for
+        REQUIRE(b.wake >= 0);
+        REQUIRE(b.wake + 1e-9 < 0.5);
+        taken |= k > 40 && b.proxy.new_operator;
+    }
+    CHECK(taken);
+    CHECK(run.records.back().computed.force.z() > 0.1);
+}
+
+TEST_CASE("a simulation that publishes no more takes the force away, and the reason is told")
+{
+    Fixture f;
+    HapticOptions settings;
+    settings.safety.ramp_up = 0;
+    settings.passivity.control = false;
+    const RealTimeRun run = f.run(settings, 5);
+    CHECK(run.failed_steps > 0);
+    CHECK(run.records.back().state == SafetyState::stale_operator);
+    CHECK(run.records.back().sent.force.norm() == 0);
+    double most = 0;
+    for (const TickRecord& r : run.records)
+        most = std::max(most, r.sent.force.norm());
+    CHECK(most > 0.1);
+}
+
+TEST_CASE("a run that is stopped ends soon")
+{
+    Fixture f;
+    std::atomic<bool> stop{true};
+    f.options.duration = 100;
+    f.options.stop = &stop;
+    CHECK(f.run().records.size() <= 1);
+}
+
+TEST_CASE("percentiles are numbers that occur")
+{
+    std::vector<double> x;
+    for (int i = 1; i <= 1000; ++i)
+        x.push_back(i);
+    const Percentiles p = percentiles(x);
+    CHECK(p.p50 == 500);
+    CHECK(p.p99 == 990);
+    CHECK(p.p999 == 999);
+    CHECK(p.max == 1000);
+    CHECK(percentiles({}).max == 0);
+}

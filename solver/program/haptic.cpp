@@ -1,0 +1,344 @@
+// amontons haptic SCENE --device D: a hand feels the scene at 1 kHz.
+
+#include "haptics/device/recorded.hpp"
+#include "haptics/device/spacemouse.hpp"
+#include "haptics/device/udp.hpp"
+#include "haptics/link/settings.hpp"
+#include "haptics/real_time.hpp"
+#include "haptics/summary.hpp"
+#include "haptics/virtual_time.hpp"
+#include "mesh/base/file.hpp"
+#include "mesh/base/phase_timer.hpp"
+#include "solver/program/interrupt.hpp"
+#include "solver/program/scene_arguments.hpp"
+#include "solver/program/session.hpp"
+#include "solver/scene/build.hpp"
+#include "solver/scene/json_text.hpp"
+#include "solver/scene/read.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace amontons {
+namespace {
+
+struct HapticArguments {
+    SceneArguments scene;
+    std::string device = "simulated", output, cache;
+    double duration = 0; ///< [s]; 0: the scene's end
+    bool virtual_time = false;
+    bool free = false; ///< no passivity control
+    double late = 0;
+    int latency = 1;
+    int threads = 1;
+};
+
+/// What the runners hand over to the report.
+struct Outcome {
+    HapticSummary summary;
+    std::string status = "done", scheduling = "virtual time", output;
+    bool real_time = false;
+    long page_faults = 0, preempted = 0, bare_missed = 0;
+    Percentiles bare_wake;
+    int contacts_asked = 0, contacts_left = 0; ///< most that are handed over: at first, at the end
+};
+
+void add_percentiles(JsonText& json, const char* name, const Percentiles& p)
+{
+    json.key(name).open('{').member("p50", p.p50).member("p99", p.p99).member("p999", p.p999);
+    json.member("max", p.max).close('}');
+}
+
+std::string json_text(const Outcome& o, const HapticSettings& set, const BodyLink& link)
+{
+    const HapticSummary& s = o.summary;
+    JsonText json;
+    json.open('{').member("status", o.status).member("rate", s.rate);
+    json.member("ticks", std::int64_t(s.ticks)).key("missed").open('{');
+    json.member("compute", std::int64_t(s.missed_compute));
+    json.member("wake", std::int64_t(s.missed_wake));
+    json.member("preempted", std::int64_t(s.missed_preempted));
+    json.member("longest", std::int64_t(s.longest_miss)).close('}');
+    add_percentiles(json, "compute", s.compute);
+    add_percentiles(json, "wake", s.wake);
+    if (o.real_time) {
+        add_percentiles(json, "cpu", s.cpu);
+        json.key("bare").open('{').member("missed", std::int64_t(o.bare_missed));
+        add_percentiles(json, "wake", o.bare_wake);
+        json.close('}').key("loop").open('{');
+        json.member("page_faults", std::int64_t(o.page_faults));
+        json.member("preempted", std::int64_t(o.preempted)).close('}');
+    }
+    json.key("contacts").open('{').member("max", s.most_contacts);
+    json.member("closed", s.most_closed).member("left_out", link.most_left_out());
+    json.member("allowed", o.contacts_asked).member("allowed_at_end", o.contacts_left).close('}');
+    add_percentiles(json, "error", s.error);
+    add_percentiles(json, "iterations", s.sweeps);
+    json.member("over_tolerance", s.over_tolerance);
+    json.key("force_jump").open('{').member("handover", s.handover_jump);
+    json.member("contact", s.contact_jump).member("largest_change", s.largest_change).close('}');
+    json.member("largest_force", s.largest_force);
+    json.member("energy_injected", s.energy_injected).member("energy", s.energy);
+    json.member("clamped_ticks", std::int64_t(s.clamped));
+    json.member("slewed_ticks", std::int64_t(s.slewed));
+    json.member("controlled_ticks", std::int64_t(s.controlled));
+    json.member("scheduling", o.scheduling);
+    json.key("operators").open('{').member("taken", std::int64_t(s.operators));
+    json.member("oldest", s.oldest_operator);
+    json.member("ticks_outside", std::int64_t(s.outside_validity)).close('}');
+    json.key("simulation").open('{').member("steps", link.steps());
+    json.member("refused", link.refused()).member("not_met", link.not_met());
+    json.member("rate", 1 / set.link.condense.period).close('}');
+    json.key("coupling").open('{').member("stiffness", set.link.spring.stiffness);
+    json.member("damping", set.loop.coupling_damping).close('}');
+    json.member("profile", std::string(set.device.name));
+    json.member("state", name(s.state)).member("faults", std::int64_t(s.faults));
+    json.member("fault", s.faults > 0 ? name(s.last_fault) : "");
+    json.member("reason", s.faults > 0 ? reason(s.last_fault) : "");
+    json.member("output", o.output).close('}');
+    return json.text() + "\n";
+}
+
+std::string table(const Outcome& o, const HapticSettings& set, const BodyLink& link)
+{
+    const HapticSummary& s = o.summary;
+    std::string t = fmt::format("{}: {} ticks at {:.1f} Hz, {} steps\n", o.status, s.ticks, s.rate,
+                                link.steps());
+    const auto row = [&](const char* name, const std::string& value) {
+        t += fmt::format("  {:<22} {}\n", name, value);
+    };
+    const auto micro = [](const Percentiles& p) {
+        return fmt::format("p50 {:.1f}, p99 {:.1f}, p99.9 {:.1f}, max {:.1f} us", 1e6 * p.p50,
+                           1e6 * p.p99, 1e6 * p.p999, 1e6 * p.max);
+    };
+    row("device", fmt::format("{}, spring {:g} N/m, damper {:g} N s/m", set.device.name,
+                              set.link.spring.stiffness, set.loop.coupling_damping));
+    row("tick", micro(s.compute));
+    if (o.real_time) {
+        row("  processor time", micro(s.cpu));
+        row("wake-up", micro(s.wake));
+        row("  of a bare timer", micro(o.bare_wake) + fmt::format("; {} late", o.bare_missed));
+        row("missed",
+            fmt::format("{} by our work, {} by a late wake-up, {} preempted, {} in a row "
+                        "left out",
+                        s.missed_compute, s.missed_wake, s.missed_preempted, s.longest_miss));
+        row("page faults", fmt::format("{} in the loop", o.page_faults));
+    }
+    row("contacts", fmt::format("{} handed over at most, {} closed, {} left out", s.most_contacts,
+                                s.most_closed, link.most_left_out()));
+    if (o.contacts_left < o.contacts_asked)
+        row("reduced", fmt::format("{} contacts at most at the end, for lack of time in a tick",
+                                   o.contacts_left));
+    row("error", fmt::format("p50 {:.1e}, p99 {:.1e}, max {:.1e}; sweeps p50 {:g}, p99 {:g}",
+                             s.error.p50, s.error.p99, s.error.max, s.sweeps.p50, s.sweeps.p99));
+    row("force", fmt::format("{:.3f} N at most; jumps {:.4f} N at a hand-over, {:.4f} N at a "
+                             "contact; {:.4f} N from tick to tick",
+                             s.largest_force, s.handover_jump, s.contact_jump, s.largest_change));
+    row("energy", fmt::format("{:.3e} J given to the hand in all, {:.3e} J at most", s.energy,
+                              s.energy_injected));
+    row("limits",
+        fmt::format("{} ticks clamped, {} slewed, {} damped", s.clamped, s.slewed, s.controlled));
+    row("operators", fmt::format("{} taken, oldest {:.1f} ms, {} ticks beyond their reach",
+                                 s.operators, 1e3 * s.oldest_operator, s.outside_validity));
+    row("simulation",
+        fmt::format("{} tries refused, {} steps cut short", link.refused(), link.not_met()));
+    row("scheduling", o.scheduling);
+    if (s.faults > 0)
+        row("faults", fmt::format("{}; the last: {}: {}", s.faults, name(s.last_fault),
+                                  reason(s.last_fault)));
+    if (!o.output.empty()) row("files", o.output);
+    return t;
+}
+
+/// "kind:rest" of --device.
+struct DeviceChoice {
+    std::string kind, rest;
+};
+
+DeviceChoice choose_device(const std::string& text)
+{
+    const std::size_t colon = text.find(':');
+    DeviceChoice d{text.substr(0, colon), colon == std::string::npos ? "" : text.substr(colon + 1)};
+    const std::vector<std::string> names{"simulated", "recorded", "udp", "spacemouse"};
+    const bool known = std::find(names.begin(), names.end(), d.kind) != names.end();
+    const bool needs_rest = d.kind == "recorded" || d.kind == "udp";
+    if (known && needs_rest == !d.rest.empty()) return d;
+    const std::string near = known ? "" : nearest_name(d.kind, names);
+    throw InputError({{"(--device)", "", quoted_text(text),
+                       "simulated, recorded:FILE, udp:PORT or spacemouse" +
+                           (near.empty() ? "" : "; nearest: " + near)}});
+}
+
+/// Settings that the scene's profile gives; the scene is to blame for its name.
+HapticSettings settings_of(const Scene& scene, int late)
+{
+    try {
+        return make_settings(scene.haptic, device_profile(scene.haptic.device), late);
+    } catch (const InputError& error) {
+        std::vector<Issue> issues = error.issues();
+        for (Issue& i : issues) {
+            i.file = scene.file;
+            i.place = "/haptic/device";
+        }
+        throw InputError(std::move(issues));
+    }
+}
+
+// What takes too long in a tick is done in this order: sweeps end at the budget, then fewer
+// contacts are handed over.
+constexpr double kBudget = 0.5;     // of a period, for the sweeps of a tick
+constexpr double kOverloaded = 0.1; // share of ticks that the budget ended
+constexpr double kFewer = 0.8;      // of the contacts, then
+constexpr int kFewestContacts = 16;
+
+void haptic(HapticArguments& a, Session& session)
+{
+    settle(a.scene);
+    const DeviceChoice choice = choose_device(a.device);
+    Scene scene = read_scene(a.scene.scene, a.scene.overrides);
+    if (a.virtual_time && (choice.kind == "udp" || choice.kind == "spacemouse"))
+        throw InputError({{"(--virtual-time)", "--device", quoted_text(a.device),
+                           "simulated or recorded:FILE: the others live by the clock"}});
+    std::unique_ptr<Device> device;
+    double duration = scene.time.end;
+    if (choice.kind == "recorded") {
+        Trajectory path = parse_trajectory(read_file(choice.rest), choice.rest);
+        duration = path.end();
+        device = std::make_unique<RecordedDevice>(std::move(path));
+    } else if (choice.kind == "udp") {
+        device = std::make_unique<UdpDevice>(choice.rest);
+    } else if (choice.kind == "spacemouse") {
+        device = std::make_unique<SpaceMouse>();
+    }
+    if (a.duration > 0) duration = a.duration;
+
+    place_introducers(scene);
+    const std::vector<Obstacle> obstacles = build_obstacles(scene);
+    HapticSettings set = settings_of(scene, a.late > 0 ? 3 : 0);
+    set.link.cache = a.cache;
+    set.link.threads = a.threads;
+    set.link.duration = duration;
+    set.link.condense.latency = a.latency;
+    if (a.free) set.loop.passivity.control = false;
+    if (!a.virtual_time) set.loop.proxy.budget = kBudget * set.loop.period;
+    BodyLink link(scene, obstacles, set.link);
+    for (const Issue& w : link.warnings())
+        session.say(std::string("warning: ") + InputError({w}).what());
+
+    SimulatedHand* hand = nullptr;
+    if (!device) {
+        HandOptions options = set.hand;
+        options.path = [&](double t) { return link.path(t); };
+        auto simulated = std::make_unique<SimulatedHand>(options);
+        hand = simulated.get();
+        device = std::move(simulated);
+    }
+    device->open();
+
+    std::atomic<bool>& stop = stop_on_interrupt();
+    const int most = scene.haptic.contacts;
+    HapticLoop<float> loop(most, set.loop);
+    const Publisher<float> publish = [&](ReducedOperator<float>& op, const HandPose& handle,
+                                         double time, std::uint64_t sequence) {
+        return link.step(sequence == 1 ? link.start() : handle) && link.publish(op, time, sequence);
+    };
+    Outcome out;
+    std::vector<TickRecord> records;
+    out.real_time = !a.virtual_time;
+    out.contacts_asked = out.contacts_left = most;
+    if (a.virtual_time) {
+        VirtualOptions options;
+        options.duration = duration;
+        options.operator_period = set.link.condense.period;
+        options.operator_latency = a.latency;
+        options.late_share = a.late;
+        options.stop = &stop;
+        records = run_in_virtual_time<float>(
+            loop, *device,
+            [&] {
+                if (hand) hand->advance();
+            },
+            most, publish, set.loop.period, options);
+    } else {
+        RealTimeOptions options;
+        options.duration = duration;
+        options.period = set.loop.period;
+        options.operator_period = set.link.condense.period;
+        options.stop = &stop;
+        options.on_overload = [&](double share) {
+            if (share <= kOverloaded || out.contacts_left <= kFewestContacts) return;
+            out.contacts_left =
+                std::max(kFewestContacts, static_cast<int>(kFewer * out.contacts_left));
+            link.set_most_contacts(out.contacts_left);
+        };
+        if (hand)
+            options.advance = [&](long periods) {
+                for (long i = 0; i < std::min(periods, 100L); ++i)
+                    hand->advance();
+            };
+        RealTimeRun run = run_in_real_time<float>(loop, *device, most, publish, options);
+        records = std::move(run.records);
+        out.scheduling = run.scheduling;
+        out.page_faults = run.page_faults;
+        out.preempted = run.preempted;
+        out.bare_missed = run.bare_missed;
+        out.bare_wake = percentiles(std::move(run.bare_wake));
+        if (!run.fifo || !run.locked) session.say("warning: " + run.scheduling);
+    }
+    device->close();
+
+    out.summary = summarise<float>(records, loop, set.loop.period, out.real_time);
+    if (!a.output.empty()) {
+        make_folder(a.output);
+        out.output = a.output + "/haptics.csv";
+        write_file(out.output, trace_csv(records));
+    }
+    if (was_interrupted()) {
+        out.status = "interrupted";
+        session.exit_code = kInterrupted;
+    }
+    if (out.summary.faults > 0)
+        session.say(std::string(name(out.summary.last_fault)) + ": " +
+                    reason(out.summary.last_fault));
+    if (session.json)
+        session.print(json_text(out, set, link));
+    else if (!session.quiet)
+        session.print(table(out, set, link));
+}
+
+} // namespace
+
+void add_haptic(CLI::App& program, Session& session)
+{
+    const auto a = std::make_shared<HapticArguments>(); // lives as long as the callback
+    CLI::App* command =
+        program.add_subcommand("haptic", "Feel a scene by a device, or by a simulated hand");
+    add_scene_arguments(*command, a->scene);
+    command
+        ->add_option("--device,-d", a->device, "simulated, recorded:FILE, udp:PORT or spacemouse")
+        ->type_name("DEVICE")
+        ->capture_default_str();
+    command->add_option("--duration", a->duration, "How long (default: the scene's end) [s]")
+        ->type_name("SECONDS")
+        ->check(CLI::Range(0.001, 3600.0));
+    command->add_flag("--virtual-time", a->virtual_time,
+                      "Without a clock: the same ticks in every run");
+    command->add_option("--output,-o", a->output, "Folder for the trace, haptics.csv")
+        ->type_name("DIR");
+    command->add_option("--late", a->late, "Virtual time: share of ticks that come 3 ticks late")
+        ->check(CLI::Range(0.0, 0.5));
+    command
+        ->add_option("--latency", a->latency,
+                     "Virtual time: periods that a step of the simulation takes")
+        ->check(CLI::Range(0, 20));
+    command->add_flag("--no-control", a->free, "Count the energy, but do not control it");
+    command->add_option("--threads", a->threads, "Threads; the result is the same for any number")
+        ->check(CLI::Range(1, 1024));
+    command->add_option("--cache", a->cache, "Folder where factors of solids are kept")
+        ->type_name("DIR");
+    command->add_flag("--json", session.json, "One JSON object on stdout");
+    command->callback([a, &session] { haptic(*a, session); });
+}
+
+} // namespace amontons

@@ -1,0 +1,256 @@
+#!/usr/bin/env python3
+"""amontons haptic from outside: what goes wrong in use is said, and the force goes to zero.
+
+haptic_test.py PROGRAM
+"""
+import csv
+import json
+import math
+import os
+import pathlib
+import shutil
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PACKET = struct.Struct("<4sIq3d3d")
+
+# A ball in the hand, 1 mm above a floor that it is pressed on.
+SCENE = {
+    "schema": 1,
+    "bodies": {
+        "floor": {"kind": "obstacle", "surface": {"generate": "plane"}},
+        "ball": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.01},
+                 "start": {"place": [0, 0, 0.011]}, "drive": {"z": [[0, 0], [0.7, -0.01]]}},
+    },
+    "contact": [{"between": ["ball", "floor"], "friction": 0.3}],
+    "haptic": {"handle": "ball", "device": "omega.3", "hand": {"stiffness": 1000, "damping": 20}},
+    "time": {"step": 0.02, "end": 1},
+}
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="amontons_"))
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+
+    def scene(self, change=None):
+        scene = json.loads(json.dumps(SCENE))
+        if change:
+            change(scene)
+        path = self.folder / "case.json"
+        path.write_text(json.dumps(scene))
+        return str(path)
+
+    def call(self, *arguments):
+        return subprocess.run([PROGRAM, "haptic", *map(str, arguments)], capture_output=True,
+                              text=True, cwd=self.folder, timeout=100)
+
+    def felt(self, *arguments, change=None):
+        """The report and the trace of a run that must end well."""
+        result = self.call(self.scene(change), *arguments, "--output", "out", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        trace = list(csv.DictReader((self.folder / "out/haptics.csv").read_text().splitlines()))
+        return json.loads(result.stdout), trace, result.stderr
+
+    def refused(self, *arguments, says=(), change=None):
+        result = self.call(self.scene(change), *arguments, "--json")
+        self.assertEqual(result.returncode, 2, result.stderr)
+        for words in says:
+            self.assertIn(words, result.stderr)
+        for issue in json.loads(result.stdout)["issues"]:
+            self.assertTrue(issue["found"] and issue["allowed"], issue)
+
+    def path(self, rows):
+        file = self.folder / "path.csv"
+        file.write_text("time,x,y,z\n" + "".join(",".join(map(str, r)) + "\n" for r in rows))
+        return "recorded:" + str(file)
+
+    def check_ramp(self, trace, state, steepest=0.021):
+        """From the fault on the force falls evenly to zero within 50 ms, and stays there."""
+        first = next(k for k, r in enumerate(trace) if r["state"] == state)
+        before = self.force(trace[first - 1])
+        self.assertGreater(before, 0.5)
+        for k in range(first, len(trace)):
+            if trace[k]["state"] != state:
+                break
+            self.assertLess(abs(self.force(trace[k]) - self.force(trace[k - 1])), steepest * before)
+            if k >= first + 51:
+                self.assertEqual(self.force(trace[k]), 0)
+        self.assertEqual(self.force(trace[min(first + 60, len(trace) - 1)]), 0)
+
+    @staticmethod
+    def force(row):
+        return math.hypot(*(float(row[f"sent_{a} [N]"]) for a in "xyz"))
+
+
+class Virtual(Case):
+    def test_a_report_and_the_same_one_again(self):
+        report, trace, _ = self.felt("--device", "simulated", "--virtual-time")
+        again = self.felt("--device", "simulated", "--virtual-time")[1]
+        for key in ("rate", "ticks", "missed", "compute", "wake", "contacts", "error", "force_jump",
+                    "energy_injected", "clamped_ticks", "scheduling"):
+            self.assertIn(key, report)
+        self.assertEqual(report["ticks"], 1000)
+        self.assertAlmostEqual(report["rate"], 1000)
+        self.assertEqual(report["scheduling"], "virtual time")
+        self.assertEqual(report["energy_injected"], 0)
+        self.assertEqual(report["faults"], 0)
+        self.assertLess(report["force_jump"]["handover"], 0.05)
+        self.assertLess(report["error"]["p99"], 1e-3)
+        # 9 mm below the floor, between two springs of 1000 N/m: hand and coupling.
+        self.assertAlmostEqual(self.force(trace[-1]), 4.5, delta=0.2)
+        drop = ("compute [s]", "wake [s]")
+        bare = lambda rows: [{k: v for k, v in r.items() if k not in drop} for r in rows]
+        self.assertEqual(bare(trace), bare(again))
+
+    def test_trajectory(self):
+        down = [(t / 100, 0, 0, -0.004 * min(1, t / 60)) for t in range(0, 101)]
+        report, trace, _ = self.felt("--device", self.path(down), "--virtual-time")
+        self.assertEqual(report["faults"], 0)
+        self.assertAlmostEqual(self.force(trace[-1]), 3, delta=0.3)  # 3 mm, 1000 N/m
+
+    def test_trajectory_that_ends(self):
+        down = [(t / 100, 0, 0, -0.004 * min(1, t / 60)) for t in range(0, 81)]
+        report, trace, said = self.felt("--device", self.path(down), "--virtual-time",
+                                        "--duration", 1)
+        self.assertEqual(report["fault"], "device lost")
+        self.assertIn("no sample from the device", said)
+        self.check_ramp(trace, "device lost")
+
+    def test_pose_jump(self):
+        down = [(t / 100, 0, 0, -0.004 * min(1, t / 60)) for t in range(0, 81)]
+        report, trace, said = self.felt(
+            "--device", self.path(down + [(0.8001, 1, 0, 0), (1.2, 1, 0, 0)]), "--virtual-time")
+        self.assertEqual(report["fault"], "pose jump")
+        self.assertIn("the device's pose jumped", said)
+        self.check_ramp(trace, "pose jump")
+
+    def test_too_fast(self):
+        down = [(t / 100, 0, 0, -0.004 * min(1, t / 60)) for t in range(0, 81)]
+        report, trace, _ = self.felt(
+            "--device", self.path(down + [(0.9, 0.2, 0, 0)]), "--virtual-time")
+        self.assertEqual(report["fault"], "too fast")
+        self.check_ramp(trace, "too fast", 0.1)  # passivity control takes some of it sooner
+
+    def test_late_ticks_and_operators(self):
+        report = self.felt("--device", "simulated", "--virtual-time", "--late", 0.1,
+                           "--latency", 5)[0]
+        self.assertEqual(report["energy_injected"], 0)
+        free = self.felt("--device", "simulated", "--virtual-time", "--late", 0.1, "--latency", 5,
+                         "--no-control",
+                         change=lambda s: s["haptic"].update(
+                             stiffness=4000, hand={"mass": 0.02, "damping": 0.3, "stiffness": 30}))
+        self.assertGreater(free[0]["energy_injected"], 0)  # the test can fail
+
+    def test_budget_that_cannot_be_met(self):
+        report = self.felt("--device", "simulated", "--virtual-time",
+                           change=lambda s: s["haptic"].update(contacts=1))[0]
+        self.assertEqual(report["contacts"]["max"], 1)
+
+
+class BadInput(Case):
+    def test_unknown_device(self):
+        self.refused("--device", "simulted", says=['"simulted"', "nearest: simulated"])
+        self.refused("--device", "udp", says=["udp:PORT"])
+        self.refused("--device", "udp:nowhere", says=["PORT"])
+        self.refused("--device", "udp:5005", "--virtual-time", says=["by the clock"])
+
+    def test_unknown_profile(self):
+        self.refused(change=lambda s: s["haptic"].update(device="tuoch"),
+                     says=["/haptic/device", '"touch"'])
+
+    def test_without_handle(self):
+        self.refused(change=lambda s: s.pop("haptic"), says=["/haptic", "handle"])
+        self.refused(change=lambda s: s["haptic"].update(handle="bal"), says=['"ball"'])
+        self.refused(change=lambda s: s["haptic"].update(handle="floor"), says=["obstacle"])
+        self.refused(change=lambda s: s["haptic"].update(kind="beam"), says=["rigid"])
+
+    def test_trajectory_that_goes_back(self):
+        self.refused("--device", self.path([(0, 0, 0, 0), (0.2, 0, 0, 0), (0.1, 0, 0, 0)]),
+                     "--virtual-time", says=["line 4", "increases"])
+        self.refused("--device", self.path([(0, 0, 0, 0), (0.2, "nan", 0, 0)]), says=["line 3"])
+        self.refused("--device", "recorded:/nowhere.csv", says=["/nowhere.csv"])
+
+
+class Udp(Case):
+    def setUp(self):
+        super().setUp()
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.bind(("127.0.0.1", 0))
+            self.port = probe.getsockname()[1]
+
+    def play(self, poses, duration=2.5):
+        """Sends a pose a millisecond; the report, and the largest force that came back."""
+        out = self.folder / "report.json"
+        with out.open("w") as file:
+            program = subprocess.Popen(
+                [PROGRAM, "haptic", self.scene(), "--device", f"udp:{self.port}", "--duration",
+                 str(duration), "--json"], stdout=file, stderr=subprocess.PIPE, text=True,
+                cwd=self.folder)
+        link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        link.setblocking(False)
+        largest = last = 0.0
+        begin = time.monotonic()
+        number = answers = 0
+        heard = None
+        while program.poll() is None:
+            now = time.monotonic()
+            pose = poses((now - heard) if heard else 0.0)
+            if pose is not None:
+                number += 1
+                try:
+                    link.sendto(PACKET.pack(b"AMHP", number, 0, *pose, 0, 0, 0),
+                                ("127.0.0.1", self.port))
+                except ConnectionError:
+                    pass
+            try:
+                while True:
+                    data = link.recv(128)
+                    if data[:4] == b"AMHF" and len(data) == PACKET.size:
+                        heard = heard or now
+                        answers += 1
+                        last = math.hypot(*PACKET.unpack(data)[3:6])
+                        largest = max(largest, last)
+            except (BlockingIOError, ConnectionError):
+                pass
+            self.assertLess(now - begin, 60)
+            time.sleep(0.001)
+        link.close()
+        said = program.stderr.read()
+        program.stderr.close()
+        self.assertEqual(program.returncode, 0, said)
+        return json.loads(out.read_text()), largest, last, said
+
+    def test_force_comes_back(self):
+        report, largest, _, _ = self.play(lambda t: (0, 0, -0.004 * min(1, t)))
+        self.assertGreater(largest, 1)
+        self.assertLess(largest, 4)
+        self.assertIn("SCHED", report["scheduling"])
+        self.assertIn("bare", report)
+
+    def test_silence(self):
+        report, largest, last, said = self.play(
+            lambda t: (0, 0, -0.004 * min(1, t)) if t < 1.3 else None)
+        self.assertEqual(report["fault"], "device lost")
+        self.assertIn("no sample", said)
+        self.assertGreater(largest, 1)
+        self.assertEqual(last, 0)
+
+    def test_not_a_number(self):
+        report, _, last, said = self.play(
+            lambda t: (0, 0, -0.004 * min(1, t)) if t < 1.3 else (math.nan, 0, 0))
+        self.assertEqual(report["fault"], "not a number")
+        self.assertIn("not a finite number", said)
+        self.assertEqual(last, 0)
+
+
+if __name__ == "__main__":
+    os.chdir("/")
+    unittest.main(argv=[sys.argv[0]] + sys.argv[2:])
