@@ -47,24 +47,29 @@ void clear_column(Block6& b, int col)
     b.column[col] = Column6{};
 }
 
-// The first node's rows become (inserted, rotation): see wire.hpp. Derivatives of the first
-// element's energy with respect to its rest length follow from strains being proportional to
-// 1/length: dU/dl = 1/2 C (e - e0)^2 at the end - stress.e / length.
-void assemble_sheath(const Wire& wire, const ElementLaw& law, BlockTridiagonal& K,
-                     std::vector<Node6>& g)
+/// Derivatives with the length that is out, the nodes where they are.
+struct Growth {
+    double slope = 0;              ///< of the energy of the first element and the held part [N]
+    std::array<double, 6> tau{};   ///< of the first element's section forces
+    double force = 0, torque = 0;  ///< in the held part [N], [N m]
+    double axial = 0, torsion = 0; ///< its compliances [m/N], [rad/(N m)]
+};
+
+// Strains are proportional to 1/length: dU/dl = 1/2 C (e - e0)^2 at the end - stress.e / length.
+/// @param further  where to take them, off the state's own length [m]
+Growth growth(const Wire& wire, const ElementLaw& law, double further)
 {
     const WireState& s = wire.state;
-    const int f = s.first;
-    const std::size_t n = std::size_t(f);
-    const double end = material_at_end(wire, s);
+    const std::size_t n = std::size_t(s.first);
+    const double end = material_at_end(wire, s) - further;
     const Section c = section_at(wire.material, end);
-    const std::array<double, 6> e = element_strain(s.nodes[n], s.nodes[n + 1], law.length);
     const double L = law.length;
+    const std::array<double, 6> e = element_strain(s.nodes[n], s.nodes[n + 1], L);
 
     // U = 1/2 S (e - k)^2 with S = L^2 / flexibility and k the mean natural strain, both growing
     // by the section at the sheath's end.
-    std::array<double, 6> dS{}, tau{};
-    double slope = 0, curvature = 0;
+    Growth g;
+    std::array<double, 6> dS{};
     for (std::size_t i : {0, 3, 4, 5})
         if (c.stiffness[i] > 0)
             dS[i] = 2 * law.S[i] / L - law.S[i] * law.S[i] / (L * L * c.stiffness[i]);
@@ -77,20 +82,47 @@ void assemble_sheath(const Wire& wire, const ElementLaw& law, BlockTridiagonal& 
         if (!(law.S[i] > 0)) continue;
         const double S = law.S[i], k = law.P[i] / S, dk = (c.natural[i] - k) / L;
         const double elastic = e[i] - k, rate = dk + e[i] / L;
-        slope += 0.5 * dS[i] * elastic * elastic - S * elastic * rate;
-        tau[i] = dS[i] * elastic - S * rate - S * elastic / L;
-        curvature += S * rate * rate - 2 * dS[i] * elastic * rate + 2 * S * elastic * rate / L;
+        g.slope += 0.5 * dS[i] * elastic * elastic - S * elastic * rate;
+        g.tau[i] = dS[i] * elastic - S * rate - S * elastic / L;
     }
-    const std::array<double, 12> mixed = element_force(s.nodes[n], s.nodes[n + 1], L, tau);
-
     const HeldWire held = held_between_base_and(wire.material, end);
-    const double stretch = (s.inserted - s.base_insertion) + s.inserted_rest; // of the held part
-    const double force = stretch / held.axial;
-    const double torque = (s.base_twist - s.rotation) / held.torsion;
+    g.axial = held.axial;
+    g.torsion = held.torsion;
+    const double stretch = (s.inserted - s.base_insertion) + s.inserted_rest + further;
+    g.force = stretch / held.axial;
+    g.torque = (s.base_twist - s.rotation) / held.torsion;
     const double EA = c.stiffness[0], GJ = c.stiffness[3];
-    slope += force + 0.5 * force * force / EA + 0.5 * torque * torque / GJ;
-    slope -= 0.5 * c.stiffness[4] * (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]);
-    curvature += (1 + force / EA) * (1 + force / EA) / held.axial;
+    g.slope += g.force + 0.5 * g.force * g.force / EA + 0.5 * g.torque * g.torque / GJ;
+    g.slope -= 0.5 * c.stiffness[4] * (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]);
+    return g;
+}
+
+/// Second derivative of the energy with the length that is out [N/m], by a difference: the section
+/// changes fast where a step of curvature comes out, and there it is stiffer than the held part.
+double growth_stiffness(const Wire& wire)
+{
+    const WireMaterial& m = wire.material;
+    const WireState& s = wire.state;
+    const double end = material_at_end(wire, s), next = m.node[std::size_t(s.first) + 1];
+    const double step = std::min(1e-3 * m.segments.back().radius, 0.5 * end);
+    const auto slope = [&](double further) {
+        ElementLaw law = law_between(m, end - further, next);
+        law.length += s.inserted_rest;
+        return growth(wire, law, further).slope;
+    };
+    return (slope(step) - slope(-step)) / (2 * step);
+}
+
+// The first node's rows become (inserted, rotation): see wire.hpp.
+void assemble_sheath(const Wire& wire, const ElementLaw& law, BlockTridiagonal& K,
+                     std::vector<Node6>& g)
+{
+    const WireState& s = wire.state;
+    const int f = s.first;
+    const std::size_t n = std::size_t(f);
+    const Growth grow = growth(wire, law, 0);
+    const std::array<double, 12> mixed =
+        element_force(s.nodes[n], s.nodes[n + 1], law.length, grow.tau);
 
     Block6& d = K.diagonal(f);
     Block6& up = K.upper(f);
@@ -98,9 +130,11 @@ void assemble_sheath(const Wire& wire, const ElementLaw& law, BlockTridiagonal& 
     const double d33 = d(3, 3);
     for (int j = 0; j < 6; ++j)
         clear_column(d, j);
-    d(0, 0) = curvature;
-    d(3, 3) = d33 + 1 / held.torsion;
-    d(0, 3) = d(3, 0) = mixed[3] - torque / (GJ * held.torsion);
+    d(0, 0) = growth_stiffness(wire);
+    d(3, 3) = d33 + 1 / grow.torsion;
+    d(0, 3) = d(3, 0) =
+        mixed[3] - grow.torque / (section_at(wire.material, material_at_end(wire, s)).stiffness[3] *
+                                  grow.torsion);
     d(1, 1) = d(2, 2) = d(4, 4) = d(5, 5) = 1;
     for (int row : {0, 1, 2, 4, 5}) {
         clear_row(up, row);
@@ -114,8 +148,8 @@ void assemble_sheath(const Wire& wire, const ElementLaw& law, BlockTridiagonal& 
     double* r = g[n].value;
     const double g3 = r[3];
     std::fill(r, r + 8, 0.0);
-    r[0] = slope;
-    r[3] = g3 - torque;
+    r[0] = grow.slope;
+    r[3] = g3 - grow.torque;
 }
 
 /// Elastic grip of the sheath's fading end on the contact points that it holds:

@@ -115,13 +115,9 @@ bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refu
     for (std::size_t w = 0; w < wires.size() && accepted; ++w) {
         WireBody& b = wires[w];
         if (wires.size() > 1) kept.push_back({b.wire.state, b.dynamics});
-        StepReport r = try_step(b, insertion(w, t), twist(w, t), h);
-        if (!r.accepted && relax && !b.motion.dynamic) {
-            const NewtonReport first = r.newton;
-            r = relax_step(b, insertion(w, t), twist(w, t));
-            r.newton.iterations += first.iterations;
-            r.newton.factorisations += first.factorisations;
-        }
+        const bool may_relax = relax && !b.motion.dynamic;
+        const StepReport r = may_relax ? try_or_relax(b, insertion(w, t), twist(w, t))
+                                       : try_step(b, insertion(w, t), twist(w, t), h);
         if (!r.accepted) refusal = scene.beams[w].name + ": " + r.refusal;
         accepted = r.accepted;
         reports.push_back(r);

@@ -15,6 +15,7 @@ namespace {
 constexpr double kEnergyShare = 0.02;
 // ... and more than this share of the wire's own force times its element.
 constexpr double kEnergyFloor = 0.5;
+constexpr const char* kBalanceRefused = "energy balance";
 constexpr int kMostRelaxations = 600;
 constexpr double kRelaxationShare = 0.01; // as kEnergyShare, of an increment of the relaxation
 constexpr double kNoJump = 0.25;          // of an increment's way: the wire has not jumped in it
@@ -312,7 +313,7 @@ double kinetic_energy(const WireBody& b)
     return sum;
 }
 
-StepReport try_step(WireBody& b, double insertion, double twist, double length)
+StepReport try_step(WireBody& b, double insertion, double twist, double length, bool any_balance)
 {
     StepReport r;
     const WireState old = b.wire.state;
@@ -343,11 +344,11 @@ StepReport try_step(WireBody& b, double insertion, double twist, double length)
     r.energy.elastic = elastic_energy(b.wire);
     if (b.wire.outside())
         r.energy.friction = friction_work(b.wire, start, touched, b.work->candidates);
-    const double missed = r.energy.work - (r.energy.elastic - elastic_before) - r.energy.friction;
+    r.missed = r.energy.work - (r.energy.elastic - elastic_before) - r.energy.friction;
     const double turned_over = std::abs(r.energy.work) + std::abs(r.energy.friction) +
                                b.scale_force * (std::abs(shift) + kEnergyFloor * b.grain);
-    if (!b.motion.dynamic && std::abs(missed) > kEnergyShare * turned_over) {
-        refuse(b, old, r, "energy balance");
+    if (!b.motion.dynamic && !any_balance && std::abs(r.missed) > kEnergyShare * turned_over) {
+        refuse(b, old, r, kBalanceRefused);
         return r;
     }
     if (b.wire.outside()) r.passed_through = count_passages(b, start);
@@ -379,7 +380,8 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
     const double unit =
         *std::max_element(b.wire.material.stiffness.begin(), b.wire.material.stiffness.end());
     const double target = 0.1 * b.grain;
-    double weight = 1e-3 * unit, energy = elastic_energy(b.wire);
+    const double elastic_before = elastic_energy(b.wire);
+    double weight = 1e-3 * unit, energy = elastic_before;
     const double energy_floor = 1e-3 * b.scale_force * b.grain;
     std::vector<Node6> pull(nodes), pull_before(nodes);
     for (Node6& n : pull_before)
@@ -412,6 +414,7 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
                     r.energy.released = r.released;
                     r.energy.work = base_work;
                     r.energy.work_absolute = std::abs(base_work);
+                    r.missed = base_work - (e - elastic_before) - r.energy.friction - r.released;
                     r.snapped = true;
                     r.accepted = true;
                     return r;
@@ -505,6 +508,22 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
         weight = std::max(weight, 1e-12 * unit);
     }
     refuse(b, old, r, "the damped relaxation did not come to rest");
+    return r;
+}
+
+StepReport try_or_relax(WireBody& b, double insertion, double twist)
+{
+    const WireState old = b.wire.state;
+    const StepReport tried = try_step(b, insertion, twist, 0);
+    if (tried.accepted) return tried;
+    StepReport r = relax_step(b, insertion, twist);
+    const bool balance_only = tried.refusal == kBalanceRefused;
+    if (balance_only && !(r.accepted && std::abs(r.missed) < std::abs(tried.missed))) {
+        b.wire.state = old;
+        r = try_step(b, insertion, twist, 0, true);
+    }
+    r.newton.iterations += tried.newton.iterations;
+    r.newton.factorisations += tried.newton.factorisations;
     return r;
 }
 

@@ -55,6 +55,7 @@ struct StepReport {
     EnergyRecord energy; ///< increments of work, friction, released; elastic and kinetic now
     bool snapped = false;
     double released = 0;    ///< in a snap [J]
+    double missed = 0;      ///< work that is neither elastic, friction nor released [J]
     int relaxations = 0;    ///< increments of the damped relaxation
     int passed_through = 0; ///< contact points beyond a wall
 };
@@ -62,11 +63,17 @@ struct StepReport {
 /// Tries to bring the wire from its present equilibrium to a new base in one step.
 /// If it is refused, the wire is as before.
 /// @param length  of the step [s]; matters for dynamics only
-StepReport try_step(WireBody& body, double insertion, double twist, double length);
+/// @param any_balance  takes the step whatever its energy balance misses
+StepReport try_step(WireBody& body, double insertion, double twist, double length,
+                    bool any_balance = false);
 
 /// The same by damped relaxation, for a base close to the present one: for a state that has
 /// lost its stability. Always leaves the present branch if it is unstable.
 StepReport relax_step(WireBody& body, double insertion, double twist);
+
+/// try_step; what it refuses is relaxed. Where nothing but the balance was amiss and relaxing
+/// misses more of it (a kink of the forces, a change of the mesh), the step is taken as it was.
+StepReport try_or_relax(WireBody& body, double insertion, double twist);
 
 double kinetic_energy(const WireBody& body);
 

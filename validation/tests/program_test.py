@@ -388,6 +388,19 @@ class Output(Case):
         self.assertEqual(steps_of(self.folder / "out/history.csv"),
                          steps_of(self.folder / "again/history.csv"))
 
+    @unittest.skipIf(STUB, "physics")
+    def test_long_steps_keep_the_energy_balance(self):
+        """Where a step is cut short by a kink of the forces alone, relaxing it would add an error."""
+        result = self.call("run", ROOT / "examples/catheter/scene.json", "--output", "out", "--json",
+                           "--set", "time.step=0.25", "--set", "output.every=1000",
+                           "--set", "output.picture=false", "--set", "output.plots=false")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        report = json.loads(result.stdout)
+        self.assertEqual(report["certificate"]["uncertified_steps"], 0)
+        self.assertEqual(report["quantities"]["passed_through"], 0)
+        energy = report["energy"]
+        self.assertLess(abs(energy["error"]), 0.01 * energy["work_absolute"])
+
     def test_quiet(self):
         result = self.run_to("out", "--quiet")
         self.assertEqual((result.returncode, result.stdout, result.stderr), (0, "", ""))
