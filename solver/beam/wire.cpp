@@ -30,6 +30,18 @@ double material_at_end(const Wire& wire, const WireState& state)
     return wire.material.length - state.inserted;
 }
 
+/// Law of the element at the sheath's end if the wire were `further` out.
+ElementLaw law_of_held_element(const Wire& wire, const WireState& s, double further)
+{
+    const WireMaterial& m = wire.material;
+    const double next = m.node[std::size_t(s.first) + 1];
+    ElementLaw law = law_between(m, material_at_end(wire, s) - further, next);
+    // Times EA over its length it is a force: no digits are lost to the length of the wire, which
+    // the end's place on it would cost.
+    law.length = ((next - m.length) + s.inserted) + (s.inserted_rest + further);
+    return law;
+}
+
 void add(Node6& g, int row, const Vec3& v)
 {
     for (int i = 0; i < 3; ++i)
@@ -103,12 +115,10 @@ double growth_stiffness(const Wire& wire)
 {
     const WireMaterial& m = wire.material;
     const WireState& s = wire.state;
-    const double end = material_at_end(wire, s), next = m.node[std::size_t(s.first) + 1];
+    const double end = material_at_end(wire, s);
     const double step = std::min(1e-3 * m.segments.back().radius, 0.5 * end);
     const auto slope = [&](double further) {
-        ElementLaw law = law_between(m, end - further, next);
-        law.length += s.inserted_rest;
-        return growth(wire, law, further).slope;
+        return growth(wire, law_of_held_element(wire, s, further), further).slope;
     };
     return (slope(step) - slope(-step)) / (2 * step);
 }
@@ -276,10 +286,7 @@ void start_in_sheath(Wire& wire, double insertion, double twist)
 ElementLaw held_element_law(const Wire& wire, const WireState& s)
 {
     if (!wire.sheath) return wire.material.law[std::size_t(s.first)];
-    ElementLaw law = law_between(wire.material, material_at_end(wire, s),
-                                 wire.material.node[std::size_t(s.first) + 1]);
-    law.length += s.inserted_rest;
-    return law;
+    return law_of_held_element(wire, s, 0);
 }
 
 std::optional<WirePlace> place_of(const Wire& wire, const WireState& state, double s, int element,

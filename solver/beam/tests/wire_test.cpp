@@ -294,3 +294,30 @@ TEST_CASE("the wire in the sheath carries axial force and torque as a bar")
     CHECK(held.axial == test::relative(5.5 / 900).epsilon(1e-12));
     CHECK(held.torsion == test::relative(5.5 / 1.5).epsilon(1e-12));
 }
+
+// Its length times EA over itself is a force: a rounding of the wire's 10 m would be 1e-8 N here,
+// and the wire at rest only knows smaller ones.
+TEST_CASE(
+    "the growing element's length follows what is out to the last digit, however long the wire")
+{
+    BeamSegment g;
+    g.length = 10;
+    g.radius = 4.445e-4;
+    g.EI = {5.2e-4, 5.2e-4};
+    g.GJ = {4e-4, 4e-4};
+    g.EA = {1e4, 1e4};
+    g.element = 2.5e-3;
+    Wire w;
+    w.material = make_material({g}, g.element);
+    w.sheath = Sheath{};
+    start_in_sheath(w, 0.0158, 0);
+    const double length = held_element_law(w, w.state).length;
+    WireState further = w.state;
+    further.inserted = std::nextafter(further.inserted, 1.0);
+    const double digit = further.inserted - w.state.inserted;
+    CHECK(digit > 0);
+    CHECK(held_element_law(w, further).length - length == test::relative(digit).epsilon(0.1));
+    further.inserted = w.state.inserted;
+    further.inserted_rest = 3 * digit;
+    CHECK(held_element_law(w, further).length - length == test::relative(3 * digit).epsilon(0.1));
+}
