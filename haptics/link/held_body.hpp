@@ -38,6 +38,7 @@ public:
     int unknowns() const override { return inner_.unknowns() + 6; }
     bool nonlinear() const override { return inner_.nonlinear(); }
     void begin(const StepInput& step) override;
+    bool stand_at_start() override { return inner_.stand_at_start(); }
     void linearise() override { inner_.linearise(); }
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                     std::vector<Eigen::Triplet<double>>& out) const override;

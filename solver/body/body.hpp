@@ -62,6 +62,9 @@ public:
     /// Begins a step (or, after a refusal, the same one anew): the iterate is the state, moved as
     /// what is prescribed says.
     virtual void begin(const StepInput& step) = 0;
+    /// The iterate is the state itself again, until begin() moves it as what is prescribed says.
+    /// @return  false if nothing is prescribed: nothing was done
+    virtual bool stand_at_start() = 0;
     /// Matrix and residual at the iterate, without contact forces.
     virtual void linearise() = 0;
 

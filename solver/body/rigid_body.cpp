@@ -94,6 +94,12 @@ void RigidBody::drive(double t)
     }
 }
 
+bool RigidBody::stand_at_start()
+{
+    if (driven()) now_ = state_;
+    return driven();
+}
+
 void RigidBody::drive_to(const Placement& at)
 {
     driven_to_ = at;

@@ -36,6 +36,7 @@ public:
     /// its drive says.
     void drive_to(const Placement& at);
     void begin(const StepInput& step) override;
+    bool stand_at_start() override;
     void linearise() override {}
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                     std::vector<Eigen::Triplet<double>>& out) const override;

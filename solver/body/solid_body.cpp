@@ -241,6 +241,15 @@ Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
     return r;
 }
 
+bool SolidBody::stand_at_start()
+{
+    const bool prescribed =
+        kind_ == Frame::driven ||
+        std::ranges::any_of(conditions_.held, [](const auto& h) { return h.curve != nullptr; });
+    if (prescribed) now_ = state_;
+    return prescribed;
+}
+
 void SolidBody::linearise()
 {
     if (K_.size() == 0) prepare();

@@ -44,13 +44,17 @@ public:
     const SolidMaterial& material() const { return material_; }
     /// Of all nodes, at the iterate [m].
     std::span<const Vec3> places() const { return now_.x; }
-    std::span<const Vec3> first_places() const { return first_; } ///< when the run began
+    std::span<const Vec3> places_before() const { return state_.x; } ///< where the step starts
+    std::span<const Vec3> first_places() const { return first_; }    ///< when the run began
+    /// The least height of an element: no part of the body is thinner [m].
+    double thinnest() const;
     /// Young's modulus, for choosing slaves [Pa].
     double stiffness() const { return material_.youngs_modulus; }
 
     int unknowns() const override { return int(dofs_.free.size()); }
     bool nonlinear() const override { return corotational_; }
     void begin(const StepInput& step) override;
+    bool stand_at_start() override;
     void linearise() override;
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                     std::vector<Eigen::Triplet<double>>& out) const override;

@@ -131,7 +131,8 @@ std::vector<ContactLaw> written_out(const Scene& scene)
     return laws;
 }
 
-constexpr double kReach = 0.2; // of the smaller body: gaps that are looked at, unless it is said
+constexpr double kMargin = 0.002; // of it: see ContactPair
+constexpr double kReach = 0.2;    // of the smaller body: gaps that are looked at, unless it is said
 
 } // namespace
 
@@ -329,6 +330,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         double size = system->refs[std::size_t(p.a)].body->size();
         if (p.b >= 0) size = std::min(size, system->refs[std::size_t(p.b)].body->size());
         p.reach = law.reach > 0 ? law.reach : kReach * size;
+        p.margin = law.reach > 0 ? law.reach : kMargin * size;
         pairs.push_back(std::move(p));
     }
     system->finder = ContactFinder(std::move(pairs), std::move(walls));

@@ -5,11 +5,13 @@
 #include "contact/rigid/shape_surface.hpp"
 #include "contact/surface/collocation.hpp"
 #include "contact/surface/mortar.hpp"
+#include "contact/surface/passage.hpp"
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/solid_body.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 
 namespace amontons {
 namespace {
@@ -54,6 +56,14 @@ WallSample distance_to(const Cylinder& cylinder, const Vec3& x)
         s.normal = side > end ? out : up;
     }
     return s;
+}
+
+std::vector<Vec3> moved_points(const SurfaceMesh& mesh, const Placement& at)
+{
+    std::vector<Vec3> x;
+    for (const Vec3& point : mesh.points)
+        x.push_back(at * point);
+    return x;
 }
 
 ExternalSurface surface_of_triangles(const SurfaceMesh& mesh)
@@ -130,10 +140,13 @@ bool ContactFinder::all_small() const
     return std::all_of(pairs_.begin(), pairs_.end(), [](const ContactPair& p) { return p.small; });
 }
 
-void ContactFinder::begin_step()
+void ContactFinder::begin_step(const std::vector<BodyRef>& bodies)
 {
     for (std::vector<std::int64_t>& ids : sharp_)
         ids.clear();
+    speed_.clear();
+    for (const BodyRef& b : bodies)
+        speed_.push_back(b.body->speed());
 }
 
 void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& step,
@@ -158,16 +171,21 @@ void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& st
     }
     for (std::size_t p = 0; p < pairs_.size(); ++p) {
         const ContactPair& pair = pairs_[p];
-        // What may come within reach during the step.
         step_ = step;
-        reach_ = pair.reach;
-        if (step.dynamic)
-            for (const int b : {pair.a, pair.b})
-                if (b >= 0)
-                    reach_ += step.h *
-                              (bodies[std::size_t(b)].body->speed() + step.h * step.gravity.norm());
+        double closed = 0; // at most, during the step
+        for (const int i : {pair.a, pair.b})
+            if (step.dynamic && i >= 0)
+                closed += step.h * (speed_[std::size_t(i)] + step.h * step.gravity.norm());
+        reach_ = pair.reach + closed;
         if (!pair.small) {
+            const auto first = std::ptrdiff_t(out.contact.size());
             find_pair(bodies, int(p), out);
+            if (step.dynamic)
+                out.contact.erase(std::remove_if(out.contact.begin() + first, out.contact.end(),
+                                                 [&](const BodyContact& c) {
+                                                     return c.gap > pair.margin + closed;
+                                                 }),
+                                  out.contact.end());
             continue;
         }
         BodyContacts& kept = kept_[p];
@@ -268,24 +286,28 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
     };
     if (const auto* ball = std::get_if<Ball>(&b.shape())) return round(*ball);
     if (const auto* cylinder = std::get_if<Cylinder>(&b.shape())) return round(*cylinder);
-    facets_.resize(bodies.size());
-    std::unique_ptr<Facets>& facets = facets_[std::size_t(p.b)];
-    if (!facets) {
-        facets = std::make_unique<Facets>();
-        facets->mesh = surface_of(b.shape());
-        facets->surface = surface_of_triangles(facets->mesh);
-        facets->sharp = sharp_features(facets->surface, facets->mesh.points);
-    }
-    std::vector<Vec3> x = facets->mesh.points;
-    for (Vec3& point : x)
-        point = at * point;
+    const Facets& facets = facets_of(bodies, p.b);
+    const std::vector<Vec3> x = moved_points(facets.mesh, at);
     MortarOptions options;
     options.reach = reach_;
     options.smooth_normals = true; // the facets stand for a curved surface, but at its edges
-    add(mortar_contacts(p.surface_a, a.places(), facets->surface, x, options), pair, p.a, p.b,
-        false, out);
-    add_sharp({p.surface_a, p.sharp_a, a.places()}, {facets->surface, facets->sharp, x}, pair,
-              false, out);
+    add(mortar_contacts(p.surface_a, a.places(), facets.surface, x, options), pair, p.a, p.b, false,
+        out);
+    add_sharp({p.surface_a, p.sharp_a, a.places()}, {facets.surface, facets.sharp, x}, pair, false,
+              out);
+}
+
+const ContactFinder::Facets& ContactFinder::facets_of(const std::vector<BodyRef>& bodies, int body)
+{
+    facets_.resize(bodies.size());
+    std::unique_ptr<Facets>& facets = facets_[std::size_t(body)];
+    if (!facets) {
+        facets = std::make_unique<Facets>();
+        facets->mesh = surface_of(bodies[std::size_t(body)].rigid->shape());
+        facets->surface = surface_of_triangles(facets->mesh);
+        facets->sharp = sharp_features(facets->surface, facets->mesh.points);
+    }
+    return *facets;
 }
 
 void ContactFinder::add_sharp(const SharpSurface& slave, const SharpSurface& master, int pair,
@@ -348,6 +370,70 @@ void ContactFinder::add_rigid(int pair, BodyContacts& out)
         k.a_begin = k.a_end = k.b_begin = k.b_end = std::int32_t(out.stencil.size());
         out.contact.push_back(k);
     }
+}
+
+std::string ContactFinder::passed(const std::vector<BodyRef>& bodies)
+{
+    for (const ContactPair& p : pairs_)
+        if (!p.small && p.b >= 0 && passed(bodies, p))
+            return fmt::format("{} passes through {}", bodies[std::size_t(p.a)].name,
+                               bodies[std::size_t(p.b)].name);
+    return "";
+}
+
+bool ContactFinder::passed(const std::vector<BodyRef>& bodies, const ContactPair& pair)
+{
+    // Motions of less than half the thinner body leave it on the right side of contacts.
+    thinnest_.resize(bodies.size(), 0);
+    double thinnest = std::numeric_limits<double>::infinity(), longest = 0;
+    for (const int i : {pair.a, pair.b}) {
+        const BodyRef& b = bodies[std::size_t(i)];
+        double& own = thinnest_[std::size_t(i)];
+        if (b.solid) {
+            if (own == 0) own = b.solid->thinnest();
+            double motion = 0;
+            for (const std::int32_t node : b.solid->touching())
+                motion = std::max(motion, (b.solid->places()[std::size_t(node)] -
+                                           b.solid->places_before()[std::size_t(node)])
+                                              .norm());
+            longest += motion;
+        } else {
+            const AxisBox box = axis_box(b.rigid->shape(), {});
+            own = (box.high - box.low).minCoeff();
+            const Placement before = b.rigid->start_placement(), now = b.rigid->placement();
+            longest += (now.shift - before.shift).norm() +
+                       now.turn.angularDistance(before.turn) * 2 * b.rigid->size();
+        }
+        thinnest = std::min(thinnest, own);
+    }
+    if (longest <= 0.5 * thinnest) return false;
+
+    const BodyRef &a = bodies[std::size_t(pair.a)], &b = bodies[std::size_t(pair.b)];
+    if (a.rigid && b.rigid) {
+        const auto before = [](const RigidBody& body) {
+            const Placement p = body.start_placement();
+            return Pose{p.shift, p.turn};
+        };
+        std::vector<RigidContact> now;
+        detect(a.rigid->shape(), pose_of(*a.rigid), b.rigid->shape(), pose_of(*b.rigid), pair.reach,
+               now);
+        return now.empty() &&
+               first_touch(a.rigid->shape(), before(*a.rigid), pose_of(*a.rigid), b.rigid->shape(),
+                           before(*b.rigid), pose_of(*b.rigid)) < 1;
+    }
+    std::vector<Vec3> before_a, after_a, before_b, after_b; // of rigid bodies
+    const auto moved = [&](int i, const ExternalSurface& surface, std::vector<Vec3>& before,
+                           std::vector<Vec3>& after) -> MovedSurface {
+        const BodyRef& body = bodies[std::size_t(i)];
+        if (body.solid) return {surface, body.solid->places_before(), body.solid->places()};
+        const Facets& facets = facets_of(bodies, i);
+        before = moved_points(facets.mesh, body.rigid->start_placement());
+        after = moved_points(facets.mesh, body.rigid->placement());
+        return {facets.surface, before, after};
+    };
+    return passage(moved(pair.a, pair.surface_a, before_a, after_a),
+                   moved(pair.b, pair.surface_b, before_b, after_b), 0.5 * thinnest)
+        .has_value();
 }
 
 } // namespace amontons

@@ -63,8 +63,11 @@ struct ContactPair {
     double friction = 0, restitution = 0;
     bool small = false; ///< contacts of the start are kept: they move with their bodies
     bool nodal = false;
-    bool named = true;         ///< not by "*"
-    double reach = 0;          ///< [m]
+    bool named = true; ///< not by "*"
+    double reach = 0;  ///< gaps and overlaps that are looked at [m]
+    /// Gaps of dynamic steps beyond what the bodies can close within one [m]: normals of what is
+    /// farther apart may not be those of the touch, and stay for the step.
+    double margin = 0;
     std::optional<Pose> plane; ///< of an obstacle that is one: exact for every rigid shape
     ExternalSurface surface_a, surface_b; ///< of solids
     SharpFeatures sharp_a, sharp_b;       ///< of solids, at rest
@@ -83,12 +86,24 @@ public:
     /// True if rows never change: then a step of linear bodies is one contact problem.
     bool all_small() const;
 
-    /// A new step, or try of one: what its iterations have met is forgotten.
-    void begin_step();
+    /// A new step, or try of one, of bodies that have begun it: what iterations of others have met
+    /// is forgotten.
+    void begin_step(const std::vector<BodyRef>& bodies);
     /// Contacts at the iterate whose gap is within reach.
     void find(const std::vector<BodyRef>& bodies, const StepInput& step, BodyContacts& out);
 
+    /// Bodies that have passed through each other between the start of the step and the iterate, so
+    /// far that contacts no longer tell; "" if none has.
+    std::string passed(const std::vector<BodyRef>& bodies);
+
 private:
+    struct Facets { // of a rigid body with flat faces, in its frame
+        SurfaceMesh mesh;
+        ExternalSurface surface;
+        SharpFeatures sharp;
+    };
+    const Facets& facets_of(const std::vector<BodyRef>& bodies, int body);
+    bool passed(const std::vector<BodyRef>& bodies, const ContactPair& pair);
     void find_pair(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void solid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void solid_on_solid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
@@ -108,11 +123,8 @@ private:
     std::vector<bool> made_;
     std::vector<std::vector<std::int64_t>> sharp_; // ids met in this step, of each pair, ascending
     std::vector<AxisBox> boxes_;                   // of the bodies
-    struct Facets {                                // of a rigid body with flat faces, in its frame
-        SurfaceMesh mesh;
-        ExternalSurface surface;
-        SharpFeatures sharp;
-    };
+    std::vector<double> speed_;                    // of the bodies at the start of the step [m/s]
+    std::vector<double> thinnest_; // no part of a body is thinner, once asked for [m]
     std::vector<std::unique_ptr<Facets>> facets_; // of the bodies, once one is needed
     StepInput step_;
     double reach_ = 0; // of the present pair and step

@@ -159,8 +159,20 @@ bool BodyStepper::run()
         body(b).begin(step_);
     for (const BodyRef& b : system_.refs)
         spread_ |= b.rigid && b.rigid->spread();
-    system_.finder.begin_step();
+    system_.finder.begin_step(system_.refs);
     force_ = system_.warm;
+    if (step_.dynamic) { // contacts stand where the step starts; what is prescribed moves them
+        std::vector<std::size_t> prescribed;
+        for (std::size_t b = 0; b < bodies(); ++b)
+            if (body(b).stand_at_start()) prescribed.push_back(b);
+        if (!prescribed.empty()) {
+            system_.finder.find(system_.refs, step_, list_);
+            found_ = true;
+            moved_.assign(list_.contact.size(), 0);
+            for (const std::size_t b : prescribed)
+                body(b).begin(step_);
+        }
+    }
     find();
     bool nonlinear = false;
     for (const BodyRef& b : system_.refs)
@@ -183,6 +195,8 @@ bool BodyStepper::run()
         report_.refusal = fmt::format("certificate {:.1e}", report_.error);
         return false;
     }
+    report_.refusal = system_.finder.passed(system_.refs);
+    if (!report_.refusal.empty()) return false;
     report_modes();
     fill_report();
     for (std::size_t b = 0; b < bodies(); ++b) {

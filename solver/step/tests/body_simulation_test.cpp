@@ -393,3 +393,34 @@ TEST_CASE("a corner pressed on a stiff face and edges pressed across each other 
         CHECK(edges.value("upper_y_min_force_z") + edges.value("upper_y_max_force_z") < 0);
     }
 }
+
+TEST_CASE("a block driven through a plate thinner than a step meets it all the same")
+{
+    // Whatever the step: halved steps end where short ones do.
+    const auto pressed = [](const char* tool, double step) {
+        return run(fmt::format(R"("bodies": {{
+            "plate": {{"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+                "mesh": {{"generate": "box", "size": [0.1, 0.1, 0.004], "cells": [6, 6, 1],
+                          "element": "H8"}}, "hold": [{{"set": "x_min"}}, {{"set": "x_max"}}]}},
+            "tool": {{{}, "start": {{"place": [0, 0, 0.012]}},
+                "drive": {{"z": [[0, 0], [1, -0.02]]}}}}}},
+            "contact": [{{"between": ["tool", "plate"]}}],
+            "time": {{"kind": "quasi_static", "step": {}, "end": 1}})",
+                               tool, step));
+    };
+    const char* const tools[] = {
+        R"("kind": "rigid", "shape": {"generate": "box", "size": [0.02, 0.02, 0.004]},
+           "density": 1000)",
+        R"("kind": "solid", "youngs_modulus": 1e9, "poisson_ratio": 0.3, "hold": [{"set": "z_max"}],
+           "mesh": {"generate": "box", "size": [0.02, 0.02, 0.004], "cells": [2, 2, 1],
+                    "element": "H8"})"};
+    for (const char* tool : tools) {
+        const Result once = pressed(tool, 1.0), often = pressed(tool, 0.02);
+        CHECK(once.summary.message == "");
+        const auto force = [](const Result& r) {
+            return r.value("plate_x_min_force_z") + r.value("plate_x_max_force_z");
+        };
+        CHECK(force(often) > 0.1);
+        CHECK(std::abs(force(once) - force(often)) < 0.01 * force(often));
+    }
+}

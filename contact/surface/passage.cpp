@@ -1,0 +1,125 @@
+#include "contact/surface/passage.hpp"
+
+#include "mesh/box_tree.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace amontons {
+namespace {
+
+struct Triangle {
+    std::array<std::int32_t, 3> nodes;
+};
+
+std::vector<Triangle> triangles_of(const ExternalSurface& surface)
+{
+    std::vector<Triangle> all;
+    for (std::size_t f = 0; f < surface.faces.size(); ++f) {
+        const auto n = surface.face(f);
+        if (n.size() == 6) {
+            all.insert(all.end(), {Triangle{{n[0], n[3], n[5]}}, Triangle{{n[3], n[1], n[4]}},
+                                   Triangle{{n[5], n[4], n[2]}}, Triangle{{n[3], n[4], n[5]}}});
+        } else {
+            all.push_back({{n[0], n[1], n[2]}});
+            if (n.size() == 4) all.push_back({{n[0], n[2], n[3]}});
+        }
+    }
+    return all;
+}
+
+/// A node and a triangle at a share of the step.
+struct Moment {
+    Vec3 x;
+    std::array<Vec3, 3> corner;
+
+    Vec3 normal() const { return (corner[1] - corner[0]).cross(corner[2] - corner[0]); }
+    /// Over the plane; its sign is that of the distance.
+    double height() const { return normal().dot(x - corner[0]); }
+    bool inside() const
+    {
+        const Vec3 n = normal();
+        for (std::size_t k = 0; k < 3; ++k)
+            if (n.dot((corner[(k + 1) % 3] - corner[k]).cross(x - corner[k])) < 0) return false;
+        return true;
+    }
+};
+
+/// Whether a node that is above a triangle before and below it after goes through it.
+template <class At> bool goes_through(At at)
+{
+    // The height is a cubic of the share: the first change of sign among a few pieces, bisected.
+    constexpr int kPieces = 8, kHalvings = 40;
+    double low = 0;
+    for (int k = 1; k <= kPieces; ++k) {
+        double high = double(k) / kPieces;
+        if (at(high).height() > 0) {
+            low = high;
+            continue;
+        }
+        for (int i = 0; i < kHalvings; ++i) {
+            const double middle = 0.5 * (low + high);
+            (at(middle).height() > 0 ? low : high) = middle;
+        }
+        return at(high).inside();
+    }
+    return false;
+}
+
+std::optional<Vec3> nodes_through_faces(const MovedSurface& of_nodes, const MovedSurface& of_faces,
+                                        double depth)
+{
+    const auto both = [](const MovedSurface& s, std::span<const std::int32_t> nodes) {
+        BoundingBox box;
+        for (const std::int32_t n : nodes) {
+            box.add(s.before[std::size_t(n)]);
+            box.add(s.after[std::size_t(n)]);
+        }
+        return box;
+    };
+    const BoundingBox near = both(of_nodes, of_nodes.surface.used_nodes);
+    std::vector<Triangle> triangles;
+    std::vector<BoundingBox> boxes;
+    if (!near.touches(both(of_faces, of_faces.surface.used_nodes))) return {};
+    for (const Triangle& t : triangles_of(of_faces.surface)) {
+        const BoundingBox box = both(of_faces, t.nodes);
+        if (!near.touches(box)) continue;
+        triangles.push_back(t);
+        boxes.push_back(box);
+    }
+    if (triangles.empty()) return {};
+    const BoxTree tree(boxes);
+    std::optional<Vec3> found;
+    for (const std::int32_t node : of_nodes.surface.used_nodes) {
+        const Vec3 &x0 = of_nodes.before[std::size_t(node)],
+                   &x1 = of_nodes.after[std::size_t(node)];
+        tree.visit(both(of_nodes, std::span(&node, 1)), [&](std::int32_t k) {
+            const Triangle& t = triangles[std::size_t(k)];
+            const auto at = [&](double share) {
+                Moment m{x0 + share * (x1 - x0), {}};
+                for (std::size_t i = 0; i < 3; ++i) {
+                    const auto corner = std::size_t(t.nodes[i]);
+                    const Vec3 &a = of_faces.before[corner], &b = of_faces.after[corner];
+                    m.corner[i] = a + share * (b - a);
+                }
+                return m;
+            };
+            if (found) return;
+            const Moment end = at(1);
+            if (!(at(0).height() > 0) || !(end.height() < -depth * end.normal().norm())) return;
+            if (goes_through(at)) found = x1;
+        });
+        if (found) break;
+    }
+    return found;
+}
+
+} // namespace
+
+std::optional<Vec3> passage(const MovedSurface& a, const MovedSurface& b, double depth)
+{
+    if (const auto x = nodes_through_faces(a, b, depth)) return x;
+    return nodes_through_faces(b, a, depth);
+}
+
+} // namespace amontons

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "mesh/extract_surface.hpp"
+
+#include <optional>
+
+namespace amontons {
+
+/// A surface at the start and at the end of a step.
+struct MovedSurface {
+    const ExternalSurface& surface;
+    std::span<const Vec3> before, after; ///< of all nodes of the mesh [m]
+};
+
+/// Where a node of one of two surfaces went through a face of the other, from outside to more than
+/// `depth` behind it: what contacts at the end of a long step no longer see. Nodes and faces move
+/// along straight lines; faces count as triangles between their nodes.
+/// @param depth  > 0 [m]
+/// Cost: O(n log n) where boxes around the paths meet.
+std::optional<Vec3> passage(const MovedSurface& a, const MovedSurface& b, double depth);
+
+} // namespace amontons
