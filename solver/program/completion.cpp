@@ -5,6 +5,8 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <memory>
+#include <string>
 
 namespace amontons {
 namespace {
@@ -55,8 +57,10 @@ complete -o filenames -F _amontons amontons
 
 void add_completion(CLI::App& program, Session& session)
 {
+    const auto shell = std::make_shared<std::string>("bash");
     CLI::App* command = program.add_subcommand("completion", "Print a bash completion script");
-    command->callback([&program, &session] { session.print(completion(program)); });
+    command->add_option("SHELL", *shell, "The shell: bash")->check(CLI::IsMember({"bash"}));
+    command->callback([&program, &session, shell] { session.print(completion(program)); });
 }
 
 } // namespace amontons

@@ -486,7 +486,9 @@ class Output(Case):
 
     def test_completion(self):
         script = self.folder / "completion"
-        script.write_text(self.call("completion").stdout)
+        script.write_text(self.call("completion", "bash").stdout)
+        self.assertEqual(self.call("completion").stdout, script.read_text())
+        self.assertEqual(self.call("completion", "fish").returncode, 2)
         answer = subprocess.run(
             ["bash", "-c", f"source {script}; COMP_WORDS=(amontons run --res); COMP_CWORD=2; "
              "_amontons; echo ${COMPREPLY[@]}"], capture_output=True, text=True)
