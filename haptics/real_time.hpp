@@ -21,8 +21,9 @@ struct RealTimeOptions {
     bool bare = true; ///< beside it a thread that only sleeps, by the same clock
     const std::atomic<bool>* stop = nullptr; ///< ends the run when it is set
     /// Called in the simulation's thread, before a step, with the share of the ticks since the last
-    /// one that ended above their tolerance for lack of time.
+    /// one that ended above their tolerance, after `budget` [s]: for lack of time.
     std::function<void(double share)> on_overload;
+    double budget = 0;
     /// Called by the loop at the end of each tick, with the number of periods since the last: what
     /// a simulated device does in them. No allocation, no lock.
     std::function<void(long periods)> advance;

@@ -37,13 +37,12 @@ std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, Device& devi
             const DeviceSample sample = device.read(time);
             if (sample.valid && !is_broken(sample.pose)) last = sample.pose;
             steps.push_back({last, time});
-            // The first one at once: the loop begins when there is something to feel.
-            if (static_cast<int>(steps.size()) > options.operator_latency || sequence == 0) {
-                const Sampled& s = steps.front();
-                if (publish(buffer.back(), loop.handle_of(s.pose), s.time, ++sequence))
-                    buffer.publish();
-                if (static_cast<int>(steps.size()) > options.operator_latency) steps.pop_front();
-            }
+            // Until the first of them is done, that of the start is published again: a simulation
+            // that has begun is there.
+            const Sampled& begun = steps.front();
+            if (publish(buffer.back(), loop.handle_of(begun.pose), begun.time, ++sequence))
+                buffer.publish();
+            if (static_cast<int>(steps.size()) > options.operator_latency) steps.pop_front();
         }
         if (late == 0 && options.late_share > 0 && uniform(rng) < options.late_share)
             late = options.late_ticks;

@@ -215,7 +215,9 @@ void haptic(HapticArguments& a, Session& session)
 
     place_introducers(scene);
     const std::vector<Obstacle> obstacles = build_obstacles(scene);
-    HapticSettings set = settings_of(scene, a.late > 0 ? 3 : 0);
+    // Poses from elsewhere come when they come.
+    const int late = a.late > 0 ? 3 : choice.kind == "udp" ? 2 : 0;
+    HapticSettings set = settings_of(scene, late);
     set.link.cache = a.cache;
     set.link.threads = a.threads;
     set.link.duration = duration;
@@ -266,6 +268,7 @@ void haptic(HapticArguments& a, Session& session)
         options.period = set.loop.period;
         options.operator_period = set.link.condense.period;
         options.stop = &stop;
+        options.budget = set.loop.proxy.budget;
         options.on_overload = [&](double share) {
             if (share <= kOverloaded || out.contacts_left <= kFewestContacts) return;
             out.contacts_left =

@@ -143,6 +143,7 @@ class Virtual(Case):
         report = self.felt("--device", "simulated", "--virtual-time", "--late", 0.1,
                            "--latency", 5)[0]
         self.assertEqual(report["energy_injected"], 0)
+        self.assertEqual(report["faults"], 0)
         free = self.felt("--device", "simulated", "--virtual-time", "--late", 0.1, "--latency", 5,
                          "--no-control",
                          change=lambda s: s["haptic"].update(
