@@ -27,6 +27,7 @@ struct RunArguments {
     SceneArguments scene;
     std::string output;
     int threads = 1;
+    bool any_order = false; // for scripts: every result is the same for any number of threads
     bool resume = false;
     bool record = false;
     std::string cache;
@@ -247,6 +248,8 @@ void add_run(CLI::App& program, Session& session)
         ->add_option("--threads", arguments->threads,
                      "Threads; the result is the same for any number")
         ->check(CLI::Range(1, 1024));
+    command->add_flag("--any-order", arguments->any_order,
+                      "Allows sums in any order of the threads; no sum makes use of it so far");
     command
         ->add_option("--cache", arguments->cache,
                      "Folder where factors of solids are kept for the next run")

@@ -401,6 +401,12 @@ class Output(Case):
         energy = report["energy"]
         self.assertLess(abs(energy["error"]), 0.01 * energy["work_absolute"])
 
+    def test_threads_in_any_order(self):
+        self.assertEqual(self.run_to("one").returncode, 0)
+        self.assertEqual(self.run_to("two", "--threads", "2", "--any-order").returncode, 0)
+        self.assertEqual(steps_of(self.folder / "one/history.csv"),
+                         steps_of(self.folder / "two/history.csv"))
+
     def test_quiet(self):
         result = self.run_to("out", "--quiet")
         self.assertEqual((result.returncode, result.stdout, result.stderr), (0, "", ""))
