@@ -14,7 +14,7 @@ enum class SolveStatus {
     converged,  ///< error <= threshold
     stagnated,  ///< ended at the error that the certificate says
     infeasible, ///< no reaction can prevent penetration: see Certificate::proof
-    out_of_time ///< max_seconds reached before the threshold
+    out_of_time ///< max_seconds, or a stop from outside, before the threshold
 };
 
 /// The solvers of contact/solve.hpp; which to choose when: docs/theory/contact.md.

@@ -2,6 +2,7 @@
 
 #include "contact/certificate.hpp"
 
+#include <atomic>
 #include <limits>
 #include <string>
 #include <vector>
@@ -17,6 +18,8 @@ struct SolverOptions {
     /// Wall time, >= 0 [s]. Looked at between iterations; a Newton step that should end after twice
     /// this time is not begun. Checks and certificate, a few products with W, come on top.
     double max_seconds = std::numeric_limits<double>::infinity();
+    /// Set from outside, it ends the solve as if max_seconds were over; none if null.
+    const std::atomic<bool>* stop = nullptr;
     /// Ends as stagnated when this many iterations (`auto`: five times as many, for it has several
     /// ways to try) have not lowered the best error by a tenth:
     /// at that rate max_iterations would not bring one more digit.

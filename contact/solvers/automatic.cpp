@@ -37,7 +37,7 @@ double sweep_cost(const SolverWork& work, Eigen::Index closed_rows)
     return products + 90 * rows;
 }
 
-double step_cost(const SolverWork& work, const ShiftedDelassus& matrix, Eigen::Index closed_rows)
+double step_cost(const SolverWork& work, ShiftedDelassus& matrix, Eigen::Index closed_rows)
 {
     const auto rows = static_cast<double>(work.r.size());
     return matrix.cost(closed_rows) + 300 * rows;
@@ -64,6 +64,7 @@ std::optional<InfeasibilityProof> search_proof(const SolverWork& work)
         SolverOptions options;
         options.tolerance = 1e-10;
         options.max_seconds = work.progress.seconds_left(); // too short a look proves nothing
+        options.stop = work.options.stop;
         SolverWork inner(normals, options, Eigen::VectorXd::Zero(normals.q.size()));
         ShiftedDelassus matrix(inner);
         follow_path(inner, matrix, {.from_afar = true, .steps = 60});
@@ -76,7 +77,7 @@ std::optional<InfeasibilityProof> search_proof(const SolverWork& work)
 
 /// Sweeps while they are the cheapest way.
 /// @returns true if the progress ended
-bool sweep_while_cheap(SolverWork& work, AcceleratedNsgs& sweeps, const ShiftedDelassus& matrix)
+bool sweep_while_cheap(SolverWork& work, AcceleratedNsgs& sweeps, ShiftedDelassus& matrix)
 {
     double before = std::numeric_limits<double>::infinity();
     while (true) {

@@ -66,7 +66,7 @@ bool Progress::ends(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact)
     }
     run_.status = SolveStatus::stagnated;
     if (!std::isfinite(error_)) return true; // what follows can only be as meaningless
-    if (clock_.seconds() >= options_.max_seconds) {
+    if (must_stop()) {
         run_.status = SolveStatus::out_of_time;
         return true;
     }

@@ -40,6 +40,11 @@ public:
     bool has_time_for(double seconds);
     /// Of max_seconds [s].
     double seconds_left() const { return std::max(0.0, options_.max_seconds - clock_.seconds()); }
+    /// max_seconds are over, or a stop was asked for.
+    bool must_stop() const
+    {
+        return (options_.stop && *options_.stop) || clock_.seconds() >= options_.max_seconds;
+    }
 
     const NaturalMapError& natural_map() const { return natural_map_; }
     double error() const { return error_; } ///< of the last iterate [-]

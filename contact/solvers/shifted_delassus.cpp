@@ -24,7 +24,12 @@ ShiftedDelassus::ShiftedDelassus(const SolverWork& work)
     , columns_(work.columns)
     , scale_(work.scale)
 {
-    if (!problem_.W.is_sparse()) return;
+}
+
+void ShiftedDelassus::analyse()
+{
+    if (analysed_ || !problem_.W.is_sparse()) return;
+    analysed_ = true;
     std::vector<std::size_t> start{0};
     std::vector<int> neighbour;
     for (int i = 0; i < contact_count(problem_); ++i) {
@@ -47,8 +52,9 @@ double dense_cost(Eigen::Index rows)
 
 } // namespace
 
-double ShiftedDelassus::cost(Eigen::Index closed_rows) const
+double ShiftedDelassus::cost(Eigen::Index closed_rows)
 {
+    analyse();
     if (problem_.W.is_matrix_free()) return 0;
     if (problem_.W.is_dense()) return dense_cost(closed_rows);
     // Filling in and refining cost as much as small factors do.
@@ -58,6 +64,7 @@ double ShiftedDelassus::cost(Eigen::Index closed_rows) const
 
 bool ShiftedDelassus::factorise(const std::vector<LinearisedLaw>& law, double shift)
 {
+    analyse();
     law_ = &law;
     shift_ = shift;
     if (problem_.W.is_matrix_free()) {

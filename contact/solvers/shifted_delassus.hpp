@@ -29,9 +29,10 @@ public:
     bool solve(Eigen::VectorXd& x);
     /// What a factor of this many closed rows costs [ns on one core of 2024]; 0 for a matrix-free
     /// W, whose products nobody knows the cost of.
-    double cost(Eigen::Index closed_rows) const;
+    double cost(Eigen::Index closed_rows);
 
 private:
+    void analyse(); ///< a sparse W's pattern, once: what sweeps solve alone never needs it
     void factorise_dense();
     void gather_dense(int contact, Eigen::Index first);
     void gather_sparse(int contact, Eigen::Index first, const std::vector<Eigen::Index>& place);
@@ -56,6 +57,7 @@ private:
     Eigen::MatrixXd matrix_;  ///< of all rows; the factor takes its upper left corner
     std::optional<Eigen::PartialPivLU<Eigen::Ref<Eigen::MatrixXd>>> dense_;
     // sparse
+    bool analysed_ = false;
     BlockLu sparse_;
     std::vector<BlockLu::Place> places_; ///< of each neighbour of each contact
     // matrix-free

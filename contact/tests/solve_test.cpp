@@ -436,6 +436,22 @@ TEST_CASE("limits end a solve with the best reaction so far")
     CHECK(solve(p, options).certificate.status == SolveStatus::out_of_time);
 }
 
+TEST_CASE("a stop from outside ends every solver with the best reaction so far")
+{
+    std::mt19937 rng{8};
+    const ContactProblem p = test::random_problem(rng, 12, 20, 0.4, 6);
+    const std::atomic<bool> stop = true;
+    for (const ContactSolver solver : kContactSolvers) {
+        CAPTURE(name(solver));
+        SolverOptions options = with(solver, 0);
+        options.stop = &stop;
+        const ContactSolution s = solve(p, options);
+        CHECK(s.certificate.status == SolveStatus::out_of_time);
+        CHECK(s.certificate.iterations == 0);
+        CHECK(s.certificate.error <= certify(p, Eigen::VectorXd::Zero(p.q.size()), 0).error);
+    }
+}
+
 TEST_CASE("a solve never ends worse than it began")
 {
     std::mt19937 rng{12};

@@ -92,18 +92,19 @@ Solved solve_file(const FclibProblem& file, const SolverOptions& options)
     return s;
 }
 
-/// The same, given up at the first Ctrl-C: a solver cannot be stopped in the middle.
-/// @return  empty if interrupted; the solve then still runs, and only the end of the process
-///          ends it
-std::optional<Solved> solve_until_interrupted(const FclibProblem& file,
-                                              const SolverOptions& options)
+/// The same, ended by the first Ctrl-C with what it has reached.
+/// @return  empty if the solver is in a step, or W in the making, that takes long: it then still
+///          runs, and only the end of the process ends it
+std::optional<Solved> solve_until_interrupted(const FclibProblem& file, SolverOptions options)
 {
     using namespace std::chrono_literals;
+    constexpr std::chrono::seconds kGrace = 5s; // for the step that the solver is in
     const std::atomic<bool>& stop = stop_on_interrupt();
+    options.stop = &stop;
     std::future<Solved> result =
-        std::async(std::launch::async, [&] { return solve_file(file, options); });
+        std::async(std::launch::async, [&, options] { return solve_file(file, options); });
     while (result.wait_for(20ms) != std::future_status::ready)
-        if (stop) {
+        if (stop && result.wait_for(kGrace) != std::future_status::ready) {
             // The future's end would wait for the solve.
             new std::future<Solved>(std::move(result));
             return {};
@@ -111,12 +112,23 @@ std::optional<Solved> solve_until_interrupted(const FclibProblem& file,
     return result.get();
 }
 
+bool interrupted(const Certificate& c)
+{
+    return c.status == SolveStatus::out_of_time && was_interrupted();
+}
+
+/// What the solve ended with, as the user sees it.
+const char* outcome(const Certificate& c)
+{
+    return interrupted(c) ? "interrupted" : name(c.status);
+}
+
 std::string json_text(const SolveArguments& a, const FclibProblem& file, const Solved& s)
 {
     const Certificate& c = s.solution.certificate;
     JsonText json;
     json.open('{')
-        .member("status", name(c.status))
+        .member("status", outcome(c))
         .member("error", c.error)
         .member("tolerance", c.tolerance)
         .member("threshold", c.threshold)
@@ -190,7 +202,7 @@ std::string human_text(const SolveArguments& a, const FclibProblem& file, const 
     const auto row = [&](const char* what, const std::string& value) {
         t += fmt::format("  {:<20} {}\n", what, value);
     };
-    t += fmt::format("{}: {}\n", a.problem, name(c.status));
+    t += fmt::format("{}: {}\n", a.problem, outcome(c));
     if (!file.title.empty()) row("title", file.title);
     row("error", fmt::format("{:.3e}, threshold {:.1e} (scaled by contact: {:.1e})", c.error,
                              c.threshold, c.scaled_error));
@@ -247,8 +259,8 @@ void run_solve(SolveArguments& a, Session& session)
                                  std::count(kind.begin(), kind.end(), ContactKind::bilateral)));
     }
     if (c.status != SolveStatus::converged) {
-        session.exit_code = kSolveFailed;
-        session.error(report(c));
+        session.exit_code = interrupted(c) ? kInterrupted : kSolveFailed;
+        session.error((interrupted(c) ? "interrupted: " : "") + report(c));
     }
     if (session.json)
         session.print(json_text(a, file, *solved));
