@@ -27,7 +27,7 @@ void CondensedSolid::make_ready(const StepInput& step, const std::string& cache,
     free_touching_.clear();
     for (std::size_t k = 0; k < touching_.size(); ++k)
         for (int axis = 0; axis < 3; ++axis)
-            if (dofs_.number[3 * std::size_t(touching_[k]) + std::size_t(axis)] >= 0) {
+            if (unknown_number_[3 * std::size_t(touching_[k]) + std::size_t(axis)] >= 0) {
                 unknown_of_[3 * k + std::size_t(axis)] = std::int32_t(free_touching_.size());
                 free_touching_.push_back(std::int32_t(3 * k) + axis);
             }
@@ -238,7 +238,8 @@ void CondensedSolid::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
         for (SparseColumns::InnerIterator at(C, j); at; ++at) {
             const std::int32_t k = free_touching_[std::size_t(at.row())];
             const std::int32_t dof = 3 * touching_[std::size_t(k / 3)] + k % 3;
-            entries.emplace_back(dofs_.number[std::size_t(dof)], int(j), at.value());
+            const std::int32_t free = dofs_.number[std::size_t(dof)];
+            if (free >= 0) entries.emplace_back(free, int(j), at.value()); // else a pin
         }
     SparseColumns whole(Eigen::Index(dofs_.free.size()), C.cols());
     whole.setFromTriplets(entries.begin(), entries.end());

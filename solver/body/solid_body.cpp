@@ -260,7 +260,7 @@ void SolidBody::linearise()
     Eigen::VectorXd rf(Eigen::Index(dofs_.free.size()));
     for (std::size_t i = 0; i < dofs_.free.size(); ++i)
         rf[Eigen::Index(i)] = r[dofs_.free[i]];
-    free_change_ = solved(rf);
+    free_change_ = with_pins(solved(rf));
     if (free_modes_.cols() > 0)
         mode_load_ = rigid_.R.transpose() * r;
     else
@@ -273,7 +273,7 @@ void SolidBody::add_column(const BodyPlace& at, const Vec3& direction, double sc
     const Vec3 d = now_.frame.turn.conjugate() * direction;
     for (const StencilEntry& e : at.nodes)
         for (int axis = 0; axis < 3; ++axis) {
-            const std::int32_t dof = dofs_.number[std::size_t(3 * e.node + axis)];
+            const std::int32_t dof = unknown_number_[std::size_t(3 * e.node + axis)];
             if (dof >= 0) out.emplace_back(dof, column, scale * e.weight * d[axis]);
         }
 }
@@ -302,20 +302,15 @@ Vec3 SolidBody::start_velocity(const BodyPlace& at) const
     return d;
 }
 
-Eigen::VectorXd SolidBody::solve(const Eigen::VectorXd& force)
-{
-    return solved(force);
-}
-
 void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                        const Eigen::VectorXd& force)
 {
     contact_.setZero();
-    for (std::size_t i = 0; i < dofs_.free.size(); ++i)
-        contact_[dofs_.free[i]] = force[Eigen::Index(i)];
+    for (std::size_t i = 0; i < unknown_.size(); ++i)
+        contact_[unknown_[i]] = force[Eigen::Index(i)];
     Eigen::VectorXd whole = Eigen::VectorXd::Zero(at3(mesh_.nodes.size()));
-    for (std::size_t i = 0; i < dofs_.free.size(); ++i)
-        whole[dofs_.free[i]] = y[Eigen::Index(i)];
+    for (std::size_t i = 0; i < unknown_.size(); ++i)
+        whole[unknown_[i]] = y[Eigen::Index(i)];
     if (!step_.dynamic) {
         now_.u += whole;
         // A linear body: the residual has changed by A y, so what is left of y_free is known. Not
@@ -350,17 +345,17 @@ double SolidBody::imbalance(const Eigen::VectorXd& force)
     Eigen::VectorXd scale;
     const Eigen::VectorXd r = residual(scale);
     double missing = 0, size = 0;
-    for (std::size_t i = 0; i < dofs_.free.size(); ++i) {
+    for (std::size_t i = 0; i < unknown_.size(); ++i) {
         const double f = force[Eigen::Index(i)];
-        const double s = scale[dofs_.free[i]] + std::abs(f);
-        const double e = r[dofs_.free[i]] + f;
+        const double s = scale[unknown_[i]] + std::abs(f);
+        const double e = r[unknown_[i]] + f;
         missing += e * e;
         size += s * s;
     }
     // What the round-off of places makes of forces, and that of velocities of momentum.
     const double places = stiffest_ * size_ * (step_.dynamic ? step_.h : 1);
     const double momentum = step_.dynamic ? lumped_.maxCoeff() * now_.v.cwiseAbs().maxCoeff() : 0;
-    const double floor = 1e-14 * (places + momentum) * std::sqrt(double(dofs_.free.size()));
+    const double floor = 1e-14 * (places + momentum) * std::sqrt(double(unknown_.size()));
     if (missing <= floor * floor) return 0;
     return size > 0 ? std::sqrt(missing / size) : 0;
 }

@@ -51,7 +51,7 @@ public:
     /// Young's modulus, for choosing slaves [Pa].
     double stiffness() const { return material_.youngs_modulus; }
 
-    int unknowns() const override { return int(dofs_.free.size()); }
+    int unknowns() const override { return int(unknown_.size()); }
     bool nonlinear() const override { return corotational_; }
     void begin(const StepInput& step) override;
     bool stand_at_start() override;
@@ -121,8 +121,9 @@ protected:
     Eigen::VectorXd loads(const Motion& m, double t) const; ///< in space [N]
     /// Forces of the material at places, in space [N]; the energy [J].
     double inner_forces(const Motion& m, Eigen::VectorXd& f);
-    Eigen::VectorXd residual(Eigen::VectorXd& scale); ///< in space; N or N s
-    Eigen::VectorXd solved(const Eigen::VectorXd& f) const;
+    Eigen::VectorXd residual(Eigen::VectorXd& scale);          ///< in space; N or N s
+    Eigen::VectorXd solved(const Eigen::VectorXd& f) const;    ///< of the free unknowns
+    Eigen::VectorXd with_pins(const Eigen::VectorXd& y) const; ///< and 0 at the pins
     std::vector<double> kept_columns() const;
     void keep_columns(std::span<const double> kept);
     void prepare();
@@ -155,6 +156,9 @@ protected:
     double known_energy_ = 0;
     bool exact_tangent_ = false; ///< of corotational elements, while it is positive
     FreeDofs dofs_;
+    /// Degrees of freedom that are unknowns, and the number of each or -1: the free ones, then the
+    /// pins of quasi-static steps, which move with the rigid modes.
+    std::vector<std::int32_t> unknown_, unknown_number_;
     Elimination parts_;
     SupernodalFactor factor_;                      ///< of a matrix that changes
     std::optional<SolidCompliance> constant_;      ///< of one that does not
@@ -165,7 +169,7 @@ protected:
     double scale_ = 1; ///< A over what is factored
     double factored_h_ = -1, factored_theta_ = -1;
     RigidModes rigid_;
-    Eigen::MatrixXd free_modes_; ///< rows of free unknowns
+    Eigen::MatrixXd free_modes_; ///< rows of unknowns
 
     SparseColumns last_columns_; ///< W of the last columns is kept with the factor
     Eigen::MatrixXd last_W_;

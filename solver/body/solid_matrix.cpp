@@ -49,9 +49,14 @@ void SolidBody::prepare()
     for (std::size_t i = 0; i < node.size(); ++i)
         node[i] = dofs_.free[i] / 3;
     if (!node.empty() && (corotational_ || cache_.empty())) factor_.analyse(parts_.ff, node);
-    free_modes_.resize(Eigen::Index(node.size()), step_.dynamic ? 0 : rigid_.R.cols());
-    for (std::size_t i = 0; i < node.size() && free_modes_.cols() > 0; ++i)
-        free_modes_.row(Eigen::Index(i)) = rigid_.R.row(dofs_.free[i]);
+    unknown_ = dofs_.free;
+    if (!step_.dynamic) unknown_.insert(unknown_.end(), rigid_.pins.begin(), rigid_.pins.end());
+    unknown_number_.assign(dofs_.number.size(), -1);
+    for (std::size_t i = 0; i < unknown_.size(); ++i)
+        unknown_number_[std::size_t(unknown_[i])] = std::int32_t(i);
+    free_modes_.resize(Eigen::Index(unknown_.size()), step_.dynamic ? 0 : rigid_.R.cols());
+    for (std::size_t i = 0; i < unknown_.size() && free_modes_.cols() > 0; ++i)
+        free_modes_.row(Eigen::Index(i)) = rigid_.R.row(unknown_[i]);
 }
 
 void SolidBody::make_matrix()
@@ -161,11 +166,27 @@ void SolidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
     if (kept_W(C, W)) return;
     if (dofs_.free.empty()) // held everywhere
         W.setZero(C.cols(), C.cols());
-    else if (constant_)
-        constant_->delassus(C, W);
-    else
-        factor_.compliance(C, W);
+    else {
+        const auto free = Eigen::Index(dofs_.free.size());
+        const SparseColumns top = C.rows() == free ? C : SparseColumns(C.topRows(free));
+        if (constant_)
+            constant_->delassus(top, W);
+        else
+            factor_.compliance(top, W);
+    }
     keep_W(C, W);
+}
+
+Eigen::VectorXd SolidBody::solve(const Eigen::VectorXd& force)
+{
+    return with_pins(solved(force.head(Eigen::Index(dofs_.free.size()))));
+}
+
+Eigen::VectorXd SolidBody::with_pins(const Eigen::VectorXd& y) const
+{
+    Eigen::VectorXd all = Eigen::VectorXd::Zero(Eigen::Index(unknown_.size()));
+    all.head(y.size()) = y;
+    return all;
 }
 
 } // namespace amontons

@@ -424,3 +424,30 @@ TEST_CASE("a block driven through a plate thinner than a step meets it all the s
         CHECK(std::abs(force(once) - force(often)) < 0.01 * force(often));
     }
 }
+
+TEST_CASE("a free block comes to rest on a plane though all its nodes may touch: pins move, too")
+{
+    for (const char* element : {"T4", "T10", "H8"})
+        for (const char* motion : {"linear", "corotational"})
+            for (const int cells : {1, 2})
+                for (const double gap : {0.0, 1e-9, 1e-4})
+                    for (const double friction : {0.0, 0.3}) {
+                        CAPTURE(element);
+                        CAPTURE(motion);
+                        CAPTURE(cells);
+                        CAPTURE(gap);
+                        CAPTURE(friction);
+                        const Result r = run(fmt::format(
+                            R"("bodies": {{{}, "block": {{"kind": "solid", "motion": "{}",
+                            "mesh": {{"generate": "box", "size": [0.05, 0.05, 0.05],
+                                "centre": [0.3, 0, {}], "cells": [{}, {}, {}], "element": "{}"}},
+                            "youngs_modulus": 1e6, "poisson_ratio": 0.3, "density": 1000}}}},
+                            "gravity": [0, 0, -9.81],
+                            "contact": [{{"between": ["block", "floor"], "friction": {}}}],
+                            "time": {{"kind": "quasi_static", "step": 1, "end": 1}})",
+                            kFloor, motion, 0.025 + gap, cells, cells, cells, element, friction));
+                        REQUIRE(r.summary.message == "");
+                        const double weight = 1000 * kGravity * 0.05 * 0.05 * 0.05;
+                        CHECK(std::abs(r.value("block_on_floor_force_z") - weight) < 1e-8 * weight);
+                    }
+}
