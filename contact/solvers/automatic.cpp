@@ -15,9 +15,7 @@ namespace {
 constexpr int kBatch = 10;        ///< sweeps between two looks at their rate
 constexpr double kPathSteps = 10; ///< steps that a path is expected to take
 constexpr double kRoundOff = 1e-15;
-constexpr double kHardlyHelped = 0.2; ///< error, beside 1 for no reaction at all
-/// Of the first path: where it needs more, a closer one is quicker.
-constexpr int kShortPatience = 8;
+constexpr double kHardlyHelped = 0.2;            ///< error, beside 1 for no reaction at all
 constexpr int kFewSweeps = 100, kDoublings = 10; ///< between two paths, more in each round
 /// Softness that lets an infeasible problem's reactions grow to 1e10 times their size.
 constexpr double kSoft = 1e-10;
@@ -113,9 +111,7 @@ void solve_automatically(SolverWork& work)
     }
     work.take_best();
     // Where sweeps have hardly helped, what they have reached is no better a start than none.
-    if (follow_path(
-            work, matrix,
-            {.from_afar = work.progress.best_error() > kHardlyHelped, .patience = kShortPatience}))
+    if (follow_path(work, matrix, {.from_afar = work.progress.best_error() > kHardlyHelped}))
         return;
     if (std::optional<InfeasibilityProof> proof = search_proof(work)) {
         work.progress.prove(std::move(*proof));
