@@ -1,3 +1,4 @@
+#include "contact/rigid/index.hpp"
 #include "contact/rigid/polyhedron_pair.hpp"
 #include "contact/rigid/spread.hpp"
 #include "contact/rigid/turned_cylinder.hpp"
@@ -18,16 +19,6 @@ namespace amontons {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::size_t at(std::int32_t i)
-{
-    return static_cast<std::size_t>(i);
-}
-
-std::int32_t number(std::size_t i)
-{
-    return static_cast<std::int32_t>(i);
-}
 
 // The points of a cylinder that may touch a flat face with this normal: visit(x, kind, number).
 template <class Visit>

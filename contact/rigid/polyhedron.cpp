@@ -1,5 +1,7 @@
 #include "contact/rigid/polyhedron.hpp"
 
+#include "contact/rigid/index.hpp"
+
 #include "mesh/surface_edges.hpp"
 
 #include <Eigen/Geometry>
@@ -10,16 +12,6 @@
 namespace amontons {
 
 namespace {
-
-std::size_t at(std::int32_t i)
-{
-    return static_cast<std::size_t>(i);
-}
-
-std::int32_t number(std::size_t i)
-{
-    return static_cast<std::int32_t>(i);
-}
 
 Vec3 twice_area(const SurfaceMesh& mesh, std::size_t t)
 {

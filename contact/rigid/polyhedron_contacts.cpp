@@ -1,5 +1,7 @@
 #include "contact/rigid/polyhedron_pair.hpp"
 
+#include "contact/rigid/index.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,16 +13,6 @@ namespace amontons {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::size_t at(std::int32_t i)
-{
-    return static_cast<std::size_t>(i);
-}
-
-std::int32_t number(std::size_t i)
-{
-    return static_cast<std::int32_t>(i);
-}
 
 // ---- convex bodies
 

@@ -1,5 +1,7 @@
 #include "contact/rigid/polyhedron_pair.hpp"
 
+#include "contact/rigid/index.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -20,11 +22,6 @@
 namespace amontons {
 
 namespace {
-
-std::size_t at(std::int32_t i)
-{
-    return static_cast<std::size_t>(i);
-}
 
 // Is x near an edge of the face's outline that is not convex?
 bool in_hollow(const PolyhedronView& body, std::int32_t face, const Vec3& x, double near)

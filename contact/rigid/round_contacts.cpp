@@ -1,3 +1,4 @@
+#include "contact/rigid/index.hpp"
 #include "contact/rigid/pair_contacts.hpp"
 #include "contact/rigid/spread.hpp"
 
@@ -11,11 +12,6 @@
 namespace amontons {
 
 namespace {
-
-std::size_t at(std::int32_t i)
-{
-    return static_cast<std::size_t>(i);
-}
 
 std::uint32_t feature(Feature kind, std::size_t i)
 {

@@ -1,6 +1,7 @@
 #include "contact/rigid/shape_surface.hpp"
 
 #include <cmath>
+#include <numbers>
 
 namespace amontons {
 namespace {
@@ -15,7 +16,7 @@ SurfaceMesh surface_of(const RigidShape& shape)
     if (const auto* triangles = std::get_if<TriangleShape>(&shape)) return triangles->mesh;
     const auto ring = [&](double radius, double z, int n) {
         for (int i = 0; i < n; ++i) {
-            const double a = 2 * EIGEN_PI * i / n;
+            const double a = 2 * std::numbers::pi * i / n;
             m.points.emplace_back(radius * std::cos(a), radius * std::sin(a), z);
         }
     };
@@ -46,7 +47,7 @@ SurfaceMesh surface_of(const RigidShape& shape)
     } else if (const auto* ball = std::get_if<Ball>(&shape)) {
         m.points.emplace_back(0, 0, -ball->radius);
         for (int k = 1; k < n / 2; ++k) {
-            const double a = EIGEN_PI * k / (n / 2);
+            const double a = std::numbers::pi * k / (n / 2);
             ring(ball->radius * std::sin(a), -ball->radius * std::cos(a), n);
         }
         m.points.emplace_back(0, 0, ball->radius);

@@ -1,5 +1,7 @@
 #include "contact/rigid/pair_contacts.hpp"
 
+#include "contact/rigid/index.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -12,11 +14,6 @@
 namespace amontons {
 
 namespace {
-
-std::size_t at(std::int32_t i)
-{
-    return static_cast<std::size_t>(i);
-}
 
 struct WallPair {
     const Pose& pose;

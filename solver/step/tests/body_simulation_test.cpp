@@ -2,8 +2,7 @@
 
 #include "solver/step/body_simulation.hpp"
 
-#include "mesh/generate/plane.hpp"
-#include "solver/scene/read.hpp"
+#include "solver/step/tests/body_runs.hpp"
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -15,47 +14,6 @@ using namespace amontons;
 namespace {
 
 constexpr double kGravity = 9.81;
-
-struct Keep : StepObserver {
-    std::vector<StepRecord> records;
-    void on_step(const StepRecord& r) override { records.push_back(r); }
-};
-
-struct Result {
-    RunSummary summary;
-    std::vector<StepRecord> records;
-    std::unique_ptr<Simulation> simulation;
-
-    double value(const std::string& name, std::size_t step) const
-    {
-        for (const Quantity& q : records[step].quantities)
-            if (q.name == name) return q.value;
-        FAIL("no quantity " << name);
-        return 0;
-    }
-    double value(const std::string& name) const { return value(name, records.size() - 1); }
-    Vec3 vector(const std::string& name, std::size_t step) const
-    {
-        return {value(name + "_x", step), value(name + "_y", step), value(name + "_z", step)};
-    }
-    Vec3 vector(const std::string& name) const { return vector(name, records.size() - 1); }
-};
-
-/// @param rest  members of the scene beside "schema"
-Result run(const std::string& rest, const std::vector<std::string>& overrides = {})
-{
-    const Scene scene = parse_scene("{\"schema\": 1, " + rest + "}", "test.json", overrides);
-    std::vector<Obstacle> obstacles;
-    for (const ObstacleInput& o : scene.obstacles) // planes are enough here
-        obstacles.push_back({o.name, make_plane({o.surface.centre, o.surface.axis, 1})});
-    Result r;
-    r.simulation = make_simulation(scene, std::move(obstacles));
-    Keep keep;
-    const std::atomic<bool> never{false};
-    r.summary = r.simulation->run(keep, never);
-    r.records = std::move(keep.records);
-    return r;
-}
 
 const char* const kFloor = R"("floor": {"kind": "obstacle", "surface": {"generate": "plane"}})";
 

@@ -1,7 +1,7 @@
 // Solids under stiff or prescribed data: closed forms of uniform states.
 
 #include "solver/scene/read.hpp"
-#include "solver/step/simulation.hpp"
+#include "solver/step/tests/keep.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,11 +11,6 @@
 using namespace amontons;
 
 namespace {
-
-struct Keep : StepObserver {
-    std::vector<StepRecord> records;
-    void on_step(const StepRecord& r) override { records.push_back(r); }
-};
 
 struct Two {
     RunSummary summary;

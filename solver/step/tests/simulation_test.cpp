@@ -5,6 +5,7 @@
 #include "mesh/generate/tube.hpp"
 #include "mesh/surface_wall.hpp"
 #include "mesh/tests/relative.hpp"
+#include "solver/step/tests/keep.hpp"
 
 #include <cmath>
 #include <cstring>
@@ -52,17 +53,6 @@ std::vector<Obstacle> bent_tube()
     o.push_back({"tube", make_tube({line, 0})});
     return o;
 }
-
-struct Keep : StepObserver {
-    std::vector<StepRecord> records;
-    std::atomic<bool>* stop = nullptr;
-    int stop_at = -1;
-    void on_step(const StepRecord& r) override
-    {
-        records.push_back(r);
-        if (stop && r.step == stop_at) *stop = true;
-    }
-};
 
 double value(const StepRecord& r, const std::string& name)
 {

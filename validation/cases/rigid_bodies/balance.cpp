@@ -4,6 +4,7 @@
 #include "mesh/base/file.hpp"
 #include "solver/step/recorded_problem.hpp"
 #include "validation/cases/rigid_bodies/rigid_bodies.hpp"
+#include "validation/cases/rigid_bodies/shapes.hpp"
 #include "validation/solid_run.hpp"
 
 #include <Eigen/Geometry>
@@ -14,16 +15,6 @@
 
 namespace amontons::validation {
 namespace {
-
-constexpr double kG = 9.81, kPi = 3.14159265358979323846;
-
-ShapeInput box(const Vec3& size)
-{
-    ShapeInput s;
-    s.generate = "box";
-    s.size = size;
-    return s;
-}
 
 /// Halves [falls, stands] until it is narrower than `width`; what is between.
 template <class Stands> double limit(double falls, double stands, double width, Stands holds)

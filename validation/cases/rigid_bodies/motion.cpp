@@ -2,6 +2,7 @@
 // README.md.
 
 #include "validation/cases/rigid_bodies/rigid_bodies.hpp"
+#include "validation/cases/rigid_bodies/shapes.hpp"
 #include "validation/solid_run.hpp"
 
 #include <algorithm>
@@ -10,24 +11,6 @@
 
 namespace amontons::validation {
 namespace {
-
-constexpr double kG = 9.81, kPi = 3.14159265358979323846;
-
-ShapeInput box(const Vec3& size)
-{
-    ShapeInput s;
-    s.generate = "box";
-    s.size = size;
-    return s;
-}
-
-ShapeInput ball(double radius)
-{
-    ShapeInput s;
-    s.generate = "ball";
-    s.radius = radius;
-    return s;
-}
 
 /// A scene of one body on a plane, dynamic, its gravity that of an incline towards x.
 struct OnPlane {

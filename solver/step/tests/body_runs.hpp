@@ -1,0 +1,51 @@
+#pragma once
+
+#include "mesh/generate/plane.hpp"
+#include "solver/scene/read.hpp"
+#include "solver/step/tests/keep.hpp"
+
+#include <doctest/doctest.h>
+#include <memory>
+#include <string>
+
+// Runs of small scenes of solids, rigid bodies and planes, for tests.
+
+namespace amontons {
+
+struct Result {
+    RunSummary summary;
+    std::vector<StepRecord> records;
+    std::unique_ptr<Simulation> simulation;
+
+    double value(const std::string& name, std::size_t step) const
+    {
+        for (const Quantity& q : records[step].quantities)
+            if (q.name == name) return q.value;
+        FAIL("no quantity " << name);
+        return 0;
+    }
+    double value(const std::string& name) const { return value(name, records.size() - 1); }
+    Vec3 vector(const std::string& name, std::size_t step) const
+    {
+        return {value(name + "_x", step), value(name + "_y", step), value(name + "_z", step)};
+    }
+    Vec3 vector(const std::string& name) const { return vector(name, records.size() - 1); }
+};
+
+/// @param rest  members of the scene beside "schema"
+inline Result run(const std::string& rest, const std::vector<std::string>& overrides = {})
+{
+    const Scene scene = parse_scene("{\"schema\": 1, " + rest + "}", "test.json", overrides);
+    std::vector<Obstacle> obstacles;
+    for (const ObstacleInput& o : scene.obstacles) // planes are enough here
+        obstacles.push_back({o.name, make_plane({o.surface.centre, o.surface.axis, 1})});
+    Result r;
+    r.simulation = make_simulation(scene, std::move(obstacles));
+    Keep keep;
+    const std::atomic<bool> never{false};
+    r.summary = r.simulation->run(keep, never);
+    r.records = std::move(keep.records);
+    return r;
+}
+
+} // namespace amontons
