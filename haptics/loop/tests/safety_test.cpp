@@ -2,6 +2,8 @@
 #include "haptics/loop/passivity.hpp"
 #include "haptics/loop/safety.hpp"
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <functional>
@@ -101,6 +103,56 @@ TEST_CASE("every fault takes the force to zero in 50 ms, without a step, and say
     }
 }
 
+TEST_CASE("after a fault the force stays away until all was well for the time of calm")
+{
+    Scene s;
+    while (s.k < 1001)
+        s.tick();
+    s.tick([](SafetyInput& in, Wrench&) { in.device.position[0] = 1; });
+    s.tick(); // and back: a jump again
+    const SafetyOptions options;
+    double back = -1;
+    for (int k = 1; k < 1000 && back < 0; ++k) {
+        const double f = s.tick();
+        if (k * kPeriod > options.ramp_down + kPeriod && f > 0) back = k * kPeriod;
+    }
+    CHECK(back >= options.calm - 1e-9);
+    CHECK(back <= options.calm + 3 * kPeriod);
+}
+
+TEST_CASE("a turn that is too fast is a fault, one below the limit is none")
+{
+    const SafetyOptions options;
+    for (const double share : {0.9, 1.1}) {
+        CAPTURE(share);
+        Scene s;
+        while (s.k < 1001)
+            s.tick();
+        for (int k = 1; k <= 50; ++k)
+            s.tick([&](SafetyInput& in, Wrench&) {
+                const double angle = share * options.max_turn_speed * kPeriod * k;
+                in.device.rotation = Eigen::AngleAxisd(angle, Vec3::UnitY());
+            });
+        CHECK((s.safety.state() == SafetyState::too_fast) == (share > 1));
+        CHECK((s.safety.faults() > 0) == (share > 1));
+    }
+}
+
+TEST_CASE("a fault that stays is not forgotten over one that passes")
+{
+    Scene s;
+    while (s.k < 1001)
+        s.tick();
+    s.tick([](SafetyInput& in, Wrench&) { in.device.position[0] = std::nan(""); });
+    for (int k = 0; k < 50; ++k)
+        s.tick([](SafetyInput& in, Wrench&) { in.sample_valid = false; });
+    double f = 1;
+    for (int k = 0; k < 1500; ++k)
+        f = s.tick();
+    CHECK(f == 0);
+    CHECK(s.safety.state() == SafetyState::not_a_number);
+}
+
 TEST_CASE("one missing sample is no fault")
 {
     Scene s;
@@ -161,5 +213,73 @@ TEST_CASE("a spring that gives back more than it took is caught, one that does n
             CHECK(observer.energy() > 1e-3); // the test can fail
         else
             CHECK(std::abs(observer.energy()) < 0.5 * 500 * 0.005 * 0.005 * 0.05);
+    }
+}
+
+TEST_CASE("a torque has limits of its own")
+{
+    LimiterOptions o;
+    o.max_torque = 0.3;
+    o.max_torque_slew = 50; // 0.05 N m in a tick
+    Limiter limiter(o);
+    const Vec3 force{7, 0, 0}, target{0, 0.4, 0.3};
+    Vec3 last{0, 0, 0};
+    for (int k = 0; k < 20; ++k) {
+        const Wrench w = limiter.limit({force, target});
+        CHECK(w.force == force);
+        CHECK((w.torque - last).norm() <= 0.05 + 1e-12);
+        CHECK(w.torque.cross(target).norm() <= 1e-12);
+        last = w.torque;
+    }
+    CHECK(last.norm() == doctest::Approx(0.3));
+}
+
+TEST_CASE("credit is what the hand has pushed in, and leaks with its time constant")
+{
+    for (const double leak : {0.0, 0.05}) {
+        CAPTURE(leak);
+        PassivityOptions o;
+        o.leak = leak;
+        Passivity p(o);
+        double time = 0, depth = 0;
+        const auto tick = [&] {
+            p.observe({{0, 0, -depth}, Eigen::Quaterniond::Identity()}, time);
+            p.allow({{0, 0, 2}, {0, 0, 0}}, 10, 1);
+            time += kPeriod;
+        };
+        tick();
+        depth = 1e-3;
+        tick(); // 2 mJ from the hand
+        CHECK(p.credit() == doctest::Approx(2e-3).epsilon(1e-12));
+        for (int k = 0; k < 30; ++k)
+            tick();
+        CHECK(p.credit() ==
+              doctest::Approx(2e-3 * (leak > 0 ? std::exp(-0.03 / leak) : 1)).epsilon(1e-9));
+        CHECK(p.energy() == doctest::Approx(-2e-3).epsilon(1e-12));
+    }
+}
+
+TEST_CASE("damping stays within what the device can give, as force and as torque")
+{
+    // The first force finds the hand moving on, and gives it energy; it moves on more slowly, so
+    // that a large damping is needed to have the energy back.
+    for (const bool turns : {false, true}) {
+        CAPTURE(turns);
+        const double most = turns ? 0.02 : 1;
+        Passivity p;
+        double clipped = 0;
+        for (int k = 0; k < 6; ++k) {
+            const double way = k == 0 ? 0 : 0.08 + 0.02 * k;
+            const Vec3 along = Vec3::UnitX() * way;
+            p.observe({turns ? Vec3(0, 0, 0) : along,
+                       Eigen::Quaterniond(Eigen::AngleAxisd(turns ? way : 0, Vec3::UnitX()))},
+                      k * kPeriod);
+            const Vec3 push = 0.9 * most * Vec3::UnitX(), none{0, 0, 0};
+            const Wrench sent = p.allow({turns ? none : push, turns ? push : none}, 1, 0.02);
+            const Vec3& own = turns ? sent.torque : sent.force;
+            CHECK(own.norm() <= most * (1 + 1e-12));
+            clipped = std::min(clipped, own[0] / most);
+        }
+        CHECK(clipped == doctest::Approx(-1)); // against the motion, as far as allowed
     }
 }

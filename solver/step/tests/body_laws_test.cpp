@@ -1,0 +1,213 @@
+// Single steps of solids, rigid bodies and couplings against the rule's own closed forms.
+
+#include "solver/step/tests/body_runs.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <fmt/format.h>
+
+using namespace amontons;
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846, kGravity = 9.81;
+
+std::string dynamic(double step, double end, double theta = 1)
+{
+    return fmt::format(R"("time": {{"kind": "dynamic", "step": {}, "end": {}, "theta": {}}})", step,
+                       end, theta);
+}
+
+} // namespace
+
+TEST_CASE("a damped element under a growing load makes the step of the theta rule, and its energy")
+{
+    // A unit cube of one H8 with nu = 0, clamped below, stretches uniformly: of stiffness E and
+    // mass rho / 3, for the velocity of its top. With F(t) = 150 t:
+    //     v = h F(theta h) / (m + h theta (alpha m + beta k) + h^2 theta^2 k).
+    const double h = 0.1, k = 1000, m = 1, alpha = 2, beta = 0.01;
+    for (const double theta : {1.0, 0.75, 0.5}) {
+        CAPTURE(theta);
+        const Result r = run(R"("bodies": {"b": {"kind": "solid", "youngs_modulus": 1000,
+            "poisson_ratio": 0, "density": 3, "mass_damping": 2, "stiffness_damping": 0.01,
+            "mesh": {"generate": "box", "size": [1, 1, 1], "element": "H8"},
+            "hold": [{"set": "z_min"}], "loads": [
+            {"set": "z_max", "traction": [0, 0, 100], "over": [[0, 0], [1, 1]]},
+            {"set": "z_max", "force": [0, 0, 50], "over": [[0, 0], [1, 1]]}]}}, )" +
+                             dynamic(h, h, theta));
+        REQUIRE(r.summary.message == "");
+        const double F = 150 * theta * h;
+        const double v =
+            h * F / (m + h * theta * (alpha * m + beta * k) + h * h * theta * theta * k);
+        const double p = 3 * v / 2; // the density times the integral of z v
+        CHECK(r.value("momentum_z") == doctest::Approx(p).epsilon(1e-10));
+        CHECK(r.value("b_z_min_force_z") ==
+              doctest::Approx(p / h + alpha * theta * p - F).epsilon(1e-10));
+        CHECK(r.value("b_max_displacement") == doctest::Approx(h * theta * v).epsilon(1e-10));
+        const auto& energy = r.summary.energy;
+        CHECK(energy.kinetic == doctest::Approx(m * v * v / 2).epsilon(1e-10));
+        CHECK(energy.work == doctest::Approx(F * h * theta * v).epsilon(1e-10));
+        CHECK(std::abs(energy.error()) < 1e-12 * energy.work);
+    }
+}
+
+TEST_CASE("forces and torques on a rigid body act with their value at theta of the step")
+{
+    for (const double theta : {1.0, 0.5}) {
+        CAPTURE(theta);
+        const double h = 0.1, inertia = 0.4 * 2 * 0.01, share = theta * h;
+        const Result r = run(R"("bodies": {"b": {"kind": "rigid", "mass": 2,
+            "shape": {"generate": "ball", "radius": 0.1}, "force": [3, 0, 0], "torque": [0, 0, 0.02],
+            "over": [[0, 0], [1, 1]]}}, )" +
+                             dynamic(h, h, theta));
+        REQUIRE(r.summary.message == "");
+        const double v = h * 3 * share / 2, spin = h * 0.02 * share / inertia;
+        CHECK(r.value("b_velocity_x") == doctest::Approx(v).epsilon(1e-12));
+        CHECK(r.value("b_spin_z") == doctest::Approx(spin).epsilon(1e-12));
+        CHECK(r.value("b_x") == doctest::Approx(h * theta * v).epsilon(1e-12));
+        CHECK(std::abs(r.summary.energy.error()) < 1e-12 * r.summary.energy.work);
+    }
+}
+
+TEST_CASE("a traction keeps its direction in space where the body begins turned")
+{
+    for (const char* motion : {"linear", "corotational"}) {
+        CAPTURE(std::string(motion));
+        const Result r = run(fmt::format(R"("bodies": {{"b": {{"kind": "solid",
+            "youngs_modulus": 1e4, "poisson_ratio": 0.3, "density": 10, "motion": "{}",
+            "mesh": {{"generate": "box", "size": [1, 1, 1], "element": "T4"}},
+            "start": {{"turn": [0, 0, {:.17g}]}},
+            "loads": [{{"set": "x_max", "traction": [3, 0, 0]}}]}}}}, )",
+                                         motion, kPi / 2) +
+                             dynamic(0.01, 0.01));
+        REQUIRE(r.summary.message == "");
+        CHECK((r.vector("momentum") - Vec3(0.03, 0, 0)).norm() < 1e-12);
+    }
+}
+
+TEST_CASE("a pressure follows its face as a corotational body turns")
+{
+    const double h = 0.05, spin = 2;
+    const Result r = run(R"("bodies": {"b": {"kind": "solid", "youngs_modulus": 1e6,
+        "poisson_ratio": 0, "density": 1000, "motion": "corotational",
+        "mesh": {"generate": "box", "size": [1, 1, 1], "element": "H8"},
+        "start": {"spin": [0, 0, 2]}, "loads": [{"set": "x_max", "pressure": 5}]}}, )" +
+                         dynamic(h, 0.8));
+    REQUIRE(r.summary.message == "");
+    for (const std::size_t step : {std::size_t{1}, std::size_t{8}, std::size_t{16}}) {
+        const Vec3 push = (r.vector("momentum", step) - r.vector("momentum", step - 1)) / h;
+        const double angle = spin * h * double(step);
+        CHECK((push + 5 * Vec3(std::cos(angle), std::sin(angle), 0)).norm() < 0.2);
+    }
+}
+
+TEST_CASE("a turntable that begins to turn drags what lies on it along its circle")
+{
+    const double h = 0.001, mu = 0.1;
+    const Result r = run(R"("bodies": {
+        "table": {"kind": "rigid", "mass": 1, "shape": {"generate": "box", "size": [2, 2, 0.1]},
+                  "drive": {"angle": [[0, 0], [1, 2]], "about": [0, 0, 0]}},
+        "box": {"kind": "rigid", "mass": 1, "shape": {"generate": "box", "size": [0.1, 0.1, 0.1]},
+                "start": {"place": [0.5, 0, 0.1]}}},
+        "contact": [{"between": ["box", "table"], "friction": 0.1}],
+        "gravity": [0, 0, -9.81], )" +
+                         dynamic(h, h));
+    REQUIRE(r.summary.message == "");
+    CHECK(r.value("box_velocity_y") == doctest::Approx(mu * kGravity * h).epsilon(0.01));
+    CHECK(std::abs(r.value("box_velocity_x")) < 0.01 * mu * kGravity * h);
+}
+
+TEST_CASE("a drive turns a body about the place that it names")
+{
+    const Result r = run(R"("bodies": {"b": {"kind": "rigid", "mass": 1,
+        "shape": {"generate": "ball", "radius": 0.1}, "start": {"place": [1, 0, 0]},
+        "drive": {"angle": [[0, 0], [1, 1]], "about": [0, 0, 0]}}},
+        "time": {"step": 0.5, "end": 1})");
+    REQUIRE(r.summary.message == "");
+    CHECK((r.vector("b") - Vec3(std::cos(1), std::sin(1), 0)).norm() < 1e-12);
+}
+
+TEST_CASE("an overlap at the start is undone over several steps, not thrown out at once")
+{
+    const double h = 0.01, deep = 1e-3;
+    const Result r = run(R"("bodies": {
+        "floor": {"kind": "obstacle", "surface": {"generate": "plane"}},
+        "b": {"kind": "rigid", "mass": 1, "shape": {"generate": "ball", "radius": 0.1},
+              "start": {"place": [0, 0, 0.099]}}}, "contact": [{"between": ["b", "floor"]}], )" +
+                         dynamic(h, 0.1));
+    REQUIRE(r.summary.message == "");
+    for (std::size_t step = 1; step < r.records.size(); ++step)
+        CHECK(r.value("b_velocity_z", step) < 0.5 * deep / h);
+    CHECK(r.value("b_z", 1) > 0.099);
+    CHECK(r.value("b_z") > 0.1 - 1e-12);
+}
+
+TEST_CASE("what a blow with restitution takes is in the balance of energy")
+{
+    const Result r = run(R"("bodies": {
+        "floor": {"kind": "obstacle", "surface": {"generate": "plane"}},
+        "b": {"kind": "rigid", "mass": 2, "shape": {"generate": "ball", "radius": 0.1},
+              "start": {"place": [0, 0, 0.15], "velocity": [0, 0, -1]}}},
+        "contact": [{"between": ["b", "floor"], "restitution": 0.5}], )" +
+                         dynamic(0.01, 0.1, 0.5));
+    REQUIRE(r.summary.message == "");
+    CHECK(r.value("b_velocity_z") == doctest::Approx(0.5).epsilon(1e-10));
+    CHECK(r.summary.energy.released == doctest::Approx(0.75).epsilon(1e-10)); // m (1 - e^2) v^2 / 2
+    CHECK(std::abs(r.summary.energy.error()) < 1e-10);
+}
+
+TEST_CASE("a hinge's axis turns with its first body")
+{
+    const Result r = run(R"("bodies": {
+        "a": {"kind": "rigid", "mass": 1, "shape": {"generate": "box", "size": [0.1, 0.1, 0.1]},
+              "drive": {"angle": [[0, 0], [1, 1.5707963267948966]]}},
+        "arm": {"kind": "rigid", "mass": 1, "shape": {"generate": "box", "size": [0.3, 0.1, 0.1]},
+                "start": {"place": [0.5, 0, 0]}}},
+        "couplings": [{"kind": "hinge", "between": ["a", "arm"], "at": [0.2, 0, 0], "axis": [1, 0, 0]}], )" +
+                         dynamic(0.01, 1));
+    REQUIRE(r.summary.message == "");
+    CHECK((r.vector("arm") - Vec3(0, 0.5, 0)).norm() < 5e-3);
+}
+
+TEST_CASE("a joint holds a body that begins turned where it is")
+{
+    const Result r = run(fmt::format(R"("bodies": {{"rod": {{"kind": "rigid", "mass": 2,
+        "shape": {{"generate": "box", "size": [1, 0.05, 0.05]}},
+        "start": {{"place": [0, 0.5, 0], "turn": [0, 0, {:.17g}]}}}}}}, "gravity": [0, 0, -9.81],
+        "couplings": [{{"kind": "weld", "between": ["rod", "world"], "at": [0, 0, 0]}}], )",
+                                     kPi / 2) +
+                         dynamic(0.01, 0.1));
+    REQUIRE(r.summary.message == "");
+    CHECK((r.vector("rod") - Vec3(0, 0.5, 0)).norm() < 1e-9);
+}
+
+TEST_CASE("a spring has the length that it is given, and makes the step of its rule")
+{
+    const std::string bodies = R"("bodies": {"ball": {"kind": "rigid", "mass": 2,
+        "shape": {"generate": "ball", "radius": 0.1}}}, "couplings": [{"kind": "spring",
+        "between": ["ball", "world"], "to": [0, 0, 1], "stiffness": 1000, "length": 0.9}], )";
+    const Result hangs = run(bodies + R"("gravity": [0, 0, -9.81], "time": {"step": 1, "end": 1})");
+    REQUIRE(hangs.summary.message == "");
+    CHECK(std::abs(hangs.value("ball_z") - (0.1 - 2 * kGravity / 1000)) < 1e-8);
+    // Let go: v = h k x / (m + h^2 theta k).
+    const double h = 0.02, k = 1000, m = 2, x = 0.1;
+    for (const double theta : {1.0, 0.5}) {
+        CAPTURE(theta);
+        const Result r = run(bodies + dynamic(h, h, theta));
+        REQUIRE(r.summary.message == "");
+        CHECK(r.value("ball_velocity_z") ==
+              doctest::Approx(h * k * x / (m + h * h * theta * k)).epsilon(1e-9));
+    }
+}
+
+TEST_CASE("a solid pressed in one step has taken the work that it holds")
+{
+    const Result r = run(R"("bodies": {"b": {"kind": "solid", "youngs_modulus": 1e5,
+        "poisson_ratio": 0.3, "mesh": {"generate": "box", "size": [1, 1, 1], "element": "T10"},
+        "hold": [{"set": "z_min"}, {"set": "z_max", "z": [[0, 0], [1, -0.01]]}],
+        "loads": [{"set": "x_max", "pressure": [[0, 0], [1, 300]]}]}},
+        "time": {"step": 1, "end": 1})");
+    REQUIRE(r.summary.message == "");
+    CHECK(r.summary.energy.work > 0);
+    CHECK(std::abs(r.summary.energy.error()) < 1e-10 * r.summary.energy.work);
+}
