@@ -97,6 +97,44 @@ void check_faces(const VolumeMesh& mesh, VolumeReport& report)
     report.integrals = integrate(report.surface, mesh);
 }
 
+/// Nodes on the surface whose elements fall apart without them. A pair of elements at a node hangs
+/// together if it shares another node; edges that elements share wrongly are crowded_edges.
+void check_joints(const VolumeMesh& mesh, VolumeReport& report)
+{
+    const Lists at_node = elements_at_nodes(mesh);
+    std::vector<std::int32_t> owner(mesh.nodes.size(), -1); // first element of this node's list
+    std::vector<std::int32_t> group;
+    const auto root = [&](std::int32_t i) {
+        while (group[static_cast<std::size_t>(i)] != i)
+            i = group[static_cast<std::size_t>(i)];
+        return i;
+    };
+    for (const std::int32_t node : report.surface.used_nodes) {
+        const std::span<const std::int32_t> elements = at_node.of(node);
+        const auto n = static_cast<std::int32_t>(elements.size());
+        group.resize(elements.size());
+        std::int32_t groups = n;
+        for (std::int32_t i = 0; i < n; ++i) {
+            group[static_cast<std::size_t>(i)] = i;
+            for (const std::int32_t other :
+                 element_of(mesh, elements[static_cast<std::size_t>(i)]).nodes) {
+                if (other == node) continue;
+                std::int32_t& first = owner[static_cast<std::size_t>(other)];
+                if (first < 0) {
+                    first = i;
+                } else if (const std::int32_t a = root(first), b = root(i); a != b) {
+                    group[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+                    --groups;
+                }
+            }
+        }
+        for (const std::int32_t e : elements)
+            for (const std::int32_t other : element_of(mesh, e).nodes)
+                owner[static_cast<std::size_t>(other)] = -1;
+        if (groups > 1) report.pinched.push_back(node);
+    }
+}
+
 // ---- messages ----------------------------------------------------------------------------
 
 std::string text_of(const Vec3& x)
@@ -158,7 +196,24 @@ struct Words {
     }
 };
 
+void add_coincident(std::vector<Issue>& issues, const std::string& file, const VolumeReport& report,
+                    const Words& words)
+{
+    add(
+        issues, file, report.coincident,
+        "one node at a place, unless bodies shall come apart there",
+        [&](const auto& pair) { return words.node(pair[1]); },
+        [&](const auto& pair) {
+            return "the place of " + words.node(pair[0]) + ", " + words.at(pair[1]);
+        });
+}
+
 } // namespace
+
+bool VolumeReport::meets_itself() const
+{
+    return !crowded_edges.empty() || !pinched.empty();
+}
 
 bool VolumeReport::looks_like_millimetres() const
 {
@@ -175,6 +230,7 @@ VolumeReport check_volume(const VolumeMesh& mesh, const VolumeCheckOptions& opti
     check_sets(mesh.element_sets, "element set", report);
     check_sets(mesh.face_sets, "face set", report);
     check_faces(mesh, report);
+    check_joints(mesh, report);
     report.element_quality = measure_quality(mesh);
     report.quality = report_of(report.element_quality);
     for_each_element(mesh, [&](std::int32_t e, ElementKind, auto nodes) {
@@ -228,6 +284,11 @@ std::vector<Issue> errors_of(const VolumeReport& report, const VolumeMesh& mesh,
         [&](const CrowdedEdge& e) {
             return std::to_string(e.faces.size()) + " faces of the surface";
         });
+    add(
+        all, file, report.pinched, "elements that share an edge or a face",
+        [&](std::int32_t n) { return words.node(n); },
+        [&](std::int32_t n) { return "elements that meet in this node only, " + words.at(n); });
+    if (report.meets_itself()) add_coincident(all, file, report, words);
     return all;
 }
 
@@ -236,24 +297,12 @@ std::vector<Issue> warnings_of(const VolumeReport& report, const VolumeMesh& mes
 {
     std::vector<Issue> all;
     const Words words{report, mesh};
-    if (report.looks_like_millimetres()) {
-        const Vec3 size = report.highest - report.lowest;
-        all.push_back({file, "",
-                       "a size of " + number_text(size[0]) + " x " + number_text(size[1]) + " x " +
-                           number_text(size[2]) + " m",
-                       "at most " + number_text(report.options.largest_size) +
-                           " m without a doubt; a file in millimetres needs the scale 0.001"});
-    }
+    all = size_warnings(Vec3(report.highest - report.lowest), file, report.options.largest_size);
     add(
         all, file, report.unreferenced, "nodes of elements",
         [&](std::int32_t n) { return words.node(n); },
         [&](std::int32_t n) { return "a node of no element at " + words.at(n); });
-    add(
-        all, file, report.coincident, "one node at a place, unless bodies shall come apart there",
-        [&](const auto& pair) { return words.node(pair[1]); },
-        [&](const auto& pair) {
-            return "the place of " + words.node(pair[0]) + ", " + words.at(pair[1]);
-        });
+    if (!report.meets_itself()) add_coincident(all, file, report, words);
     add(
         all, file, report.slivers,
         "shape >= " + number_text(report.options.sliver) +

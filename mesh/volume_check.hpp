@@ -3,13 +3,14 @@
 #include "mesh/base/error.hpp"
 #include "mesh/extract_surface.hpp"
 #include "mesh/quality.hpp"
+#include "mesh/size_check.hpp"
 
 namespace amontons {
 
 /// What counts as a fault.
 struct VolumeCheckOptions {
-    double sliver = 0.05;      ///< ElementQuality::shape below it is reported [-]
-    double largest_size = 3.0; ///< a box longer than this is probably not in metres [m]
+    double sliver = 0.05;               ///< ElementQuality::shape below it is reported [-]
+    double largest_size = kLargestSize; ///< [m]
 };
 
 /// What is odd about a mesh of solids. Lists are ascending; numbers count from 0.
@@ -30,8 +31,10 @@ struct VolumeReport {
     std::vector<std::vector<FaceRef>> crowded_faces; ///< faces of more than two elements
     std::vector<std::vector<FaceRef>> one_sided;     ///< faces whose two elements overlap
     std::vector<CrowdedEdge> crowded_edges;          ///< of the surface; see SurfaceEdges
-    std::vector<std::string> empty_sets;             ///< "face set \"top\""
-    std::vector<std::string> nameless_sets;          ///< "node set 2"
+    /// Nodes where elements meet that share no other node there: a joint, not a solid.
+    std::vector<std::int32_t> pinched;
+    std::vector<std::string> empty_sets;    ///< "face set \"top\""
+    std::vector<std::string> nameless_sets; ///< "node set 2"
 
     QualityReport quality;
     std::vector<ElementQuality> element_quality;
@@ -40,6 +43,7 @@ struct VolumeReport {
     std::int64_t surface_edges = 0, surface_borders = 0, euler_characteristic = 0;
     int surface_parts = 0;
 
+    bool meets_itself() const; ///< crowded edges or pinched nodes
     bool looks_like_millimetres() const;
 };
 
@@ -48,12 +52,14 @@ struct VolumeReport {
 VolumeReport check_volume(const VolumeMesh& mesh, const VolumeCheckOptions& options = {});
 
 /// What no solver can work with: nodes that are not finite, collapsed, inverted and overlapping
-/// elements, edges where the surface meets itself. The first of each kind are named with the
-/// file's numbers and coordinates; the rest is counted.
+/// elements, edges and nodes where the surface meets itself, and then the nodes at one place that
+/// may be the reason. The first of each kind are named with the file's numbers and coordinates; the
+/// rest is counted.
 std::vector<Issue> errors_of(const VolumeReport& report, const VolumeMesh& mesh,
                              const std::string& file);
 
 /// What may be meant: unreferenced or coincident nodes, slivers, empty sets, size in millimetres.
+/// Coincident nodes are none of it where errors_of() names them.
 std::vector<Issue> warnings_of(const VolumeReport& report, const VolumeMesh& mesh,
                                const std::string& file);
 

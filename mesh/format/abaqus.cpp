@@ -116,7 +116,8 @@ public:
     {
     }
 
-    void read()
+    /// @return  whether the last line has no end
+    bool read()
     {
         for (std::string_view line; next_line(line);) {
             if (line[0] == '*')
@@ -126,6 +127,7 @@ public:
         }
         if (!record_.empty()) refuse_record();
         finish();
+        return cut_;
     }
 
 private:
@@ -143,8 +145,7 @@ private:
             const bool ended = end < rest_.size();
             rest_.remove_prefix(std::min(end + 1, rest_.size()));
             ++line_number_;
-            if (!line.empty() && !ended)
-                builder_.note("the last line has no end: is the file whole?");
+            cut_ |= !line.empty() && !ended;
             if (!line.empty() && !line.starts_with("**")) return true;
         }
         return false;
@@ -571,6 +572,7 @@ private:
     static constexpr std::size_t kMostMembers = 200'000'000; // sets of sets can double each line
 
     std::string_view rest_;
+    bool cut_ = false;
     FileIssues& issues_;
     VolumeBuilder& builder_;
     std::size_t line_number_ = 0, keyword_line_ = 0, step_line_ = 0;
@@ -600,7 +602,7 @@ VolumeFile parse_abaqus(std::string_view text, const std::string& file, double s
     FileIssues issues(file);
     VolumeBuilder builder(issues, scale);
     builder.set_element_words("elements C3D4, C3D10 or C3D8");
-    Reader(without_byte_order_mark(text), issues, builder).read();
+    if (Reader(without_byte_order_mark(text), issues, builder).read()) builder.note_cut(file);
     return builder.finish();
 }
 

@@ -44,6 +44,11 @@ std::vector<Vec3> read_nodes(std::string_view text, const std::string& file)
         if (!words.at_end())
             issues.add(line_place(line), quoted_text(words.word()) + " after three coordinates",
                        "one node a line");
+        if (!x.allFinite())
+            issues.add(line_place(line),
+                       "coordinates " + number_text(x[0]) + " " + number_text(x[1]) + " " +
+                           number_text(x[2]),
+                       "finite numbers");
         nodes.push_back(x);
     });
     if (nodes.empty() && issues.empty()) issues.add("", "no node", "lines of x y z");
@@ -190,6 +195,15 @@ private:
 
 } // namespace
 
+namespace {
+
+bool ends_within_a_line(std::string_view text)
+{
+    return !text.empty() && static_cast<unsigned char>(text.back()) > ' ';
+}
+
+} // namespace
+
 VolumeFile parse_plain(std::string_view nodes, std::string_view elements,
                        const std::string& nodes_file, const std::string& elements_file,
                        double scale)
@@ -201,6 +215,8 @@ VolumeFile parse_plain(std::string_view nodes, std::string_view elements,
     ElementReader reader(issues);
     reader.read(without_byte_order_mark(elements));
     issues.throw_if_any();
+    if (ends_within_a_line(nodes)) builder.note_cut(nodes_file);
+    if (ends_within_a_line(elements)) builder.note_cut(elements_file);
     reader.build(points, builder);
     return builder.finish();
 }

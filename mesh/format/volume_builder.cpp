@@ -476,6 +476,7 @@ VolumeFile VolumeBuilder::finish()
     out.mesh.node_labels = kept(std::move(node_labels_), first_label_);
     out.mesh.element_labels = kept(std::move(out.mesh.element_labels), first_label_);
     out.notes = std::move(notes_);
+    out.cut = std::move(cut_);
     return out;
 }
 

@@ -13,6 +13,7 @@ namespace amontons {
 struct VolumeFile {
     VolumeMesh mesh;
     std::vector<std::string> notes;
+    std::string cut; ///< a file whose last line has no end, perhaps not the whole; in `notes`, too
 };
 
 /// From a file's numbers to 0, 1, 2, ... A table where they are dense, else sorted pairs.
@@ -69,6 +70,12 @@ public:
     /// An element that is there again with the same nodes in the same order is one in more groups.
     void merge_equal_elements() { merge_equal_ = true; }
     void note(std::string text) { notes_.push_back(std::move(text)); }
+    /// Of formats without an end mark: the last line has no end.
+    void note_cut(const std::string& file)
+    {
+        cut_ = file;
+        note(file + ": the last line has no end: is the file whole?");
+    }
     /// For files that count from 0.
     void set_first_label(Label first) { first_label_ = first; }
     /// Words for "allowed" if there is no element: what the format calls them.
@@ -113,6 +120,7 @@ private:
     std::vector<std::pair<std::string, std::vector<Label>>> node_sets_;
     std::vector<std::pair<std::string, std::vector<std::pair<Label, std::int32_t>>>> face_sets_;
     std::vector<std::string> notes_;
+    std::string cut_;
     Label first_label_ = 1;
     bool merge_equal_ = false;
     std::string element_words_ = "elements T4, T10 or H8";

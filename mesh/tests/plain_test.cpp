@@ -56,6 +56,29 @@ TEST_CASE("plain text: middle nodes in Gmsh's order on demand")
     CHECK(!errors_of(check_volume(parse_plain(text.nodes, gmsh, "n", "e").mesh), box, "f").empty());
 }
 
+TEST_CASE(
+    "plain text cut off at any byte is refused, or is the mesh so far with its last line noted")
+{
+    const PlainText text = plain_text(mesh_with_sets());
+    const VolumeMesh whole = mesh_with_sets();
+    const auto look = [&](const std::string& nodes, const std::string& elements, char last) {
+        try {
+            const VolumeFile part = parse_plain(nodes, elements, "n", "e");
+            CHECK(element_count(part.mesh) <= element_count(whole));
+            CHECK(part.mesh.nodes.size() <= whole.nodes.size());
+            CHECK((!part.cut.empty() || static_cast<unsigned char>(last) <= ' '));
+            CHECK(part.cut.empty() == part.notes.empty());
+        } catch (const InputError&) {
+        }
+    };
+    for (std::size_t n = 1; n < text.nodes.size(); ++n)
+        look(text.nodes.substr(0, n), text.elements, text.nodes[n - 1]);
+    for (std::size_t n = 1; n < text.elements.size(); ++n)
+        look(text.nodes, text.elements.substr(0, n), text.elements[n - 1]);
+    CHECK(parse_plain(text.nodes, text.elements, "n", "e").cut.empty());
+    CHECK(parse_plain(kNodes, "0 1 2 3", "n", "e").cut == "e");
+}
+
 TEST_CASE("damaged plain text says where and what")
 {
     CHECK(refused("", "0 1 2 3") == "n: found no node, allowed: lines of x y z");
@@ -75,6 +98,8 @@ TEST_CASE("damaged plain text says where and what")
     CHECK(refused(kNodes, "0 1 2 3\nface_set a\n0 4\n") ==
           "e: face set \"a\": found a face that element 0 has not, allowed: 4 faces");
     CHECK(refused(kNodes, "0 1 2 3\nface_set a\n0\n").find("pairs") != std::string::npos);
+    CHECK(refused("0 0 0\n0 nan 1\n", "0 0 0 0") ==
+          "n: line 2: found coordinates 0 nan 1, allowed: finite numbers");
     CHECK(refused("0 0 inf\n", "0 0 0 0").find("finite numbers") != std::string::npos);
     CHECK(refused(kNodes, "").find("no solid element") != std::string::npos);
 }

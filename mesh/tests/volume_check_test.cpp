@@ -114,6 +114,35 @@ TEST_CASE("two cubes that share an edge alone are no manifold; a face in common 
     CHECK(says(errors(mesh), "edge (1, 1, 0) (1, 1, 1): found 4 faces of the surface"));
 }
 
+TEST_CASE("two cubes that share a corner alone are a joint, and whole boxes have none")
+{
+    VolumeMesh mesh = make_solid_box({{0, 0, 0}, {2, 2, 2}, {2, 2, 2}, {1, 1, 1}, ElementKind::H8});
+    CHECK(check_volume(mesh).pinched.empty());
+    auto& nodes = mesh.blocks[0].nodes;
+    nodes.erase(nodes.begin() + 8, nodes.end() - 8); // the ends of a diagonal stay
+    mesh.element_sets.clear();
+    mesh.face_sets.clear();
+    CHECK(check_volume(mesh).pinched == std::vector<std::int32_t>{13});
+    CHECK(errors(mesh) == "f: node 14: found elements that meet in this node only, (1, 1, 1), "
+                          "allowed: elements that share an edge or a face");
+    for (const ElementKind kind : kAllKinds)
+        CHECK(check_volume(sample_box(kind)).pinched.empty());
+}
+
+TEST_CASE("a node that one element has for itself tears the surface, and is named as the reason")
+{
+    VolumeMesh mesh = make_solid_box({{0, 0, 0}, {2, 2, 2}, {2, 2, 2}, {1, 1, 1}, ElementKind::H8});
+    mesh.element_sets.clear();
+    mesh.face_sets.clear();
+    mesh.nodes.push_back(mesh.nodes[13]); // the middle
+    for (std::size_t i = 56; i < 64; ++i)
+        if (mesh.blocks[0].nodes[i] == 13) mesh.blocks[0].nodes[i] = 27;
+    CHECK(says(errors(mesh), "4 faces of the surface"));
+    CHECK(
+        says(errors(mesh), "f: node 28: found the place of node 14, (1, 1, 1), allowed: one node"));
+    CHECK(!says(warnings(mesh), "node 28"));
+}
+
 TEST_CASE("slivers are warned of with their shape and the threshold")
 {
     VolumeMesh mesh;

@@ -125,6 +125,8 @@ std::string SolidBody::mode_name(const Eigen::VectorXd& a) const
 
 std::vector<std::string> SolidBody::free_motions() const
 {
+    constexpr Eigen::Index kAll = 6; // their axes would be any
+    if (conditions_.held.empty() && rigid_.R.cols() == kAll) return {"every shift and turn"};
     std::vector<std::string> names;
     for (Eigen::Index m = 0; m < rigid_.R.cols(); ++m)
         names.push_back(mode_name(Eigen::VectorXd::Unit(rigid_.R.cols(), m)));

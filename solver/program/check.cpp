@@ -75,10 +75,11 @@ void add_check(CLI::App& program, Session& session)
         settle(*arguments);
         Scene scene = read_scene(arguments->scene, arguments->overrides);
         place_introducers(scene);
-        const std::unique_ptr<Simulation> simulation =
-            make_simulation(scene, build_obstacles(scene));
-        for (const Issue& w : simulation->warnings())
-            session.say(std::string("warning: ") + InputError({w}).what());
+        std::vector<Issue> odd;
+        std::vector<Obstacle> obstacles = build_obstacles(scene, &odd);
+        const std::unique_ptr<Simulation> simulation = make_simulation(scene, std::move(obstacles));
+        session.warn(odd);
+        session.warn(simulation->warnings());
         const Plan plan = make_plan(scene, simulation->plan(), simulation->obstacles());
         session.print(session.json ? plan_json(plan) : plan_text(plan));
     });

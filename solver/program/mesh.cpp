@@ -243,8 +243,7 @@ void info(const MeshArguments& a, Session& session)
                              warnings = warnings_of(report, file.mesh, a.file);
     session.print(session.json ? info_json(file, report, errors, warnings)
                                : info_text(a.file, file.mesh, report));
-    for (const Issue& w : warnings)
-        session.say(std::string("warning: ") + InputError({w}).what());
+    session.warn(warnings);
     for (const Issue& e : errors)
         session.error(InputError({e}).what());
     if (!errors.empty()) session.exit_code = kBadInput;

@@ -167,14 +167,15 @@ void run(RunArguments& arguments, Session& session)
     settle(arguments.scene);
     Scene scene = read_scene(arguments.scene.scene, arguments.scene.overrides);
     const std::vector<DepthLine> depth_lines = place_introducers(scene);
-    std::vector<Obstacle> obstacles = build_obstacles(scene);
+    std::vector<Issue> odd;
+    std::vector<Obstacle> obstacles = build_obstacles(scene, &odd);
     const double read_seconds = watch.seconds();
     session.detail(fmt::format("read in {:.3f} s", read_seconds));
     const std::unique_ptr<Simulation> made =
         make_simulation(scene, std::move(obstacles), {arguments.cache, arguments.threads});
     Simulation& simulation = *made;
-    for (const Issue& w : simulation.warnings())
-        session.say(std::string("warning: ") + InputError({w}).what());
+    session.warn(odd);
+    session.warn(simulation.warnings());
     const double offline_seconds = watch.seconds() - read_seconds;
 
     RunWriterOptions options;

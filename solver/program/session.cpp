@@ -39,6 +39,12 @@ void Session::detail(std::string_view text) const
     if (verbose && !quiet) write_line("", text);
 }
 
+void Session::warn(const std::vector<Issue>& issues) const
+{
+    for (const Issue& i : issues)
+        say(std::string("warning: ") + InputError({i}).what());
+}
+
 void Session::error(std::string_view text) const
 {
     const bool colour = progress_on_terminal() && !std::getenv("NO_COLOR");

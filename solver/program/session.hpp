@@ -28,6 +28,8 @@ struct Session {
     void say(std::string_view text) const;
     /// A line on stderr, when the user wants details.
     void detail(std::string_view text) const;
+    /// What may be meant otherwise, a line each on stderr, unless the user wants quiet.
+    void warn(const std::vector<Issue>& issues) const;
     /// A line on stderr, always.
     void error(std::string_view text) const;
     /// Text on stdout, as it is. @throws WriteError  if it cannot be written

@@ -44,6 +44,13 @@ void check_rigid(const RigidInput& b, const Scene& scene, Findings& findings)
     if (b.mass && b.density > 0)
         findings.add({place + "/mass", place + "/density"}, "a mass and a density",
                      "either \"mass\" or \"density\"");
+    if (b.inertia) {
+        constexpr double kRounding = 1e-9; // a flat body has the sum itself
+        const Vec3& i = *b.inertia;
+        if (i.sum() * (1 + kRounding) < 2 * i.maxCoeff())
+            findings.add({place + "/inertia"}, fmt::format("[{}, {}, {}]", i[0], i[1], i[2]),
+                         "none above the sum of the other two: no body has such an inertia");
+    }
     if (scene.time.kind == "dynamic" && !mass && !b.drive.given)
         findings.add({place + "/mass", place + "/density", "/time/kind"}, "nothing",
                      "a mass > 0 [kg] or a density > 0 [kg/m^3]: time.kind is \"dynamic\"");

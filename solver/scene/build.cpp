@@ -8,6 +8,7 @@
 #include "mesh/generate/vessel.hpp"
 #include "mesh/orient_surface.hpp"
 #include "mesh/read.hpp"
+#include "mesh/size_check.hpp"
 #include "mesh/surface_check.hpp"
 #include "mesh/surface_wall.hpp"
 #include "solver/module.hpp"
@@ -116,13 +117,16 @@ VesselOptions vessel_options(const SurfaceInput& s)
     return v;
 }
 
-WallModel wall_from_file(const ObstacleInput& o, const Scene& scene)
+WallModel wall_from_file(const ObstacleInput& o, const Scene& scene, std::vector<Issue>* warnings)
 {
     const std::string path = beside(scene, o.surface.file);
     SurfaceMesh mesh = read_surface(path, o.surface.scale, read_vtp);
     orient_consistently(mesh); // files that mix both sides are common, and this mends them
     std::vector<Issue> found = issues(check_surface(mesh), mesh, SurfaceRequirements{}, path);
     if (!found.empty()) throw InputError(std::move(found));
+    if (warnings)
+        for (Issue& odd : size_warnings(mesh.points, path))
+            warnings->push_back(std::move(odd));
     try {
         return make_wall_from_surface(std::move(mesh), o.side);
     } catch (const InputError& error) {
@@ -133,7 +137,7 @@ WallModel wall_from_file(const ObstacleInput& o, const Scene& scene)
     }
 }
 
-WallModel wall_model(const ObstacleInput& o, const Scene& scene)
+WallModel wall_model(const ObstacleInput& o, const Scene& scene, std::vector<Issue>* warnings)
 {
     const SurfaceInput& s = o.surface;
     if (s.generate == "tube") return make_tube({build_centreline(s, scene), s.resolution});
@@ -154,18 +158,18 @@ WallModel wall_model(const ObstacleInput& o, const Scene& scene)
         return make_plane(options);
     }
     if (s.generate == "vessel") return make_vessel(vessel_options(s));
-    return wall_from_file(o, scene);
+    return wall_from_file(o, scene, warnings);
 }
 
 } // namespace
 
-std::vector<Obstacle> build_obstacles(const Scene& scene)
+std::vector<Obstacle> build_obstacles(const Scene& scene, std::vector<Issue>* warnings)
 {
     std::vector<Issue> issues;
     std::vector<Obstacle> obstacles;
     for (const ObstacleInput& o : scene.obstacles) {
         try {
-            obstacles.push_back({o.name, wall_model(o, scene)});
+            obstacles.push_back({o.name, wall_model(o, scene, warnings)});
         } catch (const InputError& error) {
             const std::string body = "/bodies/" + o.name;
             for (Issue issue :

@@ -9,8 +9,9 @@
 namespace amontons {
 
 /// Makes the obstacles of a scene: runs generators, reads and checks surface files.
+/// @param warnings  gets what may be meant otherwise (millimetres)
 /// @throws InputError  with all Issues of all obstacles; a mesh's Issue keeps the mesh's file
-std::vector<Obstacle> build_obstacles(const Scene& scene);
+std::vector<Obstacle> build_obstacles(const Scene& scene, std::vector<Issue>* warnings = nullptr);
 
 /// The centreline of a surface: from a file, or of pieces.
 /// @throws InputError

@@ -362,8 +362,8 @@ std::string allowed_in_words(const FieldDeclaration& field)
     if (lower && a.lower == a.upper)
         range = fmt::format("{}", a.lower);
     else {
-        if (lower) range = fmt::format("{} {:.6g}", a.above ? ">" : ">=", a.lower);
-        if (upper) range += fmt::format("{}<= {:.6g}", lower ? " and " : "", a.upper);
+        if (lower) range = fmt::format("{} {:.7g}", a.above ? ">" : ">=", a.lower);
+        if (upper) range += fmt::format("{}<= {:.7g}", lower ? " and " : "", a.upper);
     }
     switch (field.type) {
     case FieldType::boolean:
@@ -379,7 +379,8 @@ std::string allowed_in_words(const FieldDeclaration& field)
     case FieldType::two_names:
         return "[name, name] of two bodies";
     case FieldType::vector:
-        return (a.nonzero ? "three numbers, not all 0" : "three numbers") + unit;
+        return (a.nonzero ? "three numbers, not all 0" : "three numbers") +
+               (range.empty() ? "" : ", each " + range) + unit;
     case FieldType::curve:
         return "a number, or [[time, value], ...], time [s] strictly increasing, value" +
                (range.empty() ? "" : " " + range) + unit;

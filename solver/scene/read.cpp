@@ -15,6 +15,11 @@
 namespace amontons {
 namespace {
 
+bool inside(double v, const Allowed& a)
+{
+    return std::isfinite(v) && (a.above ? v > a.lower : v >= a.lower) && v <= a.upper;
+}
+
 /// Fills a Scene from JSON and collects what is wrong on the way.
 class Reader {
 public:
@@ -46,14 +51,12 @@ private:
 bool Reader::number(const Json& json, const FieldDeclaration& f, const std::string& place,
                     double& out)
 {
-    const Allowed& a = f.allowed;
     if (!json.is_number()) {
         wrong(place, shown(json), allowed_in_words(f));
         return false;
     }
     const double v = json.get<double>();
-    const bool inside = std::isfinite(v) && (a.above ? v > a.lower : v >= a.lower) && v <= a.upper;
-    if (!inside) {
+    if (!inside(v, f.allowed)) {
         wrong(place, shown(json), allowed_in_words(f));
         return false;
     }
@@ -67,7 +70,7 @@ bool Reader::vector(const Json& json, const FieldDeclaration& f, const std::stri
     Vec3 v = Vec3::Zero();
     bool good = json.is_array() && json.size() == 3;
     for (std::size_t i = 0; good && i < 3; ++i) {
-        good = json[i].is_number() && std::isfinite(json[i].get<double>());
+        good = json[i].is_number() && inside(json[i].get<double>(), f.allowed);
         if (good) v[static_cast<Eigen::Index>(i)] = json[i].get<double>();
     }
     if (good && f.allowed.nonzero) {

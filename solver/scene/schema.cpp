@@ -106,7 +106,7 @@ void field_schema(JsonText& out, const FieldDeclaration& f, const void* defaults
         break;
     case FieldType::vector:
         list_of(3, 3);
-        out.open('{').member("type", "number").close('}');
+        number_schema(out, f);
         break;
     case FieldType::curve:
         out.key("oneOf").open('[');

@@ -7,6 +7,7 @@
 #include "mesh/orient_surface.hpp"
 #include "mesh/read.hpp"
 #include "mesh/read_volume.hpp"
+#include "mesh/size_check.hpp"
 #include "mesh/volume_check.hpp"
 #include "solver/body/condensed_solid.hpp"
 #include "solver/body/rigid_body.hpp"
@@ -40,7 +41,7 @@ void add_issues(const std::vector<Issue>& found, const Scene& scene, const std::
     }
 }
 
-RigidShape build_shape(const ShapeInput& s, const Scene& scene)
+RigidShape build_shape(const ShapeInput& s, const Scene& scene, std::vector<Issue>& warnings)
 {
     if (s.generate == "box") return Box{0.5 * s.size, s.points};
     if (s.generate == "ball") return Ball{s.radius};
@@ -48,6 +49,8 @@ RigidShape build_shape(const ShapeInput& s, const Scene& scene)
     const std::string path = beside(scene, s.file);
     SurfaceMesh mesh = read_surface(path, s.scale, nullptr);
     orient_consistently(mesh);
+    for (Issue& odd : size_warnings(mesh.points, path))
+        warnings.push_back(std::move(odd));
     return make_triangle_shape(std::move(mesh), path);
 }
 
@@ -134,9 +137,8 @@ std::vector<ContactLaw> written_out(const Scene& scene)
 constexpr double kMargin = 0.002; // of it: see ContactPair
 constexpr double kReach = 0.2;    // of the smaller body: gaps that are looked at, unless it is said
 
-} // namespace
-
-VolumeMesh build_mesh(const MeshInput& m, const Scene& scene)
+/// The elements that a scene asks for.
+VolumeMesh build_mesh(const MeshInput& m, const Scene& scene, std::vector<Issue>& warnings)
 {
     if (m.generate == "box") {
         SolidBoxOptions o;
@@ -161,8 +163,14 @@ VolumeMesh build_mesh(const MeshInput& m, const Scene& scene)
         return make_solid_tube({build_centreline(s, scene), m.thickness, m.around, m.through,
                                 m.along, kind_of(m.element)});
     }
-    return read_volume(beside(scene, m.file), m.scale).mesh;
+    const std::string path = beside(scene, m.file);
+    VolumeFile file = read_volume(path, m.scale);
+    if (!file.cut.empty())
+        warnings.push_back({file.cut, "", "a last line without an end", "a whole file"});
+    return std::move(file.mesh);
 }
+
+} // namespace
 
 std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<Obstacle>& obstacles,
                                          std::vector<Issue>& warnings)
@@ -180,7 +188,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         const SolidInput& input = scene.solids[i];
         const std::string place = "/bodies/" + input.name + "/mesh";
         try {
-            meshes[i] = build_mesh(input.mesh, scene);
+            meshes[i] = build_mesh(input.mesh, scene, warnings);
             const std::string file =
                 input.mesh.file.empty() ? scene.file : beside(scene, input.mesh.file);
             const VolumeReport report = check_volume(meshes[i]);
@@ -249,7 +257,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         for (const RigidInput& input : scene.rigids) {
             if (input.name != name) continue;
             try {
-                RigidShape shape = build_shape(input.shape, scene);
+                RigidShape shape = build_shape(input.shape, scene, warnings);
                 const MassProperties mass = mass_of(input, shape);
                 auto body = std::make_unique<RigidBody>(input, std::move(shape), mass);
                 system->refs.push_back({body.get(), body.get(), nullptr, name});

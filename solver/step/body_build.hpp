@@ -12,8 +12,4 @@ namespace amontons {
 std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<Obstacle>& obstacles,
                                          std::vector<Issue>& warnings);
 
-/// The elements that a scene asks for.
-/// @throws InputError
-VolumeMesh build_mesh(const MeshInput& input, const Scene& scene);
-
 } // namespace amontons

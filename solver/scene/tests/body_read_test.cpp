@@ -1,0 +1,109 @@
+#include "mesh/base/error.hpp"
+#include "solver/scene/read.hpp"
+
+#include <doctest/doctest.h>
+#include <string>
+
+using namespace amontons;
+
+namespace {
+
+const char* const kExample = R"({
+  "schema": 1,
+  "bodies": {
+    "floor": {"kind": "obstacle", "surface": {"generate": "plane"}},
+    "block": {"kind": "solid", "youngs_modulus": 1e5, "poisson_ratio": 0.3, "density": 1000,
+              "mesh": {"generate": "box", "size": [0.1, 0.2, 0.3], "cells": [1, 2, 3], "grading": [1, 1, 2]},
+              "hold": [{"set": "z_min"}], "loads": [{"set": "z_max", "pressure": 5}]},
+    "stone": {"kind": "rigid", "shape": {"generate": "box", "size": [0.1, 0.1, 0.2]}, "mass": 2,
+              "inertia": [0.1, 0.2, 0.3], "drive": {"x": [[0, 0], [1, 0.1]], "axis": [0, 1, 0]}}
+  },
+  "contact": [{"between": ["block", "floor"], "friction": 0.3}],
+  "couplings": [{"kind": "spring", "between": ["stone", "world"], "to": [0, 0, 1], "stiffness": 10}],
+  "time": {"kind": "dynamic", "step": 0.1, "end": 1}
+})";
+
+/// The issues of the example with one piece of text replaced; "" if it is a scene.
+std::string bad(const std::string& old, const std::string& now)
+{
+    std::string text = kExample;
+    const std::size_t at = text.find(old);
+    REQUIRE(at != std::string::npos);
+    try {
+        parse_scene(text.replace(at, old.size(), now), "s.json", {});
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+bool has(const std::string& text, const std::string& part)
+{
+    return text.find(part) != std::string::npos;
+}
+
+} // namespace
+
+TEST_CASE("solids and rigid bodies read as they are written, and resolved as the same again")
+{
+    const Scene s = parse_scene(kExample, "s.json", {});
+    REQUIRE(s.solids.size() == 1);
+    CHECK(s.solids[0].mesh.size == Vec3(0.1, 0.2, 0.3));
+    CHECK(s.solids[0].mesh.cells == Vec3(1, 2, 3));
+    CHECK(s.solids[0].hold.at(0).set == "z_min");
+    CHECK(s.solids[0].loads.at(0).pressure == CurvePoints{{0, 5}});
+    REQUIRE(s.rigids.size() == 1);
+    CHECK(*s.rigids[0].inertia == Vec3(0.1, 0.2, 0.3));
+    CHECK(s.rigids[0].drive.given);
+    CHECK(s.couplings.at(0).kind == "spring");
+    const std::string resolved = resolved_scene(s);
+    CHECK(resolved_scene(parse_scene(resolved, "again.json", {})) == resolved);
+}
+
+TEST_CASE("every one of three numbers is held to its range")
+{
+    for (const char* size : {"[0.1, 0.2, 0]", "[0, 0.2, 0.3]", "[0.1, -0.2, 0.3]", "[0.1, 0.2]"}) {
+        CAPTURE(size);
+        std::string shown = size;
+        std::erase(shown, ' ');
+        CHECK(bad("[0.1, 0.2, 0.3]", size) == "s.json: /bodies/block/mesh/size: found " + shown +
+                                                  ", allowed: three numbers, each > 0 [m]");
+    }
+    CHECK(has(bad("[1, 2, 3]", "[1, 0, 3]"),
+              "/bodies/block/mesh/cells: found [1,0,3], allowed: three numbers, each >= 1"));
+    CHECK(has(bad("[1, 2, 3]", "[1, 1.5, 3]"), "/bodies/block/mesh/cells: found 1.5"));
+    CHECK(has(bad("[1, 1, 2]", "[1, 1, 0]"), "/bodies/block/mesh/grading"));
+    CHECK(has(bad("[0.1, 0.1, 0.2]", "[0.1, 0.1, 0]"), "/bodies/stone/shape/size"));
+    CHECK(has(bad("\"inertia\": [0.1, 0.2, 0.3]", "\"inertia\": [0.1, 0, 0.3]"),
+              "/bodies/stone/inertia"));
+    CHECK(has(bad("[0, 1, 0]", "[0, 0, 0]"), "allowed: three numbers, not all 0"));
+}
+
+TEST_CASE("an inertia that no body has is refused; a flat body's is the limit")
+{
+    CHECK(bad("\"inertia\": [0.1, 0.2, 0.3]", "\"inertia\": [0.1, 0.2, 0.31]") ==
+          "s.json: /bodies/stone/inertia: found [0.1, 0.2, 0.31], allowed: none above the sum of "
+          "the other two: no body has such an inertia");
+    CHECK(bad("\"inertia\": [0.1, 0.2, 0.3]", "\"inertia\": [0.3, 0.1, 0.2]").empty());
+}
+
+TEST_CASE("materials, sets, loads, masses and joints that cannot be are refused with their place")
+{
+    CHECK(has(bad("\"poisson_ratio\": 0.3", "\"poisson_ratio\": 0.5"),
+              "/bodies/block/poisson_ratio: found 0.5"));
+    CHECK(
+        has(bad("\"poisson_ratio\": 0.3", "\"poisson_ratio\": -1"), "/bodies/block/poisson_ratio"));
+    CHECK(has(bad("\"youngs_modulus\": 1e5", "\"youngs_modulus\": 0"),
+              "/bodies/block/youngs_modulus"));
+    CHECK(has(bad(", \"density\": 1000", ""), "/bodies/block/density"));
+    CHECK(has(bad("\"set\": \"z_min\"", "\"set\": \"\""),
+              "/bodies/block/hold/0/set: found \"\", allowed: a text that is not empty"));
+    CHECK(has(bad(", \"pressure\": 5", ""), "/bodies/block/loads/0"));
+    CHECK(has(bad("\"mass\": 2", "\"mass\": 2, \"density\": 1"), "either \"mass\" or \"density\""));
+    CHECK(has(bad("\"mass\": 2", "\"mass\": 0"), "/bodies/stone/mass"));
+    CHECK(has(bad("\"stone\", \"world\"", "\"stome\", \"world\""), "\"stone\" (nearest name)"));
+    CHECK(has(bad(", \"stiffness\": 10", ""), "/couplings/0/stiffness"));
+    CHECK(has(bad("\"friction\": 0.3", "\"restitution\": 1.1"), "/contact/0/restitution"));
+    CHECK(has(bad("\"kind\": \"dynamic\"", "\"kind\": \"quasi_static\", \"theta\": 0.4"),
+              "/time/theta"));
+}
