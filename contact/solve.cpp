@@ -2,6 +2,7 @@
 
 #include "contact/analysis.hpp"
 #include "contact/cone.hpp"
+#include "contact/least_norm.hpp"
 #include "contact/presolve.hpp"
 #include "contact/solvers/automatic.hpp"
 #include "contact/solvers/newton.hpp"
@@ -174,6 +175,14 @@ void reduce_norm(const ContactProblem& problem, const SolverOptions& options,
 {
     const double size = outcome.reaction.norm();
     if (size == 0 || problem.W.is_matrix_free()) return;
+    if (const std::optional<Eigen::VectorXd> least =
+            least_norm_of_same_motion(problem, outcome.reaction)) {
+        const NaturalMapError error(problem, options.scope);
+        if (error(*least, problem.W * *least + problem.q) <= options.tolerance) {
+            outcome.reaction = *least;
+            return;
+        }
+    }
     const double alpha = 0.1 * options.tolerance * problem.q.norm() / size;
     ContactProblem softer = problem;
     if (problem.W.is_dense()) {

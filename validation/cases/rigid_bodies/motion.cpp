@@ -64,7 +64,7 @@ std::vector<Measured> incline()
     rows.push_back(
         relative("speed after 1 s at 30 degrees", a, r.quantity("body_velocity_x"), 1e-8));
     rows.push_back(relative("way after 1 s: a t (t + h) / 2, the rule's own", a * 1.01 / 2,
-                            r.quantity("body_x"), 1e-9));
+                            r.quantity("body_x"), 1e-10));
     rows.push_back(relative(
         "way after 1 s, midpoint rule", a / 2,
         [&] {
@@ -104,8 +104,20 @@ std::vector<Measured> thrown_block()
     };
     const SolidRun r = thrown(0);
     const double vx = r.quantity("body_velocity_y"), vy = r.quantity("body_velocity_x");
-    return {relative("sideways way at 0.5 s", 0.190125, r.quantity("body_y"), 2e-3),
-            relative("downhill way at 0.5 s", 0.19424, r.quantity("body_x"), 2e-3),
+    // On the level the friction cone is round: the same way towards any side.
+    double uneven = 0;
+    for (int degrees = 0; degrees <= 90; degrees += 15) {
+        const double a = degrees * kPi / 180, mu = std::tan(20 * kPi / 180), t = 0.2;
+        OnPlane s(box({0.02, 0.02, 1e-5}), 1, 5e-6, 0, mu, 1e-3, t);
+        s.body->start.velocity = {std::cos(a), std::sin(a), 0};
+        const SolidRun level = s.run();
+        const Vec3 v(level.quantity("body_velocity_x"), level.quantity("body_velocity_y"), 0);
+        uneven = std::max(uneven, (v - (1 - mu * kG * t) * s.body->start.velocity).norm());
+    }
+    return {at_most("on the level, thrown by 0 to 90 degrees: off the speed v0 - mu g t [m/s]",
+                    uneven, 1e-8),
+            relative("sideways way at 0.5 s", 0.190125, r.quantity("body_y"), 1e-3),
+            relative("downhill way at 0.5 s", 0.19424, r.quantity("body_x"), 1e-3),
             absolute("sideways speed at 0.5 s [m/s]", 0.0574484, vx, 1e-3),
             absolute("downhill speed at 0.5 s [m/s]", 0.4983498, vy, 1e-3),
             relative("|v| + v downhill, at all times v0", 1, std::hypot(vx, vy) + vy, 1e-3)};
@@ -145,9 +157,32 @@ std::vector<Measured> rolling_down()
     rows.push_back(relative("slip of a ball 1e-3 below it",
                             kG * std::cos(kPi / 6) * (critical - (critical - 1e-3)) * 3.5 * 0.1,
                             slip(critical - 1e-3), 1e-4));
-    OnPlane s(ball(radius), 1, radius, 30, 0.5, 1e-3, 1);
-    rows.push_back(relative("speed of a ball that rolls for 1 s", 3.50357143,
-                            s.run().quantity("body_velocity_x"), 1e-6));
+    // Only the moment of inertia, k m R^2, tells them apart.
+    struct Round {
+        const char* name;
+        double k, critical, acceleration;
+    };
+    for (const Round& b : {Round{"ball", 0.4, 0.16495722, 3.50357143},
+                           {"cylinder", 0.5, 0.19245009, 3.27},
+                           {"hoop", 1, 0.288675135, 2.4525}}) {
+        const auto rolled = [&](double mu, double t) {
+            OnPlane s(ball(radius), 1, radius, 30, mu, 1e-3, t);
+            s.body->inertia = Vec3::Constant(b.k * radius * radius);
+            return s.run();
+        };
+        rows.push_back(relative(fmt::format("speed after rolling for 1 s: {}", b.name),
+                                b.acceleration, rolled(0.5, 1).quantity("body_velocity_x"), 1e-6));
+        double low = b.critical - 1e-3, high = b.critical + 1e-3;
+        while (high - low > 1e-7) {
+            const double mu = 0.5 * (low + high);
+            const SolidRun r = rolled(mu, 0.02);
+            const double sliding =
+                r.quantity("body_velocity_x") - radius * r.quantity("body_spin_y");
+            (sliding > 1e-9 ? low : high) = mu;
+        }
+        rows.push_back(absolute(fmt::format("least friction to roll: {}", b.name), b.critical,
+                                0.5 * (low + high), 1e-6));
+    }
     return rows;
 }
 
@@ -157,7 +192,7 @@ std::vector<Measured> spinning_disc()
     disc.generate = "cylinder";
     disc.radius = 0.1;
     disc.length = 1e-4;
-    disc.points = 100;
+    disc.points = 144; // of 100, in rings, the ratio itself is 1 % off
     OnPlane s(disc, 1, 5e-5, 0, 0.3, 1e-3, 0.6);
     s.body->start.velocity = {1, 0, 0};
     s.body->start.spin = {0, 0, 1 / (0.1 * 0.6530018)};
@@ -195,7 +230,7 @@ std::vector<Measured> bouncing_ball()
 std::vector<Measured> balls_in_line()
 {
     std::vector<Measured> rows;
-    for (const int n : {3, 4, 5})
+    for (const int n : {2, 3, 4, 5})
         for (const double e : {1.0, 0.0}) {
             SolidScene s("balls in a line");
             for (int k = 0; k < n; ++k) {
@@ -223,6 +258,13 @@ std::vector<Measured> balls_in_line()
                 fmt::format("speeds of {} balls after a blow, e = {}, off Moreau's law [m/s]", n,
                             e),
                 worst, 1e-12));
+            if (n != 3 || e != 1) continue;
+            double off = 0; // impulses of the two contacts, 4/3 and 2/3
+            for (const ContactRecord& c : r.last().contacts)
+                off = std::max(
+                    off, std::abs(c.normal_force * 0.01 - (c.point.x() < 1 ? 4.0 / 3 : 2.0 / 3)));
+            rows.push_back(
+                at_most("impulses of 3 balls, e = 1, off Moreau's law [N s]", off, 1e-12));
         }
     return rows;
 }
@@ -263,7 +305,7 @@ std::vector<Measured> rocking_block()
         rows.push_back(
             relative(fmt::format("spin before it, width {}", k.width), k.before, before, 2e-3));
         rows.push_back(relative(fmt::format("spin after over before, width {}", k.width), k.ratio,
-                                after / before, 1e-2));
+                                after / before, 2e-3));
     }
     return rows;
 }

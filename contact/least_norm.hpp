@@ -1,0 +1,18 @@
+#pragma once
+
+#include "contact/problem.hpp"
+
+#include <optional>
+
+namespace amontons {
+
+/// Of the reactions with the motion of r, the one of least norm, by linear algebra: contacts that
+/// slide keep the direction of their friction, those that are open stay without a force. A dense W
+/// only.
+/// @param r  solves the problem
+/// @return   nothing where the least of those breaks a contact's law: then another set of contacts
+///           acts, and which is no question of linear algebra
+std::optional<Eigen::VectorXd> least_norm_of_same_motion(const ContactProblem& problem,
+                                                         const Eigen::VectorXd& r);
+
+} // namespace amontons
