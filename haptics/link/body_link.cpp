@@ -72,7 +72,7 @@ struct BodyLink::State {
         step.start = time;
         step.h = h;
         step.dynamic = scene.time.kind == "dynamic" && h > 0;
-        step.theta = scene.time.theta;
+        step.rule = time_rule(scene.time);
         step.gravity = scene.gravity;
         return step;
     }

@@ -45,6 +45,7 @@ public:
     Vec3 displacement(const BodyPlace& at) const override { return inner_.displacement(at); }
     Vec3 velocity(const BodyPlace& at) const override { return inner_.velocity(at); }
     Vec3 start_velocity(const BodyPlace& at) const override { return inner_.start_velocity(at); }
+    Vec3 past_velocity(const BodyPlace& at) const override { return inner_.past_velocity(at); }
     Eigen::VectorXd free_change() const override;
     void compliance(const SparseColumns& C, Eigen::MatrixXd& W) override;
     Eigen::VectorXd solve(const Eigen::VectorXd& force) override;

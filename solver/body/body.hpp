@@ -2,6 +2,7 @@
 
 #include "contact/surface/contact_points.hpp"
 #include "mesh/base/types.hpp"
+#include "solver/body/time_rule.hpp"
 #include "solver/output/step_record.hpp"
 
 #include <Eigen/Geometry>
@@ -25,7 +26,7 @@ namespace amontons {
 struct StepInput {
     double start = 0, h = 0; ///< [s]
     bool dynamic = false;
-    double theta = 1; ///< x' = x + h (theta v' + (1 - theta) v)
+    TimeRule rule; ///< dynamic: how places follow velocities, and velocities forces
     Vec3 gravity = Vec3::Zero();
     double end() const { return start + h; }
 };
@@ -75,6 +76,8 @@ public:
     virtual Vec3 displacement(const BodyPlace& at) const = 0;   ///< iterate - start of step [m]
     virtual Vec3 velocity(const BodyPlace& at) const = 0;       ///< of the iterate [m/s]
     virtual Vec3 start_velocity(const BodyPlace& at) const = 0; ///< at the start of the step
+    /// What is known of the mean velocity of a dynamic step: all but the end velocity's share.
+    virtual Vec3 past_velocity(const BodyPlace& at) const = 0;
 
     virtual Eigen::VectorXd free_change() const = 0; ///< y_free
     /// W = C^T A^+ C, symmetric.

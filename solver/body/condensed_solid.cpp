@@ -83,7 +83,7 @@ void CondensedSolid::make_parts()
             if (l.force) load(i, 3 + axis, f);
         }
     }
-    if (material_.density > 0 && !step_.gravity.isZero())
+    if (material_.density > 0 && !step_.gravity.isZero(0))
         for (int axis = 0; axis < 3; ++axis) {
             Eigen::VectorXd f = Eigen::VectorXd::Zero(size);
             for (Eigen::Index i = 0; i < weights_.size(); ++i)
@@ -316,7 +316,7 @@ BodyEnergy CondensedSolid::accept(const Eigen::VectorXd&)
         const Vec3 f = on_touching_now_.segment<3>(at3(k)), old = on_touching_.segment<3>(at3(k));
         const Vec3 u = now_.u.segment<3>(3 * touching_[k]);
         e.elastic += 0.5 * f.dot(u - rigid.segment<3>(at3(k)));
-        if (kind_ == Frame::driven && (!f.isZero() || !old.isZero())) {
+        if (kind_ == Frame::driven && (!f.isZero(0) || !old.isZero(0))) {
             // What drives the frame balances the contacts on its way.
             const Vec3 X = mesh_.nodes[std::size_t(touching_[k])] + u;
             const Vec3 moved = now_.frame * X - state_.frame * X;

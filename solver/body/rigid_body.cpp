@@ -76,8 +76,9 @@ void RigidBody::begin(const StepInput& step)
         modes_.resize(0, 0);
         drive(step.end());
     } else if (step.dynamic) { // the iterate stands where the step starts
-        now_.velocity = -(1 - step.theta) / step.theta * state_.velocity;
-        now_.spin = -(1 - step.theta) / step.theta * state_.spin;
+        begin_memory();
+        now_.velocity = -past_velocity_ / step.rule.end;
+        now_.spin = -past_spin_ / step.rule.end;
     } else { // nothing but contacts holds it; turns are measured by the path at its size
         modes_ = Eigen::MatrixXd::Identity(6, 6);
         modes_.bottomRightCorner(3, 3) /= size_;
@@ -106,12 +107,34 @@ void RigidBody::drive_to(const Placement& at)
     drive(step_.end());
 }
 
+/// What is known of the step's means: all but the shares of velocity and spin at its end.
+void RigidBody::begin_memory()
+{
+    const TimeRule& rule = step_.rule;
+    if (!rule.filtered) {
+        const double middle = step_.start + rule.end * step_.h;
+        mean_force_ = force(middle);
+        mean_torque_ = torque(middle);
+        past_velocity_ = rule.start * state_.velocity;
+        past_spin_ = rule.start * state_.spin;
+        past_angular_ = rule.start * angular_;
+        return;
+    }
+    const Vec3 f = force(step_.start), m = torque(step_.start);
+    if (!memory_.begun) memory_ = {true, state_.velocity, angular_, f, m};
+    mean_force_ = rule.end * force(step_.end()) + rule.past(f, memory_.force);
+    mean_torque_ = rule.end * torque(step_.end()) + rule.past(m, memory_.torque);
+    past_velocity_ = rule.past(state_.velocity, memory_.velocity);
+    past_angular_ = rule.past(angular_, memory_.angular);
+    past_spin_ = inertia(state_.turn).ldlt().solve(past_angular_);
+}
+
 /// The place that the velocity of the iterate leads to.
 void RigidBody::move_with_velocity()
 {
-    const double a = step_.theta, b = 1 - step_.theta;
-    now_.centre = state_.centre + step_.h * (a * now_.velocity + b * state_.velocity);
-    now_.turn = rotation(step_.h * (a * now_.spin + b * state_.spin)) * state_.turn;
+    const double a = step_.rule.end;
+    now_.centre = state_.centre + step_.h * (a * now_.velocity + past_velocity_);
+    now_.turn = rotation(step_.h * (a * now_.spin + past_spin_)) * state_.turn;
     now_.turn.normalize();
 }
 
@@ -130,9 +153,8 @@ Vec3 RigidBody::displacement(const BodyPlace& at) const
 {
     if (step_.dynamic && !driven()) { // as the velocities say: what forces there work on
         const Vec3 arm = at.point - state_.centre;
-        const double a = step_.theta, b = 1 - step_.theta;
-        return step_.h * (a * (now_.velocity + now_.spin.cross(arm)) +
-                          b * (state_.velocity + state_.spin.cross(arm)));
+        return step_.h * (step_.rule.end * (now_.velocity + now_.spin.cross(arm)) + past_velocity_ +
+                          past_spin_.cross(arm));
     }
     const Vec3 arm = now_.turn.conjugate() * (at.point - now_.centre);
     return at.point - (state_.centre + state_.turn * arm);
@@ -149,13 +171,20 @@ Vec3 RigidBody::start_velocity(const BodyPlace& at) const
     return state_.velocity + state_.spin.cross(state_.turn * arm);
 }
 
+Vec3 RigidBody::past_velocity(const BodyPlace& at) const
+{
+    if (driven()) return (1 - step_.rule.end) * velocity(at);
+    const Vec3 arm = now_.turn.conjugate() * (at.point - now_.centre);
+    return past_velocity_ + past_spin_.cross(state_.turn * arm);
+}
+
 Eigen::VectorXd RigidBody::free_change() const
 {
     Eigen::VectorXd y = Eigen::VectorXd::Zero(unknowns());
     if (driven() || !step_.dynamic) return y;
-    const double h = step_.h, middle = step_.start + step_.theta * h;
-    const Vec3 momentum = angular_ + h * torque(middle);
-    y.head<3>() = state_.velocity + h / mass_.mass * force(middle) - now_.velocity;
+    const double h = step_.h;
+    const Vec3 momentum = angular_ + h * mean_torque_;
+    y.head<3>() = state_.velocity + h / mass_.mass * mean_force_ - now_.velocity;
     y.tail<3>() = inertia(now_.turn).ldlt().solve(momentum) - now_.spin;
     return y;
 }
@@ -219,16 +248,17 @@ BodyEnergy RigidBody::accept(const Eigen::VectorXd& contact)
     if (!driven()) {
         const Vec3 moved = now_.centre - state_.centre;
         const Vec3 turned = rotation_vector(now_.turn * state_.turn.conjugate());
-        const double middle = step_.start + step_.theta * step_.h;
-        e.work = force(middle).dot(moved) + torque(middle).dot(turned);
+        const Vec3 f = step_.dynamic ? mean_force_ : force(step_.end()),
+                   m = step_.dynamic ? mean_torque_ : torque(step_.end());
+        e.work = f.dot(moved) + m.dot(turned);
         e.work_absolute = std::abs(e.work);
         if (step_.dynamic) {
             // Momentum first, from the forces alone. The turn follows by the midpoint rule, which
             // keeps the energy of a body left alone; the spin from the turn reached.
             const Vec3 before = angular_;
-            angular_ += step_.h * torque(middle);
+            angular_ += step_.h * mean_torque_;
             if (contact.size() == 6) angular_ += contact.tail<3>();
-            const Vec3 momentum = step_.theta * angular_ + (1 - step_.theta) * before;
+            const Vec3 momentum = step_.rule.end * angular_ + past_angular_;
             constexpr int kTurns = 8; // each brings h |spin| of the error's digits
             Eigen::Quaterniond half = now_.turn;
             for (int i = 0; i < kTurns; ++i)
@@ -236,10 +266,19 @@ BodyEnergy RigidBody::accept(const Eigen::VectorXd& contact)
             const Vec3 spin = inertia(half).ldlt().solve(momentum);
             now_.turn = (rotation(step_.h * spin) * state_.turn).normalized();
             now_.spin = inertia(now_.turn).ldlt().solve(angular_);
-            // What the rule takes: (theta - 1/2) |v' - v|^2 in the norm of the mass.
+            // What the rule takes: the change of momentum times the excess of the mean velocity.
             const Vec3 dv = now_.velocity - state_.velocity, dL = angular_ - before;
-            e.dissipated = (step_.theta - 0.5) *
-                           (mass_.mass * dv.squaredNorm() + dL.dot(inertia(half).ldlt().solve(dL)));
+            const Vec3 faster = moved / step_.h - state_.velocity - 0.5 * dv;
+            e.dissipated = mass_.mass * dv.dot(faster) +
+                           dL.dot(inertia(half).ldlt().solve(momentum - before - 0.5 * dL));
+            if (step_.rule.filtered) {
+                const TimeRule& rule = step_.rule;
+                const Vec3 f0 = force(step_.start), m0 = torque(step_.start);
+                memory_.force = rule.next(force(step_.end()), f0, memory_.force);
+                memory_.torque = rule.next(torque(step_.end()), m0, memory_.torque);
+                memory_.velocity = rule.next(now_.velocity, state_.velocity, memory_.velocity);
+                memory_.angular = rule.next(angular_, before, memory_.angular);
+            }
         }
     }
     state_ = now_;
@@ -271,6 +310,9 @@ std::vector<double> RigidBody::state() const
     add(state_.velocity);
     add(state_.spin);
     add(angular_);
+    s.push_back(memory_.begun ? 1 : 0);
+    for (const Vec3& v : {memory_.velocity, memory_.angular, memory_.force, memory_.torque})
+        add(v);
     return s;
 }
 
@@ -285,6 +327,10 @@ void RigidBody::set_state(std::span<const double> s)
     take(state_.velocity);
     take(state_.spin);
     take(angular_);
+    memory_.begun = s.front() != 0;
+    s = s.subspan(1);
+    for (Vec3* v : {&memory_.velocity, &memory_.angular, &memory_.force, &memory_.torque})
+        take(*v);
     now_ = state_;
 }
 

@@ -43,6 +43,7 @@ public:
     Vec3 displacement(const BodyPlace& at) const override;
     Vec3 velocity(const BodyPlace& at) const override;
     Vec3 start_velocity(const BodyPlace& at) const override;
+    Vec3 past_velocity(const BodyPlace& at) const override;
     Eigen::VectorXd free_change() const override;
     void compliance(const SparseColumns& C, Eigen::MatrixXd& W) override;
     Eigen::VectorXd solve(const Eigen::VectorXd& force) override;
@@ -77,6 +78,7 @@ private:
     Vec3 force(double t) const;
     Vec3 torque(double t) const;
     void drive(double t);
+    void begin_memory();
     void move_with_velocity();
 
     RigidInput input_;
@@ -88,6 +90,16 @@ private:
     std::optional<Placement> driven_to_;
     Vec3 angular_ = Vec3::Zero(); ///< angular momentum about the centre of mass, of the state
     Eigen::MatrixXd modes_;
+
+    /// The filtered rates of the generalised-alpha rule.
+    struct Memory {
+        bool begun = false;
+        Vec3 velocity = Vec3::Zero(), angular = Vec3::Zero(); ///< angular: the momentum
+        Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+    } memory_;
+    Vec3 past_velocity_ = Vec3::Zero(), past_spin_ = Vec3::Zero(); ///< see Body::past_velocity
+    Vec3 past_angular_ = Vec3::Zero();
+    Vec3 mean_force_ = Vec3::Zero(), mean_torque_ = Vec3::Zero(); ///< over the step
 };
 
 } // namespace amontons

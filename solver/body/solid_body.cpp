@@ -37,6 +37,11 @@ SparseMatrix scalar_mass(const VolumeMesh& mesh, double density)
     return m;
 }
 
+bool same(const Placement& a, const Placement& b)
+{
+    return a.turn.coeffs() == b.turn.coeffs() && a.shift == b.shift;
+}
+
 } // namespace
 
 SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
@@ -77,6 +82,7 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
     state_.x.resize(n);
     update_places(state_);
     first_ = state_.x; // before what is prescribed at the start
+    first_frame_ = state_.frame;
     hold(state_, 0);
     update_places(state_);
     const Vec3 c = centre(state_.x);
@@ -132,7 +138,7 @@ Eigen::VectorXd SolidBody::loads(const Motion& m, double t) const
             for (const std::int32_t node : load.nodes)
                 f.segment<3>(3 * node) += of_frame(factor * *l.force) / double(load.nodes.size());
     }
-    if (material_.density > 0 && !step_.gravity.isZero())
+    if (material_.density > 0 && !step_.gravity.isZero(0))
         Eigen::Map<Eigen::Matrix3Xd>(f.data(), 3, f.size() / 3).noalias() +=
             of_frame(step_.gravity) * weights_.transpose();
     return f; // along the frame's axes
@@ -175,14 +181,20 @@ void SolidBody::begin(const StepInput& step)
     step_ = step;
     now_ = state_;
     free_known_ = false;
-    if (kind_ == Frame::driven) now_.frame = frame_at(step.end());
-    hold(now_, step.end());
     if (!step.dynamic) {
+        if (kind_ == Frame::driven) now_.frame = frame_at(step.end());
+        hold(now_, step.end());
         update_places(now_);
         return;
     }
     // The iterate stands where the step starts, but for what is prescribed.
-    const double a = step.theta, b = 1 - step.theta, h = step.h;
+    const double h = step.h;
+    if (step.rule.filtered)
+        begin_memory();
+    else
+        past_velocity_ = step.rule.start * state_.v;
+    if (kind_ == Frame::driven) now_.frame = frame_at(step.end());
+    hold(now_, step.end());
     if (kind_ == Frame::floating) {
         // Where the frame will be if the body turns on as it does: elastic forces of the step are
         // linear in it, and the turn left for u is of second order.
@@ -196,7 +208,8 @@ void SolidBody::begin(const StepInput& step)
     }
     for (std::size_t i = 0; i < now_.x.size(); ++i)
         now_.v.segment<3>(at3(i)) =
-            ((now_.x[i] - state_.x[i]) / h - b * Vec3(state_.v.segment<3>(at3(i)))) / a;
+            ((now_.x[i] - state_.x[i]) / h - Vec3(past_velocity_.segment<3>(at3(i)))) /
+            step.rule.end;
 }
 
 Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
@@ -210,7 +223,8 @@ Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
         last_load_ = f;
         return f - inner;
     }
-    const double h = step_.h, theta = step_.theta;
+    if (step_.rule.filtered) return filtered_residual(scale);
+    const double h = step_.h, theta = step_.rule.end;
     Motion between;
     if (theta < 1) {
         between = now_;
@@ -281,8 +295,26 @@ void SolidBody::add_column(const BodyPlace& at, const Vec3& direction, double sc
 Vec3 SolidBody::displacement(const BodyPlace& at) const
 {
     Vec3 d = Vec3::Zero();
+    if (!step_.dynamic && same(now_.frame, state_.frame)) { // to the digits of u, not of places
+        for (const StencilEntry& e : at.nodes)
+            d += e.weight * (now_.u.segment<3>(3 * e.node) - state_.u.segment<3>(3 * e.node));
+        return now_.frame.turn * d;
+    }
     for (const StencilEntry& e : at.nodes)
         d += e.weight * (now_.x[std::size_t(e.node)] - state_.x[std::size_t(e.node)]);
+    return d;
+}
+
+Vec3 SolidBody::moved_from_first(std::span<const StencilEntry> nodes) const
+{
+    Vec3 d = Vec3::Zero();
+    if (!step_.dynamic && same(now_.frame, first_frame_)) {
+        for (const StencilEntry& e : nodes)
+            d += e.weight * now_.u.segment<3>(3 * e.node);
+        return now_.frame.turn * d;
+    }
+    for (const StencilEntry& e : nodes)
+        d += e.weight * (now_.x[std::size_t(e.node)] - first_[std::size_t(e.node)]);
     return d;
 }
 
@@ -302,6 +334,14 @@ Vec3 SolidBody::start_velocity(const BodyPlace& at) const
     return d;
 }
 
+Vec3 SolidBody::past_velocity(const BodyPlace& at) const
+{
+    Vec3 d = Vec3::Zero();
+    for (const StencilEntry& e : at.nodes)
+        d += e.weight * past_velocity_.segment<3>(3 * e.node);
+    return d;
+}
+
 void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                        const Eigen::VectorXd& force)
 {
@@ -316,7 +356,7 @@ void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
         // A linear body: the residual has changed by A y, so what is left of y_free is known. Not
         // where loads turn against the frame.
         const bool turns =
-            kind_ == Frame::floating && (!input_.loads.empty() || !step_.gravity.isZero());
+            kind_ == Frame::floating && (!input_.loads.empty() || !step_.gravity.isZero(0));
         free_known_ = !corotational_ && !turns;
         if (free_known_) free_change_ -= y;
         if (mode.size() > 0) {
@@ -332,10 +372,9 @@ void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
     const Eigen::VectorXd dv = into_space(whole);
     now_.v += dv;
     now_.version = ++last_version_;
-    const double a = step_.theta, b = 1 - a, h = step_.h;
     for (std::size_t i = 0; i < now_.x.size(); ++i)
-        now_.x[i] = state_.x[i] + h * (a * Vec3(now_.v.segment<3>(at3(i))) +
-                                       b * Vec3(state_.v.segment<3>(at3(i))));
+        now_.x[i] = state_.x[i] + step_.h * (step_.rule.end * Vec3(now_.v.segment<3>(at3(i))) +
+                                             Vec3(past_velocity_.segment<3>(at3(i))));
     into_frame_displacements(now_);
 }
 
@@ -365,8 +404,9 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
     BodyEnergy e;
     Eigen::VectorXd inner, scale;
     const Eigen::VectorXd before = reaction_;
-    if (!conditions_.held
-             .empty()) { // what prescribed nodes need, beside loads, inner forces and contacts
+    const bool filtered = step_.dynamic && step_.rule.filtered;
+    // What prescribed nodes need, beside loads, inner forces and contacts.
+    if (!conditions_.held.empty() || filtered) {
         Eigen::VectorXd missing = -residual(scale) - contact_;
         if (step_.dynamic) missing /= step_.h;
         Eigen::VectorXd held = Eigen::VectorXd::Zero(missing.size());
@@ -396,11 +436,22 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
     if (kind_ == Frame::floating) float_frame(now_);
     const Eigen::VectorXd dv = now_.v - state_.v;
     const Eigen::VectorXd momentum = mass_times(now_.v);
+    if (filtered) {
+        e.dissipated = filtered_loss(momentum);
+        const Eigen::VectorXd start_velocity = state_.v;
+        momentum_ = momentum;
+        state_ = now_;
+        if (kind_ == Frame::floating) find_spin();
+        e.elastic = inner_forces(now_, inner);
+        e.kinetic = kinetic_energy();
+        end_memory(start_velocity, inner);
+        return e;
+    }
     // What the rule takes, (theta - 1/2) of the change's energy, and the damping.
-    const double excess = step_.theta - 0.5;
+    const double excess = step_.rule.end - 0.5;
     if (excess > 0) e.dissipated = excess * (dv.dot(momentum - momentum_) + du.dot(K_ * du));
     if (input_.mass_damping > 0 || input_.stiffness_damping > 0) {
-        const Eigen::VectorXd v = step_.theta * now_.v + (1 - step_.theta) * state_.v;
+        const Eigen::VectorXd v = step_.rule.end * now_.v + step_.rule.start * state_.v;
         e.dissipated += step_.h * input_.mass_damping * v.dot(mass_times(v));
         if (input_.stiffness_damping > 0) {
             const Eigen::VectorXd v_frame = into_frame(v);

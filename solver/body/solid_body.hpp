@@ -11,6 +11,7 @@
 #include "solver/solid/corotational.hpp"
 #include "solver/solid/rigid_modes.hpp"
 
+#include <array>
 #include <optional>
 
 namespace amontons {
@@ -48,6 +49,7 @@ public:
     std::span<const Vec3> first_places() const { return first_; }    ///< when the run began
     /// The least height of an element: no part of the body is thinner [m].
     double thinnest() const;
+    Vec3 moved_from_first(std::span<const StencilEntry> nodes) const; ///< the iterate [m]
     /// Young's modulus, for choosing slaves [Pa].
     double stiffness() const { return material_.youngs_modulus; }
 
@@ -61,6 +63,7 @@ public:
     Vec3 displacement(const BodyPlace& at) const override;
     Vec3 velocity(const BodyPlace& at) const override;
     Vec3 start_velocity(const BodyPlace& at) const override;
+    Vec3 past_velocity(const BodyPlace& at) const override;
     Eigen::VectorXd free_change() const override { return free_change_; }
     void compliance(const SparseColumns& C, Eigen::MatrixXd& W) override;
     Eigen::VectorXd solve(const Eigen::VectorXd& force) override;
@@ -121,7 +124,13 @@ protected:
     Eigen::VectorXd loads(const Motion& m, double t) const; ///< in space [N]
     /// Forces of the material at places, in space [N]; the energy [J].
     double inner_forces(const Motion& m, Eigen::VectorXd& f);
-    Eigen::VectorXd residual(Eigen::VectorXd& scale);          ///< in space; N or N s
+    Eigen::VectorXd residual(Eigen::VectorXd& scale);      ///< in space; N or N s
+    Eigen::VectorXd damping_forces(const Motion& m) const; ///< along the frame of now_ [N]
+    std::array<Eigen::VectorXd*, 6> carried_on();
+    void begin_memory();
+    Eigen::VectorXd filtered_residual(Eigen::VectorXd& scale);
+    double filtered_loss(const Eigen::VectorXd& momentum) const; ///< [J]
+    void end_memory(const Eigen::VectorXd& start_velocity, const Eigen::VectorXd& elastic);
     Eigen::VectorXd solved(const Eigen::VectorXd& f) const;    ///< of the free unknowns
     Eigen::VectorXd with_pins(const Eigen::VectorXd& y) const; ///< and 0 at the pins
     std::vector<double> kept_columns() const;
@@ -180,11 +189,22 @@ protected:
     std::optional<Placement> driven_to_;
     Vec3 spin_ = Vec3::Zero(); ///< of the state's body as a whole [rad/s]
     std::vector<Vec3> first_;
+    Placement first_frame_;
     Eigen::VectorXd free_change_, mode_load_;
-    Eigen::VectorXd contact_;   ///< forces at the accepted state, in the frame, all dofs
-    Eigen::VectorXd reaction_;  ///< of all dofs, in space [N]
-    Eigen::VectorXd load_;      ///< of the state, in space [N]
-    Eigen::VectorXd last_load_; ///< of the last residual, in the frame [N]
+    Eigen::VectorXd contact_;       ///< forces at the accepted state, in the frame, all dofs
+    Eigen::VectorXd reaction_;      ///< of all dofs, in space [N]
+    Eigen::VectorXd load_;          ///< of the state, in space [N]
+    Eigen::VectorXd last_load_;     ///< of the last residual, in the frame [N]
+    Eigen::VectorXd past_velocity_; ///< see Body::past_velocity; 3n [m/s]
+
+    /// What the generalised-alpha rule carries on, of all dofs, in space.
+    struct Memory {
+        bool begun = false;
+        Eigen::VectorXd elastic, inner, load; ///< at the state [N]; inner: with damping
+        Eigen::VectorXd filtered_velocity, filtered_inner, filtered_load; ///< [m/s], [N], [N]
+    } memory_;
+    Eigen::VectorXd past_inner_, past_load_;    ///< shares of the step's mean, in space [N]
+    Eigen::VectorXd last_inner_, last_elastic_; ///< of the last residual, in space [N]
 };
 
 } // namespace amontons

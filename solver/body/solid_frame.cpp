@@ -175,7 +175,7 @@ void SolidBody::find_spin()
 void SolidBody::keep_angular_momentum(const Eigen::VectorXd& load)
 {
     if (input_.mass_damping > 0 || input_.stiffness_damping > 0) return; // damping takes some too
-    const double h = step_.h, theta = step_.theta;
+    const double h = step_.h, theta = step_.rule.filtered ? 0.5 : step_.rule.end;
     const Vec3 about = centre(now_.x);
     const Eigen::VectorXd contact = into_space(contact_), reached = mass_times(now_.v);
     Eigen::VectorXd arms(now_.v.size());

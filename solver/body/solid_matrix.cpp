@@ -62,10 +62,10 @@ void SolidBody::prepare()
 void SolidBody::make_matrix()
 {
     if (dofs_.free.empty()) return;
-    const bool same_step = step_.h == factored_h_ && step_.theta == factored_theta_;
+    const bool same_step = step_.h == factored_h_ && step_.rule.end == factored_theta_;
     if (constant_ && (!step_.dynamic || same_step)) return;
 
-    const double h = step_.h, theta = step_.theta;
+    const double h = step_.h, theta = step_.rule.end;
     if (corotational_) {
         const auto matrix = exact_tangent_ ? corotational_tangent : corotational_stiffness;
         assemble(
@@ -134,6 +134,9 @@ void SolidBody::make_ready(const StepInput& step, const std::string& cache,
                            std::vector<std::string>& messages)
 {
     step_ = step;
+    if (step.dynamic && step.rule.filtered && memory_.inner.size() == 0)
+        for (Eigen::VectorXd* carried : carried_on())
+            carried->setZero(state_.v.size());
     cache_ = cache;
     messages_ = &messages;
     if (K_.size() == 0) prepare();

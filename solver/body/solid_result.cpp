@@ -80,6 +80,13 @@ std::vector<double> SolidBody::state() const
     for (const Vec3& x : state_.x)
         add(x);
     add(reaction_);
+    if (memory_.inner.size() > 0) {
+        s.push_back(memory_.begun ? 1 : 0);
+        for (const Eigen::VectorXd* carried :
+             {&memory_.elastic, &memory_.inner, &memory_.load, &memory_.filtered_velocity,
+              &memory_.filtered_inner, &memory_.filtered_load})
+            add(*carried);
+    }
     const std::vector<double> columns = kept_columns();
     s.insert(s.end(), columns.begin(), columns.end());
     return s;
@@ -109,6 +116,12 @@ void SolidBody::set_state(std::span<const double> s)
     for (Vec3& x : state_.x)
         take(x);
     take(reaction_);
+    if (memory_.inner.size() > 0) {
+        memory_.begun = s.front() != 0;
+        s = s.subspan(1);
+        for (Eigen::VectorXd* carried : carried_on())
+            take(*carried);
+    }
     keep_columns(s);
     state_.version = ++last_version_;
     now_ = state_;

@@ -260,9 +260,17 @@ ObjectDeclaration declare_time()
                                                               "A step is not halved below this.")),
              field<&T::damping>("damping", "1/s", at_least(0),
                                 "Damping of beams proportional to the mass; dynamic only."),
+             choice({"theta", "generalised_alpha"},
+                    text<&T::rule>("rule", "Dynamic steps of solids and rigid bodies: the rule "
+                                           "of their smooth motion. Blows are Moreau's with "
+                                           "either.")),
              field<&T::theta>("theta", "", between(0.5, 1),
-                              "Dynamic steps of solids and rigid bodies: 1 is the implicit Euler "
-                              "rule, 0.5 the midpoint rule, which keeps the energy.")},
+                              "Of the rule \"theta\": 1 is implicit Euler, 0.5 the midpoint rule, "
+                              "which keeps the energy."),
+             field<&T::spectral_radius>(
+                 "spectral_radius", "", between(0, 1),
+                 "Of the rule \"generalised_alpha\", which is of second order: what a step leaves "
+                 "of the highest frequencies; 1 keeps them, 0 leaves none.")},
             "",
             {},
             defaults_of<T>()};

@@ -235,7 +235,9 @@ struct TimeInput {
     double end = 0;                    ///< [s]
     double smallest_step = 0;          ///< [s]; 0: step / 1024
     double damping = 0;                ///< mass-proportional Rayleigh damping of beams [1/s]
-    double theta = 1;                  ///< dynamic solids: 1 implicit Euler, 0.5 the midpoint rule
+    std::string rule = "theta";        ///< of dynamic solids: "theta" | "generalised_alpha"
+    double theta = 1;                  ///< 1 implicit Euler, 0.5 the midpoint rule
+    double spectral_radius = 0.8; ///< of generalised_alpha: what a step leaves of high frequencies
 };
 
 struct AccuracyInput {

@@ -282,7 +282,7 @@ Eigen::VectorXd SolidCompliance::surface_displacement(const Eigen::VectorXd& f)
     AMONTONS_ASSERT(f.size() == 3 * surface);
     forget_nodes();
     for (Eigen::Index s = 0; s < surface; ++s)
-        if (!f.segment<3>(3 * s).isZero()) in_contact_.push_back(std::int32_t(s));
+        if (!f.segment<3>(3 * s).isZero(0)) in_contact_.push_back(std::int32_t(s));
     order_nodes();
     Eigen::VectorXd x = Eigen::VectorXd::Zero(3 * surface);
     if (!has_columns() && !columns_pay(solve_flops())) {

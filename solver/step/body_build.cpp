@@ -14,6 +14,7 @@
 #include "solver/body/solid_body.hpp"
 #include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
+#include "solver/step/deep_overlap.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -171,6 +172,12 @@ VolumeMesh build_mesh(const MeshInput& m, const Scene& scene, std::vector<Issue>
 }
 
 } // namespace
+
+TimeRule time_rule(const TimeInput& time)
+{
+    return time.rule == "generalised_alpha" ? generalised_alpha(time.spectral_radius)
+                                            : theta_rule(time.theta);
+}
 
 std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<Obstacle>& obstacles,
                                          std::vector<Issue>& warnings)
@@ -341,6 +348,8 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         p.margin = law.reach > 0 ? law.reach : kMargin * size;
         pairs.push_back(std::move(p));
     }
+    const std::vector<Issue> deep = deep_overlaps(system->refs, pairs, walls, scene.file);
+    warnings.insert(warnings.end(), deep.begin(), deep.end());
     system->finder = ContactFinder(std::move(pairs), std::move(walls));
     system->couplings = make_couplings(scene, system->refs);
     return system;

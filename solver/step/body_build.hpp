@@ -12,4 +12,7 @@ namespace amontons {
 std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<Obstacle>& obstacles,
                                          std::vector<Issue>& warnings);
 
+/// The rule of a scene's dynamic steps.
+TimeRule time_rule(const TimeInput& time);
+
 } // namespace amontons

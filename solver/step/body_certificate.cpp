@@ -88,10 +88,9 @@ bool BodyStepper::holds_at_end()
         u.segment(solved_rows.first[i], size) = value_[std::size_t(at->second)].head(size);
         if (joint) {
             const int c = at->second - int(list_.contact.size());
-            u[solved_rows.first[i]] +=
-                system_.couplings[std::size_t(c)].softness * r[solved_rows.first[i]];
+            u[solved_rows.first[i]] += give_of(std::size_t(c)) * r[solved_rows.first[i]];
         }
-        if (!f.isZero()) {
+        if (!f.isZero(0)) {
             acting.chosen.push_back(at->second);
             for (int j = 0; j < size; ++j)
                 acting_r.push_back(own[j]);
@@ -104,9 +103,13 @@ bool BodyStepper::holds_at_end()
     if (report_.worst >= 0) report_.worst = -1;
     // A contact that was not in the problem and penetrates now.
     double new_overlap = 0;
+    deepest_.clear();
     for (int c = 0; c < int(list_.contact.size()); ++c)
-        if (motion_.count(key(c)) == 0)
-            new_overlap = std::max(new_overlap, -value_[std::size_t(c)][0]);
+        if (motion_.count(key(c)) == 0 && -value_[std::size_t(c)][0] > new_overlap) {
+            new_overlap = -value_[std::size_t(c)][0];
+            deepest_ = fmt::format("penetration of {:.2g} m left of {}",
+                                   new_overlap * (step_.dynamic ? step_.h : 1), who(c));
+        }
     double shift = total > 0 && !nothing_ ? lost / total : 0;
     make_rows(contacts(), acting);
     const std::vector<Eigen::VectorXd> f = forces(
@@ -123,7 +126,8 @@ bool BodyStepper::holds_at_end()
     for (std::size_t b = 0; b < bodies(); ++b)
         size = std::max(size, body(b).size());
     errors_.push_back(report_.error);
-    return report_.error <= report_.threshold && new_overlap <= options_.tolerance * size &&
+    if (new_overlap <= options_.tolerance * size) deepest_.clear();
+    return report_.error <= report_.threshold && deepest_.empty() &&
            left_out_ <= options_.tolerance * size;
 }
 

@@ -213,10 +213,7 @@ Vec3 ContactFinder::moved(const std::vector<BodyRef>& bodies, const BodyContacts
     Vec3 d = Vec3::Zero();
     const auto side = [&](int body, std::span<const StencilEntry> nodes, double sign) {
         if (body < 0) return;
-        const SolidBody& s = *bodies[std::size_t(body)].solid;
-        for (const StencilEntry& e : nodes)
-            d += sign * e.weight *
-                 (s.places()[std::size_t(e.node)] - s.first_places()[std::size_t(e.node)]);
+        d += sign * bodies[std::size_t(body)].solid->moved_from_first(nodes);
     };
     side(c.a, list.place_a(c).nodes, 1);
     side(c.b, list.place_b(c).nodes, -1);

@@ -79,9 +79,8 @@ void BodyStepper::assemble()
                                     : ContactKind::frictionless;
         if (joint) {
             // A spring gives way by its force over its stiffness.
-            const double s = system_.couplings[std::size_t(c - n_contacts)].softness;
-            const double scale = step_.dynamic ? 1 / (step_.h * step_.h * step_.theta) : 1;
-            if (s > 0) soft.emplace_back(rows_.first[i], scale * s);
+            const double give = give_of(std::size_t(c - n_contacts));
+            if (give > 0) soft.emplace_back(rows_.first[i], give);
         }
     }
     problem_.q = values(rows_);
@@ -146,6 +145,12 @@ Eigen::VectorXd BodyStepper::warm_start() const
         r.segment(rows_.first[i], size) = own.head(size);
     }
     return r;
+}
+
+double BodyStepper::give_of(std::size_t coupling) const
+{
+    const double scale = step_.dynamic ? 1 / (step_.h * step_.h * step_.rule.end) : 1;
+    return scale * system_.couplings[coupling].softness;
 }
 
 std::string BodyStepper::who(int c) const
@@ -389,7 +394,7 @@ bool BodyStepper::solve()
         own.head(rows) = r_.segment(rows_.first[i], rows);
         const int first = all_.first[std::size_t(c)];
         moved.head(rows) = u.segment(first, rows);
-        if (!own.isZero())
+        if (!own.isZero(0))
             force_[key(c)] =
                 c >= n_contacts ? own : Vec3(list_.contact[std::size_t(c)].frame * own);
         motion_[key(c)] = moved;
@@ -404,9 +409,7 @@ bool BodyStepper::solve()
     for (std::size_t i = 0; i < rows_.chosen.size(); ++i)
         if (problem_.kind[i] == ContactKind::bilateral) { // a spring's own give
             const int c = rows_.chosen[i] - n_contacts;
-            const double s = system_.couplings[std::size_t(c)].softness;
-            const double scale = step_.dynamic ? 1 / (step_.h * step_.h * step_.theta) : 1;
-            reached[rows_.first[i]] += scale * s * r_[rows_.first[i]];
+            reached[rows_.first[i]] += give_of(std::size_t(c)) * r_[rows_.first[i]];
         }
     certify_rows(reached);
     relax();

@@ -68,10 +68,11 @@ void row_values(const Contacts& k, const StepInput& step, std::vector<Vec3>& all
 {
     const int contacts = int(k.all.contact.size());
     all.resize(std::size_t(contacts) + k.couplings.size());
-    const double lever = step.h * step.theta; // of the end velocity on the place
+    const double lever = step.h * step.rule.end; // of the end velocity on the place
     for (std::size_t c = 0; c < all.size(); ++c) {
         const bool joint = int(c) >= contacts;
-        Vec3 moved = Vec3::Zero(), velocity = Vec3::Zero(), before = Vec3::Zero();
+        Vec3 moved = Vec3::Zero(), velocity = Vec3::Zero(), before = Vec3::Zero(),
+             past = Vec3::Zero();
         for (const Side& s : sides_of(k, int(c))) {
             if (s.body < 0) continue;
             const Body& b = *k.bodies[std::size_t(s.body)].body;
@@ -80,6 +81,7 @@ void row_values(const Contacts& k, const StepInput& step, std::vector<Vec3>& all
             } else {
                 velocity += s.sign * b.velocity(s.place);
                 before += s.sign * b.start_velocity(s.place);
+                past += s.sign * b.past_velocity(s.place);
             }
         }
         if (joint) {
@@ -100,7 +102,7 @@ void row_values(const Contacts& k, const StepInput& step, std::vector<Vec3>& all
         // An overlap that bodies begin with is undone over some steps: at once it would throw them
         // apart.
         const double size = k.bodies[std::size_t(contact.a)].body->size();
-        const double left = contact.gap - lever * now - (step.h - lever) * approach;
+        const double left = contact.gap - lever * now - step.h * contact.frame.col(0).dot(past);
         if (left < -kOverlap * size) all[c][0] += (1 - kUndone) * (-left) / lever;
         if (pair.restitution > 0) {
             // Newton's law where the surfaces would meet within the step.

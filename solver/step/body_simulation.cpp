@@ -90,7 +90,7 @@ void BodySimulation::State::make_ready()
     StepInput input;
     input.h = dynamic() ? scene.time.step : 0;
     input.dynamic = dynamic();
-    input.theta = scene.time.theta;
+    input.rule = time_rule(scene.time);
     input.gravity = scene.gravity;
     for (const BodyRef& b : system->refs)
         if (b.solid) {
@@ -107,7 +107,7 @@ bool BodySimulation::State::advance(double h)
     input.start = time;
     input.h = h;
     input.dynamic = dynamic() && h > 0;
-    input.theta = scene.time.theta;
+    input.rule = time_rule(scene.time);
     input.gravity = scene.gravity;
     BodyStepOptions settings;
     settings.tolerance = scene.accuracy.contact;
@@ -154,7 +154,7 @@ StepRecord BodySimulation::State::record(double h, double seconds)
     const std::vector<ContactPair>& pairs = system->finder.pairs();
     for (std::size_t c = 0; c < last.contacts.contact.size(); ++c) {
         const BodyContact& k = last.contacts.contact[c];
-        if (last.force[c].isZero()) continue;
+        if (last.force[c].isZero(0)) continue;
         const ContactPair& pair = pairs[std::size_t(k.pair)];
         ContactRecord r;
         r.point = k.point;

@@ -188,6 +188,7 @@ bool BodyStepper::run()
             report_.refusal = fmt::format("no balance on the geometry at the end of the step: "
                                           "error {:.1e} after {} iterations",
                                           report_.error, options_.most_iterations);
+            if (!deepest_.empty()) report_.refusal += ", " + deepest_;
             return false;
         }
     }

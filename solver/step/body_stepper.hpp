@@ -51,6 +51,7 @@ private:
     void report_modes();
     void fill_report();
     std::string who(int contact) const;
+    double give_of(std::size_t coupling) const; ///< of a spring's row, 0 of a joint's
 
     BodySystem& system_;
     const StepInput& step_;
@@ -77,6 +78,7 @@ private:
     std::map<BodySystem::Key, Vec3> force_;  ///< in space; of a coupling in x
     std::map<BodySystem::Key, Vec3> motion_; ///< u of the solved rows, in their frames
     Certificate certificate_;
+    std::string deepest_;        ///< penetration that no contact of the problem prevented
     std::vector<double> errors_; ///< of the outer iterations
     bool relaxing_ = false;
     double relaxation_ = 1, left_out_ = 0; ///< share of the motion made; the rest [m or m/s]

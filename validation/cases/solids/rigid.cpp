@@ -115,8 +115,7 @@ std::vector<Measured> friction_limits()
     compare("u of block A09, mu 1e-12 against 0", 0, 1e-12, 5e-11, 1e-10);
     // What sticks does not slide more for more friction.
     compare("u of block A09, mu 1e3 against 1e2", 1e3, 1e2, 1e-8, 5e-2);
-    // A slip's round-off, 1e-13 of the motion, counts mu times in the contact's error.
-    compare("u of block A09, mu 1e6 against 1e3", 1e6, 1e3, 1e-6, 1e-2);
+    compare("u of block A09, mu 1e6 against 1e3", 1e6, 1e3, 1e-8, 1e-2);
     return rows;
 }
 

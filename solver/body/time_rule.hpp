@@ -1,0 +1,52 @@
+#pragma once
+
+namespace amontons {
+
+/// How a dynamic step takes the mean of a rate g over the step, g the velocity for places and the
+/// force for momentum:
+///   mean = end g' + start g + memory d,
+/// where d, the filtered rate, is carried from step to step:
+///   d' = filter_end g' + filter_start g + filter_memory d.
+struct TimeRule {
+    double end = 1, start = 0, memory = 0;
+    double filter_end = 1, filter_start = 0, filter_memory = 0;
+    bool filtered = false; ///< generalised-alpha; else one force, at the place between
+
+    /// What is known of the mean before the step. @param d  the filtered rate
+    template <class Rate> Rate past(const Rate& g, const Rate& d) const
+    {
+        return start * g + memory * d;
+    }
+    template <class Rate> Rate next(const Rate& g_end, const Rate& g, const Rate& d) const
+    {
+        return filter_end * g_end + filter_start * g + filter_memory * d;
+    }
+};
+
+/// 1: implicit Euler, 1/2: midpoint. Nothing is carried on.
+inline TimeRule theta_rule(double theta)
+{
+    TimeRule rule;
+    rule.end = theta;
+    rule.start = 1 - theta;
+    return rule;
+}
+
+/// Generalised-alpha of the system of first order, x. = v and M v. = f: of second order, and high
+/// frequencies fall by the factor `spectral_radius` (0 to 1) in each step.
+/// Source: Jansen, Whiting & Hulbert 2000, with d eliminated from their (alpha_m, alpha_f, gamma).
+inline TimeRule generalised_alpha(double spectral_radius)
+{
+    const double rho = spectral_radius;
+    TimeRule rule;
+    rule.end = 2 / ((1 + rho) * (3 - rho));
+    rule.start = rho * rule.end;
+    rule.memory = (1 - rho) / (3 - rho);
+    rule.filter_end = 2 / (3 - rho);
+    rule.filter_start = 2 * rho / (3 - rho);
+    rule.filter_memory = (1 - 3 * rho) / (3 - rho);
+    rule.filtered = true;
+    return rule;
+}
+
+} // namespace amontons

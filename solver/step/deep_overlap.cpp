@@ -1,0 +1,157 @@
+#include "solver/step/deep_overlap.hpp"
+
+#include "mesh/box_tree.hpp"
+#include "mesh/closest_point.hpp"
+#include "solver/body/solid_body.hpp"
+
+#include <Eigen/LU>
+#include <array>
+#include <fmt/format.h>
+
+namespace amontons {
+namespace {
+
+constexpr std::size_t kMostNodes = 500; // of a surface: of more a part is asked
+
+using Corners = std::array<std::int32_t, 4>;
+
+/// Tetrahedra that fill an element, by its corners; of a brick five.
+void add_tetrahedra(ElementKind kind, std::span<const std::int32_t> n, std::vector<Corners>& out)
+{
+    if (kind != ElementKind::H8) {
+        out.push_back({n[0], n[1], n[2], n[3]});
+        return;
+    }
+    constexpr int kParts[5][4] = {
+        {0, 1, 3, 4}, {1, 2, 3, 6}, {1, 4, 5, 6}, {3, 4, 6, 7}, {1, 3, 4, 6}};
+    for (const auto& p : kParts)
+        out.push_back({n[std::size_t(p[0])], n[std::size_t(p[1])], n[std::size_t(p[2])],
+                       n[std::size_t(p[3])]});
+}
+
+/// What a solid fills, at its present places.
+class Inside {
+public:
+    explicit Inside(const SolidBody& solid) : x_(solid.places())
+    {
+        for_each_element(solid.mesh(), [&](std::int32_t, ElementKind kind, auto nodes) {
+            add_tetrahedra(kind, nodes, tetrahedra_);
+        });
+        std::vector<BoundingBox> boxes(tetrahedra_.size());
+        for (std::size_t i = 0; i < boxes.size(); ++i)
+            for (const std::int32_t n : tetrahedra_[i])
+                boxes[i].add(x_[std::size_t(n)]);
+        tree_.emplace(boxes);
+    }
+
+    bool has(const Vec3& x) const
+    {
+        BoundingBox box;
+        box.add(x);
+        bool in = false;
+        tree_->visit(box, [&](std::int32_t i) { in = in || has(tetrahedra_[std::size_t(i)], x); });
+        return in;
+    }
+
+private:
+    bool has(const Corners& t, const Vec3& x) const
+    {
+        const Vec3& a = x_[std::size_t(t[0])];
+        Mat3 edges;
+        for (int k = 0; k < 3; ++k)
+            edges.col(k) = x_[std::size_t(t[std::size_t(k + 1)])] - a;
+        const Vec3 share = edges.inverse() * (x - a);
+        return share.minCoeff() >= 0 && share.sum() <= 1;
+    }
+
+    std::span<const Vec3> x_;
+    std::vector<Corners> tetrahedra_;
+    std::optional<BoxTree> tree_;
+};
+
+/// From x to the faces of a surface, by their corners [m].
+double distance(const Vec3& x, const ExternalSurface& surface, std::span<const Vec3> places)
+{
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t f = 0; f < surface.faces.size(); ++f) {
+        const std::span<const std::int32_t> nodes = surface.face(f);
+        const int corners = nodes.size() == 6 ? 3 : int(nodes.size());
+        const auto at = [&](int k) { return places[std::size_t(nodes[std::size_t(k)])]; };
+        for (int k = 1; k + 1 < corners; ++k)
+            least =
+                std::min(least, (closest_on_triangle(x, at(0), at(k), at(k + 1)).point - x).norm());
+    }
+    return least;
+}
+
+struct Deepest {
+    double depth = 0;
+    Vec3 place = Vec3::Zero();
+};
+
+/// How deep a surface's nodes are in something. @param depth_of  > 0 inside [m]
+template <class Depth>
+Deepest deepest(const ExternalSurface& surface, std::span<const Vec3> places, Depth depth_of)
+{
+    Deepest d;
+    const std::size_t stride = 1 + surface.used_nodes.size() / kMostNodes;
+    for (std::size_t i = 0; i < surface.used_nodes.size(); i += stride) {
+        const Vec3& x = places[std::size_t(surface.used_nodes[i])];
+        if (const double depth = depth_of(x); depth > d.depth) d = {depth, x};
+    }
+    return d;
+}
+
+BoundingBox box_of(const SolidBody& solid)
+{
+    BoundingBox box;
+    for (const Vec3& x : solid.places())
+        box.add(x);
+    return box;
+}
+
+} // namespace
+
+std::vector<Issue> deep_overlaps(const std::vector<BodyRef>& bodies,
+                                 const std::vector<ContactPair>& pairs,
+                                 const std::vector<const Wall*>& walls, const std::string& file)
+{
+    std::vector<Issue> found;
+    for (const ContactPair& p : pairs) {
+        const BodyRef& a = bodies[std::size_t(p.a)];
+        if (!a.solid || (p.b >= 0 && !bodies[std::size_t(p.b)].solid)) continue;
+        Deepest d;
+        std::string in = "an obstacle";
+        if (p.b < 0) {
+            WallHint hint;
+            d = deepest(p.surface_a, a.solid->places(), [&](const Vec3& x) {
+                return -walls[std::size_t(p.obstacle)]->sample(x, hint).distance;
+            });
+        } else {
+            const BodyRef& b = bodies[std::size_t(p.b)];
+            in = b.name;
+            if (!box_of(*a.solid).touches(box_of(*b.solid))) continue;
+            const auto into = [&](const SolidBody& one, const ExternalSurface& of_one,
+                                  const SolidBody& other, const ExternalSurface& of_other) {
+                const Inside inside(other);
+                return deepest(of_one, one.places(), [&](const Vec3& x) {
+                    return inside.has(x) ? distance(x, of_other, other.places()) : 0;
+                });
+            };
+            d = into(*a.solid, p.surface_a, *b.solid, p.surface_b);
+            const Deepest back = into(*b.solid, p.surface_b, *a.solid, p.surface_a);
+            if (back.depth > d.depth) d = back;
+        }
+        if (d.depth > p.reach)
+            found.push_back(
+                {file, "/contact",
+                 fmt::format("{} and {} overlap by {:.4g} m at ({:.4g}, {:.4g}, {:.4g}), deeper "
+                             "than contacts are looked for",
+                             a.name, in, d.depth, d.place.x(), d.place.y(), d.place.z()),
+                 fmt::format("<= {:.4g} m, or a \"reach\" of more than {:.4g} m", p.reach,
+                             d.depth)});
+    }
+    return found;
+}
+
+} // namespace amontons
