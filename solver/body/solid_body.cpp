@@ -271,6 +271,7 @@ void SolidBody::linearise()
     Eigen::VectorXd scale;
     const Eigen::VectorXd r = residual(scale);
     make_matrix();
+    if (corotational_ && free_modes_.cols() > 0) turn_modes();
     Eigen::VectorXd rf(Eigen::Index(dofs_.free.size()));
     for (std::size_t i = 0; i < dofs_.free.size(); ++i)
         rf[Eigen::Index(i)] = r[dofs_.free[i]];

@@ -135,6 +135,7 @@ protected:
     Eigen::VectorXd with_pins(const Eigen::VectorXd& y) const; ///< and 0 at the pins
     std::vector<double> kept_columns() const;
     void keep_columns(std::span<const double> kept);
+    void turn_modes(); ///< rigid modes of the shape as it is now: true forces balance on these
     void prepare();
     void make_matrix();
     Eigen::VectorXd mass_times(const Eigen::VectorXd& v) const;

@@ -59,6 +59,21 @@ void SolidBody::prepare()
         free_modes_.row(Eigen::Index(i)) = rigid_.R.row(unknown_[i]);
 }
 
+void SolidBody::turn_modes()
+{
+    std::vector<Vec3> places = mesh_.nodes;
+    for (std::size_t i = 0; i < places.size(); ++i)
+        places[i] += now_.u.segment<3>(3 * Eigen::Index(i));
+    std::vector<std::int32_t> prescribed;
+    for (const SolidConditions::Held& h : conditions_.held)
+        prescribed.push_back(h.dof);
+    Eigen::MatrixXd R = find_rigid_modes(places, pattern_, prescribed).R;
+    if (R.cols() != rigid_.R.cols()) return; // nearly aligned nodes: the modes at rest do
+    rigid_.R = std::move(R);
+    for (std::size_t i = 0; i < unknown_.size(); ++i)
+        free_modes_.row(Eigen::Index(i)) = rigid_.R.row(unknown_[i]);
+}
+
 void SolidBody::make_matrix()
 {
     if (dofs_.free.empty()) return;
