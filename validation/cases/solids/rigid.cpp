@@ -4,6 +4,7 @@
 #include "validation/cases/solids/blocks.hpp"
 #include "validation/cases/solids/solids.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
