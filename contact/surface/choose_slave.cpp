@@ -23,14 +23,6 @@ BoundingBox between(const BoundingBox& a, const BoundingBox& b)
     return box;
 }
 
-BoundingBox box_of(const ExternalSurface& surface, std::span<const Vec3> places)
-{
-    BoundingBox box;
-    for (const std::int32_t n : surface.used_nodes)
-        box.add(places[static_cast<std::size_t>(n)]);
-    return box;
-}
-
 /// Area per multiplier of the faces that touch a box [m^2].
 double coarseness(const ExternalSurface& surface, std::span<const Vec3> places,
                   const BoundingBox& near)

@@ -35,8 +35,14 @@ struct Carriers {
     }
 };
 
-Carriers carriers_of(const ExternalSurface& surface, std::span<const Vec3> places)
+/// @param wanted  of each of the surface's used nodes: whether its patches are asked for; empty:
+/// all
+Carriers carriers_of(const ExternalSurface& surface, std::span<const Vec3> places,
+                     std::span<const char> wanted = {})
 {
+    const auto is_wanted = [&](std::int32_t number) {
+        return wanted.empty() || wanted[at(number)] != 0;
+    };
     struct Part {
         std::int32_t node;
         Patch patch;
@@ -45,6 +51,10 @@ Carriers carriers_of(const ExternalSurface& surface, std::span<const Vec3> place
     std::vector<std::size_t> count(surface.used_nodes.size() + 1, 0);
     for (std::size_t f = 0; f < surface.faces.size(); ++f) {
         const std::span<const std::int32_t> nodes = surface.face(f);
+        if (std::none_of(nodes.begin(), nodes.end(), [&](std::int32_t node) {
+                return is_wanted(surface.surface_nodes[at(node)]);
+            }))
+            continue;
         const FaceInPlane face(nodes, places);
         const FaceMultipliers m = face_multipliers(face);
         const FaceSpot middle = spot(face, face.nodes == 4 ? Vec2(0, 0) : Vec2(1. / 3, 1. / 3));
@@ -53,6 +63,7 @@ Carriers carriers_of(const ExternalSurface& surface, std::span<const Vec3> place
             const auto k = static_cast<std::size_t>(i);
             const std::int32_t number =
                 surface.surface_nodes[at(nodes[static_cast<std::size_t>(m.node[k])])];
+            if (!is_wanted(number)) continue;
             parts.push_back({number, {normal, m.full[k]}});
             ++count[at(number) + 1];
         }
@@ -105,14 +116,23 @@ void append(SurfaceContacts& out, SurfaceContact c, std::span<const StencilEntry
 SurfaceContacts wall_contacts(const ExternalSurface& slave, std::span<const Vec3> places,
                               const std::function<WallSample(const Vec3&)>& wall, double reach)
 {
-    const Carriers carriers = carriers_of(slave, places);
+    // Only of nodes that are near it: there are few.
+    std::vector<WallSample> samples(slave.used_nodes.size());
+    std::vector<char> near(slave.used_nodes.size(), 0);
+    bool any = false;
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+        samples[k] = wall(places[at(slave.used_nodes[k])]);
+        near[k] = std::abs(samples[k].distance) <= reach;
+        any |= near[k] != 0;
+    }
     SurfaceContacts out;
+    if (!any) return out;
+    const Carriers carriers = carriers_of(slave, places, near);
     for (std::size_t i = 0; i < carriers.node.size(); ++i) {
         SurfaceContact c;
         c.id = carriers.node[i];
         c.point = places[at(carriers.node[i])];
-        const WallSample sample = wall(c.point);
-        if (!(std::abs(sample.distance) <= reach)) continue;
+        const WallSample& sample = samples[at(slave.surface_nodes[at(carriers.node[i])])];
         c.gap = sample.distance;
         c.normal = sample.normal;
         // No node may enter an obstacle, whichever way its faces look (the tip of a needle).

@@ -129,6 +129,7 @@ std::vector<ContactSums::Entry> ContactSums::sorted_(const std::vector<Entry>& e
 SurfaceContacts ContactSums::contacts(std::span<const Vec3> slave_places,
                                       std::span<const Vec3> master_places, double reach) const
 {
+    if (links_.empty()) return {};
     std::vector<Multiplier> sums = multipliers_;
     const std::vector<std::int32_t> target = merge_(sums);
     std::vector<std::size_t> slave_begin, master_begin;

@@ -39,57 +39,89 @@ bool is_straight(std::span<const std::int32_t> nodes, std::span<const Vec3> plac
     return true;
 }
 
+/// The facets of face f, at the end of a list.
+void add_facets(const ExternalSurface& surface, std::span<const Vec3> places, std::size_t f,
+                std::vector<Facet>& facets)
+{
+    const std::span<const std::int32_t> nodes = surface.face(f);
+    Facet facet;
+    facet.face = static_cast<std::int32_t>(f);
+    const auto set = [&](int i, int local) {
+        const auto k = static_cast<std::size_t>(i);
+        const auto node = static_cast<std::size_t>(nodes[static_cast<std::size_t>(local)]);
+        facet.corner[k] = places[node];
+        facet.xi[k] = nodes.size() == 4 ? kSquare[local] : kTriangle[local];
+    };
+    const auto add = [&] {
+        const auto& c = facet.corner;
+        // Of a quadrilateral: diagonals, whose cross product is its normal in the middle.
+        const Vec3 a = facet.corners == 4 ? Vec3(c[2] - c[0]) : Vec3(c[1] - c[0]);
+        const Vec3 b = facet.corners == 4 ? Vec3(c[3] - c[1]) : Vec3(c[2] - c[0]);
+        facet.normal = a.cross(b);
+        const double twice = facet.normal.norm();
+        if (!(twice > 0) || !std::isfinite(twice)) return;
+        facet.normal /= twice;
+        facet.middle = c[0];
+        for (int i = 1; i < facet.corners; ++i)
+            facet.middle += c[static_cast<std::size_t>(i)];
+        facet.middle /= facet.corners;
+        facet.size = 0;
+        for (int i = 0; i < facet.corners; ++i)
+            for (int j = 0; j < i; ++j)
+                facet.size = std::max(
+                    facet.size,
+                    (c[static_cast<std::size_t>(i)] - c[static_cast<std::size_t>(j)]).norm());
+        facets.push_back(facet);
+    };
+    if (nodes.size() == 6 && !is_straight(nodes, places)) {
+        for (const auto& quarter : kQuarters) {
+            for (int i = 0; i < 3; ++i)
+                set(i, quarter[i]);
+            add();
+        }
+        return;
+    }
+    facet.corners = nodes.size() == 4 ? 4 : 3;
+    for (int i = 0; i < facet.corners; ++i)
+        set(i, i);
+    add();
+}
+
 } // namespace
 
 std::vector<Facet> facets_of(const ExternalSurface& surface, std::span<const Vec3> places)
 {
     std::vector<Facet> facets;
     facets.reserve(surface.faces.size());
+    for (std::size_t f = 0; f < surface.faces.size(); ++f)
+        add_facets(surface, places, f, facets);
+    return facets;
+}
+
+std::vector<Facet> facets_near(const ExternalSurface& surface, std::span<const Vec3> places,
+                               const BoundingBox& near, double reach)
+{
+    std::vector<Facet> facets;
     for (std::size_t f = 0; f < surface.faces.size(); ++f) {
-        const std::span<const std::int32_t> nodes = surface.face(f);
-        Facet facet;
-        facet.face = static_cast<std::int32_t>(f);
-        const auto set = [&](int i, int local) {
-            const auto k = static_cast<std::size_t>(i);
-            const auto node = static_cast<std::size_t>(nodes[static_cast<std::size_t>(local)]);
-            facet.corner[k] = places[node];
-            facet.xi[k] = nodes.size() == 4 ? kSquare[local] : kTriangle[local];
-        };
-        const auto add = [&] {
-            const auto& c = facet.corner;
-            // Of a quadrilateral: diagonals, whose cross product is its normal in the middle.
-            const Vec3 a = facet.corners == 4 ? Vec3(c[2] - c[0]) : Vec3(c[1] - c[0]);
-            const Vec3 b = facet.corners == 4 ? Vec3(c[3] - c[1]) : Vec3(c[2] - c[0]);
-            facet.normal = a.cross(b);
-            const double twice = facet.normal.norm();
-            if (!(twice > 0) || !std::isfinite(twice)) return;
-            facet.normal /= twice;
-            facet.middle = c[0];
-            for (int i = 1; i < facet.corners; ++i)
-                facet.middle += c[static_cast<std::size_t>(i)];
-            facet.middle /= facet.corners;
-            facet.size = 0;
-            for (int i = 0; i < facet.corners; ++i)
-                for (int j = 0; j < i; ++j)
-                    facet.size = std::max(
-                        facet.size,
-                        (c[static_cast<std::size_t>(i)] - c[static_cast<std::size_t>(j)]).norm());
-            facets.push_back(facet);
-        };
-        if (nodes.size() == 6 && !is_straight(nodes, places)) {
-            for (const auto& quarter : kQuarters) {
-                for (int i = 0; i < 3; ++i)
-                    set(i, quarter[i]);
-                add();
-            }
-            continue;
+        BoundingBox box;
+        for (const std::int32_t node : surface.face(f))
+            box.add(places[static_cast<std::size_t>(node)]);
+        if (reach > 0) { // no facet is larger than the box's diagonal
+            const double around = reach + (box.high - box.low).matrix().norm() / 2;
+            box.low -= around;
+            box.high += around;
         }
-        facet.corners = nodes.size() == 4 ? 4 : 3;
-        for (int i = 0; i < facet.corners; ++i)
-            set(i, i);
-        add();
+        if (near.touches(box)) add_facets(surface, places, f, facets);
     }
     return facets;
+}
+
+BoundingBox box_of(const ExternalSurface& surface, std::span<const Vec3> places)
+{
+    BoundingBox box;
+    for (const std::int32_t node : surface.used_nodes)
+        box.add(places[static_cast<std::size_t>(node)]);
+    return box;
 }
 
 BoundingBox box_of(const Facet& facet, const Vec3& along)

@@ -33,7 +33,13 @@ struct Facet {
 /// Facets face by face; those without area are left out.
 /// @param places  of all nodes of the mesh, finite [m]
 std::vector<Facet> facets_of(const ExternalSurface& surface, std::span<const Vec3> places);
+/// The same, without faces that do not touch a box: all facets of a face, or none.
+/// @param reach  around each face, beside half of its own size [m]; 0: the face itself
+std::vector<Facet> facets_near(const ExternalSurface& surface, std::span<const Vec3> places,
+                               const BoundingBox& near, double reach);
 
+/// The box around a surface.
+BoundingBox box_of(const ExternalSurface& surface, std::span<const Vec3> places);
 /// The box of a facet, and of it moved by `along` and by -`along`.
 BoundingBox box_of(const Facet& facet, const Vec3& along = Vec3::Zero());
 std::vector<BoundingBox> boxes_of(std::span<const Facet> facets);

@@ -62,6 +62,18 @@ ConvexPolygon outline(const Facet& facet, const FacetPlane& plane, bool from_bac
     return p;
 }
 
+/// Whether the boxes around two polygons do not touch.
+bool apart(const ConvexPolygon& p, const ConvexPolygon& q)
+{
+    const auto box = [](const ConvexPolygon& of) {
+        Eigen::AlignedBox2d all;
+        for (int i = 0; i < of.count; ++i)
+            all.extend(of[i]);
+        return all;
+    };
+    return !box(p).intersects(box(q));
+}
+
 bool is_convex(const ConvexPolygon& p)
 {
     for (int i = 0; i < p.count; ++i)
@@ -98,8 +110,9 @@ public:
         , slave_places_(slave_places)
         , master_places_(master_places)
         , reach_(options.reach)
-        , slave_facets_(facets_of(slave, slave_places))
-        , master_facets_(facets_of(master, master_places))
+        , slave_facets_(
+              facets_near(slave, slave_places, box_of(master, master_places), options.reach))
+        , master_facets_(facets_near(master, master_places, search_box_(), 0))
         , tree_(boxes_of(master_facets_))
         , sums_(slave, master)
     {
@@ -110,6 +123,7 @@ public:
 
     SurfaceContacts contacts()
     {
+        if (master_facets_.empty()) return {};
         for (std::size_t i = 0; i < slave_facets_.size();) {
             std::size_t end = i + 1;
             while (end < slave_facets_.size() && slave_facets_[end].face == slave_facets_[i].face)
@@ -121,6 +135,19 @@ public:
     }
 
 private:
+    /// Where the master is looked for, beyond the reach: all of a face of which a part is near must
+    /// find its master, or it would look partly covered.
+    double range_(const Facet& facet) const { return reach_ + facet.size / 2; }
+
+    /// Around all that the slave's facets look at.
+    BoundingBox search_box_() const
+    {
+        BoundingBox box;
+        for (const Facet& facet : slave_facets_)
+            box.add(box_of(facet, range_(facet) * facet.normal));
+        return box;
+    }
+
     void add_face_(std::span<const Facet> facets)
     {
         segments_.clear();
@@ -149,9 +176,7 @@ private:
         double heights[2];
         const ConvexPolygon own = outline(facet, plane, false, heights);
         const double whole = area(own), least = kNothing * whole;
-        // Wider than the reach: all of a face of which a part is near must find its master, or it
-        // would look partly covered.
-        const double range = reach_ + facet.size / 2;
+        const double range = range_(facet);
         const std::size_t first = segments_.size();
         double covered = 0;
         bool layers = false;
@@ -167,7 +192,7 @@ private:
             const bool hides = facet.normal.dot(other.normal) > 0;
             double far[2];
             const ConvexPolygon seen = outline(other, plane, !hides, far);
-            if (far[0] > range || far[1] < -range) continue;
+            if (far[0] > range || far[1] < -range || apart(own, seen)) continue;
             const Vec3 normal = plane.axes * other.normal, middle_place = plane(other.middle);
             for_convex_parts(seen, [&](const ConvexPolygon& part) {
                 intersect(own, part, shared_);
@@ -287,6 +312,8 @@ private:
                     const FaceMultipliers& multipliers, int only, double share,
                     FaceSums::Master& master)
     {
+        if (sides.slave.nodes == 3 && sides.master.nodes == 3 && !slave_normals_)
+            return integrate_flat_(sides, polygon, multipliers, only, share, master);
         // A product of two linear functions needs no more.
         const int degree = sides.slave.nodes == 3 && sides.master.nodes == 3 ? 2 : 4;
         for (int i = 1; i + 1 < polygon.count; ++i) {
@@ -297,6 +324,40 @@ private:
                 integrate_at_(sides, z, share * p.weight * twice, multipliers, only, master);
             }
         }
+    }
+
+    /// The same between two flat triangles: all is linear in the place, and normals stay.
+    void integrate_flat_(const Sides& sides, const ConvexPolygon& polygon,
+                         const FaceMultipliers& multipliers, int only, double share,
+                         FaceSums::Master& master)
+    {
+        const auto functions = [](const Vec2& xi) {
+            return Vec3(1 - xi.x() - xi.y(), xi.x(), xi.y());
+        };
+        const Mat3 dual = multipliers.functions.topLeftCorner<3, 3>();
+        Mat3 slave = Mat3::Zero(), far = Mat3::Zero();
+        Vec3 sum = Vec3::Zero();
+        for (int i = 1; i + 1 < polygon.count; ++i) {
+            const Vec2 &a = polygon[0], &b = polygon[i], &c = polygon[i + 1];
+            const double twice = share * twice_area(a, b, c);
+            for (const QuadraturePoint& p : triangle_points(2)) {
+                const Vec2 z = a + p.xi[0] * (b - a) + p.xi[1] * (c - a);
+                const Vec3 N = functions(sides.to_slave(z)), M = functions(sides.to_master(z));
+                const double weight = p.weight * twice;
+                const Vec3 psi =
+                    only >= 0 ? Vec3(weight * Vec3::Unit(only)) : Vec3(weight * (dual * N));
+                sum += psi;
+                slave += psi * N.transpose();
+                far += psi * M.transpose();
+            }
+        }
+        const Vec3 apart = sides.axes.transpose() * (sides.master_normal - Vec3::UnitZ());
+        for (std::size_t i = 0; i < 3; ++i) {
+            face_sums_.area[i] += sum[Eigen::Index(i)];
+            face_sums_.normal[i] += sum[Eigen::Index(i)] * apart;
+        }
+        face_sums_.slave.topLeftCorner<3, 3>() += slave;
+        master.weights.topLeftCorner<3, 3>() += far;
     }
 
     void integrate_at_(const Sides& sides, const Vec2& z, double weight,

@@ -40,7 +40,7 @@ void CondensedSolid::make_ready(const StepInput& step, const std::string& cache,
         free_modes_.row(Eigen::Index(i)) = modes_at_touching_.row(free_touching_[i]);
     make_parts();
     constexpr double kSolvesPerStep = 3;
-    if (constant_) constant_->expect(kSolvesPerStep * expected_steps_);
+    if (matrix_->constant) matrix_->constant->expect(kSolvesPerStep * expected_steps_);
     const Eigen::Index n = Eigen::Index(parts_of_u_.size());
     if (amount_.size() == 0) {
         amount_ = loaded_ = held_force_ = Eigen::VectorXd::Zero(n);
@@ -109,14 +109,14 @@ void CondensedSolid::make_parts()
         u[j] = Eigen::VectorXd::Zero(size);
         for (const std::int32_t dof : p.dofs)
             u[j][dof] = 1;
-        Eigen::VectorXd f = p.prescribed ? Eigen::VectorXd(-(K_ * u[j])) : p.force;
+        Eigen::VectorXd f = p.prescribed ? Eigen::VectorXd(-(matrix_->K * u[j])) : p.force;
         Eigen::VectorXd free(Eigen::Index(dofs_.free.size()));
         for (std::size_t i = 0; i < dofs_.free.size(); ++i)
             free[Eigen::Index(i)] = f[dofs_.free[i]];
         free = solved(free);
         for (std::size_t i = 0; i < dofs_.free.size(); ++i)
             u[j][dofs_.free[i]] = free[Eigen::Index(i)];
-        ku[j] = K_ * u[j];
+        ku[j] = matrix_->K * u[j];
         if (!p.prescribed) ku[j] -= p.force;
         p.at_touching.resize(at3(touching_.size()));
         for (std::size_t k = 0; k < touching_.size(); ++k)
@@ -229,7 +229,7 @@ void CondensedSolid::add_column(const BodyPlace& at, const Vec3& direction, doub
 
 void CondensedSolid::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
 {
-    if (!constant_) return SolidBody::compliance(C, W);
+    if (!matrix_->constant) return SolidBody::compliance(C, W);
     if (kept_W(C, W)) return;
     // The same columns among all free unknowns.
     std::vector<Eigen::Triplet<double>> entries;
@@ -243,7 +243,7 @@ void CondensedSolid::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
         }
     SparseColumns whole(Eigen::Index(dofs_.free.size()), C.cols());
     whole.setFromTriplets(entries.begin(), entries.end());
-    constant_->delassus(whole, W);
+    matrix_->constant->delassus(whole, W);
     keep_W(C, W);
 }
 
@@ -252,7 +252,7 @@ Eigen::VectorXd CondensedSolid::solve(const Eigen::VectorXd& force)
     Eigen::VectorXd on_touching = Eigen::VectorXd::Zero(at3(touching_.size()));
     for (std::size_t i = 0; i < free_touching_.size(); ++i)
         on_touching[free_touching_[i]] = force[Eigen::Index(i)];
-    const Eigen::VectorXd moved = constant_->surface_displacement(on_touching);
+    const Eigen::VectorXd moved = matrix_->constant->surface_displacement(on_touching);
     Eigen::VectorXd y(unknowns());
     for (std::size_t i = 0; i < free_touching_.size(); ++i)
         y[Eigen::Index(i)] = moved[free_touching_[i]];
@@ -362,7 +362,7 @@ void CondensedSolid::complete()
     }
     for (std::size_t k = 0; k < touching_.size(); ++k)
         f.segment<3>(3 * touching_[k]) += on_touching_.segment<3>(at3(k));
-    f -= K_ * u;
+    f -= matrix_->K * u;
     Eigen::VectorXd free(Eigen::Index(dofs_.free.size()));
     for (std::size_t i = 0; i < dofs_.free.size(); ++i)
         free[Eigen::Index(i)] = f[dofs_.free[i]];

@@ -148,7 +148,7 @@ double SolidBody::inner_forces(const Motion& m, Eigen::VectorXd& f)
 {
     f.setZero(at3(mesh_.nodes.size()));
     if (!corotational_) {
-        f.noalias() = K_ * m.u;
+        f = stiffness_times(m.u);
         return 0.5 * m.u.dot(f);
     }
     if (m.version == known_version_) { // places have not changed since
@@ -251,7 +251,8 @@ Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
     scale = momentum.cwiseAbs() + h * (f.cwiseAbs() + inner.cwiseAbs());
     Eigen::VectorXd r = h * (f - inner) - momentum;
     if (input_.mass_damping > 0) r -= h * input_.mass_damping * into_frame(mass_times(mean_v));
-    if (input_.stiffness_damping > 0) r -= h * input_.stiffness_damping * (K_ * into_frame(mean_v));
+    if (input_.stiffness_damping > 0)
+        r -= h * input_.stiffness_damping * stiffness_times(into_frame(mean_v));
     return r;
 }
 
@@ -266,7 +267,7 @@ bool SolidBody::stand_at_start()
 
 void SolidBody::linearise()
 {
-    if (K_.size() == 0) prepare();
+    if (!prepared_) prepare();
     if (free_known_) return;
     Eigen::VectorXd scale;
     const Eigen::VectorXd r = residual(scale);
@@ -450,13 +451,16 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
     }
     // What the rule takes, (theta - 1/2) of the change's energy, and the damping.
     const double excess = step_.rule.end - 0.5;
-    if (excess > 0) e.dissipated = excess * (dv.dot(momentum - momentum_) + du.dot(K_ * du));
+    if (excess > 0)
+        e.dissipated = excess * (dv.dot(momentum - momentum_) + du.dot(stiffness_times(du)));
     if (input_.mass_damping > 0 || input_.stiffness_damping > 0) {
         const Eigen::VectorXd v = step_.rule.end * now_.v + step_.rule.start * state_.v;
-        e.dissipated += step_.h * input_.mass_damping * v.dot(mass_times(v));
+        if (input_.mass_damping > 0)
+            e.dissipated += step_.h * input_.mass_damping * v.dot(mass_times(v));
         if (input_.stiffness_damping > 0) {
             const Eigen::VectorXd v_frame = into_frame(v);
-            e.dissipated += step_.h * input_.stiffness_damping * v_frame.dot(K_ * v_frame);
+            e.dissipated +=
+                step_.h * input_.stiffness_damping * v_frame.dot(stiffness_times(v_frame));
         }
     }
     momentum_ = momentum;

@@ -12,9 +12,22 @@
 #include "solver/solid/rigid_modes.hpp"
 
 #include <array>
+#include <memory>
 #include <optional>
 
 namespace amontons {
+
+/// The matrices of a solid in its frame, the factor of a step's and what is kept of its inverse.
+/// Linear bodies that are alike share them.
+struct SolidMatrix {
+    SparseMatrix K, M, S;                    ///< stiffness at rest, mass, of a step
+    Elimination parts;                       ///< of S
+    SupernodalFactor factor;                 ///< of a matrix that changes
+    std::optional<SolidCompliance> constant; ///< of one that does not
+    double scale = 1;                        ///< S over what is factored
+    double h = -1, theta = -1;               ///< of the step that it is for
+    int made = 0;                            ///< how often it was made
+};
 
 /// An elastic solid: linear in a frame that is fixed, driven or floats with it, or corotational.
 ///
@@ -28,6 +41,11 @@ public:
     /// @throws InputError  names of sets that the mesh has not
     SolidBody(const SolidInput& input, VolumeMesh mesh, bool small, std::span<const char> touching,
               const std::string& file);
+
+    /// Takes the matrices of a body of the same mesh, material and conditions, if it is one. Before
+    /// make_ready().
+    /// @return  whether it is
+    bool share_matrix(const SolidBody& other);
 
     /// The offline stage: all that does not depend on the state, for steps of this length.
     /// @param cache     folder where factors are kept; "": none
@@ -138,7 +156,11 @@ protected:
     void turn_modes(); ///< rigid modes of the shape as it is now: true forces balance on these
     void prepare();
     void make_matrix();
+    void make_step_matrix();
+    void drop_step_matrix();
+    std::vector<std::int32_t> node_of_free() const;
     Eigen::VectorXd mass_times(const Eigen::VectorXd& v) const;
+    Eigen::VectorXd stiffness_times(const Eigen::VectorXd& u) const;
     Eigen::VectorXd into_frame(const Eigen::VectorXd& f) const;
     Eigen::VectorXd into_space(const Eigen::VectorXd& f) const;
 
@@ -154,7 +176,8 @@ protected:
     SolidConditions conditions_; ///< points into input_ and mesh_
 
     SolidPattern pattern_;
-    SparseMatrix K_, M_, S_;   ///< stiffness at rest, mass, step matrix; in the frame
+    std::shared_ptr<SolidMatrix> matrix_ = std::make_shared<SolidMatrix>();
+    bool prepared_ = false;
     SparseMatrix m_;           ///< mass between nodes, of each axis [kg]
     Eigen::VectorXd weights_;  ///< of each node in the weight [kg]
     Eigen::VectorXd momentum_; ///< of each node's shape function, of the state [kg m/s]
@@ -169,20 +192,16 @@ protected:
     /// Degrees of freedom that are unknowns, and the number of each or -1: the free ones, then the
     /// pins of quasi-static steps, which move with the rigid modes.
     std::vector<std::int32_t> unknown_, unknown_number_;
-    Elimination parts_;
-    SupernodalFactor factor_;                      ///< of a matrix that changes
-    std::optional<SolidCompliance> constant_;      ///< of one that does not
     std::vector<std::int32_t> touching_;           ///< nodes that may come into contact
     std::string cache_;                            ///< folder of factors
     std::vector<std::string>* messages_ = nullptr; ///< while make_ready runs
     double expected_steps_ = 1;
-    double scale_ = 1; ///< A over what is factored
-    double factored_h_ = -1, factored_theta_ = -1;
     RigidModes rigid_;
     Eigen::MatrixXd free_modes_; ///< rows of unknowns
 
     SparseColumns last_columns_; ///< W of the last columns is kept with the factor
     Eigen::MatrixXd last_W_;
+    int last_made_ = 0;       ///< the matrix of that W
     bool free_known_ = false; ///< free_change_ is that of the iterate already
 
     StepInput step_;

@@ -142,6 +142,11 @@ void SolidBody::move_frame(Motion& m, const Eigen::VectorXd& mode) const
     m.frame.turn = (m.frame.turn * turn).normalized();
 }
 
+Eigen::VectorXd SolidBody::stiffness_times(const Eigen::VectorXd& u) const
+{
+    return symmetric_times(pattern_, matrix_->K, u);
+}
+
 Eigen::VectorXd SolidBody::mass_times(const Eigen::VectorXd& v) const
 {
     Eigen::VectorXd out(v.size());

@@ -19,15 +19,52 @@ bool same(const SparseColumns& a, const SparseColumns& b)
            std::equal(a.valuePtr(), a.valuePtr() + a.nonZeros(), b.valuePtr());
 }
 
+bool same(const VolumeMesh& a, const VolumeMesh& b)
+{
+    const auto alike = [](const ElementBlock& x, const ElementBlock& y) {
+        return x.kind == y.kind && x.nodes == y.nodes;
+    };
+    return a.nodes == b.nodes && std::ranges::equal(a.blocks, b.blocks, alike);
+}
+
+/// Columns of a moving body are kept with all rows where their product with the forces on them
+/// reads less than a solve does: not on meshes of so many nodes that too few columns had room.
+constexpr std::size_t kMostNodesOfAllRows = 20000;
+
 } // namespace
+
+bool SolidBody::share_matrix(const SolidBody& other)
+{
+    const auto dofs = [](const SolidBody& b) {
+        std::vector<std::int32_t> all;
+        for (const SolidConditions::Held& h : b.conditions_.held)
+            all.push_back(h.dof);
+        return all;
+    };
+    if (corotational_ || other.corotational_ || !same(mesh_, other.mesh_) ||
+        material_.youngs_modulus != other.material_.youngs_modulus ||
+        material_.poissons_ratio != other.material_.poissons_ratio ||
+        material_.density != other.material_.density ||
+        input_.mass_damping != other.input_.mass_damping ||
+        input_.stiffness_damping != other.input_.stiffness_damping ||
+        touching_ != other.touching_ || rigid_.pins != other.rigid_.pins ||
+        dofs(*this) != dofs(other))
+        return false;
+    matrix_ = other.matrix_;
+    return true;
+}
 
 /// Once: matrices at rest, the unknowns, the order and pattern of the factor.
 void SolidBody::prepare()
 {
-    K_ = zero_matrix(pattern_);
-    assemble_stiffness(mesh_, pattern_, std::span(&material_, 1), K_);
-    stiffest_ = K_.coeffs().cwiseAbs().maxCoeff();
+    prepared_ = true;
+    const bool first = matrix_->K.size() == 0; // of those that share it
+    if (first) {
+        matrix_->K = zero_matrix(pattern_);
+        assemble_stiffness(mesh_, pattern_, std::span(&material_, 1), matrix_->K);
+    }
     if (corotational_) {
+        stiffest_ = matrix_->K.coeffs().cwiseAbs().maxCoeff();
         const Mat6 C = elasticity_matrix(material_);
         for_each_element(mesh_, [&](std::int32_t, ElementKind kind, auto nodes) {
             elements_.push_back(make_corotational(kind, places_of(mesh_, nodes), C));
@@ -36,19 +73,19 @@ void SolidBody::prepare()
     std::vector<std::int32_t> fixed;
     for (const SolidConditions::Held& h : conditions_.held)
         fixed.push_back(h.dof);
-    if (step_.dynamic) {
-        M_ = zero_matrix(pattern_);
-        assemble_mass(mesh_, pattern_, std::span(&material_, 1), M_);
-    } else {
-        fixed.insert(fixed.end(), rigid_.pins.begin(), rigid_.pins.end());
-    }
+    if (!step_.dynamic) fixed.insert(fixed.end(), rigid_.pins.begin(), rigid_.pins.end());
     dofs_ = make_free_dofs(pattern_, fixed);
-    S_ = K_;
-    parts_ = make_elimination(S_, dofs_);
-    std::vector<std::int32_t> node(dofs_.free.size());
-    for (std::size_t i = 0; i < node.size(); ++i)
-        node[i] = dofs_.free[i] / 3;
-    if (!node.empty() && (corotational_ || cache_.empty())) factor_.analyse(parts_.ff, node);
+    const std::vector<std::int32_t> node = node_of_free();
+    if (first) {
+        if (step_.dynamic) {
+            matrix_->M = zero_matrix(pattern_);
+            assemble_mass(mesh_, pattern_, std::span(&material_, 1), matrix_->M);
+        }
+        if (corotational_ && !node.empty()) {
+            make_step_matrix();
+            matrix_->factor.analyse(matrix_->parts.ff, node);
+        }
+    }
     unknown_ = dofs_.free;
     if (!step_.dynamic) unknown_.insert(unknown_.end(), rigid_.pins.begin(), rigid_.pins.end());
     unknown_number_.assign(dofs_.number.size(), -1);
@@ -74,34 +111,26 @@ void SolidBody::turn_modes()
         free_modes_.row(Eigen::Index(i)) = rigid_.R.row(unknown_[i]);
 }
 
+std::vector<std::int32_t> SolidBody::node_of_free() const
+{
+    std::vector<std::int32_t> node(dofs_.free.size());
+    for (std::size_t i = 0; i < node.size(); ++i)
+        node[i] = dofs_.free[i] / 3;
+    return node;
+}
+
 void SolidBody::make_matrix()
 {
     if (dofs_.free.empty()) return;
-    const bool same_step = step_.h == factored_h_ && step_.rule.end == factored_theta_;
-    if (constant_ && (!step_.dynamic || same_step)) return;
+    const bool same_step = step_.h == matrix_->h && step_.rule.end == matrix_->theta;
+    if (matrix_->constant && (!step_.dynamic || same_step)) return;
 
     const double h = step_.h, theta = step_.rule.end;
-    if (corotational_) {
-        const auto matrix = exact_tangent_ ? corotational_tangent : corotational_stiffness;
-        assemble(
-            mesh_, pattern_,
-            [&](std::int32_t e, ElementKind, auto, ElementMatrix& K) {
-                matrix(elements_[std::size_t(e)], element_states_[std::size_t(e)], K);
-            },
-            S_);
-    } else {
-        S_ = K_;
-    }
-    if (step_.dynamic) {
-        const double of_mass = 1 + h * theta * input_.mass_damping;
-        const double of_stiffness = h * theta * (input_.stiffness_damping + h * theta);
-        S_.coeffs() = of_mass * M_.coeffs() + of_stiffness * S_.coeffs();
-    }
-    eliminate(S_, parts_);
-    last_columns_ = SparseColumns();
-    if (constant_) { // another step length: the order and pattern of the factor stay
-        factor_ = constant_->release();
-        constant_.reset();
+    make_step_matrix();
+    ++matrix_->made;
+    if (matrix_->constant) { // another step length: the order and pattern of the factor stay
+        matrix_->factor = matrix_->constant->release();
+        matrix_->constant.reset();
     }
     FactorResult done;
     double scale = 1;
@@ -111,9 +140,9 @@ void SolidBody::make_matrix()
             matrix.mass = 1 + h * theta * input_.mass_damping;
             matrix.stiffness = h * theta * (input_.stiffness_damping + h * theta);
         }
-        SolidFactor kept =
-            cached_factor(cache_, mesh_, std::span(&material_, 1), dofs_, matrix, parts_.ff);
-        factor_ = std::move(kept.factor);
+        SolidFactor kept = cached_factor(cache_, mesh_, std::span(&material_, 1), dofs_, matrix,
+                                         matrix_->parts.ff);
+        matrix_->factor = std::move(kept.factor);
         done = kept.result;
         scale = kept.scale;
         if (messages_) {
@@ -123,7 +152,10 @@ void SolidBody::make_matrix()
                                                                  : ": factor made and kept"));
         }
     } else {
-        done = factor_.factor(parts_.ff);
+        if (matrix_->factor.size() == 0) matrix_->factor.analyse(matrix_->parts.ff, node_of_free());
+        matrix_->factor.take(matrix_->parts.ff);
+        if (!corotational_) drop_step_matrix(); // before L is there: it takes all memory
+        done = matrix_->factor.factor_taken();
     }
     if (!done && exact_tangent_) { // W must be positive: leave out what made it indefinite
         exact_tangent_ = false;
@@ -136,13 +168,51 @@ void SolidBody::make_matrix()
             "{}: its matrix is not positive definite at {}", input_.name,
             done.failed_dof < 0 ? "some node"
                                 : node_place(mesh_, dofs_.free[std::size_t(done.failed_dof)] / 3)));
-    factored_h_ = h;
-    factored_theta_ = theta;
-    if (!corotational_) {
-        constant_.emplace(std::move(factor_), dofs_, touching_);
-        constant_->set_scale(scale);
-        scale_ = scale;
+    matrix_->h = h;
+    matrix_->theta = theta;
+    if (corotational_) return;
+    drop_step_matrix();
+    matrix_->factor.drop_matrix();
+    const bool all_rows = step_.dynamic && mesh_.nodes.size() <= kMostNodesOfAllRows;
+    matrix_->constant.emplace(std::move(matrix_->factor), dofs_, touching_,
+                              SolidCompliance::kColumnMemory,
+                              all_rows ? ColumnRows::all : ColumnRows::surface);
+    matrix_->constant->set_scale(scale);
+    matrix_->scale = scale;
+    constexpr double kSolvesPerStep = 2;
+    if (step_.dynamic) matrix_->constant->expect(kSolvesPerStep * expected_steps_);
+}
+
+void SolidBody::drop_step_matrix()
+{
+    matrix_->S = SparseMatrix();
+    matrix_->parts = Elimination();
+}
+
+/// A of the step, and its parts.
+void SolidBody::make_step_matrix()
+{
+    SolidMatrix& m = *matrix_;
+    m.S = m.K;
+    if (corotational_ && !element_states_.empty()) {
+        const auto matrix = exact_tangent_ ? corotational_tangent : corotational_stiffness;
+        assemble(
+            mesh_, pattern_,
+            [&](std::int32_t e, ElementKind, auto, ElementMatrix& K) {
+                matrix(elements_[std::size_t(e)], element_states_[std::size_t(e)], K);
+            },
+            m.S);
     }
+    if (step_.dynamic) {
+        const double h = step_.h, theta = step_.rule.end;
+        const double of_mass = 1 + h * theta * input_.mass_damping;
+        const double of_stiffness = h * theta * (input_.stiffness_damping + h * theta);
+        m.S.coeffs() = of_mass * m.M.coeffs() + of_stiffness * m.S.coeffs();
+    }
+    if (m.parts.ff.size() == 0)
+        m.parts = make_elimination(m.S, dofs_);
+    else
+        eliminate(m.S, m.parts);
 }
 
 void SolidBody::make_ready(const StepInput& step, const std::string& cache,
@@ -154,7 +224,7 @@ void SolidBody::make_ready(const StepInput& step, const std::string& cache,
             carried->setZero(state_.v.size());
     cache_ = cache;
     messages_ = &messages;
-    if (K_.size() == 0) prepare();
+    if (!prepared_) prepare();
     if (!corotational_) make_matrix(); // that of corotational elements needs their state
     messages_ = nullptr;
 }
@@ -162,13 +232,14 @@ void SolidBody::make_ready(const StepInput& step, const std::string& cache,
 Eigen::VectorXd SolidBody::solved(const Eigen::VectorXd& f) const
 {
     if (f.size() == 0) return f;
-    if (!constant_) return factor_.solved(f);
-    return constant_->factor().solved(f) / scale_;
+    if (!matrix_->constant) return matrix_->factor.solved(f);
+    return matrix_->constant->factor().solved(f) / matrix_->scale;
 }
 
 bool SolidBody::kept_W(const SparseColumns& C, Eigen::MatrixXd& W) const
 {
-    if (last_columns_.cols() == 0 || !same(C, last_columns_)) return false;
+    if (last_columns_.cols() == 0 || last_made_ != matrix_->made || !same(C, last_columns_))
+        return false;
     W = last_W_;
     return true;
 }
@@ -177,6 +248,7 @@ void SolidBody::keep_W(const SparseColumns& C, const Eigen::MatrixXd& W)
 {
     last_columns_ = C;
     last_W_ = W;
+    last_made_ = matrix_->made;
 }
 
 void SolidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
@@ -187,17 +259,19 @@ void SolidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
     else {
         const auto free = Eigen::Index(dofs_.free.size());
         const SparseColumns top = C.rows() == free ? C : SparseColumns(C.topRows(free));
-        if (constant_)
-            constant_->delassus(top, W);
+        if (matrix_->constant)
+            matrix_->constant->delassus(top, W);
         else
-            factor_.compliance(top, W);
+            matrix_->factor.compliance(top, W);
     }
     keep_W(C, W);
 }
 
 Eigen::VectorXd SolidBody::solve(const Eigen::VectorXd& force)
 {
-    return with_pins(solved(force.head(Eigen::Index(dofs_.free.size()))));
+    const Eigen::VectorXd on_free = force.head(Eigen::Index(dofs_.free.size()));
+    return with_pins(matrix_->constant && on_free.size() > 0 ? matrix_->constant->solved(on_free)
+                                                             : solved(on_free));
 }
 
 Eigen::VectorXd SolidBody::with_pins(const Eigen::VectorXd& y) const

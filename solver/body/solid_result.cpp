@@ -94,13 +94,15 @@ std::vector<double> SolidBody::state() const
 
 std::vector<double> SolidBody::kept_columns() const
 {
-    return constant_ ? constant_->kept() : std::vector<double>(2 + 2 * touching_.size(), -1);
+    return matrix_->constant
+               ? matrix_->constant->kept()
+               : std::vector<double>(SolidCompliance::kept_size(touching_.size()), -1);
 }
 
 void SolidBody::keep_columns(std::span<const double> kept)
 {
     last_columns_ = SparseColumns();
-    if (constant_) constant_->keep(kept);
+    if (matrix_->constant) matrix_->constant->keep(kept);
 }
 
 void SolidBody::set_state(std::span<const double> s)

@@ -85,6 +85,7 @@ struct SupernodalFactor::Parts {
     void find_tree();
     void find_workspace();
     void permute_pattern(const Eigen::SparseMatrix<double>& A);
+    void take(std::span<const double> values);
     void mark_ways(std::span<const std::int32_t> dofs, std::vector<char>& marks) const;
 };
 
@@ -236,22 +237,47 @@ void SupernodalFactor::analyse(const Eigen::SparseMatrix<double>& A,
 
 FactorResult SupernodalFactor::factor(const Eigen::SparseMatrix<double>& A)
 {
-    AMONTONS_ASSERT(A.isCompressed() && std::size_t(A.cols()) == parts_->place.size());
-    if (parts_->start.empty()) { // restored
-        parts_->permute_pattern(A);
-        parts_->pattern_entries = A.nonZeros();
-    }
-    return refactor({A.valuePtr(), std::size_t(A.nonZeros())});
+    take(A);
+    return factor_taken();
 }
 
 FactorResult SupernodalFactor::refactor(std::span<const double> values)
 {
+    parts_->take(values);
+    return factor_taken();
+}
+
+void SupernodalFactor::take(const Eigen::SparseMatrix<double>& A)
+{
+    AMONTONS_ASSERT(A.isCompressed() && std::size_t(A.cols()) == parts_->place.size());
+    if (parts_->start.empty()) { // restored, or dropped
+        parts_->permute_pattern(A);
+        parts_->pattern_entries = A.nonZeros();
+    }
+    parts_->take({A.valuePtr(), std::size_t(A.nonZeros())});
+}
+
+void SupernodalFactor::Parts::take(std::span<const double> values)
+{
+    AMONTONS_ASSERT(!start.empty() && std::int64_t(values.size()) == pattern_entries);
+    factored = false;
+    for (std::size_t k = 0; k < source.size(); ++k)
+        value[k] = values[std::size_t(source[k])];
+}
+
+void SupernodalFactor::drop_matrix()
+{
     Parts& p = *parts_;
-    AMONTONS_ASSERT(!p.start.empty() && std::int64_t(values.size()) == p.pattern_entries);
-    p.factored = false;
+    for (std::vector<std::int32_t>* v : {&p.start, &p.row, &p.source})
+        std::vector<std::int32_t>().swap(*v);
+    std::vector<double>().swap(p.value);
+}
+
+FactorResult SupernodalFactor::factor_taken()
+{
+    Parts& p = *parts_;
+    AMONTONS_ASSERT(!p.start.empty());
     if (p.place.empty()) return {true, -1};
-    for (std::size_t k = 0; k < p.source.size(); ++k)
-        p.value[k] = values[std::size_t(p.source[k])];
 
     cholmod_sparse view{};
     view.nrow = view.ncol = p.place.size();

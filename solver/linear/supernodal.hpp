@@ -75,6 +75,13 @@ public:
     /// restore().
     FactorResult refactor(std::span<const double> values);
 
+    /// factor() in two parts: after the first, A may go before L takes its memory.
+    void take(const Eigen::SparseMatrix<double>& A);
+    FactorResult factor_taken();
+    /// Gives back the memory of the matrix, about that of A's lower triangle: for factors that
+    /// stay. Another matrix of the pattern may still be factored, not by refactor().
+    void drop_matrix();
+
     /// X <- A^-1 X, n x any number.
     void solve(Eigen::Ref<Eigen::MatrixXd> X) const;
     Eigen::VectorXd solved(const Eigen::VectorXd& b) const;

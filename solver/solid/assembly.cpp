@@ -131,6 +131,29 @@ void add_element(const SolidPattern& pattern, std::size_t& at, std::span<const s
     }
 }
 
+Eigen::VectorXd symmetric_times(const SolidPattern& pattern, const SparseMatrix& A,
+                                const Eigen::VectorXd& x)
+{
+    AMONTONS_ASSERT(std::size_t(A.nonZeros()) == 9 * pattern.neighbour.size() &&
+                    A.cols() == x.size());
+    Eigen::VectorXd y(x.size());
+    std::vector<double> near; // x of a node's neighbours
+    const double* value = A.valuePtr();
+    for (std::size_t node = 0; node + 1 < pattern.start.size(); ++node) {
+        const std::int32_t first = pattern.start[node], last = pattern.start[node + 1];
+        const Eigen::Index height = 3 * Eigen::Index(last - first);
+        if (near.size() < std::size_t(height)) near.resize(std::size_t(height));
+        double* to = near.data();
+        for (std::int32_t k = first; k < last; ++k, to += 3)
+            std::copy_n(x.data() + 3 * std::ptrdiff_t(pattern.neighbour[std::size_t(k)]), 3, to);
+        Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>> block(value, height, 3);
+        y.segment<3>(3 * Eigen::Index(node)).noalias() =
+            block.transpose() * Eigen::Map<const Eigen::VectorXd>(near.data(), height);
+        value += 3 * height;
+    }
+    return y;
+}
+
 void assemble_stiffness(const VolumeMesh& mesh, const SolidPattern& pattern,
                         std::span<const SolidMaterial> materials, SparseMatrix& K)
 {

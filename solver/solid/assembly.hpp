@@ -59,6 +59,11 @@ void assemble(const VolumeMesh& mesh, const SolidPattern& pattern, Block block,
         });
 }
 
+/// A x of a symmetric matrix made by zero_matrix: column by column, so that products are of
+/// numbers that lie side by side.
+Eigen::VectorXd symmetric_times(const SolidPattern& pattern, const SparseMatrix& A,
+                                const Eigen::VectorXd& x);
+
 /// Stiffness matrix [N/m].
 /// @param materials  one for all elements, or one of each
 void assemble_stiffness(const VolumeMesh& mesh, const SolidPattern& pattern,

@@ -8,8 +8,6 @@ namespace {
 /// Nodes whose columns are solved at once.
 constexpr std::size_t kNodesAtOnce = 16;
 
-using Block = Eigen::Map<const Mat3>;
-
 } // namespace
 
 FactorResult factor_free(const SparseMatrix& whole, const FreeDofs& dofs,
@@ -25,11 +23,14 @@ FactorResult factor_free(const SparseMatrix& whole, const FreeDofs& dofs,
 }
 
 SolidCompliance::SolidCompliance(SupernodalFactor factor, FreeDofs dofs,
-                                 std::span<const std::int32_t> surface_nodes, std::size_t memory)
+                                 std::span<const std::int32_t> surface_nodes, std::size_t memory,
+                                 ColumnRows rows)
     : factor_(std::move(factor))
     , dofs_(std::move(dofs))
     , surface_node_(surface_nodes.begin(), surface_nodes.end())
     , surface_number_(dofs_.number.size() / 3, -1)
+    , all_rows_(rows == ColumnRows::all)
+    , row_nodes_(Eigen::Index(all_rows_ ? dofs_.number.size() / 3 : surface_nodes.size()))
     , column_of_(surface_nodes.size(), -1)
     , place_(surface_nodes.size(), -1)
 {
@@ -39,15 +40,18 @@ SolidCompliance::SolidCompliance(SupernodalFactor factor, FreeDofs dofs,
         const auto node = std::size_t(surface_node_[s]);
         AMONTONS_ASSERT(node < surface_number_.size() && surface_number_[node] < 0);
         surface_number_[node] = std::int32_t(s);
-        for (std::size_t a = 0; a < 3; ++a)
+    }
+    for (std::size_t k = 0; k < std::size_t(row_nodes_); ++k)
+        for (std::size_t a = 0; a < 3; ++a) {
+            const std::size_t node = all_rows_ ? k : std::size_t(surface_node_[k]);
             if (const std::int32_t number = dofs_.number[3 * node + a]; number >= 0) {
                 row_dofs_.push_back(number);
-                row_of_.push_back(std::int32_t(3 * s + a));
+                place_of_row_.push_back(std::int32_t(3 * k + a));
             }
-    }
+        }
     if (!surface_node_.empty())
         most_columns_ =
-            std::min(memory / (9 * sizeof(double) * surface_node_.size()), surface_node_.size());
+            std::min(memory / (9 * sizeof(double) * std::size_t(row_nodes_)), surface_node_.size());
     column_cost_ = 3 * factor_.inverse_part_flops(row_dofs_);
 }
 
@@ -90,8 +94,8 @@ void SolidCompliance::find_nodes(const SparseMatrix& C)
 std::int32_t SolidCompliance::free_column()
 {
     if (columns_.size() < most_columns_) {
-        columns_.emplace_back().blocks.resize(9 * surface_node_.size());
-        counts_.bytes += columns_.back().blocks.size() * sizeof(double);
+        columns_.emplace_back().value.resize(9 * std::size_t(row_nodes_));
+        counts_.bytes += columns_.back().value.size() * sizeof(double);
         return std::int32_t(columns_.size()) - 1;
     }
     const auto oldest =
@@ -130,15 +134,15 @@ void SolidCompliance::solve_columns(std::span<const std::int32_t> missing)
             Column& c = columns_[std::size_t(slot)];
             c.node = s;
             c.last_used = calls_;
-            std::fill(c.blocks.begin(), c.blocks.end(), 0.0);
+            std::fill(c.value.begin(), c.value.end(), 0.0);
             column_of_[std::size_t(s)] = slot;
         }
         for (std::size_t k = 0; k < own; ++k) {
             const std::int32_t s = some[std::size_t(place[k]) / 3];
-            double* const to = columns_[std::size_t(column_of_[std::size_t(s)])].blocks.data() +
-                               3 * (place[k] % 3);
-            for (std::size_t r = 0; r < row_of_.size(); ++r) // 9 node + 3 column + row
-                to[9 * (row_of_[r] / 3) + row_of_[r] % 3] = part(Eigen::Index(r), Eigen::Index(k));
+            double* const to = columns_[std::size_t(column_of_[std::size_t(s)])].value.data() +
+                               3 * row_nodes_ * (place[k] % 3);
+            for (std::size_t r = 0; r < place_of_row_.size(); ++r)
+                to[place_of_row_[r]] = part(Eigen::Index(r), Eigen::Index(k));
         }
         counts_.columns_solved += std::int64_t(some.size());
     }
@@ -161,10 +165,35 @@ bool SolidCompliance::columns_pay(double without)
         return column_of_[std::size_t(s)] < 0;
     });
     spent_ += without;
-    if (spent_ < column_cost_ * double(missing)) return false;
+    const double cost = column_cost_ * double(missing);
+    if (spent_ + expected_ < cost) return false;
+    expected_ = std::max(0.0, expected_ - std::max(0.0, cost - spent_));
     spent_ = 0;
     use_columns();
     return true;
+}
+
+/// Fills the last lot of columns, which costs the same with fewer, while more solves are expected:
+/// with nodes next to those that are missing, by number.
+void SolidCompliance::add_expected(std::vector<std::int32_t>& missing)
+{
+    const std::size_t lots = (missing.size() + kNodesAtOnce - 1) / kNodesAtOnce;
+    const std::size_t most = std::min(
+        lots * kNodesAtOnce, missing.size() + std::min(most_columns_ - columns_.size(),
+                                                       std::size_t(expected_ / column_cost_)));
+    std::vector<char> chosen(surface_node_.size(), 0);
+    for (const std::int32_t s : missing)
+        chosen[std::size_t(s)] = 1;
+    const std::size_t asked = missing.size();
+    for (std::size_t off = 1; off < chosen.size() && missing.size() < most; ++off)
+        for (std::size_t k = 0; k < asked && missing.size() < most; ++k)
+            for (const std::size_t s : {std::size_t(missing[k]) + off,
+                                        std::size_t(missing[k]) - off}) // wraps round: too large
+                if (s < chosen.size() && !chosen[s] && column_of_[s] < 0 && missing.size() < most) {
+                    chosen[s] = 1;
+                    missing.push_back(std::int32_t(s));
+                    expected_ -= column_cost_;
+                }
 }
 
 /// Solves what is missing of in_contact_, for which there must be room.
@@ -178,7 +207,9 @@ void SolidCompliance::use_columns()
         else
             columns_[std::size_t(column_of_[std::size_t(s)])].last_used = calls_;
     }
-    if (!missing.empty()) solve_columns(missing);
+    if (missing.empty()) return;
+    if (columns_.size() + missing.size() < most_columns_) add_expected(missing);
+    solve_columns(missing);
 }
 
 /// A solve of one right-hand side, in operations of those of many: memory keeps it from being as
@@ -191,7 +222,7 @@ double SolidCompliance::solve_flops() const
 
 void SolidCompliance::expect(double solves)
 {
-    spent_ += solves * solve_flops();
+    expected_ += solves * solve_flops();
 }
 
 void SolidCompliance::prepare(std::span<const std::int32_t> nodes)
@@ -229,10 +260,10 @@ void SolidCompliance::delassus(const SparseMatrix& C, Eigen::MatrixXd& W)
         part_nodes_ = in_contact_;
         part_.resize(n, n);
         for (std::size_t b = 0; b < nodes; ++b) {
-            const double* const from = column(in_contact_[b]);
+            const Three from = column(in_contact_[b]);
             for (std::size_t a = 0; a < nodes; ++a)
                 part_.block<3, 3>(3 * Eigen::Index(a), 3 * Eigen::Index(b)) =
-                    Block(from + 9 * std::ptrdiff_t(in_contact_[a]));
+                    from.middleRows<3>(row_of(in_contact_[a]));
         }
     }
     const auto place = [&](Eigen::Index free) {
@@ -276,6 +307,27 @@ Eigen::VectorXd SolidCompliance::displacement(const Eigen::VectorXd& f) const
     return x;
 }
 
+/// What forces on in_contact_, whose columns are there, move: all rows that are kept.
+Eigen::VectorXd SolidCompliance::moved_by(std::span<const Vec3> force) const
+{
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(3 * row_nodes_);
+    for (std::size_t k = 0; k < in_contact_.size(); ++k) {
+        const Three from = column(in_contact_[k]);
+        x += force[k][0] * from.col(0) + force[k][1] * from.col(1) + force[k][2] * from.col(2);
+    }
+    return x;
+}
+
+/// Of all rows that are kept, those of the surface.
+Eigen::VectorXd SolidCompliance::on_surface(const Eigen::VectorXd& x) const
+{
+    if (!all_rows_) return x;
+    Eigen::VectorXd out(3 * Eigen::Index(surface_node_.size()));
+    for (std::size_t s = 0; s < surface_node_.size(); ++s)
+        out.segment<3>(3 * Eigen::Index(s)) = x.segment<3>(3 * surface_node_[s]);
+    return out;
+}
+
 Eigen::VectorXd SolidCompliance::surface_displacement(const Eigen::VectorXd& f)
 {
     const auto surface = static_cast<Eigen::Index>(surface_node_.size());
@@ -295,25 +347,57 @@ Eigen::VectorXd SolidCompliance::surface_displacement(const Eigen::VectorXd& f)
             x.segment<3>(3 * s) = all.segment<3>(3 * surface_node_[std::size_t(s)]);
         return x;
     }
-    for (const std::int32_t c : in_contact_) {
-        const Vec3 force = f.segment<3>(3 * c) / scale_;
-        const double* const from = column(c);
-        for (Eigen::Index s = 0; s < surface; ++s)
-            x.segment<3>(3 * s) += Block(from + 9 * s) * force;
+    std::vector<Vec3> force;
+    for (const std::int32_t c : in_contact_)
+        force.push_back(f.segment<3>(3 * c) / scale_);
+    return on_surface(moved_by(force));
+}
+
+Eigen::VectorXd SolidCompliance::solved(const Eigen::VectorXd& f)
+{
+    AMONTONS_ASSERT(f.size() == Eigen::Index(dofs_.free.size()));
+    const auto from_factor = [&] { return Eigen::VectorXd(factor_.solved(f) / scale_); };
+    if (!all_rows_) return from_factor();
+    forget_nodes();
+    for (std::size_t s = 0; s < surface_node_.size(); ++s)
+        for (std::size_t a = 0; a < 3; ++a)
+            if (const std::int32_t k = dofs_.number[3 * std::size_t(surface_node_[s]) + a];
+                k >= 0 && f[k] != 0) {
+                in_contact_.push_back(std::int32_t(s));
+                break;
+            }
+    order_nodes();
+    if (!has_columns() && !columns_pay(solve_flops())) {
+        ++counts_.from_factor;
+        return from_factor();
     }
-    return x;
+    std::vector<Vec3> force;
+    for (const std::int32_t s : in_contact_) {
+        force.emplace_back(Vec3::Zero());
+        for (std::size_t a = 0; a < 3; ++a)
+            if (const std::int32_t k =
+                    dofs_.number[3 * std::size_t(surface_node_[std::size_t(s)]) + a];
+                k >= 0)
+                force.back()[Eigen::Index(a)] = f[k] / scale_;
+    }
+    const Eigen::VectorXd x = moved_by(force);
+    Eigen::VectorXd out(f.size());
+    for (std::size_t k = 0; k < dofs_.free.size(); ++k)
+        out[Eigen::Index(k)] = x[dofs_.free[k]];
+    return out;
 }
 
 std::vector<double> SolidCompliance::kept() const
 {
     const std::size_t n = surface_node_.size();
-    std::vector<double> out(2 + 2 * n, -1);
+    std::vector<double> out(kept_size(n), -1);
     out[0] = spent_;
     out[1] = double(calls_);
+    out[2] = expected_;
     for (std::size_t slot = 0; slot < columns_.size(); ++slot) {
         const auto s = std::size_t(columns_[slot].node);
-        out[2 + s] = double(slot);
-        out[2 + n + s] = double(columns_[slot].last_used);
+        out[3 + s] = double(slot);
+        out[3 + n + s] = double(columns_[slot].last_used);
     }
     return out;
 }
@@ -321,21 +405,24 @@ std::vector<double> SolidCompliance::kept() const
 void SolidCompliance::keep(std::span<const double> kept)
 {
     const std::size_t n = surface_node_.size();
-    AMONTONS_ASSERT(kept.size() == 2 + 2 * n);
+    AMONTONS_ASSERT(kept.size() == kept_size(n));
+    // Bodies that share a matrix give the same numbers each.
+    if (const std::vector<double> have = this->kept(); std::ranges::equal(have, kept)) return;
     std::vector<std::int32_t> nodes; // by slot
     for (std::size_t s = 0; s < n; ++s)
-        if (kept[2 + s] >= 0) nodes.push_back(std::int32_t(s));
+        if (kept[3 + s] >= 0) nodes.push_back(std::int32_t(s));
     std::sort(nodes.begin(), nodes.end(), [&](std::int32_t a, std::int32_t b) {
-        return kept[2 + std::size_t(a)] < kept[2 + std::size_t(b)];
+        return kept[3 + std::size_t(a)] < kept[3 + std::size_t(b)];
     });
     columns_.clear();
     std::fill(column_of_.begin(), column_of_.end(), -1);
     counts_.bytes = 0;
     if (nodes.size() <= most_columns_) solve_columns(nodes);
     for (Column& c : columns_)
-        c.last_used = std::int64_t(kept[2 + n + std::size_t(c.node)]);
+        c.last_used = std::int64_t(kept[3 + n + std::size_t(c.node)]);
     spent_ = kept[0];
     calls_ = std::int64_t(kept[1]);
+    expected_ = kept[2];
 }
 
 } // namespace amontons

@@ -11,6 +11,9 @@ namespace amontons {
 FactorResult factor_free(const SparseMatrix& whole, const FreeDofs& dofs,
                          const SupernodalOptions& options, SupernodalFactor& factor);
 
+/// What columns are kept with.
+enum class ColumnRows { surface, all };
+
 /// What SolidCompliance has done so far.
 struct ComplianceCounts {
     std::int64_t columns_solved = 0;  ///< nodes, three columns each
@@ -22,12 +25,12 @@ struct ComplianceCounts {
 /// What a body with a constant matrix A gives to contact: W = C^T A^-1 C and displacements.
 ///
 /// Columns of A^-1 are solved for nodes that come into contact and kept, three for each node, with
-/// the rows of the surface only. From then on W is put together from them: its cost depends on the
-/// contacts, not on the mesh. Columns cost more than one W from the factor's tree, as they hold the
-/// whole surface: while some are missing, W comes from the tree, until it has cost as much as the
-/// missing columns would. So a few new nodes are solved at once, a new contact area after it has
-/// stayed for a while, and never is twice the least cost exceeded. What decides is a count of
-/// operations, the same in every run.
+/// the rows of the surface only, or, for small bodies that move, with all rows. From then on W is
+/// put together from them: its cost depends on the contacts, not on the mesh. Columns cost more
+/// than one W from the factor's tree, as they hold the whole surface: while some are missing, W
+/// comes from the tree, until it has cost as much as the missing columns would. So a few new nodes
+/// are solved at once, a new contact area after it has stayed for a while, and never is twice the
+/// least cost exceeded. What decides is a count of operations, the same in every run.
 ///
 /// The columns used least recently go when the memory is full; contacts with more nodes than it
 /// holds are answered by the factor each time.
@@ -38,10 +41,11 @@ public:
     /// @param dofs           free ones of the mesh; what is pinned counts as prescribed
     /// @param surface_nodes  those that contacts may name, each once
     /// @param memory         most bytes of kept columns; 72 for each pair of a node in contact and
-    ///                       a node of the surface
+    ///                       a node of the surface (ColumnRows::all: of the mesh)
     SolidCompliance(SupernodalFactor factor, FreeDofs dofs,
-                    std::span<const std::int32_t> surface_nodes,
-                    std::size_t memory = std::size_t(1) << 30);
+                    std::span<const std::int32_t> surface_nodes, std::size_t memory = kColumnMemory,
+                    ColumnRows rows = ColumnRows::surface);
+    static constexpr std::size_t kColumnMemory = std::size_t(1) << 30;
 
     /// A is `scale` times what was factored, > 0: Young's modulus alone costs nothing.
     void set_scale(double scale);
@@ -52,7 +56,8 @@ public:
     /// @param W  resized to rows x rows
     /// @throws std::logic_error  if C acts on a node that is not of the surface
     void delassus(const SparseMatrix& C, Eigen::MatrixXd& W);
-    /// Says that about so many solves will be asked for: columns are then solved early.
+    /// Says that about so many solves will be asked for: columns are then solved early, and some of
+    /// nodes that have not been in contact with those that are.
     void expect(double solves);
     /// Solves the columns of these nodes now, as far as there is room.
     void prepare(std::span<const std::int32_t> nodes);
@@ -64,11 +69,15 @@ public:
     /// missing.
     /// @param f  3 surface nodes in the order given [N]
     Eigen::VectorXd surface_displacement(const Eigen::VectorXd& f);
+    /// x = A^-1 f of the free degrees of freedom, for forces on the surface: from columns with all
+    /// rows, or one solve.
+    Eigen::VectorXd solved(const Eigen::VectorXd& f);
 
-    /// Which columns are kept and what the choice of further ones depends on: 2 + 2 surface nodes
+    /// Which columns are kept and what the choice of further ones depends on: kept_size()
     /// numbers. A copy that keep() gives them to goes on with the same bits.
     std::vector<double> kept() const;
     void keep(std::span<const double> kept); ///< solves the columns again
+    static std::size_t kept_size(std::size_t surface_nodes) { return 3 + 2 * surface_nodes; }
 
     const SupernodalFactor& factor() const { return factor_; }
     /// Gives the factor back, to be used for other numbers of the same pattern; this object is then
@@ -82,11 +91,19 @@ private:
     struct Column {
         std::int32_t node = -1;     // of the surface
         std::int64_t last_used = 0; // number of the call
-        std::vector<double> blocks; // 3 x 3 by columns for each node of the surface
+        std::vector<double> value;  // for a force along each axis, 3 of each node that has rows
     };
-    const double* column(std::int32_t surface_node) const
+    using Three = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>>;
+    Three column(std::int32_t surface_node) const
     {
-        return columns_[std::size_t(column_of_[std::size_t(surface_node)])].blocks.data();
+        return Three(columns_[std::size_t(column_of_[std::size_t(surface_node)])].value.data(),
+                     row_nodes_ * 3, 3);
+    }
+    /// Where the rows of a surface node begin in a column.
+    Eigen::Index row_of(std::int32_t surface_node) const
+    {
+        return 3 *
+               Eigen::Index(all_rows_ ? surface_node_[std::size_t(surface_node)] : surface_node);
     }
     void find_nodes(const SparseMatrix& C);
     void forget_nodes();
@@ -96,13 +113,18 @@ private:
     bool columns_pay(double without); ///< operations of this call without them
     double solve_flops() const;
     void solve_columns(std::span<const std::int32_t> missing);
+    void add_expected(std::vector<std::int32_t>& missing);
     std::int32_t free_column();
+    Eigen::VectorXd moved_by(std::span<const Vec3> force) const;
+    Eigen::VectorXd on_surface(const Eigen::VectorXd& x) const;
 
     SupernodalFactor factor_;
     FreeDofs dofs_;
     std::vector<std::int32_t> surface_node_, surface_number_; // and the way back, or -1
+    bool all_rows_ = false;
+    Eigen::Index row_nodes_ = 0; // nodes that columns have rows of
     std::vector<std::int32_t> row_dofs_,
-        row_of_;                          // free rows of the surface: numbers, 3 node + axis
+        place_of_row_;                    // free rows of these: numbers, 3 node + axis
     std::vector<std::int32_t> column_of_; // of each surface node, or -1
     std::vector<Column> columns_;
     std::size_t most_columns_ = 0;
@@ -110,6 +132,7 @@ private:
     double scale_ = 1;
     double column_cost_ = 0; // operations for one node
     double spent_ = 0;       // on W by the tree, since columns are missing
+    double expected_ = 0;    // to be spent
     ComplianceCounts counts_;
     std::vector<std::int32_t> in_contact_; // surface nodes of the present call, ascending
     std::vector<std::int32_t> part_nodes_; // in_contact_ when part_ was gathered

@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <map>
 #include <set>
 
 namespace amontons {
@@ -73,6 +74,8 @@ struct Built {
     const Scene& scene;
     BodySystem& system;
     std::vector<Issue>& issues;
+    /// The outside of each mesh, once for all pairs.
+    std::map<const VolumeMesh*, ExternalSurface> outside;
 
     int find(const std::string& name) const
     {
@@ -83,7 +86,12 @@ struct Built {
     ExternalSurface surface(const VolumeMesh& mesh, const std::string& set, std::size_t law,
                             std::size_t side)
     {
-        if (set.empty()) return extract_surface(mesh);
+        if (set.empty()) {
+            const auto known = outside.find(&mesh);
+            return known != outside.end()
+                       ? known->second
+                       : outside.emplace(&mesh, extract_surface(mesh)).first->second;
+        }
         if (const FaceSet* faces = find_set(mesh.face_sets, set))
             return surface_of(mesh, faces->members);
         std::vector<std::string> names;
@@ -209,7 +217,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     if (!issues.empty()) throw InputError(std::move(issues));
 
     // Pairs first: they say which nodes may touch.
-    Built built{scene, *system, issues};
+    Built built{scene, *system, issues, {}};
     const auto solid_index = [&](const std::string& name) {
         for (std::size_t i = 0; i < scene.solids.size(); ++i)
             if (scene.solids[i].name == name) return int(i);
@@ -300,6 +308,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     for (const Obstacle& o : obstacles)
         walls.push_back(&o.model.wall);
     std::vector<ContactPair> pairs;
+    std::map<std::pair<int, std::string>, SharpFeatures> features; // of a body's surfaces
     for (std::size_t k = 0; k < laws.size(); ++k) {
         const ContactLaw& law = laws[k];
         ContactPair p;
@@ -334,12 +343,17 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         p.surface_b = std::move(surfaces[k].side[swap ? 0 : 1]);
         p.a = body[swap ? 1 : 0];
         p.b = body[swap ? 0 : 1];
-        const auto features_of = [&](int b, const ExternalSurface& surface) {
+        const auto features_of = [&](int b, const std::string& set,
+                                     const ExternalSurface& surface) {
             const SolidBody* solid = b < 0 ? nullptr : system->refs[std::size_t(b)].solid;
-            return solid ? sharp_features(surface, solid->mesh().nodes) : SharpFeatures{};
+            if (!solid) return SharpFeatures{};
+            const auto known = features.find({b, set});
+            if (known != features.end()) return known->second;
+            return features.emplace(std::pair(b, set), sharp_features(surface, solid->mesh().nodes))
+                .first->second;
         };
-        p.sharp_a = features_of(p.a, p.surface_a);
-        p.sharp_b = features_of(p.b, p.surface_b);
+        p.sharp_a = features_of(p.a, law.surfaces[swap ? 1 : 0], p.surface_a);
+        p.sharp_b = features_of(p.b, law.surfaces[swap ? 0 : 1], p.surface_b);
         p.small = law.sliding == "small" && system->refs[std::size_t(p.a)].solid &&
                   (p.b < 0 || system->refs[std::size_t(p.b)].solid);
         double size = system->refs[std::size_t(p.a)].body->size();

@@ -92,10 +92,14 @@ void BodySimulation::State::make_ready()
     input.dynamic = dynamic();
     input.rule = time_rule(scene.time);
     input.gravity = scene.gravity;
+    std::vector<SolidBody*> solids;
     for (const BodyRef& b : system->refs)
         if (b.solid) {
             b.solid->expect_steps((scene.time.end - time) / scene.time.step);
+            for (const SolidBody* other : solids)
+                if (b.solid->share_matrix(*other)) break;
             b.solid->make_ready(input, options.cache, messages);
+            solids.push_back(b.solid);
         }
     summary.seconds.offline += watch.seconds();
 }

@@ -1,6 +1,7 @@
 // Time of a step of solids in contact, everything converged to 1e-8.
 //
-//     body_step_bench [CSV]   a table, and as a file (default docs/results/body_step.csv)
+//     body_step_bench [CSV [PART]]   a table, and as a file (default docs/results/body_step.csv);
+//                                    PART: only the scenes whose name contains it
 //
 // Blocks that slide down an incline and stand on each other are of the sizes of SOFA's scenes in
 // docs/results/README.md; the pile is 30 balls that have come to rest; "mesh" is one scene on ever
@@ -34,16 +35,34 @@ double cpu_seconds()
 
 struct Record : StepObserver {
     std::vector<double> seconds;
+    std::vector<PhaseSeconds> phases; ///< wall times since the start of the run
     double before = 0, contacts = 0, worst = 0;
     void on_step(const StepRecord& r) override
     {
         const double now = cpu_seconds();
-        if (r.step > 0) seconds.push_back(now - before);
+        if (r.step > 0) {
+            seconds.push_back(now - before);
+            phases.push_back(r.phases);
+        }
         contacts = double(r.contacts.size());
         worst = std::max(worst, r.certificate.error);
         before = cpu_seconds();
     }
 };
+
+/// Where the time goes, in wall time of a step [ms].
+std::string shares(const std::vector<PhaseSeconds>& all, std::size_t skip)
+{
+    if (all.size() < skip + 2) return "";
+    const PhaseSeconds &a = all[skip], &b = all.back();
+    const double per = 1e3 / double(all.size() - 1 - skip);
+    return fmt::format("{:.2f} free motion, {:.2f} detection, {:.2f} W, {:.2f} solve, {:.2f} "
+                       "correction",
+                       per * (b.free_motion - a.free_motion), per * (b.detection - a.detection),
+                       per * (b.compliance - a.compliance),
+                       per * (b.contact_solve - a.contact_solve),
+                       per * (b.correction - a.correction));
+}
 
 const char* const kFloor = R"("floor": {"kind": "obstacle", "surface": {"generate": "plane"}})";
 const char* const kPlain = R"("output": {"picture": false, "plots": false})";
@@ -74,7 +93,7 @@ std::string stack(const std::string& motion)
                        kFloor, kPlain);
 }
 
-std::string pile()
+std::string pile(int around)
 {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> shift(-0.01, 0.01);
@@ -88,10 +107,10 @@ std::string pile()
                         walls[w], 0.22 * side[w][0], 0.22 * side[w][1], -side[w][0], -side[w][1]);
     for (int k = 0; k < 30; ++k)
         bodies += fmt::format(R"(, "ball_{}": {{"kind": "solid", "mesh": {{"generate": "ball",
-            "radius": 0.055, "around": 8, "element": "T4"}}, "youngs_modulus": 2e5,
+            "radius": 0.055, "around": {}, "element": "T4"}}, "youngs_modulus": 2e5,
             "poisson_ratio": 0.3, "density": 1000, "stiffness_damping": 1e-3,
             "start": {{"place": [{}, {}, {}]}}}})",
-                              k, -0.13 + 0.13 * (k % 3) + shift(random),
+                              k, around, -0.13 + 0.13 * (k % 3) + shift(random),
                               -0.13 + 0.13 * (k / 3 % 3) + shift(random), 0.07 + 0.14 * (k / 9));
     return fmt::format(R"("bodies": {{{}}}, "gravity": [0, 0, -9.81],
         "contact": [{{"between": ["*", "*"], "friction": 0.4, "reach": 0.005}}],
@@ -115,8 +134,10 @@ std::string mesh(int n)
                        n, kPlain);
 }
 
-void measure(FILE* csv, const std::string& name, const std::string& rest, std::size_t skip)
+void measure(FILE* csv, const std::string& part, const std::string& name, const std::string& rest,
+             std::size_t skip)
 {
+    if (name.find(part) == std::string::npos) return;
     const Scene scene = parse_scene("{\"schema\": 1, " + rest + "}", name, {});
     std::vector<Obstacle> obstacles;
     for (const ObstacleInput& o : scene.obstacles)
@@ -138,6 +159,7 @@ void measure(FILE* csv, const std::string& name, const std::string& rest, std::s
         fmt::format("{},{},{:.0f},{:.2f},{:.2f},{:.3f},{:.1e},{}\n", name, nodes, record.contacts,
                     median, p90, s.seconds.offline, record.worst, s.status);
     fmt::print("{}", line);
+    fmt::print("    {}\n", shares(record.phases, skip));
     fmt::print(csv, "{}", line);
     std::fflush(stdout);
     std::fflush(csv);
@@ -148,7 +170,7 @@ void measure(FILE* csv, const std::string& name, const std::string& rest, std::s
 int main(int argc, char** argv)
 try {
     const std::string path = argc > 1 ? argv[1] : "docs/results/body_step.csv";
-    const bool large = argc > 2 && std::string(argv[2]) == "large"; // 200k nodes: 10 GB
+    const std::string part = argc > 2 ? argv[2] : "";
     FILE* csv = std::fopen(path.c_str(), "w");
     if (!csv) {
         fmt::print(stderr, "{} cannot be written\n", path);
@@ -159,12 +181,14 @@ try {
     fmt::print(csv, "{}", head);
     for (const char* motion : {"linear", "corotational"})
         for (const int side : {4, 6, 8, 10})
-            measure(csv, fmt::format("incline {}", motion), incline(side, motion), 10);
+            measure(csv, part, fmt::format("incline {}", motion), incline(side, motion), 10);
     for (const char* motion : {"linear", "corotational"})
-        measure(csv, fmt::format("stack {}", motion), stack(motion), 10);
-    measure(csv, "pile of 30 balls", pile(), 50);
-    for (const int n : {16, 26, 36, 58})
-        if (n < 50 || large) measure(csv, "mesh", mesh(n), 10);
+        measure(csv, part, fmt::format("stack {}", motion), stack(motion), 10);
+    measure(csv, part, "pile of 30 balls", pile(8), 50);
+    measure(csv, part, "pile of 30 large balls", pile(10), 50);
+    for (const int n : {16, 26, 36})
+        measure(csv, part, "mesh", mesh(n), 10);
+    if (part == "mesh large") measure(csv, part, "mesh large", mesh(58), 10); // 10 GB
     std::fclose(csv);
     return 0;
 } catch (const InputError& error) {

@@ -162,6 +162,9 @@ TEST_CASE("a sparse matrix is the sum of its elements, with every entry of the p
         });
         CHECK((Eigen::MatrixXd(K) - sum).norm() <= 1e-15 * sum.norm());
         CHECK(double(K.nonZeros()) == touched.sum());
+        const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(K.cols(), -1, 2).array().sin();
+        CHECK((symmetric_times(make_pattern(mesh), K, x) - sum * x).norm() <=
+              1e-14 * sum.norm() * x.norm());
         for (Eigen::Index c = 0; c < K.cols(); ++c) // rows ascend in each column
             for (std::int32_t k = K.outerIndexPtr()[c] + 1; k < K.outerIndexPtr()[c + 1]; ++k)
                 REQUIRE(K.innerIndexPtr()[k - 1] < K.innerIndexPtr()[k]);

@@ -276,6 +276,43 @@ TEST_CASE("displacements obey K x = f, and their work is that of W")
     CHECK(distance(compliance.surface_displacement(on_surface(b, f)), on_surface(b, x)) < 1e-12);
 }
 
+TEST_CASE("columns with all rows move the whole body, and who expects solves gets them early")
+{
+    const Body b = body(ElementKind::T4);
+    SupernodalFactor factor;
+    REQUIRE(factor_free(b.K, b.dofs, {}, factor));
+    SolidCompliance compliance(std::move(factor), b.dofs, b.surface, SolidCompliance::kColumnMemory,
+                               ColumnRows::all);
+    const SparseMatrix C = rows_on(b, 10, 5, 2);
+    const Eigen::VectorXd r = Eigen::VectorXd::LinSpaced(30, -1, 2), f = C * r;
+    const Eigen::VectorXd expected = compliance.factor().solved(f);
+    CHECK(distance(compliance.solved(f), expected) == 0); // one solve costs less
+    CHECK(compliance.counts().columns_solved == 0);
+    compliance.expect(1e3);
+    CHECK(distance(compliance.solved(f), expected) < 1e-13);
+    CHECK(compliance.counts().from_factor == 1);
+    CHECK(compliance.counts().columns_solved == 16); // up to 16 nodes, and what costs nothing more
+    Eigen::MatrixXd W;
+    compliance.delassus(C, W);
+    CHECK(distance(W, by_tree(compliance, C)) < 1e-13);
+    CHECK(distance(on_surface(b,
+                              [&] {
+                                  Eigen::VectorXd x = Eigen::VectorXd::Zero(b.K.rows());
+                                  x(b.dofs.free) = expected;
+                                  return x;
+                              }()),
+                   compliance.surface_displacement(on_surface(b, forces(b, C, r)))) < 1e-13);
+
+    // A copy with the same columns goes on with the same bits.
+    SupernodalFactor again;
+    REQUIRE(factor_free(b.K, b.dofs, {}, again));
+    SolidCompliance copy(std::move(again), b.dofs, b.surface, SolidCompliance::kColumnMemory,
+                         ColumnRows::all);
+    copy.keep(compliance.kept());
+    CHECK(copy.kept() == compliance.kept());
+    CHECK(copy.solved(f) == compliance.solved(f));
+}
+
 TEST_CASE("a stiffer material of the same ratio is a matter of scale")
 {
     const Body soft = body(ElementKind::H8, 1e6), stiff = body(ElementKind::H8, 3e11);

@@ -240,7 +240,18 @@ TEST_CASE("a run that is stopped and goes on gives the same bits")
         "contact": [{{"between": ["block", "floor"], "friction": 0.3}}],
         "time": {{"step": 0.05, "end": 1}})",
                                             kFloor);
-    for (const std::string& scene : {dynamic, dragged}) {
+    const auto ball = [](const char* name, double x) {
+        return fmt::format(R"("{}": {{"kind": "solid", "mesh": {{"generate": "ball",
+            "radius": 0.05, "around": 4, "element": "T4"}}, "youngs_modulus": 1e5,
+            "poisson_ratio": 0.3, "density": 1000, "start": {{"place": [{}, 0, 0.051]}}}})",
+                           name, x);
+    };
+    const std::string alike =
+        fmt::format(R"("schema": 1, "bodies": {{{}, {}, {}}}, {},
+        "contact": [{{"between": ["*", "*"], "friction": 0.3}}],
+        "time": {{"kind": "dynamic", "step": 0.005, "end": 0.15}})",
+                    ball("a", 0), ball("b", 0.1001), kFloor, gravity_on_incline(10));
+    for (const std::string& scene : {dynamic, dragged, alike}) {
         const Scene s = parse_scene("{" + scene + "}", "test.json", {});
         const auto made = [&] {
             std::vector<Obstacle> obstacles;
@@ -266,6 +277,32 @@ TEST_CASE("a run that is stopped and goes on gives the same bits")
         REQUIRE(a.quantities.size() == b.quantities.size());
         for (std::size_t i = 0; i < a.quantities.size(); ++i)
             CHECK(a.quantities[i].value == b.quantities[i].value);
+    }
+}
+
+TEST_CASE("bodies that are alike move as each does alone")
+{
+    const auto block = [](const char* name, double y) {
+        return fmt::format(R"("{}": {{"kind": "solid", "mesh": {{"generate": "box",
+            "size": [0.1, 0.1, 0.1], "cells": [3, 3, 2], "element": "T4"}}, "youngs_modulus": 1e5,
+            "poisson_ratio": 0.3, "density": 1000, "start": {{"place": [0, {}, 0.06],
+            "velocity": [0.3, 0, 0], "spin": [0, 1, {}]}}}})",
+                           name, y, y);
+    };
+    const auto scene = [&](const std::string& bodies) {
+        return run(fmt::format(R"("bodies": {{{}, {}}}, "gravity": [0, 0, -9.81],
+            "contact": [{{"between": ["*", "floor"], "friction": 0.3}}],
+            "time": {{"kind": "dynamic", "step": 0.005, "end": 0.3}})",
+                               bodies, kFloor));
+    };
+    const Result a = scene(block("a", 0)), b = scene(block("b", 2)),
+                 both = scene(block("a", 0) + "," + block("b", 2));
+    REQUIRE(both.summary.message == "");
+    for (std::size_t step = 0; step < both.records.size(); ++step) {
+        CHECK(both.value("a_max_displacement", step) ==
+              doctest::Approx(a.value("a_max_displacement", step)).epsilon(1e-4));
+        CHECK(both.value("b_max_displacement", step) ==
+              doctest::Approx(b.value("b_max_displacement", step)).epsilon(1e-4));
     }
 }
 
