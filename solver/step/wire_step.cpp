@@ -17,7 +17,7 @@ constexpr double kEnergyShare = 0.02;
 constexpr double kEnergyFloor = 0.5;
 constexpr const char* kBalanceRefused = "energy balance";
 constexpr int kMostRelaxations = 600;
-constexpr double kRelaxationShare = 0.01; // as kEnergyShare, of an increment of the relaxation
+constexpr double kRelaxationShare = 0.001; // as kEnergyShare, of an increment of the relaxation
 constexpr double kNoJump = 0.25;          // of an increment's way: the wire has not jumped in it
 
 NewtonOptions newton_options(const WireBody& b, double shift)
