@@ -84,6 +84,7 @@ int main(int argc, char** argv)
     add_solve(program, session);
     add_schema(program, session);
     add_mesh(program, session);
+    add_study(program, session);
     add_validate(program, session);
     add_render(program, session);
     add_completion(program, session);

@@ -95,6 +95,7 @@ private:
 
 /// The one observer of a run: the files and the progress, and the depth along centrelines.
 struct Observers : StepObserver {
+    int iterations = 0; ///< since this start
     RunWriter& writer;
     Progress& progress;
     const std::vector<DepthLine>& lines;
@@ -119,6 +120,7 @@ struct Observers : StepObserver {
                                                lines[i].depth(record.beams[i].points.back())});
             writer.on_step(more);
         }
+        iterations += record.iterations;
         if (recorder) recorder->write(record);
         progress.step(record);
     }
@@ -228,6 +230,10 @@ void run(RunArguments& arguments, Session& session)
         JsonText json;
         json.open('{');
         write_summary(json, summary, {});
+        std::int64_t unknowns = 0;
+        for (const BodyPlan& b : simulation.plan())
+            unknowns += b.unknowns;
+        json.member("unknowns", unknowns).member("iterations", observers.iterations);
         json.member("output", directory).close('}');
         session.print(json.text() + "\n");
     } else if (!session.quiet) {

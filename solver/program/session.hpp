@@ -50,6 +50,7 @@ void add_haptic(CLI::App& program, Session& session);
 void add_solve(CLI::App& program, Session& session);
 void add_schema(CLI::App& program, Session& session);
 void add_mesh(CLI::App& program, Session& session);
+void add_study(CLI::App& program, Session& session);
 void add_validate(CLI::App& program, Session& session);
 void add_render(CLI::App& program, Session& session);
 void add_completion(CLI::App& program, Session& session);

@@ -1,0 +1,513 @@
+// amontons study SCENE --sweep PATH=a,b,c --quantity Q: error against run time.
+//
+// The folder of a study has study.json (what it is about), points/KEY.json (one for each point that
+// was run: it goes on from these), and what is made of them: study.csv, study.svg and its script.
+
+#include "mesh/base/file.hpp"
+#include "solver/output/manifest.hpp"
+#include "solver/output/plot.hpp"
+#include "solver/output/run_writer.hpp"
+#include "solver/program/child.hpp"
+#include "solver/program/interrupt.hpp"
+#include "solver/program/scene_arguments.hpp"
+#include "solver/program/session.hpp"
+#include "solver/scene/read.hpp"
+#include "validation/study/table.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <fmt/format.h>
+#include <map>
+#include <sys/file.h>
+#include <unistd.h>
+
+namespace fs = std::filesystem;
+
+namespace amontons {
+namespace {
+
+using namespace study;
+
+struct StudyArguments {
+    SceneArguments scene;
+    std::vector<std::string> sweeps, merge;
+    std::string quantity, reference = "finest", output, shard = "1/1";
+    int jobs = 1, threads = 1;
+    double max_time = 0;
+    bool restart = false, keep = false;
+};
+
+// ---- the scene of a point
+
+/// Every text of a JSON document.
+void collect_texts(const std::string& json, std::vector<std::string>& texts)
+{
+    for (std::size_t i = 0; i < json.size(); ++i) {
+        if (json[i] != '"') continue;
+        std::string text;
+        for (++i; i < json.size() && json[i] != '"'; ++i) {
+            if (json[i] == '\\' && i + 1 < json.size()) ++i;
+            text += json[i];
+        }
+        texts.push_back(text);
+    }
+}
+
+/// Fingerprint of what decides a run's results: the scene but for its title and output, and the
+/// bytes of every file that it names.
+/// @param files  fingerprints of files that were seen before
+std::string hash_of(Scene scene, std::map<std::string, std::uint64_t>& files)
+{
+    scene.title.clear();
+    scene.output = {};
+    const std::string text = resolved_scene(scene);
+    std::vector<std::string> texts;
+    collect_texts(text, texts);
+    std::string all = text;
+    for (const std::string& t : texts) {
+        const std::string path = beside(scene, t);
+        std::error_code error;
+        if (t.empty() || !fs::is_regular_file(path, error)) continue;
+        const auto [at, fresh] = files.emplace(path, 0);
+        if (fresh) at->second = hash_bytes(read_file(path));
+        all += fmt::format("\n{} {:016x}", t, at->second);
+    }
+    return fmt::format("{:016x}", hash_bytes(all));
+}
+
+// ---- the folder
+
+/// Holds a folder for this process alone, as long as it lives.
+class FolderLock {
+public:
+    explicit FolderLock(const std::string& folder)
+    {
+        const std::string path = folder + "/.lock";
+        fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+        if (fd_ < 0) throw WriteError(path, std::strerror(errno));
+        if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
+            ::close(fd_);
+            throw InputError({{folder, "", "another study that works in this folder",
+                               "its end, or another --output"}});
+        }
+    }
+    FolderLock(const FolderLock&) = delete;
+    FolderLock& operator=(const FolderLock&) = delete;
+    ~FolderLock() { ::close(fd_); }
+
+private:
+    int fd_;
+};
+
+/// Name of a point's file: its overrides decide it, whatever else the study sweeps.
+std::string key_of(const std::vector<std::string>& overrides)
+{
+    std::string all;
+    for (const std::string& o : overrides)
+        all += o + "\n";
+    return fmt::format("{:016x}", hash_bytes(all));
+}
+
+std::string point_file(const std::string& folder, const std::vector<std::string>& overrides)
+{
+    return folder + "/points/" + key_of(overrides) + ".json";
+}
+
+/// A table without rows, of what a folder is about.
+Table empty_table(const Definition& d)
+{
+    Table t;
+    for (const std::string& s : d.sweeps)
+        t.sweeps.push_back(parse_sweep(s));
+    t.quantity = d.quantity;
+    if (d.reference == "finest") return t;
+    const char *from = d.reference.data(), *end = from + d.reference.size();
+    const auto number = std::from_chars(from, end, t.reference);
+    if (number.ec == std::errc() && number.ptr == end && std::isfinite(t.reference)) {
+        t.kind = ReferenceKind::value;
+        return t;
+    }
+    t.kind = ReferenceKind::file;
+    std::error_code error;
+    if (!fs::exists(d.reference, error))
+        throw InputError({{"--reference", "", quoted_text(d.reference),
+                           "a number, \"finest\", or the JSON file of a run or a reference"}});
+    const Numbers numbers = numbers_of(read_file(d.reference), d.reference);
+    const std::optional<double> value = study::find(numbers, d.quantity);
+    if (!value || !std::isfinite(*value))
+        throw InputError({{d.reference, "", "no number " + quoted_text(d.quantity),
+                           allowed_names(numbers, d.quantity)}});
+    t.reference = *value;
+    return t;
+}
+
+/// study.csv, study.gp and study.svg, and the answer on stdout.
+void tell(Table& table, const std::string& folder, Session& session)
+{
+    evaluate(table);
+    write_file(folder + "/study.csv", csv_of(table));
+    const std::string script = plot_script(table, "study");
+    if (script.empty()) {
+        session.say("no plot: nothing is done");
+    } else {
+        write_file(folder + "/study.gp", script);
+        if (!draw_plot(folder, "study.gp"))
+            session.say("no plot: gnuplot is not installed (gnuplot-nox), or failed; its script "
+                        "is " +
+                        folder + "/study.gp");
+    }
+    if (session.json)
+        session.print(json_of(table));
+    else
+        session.print(text_of(table) + fmt::format("  {0}/study.csv, {0}/study.svg\n", folder));
+    if (std::none_of(table.rows.begin(), table.rows.end(),
+                     [](const Row& r) { return r.status == "done"; }))
+        session.exit_code = kSolveFailed;
+}
+
+// ---- running
+
+/// What a child's end means for its point.
+PointRecord record_of(const ChildResult& r, const std::string& hash,
+                      const std::vector<std::string>& overrides)
+{
+    PointRecord p;
+    p.hash = hash;
+    p.overrides = overrides;
+    p.program = program_version() + " " + program_describe();
+    p.seconds = r.seconds;
+    p.cpu_seconds = r.cpu_seconds;
+    try {
+        if (r.exit_code == kDone || r.exit_code == kSolveFailed)
+            p.numbers = numbers_of(r.output, "the run's answer");
+    } catch (const InputError&) { // it died before it could answer
+    }
+    if (const auto total = study::find(p.numbers, "seconds.total")) p.seconds = *total;
+    if (r.out_of_time) {
+        p.status = "out_of_time";
+        p.reason = fmt::format("ended after {:.3g} s (--max-time)", r.seconds);
+    } else if (r.exit_code == kDone && !p.numbers.empty()) {
+        p.status = "done";
+        const double without = study::find(p.numbers, "certificate.uncertified_steps").value_or(0);
+        if (without > 0) p.reason = fmt::format("{:g} steps without certificate", without);
+    } else if (r.exit_code == kBadInput) {
+        p.status = "bad_input";
+    } else if (r.exit_code == kSolveFailed) {
+        p.status = "failed";
+    } else {
+        p.status = "crashed";
+        p.reason = r.signal != 0 ? fmt::format("signal {} ({})", r.signal, ::strsignal(r.signal))
+                                 : fmt::format("exit code {}", r.exit_code);
+    }
+    if (p.status != "done" && p.reason.empty()) {
+        p.reason = last_line(r.errors);
+        if (p.reason.rfind(p.status + ": ", 0) == 0) p.reason.erase(0, p.status.size() + 2);
+    }
+    return p;
+}
+
+struct Work {
+    Point point;
+    std::vector<std::string> overrides; ///< of the sweeps
+    std::string hash;
+    std::optional<PointRecord> record;
+};
+
+/// Points of the folder that fit are taken over.
+/// @throws InputError  if the scene is another one now
+void take_over(std::vector<Work>& work, const Definition& now, const std::string& folder,
+               bool restart, Session& session)
+{
+    const std::string about = folder + "/study.json";
+    if (!fs::exists(about)) return;
+    if (restart) {
+        fs::remove_all(folder + "/points");
+        return;
+    }
+    const Definition before = read_definition(read_file(about), about);
+    std::vector<Issue> issues;
+    const std::string allowed = "the same as before, another --output, or --restart, which "
+                                "throws the folder's rows away";
+    if (before.hash != now.hash || before.set != now.set)
+        issues.push_back({now.scene, "", "another scene than the one of " + folder, allowed});
+    std::string program;
+    std::size_t kept = 0;
+    for (Work& w : work) {
+        const std::string file = point_file(folder, w.overrides);
+        if (!fs::exists(file)) continue;
+        try {
+            PointRecord r = read_record(read_file(file), file);
+            if (r.hash != w.hash && issues.empty())
+                issues.push_back(
+                    {now.scene, "", "files that have changed since " + file + " was run", allowed});
+            if (r.program != program_version() + " " + program_describe()) program = r.program;
+            w.record = std::move(r);
+            ++kept;
+        } catch (const InputError& error) {
+            session.say(std::string("run again: ") + error.what());
+        }
+    }
+    if (!issues.empty()) throw InputError(issues);
+    if (kept > 0) session.say(fmt::format("{} of {} points are there already", kept, work.size()));
+    if (!program.empty()) session.say("warning: some of them were made by amontons " + program);
+}
+
+void run_study(const StudyArguments& a, Session& session)
+{
+    std::vector<Issue> issues;
+    if (a.sweeps.empty())
+        issues.push_back({"amontons study", "", "no --sweep", "e.g. --sweep time.step=0.1,0.05"});
+    if (a.quantity.empty())
+        issues.push_back({"amontons study", "", "no --quantity",
+                          "a number of `amontons run --json`, e.g. energy.error"});
+    Definition about{a.scene.scene, "",     a.scene.overrides, a.sweeps, a.quantity,
+                     a.reference,   a.shard};
+    std::vector<Sweep> sweeps;
+    const auto collect = [&](auto&& make) {
+        try {
+            make();
+        } catch (const InputError& error) {
+            for (const Issue& i : error.issues())
+                if (std::none_of(issues.begin(), issues.end(), [&](const Issue& k) {
+                        return k.file == i.file && k.place == i.place && k.found == i.found;
+                    }))
+                    issues.push_back(i);
+        }
+    };
+    for (const std::string& s : a.sweeps)
+        collect([&] { sweeps.push_back(parse_sweep(s)); });
+    Shard shard;
+    collect([&] { shard = parse_shard(a.shard); });
+    if (!issues.empty()) throw InputError(issues);
+    const std::vector<Point> points = all_points(sweeps);
+
+    // Everything that can be said beforehand is said before the first run.
+    std::vector<Work> work;
+    std::map<std::string, std::uint64_t> files;
+    collect([&] { about.hash = hash_of(read_scene(a.scene.scene, a.scene.overrides), files); });
+    if (issues.empty())
+        for (const Point& p : points) {
+            if (!shard.has(p)) continue;
+            collect([&] {
+                Work w{p, overrides(sweeps, p), "", {}};
+                std::vector<std::string> all = a.scene.overrides;
+                all.insert(all.end(), w.overrides.begin(), w.overrides.end());
+                w.hash = hash_of(read_scene(a.scene.scene, all), files);
+                work.push_back(std::move(w));
+            });
+        }
+    Table table;
+    collect([&] { table = empty_table(about); });
+    if (!issues.empty()) throw InputError(issues);
+
+    const std::string folder = a.output.empty() ? "out/study-" + run_name(a.scene.scene) : a.output;
+    make_folder(folder);
+    const FolderLock lock(folder);
+    take_over(work, about, folder, a.restart, session);
+    make_folder(folder + "/points");
+    write_file(folder + "/study.json", definition_text(about));
+
+    std::vector<ChildJob> jobs;
+    std::vector<Work*> of_job;
+    for (Work& w : work) {
+        if (w.record) continue;
+        const std::string results = folder + "/points/" + key_of(w.overrides) + ".run";
+        ChildJob job{{"run", a.scene.scene, "--json", "--quiet", "--output", results, "--threads",
+                      std::to_string(a.threads)},
+                     a.max_time};
+        const auto add = [&](const std::string& o) {
+            job.arguments.push_back("--set");
+            job.arguments.push_back(o);
+        };
+        for (const std::string& o : a.scene.overrides)
+            add(o);
+        for (const std::string& o : w.overrides)
+            add(o);
+        add("output.picture=false");
+        if (!a.keep) {
+            add("output.plots=false");
+            add("output.every=1000000");
+        }
+        jobs.push_back(std::move(job));
+        of_job.push_back(&w);
+    }
+    const std::atomic<bool>& stop = stop_on_interrupt();
+    const auto check_quantity = [&](const PointRecord& r) {
+        if (r.status != "done" || a.quantity == "cpu_seconds" || study::find(r.numbers, a.quantity))
+            return;
+        throw InputError(
+            {{"--quantity", "", quoted_text(a.quantity), allowed_names(r.numbers, a.quantity)}});
+    };
+    bool seen = false; // a run that tells the names there are
+    for (const Work& w : work)
+        if (w.record && w.record->status == "done" && !seen) {
+            seen = true;
+            check_quantity(*w.record);
+        }
+    std::size_t ended = work.size() - jobs.size();
+    run_children(jobs, a.jobs, stop, [&](std::size_t k, const ChildResult& result) {
+        Work& w = *of_job[k];
+        w.record = record_of(result, w.hash, w.overrides);
+        write_file(point_file(folder, w.overrides), record_text(*w.record));
+        if (!a.keep) {
+            std::error_code ignored;
+            fs::remove_all(folder + "/points/" + key_of(w.overrides) + ".run", ignored);
+        }
+        std::string values;
+        for (const std::string& o : w.overrides)
+            values += (values.empty() ? "" : " ") + o;
+        session.say(fmt::format("[{}/{}] {}: {}{}", ++ended, work.size(), values, w.record->status,
+                                w.record->reason.empty()
+                                    ? fmt::format(", {:.3g} s", w.record->seconds)
+                                    : ": " + w.record->reason));
+        if (!seen && w.record->status == "done") {
+            seen = true;
+            check_quantity(*w.record);
+        }
+    });
+
+    for (const Work& w : work)
+        if (w.record) table.rows.push_back(make_row(w.point, *w.record, a.quantity));
+    tell(table, folder, session);
+    if (was_interrupted()) {
+        session.error(fmt::format("interrupted: {} of {} points are done; the same command goes on",
+                                  table.rows.size(), work.size()));
+        session.exit_code = kInterrupted;
+    }
+}
+
+// ---- joining shards
+
+void merge(const StudyArguments& a, bool new_reference, Session& session)
+{
+    std::vector<Issue> issues;
+    std::vector<Definition> all;
+    for (const std::string& folder : a.merge) {
+        const std::string file = folder + "/study.json";
+        try {
+            all.push_back(read_definition(read_file(file), file));
+        } catch (const InputError& error) {
+            issues.insert(issues.end(), error.issues().begin(), error.issues().end());
+        }
+    }
+    if (!issues.empty()) throw InputError(issues);
+    Definition about = all.front();
+    for (std::size_t i = 1; i < all.size(); ++i) {
+        const auto must_agree = [&](const char* what, const auto& mine, const auto& first) {
+            if (mine != first)
+                issues.push_back({a.merge[i] + "/study.json", what,
+                                  "another one than in " + a.merge[0], "shards of one study"});
+        };
+        must_agree("hash", all[i].hash, about.hash);
+        must_agree("set", all[i].set, about.set);
+        must_agree("sweeps", all[i].sweeps, about.sweeps);
+        if (a.quantity.empty()) must_agree("quantity", all[i].quantity, about.quantity);
+        if (!new_reference) must_agree("reference", all[i].reference, about.reference);
+    }
+    if (!issues.empty()) throw InputError(issues);
+    if (!a.quantity.empty()) about.quantity = a.quantity;
+    if (new_reference) about.reference = a.reference;
+    about.shard = "1/1";
+    Table table = empty_table(about);
+
+    std::string missing;
+    std::size_t count = 0;
+    const std::string folder = a.output.empty() ? "out/study-" + run_name(about.scene) : a.output;
+    make_folder(folder);
+    const FolderLock lock(folder);
+    make_folder(folder + "/points");
+    const PointRecord* done = nullptr;
+    std::vector<PointRecord> records;
+    std::vector<Point> points;
+    for (const Point& p : all_points(table.sweeps)) {
+        const std::vector<std::string> values = overrides(table.sweeps, p);
+        std::optional<PointRecord> found;
+        for (const std::string& shard : a.merge) {
+            const std::string file = point_file(shard, values);
+            if (!fs::exists(file)) continue;
+            PointRecord r = read_record(read_file(file), file);
+            if (found && found->hash != r.hash)
+                issues.push_back({file, "hash", "the point of another scene",
+                                  "shards of one study, run on the same files"});
+            if (!found) found = std::move(r);
+        }
+        if (!found) {
+            ++count;
+            missing += (missing.empty() ? "" : ", ") + std::to_string(p.index);
+            continue;
+        }
+        records.push_back(std::move(*found));
+        points.push_back(p);
+    }
+    if (!issues.empty()) throw InputError(issues);
+    for (const PointRecord& r : records)
+        if (r.status == "done" && !done) done = &r;
+    if (done && about.quantity != "cpu_seconds" && !study::find(done->numbers, about.quantity))
+        throw InputError({{"--quantity", "", quoted_text(about.quantity),
+                           allowed_names(done->numbers, about.quantity)}});
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        write_file(point_file(folder, overrides(table.sweeps, points[i])), record_text(records[i]));
+        table.rows.push_back(make_row(points[i], records[i], about.quantity));
+    }
+    write_file(folder + "/study.json", definition_text(about));
+    if (count > 0)
+        session.say(
+            fmt::format("warning: {} points are in none of the folders: {}", count, missing));
+    tell(table, folder, session);
+}
+
+} // namespace
+
+void add_study(CLI::App& program, Session& session)
+{
+    const auto a = std::make_shared<StudyArguments>();
+    CLI::App* command = program.add_subcommand(
+        "study", "Error against run time and unknowns, over all combinations of some values");
+    add_scene_arguments(*command, a->scene);
+    command
+        ->add_option("--sweep", a->sweeps,
+                     "Values of a field, e.g. time.step=0.1,0.05; several fields that change "
+                     "together: PATH,PATH=a,b. Given again: all combinations")
+        ->type_name("PATH=a,b,c")
+        ->allow_extra_args(false);
+    command
+        ->add_option("--quantity", a->quantity,
+                     "A number of `amontons run --json`: a name of its quantities, or e.g. "
+                     "energy.error, seconds.total, iterations")
+        ->type_name("Q");
+    const CLI::Option* reference =
+        command
+            ->add_option("--reference", a->reference,
+                         "What the error is measured against: a number, a JSON file that has the "
+                         "quantity, or the finest row")
+            ->type_name("value|file|finest");
+    command->add_option("--output,-o", a->output, "Folder of the study (default: out/study-NAME)")
+        ->type_name("DIR");
+    command->add_option("--jobs", a->jobs, "Runs at a time; they take time from each other")
+        ->check(CLI::Range(1, 1024));
+    command->add_option("--threads", a->threads, "Threads of each run")->check(CLI::Range(1, 1024));
+    command->add_option("--shard", a->shard, "Only every n-th point, from the i-th; see --merge")
+        ->type_name("i/n");
+    command->add_option("--max-time", a->max_time, "End a run after this wall time [s]")
+        ->check(CLI::PositiveNumber);
+    command->add_flag("--restart", a->restart, "Throw away what the folder has");
+    command->add_flag("--keep", a->keep, "Keep the files of every run");
+    command->add_option("--merge", a->merge, "Join the folders of shards")->type_name("DIR...");
+    command->add_flag("--json", session.json, "One JSON object on stdout");
+    command->callback([a, reference, &session] {
+        if (!a->merge.empty()) {
+            merge(*a, reference->count() > 0, session);
+            return;
+        }
+        settle(a->scene);
+        run_study(*a, session);
+    });
+}
+
+} // namespace amontons

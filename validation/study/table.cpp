@@ -1,0 +1,399 @@
+#include "validation/study/table.hpp"
+
+#include "solver/scene/json_text.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <tuple>
+
+namespace amontons::study {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+bool is_done(const Row& r)
+{
+    return r.status == "done" && std::isfinite(r.value);
+}
+
+bool has_error(const Row& r)
+{
+    return is_done(r) && !r.is_reference && std::isfinite(r.error);
+}
+
+/// Least-squares slope of y over x; NaN with fewer than two different x.
+double slope(const std::vector<std::pair<double, double>>& points)
+{
+    double mx = 0, my = 0, xx = 0, xy = 0;
+    for (const auto& [x, y] : points) {
+        mx += x / double(points.size());
+        my += y / double(points.size());
+    }
+    for (const auto& [x, y] : points) {
+        xx += (x - mx) * (x - mx);
+        xy += (x - mx) * (y - my);
+    }
+    return xx > 0 ? xy / xx : kNaN;
+}
+
+/// +1 if a larger value of the parameter is the finer one, else -1.
+double finer(const Table& t, const std::vector<std::size_t>& rows)
+{
+    for (double Row::*size : {&Row::unknowns, &Row::steps}) {
+        std::vector<std::pair<double, double>> points;
+        for (const std::size_t k : rows) {
+            const Row& r = t.rows[k];
+            const double x =
+                size_of(t.sweeps[std::size_t(t.refined)], r.point.values[std::size_t(t.refined)]);
+            if (x > 0 && r.*size > 0) points.emplace_back(std::log(x), std::log(r.*size));
+        }
+        const double s = slope(points);
+        if (std::abs(s) > 1e-3) return s > 0 ? 1 : -1;
+    }
+    return -1;
+}
+
+void find_reference(Table& t)
+{
+    t.reference = kNaN;
+    std::tuple<double, double, int> best{-1, -1, -1};
+    std::size_t which = t.rows.size();
+    for (std::size_t k = 0; k < t.rows.size(); ++k) {
+        const Row& r = t.rows[k];
+        if (!is_done(r)) continue;
+        const std::tuple<double, double, int> here{std::isfinite(r.unknowns) ? r.unknowns : 0,
+                                                   std::isfinite(r.steps) ? r.steps : 0, int(k)};
+        if (here > best) {
+            best = here;
+            which = k;
+        }
+    }
+    if (which == t.rows.size()) return;
+    t.rows[which].is_reference = true;
+    t.reference = t.rows[which].value;
+}
+
+void find_front(Table& t)
+{
+    for (Row& a : t.rows) {
+        a.on_front = has_error(a) && std::none_of(t.rows.begin(), t.rows.end(), [&](const Row& b) {
+                         return has_error(b) && b.error <= a.error && b.seconds <= a.seconds &&
+                                (b.error < a.error || b.seconds < a.seconds);
+                     });
+    }
+}
+
+void find_series(Table& t)
+{
+    t.refined = -1;
+    for (std::size_t s = t.sweeps.size(); s-- > 0;) {
+        const Sweep& sweep = t.sweeps[s];
+        if (sweep.values.size() > 1 &&
+            std::all_of(sweep.values.begin(), sweep.values.end(),
+                        [&](const std::string& v) { return size_of(sweep, v) > 0; }))
+            t.refined = int(s);
+    }
+    t.series.clear();
+    std::map<std::vector<std::string>, std::size_t> places;
+    for (std::size_t k = 0; k < t.rows.size(); ++k) {
+        std::vector<std::string> others = t.rows[k].point.values;
+        std::string name;
+        for (std::size_t s = 0; s < t.sweeps.size(); ++s)
+            if (int(s) == t.refined)
+                others[s].clear();
+            else if (t.sweeps[s].values.size() > 1)
+                name += (name.empty() ? "" : ", ") + t.sweeps[s].name() + "=" + others[s];
+        const auto [at, fresh] = places.emplace(others, t.series.size());
+        if (fresh) t.series.push_back({name, {}, kNaN, {}});
+        t.series[at->second].rows.push_back(k);
+    }
+    t.order = kNaN;
+    if (t.refined < 0) return;
+    const Sweep& sweep = t.sweeps[std::size_t(t.refined)];
+    for (Series& series : t.series) {
+        const double sign = finer(t, series.rows);
+        std::vector<std::pair<double, double>> points;
+        for (const std::size_t k : series.rows) {
+            const Row& r = t.rows[k];
+            const double x = size_of(sweep, r.point.values[std::size_t(t.refined)]);
+            if (has_error(r) && r.error > 0) points.emplace_back(std::log(x), std::log(r.error));
+        }
+        series.order = -sign * slope(points);
+        std::sort(points.begin(), points.end());
+        for (std::size_t i = 1; i < points.size(); ++i)
+            series.orders.push_back(-sign * slope({points[i - 1], points[i]}));
+        if (sign < 0) std::reverse(series.orders.begin(), series.orders.end());
+    }
+    if (t.series.size() == 1) t.order = t.series[0].order;
+}
+
+std::string in_csv(const std::string& text)
+{
+    if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+    std::string out = "\"";
+    for (const char c : text)
+        out += c == '"' ? "\"\"" : std::string(1, c);
+    return out + "\"";
+}
+
+std::string number(double x)
+{
+    return std::isfinite(x) ? fmt::format("{}", x) : "";
+}
+
+const char* name_of(ReferenceKind kind)
+{
+    return kind == ReferenceKind::value ? "value" : kind == ReferenceKind::file ? "file" : "finest";
+}
+
+/// Within single quotes of gnuplot, without its markup.
+std::string label(const std::string& text)
+{
+    std::string out;
+    for (const char c : text)
+        out += c == '\'' ? "''" : std::string(1, c);
+    return out;
+}
+
+} // namespace
+
+Row make_row(const Point& point, const PointRecord& record, const std::string& quantity)
+{
+    Row r;
+    r.point = point;
+    r.status = record.status;
+    r.reason = record.reason;
+    r.seconds = record.seconds;
+    r.cpu_seconds = record.cpu_seconds;
+    r.unknowns = find(record.numbers, "unknowns").value_or(kNaN);
+    r.steps = find(record.numbers, "steps").value_or(kNaN);
+    r.value = r.error = kNaN;
+    if (r.status != "done") return r;
+    Numbers all = record.numbers;
+    all.emplace_back("cpu_seconds", record.cpu_seconds);
+    const std::optional<double> value = find(all, quantity);
+    if (value) {
+        r.value = *value;
+        if (!std::isfinite(*value))
+            r.reason += (r.reason.empty() ? "" : "; ") + std::string("the quantity is not finite");
+    } else {
+        r.status = "no_quantity";
+        r.reason = "the run reports no " + quantity;
+    }
+    return r;
+}
+
+void evaluate(Table& t)
+{
+    for (Row& r : t.rows)
+        r.is_reference = false;
+    if (t.kind == ReferenceKind::finest) find_reference(t);
+    for (Row& r : t.rows)
+        r.error = !is_done(r) ? kNaN
+                              : std::abs(r.value - t.reference) /
+                                    (t.reference != 0 ? std::abs(t.reference) : 1);
+    find_front(t);
+    find_series(t);
+}
+
+std::string csv_of(const Table& t)
+{
+    std::string out = "point";
+    for (const Sweep& s : t.sweeps)
+        out += "," + in_csv(s.name());
+    out += "," + in_csv(t.quantity) +
+           ",error,seconds [s],cpu_seconds [s],unknowns,steps,status,pareto,reference,reason\n";
+    for (const Row& r : t.rows) {
+        out += fmt::format("{}", r.point.index);
+        for (const std::string& v : r.point.values)
+            out += "," + in_csv(v);
+        out += fmt::format(",{},{},{:.6g},{:.6g},{},{},{},{},{},{}\n", number(r.value),
+                           number(r.error), r.seconds, r.cpu_seconds, number(r.unknowns),
+                           number(r.steps), r.status, int(r.on_front), int(r.is_reference),
+                           in_csv(r.reason));
+    }
+    return out;
+}
+
+std::string json_of(const Table& t)
+{
+    JsonText out;
+    const auto add_parameters = [&](const Row& r) {
+        for (std::size_t s = 0; s < t.sweeps.size(); ++s)
+            for (const std::string& path : t.sweeps[s].paths) {
+                const std::string& v = r.point.values[s];
+                out.key(path);
+                if (nlohmann::json::accept(v))
+                    out.json(v);
+                else
+                    out.value(v);
+            }
+    };
+    out.open('{').member("quantity", t.quantity).key("rows").open('[');
+    for (const Row& r : t.rows) {
+        out.open('{').member("point", r.point.index);
+        add_parameters(r);
+        out.key("parameters").open('{');
+        add_parameters(r);
+        out.close('}').member("value", r.value).member("error", r.error);
+        out.member("seconds", r.seconds).member("cpu_seconds", r.cpu_seconds);
+        out.member("unknowns", r.unknowns).member("steps", r.steps);
+        out.member("status", r.status).member("reason", r.reason);
+        out.member("pareto", r.on_front).member("is_reference", r.is_reference).close('}');
+    }
+    out.close(']').member("order", t.order).member("reference", t.reference);
+    out.member("reference_kind", name_of(t.kind));
+    out.key("order_of");
+    if (t.refined < 0)
+        out.json("null");
+    else
+        out.value(t.sweeps[std::size_t(t.refined)].name());
+    out.key("series").open('[');
+    for (const Series& s : t.series) {
+        out.open('{').member("name", s.name).member("order", s.order).key("orders").open('[');
+        for (const double o : s.orders)
+            out.value(o);
+        out.close(']').key("points").open('[');
+        for (const std::size_t k : s.rows)
+            out.value(t.rows[k].point.index);
+        out.close(']').close('}');
+    }
+    return out.close(']').close('}').text() + "\n";
+}
+
+std::string text_of(const Table& t)
+{
+    std::string out;
+    std::size_t width = 10;
+    for (const Row& r : t.rows) {
+        std::size_t w = 0;
+        for (const std::string& v : r.point.values)
+            w += v.size() + 2;
+        width = std::max(width, w);
+    }
+    std::string names;
+    for (const Sweep& s : t.sweeps)
+        names += (names.empty() ? "" : "; ") + s.name();
+    out += fmt::format("{} against {} ({}: {:.9g})\n", t.quantity, names, name_of(t.kind),
+                       t.reference);
+    out += fmt::format("  {:<{}} {:>15} {:>10} {:>10} {:>9}\n", "", width, "value", "error",
+                       "seconds", "unknowns");
+    for (const Row& r : t.rows) {
+        std::string values;
+        for (const std::string& v : r.point.values)
+            values += (values.empty() ? "" : ", ") + v;
+        out += fmt::format(
+            "  {:<{}} {:>15.9g} {:>10.3g} {:>10.3g} {:>9.9g}{}{}\n", values, width, r.value,
+            r.error, r.seconds, r.unknowns,
+            r.is_reference ? "  reference"
+            : r.on_front   ? "  front"
+                           : "",
+            r.status != "done" || !r.reason.empty() ? "  " + r.status + ": " + r.reason : "");
+    }
+    for (const Series& s : t.series)
+        if (std::isfinite(s.order))
+            out += fmt::format("  observed order{}{}: {:.2f}\n", s.name.empty() ? "" : ", ", s.name,
+                               s.order);
+    return out;
+}
+
+std::string plot_script(const Table& t, const std::string& name)
+{
+    struct Panel {
+        std::string x, y;
+        bool log_x = true, log_y = true;
+        std::vector<std::string> blocks, titles; // of data
+        std::string front;
+    };
+    const auto panel = [&](std::string x_label, std::string y_label, auto x_of, auto y_of,
+                           bool must_be_positive) {
+        Panel p{std::move(x_label), std::move(y_label), true, true, {}, {}, ""};
+        double least[2] = {INFINITY, INFINITY}, most[2] = {0, 0};
+        std::vector<std::vector<std::pair<double, double>>> lines;
+        for (const Series& s : t.series) {
+            lines.emplace_back();
+            for (const std::size_t k : s.rows) {
+                const double x = x_of(t.rows[k]), y = y_of(t.rows[k]);
+                if (!std::isfinite(x) || !std::isfinite(y)) continue;
+                if (must_be_positive && !(x > 0 && y > 0)) continue;
+                lines.back().emplace_back(x, y);
+                least[0] = std::min(least[0], x);
+                least[1] = std::min(least[1], y);
+                most[0] = std::max(most[0], x);
+                most[1] = std::max(most[1], y);
+            }
+            std::sort(lines.back().begin(), lines.back().end());
+        }
+        if (!must_be_positive) {
+            p.log_x = least[0] > 0 && most[0] >= 10 * least[0];
+            p.log_y = least[1] > 0 && most[1] >= 30 * least[1];
+        }
+        for (std::size_t i = 0; i < lines.size(); ++i) {
+            if (lines[i].empty()) continue;
+            std::string block;
+            for (const auto& [x, y] : lines[i])
+                block += fmt::format("{} {}\n", x, y);
+            p.blocks.push_back(block);
+            p.titles.push_back(t.series[i].name.empty() ? t.quantity : t.series[i].name);
+        }
+        return p;
+    };
+    const auto error = [](const Row& r) { return has_error(r) ? r.error : kNaN; };
+    const std::string of = t.reference == 0 ? "error of " : "relative error of ";
+    std::vector<Panel> panels;
+    panels.push_back(panel(
+        "wall time [s]", of + t.quantity, [](const Row& r) { return r.seconds; }, error, true));
+    std::vector<std::pair<double, double>> front;
+    for (const Row& r : t.rows)
+        if (r.on_front && r.error > 0 && r.seconds > 0) front.emplace_back(r.seconds, r.error);
+    std::sort(front.begin(), front.end());
+    for (const auto& [x, y] : front)
+        panels[0].front += fmt::format("{} {}\n", x, y);
+    panels.push_back(panel(
+        "unknowns", of + t.quantity, [](const Row& r) { return r.unknowns; }, error, true));
+    if (t.refined >= 0) {
+        const std::size_t s = std::size_t(t.refined);
+        panels.push_back(panel(
+            t.sweeps[s].name(), t.quantity,
+            [&](const Row& r) { return size_of(t.sweeps[s], r.point.values[s]); },
+            [](const Row& r) { return is_done(r) ? r.value : kNaN; }, false));
+    }
+    std::erase_if(panels, [](const Panel& p) { return p.blocks.empty(); });
+    if (panels.empty()) return "";
+
+    std::string out =
+        fmt::format("# Draw again: gnuplot {0}.gp, in this folder.\n"
+                    "set terminal svg size {1},{2} font 'Helvetica,13' background rgb 'white'\n"
+                    "set output '{0}.svg'\n",
+                    name, 480 * panels.size(), 440 + 18 * t.series.size());
+    for (std::size_t i = 0; i < panels.size(); ++i) {
+        for (std::size_t k = 0; k < panels[i].blocks.size(); ++k)
+            out += fmt::format("$p{}_{} << END\n{}END\n", i, k, panels[i].blocks[k]);
+        if (!panels[i].front.empty()) out += fmt::format("$front << END\n{}END\n", panels[i].front);
+    }
+    out += fmt::format("set multiplot layout 1,{}\nset grid\n"
+                       "set key outside top center vertical maxcols 1 noenhanced\n",
+                       panels.size());
+    for (std::size_t i = 0; i < panels.size(); ++i) {
+        const Panel& p = panels[i];
+        out += fmt::format("unset logscale\nset format '%g'\nset xlabel '{}' noenhanced\n"
+                           "set ylabel '{}' noenhanced\n",
+                           label(p.x), label(p.y));
+        if (p.log_x) out += "set logscale x\n";
+        if (p.log_y) out += "set logscale y\nset format y '10^{%T}'\n";
+        out += "plot";
+        if (!p.front.empty())
+            out += " $front with lines lw 5 lc rgb '#dddddd' title 'Pareto front',";
+        for (std::size_t k = 0; k < p.blocks.size(); ++k)
+            out += fmt::format("{} $p{}_{} with linespoints lw 1.5 lc {} pt {} title '{}'",
+                               k ? "," : "", i, k, k + 1, k % 12 + 4, label(p.titles[k]));
+        out += "\n";
+    }
+    return out + "unset multiplot\n";
+}
+
+} // namespace amontons::study

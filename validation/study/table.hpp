@@ -1,0 +1,65 @@
+#pragma once
+
+#include "validation/study/record.hpp"
+#include "validation/study/sweep.hpp"
+
+#include <string>
+#include <vector>
+
+// What comes of a study: error against time and unknowns, observed orders, the Pareto front.
+
+namespace amontons::study {
+
+struct Row {
+    Point point;
+    double value = 0; ///< of the quantity; NaN if there is none
+    double error = 0; ///< relative to the reference; absolute if that is 0; NaN if there is none
+    double seconds = 0, cpu_seconds = 0; ///< [s]
+    double unknowns = 0, steps = 0;      ///< NaN if the run did not say
+    std::string status, reason;
+    bool on_front = false;     ///< no other row is both quicker and more accurate
+    bool is_reference = false; ///< the finest: its error says nothing
+};
+
+/// Rows that differ in the refined parameter alone.
+struct Series {
+    std::string name; ///< "bodies.a.mesh.element=T10", "" if there is only one
+    std::vector<std::size_t> rows;
+    double order = 0;           ///< least squares; NaN if fewer than two errors are known
+    std::vector<double> orders; ///< between neighbours that are done
+};
+
+enum class ReferenceKind { value, file, finest };
+
+struct Table {
+    std::vector<Sweep> sweeps;
+    std::string quantity;
+    ReferenceKind kind = ReferenceKind::finest;
+    double reference = 0; ///< NaN if nothing is done yet
+    std::vector<Row> rows;
+    std::vector<Series> series;
+    int refined = -1; ///< the sweep along which orders are observed; -1: none has numbers
+    double order = 0; ///< of the only series; NaN if there are several
+};
+
+/// A row of what was recorded. A run that is done but lacks the quantity gets the status
+/// "no_quantity".
+Row make_row(const Point& point, const PointRecord& record, const std::string& quantity);
+
+/// Sets reference (of the finest), errors, front, series and orders from values and times.
+///
+/// The finest row is the one with the most unknowns; among those the one with the most steps;
+/// then the last. The order is the slope of log(error) over log(value of the refined sweep),
+/// with the sign that makes it positive where the error falls on refining: refining is what
+/// makes unknowns or steps more, and else what makes the value smaller.
+void evaluate(Table& table);
+
+std::string csv_of(const Table& table);
+std::string json_of(const Table& table);
+/// A gnuplot script that draws NAME.svg: error against time, error against unknowns, value
+/// against the refined parameter. "" if nothing can be drawn.
+std::string plot_script(const Table& table, const std::string& name);
+/// For people.
+std::string text_of(const Table& table);
+
+} // namespace amontons::study
