@@ -13,6 +13,9 @@ namespace amontons {
 struct SolverOptions {
     ContactSolver solver = ContactSolver::automatic;
     double tolerance = 1e-8; ///< natural-map error, in [0, 1); 0: down to round-off [-]
+    /// `auto` looks for no further ways to the tolerance when the usual ones have left an error of
+    /// at most this [-].
+    double acceptable = 0;
     ErrorScope scope = ErrorScope::all_rows;
     int max_iterations = 100'000; ///< sweeps or projections, >= 0
     /// Wall time, >= 0 [s]. Looked at between iterations; a Newton step that should end after twice

@@ -121,6 +121,7 @@ void solve_automatically(SolverWork& work)
     int tried = 0;
     for (int round = 0;; ++round)
         for (NewtonPath path : kClosePaths) {
+            if (work.progress.best_error() <= work.options.acceptable) return;
             path.from_afar = true;
             if (follow_path(work, matrix, path)) return;
             path.from_afar = false;

@@ -228,14 +228,13 @@ private:
                 if (layers_[j].hides && layers_[j].gap * segment.gap <= 0) continue;
                 rest.clear();
                 for (const ConvexPolygon& p : pieces)
-                    subtract(p, layers_[j].polygon, rest);
+                    subtract(p, layers_[j].polygon, least, rest);
                 std::swap(pieces, rest);
             }
-            for (const ConvexPolygon& p : pieces)
-                if (area(p) > least) {
-                    segments_.push_back(segment);
-                    segments_.back().polygon = p;
-                }
+            for (const ConvexPolygon& p : pieces) {
+                segments_.push_back(segment);
+                segments_.back().polygon = p;
+            }
         }
     }
 

@@ -59,13 +59,21 @@ void intersect(const ConvexPolygon& p, const ConvexPolygon& q, ConvexPolygon& ou
     }
 }
 
-void subtract(const ConvexPolygon& p, const ConvexPolygon& q, std::vector<ConvexPolygon>& pieces)
+void subtract(const ConvexPolygon& p, const ConvexPolygon& q, double least,
+              std::vector<ConvexPolygon>& pieces)
 {
     ConvexPolygon rest = p, piece, kept;
+    // Cut by the lines of a polygon that it does not meet, p would come back in pieces, and they in
+    // pieces again.
+    intersect(p, q, kept);
+    if (!(area(kept) > least)) {
+        pieces.push_back(p);
+        return;
+    }
     for (int i = 0; i < q.count && rest.count > 0; ++i) {
         const Vec2 &a = q[i], &b = q[i + 1 < q.count ? i + 1 : 0];
         keep_left(rest, b, a, piece);
-        if (piece.count > 0) pieces.push_back(piece);
+        if (area(piece) > least) pieces.push_back(piece);
         keep_left(rest, a, b, kept);
         rest = kept;
     }

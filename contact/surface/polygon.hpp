@@ -39,6 +39,8 @@ void keep_left(const ConvexPolygon& p, const Vec2& a, const Vec2& b, ConvexPolyg
 void intersect(const ConvexPolygon& p, const ConvexPolygon& q, ConvexPolygon& out);
 
 /// What p does not share with q, in convex pieces, added to `pieces`.
-void subtract(const ConvexPolygon& p, const ConvexPolygon& q, std::vector<ConvexPolygon>& pieces);
+/// @param least  areas up to this are nothing
+void subtract(const ConvexPolygon& p, const ConvexPolygon& q, double least,
+              std::vector<ConvexPolygon>& pieces);
 
 } // namespace amontons

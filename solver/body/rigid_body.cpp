@@ -242,12 +242,26 @@ void RigidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
     now_.turn.normalize();
 }
 
+void RigidBody::carry(const Vec3& force, const Vec3& torque)
+{
+    carried_ = force;
+    carried_torque_ = torque - now_.centre.cross(force);
+}
+
 BodyEnergy RigidBody::accept(const Eigen::VectorXd& contact)
 {
     BodyEnergy e;
-    if (!driven()) {
-        const Vec3 moved = now_.centre - state_.centre;
-        const Vec3 turned = rotation_vector(now_.turn * state_.turn.conjugate());
+    const double kinetic_before = kinetic_energy();
+    const Vec3 moved = now_.centre - state_.centre;
+    const Vec3 turned = rotation_vector(now_.turn * state_.turn.conjugate());
+    if (driven()) {
+        const double before = step_.dynamic ? 0 : 0.5, after = 1 - before;
+        e.work = -(before * carried_before_ + after * carried_).dot(moved) -
+                 (before * torque_before_ + after * carried_torque_).dot(turned);
+        angular_ = inertia(now_.turn) * now_.spin;
+        carried_before_ = carried_;
+        torque_before_ = carried_torque_;
+    } else {
         const Vec3 f = step_.dynamic ? mean_force_ : force(step_.end()),
                    m = step_.dynamic ? mean_torque_ : torque(step_.end());
         e.work = f.dot(moved) + m.dot(turned);
@@ -283,6 +297,10 @@ BodyEnergy RigidBody::accept(const Eigen::VectorXd& contact)
     }
     state_ = now_;
     e.kinetic = step_.dynamic ? kinetic_energy() : 0;
+    if (driven()) { // with what moves the body itself, its weight included
+        if (step_.dynamic) e.work += e.kinetic - kinetic_before;
+        e.work_absolute = std::abs(e.work);
+    }
     return e;
 }
 
@@ -313,6 +331,8 @@ std::vector<double> RigidBody::state() const
     s.push_back(memory_.begun ? 1 : 0);
     for (const Vec3& v : {memory_.velocity, memory_.angular, memory_.force, memory_.torque})
         add(v);
+    add(carried_before_);
+    add(torque_before_);
     return s;
 }
 
@@ -331,6 +351,8 @@ void RigidBody::set_state(std::span<const double> s)
     s = s.subspan(1);
     for (Vec3* v : {&memory_.velocity, &memory_.angular, &memory_.force, &memory_.torque})
         take(*v);
+    take(carried_before_);
+    take(torque_before_);
     now_ = state_;
 }
 

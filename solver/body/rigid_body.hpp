@@ -35,6 +35,10 @@ public:
     /// Puts a driven body there, at the iterate and at the ends of steps to come, instead of where
     /// its drive says.
     void drive_to(const Placement& at);
+    /// What contacts and couplings do to a driven body: the drive works against it.
+    /// @param force   mean over a dynamic step, at the end of a quasi-static one [N]
+    /// @param torque  about the origin [N m]
+    void carry(const Vec3& force, const Vec3& torque);
     void begin(const StepInput& step) override;
     bool stand_at_start() override;
     void linearise() override {}
@@ -88,6 +92,8 @@ private:
     StepInput step_;
     Motion state_, now_;
     std::optional<Placement> driven_to_;
+    Vec3 carried_ = Vec3::Zero(), carried_torque_ = Vec3::Zero();       ///< about its own centre
+    Vec3 carried_before_ = Vec3::Zero(), torque_before_ = Vec3::Zero(); ///< at the state
     Vec3 angular_ = Vec3::Zero(); ///< angular momentum about the centre of mass, of the state
     Eigen::MatrixXd modes_;
 

@@ -54,8 +54,6 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
     , exact_tangent_(corotational_)
 {
     const std::size_t n = mesh_.nodes.size();
-    for (std::size_t i = 0; i < touching.size(); ++i)
-        if (touching[i]) touching_.push_back(std::int32_t(i));
     conditions_ = find_conditions(input_, mesh_, file);
     pattern_ = make_pattern(mesh_);
     for (const Vec3& X : mesh_.nodes)
@@ -68,10 +66,7 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
     lumped_ = assemble_lumped_mass(mesh_, std::span(&unit, 1));
     mass_ = material_.density > 0 ? lumped_.sum() / 3 : 0;
 
-    std::vector<std::int32_t> prescribed;
-    for (const SolidConditions::Held& h : conditions_.held)
-        prescribed.push_back(h.dof);
-    rigid_ = find_rigid_modes(mesh_.nodes, pattern_, prescribed, touching);
+    may_touch(touching);
     // Floating: the frame carries the rigid motion that nothing prescribes.
     kind_ = input.drive.given                                 ? Frame::driven
             : rigid_.R.cols() > 0 && !small && !corotational_ ? Frame::floating
@@ -97,6 +92,27 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
     }
     now_ = state_;
     contact_ = reaction_ = Eigen::VectorXd::Zero(at3(n));
+}
+
+void SolidBody::may_touch(std::span<const char> touching)
+{
+    touching_.clear();
+    for (std::size_t i = 0; i < touching.size(); ++i)
+        if (touching[i]) touching_.push_back(std::int32_t(i));
+    std::vector<std::int32_t> prescribed;
+    for (const SolidConditions::Held& h : conditions_.held)
+        prescribed.push_back(h.dof);
+    rigid_ = find_rigid_modes(mesh_.nodes, pattern_, prescribed, touching);
+}
+
+void SolidBody::also_touch(std::span<const StencilEntry> nodes)
+{
+    std::vector<char> touching(mesh_.nodes.size(), 0);
+    for (const std::int32_t i : touching_)
+        touching[std::size_t(i)] = 1;
+    for (const StencilEntry& e : nodes)
+        touching[std::size_t(e.node)] = 1;
+    may_touch(touching);
 }
 
 void SolidBody::hold(Motion& m, double t) const

@@ -109,6 +109,8 @@ public:
     /// Brings all nodes to the accepted state, those inside as well.
     virtual void complete() {}
     std::span<const std::int32_t> touching() const { return touching_; }
+    /// Couplings act on these nodes: as if they may touch. Before the first step.
+    void also_touch(std::span<const StencilEntry> nodes);
     /// u of each node in the frame [m], of the accepted state.
     const Eigen::VectorXd& displacements() const { return state_.u; }
     const Placement& frame() const { return state_.frame; }
@@ -126,6 +128,7 @@ protected:
     };
     enum class Frame { fixed, driven, floating };
 
+    void may_touch(std::span<const char> touching); ///< by node: touching_, and pins elsewhere
     void hold(Motion& m, double t) const;
     Placement frame_at(double t) const;
     virtual void place_in_frame(Motion& m) { update_places(m); } ///< from m.frame and m.u

@@ -8,7 +8,8 @@ Eigen::VectorXd SolidBody::damping_forces(const Motion& m) const
 {
     Eigen::VectorXd f = Eigen::VectorXd::Zero(m.v.size());
     if (input_.mass_damping > 0) f += input_.mass_damping * into_frame(mass_times(m.v));
-    if (input_.stiffness_damping > 0) f += input_.stiffness_damping * stiffness_times(into_frame(m.v));
+    if (input_.stiffness_damping > 0)
+        f += input_.stiffness_damping * stiffness_times(into_frame(m.v));
     return f;
 }
 

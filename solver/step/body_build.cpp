@@ -366,6 +366,9 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     warnings.insert(warnings.end(), deep.begin(), deep.end());
     system->finder = ContactFinder(std::move(pairs), std::move(walls));
     system->couplings = make_couplings(scene, system->refs);
+    for (const Coupling& c : system->couplings)
+        for (const Anchor* a : {&c.a, &c.b})
+            if (!a->nodes.empty()) system->refs[std::size_t(a->body)].solid->also_touch(a->nodes);
     return system;
 }
 

@@ -18,6 +18,8 @@ constexpr int kNewtonSteps = 60; // and sweeps before them
 constexpr int kMostRescales = 3;
 constexpr int kMostGrowth = 40;     // of the set of candidates, in one iteration
 constexpr double kRounding = 1e-12; // of a body's size
+constexpr int kPatience = 400;      // a shorter step is another way
+constexpr double kAstray = 1e3;     // sizes of a body that contact does not move it
 
 } // namespace
 
@@ -196,6 +198,9 @@ bool BodyStepper::solve_with_modes()
         modes |= mode_load_[b].size() > 0;
     // The weight of the modes is in W and q, and so in what the error is relative to.
     options.tolerance = (modes ? 0.1 / kModeWeight : 0.1) * options_.tolerance;
+    options.acceptable = 5 * options.tolerance;
+    options.patience = kPatience;
+    options.stop = options_.stop;
     double best = std::numeric_limits<double>::infinity();
     for (int step = 0; step < kMostModeSteps; ++step) {
         problem_.q = q;
@@ -292,6 +297,29 @@ bool BodyStepper::rescale_modes()
         changed = true;
     }
     return changed;
+}
+
+/// Rows that prescribed places all but fill have a compliance of rounding: their answer is a motion
+/// without bounds.
+bool BodyStepper::goes_astray()
+{
+    if (step_.dynamic || rows_.count == 0) return false;
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        const double way = y_[b].size() > 0 ? y_[b].lpNorm<Eigen::Infinity>() : 0;
+        if (way <= kAstray * body(b).size()) continue;
+        int strongest = rows_.chosen.front();
+        double most = 0;
+        for (std::size_t i = 0; i < rows_.chosen.size(); ++i)
+            if (std::abs(r_[rows_.first[i]]) >= most) {
+                most = std::abs(r_[rows_.first[i]]);
+                strongest = rows_.chosen[i];
+            }
+        report_.refusal = fmt::format("{} would have to move by {:.1e} m to avoid the penetration "
+                                      "of {}",
+                                      system_.refs[b].name, way, who(strongest));
+        return true;
+    }
+    return false;
 }
 
 /// The contact problem at the iterate. Contacts that were left out and would penetrate come in.
@@ -412,6 +440,7 @@ bool BodyStepper::solve()
             reached[rows_.first[i]] += give_of(std::size_t(c)) * r_[rows_.first[i]];
         }
     certify_rows(reached);
+    if (goes_astray()) return false;
     relax();
     for (std::size_t b = 0; b < bodies(); ++b)
         body(b).change(y_[b], mode_[b], body_force_[b]);

@@ -53,6 +53,7 @@ struct BodySimulation::State {
     std::vector<const CurvePoints*> curves;
     BodyStepReport last;
 
+    const std::atomic<bool>* stop = nullptr;
     bool ready = false, started = false;
     double time = 0, step_length = 0;
     int step = 0, retries = 0;
@@ -117,6 +118,7 @@ bool BodySimulation::State::advance(double h)
     settings.tolerance = scene.accuracy.contact;
     settings.solver = contact_solver(scene.accuracy.solver);
     settings.threads = options.threads;
+    settings.stop = stop;
     last = try_body_step(*system, input, settings);
     summary.seconds.free_motion += last.free_motion;
     summary.seconds.detection += last.detection;
@@ -226,11 +228,14 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         observer.on_step(r);
         sum.seconds.output += watch.seconds();
     };
+    s.stop = &stop;
     s.make_ready();
     if (!s.started) {
         // Quasi-static: the balance that the first loads and places ask for.
-        if (!s.dynamic() && !s.advance(0))
+        if (!s.dynamic() && !s.advance(0)) {
+            if (stop) return finish("interrupted", "interrupted by the user");
             return finish("failed", "the initial state: " + s.last.refusal);
+        }
         if (s.dynamic()) {
             for (const BodyRef& b : s.system->refs)
                 s.kinetic_start += b.body->kinetic_energy();
@@ -249,6 +254,7 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         if (reach - h < 1e-6 * s.scene.time.step) h = reach; // no sliver before a knot
         s.retries = 0;
         while (!s.advance(h)) {
+            if (stop) return finish("interrupted", "interrupted by the user");
             if (h <= s.smallest() * (1 + 1e-9))
                 return finish("failed", fmt::format("step {} (t = {:.6g} s): {}", s.step + 1,
                                                     s.time, s.last.refusal));

@@ -5,6 +5,7 @@
 #include "solver/step/body_contacts.hpp"
 #include "solver/step/couplings.hpp"
 
+#include <atomic>
 #include <map>
 #include <string>
 
@@ -33,6 +34,8 @@ struct BodyStepOptions {
     ContactSolver solver = ContactSolver::automatic;
     int threads = 1;
     int most_iterations = 30; ///< of the outer loop
+    /// Set from outside, it ends the step as not accepted; none if null.
+    const std::atomic<bool>* stop = nullptr;
 };
 
 /// What a step found.

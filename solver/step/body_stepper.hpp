@@ -44,6 +44,7 @@ private:
                     Eigen::VectorXd& u) const;
     std::vector<Eigen::VectorXd> forces(const Rows& rows, const Eigen::VectorXd& r) const;
     bool rescale_modes();
+    bool goes_astray();
     void relax();
     Eigen::VectorXd extrapolated(const Eigen::VectorXd& motion, const Eigen::VectorXd& change);
     bool holds_at_end();

@@ -33,7 +33,9 @@ struct Result {
 };
 
 /// @param rest  members of the scene beside "schema"
-inline Result run(const std::string& rest, const std::vector<std::string>& overrides = {})
+/// @param stop  asked for before the first state
+inline Result run(const std::string& rest, const std::vector<std::string>& overrides = {},
+                  bool stop = false)
 {
     const Scene scene = parse_scene("{\"schema\": 1, " + rest + "}", "test.json", overrides);
     std::vector<Obstacle> obstacles;
@@ -42,8 +44,8 @@ inline Result run(const std::string& rest, const std::vector<std::string>& overr
     Result r;
     r.simulation = make_simulation(scene, std::move(obstacles));
     Keep keep;
-    const std::atomic<bool> never{false};
-    r.summary = r.simulation->run(keep, never);
+    const std::atomic<bool> stopped{stop};
+    r.summary = r.simulation->run(keep, stopped);
     r.records = std::move(keep.records);
     return r;
 }

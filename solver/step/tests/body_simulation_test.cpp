@@ -72,6 +72,18 @@ TEST_CASE("below the angle of friction a block sticks")
     }
 }
 
+TEST_CASE("a stop ends the step that is being solved, and not as a failure")
+{
+    const std::string scene = fmt::format(R"("bodies": {{{}, {}}}, "gravity": [0, 0, -9.81],
+        "contact": [{{"between": ["block", "floor"], "friction": 0.5}}],
+        "time": {{"kind": "quasi_static", "step": 1, "end": 1}})",
+                                          block("rigid"), kFloor);
+    CHECK(run(scene).summary.status == "done");
+    const Result stopped = run(scene, {}, true);
+    CHECK(stopped.summary.status == "interrupted");
+    CHECK(stopped.records.empty());
+}
+
 TEST_CASE("bodies left alone keep their momentum and angular momentum")
 {
     const std::string solid = R"("kind": "solid",
