@@ -18,6 +18,7 @@ constexpr int kNewtonSteps = 60; // and sweeps before them
 constexpr int kMostRescales = 3;
 constexpr int kMostGrowth = 40;     // of the set of candidates, in one iteration
 constexpr double kRounding = 1e-12; // of a body's size
+constexpr int kMostOfModes = 4000;  // iterations of all contact problems of one balance of modes
 constexpr int kPatience = 400;      // a shorter step is another way
 constexpr double kAstray = 1e3;     // sizes of a body that contact does not move it
 
@@ -202,6 +203,7 @@ bool BodyStepper::solve_with_modes()
     options.patience = kPatience;
     options.stop = options_.stop;
     double best = std::numeric_limits<double>::infinity();
+    const int begun = report_.iterations;
     for (int step = 0; step < kMostModeSteps; ++step) {
         problem_.q = q;
         for (std::size_t b = 0; b < bodies(); ++b) {
@@ -267,7 +269,8 @@ bool BodyStepper::solve_with_modes()
         if (worst <= 0.01 * options_.tolerance) return true;
         if (worst <= options_.tolerance && worst > 0.5 * best) return true; // at round-off
         best = std::min(best, worst);
-        const bool stuck = step > 20 && worst > 0.5 * best && growth > 1e3;
+        const bool stuck = (step > 20 && worst > 0.5 * best && growth > 1e3) ||
+                           report_.iterations - begun > kMostOfModes;
         if (step + 1 == kMostModeSteps || stuck || rows_.count == 0) {
             report_.refusal = fmt::format(
                 "{} is not in balance ({:.1e} of the forces on it): nothing holds its {}",
