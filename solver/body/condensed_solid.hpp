@@ -29,6 +29,7 @@ public:
     BodyEnergy accept(const Eigen::VectorXd& force) override;
     std::vector<Vec3> reactions() const override;
     void complete() override;
+    bool condensed() const override { return true; }
     std::vector<double> state() const override;
     void set_state(std::span<const double> state) override;
 

@@ -108,6 +108,8 @@ public:
     void drive_to(const Placement& frame);
     /// Brings all nodes to the accepted state, those inside as well.
     virtual void complete() {}
+    /// Between frames only the nodes that may touch are at the accepted state.
+    virtual bool condensed() const { return false; }
     std::span<const std::int32_t> touching() const { return touching_; }
     /// Couplings act on these nodes: as if they may touch. Before the first step.
     void also_touch(std::span<const StencilEntry> nodes);

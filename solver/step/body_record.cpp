@@ -119,8 +119,15 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
             pressure[std::size_t(k.pair)] =
                 std::max(pressure[std::size_t(k.pair)], k.frame.col(0).dot(step.force[c]) / k.area);
     }
+    std::vector<Vec3> on_body(system.refs.size(), Vec3::Zero());
+    bool unnamed = false;
     for (std::size_t p = 0; p < pairs.size(); ++p) {
-        if (!pairs[p].named) continue; // there may be thousands
+        on_body[std::size_t(pairs[p].a)] += force[p];
+        if (pairs[p].b >= 0) on_body[std::size_t(pairs[p].b)] -= force[p];
+        if (!pairs[p].named) { // there may be thousands
+            unnamed = true;
+            continue;
+        }
         const std::string name = system.refs[std::size_t(pairs[p].a)].name + "_on_" +
                                  (pairs[p].b < 0 ? obstacles[std::size_t(pairs[p].obstacle)].name
                                                  : system.refs[std::size_t(pairs[p].b)].name);
@@ -128,6 +135,8 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         if (system.refs[std::size_t(pairs[p].a)].solid)
             out.push_back({name + "_max_pressure", "Pa", pressure[p]});
     }
+    for (std::size_t b = 0; b < on_body.size() && unnamed; ++b)
+        vector(system.refs[b].name + "_contact_force", "N", on_body[b]);
     std::size_t solid = 0;
     for (const BodyRef& b : system.refs) {
         if (b.rigid) {
@@ -142,10 +151,11 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
             vector(b.name + "_" + input.hold[k].set + "_force", "N", reactions[k]);
         double largest = 0;
         const std::span<const Vec3> now = b.solid->places(), first = b.solid->first_places();
-        // Of the nodes that may touch, which are known without the rest; else of all.
-        for (const std::int32_t node : b.solid->touching())
-            largest = std::max(largest, (now[std::size_t(node)] - first[std::size_t(node)]).norm());
-        if (b.solid->touching().empty()) {
+        if (b.solid->condensed() && !b.solid->touching().empty()) { // the rest costs a solve
+            for (const std::int32_t node : b.solid->touching())
+                largest =
+                    std::max(largest, (now[std::size_t(node)] - first[std::size_t(node)]).norm());
+        } else {
             b.solid->complete();
             for (std::size_t i = 0; i < now.size(); ++i)
                 largest = std::max(largest, (now[i] - first[i]).norm());

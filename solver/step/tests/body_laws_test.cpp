@@ -272,3 +272,19 @@ TEST_CASE("the drive of a rigid body gives what it pushes, lifts and pulls")
     const double held = lifted.summary.energy.work; // of the weight and the drive together
     CHECK(std::abs(held) < 1e-6 * 9.81 * 0.2);
 }
+
+TEST_CASE("where pairs have no names, what touches a body carries its weight all the same")
+{
+    const Result r = run(R"("bodies": {
+        "floor": {"kind": "obstacle", "surface": {"generate": "plane"}},
+        "low": {"kind": "rigid", "shape": {"generate": "box", "size": [0.1, 0.1, 0.1]},
+            "mass": 2, "start": {"place": [0, 0, 0.05]}},
+        "top": {"kind": "rigid", "shape": {"generate": "box", "size": [0.08, 0.08, 0.1]},
+            "mass": 3, "start": {"place": [0, 0, 0.15]}}},
+        "gravity": [0, 0, -9.81],
+        "contact": [{"between": ["*", "*"], "friction": 0.3}],
+        "time": {"kind": "quasi_static", "step": 1, "end": 1})");
+    REQUIRE(r.summary.message == "");
+    CHECK((r.vector("low_contact_force") - Vec3(0, 0, 2 * 9.81)).norm() < 1e-6);
+    CHECK((r.vector("top_contact_force") - Vec3(0, 0, 3 * 9.81)).norm() < 1e-6);
+}
