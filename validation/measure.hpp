@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,14 +10,21 @@
 
 namespace amontons::validation {
 
+/// A result beside its reference along something, for a plot.
+struct ReferenceCurve {
+    std::string x_label, y_label;
+    std::vector<double> x, reference, value; ///< all of the same length
+};
+
 /// One number beside its reference.
 struct Measured {
     std::string quantity;
     double reference = 0;
     double value = 0;
-    double error = 0;     ///< as the quantity's name says: relative unless it says otherwise
-    double tolerance = 0; ///< of the error
-    std::string note;     ///< what else is worth saying, or ""
+    double error = 0;          ///< as the quantity's name says: relative unless it says otherwise
+    double tolerance = 0;      ///< of the error
+    std::string note;          ///< what else is worth saying, or ""
+    ReferenceCurve curve = {}; ///< what the number is the worst of, if there is a plot of it
 
     bool passed() const { return error <= tolerance; } // false for NaN
 };
@@ -34,6 +42,7 @@ struct Case {
     std::string_view suite;  ///< "benchmarks" | "stability"
     std::string_view source; ///< of the reference
     std::vector<Measured> (*measure)();
+    std::string_view left_out = ""; ///< why it does not run; then there is no measure
 };
 
 /// All cases, in the order in which they are told.
@@ -41,7 +50,8 @@ const std::vector<Case>& cases();
 
 /// What came of a case.
 struct CaseResult {
-    const Case* which = nullptr;
+    std::string name, suite, source;
+    std::string verified, about; ///< of cases that are folders; else ""
     std::vector<Measured> rows;
     std::string left_out; ///< why it did not run, "" if it did
     double seconds = 0;
@@ -50,5 +60,8 @@ struct CaseResult {
 
 /// Runs a case. A case that cannot be run to its end (an exception) has a row that failed.
 CaseResult run_case(const Case& c);
+/// The same of what has no place in the list.
+CaseResult run_case(std::string name, std::string suite, std::string source,
+                    const std::function<std::vector<Measured>()>& measure);
 
 } // namespace amontons::validation

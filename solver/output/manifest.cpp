@@ -50,6 +50,15 @@ std::string program_describe()
     return AMONTONS_DESCRIBE;
 }
 
+std::string machine_text()
+{
+    utsname system{};
+    ::uname(&system);
+    return fmt::format("{} {}, {}, {} cores", system.sysname, system.release,
+                       system_line("/proc/cpuinfo", "model name"),
+                       std::thread::hardware_concurrency());
+}
+
 std::string now_utc()
 {
     const std::time_t now = std::time(nullptr);

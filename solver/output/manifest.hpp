@@ -26,6 +26,9 @@ struct ManifestInput {
 std::string program_version();
 std::string program_describe();
 
+/// System, processor and number of cores, in a line.
+std::string machine_text();
+
 /// "2026-11-21T19:22:00Z"
 std::string now_utc();
 

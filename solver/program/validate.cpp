@@ -1,156 +1,315 @@
-// amontons validate [CASE ...]: the published cases, reference beside result.
+// amontons validate [CASE ...]: published cases, stiff and extreme ones; reference beside result.
+//
+// A case is a function in validation/cases, or a folder with a case.json. Several cases run as
+// children of the program, some at a time: one that crashes is a row that failed.
 
 #include "mesh/base/file.hpp"
+#include "solver/output/manifest.hpp"
+#include "solver/output/plot.hpp"
+#include "solver/program/child.hpp"
+#include "solver/program/interrupt.hpp"
 #include "solver/program/session.hpp"
 #include "solver/scene/json_text.hpp"
-#include "validation/measure.hpp"
+#include "validation/folder_case.hpp"
+#include "validation/report.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <fmt/format.h>
+#include <limits>
+#include <thread>
+#include <unistd.h>
+
+namespace fs = std::filesystem;
 
 namespace amontons {
 namespace {
 
 using validation::Case;
 using validation::CaseResult;
-using validation::Measured;
+using validation::FolderCase;
 
 struct ValidateArguments {
     std::vector<std::string> cases;
     std::string suite, report;
+    int jobs = 0;
     bool list = false;
 };
 
-/// The cases that are asked for, in their own order.
-std::vector<const Case*> chosen(const ValidateArguments& arguments)
+/// A case of either kind.
+struct Entry {
+    std::string name, suite, source;
+    const Case* function = nullptr;
+    std::string folder;  ///< of a case that is one
+    std::string mistake; ///< what is wrong with its case.json, or ""
+    std::string word;    ///< how a child is asked for it
+};
+
+/// Where the folders of cases are, in the build as where it is installed.
+std::string folder_of_cases()
 {
-    std::vector<Issue> issues;
-    for (const std::string& name : arguments.cases)
-        if (std::none_of(validation::cases().begin(), validation::cases().end(),
-                         [&](const Case& c) { return c.name == name; })) {
-            std::string names;
-            for (const Case& c : validation::cases())
-                names += (names.empty() ? "" : ", ") + std::string(c.name);
-            issues.push_back({"validate", "CASE", name, names});
+    std::error_code error;
+    const fs::path program = fs::read_symlink("/proc/self/exe", error).parent_path();
+    return error ? "" : (program / "../share/amontons/cases").string();
+}
+
+Entry entry_of(const std::string& folder)
+{
+    const FolderCase c = validation::read_folder_case(folder);
+    return {c.name, c.suite, c.source, nullptr, c.folder, "", c.folder};
+}
+
+/// All cases that go by a name: functions first, then folders.
+std::vector<Entry> known_cases()
+{
+    std::vector<Entry> all;
+    for (const Case& c : validation::cases())
+        all.push_back({std::string(c.name), std::string(c.suite), std::string(c.source), &c, "", "",
+                       std::string(c.name)});
+    for (const std::string& folder : validation::case_folders(folder_of_cases())) {
+        const std::string name = fs::path(folder).filename().string();
+        const bool taken =
+            std::any_of(all.begin(), all.end(), [&](const Entry& e) { return e.name == name; });
+        try {
+            all.push_back(entry_of(folder));
+            if (taken) throw InputError({{folder, "", "the name of another case", "another name"}});
+        } catch (const InputError& error) {
+            if (taken) all.pop_back();
+            all.push_back({name, "benchmarks", folder, nullptr, folder, error.what(), folder});
         }
-    if (!issues.empty()) throw InputError(issues);
-    std::vector<const Case*> list;
-    for (const Case& c : validation::cases()) {
-        const bool named = arguments.cases.empty() ||
-                           std::find(arguments.cases.begin(), arguments.cases.end(), c.name) !=
-                               arguments.cases.end();
-        if (named && (arguments.suite.empty() || arguments.suite == c.suite)) list.push_back(&c);
     }
+    return all;
+}
+
+/// The cases that are asked for: in their own order, then folders by path as they were named.
+std::vector<Entry> chosen(const ValidateArguments& arguments)
+{
+    const std::vector<Entry> all = known_cases();
+    std::vector<Issue> issues;
+    std::vector<Entry> by_path, list;
+    std::vector<bool> wanted(all.size(), arguments.cases.empty());
+    for (const std::string& name : arguments.cases) {
+        bool known = false;
+        for (std::size_t i = 0; i < all.size(); ++i)
+            if (all[i].name == name) known = wanted[i] = true;
+        std::error_code error;
+        if (known) continue;
+        if (name.find('/') != std::string::npos || fs::exists(name, error)) {
+            try {
+                by_path.push_back(entry_of(name));
+            } catch (const InputError& mistake) {
+                issues.insert(issues.end(), mistake.issues().begin(), mistake.issues().end());
+            }
+            continue;
+        }
+        std::vector<std::string> names;
+        std::string text;
+        for (const Entry& e : all) {
+            names.push_back(e.name);
+            text += (text.empty() ? "" : ", ") + e.name;
+        }
+        const std::string near = nearest_name(name, names);
+        issues.push_back({"validate", "CASE", name,
+                          (near.empty() ? "" : quoted_text(near) + " (nearest name), ") +
+                              std::string("the path of a folder with a case.json, ") + text});
+    }
+    if (!issues.empty()) throw InputError(issues);
+    for (std::size_t i = 0; i < all.size(); ++i)
+        if (wanted[i] && (arguments.suite.empty() || arguments.suite == all[i].suite))
+            list.push_back(all[i]);
+    for (const Entry& e : by_path)
+        if (std::none_of(list.begin(), list.end(),
+                         [&](const Entry& k) { return k.folder == e.folder; }) &&
+            (arguments.suite.empty() || arguments.suite == e.suite))
+            list.push_back(e);
     return list;
 }
 
-void add_rows(JsonText& out, const CaseResult& r)
+// ---- running
+
+/// A folder of this process alone, removed with it.
+class ScratchFolder {
+public:
+    ScratchFolder()
+    {
+        const char* parent = std::getenv("TMPDIR");
+        path_ = std::string(parent && *parent ? parent : "/tmp") + "/amontons_XXXXXX";
+        if (!::mkdtemp(path_.data())) throw WriteError(path_, "no folder can be made");
+    }
+    ScratchFolder(const ScratchFolder&) = delete;
+    ScratchFolder& operator=(const ScratchFolder&) = delete;
+    ~ScratchFolder()
+    {
+        std::error_code ignored;
+        fs::remove_all(path_, ignored);
+    }
+    const std::string& path() const { return path_; }
+
+private:
+    std::string path_;
+};
+
+CaseResult run_folder(const Entry& e)
 {
-    const auto head = [&] {
-        out.open('{').member("case", r.which->name).member("suite", r.which->suite);
-        out.member("source", r.which->source);
+    const FolderCase c = validation::read_folder_case(e.folder);
+    const ScratchFolder scratch;
+    const std::atomic<bool> never{false}; // a signal ends this process, and its children with it
+    int count = 0;
+    const auto run = [&](const std::string& file, const std::vector<std::string>& set) {
+        validation::SceneAnswer answer;
+        answer.folder = fmt::format("{}/{}", scratch.path(), ++count);
+        ChildJob job{{"run", file, "--json", "--quiet", "--output", answer.folder}, 0};
+        std::vector<std::string> all = set;
+        all.insert(all.end(),
+                   {"output.picture=false", "output.plots=false", "output.every=1000000"});
+        for (const std::string& o : all)
+            job.arguments.insert(job.arguments.end(), {"--set", o});
+        run_children({job}, 1, never, [&](std::size_t, const ChildResult& r) {
+            answer.exit_code = r.exit_code;
+            answer.json = r.output;
+            answer.last_words =
+                r.signal != 0 ? fmt::format("ended by signal {}", r.signal) : last_line(r.errors);
+        });
+        return answer;
     };
-    if (!r.left_out.empty()) {
-        head();
-        out.member("quantity", "").key("reference").json("null").key("value").json("null");
-        out.key("error").json("null").key("tolerance").json("null");
-        out.member("passed", true).member("left_out", r.left_out);
-        out.member("seconds", r.seconds).member("note", "").close('}');
-        return;
-    }
-    for (const Measured& m : r.rows) {
-        head();
-        out.member("quantity", m.quantity).member("reference", m.reference);
-        out.member("value", m.value).member("error", m.error).member("tolerance", m.tolerance);
-        out.member("passed", m.passed()).member("left_out", "").member("seconds", r.seconds);
-        out.member("note", m.note).close('}');
-    }
+    CaseResult result = validation::run_case(c.name, c.suite, c.source,
+                                             [&] { return validation::measure(c, run); });
+    result.verified = c.verified;
+    result.about = c.about;
+    return result;
 }
 
-std::string json_of(const std::vector<CaseResult>& results)
+CaseResult run_here(const Entry& e)
 {
-    JsonText out;
-    out.open('[');
-    for (const CaseResult& r : results)
-        add_rows(out, r);
-    out.close(']');
-    return out.text() + "\n";
+    if (!e.mistake.empty())
+        return validation::run_case(
+            e.name, e.suite, e.source,
+            [&]() -> std::vector<validation::Measured> { throw std::runtime_error(e.mistake); });
+    return e.function ? validation::run_case(*e.function) : run_folder(e);
 }
 
-std::string table_of(const CaseResult& r)
+/// What a child says of its one case; a child without an answer is a case that failed.
+CaseResult result_of(const Entry& e, const ChildResult& child)
 {
-    std::string t = fmt::format("{} ({}; {:.2f} s): {}\n", r.which->name, r.which->suite, r.seconds,
-                                r.which->source);
-    if (!r.left_out.empty()) return t + "  left out: " + r.left_out + "\n";
-    for (const Measured& m : r.rows) {
-        t += fmt::format("  {:<6} {:<58} {:>13.9g} {:>13.9g} {:>9.2e} {:>8.1e}\n",
-                         m.passed() ? "ok" : "FAILED", m.quantity, m.reference, m.value, m.error,
-                         m.tolerance);
-        if (!m.note.empty()) t += fmt::format("         {}\n", m.note);
+    std::string why;
+    try {
+        if (child.exit_code == kDone || child.exit_code == kCaseFailed) {
+            const std::vector<CaseResult> all = validation::read_results(child.output, e.name);
+            if (all.size() == 1) return all.front();
+        }
+        why = child.signal != 0
+                  ? fmt::format("ended by signal {}", child.signal)
+                  : fmt::format("exit code {}: {}", child.exit_code, last_line(child.errors));
+    } catch (const InputError& error) {
+        why = error.what();
     }
-    return t;
+    CaseResult r =
+        validation::run_case(e.name, e.suite, e.source, [&]() -> std::vector<validation::Measured> {
+            throw std::runtime_error(why);
+        });
+    r.seconds = child.seconds;
+    return r;
 }
 
-const char* const kHeading = "         quantity                                                   "
-                             "    reference        result     error tolerance\n";
-
-std::string report_of(const std::vector<CaseResult>& results)
+/// Runs all, and tells each as soon as those before it are told.
+std::vector<CaseResult> run_all(const std::vector<Entry>& list, int at_once,
+                                const std::function<void(const CaseResult&)>& tell)
 {
-    std::string t = "# Published cases\n\n`amontons validate`\n\n"
-                    "| case | quantity | reference | result | error | tolerance | |\n"
-                    "|---|---|---|---|---|---|---|\n";
-    for (const CaseResult& r : results) {
-        if (!r.left_out.empty())
-            t += fmt::format("| {} | left out: {} | | | | | |\n", r.which->name, r.left_out);
-        for (const Measured& m : r.rows)
-            t += fmt::format("| {} | {} | {:.9g} | {:.9g} | {:.2e} | {:.1e} | {} |\n",
-                             r.which->name, m.quantity, m.reference, m.value, m.error, m.tolerance,
-                             m.passed() ? "" : "**failed**");
+    std::vector<CaseResult> results;
+    if (list.size() == 1) {
+        results.push_back(run_here(list[0]));
+        tell(results[0]);
+        return results;
     }
-    t += "\n| case | source | seconds |\n|---|---|---|\n";
-    for (const CaseResult& r : results)
-        t += fmt::format("| {} | {} | {:.2f} |\n", r.which->name, r.which->source, r.seconds);
-    return t;
+    std::vector<ChildJob> jobs;
+    for (const Entry& e : list)
+        jobs.push_back({{"validate", e.word, "--json", "--quiet"}, 0});
+    std::vector<std::optional<CaseResult>> ended(list.size());
+    std::size_t told = 0;
+    run_children(jobs, at_once, stop_on_interrupt(), [&](std::size_t k, const ChildResult& child) {
+        ended[k] = list[k].mistake.empty() ? result_of(list[k], child) : run_here(list[k]);
+        for (; told < ended.size() && ended[told]; ++told)
+            tell(*ended[told]);
+    });
+    for (std::optional<CaseResult>& r : ended)
+        if (r) results.push_back(std::move(*r));
+    return results;
+}
+
+// ---- telling
+
+void print_list(const std::vector<Entry>& list, const Session& session)
+{
+    JsonText json;
+    std::string text;
+    json.open('[');
+    for (const Entry& e : list) {
+        json.open('{').member("case", e.name).member("suite", e.suite);
+        json.member("source", e.source).member("folder", e.folder);
+        json.member("left_out", e.function ? e.function->left_out : "").close('}');
+        text += fmt::format("{:<20} {:<11} {}\n", e.name, e.suite, e.source);
+        if (e.function && !e.function->left_out.empty())
+            text += fmt::format("{:<32} left out: {}\n", "", e.function->left_out);
+        if (!e.mistake.empty()) text += fmt::format("{:<32} {}\n", "", e.mistake);
+    }
+    session.print(session.json ? json.close(']').text() + "\n" : text);
+}
+
+void write_report(const std::string& folder, const std::vector<CaseResult>& results,
+                  const Session& session)
+{
+    make_folder(folder + "/plots");
+    std::vector<std::string> drawn;
+    for (const auto& [name, script] : validation::plots_of(results)) {
+        write_file(folder + "/plots/" + name + ".gp", script);
+        if (draw_plot(folder + "/plots", name + ".gp")) drawn.push_back(name);
+    }
+    if (drawn.empty())
+        session.say("no plots: gnuplot is not installed (gnuplot-nox); their scripts are in " +
+                    folder + "/plots");
+    std::string about = "amontons " + program_version();
+    if (!program_describe().empty()) about += " (" + program_describe() + ")";
+    about += "; " + machine_text() + "; " + now_utc();
+    write_file(folder + "/validation.json", validation::json_of(results));
+    write_file(folder + "/validation.csv", validation::csv_of(results));
+    write_file(folder + "/validation.md", validation::markdown_of(results));
+    write_file(folder + "/index.html", validation::html_of(results, about, drawn));
+    session.say("report: " + folder + "/index.html");
 }
 
 void validate(const ValidateArguments& arguments, Session& session)
 {
-    const std::vector<const Case*> list = chosen(arguments);
+    const std::vector<Entry> list = chosen(arguments);
     if (arguments.list) {
-        JsonText json;
-        std::string text;
-        json.open('[');
-        for (const Case* c : list) {
-            json.open('{').member("case", c->name).member("suite", c->suite);
-            json.member("source", c->source).close('}');
-            text += fmt::format("{:<20} {:<11} {}\n", c->name, c->suite, c->source);
-        }
-        session.print(session.json ? json.close(']').text() + "\n" : text);
+        print_list(list, session);
         return;
     }
     if (!arguments.report.empty()) make_folder(arguments.report);
-
-    std::vector<CaseResult> results;
-    if (!session.json) session.print(kHeading);
-    for (const Case* c : list) {
-        session.detail(fmt::format("{} ...", c->name));
-        results.push_back(validation::run_case(*c));
-        if (!session.json) session.print(table_of(results.back()));
-    }
+    const int jobs =
+        arguments.jobs > 0 ? arguments.jobs : std::max(1, int(std::thread::hardware_concurrency()));
+    if (!session.json) session.print(validation::kHeading);
+    const std::vector<CaseResult> results = run_all(list, jobs, [&](const CaseResult& r) {
+        session.detail(fmt::format("{}: {:.2f} s", r.name, r.seconds));
+        if (!session.json) session.print(validation::text_of(r));
+    });
     const auto failed = std::count_if(results.begin(), results.end(),
                                       [](const CaseResult& r) { return !r.passed(); });
+    const auto left_out = std::count_if(results.begin(), results.end(),
+                                        [](const CaseResult& r) { return !r.left_out.empty(); });
     if (session.json)
-        session.print(json_of(results));
+        session.print(validation::json_of(results));
     else
-        session.print(fmt::format("{} of {} cases passed\n", results.size() - std::size_t(failed),
-                                  results.size()));
-    if (!arguments.report.empty()) {
-        write_file(arguments.report + "/validation.json", json_of(results));
-        write_file(arguments.report + "/validation.md", report_of(results));
-    }
+        session.print(fmt::format("{} of {} cases passed, {} left out\n",
+                                  results.size() - std::size_t(failed + left_out),
+                                  results.size() - std::size_t(left_out), left_out));
+    if (!arguments.report.empty()) write_report(arguments.report, results, session);
     if (failed > 0) session.exit_code = kCaseFailed;
+    if (was_interrupted()) {
+        session.error(fmt::format("interrupted: {} of {} cases ran", results.size(), list.size()));
+        session.exit_code = kInterrupted;
+    }
 }
 
 } // namespace
@@ -159,12 +318,17 @@ void add_validate(CLI::App& program, Session& session)
 {
     const auto arguments = std::make_shared<ValidateArguments>();
     CLI::App* command = program.add_subcommand("validate", "Compare with published results");
-    command->add_option("CASE", arguments->cases, "Cases; all without");
+    command->add_option("CASE", arguments->cases,
+                        "Cases by name, or folders with a case.json; all without");
     command->add_option("--suite", arguments->suite, "benchmarks or stability")
         ->check(CLI::IsMember({"benchmarks", "stability"}));
     command->add_flag("--list", arguments->list, "Only list the cases");
-    command->add_option("--report", arguments->report, "Write a report into this folder")
+    command
+        ->add_option("--report", arguments->report,
+                     "Write a report into this folder: HTML, CSV, SVG plots")
         ->type_name("DIR");
+    command->add_option("--jobs", arguments->jobs, "Cases at a time (default: one a core)")
+        ->check(CLI::Range(1, 1024));
     command->add_flag("--json", session.json, "One JSON list on stdout");
     command->callback([arguments, &session] { validate(*arguments, session); });
 }

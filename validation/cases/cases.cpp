@@ -76,6 +76,8 @@ const std::vector<Case>& cases()
         {"gaps-and-overlaps", "stability", "closed form: uniform stress", gaps_and_overlaps},
         {"floating-blocks", "stability", "closed form: balance; no balance exists",
          floating_blocks},
+        {"prescribed-faces", "stability", "closed form: uniform stress; no motion exists",
+         prescribed_faces},
         {"incline", "benchmarks", "Coulomb: closed form", incline},
         {"sliding-block", "benchmarks", "closed form", sliding_block},
         {"thrown-block", "benchmarks", "Kotkin & Serbo: integrated equation of motion",
@@ -95,8 +97,6 @@ const std::vector<Case>& cases()
         {"klarbring", "benchmarks", "Klarbring 1990: enumeration", klarbring},
         {"jammed-ball", "stability", "no motion exists (Farkas)", jammed_ball},
         {"heavy-on-light", "stability", "closed form: sums of weights", heavy_on_light},
-        {"prescribed-faces", "stability", "closed form: uniform stress; no motion exists",
-         prescribed_faces},
     };
     return list;
 }

@@ -113,8 +113,10 @@ std::string allowed_names(const Numbers& numbers, const std::string& name)
 {
     const std::string prefix = "quantities.";
     std::vector<std::string> names;
-    for (const auto& [path, value] : numbers)
-        names.push_back(path.rfind(prefix, 0) == 0 ? path.substr(prefix.size()) : path);
+    for (const bool own : {true, false}) // the scene's own first
+        for (const auto& [path, value] : numbers)
+            if ((path.rfind(prefix, 0) == 0) == own)
+                names.push_back(own ? path.substr(prefix.size()) : path);
     std::string text = nearest_name(name, names);
     if (!text.empty()) text = quoted_text(text) + " (nearest name); ";
     text += "one of ";

@@ -32,7 +32,8 @@ def main(program, cases):
         rows = json.loads(answer.stdout)
         assert json.load(open(folder + "/validation.json")) == rows
         assert "| " + cases[0] + " |" in open(folder + "/validation.md").read()
-    assert [c for c in known if c in cases] == list(dict.fromkeys(r["case"] for r in rows))
+        assert f'id="{cases[0]}"' in open(folder + "/index.html").read()
+    assert [c for c in known if c in cases] == list(dict.fromkeys(r["case"] for r in rows)), rows
     failed = 0
     for r in rows:
         assert KEYS <= r.keys(), r

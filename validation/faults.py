@@ -1,0 +1,213 @@
+#!/usr/bin/env python3
+"""Ends runs at random moments, by kill -9 and by a full disk, and resumes them.
+
+    validation/faults.py PROGRAM [--trials 200] [--seed 1] [--json FILE]
+
+After each fault every finished step must be readable; the resumed run must end with the same bytes as
+one that was never disturbed: history (but for its clocks), frames, results. Half of the trials are
+killed, up to three times in a row; half run on a disk of random size that is too small (a tmpfs in a
+namespace of its own; where that is not allowed, a limit on the size of each file), and are resumed on
+one that is large enough. Exit 1 if a trial fails, with the folder of what it left.
+"""
+import argparse
+import csv
+import json
+import pathlib
+import random
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import xml.etree.ElementTree as xml
+
+PLANE = {"kind": "obstacle", "surface": {"generate": "plane"}}
+SCENES = {
+    "wire": {
+        "schema": 1,
+        "bodies": {
+            "tube": {"kind": "obstacle", "surface": {"generate": "tube", "radius": 0.004, "centreline": {
+                "pieces": [{"length": 0.02}, {"radius": 0.03, "angle": 1.57}, {"length": 0.06}]}}},
+            "wire": {"kind": "beam", "drive": {"insertion": [[0, 0], [1, 0.08]]}, "segments": [
+                {"length": 0.12, "radius": 4.445e-4, "EI": 5.2e-4, "element": 2.5e-3}]}},
+        "contact": [{"between": ["wire", "tube"], "friction": 0.1}],
+        "time": {"step": 0.005, "end": 1}},
+    "solid": {
+        "schema": 1,
+        "bodies": {"plane": PLANE, "block": {
+            "kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3, "density": 1000,
+            "mesh": {"generate": "box", "size": [0.1, 0.1, 0.1], "cells": [3, 3, 3], "element": "H8"},
+            "start": {"place": [0, 0, 0.055], "velocity": [0.5, 0.1, 0]}}},
+        "contact": [{"between": ["block", "plane"], "friction": 0.3}],
+        "gravity": [0, 0, -9.81],
+        "time": {"kind": "dynamic", "step": 0.002, "end": 0.4}},
+    "rigid": {
+        "schema": 1,
+        "bodies": {"plane": PLANE, **{f"ball{i}": {
+            "kind": "rigid", "shape": {"generate": "ball", "radius": 0.05}, "mass": 1,
+            "start": {"place": [0.03 * i, 0.01 * i * i, 0.06 + 0.11 * i]}} for i in range(4)}},
+        "contact": [{"between": ["*", "*"], "friction": 0.4}],
+        "gravity": [0, 0, -9.81],
+        "time": {"kind": "dynamic", "step": 0.002, "end": 0.4}},
+}
+
+
+def history_of(folder):
+    """Steps as text without their clocks; every line must be whole."""
+    text = (folder / "history.csv").read_text()
+    assert text.endswith("\n"), "history.csv ends within a line"
+    rows = list(csv.reader(text.splitlines()))
+    clocks = [i for i, name in enumerate(rows[0]) if "seconds" in name]
+    assert all(len(r) == len(rows[0]) for r in rows), "a line of history.csv is not whole"
+    return [[v for i, v in enumerate(r) if i not in clocks] for r in rows]
+
+
+def frames_of(folder):
+    """Bytes of every file that a collection names."""
+    out = {}
+    for pvd in sorted(folder.glob("*.pvd")):
+        for entry in xml.parse(pvd).getroot().iter("DataSet"):
+            file = entry.get("file")
+            data = (folder / file).read_bytes()
+            assert data.rstrip().endswith(b"</VTKFile>"), f"{file} is not whole"
+            out[pvd.name, entry.get("timestep"), file] = data
+    return out
+
+
+def results_of(folder):
+    manifest = json.loads((folder / "manifest.json").read_text())
+    return {k: manifest[k] for k in ("status", "steps", "time", "quantities", "energy", "contacts",
+                                     "certificate")}
+
+
+def readable(folder):
+    """What was finished before the fault can be read: (steps, has a checkpoint)."""
+    if not (folder / "manifest.json").exists():
+        return 0, False
+    json.loads((folder / "manifest.json").read_text())
+    steps = len(history_of(folder)) - 1 if (folder / "history.csv").exists() else 0
+    frames_of(folder)
+    return steps, (folder / "checkpoint").exists()
+
+
+class Trials:
+    def __init__(self, program, seed):
+        self.program = str(pathlib.Path(program).resolve())
+        self.random = random.Random(seed)
+        self.work = pathlib.Path(tempfile.mkdtemp(prefix="amontons_faults_"))
+        self.small_disks = subprocess.run(
+            ["unshare", "-rm", "mount", "-t", "tmpfs", "-o", "size=64k", "none", "/mnt"],
+            capture_output=True).returncode == 0
+        self.whole = {}
+
+    def command(self, name, folder, *more):
+        return [self.program, "run", str(self.work / (name + ".json")), "--quiet", "--output", str(folder),
+                *more]
+
+    def prepare(self, name):
+        """The undisturbed run: what it gives, how long it takes, how much it writes."""
+        scene = {**SCENES[name], "output": {"picture": False, "plots": False, "every": 5}}
+        (self.work / (name + ".json")).write_text(json.dumps(scene))
+        folder = self.work / (name + "_whole")
+        start = time.monotonic()
+        subprocess.run(self.command(name, folder), check=True)
+        seconds = time.monotonic() - start
+        size = sum(f.stat().st_size for f in folder.rglob("*") if f.is_file())
+        self.whole[name] = (history_of(folder), frames_of(folder), results_of(folder), seconds, size)
+
+    def kill(self, name, folder):
+        """Up to three kills, each at a random moment of what is left."""
+        started = False
+        for _ in range(self.random.randint(1, 3)):
+            more = ["--resume"] if started else []
+            process = subprocess.Popen(self.command(name, folder, *more), stderr=subprocess.PIPE)
+            try:
+                process.wait(timeout=self.random.uniform(0, 0.9 * self.whole[name][3]))
+                break  # it was quicker
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.communicate()
+            _, started = readable(folder)
+        return started
+
+    def fill(self, name, folder):
+        """A disk that is full after a random share of what the run writes."""
+        size = max(8192, int(self.random.uniform(0.02, 0.95) * self.whole[name][4]))
+        if self.small_disks:
+            disk = self.work / "disk"
+            disk.mkdir(exist_ok=True)
+            script = ('mount -t tmpfs -o size="$1" none "$2" || exit 99; shift 2; copy="$1"; shift; '
+                      '"$@"; code=$?; cp -a "$disk/out" "$copy" 2>/dev/null; exit $code')
+            run = subprocess.run(
+                ["unshare", "-rm", "sh", "-c", f'disk="{disk}"; ' + script, "sh", str(size), str(disk),
+                 str(folder), *self.command(name, disk / "out")], capture_output=True, text=True)
+        else:
+            limit = size // 20
+            run = subprocess.run(
+                self.command(name, folder), capture_output=True, text=True,
+                preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+        if run.returncode not in (0, 3) and not (run.returncode == 2 and not folder.exists()):
+            raise AssertionError(f"exit code {run.returncode} on a full disk: {run.stderr.strip()}")
+        if run.returncode == 3 and "cannot be written" not in run.stderr:
+            raise AssertionError(f"a full disk is called: {run.stderr.strip()}")
+        return readable(folder)[1] if folder.exists() else False
+
+    def trial(self, name, kind):
+        folder = self.work / "out"
+        shutil.rmtree(folder, ignore_errors=True)
+        goes_on = (self.kill if kind == "kill -9" else self.fill)(name, folder)
+        again = subprocess.run(self.command(name, folder, *(["--resume"] if goes_on else [])),
+                               capture_output=True, text=True)
+        assert again.returncode == 0, f"resumed: exit code {again.returncode}: {again.stderr.strip()}"
+        history, frames, results, _, _ = self.whole[name]
+        assert history_of(folder) == history, "another history"
+        found = frames_of(folder)
+        assert found.keys() == frames.keys(), "other frames"
+        assert found == frames, "other bytes in a frame"
+        assert results_of(folder) == results, "other results"
+        return goes_on
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("program")
+    parser.add_argument("--trials", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--json", help="write the counts into this file")
+    a = parser.parse_args()
+    t = Trials(a.program, a.seed)
+    names = list(SCENES)
+    for name in names:
+        t.prepare(name)
+    counts = {}
+    failures = []
+    for i in range(a.trials):
+        name, kind = names[i // 2 % len(names)], ("kill -9", "full disk")[i % 2]
+        row = counts.setdefault((kind, name), {"trials": 0, "resumed": 0, "failed": 0})
+        row["trials"] += 1
+        try:
+            row["resumed"] += bool(t.trial(name, kind))
+        except (AssertionError, OSError, ValueError, xml.ParseError) as error:
+            row["failed"] += 1
+            kept = t.work / f"failed_{i}"
+            if (t.work / "out").exists():
+                shutil.move(t.work / "out", kept)
+            failures.append(f"trial {i} ({kind}, {name}): {error}; see {kept}")
+            print(failures[-1], file=sys.stderr)
+    print(f"{'fault':<10} {'scene':<6} {'trials':>6} {'resumed':>8} {'from the start':>15} {'failed':>7}")
+    for (kind, name), row in counts.items():
+        print(f"{kind:<10} {name:<6} {row['trials']:>6} {row['resumed']:>8} "
+              f"{row['trials'] - row['resumed'] - row['failed']:>15} {row['failed']:>7}")
+    print(f"{a.trials} trials, {len(failures)} failed"
+          + ("" if t.small_disks else "; no right to mount: files were limited instead of the disk"))
+    if a.json:
+        pathlib.Path(a.json).write_text(json.dumps(
+            [{"fault": k, "scene": n, **row} for (k, n), row in counts.items()], indent=1) + "\n")
+    if not failures:
+        shutil.rmtree(t.work, ignore_errors=True)
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# Faults, sanitizers and fuzzing under one command, with their counts.
+#   validation/robustness.sh [TRIALS=200] [FUZZ_SECONDS=10]
+# Needs the release build; builds the presets asan, tsan and fuzz (an hour from nothing). Ends with a
+# table; exit 1 if anything failed. Logs: build/robustness/.
+set -uo pipefail
+cd "$(dirname "$0")/.." || exit 2
+trials=${1:-200}
+seconds=${2:-10}
+if ! [[ $trials =~ ^[0-9]+$ && $seconds =~ ^[0-9]+$ ]]; then
+    echo "robustness.sh: found \"$*\", allowed: two whole numbers, trials and seconds" >&2
+    exit 2
+fi
+if [[ ! -x build/release/bin/amontons ]]; then
+    echo "robustness.sh: no build/release/bin/amontons (cmake --build --preset release)" >&2
+    exit 2
+fi
+logs=build/robustness
+mkdir -p $logs
+launcher=$(command -v ccache || true)
+table=()
+failed=0
+
+# note NAME TEXT STATUS
+note() {
+    table+=("$(printf '%-12s %-60s %s' "$1" "$2" "$([[ $3 == 0 ]] && echo passed || echo FAILED)")")
+    [[ $3 == 0 ]] || failed=1
+}
+
+validation/faults.py build/release/bin/amontons --trials "$trials" --json $logs/faults.json \
+    >$logs/faults.log 2>&1
+note faults "$(tail -n 1 $logs/faults.log)" $?
+
+for preset in asan tsan; do
+    log=$logs/$preset.log
+    if cmake --preset $preset -DCMAKE_CXX_COMPILER_LAUNCHER="$launcher" >$log 2>&1 &&
+        cmake --build --preset $preset >>$log 2>&1; then
+        ctest --test-dir build/$preset --output-on-failure --no-tests=error >>$log 2>&1
+        status=$?
+        reports=$(grep -cE 'ERROR: AddressSanitizer|runtime error:|WARNING: ThreadSanitizer' $log)
+        [[ $reports == 0 ]] || status=1
+        note $preset "$(grep -oE '[0-9]+% tests passed, .*' $log | tail -n 1); $reports reports" $status
+    else
+        note $preset "does not build, see $log" 1
+    fi
+done
+
+validation/fuzz.sh "$seconds" >$logs/fuzz.log 2>&1
+status=$?
+inputs=$(sed -n 's/^[a-z_]*: \([0-9]*\) inputs.*/\1/p' $logs/fuzz.log | awk '{ s += $1 } END { print s + 0 }')
+note fuzz "$(grep -c ' inputs in ' $logs/fuzz.log) readers, $inputs inputs, $(grep -c FAILED $logs/fuzz.log) crashes" $status
+
+printf '%s\n' "${table[@]}"
+exit $failed

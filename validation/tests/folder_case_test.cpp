@@ -1,0 +1,175 @@
+#include "validation/folder_case.hpp"
+
+#include "mesh/base/error.hpp"
+#include "mesh/base/file.hpp"
+#include "validation/columns.hpp"
+#include "validation/report.hpp"
+
+#include <cmath>
+#include <doctest/doctest.h>
+#include <filesystem>
+#include <unistd.h>
+
+using namespace amontons;
+using namespace amontons::validation;
+
+namespace {
+
+FolderCase parse(const std::string& measures, const std::string& more = "")
+{
+    return parse_folder_case(
+        R"({"suite": "benchmarks", "source": "s", "verified": "v", "scene": "a.json",)" + more +
+            R"("measure": [)" + measures + "]}",
+        "case.json", [](const std::string& f) { return f != "missing.csv"; });
+}
+
+std::string issues_of(const std::string& measures, const std::string& more = "")
+{
+    try {
+        parse(measures, more);
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+SceneAnswer answer(const std::string& json, int code = 0, const std::string& words = "")
+{
+    SceneAnswer a;
+    a.exit_code = code;
+    a.json = json;
+    a.last_words = words;
+    return a;
+}
+
+const char* const kDone =
+    R"({"certificate": {"uncertified_steps": 0}, "quantities": {"q": 2.002}})";
+
+} // namespace
+
+TEST_CASE("a folder's numbers are compared as it says")
+{
+    const FolderCase c = parse(R"({"quantity": "q", "reference": 2, "tolerance": 2e-3},
+        {"quantity": "q", "reference": 2, "tolerance": 1e-3, "error": "absolute", "scale": -1},
+        {"quantity": "q", "reference": 2, "tolerance": 1e-4})");
+    const auto rows = measure(c, [](const std::string&, const auto&) { return answer(kDone); });
+    CHECK(rows[0].error == doctest::Approx(1e-3));
+    CHECK(rows[0].passed());
+    CHECK(rows[1].error == doctest::Approx(4.002));
+    CHECK(!rows[2].passed());
+}
+
+TEST_CASE("an answer without certificate, and a run that failed, pass nothing")
+{
+    const FolderCase c = parse(R"({"quantity": "q", "reference": 2, "tolerance": 1})");
+    const auto uncertified = measure(c, [](const std::string&, const auto&) {
+        return answer(R"({"certificate": {"uncertified_steps": 3}, "quantities": {"q": 2}})");
+    });
+    CHECK(!uncertified[0].passed());
+    CHECK(uncertified[0].note == "3 steps without certificate");
+    const auto failed = measure(
+        c, [](const std::string&, const auto&) { return answer("{}", 3, "failed: stuck"); });
+    CHECK(!failed[0].passed());
+    CHECK(failed[0].note == "failed: stuck");
+}
+
+TEST_CASE("a refusal passes only with its reason")
+{
+    const FolderCase c = parse(R"({"refused": "penetration"})");
+    const auto row = [&](int code, const char* words) {
+        return measure(
+            c, [&](const std::string&, const auto&) { return answer(kDone, code, words); })[0];
+    };
+    CHECK(row(3, "failed: no motion avoids penetration").passed());
+    CHECK(!row(3, "failed: not enough memory").passed());
+    CHECK(!row(0, "penetration").passed());
+    CHECK(!row(-1, "ended by signal 11 in penetration").passed());
+}
+
+TEST_CASE("a curve is held to its largest distance; where the run has no value it fails")
+{
+    const std::string folder =
+        (std::filesystem::temp_directory_path() / ("amontons_case" + std::to_string(::getpid())))
+            .string();
+    make_folder(folder);
+    write_file(folder + "/r.csv", "t,y\n0,0\n0.5,1\n1,2\n");
+    FolderCase c = parse(R"({"curve": "r.csv", "x": "t", "y": "y", "tolerance": 0.06})");
+    c.folder = folder;
+    const auto row = [&](const char* history) {
+        write_file(folder + "/history.csv", history);
+        return measure(c, [&](const std::string&, const auto&) {
+            SceneAnswer a = answer(kDone);
+            a.folder = folder;
+            return a;
+        })[0];
+    };
+    const Measured near = row("t,y\n0,0\n1,2.1\n");
+    CHECK(near.error == doctest::Approx(0.05)); // of 2
+    CHECK(near.passed());
+    CHECK(near.curve.value[1] == doctest::Approx(1.05));
+    CHECK(!row("t,y\n0,0\n0.9,1.8\n").passed());
+    CHECK_THROWS_AS(row("t,z\n0,0\n"), InputError);
+    std::filesystem::remove_all(folder);
+}
+
+TEST_CASE("all that is wrong with a case is said, with its place")
+{
+    CHECK(issues_of(R"({"quantity": "q", "reference": 1, "tolerance": 1})").empty());
+    const std::string all = issues_of(R"({"quantity": "q", "refernce": 1, "tolerance": -1},
+        {"curve": "missing.csv", "x": "t", "y": "y", "tolerance": 1}, {"scene": "b", "refused": "x"},
+        {"quantity": "q", "curve": "r", "reference": 1, "tolerance": 1}, 7)",
+                                      R"("sweet": 1,)");
+    for (const char* part :
+         {"\"reference\" (nearest name)", "measure.0.tolerance", "missing.csv", "measure.2.scene",
+          "2 of quantity, curve and refused", "measure.4", "\"sweet\""})
+        CHECK_MESSAGE(all.find(part) != std::string::npos, part << " in " << all);
+    CHECK(issues_of(R"({"quantity": "q", "reference": 0, "error": "relative", "tolerance": 1})")
+              .find("absolute") != std::string::npos);
+    const auto without_readme = [] {
+        parse_folder_case(R"({"suite": "x", "measure": []})", "case.json",
+                          [](const std::string&) { return false; });
+    };
+    CHECK_THROWS_WITH_AS(without_readme(), doctest::Contains("README.md"), InputError);
+}
+
+TEST_CASE("tables of numbers are read by name, their mistakes by line")
+{
+    const Columns t = parse_columns("# a\n\"x [m]\", y\n1,2\n\n3,\n", "f.csv");
+    CHECK(t.names == std::vector<std::string>{"x [m]", "y"});
+    CHECK(*t.find("x [m]") == std::vector<double>{1, 3});
+    CHECK(std::isnan((*t.find("y"))[1]));
+    CHECK(t.find("z") == nullptr);
+    for (const char* text : {"", "x,y\n", "x,y\n1\n", "x\n1a\n", "x\n1e999\n"})
+        CHECK_THROWS_AS(parse_columns(text, "f.csv"), InputError);
+    CHECK(value_at({0, 1, 2}, {0, 10, 0}, 1.5) == 5);
+    CHECK(value_at({2, 1, 0}, {0, 10, 20}, 0.5) == 15);
+    CHECK(std::isnan(value_at({0, 1}, {0, 1}, 1.1)));
+}
+
+TEST_CASE("results survive the way through JSON, and the report counts them")
+{
+    CaseResult r;
+    r.name = "a<b";
+    r.suite = "stability";
+    r.source = "x, \"y\"";
+    r.seconds = 0.25;
+    r.rows = {relative("q", 2, 2.002, 1e-4), at_most("z", std::nan(""), 1)};
+    r.rows[0].curve = {"t", "y", {0, 1}, {0, 1}, {0, std::nan("")}};
+    CaseResult left;
+    left.name = "left";
+    left.left_out = "no data";
+    const std::vector<CaseResult> all{r, left};
+    const std::vector<CaseResult> back = read_results(json_of(all), "json");
+    CHECK(json_of(back) == json_of(all));
+    CHECK(csv_of(back) == csv_of(all));
+    REQUIRE(back.size() == 2);
+    CHECK(back[1].left_out == "no data");
+    CHECK(!back[0].rows[1].passed());
+    const std::string html = html_of(back, "", {"a<b-1"});
+    CHECK(html.find("2 cases, 2 rows, 2 failed, 1 cases left out") != std::string::npos);
+    CHECK(html.find("a<b") == std::string::npos);
+    CHECK(html.find("plots/a&lt;b-1.svg") != std::string::npos);
+    CHECK(plots_of(back).size() == 2);
+    for (const char* text : {"", "{}", "[1]"})
+        CHECK_THROWS_AS(read_results(text, "json"), InputError);
+}
