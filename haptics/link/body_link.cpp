@@ -6,6 +6,7 @@
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/solid_body.hpp"
 #include "solver/step/body_build.hpp"
+#include "solver/step/body_record.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -215,6 +216,51 @@ bool BodyLink::publish(ReducedOperator<Real>& op, double time, std::uint64_t seq
 void BodyLink::set_most_contacts(int most)
 {
     state_->options.condense.most_contacts = most;
+}
+
+bool BodyLink::take_over(const BodyLink& before)
+{
+    State& s = *state_;
+    const State& old = *before.state_;
+    if (s.system->refs.size() != old.system->refs.size()) return false;
+    for (std::size_t b = 0; b < s.system->refs.size(); ++b)
+        if (s.system->refs[b].name != old.system->refs[b].name ||
+            s.system->refs[b].body->state().size() != old.system->refs[b].body->state().size())
+            return false;
+    for (std::size_t b = 0; b < s.system->refs.size(); ++b)
+        s.system->refs[b].body->set_state(old.system->refs[b].body->state());
+    s.system->warm = old.system->warm;
+    s.held->aim(old.held->device());
+    s.last_step = old.last_step;
+    s.started = old.started;
+    s.time = old.time;
+    s.start = old.start;
+    s.steps = old.steps;
+    s.refused = old.refused;
+    s.not_met = old.not_met;
+    s.left_out = old.left_out;
+    return true;
+}
+
+std::vector<BodyRecord> BodyLink::body_records() const
+{
+    std::vector<BodyRecord> out;
+    for (std::size_t b = 0; b < state_->system->refs.size(); ++b)
+        out.push_back(record_body(*state_->system, b, state_->report));
+    return out;
+}
+
+std::vector<ContactRecord> BodyLink::contact_records() const
+{
+    std::vector<ContactRecord> out;
+    const BodyStepReport& report = state_->report;
+    for (std::size_t c = 0; c < report.contacts.contact.size(); ++c)
+        if (!report.force[c].isZero(0)) {
+            ContactRecord& r = out.emplace_back();
+            r.point = report.contacts.contact[c].point;
+            r.force = report.force[c];
+        }
+    return out;
 }
 
 const HeldBody& BodyLink::held() const

@@ -41,6 +41,15 @@ public:
 
     void set_most_contacts(int most); ///< of the operators to come
 
+    /// Goes on where another link is, with what its scene says now: the same bodies with other
+    /// materials, holds or loads.
+    /// @return  false if the bodies are not the same; nothing is taken over then
+    bool take_over(const BodyLink& before);
+
+    /// What all bodies look like now, and the forces between them.
+    std::vector<BodyRecord> body_records() const;
+    std::vector<ContactRecord> contact_records() const;
+
     const HeldBody& held() const;         ///< pose and force of the full simulation
     const BodyStepReport& report() const; ///< of the last step
     const Condensed& condensed() const;   ///< what publish() handed over

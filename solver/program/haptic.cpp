@@ -9,9 +9,12 @@
 #include "haptics/virtual_time.hpp"
 #include "mesh/base/file.hpp"
 #include "mesh/base/phase_timer.hpp"
+#include "solver/output/view_maker.hpp"
 #include "solver/program/interrupt.hpp"
 #include "solver/program/scene_arguments.hpp"
+#include "solver/program/scene_lines.hpp"
 #include "solver/program/session.hpp"
+#include "solver/program/viewer.hpp"
 #include "solver/scene/build.hpp"
 #include "solver/scene/json_text.hpp"
 #include "solver/scene/read.hpp"
@@ -19,6 +22,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fmt/format.h>
+#include <optional>
+#include <unistd.h>
 
 namespace amontons {
 namespace {
@@ -28,6 +33,7 @@ struct HapticArguments {
     std::string device = "simulated", output, cache;
     double duration = 0; ///< [s]; 0: the scene's end
     bool virtual_time = false;
+    bool view = false;
     bool free = false; ///< no passivity control
     double late = 0;
     int latency = 1;
@@ -41,6 +47,7 @@ struct Outcome {
     bool real_time = false;
     long page_faults = 0, preempted = 0, bare_missed = 0;
     Percentiles bare_wake;
+    std::optional<Viewer::Counts> shown;       ///< with --view
     int contacts_asked = 0, contacts_left = 0; ///< most that are handed over: at first, at the end
 };
 
@@ -87,6 +94,10 @@ std::string json_text(const Outcome& o, const HapticSettings& set, const BodyLin
     json.key("operators").open('{').member("taken", std::int64_t(s.operators));
     json.member("oldest", s.oldest_operator);
     json.member("ticks_outside", std::int64_t(s.outside_validity)).close('}');
+    if (o.shown) {
+        json.key("view").open('{').member("frames", std::int64_t(o.shown->frames));
+        json.member("seconds", o.shown->seconds).close('}');
+    }
     json.key("simulation").open('{').member("steps", link.steps());
     json.member("refused", link.refused()).member("not_met", link.not_met());
     json.member("rate", 1 / set.link.condense.period).close('}');
@@ -192,6 +203,32 @@ constexpr double kOverloaded = 0.1; // share of ticks that the budget ended
 constexpr double kFewer = 0.8;      // of the contacts, then
 constexpr int kFewestContacts = 16;
 
+/// The simulation goes on with this value of the scene replaced.
+/// @param line  PATH=VALUE
+/// @return  null where it cannot be; says why
+std::unique_ptr<BodyLink> changed_link(HapticArguments& a, const std::string& line,
+                                       const std::vector<Obstacle>& obstacles,
+                                       const HapticSettings& set, const BodyLink& now,
+                                       const Session& session)
+{
+    std::vector<std::string> overrides = a.scene.overrides;
+    overrides.push_back(line);
+    try {
+        Scene scene = read_scene(a.scene.scene, overrides);
+        place_introducers(scene);
+        auto link = std::make_unique<BodyLink>(scene, obstacles, set.link);
+        if (link->take_over(now)) {
+            a.scene.overrides = std::move(overrides);
+            session.say("set " + line);
+            return link;
+        }
+        session.say("not set, the bodies would be others: " + line);
+    } catch (const InputError& error) {
+        session.say(std::string("not set: ") + error.what());
+    }
+    return nullptr;
+}
+
 void haptic(HapticArguments& a, Session& session)
 {
     settle(a.scene);
@@ -224,26 +261,44 @@ void haptic(HapticArguments& a, Session& session)
     set.link.condense.latency = a.latency;
     if (a.free) set.loop.passivity.control = false;
     if (!a.virtual_time) set.loop.proxy.budget = kBudget * set.loop.period;
-    BodyLink link(scene, obstacles, set.link);
-    for (const Issue& w : link.warnings())
+    // The first one stays: the hand asks it for its path, from another thread.
+    const auto first = std::make_unique<BodyLink>(scene, obstacles, set.link);
+    std::unique_ptr<BodyLink> changed;
+    BodyLink* link = first.get();
+    for (const Issue& w : link->warnings())
         session.say(std::string("warning: ") + InputError({w}).what());
 
     SimulatedHand* hand = nullptr;
     if (!device) {
         HandOptions options = set.hand;
-        options.path = [&](double t) { return link.path(t); };
+        options.path = [&first](double t) { return first->path(t); };
         auto simulated = std::make_unique<SimulatedHand>(options);
         hand = simulated.get();
         device = std::move(simulated);
     }
     device->open();
 
+    std::optional<Viewer> viewer;
+    if (a.view)
+        viewer.emplace(scene.title.empty() ? "amontons" : scene.title, ::isatty(STDERR_FILENO));
+    ViewMaker frames(obstacles);
+    SceneLines lines;
     std::atomic<bool>& stop = stop_on_interrupt();
     const int most = scene.haptic.contacts;
     HapticLoop<float> loop(most, set.loop);
     const Publisher<float> publish = [&](ReducedOperator<float>& op, const HandPose& handle,
                                          double time, std::uint64_t sequence) {
-        return link.step(sequence == 1 ? link.start() : handle) && link.publish(op, time, sequence);
+        for (const std::string& line : lines.take(session))
+            if (auto next = changed_link(a, line, obstacles, set, *link, session)) {
+                changed = std::move(next);
+                link = changed.get();
+            }
+        const bool done =
+            link->step(sequence == 1 ? link->start() : handle) && link->publish(op, time, sequence);
+        if (viewer && viewer->wants())
+            viewer->offer(
+                frames.frame(link->time(), {}, link->body_records(), link->contact_records()));
+        return done;
     };
     Outcome out;
     std::vector<TickRecord> records;
@@ -273,7 +328,7 @@ void haptic(HapticArguments& a, Session& session)
             if (share <= kOverloaded || out.contacts_left <= kFewestContacts) return;
             out.contacts_left =
                 std::max(kFewestContacts, static_cast<int>(kFewer * out.contacts_left));
-            link.set_most_contacts(out.contacts_left);
+            link->set_most_contacts(out.contacts_left);
         };
         if (hand)
             options.advance = [&](long periods) {
@@ -290,6 +345,7 @@ void haptic(HapticArguments& a, Session& session)
         if (!run.fifo || !run.locked) session.say("warning: " + run.scheduling);
     }
     device->close();
+    if (viewer) out.shown = viewer->close();
 
     out.summary = summarise<float>(records, loop, set.loop.period, out.real_time);
     if (!a.output.empty()) {
@@ -305,9 +361,9 @@ void haptic(HapticArguments& a, Session& session)
         session.say(std::string(name(out.summary.last_fault)) + ": " +
                     reason(out.summary.last_fault));
     if (session.json)
-        session.print(json_text(out, set, link));
+        session.print(json_text(out, set, *link));
     else if (!session.quiet)
-        session.print(table(out, set, link));
+        session.print(table(out, set, *link));
 }
 
 } // namespace
@@ -327,6 +383,7 @@ void add_haptic(CLI::App& program, Session& session)
         ->check(CLI::Range(0.001, 3600.0));
     command->add_flag("--virtual-time", a->virtual_time,
                       "Without a clock: the same ticks in every run");
+    command->add_flag("--view", a->view, "Show the simulation in a window");
     command->add_option("--output,-o", a->output, "Folder for the trace, haptics.csv")
         ->type_name("DIR");
     command->add_option("--late", a->late, "Virtual time: share of ticks that come 3 ticks late")

@@ -3,6 +3,7 @@
 #include "mesh/base/file.hpp"
 #include "solver/output/manifest.hpp"
 #include "solver/program/session.hpp"
+#include "solver/program/viewer.hpp"
 
 #include <CLI/CLI.hpp>
 #include <csignal>
@@ -87,6 +88,7 @@ int main(int argc, char** argv)
     add_study(program, session);
     add_validate(program, session);
     add_render(program, session);
+    add_view(program, session);
     add_completion(program, session);
 
     try {

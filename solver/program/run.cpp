@@ -6,11 +6,14 @@
 #include "solver/module.hpp"
 #include "solver/output/plot.hpp"
 #include "solver/output/run_writer.hpp"
+#include "solver/output/view_maker.hpp"
+#include "solver/program/changed_simulation.hpp"
 #include "solver/program/interrupt.hpp"
 #include "solver/program/progress.hpp"
 #include "solver/program/render.hpp"
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/session.hpp"
+#include "solver/program/viewer.hpp"
 #include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/step/recorded_problem.hpp"
@@ -19,6 +22,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
+#include <functional>
+#include <unistd.h>
 
 namespace amontons {
 namespace {
@@ -30,6 +35,7 @@ struct RunArguments {
     bool any_order = false; // for scripts: every result is the same for any number of threads
     bool resume = false;
     bool record = false;
+    bool view = false;
     std::string cache;
 };
 
@@ -99,7 +105,8 @@ struct Observers : StepObserver {
     RunWriter& writer;
     Progress& progress;
     const std::vector<DepthLine>& lines;
-    const ProblemRecorder* recorder; ///< or null
+    const ProblemRecorder* recorder;             ///< or null
+    std::function<void(const StepRecord&)> show; ///< or none
     Observers(RunWriter& w, Progress& p, const std::vector<DepthLine>& l, const ProblemRecorder* r)
         : writer(w)
         , progress(p)
@@ -122,6 +129,7 @@ struct Observers : StepObserver {
         }
         iterations += record.iterations;
         if (recorder) recorder->write(record);
+        if (show) show(record);
         progress.step(record);
     }
 };
@@ -173,8 +181,14 @@ void run(RunArguments& arguments, Session& session)
     std::vector<Obstacle> obstacles = build_obstacles(scene, &odd);
     const double read_seconds = watch.seconds();
     session.detail(fmt::format("read in {:.3f} s", read_seconds));
-    const std::unique_ptr<Simulation> made =
-        make_simulation(scene, std::move(obstacles), {arguments.cache, arguments.threads});
+    std::atomic<bool>& stop = stop_on_interrupt();
+    const SimulationOptions how{arguments.cache, arguments.threads};
+    std::unique_ptr<Simulation> made;
+    if (arguments.view)
+        made = std::make_unique<ChangedSimulation>(scene, arguments.scene.overrides,
+                                                   std::move(obstacles), how, stop, session);
+    else
+        made = make_simulation(scene, std::move(obstacles), how);
     Simulation& simulation = *made;
     session.warn(odd);
     session.warn(simulation.warnings());
@@ -190,13 +204,22 @@ void run(RunArguments& arguments, Session& session)
     std::vector<std::string> files{options.name + ".pvd", "contacts.pvd", "history.csv",
                                    "manifest.json"};
 
-    std::atomic<bool>& stop = stop_on_interrupt();
+    std::optional<Viewer> viewer; // before anything is written
+    if (arguments.view)
+        viewer.emplace(scene.title.empty() ? options.name : scene.title, ::isatty(STDERR_FILENO));
     RunWriter writer(scene, simulation, options, stop);
     Progress progress(session, scene.time.end);
     std::optional<ProblemRecorder> recorder;
     if (arguments.record)
         recorder.emplace(simulation, scene, directory + "/record", options.resume);
     Observers observers(writer, progress, depth_lines, recorder ? &*recorder : nullptr);
+    ViewMaker frames(simulation.obstacles());
+    if (viewer) {
+        observers.show = [&](const StepRecord& r) {
+            if (r.time < scene.time.end && !viewer->wants()) return;
+            viewer->offer(frames.frame(r.time, r.beams, simulation.body_records(), r.contacts));
+        };
+    }
     RunSummary summary = simulation.run(observers, stop);
     progress.end();
     for (const std::string& m : simulation.messages())
@@ -225,6 +248,8 @@ void run(RunArguments& arguments, Session& session)
     if (!pictures.empty()) writer.add_files(pictures, summary);
     files.insert(files.end(), pictures.begin(), pictures.end());
 
+    Viewer::Counts shown;
+    if (viewer) shown = viewer->close();
     if (summary.status != "done") session.error(summary.status + ": " + summary.message);
     if (session.json) {
         JsonText json;
@@ -234,6 +259,10 @@ void run(RunArguments& arguments, Session& session)
         for (const BodyPlan& b : simulation.plan())
             unknowns += b.unknowns;
         json.member("unknowns", unknowns).member("iterations", observers.iterations);
+        if (viewer) {
+            json.key("view").open('{');
+            json.member("frames", shown.frames).member("seconds", shown.seconds).close('}');
+        }
         json.member("output", directory).close('}');
         session.print(json.text() + "\n");
     } else if (!session.quiet) {
@@ -261,6 +290,7 @@ void add_run(CLI::App& program, Session& session)
         ->add_option("--cache", arguments->cache,
                      "Folder where factors of solids are kept for the next run")
         ->type_name("DIR");
+    command->add_flag("--view", arguments->view, "Show the run in a window while it lasts");
     command->add_flag("--resume", arguments->resume, "Go on from the folder's checkpoint");
     command->add_flag("--record", arguments->record,
                       "Keep every step's contact problem as an FCLib file, in DIR/record");

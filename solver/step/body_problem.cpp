@@ -18,7 +18,7 @@ constexpr int kNewtonSteps = 60; // and sweeps before them
 constexpr int kMostRescales = 3;
 constexpr int kMostGrowth = 40;     // of the set of candidates, in one iteration
 constexpr double kRounding = 1e-12; // of a body's size
-constexpr int kMostOfModes = 4000;  // iterations of all contact problems of one balance of modes
+constexpr int kMostOfModes = 15000;  // iterations of all contact problems of one balance of modes
 constexpr int kPatience = 400;      // a shorter step is another way
 constexpr double kAstray = 1e3;     // sizes of a body that contact does not move it
 

@@ -1,16 +1,14 @@
 #include "solver/output/vtk/bodies_picture.hpp"
 #include "solver/output/vtk/drawing.hpp"
+#include "solver/output/vtk/silence.hpp"
 #include "solver/output/vtk/virtual_display.hpp"
 #include "solver/output/vtk/vtk_module.hpp"
 
 #include <vtkActor.h>
 #include <vtkDataArray.h>
 #include <vtkDoubleArray.h>
-#include <vtkLogger.h>
 #include <vtkLookupTable.h>
 #include <vtkNew.h>
-#include <vtkObjectFactory.h>
-#include <vtkOutputWindow.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
@@ -168,34 +166,6 @@ void write_picture(const std::filesystem::path& folder, const std::filesystem::p
     write_png(window, png);
     window->Finalize();
 }
-
-/// While it lives, VTK's complaints go nowhere: what matters is thrown with a text of ours.
-class Silence {
-public:
-    Silence()
-    {
-        vtkOutputWindow::SetInstance(vtkNew<NoWindow>());
-        vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
-    }
-    ~Silence()
-    {
-        vtkOutputWindow::SetInstance(window_);
-        vtkLogger::SetStderrVerbosity(verbosity_);
-    }
-    Silence(const Silence&) = delete;
-    Silence& operator=(const Silence&) = delete;
-
-private:
-    class NoWindow : public vtkOutputWindow {
-    public:
-        static NoWindow* New();
-        vtkTypeMacro(NoWindow, vtkOutputWindow);
-        void DisplayText(const char*) override {}
-    };
-    vtkSmartPointer<vtkOutputWindow> window_ = vtkOutputWindow::GetInstance();
-    vtkLogger::Verbosity verbosity_ = vtkLogger::GetCurrentVerbosityCutoff();
-};
-vtkStandardNewMacro(Silence::NoWindow);
 
 } // namespace
 

@@ -36,5 +36,10 @@ int amontons_vtk_read_surface(const char* path, double** points, long* point_cou
 /// Gives back an array of amontons_vtk_read_surface; null is allowed.
 void amontons_vtk_free(void* array);
 
+/// A window that shows what comes down `stream` (a socket; frames as view_frame.hpp says) until it
+/// is closed, or the stream ends and `stay` is 0. Says "R" up the stream when it is there, and at
+/// its end "F frames seconds". On $DISPLAY.
+int amontons_vtk_view(int stream, const char* title, int stay, char* message, int message_size);
+
 } // extern "C"
 #pragma GCC visibility pop

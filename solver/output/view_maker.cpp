@@ -1,0 +1,95 @@
+#include "solver/output/view_maker.hpp"
+
+#include "mesh/extract_surface.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace amontons {
+namespace {
+
+void add_point(std::vector<float>& out, const Vec3& x)
+{
+    for (int i = 0; i < 3; ++i)
+        out.push_back(static_cast<float>(x[i]));
+}
+
+void add_triangles(std::vector<std::int32_t>& out,
+                   const std::vector<std::array<std::int32_t, 3>>& triangles)
+{
+    for (const auto& t : triangles)
+        out.insert(out.end(), t.begin(), t.end());
+}
+
+const Field* find_field(const std::vector<Field>& fields, const std::string& name)
+{
+    const auto at =
+        std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.name == name; });
+    return at == fields.end() ? nullptr : &*at;
+}
+
+} // namespace
+
+const ViewMaker::Outside& ViewMaker::outside_of(const BodyRecord& solid)
+{
+    const auto [at, is_new] = outside_.try_emplace(solid.name);
+    if (is_new) {
+        const ExternalSurface surface = extract_surface(*solid.elements);
+        at->second.nodes = surface.used_nodes;
+        add_triangles(at->second.triangles, triangulate(surface, *solid.elements).mesh.triangles);
+    }
+    return at->second;
+}
+
+ViewFrame ViewMaker::frame(double time, const std::vector<BeamRecord>& beams,
+                           const std::vector<BodyRecord>& bodies,
+                           const std::vector<ContactRecord>& contacts)
+{
+    ViewFrame f;
+    if (!begun_)
+        for (const Obstacle& o : obstacles_) {
+            ViewShape& s = f.shapes.emplace_back(ViewShape{o.name, ViewShape::wall, {}, {}, {}});
+            for (const Vec3& x : o.model.surface.points)
+                add_point(s.points, x);
+            add_triangles(s.triangles, o.model.surface.triangles);
+        }
+    for (const BeamRecord& b : beams) {
+        ViewShape& s = f.shapes.emplace_back(ViewShape{b.name, ViewShape::wire, {}, {}, {}});
+        for (const Vec3& x : b.points)
+            add_point(s.points, x);
+        if (const Field* radius = find_field(b.fields, "radius"))
+            for (const double r : radius->values)
+                s.values.push_back(static_cast<float>(r));
+    }
+    for (const BodyRecord& b : bodies) {
+        ViewShape& s = f.shapes.emplace_back(ViewShape{b.name, ViewShape::rigid, {}, {}, {}});
+        if (!b.elements) {
+            for (const Vec3& x : b.points)
+                add_point(s.points, x);
+            if (!begun_) add_triangles(s.triangles, b.triangles);
+            continue;
+        }
+        s.kind = ViewShape::solid;
+        const Outside& outside = outside_of(b);
+        const Field* stress = find_field(b.point_fields, "von_mises_averaged");
+        for (const std::int32_t node : outside.nodes) {
+            add_point(s.points, b.points[static_cast<std::size_t>(node)]);
+            if (stress)
+                s.values.push_back(
+                    static_cast<float>(stress->values[static_cast<std::size_t>(node)]));
+        }
+        if (!begun_) s.triangles = outside.triangles;
+    }
+    double largest = 0;
+    for (const ContactRecord& c : contacts) {
+        add_point(f.contacts, c.point);
+        add_point(f.contacts, c.force);
+        largest = std::max(largest, c.force.norm());
+    }
+    f.caption = fmt::format("t = {:.4g} s   {} contacts, largest force {:.3g} N", time,
+                            contacts.size(), largest);
+    begun_ = true;
+    return f;
+}
+
+} // namespace amontons
