@@ -18,14 +18,19 @@ void start_clamped(Wire& wire, const Vec3& at, const Mat3& frame)
     std::copy(start.q, start.q + 4, s.nodes[0].q);
     for (int k = 0; k < 3; ++k)
         s.nodes[0].x[k] = at[k];
-    for (std::size_t i = 0; i + 1 < s.nodes.size(); ++i) {
-        const ElementLaw& law = wire.material.law[i];
+    grow_naturally(s.nodes, wire.material.law);
+}
+
+void grow_naturally(std::vector<BeamNode>& nodes, const std::vector<ElementLaw>& laws)
+{
+    for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
+        const ElementLaw& law = laws[i];
         Vec3 natural; // twist and curvatures [1/m]
         for (int k = 0; k < 3; ++k) {
             const std::size_t j = std::size_t(k) + 3;
             natural[k] = law.S[j] > 0 ? law.P[j] / law.S[j] : 0;
         }
-        const BeamNode& a = s.nodes[i];
+        const BeamNode& a = nodes[i];
         BeamNode b = a;
         rotate_in_body(b.q, law.length * natural);
         // Chord of a helix: integral of exp(s [natural]) e1, by Rodrigues' formula.
@@ -41,7 +46,7 @@ void start_clamped(Wire& wire, const Vec3& at, const Mat3& frame)
         const Vec3 step = rotation_matrix(a.q) * chord;
         for (int j = 0; j < 3; ++j)
             b.move(j, step[j]);
-        s.nodes[i + 1] = b;
+        nodes[i + 1] = b;
     }
 }
 

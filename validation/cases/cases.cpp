@@ -1,5 +1,6 @@
 #include "validation/cases/cases.hpp"
 #include "validation/cases/rigid_bodies/rigid_bodies.hpp"
+#include "validation/cases/rods/rods.hpp"
 #include "validation/cases/solids/solids.hpp"
 
 namespace amontons::validation {
@@ -97,6 +98,24 @@ const std::vector<Case>& cases()
         {"klarbring", "benchmarks", "Klarbring 1990: enumeration", klarbring},
         {"jammed-ball", "stability", "no motion exists (Farkas)", jammed_ball},
         {"heavy-on-light", "stability", "closed form: sums of weights", heavy_on_light},
+        {"rod-rollup", "benchmarks", "closed form: a circle; Simo & Vu-Quoc 1986", rod_rollup},
+        {"rod-elastica", "benchmarks",
+         "Bisshopp & Drucker 1945, Mattiasson 1981; elliptic integrals", rod_elastica},
+        {"rod-bend45", "benchmarks",
+         "Bathe & Bolourchi 1979; shooting of the Cosserat equations to 3e-11 (J = 1/6, ks = 1)",
+         rod_bend},
+        {"lee-frame", "benchmarks",
+         "Lee, Manuel & Rossow 1968; independent collocation with arc length", lee_frame},
+        {"euler-columns", "benchmarks",
+         "Euler 1744, Timoshenko & Gere 1961; characteristic equations, elliptic integrals",
+         euler_columns},
+        {"twisted-ring", "benchmarks", "Michell 1889, Zajac 1962: 2 pi sqrt(3) B/C", twisted_ring},
+        {"rod-frequencies", "benchmarks", "closed form: Euler-Bernoulli, cosh x cos x = -1",
+         rod_frequencies_case},
+        {"rod10-statics", "benchmarks", "WSCG 2003; closed form: Euler-Bernoulli", rod10_statics},
+        {"rod10-sizes", "benchmarks", "WSCG 2003, equations 8 and 9; counted loops", rod10_sizes},
+        {"rod10-turning", "benchmarks", "WSCG 2003; frame indifference", rod10_turning},
+        {"rod-refined", "stability", "elliptic integrals", rod_refined},
     };
     return list;
 }

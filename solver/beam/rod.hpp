@@ -1,0 +1,60 @@
+#pragma once
+
+#include "mesh/centreline.hpp"
+#include "solver/beam/corotational.hpp"
+#include "solver/beam/element.hpp"
+#include "solver/beam/material.hpp"
+#include "solver/beam/rotation.hpp"
+#include "solver/scene/rod_input.hpp"
+
+#include <span>
+#include <string>
+
+// What a rod is made of and where it begins: nodes along it, the laws of its elements, their
+// masses. Elements join node i to node i + 1; of a closed rod the last joins the last node to the
+// first.
+
+namespace amontons {
+
+/// Mass of an element, spread evenly over its length.
+struct ElementMass {
+    double per_length = 0;     ///< [kg/m]
+    double spin = 0, bend = 0; ///< rotary inertia about the tangent and across it [kg m]
+};
+
+/// An element whose end is turned against its node: a rigid corner.
+struct RodCorner {
+    int element = 0;
+    int end = 0;     ///< 0: its first node
+    Quaternion turn; ///< from the node's frame to the element's
+};
+
+struct RodModel {
+    std::vector<double> s; ///< of the nodes, from the start [m]
+    double length = 0;     ///< [m]
+    bool closed = false;
+    std::vector<BeamNode> nodes; ///< where they begin
+    std::vector<ElementLaw> law;
+    std::vector<CorotationalStrain> natural; ///< of each element, free of stress
+    std::vector<ElementMass> mass;
+    std::vector<double> radius; ///< of each element [m]
+    std::vector<RodCorner> corners;
+    std::vector<BeamSegment> segments;
+    std::vector<double> segment_start; ///< [m]
+
+    int node_count() const { return int(s.size()); }
+    int element_count() const { return int(law.size()); }
+    int second(int element) const { return element + 1 < node_count() ? element + 1 : 0; }
+    /// The element's tangent at one of its ends, in the frame of the node there.
+    Vec3 axis(int element, int end) const;
+    /// The node at an arc length where one was asked for.
+    int node_at(double s) const;
+};
+
+/// @param curve  of the shape, if it has one
+/// @param at     arc lengths at which there must be nodes
+/// @throws InputError  (places relative to the body) if the shape cannot be made
+RodModel make_rod(const std::vector<BeamSegment>& segments, const RodShape& shape,
+                  const Centreline* curve, std::span<const double> at);
+
+} // namespace amontons

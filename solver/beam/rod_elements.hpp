@@ -1,0 +1,62 @@
+#pragma once
+
+#include "solver/beam/rod.hpp"
+#include "solver/beam/rod_matrix.hpp"
+
+// Forces, stiffness and masses of all elements of a rod.
+
+namespace amontons {
+
+enum class RodElement { exact, corotational };
+
+/// Strains of an element: see element_strain.
+std::array<double, 6> rod_strain(const RodModel& rod, const std::vector<BeamNode>& nodes,
+                                 RodElement kind, int element);
+/// Elastic energy [J].
+double rod_energy(const RodModel& rod, const std::vector<BeamNode>& nodes, RodElement kind);
+
+/// Adds gradients and Hessians of all elements.
+void add_rod_elements(const RodModel& rod, const std::vector<BeamNode>& nodes, RodElement kind,
+                      RodMatrix& K, std::vector<Node6>& gradient);
+
+/// A point of the smooth (cubic) middle line of an element, and its derivative by the displacements
+/// of the element's two nodes (places, turns in the body frames).
+struct RodPlace {
+    Vec3 x;
+    Eigen::Matrix<double, 3, 12> J;
+};
+RodPlace rod_place(const RodModel& rod, const std::vector<BeamNode>& nodes, int element, double xi);
+Vec3 rod_point(const RodModel& rod, const std::vector<BeamNode>& nodes, int element, double xi);
+
+/// Calls visit(element, mass [kg], xi) for the integration points of the mass: exact for squares of
+/// cubic displacements.
+template <class Visit> void for_mass_points(const RodModel& rod, Visit visit)
+{
+    constexpr double kAt[4] = {0.06943184420297371, 0.33000947820757187, 0.6699905217924281,
+                               0.9305681557970263};
+    constexpr double kWeight[4] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
+                                   0.17392742256872693};
+    for (int e = 0; e < rod.element_count(); ++e) {
+        const double m = rod.mass[std::size_t(e)].per_length * rod.law[std::size_t(e)].length;
+        for (int g = 0; g < 4; ++g)
+            visit(e, kWeight[g] * m, kAt[g]);
+    }
+}
+
+/// Rotary inertia of a node about its section's axes [kg m^2].
+Vec3 rod_inertia(const RodModel& rod, int node);
+
+/// Adds the mass matrix at these places.
+void add_rod_mass(const RodModel& rod, const std::vector<BeamNode>& nodes, double scale,
+                  RodMatrix& M);
+
+/// Adds a 12 x 12 matrix of an element's two nodes.
+void add_element_matrix(const RodModel& rod, int element, const Eigen::Matrix<double, 12, 12>& m,
+                        RodMatrix& K);
+
+/// The lowest frequencies of small free vibration [rad/s], lowest first, by iteration on a
+/// subspace.
+/// @param K  stiffness with holds, factored; M  mass with holds
+std::vector<double> rod_frequencies(const RodMatrix& K, const RodMatrix& M, int nodes, int count);
+
+} // namespace amontons

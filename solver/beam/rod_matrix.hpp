@@ -1,0 +1,39 @@
+#pragma once
+
+#include "solver/linear/block_tridiagonal.hpp"
+
+// The matrix of a rod: block-tridiagonal along it and, where it is closed, with a block that joins
+// its last node to its first. O(n) to factor and to solve.
+
+namespace amontons {
+
+Mat6 dense(const Block6& b);
+void set_block(Block6& b, const Mat6& m);
+void add_to_block(Block6& b, const Mat6& m);
+
+class RodMatrix {
+public:
+    RodMatrix(int nodes, bool closed);
+
+    BlockTridiagonal chain;                  ///< of all nodes
+    Block6 first_with_last, last_with_first; ///< of a closed rod
+
+    void set_zero();
+    void scale(double by);
+    /// Factors what stands in the blocks.
+    /// @return  number of negative eigenvalues, of a symmetric matrix
+    int factor();
+    /// Solves in place with the last factors.
+    void solve(std::vector<Node6>& x) const;
+    /// out = A x
+    void multiply(const std::vector<Node6>& x, std::vector<Node6>& out) const;
+
+private:
+    bool closed_;
+    // Node 0 of a closed rod is eliminated last: A of the others, Z = A^-1 (their column of node
+    // 0), S what is left of node 0's block.
+    std::vector<std::vector<Node6>> Z_;
+    Mat6 inverse_S_ = Mat6::Identity();
+};
+
+} // namespace amontons

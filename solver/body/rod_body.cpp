@@ -1,0 +1,612 @@
+#include "solver/body/rod_body.hpp"
+
+#include "mesh/base/curve.hpp"
+#include "mesh/base/error.hpp"
+#include "solver/body/drive.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace amontons {
+namespace {
+
+using Map6 = Eigen::Map<Vec6>;
+using ConstMap6 = Eigen::Map<const Vec6>;
+
+constexpr double kRoundOff = 2e-15;     // of the stiffest element's force at a strain of 1
+constexpr double kSettled = 1e-9;       // of the rod's size: Newton's last motion
+constexpr double kStillRounding = 1e-5; // of it: no error of a balance is that large
+constexpr double kSmallTurn = 1e-3;     // of a node in one iteration [rad]
+constexpr double kLongestTurn = 1;      // of an element in one iteration [rad]
+
+ConstMap6 view(const Node6& n)
+{
+    return ConstMap6(n.value);
+}
+
+Eigen::Index at6(std::size_t node)
+{
+    return 6 * Eigen::Index(node);
+}
+
+std::vector<Node6> as_nodes(const Eigen::VectorXd& v)
+{
+    std::vector<Node6> n(std::size_t(v.size() / 6), Node6{});
+    for (std::size_t i = 0; i < n.size(); ++i)
+        Map6(n[i].value) = v.segment<6>(at6(i));
+    return n;
+}
+
+Eigen::VectorXd as_vector(const std::vector<Node6>& n)
+{
+    Eigen::VectorXd v(at6(n.size()));
+    for (std::size_t i = 0; i < n.size(); ++i)
+        v.segment<6>(at6(i)) = view(n[i]);
+    return v;
+}
+
+} // namespace
+
+RodBody::RodBody(const RodInput& input, const Centreline* curve, double damping)
+    : input_(input)
+    , damping_(damping)
+    , K_(1, false)
+    , M_(1, false)
+{
+    std::vector<double> places;
+    for (const RodHold& h : input_.hold)
+        if (h.at) places.push_back(*h.at);
+    for (const RodLoad& l : input_.loads)
+        if (l.at) places.push_back(*l.at);
+    kind_ = input_.elements == "corotational" ? RodElement::corotational : RodElement::exact;
+    rod_ = make_rod(input_.segments, input_.shape, curve, places);
+    const std::size_t n = rod_.nodes.size();
+    K_ = RodMatrix(int(n), rod_.closed);
+    M_ = RodMatrix(int(n), rod_.closed);
+    Vec3 low = rod_.nodes[0].position(), high = low;
+    for (const BeamNode& node : rod_.nodes) {
+        low = low.cwiseMin(node.position());
+        high = high.cwiseMax(node.position());
+    }
+    size_ = std::max((high - low).norm(), 0.1 * rod_.length);
+    const auto node_of = [&](const std::string& set, const std::optional<double>& at) {
+        if (set == "start") return 0;
+        if (set == "end") return rod_.closed ? 0 : int(n) - 1;
+        return rod_.node_at(at.value_or(0));
+    };
+    std::vector<Issue> issues;
+    for (std::size_t k = 0; k < input_.hold.size(); ++k) {
+        const RodHold& h = input_.hold[k];
+        if (h.at && *h.at > rod_.length * (1 + 1e-3))
+            issues.push_back({"", "/hold/" + std::to_string(k) + "/at", std::to_string(*h.at),
+                              "<= " + std::to_string(rod_.length) + " [m], the rod's length"});
+        Hold hold{&h, {}, {}};
+        if (h.set == "all")
+            for (std::size_t i = 0; i < n; ++i)
+                hold.nodes.push_back(int(i));
+        else
+            hold.nodes.push_back(node_of(h.set, h.at));
+        const bool all = h.x.empty() && h.y.empty() && h.z.empty();
+        if (h.places == "held")
+            hold.axis = {all || !h.x.empty(), all || !h.y.empty(), all || !h.z.empty()};
+        holds_.push_back(std::move(hold));
+    }
+    for (std::size_t k = 0; k < input_.loads.size(); ++k) {
+        const RodLoad& l = input_.loads[k];
+        if (l.at && *l.at > rod_.length * (1 + 1e-3))
+            issues.push_back({"", "/loads/" + std::to_string(k) + "/at", std::to_string(*l.at),
+                              "<= " + std::to_string(rod_.length) + " [m], the rod's length"});
+        loads_.push_back({&l, l.set == "all" ? -1 : node_of(l.set, l.at)});
+    }
+    if (input_.plane) {
+        const Vec3 normal = input_.plane->normalized();
+        for (const BeamNode& node : rod_.nodes)
+            if (std::abs(normal.dot(node.position() - rod_.nodes[0].position())) > 1e-6 * size_ ||
+                std::abs(normal.dot(first_axis(node.q))) > 1e-6) {
+                issues.push_back({"", "/plane", "a plane that the rod's shape leaves",
+                                  "the normal of a plane in which the rod begins"});
+                break;
+            }
+    }
+    if (!issues.empty()) throw InputError(std::move(issues));
+    std::vector<int> nodes_held;
+    for (const Hold& h : holds_)
+        nodes_held.insert(nodes_held.end(), h.nodes.begin(), h.nodes.end());
+    if (!rod_.closed && !nodes_held.empty() &&
+        std::count(nodes_held.begin(), nodes_held.end(), nodes_held[0]) ==
+            std::ptrdiff_t(nodes_held.size()))
+        root_ = nodes_held[0];
+
+    state_.nodes = rod_.nodes;
+    state_.velocity.assign(n, Vec6::Zero());
+    Vec3 centre = Vec3::Zero();
+    double mass = 0;
+    for_mass_points(rod_, [&](int e, double m, double xi) {
+        centre += m * rod_point(rod_, rod_.nodes, e, xi);
+        mass += m;
+    });
+    if (mass > 0) centre /= mass;
+    for (std::size_t i = 0; i < n; ++i) {
+        const Mat3 R = rotation_matrix(state_.nodes[i].q);
+        state_.velocity[i].head<3>() =
+            input_.velocity + input_.spin.cross(state_.nodes[i].position() - centre);
+        state_.velocity[i].tail<3>() = R.transpose() * input_.spin;
+    }
+    now_ = state_;
+    moved_.assign(n, Vec6::Zero());
+    past_velocity_ = past_force_ = moved_;
+    modes_.resize(unknowns(), 0);
+}
+
+std::array<double, 6> RodBody::strain(int element) const
+{
+    return rod_strain(rod_, now_.nodes, kind_, element);
+}
+
+AxisBox RodBody::box() const
+{
+    const double thickest = *std::max_element(rod_.radius.begin(), rod_.radius.end());
+    AxisBox box{now_.nodes[0].position(), now_.nodes[0].position()};
+    for (const BeamNode& n : now_.nodes) {
+        box.low = box.low.cwiseMin(n.position());
+        box.high = box.high.cwiseMax(n.position());
+    }
+    // The middle line of an element is within an eighth of its length of the chord at most times.
+    double longest = 0;
+    for (const ElementLaw& law : rod_.law)
+        longest = std::max(longest, law.length);
+    const Vec3 more = Vec3::Constant(thickest + 0.25 * longest);
+    return {box.low - more, box.high + more};
+}
+
+std::vector<std::string> RodBody::free_motions() const
+{
+    // Rigid motions that change nothing of what is held.
+    Eigen::Matrix<double, 6, 6> seen = Eigen::Matrix<double, 6, 6>::Zero();
+    const Vec3 middle = rod_.nodes[rod_.nodes.size() / 2].position();
+    for (const Held& h : held_at(state_, 0)) {
+        const BeamNode& node = state_.nodes[std::size_t(h.node)];
+        Mat6 rigid = Mat6::Zero(); // unknowns of the node by (shift, turn at the size)
+        rigid.topLeftCorner<3, 3>().setIdentity();
+        rigid.topRightCorner<3, 3>() = -skew_matrix(node.position() - middle) / size_;
+        rigid.bottomRightCorner<3, 3>() = rotation_matrix(node.q).transpose();
+        const Mat6 taken = (Mat6::Identity() - h.free) * rigid;
+        seen += taken.transpose() * taken;
+    }
+    const Eigen::SelfAdjointEigenSolver<Mat6> eigen(seen);
+    std::vector<std::string> names;
+    for (int k = 0; k < 6; ++k)
+        if (eigen.eigenvalues()[k] < 1e-10)
+            names.push_back(name_of_motion(eigen.eigenvectors().col(k).head<3>(),
+                                           eigen.eigenvectors().col(k).tail<3>()));
+    return names;
+}
+
+void RodBody::begin(const StepInput& step)
+{
+    step_ = step;
+    now_ = state_;
+    for (Vec6& m : moved_)
+        m.setZero();
+    last_motion_ = before_last_ = std::numeric_limits<double>::infinity();
+    if (!step.dynamic) return;
+    begin_memory();
+    // The iterate stands where the step starts.
+    for (std::size_t i = 0; i < now_.velocity.size(); ++i)
+        now_.velocity[i] = -past_velocity_[i] / step.rule.end;
+}
+
+bool RodBody::stand_at_start()
+{
+    return false; // what is prescribed is part of the free motion
+}
+
+void RodBody::forces(const Motion& m, double t, std::vector<Node6>& inner, std::vector<Node6>& load)
+{
+    K_.set_zero();
+    inner.assign(m.nodes.size(), Node6{});
+    load.assign(m.nodes.size(), Node6{});
+    add_rod_elements(rod_, m.nodes, kind_, K_, inner);
+    add_loads(m, t, load, &K_);
+}
+
+/// Takes what is held from the matrix.
+void RodBody::hold_matrix(RodMatrix& A) const
+{
+    const int n = rod_.node_count();
+    const auto rows = [](Block6& b, const Mat6& P) { set_block(b, P * dense(b)); };
+    const auto columns = [](Block6& b, const Mat6& P) { set_block(b, dense(b) * P); };
+    for (const Held& h : held_) {
+        const Mat6& P = h.free;
+        Block6& d = A.chain.diagonal(h.node);
+        const Mat6 own = dense(d);
+        Mat6 left = P * own * P;
+        // The diagonal of what never moves: of the size of its own.
+        Mat6 scale = Mat6::Zero();
+        for (int k = 0; k < 6; ++k)
+            scale(k, k) = own(k, k) > 0 ? own(k, k) : 1;
+        scale.topLeftCorner<3, 3>().diagonal().setConstant(
+            std::max(own.topLeftCorner<3, 3>().trace() / 3, 1e-300));
+        scale.bottomRightCorner<3, 3>().diagonal().setConstant(
+            std::max(own.bottomRightCorner<3, 3>().trace() / 3, 1e-300));
+        left += (Mat6::Identity() - P) * scale * (Mat6::Identity() - P);
+        set_block(d, left);
+        if (h.node + 1 < n) {
+            rows(A.chain.upper(h.node), P);
+            columns(A.chain.lower(h.node), P);
+        }
+        if (h.node > 0) {
+            columns(A.chain.upper(h.node - 1), P);
+            rows(A.chain.lower(h.node - 1), P);
+        }
+        if (rod_.closed && h.node == 0) {
+            rows(A.first_with_last, P);
+            columns(A.last_with_first, P);
+        }
+        if (rod_.closed && h.node == n - 1) {
+            columns(A.first_with_last, P);
+            rows(A.last_with_first, P);
+        }
+    }
+}
+
+Eigen::VectorXd RodBody::projected(const Eigen::VectorXd& f) const
+{
+    Eigen::VectorXd p = f;
+    for (const Held& h : held_)
+        p.segment<6>(6 * h.node) = h.free * Vec6(p.segment<6>(6 * h.node));
+    return p;
+}
+
+void RodBody::linearise()
+{
+    if (step_.dynamic) {
+        dynamic_residual();
+    } else {
+        forces(now_, step_.end(), inner_, load_);
+        residual_ = as_vector(load_) - as_vector(inner_);
+    }
+    held_ = held_at(now_, step_.end());
+    Eigen::VectorXd move = Eigen::VectorXd::Zero(unknowns());
+    for (const Held& h : held_)
+        move.segment<6>(6 * h.node) = h.move;
+    Eigen::VectorXd rest = residual_;
+    if (!move.isZero(0)) {
+        std::vector<Node6> Kd;
+        K_.multiply(as_nodes(move), Kd);
+        rest -= as_vector(Kd);
+    }
+    hold_matrix(K_);
+    negative_ = K_.factor();
+    free_change_ = solve(rest) + move;
+}
+
+Eigen::VectorXd RodBody::solve(const Eigen::VectorXd& force)
+{
+    std::vector<Node6> x = as_nodes(projected(force));
+    K_.solve(x);
+    return projected(as_vector(x));
+}
+
+void RodBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
+{
+    Eigen::MatrixXd X(unknowns(), C.cols());
+    for (Eigen::Index j = 0; j < C.cols(); ++j)
+        X.col(j) = solve(Eigen::VectorXd(C.col(j)));
+    W = C.transpose() * X;
+    W = 0.5 * (W + W.transpose()).eval();
+}
+
+/// The share of a motion that turns no element by more than Newton's method can bear.
+double RodBody::safe_share(const Motion& m, const Eigen::VectorXd& y) const
+{
+    double most = 0;
+    for (int e = 0; e < rod_.element_count(); ++e) {
+        const std::size_t a = std::size_t(e), b = std::size_t(rod_.second(e));
+        const Vec3 turn = rotation_matrix(m.nodes[b].q) * y.segment<3>(at6(b) + 3) -
+                          rotation_matrix(m.nodes[a].q) * y.segment<3>(at6(a) + 3);
+        most = std::max(most, turn.norm());
+    }
+    return most > kLongestTurn ? kLongestTurn / most : 1;
+}
+
+void RodBody::move_nodes(Motion& m, const Eigen::VectorXd& y)
+{
+    for (std::size_t i = 0; i < m.nodes.size(); ++i) {
+        for (int k = 0; k < 3; ++k)
+            m.nodes[i].move(k, y[at6(i) + k]);
+        rotate_in_body(m.nodes[i].q, y.segment<3>(at6(i) + 3));
+        moved_[i] += y.segment<6>(at6(i));
+    }
+}
+
+/// A large motion of a rod that one node holds: what y does to the strains, to first order, and the
+/// nodes then placed by the strains, from the held one on. Along straight lines the same y would
+/// stretch the rod by the square of its turns, and EA is large: Newton's method would fight that
+/// for many iterations, or fail.
+void RodBody::unroll(Motion& m, const Eigen::VectorXd& y)
+{
+    const std::vector<BeamNode> before = m.nodes;
+    const auto turned = [&](const BeamNode& node, int element, int end, bool back) {
+        BeamNode n = node;
+        for (const RodCorner& c : rod_.corners)
+            if (c.element == element && c.end == end) {
+                const double inverse[4] = {c.turn.q[0], -c.turn.q[1], -c.turn.q[2], -c.turn.q[3]};
+                quaternion_product(n.q, back ? inverse : c.turn.q, n.q);
+            }
+        return n;
+    };
+    const auto turn_of = [&](int element, int end) {
+        Mat3 R = Mat3::Identity();
+        for (const RodCorner& c : rod_.corners)
+            if (c.element == element && c.end == end) R = rotation_matrix(c.turn.q);
+        return R;
+    };
+    const auto step = [&](int from, int to) {
+        const int e = std::min(from, to);
+        const double L = rod_.law[std::size_t(e)].length;
+        const BeamNode a = turned(before[std::size_t(e)], e, 0, false),
+                       b = turned(before[std::size_t(e) + 1], e, 1, false);
+        std::array<double, 6> strain = element_strain(a, b, L);
+        Eigen::Matrix<double, 12, 1> own = y.segment<12>(6 * e);
+        own.segment<3>(3) = turn_of(e, 0).transpose() * Vec3(own.segment<3>(3));
+        own.segment<3>(9) = turn_of(e, 1).transpose() * Vec3(own.segment<3>(9));
+        for (std::size_t i = 0; i < 6; ++i) {
+            std::array<double, 6> unit{};
+            unit[i] = 1;
+            const std::array<double, 12> row = element_force(a, b, L, unit);
+            strain[i] += Eigen::Map<const Eigen::Matrix<double, 12, 1>>(row.data()).dot(own);
+        }
+        // The exponential of the pose.
+        const Vec3 gamma = L * Vec3(strain[0], strain[1], strain[2]),
+                   turn = L * Vec3(strain[3], strain[4], strain[5]);
+        const double angle = turn.norm(), small = angle * angle;
+        const double s = angle > 1e-4 ? (1 - std::cos(angle)) / small : 0.5 - small / 24;
+        const double c =
+            angle > 1e-4 ? (angle - std::sin(angle)) / (small * angle) : 1.0 / 6 - small / 120;
+        const Vec3 chord = gamma + s * turn.cross(gamma) + c * turn.cross(turn.cross(gamma));
+        if (to > from) {
+            BeamNode n = turned(m.nodes[std::size_t(from)], e, 0, false);
+            const Vec3 d = rotation_matrix(n.q) * chord;
+            rotate_in_body(n.q, turn);
+            for (int k = 0; k < 3; ++k)
+                n.move(k, d[k]);
+            m.nodes[std::size_t(to)] = turned(n, e, 1, true);
+        } else {
+            BeamNode n = turned(m.nodes[std::size_t(from)], e, 1, false);
+            rotate_in_body(n.q, -turn);
+            const Vec3 d = rotation_matrix(n.q) * chord;
+            for (int k = 0; k < 3; ++k)
+                n.move(k, -d[k]);
+            m.nodes[std::size_t(to)] = turned(n, e, 0, true);
+        }
+    };
+    BeamNode& root = m.nodes[std::size_t(root_)];
+    for (int k = 0; k < 3; ++k)
+        root.move(k, y[6 * root_ + k]);
+    rotate_in_body(root.q, y.segment<3>(6 * root_ + 3));
+    for (int i = root_; i + 1 < rod_.node_count(); ++i)
+        step(i, i + 1);
+    for (int i = root_; i > 0; --i)
+        step(i, i - 1);
+    note_motion(before, y);
+}
+
+/// Adds what the nodes have done to the sum of the step; turns of many times 2 pi are near y's.
+void RodBody::note_motion(const std::vector<BeamNode>& before, const Eigen::VectorXd& y)
+{
+    constexpr double kTurn = 2 * 3.14159265358979323846;
+    for (std::size_t i = 0; i < before.size(); ++i) {
+        const auto quaternion = [](const BeamNode& n) {
+            return Eigen::Quaterniond(n.q[0], n.q[1], n.q[2], n.q[3]);
+        };
+        Vec3 turn = rotation_vector(quaternion(before[i]).conjugate() * quaternion(now_.nodes[i]));
+        const Vec3 near = y.segment<3>(at6(i) + 3);
+        const double angle = turn.norm();
+        if (angle > 1e-9) {
+            const double whole = std::round((near.dot(turn) / angle - angle) / kTurn);
+            turn *= 1 + whole * kTurn / angle;
+        }
+        for (int k = 0; k < 3; ++k)
+            moved_[i][k] += now_.nodes[i].difference(before[i], k);
+        moved_[i].tail<3>() += turn;
+    }
+}
+
+void RodBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd&, const Eigen::VectorXd&)
+{
+    before_last_ = last_motion_;
+    if (!step_.dynamic) {
+        const double share = safe_share(now_, y);
+        double turn = 0;
+        for (std::size_t i = 0; i < now_.nodes.size(); ++i)
+            turn = std::max(turn, y.segment<3>(at6(i) + 3).norm());
+        if (root_ >= 0 && turn > kSmallTurn)
+            unroll(now_, share * y);
+        else
+            move_nodes(now_, share * y);
+        last_motion_ = 0;
+        for (std::size_t i = 0; i < now_.nodes.size(); ++i)
+            last_motion_ = std::max(last_motion_, y.segment<3>(at6(i)).norm());
+        if (!std::isfinite(last_motion_)) last_motion_ = std::numeric_limits<double>::infinity();
+        return;
+    }
+    double most = 0;
+    for (std::size_t i = 0; i < now_.nodes.size(); ++i) {
+        now_.velocity[i] += y.segment<6>(at6(i));
+        most = std::max(most, step_.h * y.segment<3>(at6(i)).norm());
+    }
+    last_motion_ = most;
+    place_by_velocity();
+}
+
+double RodBody::force_size(const Motion& m, const std::vector<Node6>& load) const
+{
+    double most = 0;
+    const auto take = [&](const Vec3& force, const Vec3& moment) {
+        most = std::max({most, force.norm(), moment.norm() / size_});
+    };
+    for (int e = 0; e < rod_.element_count(); ++e) {
+        const std::array<double, 6> strain = rod_strain(rod_, m.nodes, kind_, e);
+        const ElementLaw& law = rod_.law[std::size_t(e)];
+        double f[6];
+        for (std::size_t k = 0; k < 6; ++k)
+            f[k] = (law.S[k] * strain[k] - law.P[k]) / law.length;
+        take({f[0], f[1], f[2]}, {f[3], f[4], f[5]});
+    }
+    for (const Node6& n : load)
+        take(view(n).head<3>(), view(n).tail<3>());
+    return most;
+}
+
+double RodBody::floor() const
+{
+    double stiffest = 0;
+    for (const ElementLaw& law : rod_.law)
+        stiffest = std::max(stiffest, std::max(law.S[0], law.S[1]) / law.length);
+    return kRoundOff * stiffest;
+}
+
+double RodBody::imbalance(const Eigen::VectorXd& force)
+{
+    const double infinite = std::numeric_limits<double>::infinity();
+    if (!std::isfinite(last_motion_)) return infinite;
+    const double per_force = step_.dynamic ? 1 / step_.h : 1;
+    if (step_.dynamic) {
+        dynamic_residual();
+    } else {
+        forces(now_, step_.end(), inner_, load_);
+        residual_ = as_vector(load_) - as_vector(inner_);
+    }
+    Eigen::VectorXd missing = residual_;
+    if (force.size() == missing.size()) missing += force;
+    held_ = held_at(now_, step_.end());
+    for (const Held& h : held_)
+        if (!(h.move.norm() * (step_.dynamic ? step_.h : 1) <= 1e-9 * size_)) return 1;
+    missing = per_force * projected(missing);
+    double most = 0, scale = force_size(now_, load_);
+    for (Eigen::Index i = 0; i < missing.size(); i += 6) {
+        most = std::max(
+            {most, missing.segment<3>(i).norm(), missing.segment<3>(i + 3).norm() / size_});
+        if (force.size() == missing.size())
+            scale = std::max(scale, per_force * force.segment<3>(i).norm());
+    }
+    if (step_.dynamic) scale = std::max(scale, inertia_size_);
+    if (!std::isfinite(most) || !std::isfinite(scale)) return infinite;
+    if (most > floor()) return scale > 0 ? most / scale : 1;
+    // At round-off of forces; a soft motion may still be far from where they balance.
+    const bool settled =
+        last_motion_ <= kSettled * size_ ||
+        (last_motion_ > 0.3 * before_last_ && last_motion_ <= kStillRounding * size_);
+    return settled ? 0 : 1;
+}
+
+BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
+{
+    BodyEnergy e;
+    const double per_force = step_.dynamic ? 1 / step_.h : 1;
+    // What holds need, beside loads, inner forces and contacts.
+    Eigen::VectorXd missing = -residual_;
+    if (force.size() == missing.size()) missing -= force;
+    reaction_.assign(now_.nodes.size(), Node6{});
+    for (const Held& h : held_)
+        Map6(reaction_[std::size_t(h.node)].value) =
+            per_force * (Mat6::Identity() - h.free) * Vec6(missing.segment<6>(6 * h.node));
+    std::vector<Node6> acting = load_;
+    for (std::size_t i = 0; i < acting.size(); ++i)
+        acting[i].column += reaction_[i].column;
+    if (acting_.empty()) acting_ = acting;
+    if (step_.dynamic)
+        for (std::size_t i = 0; i < moved_.size(); ++i) {
+            for (int k = 0; k < 3; ++k)
+                moved_[i][k] = now_.nodes[i].difference(state_.nodes[i], k);
+            moved_[i].tail<3>() = step_.h * (step_.rule.end * now_.velocity[i].tail<3>() +
+                                             past_velocity_[i].tail<3>());
+        }
+    for (std::size_t i = 0; i < acting.size(); ++i) {
+        Vec6 mean = view(acting[i]);
+        if (!step_.dynamic) mean = 0.5 * (mean + view(acting_[i]));
+        const double work = mean.dot(moved_[i]);
+        e.work += work;
+        e.work_absolute += std::abs(work);
+    }
+    acting_ = acting;
+    if (step_.dynamic) e.dissipated = end_memory();
+    state_ = now_;
+    energy_ = rod_energy(rod_, state_.nodes, kind_);
+    e.elastic = energy_;
+    e.kinetic = kinetic_energy();
+    return e;
+}
+
+std::vector<std::array<Vec3, 2>> RodBody::reactions() const
+{
+    std::vector<std::array<Vec3, 2>> sums;
+    for (const Hold& h : holds_) {
+        std::array<Vec3, 2> sum{Vec3::Zero(), Vec3::Zero()};
+        for (const int node : h.nodes) {
+            if (reaction_.empty()) break;
+            const Vec6 r = view(reaction_[std::size_t(node)]);
+            for (int k = 0; k < 3; ++k)
+                if (h.axis[std::size_t(k)]) sum[0][k] += r[k];
+            if (h.input->turns != "free")
+                sum[1] += rotation_matrix(state_.nodes[std::size_t(node)].q) * r.tail<3>();
+        }
+        sums.push_back(sum);
+    }
+    return sums;
+}
+
+std::vector<double> RodBody::frequencies(int count)
+{
+    std::vector<Node6> inner, load;
+    forces(now_, step_.end(), inner, load);
+    held_ = held_at(now_, step_.end());
+    hold_matrix(K_);
+    negative_ = K_.factor();
+    M_.set_zero();
+    add_rod_mass(rod_, now_.nodes, 1, M_);
+    hold_matrix(M_);
+    for (const Held& h : held_) { // what is held has no inertia
+        Block6& d = M_.chain.diagonal(h.node);
+        set_block(d, h.free * dense(d) * h.free);
+    }
+    return rod_frequencies(K_, M_, rod_.node_count(), count);
+}
+
+void RodBody::add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
+                         std::vector<Eigen::Triplet<double>>& out) const
+{
+    const int e = at.nodes[0].node;
+    const double xi = at.nodes[0].weight;
+    const RodPlace p = rod_place(rod_, now_.nodes, e, xi);
+    Eigen::Matrix<double, 12, 1> v = p.J.transpose() * direction;
+    const Vec3 moment = (at.point - p.x).cross(direction);
+    const int node[2] = {e, rod_.second(e)};
+    for (int i = 0; i < 2; ++i)
+        v.segment<3>(6 * i + 3) +=
+            (i == 0 ? 1 - xi : xi) *
+            (rotation_matrix(now_.nodes[std::size_t(node[i])].q).transpose() * moment);
+    for (int i = 0; i < 12; ++i)
+        out.emplace_back(6 * node[i / 6] + i % 6, column, scale * v[i]);
+}
+
+Mat3 RodBody::section(const Motion& m, int element, double xi) const
+{
+    const Quaternion q = interpolate(m.nodes[std::size_t(element)].q,
+                                     m.nodes[std::size_t(rod_.second(element))].q, xi);
+    return rotation_matrix(q.q);
+}
+
+Vec3 RodBody::displacement(const BodyPlace& at) const
+{
+    const int e = at.nodes[0].node;
+    const double xi = at.nodes[0].weight;
+    const Vec3 x = rod_point(rod_, now_.nodes, e, xi), arm = at.point - x;
+    const Vec3 turned = section(state_, e, xi) * (section(now_, e, xi).transpose() * arm);
+    return x - rod_point(rod_, state_.nodes, e, xi) + arm - turned;
+}
+
+} // namespace amontons

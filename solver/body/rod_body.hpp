@@ -1,0 +1,157 @@
+#pragma once
+
+#include "contact/rigid/shape.hpp"
+#include "solver/beam/rod_elements.hpp"
+#include "solver/body/body.hpp"
+#include "solver/scene/rod_input.hpp"
+
+#include <optional>
+
+namespace amontons {
+
+/// A beam that is held and loaded anywhere: docs/theory/beams.md.
+///
+/// Unknowns are six a node: its place in space and its turn in the section's axes; of dynamic steps
+/// the velocities of both. All nodes count, also those that are held: their rows and columns are
+/// taken from the matrix, and what is prescribed is part of the free motion, so that Newton's
+/// method moves a rod together with its ends. A place on a rod is one entry (element, xi) and a
+/// point that is fixed to the cross-section there.
+class RodBody final : public Body {
+public:
+    /// @param curve    of its shape, if it has one
+    /// @param damping  mass-proportional [1/s]
+    /// @throws InputError  (places relative to the body)
+    RodBody(const RodInput& input, const Centreline* curve, double damping);
+
+    const RodModel& model() const { return rod_; }
+    const std::vector<BeamNode>& nodes() const { return now_.nodes; }
+    const std::vector<BeamNode>& first_nodes() const { return rod_.nodes; }
+    std::array<double, 6> strain(int element) const; ///< of the iterate
+    AxisBox box() const;                             ///< of its surface, at the iterate
+    /// Forces that holds need, of the accepted state: of each hold in the scene's order, force in
+    /// space [N] and moment in space about its place [N m]; sums over its nodes.
+    std::vector<std::array<Vec3, 2>> reactions() const;
+    /// Negative eigenvalues of the tangent at the iterate: the balance is not stable where there
+    /// are some.
+    int negative() const { return negative_; }
+    /// Rigid motions that no hold prevents, in words.
+    std::vector<std::string> free_motions() const;
+    /// The lowest frequencies about the iterate [rad/s].
+    std::vector<double> frequencies(int count);
+
+    int unknowns() const override { return 6 * rod_.node_count(); }
+    bool nonlinear() const override { return true; }
+    void begin(const StepInput& step) override;
+    bool stand_at_start() override;
+    void linearise() override;
+    void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
+                    std::vector<Eigen::Triplet<double>>& out) const override;
+    Vec3 displacement(const BodyPlace& at) const override;
+    Vec3 velocity(const BodyPlace& at) const override;
+    Vec3 start_velocity(const BodyPlace& at) const override;
+    Vec3 past_velocity(const BodyPlace& at) const override;
+    Eigen::VectorXd free_change() const override { return free_change_; }
+    void compliance(const SparseColumns& C, Eigen::MatrixXd& W) override;
+    Eigen::VectorXd solve(const Eigen::VectorXd& force) override;
+    const Eigen::MatrixXd& modes() const override { return modes_; }
+    Eigen::VectorXd mode_load() const override { return {}; }
+    std::string mode_name(const Eigen::VectorXd&) const override { return ""; }
+    void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+                const Eigen::VectorXd& force) override;
+    double imbalance(const Eigen::VectorXd& force) override;
+    BodyEnergy accept(const Eigen::VectorXd& force) override;
+    double size() const override { return size_; }
+    double speed() const override;
+    double kinetic_energy() const override;
+    Vec3 momentum() const override;
+    Vec3 angular_momentum() const override;
+    std::vector<double> state() const override;
+    void set_state(std::span<const double> state) override;
+
+    /// One step of this length (root mean square of the nodes' motion) along the path of balances,
+    /// on which the time t is an unknown too. Where it fails nothing has changed.
+    /// @param t     in: where it stands; out: where it went [s]
+    /// @param first  step in time that says where the path begins [s]
+    /// @return  iterations, 0: it failed
+    int path_step(double length, double first, double tolerance, double& t);
+
+private:
+    struct Motion {
+        std::vector<BeamNode> nodes;
+        std::vector<Vec6> velocity; ///< of the place in space, of the turn in the section's axes
+    };
+    /// A scene's hold and its nodes.
+    struct Hold {
+        const RodHold* input;
+        std::vector<int> nodes;
+        std::array<bool, 3> axis{}; ///< places held along x, y, z
+    };
+    /// What holds leave of a node: free motions (a projector), and what is prescribed of the rest.
+    struct Held {
+        int node = 0;
+        Mat6 free = Mat6::Identity();
+        Vec6 move = Vec6::Zero(); ///< from the iterate
+    };
+    struct Load {
+        const RodLoad* input;
+        int node = -1; ///< -1: along the rod
+    };
+
+    std::vector<Held> held_at(const Motion& m, double t) const;
+    void add_loads(const Motion& m, double t, std::vector<Node6>& f, RodMatrix* K) const;
+    /// Inner forces less loads, at places m and time t; the tangent into K_.
+    void forces(const Motion& m, double t, std::vector<Node6>& inner, std::vector<Node6>& load);
+    void hold_matrix(RodMatrix& A) const;
+    void move_nodes(Motion& m, const Eigen::VectorXd& y);
+    void unroll(Motion& m, const Eigen::VectorXd& y);
+    void note_motion(const std::vector<BeamNode>& before, const Eigen::VectorXd& y);
+    double safe_share(const Motion& m, const Eigen::VectorXd& y) const;
+    Eigen::VectorXd projected(const Eigen::VectorXd& f) const;
+    double floor() const; ///< round-off of forces [N]
+    double force_size(const Motion& m, const std::vector<Node6>& load) const; ///< [N]
+    Mat3 section(const Motion& m, int element, double xi) const;
+    // dynamic steps
+    void begin_memory();
+    void dynamic_residual();
+    void place_by_velocity();
+    Motion between() const; ///< where a step's one force is taken
+    Vec3 point_velocity(const std::vector<BeamNode>& nodes, const std::vector<Vec6>& velocity,
+                        int element, double xi) const;
+    Vec3 with_velocity(const std::vector<Vec6>& velocity, const BodyPlace& at) const;
+    double end_memory(); ///< carries on; returns what the rule and damping took [J]
+
+    RodInput input_;
+    RodModel rod_;
+    RodElement kind_ = RodElement::exact;
+    double damping_ = 0, size_ = 0;
+    std::vector<Hold> holds_;
+    std::vector<Load> loads_;
+    int root_ = -1; ///< the only node that is held, of an open rod; -1: there is not one
+
+    StepInput step_;
+    Motion state_, now_;
+    std::vector<Vec6> moved_; ///< sum of the step's motions, turns in the sections' axes
+    RodMatrix K_, M_;
+    std::vector<Held> held_;
+    std::vector<Node6> inner_, load_;          ///< at the iterate
+    std::vector<Node6> acting_;                ///< loads and reactions at the accepted state
+    std::vector<Node6> reaction_;              ///< at the accepted state
+    Eigen::VectorXd residual_;                 ///< what is missing, without contact
+    double inertia_size_ = 0;                  ///< of dynamic steps [N]
+    double last_motion_ = 0, before_last_ = 0; ///< of Newton's method [m]
+    Eigen::VectorXd free_change_;
+    Eigen::MatrixXd modes_;
+    int negative_ = 0;
+    double energy_ = 0;
+
+    struct Memory { // of the generalised-alpha rule
+        bool begun = false;
+        std::vector<Vec6> velocity, force; ///< filtered rates
+        std::vector<Vec6> force_now;       ///< inner forces less loads, at the state
+    } memory_;
+    std::vector<Vec6> past_velocity_, past_force_;
+
+    Eigen::VectorXd path_; ///< last step along the path
+};
+
+} // namespace amontons

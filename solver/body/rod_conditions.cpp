@@ -1,0 +1,173 @@
+#include "mesh/base/curve.hpp"
+#include "solver/body/drive.hpp"
+#include "solver/body/rod_body.hpp"
+
+#include <cmath>
+
+// What acts on a rod, and what holds it.
+
+namespace amontons {
+namespace {
+
+using Map6 = Eigen::Map<Vec6>;
+
+double value(const CurvePoints& c, double t, double otherwise)
+{
+    return c.empty() ? otherwise : curve_value(c, t);
+}
+
+void add(RodMatrix* K, int node, const Mat6& m)
+{
+    if (K) add_to_block(K->chain.diagonal(node), m);
+}
+
+/// Directions that are held, made orthonormal one by one.
+struct Directions {
+    Eigen::Matrix<double, 6, 6> Q;
+    int count = 0;
+
+    void hold(Vec6 v)
+    {
+        for (int i = 0; i < count; ++i)
+            v -= Q.col(i).dot(v) * Q.col(i);
+        const double size = v.norm();
+        if (size < 1e-6 || count == 6) return;
+        Q.col(count++) = v / size;
+    }
+    /// Turns across this axis of the section.
+    void hold_turns_across(const Vec3& axis)
+    {
+        const Vec3 a = axis.unitOrthogonal();
+        for (const Vec3& t : {a, Vec3(axis.cross(a))}) {
+            Vec6 v = Vec6::Zero();
+            v.tail<3>() = t;
+            hold(v);
+        }
+    }
+    Mat6 free() const
+    {
+        if (count == 6) return Mat6::Zero();
+        return Mat6::Identity() - Q.leftCols(count) * Q.leftCols(count).transpose();
+    }
+};
+
+} // namespace
+
+std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
+{
+    std::vector<Held> all;
+    std::vector<Directions> directions;
+    std::vector<int> index(m.nodes.size(), -1);
+    const auto of = [&](int node) -> std::size_t {
+        int& i = index[std::size_t(node)];
+        if (i < 0) {
+            i = int(all.size());
+            all.push_back({});
+            all.back().node = node;
+            directions.push_back({});
+        }
+        return std::size_t(i);
+    };
+    for (const Hold& h : holds_) {
+        const Vec3 shift(value(h.input->x, t, 0), value(h.input->y, t, 0), value(h.input->z, t, 0));
+        const Vec3 axis = h.input->axis.normalized();
+        for (const int node : h.nodes) {
+            const std::size_t i = of(node);
+            const BeamNode &now = m.nodes[std::size_t(node)],
+                           &first = rod_.nodes[std::size_t(node)],
+                           &start = state_.nodes[std::size_t(node)];
+            for (int k = 0; k < 3; ++k) {
+                if (!h.axis[std::size_t(k)]) continue;
+                directions[i].hold(Vec6::Unit(k));
+                const double target = shift[k] + first.difference(now, k);
+                all[i].move[k] = target;
+                if (step_.dynamic) // as a change of velocity
+                    all[i].move[k] = ((shift[k] + first.difference(start, k)) / step_.h -
+                                      past_velocity_[std::size_t(node)][k]) /
+                                         step_.rule.end -
+                                     m.velocity[std::size_t(node)][k];
+            }
+            if (h.input->turns == "about") {
+                directions[i].hold_turns_across(rotation_matrix(now.q).transpose() * axis);
+            } else if (h.input->turns == "held") {
+                for (int k = 3; k < 6; ++k)
+                    directions[i].hold(Vec6::Unit(k));
+                const Eigen::Quaterniond turn = rotation(value(h.input->angle, t, 0) * axis);
+                const Eigen::Quaterniond q0(first.q[0], first.q[1], first.q[2], first.q[3]);
+                const auto left = [&](const BeamNode& from) {
+                    const Eigen::Quaterniond q(from.q[0], from.q[1], from.q[2], from.q[3]);
+                    return rotation_vector(q.conjugate() * (turn * q0));
+                };
+                all[i].move.tail<3>() = left(now);
+                if (step_.dynamic)
+                    all[i].move.tail<3>() =
+                        (left(start) / step_.h - past_velocity_[std::size_t(node)].tail<3>()) /
+                            step_.rule.end -
+                        m.velocity[std::size_t(node)].tail<3>();
+            }
+        }
+    }
+    if (input_.plane) {
+        const Vec3 normal = input_.plane->normalized();
+        for (std::size_t node = 0; node < m.nodes.size(); ++node) {
+            const std::size_t i = of(int(node));
+            Vec6 out = Vec6::Zero();
+            out.head<3>() = normal;
+            directions[i].hold(out);
+            directions[i].hold_turns_across(rotation_matrix(m.nodes[node].q).transpose() * normal);
+        }
+    }
+    for (std::size_t i = 0; i < all.size(); ++i)
+        all[i].free = directions[i].free();
+    return all;
+}
+
+void RodBody::add_loads(const Motion& m, double t, std::vector<Node6>& f, RodMatrix* K) const
+{
+    Vec3 line = Vec3::Zero(); // force per length
+    for (const Load& l : loads_) {
+        const double factor = value(l.input->over, t, 1);
+        if (l.input->line) line += factor * *l.input->line;
+        if (l.node < 0) continue;
+        Map6 own(f[std::size_t(l.node)].value);
+        const Mat3 R = rotation_matrix(m.nodes[std::size_t(l.node)].q);
+        Mat6 stiffness = Mat6::Zero();
+        if (l.input->force) {
+            const Vec3 F = factor * *l.input->force;
+            own.head<3>() += l.input->follows ? Vec3(R * F) : F;
+            if (l.input->follows) stiffness.topRightCorner<3, 3>() += R * skew_matrix(F);
+        }
+        if (l.input->moment) {
+            const Vec3 M = factor * *l.input->moment;
+            const Vec3 body = l.input->follows ? M : Vec3(R.transpose() * M);
+            own.tail<3>() += body;
+            // Of the two, and of the inner moment that balances it: see docs/theory/beams.md.
+            stiffness.bottomRightCorner<3, 3>() +=
+                (l.input->follows ? 0.5 : -0.5) * skew_matrix(body);
+        }
+        add(K, l.node, stiffness);
+    }
+    if (line.isZero(0) && step_.gravity.isZero(0)) return;
+    // The work of a load q along an element of cubic middle line:
+    // q . (L/2 (x1 + x2) + L^2/12 (d1 - d2)).
+    for (int e = 0; e < rod_.element_count(); ++e) {
+        const double L = rod_.law[std::size_t(e)].length;
+        const Vec3 q = line + rod_.mass[std::size_t(e)].per_length * step_.gravity;
+        const int node[2] = {e, rod_.second(e)};
+        for (int i = 0; i < 2; ++i) {
+            Map6 own(f[std::size_t(node[i])].value);
+            const Vec3 a = rod_.axis(e, i);
+            const Vec3 body = rotation_matrix(m.nodes[std::size_t(node[i])].q).transpose() * q;
+            const double c = (i == 0 ? 1 : -1) * L * L / 12;
+            own.head<3>() += 0.5 * L * q;
+            own.tail<3>() += c * a.cross(body);
+            Mat6 stiffness = Mat6::Zero();
+            stiffness.bottomRightCorner<3, 3>() =
+                -c * (0.5 * (body * a.transpose() + a * body.transpose()) -
+                      body.dot(a) * Mat3::Identity());
+            add(K, node[i], stiffness);
+        }
+    }
+}
+
+} // namespace amontons

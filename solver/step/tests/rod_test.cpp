@@ -1,0 +1,258 @@
+#include "solver/body/rod_body.hpp"
+
+#include "mesh/base/error.hpp"
+
+#include <cmath>
+#include <doctest/doctest.h>
+
+using namespace amontons;
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+RodInput straight(int elements)
+{
+    RodInput rod;
+    rod.name = "rod";
+    BeamSegment g;
+    g.length = 1;
+    g.radius = 0.01;
+    g.EI = {1, 1};
+    g.GJ = {0.8, 0.8};
+    g.EA = {1e5, 1e5};
+    g.element = 1.0 / elements;
+    g.density = 1000;
+    rod.segments.push_back(g);
+    return rod;
+}
+
+RodHold clamp(const char* set)
+{
+    RodHold h;
+    h.set = set;
+    return h;
+}
+
+BodyEnergy advance(RodBody& rod, const StepInput& step)
+{
+    const Eigen::VectorXd none;
+    rod.begin(step);
+    for (int i = 0; i < 30; ++i) {
+        rod.linearise();
+        rod.change(rod.free_change(), none, none);
+        if (rod.imbalance(none) <= 1e-11) return rod.accept(none);
+    }
+    FAIL("no balance");
+    return {};
+}
+
+StepInput quasi_static(double start, double h)
+{
+    StepInput s;
+    s.start = start;
+    s.h = h;
+    return s;
+}
+
+} // namespace
+
+TEST_CASE("a cantilever carries its load and its weight into the clamp")
+{
+    for (const char* kind : {"exact", "corotational"}) {
+        CAPTURE(kind);
+        RodInput input = straight(10);
+        input.elements = kind;
+        input.hold = {clamp("start")};
+        RodLoad l;
+        l.at = 0.7;
+        l.force = Vec3(0, 0, 1e-3);
+        input.loads.push_back(l);
+        RodBody rod(input, nullptr, 0);
+        StepInput step = quasi_static(0, 1);
+        step.gravity = Vec3(0, -1e-4, 0);
+        advance(rod, step);
+        const double weight = 1000 * kPi * 1e-4 * 1e-4;
+        const auto [force, moment] = rod.reactions()[0];
+        CHECK((force - Vec3(0, weight, -1e-3)).norm() < 1e-9);
+        CHECK((moment - Vec3(0, 0.7e-3, 0.5 * weight)).norm() < 1e-8);
+        const BeamNode& n = rod.nodes()[std::size_t(rod.model().node_at(0.7))];
+        CHECK(std::abs(n.x[2] / (1e-3 * 0.343 / 3) - 1) < 1e-5);
+        CHECK(rod.negative() == 0);
+    }
+}
+
+TEST_CASE("loads that follow, and moments fixed in space, converge quadratically")
+{
+    for (const bool follows : {false, true}) {
+        RodInput input = straight(8);
+        input.hold = {clamp("start")};
+        RodLoad l;
+        l.set = "end";
+        l.force = Vec3(0.1, 0.6, 0.3);
+        l.moment = Vec3(0.2, -0.4, 0.5);
+        l.follows = follows;
+        input.loads.push_back(l);
+        RodBody rod(input, nullptr, 0);
+        const Eigen::VectorXd none;
+        rod.begin(quasi_static(0, 1));
+        std::vector<double> motion;
+        for (int i = 0; i < 12; ++i) {
+            rod.linearise();
+            motion.push_back(rod.free_change().norm());
+            rod.change(rod.free_change(), none, none);
+        }
+        bool quadratic = false; // at some iteration before round-off
+        for (std::size_t i = 0; i + 1 < motion.size(); ++i)
+            quadratic |=
+                motion[i] < 1e-2 && motion[i] > 1e-6 && motion[i + 1] < 100 * motion[i] * motion[i];
+        CHECK(quadratic);
+        CHECK(motion.back() < 1e-10);
+    }
+}
+
+TEST_CASE("a rod with prescribed ends closes its energy balance, on its way there and back")
+{
+    for (const char* kind : {"exact", "corotational"}) {
+        CAPTURE(kind);
+        RodInput input = straight(12);
+        input.elements = kind;
+        input.segments[0].curvature = 1; // a straight one would buckle
+        input.hold = {clamp("start"), clamp("end")};
+        RodHold& end = input.hold[1];
+        end.x = {{0, 0}, {1, -0.3}, {2, 0}};
+        end.y = {{0, 0}, {1, 0.2}, {2, 0}};
+        end.z = {{0, 0}, {1, 0.1}, {2, 0}};
+        end.angle = {{0, 0}, {1, 1}, {2, 0}};
+        RodBody rod(input, nullptr, 0);
+        double work = 0, size = 0, elastic = 0, top = 0;
+        for (int i = 0; i < 200; ++i) {
+            const BodyEnergy e = advance(rod, quasi_static(0.01 * i, 0.01));
+            work += e.work;
+            size += e.work_absolute;
+            elastic = e.elastic;
+            if (i == 99) {
+                top = elastic;
+                CHECK(std::abs(work - elastic) < 1e-3 * size);
+                CHECK(std::abs(rod.nodes().back().x[0] - std::sin(1) + 0.3) < 1e-9);
+            }
+        }
+        CHECK(top > 0.1);
+        CHECK(elastic < 1e-9 * top); // no memory of the path
+        CHECK(std::abs(work) < 1e-3 * size);
+    }
+}
+
+TEST_CASE("a free rod keeps its momentum; by the midpoint rule also nearly its spin and energy")
+{
+    RodInput input = straight(8);
+    input.segments[0].curvature = 1;
+    input.velocity = Vec3(0.3, -0.2, 0.1);
+    input.spin = Vec3(1, 2, -1.5);
+    for (const bool filtered : {false, true}) {
+        RodBody rod(input, nullptr, 0);
+        const Vec3 p = rod.momentum(), L = rod.angular_momentum();
+        const double kinetic = rod.kinetic_energy(), mass = 1000 * kPi * 1e-4;
+        CHECK((p - mass * input.velocity).norm() < 1e-9 * p.norm());
+        BodyEnergy e;
+        StepInput step;
+        step.dynamic = true;
+        step.h = 2e-3;
+        step.rule = filtered ? generalised_alpha(0.8) : theta_rule(0.5);
+        for (int i = 0; i < 50; ++i) {
+            step.start = i * step.h;
+            e = advance(rod, step);
+        }
+        CHECK((rod.momentum() - p).norm() < 1e-9 * p.norm());
+        CHECK((rod.angular_momentum() - L).norm() < 1e-3 * L.norm());
+        CHECK(std::abs(e.elastic + e.kinetic - kinetic) < 1e-3 * kinetic);
+    }
+}
+
+TEST_CASE("a closed ring pulled at the ends of a diameter opens as Castigliano says")
+{
+    RodInput input = straight(40);
+    const double R = 0.1;
+    input.segments[0].length = 2 * kPi * R;
+    input.segments[0].element = input.segments[0].length / 40;
+    input.segments[0].EA = {1e7, 1e7};
+    input.shape.closed = true;
+    input.hold = {clamp("start")};
+    RodLoad l;
+    l.at = kPi * R;
+    l.force = Vec3(0, 0.1, 0);
+    input.loads.push_back(l);
+    Centreline circle(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), 1e-6);
+    circle.append_arc(R, 2 * kPi, 0, 1e-6);
+    RodBody rod(input, &circle, 0);
+    CHECK(rod.model().node_count() == 40);
+    CHECK(rod.model().element_count() == 40);
+    const BodyEnergy e = advance(rod, quasi_static(0, 1));
+    const double exact = (kPi / 4 - 2 / kPi) * 0.1 * R * R * R;
+    const double opened = rod.nodes()[std::size_t(rod.model().node_at(kPi * R))].x[1] - 2 * R;
+    CHECK(std::abs(opened / exact - 1) < 0.01);
+    CHECK(std::abs(e.elastic / (0.5 * 0.1 * exact) - 1) < 0.01);
+    CHECK(rod.negative() == 0);
+}
+
+TEST_CASE("a rod goes on bit by bit from its state")
+{
+    RodInput input = straight(6);
+    input.hold = {clamp("start")};
+    RodLoad l;
+    l.set = "end";
+    l.force = Vec3(0, 1, 0.2);
+    l.over = {{0, 0}, {1, 1}};
+    input.loads.push_back(l);
+    for (const bool dynamic : {false, true}) {
+        StepInput step = quasi_static(0, 0.01);
+        step.dynamic = dynamic;
+        step.rule = generalised_alpha(0.5);
+        RodBody whole(input, nullptr, 0.1), half(input, nullptr, 0.1), rest(input, nullptr, 0.1);
+        for (int i = 0; i < 10; ++i) {
+            step.start = 0.01 * i;
+            advance(whole, step);
+            if (i < 5) advance(half, step);
+            if (i == 4) rest.set_state(half.state());
+            if (i > 4) advance(rest, step);
+        }
+        CHECK(whole.state() == rest.state());
+    }
+}
+
+TEST_CASE("a rod says what holds it not, and what is wrong with it")
+{
+    RodInput input = straight(4);
+    CHECK(RodBody(input, nullptr, 0).free_motions().size() == 6);
+    input.hold = {clamp("start")};
+    CHECK(RodBody(input, nullptr, 0).free_motions().empty());
+    input.hold[0].turns = "about";
+    CHECK(RodBody(input, nullptr, 0).free_motions().size() == 1);
+    input.hold[0].turns = "free";
+    input.plane = Vec3::UnitZ();
+    CHECK(RodBody(input, nullptr, 0).free_motions().size() == 1);
+
+    const auto place_of = [](const RodInput& rod) -> std::string {
+        try {
+            RodBody body(rod, nullptr, 0);
+        } catch (const InputError& error) {
+            return error.issues().front().place;
+        }
+        return "";
+    };
+    CHECK(place_of(input) == "");
+    RodInput leaves = input;
+    leaves.plane = Vec3::UnitX();
+    CHECK(place_of(leaves) == "/plane");
+    RodInput back = straight(4);
+    back.shape.points = {{Vec3(0, 0, 0)}, {Vec3(0.5, 0, 0)}, {Vec3(0, 0, 0)}};
+    CHECK(place_of(back) == "/shape/points/1");
+    RodInput longer = straight(4);
+    longer.shape.points = {{Vec3(0, 0, 0)}, {Vec3(2, 0, 0)}};
+    CHECK(place_of(longer) == "/segments");
+    RodInput beyond = straight(4);
+    RodLoad l;
+    l.at = 1.5;
+    beyond.loads.push_back(l);
+    CHECK(place_of(beyond) == "/loads/0/at");
+}

@@ -1,0 +1,80 @@
+// Table 3 of WSCG 2003 again: time of the whole procedure (steps 1 to 8) with the band's
+// decomposition (A) and with the full one (B), against nodes. CSV on stdout.
+// usage: rod10_bench [most nodes of the full one, default 320; 1280 takes minutes]
+
+#include "solver/rod10/rod10.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <fmt/format.h>
+
+using namespace amontons;
+
+namespace {
+
+/// The least of some times of work [s].
+template <class Work> double least_time(Work work)
+{
+    using Clock = std::chrono::steady_clock;
+    double least = 1e300, sum = 0;
+    for (int i = 0; i < 200 && (sum < 0.2 || i < 3); ++i) {
+        const auto start = Clock::now();
+        work();
+        const double t = std::chrono::duration<double>(Clock::now() - start).count();
+        least = std::min(least, t);
+        sum += t;
+    }
+    return least;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    const int most = argc > 1 ? std::atoi(argv[1]) : 320;
+    fmt::print("nodes,stored_band,stored_full,band_s,full_s,ratio,back_substitution_s,"
+               "paper_band_s,paper_full_s\n");
+    struct Paper {
+        double band, full;
+    };
+    // 10 nodes stand over the fourth column; the others are two nodes apart
+    constexpr Paper kPaper[] = {{0.15e-3, 0.22e-3}, {0.23e-3, 0.47e-3}, {0.31e-3, 0.92e-3},
+                                {0.37e-3, 1.62e-3}, {0.45e-3, 2.61e-3}, {0.53e-3, 3.92e-3},
+                                {0.59e-3, 5.62e-3}, {0.67e-3, 7.78e-3}};
+    int row = 0;
+    for (const int nodes : {4, 6, 8, 10, 12, 14, 16, 18, 20, 40, 80, 160, 320, 640, 1280}) {
+        Rod10 rod;
+        rod.nodes = nodes;
+        const Mat3 to_rod = rotation_of_angles({0.3, 0.2, 0.1});
+        std::vector<double> load(std::size_t(rod.unknowns()), 1e-6), x = load;
+        BandMatrix kept = assemble_band(rod, to_rod);
+        factor_band(kept);
+        const double band = least_time([&] {
+            BandMatrix K = assemble_band(rod, to_rod);
+            factor_band(K);
+            x = load;
+            solve_band(K, x);
+        });
+        const double again = least_time([&] {
+            x = load;
+            solve_band(kept, x);
+        });
+        double full = 0;
+        if (nodes <= most)
+            full = least_time([&] {
+                FullMatrix K = assemble_full(rod, to_rod);
+                factor_full(K);
+                x = load;
+                solve_full(K, x);
+            });
+        const bool known = row < 8;
+        fmt::print("{},{},{},{:.4g},{},{},{:.4g},{},{}\n", nodes, stored_band(nodes),
+                   stored_full(nodes), band, full > 0 ? fmt::format("{:.4g}", full) : "",
+                   full > 0 ? fmt::format("{:.3g}", full / band) : "", again,
+                   known ? fmt::format("{:.4g}", kPaper[row].band) : "",
+                   known ? fmt::format("{:.4g}", kPaper[row].full) : "");
+        ++row;
+    }
+    return 0;
+}
