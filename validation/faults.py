@@ -56,6 +56,8 @@ SCENES = {
 def history_of(folder):
     """Steps as text without their clocks; every line must be whole."""
     text = (folder / "history.csv").read_text()
+    if not text:
+        return []  # not even the heading found room
     assert text.endswith("\n"), "history.csv ends within a line"
     rows = list(csv.reader(text.splitlines()))
     clocks = [i for i, name in enumerate(rows[0]) if "seconds" in name]
@@ -86,7 +88,7 @@ def readable(folder):
     if not (folder / "manifest.json").exists():
         return 0, False
     json.loads((folder / "manifest.json").read_text())
-    steps = len(history_of(folder)) - 1 if (folder / "history.csv").exists() else 0
+    steps = max(0, len(history_of(folder)) - 1) if (folder / "history.csv").exists() else 0
     frames_of(folder)
     return steps, (folder / "checkpoint").exists()
 

@@ -1,8 +1,25 @@
 #include "solver/step/run_summary.hpp"
 
 #include <algorithm>
+#include <string>
 
 namespace amontons {
+namespace {
+
+constexpr std::size_t kMostQuantities = 1u << 20, kLongestName = 1u << 12;
+
+void save_text(const std::string& text, ByteWriter& out)
+{
+    out.vector(std::vector<char>(text.begin(), text.end()));
+}
+
+std::string read_text(ByteReader& in)
+{
+    const std::vector<char> text = in.vector<char>(kLongestName);
+    return {text.begin(), text.end()};
+}
+
+} // namespace
 
 void add_step(RunSummary& summary, const StepRecord& step)
 {
@@ -26,6 +43,13 @@ void save_summary(const RunSummary& summary, ByteWriter& out)
     out.value(summary.uncertified_steps);
     out.vector(summary.snaps);
     out.vector(summary.step_seconds);
+    // Of the last step: a run that was over when it was ended has no other to take them from.
+    out.value(std::uint64_t(summary.quantities.size()));
+    for (const Quantity& q : summary.quantities) {
+        save_text(q.name, out);
+        save_text(q.unit, out);
+        out.value(q.value);
+    }
 }
 
 RunSummary read_summary(ByteReader& in)
@@ -39,6 +63,15 @@ RunSummary read_summary(ByteReader& in)
     summary.uncertified_steps = in.value<int>();
     summary.snaps = in.vector<SnapRecord>(1u << 24);
     summary.step_seconds = in.vector<double>(1u << 28);
+    const auto count = in.value<std::uint64_t>();
+    if (count > kMostQuantities) ByteReader::refuse("an impossible size");
+    for (std::uint64_t i = 0; i < count; ++i) {
+        Quantity q;
+        q.name = read_text(in);
+        q.unit = read_text(in);
+        q.value = in.value<double>();
+        summary.quantities.push_back(std::move(q));
+    }
     return summary;
 }
 

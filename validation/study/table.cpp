@@ -306,12 +306,15 @@ std::string plot_script(const Table& t, const std::string& name)
     struct Panel {
         std::string x, y;
         bool log_x = true, log_y = true;
+        bool exponents = false; ///< under the x axis: plain numbers would run into each other
         std::vector<std::string> blocks, titles; // of data
         std::string front;
     };
     const auto panel = [&](std::string x_label, std::string y_label, auto x_of, auto y_of,
                            bool must_be_positive) {
-        Panel p{std::move(x_label), std::move(y_label), true, true, {}, {}, ""};
+        Panel p;
+        p.x = std::move(x_label);
+        p.y = std::move(y_label);
         double least[2] = {INFINITY, INFINITY}, most[2] = {0, 0};
         std::vector<std::vector<std::pair<double, double>>> lines;
         for (const Series& s : t.series) {
@@ -326,8 +329,10 @@ std::string plot_script(const Table& t, const std::string& name)
                 most[0] = std::max(most[0], x);
                 most[1] = std::max(most[1], y);
             }
-            std::sort(lines.back().begin(), lines.back().end());
+            if (!must_be_positive) std::sort(lines.back().begin(), lines.back().end());
         }
+        if (least[0] == most[0]) lines.clear(); // nothing to see
+        p.exponents = least[0] > 0 && most[0] >= 1e4 * least[0];
         if (!must_be_positive) {
             p.log_x = least[0] > 0 && most[0] >= 10 * least[0];
             p.log_y = least[1] > 0 && most[1] >= 30 * least[1];
@@ -384,6 +389,7 @@ std::string plot_script(const Table& t, const std::string& name)
                            "set ylabel '{}' noenhanced\n",
                            label(p.x), label(p.y));
         if (p.log_x) out += "set logscale x\n";
+        if (p.log_x && p.exponents) out += "set format x '10^{%T}'\n";
         if (p.log_y) out += "set logscale y\nset format y '10^{%T}'\n";
         out += "plot";
         if (!p.front.empty())

@@ -303,6 +303,22 @@ class Resume(Case):
         self.assertEqual(self.check_readable("out", finished=False)["status"], "running")
         self.check_continuation("out")
 
+    @unittest.skipIf(STUB, "the stub has no bodies")
+    def test_a_run_that_was_over_resumes_to_the_same_results(self):
+        # Killed after the last checkpoint, before the manifest.
+        scene = ROOT / "examples/first_block/scene.json"
+        for more in (["--output", "out"], ["--output", "out", "--resume"]):
+            result = subprocess.run([PROGRAM, "run", str(scene), "--json", "--set", "time.end=0.02",
+                                     "--set", "output.picture=false", "--set", "output.plots=false", *more],
+                                    cwd=self.folder, capture_output=True, text=True)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            report = json.loads(result.stdout)
+            if "--resume" not in more:
+                first = report
+        self.assertIn("ball_on_plate_force_z", first["quantities"])
+        for key in ("quantities", "energy", "certificate", "contacts", "steps"):
+            self.assertEqual(report[key], first[key], key)
+
     @unittest.skipUnless(STUB, "needs a slow step")
     def test_second_interrupt_ends_at_once(self):
         process = subprocess.Popen([PROGRAM, "run", self.scene(), "--output", "out"], cwd=self.folder,
