@@ -263,6 +263,25 @@ Nesting make_nesting(const Wire& inner, const Wire& outer, double friction, doub
     return n;
 }
 
+void lie_along(Wire& wire, const Wire& guide)
+{
+    WireState& state = wire.state;
+    const double from = guide.material.length - length_out(guide);
+    for (int i = state.first + 1; i <= wire.last(); ++i) {
+        const std::size_t k = std::size_t(i);
+        const double s = from + wire.material.node[k] - wire.material.length + state.inserted;
+        const double on = std::min(s, guide.material.length);
+        Quaternion q = section_in_state(guide, guide.state, on);
+        const Vec3 x = point_in(guide, guide.state, on) + (s - on) * first_axis(q.q);
+        rotate_in_body(q.q, (state.rotation - guide.state.rotation) * Vec3::UnitX());
+        BeamNode& n = state.nodes[k];
+        n = BeamNode{};
+        for (int axis = 0; axis < 3; ++axis)
+            n.x[axis] = x[axis];
+        std::copy(q.q, q.q + 4, n.q);
+    }
+}
+
 double nested_length(const Nesting& n)
 {
     return n.outer->outside() ? length_out(*n.outer) : 0;

@@ -22,6 +22,9 @@ struct Nesting {
 /// Every point of the outer that is about `spacing` from the last one; 0: all of them.
 Nesting make_nesting(const Wire& inner, const Wire& outer, double friction, double spacing);
 
+/// Lays what is out of a wire along another's centreline: a first guess for both.
+void lie_along(Wire& wire, const Wire& guide);
+
 /// Part of a wire's length past the introducer that lies in another instrument [m]: up to the tip
 /// of the outer one.
 double nested_length(const Nesting& n);

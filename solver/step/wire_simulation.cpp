@@ -383,6 +383,12 @@ RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& 
             const std::vector<BaseTarget> to = s.targets(g, 0);
             for (std::size_t w = 0; w < to.size(); ++w)
                 start_in_sheath(g.wires[w]->wire, to[w].insertion, to[w].twist);
+            // In one another from the beginning, along the one that is out furthest.
+            const WireBody* guide = g.wires[0];
+            for (const WireBody* b : g.wires)
+                if (b->wire.state.inserted > guide->wire.state.inserted) guide = b;
+            for (WireBody* b : g.wires)
+                if (b != guide) lie_along(b->wire, guide->wire);
             // From the unstressed shape to contact: by relaxation if need be.
             const bool dynamic = g.wires[0]->motion.dynamic;
             g.wires[0]->motion.dynamic = false;
