@@ -225,9 +225,9 @@ ObjectDeclaration declare_tip()
                              text<&T::shape>("shape", "J: 72 degrees at 12.1 mm; angled: 45 at 5 "
                                                       "mm and 5 mm straight; pigtail: 315 at 5 "
                                                       "mm."))),
-             own(field<&T::radius>("radius", "m", at_least(0), "Radius of the bend.")),
-             own(field<&T::angle>("angle", "rad", at_least(0), "Angle of the bend.")),
-             own(field<&T::length>("length", "m", at_least(0), "Straight beyond the bend."))},
+             own(field<&T::radius>("radius", "m", positive(), "Radius of the bend.")),
+             own(field<&T::angle>("angle", "rad", positive(), "Angle of the bend.")),
+             own(field<&T::length>("length", "m", positive(), "Straight beyond the bend."))},
             "",
             {},
             defaults_of<T>()};
@@ -268,10 +268,10 @@ ObjectDeclaration declare_bodies(const ObjectDeclaration& surface, const ObjectD
                    choice(instrument_names(),
                           text<&B::instrument>("instrument", "One of the library, instead of "
                                                              "segments."))),
-          fallback("the instrument's", field<&B::length>("length", "m", at_least(0),
+          fallback("the instrument's", field<&B::length>("length", "m", positive(),
                                                          "Length of the instrument: its shaft "
                                                          "is made longer or shorter.")),
-          fallback("the instrument's", field<&B::element>("element", "m", at_least(0),
+          fallback("the instrument's", field<&B::element>("element", "m", positive(),
                                                           "Length of the shaft's elements; "
                                                           "half of it in taper and tip.")),
           object<&B::tip>("tip", tip, "Another tip of the instrument."),

@@ -237,7 +237,9 @@ StepRecord WireSimulation::State::record(const StepReport& r, double h, double s
             };
             record_nesting(*c, n, int(obstacles.size()) + index(0),
                            int(obstacles.size()) + index(1),
-                           scene.beams[std::size_t(index(1))].name + "_bore_", out);
+                           scene.beams[std::size_t(index(1))].name + "_over_" +
+                               scene.beams[std::size_t(index(0))].name + "_",
+                           out);
         }
     return out;
 }

@@ -112,7 +112,7 @@ TEST_CASE("the mirror image of a scene of instruments has the mirrored result")
     for (std::size_t i = 0; i < a.all.size(); i += 10) {
         CAPTURE(i);
         for (const char* name :
-             {"push_force", "catheter_push_force", "catheter_bore_normal_force_sum"})
+             {"push_force", "catheter_push_force", "catheter_over_wire_normal_force_sum"})
             CHECK(a.value(i, name) == doctest::Approx(b.value(i, name)).epsilon(1e-5).scale(1));
         CHECK(std::abs(a.value(i, "tip_y") + b.value(i, "tip_y")) < 1e-8);
         CHECK(std::abs(a.value(i, "tip_z") - b.value(i, "tip_z")) < 1e-8);
