@@ -454,9 +454,10 @@ const std::vector<Obstacle>& WireSimulation::obstacles() const
 
 std::vector<RecordedProblem> WireSimulation::contact_problems() const
 {
-    std::vector<RecordedProblem> all;
+    // One a wire, in their order; none of instruments in one another, which share theirs.
+    std::vector<RecordedProblem> all(state_->wires.size());
     for (const WireGroup& g : state_->groups)
-        if (!g.coaxial) all.push_back(contact_problem(*g.wires[0]));
+        if (!g.coaxial) all[state_->first_of(g)] = contact_problem(*g.wires[0]);
     return all;
 }
 

@@ -33,6 +33,7 @@ const std::vector<Case>& cases()
         {"coaxial-concentric", "benchmarks", "closed form: (EI1 k1 + EI2 k2)/(EI1 + EI2)",
          coaxial_concentric},
         {"coaxial-torus", "benchmarks", "closed form: (EI1 + EI2)/(2 R^2)", coaxial_torus},
+        {"coaxial-units", "stability", "dimensional analysis; energy balance", coaxial_units},
         {"stiffness-doubled", "stability", "rigid walls: forces are linear in the stiffness",
          stiffness_doubled},
         {"lengths-scaled", "stability", "dimensional analysis", lengths_scaled},

@@ -32,5 +32,6 @@ std::vector<Measured> torque_lag();
 std::vector<Measured> belt_friction();
 std::vector<Measured> coaxial_concentric();
 std::vector<Measured> coaxial_torus();
+std::vector<Measured> coaxial_units();
 
 } // namespace amontons::validation

@@ -3,6 +3,7 @@
 #include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/step/simulation.hpp"
+#include "validation/scene_run.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -36,16 +37,19 @@ struct History : StepObserver {
     }
 };
 
-History run_text(const std::string& text)
+History run_scene(Scene scene)
 {
-    Scene scene = parse_scene(text, "coaxial");
-    place_introducers(scene);
     const auto simulation = make_simulation(scene, build_obstacles(scene));
     History h;
     const std::atomic<bool> never{false};
     h.summary = simulation->run(h, never);
     if (h.summary.status != "done") throw std::runtime_error(h.summary.message);
     return h;
+}
+
+History run_text(const std::string& text)
+{
+    return run_scene(parse_scene(text, "coaxial"));
 }
 
 void add_balance(std::vector<Measured>& rows, const History& h, double tolerance,
@@ -135,6 +139,46 @@ std::vector<Measured> coaxial_torus()
                                 h.mean("catheter_push_force", "depth", 0.19, 0.23),
                             5e-3));
     add_balance(rows, h, 1e-3, "");
+    return rows;
+}
+
+std::vector<Measured> coaxial_units()
+{
+    // A bend with friction everywhere: wire in, catheter over it, wire turned and pulled back.
+    const Scene metres = parse_scene(fmt::format(R"({{"schema": 1, "bodies": {{
+        "tube": {{"kind": "obstacle", "surface": {{"generate": "tube", "radius": 0.003,
+          "centreline": {{"pieces": [{{"length": 0.01}}, {{"radius": 0.03, "angle": 2}}]}}}}}},
+        "wire": {{"kind": "beam", "segments": [
+            {{"length": 0.08, "radius": {0}, "EI": {1}, "element": 2.5e-3}},
+            {{"length": 0.02, "radius": {0}, "EI": 1e-4, "curvature": 40, "element": 2.5e-3}}],
+          "drive": {{"insertion": [[0, 0], [1, 0.05], [3, 0.05], [4, 0.02]],
+                     "twist": [[2, 0], [3, 1]]}}}},
+        "catheter": {{"kind": "beam", "segments": [{{"length": 0.1, "radius": 8.35e-4,
+          "inner_radius": 5e-4, "EI": {2}, "element": 2.5e-3}}],
+          "drive": {{"insertion": [[1, 0], [2, 0.04]]}}}}}},
+        "contact": [{{"between": ["wire", "tube"], "friction": 0.1}},
+                    {{"between": ["catheter", "tube"], "friction": 0.1}},
+                    {{"between": ["catheter", "wire"], "friction": 0.1}}],
+        "time": {{"step": 0.02, "end": 4}}}})",
+                                                 kWireRadius, kWireEI, kCatheterEI),
+                                     "units");
+    const History m = run_scene(metres), mm = run_scene(scaled(metres, 1e3, 1));
+    double push = 0, tip = 0, largest = 0;
+    for (std::size_t i = 0; i < std::min(m.steps.size(), mm.steps.size()); ++i) {
+        const auto &a = m.steps[i], &b = mm.steps[i];
+        for (const char* name : {"push_force", "catheter_push_force"}) {
+            push = std::max(push, std::abs(a.at(name) - b.at(name)));
+            largest = std::max(largest, std::abs(a.at(name)));
+        }
+        for (const char* name : {"tip_x", "tip_y", "tip_z"})
+            tip = std::max(tip, std::abs(a.at(name) - 1e-3 * b.at(name)));
+    }
+    std::vector<Measured> rows;
+    rows.push_back(
+        absolute("steps in millimetres", double(m.steps.size()), double(mm.steps.size()), 0));
+    rows.push_back(at_most("push forces differ, of the largest", push / largest, 1e-5));
+    rows.push_back(at_most("tips differ [m]", tip, 1e-9));
+    add_balance(rows, m, 1e-2, "");
     return rows;
 }
 
