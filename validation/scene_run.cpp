@@ -152,6 +152,7 @@ Scene scaled(Scene s, double length, double force)
         for (BeamSegment& g : b.segments) {
             g.length *= length;
             g.radius *= length;
+            g.inner_radius *= length;
             g.element *= length;
             g.curvature /= length;
             pair(g.EI, force * length * length);

@@ -64,7 +64,7 @@ StepStart mark_step_start(const Wire& wire)
 
 void find_candidates(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
                      double reach, std::vector<Proximity>& proximity,
-                     std::vector<Candidate>& candidates)
+                     std::vector<Candidate>& candidates, double covered)
 {
     candidates.clear();
     const WireState& s = wire.state;
@@ -72,7 +72,7 @@ void find_candidates(const Wire& wire, const std::vector<WireWall>& walls, const
     for (std::size_t p = 0; p < wire.material.point.size(); ++p) {
         const MaterialPoint& m = wire.material.point[p];
         const auto place = place_of(wire, s, m.s, m.element, m.xi);
-        if (!place) break;
+        if (!place || m.s < covered) break;
         const Vec3 x = centreline_point(s, *place);
         for (std::size_t w = 0; w < nw; ++w) {
             const std::size_t index = p * nw + w;

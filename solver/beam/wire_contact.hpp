@@ -57,9 +57,10 @@ struct Candidate {
 };
 
 /// All points whose gap is below `reach` or that carry a reaction.
+/// @param covered  no points nearer the base than this: they lie in another instrument [m]
 void find_candidates(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
                      double reach, std::vector<Proximity>& proximity,
-                     std::vector<Candidate>& candidates);
+                     std::vector<Candidate>& candidates, double covered = 0);
 
 /// Smallest gap of any contact point [m], and that point; +infinity if there is none.
 double smallest_gap(const Wire& wire, const std::vector<WireWall>& walls,

@@ -1,48 +1,11 @@
 #include "solver/linear/block_tridiagonal.hpp"
 
-#include <cmath>
+#include "solver/linear/block_invert.hpp"
+
 #include <cstring>
 #include <new>
 
 namespace amontons {
-namespace {
-
-typedef long long Mask6 __attribute__((vector_size(64), aligned(64)));
-
-constexpr Mask6 kAllBut[6] = {{0, -1, -1, -1, -1, -1, 0, 0}, {-1, 0, -1, -1, -1, -1, 0, 0},
-                              {-1, -1, 0, -1, -1, -1, 0, 0}, {-1, -1, -1, 0, -1, -1, 0, 0},
-                              {-1, -1, -1, -1, 0, -1, 0, 0}, {-1, -1, -1, -1, -1, 0, 0, 0}};
-constexpr Column6 kUnit[6] = {{1, 0, 0, 0, 0, 0, 0, 0}, {0, 1, 0, 0, 0, 0, 0, 0},
-                              {0, 0, 1, 0, 0, 0, 0, 0}, {0, 0, 0, 1, 0, 0, 0, 0},
-                              {0, 0, 0, 0, 1, 0, 0, 0}, {0, 0, 0, 0, 0, 1, 0, 0}};
-
-Column6 without(int lane, Column6 c)
-{
-    return reinterpret_cast<Column6>(reinterpret_cast<Mask6>(c) & kAllBut[lane]);
-}
-
-// Gauss-Jordan in place, no row exchange: the pivots' signs are the inertia of a symmetric
-// block, and the caller shifts an indefinite matrix rather than reorder it.
-inline int invert(Block6& a)
-{
-    int negative = 0;
-#pragma GCC unroll 6
-    for (int k = 0; k < 6; ++k) {
-        const double pivot = a.column[k][k];
-        if (!(pivot > 0)) ++negative;
-        const double inverse = 1 / pivot;
-        // -a_ik / pivot off the pivot's row, 1 / pivot in it
-        const Column6 column =
-            kUnit[k] * splat6(inverse) - without(k, a.column[k]) * splat6(inverse);
-#pragma GCC unroll 6
-        for (int j = 0; j < 6; ++j)
-            if (j != k) a.column[j] = without(k, a.column[j]) + column * splat6(a.column[j][k]);
-        a.column[k] = column;
-    }
-    return negative;
-}
-
-} // namespace
 
 void BlockTridiagonal::Free::operator()(Block6* p) const
 {
@@ -104,7 +67,7 @@ int BlockTridiagonal::factor(int from)
                 s.column[j] = sum;
             }
         }
-        const int negative = invert(s);
+        const int negative = invert_block(s);
         inverse_[i] = s;
         negative_[static_cast<std::size_t>(i) + 1] =
             negative_[static_cast<std::size_t>(i)] + negative;

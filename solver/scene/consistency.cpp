@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <set>
 
 namespace amontons {
@@ -107,6 +108,15 @@ void check_beam(const BeamInput& b, const Scene& scene, Findings& findings)
             findings.add({here + "/element", here + "/length"}, fmt::format("{}", s.element),
                          fmt::format("<= {} [m], the segment's length", s.length));
         if (s.element > 0) elements += s.length / s.element;
+        if (s.inner_radius > 0 && s.inner_radius >= s.radius)
+            findings.add({here + "/inner_radius", here + "/radius"},
+                         fmt::format("{}", s.inner_radius),
+                         fmt::format("< {} [m], the radius", s.radius));
+        if (std::abs(s.curvature) * s.radius >= 1)
+            findings.add({here + "/curvature", here + "/radius"}, fmt::format("{}", s.curvature),
+                         fmt::format("less than {:.6g} [1/m], or the bend is tighter than the "
+                                     "wire's own radius",
+                                     1 / s.radius));
         for (std::size_t end = 0; end < 2; ++end)
             if (!(s.EA[end] > 0) && s.radius > 0) {
                 findings.add({here + "/EA", here + "/EI", here + "/radius"}, "nothing",
@@ -185,6 +195,59 @@ void check_fit(const BeamInput& b, const ObstacleInput& o, Findings& findings)
     }
 }
 
+/// Two beams of a pair slide in each other, out of one introducer.
+void check_nesting(const BeamInput& a, const BeamInput& b, const Scene& scene,
+                   const std::string& pair, Findings& findings)
+{
+    const std::string one = "/bodies/" + a.name, other = "/bodies/" + b.name;
+    if (a.segments.empty() || b.segments.empty()) return; // said elsewhere
+    if (!fits_in(a, b) && !fits_in(b, a)) {
+        // Of the two, the one with a bore is meant to be outside.
+        const auto bore = [](const BeamInput& w) {
+            double least = std::numeric_limits<double>::infinity();
+            for (const BeamSegment& s : w.segments)
+                least = std::min(least, s.inner_radius);
+            return least;
+        };
+        const BeamInput& outer = bore(a) > bore(b) ? a : b;
+        const BeamInput& inner = bore(a) > bore(b) ? b : a;
+        double widest = 0;
+        for (const BeamSegment& s : inner.segments)
+            widest = std::max(widest, s.radius);
+        findings.add({pair, one + "/segments", other + "/segments"},
+                     fmt::format("\"{}\" of radius {:.6g} in the bore of \"{}\", radius {:.6g}",
+                                 inner.name, widest, outer.name, bore(outer)),
+                     "an instrument that fits in the other: radius < inner_radius [m]");
+    }
+    const IntroducerInput &p = a.introducer, &q = b.introducer;
+    const double scale = p.at.norm() + length_of(a);
+    const bool same = (p.at - q.at).norm() <= kRoundOff * scale &&
+                      (p.direction.normalized() - q.direction.normalized()).norm() <= kRoundOff &&
+                      p.centreline.file == q.centreline.file &&
+                      p.centreline.along == q.centreline.along;
+    if (!same)
+        findings.add({other + "/introducer", one + "/introducer"}, "another introducer",
+                     "that of \"" + a.name + "\": instruments in one another come out of one");
+    for (const BeamInput* w : {&a, &b}) {
+        const std::string place = "/bodies/" + w->name;
+        if (w->plane)
+            findings.add({place + "/plane", pair}, "a plane",
+                         "nothing: instruments in one another move in space");
+        if (w->introducer.fade > 0)
+            findings.add({place + "/introducer/fade", pair}, fmt::format("{}", w->introducer.fade),
+                         "0: instruments in one another leave a rigid end");
+        for (const BeamSegment& s : w->segments)
+            if (s.EI[0] == 0) {
+                findings.add({place + "/segments", pair}, "a cable",
+                             "EI > 0: instruments in one another bend");
+                break;
+            }
+    }
+    if (scene.time.kind == "dynamic")
+        findings.add({"/time/kind", pair}, "\"dynamic\"",
+                     "\"quasi_static\": instruments in one another have no inertia yet");
+}
+
 template <class Bodies> auto* find(Bodies& bodies, const std::string& name)
 {
     const auto it = std::find_if(bodies.begin(), bodies.end(),
@@ -226,9 +289,8 @@ void check_pairs(const Scene& scene, Findings& findings)
         const bool beams = find(scene.beams, a) && find(scene.beams, b);
         if (obstacles)
             findings.add({place}, pair + ", two obstacles", "at least one body that moves");
-        else if (beams)
-            findings.add({place}, pair + (a == b ? ", a beam and itself" : ", two beams"),
-                         "a beam and an obstacle");
+        else if (beams && a == b)
+            findings.add({place}, pair + ", a beam and itself", "two bodies");
         else if (!seen.insert({a, b}).second)
             findings.add({place}, pair + " again", "each pair once");
         if (a == b && !beams) findings.add({place}, pair + ", a body and itself", "two bodies");
@@ -241,10 +303,22 @@ void check_pairs(const Scene& scene, Findings& findings)
         const BeamInput* wire = find(scene.beams, beam);
         const ObstacleInput* wall = find(scene.obstacles, beam == a ? b : a);
         if (wire && wall) check_fit(*wire, *wall, findings);
+        if (beams && a != b)
+            check_nesting(*find(scene.beams, a), *find(scene.beams, b), scene, place, findings);
     }
 }
 
 } // namespace
+
+bool fits_in(const BeamInput& inner, const BeamInput& outer)
+{
+    double widest = 0, narrowest = std::numeric_limits<double>::infinity();
+    for (const BeamSegment& s : inner.segments)
+        widest = std::max(widest, s.radius);
+    for (const BeamSegment& s : outer.segments)
+        narrowest = std::min(narrowest, s.inner_radius);
+    return widest < narrowest;
+}
 
 void check_consistency(const Scene& scene, std::vector<Issue>& issues)
 {

@@ -14,4 +14,7 @@ namespace amontons {
 ///                itself wrong is not reported again
 void check_consistency(const Scene& scene, std::vector<Issue>& issues);
 
+/// Whether one instrument can slide in the bore of another, all along.
+bool fits_in(const BeamInput& inner, const BeamInput& outer);
+
 } // namespace amontons

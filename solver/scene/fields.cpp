@@ -3,6 +3,7 @@
 #include "solver/scene/body_fields.hpp"
 #include "solver/scene/declare.hpp"
 #include "solver/scene/haptic_fields.hpp"
+#include "solver/scene/instruments.hpp"
 
 #include <fmt/format.h>
 
@@ -130,7 +131,8 @@ void complete_segment(void* object, const std::function<bool(const char*)>& give
     auto& s = *static_cast<BeamSegment*>(object);
     for (std::size_t end = 0; end < 2; ++end) {
         if (!given("GJ")) s.GJ[end] = kTorsionOfBending * s.EI[end];
-        if (!given("EA") && s.radius > 0) s.EA[end] = 4 * s.EI[end] / (s.radius * s.radius);
+        if (!given("EA") && s.radius > 0)
+            s.EA[end] = 4 * s.EI[end] / (s.radius * s.radius + s.inner_radius * s.inner_radius);
     }
 }
 
@@ -141,10 +143,14 @@ ObjectDeclaration declare_segment()
         "Segment of a beam, from its base towards its tip",
         {required(field<&B::length>("length", "m", positive(), "Length.")),
          required(field<&B::radius>("radius", "m", positive(), "Radius of the round surface.")),
+         fallback("solid", field<&B::inner_radius>("inner_radius", "m", at_least(0),
+                                                   "Radius of the bore that another instrument "
+                                                   "can slide in; 0: solid.")),
          required(field<&B::EI>("EI", "N m^2", at_least(0),
                                 "Bending stiffness; 0 makes a cable (EA is needed then).")),
          fallback("0.77 EI", field<&B::GJ>("GJ", "N m^2", at_least(0), "Torsional stiffness.")),
-         fallback("4 EI / radius^2", field<&B::EA>("EA", "N", positive(), "Axial stiffness.")),
+         fallback("4 EI / (radius^2 + inner_radius^2)",
+                  field<&B::EA>("EA", "N", positive(), "Axial stiffness.")),
          fallback("no shear deformation",
                   field<&B::GA>("GA", "N", at_least(0), "Shear stiffness; 0: rigid in shear.")),
          field<&B::curvature>("curvature", "1/m", kAny, "Curvature when free of loads."),
@@ -209,8 +215,34 @@ ObjectDeclaration declare_drive()
             defaults_of<B>()};
 }
 
+ObjectDeclaration declare_tip()
+{
+    using T = TipInput;
+    const auto own = [](FieldDeclaration f) { return fallback("the shape's", std::move(f)); };
+    return {"Tip of an instrument, other than its own",
+            {fallback("the instrument's",
+                      choice({"straight", "J", "angled", "pigtail"},
+                             text<&T::shape>("shape", "J: 72 degrees at 12.1 mm; angled: 45 at 5 "
+                                                      "mm and 5 mm straight; pigtail: 315 at 5 "
+                                                      "mm."))),
+             own(field<&T::radius>("radius", "m", positive(), "Radius of the bend.")),
+             own(field<&T::angle>("angle", "rad", positive(), "Angle of the bend.")),
+             own(field<&T::length>("length", "m", positive(), "Straight beyond the bend."))},
+            "",
+            {},
+            defaults_of<T>()};
+}
+
+std::vector<std::string> instrument_names()
+{
+    std::vector<std::string> names;
+    for (const Instrument& i : instruments())
+        names.push_back(i.name);
+    return names;
+}
+
 ObjectDeclaration declare_bodies(const ObjectDeclaration& surface, const ObjectDeclaration& segment,
-                                 const ObjectDeclaration& introducer,
+                                 const ObjectDeclaration& tip, const ObjectDeclaration& introducer,
                                  const ObjectDeclaration& drive,
                                  const ObjectDeclaration& centreline)
 {
@@ -231,7 +263,18 @@ ObjectDeclaration declare_bodies(const ObjectDeclaration& surface, const ObjectD
          &find_body<&Scene::obstacles>},
         {"beam",
          "A wire or a cable, pushed and turned at its base.",
-         {required(list<&B::segments>("segments", segment, "From the base towards the tip.")),
+         {list<&B::segments>("segments", segment, "From the base towards the tip."),
+          fallback("none: its segments",
+                   choice(instrument_names(),
+                          text<&B::instrument>("instrument", "One of the library, instead of "
+                                                             "segments."))),
+          fallback("the instrument's", field<&B::length>("length", "m", positive(),
+                                                         "Length of the instrument: its shaft "
+                                                         "is made longer or shorter.")),
+          fallback("the instrument's", field<&B::element>("element", "m", positive(),
+                                                          "Length of the shaft's elements; "
+                                                          "half of it in taper and tip.")),
+          object<&B::tip>("tip", tip, "Another tip of the instrument."),
           object<&B::introducer>("introducer", introducer, "Where the wire comes from."),
           required(group("drive", drive, "How the base is moved.")),
           fallback("none", field<&B::plane>("plane", "", direction(),
@@ -323,11 +366,12 @@ const ObjectDeclaration& scene_declaration()
     static const ObjectDeclaration branch = declare_branch();
     static const ObjectDeclaration surface = declare_surface(centreline, branch);
     static const ObjectDeclaration segment = declare_segment();
+    static const ObjectDeclaration tip = declare_tip();
     static const ObjectDeclaration place = declare_place();
     static const ObjectDeclaration introducer = declare_introducer(place);
     static const ObjectDeclaration drive = declare_drive();
     static const ObjectDeclaration body =
-        declare_bodies(surface, segment, introducer, drive, centreline);
+        declare_bodies(surface, segment, tip, introducer, drive, centreline);
     static const ObjectDeclaration contact = declare_contact();
     static const ObjectDeclaration coupling = declare_coupling();
     static const ObjectDeclaration time = declare_time();

@@ -62,6 +62,15 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
                rigids = !scene.rigids.empty();
     if (beams)
         plan.uses.push_back("geometrically exact beams, block-tridiagonal factor (O(n) a solve)");
+    if (std::any_of(scene.contact.begin(), scene.contact.end(), [&](const ContactLaw& law) {
+            const auto is_beam = [&](const std::string& name) {
+                return std::any_of(scene.beams.begin(), scene.beams.end(),
+                                   [&](const BeamInput& b) { return b.name == name; });
+            };
+            return is_beam(law.between[0]) && is_beam(law.between[1]);
+        }))
+        plan.uses.push_back("instruments in one another: their nodes in one order along their "
+                            "common length, one banded factor");
     if (any_solid("linear"))
         plan.uses.push_back("linear solids in frames that are fixed, driven or float with them");
     if (any_solid("corotational"))
@@ -116,8 +125,9 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
     leave(true, "PETSc, MPI", "no large solid body");
     leave(true, "CGAL", "nothing is to be meshed");
     leave(beams,
-          scene.beams.size() > 1 ? "contact of wires with one another and with themselves"
-                                 : "contact of a wire with itself",
+          scene.beams.size() > 1
+              ? "contact of wires with themselves, and side by side with one another"
+              : "contact of a wire with itself",
           "cannot be solved yet: they would pass through");
     leave(solids, "contact of a solid with itself", "not looked for: it would pass through");
 

@@ -4,6 +4,7 @@
 #include "mesh/base/file.hpp"
 #include "solver/scene/consistency.hpp"
 #include "solver/scene/fields.hpp"
+#include "solver/scene/instruments.hpp"
 #include "solver/scene/json_input.hpp"
 
 #include <algorithm>
@@ -335,6 +336,10 @@ Scene parse_scene(std::string_view text, const std::string& file,
     for (const std::string& o : overrides)
         apply_override(json, o, overridden, issues);
     Reader(scene, issues).object(json, scene_declaration(), &scene, "");
+    {
+        Findings findings(file, issues);
+        make_segments(scene, findings);
+    }
     check_consistency(scene, issues);
     for (Issue& issue : issues)
         for (const std::string& place : overridden)

@@ -76,15 +76,16 @@ struct ObstacleInput {
 
 /// A piece of a wire, from its base towards its tip. Pairs are values at the piece's two ends.
 struct BeamSegment {
-    double length = 0;              ///< [m]
-    double radius = 0;              ///< of the round surface [m]
-    std::array<double, 2> EI{};     ///< bending stiffness [N m^2]
-    std::array<double, 2> GJ{};     ///< torsional stiffness [N m^2]; default 0.77 EI
-    std::array<double, 2> EA{};     ///< axial stiffness [N]; default 4 EI / radius^2
-    std::array<double, 2> GA{};     ///< shear stiffness [N]; 0: no shear deformation
-    double curvature = 0;           ///< natural curvature [1/m]
-    double curvature_angle = 0;     ///< turns the plane of the curvature about the wire [rad]
-    double element = 0;             ///< length of the elements [m]
+    double length = 0;          ///< [m]
+    double radius = 0;          ///< of the round surface [m]
+    double inner_radius = 0;    ///< of the bore; 0: solid [m]
+    std::array<double, 2> EI{}; ///< bending stiffness [N m^2]
+    std::array<double, 2> GJ{}; ///< torsional stiffness [N m^2]; default 0.77 EI
+    std::array<double, 2> EA{}; ///< axial stiffness [N]; default 4 EI / (radius^2 + inner_radius^2)
+    std::array<double, 2> GA{}; ///< shear stiffness [N]; 0: no shear deformation
+    double curvature = 0;       ///< natural curvature [1/m]
+    double curvature_angle = 0; ///< turns the plane of the curvature about the wire [rad]
+    double element = 0;         ///< length of the elements [m]
     std::optional<double> friction; ///< overrides the pair's
     double density = 0;             ///< mass per volume [kg/m^3]; needed for dynamics
 };
@@ -107,9 +108,21 @@ struct IntroducerInput {
     IntroducerPlace centreline; ///< with a file: gives `at` and `direction`, and the depth
 };
 
+/// Another tip than the instrument's own.
+struct TipInput {
+    std::string shape; ///< "straight" | "J" | "angled" | "pigtail"; "": the instrument's own
+    double radius = 0; ///< of the bend [m]; 0: the shape's
+    double angle = 0;  ///< of the bend [rad]; 0: the shape's
+    double length = 0; ///< straight beyond the bend [m]; 0: the shape's
+};
+
 struct BeamInput {
     std::string name;
     std::vector<BeamSegment> segments;
+    std::string instrument; ///< of the library, instead of segments; "" once they are made
+    double length = 0;      ///< of the instrument [m]; 0: its own
+    double element = 0;     ///< of its elements [m]; 0: its own
+    TipInput tip;           ///< of the instrument
     IntroducerInput introducer;
     CurvePoints insertion;      ///< of the base (time [s], [m])
     CurvePoints twist;          ///< of the base (time [s], [rad])

@@ -1,6 +1,7 @@
 #include "solver/step/wire_build.hpp"
 
 #include "mesh/base/curve.hpp"
+#include "solver/scene/consistency.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -150,6 +151,86 @@ void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body
     }
 }
 
+std::vector<WireGroup> make_groups(const Scene& scene, std::vector<WireBody>& wires,
+                                   std::vector<std::unique_ptr<Coaxial>>& coaxial)
+{
+    const auto index_of = [&](const std::string& name) {
+        for (std::size_t w = 0; w < scene.beams.size(); ++w)
+            if (scene.beams[w].name == name) return int(w);
+        return -1;
+    };
+    struct Pair {
+        std::size_t inner, outer;
+        double friction;
+    };
+    std::vector<Pair> pairs;
+    std::vector<std::size_t> together(wires.size()); // the first wire of each one's group
+    for (std::size_t w = 0; w < wires.size(); ++w)
+        together[w] = w;
+    for (const ContactLaw& law : scene.contact) {
+        const int a = index_of(law.between[0]), b = index_of(law.between[1]);
+        if (a < 0 || b < 0) continue;
+        const bool a_inside = fits_in(scene.beams[std::size_t(a)], scene.beams[std::size_t(b)]);
+        pairs.push_back(
+            {std::size_t(a_inside ? a : b), std::size_t(a_inside ? b : a), law.friction});
+        const std::size_t from = std::max(together[std::size_t(a)], together[std::size_t(b)]),
+                          to = std::min(together[std::size_t(a)], together[std::size_t(b)]);
+        std::replace(together.begin(), together.end(), from, to);
+    }
+    std::vector<WireGroup> groups;
+    for (std::size_t first = 0; first < wires.size(); ++first) {
+        if (together[first] != first) continue;
+        WireGroup& g = groups.emplace_back();
+        std::vector<int> place(wires.size(), -1);
+        for (std::size_t w = first; w < wires.size(); ++w)
+            if (together[w] == first) {
+                place[w] = int(g.wires.size());
+                g.wires.push_back(&wires[w]);
+            }
+        if (g.wires.size() == 1) continue;
+        auto c = std::make_unique<Coaxial>();
+        c->wires = g.wires;
+        for (const Pair& p : pairs) {
+            if (place[p.inner] < 0) continue;
+            const BeamInput& outer = scene.beams[p.outer];
+            const Wire& bore = wires[p.outer].wire;
+            // One point an element, or those that the scene asks for.
+            const double spacing =
+                outer.contact_spacing > 0 ? 0 : 2 * bore.material.point.front().spacing;
+            c->nestings.push_back(make_nesting(wires[p.inner].wire, bore, p.friction, spacing));
+            c->pairs.push_back({place[p.inner], place[p.outer]});
+        }
+        c->contacts.resize(c->nestings.size());
+        g.coaxial = c.get();
+        coaxial.push_back(std::move(c));
+    }
+    return groups;
+}
+
+void save_reactions(const std::vector<Reaction>& reactions, ByteWriter& out)
+{
+    out.value(std::uint64_t(reactions.size()));
+    for (const Reaction& r : reactions) {
+        out.value(r.normal);
+        for (int k = 0; k < 3; ++k)
+            out.value(r.tangential[k]);
+        out.value(r.sticks);
+    }
+}
+
+std::vector<Reaction> read_reactions(std::size_t size, ByteReader& in)
+{
+    if (in.value<std::uint64_t>() != size) ByteReader::refuse("another number of contact points");
+    std::vector<Reaction> reactions(size);
+    for (Reaction& r : reactions) {
+        r.normal = in.value<double>();
+        for (int k = 0; k < 3; ++k)
+            r.tangential[k] = in.value<double>();
+        r.sticks = in.value<bool>();
+    }
+    return reactions;
+}
+
 void save_wire(const WireBody& b, ByteWriter& out)
 {
     const WireState& s = b.wire.state;
@@ -160,16 +241,11 @@ void save_wire(const WireBody& b, ByteWriter& out)
     out.value(s.base_insertion);
     out.value(s.base_twist);
     out.vector(s.nodes);
-    out.value(std::uint64_t(s.reaction.size()));
+    save_reactions(s.reaction, out);
     const auto vec = [&](const Vec3& v) {
         for (int k = 0; k < 3; ++k)
             out.value(v[k]);
     };
-    for (const Reaction& r : s.reaction) {
-        out.value(r.normal);
-        vec(r.tangential);
-        out.value(r.sticks);
-    }
     for (const auto* list : lists_of(b.dynamics))
         for (const Vec3& v : *list)
             vec(v);
@@ -194,20 +270,13 @@ SavedWire read_wire(const WireBody& b, ByteReader& in)
         !(s.inserted < b.wire.material.length))
         ByteReader::refuse("a wire held at an impossible place");
     s.nodes = in.exactly<BeamNode>(b.wire.material.node.size());
-    if (in.value<std::uint64_t>() != b.wire.state.reaction.size())
-        ByteReader::refuse("another number of contact points");
+    s.reaction = read_reactions(b.wire.state.reaction.size(), in);
     const auto vec = [&] {
         Vec3 v;
         for (int k = 0; k < 3; ++k)
             v[k] = in.value<double>();
         return v;
     };
-    s.reaction.resize(b.wire.state.reaction.size());
-    for (Reaction& r : s.reaction) {
-        r.normal = in.value<double>();
-        r.tangential = vec();
-        r.sticks = in.value<bool>();
-    }
     w.dynamics = b.dynamics;
     for (std::vector<Vec3>* list : lists_of(w.dynamics))
         for (Vec3& v : *list)

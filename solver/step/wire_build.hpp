@@ -1,6 +1,7 @@
 #pragma once
 
 #include "solver/step/byte_stream.hpp"
+#include "solver/step/coaxial.hpp"
 #include "solver/step/simulation.hpp"
 #include "solver/step/wire_step.hpp"
 
@@ -15,6 +16,14 @@ WireBody build_wire(const Scene& scene, const BeamInput& beam,
 void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body,
                  const std::vector<Obstacle>& obstacles, const std::vector<int>& near,
                  std::vector<Issue>& issues);
+
+/// Wires that touch one another are solved together.
+/// @param coaxial  out: the instruments in one another, kept by the groups
+std::vector<WireGroup> make_groups(const Scene& scene, std::vector<WireBody>& wires,
+                                   std::vector<std::unique_ptr<Coaxial>>& coaxial);
+
+void save_reactions(const std::vector<Reaction>& reactions, ByteWriter& out);
+std::vector<Reaction> read_reactions(std::size_t size, ByteReader& in);
 
 /// What changes of a wire.
 struct SavedWire {

@@ -40,10 +40,25 @@ void assemble_anchor(const Wire& wire, const Anchor& anchor, BlockTridiagonal& K
     }
 }
 
-/// Everything of one iterate: candidates, base system, gradient with the present reactions.
-Residual assemble(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
-                  const Anchor& anchor, const NewtonOptions& options, NewtonWorkspace& w,
-                  NewtonReport& report)
+} // namespace
+
+NewtonWorkspace::NewtonWorkspace(const Wire& wire, std::size_t walls)
+    : base(int(wire.material.node.size()))
+    , system(int(wire.material.node.size()))
+    , gradient(wire.material.node.size())
+    , right(wire.material.node.size())
+    , increment(wire.material.node.size())
+    , laws(wire.material.law)
+    , proximity(wire.material.point.size() * walls)
+{
+    for (auto* v : {&gradient, &right, &increment})
+        for (Node6& n : *v)
+            n.column = Column6{};
+}
+
+void assemble_iterate(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
+                      const Anchor& anchor, const NewtonOptions& options, NewtonWorkspace& w,
+                      NewtonReport& report)
 {
     const double t0 = now();
     w.base.set_first(wire.state.first);
@@ -55,11 +70,28 @@ Residual assemble(const Wire& wire, const std::vector<WireWall>& walls, const St
     const double t1 = now();
     report.seconds_elements += t1 - t0;
 
-    find_candidates(wire, walls, start, options.reach, w.proximity, w.candidates);
+    find_candidates(wire, walls, start, options.reach, w.proximity, w.candidates, w.covered);
     assemble_reactions(wire, w.candidates, w.base, w.gradient);
     if (wire.plane) hold_in_plane(wire, w.base, w.gradient);
     report.seconds_detection += now() - t1;
+}
 
+double contact_error(const Candidate& c, double& cone)
+{
+    const double rho = kCertificateRho * c.stiffness;
+    double f = std::abs(c.normal - std::max(0.0, c.normal - rho * c.gap));
+    if (c.mu > 0) {
+        const double s1 = c.tangential[0] - rho * c.slip[0], s2 = c.tangential[1] - rho * c.slip[1];
+        const double m = std::hypot(s1, s2), bound = c.mu * c.normal;
+        const double p = m > bound ? bound / m : 1;
+        f = std::max(f, std::hypot(c.tangential[0] - p * s1, c.tangential[1] - p * s2));
+        cone = std::max(cone, std::hypot(c.tangential[0], c.tangential[1]) - c.mu * c.normal);
+    }
+    return f;
+}
+
+Residual residual_of_iterate(const Wire& wire, const NewtonWorkspace& w)
+{
     Residual res;
     double EA = 0, reactions = 0;
     for (int i = wire.state.first; i <= wire.last(); ++i) {
@@ -75,17 +107,7 @@ Residual assemble(const Wire& wire, const std::vector<WireWall>& walls, const St
     }
     for (std::size_t k = 0; k < w.candidates.size(); ++k) {
         const Candidate& c = w.candidates[k];
-        const double rho = kCertificateRho * c.stiffness;
-        double f = std::abs(c.normal - std::max(0.0, c.normal - rho * c.gap));
-        if (c.mu > 0) {
-            const double s1 = c.tangential[0] - rho * c.slip[0],
-                         s2 = c.tangential[1] - rho * c.slip[1];
-            const double m = std::hypot(s1, s2), bound = c.mu * c.normal;
-            const double p = m > bound ? bound / m : 1;
-            f = std::max(f, std::hypot(c.tangential[0] - p * s1, c.tangential[1] - p * s2));
-            res.cone =
-                std::max(res.cone, std::hypot(c.tangential[0], c.tangential[1]) - c.mu * c.normal);
-        }
+        const double f = contact_error(c, res.cone);
         if (f > res.contact) {
             res.contact = f;
             res.worst = int(k);
@@ -108,27 +130,39 @@ Residual assemble(const Wire& wire, const std::vector<WireWall>& walls, const St
     return res;
 }
 
-} // namespace
-
-NewtonWorkspace::NewtonWorkspace(const Wire& wire, std::size_t walls)
-    : base(int(wire.material.node.size()))
-    , system(int(wire.material.node.size()))
-    , gradient(wire.material.node.size())
-    , right(wire.material.node.size())
-    , increment(wire.material.node.size())
-    , laws(wire.material.law)
-    , proximity(wire.material.point.size() * walls)
-{
-    for (auto* v : {&gradient, &right, &increment})
-        for (Node6& n : *v)
-            n.column = Column6{};
-}
-
 Residual residual_of(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
                      const Anchor& anchor, const NewtonOptions& options, NewtonWorkspace& work)
 {
     NewtonReport ignored;
-    return assemble(wire, walls, start, anchor, options, work, ignored);
+    assemble_iterate(wire, walls, start, anchor, options, work, ignored);
+    return residual_of_iterate(wire, work);
+}
+
+void take_trial(const Candidate& c, const NewtonWorkspace::Trial& t, double factor, Reaction& r)
+{
+    const double normal = std::max(0.0, t.normal);
+    const double limit = c.mu * normal, m = std::hypot(t.t1, t.t2);
+    const double back = m > limit ? limit / m : 1;
+    r.normal = c.normal + factor * (normal - c.normal);
+    const double f1 = c.tangential[0] + factor * (back * t.t1 - c.tangential[0]);
+    const double f2 = c.tangential[1] + factor * (back * t.t2 - c.tangential[1]);
+    r.tangential = f1 * c.t1 + f2 * c.t2;
+    r.sticks = t.status == 1;
+}
+
+double step_factor(const Wire& wire, const std::vector<Node6>& increment, double longest_move)
+{
+    double move = 0, turn = 0;
+    for (int i = wire.state.first + 1; i <= wire.last(); ++i) {
+        const double* d = increment[std::size_t(i)].value;
+        move = std::max(move, std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]));
+        turn = std::max(turn, std::sqrt(d[3] * d[3] + d[4] * d[4] + d[5] * d[5]));
+    }
+    if (!std::isfinite(move + turn)) return 0;
+    double factor = 1;
+    if (move > longest_move) factor = longest_move / move;
+    if (turn * factor > 0.3) factor = 0.3 / turn;
+    return factor;
 }
 
 NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,
@@ -143,7 +177,8 @@ NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,
     }
     double shift = w.shift = 0;
     for (report.iterations = 0; report.iterations <= options.max_iterations; ++report.iterations) {
-        report.residual = assemble(wire, walls, start, anchor, options, w, report);
+        assemble_iterate(wire, walls, start, anchor, options, w, report);
+        report.residual = residual_of_iterate(wire, w);
         const Residual& res = report.residual;
         if (!std::isfinite(res.equilibrium)) return report;
         if (report.iterations > 0 && res.error() <= std::max(options.tolerance, res.floor)) {
@@ -161,31 +196,14 @@ NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,
         const double t1 = now();
         report.seconds_contact += t1 - t0;
 
-        double move = 0, turn = 0;
-        for (int i = wire.state.first + 1; i <= wire.last(); ++i) {
-            const double* d = w.increment[std::size_t(i)].value;
-            move = std::max(move, std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]));
-            turn = std::max(turn, std::sqrt(d[3] * d[3] + d[4] * d[4] + d[5] * d[5]));
-        }
-        if (!std::isfinite(move + turn)) {
+        const double factor = step_factor(wire, w.increment, options.longest_move);
+        if (!(factor > 0)) {
             report.residual.equilibrium = std::numeric_limits<double>::infinity();
             return report;
         }
-        double factor = 1;
-        if (move > options.longest_move) factor = options.longest_move / move;
-        if (turn * factor > 0.3) factor = 0.3 / turn;
         for (std::size_t k = 0; k < w.candidates.size(); ++k) {
             const Candidate& c = w.candidates[k];
-            const NewtonWorkspace::Trial& t = w.trial[k];
-            Reaction& r = wire.state.reaction[std::size_t(c.index)];
-            const double normal = std::max(0.0, t.normal);
-            const double limit = c.mu * normal, m = std::hypot(t.t1, t.t2);
-            const double back = m > limit ? limit / m : 1;
-            r.normal = c.normal + factor * (normal - c.normal);
-            const double f1 = c.tangential[0] + factor * (back * t.t1 - c.tangential[0]);
-            const double f2 = c.tangential[1] + factor * (back * t.t2 - c.tangential[1]);
-            r.tangential = f1 * c.t1 + f2 * c.t2;
-            r.sticks = t.status == 1;
+            take_trial(c, w.trial[k], factor, wire.state.reaction[std::size_t(c.index)]);
         }
         move_wire(wire, w.increment, factor);
         report.seconds_rest += now() - t1;

@@ -65,8 +65,25 @@ struct NewtonWorkspace {
         double gap = 0, v1 = 0, v2 = 0;    ///< after the trial [m]
     };
     std::vector<Trial> trial;
-    double shift = 0; ///< of the last iterate of this solve that needed one [N/m]
+    double shift = 0;   ///< of the last iterate of this solve that needed one [N/m]
+    double covered = 0; ///< contact points up to here lie in another instrument [m from the base]
 };
+
+// What one iterate is made of, for a solve of several wires too.
+
+/// Candidates, base system, and gradient with the present reactions.
+void assemble_iterate(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
+                      const Anchor& anchor, const NewtonOptions& options, NewtonWorkspace& work,
+                      NewtonReport& report);
+/// Of what assemble_iterate left.
+Residual residual_of_iterate(const Wire& wire, const NewtonWorkspace& work);
+/// Natural map of a contact [N].
+/// @param cone  in and out: the largest violation of Coulomb's cone [N]
+double contact_error(const Candidate& c, double& cone);
+/// How much of an increment may be taken; 0 if it is not finite.
+double step_factor(const Wire& wire, const std::vector<Node6>& increment, double longest_move);
+/// Moves a reaction by that share towards what a trial found.
+void take_trial(const Candidate& c, const NewtonWorkspace::Trial& t, double factor, Reaction& r);
 
 /// Brings the wire to equilibrium at its present base. On failure the state is the last iterate.
 NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,

@@ -175,4 +175,34 @@ void record_wire(const WireBody& b, const std::string& name, int body,
     quantity("nodes", "", double(w.last() - w.state.first + 1));
 }
 
+void record_nesting(const Coaxial& c, std::size_t nesting, int inner, int outer,
+                    const std::string& prefix, StepRecord& out)
+{
+    double sum = 0, friction = 0;
+    int count = 0;
+    for (const NestedContact& k : c.contacts[nesting]) {
+        const Candidate& a = k.on_inner;
+        if (!(a.normal > 0)) continue;
+        ContactRecord r;
+        r.point = a.x - a.radius * a.n;
+        r.normal = a.n;
+        const Vec3 t = a.tangential[0] * a.t1 + a.tangential[1] * a.t2;
+        r.force = a.normal * a.n + t;
+        r.slip = a.slip[0] * a.t1 + a.slip[1] * a.t2;
+        r.normal_force = r.clustered_force = a.normal;
+        r.gap = a.gap;
+        const bool sticks = a.mu > 0 && t.norm() < a.mu * a.normal * (1 - 1e-6);
+        r.status = sticks ? ContactStatus::stick : ContactStatus::slip;
+        r.body_a = inner;
+        r.body_b = outer;
+        out.contacts.push_back(r);
+        sum += a.normal;
+        friction += t.norm();
+        ++count;
+    }
+    out.quantities.push_back({prefix + "normal_force_sum", "N", sum});
+    out.quantities.push_back({prefix + "friction_force_sum", "N", friction});
+    out.quantities.push_back({prefix + "contacts", "", double(count)});
+}
+
 } // namespace amontons

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solver/step/wire_step.hpp"
+#include "solver/step/coaxial.hpp"
 
 #include <string>
 #include <vector>
@@ -15,6 +15,11 @@ namespace amontons {
 void record_wire(const WireBody& b, const std::string& name, int body,
                  const std::vector<int>& walls, const std::string& prefix, double cluster,
                  StepRecord& out);
+
+/// Adds the contacts in a bore and their sums.
+/// @param inner, outer  numbers of the two among the scene's bodies
+void record_nesting(const Coaxial& c, std::size_t nesting, int inner, int outer,
+                    const std::string& prefix, StepRecord& out);
 
 /// Length of wire past the introducer [m].
 double wire_depth(const Wire& wire);

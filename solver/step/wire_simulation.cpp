@@ -3,6 +3,7 @@
 #include "mesh/base/curve.hpp"
 #include "mesh/base/error.hpp"
 #include "mesh/bounding_tree.hpp"
+#include "solver/step/coaxial.hpp"
 #include "solver/step/run_summary.hpp"
 #include "solver/step/wire_build.hpp"
 #include "solver/step/wire_problem.hpp"
@@ -53,7 +54,9 @@ struct WireSimulation::State {
     Scene scene;
     std::vector<Obstacle> obstacles;
     std::vector<WireBody> wires;
-    std::vector<std::vector<int>> walls; ///< obstacles of each wire's walls
+    std::vector<std::unique_ptr<Coaxial>> coaxial; ///< wires in one another
+    std::vector<WireGroup> groups;                 ///< every wire is in one
+    std::vector<std::vector<int>> walls;           ///< obstacles of each wire's walls
     std::vector<WireHistory> history;
     std::vector<std::unique_ptr<BoundingTree>> tree; ///< made when a contact first needs it
     std::vector<std::vector<double>> max_force;      ///< per obstacle and vertex [N]
@@ -82,6 +85,21 @@ struct WireSimulation::State {
         const CurvePoints& c = scene.beams[w].twist;
         return c.empty() ? 0 : curve_value(c, t);
     }
+    /// Where the bases of a group are at a time.
+    std::vector<BaseTarget> targets(const WireGroup& g, double t) const
+    {
+        std::vector<BaseTarget> to;
+        for (const WireBody* b : g.wires) {
+            const auto w = std::size_t(b - wires.data());
+            to.push_back({insertion(w, t), twist(w, t)});
+        }
+        return to;
+    }
+    /// The wire that a group's energy is kept with.
+    std::size_t first_of(const WireGroup& g) const
+    {
+        return std::size_t(g.wires[0] - wires.data());
+    }
     double next_knot() const;
     bool advance(double h, StepReport& sum, std::string& refusal, bool relax);
     StepRecord record(const StepReport& r, double h, double seconds);
@@ -109,16 +127,25 @@ bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refu
         WireDynamics dynamics;
     };
     std::vector<Kept> kept;
+    std::vector<std::vector<std::vector<Reaction>>> kept_nested;
     std::vector<StepReport> reports;
     const double t = time + h;
     bool accepted = true;
-    for (std::size_t w = 0; w < wires.size() && accepted; ++w) {
-        WireBody& b = wires[w];
-        if (wires.size() > 1) kept.push_back({b.wire.state, b.dynamics});
-        const bool may_relax = relax && !b.motion.dynamic;
-        const StepReport r = may_relax ? try_or_relax(b, insertion(w, t), twist(w, t))
-                                       : try_step(b, insertion(w, t), twist(w, t), h);
-        if (!r.accepted) refusal = scene.beams[w].name + ": " + r.refusal;
+    if (groups.size() > 1) {
+        for (const WireBody& b : wires)
+            kept.push_back({b.wire.state, b.dynamics});
+        for (const auto& c : coaxial) {
+            kept_nested.emplace_back();
+            for (const Nesting& n : c->nestings)
+                kept_nested.back().push_back(n.reaction);
+        }
+    }
+    for (std::size_t k = 0; k < groups.size() && accepted; ++k) {
+        WireGroup& g = groups[k];
+        const bool may_relax = relax && !g.wires[0]->motion.dynamic;
+        const std::vector<BaseTarget> to = targets(g, t);
+        const StepReport r = may_relax ? try_or_relax(g, to) : try_step(g, to, h);
+        if (!r.accepted) refusal = scene.beams[first_of(g)].name + ": " + r.refusal;
         accepted = r.accepted;
         reports.push_back(r);
         sum.newton.iterations += r.newton.iterations;
@@ -128,18 +155,22 @@ bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refu
         sum.newton.seconds_contact += r.newton.seconds_contact;
         sum.newton.seconds_rest += r.newton.seconds_rest;
         const double error = r.newton.residual.error();
-        if (w == 0 || !(error < sum.newton.residual.error()))
+        if (k == 0 || !(error < sum.newton.residual.error()))
             sum.newton.residual = r.newton.residual;
     }
     if (!accepted) {
-        for (std::size_t w = 0; w + 1 < reports.size(); ++w) {
+        for (std::size_t w = 0; w < kept.size(); ++w) {
             wires[w].wire.state = kept[w].state;
             wires[w].dynamics = kept[w].dynamics;
         }
+        for (std::size_t c = 0; c < kept_nested.size(); ++c)
+            for (std::size_t n = 0; n < kept_nested[c].size(); ++n)
+                coaxial[c]->nestings[n].reaction = kept_nested[c][n];
         return false;
     }
-    for (std::size_t w = 0; w < wires.size(); ++w) {
-        const StepReport& r = reports[w];
+    for (std::size_t k = 0; k < groups.size(); ++k) {
+        const StepReport& r = reports[k];
+        const std::size_t w = first_of(groups[k]);
         add(energy, r.energy);
         history[w].elastic = r.energy.elastic;
         history[w].kinetic = r.energy.kinetic;
@@ -199,6 +230,17 @@ StepRecord WireSimulation::State::record(const StepReport& r, double h, double s
                 k.max_cluster = std::max(k.max_cluster, q.value);
         }
     }
+    for (const auto& c : coaxial)
+        for (std::size_t n = 0; n < c->nestings.size(); ++n) {
+            const auto index = [&](int k) {
+                return int(c->wires[std::size_t(c->pairs[n][std::size_t(k)])] - wires.data());
+            };
+            record_nesting(*c, n, int(obstacles.size()) + index(0),
+                           int(obstacles.size()) + index(1),
+                           scene.beams[std::size_t(index(1))].name + "_over_" +
+                               scene.beams[std::size_t(index(0))].name + "_",
+                           out);
+        }
     return out;
 }
 
@@ -206,6 +248,7 @@ void WireSimulation::State::note_forces(const StepRecord& r)
 {
     for (const ContactRecord& c : r.contacts) {
         const std::size_t o = std::size_t(c.body_b);
+        if (o >= obstacles.size()) continue; // in a bore
         const SurfaceMesh& mesh = obstacles[o].model.surface;
         if (mesh.triangles.empty()) continue;
         if (!tree[o]) tree[o] = std::make_unique<BoundingTree>(mesh);
@@ -304,6 +347,7 @@ WireSimulation::WireSimulation(const Scene& scene, std::vector<Obstacle> obstacl
     }
     s.history.resize(s.wires.size());
     if (!issues.empty()) throw InputError(issues);
+    s.groups = make_groups(scene, s.wires, s.coaxial);
 }
 
 WireSimulation::~WireSimulation() = default;
@@ -336,18 +380,27 @@ RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& 
     if (!s.started) {
         StepReport first;
         std::string refusal;
-        for (std::size_t w = 0; w < s.wires.size(); ++w) {
-            WireBody& b = s.wires[w];
-            start_in_sheath(b.wire, s.insertion(w, 0), s.twist(w, 0));
+        for (std::size_t k = 0; k < s.groups.size(); ++k) {
+            WireGroup& g = s.groups[k];
+            const std::vector<BaseTarget> to = s.targets(g, 0);
+            for (std::size_t w = 0; w < to.size(); ++w)
+                start_in_sheath(g.wires[w]->wire, to[w].insertion, to[w].twist);
+            // In one another from the beginning, along the one that is out furthest.
+            const WireBody* guide = g.wires[0];
+            for (const WireBody* b : g.wires)
+                if (b->wire.state.inserted > guide->wire.state.inserted) guide = b;
+            for (WireBody* b : g.wires)
+                if (b != guide) lie_along(b->wire, guide->wire);
             // From the unstressed shape to contact: by relaxation if need be.
-            const bool dynamic = b.motion.dynamic;
-            b.motion.dynamic = false;
-            StepReport r = try_step(b, s.insertion(w, 0), s.twist(w, 0), 0);
-            if (!r.accepted) r = relax_step(b, s.insertion(w, 0), s.twist(w, 0));
-            b.motion.dynamic = dynamic;
+            const bool dynamic = g.wires[0]->motion.dynamic;
+            g.wires[0]->motion.dynamic = false;
+            StepReport r = try_step(g, to, 0);
+            if (!r.accepted) r = relax_step(g, to);
+            g.wires[0]->motion.dynamic = dynamic;
             if (!r.accepted) return finish("failed", "the initial state: " + r.refusal);
-            s.history[w].elastic = s.history[w].elastic_start = r.energy.elastic;
-            if (w == 0) first = r;
+            WireHistory& h = s.history[s.first_of(g)];
+            h.elastic = h.elastic_start = r.energy.elastic;
+            if (k == 0) first = r;
         }
         s.started = true;
         observe(s.record(first, 0, 0));
@@ -401,9 +454,10 @@ const std::vector<Obstacle>& WireSimulation::obstacles() const
 
 std::vector<RecordedProblem> WireSimulation::contact_problems() const
 {
-    std::vector<RecordedProblem> all;
-    for (const WireBody& b : state_->wires)
-        all.push_back(contact_problem(b));
+    // One a wire, in their order; none of instruments in one another, which share theirs.
+    std::vector<RecordedProblem> all(state_->wires.size());
+    for (const WireGroup& g : state_->groups)
+        if (!g.coaxial) all[state_->first_of(g)] = contact_problem(*g.wires[0]);
     return all;
 }
 
@@ -440,6 +494,9 @@ std::vector<std::byte> WireSimulation::save() const
         save_wire(s.wires[w], out);
         out.value(s.history[w]);
     }
+    for (const auto& c : s.coaxial)
+        for (const Nesting& n : c->nestings)
+            save_reactions(n.reaction, out);
     for (const std::vector<double>& f : s.max_force)
         out.vector(f);
     save_summary(s.summary, out);
@@ -464,6 +521,10 @@ void WireSimulation::restore(const std::vector<std::byte>& state)
         wires.push_back(read_wire(b, in));
         history.push_back(in.value<WireHistory>());
     }
+    std::vector<std::vector<Reaction>> nested;
+    for (const auto& c : s.coaxial)
+        for (const Nesting& n : c->nestings)
+            nested.push_back(read_reactions(n.reaction.size(), in));
     std::vector<std::vector<double>> force;
     for (const Obstacle& o : s.obstacles)
         force.push_back(in.vector<double>(o.model.surface.points.size()));
@@ -479,6 +540,10 @@ void WireSimulation::restore(const std::vector<std::byte>& state)
     s.energy = energy;
     for (std::size_t w = 0; w < wires.size(); ++w)
         restore_wire(s.wires[w], wires[w]);
+    auto next = nested.begin();
+    for (const auto& c : s.coaxial)
+        for (Nesting& n : c->nestings)
+            n.reaction = std::move(*next++);
     s.history = std::move(history);
     s.max_force = std::move(force);
     s.summary = std::move(sum);

@@ -1,5 +1,6 @@
 #include "solver/step/wire_step.hpp"
 
+#include "solver/step/coaxial.hpp"
 #include "solver/step/wire_friction.hpp"
 
 #include <algorithm>
@@ -18,17 +19,22 @@ constexpr double kEnergyFloor = 0.5;
 constexpr const char* kBalanceRefused = "energy balance";
 constexpr int kMostRelaxations = 600;
 constexpr double kRelaxationShare = 0.001; // as kEnergyShare, of an increment of the relaxation
-constexpr double kNoJump = 0.25;          // of an increment's way: the wire has not jumped in it
+constexpr double kNoJump = 0.25;           // of an increment's way: the wire has not jumped in it
 
-NewtonOptions newton_options(const WireBody& b, double shift)
+NewtonOptions newton_options(const WireGroup& g, const std::vector<BaseTarget>& to)
 {
     NewtonOptions o;
-    o.tolerance = b.tolerance;
-    double radius = 0;
-    for (const BeamSegment& g : b.wire.material.segments)
-        radius = std::max(radius, g.radius);
-    o.reach = std::max(1.35 * radius, 1.5 * std::abs(shift));
-    o.longest_move = 0.8 * b.grain;
+    o.tolerance = g.wires[0]->tolerance;
+    o.longest_move = std::numeric_limits<double>::infinity();
+    for (std::size_t w = 0; w < g.wires.size(); ++w) {
+        const WireBody& b = *g.wires[w];
+        double radius = 0;
+        for (const BeamSegment& segment : b.wire.material.segments)
+            radius = std::max(radius, segment.radius);
+        const double shift = to[w].insertion - b.wire.state.base_insertion;
+        o.reach = std::max({o.reach, 1.35 * radius, 1.5 * std::abs(shift)});
+        o.longest_move = std::min(o.longest_move, 0.8 * b.grain);
+    }
     return o;
 }
 
@@ -85,11 +91,122 @@ int count_passages(const WireBody& b, const StepStart& start)
     return count;
 }
 
-void refuse(WireBody& b, const WireState& keep, StepReport& r, std::string why)
+/// What a step changes in the wires of a group, kept in case that it is refused.
+struct GroupState {
+    std::vector<WireState> wires;
+    std::vector<std::vector<Reaction>> nested;
+};
+
+GroupState state_of(const WireGroup& g)
 {
-    b.wire.state = keep;
+    GroupState s;
+    for (const WireBody* b : g.wires)
+        s.wires.push_back(b->wire.state);
+    if (g.coaxial)
+        for (const Nesting& n : g.coaxial->nestings)
+            s.nested.push_back(n.reaction);
+    return s;
+}
+
+void restore(WireGroup& g, const GroupState& s)
+{
+    for (std::size_t w = 0; w < g.wires.size(); ++w)
+        g.wires[w]->wire.state = s.wires[w];
+    for (std::size_t n = 0; n < s.nested.size(); ++n)
+        g.coaxial->nestings[n].reaction = s.nested[n];
+}
+
+void refuse(WireGroup& g, const GroupState& keep, StepReport& r, std::string why)
+{
+    restore(g, keep);
     r.accepted = false;
     r.refusal = std::move(why);
+}
+
+/// Where an increment begins: slip and friction's work are counted from there.
+struct GroupStart {
+    std::vector<StepStart> wires;
+    std::vector<std::vector<ContactBefore>> touched;
+    CoaxialStart nested;
+};
+
+GroupStart start_of(const WireGroup& g)
+{
+    GroupStart s;
+    for (const WireBody* b : g.wires) {
+        s.wires.push_back(mark_step_start(b->wire));
+        s.touched.push_back(contacts_before(b->wire, b->walls, b->work->proximity));
+    }
+    if (g.coaxial) s.nested = mark_coaxial_start(*g.coaxial);
+    return s;
+}
+
+NewtonReport solve(WireGroup& g, const GroupStart& start, const std::vector<Anchor>& anchors,
+                   const NewtonOptions& options)
+{
+    if (g.coaxial) return solve_coaxial(*g.coaxial, start.wires, start.nested, anchors, options);
+    WireBody& b = *g.wires[0];
+    return solve_equilibrium(b.wire, b.walls, start.wires[0], anchors[0], options, *b.work);
+}
+
+void drive(WireGroup& g, const std::vector<BaseTarget>& to)
+{
+    std::vector<double> shift;
+    for (std::size_t w = 0; w < g.wires.size(); ++w) {
+        Wire& wire = g.wires[w]->wire;
+        shift.push_back(to[w].insertion - wire.state.base_insertion);
+        drive_base(wire, to[w].insertion, to[w].twist);
+    }
+    if (g.coaxial) shift_coaxial_reactions(*g.coaxial, shift);
+}
+
+double elastic_energy_of(const WireGroup& g)
+{
+    double sum = 0;
+    for (const WireBody* b : g.wires)
+        sum += elastic_energy(b->wire);
+    return sum;
+}
+
+std::vector<BaseLoad> loads_of(const WireGroup& g)
+{
+    std::vector<BaseLoad> loads;
+    for (const WireBody* b : g.wires)
+        loads.push_back(base_load(b->wire));
+    return loads;
+}
+
+/// Of the bases from where they were to where they are, by the trapezoid rule [J].
+double base_work(const WireGroup& g, const GroupState& old, const std::vector<BaseLoad>& before)
+{
+    double sum = 0;
+    for (std::size_t w = 0; w < g.wires.size(); ++w) {
+        const WireState &a = old.wires[w], &s = g.wires[w]->wire.state;
+        const BaseLoad load = base_load(g.wires[w]->wire);
+        sum += 0.5 * (before[w].push + load.push) * (s.base_insertion - a.base_insertion) +
+               0.5 * (before[w].torque + load.torque) * (s.base_twist - a.base_twist);
+    }
+    return sum;
+}
+
+double friction_of(const WireGroup& g, const GroupStart& start)
+{
+    double sum = 0;
+    for (std::size_t w = 0; w < g.wires.size(); ++w) {
+        const WireBody& b = *g.wires[w];
+        if (b.wire.outside())
+            sum += friction_work(b.wire, start.wires[w], start.touched[w], b.work->candidates);
+    }
+    if (g.coaxial) sum += coaxial_friction_work(*g.coaxial, start.nested);
+    return sum;
+}
+
+int count_passages(const WireGroup& g, const GroupStart& start)
+{
+    int count = 0;
+    for (std::size_t w = 0; w < g.wires.size(); ++w)
+        if (g.wires[w]->wire.outside()) count += count_passages(*g.wires[w], start.wires[w]);
+    return count;
 }
 
 Vec3 rotation_between(const double from[4], const double to[4])
@@ -223,35 +340,41 @@ void update_dynamics(WireBody& b, const WireState& old, const StepStart& start, 
 
 /// Lowest mode of the system that contact leaves free, by inverse iteration with the factor of
 /// the last shifted solve; largest displacement 1.
-std::vector<Node6> weakest_mode(WireBody& b)
+std::vector<std::vector<Node6>> weakest_mode(WireGroup& g)
 {
-    std::vector<Node6> v = b.work->increment;
+    std::vector<std::vector<Node6>> v;
     unsigned seed = 1;
-    for (int i = b.wire.state.first; i <= b.wire.last(); ++i) {
-        Node6& n = v[std::size_t(i)];
-        n.column = Column6{};
-        if (i > b.wire.state.first)
+    for (const WireBody* b : g.wires) {
+        std::vector<Node6>& mode = v.emplace_back(b->work->increment);
+        for (int i = b->wire.state.first; i <= b->wire.last(); ++i) {
+            Node6& n = mode[std::size_t(i)];
+            n.column = Column6{};
+            if (i == b->wire.state.first) continue;
             for (int k = 0; k < 6; ++k) {
                 seed = seed * 1664525u + 1013904223u;
-                n.value[k] = (double(seed >> 8) / 8388608.0 - 1) * (k < 3 ? b.grain : 1);
+                n.value[k] = (double(seed >> 8) / 8388608.0 - 1) * (k < 3 ? b->grain : 1);
             }
-        if (i > b.wire.state.first) {
             // along the section's axes: no axis of space decides which way it goes
-            const Vec3 x = rotation_matrix(b.wire.state.nodes[std::size_t(i)].q) *
+            const Vec3 x = rotation_matrix(b->wire.state.nodes[std::size_t(i)].q) *
                            Vec3(n.value[0], n.value[1], n.value[2]);
             for (int k = 0; k < 3; ++k)
                 n.value[k] = x[k];
         }
     }
     for (int round = 0; round < 6; ++round) {
-        b.work->system.solve(v);
+        if (g.coaxial)
+            solve_last_system(*g.coaxial, v);
+        else
+            g.wires[0]->work->system.solve(v[0]);
         double largest = 0;
-        for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i)
-            for (int k = 0; k < 3; ++k)
-                largest = std::max(largest, std::abs(v[std::size_t(i)].value[k]));
+        for (std::size_t w = 0; w < v.size(); ++w)
+            for (int i = g.wires[w]->wire.state.first + 1; i <= g.wires[w]->wire.last(); ++i)
+                for (int k = 0; k < 3; ++k)
+                    largest = std::max(largest, std::abs(v[w][std::size_t(i)].value[k]));
         if (!(largest > 0)) break;
-        for (int i = b.wire.state.first; i <= b.wire.last(); ++i)
-            v[std::size_t(i)].column *= splat6(1 / largest);
+        for (std::size_t w = 0; w < v.size(); ++w)
+            for (int i = g.wires[w]->wire.state.first; i <= g.wires[w]->wire.last(); ++i)
+                v[w][std::size_t(i)].column *= splat6(1 / largest);
     }
     return v;
 }
@@ -271,11 +394,12 @@ WireMotion make_motion(const WireMaterial& m, double damping)
         while (k > 0 && m.segment_start[k] > middle)
             --k;
         const BeamSegment& g = m.segments[k];
-        const double h = m.node[i + 1] - m.node[i], r2 = g.radius * g.radius;
-        const double mass = 0.5 * g.density * 3.14159265358979323846 * r2 * h;
+        const double h = m.node[i + 1] - m.node[i];
+        const double r2 = g.radius * g.radius, bore2 = g.inner_radius * g.inner_radius;
+        const double mass = 0.5 * g.density * 3.14159265358979323846 * (r2 - bore2) * h;
         for (std::size_t n : {i, i + 1}) {
             motion.mass[n] += mass;
-            motion.inertia[n] += mass * r2 * Vec3(0.5, 0.25, 0.25);
+            motion.inertia[n] += mass * (r2 + bore2) * Vec3(0.5, 0.25, 0.25);
         }
     }
     return motion;
@@ -313,141 +437,154 @@ double kinetic_energy(const WireBody& b)
     return sum;
 }
 
-StepReport try_step(WireBody& b, double insertion, double twist, double length, bool any_balance)
+StepReport try_step(WireGroup& g, const std::vector<BaseTarget>& to, double length,
+                    bool any_balance)
 {
     StepReport r;
-    const WireState old = b.wire.state;
-    const double shift = insertion - old.base_insertion, turn = twist - old.base_twist;
-    const double elastic_before = elastic_energy(b.wire);
-    const BaseLoad load_before = base_load(b.wire);
-    const StepStart start = mark_step_start(b.wire);
-    const std::vector<ContactBefore> touched = contacts_before(b.wire, b.walls, b.work->proximity);
+    const GroupState old = state_of(g);
+    const double elastic_before = elastic_energy_of(g);
+    const std::vector<BaseLoad> load_before = loads_of(g);
+    const GroupStart start = start_of(g);
+    const NewtonOptions options = newton_options(g, to);
+    const bool dynamic = g.wires[0]->motion.dynamic;
 
-    drive_base(b.wire, insertion, twist);
-    Anchor anchor;
-    if (b.motion.dynamic) anchor = inertia_anchor(b, old, length);
-    const NewtonReport newton =
-        solve_equilibrium(b.wire, b.walls, start, anchor, newton_options(b, shift), *b.work);
+    drive(g, to);
+    std::vector<Anchor> anchors(g.wires.size());
+    if (dynamic) anchors[0] = inertia_anchor(*g.wires[0], old.wires[0], length);
+    const NewtonReport newton = solve(g, start, anchors, options);
     add(r.newton, newton);
     if (!newton.converged) {
-        refuse(b, old, r, "no convergence");
+        refuse(g, old, r, "no convergence");
         return r;
     }
     if (!newton.stable) {
-        refuse(b, old, r, "unstable");
+        refuse(g, old, r, "unstable");
         return r;
     }
 
-    const BaseLoad load = base_load(b.wire);
-    r.energy.work = 0.5 * (load_before.push + load.push) * shift +
-                    0.5 * (load_before.torque + load.torque) * turn;
-    r.energy.elastic = elastic_energy(b.wire);
-    if (b.wire.outside())
-        r.energy.friction = friction_work(b.wire, start, touched, b.work->candidates);
+    r.energy.work = base_work(g, old, load_before);
+    r.energy.elastic = elastic_energy_of(g);
+    r.energy.friction = friction_of(g, start);
     r.missed = r.energy.work - (r.energy.elastic - elastic_before) - r.energy.friction;
-    const double turned_over = std::abs(r.energy.work) + std::abs(r.energy.friction) +
-                               b.scale_force * (std::abs(shift) + kEnergyFloor * b.grain);
-    if (!b.motion.dynamic && !any_balance && std::abs(r.missed) > kEnergyShare * turned_over) {
-        refuse(b, old, r, kBalanceRefused);
+    double turned_over = std::abs(r.energy.work) + std::abs(r.energy.friction);
+    for (std::size_t w = 0; w < g.wires.size(); ++w) {
+        const WireBody& b = *g.wires[w];
+        const double shift = to[w].insertion - old.wires[w].base_insertion;
+        turned_over += b.scale_force * (std::abs(shift) + kEnergyFloor * b.grain);
+    }
+    if (!dynamic && !any_balance && std::abs(r.missed) > kEnergyShare * turned_over) {
+        refuse(g, old, r, kBalanceRefused);
         return r;
     }
-    if (b.wire.outside()) r.passed_through = count_passages(b, start);
+    r.passed_through = count_passages(g, start);
     if (r.passed_through > 0) {
-        refuse(b, old, r, "a wall was passed");
+        refuse(g, old, r, "a wall was passed");
         return r;
     }
-    if (b.motion.dynamic) update_dynamics(b, old, start, length, r.energy);
+    if (dynamic) update_dynamics(*g.wires[0], old.wires[0], start.wires[0], length, r.energy);
     r.energy.work_absolute = std::abs(r.energy.work);
     r.accepted = true;
     return r;
 }
 
-// Gradient flow with implicit steps: each solves the wire with a viscous pull towards where it
-// was, w |dx| per node. What it dissipates is the pull's work, by the trapezoid rule over the
+// Gradient flow with implicit steps: each solves the wires with a viscous pull towards where they
+// were, w |dx| per node. What it dissipates is the pull's work, by the trapezoid rule over the
 // increment (the pull at its start is that left from the increment before). w follows the
 // motion: about a quarter of an element per increment.
-StepReport relax_step(WireBody& b, double insertion, double twist)
+StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to)
 {
     StepReport r;
-    const WireState old = b.wire.state;
-    const double shift = insertion - old.base_insertion, turn = twist - old.base_twist;
-    const BaseLoad load_before = base_load(b.wire);
-    NewtonOptions options = newton_options(b, shift);
+    const GroupState old = state_of(g);
+    const std::vector<BaseLoad> load_before = loads_of(g);
+    NewtonOptions options = newton_options(g, to);
     NewtonOptions attempt = options;
     options.max_iterations = 10;
     attempt.max_iterations = 10;
-    const std::size_t nodes = b.wire.material.node.size();
-    const double unit =
-        *std::max_element(b.wire.material.stiffness.begin(), b.wire.material.stiffness.end());
-    const double target = 0.1 * b.grain;
-    const double elastic_before = elastic_energy(b.wire);
+    const std::size_t wires = g.wires.size();
+    double unit = 0, grain = std::numeric_limits<double>::infinity(), energy_floor = 0;
+    std::vector<std::vector<Node6>> pull(wires), pull_before(wires);
+    for (std::size_t w = 0; w < wires; ++w) {
+        const WireBody& b = *g.wires[w];
+        const std::vector<double>& stiffness = b.wire.material.stiffness;
+        unit = std::max(unit, *std::max_element(stiffness.begin(), stiffness.end()));
+        grain = std::min(grain, b.grain);
+        energy_floor = std::max(energy_floor, 1e-3 * b.scale_force * b.grain);
+        pull[w].resize(b.wire.material.node.size());
+        pull_before[w].resize(pull[w].size());
+    }
+    const auto forget_pull = [&] {
+        for (std::vector<Node6>& all : pull_before)
+            for (Node6& n : all)
+                n.column = Column6{};
+    };
+    forget_pull();
+    const double target = 0.1 * grain;
+    const double elastic_before = elastic_energy_of(g);
     double weight = 1e-3 * unit, energy = elastic_before;
-    const double energy_floor = 1e-3 * b.scale_force * b.grain;
-    std::vector<Node6> pull(nodes), pull_before(nodes);
-    for (Node6& n : pull_before)
-        n.column = Column6{};
     bool base_moved = false, pushed_off = false, failed = false;
-    int until_attempt = 1; // increments before the wire is tried at rest
-    double base_work = 0;
+    int until_attempt = 1; // increments before the wires are tried at rest
+    double work_of_base = 0;
 
     for (r.relaxations = 0; r.relaxations < kMostRelaxations; ++r.relaxations) {
-        const WireState before = b.wire.state;
-        const StepStart start = mark_step_start(b.wire);
-        const std::vector<ContactBefore> touched =
-            contacts_before(b.wire, b.walls, b.work->proximity);
-        if (!base_moved) drive_base(b.wire, insertion, twist);
+        const GroupState before = state_of(g);
+        const GroupStart start = start_of(g);
+        if (!base_moved) drive(g, to);
+        std::vector<Anchor> anchors(wires);
 
         // At rest already? Only without a further jump.
         if (base_moved && --until_attempt <= 0) {
-            const NewtonReport still =
-                solve_equilibrium(b.wire, b.walls, start, {}, attempt, *b.work);
+            const NewtonReport still = solve(g, start, anchors, attempt);
             add(r.newton, still);
             if (still.converged && still.stable) {
-                const double e = elastic_energy(b.wire);
-                const double friction = friction_work(b.wire, start, touched, b.work->candidates);
+                const double e = elastic_energy_of(g);
+                const double friction = friction_of(g, start);
                 const double missed = energy - e - friction;
                 const double allowed =
                     std::max(energy_floor, kRelaxationShare * (r.released + std::abs(friction)));
-                if (std::abs(missed) <= allowed && count_passages(b, start) == 0) {
+                if (std::abs(missed) <= allowed && count_passages(g, start) == 0) {
                     r.energy.friction += friction;
                     r.energy.elastic = e;
                     r.energy.released = r.released;
-                    r.energy.work = base_work;
-                    r.energy.work_absolute = std::abs(base_work);
-                    r.missed = base_work - (e - elastic_before) - r.energy.friction - r.released;
+                    r.energy.work = work_of_base;
+                    r.energy.work_absolute = std::abs(work_of_base);
+                    r.missed = work_of_base - (e - elastic_before) - r.energy.friction - r.released;
                     r.snapped = true;
                     r.accepted = true;
                     return r;
                 }
             } else if (still.converged && !pushed_off) {
                 // An unstable equilibrium holds the flow: push it off along its weakest mode.
-                const std::vector<Node6> mode = weakest_mode(b);
-                move_wire(b.wire, mode, 1e-3 * b.grain);
+                const std::vector<std::vector<Node6>> mode = weakest_mode(g);
+                for (std::size_t w = 0; w < wires; ++w)
+                    move_wire(g.wires[w]->wire, mode[w], 1e-3 * grain);
                 pushed_off = true;
-                energy = elastic_energy(b.wire);
-                for (Node6& n : pull_before)
-                    n.column = Column6{};
+                energy = elastic_energy_of(g);
+                forget_pull();
                 continue;
             }
-            b.wire.state = before;
+            restore(g, before);
             until_attempt = 4;
         }
 
-        Anchor anchor;
-        anchor.reference = b.wire.state.nodes;
-        anchor.linear.assign(nodes, 0);
-        anchor.angular.assign(nodes, Vec3::Zero());
-        for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i) {
-            const std::size_t k = std::size_t(i);
-            const double h = b.wire.material.law[k - 1].length;
-            anchor.linear[k] = weight * h / b.grain;
-            anchor.angular[k].setConstant(anchor.linear[k] * h * h / 12);
+        for (std::size_t w = 0; w < wires; ++w) {
+            const WireBody& b = *g.wires[w];
+            Anchor& anchor = anchors[w];
+            anchor.reference = b.wire.state.nodes;
+            anchor.linear.assign(anchor.reference.size(), 0);
+            anchor.angular.assign(anchor.reference.size(), Vec3::Zero());
+            for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i) {
+                const std::size_t k = std::size_t(i);
+                const double h = b.wire.material.law[k - 1].length;
+                anchor.linear[k] = weight * h / grain;
+                anchor.angular[k].setConstant(anchor.linear[k] * h * h / 12);
+            }
         }
-        const NewtonReport newton =
-            solve_equilibrium(b.wire, b.walls, start, anchor, options, *b.work);
+        const NewtonReport newton = solve(g, start, anchors, options);
         add(r.newton, newton);
         double move = 0, viscous = 0;
-        if (newton.converged) {
+        for (std::size_t w = 0; newton.converged && w < wires; ++w) {
+            const WireBody& b = *g.wires[w];
+            const Anchor& anchor = anchors[w];
             for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i) {
                 const std::size_t k = std::size_t(i);
                 const BeamNode &a = anchor.reference[k], &c = b.wire.state.nodes[k];
@@ -455,28 +592,23 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
                 const Vec3 dt = rotation_between(a.q, c.q);
                 move = std::max(move, dx.norm());
                 // The base's own step takes the nodes along to where the pull holds them.
-                const BeamNode from = base_moved ? a : node_in(b.wire, before, i);
+                const BeamNode from = base_moved ? a : node_in(b.wire, before.wires[w], i);
                 const Vec3 way = c.position() - from.position();
                 const Vec3 turned = rotation_between(from.q, c.q);
+                Node6 &p = pull[w][k], &q = pull_before[w][k];
                 for (int j = 0; j < 3; ++j) {
-                    pull[k].value[j] = anchor.linear[k] * dx[j];
-                    pull[k].value[j + 3] = anchor.angular[k][j] * dt[j];
-                    viscous +=
-                        0.5 * (pull[k].value[j] + pull_before[k].value[j]) * way[j] +
-                        0.5 * (pull[k].value[j + 3] + pull_before[k].value[j + 3]) * turned[j];
+                    p.value[j] = anchor.linear[k] * dx[j];
+                    p.value[j + 3] = anchor.angular[k][j] * dt[j];
+                    viscous += 0.5 * (p.value[j] + q.value[j]) * way[j] +
+                               0.5 * (p.value[j + 3] + q.value[j + 3]) * turned[j];
                 }
             }
         }
-        const int passages = newton.converged ? count_passages(b, start) : 0;
-        const double friction =
-            newton.converged ? friction_work(b.wire, start, touched, b.work->candidates) : 0;
-        const double after = newton.converged ? elastic_energy(b.wire) : energy;
-        double given = 0; // by the base in this increment
-        if (!base_moved) {
-            const BaseLoad load = base_load(b.wire);
-            given = 0.5 * (load_before.push + load.push) * shift +
-                    0.5 * (load_before.torque + load.torque) * turn;
-        }
+        const int passages = newton.converged ? count_passages(g, start) : 0;
+        const double friction = newton.converged ? friction_of(g, start) : 0;
+        const double after = newton.converged ? elastic_energy_of(g) : energy;
+        // by the base in this increment
+        const double given = base_moved ? 0 : base_work(g, old, load_before);
         // The trapezoid must account for the energy that the increment set free. With the base also
         // the mesh can change, which costs some energy without a motion.
         const double still = base_moved ? 0.02 * target : kNoJump * target;
@@ -486,17 +618,17 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
                 kRelaxationShare * (std::abs(viscous) + std::abs(friction) + std::abs(given)) +
                     0.01 * energy_floor;
         if (!newton.converged || move > 4 * target || passages > 0 || !accounted) {
-            b.wire.state = before;
+            restore(g, before);
             weight *= failed ? 4 : 2;
             failed = true;
             if (weight > 1e6 * unit) {
-                refuse(b, old, r, "no convergence in the damped relaxation");
+                refuse(g, old, r, "no convergence in the damped relaxation");
                 return r;
             }
             continue;
         }
         if (!base_moved) {
-            base_work = given;
+            work_of_base = given;
             base_moved = true;
         }
         r.released += viscous;
@@ -507,24 +639,30 @@ StepReport relax_step(WireBody& b, double insertion, double twist)
         failed = false;
         weight = std::max(weight, 1e-12 * unit);
     }
-    refuse(b, old, r, "the damped relaxation did not come to rest");
+    refuse(g, old, r, "the damped relaxation did not come to rest");
     return r;
 }
 
-StepReport try_or_relax(WireBody& b, double insertion, double twist)
+StepReport try_or_relax(WireGroup& g, const std::vector<BaseTarget>& to)
 {
-    const WireState old = b.wire.state;
-    const StepReport tried = try_step(b, insertion, twist, 0);
+    const GroupState old = state_of(g);
+    const StepReport tried = try_step(g, to, 0);
     if (tried.accepted) return tried;
-    StepReport r = relax_step(b, insertion, twist);
+    StepReport r = relax_step(g, to);
     const bool balance_only = tried.refusal == kBalanceRefused;
     if (balance_only && !(r.accepted && std::abs(r.missed) < std::abs(tried.missed))) {
-        b.wire.state = old;
-        r = try_step(b, insertion, twist, 0, true);
+        restore(g, old);
+        r = try_step(g, to, 0, true);
     }
     r.newton.iterations += tried.newton.iterations;
     r.newton.factorisations += tried.newton.factorisations;
     return r;
+}
+
+StepReport try_step(WireBody& b, double insertion, double twist, double length, bool any_balance)
+{
+    WireGroup g{{&b}, nullptr};
+    return try_step(g, {{insertion, twist}}, length, any_balance);
 }
 
 } // namespace amontons

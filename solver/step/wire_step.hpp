@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-// One wire over time: a step from a given base to the next, its energy, and what happens when
+// Wires over time: a step from given bases to the next, its energy, and what happens when
 // the equilibrium is lost: a snap, crossed by a damped relaxation whose dissipation is counted.
 
 namespace amontons {
@@ -60,20 +60,38 @@ struct StepReport {
     int passed_through = 0; ///< contact points beyond a wall
 };
 
-/// Tries to bring the wire from its present equilibrium to a new base in one step.
-/// If it is refused, the wire is as before.
+/// Where a base goes: the length of wire past the sheath's rigid end, and its twist.
+struct BaseTarget {
+    double insertion = 0; ///< [m]
+    double twist = 0;     ///< [rad]
+};
+
+struct Coaxial; // solver/step/coaxial.hpp
+
+/// Wires that are solved together: one alone, or instruments in one another.
+struct WireGroup {
+    std::vector<WireBody*> wires;
+    Coaxial* coaxial = nullptr; ///< of instruments in one another
+};
+
+/// Tries to bring the wires from their present equilibrium to new bases in one step.
+/// If it is refused, they are as before.
+/// @param to      of each wire
 /// @param length  of the step [s]; matters for dynamics only
 /// @param any_balance  takes the step whatever its energy balance misses
+StepReport try_step(WireGroup& group, const std::vector<BaseTarget>& to, double length,
+                    bool any_balance = false);
+/// Of one wire.
 StepReport try_step(WireBody& body, double insertion, double twist, double length,
                     bool any_balance = false);
 
-/// The same by damped relaxation, for a base close to the present one: for a state that has
+/// The same by damped relaxation, for bases close to the present ones: for a state that has
 /// lost its stability. Always leaves the present branch if it is unstable.
-StepReport relax_step(WireBody& body, double insertion, double twist);
+StepReport relax_step(WireGroup& group, const std::vector<BaseTarget>& to);
 
 /// try_step; what it refuses is relaxed. Where nothing but the balance was amiss and relaxing
 /// misses more of it (a kink of the forces, a change of the mesh), the step is taken as it was.
-StepReport try_or_relax(WireBody& body, double insertion, double twist);
+StepReport try_or_relax(WireGroup& group, const std::vector<BaseTarget>& to);
 
 double kinetic_energy(const WireBody& body);
 

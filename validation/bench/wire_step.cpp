@@ -3,9 +3,10 @@
 //     wire_step_bench [DIR] [MOST]   CSV files and SVG plots into DIR (default docs/results);
 //                                    at most MOST elements (default 3200)
 //
-// Two families of scenes, both a wire in a narrow bend. "elements": 200 mm of the same wire with
-// contact points 2.5 mm apart, in ever finer elements. "contacts": elements of 2.5 mm, a bend and
-// a wire that grow, so that contacts grow along. The last 100 steps, of 0.4 mm, are measured.
+// Families of scenes, each a wire in a narrow bend. "elements": 200 mm of the same wire with
+// contact points 2.5 mm apart, in ever finer elements. "contacts": elements of 2.5 mm, a bend and a
+// wire that grow, so that contacts grow along. "coaxial": as "contacts", a catheter over the wire;
+// half of the elements are its own. The last 100 steps, of 0.4 mm, are measured.
 
 #include "mesh/generate/tube.hpp"
 #include "solver/step/simulation.hpp"
@@ -68,11 +69,17 @@ double quantile(std::vector<Times> list, std::size_t from, double Times::*what, 
     return v.empty() ? 0 : v[std::min(v.size() - 1, std::size_t(q * double(v.size())))];
 }
 
-Point measure(int elements, bool many_contacts)
+enum class Family { elements, contacts, coaxial };
+
+Point measure(int elements, Family which)
 {
+    const bool coaxial = which == Family::coaxial;
+    const bool many_contacts = which != Family::elements;
     // "elements": the same wire, tube and contact points, ever finer elements.
     const double element = many_contacts ? kElement : kLength / elements;
-    const double end = kMeasured * kStep, length = many_contacts ? elements * kElement : kLength;
+    const double end = kMeasured * kStep, length = coaxial         ? elements / 2 * kElement
+                                                   : many_contacts ? elements * kElement
+                                                                   : kLength;
     const double feed = many_contacts ? kElement : kStep; // a step while the wire is pushed in
     Scene scene;
     scene.order = {"tube", "wire"};
@@ -93,11 +100,23 @@ Point measure(int elements, bool many_contacts)
     const double steps = length / feed;
     wire.insertion = {{0, 0}, {1, length}, {1 + kMeasured / steps, length + end}};
     scene.beams = {wire};
-    scene.contact = {{{"wire", "tube"}, many_contacts ? 0.0 : 0.05}};
+    scene.contact = {{{"wire", "tube"}, which == Family::contacts ? 0.0 : 0.05}};
+    if (coaxial) {
+        BeamInput catheter = wire;
+        catheter.name = "catheter";
+        catheter.segments[0].radius = 8.35e-4;
+        catheter.segments[0].inner_radius = 5e-4;
+        catheter.segments[0].EI = {1.9e-4, 1.9e-4};
+        catheter.segments[0].GJ = {1.5e-4, 1.5e-4};
+        scene.beams.push_back(catheter);
+        scene.order.push_back("catheter");
+        scene.contact.push_back({{"catheter", "tube"}, 0.05});
+        scene.contact.push_back({{"wire", "catheter"}, 0.05});
+    }
     scene.time.end = wire.insertion.back()[0];
     scene.time.step = 1 / steps;
 
-    const double radius = 1e-3;
+    const double radius = coaxial ? 1.4e-3 : 1e-3;
     Centreline line(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), radius);
     line.append_line(0.02, radius);
     line.append_arc(many_contacts ? (length + end) / (1.5 * kPi) : (length + end) / (1.4 * kPi),
@@ -148,7 +167,7 @@ void plot(const std::string& directory, const std::string& name, const char* tit
     pclose(pipe);
 }
 
-void family(const std::string& directory, const std::string& name, bool many, int most,
+void family(const std::string& directory, const std::string& name, Family which, int most,
             const char* title)
 {
     std::vector<Point> points;
@@ -160,7 +179,7 @@ void family(const std::string& directory, const std::string& name, bool many, in
     fmt::print(csv, "elements,contacts,elements [ms],detection [ms],contact solve [ms],rest [ms],"
                     "total [ms],p99 [ms],iterations\n");
     for (int n = 100; n <= most; n *= 2) {
-        const Point p = measure(n, many);
+        const Point p = measure(n, which);
         const auto line = fmt::format(
             "{},{:.1f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.1f}\n", n, p.contacts,
             1e3 * p.median.elements, 1e3 * p.median.detection, 1e3 * p.median.contact,
@@ -191,7 +210,8 @@ int main(int argc, char** argv)
     const std::string directory = argc > 1 ? argv[1] : "docs/results";
     const int most = argc > 2 ? std::atoi(argv[2]) : 3200;
     std::filesystem::create_directories(directory);
-    family(directory, "step_time_elements", false, most, "a fixed number of contacts");
-    family(directory, "step_time_contacts", true, most, "contacts grow with the wire");
+    family(directory, "step_time_elements", Family::elements, most, "a fixed number of contacts");
+    family(directory, "step_time_contacts", Family::contacts, most, "contacts grow with the wire");
+    family(directory, "step_time_coaxial", Family::coaxial, most, "a catheter over a wire");
     return 0;
 }

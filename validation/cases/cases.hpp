@@ -27,5 +27,11 @@ std::vector<Measured> refinement();
 std::vector<Measured> double_u_curved();
 std::vector<Measured> double_u_unheld();
 std::vector<Measured> j_tip_twist();
+std::vector<Measured> whip();
+std::vector<Measured> torque_lag();
+std::vector<Measured> belt_friction();
+std::vector<Measured> coaxial_concentric();
+std::vector<Measured> coaxial_torus();
+std::vector<Measured> coaxial_units();
 
 } // namespace amontons::validation

@@ -1,0 +1,65 @@
+#pragma once
+
+#include "solver/beam/wire_contact.hpp"
+
+#include <vector>
+
+// Instruments in one another: a wire in the bore of a catheter. Points of the outer one (its tip,
+// where the wire comes out, among them) and the tip of the inner one meet the other's smooth
+// centreline: gap = clearance - distance of the centrelines. Equations: docs/theory/beams.md.
+
+namespace amontons {
+
+/// One instrument in another. Both come out of the same introducer.
+struct Nesting {
+    const Wire* inner = nullptr;
+    const Wire* outer = nullptr;
+    double friction = 0;            ///< [-]
+    std::vector<int> points;        ///< of the outer, from its tip
+    std::vector<Reaction> reaction; ///< on the inner: of `points`, then of the inner's tip
+};
+
+/// Every point of the outer that is about `spacing` from the last one; 0: all of them.
+Nesting make_nesting(const Wire& inner, const Wire& outer, double friction, double spacing);
+
+/// Lays what is out of a wire along another's centreline: a first guess for both.
+void lie_along(Wire& wire, const Wire& guide);
+
+/// Part of a wire's length past the introducer that lies in another instrument [m]: up to the tip
+/// of the outer one.
+double nested_length(const Nesting& n);
+
+/// A contact in the bore. `on_inner` has the force on the inner instrument and its rows; what acts
+/// on the outer is the opposite.
+struct NestedContact {
+    Candidate on_inner;
+    WirePlace outer;             ///< place on the outer's centreline
+    Vec3 x_outer;                ///< [m]
+    double bore = 0;             ///< radius [m]
+    ContactRow hn, ht[2];        ///< derivatives of gap and slips with the outer's unknowns
+    bool moves_on_inner = false; ///< the point is the outer's, its place on the inner moves
+    double distance = 0;         ///< of the centrelines [m]
+};
+
+/// Where both were when the step began.
+struct NestingStart {
+    WireState inner, outer;
+};
+
+/// All points whose gap is below `reach` or that carry a reaction.
+void find_nested(const Nesting& n, const NestingStart& start, double reach,
+                 std::vector<NestedContact>& contacts);
+
+/// The second derivative of a contact's work, with the signs of a tangent: to be added in rows and
+/// columns (inner a, inner b, outer a, outer b).
+using NestedTangent = Eigen::Matrix<double, 24, 24>;
+NestedTangent nested_tangent(const Nesting& n, const NestedContact& c);
+
+/// Moves the reactions with the outer's points when its base was moved by a length [m].
+void shift_nested_reactions(Nesting& n, double shift);
+
+/// Slip of the two surfaces over the step at a point of the outer (or the inner's tip, -1), for a
+/// contact with a given normal [m].
+Vec3 nested_slip(const Nesting& n, const NestingStart& start, int point, const Vec3& normal);
+
+} // namespace amontons

@@ -1,0 +1,209 @@
+#include "solver/beam/nesting.hpp"
+
+#include "solver/beam/tests/random_wire.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <doctest/doctest.h>
+
+using namespace amontons;
+using test::unit_increment;
+
+namespace {
+
+/// A bent wire in a bent catheter, out of one sheath; neither in a plane.
+struct InBore {
+    Wire inner, outer;
+    Nesting nesting;
+
+    /// @param out_inner, out_outer  lengths past the sheath
+    InBore(double out_inner, double out_outer, double friction, unsigned seed = 5)
+    {
+        test::Random random(seed);
+        std::vector<BeamSegment> segments = test::three_segments();
+        inner.material = make_material(segments, 0.2);
+        for (BeamSegment& s : segments) {
+            s.radius = 0.2;
+            s.inner_radius = 0.12;
+            s.curvature = 0;
+        }
+        outer.material = make_material(segments, 0.3);
+        const Vec3 bend(0, 0.03, -0.08);
+        for (Wire* w : {&inner, &outer}) {
+            Sheath s;
+            s.end = {0.3, -0.2, 0.1};
+            Quaternion q;
+            rotate_in_body(q.q, {0.4, -0.9, 0.3});
+            s.frame = rotation_matrix(q.q);
+            w->sheath = s;
+            w->state.reaction.assign(w->material.point.size(), {});
+            start_in_sheath(*w, w == &inner ? out_inner : out_outer, 0);
+            // A helix by rotations along it, then some noise.
+            Vec3 x = s.end;
+            for (int i = w->state.first; i <= w->last(); ++i) {
+                BeamNode& n = w->state.nodes[std::size_t(i)];
+                const double at = i == w->state.first ? 0
+                                                      : w->material.node[std::size_t(i)] -
+                                                            w->material.length + w->state.inserted;
+                Quaternion turned = quaternion_of(s.frame);
+                rotate_in_body(turned.q, at * bend);
+                std::copy(turned.q, turned.q + 4, n.q);
+                if (i > w->state.first) {
+                    const BeamNode& before = w->state.nodes[std::size_t(i) - 1];
+                    const double step =
+                        at - (i - 1 == w->state.first ? 0
+                                                      : w->material.node[std::size_t(i) - 1] -
+                                                            w->material.length + w->state.inserted);
+                    Quaternion middle = quaternion_of(s.frame);
+                    rotate_in_body(middle.q, (at - 0.5 * step) * bend);
+                    x = before.position() + step * first_axis(middle.q);
+                    for (int k = 0; k < 3; ++k)
+                        n.x[k] = x[k];
+                }
+            }
+            for (int i = w->state.first + 1; i <= w->last(); ++i)
+                test::shake(w->state.nodes[std::size_t(i)], random, 0.03, 0.03);
+        }
+        nesting = make_nesting(inner, outer, friction, 0);
+    }
+    InBore(const InBore&) = delete;
+
+    std::vector<NestedContact> contacts(const NestingStart& start) const
+    {
+        std::vector<NestedContact> c;
+        find_nested(nesting, start, 100, c);
+        return c;
+    }
+    NestingStart now() const { return {inner.state, outer.state}; }
+    Wire& wire(int which) { return which == 0 ? inner : outer; }
+};
+
+double row_value(const NestedContact& c, int which, const ContactRow& in, const ContactRow& out,
+                 int node, int unknown)
+{
+    const ContactRow& row = which == 0 ? in : out;
+    const int e = which == 0 ? c.on_inner.place.element : c.outer.element;
+    if (node == e) return row.a.value[unknown];
+    if (node == e + 1) return row.b.value[unknown];
+    return 0;
+}
+
+/// Calls visit(wire, node, unknown) for every free unknown.
+template <class Visit> void for_unknowns(const InBore& s, const Visit& visit)
+{
+    for (int which : {0, 1}) {
+        const Wire& w = which == 0 ? s.inner : s.outer;
+        for (int i = w.state.first; i <= w.last(); ++i)
+            for (int k = 0; k < 6; ++k)
+                if (i > w.state.first || k == 0 || k == 3) visit(which, i, k);
+    }
+}
+
+} // namespace
+
+TEST_CASE("the gap in a bore is the clearance less the distance across the centreline")
+{
+    for (double out_outer : {3.1, 7.9}) { // the wire past the catheter's tip, and within it
+        const InBore s(6.3, out_outer, 0);
+        const auto all = s.contacts(s.now());
+        CHECK(all.size() > 8);
+        CHECK(all.back().moves_on_inner == (out_outer < 6.3));
+        for (const NestedContact& k : all) {
+            const Candidate& c = k.on_inner;
+            const Vec3 off = c.x - k.x_outer;
+            CHECK(c.gap == doctest::Approx(0.12 - 0.05 - off.norm()).epsilon(1e-13));
+            CHECK(std::abs(off.dot(c.t1)) < 1e-12);
+            CHECK((c.n + off.normalized()).norm() < 1e-12);
+        }
+    }
+}
+
+TEST_CASE("rows in a bore are derivatives of gap and slip for all unknowns of both")
+{
+    for (double out_outer : {3.1, 7.9}) {
+        InBore s(6.3, out_outer, 0.3);
+        const NestingStart start = s.now();
+        const auto here = s.contacts(start);
+        const double h = 1e-6;
+        double gap = 0, slip = 0;
+        for_unknowns(s, [&](int which, int node, int unknown) {
+            Wire& w = s.wire(which);
+            const WireState keep = w.state;
+            std::vector<NestedContact> side[2];
+            for (int k : {0, 1}) {
+                move_wire(w, unit_increment(w, node, unknown), k ? h : -h);
+                side[k] = s.contacts(start);
+                w.state = keep;
+            }
+            REQUIRE(side[0].size() == here.size());
+            REQUIRE(side[1].size() == here.size());
+            for (std::size_t c = 0; c < here.size(); ++c) {
+                const Candidate &a = here[c].on_inner, &up = side[1][c].on_inner,
+                                &down = side[0][c].on_inner;
+                gap = std::max(
+                    gap, std::abs((up.gap - down.gap) / (2 * h) -
+                                  row_value(here[c], which, a.hn, here[c].hn, node, unknown)));
+                // Slip from the start itself: its frame does not matter yet.
+                for (int i : {0, 1})
+                    slip = std::max(slip, std::abs((up.slip[i] - down.slip[i]) / (2 * h) -
+                                                   row_value(here[c], which, a.ht[i], here[c].ht[i],
+                                                             node, unknown)));
+            }
+        });
+        CHECK(gap < 1e-8);
+        CHECK(slip < 0.12 * 0.1); // the bore times the bend of an element, as on a wall
+    }
+}
+
+TEST_CASE("the tangent in a bore is the derivative of its forces")
+{
+    for (double out_outer : {3.1, 7.9}) {
+        InBore s(6.3, out_outer, 0);
+        const NestingStart start = s.now();
+        for (Reaction& r : s.nesting.reaction)
+            r.normal = 0.7;
+        const auto here = s.contacts(start);
+        const double h = 1e-5;
+        for (std::size_t c = 0; c < here.size(); ++c) {
+            const NestedTangent K = nested_tangent(s.nesting, here[c]);
+            const double size = K.cwiseAbs().maxCoeff();
+            CHECK((K - K.transpose()).cwiseAbs().maxCoeff() < 1e-12 * size);
+            double wrong = 0;
+            const auto slot = [&](int which, int node) {
+                const int e = which == 0 ? here[c].on_inner.place.element : here[c].outer.element;
+                return node == e || node == e + 1 ? 12 * which + 6 * (node - e) : -1;
+            };
+            // Nodes that are held have moving lengths of their own second order: left out.
+            for_unknowns(s, [&](int which, int node, int unknown) {
+                const int col = slot(which, node);
+                Wire& w = s.wire(which);
+                if (col < 0 || node == w.state.first) return;
+                const WireState keep = w.state;
+                Eigen::Matrix<double, 24, 1> force[2];
+                for (int k : {0, 1}) {
+                    move_wire(w, unit_increment(w, node, unknown), k ? h : -h);
+                    const NestedContact at = s.contacts(start)[c];
+                    for (int i = 0; i < 6; ++i) {
+                        force[k][i] = at.on_inner.hn.a.value[i];
+                        force[k][6 + i] = at.on_inner.hn.b.value[i];
+                        force[k][12 + i] = at.hn.a.value[i];
+                        force[k][18 + i] = at.hn.b.value[i];
+                    }
+                    w.state = keep;
+                }
+                for (int row = 0; row < 24; ++row) {
+                    const int element_node = row % 12 / 6;
+                    const Wire& r = s.wire(row / 12);
+                    const int e = row < 12 ? here[c].on_inner.place.element : here[c].outer.element;
+                    if (e + element_node == r.state.first) continue;
+                    // Rows of body rotations: the symmetric second derivative differs from the
+                    // derivative of the gradient by half a commutator.
+                    const double g = -0.7 * (force[1][row] - force[0][row]) / (2 * h);
+                    if (row % 6 >= 3 && unknown >= 3 && row / 6 == col / 6) continue;
+                    wrong = std::max(wrong, std::abs(g - K(row, col + unknown)));
+                }
+            });
+            CHECK(wrong < 1e-5 * size);
+        }
+    }
+}

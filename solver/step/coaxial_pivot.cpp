@@ -1,0 +1,133 @@
+#include "solver/step/coaxial.hpp"
+#include "solver/step/pivot_method.hpp"
+
+namespace amontons {
+namespace {
+
+/// Several wires: rows on the nodes of one or two elements, a matrix of the common order.
+struct CoaxialSystem {
+    struct Row {
+        Node6 node[4];
+    };
+    using Place = const CoaxialContact&;
+    Coaxial& c;
+
+    static double apply(const Row& row, const std::vector<Node6>& d, Place place)
+    {
+        double sum = 0;
+        for (int a = 0; a < place.nodes; ++a)
+            for (int i = 0; i < 6; ++i)
+                sum += row.node[a].value[i] * d[std::size_t(place.slot[std::size_t(a)])].value[i];
+        return sum;
+    }
+    static void add_force(std::vector<Node6>& r, Place place, const Row& h, double s)
+    {
+        for (int a = 0; a < place.nodes; ++a)
+            r[std::size_t(place.slot[std::size_t(a)])].column += h.node[a].column * splat6(s);
+    }
+    /// K += s f h^T, but only in rows and columns of which one is >= from.
+    static void add_product(BlockSkyline& K, Place place, const Row& f, const Row& h, double s,
+                            int from)
+    {
+        for (int a = 0; a < place.nodes; ++a) {
+            const int row = place.slot[std::size_t(a)];
+            const Column6 fa = f.node[a].column * splat6(s);
+            for (int b = 0; b < place.nodes; ++b) {
+                const int col = place.slot[std::size_t(b)];
+                if (std::max(row, col) < from) continue;
+                Block6& block = K.block(row, col);
+                for (int j = 0; j < 6; ++j)
+                    block.column[j] += fa * splat6(h.node[b].value[j]);
+            }
+        }
+    }
+    static Row combine(const Row& a, double s, const Row& b, double t, const Row& c)
+    {
+        Row r;
+        for (int i = 0; i < 4; ++i)
+            r.node[i].column =
+                a.node[i].column + splat6(s) * b.node[i].column + splat6(t) * c.node[i].column;
+        return r;
+    }
+    static Row combine(double s, const Row& b, double t, const Row& c)
+    {
+        Row r;
+        for (int i = 0; i < 4; ++i)
+            r.node[i].column = splat6(s) * b.node[i].column + splat6(t) * c.node[i].column;
+        return r;
+    }
+    static Row row(const ContactRow& own, const ContactRow* other)
+    {
+        const ContactRow none{{Column6{}}, {Column6{}}};
+        if (!other) other = &none;
+        return {{own.a, own.b, other->a, other->b}};
+    }
+
+    std::size_t contacts() const { return c.all.size(); }
+    const Candidate& contact(std::size_t k) const { return *c.all[k].contact; }
+    Place place(std::size_t k) const { return c.all[k]; }
+    Row normal(std::size_t k) const
+    {
+        const CoaxialContact& p = c.all[k];
+        return row(p.contact->hn, p.nested ? &p.nested->hn : nullptr);
+    }
+    Row tangent(std::size_t k, int i) const
+    {
+        const CoaxialContact& p = c.all[k];
+        return row(p.contact->ht[i], p.nested ? &p.nested->ht[i] : nullptr);
+    }
+    int lowest(std::size_t k) const { return c.all[k].lowest; }
+    int highest(std::size_t k) const { return c.all[k].highest; }
+    bool follows(std::size_t k) const { return c.all[k].follows; }
+    int first() const { return 0; }
+    int last() const { return c.base.size() - 1; }
+    std::vector<Node6>& gradient() { return c.gradient; }
+    std::vector<Node6>& right() { return c.right; }
+    std::vector<Node6>& increment() { return c.increment; }
+    std::vector<Trial>& trial() { return c.trial; }
+    BlockSkyline& matrix() { return c.system; }
+    double& kept_shift() { return c.shift; }
+    double softest() const
+    {
+        double least = std::numeric_limits<double>::infinity();
+        for (const WireBody* b : c.wires)
+            for (double k : b->wire.material.stiffness)
+                least = std::min(least, k);
+        return least;
+    }
+    void start_matrix(double shift, int from)
+    {
+        c.system.copy_from(c.base, from);
+        if (!(shift > 0)) return;
+        for (std::size_t w = 0; w < c.wires.size(); ++w) {
+            const Wire& wire = c.wires[w]->wire;
+            for (int i = wire.state.first + 1; i <= wire.last(); ++i) {
+                const int slot = c.slot[w][std::size_t(i)];
+                if (slot < from) continue;
+                const double h = wire.material.law[std::size_t(i) - 1].length;
+                Block6& d = c.system.block(slot, slot);
+                for (int a = 0; a < 3; ++a) {
+                    d(a, a) += shift;
+                    d(a + 3, a + 3) += shift * h * h;
+                }
+            }
+        }
+    }
+};
+
+} // namespace
+
+void solve_linearised(Coaxial& c, const Residual& residual, const NewtonOptions& options,
+                      double& shift, NewtonReport& report)
+{
+    CoaxialSystem s{c};
+    pivoting::solve(s, residual, options, shift, report);
+}
+
+void close_active_rows(Coaxial& c)
+{
+    CoaxialSystem s{c};
+    pivoting::close_active(s);
+}
+
+} // namespace amontons

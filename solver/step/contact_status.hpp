@@ -1,0 +1,34 @@
+#pragma once
+
+#include "solver/step/wire_newton.hpp"
+
+// One contact's share of pivoting: what its status means, whether a trial's outcome fits it, and
+// what it becomes if not.
+
+namespace amontons {
+
+// Multiplier weights relative to the wire's own stiffness (WireMaterial::stiffness). They change
+// the linear systems' conditioning and the number of iterations, never the solution: the
+// reaction is r - rho (g + H dx), exact when the gap is zero.
+constexpr double kRhoNormal = 1e4;
+constexpr double kRhoStick = 1e4;
+constexpr double kRhoSlip = 0.3; // of the slip direction's predictor r_t - rho u_t
+
+using Trial = NewtonWorkspace::Trial;
+
+/// How the status of a contact must change.
+struct Change {
+    enum Kind { none, open, close, stick, slip, turn } kind = none;
+    double size = 0;
+};
+
+/// What is wrong with a contact's status after a trial.
+/// @param force, length  errors below these are none [N], [m]
+Change violation(const Candidate& c, const Trial& t, double force, double length);
+
+void change(const Candidate& c, Trial& t, Change::Kind kind);
+
+/// Status to start with, from the reactions that the iterate has.
+void initial_status(const Candidate& c, Trial& t);
+
+} // namespace amontons

@@ -1,0 +1,339 @@
+#pragma once
+
+#include "solver/step/contact_status.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+// Pivoting contacts between open, stick and slip, for one wire (wire_pivot.cpp) and for
+// instruments in one another (group_pivot.cpp). A System says which rows a contact has and in
+// which matrix:
+//
+//   Row                          of derivatives; with the nodes that it stands on:
+//                                apply(row, increment, place), add_force(right, place, row, s),
+//                                add_product(matrix, place, f, h, s, from), combine(a, s, b, t, c),
+//                                combine(s, b, t, c)
+//   contacts(), contact(k)       as Candidate
+//   place(k), normal(k), tangent(k, i)
+//   lowest(k), highest(k)        nodes of its rows
+//   follows(k)                   k is the neighbour of k - 1 on the same wire and wall
+//   first(), last()              nodes
+//   gradient(), right(), increment(), trial(), matrix()
+//   start_matrix(shift, from)    the base system with the shift in the rows from that node on
+//   softest()                    scale of the shift [N/m]
+//   kept_shift()                 of the last iterate of this solve that needed one [N/m]
+
+namespace amontons::pivoting {
+
+constexpr int kTrials = 24; // of statuses, before the step is made shorter by a shift
+constexpr int kShiftLevels = 4;
+constexpr double kLeastShift = 1e-6, kLargestShift = 1e6; // relative to the wire's stiffness
+
+/// Normal plus mu times the slip force's direction.
+template <class System> typename System::Row slip_force_row(System& s, std::size_t k)
+{
+    const Trial& t = s.trial()[k];
+    const double mu = s.contact(k).mu;
+    return System::combine(s.normal(k), mu * t.c1, s.tangent(k, 0), mu * t.c2, s.tangent(k, 1));
+}
+
+template <class System> typename System::Row across_row(System& s, std::size_t k)
+{
+    const Trial& t = s.trial()[k];
+    return System::combine(-t.c2, s.tangent(k, 0), t.c1, s.tangent(k, 1));
+}
+
+// Adds a contact with its trial status to the linear system: reactions of active rows are
+// r - rho (g + H d) (normal, stick), mu r_n along the slip force, and -across (u + H d) across
+// it, the linearisation of r_t = P(r_t - rho u_t) on the cone's edge.
+template <class System> void add_contact(System& s, std::size_t k, bool coupled, int from)
+{
+    const Candidate& c = s.contact(k);
+    const Trial& t = s.trial()[k];
+    const auto place = s.place(k);
+    auto& K = s.matrix();
+    const double rho = kRhoNormal * c.stiffness;
+    if (t.status == 2) {
+        if (coupled)
+            System::add_product(K, place, slip_force_row(s, k), s.normal(k), rho, from);
+        else
+            System::add_product(K, place, s.normal(k), s.normal(k), rho, from);
+        if (t.across > 0) {
+            const typename System::Row p = across_row(s, k);
+            System::add_product(K, place, p, p, t.across, from);
+        }
+        return;
+    }
+    System::add_product(K, place, s.normal(k), s.normal(k), rho, from);
+    if (c.mu > 0)
+        for (int i = 0; i < 2; ++i)
+            System::add_product(K, place, s.tangent(k, i), s.tangent(k, i), kRhoStick * c.stiffness,
+                                from);
+}
+
+template <class System> void add_contact_force(System& s, std::size_t k)
+{
+    const Candidate& c = s.contact(k);
+    const Trial& t = s.trial()[k];
+    const auto place = s.place(k);
+    auto& r = s.right();
+    const double fn = c.normal - kRhoNormal * c.stiffness * c.gap;
+    if (t.status == 2) {
+        System::add_force(r, place, slip_force_row(s, k), fn);
+        if (t.across > 0)
+            System::add_force(r, place, across_row(s, k),
+                              -t.across * (-t.c2 * c.slip[0] + t.c1 * c.slip[1]));
+        return;
+    }
+    System::add_force(r, place, s.normal(k), fn);
+    if (c.mu > 0)
+        for (int i = 0; i < 2; ++i)
+            System::add_force(r, place, s.tangent(k, i),
+                              c.tangential[i] - kRhoStick * c.stiffness * c.slip[i]);
+}
+
+/// Friction force of a slipping contact from its normal reaction and its motion.
+template <class System> void set_slip_reaction(System& s, std::size_t k)
+{
+    const Candidate& c = s.contact(k);
+    Trial& t = s.trial()[k];
+    t.v1 = c.slip[0] + System::apply(s.tangent(k, 0), s.increment(), s.place(k));
+    t.v2 = c.slip[1] + System::apply(s.tangent(k, 1), s.increment(), s.place(k));
+    const double across = -t.across * (-t.c2 * t.v1 + t.c1 * t.v2);
+    t.t1 = c.mu * t.normal * t.c1 - across * t.c2;
+    t.t2 = c.mu * t.normal * t.c2 + across * t.c1;
+}
+
+/// Reaction and motion of a contact after a trial.
+template <class System> void evaluate(System& s, std::size_t k)
+{
+    const Candidate& c = s.contact(k);
+    Trial& t = s.trial()[k];
+    const auto place = s.place(k);
+    t.gap = c.gap + System::apply(s.normal(k), s.increment(), place);
+    if (c.mu > 0) {
+        t.v1 = c.slip[0] + System::apply(s.tangent(k, 0), s.increment(), place);
+        t.v2 = c.slip[1] + System::apply(s.tangent(k, 1), s.increment(), place);
+    }
+    t.normal = t.t1 = t.t2 = 0;
+    if (t.status == 0) return;
+    t.normal = c.normal - kRhoNormal * c.stiffness * t.gap;
+    if (t.status == 1 && c.mu > 0) {
+        const double rt = kRhoStick * c.stiffness;
+        t.t1 = c.tangential[0] - rt * t.v1;
+        t.t2 = c.tangential[1] - rt * t.v2;
+    } else if (t.status == 2) {
+        set_slip_reaction(s, k);
+    }
+}
+
+/// Right-hand side without the present reactions (the gradient holds them; the rows of active
+/// contacts put theirs back).
+template <class System> void set_right_side(System& s)
+{
+    for (int i = s.first(); i <= s.last(); ++i)
+        s.right()[std::size_t(i)].column = -s.gradient()[std::size_t(i)].column;
+    for (std::size_t k = 0; k < s.contacts(); ++k) {
+        const Candidate& c = s.contact(k);
+        if (c.normal > 0) {
+            System::add_force(s.right(), s.place(k), s.normal(k), -c.normal);
+            System::add_force(s.right(), s.place(k), s.tangent(k, 0), -c.tangential[0]);
+            System::add_force(s.right(), s.place(k), s.tangent(k, 1), -c.tangential[1]);
+        }
+        if (s.trial()[k].status != 0) add_contact_force(s, k);
+    }
+}
+
+/// Base plus shift plus active contacts, in the rows of nodes >= from; without friction's
+/// coupling to the normal reaction if not `coupled`.
+template <class System> void set_system(System& s, double shift, bool coupled, int from)
+{
+    s.start_matrix(shift, from);
+    for (std::size_t k = 0; k < s.contacts(); ++k)
+        if (s.trial()[k].status != 0 && s.highest(k) >= from) add_contact(s, k, coupled, from);
+}
+
+/// Factors the system of the trials, with a shift that makes the wire stable on the motions that
+/// contact leaves free: the inertia of the system without friction's coupling. The coupling can
+/// make a pivot negative by itself, in one frame and not in another; whether to ask is decided by
+/// the determinants, which are the same in all.
+/// @param from  in: the factor of nodes before it is that of the last trial
+template <class System>
+void factor_definite(System& s, int from, double& shift, NewtonReport& report)
+{
+    const auto factor = [&](bool coupled, int node) {
+        set_system(s, shift, coupled, node);
+        ++report.factorisations;
+        return s.matrix().factor(node);
+    };
+    const bool unsymmetric = std::any_of(s.trial().begin(), s.trial().end(),
+                                         [](const Trial& t) { return t.status == 2; });
+    const int negative = factor(true, from);
+    if ((unsymmetric ? s.matrix().negative_determinants() : negative) == 0) return;
+    const int first = s.first();
+    bool definite = unsymmetric && factor(false, first) == 0;
+    while (!definite) {
+        // Where the iterate before ended is a better guess than nothing.
+        shift = shift > 0 ? 4 * shift : std::max(kLeastShift * s.softest(), s.kept_shift() / 16);
+        if (shift > kLargestShift * s.softest()) return;
+        definite = factor(!unsymmetric, first) == 0;
+    }
+    if (unsymmetric) factor(true, first);
+}
+
+/// Pivots the statuses from those of the iterate. Leaves the increment and the trials.
+template <class System>
+bool pivot(System& s, const Residual& res, const NewtonOptions& options, double& shift,
+           NewtonReport& report)
+{
+    const std::size_t n = s.contacts();
+    std::vector<Trial>& trials = s.trial();
+    const double force = 1e-3 * options.tolerance * res.scale;
+    trials.resize(n);
+    for (std::size_t k = 0; k < n; ++k)
+        initial_status(s.contact(k), trials[k]);
+
+    std::vector<Change> wrong(n);
+    int best = std::numeric_limits<int>::max(), patience = 8;
+    int from = s.first(); // the factor of nodes before it is that of the last trial
+    for (int trial = 0; trial < kTrials; ++trial) {
+        set_right_side(s);
+        factor_definite(s, from, shift, report);
+        if (shift > kLargestShift * s.softest()) return false;
+        s.increment() = s.right();
+        s.matrix().solve(s.increment());
+
+        int count = 0;
+        for (std::size_t k = 0; k < n; ++k) {
+            evaluate(s, k);
+            const Candidate& c = s.contact(k);
+            wrong[k] = violation(c, trials[k], force, force / c.stiffness);
+            if (wrong[k].kind != Change::none) ++count;
+        }
+        if (count == 0) return true;
+
+        from = s.last();
+        const auto turn = [&](std::size_t k) {
+            if (wrong[k].kind == Change::none) return;
+            change(s.contact(k), trials[k], wrong[k].kind);
+            from = std::min(from, s.lowest(k));
+        };
+        bool all = true;
+        if (count < best) {
+            best = count;
+            patience = 8;
+        } else if (patience > 0) {
+            --patience;
+        } else {
+            all = false;
+        }
+        if (all) {
+            // Of neighbours that all want to open (or all to close) only the worst does: the
+            // rows of one element depend on each other.
+            for (std::size_t i = 0; i < n;) {
+                const Change::Kind kind = wrong[i].kind;
+                if (kind != Change::open && kind != Change::close) {
+                    ++i;
+                    continue;
+                }
+                std::size_t end = i, worst = i;
+                while (end < n && wrong[end].kind == kind && (end == i || s.follows(end))) {
+                    if (wrong[end].size > wrong[worst].size) worst = end;
+                    ++end;
+                }
+                for (std::size_t k = i; k < end; ++k)
+                    if (k != worst) wrong[k].kind = Change::none;
+                i = end;
+            }
+            for (std::size_t k = 0; k < n; ++k)
+                turn(k);
+        } else {
+            std::size_t k = n - 1;
+            while (wrong[k].kind == Change::none)
+                --k;
+            turn(k);
+        }
+    }
+    return false;
+}
+
+// The multipliers of one solve err by 1 / (1 + rho W): nothing, unless friction has all but
+// cancelled the compliance W of a contact (a wedge about to lock). Then the remaining gaps of
+// the active rows are closed exactly, by their own small dense system.
+template <class System> void close_active(System& s)
+{
+    struct Row {
+        std::size_t candidate;
+        int which; // 0 normal, 1 and 2 tangential
+    };
+    std::vector<Row> rows;
+    for (std::size_t k = 0; k < s.contacts(); ++k) {
+        const int status = s.trial()[k].status;
+        if (status == 0) continue;
+        rows.push_back({k, 0});
+        if (status == 1 && s.contact(k).mu > 0) {
+            rows.push_back({k, 1});
+            rows.push_back({k, 2});
+        }
+    }
+    const auto n = Eigen::Index(rows.size());
+    if (n == 0) return;
+    Eigen::MatrixXd S(n, n);
+    Eigen::VectorXd gap(n);
+    std::vector<std::vector<Node6>> columns(rows.size());
+    for (Eigen::Index j = 0; j < n; ++j) {
+        const Row& r = rows[std::size_t(j)];
+        const Trial& t = s.trial()[r.candidate];
+        std::vector<Node6>& x = columns[std::size_t(j)];
+        x.resize(s.right().size());
+        for (int i = s.first(); i <= s.last(); ++i)
+            x[std::size_t(i)].column = Column6{};
+        if (r.which > 0)
+            System::add_force(x, s.place(r.candidate), s.tangent(r.candidate, r.which - 1), 1);
+        else if (t.status == 2)
+            System::add_force(x, s.place(r.candidate), slip_force_row(s, r.candidate), 1);
+        else
+            System::add_force(x, s.place(r.candidate), s.normal(r.candidate), 1);
+        s.matrix().solve(x);
+        gap[j] = r.which == 0 ? t.gap : r.which == 1 ? t.v1 : t.v2;
+        for (Eigen::Index i = 0; i < n; ++i) {
+            const Row& q = rows[std::size_t(i)];
+            S(i, j) = System::apply(q.which == 0 ? s.normal(q.candidate)
+                                                 : s.tangent(q.candidate, q.which - 1),
+                                    x, s.place(q.candidate));
+        }
+    }
+    const Eigen::VectorXd change = S.fullPivLu().solve(-gap);
+    if (!change.allFinite()) return;
+    for (Eigen::Index j = 0; j < n; ++j)
+        for (int i = s.first(); i <= s.last(); ++i)
+            s.increment()[std::size_t(i)].column +=
+                splat6(change[j]) * columns[std::size_t(j)][std::size_t(i)].column;
+    for (std::size_t k = 0; k < s.contacts(); ++k)
+        evaluate(s, k);
+    for (Eigen::Index j = 0; j < n; ++j) {
+        const Row& r = rows[std::size_t(j)];
+        Trial& t = s.trial()[r.candidate];
+        if (r.which == 0) t.normal += change[j];
+        if (r.which == 1) t.t1 += change[j];
+        if (r.which == 2) t.t2 += change[j];
+        if (r.which == 0 && t.status == 2) set_slip_reaction(s, r.candidate);
+    }
+}
+
+// Where pivoting finds no solution (the wire is about to lose
+// its hold), a shift makes the problem more definite and its solution nearer.
+template <class System>
+void solve(System& s, const Residual& res, const NewtonOptions& options, double& shift,
+           NewtonReport& report)
+{
+    for (int level = 0; level < kShiftLevels; ++level) {
+        if (pivot(s, res, options, shift, report)) break;
+        shift = std::max(16 * shift, 1e-3 * s.softest());
+    }
+    if (shift > 0) s.kept_shift() = shift;
+}
+
+} // namespace amontons::pivoting

@@ -1,0 +1,165 @@
+#include "solver/step/coaxial.hpp"
+
+#include "solver/scene/build.hpp"
+#include "solver/scene/read.hpp"
+#include "solver/step/wire_simulation.hpp"
+
+#include <cmath>
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+#include <map>
+
+using namespace amontons;
+
+namespace {
+
+struct Steps : StepObserver {
+    std::vector<StepRecord> all;
+    void on_step(const StepRecord& r) override { all.push_back(r); }
+    double value(std::size_t step, const std::string& name) const
+    {
+        for (const Quantity& q : all[step].quantities)
+            if (q.name == name) return q.value;
+        FAIL("no quantity " << name);
+        return 0;
+    }
+};
+
+/// A catheter over a pre-curved wire in a bent tube, with friction everywhere: both in, the
+/// catheter over the held wire, both turned, the wire back into the catheter.
+std::string in_bend(double mirror, double mu, double step)
+{
+    return fmt::format(R"({{"schema": 1, "bodies": {{
+        "tube": {{"kind": "obstacle", "surface": {{"generate": "tube", "radius": 0.003, "centreline":
+          {{"normal": [0, {0}, 0], "pieces": [{{"length": 0.01}}, {{"radius": 0.03, "angle": 2}}]}}}}}},
+        "wire": {{"kind": "beam", "introducer": {{"normal": [0, {0}, 0]}},
+          "segments": [{{"length": 0.08, "radius": 4.445e-4, "EI": 5.2e-4, "element": 2.5e-3}},
+                       {{"length": 0.02, "radius": 4.445e-4, "EI": 1e-4, "curvature": 40,
+                         "curvature_angle": {1}, "element": 2.5e-3}}],
+          "drive": {{"insertion": [[0, 0], [1, 0.05], [3, 0.05], [4, 0.02]],
+                     "twist": [[2, 0], [3, {2}]]}}}},
+        "catheter": {{"kind": "beam", "introducer": {{"normal": [0, {0}, 0]}},
+          "segments": [{{"length": 0.1, "radius": 8.35e-4, "inner_radius": 5e-4, "EI": 1.9e-4,
+                         "element": 2.5e-3}}],
+          "drive": {{"insertion": [[1, 0], [2, 0.04]]}}}}}},
+        "contact": [{{"between": ["wire", "tube"], "friction": {3}}},
+                    {{"between": ["catheter", "tube"], "friction": {3}}},
+                    {{"between": ["catheter", "wire"], "friction": {3}}}],
+        "time": {{"step": {4}, "end": 4}}}})",
+                       mirror, 0.5 * mirror, mirror, mu, step);
+}
+
+Steps run(const std::string& text, RunSummary* summary = nullptr)
+{
+    const Scene scene = parse_scene(text, "s.json");
+    WireSimulation simulation(scene, build_obstacles(scene));
+    Steps steps;
+    const std::atomic<bool> never{false};
+    const RunSummary sum = simulation.run(steps, never);
+    INFO(sum.message);
+    REQUIRE(sum.status == "done");
+    if (summary) *summary = sum;
+    return steps;
+}
+
+std::string issues_of(const std::string& text, const std::vector<std::string>& overrides)
+{
+    try {
+        const Scene scene = parse_scene(text, "s.json", overrides);
+        WireSimulation simulation(scene, build_obstacles(scene));
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+bool has(const std::string& text, const std::string& part)
+{
+    return text.find(part) != std::string::npos;
+}
+
+} // namespace
+
+TEST_CASE("a wire in a catheter in a bent tube: certified, nothing passes, energy closes")
+{
+    RunSummary sum;
+    const Steps s = run(in_bend(1, 0.1, 0.02), &sum);
+    CHECK(sum.uncertified_steps == 0);
+    CHECK(sum.worst_penetration < 1e-9);
+    CHECK(std::abs(sum.energy.error()) < 0.01 * sum.energy.work_absolute);
+    std::size_t in_bore = 0;
+    for (const StepRecord& r : s.all) {
+        std::size_t here = 0;
+        Vec3 on_wire = Vec3::Zero();
+        for (const ContactRecord& c : r.contacts) {
+            CHECK(c.gap > -1e-9);
+            const double cone = c.force.dot(c.normal) * 0.1;
+            CHECK((c.force - c.normal * c.force.dot(c.normal)).norm() <= cone + 1e-9);
+            here += c.body_b == 2;
+            if (c.body_b == 2) on_wire += c.force;
+        }
+        in_bore = std::max(in_bore, here);
+    }
+    CHECK(in_bore >= 4);
+    // The wire has been pulled back into the catheter, whose tip stays out.
+    CHECK(s.value(s.all.size() - 1, "depth") < s.value(s.all.size() - 1, "catheter_depth"));
+}
+
+TEST_CASE("the mirror image of a scene of instruments has the mirrored result")
+{
+    const Steps a = run(in_bend(1, 0.1, 0.02)), b = run(in_bend(-1, 0.1, 0.02));
+    REQUIRE(a.all.size() == b.all.size());
+    for (std::size_t i = 0; i < a.all.size(); i += 10) {
+        CAPTURE(i);
+        for (const char* name :
+             {"push_force", "catheter_push_force", "catheter_over_wire_normal_force_sum"})
+            CHECK(a.value(i, name) == doctest::Approx(b.value(i, name)).epsilon(1e-5).scale(1));
+        CHECK(std::abs(a.value(i, "tip_y") + b.value(i, "tip_y")) < 1e-8);
+        CHECK(std::abs(a.value(i, "tip_z") - b.value(i, "tip_z")) < 1e-8);
+    }
+}
+
+TEST_CASE("a run of instruments goes on bit for bit from where it was saved")
+{
+    const Scene scene = parse_scene(in_bend(1, 0.1, 0.05), "s.json");
+    WireSimulation whole(scene, build_obstacles(scene)), part(scene, build_obstacles(scene)),
+        rest(scene, build_obstacles(scene));
+    Steps all, first, second;
+    std::atomic<bool> never{false};
+    whole.run(all, never);
+    struct Stop : StepObserver {
+        Steps& steps;
+        std::atomic<bool>& stop;
+        Stop(Steps& s, std::atomic<bool>& b) : steps(s), stop(b) {}
+        void on_step(const StepRecord& r) override
+        {
+            steps.on_step(r);
+            if (r.time > 2.5) stop = true;
+        }
+    };
+    std::atomic<bool> stop{false};
+    Stop observer(first, stop);
+    part.run(observer, stop);
+    rest.restore(part.save());
+    rest.run(second, never);
+    REQUIRE(first.all.size() + second.all.size() == all.all.size());
+    const StepRecord &a = all.all.back(), &b = second.all.back();
+    for (std::size_t q = 0; q < a.quantities.size(); ++q)
+        CHECK(a.quantities[q].value == b.quantities[q].value);
+}
+
+TEST_CASE("instruments that cannot be in one another")
+{
+    const std::string good = in_bend(1, 0.1, 0.02);
+    CHECK(issues_of(good, {}).empty());
+    CHECK(has(issues_of(good, {"bodies.catheter.segments.0.inner_radius=4.4e-4"}),
+              "an instrument that fits in the other"));
+    CHECK(has(issues_of(good, {"bodies.catheter.segments.0.inner_radius=9e-4"}),
+              "/bodies/catheter/segments/0/inner_radius (--set): found 0.0009"));
+    CHECK(has(issues_of(good, {"bodies.catheter.introducer.at=[0,0,0.001]"}), "come out of one"));
+    CHECK(has(issues_of(good, {"bodies.wire.plane=[0,0,1]", "bodies.catheter.plane=[0,0,1]"}),
+              "move in space"));
+    CHECK(has(issues_of(good, {"contact.2.between=[\"wire\",\"wire\"]"}), "a beam and itself"));
+    CHECK(
+        has(issues_of(good, {"bodies.wire.drive.insertion=[[0,0],[1,0.05],[1,0.06]]"}), "> 1 [s]"));
+}
