@@ -23,6 +23,29 @@ FaceForces pressure_forces(const FacePoints& X, double pressure)
     return f;
 }
 
+FaceTangent pressure_tangent(const FacePoints& X, double pressure)
+{
+    const int n = static_cast<int>(X.cols());
+    FaceTangent K = FaceTangent::Zero(3 * n, 3 * n);
+    const auto cross = [](const Vec3& a) {
+        Mat3 m;
+        m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+        return m;
+    };
+    for (const QuadraturePoint& p : face_points(n)) {
+        const auto N = face_shape_values(n, p.xi);
+        const auto dN = face_shape_gradients(n, p.xi);
+        const Eigen::Matrix<double, 3, 2> T = X * dN.transpose();
+        const Mat3 first = cross(T.col(0)), second = cross(T.col(1));
+        for (int j = 0; j < n; ++j) { // d(t1 x t2) = t1 x dt2 - t2 x dt1
+            const Mat3 of_area = dN(1, j) * first - dN(0, j) * second;
+            for (int i = 0; i < n; ++i)
+                K.block<3, 3>(3 * i, 3 * j) -= (pressure * p.weight * N[i]) * of_area;
+        }
+    }
+    return K;
+}
+
 FaceForces traction_forces(const FacePoints& X, const Vec3& traction)
 {
     FaceForces f = FaceForces::Zero(3, X.cols());

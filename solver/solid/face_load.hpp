@@ -23,6 +23,14 @@ FacePoint face_point(const FacePoints& X, const QuadraturePoint& p);
 /// @param pressure  [Pa], > 0 pushes inwards
 FaceForces pressure_forces(const FacePoints& X, double pressure);
 
+constexpr int kMostFaceDofs = 3 * kMostSolidFaceNodes;
+using FaceTangent =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostFaceDofs, kMostFaceDofs>;
+
+/// Derivative of pressure_forces by the places: 3n x 3n [N/m]. Not symmetric; summed over faces,
+/// what is skew is left at the rim of their surface alone.
+FaceTangent pressure_tangent(const FacePoints& X, double pressure);
+
 /// Forces of a constant force per area: 3 x n [N].
 /// @param traction  [Pa]
 FaceForces traction_forces(const FacePoints& X, const Vec3& traction);

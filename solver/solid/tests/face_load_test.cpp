@@ -47,3 +47,32 @@ TEST_CASE("a traction on a flat face sums to its area; a T6 gives it to its midd
     CHECK((traction_forces(square, t).colwise() - t).norm() < 1e-14);
     CHECK((pressure_forces(square, 1).colwise() + Vec3::UnitZ()).norm() < 1e-14);
 }
+
+TEST_CASE("the tangent of a pressure is its derivative, and over a closed surface symmetric")
+{
+    test::Random random(9);
+    for (const ElementKind kind : test::kAllKinds) {
+        const ElementPlaces X = test::distorted_element(kind, random);
+        Eigen::MatrixXd whole = Eigen::MatrixXd::Zero(X.size(), X.size());
+        for (const LocalFace& face : shape_of(kind).faces) {
+            FaceForces x(3, face.count);
+            for (int i = 0; i < face.count; ++i)
+                x.col(i) = X.col(face.node[std::size_t(i)]);
+            const FaceTangent K = pressure_tangent(x, 5);
+            for (Eigen::Index j = 0; j < x.size(); ++j) { // forces are quadratic: exact
+                FaceForces up = x, down = x;
+                up.data()[j] += 0.5;
+                down.data()[j] -= 0.5;
+                const FaceForces d = pressure_forces(up, 5) - pressure_forces(down, 5);
+                CHECK((K.col(j) - Eigen::Map<const Eigen::VectorXd>(d.data(), d.size())).norm() <
+                      1e-12 * (1 + K.norm()));
+            }
+            for (int j = 0; j < face.count; ++j)
+                for (int i = 0; i < face.count; ++i)
+                    whole.block<3, 3>(3 * face.node[std::size_t(i)],
+                                      3 * face.node[std::size_t(j)]) += K.block<3, 3>(3 * i, 3 * j);
+            CHECK((K - K.transpose()).norm() > 1e-2 * K.norm()); // one face alone is not
+        }
+        CHECK((whole - whole.transpose()).norm() < 1e-12 * whole.norm());
+    }
+}
