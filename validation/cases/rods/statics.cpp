@@ -80,7 +80,7 @@ RodLoad end_load(const Vec3& force)
     RodLoad l;
     l.set = "end";
     l.force = force;
-    l.over = {{-1e6, -1e6}, {1e6, 1e6}};
+    l.over = {{-1e6, -1e6}, {0, 0}, {1e6, 1e6}};
     return l;
 }
 
