@@ -133,7 +133,7 @@ void BodyStepper::fill_report()
     report_.slip.assign(std::size_t(n_contacts), Vec3::Zero());
     report_.coupling_force.assign(system_.couplings.size(), 0);
     const double per_force = step_.dynamic ? 1 / step_.h : 1;
-    std::vector<Vec3> force(bodies(), Vec3::Zero()), torque(bodies(), Vec3::Zero());
+    std::vector<Vec3> on_body(bodies(), Vec3::Zero()), torque(bodies(), Vec3::Zero());
     for (int c = 0; c < n_contacts + int(system_.couplings.size()); ++c) {
         const auto at = force_.find(key(c));
         const Vec3 f = at == force_.end() ? Vec3(Vec3::Zero()) : at->second;
@@ -142,7 +142,7 @@ void BodyStepper::fill_report()
             const Vec3 on =
                 side.sign * per_force *
                 (c < n_contacts ? f : Vec3(f.x() * joints_[std::size_t(c - n_contacts)].direction));
-            force[std::size_t(side.body)] += on;
+            on_body[std::size_t(side.body)] += on;
             torque[std::size_t(side.body)] += side.place.point.cross(on);
         }
         if (c >= n_contacts) {
@@ -161,7 +161,7 @@ void BodyStepper::fill_report()
         report_.normal_work += n.dot(force) * n.dot(d);
     }
     for (std::size_t b = 0; b < bodies(); ++b)
-        if (RigidBody* rigid = system_.refs[b].rigid) rigid->carry(force[b], torque[b]);
+        if (RigidBody* rigid = system_.refs[b].rigid) rigid->carry(on_body[b], torque[b]);
 }
 
 bool BodyStepper::run()

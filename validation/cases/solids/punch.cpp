@@ -39,8 +39,9 @@ std::vector<double> grown(double length, double cell, double factor)
     return at;
 }
 
-/// A quarter of a cylinder of radius and height H, pressed by a plane over the disc of radius a.
-Punch punch(double a, double H, double E, double nu, double depth, double mu, const Grading& g)
+/// A quarter of a cylinder as wide and high as the grading goes, pressed by a plane over the disc
+/// of radius a.
+Punch punch(double a, double E, double nu, double depth, double mu, const Grading& g)
 {
     RoundStack o;
     o.core = 3;
@@ -98,8 +99,8 @@ std::vector<Measured> flat_punch()
             return Grading{graded(0.7 * a, 11, 10), grown(H - a, cell, factor),
                            grown(H, cell, factor)};
         };
-        const Punch near = punch(a, 20 * a, E, nu, depth, 0, to(20 * a)),
-                    far = punch(a, 60 * a, E, nu, depth, 0, to(60 * a));
+        const Punch near = punch(a, E, nu, depth, 0, to(20 * a)),
+                    far = punch(a, E, nu, depth, 0, to(60 * a));
         const std::string of = fmt::format(", nu {}", nu);
         // The block's end is felt as a / H.
         rows.push_back(relative("force, extrapolated to a half-space" + of, F,
@@ -123,8 +124,8 @@ std::vector<Measured> stuck_punch()
     for (const auto& [nu, ratio] :
          {std::pair{0.0, 1.09861229}, {0.3, 1.02862666}, {0.49, 1.00012819}}) {
         const Grading g = graded_to(a, 80 * a, true);
-        const Punch slides = punch(a, 80 * a, E, nu, depth, 0, g),
-                    sticks = punch(a, 80 * a, E, nu, depth, kSticksAlways, g);
+        const Punch slides = punch(a, E, nu, depth, 0, g),
+                    sticks = punch(a, E, nu, depth, kSticksAlways, g);
         rows.push_back(relative(fmt::format("force that sticks over force that slides, nu {}", nu),
                                 ratio, sticks.force / slides.force, 2e-3));
         rows.push_back(at_most(fmt::format("steps without certificate, nu {}", nu),
@@ -141,12 +142,12 @@ std::vector<Measured> rough_punch()
     std::vector<Measured> rows;
     const Grading g = graded_to(1, 40, false);
     for (const double nu : {0.0, 0.3}) {
-        const Punch free = punch(1, 40, 1, nu, 0.01, 0, g);
+        const Punch free = punch(1, 1, nu, 0.01, 0, g);
         for (const Row& r :
              {Row{0, 0.1, 1.0185, 0}, Row{0, 0.2, 1.037, 0.23}, Row{0, 0.3, 1.0535, 0.50},
               Row{0.3, 0.1, 1.0107, 0.205}, Row{0.3, 0.2, 1.0199, 0.701}}) {
             if (r.nu != nu) continue;
-            const Punch p = punch(1, 40, 1, nu, 0.01, r.mu, g);
+            const Punch p = punch(1, 1, nu, 0.01, r.mu, g);
             const std::string of = fmt::format(", nu {}, mu {}", nu, r.mu);
             rows.push_back(relative("force over that without friction" + of, r.force,
                                     p.force / free.force, 1e-3));
