@@ -11,7 +11,7 @@
 #include <vector>
 
 // Hyperelastic materials: energy, stress and tangent of one point. All laws stand in law.cpp, one
-// entry of a table each; the scene's fields, the checks and the elements follow from the table.
+// entry of a table each with its constants and their ranges; the elements follow from it.
 //
 // A law is a function of C = F^T F, so that it is objective by construction. What resists a change
 // of volume alone is apart from it, the same for all laws that have it: lambda/2 (ln J)^2, which
