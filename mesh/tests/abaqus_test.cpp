@@ -14,8 +14,7 @@ namespace {
 std::string seed(const char* name)
 {
     return read_file(
-        (std::filesystem::path(__FILE__).parent_path().parent_path() / "fuzz/seeds/abaqus" / name)
-            .string());
+        (std::filesystem::path(AMONTONS_SOURCE_DIR) / "mesh/fuzz/seeds/abaqus" / name).string());
 }
 
 std::string refused(const std::string& text)

@@ -266,8 +266,7 @@ TEST_CASE("meshes of other people's benchmarks: counts, boxes and volumes")
 
 TEST_CASE("files that Gmsh itself wrote: one tetrahedron's geometry in all encodings")
 {
-    const auto folder =
-        std::filesystem::path(__FILE__).parent_path().parent_path() / "fuzz/seeds/gmsh";
+    const auto folder = std::filesystem::path(AMONTONS_SOURCE_DIR) / "mesh/fuzz/seeds/gmsh";
     for (const char* version : {"v22", "v41"})
         for (const char* encoding : {"ascii", "binary"})
             for (const int order : {1, 2}) {

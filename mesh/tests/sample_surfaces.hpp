@@ -79,7 +79,7 @@ template <class F> std::string refusal(F f)
 /// A patient's vessels, which may lie beside the sources.
 inline std::filesystem::path vessel_data()
 {
-    return std::filesystem::path(__FILE__).parent_path() / "../../../shared/data/vessels";
+    return std::filesystem::path(AMONTONS_SOURCE_DIR) / "../shared/data/vessels";
 }
 
 } // namespace amontons

@@ -60,8 +60,7 @@ inline std::vector<SampleVolume> sample_volumes()
 /// Meshes made by others, with published results, which may lie beside the sources.
 inline std::vector<std::filesystem::path> peer_meshes()
 {
-    const auto folder =
-        std::filesystem::path(__FILE__).parent_path() / "../../../shared/data/fe/meshes";
+    const auto folder = std::filesystem::path(AMONTONS_SOURCE_DIR) / "../shared/data/fe/meshes";
     std::vector<std::filesystem::path> all;
     std::error_code none;
     for (const auto& entry : std::filesystem::directory_iterator(folder, none))

@@ -168,8 +168,7 @@ TEST_CASE("the side is told from the surface, or must be given")
 
 TEST_CASE("real anatomy: a patient's aorta with coarse facets")
 {
-    const auto folder =
-        std::filesystem::path(__FILE__).parent_path() / "../../../shared/data/vessels";
+    const auto folder = std::filesystem::path(AMONTONS_SOURCE_DIR) / "../shared/data/vessels";
     const auto file = folder / "aorta_supra_aortic.obj";
     if (!std::filesystem::exists(file)) {
         MESSAGE("left out: " << file.string() << " is not there");

@@ -13,7 +13,7 @@ namespace {
 
 std::filesystem::path seeds()
 {
-    return std::filesystem::path(__FILE__).parent_path().parent_path() / "fuzz/seeds/vtu";
+    return std::filesystem::path(AMONTONS_SOURCE_DIR) / "mesh/fuzz/seeds/vtu";
 }
 
 std::string seed(const std::string& name)
