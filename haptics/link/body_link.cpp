@@ -27,6 +27,9 @@ Scene with_driven_handle(Scene scene)
         if (b.name == h.handle)
             throw InputError({{scene.file, "/haptic/handle", quoted_text(h.handle) + ", a beam",
                                "a solid or a rigid body: beams cannot be held yet"}});
+    if (!scene.rods.empty())
+        throw InputError({{scene.file, "/bodies/" + scene.rods[0].name, "a rod",
+                           "solids, rigid bodies and obstacles: rods cannot be felt yet"}});
     for (SolidInput& s : scene.solids) {
         if (s.name != h.handle) continue;
         s.drive.given = true;

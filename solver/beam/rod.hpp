@@ -5,7 +5,7 @@
 #include "solver/beam/element.hpp"
 #include "solver/beam/material.hpp"
 #include "solver/beam/rotation.hpp"
-#include "solver/scene/rod_input.hpp"
+#include "solver/scene/scene.hpp"
 
 #include <span>
 #include <string>

@@ -3,7 +3,7 @@
 #include "contact/rigid/shape.hpp"
 #include "solver/beam/rod_elements.hpp"
 #include "solver/body/body.hpp"
-#include "solver/scene/rod_input.hpp"
+#include "solver/scene/scene.hpp"
 
 #include <optional>
 

@@ -38,6 +38,10 @@ std::vector<std::pair<std::string, std::string>> frame_files(const Scene& scene,
         files.emplace_back(b.name, frame_file(b.name, step));
         files.emplace_back(b.name + "_surface", frame_file(b.name + ".tube", step));
     }
+    for (const RodInput& b : scene.rods) {
+        files.emplace_back(b.name, frame_file(b.name, step));
+        files.emplace_back(b.name + "_surface", frame_file(b.name + ".tube", step));
+    }
     for (const SolidInput& b : scene.solids)
         files.emplace_back(b.name, frame_file(b.name, step, ".vtu"));
     for (const RigidInput& b : scene.rigids)
@@ -292,6 +296,10 @@ void RunWriter::State::remove_old_files()
     for (const ObstacleInput& o : scene.obstacles)
         parts.push_back(o.name);
     for (const BeamInput& b : scene.beams) {
+        parts.push_back(b.name);
+        parts.push_back(b.name + ".tube");
+    }
+    for (const RodInput& b : scene.rods) {
         parts.push_back(b.name);
         parts.push_back(b.name + ".tube");
     }

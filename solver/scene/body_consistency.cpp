@@ -89,10 +89,10 @@ void check_bodies(const Scene& scene, Findings& findings)
     for (const RigidInput& b : scene.rigids)
         check_rigid(b, scene, findings);
     check_couplings(scene, findings);
-    const bool bodies = !scene.solids.empty() || !scene.rigids.empty();
+    const bool bodies = !scene.solids.empty() || !scene.rigids.empty() || !scene.rods.empty();
     if (bodies && !scene.beams.empty())
-        findings.add({"/bodies"}, "beams beside solids or rigid bodies",
-                     "a scene of beams and obstacles, or one of solids, rigid bodies and "
+        findings.add({"/bodies"}, "beams beside rods, solids or rigid bodies",
+                     "a scene of beams and obstacles, or one of rods, solids, rigid bodies and "
                      "obstacles: the two cannot be coupled yet");
     if (scene.time.kind != "dynamic")
         for (std::size_t i = 0; i < scene.contact.size(); ++i)

@@ -2,6 +2,7 @@
 
 #include "solver/scene/body_consistency.hpp"
 #include "solver/scene/haptic_fields.hpp"
+#include "solver/scene/rod_fields.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -327,10 +328,11 @@ void check_consistency(const Scene& scene, std::vector<Issue>& issues)
         check_obstacle(o, findings);
     for (const BeamInput& b : scene.beams)
         check_beam(b, scene, findings);
-    if (scene.beams.empty() && scene.solids.empty() && scene.rigids.empty())
+    if (scene.beams.empty() && scene.solids.empty() && scene.rigids.empty() && scene.rods.empty())
         findings.add({"/bodies"}, "no body that moves",
-                     "at least one of kind \"beam\", \"solid\" or \"rigid\"");
+                     "at least one of kind \"beam\", \"rod\", \"solid\" or \"rigid\"");
     check_bodies(scene, findings);
+    check_rods(scene, findings);
     check_pairs(scene, findings);
     check_haptic(scene, findings);
     if (scene.time.smallest_step > scene.time.step)

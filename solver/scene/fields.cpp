@@ -4,6 +4,7 @@
 #include "solver/scene/declare.hpp"
 #include "solver/scene/haptic_fields.hpp"
 #include "solver/scene/instruments.hpp"
+#include "solver/scene/rod_fields.hpp"
 
 #include <fmt/format.h>
 
@@ -287,6 +288,7 @@ ObjectDeclaration declare_bodies(const ObjectDeclaration& surface, const ObjectD
          &find_body<&Scene::beams>}};
     for (const VariantDeclaration& v : body_variants(centreline))
         d.variants.push_back(v);
+    d.variants.push_back(rod_variant(segment, centreline));
     return d;
 }
 
@@ -301,6 +303,12 @@ ObjectDeclaration declare_time()
              required(field<&T::end>("end", "s", positive(), "End of the run.")),
              fallback("step / 1024", field<&T::smallest_step>("smallest_step", "s", at_least(0),
                                                               "A step is not halved below this.")),
+             fallback("steps in time",
+                      field<&T::path>("path", "m", at_least(0),
+                                      "A quasi-static rod alone: steps of about this length (root "
+                                      "mean square over its nodes) along the path of its balances, "
+                                      "past limit points; the time, which its loads and holds "
+                                      "follow, may then fall.")),
              field<&T::damping>("damping", "1/s", at_least(0),
                                 "Damping of beams proportional to the mass; dynamic only."),
              choice({"theta", "generalised_alpha"},

@@ -71,6 +71,15 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
         }))
         plan.uses.push_back("instruments in one another: their nodes in one order along their "
                             "common length, one banded factor");
+    const auto any_rod = [&](const char* elements) {
+        return std::any_of(scene.rods.begin(), scene.rods.end(),
+                           [&](const RodInput& b) { return b.elements == elements; });
+    };
+    if (any_rod("exact"))
+        plan.uses.push_back("rods of geometrically exact elements, block-tridiagonal factor");
+    if (any_rod("corotational"))
+        plan.uses.push_back("rods of corotational elements, block-tridiagonal factor");
+    if (scene.time.path > 0) plan.uses.push_back("steps along the path of balances");
     if (any_solid("linear"))
         plan.uses.push_back("linear solids in frames that are fixed, driven or float with them");
     if (any_solid("corotational"))
@@ -119,7 +128,8 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
     if (beams)
         leave(true, "dense Delassus operator",
               "contact forces are condensed into the beam's blocks");
-    leave(!beams, "beams", "no wire");
+    leave(!beams && scene.rods.empty(), "beams", "no wire and no rod");
+    leave(!scene.rods.empty(), "contact and couplings of rods", "cannot be solved yet");
     leave(!rigids, "rigid bodies that move", "none in the scene");
     leave(!solids, "CHOLMOD", "no solid body");
     leave(true, "PETSc, MPI", "no large solid body");
@@ -141,7 +151,9 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
     plan.memory += kSampledWall * static_cast<double>(std::count_if(
                                       scene.obstacles.begin(), scene.obstacles.end(), is_sampled));
     if (!beams) {
-        plan.path = solids ? "free motion of each body" : "free motion of the rigid bodies";
+        plan.path = !scene.rods.empty() ? "free motion of each body, Newton's method on the rods"
+                    : solids            ? "free motion of each body"
+                                        : "free motion of the rigid bodies";
         if (!scene.contact.empty() || !scene.couplings.empty())
             plan.path += dynamic
                              ? "; contacts as the step finds them at its start, one problem for all"

@@ -221,6 +221,60 @@ struct RigidInput {
     CurvePoints over;           ///< factor on force and torque over time; empty: 1
 };
 
+/// A point of a polyline.
+struct RodPoint {
+    Vec3 at = Vec3::Zero(); ///< [m]
+};
+
+/// Where a rod begins: along a curve, a polyline with rigid corners, or (neither) from a start on,
+/// bent as its segments are when free of load.
+struct RodShape {
+    Vec3 start = Vec3::Zero();
+    Vec3 direction = Vec3::UnitX();
+    std::optional<Vec3> normal;   ///< section axis 2, curvature of angle 0 bends this way; chosen
+    std::vector<RodPoint> points; ///< corners are rigid
+    CentrelineInput curve;
+    bool has_curve() const { return !curve.file.empty() || !curve.pieces.empty(); }
+    bool closed = false;     ///< the end is joined to the start
+    bool stress_free = true; ///< in the given shape; else its segments say how it is free of load
+};
+
+/// A place or motion that is prescribed to a cross-section of a rod.
+struct RodHold {
+    std::string set;             ///< "start" | "end" | "all" | "": `at`
+    std::optional<double> at;    ///< arc length [m]
+    std::string places = "held"; ///< "held" | "free"
+    CurvePoints x, y, z;         ///< displacement over time [m]; without any: all three are 0
+    std::string turns = "held";  ///< "held" | "free" | "about": only about `axis`
+    Vec3 axis = Vec3::UnitZ();   ///< fixed in space
+    CurvePoints angle;           ///< turn about the axis over time, of turns that are held [rad]
+};
+
+/// What acts on a rod. Vectors are multiplied by `over`.
+struct RodLoad {
+    std::string set;            ///< "start" | "end" | "all" | "": `at`
+    std::optional<double> at;   ///< arc length [m]
+    std::optional<Vec3> force;  ///< [N]
+    std::optional<Vec3> moment; ///< [N m]
+    std::optional<Vec3> line;   ///< force per length, of "all" [N/m]
+    bool follows = false;       ///< force and moment turn with the cross-section
+    CurvePoints over;           ///< factor over time; empty: 1
+};
+
+/// A beam that no introducer feeds: it lies where its shape says, is held and loaded anywhere.
+struct RodInput {
+    std::string name;
+    std::vector<BeamSegment> segments;
+    RodShape shape;
+    std::string elements = "exact"; ///< "exact" | "corotational"
+    std::optional<Vec3> plane;      ///< normal of a plane that the rod is kept in
+    std::vector<RodHold> hold;
+    std::vector<RodLoad> loads;
+    Vec3 velocity = Vec3::Zero(); ///< when the run begins [m/s]
+    Vec3 spin = Vec3::Zero();     ///< about the centre of mass [rad/s]
+    double contact_spacing = 0;   ///< [m]; 0: half the shortest element
+};
+
 /// Rows without a cone between two bodies, or a spring.
 struct CouplingInput {
     std::string kind = "weld";            ///< "weld" | "ball" | "hinge" | "slider" | "spring"
@@ -247,9 +301,10 @@ struct TimeInput {
     double step = 0;                   ///< longest step [s]
     double end = 0;                    ///< [s]
     double smallest_step = 0;          ///< [s]; 0: step / 1024
-    double damping = 0;                ///< mass-proportional Rayleigh damping of beams [1/s]
-    std::string rule = "theta";        ///< of dynamic solids: "theta" | "generalised_alpha"
-    double theta = 1;                  ///< 1 implicit Euler, 0.5 the midpoint rule
+    double path = 0; ///< quasi-static rods: length of a step on the path of balances [m]; 0: none
+    double damping = 0;           ///< mass-proportional Rayleigh damping of beams [1/s]
+    std::string rule = "theta";   ///< of dynamic solids: "theta" | "generalised_alpha"
+    double theta = 1;             ///< 1 implicit Euler, 0.5 the midpoint rule
     double spectral_radius = 0.8; ///< of generalised_alpha: what a step leaves of high frequencies
 };
 
@@ -297,6 +352,7 @@ struct Scene {
     std::vector<BeamInput> beams;
     std::vector<SolidInput> solids;
     std::vector<RigidInput> rigids;
+    std::vector<RodInput> rods;
     std::vector<ContactLaw> contact;
     std::vector<CouplingInput> couplings;
     Vec3 gravity = Vec3::Zero(); ///< [m/s^2]; acts where there is mass

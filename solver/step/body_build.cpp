@@ -11,6 +11,7 @@
 #include "mesh/volume_check.hpp"
 #include "solver/body/condensed_solid.hpp"
 #include "solver/body/rigid_body.hpp"
+#include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
 #include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
@@ -127,6 +128,10 @@ std::vector<ContactLaw> written_out(const Scene& scene)
             if (r.name == name) return r.drive.given;
         return false;
     };
+    const auto rod = [&](const std::string& name) { // touches nothing yet
+        return std::any_of(scene.rods.begin(), scene.rods.end(),
+                           [&](const RodInput& r) { return r.name == name; });
+    };
     for (const ContactLaw& law : scene.contact)
         for (std::size_t i = 0; i < scene.order.size(); ++i)
             for (std::size_t j = i + 1; j < scene.order.size(); ++j) {
@@ -135,7 +140,8 @@ std::vector<ContactLaw> written_out(const Scene& scene)
                     return (law.between[0] == "*" || law.between[0] == x) &&
                            (law.between[1] == "*" || law.between[1] == y);
                 };
-                if ((!fits(a, b) && !fits(b, a)) || (still(a) && still(b))) continue;
+                if ((!fits(a, b) && !fits(b, a)) || (still(a) && still(b)) || rod(a) || rod(b))
+                    continue;
                 if (!named.insert({a, b}).second) continue;
                 laws.push_back(law);
                 laws.back().between = {a, b};
@@ -269,6 +275,30 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                 add_issues(error.issues(), scene, "/bodies/" + name, issues);
             }
         }
+        for (const RodInput& input : scene.rods) {
+            if (input.name != name) continue;
+            try {
+                std::optional<Centreline> curve;
+                if (input.shape.has_curve()) {
+                    SurfaceInput s;
+                    s.centreline = input.shape.curve;
+                    s.radius = 1e-9 * input.segments.front().length; // no tube: bends of any radius
+                    curve = build_centreline(s, scene);
+                }
+                auto body =
+                    std::make_unique<RodBody>(input, curve ? &*curve : nullptr, scene.time.damping);
+                system->refs.push_back({body.get(), nullptr, nullptr, name, body.get()});
+                system->bodies.push_back(std::move(body));
+            } catch (const InputError& error) {
+                std::vector<Issue> found = error.issues();
+                for (Issue& issue : found)
+                    if (issue.file.empty()) {
+                        issue.file = scene.file;
+                        issue.place = "/bodies/" + name + issue.place;
+                    }
+                issues.insert(issues.end(), found.begin(), found.end());
+            }
+        }
         for (const RigidInput& input : scene.rigids) {
             if (input.name != name) continue;
             try {
@@ -292,10 +322,10 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         for (const CouplingInput& c : scene.couplings)
             met.insert(c.between.begin(), c.between.end());
         for (const BodyRef& b : system->refs) {
-            if (met.count(b.name) || (b.rigid && b.rigid->driven())) continue;
+            if ((met.count(b.name) && !b.rod) || (b.rigid && b.rigid->driven())) continue;
             std::string motions = b.rigid ? "every shift and turn" : "";
-            if (b.solid)
-                for (const std::string& m : b.solid->free_motions())
+            if (b.solid || b.rod)
+                for (const std::string& m : b.rod ? b.rod->free_motions() : b.solid->free_motions())
                     motions += (motions.empty() ? "" : "; ") + m;
             if (!motions.empty())
                 issues.push_back({scene.file, "/bodies/" + b.name, "nothing prevents: " + motions,

@@ -19,7 +19,8 @@ constexpr double kUncontrolled = 1e-10; // share of a mode's size that contacts 
 void BodyStepper::certify_rows(const Eigen::VectorXd& u)
 {
     if (rows_.count == 0) {
-        report_.error = report_.threshold = 0;
+        report_.error = 0;
+        report_.threshold = options_.tolerance; // of the balance of bodies that are not linear
         report_.penetration = report_.cone = 0;
         return;
     }

@@ -7,6 +7,7 @@
 #include "contact/surface/mortar.hpp"
 #include "contact/surface/passage.hpp"
 #include "solver/body/rigid_body.hpp"
+#include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
 
 #include <algorithm>
@@ -162,6 +163,10 @@ void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& st
         }
         constexpr double kFar = std::numeric_limits<double>::infinity();
         AxisBox box{Vec3::Constant(kFar), Vec3::Constant(-kFar)};
+        if (b.rod) {
+            boxes_.push_back(b.rod->box());
+            continue;
+        }
         for (const std::int32_t node : b.solid->touching()) {
             const Vec3& x = b.solid->places()[std::size_t(node)];
             box.low = box.low.cwiseMin(x);

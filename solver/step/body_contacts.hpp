@@ -16,6 +16,7 @@
 namespace amontons {
 
 class RigidBody;
+class RodBody;
 class SolidBody;
 
 /// Where two bodies meet or may meet within the step.
@@ -54,6 +55,7 @@ struct BodyRef {
     RigidBody* rigid = nullptr;
     SolidBody* solid = nullptr;
     std::string name;
+    RodBody* rod = nullptr;
 };
 
 /// Two bodies that a law lets meet.

@@ -2,6 +2,7 @@
 
 #include "contact/rigid/shape_surface.hpp"
 #include "solver/body/rigid_body.hpp"
+#include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
 
 #include <algorithm>
@@ -137,12 +138,35 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
     }
     for (std::size_t b = 0; b < on_body.size() && unnamed; ++b)
         vector(system.refs[b].name + "_contact_force", "N", on_body[b]);
-    std::size_t solid = 0;
+    std::size_t solid = 0, rod = 0;
     for (const BodyRef& b : system.refs) {
         if (b.rigid) {
             vector(b.name, "m", b.rigid->centre());
             if (dynamic) vector(b.name + "_velocity", "m/s", b.rigid->centre_velocity());
             if (dynamic) vector(b.name + "_spin", "rad/s", b.rigid->spin());
+            continue;
+        }
+        if (b.rod) {
+            const RodInput& input = scene.rods[rod++];
+            const std::vector<std::array<Vec3, 2>> reactions = b.rod->reactions();
+            for (std::size_t k = 0; k < reactions.size(); ++k) {
+                const RodHold& h = input.hold[k];
+                const std::string place = h.set.empty() ? fmt::format("{:g}", *h.at) : h.set;
+                vector(b.name + "_" + place + "_force", "N", reactions[k][0]);
+                vector(b.name + "_" + place + "_moment", "N m", reactions[k][1]);
+            }
+            const std::vector<BeamNode>& nodes = b.rod->nodes();
+            const std::vector<BeamNode>& first = b.rod->first_nodes();
+            double most = 0;
+            for (std::size_t i = 0; i < nodes.size(); ++i)
+                most = std::max(most, (nodes[i].position() - first[i].position()).norm());
+            vector(b.name + "_end", "m", nodes.back().position());
+            for (const RodLoad& l : input.loads)
+                if (l.at)
+                    vector(fmt::format("{}_{:g}", b.name, *l.at), "m",
+                           nodes[std::size_t(b.rod->model().node_at(*l.at))].position());
+            out.push_back({b.name + "_max_displacement", "m", most});
+            out.push_back({b.name + "_negative", "", double(b.rod->negative())});
             continue;
         }
         const SolidInput& input = scene.solids[solid++];
@@ -178,6 +202,43 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
     for (std::size_t k = 0; k < joint.size(); ++k)
         out.push_back({fmt::format("coupling_{}_force", k), "N", std::sqrt(joint[k])});
     return out;
+}
+
+BeamRecord record_rod(const RodBody& rod, const std::string& name)
+{
+    const RodModel& model = rod.model();
+    BeamRecord beam;
+    beam.name = name;
+    Field radius{"radius", "m", 1, {}}, curvature{"curvature", "1/m", 1, {}},
+        twist{"twist", "1/m", 1, {}}, axial{"axial_force", "N", 1, {}},
+        torque{"torque", "N m", 1, {}}, moment{"moment", "N m", 1, {}},
+        arc{"arc_length", "m", 1, {}};
+    Field* const fields[] = {&radius, &curvature, &twist, &axial, &torque, &moment, &arc};
+    std::array<double, 6> before{};
+    const int elements = model.element_count();
+    // A node shows the mean of its elements; a closed rod comes back to its first node.
+    for (int i = 0; i <= elements; ++i) {
+        const std::size_t e = std::size_t(std::min(i, elements - 1));
+        const std::array<double, 6> strain = rod.strain(int(e));
+        const ElementLaw& law = model.law[e];
+        const auto force = [&](std::size_t k) {
+            return (law.S[k] * strain[k] - law.P[k]) / law.length;
+        };
+        const std::array<double, 6> here{model.radius[e], std::hypot(strain[4], strain[5]),
+                                         strain[3],       force(0),
+                                         force(3),        std::hypot(force(4), force(5))};
+        const bool inner = i > 0 && i < elements;
+        if (i == 0) before = here;
+        for (std::size_t k = 0; k < 6; ++k)
+            fields[k]->values.push_back(inner ? 0.5 * (before[k] + here[k]) : here[k]);
+        const std::size_t node = std::size_t(i < model.node_count() ? i : 0);
+        arc.values.push_back(i < model.node_count() ? model.s[node] : model.length);
+        beam.points.push_back(rod.nodes()[node].position());
+        before = here;
+    }
+    for (Field* f : fields)
+        beam.fields.push_back(std::move(*f));
+    return beam;
 }
 
 BodyRecord record_body(const BodySystem& system, std::size_t b, const BodyStepReport& step)

@@ -12,6 +12,9 @@ namespace amontons {
 std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obstacle>& obstacles,
                                       const BodySystem& system, const BodyStepReport& step);
 
+/// A rod as a line, with what its sections carry.
+BeamRecord record_rod(const RodBody& rod, const std::string& name);
+
 /// How body b looks and fares at the end of the step.
 BodyRecord record_body(const BodySystem& system, std::size_t b, const BodyStepReport& step);
 

@@ -3,6 +3,7 @@
 #include "mesh/base/curve.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/body/rigid_body.hpp"
+#include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
 #include "solver/step/body_build.hpp"
 #include "solver/step/body_record.hpp"
@@ -33,6 +34,12 @@ std::vector<const CurvePoints*> curves_of(const Scene& scene)
         for (const LoadInput& l : s.loads)
             all.insert(all.end(), {&l.pressure, &l.over});
     }
+    for (const RodInput& r : scene.rods) {
+        for (const RodHold& h : r.hold)
+            all.insert(all.end(), {&h.x, &h.y, &h.z, &h.angle});
+        for (const RodLoad& l : r.loads)
+            all.push_back(&l.over);
+    }
     for (const RigidInput& r : scene.rigids) {
         drive(r.drive);
         all.push_back(&r.over);
@@ -56,6 +63,7 @@ struct BodySimulation::State {
     const std::atomic<bool>* stop = nullptr;
     bool ready = false, started = false;
     double time = 0, step_length = 0;
+    double path_length = 0; ///< of the next step along the path [m]
     int step = 0, retries = 0;
     double contacts_sum = 0;
     EnergyRecord energy;
@@ -78,6 +86,7 @@ struct BodySimulation::State {
     }
     void make_ready();
     bool advance(double h);
+    bool advance_path();
     StepRecord record(double h, double seconds);
     void finish();
 };
@@ -136,6 +145,41 @@ bool BodySimulation::State::advance(double h)
     return true;
 }
 
+/// One step along the path of a rod's balances.
+bool BodySimulation::State::advance_path()
+{
+    RodBody& rod = *system->refs[0].rod;
+    constexpr int kQuick = 5, kSlow = 9; // iterations
+    constexpr double kGrowth = 1.5, kShortest = 1e-6;
+    retries = 0;
+    const double before = time;
+    while (true) {
+        const int iterations =
+            rod.path_step(path_length, scene.time.step, scene.accuracy.contact, time);
+        last = {};
+        last.iterations = last.factorisations = iterations;
+        if (iterations > 0) {
+            if (iterations <= kQuick)
+                path_length = std::min(kGrowth * path_length, scene.time.path);
+            if (iterations >= kSlow) path_length *= 0.5;
+            break;
+        }
+        path_length *= 0.5;
+        ++retries;
+        if (path_length < kShortest * scene.time.path) {
+            last.refusal =
+                fmt::format("no balance found along the path after t = {:.6g} s", before);
+            return false;
+        }
+    }
+    const BodyEnergy e = rod.accept({});
+    energy.work += e.work;
+    energy.work_absolute += e.work_absolute;
+    energy.elastic = e.elastic - elastic_start;
+    last.threshold = scene.accuracy.contact;
+    return true;
+}
+
 StepRecord BodySimulation::State::record(double h, double seconds)
 {
     StepRecord out;
@@ -181,6 +225,8 @@ StepRecord BodySimulation::State::record(double h, double seconds)
         r.body_b = number(k.b, pair.obstacle);
         out.contacts.push_back(r);
     }
+    for (const BodyRef& b : system->refs)
+        if (b.rod) out.beams.push_back(record_rod(*b.rod, b.name));
     out.quantities = body_quantities(scene, obstacles, *system, last);
     return out;
 }
@@ -202,6 +248,7 @@ BodySimulation::BodySimulation(const Scene& scene, std::vector<Obstacle> obstacl
     s.obstacles = std::move(obstacles);
     s.options = options;
     s.step_length = scene.time.step;
+    s.path_length = scene.time.path;
     s.system = build_bodies(s.scene, s.obstacles, s.warnings);
     s.curves = curves_of(s.scene);
 }
@@ -249,6 +296,16 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
     while (s.time < end * (1 - 1e-12)) {
         if (stop) return finish("interrupted", "interrupted by the user");
         const Stopwatch watch;
+        if (s.scene.time.path > 0) {
+            const double before = s.time;
+            if (!s.advance_path())
+                return finish("failed", fmt::format("step {}: {}", s.step + 1, s.last.refusal));
+            ++s.step;
+            StepRecord r = s.record(s.time - before, watch.seconds());
+            add_step(sum, r);
+            observe(r);
+            continue;
+        }
         const double reach = s.next_stop() - s.time;
         double h = std::min(s.step_length, reach);
         if (reach - h < 1e-6 * s.scene.time.step) h = reach; // no sliver before a knot
@@ -284,8 +341,11 @@ std::vector<BodyPlan> BodySimulation::plan() const
     for (const Obstacle& o : state_->obstacles)
         plan.push_back({o.name, "obstacle", 0});
     for (const BodyRef& b : state_->system->refs)
-        plan.push_back({b.name, b.rigid ? "rigid" : "solid",
-                        b.rigid ? b.body->unknowns() : 3 * int(b.solid->mesh().nodes.size())});
+        plan.push_back({b.name,
+                        b.rigid ? "rigid"
+                        : b.rod ? "rod"
+                                : "solid",
+                        b.solid ? 3 * int(b.solid->mesh().nodes.size()) : b.body->unknowns()});
     return plan;
 }
 
@@ -320,7 +380,7 @@ std::vector<BodyRecord> BodySimulation::body_records() const
     const State& s = *state_;
     std::vector<BodyRecord> all;
     for (std::size_t b = 0; b < s.system->refs.size(); ++b)
-        all.push_back(record_body(*s.system, b, s.last));
+        if (!s.system->refs[b].rod) all.push_back(record_body(*s.system, b, s.last));
     return all;
 }
 
@@ -331,6 +391,7 @@ std::vector<std::byte> BodySimulation::save() const
     out.value(s.started);
     out.value(s.time);
     out.value(s.step_length);
+    out.value(s.path_length);
     out.value(s.step);
     out.value(s.contacts_sum);
     out.value(s.energy);
@@ -359,6 +420,7 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
     const auto started = in.value<bool>();
     const auto time = in.value<double>();
     const auto step_length = in.value<double>();
+    const auto path_length = in.value<double>();
     const auto step = in.value<int>();
     const auto contacts_sum = in.value<double>();
     const auto energy = in.value<EnergyRecord>();
@@ -377,6 +439,7 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
     s.started = started;
     s.time = time;
     s.step_length = step_length;
+    s.path_length = path_length;
     s.step = step;
     s.contacts_sum = contacts_sum;
     s.energy = energy;

@@ -86,7 +86,8 @@ void BodyStepper::relax()
 
     relaxing_ = errors_.size() > 2 && errors_.back() > 0.5 * errors_[errors_.size() - 2];
     Eigen::VectorXd made = motion;
-    if (motion_before_.size() == size && !step_.dynamic) {
+    const bool newton = rows_.count == 0; // of one body each: nothing to extrapolate
+    if (motion_before_.size() == size && !step_.dynamic && !newton) {
         const Eigen::VectorXd change = motion - motion_before_;
         const double length = change.squaredNorm();
         if (relaxing_ && length > 0) {

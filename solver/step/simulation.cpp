@@ -8,7 +8,7 @@ namespace amontons {
 std::unique_ptr<Simulation> make_simulation(const Scene& scene, std::vector<Obstacle> obstacles,
                                             const SimulationOptions& options)
 {
-    if (scene.solids.empty() && scene.rigids.empty())
+    if (scene.solids.empty() && scene.rigids.empty() && scene.rods.empty())
         return std::make_unique<WireSimulation>(scene, std::move(obstacles));
     return std::make_unique<BodySimulation>(scene, std::move(obstacles), options);
 }

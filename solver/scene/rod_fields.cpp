@@ -1,0 +1,242 @@
+#include "solver/scene/rod_fields.hpp"
+
+#include "solver/scene/declare.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace amontons {
+namespace {
+
+using namespace declare;
+
+ObjectDeclaration declare_point()
+{
+    using P = RodPoint;
+    return {"Point of a polyline",
+            {required(field<&P::at>("at", "m", kAny, "Where."))},
+            "",
+            {},
+            defaults_of<P>()};
+}
+
+ObjectDeclaration declare_shape(const ObjectDeclaration& point, const ObjectDeclaration& centreline)
+{
+    using S = RodShape;
+    return {
+        "Where a rod begins: along a curve, a polyline, or from a start on in its natural shape",
+        {field<&S::start>("start", "m", kAny, "First cross-section, without curve and points."),
+         field<&S::direction>("direction", "", direction(), "Tangent there."),
+         fallback("chosen", field<&S::normal>("normal", "", direction(),
+                                              "Section axis 2 at the start; curvature of angle 0 "
+                                              "bends this way.")),
+         list<&S::points>("points", point, "A polyline; its corners are rigid."),
+         object<&S::curve>("curve", centreline, "A smooth curve, instead of points."),
+         field<&S::closed>("closed", "", {}, "The end is joined to the start."),
+         field<&S::stress_free>("stress_free", "", {},
+                                "Free of stress in the shape that curve or points give; false: "
+                                "bent into it from what its segments say.")},
+        "",
+        {},
+        defaults_of<S>()};
+}
+
+ObjectDeclaration declare_hold()
+{
+    using H = RodHold;
+    return {
+        "Prescribed place and turn of a cross-section",
+        {fallback("the place \"at\"", choice({"start", "end", "all"},
+                                             text<&H::set>("set", "Which; \"all\": every node."))),
+         fallback("none", field<&H::at>("at", "m", at_least(0), "Its arc length, without a set.")),
+         choice({"held", "free"}, text<&H::places>("places", "Whether places are held at all.")),
+         field<&H::x>("x", "m", kAny,
+                      "Displacement over time; without x, y and z all three are held at 0, "
+                      "without this one alone it is free."),
+         field<&H::y>("y", "m", kAny, "As x."), field<&H::z>("z", "m", kAny, "As x."),
+         choice({"held", "free", "about"},
+                text<&H::turns>("turns", "\"about\": free about the axis, else held.")),
+         field<&H::axis>("axis", "", direction(), "Of the turn, fixed in space."),
+         field<&H::angle>("angle", "rad", kAny, "Turn about the axis over time.")},
+        "",
+        {},
+        defaults_of<H>()};
+}
+
+ObjectDeclaration declare_load()
+{
+    using L = RodLoad;
+    return {
+        "Load on a rod",
+        {fallback("the place \"at\"", choice({"start", "end", "all"},
+                                             text<&L::set>("set", "Where; \"all\": for `line`."))),
+         fallback("none", field<&L::at>("at", "m", at_least(0), "Arc length, without a set.")),
+         fallback("none", field<&L::force>("force", "N", kAny, "On the cross-section's middle.")),
+         fallback("none", field<&L::moment>("moment", "N m", kAny, "On the cross-section.")),
+         fallback("none", field<&L::line>("line", "N/m", kAny, "Force per length, of \"all\".")),
+         field<&L::follows>("follows", "", {},
+                            "Force and moment are in the section's axes (tangent first) and turn "
+                            "with it; else in space."),
+         fallback("1", field<&L::over>("over", "", kAny, "Factor over time."))},
+        "",
+        {},
+        defaults_of<L>()};
+}
+
+double length_of(const RodInput& b)
+{
+    double length = 0;
+    for (const BeamSegment& s : b.segments)
+        length += s.length;
+    return length;
+}
+
+void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
+{
+    constexpr double kMostElements = 1e6, kRoundOff = 1e-9, kLengths = 1e-3;
+    const std::string place = "/bodies/" + b.name, segments = place + "/segments";
+    const RodShape& shape = b.shape;
+    double elements = 0;
+    for (std::size_t i = 0; i < b.segments.size(); ++i) {
+        const BeamSegment& s = b.segments[i];
+        const std::string here = fmt::format("{}/{}", segments, i);
+        if (s.length > 0 && s.element > s.length * (1 + kRoundOff))
+            findings.add({here + "/element", here + "/length"}, fmt::format("{}", s.element),
+                         fmt::format("<= {} [m], the segment's length", s.length));
+        if (s.element > 0) elements += s.length / s.element;
+        if (s.EI[0] * s.EI[1] == 0)
+            findings.add({here + "/EI"}, "0", "a number > 0 [N m^2] of a rod");
+        if (s.GJ[0] * s.GJ[1] == 0)
+            findings.add({here + "/GJ", here + "/EI"}, "0", "a number > 0 [N m^2] of a rod");
+        if (scene.time.kind == "dynamic" && !(s.density > 0))
+            findings.add({here + "/density", "/time/kind"}, "nothing",
+                         "a number > 0 [kg/m^3]: time.kind is \"dynamic\"");
+    }
+    if (elements > kMostElements)
+        findings.add({segments}, fmt::format("{:.3g} elements", elements),
+                     fmt::format("<= {:.3g} elements of one rod", kMostElements));
+    if (shape.has_curve() && !shape.points.empty())
+        findings.add({place + "/shape/points", place + "/shape/curve"}, "points and a curve",
+                     "either \"points\" or \"curve\"");
+    if (shape.closed && !shape.has_curve() && shape.points.empty())
+        findings.add({place + "/shape/closed"}, "closed without a curve or points",
+                     "\"curve\" or \"points\" that lead back to the start");
+    if (shape.points.size() == 1)
+        findings.add({place + "/shape/points"}, "one point", "at least two points");
+    double along = 0;
+    for (std::size_t i = 0; i + 1 < shape.points.size(); ++i) {
+        const double d = (shape.points[i + 1].at - shape.points[i].at).norm();
+        along += d;
+        if (!(d > 0))
+            findings.add({fmt::format("{}/shape/points/{}", place, i + 1)},
+                         "the point before it again", "another place than the point before it");
+    }
+    if (shape.closed && shape.points.size() > 1 &&
+        !((shape.points.front().at - shape.points.back().at).norm() <= 1e-6 * along))
+        findings.add({place + "/shape/points"}, "a last point away from the first",
+                     "the first point again at the end: the rod is closed");
+    const double length = length_of(b);
+    if (!shape.points.empty() && length > 0 && std::abs(along - length) > kLengths * along)
+        findings.add({segments, place + "/shape/points"}, fmt::format("{} m in all", length),
+                     fmt::format("{:.9g} [m], the length of the polyline, within 0.1 %", along));
+    if (shape.normal && !shape.has_curve() && shape.points.empty() &&
+        !(shape.direction.normalized().cross(shape.normal->normalized()).norm() > kRoundOff))
+        findings.add({place + "/shape/normal", place + "/shape/direction"}, "parallel to direction",
+                     "another direction than the start's");
+    if (!shape.curve.file.empty() && !shape.curve.pieces.empty())
+        findings.add({place + "/shape/curve"}, "a file and pieces",
+                     "either \"file\" or \"pieces\"");
+    const auto where = [&](const std::string& here, const std::string& set,
+                           const std::optional<double>& at) {
+        if (set.empty() == !at.has_value())
+            findings.add({here}, at ? "a set and a place" : "neither \"set\" nor \"at\"",
+                         "either \"set\" or \"at\"");
+        if (at && length > 0 && *at > length * (1 + kRoundOff))
+            findings.add({here + "/at", segments}, fmt::format("{}", *at),
+                         fmt::format("<= {:.9g} [m], the rod's length", length));
+    };
+    for (std::size_t i = 0; i < b.hold.size(); ++i) {
+        const RodHold& h = b.hold[i];
+        const std::string here = fmt::format("{}/hold/{}", place, i);
+        where(here, h.set, h.at);
+        if (h.places == "free" && h.turns == "free")
+            findings.add({here}, "a hold of nothing", "places or turns that are held");
+        if (h.places == "free" && !(h.x.empty() && h.y.empty() && h.z.empty()))
+            findings.add({here + "/places"}, "\"free\" with x, y or z", "\"held\"");
+        if (h.turns != "held" && !h.angle.empty())
+            findings.add({here + "/angle", here + "/turns"}, "an angle of turns that are not held",
+                         "\"turns\": \"held\"");
+    }
+    for (std::size_t i = 0; i < b.loads.size(); ++i) {
+        const RodLoad& l = b.loads[i];
+        const std::string here = fmt::format("{}/loads/{}", place, i);
+        where(here, l.set, l.at);
+        if (!l.force && !l.moment && !l.line)
+            findings.add({here}, "a load of nothing", "\"force\", \"moment\" or \"line\"");
+        if (l.line && l.set != "all")
+            findings.add({here + "/line"}, "a line load on a place", "\"set\": \"all\"");
+        if ((l.force || l.moment) && l.set == "all")
+            findings.add({here + "/set"}, "\"all\" for a force or a moment",
+                         "\"start\", \"end\" or \"at\"; \"line\" for a load along the rod");
+        if (l.line && l.follows)
+            findings.add({here + "/follows"}, "a line load that follows", "false");
+    }
+}
+
+} // namespace
+
+VariantDeclaration rod_variant(const ObjectDeclaration& segment,
+                               const ObjectDeclaration& centreline)
+{
+    using R = RodInput;
+    static const ObjectDeclaration point = declare_point();
+    static const ObjectDeclaration shape = declare_shape(point, centreline);
+    static const ObjectDeclaration hold = declare_hold();
+    static const ObjectDeclaration load = declare_load();
+    return {"rod",
+            "A beam that no introducer feeds: held and loaded anywhere.",
+            {required(list<&R::segments>("segments", segment, "From its start to its end.")),
+             object<&R::shape>("shape", shape, "Where it begins."),
+             choice({"exact", "corotational"},
+                    text<&R::elements>("elements",
+                                       "\"exact\": geometrically exact; \"corotational\": linear "
+                                       "in a frame that turns with each element.")),
+             fallback("none", field<&R::plane>("plane", "", direction(),
+                                               "Normal of a plane that the rod is kept in.")),
+             list<&R::hold>("hold", hold, "Prescribed places and turns."),
+             list<&R::loads>("loads", load, "Loads."),
+             field<&R::velocity>("velocity", "m/s", kAny, "When it begins; dynamic only."),
+             field<&R::spin>("spin", "rad/s", kAny,
+                             "Angular velocity about the centre of mass, when it begins; dynamic "
+                             "only.")},
+            &append_body<&Scene::rods>,
+            &find_body<&Scene::rods>};
+}
+
+void check_rods(const Scene& scene, Findings& findings)
+{
+    for (const RodInput& b : scene.rods) {
+        check_rod(b, scene, findings);
+        for (std::size_t i = 0; i < scene.contact.size(); ++i)
+            for (const std::string& name : scene.contact[i].between)
+                if (name == b.name)
+                    findings.add({fmt::format("/contact/{}/between", i)}, quoted_text(name),
+                                 "solids, rigid bodies and obstacles: rods cannot touch yet");
+        for (std::size_t i = 0; i < scene.couplings.size(); ++i)
+            for (const std::string& name : scene.couplings[i].between)
+                if (name == b.name)
+                    findings.add({fmt::format("/couplings/{}/between", i)}, quoted_text(name),
+                                 "solids and rigid bodies: rods cannot be coupled yet");
+    }
+    if (scene.time.path > 0 && scene.time.kind == "dynamic")
+        findings.add({"/time/path", "/time/kind"}, fmt::format("{}", scene.time.path),
+                     "0, or \"kind\": \"quasi_static\"");
+    const bool alone = scene.rods.size() == 1 && scene.solids.empty() && scene.rigids.empty() &&
+                       scene.contact.empty();
+    if (scene.time.path > 0 && !alone)
+        findings.add({"/time/path"}, "a scene of more than one rod",
+                     "one rod and no contact: else steps are in time");
+}
+
+} // namespace amontons
