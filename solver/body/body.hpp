@@ -91,6 +91,12 @@ public:
     /// Moves the iterate. @param force  H^T r of the contact forces that led to it
     virtual void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                         const Eigen::VectorXd& force) = 0;
+    /// Share of the last change that was made; less where an element would have turned inside out.
+    virtual double share_made() const { return 1; }
+    /// Why the iterate is none that may be gone on from; "" if it may.
+    virtual std::string fault() const { return ""; }
+    /// What its user should know of the accepted state; "" if nothing.
+    virtual std::string remark() const { return ""; }
     /// How far the iterate is from balance under these contact forces, relative to the forces [-].
     virtual double imbalance(const Eigen::VectorXd& force) = 0;
 

@@ -51,10 +51,13 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
     , material_{input.youngs_modulus, input.poisson_ratio, input.density}
     , small_(small)
     , corotational_(input.motion == "corotational")
+    , hyperelastic_(is_hyperelastic(input))
+    , nonlinear_(corotational_ || hyperelastic_)
     , exact_tangent_(corotational_)
 {
     const std::size_t n = mesh_.nodes.size();
     conditions_ = find_conditions(input_, mesh_, file);
+    if (hyperelastic_) make_hyperelastic_elements(file);
     pattern_ = make_pattern(mesh_);
     for (const Vec3& X : mesh_.nodes)
         middle_ += X / double(n);
@@ -68,9 +71,9 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
 
     may_touch(touching);
     // Floating: the frame carries the rigid motion that nothing prescribes.
-    kind_ = input.drive.given                                 ? Frame::driven
-            : rigid_.R.cols() > 0 && !small && !corotational_ ? Frame::floating
-                                                              : Frame::fixed;
+    kind_ = input.drive.given                              ? Frame::driven
+            : rigid_.R.cols() > 0 && !small && !nonlinear_ ? Frame::floating
+                                                           : Frame::fixed;
     state_.frame = frame_at(0);
     state_.u = Eigen::VectorXd::Zero(at3(n));
     state_.v = Eigen::VectorXd::Zero(at3(n));
@@ -130,20 +133,10 @@ Eigen::VectorXd SolidBody::loads(const Motion& m, double t) const
         const double factor = l.over.empty() ? 1 : curve_value(l.over, t);
         if (load.pressure.size() > 0) {
             const double p = curve_value(l.pressure, t);
-            if (!corotational_) {
+            if (!nonlinear_)
                 f += p * load.pressure;
-            } else { // follows the faces
-                for (const FaceRef& face : load.faces->members) {
-                    const FaceNodes nodes = face_nodes(mesh_, face);
-                    Eigen::Matrix3Xd x(3, nodes.count);
-                    for (int k = 0; k < nodes.count; ++k)
-                        x.col(k) = m.frame.turn.conjugate() *
-                                   (m.x[std::size_t(nodes.node[std::size_t(k)])] - m.frame.shift);
-                    const FaceForces forces = pressure_forces(x, p);
-                    for (int k = 0; k < nodes.count; ++k)
-                        f.segment<3>(3 * nodes.node[std::size_t(k)]) += forces.col(k);
-                }
-            }
+            else
+                f += follower_pressure(*load.faces, m, p);
         }
         if (l.traction) {
             const Vec3 traction = of_frame(factor * *l.traction);
@@ -154,6 +147,8 @@ Eigen::VectorXd SolidBody::loads(const Motion& m, double t) const
             for (const std::int32_t node : load.nodes)
                 f.segment<3>(3 * node) += of_frame(factor * *l.force) / double(load.nodes.size());
     }
+    for (const VolumeLoad& v : volumes_)
+        f += follower_pressure(*conditions_.loads[v.load].faces, m, v.pressure);
     if (material_.density > 0 && !step_.gravity.isZero(0))
         Eigen::Map<Eigen::Matrix3Xd>(f.data(), 3, f.size() / 3).noalias() +=
             of_frame(step_.gravity) * weights_.transpose();
@@ -163,6 +158,7 @@ Eigen::VectorXd SolidBody::loads(const Motion& m, double t) const
 double SolidBody::inner_forces(const Motion& m, Eigen::VectorXd& f)
 {
     f.setZero(at3(mesh_.nodes.size()));
+    if (hyperelastic_) return hyperelastic_inner(m, f);
     if (!corotational_) {
         f = stiffness_times(m.u);
         return 0.5 * m.u.dot(f);
@@ -197,6 +193,16 @@ void SolidBody::begin(const StepInput& step)
     step_ = step;
     now_ = state_;
     free_known_ = false;
+    if (hyperelastic_) begin_hyperelastic();
+    if (hyperelastic_ && !step.dynamic) { // what is prescribed moves with the first change
+        if (kind_ == Frame::driven) now_.frame = frame_at(step.end());
+        Motion end = now_;
+        hold(end, step.end());
+        pending_ = end.u - now_.u;
+        if (pending_.isZero(0)) pending_.resize(0);
+        update_places(now_);
+        return;
+    }
     if (!step.dynamic) {
         if (kind_ == Frame::driven) now_.frame = frame_at(step.end());
         hold(now_, step.end());
@@ -235,7 +241,7 @@ Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
     if (!step_.dynamic) {
         inner_forces(now_, inner);
         Eigen::VectorXd f = loads(now_, step_.end());
-        scale = f.cwiseAbs() + inner.cwiseAbs();
+        scale = f.cwiseAbs() + (hyperelastic_ ? force_size_ : inner.cwiseAbs());
         last_load_ = f;
         return f - inner;
     }
@@ -253,6 +259,7 @@ Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
     }
     const Motion& middle = theta < 1 ? between : now_;
     inner_forces(middle, inner);
+    if (hyperelastic_) last_inner_ = inner;
     const Eigen::VectorXd f = loads(middle, step_.start + theta * h);
     last_load_ = f;
     Eigen::VectorXd change = now_.v - state_.v;
@@ -285,6 +292,7 @@ void SolidBody::linearise()
 {
     if (!prepared_) prepare();
     if (free_known_) return;
+    if (hyperelastic_) return linearise_hyperelastic();
     Eigen::VectorXd scale;
     const Eigen::VectorXd r = residual(scale);
     make_matrix();
@@ -369,13 +377,14 @@ void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
     Eigen::VectorXd whole = Eigen::VectorXd::Zero(at3(mesh_.nodes.size()));
     for (std::size_t i = 0; i < unknown_.size(); ++i)
         whole[unknown_[i]] = y[Eigen::Index(i)];
+    if (hyperelastic_) return change_hyperelastic(whole, mode);
     if (!step_.dynamic) {
         now_.u += whole;
         // A linear body: the residual has changed by A y, so what is left of y_free is known. Not
         // where loads turn against the frame.
         const bool turns =
             kind_ == Frame::floating && (!input_.loads.empty() || !step_.gravity.isZero(0));
-        free_known_ = !corotational_ && !turns;
+        free_known_ = !nonlinear_ && !turns;
         if (free_known_) free_change_ -= y;
         if (mode.size() > 0) {
             if (kind_ != Frame::floating) {
@@ -389,6 +398,12 @@ void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
     }
     const Eigen::VectorXd dv = into_space(whole);
     now_.v += dv;
+    follow_velocity();
+}
+
+/// Places at the end of a dynamic step from the velocity there.
+void SolidBody::follow_velocity()
+{
     now_.version = ++last_version_;
     for (std::size_t i = 0; i < now_.x.size(); ++i)
         now_.x[i] = state_.x[i] + step_.h * (step_.rule.end * Vec3(now_.v.segment<3>(at3(i))) +
@@ -398,7 +413,8 @@ void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
 
 double SolidBody::imbalance(const Eigen::VectorXd& force)
 {
-    if (!corotational_) return 0;
+    if (!nonlinear_) return 0;
+    if (pending_.size() > 0) return 1;
     Eigen::VectorXd scale;
     const Eigen::VectorXd r = residual(scale);
     double missing = 0, size = 0;
@@ -413,8 +429,11 @@ double SolidBody::imbalance(const Eigen::VectorXd& force)
     const double places = stiffest_ * size_ * (step_.dynamic ? step_.h : 1);
     const double momentum = step_.dynamic ? lumped_.maxCoeff() * now_.v.cwiseAbs().maxCoeff() : 0;
     const double floor = 1e-14 * (places + momentum) * std::sqrt(double(unknown_.size()));
-    if (missing <= floor * floor) return 0;
-    return size > 0 ? std::sqrt(missing / size) : 0;
+    const double balance = missing > floor * floor && size > 0 ? std::sqrt(missing / size) : 0;
+    const double error = std::max(balance, volumes_missing());
+    stalled_ = error > 0.5 * last_error_ ? stalled_ + 1 : 0;
+    last_error_ = error;
+    return error;
 }
 
 BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
@@ -447,6 +466,13 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
     if (!step_.dynamic) {
         state_ = now_;
         e.elastic = inner_forces(now_, inner);
+        if (hyperelastic_) {
+            // Where the balance was lost on the way, work that is nowhere kept was set free.
+            if (indefinite_ && volumes_.empty())
+                e.dissipated = std::max(0.0, e.work - (e.elastic - state_energy_));
+            state_energy_ = e.elastic;
+            accept_hyperelastic();
+        }
         return e;
     }
     if (conditions_.held.empty() && !input_.drive.given) keep_angular_momentum(load);
@@ -463,11 +489,17 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
         e.elastic = inner_forces(now_, inner);
         e.kinetic = kinetic_energy();
         end_memory(start_velocity, inner);
+        if (hyperelastic_) {
+            state_energy_ = e.elastic;
+            accept_hyperelastic();
+        }
         return e;
     }
     // What the rule takes, (theta - 1/2) of the change's energy, and the damping.
     const double excess = step_.rule.end - 0.5;
-    if (excess > 0)
+    if (hyperelastic_) // the work of the forces that the rule took, less what they stored
+        e.dissipated = excess * dv.dot(momentum - momentum_) + du.dot(last_inner_);
+    else if (excess > 0)
         e.dissipated = excess * (dv.dot(momentum - momentum_) + du.dot(stiffness_times(du)));
     if (input_.mass_damping > 0 || input_.stiffness_damping > 0) {
         const Eigen::VectorXd v = step_.rule.end * now_.v + step_.rule.start * state_.v;
@@ -484,6 +516,11 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
     if (kind_ == Frame::floating) find_spin();
     e.elastic = inner_forces(now_, inner);
     e.kinetic = kinetic_energy();
+    if (hyperelastic_) {
+        e.dissipated -= e.elastic - state_energy_;
+        state_energy_ = e.elastic;
+        accept_hyperelastic();
+    }
     return e;
 }
 

@@ -9,6 +9,7 @@
 #include "solver/solid/assembly.hpp"
 #include "solver/solid/compliance.hpp"
 #include "solver/solid/corotational.hpp"
+#include "solver/solid/hyperelastic.hpp"
 #include "solver/solid/rigid_modes.hpp"
 
 #include <array>
@@ -29,7 +30,8 @@ struct SolidMatrix {
     int made = 0;                            ///< how often it was made
 };
 
-/// An elastic solid: linear in a frame that is fixed, driven or floats with it, or corotational.
+/// An elastic solid: linear in a frame that is fixed, driven or floats with it, corotational, or
+/// hyperelastic (its own part: solid_hyperelastic.cpp).
 ///
 /// The frame holds the reference shape: x = frame (X + u). Prescribed displacements are along the
 /// frame's axes, unknowns too; velocities are those of space.
@@ -72,7 +74,7 @@ public:
     double stiffness() const { return material_.youngs_modulus; }
 
     int unknowns() const override { return int(unknown_.size()); }
-    bool nonlinear() const override { return corotational_; }
+    bool nonlinear() const override { return nonlinear_; }
     void begin(const StepInput& step) override;
     bool stand_at_start() override;
     void linearise() override;
@@ -90,6 +92,9 @@ public:
     std::string mode_name(const Eigen::VectorXd& a) const override;
     void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                 const Eigen::VectorXd& force) override;
+    double share_made() const override { return share_made_; }
+    std::string fault() const override { return fault_; }
+    std::string remark() const override { return remark_; }
     double imbalance(const Eigen::VectorXd& force) override;
     BodyEnergy accept(const Eigen::VectorXd& force) override;
     double size() const override { return size_; }
@@ -116,6 +121,9 @@ public:
     /// u of each node in the frame [m], of the accepted state.
     const Eigen::VectorXd& displacements() const { return state_.u; }
     const Placement& frame() const { return state_.frame; }
+    /// Pressures that move the scene's loads of a volume, in their order, of the accepted state
+    /// [Pa].
+    std::vector<double> found_pressures() const;
     /// Stress [Pa] in the body's own frame and energy density [J/m^3] of each element.
     Mat3 element_rotation(std::int32_t element) const; ///< of the material in the frame
     void stresses(std::vector<Vec6>& stress, std::vector<double>& energy) const;
@@ -172,7 +180,7 @@ protected:
     SolidInput input_;
     VolumeMesh mesh_;
     SolidMaterial material_;
-    bool small_ = false, corotational_ = false;
+    bool small_ = false, corotational_ = false, hyperelastic_ = false, nonlinear_ = false;
     Frame kind_ = Frame::fixed;
     double size_ = 0, mass_ = 0;
     double stiffest_ = 0;        ///< largest entry of K [N/m]
@@ -193,6 +201,47 @@ protected:
     Eigen::VectorXd known_forces_;
     double known_energy_ = 0;
     bool exact_tangent_ = false; ///< of corotational elements, while it is positive
+
+    // Hyperelastic.
+    void make_hyperelastic_elements(const std::string& file);
+    double hyperelastic_inner(const Motion& m, Eigen::VectorXd& f);
+    void assemble_tangent(SparseMatrix& S); ///< with that of pressures that follow
+    void begin_hyperelastic();
+    void follow_velocity();
+    void linearise_hyperelastic();
+    void change_hyperelastic(const Eigen::VectorXd& whole, const Eigen::VectorXd& mode);
+    void accept_hyperelastic();
+    double next_shift(); ///< share of the stiffness at rest that makes the matrix positive
+    void find_volumes();
+    Eigen::VectorXd newton_solved(const Eigen::VectorXd& f) const;
+    Eigen::VectorXd follower_pressure(const FaceSet& faces, const Motion& m, double p) const;
+    double moved_volume(const FaceSet& faces, const Motion& m) const;
+    double volumes_missing() const;
+    Eigen::VectorXd free_part(const Eigen::VectorXd& all) const;
+    Hyperelastic law_;
+    std::vector<HyperelasticElement> hyper_;
+    std::vector<HyperelasticState> hyper_states_;
+    std::vector<InternalModes> state_modes_; ///< of the state: every step starts from them
+    Eigen::VectorXd known_u_;                ///< at which inner forces were found last
+    Eigen::VectorXd force_size_;             ///< sum of the sizes of elements' forces, in the frame
+    Eigen::VectorXd start_residual_;         ///< of free unknowns, where the last matrix was made
+    Eigen::VectorXd pending_;                ///< of u: what is prescribed and not yet moved
+    Eigen::SparseMatrix<double> skew_;       ///< what the matrix lacks of the true tangent
+    Eigen::SparseMatrix<double> true_part_;  ///< the matrix without its shift; empty: it has none
+    double shift_ = 0, last_shift_ = 0;
+    double share_made_ = 1, state_energy_ = 0, last_error_ = 0;
+    int stalled_ = 0;
+    bool indefinite_ = false; ///< seen in this step
+    std::string fault_, remark_;
+    /// A load that prescribes a volume, by a pressure that is found.
+    struct VolumeLoad {
+        std::size_t load = 0; ///< of the conditions
+        double pressure = 0, state_pressure = 0;
+    };
+    std::vector<VolumeLoad> volumes_;
+    Eigen::MatrixXd volume_force_, volume_give_; ///< of 1 Pa on free unknowns, and A^-1 of it
+    Eigen::MatrixXd volume_matrix_;              ///< inverse of give per force
+    Eigen::VectorXd volume_change_;              ///< of the pressures, by the free change [Pa]
     FreeDofs dofs_;
     /// Degrees of freedom that are unknowns, and the number of each or -1: the free ones, then the
     /// pins of quasi-static steps, which move with the rigid modes.

@@ -73,7 +73,8 @@ SolidConditions find_conditions(const SolidInput& input, const VolumeMesh& mesh,
         load.input = &l;
         load.nodes = nodes_of_set(l.set, place);
         load.faces = find_set(mesh.face_sets, l.set);
-        if (!load.faces && !load.nodes.empty() && (l.traction || !l.pressure.empty()))
+        if (!load.faces && !load.nodes.empty() &&
+            (l.traction || !l.pressure.empty() || !l.volume.empty()))
             issues.push_back({file, place, quoted_text(l.set) + ", a set of nodes",
                               "a set of faces: pressure and traction act on an area"});
         c.loads.push_back(std::move(load));

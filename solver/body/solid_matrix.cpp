@@ -41,7 +41,7 @@ bool SolidBody::share_matrix(const SolidBody& other)
             all.push_back(h.dof);
         return all;
     };
-    if (corotational_ || other.corotational_ || !same(mesh_, other.mesh_) ||
+    if (nonlinear_ || other.nonlinear_ || !same(mesh_, other.mesh_) ||
         material_.youngs_modulus != other.material_.youngs_modulus ||
         material_.poissons_ratio != other.material_.poissons_ratio ||
         material_.density != other.material_.density ||
@@ -63,6 +63,7 @@ void SolidBody::prepare()
         matrix_->K = zero_matrix(pattern_);
         assemble_stiffness(mesh_, pattern_, std::span(&material_, 1), matrix_->K);
     }
+    if (hyperelastic_) stiffest_ = matrix_->K.coeffs().cwiseAbs().maxCoeff();
     if (corotational_) {
         stiffest_ = matrix_->K.coeffs().cwiseAbs().maxCoeff();
         const Mat6 C = elasticity_matrix(material_);
@@ -81,7 +82,7 @@ void SolidBody::prepare()
             matrix_->M = zero_matrix(pattern_);
             assemble_mass(mesh_, pattern_, std::span(&material_, 1), matrix_->M);
         }
-        if (corotational_ && !node.empty()) {
+        if (nonlinear_ && !node.empty()) {
             make_step_matrix();
             matrix_->factor.analyse(matrix_->parts.ff, node);
         }
@@ -154,8 +155,13 @@ void SolidBody::make_matrix()
     } else {
         if (matrix_->factor.size() == 0) matrix_->factor.analyse(matrix_->parts.ff, node_of_free());
         matrix_->factor.take(matrix_->parts.ff);
-        if (!corotational_) drop_step_matrix(); // before L is there: it takes all memory
+        if (!nonlinear_) drop_step_matrix(); // before L is there: it takes all memory
         done = matrix_->factor.factor_taken();
+    }
+    if (!done && hyperelastic_) {
+        if (next_shift() > 0) return make_matrix();
+        fault_ = input_.name + ": its matrix cannot be made positive definite";
+        return;
     }
     if (!done && exact_tangent_) { // W must be positive: leave out what made it indefinite
         exact_tangent_ = false;
@@ -170,7 +176,7 @@ void SolidBody::make_matrix()
                                 : node_place(mesh_, dofs_.free[std::size_t(done.failed_dof)] / 3)));
     matrix_->h = h;
     matrix_->theta = theta;
-    if (corotational_) return;
+    if (nonlinear_) return;
     drop_step_matrix();
     matrix_->factor.drop_matrix();
     const bool all_rows = step_.dynamic && mesh_.nodes.size() <= kMostNodesOfAllRows;
@@ -194,6 +200,7 @@ void SolidBody::make_step_matrix()
 {
     SolidMatrix& m = *matrix_;
     m.S = m.K;
+    if (hyperelastic_ && known_version_ >= 0) assemble_tangent(m.S);
     if (corotational_ && !element_states_.empty()) {
         const auto matrix = exact_tangent_ ? corotational_tangent : corotational_stiffness;
         assemble(
@@ -225,7 +232,7 @@ void SolidBody::make_ready(const StepInput& step, const std::string& cache,
     cache_ = cache;
     messages_ = &messages;
     if (!prepared_) prepare();
-    if (!corotational_) make_matrix(); // that of corotational elements needs their state
+    if (!nonlinear_) make_matrix(); // that of other elements needs their state
     messages_ = nullptr;
 }
 
@@ -263,6 +270,10 @@ void SolidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
             matrix_->constant->delassus(top, W);
         else
             matrix_->factor.compliance(top, W);
+        if (!volumes_.empty()) { // what moves leaves the prescribed volumes as they are
+            const Eigen::MatrixXd moved = top.transpose() * volume_give_;
+            W -= moved * volume_matrix_ * moved.transpose();
+        }
     }
     keep_W(C, W);
 }
@@ -270,8 +281,11 @@ void SolidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
 Eigen::VectorXd SolidBody::solve(const Eigen::VectorXd& force)
 {
     const Eigen::VectorXd on_free = force.head(Eigen::Index(dofs_.free.size()));
-    return with_pins(matrix_->constant && on_free.size() > 0 ? matrix_->constant->solved(on_free)
-                                                             : solved(on_free));
+    Eigen::VectorXd y = matrix_->constant && on_free.size() > 0 ? matrix_->constant->solved(on_free)
+                                                                : solved(on_free);
+    if (!volumes_.empty())
+        y -= volume_give_ * (volume_matrix_ * (volume_give_.transpose() * on_free));
+    return with_pins(y);
 }
 
 Eigen::VectorXd SolidBody::with_pins(const Eigen::VectorXd& y) const

@@ -54,6 +54,18 @@ void SolidBody::stresses(std::vector<Vec6>& stress, std::vector<double>& energy)
     const Mat6 C = elasticity_matrix(material_);
     stress.clear();
     energy.clear();
+    if (hyperelastic_) {
+        for_each_element(mesh_, [&](std::int32_t e, ElementKind, auto nodes) {
+            ElementPlaces x = places_of(mesh_, nodes);
+            for (std::size_t i = 0; i < nodes.size(); ++i)
+                x.col(Eigen::Index(i)) += state_.u.segment<3>(3 * nodes[i]);
+            const HyperelasticMean mean =
+                hyperelastic_mean(hyper_[std::size_t(e)], law_, x, hyper_states_[std::size_t(e)]);
+            stress.push_back(mean.stress);
+            energy.push_back(mean.energy);
+        });
+        return;
+    }
     for_each_element(mesh_, [&](std::int32_t e, ElementKind kind, auto nodes) {
         const ElementPlaces X = places_of(mesh_, nodes);
         ElementVector u(3 * Eigen::Index(nodes.size()));
@@ -86,6 +98,15 @@ std::vector<double> SolidBody::state() const
              {&memory_.elastic, &memory_.inner, &memory_.load, &memory_.filtered_velocity,
               &memory_.filtered_inner, &memory_.filtered_load})
             add(*carried);
+    }
+    if (hyperelastic_) {
+        s.push_back(state_energy_);
+        for (const VolumeLoad& v : volumes_)
+            s.push_back(v.state_pressure);
+        add(force_size_);
+        for (const InternalModes& a : state_modes_)
+            add(a);
+        add(load_.size() > 0 ? load_ : Eigen::VectorXd(Eigen::VectorXd::Zero(state_.u.size())));
     }
     const std::vector<double> columns = kept_columns();
     s.insert(s.end(), columns.begin(), columns.end());
@@ -124,9 +145,30 @@ void SolidBody::set_state(std::span<const double> s)
         for (Eigen::VectorXd* carried : carried_on())
             take(*carried);
     }
+    if (hyperelastic_) {
+        const auto number = [&](double& v) {
+            v = s.front();
+            s = s.subspan(1);
+        };
+        number(state_energy_);
+        for (VolumeLoad& v : volumes_) {
+            number(v.state_pressure);
+            v.pressure = v.state_pressure;
+        }
+        take(force_size_);
+        for (InternalModes& a : state_modes_)
+            take(a);
+        load_.resize(state_.u.size());
+        take(load_);
+    }
     keep_columns(s);
     state_.version = ++last_version_;
     now_ = state_;
+    if (hyperelastic_) {
+        begin_hyperelastic();
+        Eigen::VectorXd f;
+        inner_forces(state_, f); // of which stresses are told
+    }
     find_spin();
     if (material_.density > 0) momentum_ = mass_times(state_.v);
 }

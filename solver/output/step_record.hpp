@@ -20,23 +20,23 @@ struct Field {
 /// A beam as a polyline, from the sheath's end to the tip.
 struct BeamRecord {
     std::string name;
-    std::vector<Vec3> points; ///< [m]
+    std::vector<Vec3> points;  ///< [m]
     std::vector<Field> fields; ///< radius, curvature, twist, axial_force, moment, arc_length
 };
 
 enum class ContactStatus { open = 0, stick = 1, slip = 2 };
 
 struct ContactRecord {
-    Vec3 point = Vec3::Zero();            ///< on the wall [m]
-    Vec3 force = Vec3::Zero();            ///< on body a [N]
-    Vec3 normal = Vec3::Zero();           ///< from b to a
-    Vec3 slip = Vec3::Zero();             ///< over the step [m]
-    double normal_force = 0;              ///< [N]
-    double clustered_force = 0;           ///< normal forces summed over the neighbourhood [N]
-    double gap = 0;                       ///< [m]
-    double pressure = 0, area = 0;        ///< normal force over the area it stands for; 0: none
+    Vec3 point = Vec3::Zero();     ///< on the wall [m]
+    Vec3 force = Vec3::Zero();     ///< on body a [N]
+    Vec3 normal = Vec3::Zero();    ///< from b to a
+    Vec3 slip = Vec3::Zero();      ///< over the step [m]
+    double normal_force = 0;       ///< [N]
+    double clustered_force = 0;    ///< normal forces summed over the neighbourhood [N]
+    double gap = 0;                ///< [m]
+    double pressure = 0, area = 0; ///< normal force over the area it stands for; 0: none
     ContactStatus status = ContactStatus::open;
-    int body_a = 0, body_b = 0;           ///< obstacles first, then others, in the scene's order
+    int body_a = 0, body_b = 0; ///< obstacles first, then others, in the scene's order
 };
 
 /// Errors of an accepted state, recomputed from the state alone.
@@ -69,14 +69,15 @@ struct EnergyRecord {
 };
 
 struct StepRecord {
-    int step = 0;                ///< 0 is the initial state
-    double time = 0;             ///< [s]
-    double step_length = 0;      ///< [s]
-    double seconds = 0;          ///< wall time of this step
-    int iterations = 0;          ///< Newton iterations
+    int step = 0;           ///< 0 is the initial state
+    double time = 0;        ///< [s]
+    double step_length = 0; ///< [s]
+    double seconds = 0;     ///< wall time of this step
+    int iterations = 0;     ///< Newton iterations
     int factorisations = 0;
-    int retries = 0;             ///< halved steps before this one was accepted
-    std::string remark;          ///< "", or what happened: "snap", "halved: " and why
+    std::vector<double> errors; ///< of each iteration on forces and geometry; [] if one is enough
+    int retries = 0;            ///< halved steps before this one was accepted
+    std::string remark;         ///< "", or what happened: "snap", "halved: " and why
     std::vector<BeamRecord> beams;
     std::vector<ContactRecord> contacts; ///< active contacts
     StepCertificate certificate;
@@ -98,7 +99,7 @@ struct RunSummary {
     std::string status = "running"; ///< "done" | "failed" | "interrupted"
     std::string message;            ///< why it ended, in a sentence; "" if nothing to say
     int steps = 0;
-    double time = 0;                ///< reached [s]
+    double time = 0; ///< reached [s]
     PhaseSeconds seconds;
     int contacts_max = 0;
     double contacts_mean = 0;

@@ -1,5 +1,7 @@
 #include "solver/scene/body_consistency.hpp"
 
+#include "solver/material/law.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -19,10 +21,37 @@ void check_mesh(const MeshInput& m, const std::string& place, Findings& findings
                      "a number > 0 [m] (pieces carry no radius of their own)");
 }
 
+void check_material(const SolidInput& b, const std::string& place, Findings& findings)
+{
+    if (b.material.law.empty()) {
+        if (is_hyperelastic(b) && b.poisson_ratio < 0)
+            findings.add({place + "/poisson_ratio"}, fmt::format("{}", b.poisson_ratio),
+                         ">= 0 of a hyperelastic solid");
+    } else {
+        const Hyperelastic m{find_law(b.material.law), b.material.constants};
+        std::vector<std::string> constants;
+        for (const MaterialConstant& c : m.law->constants)
+            constants.push_back(place + "/material/" + c.name);
+        const std::vector<Issue> issues = issues_of(m, "", place + "/material");
+        if (!issues.empty()) findings.add(constants, issues[0].found, issues[0].allowed);
+        if (b.motion == "corotational")
+            findings.add({place + "/motion", place + "/material"}, "\"corotational\"",
+                         "\"hyperelastic\" beside a material");
+        if (b.youngs_modulus != 0 || b.poisson_ratio != 0)
+            findings.add({place + "/material", place + "/youngs_modulus", place + "/poisson_ratio"},
+                         "a material, and constants beside it",
+                         "either \"material\", or \"youngs_modulus\" and \"poisson_ratio\"");
+    }
+    if (is_hyperelastic(b) && b.stiffness_damping > 0)
+        findings.add({place + "/stiffness_damping"}, fmt::format("{}", b.stiffness_damping),
+                     "0 of a hyperelastic solid: it would resist turns");
+}
+
 void check_solid(const SolidInput& b, const Scene& scene, Findings& findings)
 {
     const std::string place = "/bodies/" + b.name;
     check_mesh(b.mesh, place + "/mesh", findings);
+    check_material(b, place, findings);
     if (scene.time.kind == "dynamic" && !(b.density > 0))
         findings.add({place + "/density", "/time/kind"}, "nothing",
                      "a number > 0 [kg/m^3]: time.kind is \"dynamic\"");
@@ -31,9 +60,14 @@ void check_solid(const SolidInput& b, const Scene& scene, Findings& findings)
                      "\"hold\" with the sets that are fixed to what drives the body");
     for (std::size_t i = 0; i < b.loads.size(); ++i) {
         const LoadInput& l = b.loads[i];
-        if (l.pressure.empty() && !l.traction && !l.force)
-            findings.add({fmt::format("{}/loads/{}", place, i)}, "a load of nothing",
-                         "\"pressure\", \"traction\" or \"force\"");
+        const std::string here = fmt::format("{}/loads/{}", place, i);
+        if (l.pressure.empty() && l.volume.empty() && !l.traction && !l.force)
+            findings.add({here}, "a load of nothing", "\"pressure\", \"traction\" or \"force\"");
+        if (!l.volume.empty() && !l.pressure.empty())
+            findings.add({here}, "a volume and a pressure", "one of the two");
+        if (!l.volume.empty() && (!is_hyperelastic(b) || scene.time.kind == "dynamic"))
+            findings.add({here + "/volume"}, "a volume",
+                         "\"pressure\": volumes are of hyperelastic solids in quasi-static steps");
     }
 }
 

@@ -1,5 +1,6 @@
 #include "solver/scene/body_fields.hpp"
 
+#include "solver/material/law.hpp"
 #include "solver/scene/declare.hpp"
 
 namespace amontons {
@@ -57,6 +58,55 @@ ObjectDeclaration declare_mesh(const ObjectDeclaration& centreline)
     return d;
 }
 
+template <std::size_t k> void* constant(void* material)
+{
+    return &static_cast<MaterialInput*>(material)->constants[k];
+}
+
+template <std::size_t... k> auto constants_of(std::index_sequence<k...>)
+{
+    return std::array<void* (*)(void*), sizeof...(k)>{&constant<k>...};
+}
+
+/// One variant for each law, its constants as fields: from the table of laws.
+ObjectDeclaration declare_material()
+{
+    using M = MaterialInput;
+    static const auto member = constants_of(std::make_index_sequence<kMostConstants>());
+    ObjectDeclaration d;
+    d.title = "Hyperelastic material";
+    d.discriminator = "law";
+    d.defaults = defaults_of<M>();
+    d.chosen = [](void* material) -> std::string& { return static_cast<M*>(material)->law; };
+    d.given = [](const void* material) { return !static_cast<const M*>(material)->law.empty(); };
+    for (const MaterialLaw& law : material_laws()) {
+        VariantDeclaration v;
+        v.value = law.name;
+        v.doc = law.doc;
+        for (std::size_t i = 0; i < law.constants.size(); ++i) {
+            const MaterialConstant& c = law.constants[i];
+            FieldDeclaration f;
+            f.name = c.name;
+            f.unit = c.unit;
+            f.doc = c.doc;
+            f.allowed.lower = c.lower;
+            f.allowed.above = c.above;
+            if (c.upper != 0) f.allowed.upper = c.upper;
+            f.member = member[i];
+            v.fields.push_back(required(std::move(f)));
+        }
+        if (law.directed) {
+            v.fields.push_back(
+                field<&M::fibre>("fibre", "", direction(), "Along the fibres, at rest."));
+            v.fields.push_back(text<&M::fibres>(
+                "fibres", "Instead: a file with three numbers a line, the direction of each "
+                          "element in the mesh's order; beside the scene."));
+        }
+        d.variants.push_back(std::move(v));
+    }
+    return d;
+}
+
 ObjectDeclaration declare_hold()
 {
     using H = HoldInput;
@@ -78,6 +128,9 @@ ObjectDeclaration declare_load()
         {required(
              text<&L::set>("set", "A set of faces or nodes of the mesh; \"all\": every node.")),
          field<&L::pressure>("pressure", "Pa", kAny, "Pushes against faces, over time."),
+         field<&L::volume>("volume", "m^3", kAny,
+                           "Instead: by how much the faces give way into the body, over time; the "
+                           "pressure that does it is found. Hyperelastic solids, quasi-static."),
          fallback("none", field<&L::traction>("traction", "Pa", kAny, "Force per area on faces.")),
          fallback("none", field<&L::force>("force", "N", kAny,
                                            "In all, shared equally by the set's nodes.")),
@@ -158,6 +211,7 @@ std::vector<VariantDeclaration> body_variants(const ObjectDeclaration& centrelin
     using S = SolidInput;
     using R = RigidInput;
     static const ObjectDeclaration mesh = declare_mesh(centreline);
+    static const ObjectDeclaration material = declare_material();
     static const ObjectDeclaration hold = declare_hold();
     static const ObjectDeclaration load = declare_load();
     static const ObjectDeclaration drive = declare_drive();
@@ -168,16 +222,21 @@ std::vector<VariantDeclaration> body_variants(const ObjectDeclaration& centrelin
         {"solid",
          "An elastic body of tetrahedra or hexahedra.",
          {required(object<&S::mesh>("mesh", mesh, "Its elements.")),
-          required(
-              field<&S::youngs_modulus>("youngs_modulus", "Pa", positive(), "Young's modulus E.")),
-          required(field<&S::poisson_ratio>("poisson_ratio", "", poisson, "Poisson's ratio nu.")),
+          required_unless("material", field<&S::youngs_modulus>("youngs_modulus", "Pa", positive(),
+                                                                "Young's modulus E.")),
+          required_unless("material", field<&S::poisson_ratio>("poisson_ratio", "", poisson,
+                                                               "Poisson's ratio nu.")),
+          object<&S::material>("material", material,
+                               "Of a hyperelastic solid; without it that is neo_hooke with E and "
+                               "nu."),
           fallback("none: no weight, no inertia",
                    field<&S::density>("density", "kg/m^3", at_least(0), "Mass per volume.")),
-          choice({"linear", "corotational"},
+          choice({"linear", "corotational", "hyperelastic"},
                  text<&S::motion>("motion",
                                   "\"linear\": small elastic displacements, on top of a rigid "
                                   "motion if nothing is held; \"corotational\": every element "
-                                  "turns with the material.")),
+                                  "turns with the material; \"hyperelastic\", or with a "
+                                  "`material`: large strains.")),
           object<&S::start>("start", start, "Where it begins."),
           object<&S::drive>("drive", drive, "Prescribes its rigid motion."),
           list<&S::hold>("hold", hold, "Prescribed displacements."),

@@ -110,6 +110,12 @@ inline FieldDeclaration required(FieldDeclaration f)
     return f;
 }
 
+inline FieldDeclaration required_unless(std::string other, FieldDeclaration f)
+{
+    f.unless = std::move(other);
+    return required(std::move(f));
+}
+
 inline FieldDeclaration fallback(std::string words, FieldDeclaration f)
 {
     f.fallback = std::move(words);

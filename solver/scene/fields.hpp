@@ -46,6 +46,7 @@ struct FieldDeclaration {
     FieldType type = FieldType::number;
     bool required = false;
     bool optional = false; ///< the member is a std::optional
+    std::string unless;    ///< not required beside this other field
     Allowed allowed;
     std::string unit; ///< SI, "" if none
     std::vector<std::string> choices;

@@ -55,8 +55,9 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
         return std::any_of(scene.obstacles.begin(), scene.obstacles.end(), condition);
     };
     const auto any_solid = [&](const char* motion) {
-        return std::any_of(scene.solids.begin(), scene.solids.end(),
-                           [&](const SolidInput& b) { return b.motion == motion; });
+        return std::any_of(scene.solids.begin(), scene.solids.end(), [&](const SolidInput& b) {
+            return (is_hyperelastic(b) ? "hyperelastic" : b.motion) == motion;
+        });
     };
     const bool beams = !scene.beams.empty(), solids = !scene.solids.empty(),
                rigids = !scene.rigids.empty();
@@ -84,6 +85,8 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
         plan.uses.push_back("linear solids in frames that are fixed, driven or float with them");
     if (any_solid("corotational"))
         plan.uses.push_back("corotational solids, Newton with their exact tangent");
+    if (any_solid("hyperelastic"))
+        plan.uses.push_back("hyperelastic solids, Newton with their exact tangent");
     if (solids) plan.uses.push_back("CHOLMOD's supernodal Cholesky factor, nodes in METIS's order");
     if (rigids) plan.uses.push_back("rigid bodies, angular momentum as their state");
     if (!scene.couplings.empty()) plan.uses.push_back("joints and springs as rows of the problem");

@@ -237,7 +237,8 @@ void Reader::fields(const Json& json, const ObjectDeclaration& declaration,
         wrong(place, "field " + quoted_text(name), allowed);
     }
     for (const FieldDeclaration* f : known)
-        if (f->required && !json.contains(f->name))
+        if (f->required && !json.contains(f->name) &&
+            (f->unless.empty() || !json.contains(f->unless)))
             wrong(place + "/" + f->name, "nothing", allowed_in_words(*f));
 
     if (declaration.complete)

@@ -160,6 +160,7 @@ struct HoldInput {
 struct LoadInput {
     std::string set;
     CurvePoints pressure;         ///< pushes against a set of faces (time [s], [Pa])
+    CurvePoints volume;           ///< by how much a set of faces moves in (time [s], [m^3])
     std::optional<Vec3> traction; ///< force per area on a set of faces [Pa]
     std::optional<Vec3> force;    ///< in all, shared equally by the set's nodes [N]
     CurvePoints over;             ///< factor on traction and force over time; empty: 1
@@ -182,13 +183,22 @@ struct StartInput {
     Vec3 spin = Vec3::Zero();     ///< angular velocity about the centre of mass [rad/s]
 };
 
+/// A hyperelastic material: a law's name and its constants in the order of its declaration.
+struct MaterialInput {
+    std::string law; ///< of solver/material/law.hpp; "": none given
+    std::array<double, 8> constants{};
+    Vec3 fibre = Vec3::UnitX(); ///< of directed laws: along the fibres, at rest
+    std::string fibres;         ///< or a file with the direction of each element
+};
+
 struct SolidInput {
     std::string name;
     MeshInput mesh;
     double youngs_modulus = 0;     ///< [Pa]
     double poisson_ratio = 0;      ///< [-]
     double density = 0;            ///< [kg/m^3]
-    std::string motion = "linear"; ///< "linear" | "corotational"
+    std::string motion = "linear"; ///< "linear" | "corotational" | "hyperelastic"
+    MaterialInput material;        ///< hyperelastic
     StartInput start;
     DriveInput drive;
     std::vector<HoldInput> hold;
@@ -196,6 +206,11 @@ struct SolidInput {
     double mass_damping = 0;      ///< Rayleigh [1/s]
     double stiffness_damping = 0; ///< Rayleigh [s]
 };
+
+inline bool is_hyperelastic(const SolidInput& s)
+{
+    return s.motion == "hyperelastic" || !s.material.law.empty();
+}
 
 /// The shape of a rigid body, about its own origin.
 struct ShapeInput {

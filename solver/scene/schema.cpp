@@ -151,7 +151,7 @@ void members(JsonText& out, const ObjectDeclaration& object, const VariantDeclar
     out.key("required").open('[');
     if (named) out.value(object.discriminator);
     for (const FieldDeclaration* f : fields)
-        if (f->required) out.value(f->name);
+        if (f->required && f->unless.empty()) out.value(f->name);
     out.close(']');
     out.key("properties").open('{');
     if (object.title == "Scene") out.key("$schema").open('{').member("type", "string").close('}');
@@ -188,6 +188,7 @@ void table(std::string& page, const std::vector<FieldDeclaration>& fields, const
     page += "| field | allowed | default | meaning |\n|---|---|---|---|\n";
     for (const FieldDeclaration& f : fields) {
         std::string fallback = f.required ? "required" : f.fallback;
+        if (!f.unless.empty()) fallback += " without `" + f.unless + "`";
         if (fallback.empty()) fallback = default_text(f, defaults);
         page +=
             fmt::format("| `{}` | {} | {} | {} |\n", f.name, allowed_in_words(f), fallback, f.doc);

@@ -4,6 +4,7 @@
 #include "solver/scene/json_text.hpp"
 #include "solver/scene/read.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace amontons {
@@ -149,6 +150,10 @@ void write_object(JsonText& out, const std::vector<const FieldDeclaration*>& fie
     for (const FieldDeclaration* f : fields) {
         void* member = f->member(object);
         if (!f->required && !is_given(*f, member)) continue;
+        const bool replaced = std::any_of(fields.begin(), fields.end(), [&](const auto* other) {
+            return other->name == f->unless && is_given(*other, other->member(object));
+        });
+        if (replaced) continue;
         out.key(f->name);
         write_value(out, *f, member, scene);
     }

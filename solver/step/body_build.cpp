@@ -152,6 +152,32 @@ std::vector<ContactLaw> written_out(const Scene& scene)
 constexpr double kMargin = 0.002; // of it: see ContactPair
 constexpr double kReach = 0.2;    // of the smaller body: gaps that are looked at, unless it is said
 
+/// Elements that are much too stiff for the material, with the element to use.
+void warn_of_locking(const SolidInput& input, const VolumeMesh& mesh, const std::string& file,
+                     std::vector<Issue>& warnings)
+{
+    double nu = input.poisson_ratio;
+    bool by_mean = is_hyperelastic(input); // T10 that take the volume at its mean
+    if (!input.material.law.empty()) {
+        Hyperelastic m{find_law(input.material.law), {}};
+        std::copy(input.material.constants.begin(), input.material.constants.end(),
+                  m.constants.begin());
+        nu = poissons_ratio(m);
+        by_mean = m.law->volumetric(m.constants) > 0;
+    }
+    for (const ElementBlock& block : mesh.blocks) {
+        const bool t4 = block.kind == ElementKind::T4 && nu > kMostPoissonOfT4;
+        const bool t10 = block.kind == ElementKind::T10 && nu > 0.49 && !by_mean;
+        if (!t4 && !t10) continue;
+        warnings.push_back(
+            {file, "/bodies/" + input.name,
+             fmt::format("{} with a Poisson's ratio of {:.6g}", t4 ? "T4" : "T10", nu),
+             t4 ? std::string("T10 or H8: T4 lock above 0.45, they would be much too stiff")
+                : std::string("H8, or at least 8 elements through what bends: coarse T10 are too "
+                              "stiff above 0.49")});
+    }
+}
+
 /// The elements that a scene asks for.
 VolumeMesh build_mesh(const MeshInput& m, const Scene& scene, std::vector<Issue>& warnings)
 {
@@ -216,6 +242,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
             add_issues(errors_of(report, meshes[i], file), scene, place, issues);
             const std::vector<Issue> odd = warnings_of(report, meshes[i], file);
             warnings.insert(warnings.end(), odd.begin(), odd.end());
+            warn_of_locking(input, meshes[i], scene.file, warnings);
         } catch (const InputError& error) {
             add_issues(error.issues(), scene, place, issues);
         }
@@ -262,6 +289,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                                all_pairs[std::size_t(i)] == small_pairs[std::size_t(i)];
             try {
                 const bool condensed = scene.time.kind != "dynamic" && input.motion == "linear" &&
+                                       !is_hyperelastic(input) &&
                                        scene.couplings.empty(); // they may hold nodes inside
                 const auto make = [&]<class Solid>() -> std::unique_ptr<SolidBody> {
                     return std::make_unique<Solid>(input, std::move(meshes[std::size_t(i)]), small,

@@ -11,6 +11,7 @@ namespace amontons {
 namespace {
 
 constexpr double kNothing = 1e-14;      // of the largest body's size
+constexpr double kAlone = 1e-2;         // of the tolerance
 constexpr double kUncontrolled = 1e-10; // share of a mode's size that contacts see of it, squared
 
 } // namespace
@@ -18,9 +19,9 @@ constexpr double kUncontrolled = 1e-10; // share of a mode's size that contacts 
 /// The certificate of r_ with u in place of W r + q.
 void BodyStepper::certify_rows(const Eigen::VectorXd& u)
 {
-    if (rows_.count == 0) {
+    if (rows_.count == 0) { // bodies' own balance is all there is: a step of Newton's is cheap
         report_.error = 0;
-        report_.threshold = options_.tolerance; // of the balance of bodies that are not linear
+        report_.threshold = kAlone * options_.tolerance;
         report_.penetration = report_.cone = 0;
         return;
     }

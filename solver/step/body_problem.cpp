@@ -445,8 +445,15 @@ bool BodyStepper::solve()
     certify_rows(reached);
     if (goes_astray()) return false;
     relax();
-    for (std::size_t b = 0; b < bodies(); ++b)
+    for (std::size_t b = 0; b < bodies(); ++b) {
         body(b).change(y_[b], mode_[b], body_force_[b]);
+        if (const double share = body(b).share_made(); share < 1) {
+            left_out_ += (1 - share) * y_[b].norm();
+            motion_before_.resize(0); // what is extrapolated from has to be made in full
+            changes_.resize(0, 0);
+            made_.resize(0, 0);
+        }
+    }
     return true;
 }
 

@@ -173,6 +173,11 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         const std::vector<Vec3> reactions = b.solid->reactions();
         for (std::size_t k = 0; k < reactions.size(); ++k)
             vector(b.name + "_" + input.hold[k].set + "_force", "N", reactions[k]);
+        const std::vector<double> pressures = b.solid->found_pressures();
+        for (std::size_t k = 0, found = 0; k < input.loads.size(); ++k)
+            if (!input.loads[k].volume.empty() && found < pressures.size())
+                out.push_back(
+                    {b.name + "_" + input.loads[k].set + "_pressure", "Pa", pressures[found++]});
         double largest = 0;
         const std::span<const Vec3> now = b.solid->places(), first = b.solid->first_places();
         if (b.solid->condensed() && !b.solid->touching().empty()) { // the rest costs a solve

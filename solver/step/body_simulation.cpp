@@ -32,7 +32,7 @@ std::vector<const CurvePoints*> curves_of(const Scene& scene)
         for (const HoldInput& h : s.hold)
             all.insert(all.end(), {&h.x, &h.y, &h.z});
         for (const LoadInput& l : s.loads)
-            all.insert(all.end(), {&l.pressure, &l.over});
+            all.insert(all.end(), {&l.pressure, &l.volume, &l.over});
     }
     for (const RodInput& r : scene.rods) {
         for (const RodHold& h : r.hold)
@@ -189,6 +189,7 @@ StepRecord BodySimulation::State::record(double h, double seconds)
     out.seconds = seconds;
     out.iterations = last.iterations;
     out.factorisations = last.factorisations;
+    out.errors = last.errors;
     out.retries = retries;
     out.energy = energy;
     for (const std::string& r : last.remarks)

@@ -71,6 +71,8 @@ Vec3 BodyStepper::moved(const BodyContact& c) const
 /// Source: Anderson 1965 as in Walker & Ni 2011, eq. 1.1; Küttler & Wall 2008, eq. 44.
 void BodyStepper::relax()
 {
+    left_out_ = 0;
+    if (rows_.count == 0) return; // Newton's method alone
     Eigen::Index size = 0;
     for (std::size_t b = 0; b < bodies(); ++b)
         size += y_[b].size() + mode_[b].size();
@@ -165,6 +167,17 @@ void BodyStepper::fill_report()
         if (RigidBody* rigid = system_.refs[b].rigid) rigid->carry(on_body[b], torque[b]);
 }
 
+/// Some body's iterate is none: the step is refused with its words.
+bool BodyStepper::faulty()
+{
+    for (std::size_t b = 0; b < bodies(); ++b)
+        if (std::string why = body(b).fault(); !why.empty()) {
+            report_.refusal = std::move(why);
+            return true;
+        }
+    return false;
+}
+
 bool BodyStepper::run()
 {
     for (std::size_t b = 0; b < bodies(); ++b)
@@ -196,9 +209,11 @@ bool BodyStepper::run()
             return false;
         }
         linearise();
+        if (faulty()) return false;
         ++report_.factorisations;
         if (!solve()) return false;
         if (!geometry && !nonlinear) break;
+        if (faulty()) return false;
         if (holds_at_end()) break;
         if (i + 1 == options_.most_iterations) {
             report_.refusal = fmt::format("no balance on the geometry at the end of the step: "
@@ -216,8 +231,11 @@ bool BodyStepper::run()
     if (!report_.refusal.empty()) return false;
     report_modes();
     fill_report();
+    report_.errors = errors_;
     for (std::size_t b = 0; b < bodies(); ++b) {
         const BodyEnergy e = body(b).accept(body_force_[b]);
+        if (const std::string remark = body(b).remark(); !remark.empty())
+            report_.remarks.push_back(remark);
         report_.energy.work += e.work;
         report_.energy.work_absolute += e.work_absolute;
         report_.energy.dissipated += e.dissipated;

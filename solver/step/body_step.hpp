@@ -49,6 +49,7 @@ struct BodyStepReport {
     std::vector<double> coupling_force; ///< of each coupling's rows, in order [N]
     double error = 0, threshold = 0, penetration = 0, cone = 0;
     int worst = -1;
+    std::vector<double> errors;       ///< of each iteration, where one is not enough
     std::vector<std::string> remarks; ///< e.g. modes that nothing controls
     double friction = 0;              ///< work that friction took [J]
     double normal_work = 0;           ///< of normal forces and couplings: what restitution took [J]

@@ -48,6 +48,7 @@ private:
     void relax();
     Eigen::VectorXd extrapolated(const Eigen::VectorXd& motion, const Eigen::VectorXd& change);
     bool holds_at_end();
+    bool faulty();
     void certify_rows(const Eigen::VectorXd& u);
     void report_modes();
     void fill_report();

@@ -1,4 +1,5 @@
 #include "validation/cases/cases.hpp"
+#include "validation/cases/hyperelastic/hyperelastic.hpp"
 #include "validation/cases/rigid_bodies/rigid_bodies.hpp"
 #include "validation/cases/rods/rods.hpp"
 #include "validation/cases/solids/solids.hpp"
@@ -60,6 +61,15 @@ const std::vector<Case>& cases()
         {"dragged-block", "benchmarks", "independent FE, 9x9x9 quadratic hexahedra", dragged_block},
         {"thick-cylinder", "benchmarks", "Lame 1852: closed form, plane strain", thick_cylinder},
         {"turned-solid", "benchmarks", "frame indifference", turned_solid},
+        {"cook-plane-stress", "benchmarks", "Cook 1974; graded quadratic elements",
+         cook_plane_stress},
+        {"cook-finite-strain", "benchmarks", "graded quadratic elements, plane strain",
+         cook_finite_strain},
+        {"sphere-inflation", "benchmarks", "Green & Zerna 1954: closed form", sphere_inflation},
+        {"stretched-block", "benchmarks", "closed forms: a scalar root", stretched_block},
+        {"passive-beam", "benchmarks", "Land et al. 2015, problem 1; mixed quadratic elements",
+         passive_beam},
+        {"elastica-solid", "benchmarks", "elastica with extension and shear", elastica_solid},
         {"contrast-in-series", "benchmarks", "closed form: springs in series", contrast_in_series},
         {"hertz-sphere", "benchmarks", "Hertz 1881: closed form", hertz_sphere},
         {"hertz-approach", "benchmarks", "Hertz 1881: closed form; code_aster SSNV104",

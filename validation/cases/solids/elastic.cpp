@@ -61,11 +61,11 @@ std::vector<Measured> turned_solid()
 {
     std::vector<Measured> rows;
     for (const char* element : {"T4", "T10", "H8"})
-        for (const bool corotational : {true, false}) {
+        for (const char* motion : {"corotational", "hyperelastic", "linear"}) {
             SolidScene s("a solid that is turned");
             SolidInput& b =
                 s.block("body", 1e6, 0.3, {-0.5, -0.2, -0.1}, {0.5, 0.2, 0.1}, {4, 2, 2}, element);
-            b.motion = corotational ? "corotational" : "linear";
+            b.motion = motion;
             b.hold = {hold("x_min", still(), still(), still())};
             b.drive.given = true;
             b.drive.axis = {1, 2, 3};
@@ -83,10 +83,10 @@ std::vector<Measured> turned_solid()
                 stress / 1e6, 1e-12));
         }
     // A held end that turns: the pull of a dead load on it does not.
-    for (const bool corotational : {true, false}) {
+    for (const char* motion : {"corotational", "hyperelastic", "linear"}) {
         SolidScene s("a loaded solid that is turned");
         SolidInput& b = s.block("body", 1e6, 0.3, {0, -0.1, -0.1}, {1, 0.1, 0.1}, {6, 2, 2}, "T10");
-        b.motion = corotational ? "corotational" : "linear";
+        b.motion = motion;
         b.hold = {hold("x_min", still(), still(), still())};
         b.loads = {traction("x_max", {0, 0, -10})};
         b.drive.given = true;

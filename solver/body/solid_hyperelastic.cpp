@@ -1,0 +1,453 @@
+#include "solver/body/solid_body.hpp"
+
+#include "mesh/base/curve.hpp"
+#include "mesh/base/file.hpp"
+#include "solver/body/fibres.hpp"
+#include "solver/linear/gmres.hpp"
+#include "solver/solid/face_load.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fmt/format.h>
+
+// What is its own in a hyperelastic solid. Newton's step is that of SolidBody, with
+//  - a factor of the symmetric tangent, shifted by a share of the stiffness at rest where it is not
+//    positive; what that leaves out of the true one (the skew part of pressures that follow, the
+//    shift while a volume is prescribed) is taken in by GMRES, with the factor as preconditioner;
+//  - steps shortened where an element would turn inside out, or where they lead away;
+//  - what is prescribed moved with the first change, as far as that is made: the places inside
+//    come along instead of being run over;
+//  - loads whose pressure is an unknown and whose volume is prescribed, as a border.
+// Equations: docs/theory/hyperelasticity.md.
+
+namespace amontons {
+namespace {
+
+constexpr int kMostHalvings = 12;
+constexpr double kFirstShift = 1e-3, kLargestShift = 1e3, kShiftGrowth = 10;
+constexpr int kPatience = 4;       // iterations that do not halve the error, before steps shorten
+constexpr double kOvershoot = 0.8; // slope at the end of a shortened step, of that at its start
+constexpr double kKrylov = 1e-12;
+constexpr int kMostKrylov = 60;
+
+Eigen::Index at3(std::size_t node)
+{
+    return 3 * static_cast<Eigen::Index>(node);
+}
+
+} // namespace
+
+void SolidBody::make_hyperelastic_elements(const std::string& file)
+{
+    const MaterialInput& input = input_.material;
+    if (input.law.empty()) {
+        law_.law = find_law("neo_hooke");
+        law_.constants = {input_.youngs_modulus, input_.poisson_ratio};
+    } else {
+        law_.law = find_law(input.law);
+        std::copy(input.constants.begin(), input.constants.end(), law_.constants.begin());
+    }
+    if (!law_.law)
+        throw InputError({{file, "/bodies/" + input_.name + "/material/law", quoted_text(input.law),
+                           "the name of a law"}});
+    material_.youngs_modulus = youngs_modulus(law_);
+    material_.poissons_ratio = poissons_ratio(law_);
+    std::vector<Vec3> fibres;
+    if (law_.law->directed && !input.fibres.empty()) {
+        const std::string path =
+            (std::filesystem::path(file).parent_path() / input.fibres).string();
+        fibres = parse_fibres(read_file(path), path, element_count(mesh_));
+    }
+    for_each_element(mesh_, [&](std::int32_t e, ElementKind kind, auto nodes) {
+        const Mat3 axes = !law_.law->directed ? Mat3(Mat3::Identity())
+                          : fibres.empty()    ? fibre_axes(input.fibre)
+                                              : fibre_axes(fibres[std::size_t(e)]);
+        hyper_.push_back(make_hyperelastic(kind, places_of(mesh_, nodes), axes));
+        state_modes_.emplace_back(kind == ElementKind::H8
+                                      ? InternalModes(InternalModes::Zero(kMostInternalModes))
+                                      : InternalModes());
+    });
+    hyper_states_.resize(hyper_.size());
+    force_size_ = Eigen::VectorXd::Zero(at3(mesh_.nodes.size()));
+    for (std::size_t i = 0; i < conditions_.loads.size(); ++i)
+        if (!conditions_.loads[i].input->volume.empty()) volumes_.push_back({i, 0, 0});
+}
+
+Eigen::VectorXd SolidBody::free_part(const Eigen::VectorXd& all) const
+{
+    Eigen::VectorXd part(Eigen::Index(dofs_.free.size()));
+    for (std::size_t i = 0; i < dofs_.free.size(); ++i)
+        part[Eigen::Index(i)] = all[dofs_.free[i]];
+    return part;
+}
+
+double SolidBody::hyperelastic_inner(const Motion& m, Eigen::VectorXd& f)
+{
+    if (m.version == known_version_) {
+        f = known_forces_;
+        return known_energy_;
+    }
+    double energy = 0;
+    ElementPlaces x;
+    ElementVector forces;
+    force_size_.setZero();
+    known_version_ = -1;
+    fault_.clear();
+    for_each_element(mesh_, [&](std::int32_t e, ElementKind, std::span<const std::int32_t> nodes) {
+        if (!fault_.empty()) return;
+        x = places_of(mesh_, nodes);
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+            x.col(Eigen::Index(i)) += m.u.segment<3>(3 * nodes[i]);
+        HyperelasticState& s = hyper_states_[std::size_t(e)];
+        const ElementFault fault = hyperelastic_forces(hyper_[std::size_t(e)], law_, x, s, forces);
+        if (fault != ElementFault::none) {
+            fault_ = fmt::format("{}: {} {}", input_.name, element_place(mesh_, e),
+                                 fault == ElementFault::inverted ? "would be turned inside out"
+                                                                 : "buckles within itself");
+            return;
+        }
+        energy += s.energy;
+        for (std::size_t i = 0; i < nodes.size(); ++i) {
+            const Eigen::Index at = 3 * Eigen::Index(i);
+            f.segment<3>(3 * nodes[i]) += forces.segment<3>(at);
+            force_size_.segment<3>(3 * nodes[i]) += forces.segment<3>(at).cwiseAbs();
+        }
+    });
+    if (!fault_.empty()) return 0;
+    known_version_ = m.version;
+    known_forces_ = f;
+    known_energy_ = energy;
+    known_u_ = m.u;
+    return energy;
+}
+
+/// In the frame, of the faces where they are.
+Eigen::VectorXd SolidBody::follower_pressure(const FaceSet& faces, const Motion& m, double p) const
+{
+    Eigen::VectorXd f = Eigen::VectorXd::Zero(at3(mesh_.nodes.size()));
+    if (p == 0) return f;
+    const Mat3 back = m.frame.turn.toRotationMatrix().transpose();
+    Eigen::Matrix3Xd x;
+    for (const FaceRef& face : faces.members) {
+        const FaceNodes nodes = face_nodes(mesh_, face);
+        x.resize(3, nodes.count);
+        for (int k = 0; k < nodes.count; ++k)
+            x.col(k) = back * (m.x[std::size_t(nodes.node[std::size_t(k)])] - m.frame.shift);
+        const FaceForces forces = pressure_forces(x, p);
+        for (int k = 0; k < nodes.count; ++k)
+            f.segment<3>(3 * nodes.node[std::size_t(k)]) += forces.col(k);
+    }
+    return f;
+}
+
+/// Swept by the faces into the body on the straight way from rest: the integral of the force of
+/// 1 Pa over the way, by Simpson's rule, which is exact.
+double SolidBody::moved_volume(const FaceSet& faces, const Motion& m) const
+{
+    Motion on_the_way = m;
+    double sum = 0;
+    for (const auto& [share, weight] : {std::pair(0.0, 1.0), {0.5, 4.0}, {1.0, 1.0}}) {
+        for (std::size_t i = 0; i < m.x.size(); ++i)
+            on_the_way.x[i] = m.frame * (mesh_.nodes[i] + share * Vec3(m.u.segment<3>(at3(i))));
+        sum += weight / 6 * follower_pressure(faces, on_the_way, 1).dot(m.u);
+    }
+    return sum;
+}
+
+/// Every step starts from the state's own internal modes, whatever was tried before.
+void SolidBody::begin_hyperelastic()
+{
+    for (std::size_t e = 0; e < hyper_states_.size(); ++e)
+        hyper_states_[e].modes = state_modes_[e];
+    known_version_ = -1;
+    fault_.clear();
+    indefinite_ = false;
+    stalled_ = 0;
+    last_error_ = std::numeric_limits<double>::infinity();
+    shift_ = last_shift_ = 0;
+    share_made_ = 1;
+    pending_.resize(0);
+    for (VolumeLoad& v : volumes_)
+        v.pressure = v.state_pressure;
+}
+
+/// The elements' tangents, and the symmetric part of that of pressures; the rest into skew_.
+void SolidBody::assemble_tangent(SparseMatrix& S)
+{
+    std::vector<std::vector<std::pair<std::int32_t, double>>> pressed; // of each element: face, p
+    const auto press = [&](const FaceSet& faces, double p) {
+        if (p == 0) return;
+        pressed.resize(hyper_.size());
+        for (const FaceRef& face : faces.members)
+            pressed[std::size_t(face.element)].emplace_back(face.face, p);
+    };
+    const double t = step_.dynamic ? step_.start + step_.rule.end * step_.h : step_.end();
+    for (const SolidConditions::Load& load : conditions_.loads)
+        if (!load.input->pressure.empty()) press(*load.faces, curve_value(load.input->pressure, t));
+    for (const VolumeLoad& v : volumes_)
+        press(*conditions_.loads[v.load].faces, v.pressure);
+
+    std::vector<Eigen::Triplet<double>> skew;
+    std::vector<Mat3> blocks;
+    assemble(
+        mesh_, pattern_,
+        [&](std::int32_t e, ElementKind kind, std::span<const std::int32_t> nodes,
+            ElementMatrix& K) {
+            ElementPlaces x = places_of(mesh_, nodes);
+            for (std::size_t i = 0; i < nodes.size(); ++i)
+                x.col(Eigen::Index(i)) += known_u_.segment<3>(3 * nodes[i]);
+            hyperelastic_tangent(hyper_[std::size_t(e)], law_, x, hyper_states_[std::size_t(e)], K);
+            if (pressed.empty()) return;
+            for (const auto& [face, p] : pressed[std::size_t(e)]) {
+                const LocalFace& local = shape_of(kind).faces[std::size_t(face)];
+                const auto on = local.nodes();
+                const auto n = Eigen::Index(on.size());
+                FaceForces y(3, n);
+                for (Eigen::Index i = 0; i < n; ++i)
+                    y.col(i) = x.col(on[std::size_t(i)]);
+                const FaceTangent T = pressure_tangent(y, p);
+                for (Eigen::Index j = 0; j < n; ++j)
+                    for (Eigen::Index i = 0; i < n; ++i) {
+                        const Mat3 ij = T.block<3, 3>(3 * i, 3 * j),
+                                   ji = T.block<3, 3>(3 * j, 3 * i);
+                        const Eigen::Index a = 3 * on[std::size_t(i)], b = 3 * on[std::size_t(j)];
+                        K.block<3, 3>(a, b) -= 0.5 * (ij + ji.transpose());
+                        const Mat3 rest = 0.5 * (ji.transpose() - ij);
+                        for (int c = 0; c < 3; ++c)
+                            for (int r = 0; r < 3; ++r) {
+                                const std::int32_t row = dofs_.number[std::size_t(
+                                                       3 * nodes[std::size_t(a / 3)] + r)],
+                                                   column = dofs_.number[std::size_t(
+                                                       3 * nodes[std::size_t(b / 3)] + c)];
+                                if (row >= 0 && column >= 0)
+                                    skew.emplace_back(row, column, rest(r, c));
+                            }
+                    }
+            }
+        },
+        S);
+    const auto free = Eigen::Index(dofs_.free.size());
+    skew_.resize(free, free);
+    skew_.setFromTriplets(skew.begin(), skew.end());
+    // Inside a set of faces the skew parts cancel: what is left is of its rim.
+    const double size = skew_.nonZeros() > 0 ? S.coeffs().cwiseAbs().maxCoeff() : 0;
+    skew_.prune([&](Eigen::Index, Eigen::Index, double v) { return std::abs(v) > 1e-14 * size; });
+    if (shift_ > 0 && !volumes_.empty()) {
+        Elimination parts = make_elimination(S, dofs_);
+        true_part_ = std::move(parts.ff);
+    } else {
+        true_part_.resize(0, 0);
+    }
+    if (shift_ > 0) S.coeffs() += shift_ * matrix_->K.coeffs();
+}
+
+/// The next larger shift. @return  0 if none is left
+double SolidBody::next_shift()
+{
+    if (step_.dynamic && shift_ >= 1) return 0;
+    indefinite_ = true;
+    shift_ = shift_ > 0 ? kShiftGrowth * shift_
+                        : std::max(kFirstShift, last_shift_ / (kShiftGrowth * kShiftGrowth));
+    return shift_ <= kLargestShift ? shift_ : 0;
+}
+
+/// A^-1 f of the true tangent's free part, without the border of volumes.
+Eigen::VectorXd SolidBody::newton_solved(const Eigen::VectorXd& f) const
+{
+    const bool shifted = true_part_.rows() > 0;
+    if (f.size() == 0 || (!shifted && skew_.nonZeros() == 0)) return solved(f);
+    const double scale = step_.dynamic ? step_.h * step_.rule.end * step_.h * step_.rule.end : 1;
+    const Eigen::SparseMatrix<double>& A = shifted ? true_part_ : matrix_->parts.ff;
+    return gmres(
+               [&](const Eigen::VectorXd& x) {
+                   Eigen::VectorXd y = A * x;
+                   if (skew_.nonZeros() > 0) y += scale * (skew_ * x);
+                   return y;
+               },
+               [&](const Eigen::VectorXd& x) { return solved(x); }, f, kKrylov, kMostKrylov)
+        .x;
+}
+
+/// The pressures' border: how volumes answer to pressures.
+void SolidBody::find_volumes()
+{
+    const auto count = Eigen::Index(volumes_.size());
+    volume_force_.resize(Eigen::Index(dofs_.free.size()), count);
+    volume_give_.resize(Eigen::Index(dofs_.free.size()), count);
+    for (Eigen::Index k = 0; k < count; ++k) {
+        const SolidConditions::Load& load = conditions_.loads[volumes_[std::size_t(k)].load];
+        volume_force_.col(k) = free_part(follower_pressure(*load.faces, now_, 1));
+        volume_give_.col(k) = newton_solved(volume_force_.col(k));
+    }
+    volume_matrix_ = (volume_force_.transpose() * volume_give_).inverse();
+}
+
+void SolidBody::linearise_hyperelastic()
+{
+    Eigen::VectorXd scale;
+    const Eigen::VectorXd r = residual(scale);
+    mode_load_.resize(0);
+    if (!fault_.empty()) { // said by fault(): the step is not gone on with
+        free_change_ = Eigen::VectorXd::Zero(Eigen::Index(unknown_.size()));
+        return;
+    }
+    last_shift_ = shift_;
+    shift_ = 0;
+    make_matrix();
+    if (!fault_.empty()) {
+        free_change_ = Eigen::VectorXd::Zero(Eigen::Index(unknown_.size()));
+        return;
+    }
+    if (free_modes_.cols() > 0) {
+        turn_modes();
+        mode_load_ = rigid_.R.transpose() * r;
+    }
+    start_residual_ = free_part(r);
+    Eigen::VectorXd rf = start_residual_;
+    if (pending_.size() > 0 && !dofs_.fixed.empty()) {
+        Eigen::VectorXd moved(Eigen::Index(dofs_.fixed.size()));
+        for (std::size_t i = 0; i < dofs_.fixed.size(); ++i)
+            moved[Eigen::Index(i)] = pending_[dofs_.fixed[i]];
+        rf -= matrix_->parts.fc * moved;
+    }
+    Eigen::VectorXd y = newton_solved(rf);
+    if (!volumes_.empty()) {
+        find_volumes();
+        volume_change_.resize(Eigen::Index(volumes_.size()));
+        for (std::size_t k = 0; k < volumes_.size(); ++k) {
+            const SolidConditions::Load& load = conditions_.loads[volumes_[k].load];
+            double missing =
+                curve_value(load.input->volume, step_.end()) - moved_volume(*load.faces, now_);
+            if (pending_.size() > 0)
+                missing -= follower_pressure(*load.faces, now_, 1).dot(pending_);
+            volume_change_[Eigen::Index(k)] = missing;
+        }
+        volume_change_ = (volume_matrix_ * (volume_change_ - volume_force_.transpose() * y)).eval();
+        y += volume_give_ * volume_change_;
+    }
+    free_change_ = with_pins(y);
+}
+
+/// Moves the iterate by as much of a change as leaves every element upright; by less if steps have
+/// not come nearer to a balance for a while, or the matrix was not the tangent: then no further
+/// than where the forces along the step have turned.
+void SolidBody::change_hyperelastic(const Eigen::VectorXd& whole, const Eigen::VectorXd& mode)
+{
+    const Motion start = now_;
+    Eigen::VectorXd move = whole;
+    Eigen::VectorXd pressure = volume_change_;
+    if (!step_.dynamic) {
+        if (pending_.size() > 0) move += pending_;
+        if (mode.size() > 0) move += rigid_.R * mode;
+        if (!volumes_.empty()) // what contacts take of the volume, pressures give back
+            pressure -= volume_matrix_ * (volume_give_.transpose() * free_part(contact_));
+    }
+    const Eigen::VectorXd velocity = step_.dynamic ? into_space(whole) : Eigen::VectorXd();
+    const auto go = [&](double share) {
+        now_ = start;
+        if (step_.dynamic) {
+            now_.v += share * velocity;
+            follow_velocity();
+        } else {
+            now_.u += share * move;
+            for (std::size_t k = 0; k < volumes_.size(); ++k)
+                volumes_[k].pressure += share * pressure[Eigen::Index(k)];
+            update_places(now_);
+        }
+        Eigen::VectorXd f;
+        inner_forces(now_, f);
+        return fault_.empty();
+    };
+    const auto back = [&](double share) {
+        for (std::size_t k = 0; k < volumes_.size(); ++k)
+            volumes_[k].pressure -= share * pressure[Eigen::Index(k)];
+    };
+    const Eigen::VectorXd y = free_part(whole), force = free_part(contact_);
+    const bool search = !step_.dynamic && volumes_.empty() && pending_.size() == 0 &&
+                        mode.size() == 0 && (shift_ > 0 || stalled_ >= kPatience);
+    const double slope = search ? y.dot(start_residual_ + force) : 0;
+    double share = 1;
+    for (int k = 0; k <= kMostHalvings; ++k, share *= 0.5) {
+        if (go(share)) {
+            if (!search || !(slope > 0)) break;
+            Eigen::VectorXd scale;
+            if (y.dot(free_part(residual(scale)) + force) >= -kOvershoot * slope) break;
+        }
+        if (k < kMostHalvings) back(share);
+    }
+    share_made_ = fault_.empty() ? share : 0;
+    if (pending_.size() > 0) {
+        pending_ *= 1 - share;
+        if (share == 1) pending_.resize(0);
+    }
+}
+
+void SolidBody::accept_hyperelastic()
+{
+    for (std::size_t e = 0; e < hyper_states_.size(); ++e)
+        state_modes_[e] = hyper_states_[e].modes;
+    for (VolumeLoad& v : volumes_)
+        v.state_pressure = v.pressure;
+    remark_.clear();
+    const auto say = [&](const std::string& what) {
+        remark_ += (remark_.empty() ? "" : "; ") + input_.name + ": " + what;
+    };
+    if (shift_ > 0 && volumes_.empty())
+        say("its balance is not stable: the tangent is not positive");
+    else if (shift_ > 0)
+        say("beyond the largest load: only the prescribed volume holds it");
+    else if (indefinite_)
+        say("snapped: the tangent was not positive on the way");
+    if (law_.law->least_stretch > 0) {
+        double least = 1;
+        std::int32_t where = 0;
+        for_each_element(mesh_, [&](std::int32_t e, ElementKind kind, auto nodes) {
+            ElementPlaces x = places_of(mesh_, nodes);
+            const ElementPlaces X = x;
+            for (std::size_t i = 0; i < nodes.size(); ++i)
+                x.col(Eigen::Index(i)) += state_.u.segment<3>(3 * nodes[i]);
+            const Vec3 centre = kind == ElementKind::H8 ? Vec3(0, 0, 0) : Vec3(0.25, 0.25, 0.25);
+            const ShapeGradients d = shape_gradients(kind, centre);
+            const Mat3 J = X * d.transpose(), F = x * (J.inverse().transpose() * d).transpose();
+            const double l = std::sqrt(std::max(
+                0.0, Eigen::SelfAdjointEigenSolver<Mat3>(F.transpose() * F, Eigen::EigenvaluesOnly)
+                         .eigenvalues()[0]));
+            if (l < least) {
+                least = l;
+                where = e;
+            }
+        });
+        if (least < law_.law->least_stretch)
+            say(fmt::format("{} is pressed to {:.3g} of its length, below {:.3g}: {} is unstable "
+                            "there",
+                            element_place(mesh_, where), least, law_.law->least_stretch,
+                            law_.law->name));
+    }
+}
+
+/// How far the volumes are from what is prescribed, relative to it [-].
+double SolidBody::volumes_missing() const
+{
+    constexpr double kSmall = 1e-6; // of the body's size, cubed: a volume of 0 has no scale
+    double worst = 0;
+    for (const VolumeLoad& v : volumes_) {
+        const SolidConditions::Load& load = conditions_.loads[v.load];
+        const double target = curve_value(load.input->volume, step_.end());
+        const double scale = std::abs(target) + kSmall * size_ * size_ * size_;
+        worst = std::max(worst, std::abs(target - moved_volume(*load.faces, now_)) / scale);
+    }
+    return worst;
+}
+
+std::vector<double> SolidBody::found_pressures() const
+{
+    std::vector<double> all;
+    for (const VolumeLoad& v : volumes_)
+        all.push_back(v.state_pressure);
+    return all;
+}
+
+} // namespace amontons

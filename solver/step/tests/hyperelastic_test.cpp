@@ -1,0 +1,228 @@
+#include "solver/step/tests/body_runs.hpp"
+
+#include <cmath>
+
+using namespace amontons;
+
+namespace {
+
+/// A bar along x, held at x_min, with what else a test asks.
+std::string bar(const std::string& element, const std::string& material, const std::string& more)
+{
+    return R"("bodies": {"bar": {"kind": "solid", "material": )" + material +
+           R"(, "density": 1000, "mesh": {"generate": "box", "size": [1, 0.2, 0.2], "centre": [0.5, 0, 0],
+               "cells": [5, 1, 1], "element": ")" +
+           element + R"("}, "hold": [{"set": "x_min"}])" + more + "}}";
+}
+
+constexpr const char* kRubber =
+    R"({"law": "neo_hooke", "youngs_modulus": 1e6, "poisson_ratio": 0.45})";
+
+} // namespace
+
+TEST_CASE("a bar under a dead load: work is elastic energy, Newton's last steps are quadratic")
+{
+    for (const char* element : {"H8", "T10"})
+        for (const char* law :
+             {kRubber, R"({"law": "mooney_rivlin", "c1": 2e5, "c2": 5e4, "poisson_ratio": 0.49})",
+              R"({"law": "st_venant_kirchhoff", "youngs_modulus": 1e6, "poisson_ratio": 0.3})",
+              R"({"law": "guccione", "c": 5e4, "bf": 8, "bt": 2, "bfs": 4, "bulk_modulus": 1e7,
+                  "fibre": [1, 1, 0]})"}) {
+            CAPTURE(element);
+            CAPTURE(law);
+            const Result r = run(bar(element, law,
+                                     R"(, "loads": [{"set": "x_max", "traction": [0, 0, 800],
+                                        "over": [[0, 0], [1, 1]]}])") +
+                                 R"(, "time": {"step": 0.05, "end": 1})");
+            REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+            const EnergyRecord& e = r.records.back().energy;
+            CHECK(e.elastic > 0);
+            CHECK(std::abs(e.error()) < 5e-3 * e.work); // the rule of the trapezoid
+            CHECK(r.vector("bar_x_min_force")[2] == doctest::Approx(-32).epsilon(1e-6));
+            CHECK(r.value("bar_max_displacement") > 0.05);
+            const std::vector<double>& errors = r.records.back().errors;
+            REQUIRE(errors.size() >= 2);
+            CHECK(errors.back() <= 1e-10);
+        }
+}
+
+TEST_CASE("a pressure that follows its faces: its resultant turns with them")
+{
+    // A pressure on all of the outside of a block that is held at one node only pushes nowhere.
+    const Result r = run(
+        R"("bodies": {"block": {"kind": "solid", "motion": "hyperelastic", "youngs_modulus": 1e6,
+           "poisson_ratio": 0.3, "mesh": {"generate": "box", "size": [1, 1, 1], "cells": [2, 2, 2],
+           "element": "T10"}, "hold": [{"set": "x_min", "x": 0}, {"set": "y_min", "y": 0},
+           {"set": "z_min", "z": 0}],
+           "loads": [{"set": "x_max", "pressure": [[0, 0], [1, 3e5]]},
+                     {"set": "y_max", "pressure": [[0, 0], [1, 3e5]]},
+                     {"set": "z_max", "pressure": [[0, 0], [1, 3e5]]}]}},
+           "time": {"step": 0.1, "end": 1})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    // l with mu (l^2 - 1) + 3 lambda ln l = -p l^3: uniform.
+    const double mu = 1e6 / 2.6, lambda = 2 * mu * 0.3 / 0.4;
+    double l = 0.9;
+    for (int k = 0; k < 50; ++k) {
+        const double g = mu * (l * l - 1) + 3 * lambda * std::log(l) + 3e5 * l * l * l;
+        l -= g / (2 * mu * l + 3 * lambda / l + 9e5 * l * l);
+    }
+    CHECK(r.value("block_max_displacement") ==
+          doctest::Approx(std::sqrt(3.0) * (1 - l)).epsilon(1e-8));
+    CHECK(std::abs(r.records.back().energy.error()) < 1e-3 * r.records.back().energy.work);
+}
+
+TEST_CASE("what is prescribed in one large step does not turn elements inside out")
+{
+    // 60 % in a single step: the nodes next to the end would be run over.
+    const std::string body = bar("H8", kRubber, R"(,
+        "loads": [])");
+    const Result r = run(
+        R"("bodies": {"bar": {"kind": "solid", "material": )" + std::string(kRubber) +
+        R"(, "mesh": {"generate": "box", "size": [1, 0.2, 0.2], "cells": [10, 2, 2], "element": "H8"},
+            "hold": [{"set": "x_min"}, {"set": "x_max", "x": [[0, 0], [1, -0.6]], "y": 0, "z": 0}]}},
+            "time": {"step": 1, "end": 1})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    CHECK(r.records.back().retries <= 2);
+    CHECK(r.vector("bar_x_max_force")[0] < -1e4);
+}
+
+TEST_CASE("a hyperelastic block is pressed on a plane and slides: contacts are certified")
+{
+    const Result r =
+        run(R"("bodies": {"block": {"kind": "solid", "material": )" + std::string(kRubber) +
+            R"(, "mesh": {"generate": "box", "size": [1, 1, 0.5], "centre": [0, 0, 0.25],
+             "cells": [3, 3, 2], "element": "H8"},
+             "hold": [{"set": "z_max", "x": [[0, 0], [1, 0], [2, 0.3]], "y": 0,
+                       "z": [[0, 0], [1, -0.15]]}]},
+             "table": {"kind": "obstacle", "side": "outside",
+                       "surface": {"generate": "plane", "centre": [0, 0, 0], "axis": [0, 0, 1]}}},
+           "contact": [{"between": ["block", "table"], "friction": 0.3}],
+           "time": {"step": 0.1, "end": 2})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    CHECK(r.summary.uncertified_steps == 0);
+    const Vec3 f = r.vector("block_on_table_force");
+    CHECK(f[2] > 1e5);
+    CHECK(f.head<2>().norm() <= 0.3 * f[2] * (1 + 1e-6));
+    CHECK(f[0] < -0.25 * f[2]); // slides at the end
+    const EnergyRecord& e = r.records.back().energy;
+    CHECK(std::abs(e.error()) < 0.02 * e.work_absolute);
+}
+
+TEST_CASE("a bar that is let go swings: the midpoint rule keeps its energy and momenta")
+{
+    const Result r =
+        run(R"("bodies": {"bar": {"kind": "solid", "material": )" + std::string(kRubber) +
+            R"(, "density": 1000, "start": {"spin": [0, 0, 30]},
+            "mesh": {"generate": "box", "size": [1, 0.2, 0.2], "cells": [4, 1, 1], "element": "H8"}}},
+            "time": {"kind": "dynamic", "step": 1e-3, "end": 0.05, "theta": 0.5})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    const EnergyRecord& e = r.records.back().energy;
+    const double kinetic = 0.5 * 40 * (1 + 0.04) / 12 * 900; // that it began with [J]
+    CHECK(e.elastic > 1e-3 * kinetic);
+    CHECK(std::abs(e.elastic + e.kinetic) < 0.01 * kinetic);
+    CHECK(r.vector("angular_momentum")[2] ==
+          doctest::Approx(r.vector("angular_momentum", 0)[2]).epsilon(1e-8));
+    CHECK(r.vector("momentum").norm() < 1e-8);
+    const Result damped =
+        run(R"("bodies": {"bar": {"kind": "solid", "material": )" + std::string(kRubber) +
+            R"(, "density": 1000, "hold": [{"set": "x_min"}],
+            "mesh": {"generate": "box", "size": [1, 0.2, 0.2], "cells": [4, 1, 1], "element": "H8"}}},
+            "gravity": [0, 0, -30],
+            "time": {"kind": "dynamic", "step": 2e-3, "end": 0.1})");
+    REQUIRE_MESSAGE(damped.summary.status == "done", damped.summary.message);
+    const EnergyRecord& d = damped.records.back().energy;
+    CHECK(d.released > 0); // implicit Euler takes some, and says how much
+    CHECK(std::abs(d.error()) < 1e-6 * d.work_absolute);
+}
+
+TEST_CASE("a run that is resumed goes on with the same bits")
+{
+    const std::string text =
+        bar("H8", kRubber, R"(, "loads": [{"set": "z_min", "pressure": [[0, 0], [1, 3e3]]}])") +
+        R"(, "time": {"step": 0.1, "end": 1})";
+    const auto scene = [&](const char* end) {
+        return parse_scene("{\"schema\": 1, " + text + "}", "test.json",
+                           {std::string("time.end=") + end});
+    };
+    const std::atomic<bool> never{false};
+    const auto whole = make_simulation(scene("1"), {});
+    Keep all;
+    REQUIRE(whole->run(all, never).status == "done");
+    // The first half by the same scene, stopped; the load's curve has its knots at 0 and 1 alone.
+    struct StopAt : StepObserver {
+        std::atomic<bool> stop{false};
+        void on_step(const StepRecord& r) override { stop = r.step >= 5; }
+    } half;
+    const auto first = make_simulation(scene("1"), {});
+    REQUIRE(first->run(half, half.stop).status == "interrupted");
+    const auto second = make_simulation(scene("1"), {});
+    second->restore(first->save());
+    Keep rest;
+    REQUIRE(second->run(rest, never).status == "done");
+    const StepRecord &a = all.records.back(), &b = rest.records.back();
+    REQUIRE(a.quantities.size() == b.quantities.size());
+    for (std::size_t i = 0; i < a.quantities.size(); ++i)
+        CHECK(a.quantities[i].value == b.quantities[i].value);
+    CHECK(a.energy.work == b.energy.work);
+    CHECK(a.energy.elastic == b.energy.elastic);
+}
+
+TEST_CASE("stress and energy density are told of where the body is")
+{
+    const Result r = run(
+        R"("bodies": {"bar": {"kind": "solid", "material":
+            {"law": "neo_hooke", "youngs_modulus": 1e6, "poisson_ratio": 0.3},
+            "mesh": {"generate": "box", "size": [1, 1, 1], "centre": [0.5, 0.5, 0.5],
+            "cells": [1, 1, 1], "element": "H8"}, "hold": [{"set": "x_min", "x": 0},
+            {"set": "y_min", "y": 0}, {"set": "z_min", "z": 0},
+            {"set": "x_max", "x": [[0, 0], [1, 0.5]]}]}}, "time": {"step": 0.25, "end": 1})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    const BodyRecord body = r.simulation->body_records()[0];
+    const double lateral = 0.880174592, P = 378280.176; // benchmark E03
+    for (const Field& f : body.cell_fields) {
+        if (f.name == "stress")
+            CHECK(f.values[0] == doctest::Approx(P / (lateral * lateral)).epsilon(1e-6));
+        if (f.name == "von_mises")
+            CHECK(f.values[0] == doctest::Approx(P / (lateral * lateral)).epsilon(1e-6));
+        if (f.name == "strain_energy_density") {
+            const double mu = 1e6 / 2.6, lambda = 1.5 * mu, J = 1.5 * lateral * lateral;
+            const double W = mu / 2 * (2.25 + 2 * lateral * lateral - 3) - mu * std::log(J) +
+                             lambda / 2 * std::pow(std::log(J), 2);
+            CHECK(f.values[0] == doctest::Approx(W).epsilon(1e-6));
+        }
+    }
+    CHECK(r.records.back().energy.elastic > 0);
+}
+
+TEST_CASE("a material with constants that do not go together is refused with its place")
+{
+    const auto refused = [](const std::string& body, const std::string& place) {
+        try {
+            parse_scene(R"({"schema": 1, "bodies": {"a": {"kind": "solid",
+                "mesh": {"generate": "box", "size": [1, 1, 1]}, )" +
+                            body +
+                            R"(, "hold": [{"set": "x_min"}]}}, "time": {"step": 1, "end": 1}})",
+                        "test.json");
+        } catch (const InputError& error) {
+            for (const Issue& i : error.issues())
+                if (i.place.find(place) != std::string::npos) return true;
+        }
+        return false;
+    };
+    CHECK(refused(R"("material": {"law": "neo_hooke", "youngs_modulus": -1, "poisson_ratio": 0.3})",
+                  "/bodies/a/material/youngs_modulus"));
+    CHECK(
+        refused(R"("material": {"law": "neo_hooke", "youngs_modulus": 1e6, "poisson_ratio": 0.5})",
+                "/bodies/a/material/poisson_ratio"));
+    CHECK(refused(
+        R"("material": {"law": "mooney_rivlin", "c1": 1e5, "c2": 4e5, "poisson_ratio": 0.2})",
+        "/bodies/a/material"));
+    CHECK(refused(R"("material": {"law": "neo_hook", "youngs_modulus": 1e6, "poisson_ratio": 0.3})",
+                  "/bodies/a/material/law"));
+    CHECK(refused(R"("material": {"law": "neo_hooke", "youngs_modulus": 1e6, "poisson_ratio": 0.3},
+                     "youngs_modulus": 1e6)",
+                  "/bodies/a/material"));
+    CHECK(refused(R"("motion": "hyperelastic")", "/bodies/a/youngs_modulus"));
+    CHECK(refused(R"("motion": "hyperelastic", "youngs_modulus": 1e6, "poisson_ratio": -0.2)",
+                  "/bodies/a/poisson_ratio"));
+}
