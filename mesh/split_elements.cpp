@@ -34,6 +34,23 @@ std::int32_t face_of(std::span<const std::int32_t> tetra, Triangle corners)
 
 } // namespace
 
+void append_tetrahedra(const ElementView& element, std::vector<std::array<std::int32_t, 4>>& out)
+{
+    const auto n = element.nodes;
+    if (element.kind != ElementKind::H8) {
+        out.push_back({n[0], n[1], n[2], n[3]});
+        return;
+    }
+    const std::int32_t lowest = *std::min_element(n.begin(), n.end());
+    for (int f = 0; f < 6; ++f) {
+        const FaceNodes face = face_nodes(element, f);
+        if (std::find(face.node.begin(), face.node.begin() + 4, lowest) != face.node.begin() + 4)
+            continue;
+        for (const auto& [a, b, c] : cut(face)) // outward, so the lowest lies behind it
+            out.push_back({a, c, b, lowest});
+    }
+}
+
 VolumeMesh tetrahedra_of(const VolumeMesh& mesh)
 {
     AMONTONS_ASSERT(mesh.blocks.size() == 1 && mesh.blocks[0].kind == ElementKind::H8);
@@ -41,21 +58,16 @@ VolumeMesh tetrahedra_of(const VolumeMesh& mesh)
     VolumeMesh out;
     out.nodes = mesh.nodes;
     out.node_sets = mesh.node_sets;
-    std::vector<std::int32_t> tetras;
-    tetras.reserve(24 * hexes.size());
+    std::vector<std::int32_t> nodes;
+    nodes.reserve(24 * hexes.size());
+    std::vector<std::array<std::int32_t, 4>> tetras;
     for (std::size_t h = 0; h < hexes.size(); ++h) {
-        const auto nodes = hexes.element(h);
-        const std::int32_t lowest = *std::min_element(nodes.begin(), nodes.end());
-        for (int f = 0; f < 6; ++f) {
-            const FaceNodes face = face_nodes({ElementKind::H8, nodes}, f);
-            if (std::find(face.node.begin(), face.node.begin() + 4, lowest) !=
-                face.node.begin() + 4)
-                continue;
-            for (const auto& [a, b, c] : cut(face)) // outward, so the lowest lies behind it
-                tetras.insert(tetras.end(), {a, c, b, lowest});
-        }
+        tetras.clear();
+        append_tetrahedra({ElementKind::H8, hexes.element(h)}, tetras);
+        for (const auto& t : tetras)
+            nodes.insert(nodes.end(), t.begin(), t.end());
     }
-    out.blocks.push_back({ElementKind::T4, std::move(tetras)});
+    out.blocks.push_back({ElementKind::T4, std::move(nodes)});
     for (const ElementSet& set : mesh.element_sets) {
         ElementSet all{set.name, {}};
         for (const std::int32_t h : set.members)

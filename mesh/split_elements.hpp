@@ -2,7 +2,9 @@
 
 #include "mesh/volume_mesh.hpp"
 
+#include <array>
 #include <functional>
+#include <vector>
 
 namespace amontons {
 
@@ -13,6 +15,9 @@ namespace amontons {
 /// inverted if the hexahedron's faces are nearly flat. Sets are carried over; labels are dropped.
 /// @param mesh  H8 alone
 VolumeMesh tetrahedra_of(const VolumeMesh& mesh);
+
+/// The tetrahedra that fill one element, by its corners; a hexahedron is cut as above.
+void append_tetrahedra(const ElementView& element, std::vector<std::array<std::int32_t, 4>>& out);
 
 /// Where the middle node of an edge lies; nodes of the mesh.
 using MiddlePlace = std::function<Vec3(std::int32_t begin, std::int32_t end)>;

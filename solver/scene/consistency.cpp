@@ -3,6 +3,7 @@
 #include "solver/scene/body_consistency.hpp"
 #include "solver/scene/haptic_fields.hpp"
 #include "solver/scene/rod_fields.hpp"
+#include "solver/scene/segment_consistency.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -14,17 +15,9 @@
 namespace amontons {
 namespace {
 
-constexpr double kMostElements = 1e6; // of one beam: more is a slip of the unit, and 10 GB
-constexpr double kMostSteps = 1e8;    // of a run: as well
-constexpr double kRoundOff = 1e-9;    // of lengths that are meant to be the same, relative
-
-double length_of(const BeamInput& beam)
-{
-    double length = 0;
-    for (const BeamSegment& s : beam.segments)
-        length += s.length;
-    return length;
-}
+constexpr double kMostPoints = 1e6; // of contact along a beam: more is a slip of the unit
+constexpr double kMostSteps = 1e8;  // of a run: as well
+constexpr double kRoundOff = 1e-9;  // of lengths that are meant to be the same, relative
 
 void check_centreline(const CentrelineInput& c, const std::string& place, Findings& findings)
 {
@@ -98,46 +91,9 @@ void check_beam(const BeamInput& b, const Scene& scene, Findings& findings)
 {
     const std::string place = "/bodies/" + b.name;
     const std::string segments = place + "/segments";
-    double elements = 0;
-    const bool cable = std::all_of(b.segments.begin(), b.segments.end(), [](const BeamSegment& s) {
-        return s.EI[0] == 0 && s.EI[1] == 0 && s.GJ[0] == 0 && s.GJ[1] == 0;
-    });
-    for (std::size_t i = 0; i < b.segments.size(); ++i) {
-        const BeamSegment& s = b.segments[i];
-        const std::string here = fmt::format("{}/{}", segments, i);
-        if (s.length > 0 && s.element > s.length * (1 + kRoundOff))
-            findings.add({here + "/element", here + "/length"}, fmt::format("{}", s.element),
-                         fmt::format("<= {} [m], the segment's length", s.length));
-        if (s.element > 0) elements += s.length / s.element;
-        if (s.inner_radius > 0 && s.inner_radius >= s.radius)
-            findings.add({here + "/inner_radius", here + "/radius"},
-                         fmt::format("{}", s.inner_radius),
-                         fmt::format("< {} [m], the radius", s.radius));
-        if (std::abs(s.curvature) * s.radius >= 1)
-            findings.add({here + "/curvature", here + "/radius"}, fmt::format("{}", s.curvature),
-                         fmt::format("less than {:.6g} [1/m], or the bend is tighter than the "
-                                     "wire's own radius",
-                                     1 / s.radius));
-        for (std::size_t end = 0; end < 2; ++end)
-            if (!(s.EA[end] > 0) && s.radius > 0) {
-                findings.add({here + "/EA", here + "/EI", here + "/radius"}, "nothing",
-                             "a number > 0 [N] where EI is 0");
-                break;
-            }
-        if (!cable && s.EI[0] * s.EI[1] == 0)
-            findings.add({here + "/EI"}, "0", "a number > 0 [N m^2], or EI and GJ 0 everywhere");
-        if (!cable && s.GJ[0] * s.GJ[1] == 0)
-            findings.add({here + "/GJ", here + "/EI"}, "0",
-                         "a number > 0 [N m^2], or EI and GJ 0 everywhere");
-        if (scene.time.kind == "dynamic" && !(s.density > 0))
-            findings.add({here + "/density", "/time/kind"}, "nothing",
-                         "a number > 0 [kg/m^3]: time.kind is \"dynamic\"");
-    }
-    if (elements > kMostElements)
-        findings.add({segments}, fmt::format("{:.3g} elements", elements),
-                     fmt::format("<= {:.3g} elements of one wire", kMostElements));
+    check_segments(b.segments, place, true, scene, findings);
 
-    const double length = length_of(b);
+    const double length = length_of(b.segments);
     double deepest = 0;
     for (const auto& p : b.insertion)
         deepest = std::max(deepest, p[1]);
@@ -165,9 +121,9 @@ void check_beam(const BeamInput& b, const Scene& scene, Findings& findings)
         findings.add({place + "/plane", place + "/introducer/direction"},
                      "a plane that the introducer leaves",
                      "a normal across the introducer's direction");
-    if (b.contact_spacing > 0 && length / b.contact_spacing > kMostElements)
+    if (b.contact_spacing > 0 && length / b.contact_spacing > kMostPoints)
         findings.add({place + "/contact_spacing", segments}, fmt::format("{}", b.contact_spacing),
-                     fmt::format(">= {:.3g} [m]", length / kMostElements));
+                     fmt::format(">= {:.3g} [m]", length / kMostPoints));
 }
 
 /// What a wire and an obstacle must have in common to be able to meet.
@@ -221,7 +177,7 @@ void check_nesting(const BeamInput& a, const BeamInput& b, const Scene& scene,
                      "an instrument that fits in the other: radius < inner_radius [m]");
     }
     const IntroducerInput &p = a.introducer, &q = b.introducer;
-    const double scale = p.at.norm() + length_of(a);
+    const double scale = p.at.norm() + length_of(a.segments);
     const bool same = (p.at - q.at).norm() <= kRoundOff * scale &&
                       (p.direction.normalized() - q.direction.normalized()).norm() <= kRoundOff &&
                       p.centreline.file == q.centreline.file &&

@@ -1,7 +1,9 @@
 #include "solver/scene/rod_fields.hpp"
 
 #include "solver/scene/declare.hpp"
+#include "solver/scene/segment_consistency.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -84,38 +86,12 @@ ObjectDeclaration declare_load()
         defaults_of<L>()};
 }
 
-double length_of(const RodInput& b)
-{
-    double length = 0;
-    for (const BeamSegment& s : b.segments)
-        length += s.length;
-    return length;
-}
-
 void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
 {
-    constexpr double kMostElements = 1e6, kRoundOff = 1e-9, kLengths = 1e-3;
+    constexpr double kRoundOff = 1e-9, kLengths = 1e-3;
     const std::string place = "/bodies/" + b.name, segments = place + "/segments";
     const RodShape& shape = b.shape;
-    double elements = 0;
-    for (std::size_t i = 0; i < b.segments.size(); ++i) {
-        const BeamSegment& s = b.segments[i];
-        const std::string here = fmt::format("{}/{}", segments, i);
-        if (s.length > 0 && s.element > s.length * (1 + kRoundOff))
-            findings.add({here + "/element", here + "/length"}, fmt::format("{}", s.element),
-                         fmt::format("<= {} [m], the segment's length", s.length));
-        if (s.element > 0) elements += s.length / s.element;
-        if (s.EI[0] * s.EI[1] == 0)
-            findings.add({here + "/EI"}, "0", "a number > 0 [N m^2] of a rod");
-        if (s.GJ[0] * s.GJ[1] == 0)
-            findings.add({here + "/GJ", here + "/EI"}, "0", "a number > 0 [N m^2] of a rod");
-        if (scene.time.kind == "dynamic" && !(s.density > 0))
-            findings.add({here + "/density", "/time/kind"}, "nothing",
-                         "a number > 0 [kg/m^3]: time.kind is \"dynamic\"");
-    }
-    if (elements > kMostElements)
-        findings.add({segments}, fmt::format("{:.3g} elements", elements),
-                     fmt::format("<= {:.3g} elements of one rod", kMostElements));
+    check_segments(b.segments, place, false, scene, findings);
     if (shape.has_curve() && !shape.points.empty())
         findings.add({place + "/shape/points", place + "/shape/curve"}, "points and a curve",
                      "either \"points\" or \"curve\"");
@@ -136,7 +112,7 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
         !((shape.points.front().at - shape.points.back().at).norm() <= 1e-6 * along))
         findings.add({place + "/shape/points"}, "a last point away from the first",
                      "the first point again at the end: the rod is closed");
-    const double length = length_of(b);
+    const double length = length_of(b.segments);
     if (!shape.points.empty() && length > 0 && std::abs(along - length) > kLengths * along)
         findings.add({segments, place + "/shape/points"}, fmt::format("{} m in all", length),
                      fmt::format("{:.9g} [m], the length of the polyline, within 0.1 %", along));

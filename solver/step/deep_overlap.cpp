@@ -2,6 +2,7 @@
 
 #include "mesh/box_tree.hpp"
 #include "mesh/closest_point.hpp"
+#include "mesh/split_elements.hpp"
 #include "solver/body/solid_body.hpp"
 
 #include <Eigen/LU>
@@ -15,27 +16,13 @@ constexpr std::size_t kMostNodes = 500; // of a surface: of more a part is asked
 
 using Corners = std::array<std::int32_t, 4>;
 
-/// Tetrahedra that fill an element, by its corners; of a brick five.
-void add_tetrahedra(ElementKind kind, std::span<const std::int32_t> n, std::vector<Corners>& out)
-{
-    if (kind != ElementKind::H8) {
-        out.push_back({n[0], n[1], n[2], n[3]});
-        return;
-    }
-    constexpr int kParts[5][4] = {
-        {0, 1, 3, 4}, {1, 2, 3, 6}, {1, 4, 5, 6}, {3, 4, 6, 7}, {1, 3, 4, 6}};
-    for (const auto& p : kParts)
-        out.push_back({n[std::size_t(p[0])], n[std::size_t(p[1])], n[std::size_t(p[2])],
-                       n[std::size_t(p[3])]});
-}
-
 /// What a solid fills, at its present places.
 class Inside {
 public:
     explicit Inside(const SolidBody& solid) : x_(solid.places())
     {
         for_each_element(solid.mesh(), [&](std::int32_t, ElementKind kind, auto nodes) {
-            add_tetrahedra(kind, nodes, tetrahedra_);
+            append_tetrahedra({kind, nodes}, tetrahedra_);
         });
         std::vector<BoundingBox> boxes(tetrahedra_.size());
         for (std::size_t i = 0; i < boxes.size(); ++i)

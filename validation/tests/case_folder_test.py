@@ -16,17 +16,9 @@ import tempfile
 import time
 import unittest
 
+from wire_on_floor import SCENE
+
 PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
-SCENE = {
-    "schema": 1,
-    "bodies": {
-        "floor": {"kind": "obstacle", "surface": {"generate": "plane", "centre": [0, 0, -0.002]}},
-        "wire": {"kind": "beam",
-                 "segments": [{"length": 0.1, "radius": 4e-4, "EI": 5e-4, "element": 2.5e-3}],
-                 "drive": {"insertion": [[0, 0], [1, 0.04]]}}},
-    "contact": [{"between": ["wire", "floor"], "friction": 0.1}],
-    "time": {"step": 0.1, "end": 1},
-}
 CASE = {"suite": "benchmarks", "source": "a stub", "verified": "by counting", "scene": "scene.json",
         "measure": [{"quantity": "steps", "reference": 10, "tolerance": 0},
                     {"curve": "r.csv", "x": "step", "y": "time [s]", "tolerance": 1e-9}]}

@@ -16,17 +16,9 @@ import time
 import unittest
 import xml.etree.ElementTree as xml
 
+from wire_on_floor import SCENE
+
 PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
-SCENE = {
-    "schema": 1,
-    "bodies": {
-        "floor": {"kind": "obstacle", "surface": {"generate": "plane", "centre": [0, 0, -0.002]}},
-        "wire": {"kind": "beam",
-                 "segments": [{"length": 0.1, "radius": 4e-4, "EI": 5e-4, "element": 2.5e-3}],
-                 "drive": {"insertion": [[0, 0], [1, 0.04]]}}},
-    "contact": [{"between": ["wire", "floor"], "friction": 0.1}],
-    "time": {"step": 0.1, "end": 1},
-}
 STEPS = "time.step=0.2,0.1,0.05"
 
 

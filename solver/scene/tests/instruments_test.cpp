@@ -1,7 +1,6 @@
 #include "solver/scene/instruments.hpp"
 
-#include "mesh/base/error.hpp"
-#include "solver/scene/read.hpp"
+#include "solver/scene/tests/issues_of.hpp"
 
 #include <cmath>
 #include <doctest/doctest.h>
@@ -18,24 +17,14 @@ std::string scene_with(const std::string& wire)
            R"(, "drive": {"insertion": [[0, 0], [1, 0.01]]}}}, "time": {"step": 0.02, "end": 1}})";
 }
 
+std::string issues_with(const std::string& wire)
+{
+    return issues_of(scene_with(wire));
+}
+
 BeamInput beam(const std::string& wire)
 {
     return parse_scene(scene_with(wire), "s.json").beams.at(0);
-}
-
-std::string issues_of(const std::string& wire)
-{
-    try {
-        parse_scene(scene_with(wire), "s.json");
-    } catch (const InputError& error) {
-        return error.what();
-    }
-    return "";
-}
-
-bool has(const std::string& text, const std::string& part)
-{
-    return text.find(part) != std::string::npos;
 }
 
 } // namespace
@@ -100,25 +89,26 @@ TEST_CASE("what the scene says of an instrument overrides the library")
 
 TEST_CASE("instruments that cannot be")
 {
-    CHECK(has(issues_of(R"("instrument": "guidewire-stif")"), "\"guidewire-stiff\")"));
-    CHECK(has(issues_of(R"("plane": [0, 1, 0])"), "/bodies/wire/segments: found nothing"));
-    CHECK(has(issues_of(R"("instrument": "catheter-5f", "segments": [{"length": 0.3,
+    CHECK(has(issues_with(R"("instrument": "guidewire-stif")"), "\"guidewire-stiff\")"));
+    CHECK(has(issues_with(R"("plane": [0, 1, 0])"), "/bodies/wire/segments: found nothing"));
+    CHECK(has(issues_with(R"("instrument": "catheter-5f", "segments": [{"length": 0.3,
                         "radius": 4e-4, "EI": 5e-4, "element": 5e-3}])"),
               "either \"instrument\" or \"segments\""));
-    CHECK(has(issues_of(R"("instrument": "catheter-5f", "tip": {"shape": "J", "radius": 5e-4})"),
+    CHECK(has(issues_with(R"("instrument": "catheter-5f", "tip": {"shape": "J", "radius": 5e-4})"),
               "/bodies/wire/tip/radius: found 0.0005, allowed: > 0.000835 [m]"));
-    CHECK(has(issues_of(R"("instrument": "guidewire-stiff", "length": 0.02)"),
+    CHECK(has(issues_with(R"("instrument": "guidewire-stiff", "length": 0.02)"),
               "/bodies/wire/length: found 0.02, allowed: > 0.03 [m]"));
-    CHECK(has(issues_of(R"("instrument": "guidewire-stiff", "length": -1)"), "/length: found -1"));
+    CHECK(
+        has(issues_with(R"("instrument": "guidewire-stiff", "length": -1)"), "/length: found -1"));
     const char* segment = R"("segments": [{"length": 0.3, "radius": 4e-4, "EI": 5e-4,
                               "element": 5e-3, )";
-    CHECK(has(issues_of(segment + std::string("\"inner_radius\": 4e-4}]")),
+    CHECK(has(issues_with(segment + std::string("\"inner_radius\": 4e-4}]")),
               "/segments/0/inner_radius: found 0.0004, allowed: < 0.0004 [m], the radius"));
-    CHECK(has(issues_of(segment + std::string("\"curvature\": -2500}]")),
+    CHECK(has(issues_with(segment + std::string("\"curvature\": -2500}]")),
               "tighter than the wire's own radius"));
-    CHECK(has(issues_of(segment + std::string("\"EA\": 100}], \"length\": 0.3")),
+    CHECK(has(issues_with(segment + std::string("\"EA\": 100}], \"length\": 0.3")),
               "only an \"instrument\" has it"));
-    CHECK(has(issues_of(R"("segments": [{"length": 0, "radius": 4e-4, "EI": 5e-4,
+    CHECK(has(issues_with(R"("segments": [{"length": 0, "radius": 4e-4, "EI": 5e-4,
                            "element": 5e-3}])"),
               "/segments/0/length: found 0"));
 }

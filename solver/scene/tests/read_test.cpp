@@ -1,6 +1,7 @@
 #include "solver/scene/read.hpp"
 
 #include "mesh/base/error.hpp"
+#include "solver/scene/tests/issues_of.hpp"
 
 #include <cmath>
 #include <doctest/doctest.h>
@@ -35,29 +36,10 @@ Scene read(const std::vector<std::string>& overrides = {})
     return parse_scene(kExample, "dir/scene.json", overrides);
 }
 
-/// The issues of a text, one a line; "" if it is a scene.
-std::string issues_of(const std::string& text, const std::vector<std::string>& overrides = {})
-{
-    try {
-        parse_scene(text, "s.json", overrides);
-    } catch (const InputError& error) {
-        return error.what();
-    }
-    return "";
-}
-
 /// The example with one piece of text replaced by another.
 std::string with(const std::string& old, const std::string& now)
 {
-    std::string text = kExample;
-    const std::size_t at = text.find(old);
-    REQUIRE(at != std::string::npos);
-    return text.replace(at, old.size(), now);
-}
-
-bool has(const std::string& text, const std::string& part)
-{
-    return text.find(part) != std::string::npos;
+    return replaced(kExample, old, now);
 }
 
 } // namespace

@@ -1,5 +1,5 @@
-#include "mesh/base/error.hpp"
 #include "solver/scene/read.hpp"
+#include "solver/scene/tests/issues_of.hpp"
 
 #include <doctest/doctest.h>
 #include <string>
@@ -23,20 +23,7 @@ const char* const kExample = R"({
 /// The issues of the example with one piece of text replaced; "" if it is a scene.
 std::string bad(const std::string& old, const std::string& now)
 {
-    std::string text = kExample;
-    const std::size_t at = text.find(old);
-    REQUIRE(at != std::string::npos);
-    try {
-        parse_scene(text.replace(at, old.size(), now), "s.json", {});
-    } catch (const InputError& error) {
-        return error.what();
-    }
-    return "";
-}
-
-bool has(const std::string& text, const std::string& part)
-{
-    return text.find(part) != std::string::npos;
+    return issues_of(replaced(kExample, old, now));
 }
 
 } // namespace

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "solver/scene/findings.hpp"
+#include "solver/scene/scene.hpp"
+
+#include <string>
+#include <vector>
+
+namespace amontons {
+
+double length_of(const std::vector<BeamSegment>& segments); // [m]
+
+/// What is wrong between the fields of the segments of one wire or rod.
+/// @param place  of the body, "/bodies/NAME"
+/// @param cables  EI and GJ may be 0 if they are so everywhere
+void check_segments(const std::vector<BeamSegment>& segments, const std::string& place, bool cables,
+                    const Scene& scene, Findings& findings);
+
+} // namespace amontons
