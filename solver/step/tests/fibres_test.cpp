@@ -2,6 +2,7 @@
 
 #include "mesh/base/error.hpp"
 
+#include <Eigen/LU>
 #include <doctest/doctest.h>
 
 using namespace amontons;

@@ -200,7 +200,6 @@ std::vector<Measured> rod_bend()
     std::vector<double> error;
     for (const int n : {8, 16, 32, 64}) {
         RodInput rod = uniform_rod(R * kPi / 4, E / 12, E / 2 / 6, E, E / 2, n);
-        rod.shape.has_curve = true;
         rod.loads.push_back(end_load({0, 0, 1}));
         Centreline curve(Vec3::Zero(), Vec3::UnitY(), Vec3::UnitX(), 1e-6);
         curve.append_arc(R, kPi / 4, 0, 1e-6);
