@@ -63,25 +63,22 @@ void BlockSkyline::copy_from(const BlockSkyline& other, int from)
 // A = L (1 + E): L_ij = A_ij - sum_k L_ik E_kj for j <= i, E_ji = L_jj^-1 (A_ji - sum_k L_jk E_ki).
 int BlockSkyline::factor(int from)
 {
-    for (auto* all : {&factor_, &eliminated_})
-        if (all->size() != lower_.size()) all->resize(lower_.size());
     for (int i = from; i < size(); ++i) {
         const int first = top_[std::size_t(i)];
         for (int j = first; j < i; ++j) {
-            const int begin = std::max(first, top_[std::size_t(j)]);
             Block6 l = lower_[at(i, j)], u = upper_[at(i, j)];
-            for (int k = begin; k < j; ++k) {
-                subtract_product(l, factor_[at(i, k)], eliminated_[at(j, k)]);
-                subtract_product(u, factor_[at(j, k)], eliminated_[at(i, k)]);
+            for (int k = std::max(first, top_[std::size_t(j)]); k < j; ++k) {
+                subtract_product(l, lower_[at(i, k)], upper_[at(j, k)]);
+                subtract_product(u, lower_[at(j, k)], upper_[at(i, k)]);
             }
-            factor_[at(i, j)] = l;
-            eliminated_[at(i, j)] = product(factor_[at(j, j)], u);
+            lower_[at(i, j)] = l;
+            upper_[at(i, j)] = product(lower_[at(j, j)], u);
         }
         Block6 d = lower_[at(i, i)];
         for (int k = first; k < i; ++k)
-            subtract_product(d, factor_[at(i, k)], eliminated_[at(i, k)]);
+            subtract_product(d, lower_[at(i, k)], upper_[at(i, k)]);
         const int negative = invert_block(d);
-        factor_[at(i, i)] = d;
+        lower_[at(i, i)] = d;
         negative_[std::size_t(i) + 1] = negative_[std::size_t(i)] + negative;
         odd_[std::size_t(i) + 1] = odd_[std::size_t(i)] + negative % 2;
     }
@@ -93,12 +90,12 @@ void BlockSkyline::solve(std::vector<Node6>& x) const
     for (int i = 0; i < size(); ++i) {
         Node6 t = x[std::size_t(i)];
         for (int k = top_[std::size_t(i)]; k < i; ++k)
-            t.column -= multiply(factor_[at(i, k)], x[std::size_t(k)]);
-        x[std::size_t(i)].column = multiply(factor_[at(i, i)], t);
+            t.column -= multiply(lower_[at(i, k)], x[std::size_t(k)]);
+        x[std::size_t(i)].column = multiply(lower_[at(i, i)], t);
     }
     for (int i = size() - 1; i > 0; --i)
         for (int k = top_[std::size_t(i)]; k < i; ++k)
-            x[std::size_t(k)].column -= multiply(eliminated_[at(i, k)], x[std::size_t(i)]);
+            x[std::size_t(k)].column -= multiply(upper_[at(i, k)], x[std::size_t(i)]);
 }
 
 } // namespace amontons

@@ -31,7 +31,8 @@ public:
     /// Copies every block whose row or column is node `from` or later; the patterns are the same.
     void copy_from(const BlockSkyline& other, int from);
 
-    /// As BlockTridiagonal::factor.
+    /// As BlockTridiagonal::factor, but in place: the blocks of nodes >= `from` are those of the
+    /// matrix before, and of its factors after.
     int factor(int from);
     int negative_determinants() const { return odd_.back(); }
 
@@ -45,11 +46,9 @@ private:
     }
 
     std::vector<int> top_;
-    std::vector<std::size_t> start_; // of each row's blocks in the four arrays
-    std::vector<Block6> lower_;      // A_ij, j <= i
-    std::vector<Block6> upper_;      // A_ji, j < i; the diagonal's place is not used
-    std::vector<Block6> factor_;     // L_ij, and D_i^-1 on the diagonal
-    std::vector<Block6> eliminated_; // D_j^-1 U_ji
+    std::vector<std::size_t> start_; // of each row's blocks in the two arrays
+    std::vector<Block6> lower_;      // A_ij, j <= i; then L_ij, and D_i^-1 on the diagonal
+    std::vector<Block6> upper_;      // A_ji, j < i; then D_j^-1 U_ji. The diagonal's is not used
     std::vector<int> negative_, odd_;
 };
 
