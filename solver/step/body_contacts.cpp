@@ -266,6 +266,8 @@ void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair,
     MortarOptions options;
     options.reach = reach_;
     options.nodal = p.nodal;
+    // Integrals see no jump of the normal at an edge of faces, a node that rests on one does.
+    options.smooth_normals = p.nodal;
     add(mortar_contacts(p.surface_a, x_a, p.surface_b, x_b, options), pair, p.a, p.b, true, out);
     add_sharp({p.surface_a, p.sharp_a, x_a}, {p.surface_b, p.sharp_b, x_b}, pair, true, out);
 }

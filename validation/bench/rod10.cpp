@@ -1,13 +1,16 @@
 // Table 3 of WSCG 2003 again: time of the whole procedure (steps 1 to 8) with the band's
 // decomposition (A) and with the full one (B), against nodes. CSV on stdout.
 // usage: rod10_bench [most nodes of the full one, default 320; 1280 takes minutes]
+//        rod10_bench turning   time of a frame of a rod that turns by a degree each, against the
+//                              error of its deflection, with steps 2 to 7 in every k-th frame only
 
-#include "solver/rod10/rod10.hpp"
+#include "validation/cases/rod10/turning.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <fmt/format.h>
+#include <string_view>
 
 using namespace amontons;
 
@@ -28,10 +31,39 @@ template <class Work> double least_time(Work work)
     return least;
 }
 
+void print_turning()
+{
+    fmt::print("nodes,every,frame_s,error\n");
+    for (const int nodes : {10, 40, 160})
+        for (const int every : {1, 2, 3, 5, 10, 20, 45}) {
+            Rod10 rod;
+            rod.nodes = nodes;
+            std::vector<Mat3> pose;
+            std::vector<std::vector<Rod10Node>> load;
+            for (int frame = 0; frame < validation::kTurnFrames; ++frame) {
+                pose.push_back(validation::turned_to(frame));
+                load.push_back(validation::loaded(rod, pose.back(), nodes - 1, {0, 1e-5, 0}));
+            }
+            const double turn = least_time([&] {
+                Rod10Solver solver(rod, every);
+                for (std::size_t frame = 0; frame < pose.size(); ++frame) {
+                    solver.orient(pose[frame]);
+                    solver.deflections(load[frame]);
+                }
+            });
+            fmt::print("{},{},{:.4g},{:.3g}\n", nodes, every, turn / validation::kTurnFrames,
+                       validation::turning_errors(rod, every).deflection);
+        }
+}
+
 } // namespace
 
 int main(int argc, char** argv)
 {
+    if (argc > 1 && std::string_view(argv[1]) == "turning") {
+        print_turning();
+        return 0;
+    }
     const int most = argc > 1 ? std::atoi(argv[1]) : 320;
     fmt::print("nodes,stored_band,stored_full,band_s,full_s,ratio,back_substitution_s,"
                "paper_band_s,paper_full_s\n");

@@ -24,3 +24,26 @@ ship uzawa_contrast
     --sweep bodies.block.mesh.element=T4,T10,H8 \
     --quantity block_on_ball_force_z --output "$work/hertz_elements"
 ship hertz_elements
+
+# half the work on Timoshenko's cantilever: P^2 (L^3 / 3 EI + 6 L / 5 GA) / 2
+"$program" study validation/studies/bending-elements/scene.json \
+    --sweep bodies.beam.mesh.cells='[10,1,1],[20,2,2],[40,4,4],[80,8,8]' \
+    --sweep bodies.beam.mesh.element=T4,T10,H8 \
+    --quantity energy.elastic --reference 1.6024e-7 --output "$work/bending_elements"
+ship bending_elements
+
+"$program" study examples/double-u/scene.json --set output.picture=false \
+    --sweep time.step=0.32,0.16,0.08,0.04,0.02,0.01,0.005 \
+    --quantity energy.friction --output "$work/step_length"
+ship step_length
+
+"$program" study validation/studies/nodal-mortar/scene.json \
+    --sweep bodies.upper.mesh.cells,bodies.lower.mesh.cells='[4,4,2],[6,6,3],[8,8,4],[12,12,6],[16,16,8],[24,24,12]' \
+    --sweep contact.0.discretisation=nodal,mortar \
+    --quantity upper_z_max_force_x --output "$work/nodal_mortar"
+ship nodal_mortar
+
+# a rod that turns by a degree a frame, with its matrix re-oriented in every k-th frame
+"$(dirname "$program")/rod10_bench" turning > "$results/rod10_turning.csv"
+gnuplot -e "table='$results/rod10_turning.csv'; plot_file='$results/rod10_turning.svg'" \
+    validation/studies/rod10-turning/plot.gp

@@ -212,6 +212,29 @@ TEST_CASE("a solid pressed in one step has taken the work that it holds")
     CHECK(std::abs(r.summary.energy.error()) < 1e-10 * r.summary.energy.work);
 }
 
+TEST_CASE("nodes that rest on edges between the other's faces find their balance")
+{
+    // On the planes of symmetry nodes of the wider block lie on edges of the upper one's mesh.
+    const Result r = run(R"("bodies": {
+      "upper": {"kind": "solid", "youngs_modulus": 1e9, "poisson_ratio": 0.3,
+                "mesh": {"generate": "box", "size": [0.1, 0.1, 0.05], "centre": [0, 0, 0.025],
+                         "cells": [4, 4, 2], "element": "H8"},
+                "hold": [{"set": "z_max", "x": [[0, 0], [1, 0], [2, 5e-4]], "y": 0,
+                          "z": [[0, 0], [1, -1e-3]]}]},
+      "lower": {"kind": "solid", "youngs_modulus": 1e9, "poisson_ratio": 0.3,
+                "mesh": {"generate": "box", "size": [0.17, 0.17, 0.05], "centre": [0, 0, -0.025],
+                         "cells": [4, 4, 2], "element": "H8"},
+                "hold": [{"set": "z_min"}]}},
+      "contact": [{"between": ["upper", "lower"], "friction": 0.3, "discretisation": "nodal"}],
+      "time": {"step": 0.25, "end": 2})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    const Vec3 f = r.vector("lower_on_upper_force");
+    CHECK(f[2] < 0);
+    CHECK(std::abs(f[1]) < 1e-6 * f.norm());
+    for (const StepRecord& record : r.records)
+        CHECK(record.retries == 0);
+}
+
 TEST_CASE("the drive of a rigid body gives what it presses into a solid and what friction takes")
 {
     // Pressed, then dragged: the trapezoid rule's error falls with the square of the step.

@@ -1,6 +1,6 @@
 // D01, D02, D03: the rod of WSCG 2003; see README.md.
 
-#include "solver/rod10/rod10.hpp"
+#include "validation/cases/rod10/turning.hpp"
 #include "validation/cases/rods/rods.hpp"
 
 #include <Eigen/Geometry>
@@ -11,19 +11,10 @@
 namespace amontons::validation {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 /// Rows: axes of a rod that points along x turned into d.
 Mat3 pointing(const Vec3& d)
 {
     return Eigen::Quaterniond::FromTwoVectors(Vec3::UnitX(), d).toRotationMatrix().transpose();
-}
-
-std::vector<Rod10Node> loaded(const Rod10& rod, const Mat3& to_rod, int node, const Vec3& own)
-{
-    std::vector<Rod10Node> loads(std::size_t(rod.nodes));
-    loads[std::size_t(node)].along = to_rod.transpose() * own;
-    return loads;
 }
 
 } // namespace
@@ -129,32 +120,15 @@ std::vector<Measured> rod10_sizes()
 std::vector<Measured> rod10_turning()
 {
     std::vector<Measured> rows;
-    Rod10 rod;
-    const double P = 1e-5, exact = P * std::pow(rod.length, 3) / (3 * rod.bending());
-    const double step = kPi / 2 / 90;
+    const Rod10 rod;
     std::map<int, double> worst;
     for (const int every : {1, 2, 5, 10}) {
-        Rod10Solver solver(rod, every);
-        double deflection = 0, length = 0, first_length = 0;
-        for (int frame = 0; frame <= 90; ++frame) {
-            const Mat3 to_rod = rotation_of_angles({0, 0, frame * step});
-            solver.orient(to_rod);
-            const auto d = solver.deflections(loaded(rod, to_rod, rod.nodes - 1, Vec3(0, P, 0)));
-            const Vec3 own = to_rod * d.back().along;
-            deflection = std::max(deflection, (own - Vec3(0, exact, 0)).norm() / exact);
-            double sum = 0;
-            for (int i = 0; i + 1 < rod.nodes; ++i) {
-                const Vec3 along = to_rod.transpose() * Vec3(rod.element(), 0, 0);
-                sum += (along + d[std::size_t(i) + 1].along - d[std::size_t(i)].along).norm();
-            }
-            if (frame == 0) first_length = sum;
-            length = std::max(length, std::abs(sum - first_length) / rod.length);
-        }
-        worst[every] = deflection;
+        const TurningErrors e = turning_errors(rod, every);
+        worst[every] = e.deflection;
         if (every == 1) {
             rows.push_back(
-                at_most("deflection in the turned frame, every frame", deflection, 1e-8));
-            rows.push_back(at_most("change of the length, every frame", length, 1e-8));
+                at_most("deflection in the turned frame, every frame", e.deflection, 1e-8));
+            rows.push_back(at_most("change of the length, every frame", e.length, 1e-8));
         }
     }
     // Left out for k frames: in error by the turn since then, to first order.
@@ -162,7 +136,7 @@ std::vector<Measured> rod10_turning()
         rows.push_back(relative(
             fmt::format("error of the deflection, steps 2 to 7 each {} frames, over the turn",
                         every),
-            1, worst[every] / (step * (every - 1)), 0.03));
+            1, worst[every] / (kTurnOfFrame * (every - 1)), 0.03));
     return rows;
 }
 
