@@ -65,10 +65,10 @@ Vec3 BodyStepper::moved(const BodyContact& c) const
 }
 
 /// What of the motion y_, mode_ is made. On geometry that moves, iterations converge by a factor
-/// each: Anderson's rule extrapolates them from those before. Where an iteration does not at least
-/// halve the error (an edge that is on a facet or off it: two states to swing between), a share of
-/// the motion by Aitken's rule.
-/// Source: Anderson 1965 as in Walker & Ni 2011, eq. 1.1; Küttler & Wall 2008, eq. 44.
+/// each: Anderson's rule extrapolates them from those before. Where an iteration goes back on the
+/// one before and does not at least halve the error (an edge that is on a facet or off it: two
+/// states to swing between), a share of the motion by Aitken's rule. Source: Anderson 1965 as in
+/// Walker & Ni 2011, eq. 1.1; Küttler & Wall 2008, eq. 44.
 void BodyStepper::relax()
 {
     left_out_ = 0;
@@ -86,10 +86,10 @@ void BodyStepper::relax()
         for (Eigen::VectorXd* v : {&y_[b], &mode_[b]})
             part(*v, [](const auto& from, auto to) { to = from; });
 
-    relaxing_ = errors_.size() > 2 && errors_.back() > 0.5 * errors_[errors_.size() - 2];
+    relaxing_ = errors_.size() > 2 && errors_.back() > 0.5 * errors_[errors_.size() - 2] &&
+                motion_before_.size() == size && motion_before_.dot(motion) < 0;
     Eigen::VectorXd made = motion;
-    const bool newton = rows_.count == 0; // of one body each: nothing to extrapolate
-    if (motion_before_.size() == size && !step_.dynamic && !newton) {
+    if (motion_before_.size() == size && !step_.dynamic) {
         const Eigen::VectorXd change = motion - motion_before_;
         const double length = change.squaredNorm();
         if (relaxing_ && length > 0) {
@@ -114,7 +114,7 @@ Eigen::VectorXd BodyStepper::extrapolated(const Eigen::VectorXd& motion,
                                           const Eigen::VectorXd& change)
 {
     constexpr Eigen::Index kMost = 5;
-    constexpr double kLongest = 2; // times the motion
+    constexpr double kLongest = 10; // times the motion
     if (changes_.cols() == kMost) {
         changes_ = changes_.rightCols(kMost - 1).eval();
         made_ = made_.rightCols(kMost - 1).eval();

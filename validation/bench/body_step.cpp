@@ -169,6 +169,10 @@ void measure(FILE* csv, const std::string& part, const std::string& name, const 
 
 int main(int argc, char** argv)
 try {
+    if (argc > 1 && argv[1][0] == '-') {
+        fmt::print(stderr, "body_step_bench [TABLE.csv] [part of a scene's name]\n");
+        return 2;
+    }
     const std::string path = argc > 1 ? argv[1] : "docs/results/body_step.csv";
     const std::string part = argc > 2 ? argv[2] : "";
     FILE* csv = std::fopen(path.c_str(), "w");

@@ -238,6 +238,10 @@ private:
 
 int main(int argc, char** argv)
 {
+    if (argc > 1 && argv[1][0] == '-') {
+        fmt::print(stderr, "compliance_curves [FOLDER] [most nodes]\n");
+        return 2;
+    }
     const std::string directory = argc > 1 ? argv[1] : "docs/results";
     const long most = argc > 2 ? std::atol(argv[2]) : 45000;
     std::filesystem::create_directories(directory);

@@ -212,6 +212,23 @@ TEST_CASE("a solid pressed in one step has taken the work that it holds")
     CHECK(std::abs(r.summary.energy.error()) < 1e-10 * r.summary.energy.work);
 }
 
+TEST_CASE("a solid ball that lies free on a plane finds its balance, where it may roll")
+{
+    // Turning it hardly changes the forces: the iterations go on in one direction, a little each.
+    const Result r = run(R"("bodies": {
+      "ball": {"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3, "density": 2000,
+               "mesh": {"generate": "ball", "radius": 0.05, "around": 12, "element": "T10"},
+               "start": {"place": [0, 0, 0.05]}},
+      "plane": {"kind": "obstacle", "surface": {"generate": "plane"}}},
+      "contact": [{"between": ["ball", "plane"], "friction": 0.3}],
+      "gravity": [0, 0, -9.81], "time": {"step": 1, "end": 1})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    const Vec3 f = r.vector("ball_on_plane_force");
+    const double weight = 2000 * 9.81 * 4 / 3 * 3.14159265358979 * std::pow(0.05, 3);
+    CHECK(f[2] == doctest::Approx(weight).epsilon(0.05)); // the mesh is a little less than the ball
+    CHECK(f.head<2>().norm() < 1e-6 * weight);
+}
+
 TEST_CASE("nodes that rest on edges between the other's faces find their balance")
 {
     // On the planes of symmetry nodes of the wider block lie on edges of the upper one's mesh.
