@@ -31,16 +31,30 @@ void solve_band(const BandMatrix& LU, std::span<double> b)
     }
 }
 
+// By panels of columns and tiles of what is right of them, which stay in the cache: the same
+// operations in the same order as without, but the time is that of operations, not of memory.
 void factor_full(FullMatrix& A)
 {
+    constexpr int kPanel = 48, kTile = 256;
     const int n = A.size;
-    for (int k = 0; k < n; ++k) {
-        const double inverse = 1 / A(k, k);
-        for (int i = k + 1; i < n; ++i) {
-            const double l = A(i, k) *= inverse;
-            for (int j = k + 1; j < n; ++j)
-                A(i, j) -= l * A(k, j);
+    const auto subtract = [&](int i, int k, int begin, int end) {
+        const double l = A(i, k);
+        for (int j = begin; j < end; ++j)
+            A(i, j) -= l * A(k, j);
+    };
+    for (int panel = 0; panel < n; panel += kPanel) {
+        const int behind = std::min(panel + kPanel, n);
+        for (int k = panel; k < behind; ++k) {
+            const double inverse = 1 / A(k, k);
+            for (int i = k + 1; i < n; ++i) {
+                A(i, k) *= inverse;
+                subtract(i, k, k + 1, behind);
+            }
         }
+        for (int tile = behind; tile < n; tile += kTile)
+            for (int i = panel + 1; i < n; ++i)
+                for (int k = panel; k < std::min(i, behind); ++k)
+                    subtract(i, k, tile, std::min(tile + kTile, n));
     }
 }
 
