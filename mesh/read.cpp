@@ -46,7 +46,8 @@ SurfaceMesh scaled(SurfaceMesh mesh, const std::string& path, double scale)
 
 } // namespace
 
-SurfaceMesh read_surface(const std::string& path, double scale, const VtpReader& vtp)
+SurfaceMesh read_surface(const std::string& path, double scale, const VtpReader& vtp,
+                         std::int64_t* merged)
 {
     check_scale(path, scale);
     SurfaceMesh mesh;
@@ -62,7 +63,11 @@ SurfaceMesh read_surface(const std::string& path, double scale, const VtpReader&
         refuse_suffix(path, has_suffix(path, ".vtp")
                                 ? ".stl, .obj or .ply: this program has no VTK module for .vtp"
                                 : ".stl, .obj, .ply or .vtp");
+    const std::size_t vertices = mesh.points.size();
     weld(mesh);
+    if (merged)
+        *merged =
+            has_suffix(path, ".stl") ? 0 : static_cast<std::int64_t>(vertices - mesh.points.size());
     return mesh;
 }
 

@@ -18,9 +18,12 @@ using VtpReader = std::function<SurfaceMesh(const std::string& path)>;
 /// check_surface.
 /// @param scale  > 0, of the file's lengths [m per unit]
 /// @param vtp    needed for .vtp only
+/// @param merged if not null: how many vertices were merged; 0 for STL, which has no vertices but
+///               corners
 /// @throws InputError  unknown suffix, scale that is not > 0 and finite, file that cannot be
 ///                     read or understood, surface without triangles
-SurfaceMesh read_surface(const std::string& path, double scale, const VtpReader& vtp = {});
+SurfaceMesh read_surface(const std::string& path, double scale, const VtpReader& vtp = {},
+                         std::int64_t* merged = nullptr);
 
 /// A centreline from a file: .mrk.json (3D Slicer's markups, LPS), or text with one point a line
 /// (.csv .txt .dat).

@@ -76,7 +76,8 @@ Columns columns_of_header(const Cells& cells, std::size_t line, FileIssues& issu
             if (name == std::string(1, static_cast<char>('x' + k)) || name == paraview)
                 columns.x[k] = static_cast<int>(i);
         }
-        if (name == "radius" || name == "r" || name == "maximuminscribedsphereradius")
+        if (name == "radius" || name == "r" || name == "size" ||
+            name == "maximuminscribedsphereradius")
             columns.radius = static_cast<int>(i);
     }
     for (std::size_t k = 0; k < 3; ++k) {

@@ -1,4 +1,5 @@
-// amontons mesh info|surface|renumber|convert|generate: solids as meshes.
+// amontons mesh info|surface|renumber|convert|generate: solids as meshes. (tetrahedralise is in
+// tetrahedralise_command.cpp.)
 
 #include "mesh/base/file.hpp"
 #include "mesh/generate/solid_box.hpp"
@@ -8,8 +9,9 @@
 #include "mesh/read_volume.hpp"
 #include "mesh/renumber.hpp"
 #include "mesh/volume_check.hpp"
-#include "solver/output/volume_vtu.hpp"
+#include "solver/program/mesh_output.hpp"
 #include "solver/program/session.hpp"
+#include "solver/program/tetrahedralise_command.hpp"
 #include "solver/scene/json_text.hpp"
 
 #include <CLI/CLI.hpp>
@@ -20,12 +22,11 @@ namespace amontons {
 namespace {
 
 struct MeshArguments {
-    std::string file, output, permutation;
+    std::string file, permutation;
     double scale = 1;
     double sliver = VolumeCheckOptions{}.sliver;
     std::vector<std::string> sets;
-    std::string version = "4.1";
-    bool binary = false;
+    MeshOutput to;
 };
 
 VolumeFile read(const MeshArguments& a, Session& session)
@@ -36,74 +37,27 @@ VolumeFile read(const MeshArguments& a, Session& session)
     return file;
 }
 
-void write(const MeshArguments& a, const VolumeMesh& mesh, std::vector<std::string>& notes)
-{
-    if (lower_case(a.output).ends_with(".vtu"))
-        write_file(a.output, volume_vtu_bytes(mesh));
-    else
-        write_volume(a.output, mesh, {a.version == "2.2", a.binary}, &notes);
-}
-
-std::array<std::int64_t, kElementKinds> counts_of(const VolumeMesh& mesh)
-{
-    std::array<std::int64_t, kElementKinds> counts{};
-    for (const ElementBlock& block : mesh.blocks)
-        counts[static_cast<std::size_t>(block.kind)] = static_cast<std::int64_t>(block.size());
-    return counts;
-}
-
-const char* name_of(std::size_t kind)
-{
-    return shape_of(static_cast<ElementKind>(kind)).name;
-}
-
-void add_counts(JsonText& json, const VolumeMesh& mesh)
-{
-    json.member("nodes", static_cast<std::int64_t>(mesh.nodes.size())).key("elements").open('{');
-    const auto counts = counts_of(mesh);
-    for (std::size_t k = 0; k < counts.size(); ++k)
-        if (counts[k] > 0) json.member(name_of(k), counts[k]);
-    json.close('}');
-}
-
-std::string counts_text(const VolumeMesh& mesh)
-{
-    std::string text = fmt::format("{} nodes", mesh.nodes.size());
-    const auto counts = counts_of(mesh);
-    for (std::size_t k = 0; k < counts.size(); ++k)
-        if (counts[k] > 0) text += fmt::format(", {} {}", counts[k], name_of(k));
-    return text;
-}
-
-void add_list(JsonText& json, const char* name, const std::vector<std::string>& lines)
-{
-    json.key(name).open('[');
-    for (const std::string& line : lines)
-        json.value(line);
-    json.close(']');
-}
-
 /// What a command that writes a mesh says at its end.
 void report_written(const MeshArguments& a, const VolumeMesh& mesh,
                     const std::vector<std::string>& notes, Session& session)
 {
     JsonText json;
-    json.open('{').member("status", "done").member("output", a.output);
+    json.open('{').member("status", "done").member("output", a.to.file);
     add_counts(json, mesh);
     add_list(json, "notes", notes);
     if (session.json)
         session.print(json.close('}').text() + "\n");
     else
-        session.print(fmt::format("{}: {}\n", a.output, counts_text(mesh)));
+        session.print(fmt::format("{}: {}\n", a.to.file, counts_text(mesh)));
 }
 
 void write_and_report(const MeshArguments& a, const VolumeMesh& mesh,
                       std::vector<std::string> notes, Session& session)
 {
     std::vector<std::string> renamed;
-    write(a, mesh, renamed);
+    write_mesh(a.to, mesh, renamed);
     for (const std::string& note : renamed)
-        session.say("note: " + a.output + ": " + note);
+        session.say("note: " + a.to.file + ": " + note);
     notes.insert(notes.end(), renamed.begin(), renamed.end());
     report_written(a, mesh, notes, session);
 }
@@ -281,16 +235,16 @@ void surface(const MeshArguments& a, Session& session)
         outside = surface_of(mesh, faces);
     }
     const TriangulatedSurface flat = triangulate(outside, mesh);
-    write_surface(a.output, flat.mesh);
+    write_surface(a.to.file, flat.mesh);
     const SurfaceEdges edges = find_edges(outside, mesh.nodes);
     const double area = integrate(outside, mesh).area;
     if (!session.json) {
-        session.print(fmt::format("{}: {} triangles, {} points, {:.6g} m^2\n", a.output,
+        session.print(fmt::format("{}: {} triangles, {} points, {:.6g} m^2\n", a.to.file,
                                   flat.mesh.triangles.size(), flat.mesh.points.size(), area));
         return;
     }
     JsonText json;
-    json.open('{').member("status", "done").member("output", a.output);
+    json.open('{').member("status", "done").member("output", a.to.file);
     json.member("faces", static_cast<std::int64_t>(outside.faces.size()))
         .member("triangles", static_cast<std::int64_t>(flat.mesh.triangles.size()))
         .member("nodes", static_cast<std::int64_t>(outside.used_nodes.size()))
@@ -404,16 +358,6 @@ void add_file(CLI::App& command, const Shared& a, Session& session)
     command.add_flag("--json", session.json, "One JSON object on stdout");
 }
 
-void add_output(CLI::App& command, const Shared& a)
-{
-    command.add_option("--output,-o", a->output, "Mesh to write: .msh .vtu .inp .nodes")
-        ->type_name("FILE")
-        ->required();
-    command.add_option("--msh-version", a->version, "Of a .msh file: 4.1 or 2.2")
-        ->check(CLI::IsMember({"4.1", "2.2"}));
-    command.add_flag("--binary", a->binary, "A .msh file in binary");
-}
-
 void add_generator(CLI::App& generate, const char* name, const char* text, Session& session,
                    const std::function<void(CLI::App&, GenerateArguments&)>& add_options,
                    const std::function<VolumeMesh(const GenerateArguments&, double)>& make)
@@ -425,7 +369,7 @@ void add_generator(CLI::App& generate, const char* name, const char* text, Sessi
     command->add_option("--element", g->kind, "T4, T10 (default) or H8")
         ->check(CLI::IsMember({"T4", "T10", "H8"}));
     command->add_option("--scale", a->scale, "Metres per unit of the numbers and the centreline");
-    add_output(*command, a);
+    add_output(*command, a->to, "--output,-o");
     command->add_flag("--json", session.json, "One JSON object on stdout");
     command->callback([a, g, make, name, &session] {
         const std::string who = std::string("amontons mesh generate ") + name;
@@ -522,22 +466,23 @@ void add_mesh(CLI::App& program, Session& session)
 
     const auto [of_surface, a_surface] =
         add("surface", "The outside of solids as triangles", surface);
-    of_surface->add_option("--output,-o", a_surface->output, "Surface to write: .stl .ply .obj")
+    of_surface->add_option("--output,-o", a_surface->to.file, "Surface to write: .stl .ply .obj")
         ->type_name("FILE")
         ->required();
     of_surface->add_option("--set", a_surface->sets, "Only these face sets")->type_name("NAME");
 
     const auto [of_renumber, a_renumber] =
         add("renumber", "Nodes in an order that keeps a sparse factor small", renumber);
-    add_output(*of_renumber, a_renumber);
+    add_output(*of_renumber, a_renumber->to, "--output,-o");
     of_renumber->add_option("--permutation", a_renumber->permutation, "CSV of new and old numbers")
         ->type_name("FILE");
 
     const auto [of_convert, a_convert] =
         add("convert", "The same mesh, with its sets, in another format", convert);
-    add_output(*of_convert, a_convert);
+    add_output(*of_convert, a_convert->to, "--output,-o");
 
     add_generators(*mesh->add_subcommand("generate", "A named solid"), session);
+    add_tetrahedralise(*mesh, session);
 }
 
 } // namespace amontons

@@ -1,0 +1,216 @@
+#include "mesh/repair_surface.hpp"
+
+#include "mesh/near_points.hpp"
+#include "mesh/orient_surface.hpp"
+#include "mesh/surface_check.hpp"
+#include "mesh/surface_edges.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <map>
+#include <set>
+
+namespace amontons {
+namespace {
+
+using Index = std::int32_t;
+using Triangle = std::array<Index, 3>;
+
+constexpr double kCoincident = 1e-9; // distance / diagonal, as check_surface's
+constexpr double kFlat = 1e-12;      // height / diagonal, as check_surface's
+constexpr int kMostRounds = 20;      // of dividing neighbours: chains of flat triangles
+
+const Vec3& point(const SurfaceMesh& mesh, Index i)
+{
+    return mesh.points[static_cast<std::size_t>(i)];
+}
+
+double diagonal_of(const SurfaceMesh& mesh)
+{
+    Eigen::AlignedBox3d box;
+    for (const Triangle& t : mesh.triangles)
+        for (const Index corner : t)
+            box.extend(point(mesh, corner));
+    return box.isEmpty() ? 0 : box.diagonal().norm();
+}
+
+std::int64_t merge_near(SurfaceMesh& mesh)
+{
+    const auto pairs = near_points(mesh.points, kCoincident * diagonal_of(mesh));
+    std::vector<Index> stands_for(mesh.points.size());
+    for (std::size_t i = 0; i < stands_for.size(); ++i)
+        stands_for[i] = static_cast<Index>(i);
+    for (const auto& [earlier, later] : pairs) // by the later: the earlier one is settled
+        stands_for[static_cast<std::size_t>(later)] = stands_for[static_cast<std::size_t>(earlier)];
+    for (Triangle& t : mesh.triangles)
+        for (Index& corner : t)
+            corner = stands_for[static_cast<std::size_t>(corner)];
+    return static_cast<std::int64_t>(pairs.size());
+}
+
+std::int64_t remove_collapsed(SurfaceMesh& mesh)
+{
+    return static_cast<std::int64_t>(std::erase_if(mesh.triangles, [](const Triangle& t) {
+        return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
+    }));
+}
+
+/// The same three vertices, whichever way around: the later one goes.
+std::int64_t remove_repeated(SurfaceMesh& mesh)
+{
+    std::set<Triangle> seen;
+    return static_cast<std::int64_t>(std::erase_if(mesh.triangles, [&](Triangle t) {
+        std::sort(t.begin(), t.end());
+        return !seen.insert(t).second;
+    }));
+}
+
+// A flat triangle has a vertex b on its longest side a c. Left out, it would leave b on the side of
+// its neighbour a c d. So the neighbour is divided at b:
+//
+//        d                d
+//       / \              /|\       .
+//      a---c     ->     a-b-c
+//       \b/  (flat)
+
+/// One round; flat triangles whose neighbour was changed in this round wait for the next.
+std::int64_t divide_beside_flat(SurfaceMesh& mesh, double diagonal)
+{
+    std::vector<HalfEdge> sides = sorted_half_edges(mesh);
+    std::map<std::array<Index, 2>, std::vector<Index>> triangles_at;
+    for (const HalfEdge& e : sides)
+        triangles_at[{std::min(e.begin, e.end), std::max(e.begin, e.end)}].push_back(e.triangle);
+    std::vector<char> changed(mesh.triangles.size());
+    std::vector<Triangle> added;
+    std::vector<std::size_t> gone;
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        const Triangle t = mesh.triangles[i];
+        if (changed[i]) continue;
+        std::array<double, 3> length{};
+        for (std::size_t k = 0; k < 3; ++k)
+            length[k] = (point(mesh, t[(k + 1) % 3]) - point(mesh, t[k])).norm();
+        const auto k = static_cast<std::size_t>(std::max_element(length.begin(), length.end()) -
+                                                length.begin());
+        const Index a = t[k], c = t[(k + 1) % 3], b = t[(k + 2) % 3];
+        const Vec3 along = point(mesh, c) - point(mesh, a);
+        if (along.cross(point(mesh, b) - point(mesh, a)).norm() > kFlat * diagonal * length[k])
+            continue;
+        const std::vector<Index>& both = triangles_at.at({std::min(a, c), std::max(a, c)});
+        if (both.size() != 2) continue; // a border or a crowded edge: stays, and is told
+        const auto other =
+            static_cast<std::size_t>(both[0] == static_cast<Index>(i) ? both[1] : both[0]);
+        if (changed[other]) continue;
+        Triangle left = mesh.triangles[other], right = left;
+        std::replace(left.begin(), left.end(), c, b);
+        std::replace(right.begin(), right.end(), a, b);
+        if (std::find(mesh.triangles[other].begin(), mesh.triangles[other].end(), b) !=
+            mesh.triangles[other].end())
+            continue; // a fold of two flat ones: remove_repeated's
+        mesh.triangles[other] = left;
+        added.push_back(right);
+        changed[other] = changed[i] = true;
+        gone.push_back(i);
+    }
+    for (std::size_t n = gone.size(); n-- > 0;)
+        mesh.triangles.erase(mesh.triangles.begin() + static_cast<std::ptrdiff_t>(gone[n]));
+    mesh.triangles.insert(mesh.triangles.end(), added.begin(), added.end());
+    return static_cast<std::int64_t>(gone.size());
+}
+
+std::int64_t remove_unused(SurfaceMesh& mesh)
+{
+    std::vector<Index> number(mesh.points.size(), -1);
+    for (const Triangle& t : mesh.triangles)
+        for (const Index corner : t)
+            number[static_cast<std::size_t>(corner)] = 0;
+    std::vector<Vec3> kept;
+    for (std::size_t i = 0; i < number.size(); ++i)
+        if (number[i] == 0) {
+            number[i] = static_cast<Index>(kept.size());
+            kept.push_back(mesh.points[i]);
+        }
+    for (Triangle& t : mesh.triangles)
+        for (Index& corner : t)
+            corner = number[static_cast<std::size_t>(corner)];
+    const auto gone = static_cast<std::int64_t>(mesh.points.size() - kept.size());
+    mesh.points = std::move(kept);
+    return gone;
+}
+
+std::string counted(std::int64_t n, const char* one, const char* many)
+{
+    return std::to_string(n) + " " + (n == 1 ? one : many);
+}
+
+} // namespace
+
+std::vector<std::string> sentences(const SurfaceRepair& r)
+{
+    std::vector<std::string> all;
+    const auto say = [&](std::int64_t n, const char* one, const char* many, const char* what) {
+        if (n > 0) all.push_back("repaired: " + counted(n, one, many) + " " + what);
+    };
+    say(r.merged, "vertex", "vertices", "merged with another at the same place");
+    say(r.collapsed, "triangle", "triangles", "with a vertex twice left out");
+    say(r.flat, "triangle", "triangles", "without area left out, the neighbour divided instead");
+    say(r.repeated, "triangle", "triangles", "that were there twice left out");
+    say(r.turned, "triangle", "triangles", "turned to face the side of the neighbours");
+    if (r.turned_around) all.push_back("repaired: all normals pointed inwards, turned outwards");
+    say(r.unused, "vertex", "vertices", "of no triangle left out");
+    say(r.closed_holes, "hole", "holes", "closed with triangles to the centre of the border");
+    return all;
+}
+
+SurfaceRepair repair_surface(SurfaceMesh& mesh)
+{
+    SurfaceRepair done;
+    done.merged = merge_near(mesh);
+    done.collapsed = remove_collapsed(mesh);
+    const double diagonal = diagonal_of(mesh);
+    for (int round = 0; round < kMostRounds; ++round) {
+        const std::int64_t flat = divide_beside_flat(mesh, diagonal);
+        done.flat += flat;
+        if (flat == 0) break;
+    }
+    done.repeated = remove_repeated(mesh);
+    done.turned = orient_consistently(mesh).turned;
+    done.unused = remove_unused(mesh) - done.merged; // a merged vertex is of no triangle any more
+    if (const SurfaceReport report = check_surface(mesh);
+        report.closed() && report.inconsistent.empty() && report.enclosed_volume < 0) {
+        turn_around(mesh);
+        done.turned_around = true;
+        // Those that were turned before now face as they did: the others did not.
+        if (done.turned > 0)
+            done.turned = static_cast<std::int64_t>(mesh.triangles.size()) - done.turned;
+        if (done.turned > 0) done.turned_around = false;
+    }
+    return done;
+}
+
+std::int64_t close_holes(SurfaceMesh& mesh)
+{
+    // Along a border the triangle inside runs one way, the one that is added the other way.
+    std::map<Index, std::vector<Index>> next; // against the triangle's sense
+    for_each_edge(sorted_half_edges(mesh), [&](std::span<const HalfEdge> sides) {
+        if (sides.size() == 1) next[sides[0].end].push_back(sides[0].begin);
+    });
+    std::int64_t holes = 0;
+    for (const BoundaryLoop& loop : check_surface(mesh).boundaries) {
+        const auto centre = static_cast<Index>(mesh.points.size());
+        mesh.points.push_back(loop.centre);
+        const std::size_t n = loop.vertices.size();
+        for (std::size_t i = 0; i < n; ++i) {
+            Index a = loop.vertices[i], b = loop.vertices[(i + 1) % n];
+            const auto from_a = next.find(a);
+            const bool forward =
+                from_a != next.end() &&
+                std::find(from_a->second.begin(), from_a->second.end(), b) != from_a->second.end();
+            if (!forward) std::swap(a, b);
+            mesh.triangles.push_back({a, b, centre});
+        }
+        ++holes;
+    }
+    return holes;
+}
+
+} // namespace amontons

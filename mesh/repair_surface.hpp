@@ -1,0 +1,38 @@
+#pragma once
+
+#include "mesh/surface_mesh.hpp"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace amontons {
+
+/// What repair_surface and close_holes changed.
+struct SurfaceRepair {
+    std::int64_t merged = 0;       ///< vertices that were at the place of another
+    std::int64_t collapsed = 0;    ///< triangles with a vertex twice, left out
+    std::int64_t flat = 0;         ///< triangles without area, their neighbour divided instead
+    std::int64_t repeated = 0;     ///< triangles that were there before, left out
+    std::int64_t turned = 0;       ///< triangles that faced the other side than their neighbours
+    std::int64_t unused = 0;       ///< vertices of no triangle, left out
+    bool turned_around = false;    ///< all normals pointed inwards
+    std::int64_t closed_holes = 0; ///< by close_holes
+};
+
+/// A sentence for each kind of change, for people; empty if nothing was changed.
+std::vector<std::string> sentences(const SurfaceRepair& repair);
+
+/// Mends what has one meaning only: vertices at the same place (exactly, or nearer than 1e-9 of
+/// the diagonal), triangles with a vertex twice, without area or there twice, triangles that face
+/// the other side than their neighbours, vertices of no triangle; a closed surface then faces
+/// outwards. Holes, edges of many triangles and self-intersections stay: see check_surface.
+SurfaceRepair repair_surface(SurfaceMesh& mesh);
+
+/// Fills each hole with triangles between its border and the border's centre, so that the surface
+/// becomes closed; the border stays an edge. Which holes were meant is for the caller to know.
+/// @param mesh  of repair_surface
+/// @return      holes that were closed
+std::int64_t close_holes(SurfaceMesh& mesh);
+
+} // namespace amontons

@@ -1,0 +1,40 @@
+#pragma once
+
+#include "mesh/box_tree.hpp"
+#include "mesh/surface_mesh.hpp"
+
+#include <vector>
+
+namespace amontons {
+
+/// A place where elements are to be smaller than elsewhere.
+struct SizeSource {
+    Vec3 at = Vec3::Zero(); ///< [m]
+    double size = 0;        ///< edge length there [m], > 0
+};
+
+/// Edge lengths of a mesh to be made: size(x) = min(greatest, min_i (size_i + gradation |x -
+/// x_i|)).
+class SizeField {
+public:
+    /// @param greatest   far from all sources [m], > 0
+    /// @param gradation  growth with the distance from a source [-], > 0
+    SizeField(double greatest, std::vector<SizeSource> sources, double gradation);
+
+    /// O(log n + sources that reach x).
+    double at(const Vec3& x) const;
+    double greatest() const { return greatest_; }
+    double least() const { return least_; }
+
+private:
+    double greatest_, gradation_, least_;
+    std::vector<SizeSource> sources_;
+    BoxTree reach_; ///< of each source, where it matters
+};
+
+/// The integral of 1 / size^3 over what a closed surface encloses: elements, up to a factor that is
+/// the mesher's [-]. By columns of a grid of `across` cells along the longest side, about 3 % exact
+/// for a body that is wider than a tenth of its box.
+double count_by_size(const SurfaceMesh& surface, const SizeField& size, int across = 96);
+
+} // namespace amontons

@@ -1,0 +1,298 @@
+#include "solver/tetrahedralise.hpp"
+
+#include "mesh/base/error.hpp"
+#include "mesh/bounding_tree.hpp"
+#include "mesh/cgal/cgal_module.hpp"
+#include "mesh/extract_surface.hpp"
+#include "mesh/format/text.hpp"
+#include "mesh/quality.hpp"
+#include "mesh/repair_surface.hpp"
+#include "mesh/small_features.hpp"
+#include "mesh/split_elements.hpp"
+#include "mesh/surface_check.hpp"
+#include "mesh/surface_edges.hpp"
+#include "solver/module.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <stdexcept>
+#include <unistd.h>
+
+namespace amontons {
+namespace {
+
+// Measured on balls, cubes and tori: docs/meshing.md.
+constexpr double kElementsPerCube = 22;  // in a cube of the size
+constexpr double kBytesPerElement = 700; // at the peak, with the mesh that is handed out
+constexpr double kBytesAtLeast = 40e6;
+constexpr double kMostElements = 50e6;
+constexpr double kSliverBound = 12;   // dihedral angle that elements are moved to reach [deg]
+constexpr double kMostAsked = 4000;   // questions for the size, a vertex: beyond, it is stuck
+constexpr std::size_t kMostNamed = 5; // small features that are shown
+
+std::string place_of(const Vec3& x)
+{
+    return "at (" + number_text(x[0]) + ", " + number_text(x[1]) + ", " + number_text(x[2]) + ")";
+}
+
+void check_options(const TetrahedraliseOptions& o)
+{
+    std::vector<Issue> issues;
+    const auto positive = [&](double value, const char* name, const char* allowed) {
+        if (!(value > 0 && std::isfinite(value)))
+            issues.push_back({"", name, number_text(value), allowed});
+    };
+    positive(o.size, "--size", "> 0 [m]");
+    positive(o.gradation, "--gradation", "> 0");
+    if (o.deviation != 0) positive(o.deviation, "--deviation", "> 0 [m]");
+    if (o.memory != 0) positive(o.memory, "--memory", "> 0 [GB]");
+    for (const SizeSource& s : o.sources) {
+        positive(s.size, "a local size", "> 0 [m]");
+        if (!s.at.allFinite())
+            issues.push_back({"", "a place of a local size", "not finite", "finite [m]"});
+    }
+    if (!(o.feature_angle > 0 && o.feature_angle <= std::numbers::pi))
+        issues.push_back({"", "--feature-angle",
+                          number_text(o.feature_angle * 180 / std::numbers::pi),
+                          "> 0 and at most 180 [degrees]"});
+    if (!issues.empty()) throw InputError(std::move(issues));
+}
+
+void repair(SurfaceMesh& surface, const TetrahedraliseOptions& o, const std::string& file,
+            std::vector<std::string>& notes)
+{
+    SurfaceRepair done = repair_surface(surface);
+    if (o.close_holes && (done.closed_holes = close_holes(surface)) > 0) {
+        const SurfaceRepair after = repair_surface(surface); // what had no inside has one now
+        done.turned += after.turned;
+        done.turned_around = done.turned_around || after.turned_around;
+    }
+    for (const std::string& sentence : sentences(done))
+        notes.push_back(sentence);
+    SurfaceRequirements required;
+    required.closed = true;
+    const SurfaceReport report = check_surface(surface);
+    std::vector<Issue> found = issues(report, surface, required, file);
+    if (!report.boundaries.empty())
+        found.push_back({file, "",
+                         std::to_string(report.boundaries.size()) +
+                             (report.boundaries.size() == 1 ? " hole" : " holes"),
+                         "a surface that encloses something; --close-holes fills each with "
+                         "triangles"});
+    if (surface.triangles.empty())
+        found.push_back({file, "", "no triangles with an area", "a closed surface"});
+    if (!found.empty()) throw InputError(std::move(found));
+}
+
+/// Features below the size: sources, or an error.
+SizeField field_of(const SurfaceMesh& surface, const TetrahedraliseOptions& o,
+                   const std::string& file, std::vector<std::string>& notes)
+{
+    SizeField field(o.size, o.sources, o.gradation);
+    std::vector<SmallFeature> small = find_small_features(surface, field, o.feature_angle);
+    if (small.empty()) return field;
+    std::stable_sort(small.begin(), small.end(),
+                     [](const auto& a, const auto& b) { return a.extent < b.extent; });
+    if (!o.refine_small) {
+        std::vector<Issue> issues;
+        std::map<std::string, std::size_t> of_a_kind;
+        for (const SmallFeature& f : small)
+            if (of_a_kind[f.what]++ < kMostNamed)
+                issues.push_back({file, place_of(f.at),
+                                  std::string(f.what) + " of " + number_text(f.extent) + " m",
+                                  "at least the size there, " + number_text(f.size) + " m"});
+        issues.push_back({file, "", std::to_string(small.size()) + " places below the mesh size",
+                          "a smaller --size, also only there (--size-at, --size-field); or "
+                          "--small-features refine, which makes elements as small as they are"});
+        throw InputError(std::move(issues));
+    }
+    std::vector<SizeSource> sources = o.sources, more = sources_of(small);
+    notes.push_back("refined: " + std::to_string(small.size()) +
+                    " places below the mesh size, the smallest " + std::string(small[0].what) +
+                    " of " + number_text(small[0].extent) + " m " + place_of(small[0].at));
+    sources.insert(sources.end(), more.begin(), more.end());
+    return SizeField(o.size, std::move(sources), o.gradation);
+}
+
+struct Entries {
+    decltype(amontons_cgal_tetrahedralise)* tetrahedralise;
+    decltype(amontons_cgal_free)* free;
+};
+
+Entries module(const std::string& file)
+{
+    try {
+        const Module cgal("cgal");
+        return {
+            cgal.function<decltype(amontons_cgal_tetrahedralise)>("amontons_cgal_tetrahedralise"),
+            cgal.function<decltype(amontons_cgal_free)>("amontons_cgal_free")};
+    } catch (const std::runtime_error& error) {
+        throw InputError({{file, "", error.what(), "an installed CGAL module"}});
+    }
+}
+
+/// The surface as the module likes it: around the origin, of size 1.
+struct Scaled {
+    Vec3 centre = Vec3::Zero();
+    double length = 1; ///< [m]
+    const SizeField* size = nullptr;
+    double asked = 0, most = 0;
+
+    static double at(const double* x, void* with)
+    {
+        auto& self = *static_cast<Scaled*>(with);
+        if (++self.asked > self.most)
+            throw std::runtime_error("it refines without end, most likely at a sharp angle");
+        return self.size->at(self.centre + self.length * Vec3(x[0], x[1], x[2])) / self.length;
+    }
+};
+
+struct ModuleMesh {
+    AmontonsCgalMesh mesh{};
+    decltype(amontons_cgal_free)* free;
+    ~ModuleMesh() { free(&mesh); }
+};
+
+/// Face sets from the module's triangles.
+void add_sets(VolumeMesh& mesh, const AmontonsCgalMesh& from)
+{
+    std::map<std::array<int, 3>, int> patch;
+    for (long i = 0; i < from.face_count; ++i) {
+        std::array<int, 3> key{from.faces[4 * i], from.faces[4 * i + 1], from.faces[4 * i + 2]};
+        std::sort(key.begin(), key.end());
+        patch[key] = from.faces[4 * i + 3];
+    }
+    mesh.element_sets = {{"volume", {}}};
+    for (std::int32_t e = 0; e < static_cast<std::int32_t>(element_count(mesh)); ++e)
+        mesh.element_sets[0].members.push_back(e);
+    mesh.face_sets = {{"outer", extract_surface(mesh).faces}};
+    for (int i = 0; i < from.patch_count; ++i)
+        mesh.face_sets.push_back({"face_" + std::to_string(i + 1), {}});
+    for (const FaceRef face : mesh.face_sets[0].members) {
+        const FaceNodes on = face_nodes(mesh, face);
+        std::array<int, 3> key{on.node[0], on.node[1], on.node[2]};
+        std::sort(key.begin(), key.end());
+        if (const auto found = patch.find(key); found != patch.end())
+            mesh.face_sets[static_cast<std::size_t>(found->second) + 1].members.push_back(face);
+    }
+    std::erase_if(mesh.face_sets, [](const FaceSet& s) { return s.members.empty(); });
+}
+
+VolumeMesh mesh_of(const AmontonsCgalMesh& from, const Scaled& scaled)
+{
+    VolumeMesh mesh;
+    for (long i = 0; i < from.point_count; ++i)
+        mesh.nodes.push_back(scaled.centre +
+                             scaled.length * Eigen::Map<const Vec3>(from.points + 3 * i));
+    mesh.blocks = {
+        {ElementKind::T4, {from.tetrahedra, from.tetrahedra + 4 * from.tetrahedron_count}}};
+    add_sets(mesh, from);
+    return mesh;
+}
+
+/// The mesher's own criteria promise this; a promise that failed is said, never handed out.
+void check_result(const Tetrahedralised& t, const SurfaceMesh& surface, double allowed,
+                  const std::string& file)
+{
+    const auto lost = [&](const std::string& found, const std::string& wanted) {
+        throw InputError({{file, "", found + ": features below the mesh size were lost",
+                           wanted + "; a smaller --size or --deviation"}});
+    };
+    const ExternalSurface outside = extract_surface(t.mesh);
+    const SurfaceEdges edges = find_edges(outside, t.mesh.nodes);
+    const SurfaceReport before = check_surface(surface);
+    const auto sides = static_cast<std::int64_t>(sorted_half_edges(surface).size()) / 2;
+    const std::int64_t euler = before.vertices - sides + before.triangles;
+    if (edges.borders != 0 || !edges.crowded.empty() || edges.parts != before.components ||
+        edges.euler_characteristic != euler)
+        lost("a mesh with " + std::to_string(edges.parts) + " outer surfaces of Euler number " +
+                 std::to_string(edges.euler_characteristic),
+             std::to_string(before.components) + " and " + std::to_string(euler));
+    if (t.deviation > allowed)
+        lost("a vertex of the surface " + number_text(t.deviation) + " m from the mesh",
+             "at most " + number_text(allowed) + " m");
+}
+
+} // namespace
+
+Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions& o,
+                               const std::string& file, std::vector<std::string> notes)
+{
+    check_options(o);
+    Tetrahedralised result;
+    result.notes = std::move(notes);
+    repair(surface, o, file, result.notes);
+    const SizeField field = field_of(surface, o, file, result.notes);
+
+    result.predicted_elements = kElementsPerCube * count_by_size(surface, field);
+    result.predicted_memory = kBytesAtLeast + kBytesPerElement * result.predicted_elements;
+    const double machine = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) *
+                           static_cast<double>(::sysconf(_SC_PAGESIZE)),
+                 limit = o.memory > 0 ? o.memory : 0.5 * machine;
+    if (result.predicted_memory > limit || result.predicted_elements > kMostElements)
+        throw InputError(
+            {{file, "",
+              "about " + number_text(std::round(result.predicted_elements)) + " elements and " +
+                  number_text(result.predicted_memory) + " bytes of memory predicted",
+              "at most " + number_text(limit) + " bytes (--memory) and " +
+                  number_text(kMostElements) + " elements: a larger --size"}});
+
+    Eigen::AlignedBox3d box;
+    for (const Vec3& x : surface.points)
+        box.extend(x);
+    Scaled scaled{box.center(), box.diagonal().norm(), &field, 0, 0};
+    scaled.most = kMostAsked * (1000 + result.predicted_elements / 5);
+    std::vector<double> points;
+    for (const Vec3& x : surface.points)
+        for (int k = 0; k < 3; ++k)
+            points.push_back((x[k] - scaled.centre[k]) / scaled.length);
+    std::vector<int> triangles;
+    for (const auto& t : surface.triangles)
+        triangles.insert(triangles.end(), t.begin(), t.end());
+    const double deviation =
+        o.deviation > 0 ? o.deviation : std::min(field.greatest() / 20, field.least() / 2);
+    const AmontonsCgalInput input{points.data(),
+                                  static_cast<long>(surface.points.size()),
+                                  triangles.data(),
+                                  static_cast<long>(surface.triangles.size()),
+                                  o.feature_angle * 180 / std::numbers::pi,
+                                  &Scaled::at,
+                                  &scaled,
+                                  deviation / scaled.length,
+                                  kSliverBound};
+    const Entries cgal = module(file);
+    ModuleMesh made{{}, cgal.free};
+    char message[1000] = "";
+    const auto start = std::chrono::steady_clock::now();
+    if (cgal.tetrahedralise(&input, &made.mesh, message, sizeof message))
+        throw std::runtime_error(file + ": the CGAL module gives up: " + message);
+    result.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    result.feature_edges = made.mesh.feature_edge_count;
+    result.mesh = mesh_of(made.mesh, scaled);
+
+    const TriangulatedSurface outside = triangulate(extract_surface(result.mesh), result.mesh);
+    const BoundingTree tree(outside.mesh);
+    std::int32_t near = -1;
+    for (const Vec3& x : surface.points) {
+        const NearestTriangle found = tree.nearest(x, near);
+        near = found.triangle;
+        result.deviation = std::max(result.deviation, std::sqrt(found.squared));
+    }
+    const std::vector<ElementQuality> quality = measure_quality(result.mesh);
+    result.least_dihedral = std::numbers::pi;
+    for (const ElementQuality& q : quality) {
+        result.least_dihedral = std::min(result.least_dihedral, q.least_dihedral);
+        if (!(q.volume > 0)) throw std::runtime_error(file + ": CGAL made an inverted element");
+    }
+    // Between the points of a facet's own sphere CGAL looks at one place; a vertex may be farther.
+    check_result(result, surface, std::max(4 * deviation, 0.25 * field.greatest()), file);
+    if (o.kind == ElementKind::T10) result.mesh = with_middle_nodes(result.mesh);
+    return result;
+}
+
+} // namespace amontons

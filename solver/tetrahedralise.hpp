@@ -1,0 +1,51 @@
+#pragma once
+
+#include "mesh/size_field.hpp"
+#include "mesh/volume_mesh.hpp"
+
+#include <numbers>
+#include <string>
+
+// What a closed surface encloses as tetrahedra, by the run-time module libamontons-cgal. Nothing
+// else maps CGAL.
+
+namespace amontons {
+
+struct TetrahedraliseOptions {
+    double size = 0;                 ///< longest edge wanted [m], > 0
+    std::vector<SizeSource> sources; ///< where it is to be smaller
+    double gradation = 0.3;          ///< growth of the size away from those [-], > 0
+    /// Edges whose two normals differ by more are kept as edges of elements [rad].
+    double feature_angle = std::numbers::pi / 4;
+    double deviation = 0; ///< of boundary triangles from the surface [m]; 0: a twentieth of the
+                          ///< size, at most half the least local one
+    /// Elements follow features below the size down; otherwise those are an error.
+    bool refine_small = false;
+    bool close_holes = false;            ///< otherwise holes are an error
+    ElementKind kind = ElementKind::T10; ///< or T4; middle nodes lie half-way
+    double memory = 0;                   ///< limit [bytes]; 0: half of the machine's
+};
+
+struct Tetrahedralised {
+    VolumeMesh mesh; ///< element set "volume", face sets "outer" and "face_1", "face_2", ...: the
+                     ///< parts of the surface between kept edges
+    std::vector<std::string> notes; ///< every repair, and what was refined
+    double predicted_elements = 0;
+    double predicted_memory = 0;    ///< [bytes]
+    double deviation = 0;           ///< of the surface's vertices from the mesh's, the largest [m]
+    double least_dihedral = 0;      ///< [rad]
+    std::int64_t feature_edges = 0; ///< edges of elements on kept edges
+    double seconds = 0;             ///< of the mesher
+};
+
+/// @param surface  repaired here
+/// @param file     for messages
+/// @param notes    what was found and repaired before, for the list
+/// @throws InputError  options out of range; a surface that is open, meets itself or has edges of
+///                     more than two triangles; features below the size; more memory than allowed;
+///                     no module
+/// @throws std::runtime_error  if CGAL gives up, or its mesh is not what was asked for
+Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions& options,
+                               const std::string& file, std::vector<std::string> notes = {});
+
+} // namespace amontons
