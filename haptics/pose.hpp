@@ -10,6 +10,7 @@
 namespace amontons {
 
 using Vec6 = Eigen::Matrix<double, 6, 1>;
+using Mat6 = Eigen::Matrix<double, 6, 6>;
 
 /// Where the handle is.
 struct HandPose {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <ctime>
+#include <exception>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -30,6 +31,7 @@ namespace {
 constexpr long kWarmUp = 20;     // ticks before faults are counted
 constexpr double kSlowest = 0.2; // period of a simulation that still counts as running [s]
 constexpr std::size_t kStackTouched = 1 << 16; // bytes of the loop's stack, before the first tick
+constexpr double kLetGo = 0.05;                // from any force to none at the end [s]
 
 timespec to_timespec(double t)
 {
@@ -80,6 +82,18 @@ void flush_denormals()
         at[i] = 0;
 }
 
+/// Takes the last force away evenly: the run ends with none, whatever ended it.
+void let_go(Device& device, const Wrench& last, double start, long tick, double period)
+{
+    const auto ticks = static_cast<long>(std::ceil(kLetGo / period));
+    for (long k = 1; k <= ticks; ++k) {
+        sleep_until(start + static_cast<double>(tick + k - 1) * period);
+        const double time = clock_now() - start,
+                     level = 1 - static_cast<double>(k) / static_cast<double>(ticks);
+        device.write({level * last.force, level * last.torque}, time);
+    }
+}
+
 struct PoseAtTime {
     HandPose handle;
     double time = 0;
@@ -117,7 +131,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
     }
     TripleBuffer<ReducedOperator<Real>> operators{ReducedOperator<Real>(most_contacts)};
     TripleBuffer<PoseAtTime> poses;
-    std::atomic<bool> done{false};
+    std::atomic<bool> done{false}, stopped{false}; // stopped: the simulation, for good
     std::atomic<long> ticked{0}, overloaded{0};
     std::uint64_t sequence = 0;
 
@@ -140,6 +154,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
         touch_stack();
         rusage before{}, after{};
         HandPose pose_seen;
+        Wrench sent;
         long k = 0, last = -1;
         while (k < ticks && !(options.stop && *options.stop)) {
             const double due = start + static_cast<double>(k) * period;
@@ -149,8 +164,9 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
             const double cpu = clock_now(CLOCK_THREAD_CPUTIME_ID);
             const DeviceSample sample = device.read(time);
             TickRecord& record = run.records[count];
-            record = loop.tick(sample, operators, time);
+            record = loop.tick(sample, operators, time, stopped);
             device.write(record.sent, time);
+            sent = record.sent;
             if (sample.valid && !is_broken(sample.pose)) pose_seen = sample.pose;
             poses.back() = {loop.handle_of(pose_seen), time};
             poses.publish();
@@ -176,6 +192,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
             run.preempted = after.ru_nivcsw - before.ru_nivcsw;
         }
         done = true;
+        if (!sent.force.isZero(0) || !sent.torque.isZero(0)) let_go(device, sent, start, k, period);
     });
     std::thread bare;
     if (options.bare)
@@ -200,9 +217,17 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
             const long n = ticked.exchange(0), over = overloaded.exchange(0);
             options.on_overload(n > 0 ? static_cast<double>(over) / static_cast<double>(n) : 0);
         }
+        if (stopped) continue; // the loop takes the force away, and says so
         const double begin = clock_now();
         ++run.steps;
-        if (publish(operators.back(), pose.handle, pose.time, ++sequence)) {
+        bool published_now = false;
+        try {
+            published_now = publish(operators.back(), pose.handle, pose.time, ++sequence);
+        } catch (const std::exception& error) {
+            stopped = true;
+            run.stopped = error.what();
+        }
+        if (published_now) {
             // A simulation that is slower than it wants to be is not stale for that.
             const double now = clock_now();
             operators.back().period =

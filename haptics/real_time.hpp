@@ -40,13 +40,16 @@ struct RealTimeRun {
     long bare_missed = 0;
     double slowest_step = 0; ///< of the simulation, publication included [s]
     long steps = 0, failed_steps = 0;
+    std::string stopped; ///< the exception that ended the simulation, if one did
 };
 
 /// Runs loop, device and simulation until the duration is over or `stop` is set. A tick that is
 /// late is not made up for: the next one comes at the next full period.
 ///
 /// In the loop: no lock, no allocation, no page fault. The simulation never makes it wait, nor it
-/// the simulation. The first operator is made before the first tick.
+/// the simulation. The first operator is made before the first tick. A simulation that throws later
+/// has stopped: the force is taken away, and the run goes on to its end without. When the run ends,
+/// or is ended, the last force goes to zero in 50 ms.
 template <class Real>
 RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_contacts,
                              const Publisher<Real>& publish, const RealTimeOptions& options);

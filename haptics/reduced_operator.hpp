@@ -20,6 +20,7 @@ struct CandidateContact {
     /// du / d(handle): 3 x 6, translation [-] and rotation vector [m/rad] about the handle's
     /// origin.
     Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
+    Vec3 bend{0, 0, 0}; ///< of q(d) along the operator's `ahead`: see there [m]
     /// The handle is a rigid body that carries the point: q(d) is then taken by the exact turn of
     /// `arm`, and J is that of the pose, frame^T [1, -[arm]x].
     bool rigid = false;
@@ -49,6 +50,15 @@ template <class Real> struct ReducedOperator {
 
     double compliance = 1; ///< trace(W) / 3n [m/N]
     double length = 1;     ///< [m]
+
+    /// What the handle feels besides the contacts' J^T r: at the pose, and by which it falls with
+    /// the handle's displacement from there. A handle that hangs on nothing but contacts: zero.
+    Wrench rest;
+    Mat6 stiffness = Mat6::Zero(); ///< [N/m], [N], [N m/rad]
+    /// What q(d) and rest are beyond first order where the hand is going: with x the displacement
+    /// and s = ahead . x, they get s^2 (4 at most) times `bend`. Zero: nothing is known of it.
+    Vec6 ahead = Vec6::Zero(); ///< [1/m], [1/rad]
+    Wrench rest_bend;
 
     HandPose handle;            ///< the pose that q, J, frames and r belong to
     double validity = 0;        ///< handle motion within which the set of contacts is complete [m]

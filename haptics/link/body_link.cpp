@@ -1,6 +1,7 @@
 #include "haptics/link/body_link.hpp"
 
 #include "contact/options.hpp"
+#include "haptics/link/condense.hpp"
 #include "mesh/base/curve.hpp"
 #include "solver/body/drive.hpp"
 #include "solver/body/rigid_body.hpp"
@@ -23,13 +24,9 @@ Scene with_driven_handle(Scene scene)
     if (!h.given)
         throw InputError({{scene.file, "/haptic", "nothing",
                            "{\"handle\": NAME}: the body that the device moves"}});
-    for (const BeamInput& b : scene.beams)
-        if (b.name == h.handle)
-            throw InputError({{scene.file, "/haptic/handle", quoted_text(h.handle) + ", a beam",
-                               "a solid or a rigid body: beams cannot be held yet"}});
     if (!scene.rods.empty())
         throw InputError({{scene.file, "/bodies/" + scene.rods[0].name, "a rod",
-                           "solids, rigid bodies and obstacles: rods cannot be felt yet"}});
+                           "solids, rigid bodies and obstacles: rods are felt only when held"}});
     for (SolidInput& s : scene.solids) {
         if (s.name != h.handle) continue;
         s.drive.given = true;
@@ -41,13 +38,6 @@ Scene with_driven_handle(Scene scene)
     for (RigidInput& r : scene.rigids)
         if (r.name == h.handle) r.drive.given = true;
     return scene;
-}
-
-HandPose between(const HandPose& a, const HandPose& b, double share)
-{
-    const Vec6 d = displacement(a, b);
-    return {a.position + share * d.head<3>(),
-            (turn(share * d.tail<3>()) * a.rotation).normalized()};
 }
 
 } // namespace
@@ -64,13 +54,10 @@ struct BodyLink::State {
     HandPose start;
     StepInput last_step;
     BodyStepReport report;
-    Condensed condensed;
     bool started = false;
-    int steps = 0, refused = 0, not_met = 0, left_out = 0;
-    double time = 0;
 
     State(const Scene& s, const LinkOptions& o) : scene(with_driven_handle(s)), options(o) {}
-    StepInput input(double h) const
+    StepInput input(double time, double h) const
     {
         StepInput step;
         step.start = time;
@@ -100,7 +87,8 @@ void BodyLink::State::check_holds() const
 
 BodyLink::BodyLink(const Scene& scene, const std::vector<Obstacle>& obstacles,
                    const LinkOptions& options)
-    : state_(std::make_unique<State>(scene, options))
+    : HandleLink(options.condense)
+    , state_(std::make_unique<State>(scene, options))
 {
     State& s = *state_;
     s.system = build_bodies(s.scene, obstacles, s.warnings);
@@ -112,8 +100,8 @@ BodyLink::BodyLink(const Scene& scene, const std::vector<Obstacle>& obstacles,
     for (const BodyRef& b : s.system->refs)
         if (b.solid) {
             b.solid->expect_steps(options.duration / step);
-            b.solid->make_ready(s.input(s.scene.time.kind == "dynamic" ? step : 0), options.cache,
-                                s.messages);
+            b.solid->make_ready(s.input(0, s.scene.time.kind == "dynamic" ? step : 0),
+                                options.cache, s.messages);
         }
     // The middle of the body: what its drive turns about, too.
     if (ref.rigid) {
@@ -170,10 +158,9 @@ bool BodyLink::step(const HandPose& device)
     settings.solver = contact_solver(s.scene.accuracy.solver);
     settings.threads = s.options.threads;
     const double h = s.started ? s.options.condense.period : 0;
-    const StepInput input = s.input(h);
+    const StepInput input = s.input(count_.time, h);
     if (!s.started && s.scene.time.kind == "dynamic") { // nothing to balance
         s.started = true;
-        s.time = 0;
         return step(device);
     }
     const HandPose from = s.held->device();
@@ -182,49 +169,37 @@ bool BodyLink::step(const HandPose& device)
         s.held->aim(i == 0 ? device : between(from, device, share));
         BodyStepReport report = try_body_step(*s.system, input, settings);
         if (!report.accepted) {
-            ++s.refused;
+            ++count_.refused;
             s.report.refusal = report.refusal;
             continue;
         }
         s.report = std::move(report);
         s.last_step = input;
-        s.time = input.end();
+        count_.time = input.end();
         s.started = true;
-        s.steps += h > 0;
-        s.not_met += i > 0;
+        count_.steps += h > 0;
+        count_.not_met += i > 0;
         return true;
     }
     s.held->aim(from);
-    ++s.not_met;
+    ++count_.not_met;
     return false;
 }
 
-template <class Real>
-bool BodyLink::publish(ReducedOperator<Real>& op, double time, std::uint64_t sequence)
+Condensed BodyLink::condense_step(int most)
 {
     State& s = *state_;
-    CondenseOptions options = s.options.condense;
-    options.most_contacts = std::min(options.most_contacts, op.capacity);
-    s.condensed = condense(*s.system, s.handle, *s.held, s.last_step, s.report, options);
-    s.left_out = std::max(s.left_out, s.condensed.left_out);
-    std::copy(s.condensed.contact.begin(), s.condensed.contact.end(), op.contact.begin());
-    op.handle = s.held->device();
-    op.validity = s.condensed.reach;
-    op.period = options.period;
-    op.time = time;
-    op.sequence = sequence;
-    return set_delassus(op, s.condensed.W);
+    CondenseOptions options = condense_;
+    options.most_contacts = most;
+    return condense(*s.system, s.handle, *s.held, s.last_step, s.report, options);
 }
 
-void BodyLink::set_most_contacts(int most)
+bool BodyLink::take_over(const HandleLink& before)
 {
-    state_->options.condense.most_contacts = most;
-}
-
-bool BodyLink::take_over(const BodyLink& before)
-{
+    const auto* link = dynamic_cast<const BodyLink*>(&before);
+    if (!link) return false;
     State& s = *state_;
-    const State& old = *before.state_;
+    const State& old = *link->state_;
     if (s.system->refs.size() != old.system->refs.size()) return false;
     for (std::size_t b = 0; b < s.system->refs.size(); ++b)
         if (s.system->refs[b].name != old.system->refs[b].name ||
@@ -236,12 +211,8 @@ bool BodyLink::take_over(const BodyLink& before)
     s.held->aim(old.held->device());
     s.last_step = old.last_step;
     s.started = old.started;
-    s.time = old.time;
     s.start = old.start;
-    s.steps = old.steps;
-    s.refused = old.refused;
-    s.not_met = old.not_met;
-    s.left_out = old.left_out;
+    count_ = link->count_;
     return true;
 }
 
@@ -276,37 +247,19 @@ const BodyStepReport& BodyLink::report() const
     return state_->report;
 }
 
-const Condensed& BodyLink::condensed() const
+HandPose BodyLink::device() const
 {
-    return state_->condensed;
+    return state_->held->device();
 }
 
-int BodyLink::steps() const
+Wrench BodyLink::force() const
 {
-    return state_->steps;
+    return state_->held->force();
 }
 
-int BodyLink::refused() const
+std::string BodyLink::refusal() const
 {
-    return state_->refused;
+    return state_->report.refusal;
 }
-
-int BodyLink::most_left_out() const
-{
-    return state_->left_out;
-}
-
-int BodyLink::not_met() const
-{
-    return state_->not_met;
-}
-
-double BodyLink::time() const
-{
-    return state_->time;
-}
-
-template bool BodyLink::publish(ReducedOperator<float>&, double, std::uint64_t);
-template bool BodyLink::publish(ReducedOperator<double>&, double, std::uint64_t);
 
 } // namespace amontons

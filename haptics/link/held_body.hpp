@@ -1,15 +1,9 @@
 #pragma once
 
-#include "haptics/pose.hpp"
+#include "haptics/link/condensed.hpp"
 #include "solver/step/body_contacts.hpp"
 
 namespace amontons {
-
-/// What ties the handle to the device: a spring for shifts, and one for turns about its origin.
-struct HandleSpring {
-    double stiffness = 500;                                          ///< [N/m]
-    double turn_stiffness = std::numeric_limits<double>::infinity(); ///< [N m/rad]; infinite: rigid
-};
 
 /// A rigid body or a solid in the hand: six more unknowns, shift and turn of its frame, which hang
 /// on the device by springs. So the step's own contact problem moves it, and the force on the hand

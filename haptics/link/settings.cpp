@@ -10,6 +10,7 @@ constexpr double kLeastDamping = 1;   // of a hand that holds a device [N s/m]
 constexpr double kLeastMass = 0.05;   // of hand and device, where the profile says nothing [kg]
 constexpr double kFullTorqueAt = 0.1; // turn at which the spring gives the device's torque [rad]
 constexpr double kStepsOnTrust = 3;   // of the encoder: a force may begin that is sure after them
+constexpr int kMostSweeps = 200;      // of a tick; by the clock its budget ends sooner
 constexpr double kSlewTime = 2e-3;    // from nothing to the device's largest force, at most [s]
 
 } // namespace
@@ -34,6 +35,7 @@ HapticSettings make_settings(const HapticInput& input, const DeviceSpec& device,
                                                              : kNone;
 
     s.loop.period = 1 / input.rate;
+    s.loop.proxy.max_sweeps = kMostSweeps;
     s.loop.clutch = true;
     s.loop.coupling_stiffness = spring.stiffness;
     s.loop.coupling_damping = input.damping;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "haptics/device/simulated_hand.hpp"
-#include "haptics/link/body_link.hpp"
+#include "haptics/link/handle_link.hpp"
 #include "haptics/loop/haptic_loop.hpp"
 
 namespace amontons {
@@ -11,7 +11,7 @@ struct HapticSettings {
     DeviceSpec device;
     HapticOptions loop;
     LinkOptions link;
-    HandOptions hand; ///< its path is BodyLink::path
+    HandOptions hand; ///< its path is HandleLink::path
 };
 
 /// The spring between device and handle that a scene does not name: the device's own largest

@@ -33,7 +33,7 @@ template <class Real> void ProxyLoop<Real>::remember()
     const double newton = op_->length / op_->compliance;
     for (int i = 0; i < remembered_; ++i)
         memory_[at(i)] = {contact(i).id, newton * (contact(i).frame * r_[at(i)]),
-                          slip_time_[at(i)]};
+                          newton * (contact(i).frame * before_[at(i)]), slip_time_[at(i)]};
     std::sort(memory_.begin(), memory_.begin() + remembered_,
               [](const Memory& a, const Memory& b) { return a.id < b.id; });
 }
@@ -48,9 +48,11 @@ template <class Real> void ProxyLoop<Real>::adopt(double time)
             std::lower_bound(memory_.begin(), end, contact(i).id,
                              [](const Memory& m, std::int64_t id) { return m.id < id; });
         r_[at(i)].setZero();
+        before_[at(i)].setZero();
         slip_time_[at(i)] = time;
         if (known == end || known->id != contact(i).id) continue;
         r_[at(i)] = contact(i).frame.transpose() * known->r / newton;
+        before_[at(i)] = contact(i).frame.transpose() * known->before / newton; // the trend goes on
         slip_time_[at(i)] = known->slip_time;
         ++matched_;
     }

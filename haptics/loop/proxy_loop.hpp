@@ -74,6 +74,7 @@ private:
     struct Memory { // of a contact, in world axes: what outlives its operator
         std::int64_t id = 0;
         Vec3 r{0, 0, 0};      // [N]
+        Vec3 before{0, 0, 0}; // a tick earlier [N]
         double slip_time = 0; // [s]
     };
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
@@ -118,6 +119,7 @@ private:
     HandPose device_;
     Wrench last_; // of the tick before
     Vec6 moved_ = Vec6::Zero();
+    double bent_ = 0; // s^2 of the operator's `ahead`
     Mat3 turn_ = Mat3::Identity(), prepared_turn_ = Mat3::Identity();
 
     double blend_start_ = 0, blend_time_ = 0; // [s]

@@ -3,7 +3,9 @@
 #include "haptics/tests/count_allocations.hpp"
 #include "haptics/tests/scenes.hpp"
 
+#include <algorithm>
 #include <doctest/doctest.h>
+#include <stdexcept>
 
 using namespace amontons;
 using namespace amontons::test;
@@ -15,6 +17,7 @@ namespace {
 /// A device on a circle in the bed, which looks at the counter of its thread.
 struct Circle final : Device {
     long reads = 0, first = -1, last = -1, writes = 0;
+    double force = 0; // last [N]
     DeviceSpec spec() const override { return {}; }
     DeviceSample read(double t) noexcept override
     {
@@ -26,7 +29,11 @@ struct Circle final : Device {
         s.pose.position = {0.01 * std::cos(5 * t), 0.01 * std::sin(5 * t), -0.001};
         return s;
     }
-    void write(const Wrench&, double) noexcept override { ++writes; }
+    void write(const Wrench& w, double) noexcept override
+    {
+        ++writes;
+        force = w.force.norm();
+    }
 };
 
 struct Fixture {
@@ -41,13 +48,16 @@ struct Fixture {
         bed.margin = 0.01;
         options.duration = 0.5;
     }
-    RealTimeRun run(const HapticOptions& settings = {}, int fail_after = 1 << 30)
+    /// @param fail_after  publications; then there are none, or the simulation throws
+    RealTimeRun run(const HapticOptions& settings = {}, int fail_after = 1 << 30,
+                    bool throws = false)
     {
         HapticLoop<float> loop(16, settings);
         const Publisher<float> publish = [&, sim = BedSimulation(bed),
                                           n = 0](ReducedOperator<float>& op, const HandPose& pose,
                                                  double time, std::uint64_t sequence) mutable {
-            if (++n > fail_after) return false;
+            if (++n > fail_after && throws) throw std::runtime_error("out of memory");
+            if (n > fail_after) return false;
             sim.step(op, pose, time, sequence);
             return true;
         };
@@ -63,7 +73,7 @@ TEST_CASE("the loop ticks by the clock, takes operators, and allocates and fault
     const RealTimeRun run = f.run();
     REQUIRE(run.records.size() > 50);
     CHECK(f.device.reads == static_cast<long>(run.records.size()));
-    CHECK(f.device.writes == f.device.reads);
+    CHECK(f.device.writes >= f.device.reads);
     CHECK(f.device.last == f.device.first); // allocations of the loop's thread
     CHECK(f.device.first >= 0);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
@@ -99,6 +109,46 @@ TEST_CASE("a simulation that publishes no more takes the force away, and the rea
     for (const TickRecord& r : run.records)
         most = std::max(most, r.sent.force.norm());
     CHECK(most > 0.1);
+}
+
+TEST_CASE("a simulation that ends with an exception takes the force away, and the reason is told")
+{
+    Fixture f;
+    HapticOptions settings;
+    settings.safety.ramp_up = 0;
+    settings.passivity.control = false;
+    const RealTimeRun run = f.run(settings, 5, true);
+    CHECK(run.stopped == "out of memory");
+    CHECK(run.records.back().state == SafetyState::simulation_stopped);
+    CHECK(run.records.back().sent.force.norm() == 0);
+    CHECK(f.device.force == 0);
+}
+
+TEST_CASE("whatever ends a run, the last force goes to zero evenly")
+{
+    Fixture f;
+    HapticOptions settings;
+    settings.safety.ramp_up = 0;
+    settings.passivity.control = false;
+    f.options.duration = 0.3;
+    const RealTimeRun run = f.run(settings);
+    const double last = run.records.back().sent.force.norm();
+    CHECK(last > 0.1);
+    CHECK(f.device.force == 0);
+    CHECK(f.device.writes == static_cast<long>(run.records.size()) + 50);
+}
+
+TEST_CASE("ticks that end for lack of time are told to the simulation")
+{
+    Fixture f;
+    HapticOptions settings;
+    settings.proxy.budget = f.options.budget = 1e-9; // no sweep fits
+    double most = 0;
+    f.options.on_overload = [&](double share) { most = std::max(most, share); };
+    const RealTimeRun run = f.run(settings);
+    CHECK(most > 0.1);
+    for (const TickRecord& r : run.records)
+        CHECK(r.proxy.sweeps == 0);
 }
 
 TEST_CASE("a run that is stopped ends soon")

@@ -1,5 +1,4 @@
-#include "haptics/tests/scenes.hpp"
-#include "haptics/virtual_time.hpp"
+#include "haptics/tests/virtual_wall.hpp"
 
 #include <algorithm>
 #include <doctest/doctest.h>
@@ -10,77 +9,6 @@ using namespace amontons::test;
 // The whole loop with a simulated hand and a publisher, in virtual time.
 
 namespace {
-
-/// Nothing between contact and hand: no ramp, no limit, no control.
-HapticOptions bare()
-{
-    HapticOptions o;
-    o.proxy.tolerance = 1e-10;
-    o.proxy.max_sweeps = 500;
-    o.safety.ramp_up = 0;
-    o.safety.max_speed = o.safety.max_jump = o.safety.max_turn_speed = 1e300;
-    o.passivity.control = false;
-    return o;
-}
-
-Bed wall(double k)
-{
-    Bed bed;
-    bed.points = {{0, 0, 0}};
-    bed.mu = 0;
-    bed.k = k;
-    return bed;
-}
-
-/// @param disagree  every other operator is stiffer by this: as of a body that is not linear
-template <class Real> Publisher<Real> publisher(const Bed& bed, double disagree = 1)
-{
-    return
-        [sim = BedSimulation(bed), bed, disagree](ReducedOperator<Real>& op, const HandPose& pose,
-                                                  double time, std::uint64_t sequence) mutable {
-            sim.bed.shear = bed.shear * (sequence % 2 ? disagree : 1);
-            sim.step(op, pose, time, sequence);
-            return true;
-        };
-}
-
-/// Is a free mass on a wall that pulls as well as pushes stable? The contact is kept closed by
-/// starting deep: the growth of a small motion about the depth is what counts.
-bool stable(double K, double B, double mass, double damping, int delay)
-{
-    HapticOptions o = bare();
-    o.coupling_stiffness = K;
-    o.coupling_damping = B;
-    HandOptions h;
-    h.mass = h.damping = 0;
-    h.device_mass = mass;
-    h.device_damping = damping;
-    h.delay = delay;
-    h.substeps = 1;
-    h.stiffness = 1e-9 * K; // a weight that holds the mass down at -1 m: far from lift-off
-    h.path = [=](double) { return (Vec6() << 0, 0, -1e9, 0, 0, 0).finished(); };
-    h.start << 0, 0, -1.001, 0, 0, 0; // 1 mm from rest, at -1 m
-    SimulatedHand hand(h);
-    HapticLoop<double> loop(1, o);
-    VirtualOptions v;
-    v.duration = 4;
-    const Bed bed = wall(coupling(o));
-    double early = 0, late = 0;
-    for (const TickRecord& r :
-         run_in_virtual_time<double>(loop, hand, 1, publisher<double>(bed), o.period, v)) {
-        double& peak = r.time < 2 ? early : late;
-        if (r.time >= 0.5) peak = std::max(peak, std::abs(r.handle.position[2] + 1));
-    }
-    return late < early && late < 0.9;
-}
-
-double limit(double B, double mass, double damping, int delay)
-{
-    double low = 10, high = 4000;
-    while (high - low > 1e-3 * low)
-        (stable((low + high) / 2, B, mass, damping, delay) ? low : high) = (low + high) / 2;
-    return low;
-}
 
 struct Outcome {
     std::vector<TickRecord> records;
@@ -131,11 +59,11 @@ HandOptions barely_held()
 TEST_CASE("F01: the virtual wall becomes unstable where theory says")
 {
     // Eigenvalues of the exact zero-order hold; mass 0.1 kg, 0.5 N s/m, 1 kHz.
-    CHECK(limit(0, 0.1, 0.5, 0) == doctest::Approx(1000.83).epsilon(0.01));
-    CHECK(limit(0.2, 0.1, 0.5, 0) == doctest::Approx(1398.38).epsilon(0.01));
-    CHECK(limit(0, 0.1, 0.5, 1) == doctest::Approx(333.80).epsilon(0.01));
-    CHECK(limit(0.2, 0.1, 0.5, 1) == doctest::Approx(466.28).epsilon(0.01));
-    CHECK_FALSE(stable(20, 0, 0.1, 0, 0)); // without damping no stiffness is stable
+    CHECK(stable_limit({0, 0.1, 0.5, 0}) == doctest::Approx(1000.83).epsilon(0.01));
+    CHECK(stable_limit({0.2, 0.1, 0.5, 0}) == doctest::Approx(1398.38).epsilon(0.01));
+    CHECK(stable_limit({0, 0.1, 0.5, 1}) == doctest::Approx(333.80).epsilon(0.01));
+    CHECK(stable_limit({0.2, 0.1, 0.5, 1}) == doctest::Approx(466.28).epsilon(0.01));
+    CHECK_FALSE(stable({0, 0.1, 0, 0}, 20)); // without damping no stiffness is stable
 }
 
 /// The largest stiffness of a wall that a barely held, low-friction device feels without buzzing:

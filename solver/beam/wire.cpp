@@ -59,6 +59,17 @@ void clear_column(Block6& b, int col)
     b.column[col] = Column6{};
 }
 
+/// What is held, the base's springs included.
+HeldWire held_part(const Wire& wire, double end)
+{
+    HeldWire held = held_between_base_and(wire.material, end);
+    if (wire.sheath) {
+        held.axial += wire.sheath->give;
+        held.torsion += wire.sheath->turn_give;
+    }
+    return held;
+}
+
 /// Derivatives with the length that is out, the nodes where they are.
 struct Growth {
     double slope = 0;              ///< of the energy of the first element and the held part [N]
@@ -97,7 +108,7 @@ Growth growth(const Wire& wire, const ElementLaw& law, double further)
         g.slope += 0.5 * dS[i] * elastic * elastic - S * elastic * rate;
         g.tau[i] = dS[i] * elastic - S * rate - S * elastic / L;
     }
-    const HeldWire held = held_between_base_and(wire.material, end);
+    const HeldWire held = held_part(wire, end);
     g.axial = held.axial;
     g.torsion = held.torsion;
     const double stretch = (s.inserted - s.base_insertion) + s.inserted_rest + further;
@@ -109,18 +120,22 @@ Growth growth(const Wire& wire, const ElementLaw& law, double further)
     return g;
 }
 
-/// Second derivative of the energy with the length that is out [N/m], by a difference: the section
-/// changes fast where a step of curvature comes out, and there it is stiffer than the held part.
+/// Second derivative of the energy with the length that is out [N/m], by differences of fourth
+/// order: the section changes fast where a step of curvature comes out, and there it is stiffer
+/// than the held part. In a wire that nothing holds EA/l must cancel to what a hand feels as
+/// nothing.
 double growth_stiffness(const Wire& wire)
 {
     const WireMaterial& m = wire.material;
     const WireState& s = wire.state;
     const double end = material_at_end(wire, s);
-    const double step = std::min(1e-3 * m.segments.back().radius, 0.5 * end);
+    const double step = std::min(1e-3 * m.segments.back().radius, 0.25 * end);
     const auto slope = [&](double further) {
         return growth(wire, law_of_held_element(wire, s, further), further).slope;
     };
-    return (slope(step) - slope(-step)) / (2 * step);
+    const double near = (slope(step) - slope(-step)) / (2 * step),
+                 far = (slope(2 * step) - slope(-2 * step)) / (4 * step);
+    return (4 * near - far) / 3;
 }
 
 // The first node's rows become (inserted, rotation): see wire.hpp.
@@ -345,8 +360,8 @@ Vec3 held_point(const Wire& wire, const WireState& state, double s)
 Quaternion held_rotation(const Wire& wire, const WireState& state, double s)
 {
     const double end = material_at_end(wire, state);
-    const double whole = held_between_base_and(wire.material, end).torsion;
-    const double part = held_between_base_and(wire.material, std::max(s, 0.0)).torsion;
+    const double whole = held_part(wire, end).torsion;
+    const double part = held_part(wire, std::max(s, 0.0)).torsion;
     const double angle =
         state.base_twist + (state.rotation - state.base_twist) * (whole > 0 ? part / whole : 1);
     Quaternion q = quaternion_of(wire.sheath->frame);
@@ -356,6 +371,7 @@ Quaternion held_rotation(const Wire& wire, const WireState& state, double s)
 
 void drive_base(Wire& wire, double insertion, double twist)
 {
+    if (!wire.sheath) return; // a clamp stands where its node is
     const WireState old = wire.state;
     WireState& s = wire.state;
     const double shift = insertion - old.base_insertion;
@@ -446,9 +462,25 @@ BaseLoad base_load(const Wire& wire)
         return {-0.5 * c.stiffness[4] * (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]),
                 0};
     }
-    const HeldWire held = held_between_base_and(wire.material, end);
+    const HeldWire held = held_part(wire, end);
     return {((s.base_insertion - s.inserted) - s.inserted_rest) / held.axial,
             (s.base_twist - s.rotation) / held.torsion};
+}
+
+// The base's spring energy 1/2 (l - b)^2 / axial(l) + 1/2 (theta - phi)^2 / torsion(l), with
+// d(axial)/dl = -1/EA and d(torsion)/dl = -1/GJ at the sheath's end.
+BaseStiffness base_stiffness(const Wire& wire)
+{
+    const WireState& s = wire.state;
+    const double end = material_at_end(wire, s);
+    const Section c = section_at(wire.material, end);
+    const HeldWire held = held_part(wire, end);
+    const BaseLoad load = base_load(wire);
+    BaseStiffness k;
+    k.own << 1 / held.axial, 0, 0, 1 / held.torsion;
+    k.mixed << -(1 - load.push / c.stiffness[0]) / held.axial,
+        load.torque / (c.stiffness[3] * held.torsion), 0, -1 / held.torsion;
+    return k;
 }
 
 double elastic_energy(const Wire& wire)
@@ -462,7 +494,7 @@ double elastic_energy(const Wire& wire)
                             i == s.first ? held_element_law(wire, s) : wire.material.law[n]);
     }
     if (wire.sheath) {
-        const HeldWire held = held_between_base_and(wire.material, material_at_end(wire, s));
+        const HeldWire held = held_part(wire, material_at_end(wire, s));
         const double stretch = (s.inserted - s.base_insertion) + s.inserted_rest;
         const double turn = s.base_twist - s.rotation;
         energy += held.bending;

@@ -19,6 +19,9 @@ struct Sheath {
     Mat3 frame = Mat3::Identity(); ///< columns: direction, material axes 2 and 3 at no twist
     double fade = 0;               ///< the grip fades out over this length behind `end` [m]
     double grip = 0;               ///< lateral stiffness per length where the fading begins [N/m^2]
+    /// Springs between what holds the base and the wire: a hand's. 0: held rigidly.
+    double give = 0;      ///< along the wire [m/N]
+    double turn_give = 0; ///< about it [rad/(N m)]
 };
 
 /// Reaction at a contact of point and wall.
@@ -47,7 +50,7 @@ struct Wire {
     std::optional<Vec3> plane;     ///< normal of the plane that the wire is held in
     std::vector<Vec3> dead_force;  ///< on each node, fixed in space [N]; may be empty
     std::vector<Vec3> dead_moment; ///< [N m]
-    bool cable = false; ///< no bending or torsional stiffness: see add_cable
+    bool cable = false;            ///< no bending or torsional stiffness: see add_cable
     WireState state;
 
     int last() const { return int(material.node.size()) - 1; } ///< tip node
@@ -102,7 +105,14 @@ struct BaseLoad {
 };
 BaseLoad base_load(const Wire& wire);
 
-/// Elastic energy, of the held part too [J].
+/// How the balance of a wire that is out of its sheath feels its base: derivatives of the energy.
+struct BaseStiffness {
+    Eigen::Matrix2d own;   ///< by (insertion, twist) twice [N/m], [N m/rad]
+    Eigen::Matrix2d mixed; ///< rows 0 and 3 of node `first` in the gradient, by (insertion, twist)
+};
+BaseStiffness base_stiffness(const Wire& wire);
+
+/// Elastic energy, of the held part and the base's springs too [J].
 double elastic_energy(const Wire& wire);
 
 /// Adds the gradient and Hessian of all energies of the wire (not of contact) to a zeroed

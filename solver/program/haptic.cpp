@@ -2,6 +2,7 @@
 
 #include "haptics/device/recorded.hpp"
 #include "haptics/device/spacemouse.hpp"
+#include "haptics/device/turned.hpp"
 #include "haptics/device/udp.hpp"
 #include "haptics/link/settings.hpp"
 #include "haptics/real_time.hpp"
@@ -57,7 +58,7 @@ void add_percentiles(JsonText& json, const char* name, const Percentiles& p)
     json.member("max", p.max).close('}');
 }
 
-std::string json_text(const Outcome& o, const HapticSettings& set, const BodyLink& link)
+std::string json_text(const Outcome& o, const HapticSettings& set, const HandleLink& link)
 {
     const HapticSummary& s = o.summary;
     JsonText json;
@@ -111,7 +112,7 @@ std::string json_text(const Outcome& o, const HapticSettings& set, const BodyLin
     return json.text() + "\n";
 }
 
-std::string table(const Outcome& o, const HapticSettings& set, const BodyLink& link)
+std::string table(const Outcome& o, const HapticSettings& set, const HandleLink& link)
 {
     const HapticSummary& s = o.summary;
     std::string t = fmt::format("{}: {} ticks at {:.1f} Hz, {} steps\n", o.status, s.ticks, s.rate,
@@ -196,6 +197,12 @@ HapticSettings settings_of(const Scene& scene, int late)
     }
 }
 
+/// One push along its x, one twist about it.
+bool pushes_and_twists(const DeviceSpec& device)
+{
+    return device.free == std::array<bool, 6>{true, false, false, true, false, false};
+}
+
 // What takes too long in a tick is done in this order: sweeps end at the budget, then fewer
 // contacts are handed over.
 constexpr double kBudget = 0.5;     // of a period, for the sweeps of a tick
@@ -206,17 +213,17 @@ constexpr int kFewestContacts = 16;
 /// The simulation goes on with this value of the scene replaced.
 /// @param line  PATH=VALUE
 /// @return  null where it cannot be; says why
-std::unique_ptr<BodyLink> changed_link(HapticArguments& a, const std::string& line,
-                                       const std::vector<Obstacle>& obstacles,
-                                       const HapticSettings& set, const BodyLink& now,
-                                       const Session& session)
+std::unique_ptr<HandleLink> changed_link(HapticArguments& a, const std::string& line,
+                                         const std::vector<Obstacle>& obstacles,
+                                         const HapticSettings& set, const HandleLink& now,
+                                         const Session& session)
 {
     std::vector<std::string> overrides = a.scene.overrides;
     overrides.push_back(line);
     try {
         Scene scene = read_scene(a.scene.scene, overrides);
         place_introducers(scene);
-        auto link = std::make_unique<BodyLink>(scene, obstacles, set.link);
+        auto link = make_link(scene, obstacles, set.link);
         if (link->take_over(now)) {
             a.scene.overrides = std::move(overrides);
             session.say("set " + line);
@@ -262,9 +269,9 @@ void haptic(HapticArguments& a, Session& session)
     if (a.free) set.loop.passivity.control = false;
     if (!a.virtual_time) set.loop.proxy.budget = kBudget * set.loop.period;
     // The first one stays: the hand asks it for its path, from another thread.
-    const auto first = std::make_unique<BodyLink>(scene, obstacles, set.link);
-    std::unique_ptr<BodyLink> changed;
-    BodyLink* link = first.get();
+    const std::unique_ptr<HandleLink> first = make_link(scene, obstacles, set.link);
+    std::unique_ptr<HandleLink> changed;
+    HandleLink* link = first.get();
     for (const Issue& w : link->warnings())
         session.say(std::string("warning: ") + InputError({w}).what());
 
@@ -275,6 +282,9 @@ void haptic(HapticArguments& a, Session& session)
         auto simulated = std::make_unique<SimulatedHand>(options);
         hand = simulated.get();
         device = std::move(simulated);
+    } else if (pushes_and_twists(set.device) && !first->axis().isZero()) {
+        device = std::make_unique<TurnedDevice>(
+            std::move(device), Eigen::Quaterniond::FromTwoVectors(Vec3::UnitX(), first->axis()));
     }
     device->open();
 
@@ -296,8 +306,8 @@ void haptic(HapticArguments& a, Session& session)
         const bool done =
             link->step(sequence == 1 ? link->start() : handle) && link->publish(op, time, sequence);
         if (viewer && viewer->wants())
-            viewer->offer(
-                frames.frame(link->time(), {}, link->body_records(), link->contact_records()));
+            viewer->offer(frames.frame(link->time(), link->beam_records(), link->body_records(),
+                                       link->contact_records()));
         return done;
     };
     Outcome out;
@@ -343,6 +353,11 @@ void haptic(HapticArguments& a, Session& session)
         out.bare_missed = run.bare_missed;
         out.bare_wake = percentiles(std::move(run.bare_wake));
         if (!run.fifo || !run.locked) session.say("warning: " + run.scheduling);
+        if (!run.stopped.empty()) {
+            out.status = "failed";
+            session.exit_code = kSolveFailed;
+            session.error("the simulation stopped: " + run.stopped);
+        }
     }
     device->close();
     if (viewer) out.shown = viewer->close();

@@ -71,10 +71,10 @@ void check_haptic(const Scene& scene, Findings& findings)
         return std::any_of(bodies.begin(), bodies.end(),
                            [&](const auto& b) { return b.name == h.handle; });
     };
-    const std::string kind = has(scene.rigids)   ? "rigid"
-                             : has(scene.solids) ? "elastic"
-                             : has(scene.beams)  ? "beam"
-                                                 : "";
+    const std::string kind = has(scene.rigids)                     ? "rigid"
+                             : has(scene.solids)                   ? "elastic"
+                             : has(scene.beams) || has(scene.rods) ? "beam"
+                                                                   : "";
     if (kind.empty()) {
         const std::string near = nearest_name(h.handle, scene.order);
         findings.add({"/haptic/handle", "/bodies"},

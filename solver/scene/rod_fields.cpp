@@ -194,7 +194,8 @@ void check_rods(const Scene& scene, Findings& findings)
 {
     for (const RodInput& b : scene.rods) {
         check_rod(b, scene, findings);
-        for (std::size_t i = 0; i < scene.contact.size(); ++i)
+        const bool in_hand = scene.haptic.given && scene.haptic.handle == b.name;
+        for (std::size_t i = 0; i < scene.contact.size() && !in_hand; ++i)
             for (const std::string& name : scene.contact[i].between)
                 if (name == b.name)
                     findings.add({fmt::format("/contact/{}/between", i)}, quoted_text(name),

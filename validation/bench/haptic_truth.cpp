@@ -1,8 +1,10 @@
-// How true is the reduced operator? A handle is pressed and dragged at 0.1 m/s. Forces of the full
-// simulation, stepped at every tick, against those of operators made at 100 and at 25 Hz, by the
-// distance from the pose they were made for: |F_haptic - F_full| / max(|F_full|, 0.1 N).
+// How true is the reduced operator? A handle is moved at 0.1 m/s: pressed and dragged, or, of a
+// wire, brought to a time of the scene's path and pushed on. Forces of the full simulation, stepped
+// at every tick, against those of operators made at 100 and at 25 Hz, by the distance from the pose
+// they were made for: |F_haptic - F_full| / max(|F_full|, 0.1 N).
 //
 //   build/release/bin/haptic_truth examples/hapco/hexa.json [depth [m]]
+//   build/release/bin/haptic_truth examples/haptic_catheter/scene.json [from [s]]
 
 #include "haptics/link/settings.hpp"
 #include "haptics/summary.hpp"
@@ -20,63 +22,97 @@ namespace {
 constexpr double kTick = 1e-3, kSpeed = 0.1; // [s], [m/s]
 constexpr int kPress = 100, kDrag = 300;     // ticks
 
-/// Down to the depth, then along x.
-HandPose device_at(const HandPose& start, double depth, int tick)
-{
-    HandPose pose = start;
-    pose.position.z() -= depth * std::min(1.0, tick / static_cast<double>(kPress));
-    pose.position.x() += kSpeed * kTick * std::max(0, tick - kPress);
-    return pose;
-}
+struct World {
+    Scene scene;
+    std::vector<Obstacle> obstacles;
+    double depth = 0; ///< pressed [m]; of a wire: from that time on [s]
 
-HapticSettings settings(const Scene& scene, int ticks)
-{
-    HapticInput input = scene.haptic;
-    input.simulation_rate = 1 / (ticks * kTick);
-    HapticSettings s = make_settings(input, device_profile(input.device), 0);
-    s.link.condense.latency = 0;
-    return s;
-}
+    HapticSettings settings(int ticks) const
+    {
+        HapticInput input = scene.haptic;
+        input.simulation_rate = 1 / (ticks * kTick);
+        HapticSettings s = make_settings(input, device_profile(input.device), 0);
+        s.link.condense.latency = 0;
+        return s;
+    }
+    std::unique_ptr<HandleLink> link(int ticks) const
+    {
+        return make_link(scene, obstacles, settings(ticks).link);
+    }
+    /// Down to the depth, then along x; of a wire: along it.
+    HandPose device_at(const HandleLink& link, int tick) const
+    {
+        HandPose pose = link.start();
+        if (!link.axis().isZero()) {
+            const Vec6 x = link.path(depth);
+            pose.position += x.head<3>() + kSpeed * kTick * tick * link.axis();
+            pose.rotation = turn(x.tail<3>());
+            return pose;
+        }
+        pose.position.z() -= depth * std::min(1.0, tick / static_cast<double>(kPress));
+        pose.position.x() += kSpeed * kTick * std::max(0, tick - kPress);
+        return pose;
+    }
+    /// To where the motion begins.
+    void approach(HandleLink& link) const
+    {
+        link.step(link.start());
+        if (link.axis().isZero()) return;
+        for (double t = 0; t < depth; t += scene.time.step) {
+            const Vec6 x = link.path(std::min(t + scene.time.step, depth));
+            HandPose pose = link.start();
+            pose.position += x.head<3>();
+            pose.rotation = turn(x.tail<3>());
+            if (!link.step(pose)) std::printf("%g s: %s\n", t, link.refusal().c_str());
+        }
+    }
+};
 
-std::vector<Vec3> full_forces(const Scene& scene, const std::vector<Obstacle>& obstacles,
-                              double depth)
+std::vector<Vec3> full_forces(const World& world)
 {
-    BodyLink link(scene, obstacles, settings(scene, 1).link);
+    const std::unique_ptr<HandleLink> link = world.link(1);
+    world.approach(*link);
     std::vector<Vec3> force;
     for (int k = 0; k <= kPress + kDrag; ++k) {
-        if (!link.step(device_at(link.start(), depth, k)))
-            std::printf("tick %d: %s\n", k, link.report().refusal.c_str());
-        force.push_back(link.held().force().force);
+        if (!link->step(world.device_at(*link, k)))
+            std::printf("tick %d: %s\n", k, link->refusal().c_str());
+        force.push_back(link->force().force);
     }
     return force;
 }
 
-void compare(const Scene& scene, const std::vector<Obstacle>& obstacles, double depth, int ticks,
-             const std::vector<Vec3>& full)
+void compare(const World& world, int ticks, const std::vector<Vec3>& full)
 {
-    const int most = scene.haptic.contacts;
-    BodyLink link(scene, obstacles, settings(scene, ticks).link);
+    const int most = world.scene.haptic.contacts;
+    const std::unique_ptr<HandleLink> link = world.link(ticks);
+    world.approach(*link);
     std::vector<std::vector<double>> error(static_cast<std::size_t>(ticks) + 1);
+    int none = 0, not_solved = 0, contacts = 0;
     for (int k = 0; k + ticks <= kPress + kDrag; k += ticks) {
-        link.step(device_at(link.start(), depth, k));
+        link->step(world.device_at(*link, k));
         ReducedOperator<double> op(most);
-        link.publish(op, k * kTick, std::uint64_t(k) + 1);
+        if (!link->publish(op, k * kTick, std::uint64_t(k) + 1)) {
+            ++none;
+            continue;
+        }
+        contacts = std::max(contacts, op.contacts);
         ProxyOptions options;
         options.tolerance = 1e-9;
         options.max_sweeps = 1000;
         ProxyLoop<double> loop(most, options);
         loop.take(op, k * kTick);
         for (int j = 0; j <= ticks; ++j) {
-            const ProxyTick tick =
-                loop.tick(device_at(link.start(), depth, k + j), (k + j) * kTick);
+            const ProxyTick tick = loop.tick(world.device_at(*link, k + j), (k + j) * kTick);
+            not_solved += !tick.converged;
             const Vec3& exact = full[static_cast<std::size_t>(k + j)];
             if (exact.norm() > 0 || tick.wrench.force.norm() > 0)
                 error[static_cast<std::size_t>(j)].push_back((tick.wrench.force - exact).norm() /
                                                              std::max(exact.norm(), 0.1));
         }
     }
-    std::printf("operators at %g Hz\n  distance [mm]   median      p99        max\n",
-                1 / (ticks * kTick));
+    std::printf("operators at %g Hz: %d contacts at most, %d not published, %d ticks not solved\n"
+                "  distance [mm]   median      p99        max\n",
+                1 / (ticks * kTick), contacts, none, not_solved);
     for (int j = 0; j <= ticks; j += std::max(1, ticks / 10)) {
         const Percentiles p = percentiles(error[static_cast<std::size_t>(j)]);
         std::printf("  %8.2f     %.2e   %.2e   %.2e\n", 1e3 * kSpeed * kTick * j, p.p50, p.p99,
@@ -89,18 +125,23 @@ void compare(const Scene& scene, const std::vector<Obstacle>& obstacles, double 
 int main(int argc, char** argv)
 {
     if (argc < 2) {
-        std::fprintf(stderr, "haptic_truth SCENE [depth]\n");
+        std::fprintf(stderr, "haptic_truth SCENE [depth, or time of a wire's path]\n");
         return 2;
     }
     try {
-        const Scene scene = read_scene(argv[1]);
-        const double depth = argc > 2 ? std::atof(argv[2]) : 0.004;
-        const std::vector<Obstacle> obstacles = build_obstacles(scene);
-        const std::vector<Vec3> full = full_forces(scene, obstacles, depth);
-        std::printf("full force at the end of pressing %.4f N, of dragging %.4f N\n",
-                    full[kPress].norm(), full.back().norm());
+        World world;
+        world.scene = read_scene(argv[1]);
+        place_introducers(world.scene);
+        world.obstacles = build_obstacles(world.scene);
+        world.depth = argc > 2 ? std::atof(argv[2]) : 0.004;
+        const std::vector<Vec3> full = full_forces(world);
+        double most = 0;
+        for (const Vec3& f : full)
+            most = std::max(most, f.norm());
+        std::printf("full force %.4f N at tick %d, %.4f N at the end, %.4f N at most\n",
+                    full[kPress].norm(), kPress, full.back().norm(), most);
         for (const int ticks : {10, 40})
-            compare(scene, obstacles, depth, ticks, full);
+            compare(world, ticks, full);
     } catch (const InputError& error) {
         std::fprintf(stderr, "%s\n", error.what());
         return 2;

@@ -1,4 +1,5 @@
 #include "validation/cases/cases.hpp"
+#include "validation/cases/haptics/haptics.hpp"
 #include "validation/cases/hyperelastic/hyperelastic.hpp"
 #include "validation/cases/rigid_bodies/rigid_bodies.hpp"
 #include "validation/cases/rods/rods.hpp"
@@ -133,12 +134,10 @@ const std::vector<Case>& cases()
         {"rod10-sizes", "benchmarks", "WSCG 2003, equations 8 and 9; counted loops", rod10_sizes},
         {"rod10-turning", "benchmarks", "WSCG 2003; frame indifference", rod10_turning},
         {"rod-refined", "stability", "elliptic integrals", rod_refined},
-        {"virtual-wall", "benchmarks", "Colgate & Schenkel 1994; Gil et al. 2004", nullptr,
-         "needs no scene: F01 is a test of haptics/ (ctest -R haptics)"},
-        {"god-object", "benchmarks", "Zilles & Salisbury 1995; Ruspini et al. 1997", nullptr,
-         "needs no scene: F03 is a test of haptics/loop (ctest -R haptics_loop)"},
-        {"reduced-operator", "benchmarks", "Duriez et al. 2006; identical problem", nullptr,
-         "needs no scene: F06 is a test of haptics/loop (ctest -R haptics_loop)"},
+        {"virtual-wall", "benchmarks", "Colgate & Schenkel 1994; Gil et al. 2004", virtual_wall},
+        {"god-object", "benchmarks", "Zilles & Salisbury 1995; Ruspini et al. 1997", god_object},
+        {"reduced-operator", "benchmarks", "Duriez et al. 2006; identical problem",
+         reduced_operator},
     };
     return list;
 }

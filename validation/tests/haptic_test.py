@@ -156,6 +156,58 @@ class Virtual(Case):
         self.assertEqual(report["contacts"]["max"], 1)
 
 
+class Beams(Case):
+    def example(self, name, duration):
+        result = self.call(ROOT / "examples" / name / "scene.json", "--virtual-time", "--duration",
+                           duration, "--output", "out", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        report = json.loads(result.stdout)
+        self.assertEqual(report["faults"], 0)
+        self.assertLess(report["energy_injected"], 1e-12)
+        self.assertLess(report["error"]["p99"], 1e-3)
+        self.assertEqual(report["simulation"]["not_met"], 0)
+        return report, list(csv.DictReader((self.folder / "out/haptics.csv").read_text().splitlines()))
+
+    def test_catheter(self):
+        report, trace = self.example("haptic_catheter", 4)
+        self.assertEqual(report["profile"], "catheter-2dof")
+        self.assertGreater(report["contacts"]["closed"], 10)
+        self.assertGreater(report["largest_force"], 0.1)
+        self.assertLess(report["force_jump"]["handover"], 0.05)
+        for row in trace:  # only along its push, and only against it
+            self.assertAlmostEqual(math.hypot(float(row["computed_y [N]"]),
+                                              float(row["computed_z [N]"])), 0, delta=1e-9)
+
+    def test_catheter_by_a_device_that_pushes_along_x(self):
+        # The vessel begins along x; turned to z, the device's x is still its push.
+        scene = json.loads(json.dumps(SCENE))
+        scene["bodies"] = {
+            "wall": {"kind": "obstacle", "surface": {"generate": "plane", "centre": [0, 0, 0.0114445],
+                                                     "axis": [0, 0, -1]}},
+            "wire": {"kind": "beam",
+                     "segments": [{"length": 0.1, "radius": 4.445e-4, "EI": 5.2e-4, "EA": 5000,
+                                   "element": 2.5e-3}],
+                     "introducer": {"at": [0, 0, 0], "direction": [0, 0, 1]},
+                     "drive": {"insertion": [[0, 0.010], [1, 0.010]]}}}
+        scene["contact"] = [{"between": ["wire", "wall"]}]
+        scene["haptic"] = {"handle": "wire", "device": "catheter-2dof"}
+        path = self.folder / "stub.json"
+        path.write_text(json.dumps(scene))
+        way = [(t / 100, 0.0012 * min(1, t / 60), 0, 0) for t in range(0, 101)]
+        result = self.call(path, "--device", self.path(way), "--virtual-time", "--output", "out",
+                           "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        last = list(csv.DictReader((self.folder / "out/haptics.csv").read_text().splitlines()))[-1]
+        # 0.2 mm further than the wall, spring and shaft in series
+        self.assertAlmostEqual(float(last["computed_z [N]"]), -2e-4 / (1 / 1000 + 0.1 / 5000),
+                               delta=2e-3)
+
+    def test_rod(self):
+        report, _ = self.example("haptic_rod", 3)
+        self.assertGreater(report["contacts"]["closed"], 3)
+        self.assertGreater(report["largest_force"], 0.02)
+
+
 class BadInput(Case):
     def test_unknown_device(self):
         self.refused("--device", "simulted", says=['"simulted"', "nearest: simulated"])

@@ -1,0 +1,376 @@
+#include "haptics/link/condense_wire.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+// A wire in balance: G(x, b, r) = 0 with x its unknowns, b the base's (insertion and twist of a
+// sheath; place and turn of a clamp), r the reactions. With K = dG/dx, geometry under load
+// included, B = dG/db and H = du/dx
+//
+//     dx = K^-1 (H^T dr - B db),
+//     u  = g n + W dr + J dd,         W = H K^-1 H^T,   J = -H K^-1 B T,   db = T dd,
+//     F  = F0 + J^T dr - S dd,        S = T^T (U_bb - B^T K^-1 B) T,
+//
+// d being the device's pose, and U_bb the second derivative of the energy by the base. The spring
+// between hand and wire is part of the wire: of its sheath, or as its first element.
+//
+// A wire under compression is not stable without the contacts that hold it, and W of such a body
+// is of no use to Gauss-Seidel. Contacts that are closed are therefore given springs, K + sum of
+// rho h_n h_n^T: as long as such a contact stays closed its u_n is 0 and nothing has changed; one
+// that opens is held back by rho over the way that it opens before the next operator comes.
+
+namespace amontons {
+namespace {
+
+constexpr int kRefinements = 1; // elimination without pivoting
+// rho over EI / l^3 of the wire, along normals and aside, and by 10 until it is stable.
+// Along normals the weakest is stiff enough for Gauss-Seidel to get on; aside it is felt when slip
+// goes on.
+constexpr double kFirstHold = 10, kFirstSide = 1e-4;
+constexpr int kHolds = 6;
+constexpr double kMostBend = 0.2; // of the way: more is a jump, of which nothing is foretold
+
+using Nodes = std::vector<Node6>;
+
+Nodes zeros(std::size_t n)
+{
+    Nodes x(n);
+    for (Node6& node : x)
+        node.column = Column6{};
+    return x;
+}
+
+void add_row(Nodes& x, const Candidate& c, const ContactRow& row)
+{
+    const auto e = static_cast<std::size_t>(c.place.element);
+    x[e].column += row.a.column;
+    x[e + 1].column += row.b.column;
+}
+
+double along(const Nodes& x, const Candidate& c, const ContactRow& row)
+{
+    const auto e = static_cast<std::size_t>(c.place.element);
+    double sum = 0;
+    for (int i = 0; i < 6; ++i)
+        sum += row.a.value[i] * x[e].value[i] + row.b.value[i] * x[e + 1].value[i];
+    return sum;
+}
+
+/// K += s h h^T on the two nodes of a contact.
+void add_hold(BlockTridiagonal& K, const Candidate& c, const ContactRow& h, double s)
+{
+    const int e = c.place.element;
+    const Column6 a = h.a.column * splat6(s), b = h.b.column * splat6(s);
+    for (int j = 0; j < 6; ++j) {
+        const Column6 ha = splat6(h.a.value[j]), hb = splat6(h.b.value[j]);
+        K.diagonal(e).column[j] += a * ha;
+        K.lower(e).column[j] += b * ha;
+        K.upper(e).column[j] += a * hb;
+        K.diagonal(e + 1).column[j] += b * hb;
+    }
+}
+
+BlockTridiagonal copy_of(const BlockTridiagonal& K)
+{
+    BlockTridiagonal out(K.size());
+    out.copy_from(K, K.first());
+    return out;
+}
+
+void make_symmetric(BlockTridiagonal& K)
+{
+    const auto meet = [](Block6& a, Block6& b) {
+        for (int i = 0; i < 6; ++i)
+            for (int j = 0; j < 6; ++j)
+                a(i, j) = b(j, i) = 0.5 * (a(i, j) + b(j, i));
+    };
+    for (int i = K.first(); i < K.size(); ++i) {
+        meet(K.diagonal(i), K.diagonal(i));
+        if (i + 1 < K.size()) meet(K.upper(i), K.lower(i));
+    }
+}
+
+/// K^-1 with what elimination loses put back.
+struct Solver {
+    const BlockTridiagonal& K;
+    BlockTridiagonal factor;
+
+    explicit Solver(const BlockTridiagonal& matrix) : K(matrix), factor(copy_of(matrix))
+    {
+        factor.factor(K.first());
+    }
+    Nodes operator()(const Nodes& right) const
+    {
+        Nodes x = right;
+        factor.solve(x);
+        for (int k = 0; k < kRefinements; ++k) {
+            Nodes r = right;
+            for (int i = K.first(); i < K.size(); ++i) {
+                const auto n = static_cast<std::size_t>(i);
+                r[n].column -= multiply(K.diagonal(i), x[n]);
+                if (i + 1 == K.size()) continue;
+                r[n].column -= multiply(K.upper(i), x[n + 1]);
+                r[n + 1].column -= multiply(K.lower(i), x[n]);
+            }
+            factor.solve(r);
+            for (auto i = static_cast<std::size_t>(K.first()); i < x.size(); ++i)
+                x[i].column += r[i].column;
+        }
+        return x;
+    }
+};
+
+/// Across the direction of friction, of a contact that slips.
+ContactRow across_row(const Candidate& c)
+{
+    const double t = std::hypot(c.tangential[0], c.tangential[1]);
+    const double c1 = t > 0 ? c.tangential[0] / t : 1, c2 = t > 0 ? c.tangential[1] / t : 0;
+    ContactRow r;
+    r.a.column = splat6(-c2) * c.ht[0].a.column + splat6(c1) * c.ht[1].a.column;
+    r.b.column = splat6(-c2) * c.ht[0].b.column + splat6(c1) * c.ht[1].b.column;
+    return r;
+}
+
+/// Springs at closed contacts until the wire is stable without them: along the normals; if that is
+/// not enough, across the way that it slips (friction's direction holds it there, on a ridge, say);
+/// then where it sticks. @return  false if it is not stable
+bool hold_closed(BlockTridiagonal& K, const std::vector<const Candidate*>& chosen)
+{
+    enum { normals, across, sticking };
+    BlockTridiagonal even = copy_of(K);
+    make_symmetric(even);
+    for (const int stage : {normals, across, sticking}) {
+        double held = 0;
+        for (int level = 0; level <= kHolds; ++level) {
+            BlockTridiagonal trial = copy_of(even);
+            if (trial.factor(trial.first()) == 0) return true;
+            const double next =
+                (stage == normals ? kFirstHold : kFirstSide) * std::pow(10.0, level);
+            for (const Candidate* c : chosen) {
+                if (!(c->normal > 0) || (stage != normals && c->sticks != (stage == sticking)))
+                    continue;
+                const double add = (next - held) * c->stiffness;
+                const auto hold = [&](const ContactRow& row) {
+                    add_hold(K, *c, row, add);
+                    add_hold(even, *c, row, add);
+                };
+                if (stage == normals) hold(c->hn);
+                if (stage == across) hold(across_row(*c));
+                if (stage == sticking) hold(c->ht[0]), hold(c->ht[1]);
+            }
+            held = next;
+        }
+    }
+    return false;
+}
+
+/// The base's part in the balance.
+struct BasePart {
+    std::vector<Nodes> B;                       // columns, of b
+    Eigen::MatrixXd own;                        // U_bb
+    Eigen::Matrix<double, Eigen::Dynamic, 6> T; // db = T dd
+};
+
+BasePart base_part(const Wire& wire)
+{
+    BasePart out;
+    const auto f = static_cast<std::size_t>(wire.state.first);
+    if (wire.sheath) {
+        const Vec3 axis = wire.sheath->frame.col(0);
+        const BaseStiffness k = base_stiffness(wire);
+        out.own = k.own;
+        for (int j = 0; j < 2; ++j) {
+            Nodes& column = out.B.emplace_back(zeros(wire.state.nodes.size()));
+            column[f].value[0] = k.mixed(0, j);
+            column[f].value[3] = k.mixed(1, j);
+        }
+        out.T.setZero(2, 6);
+        out.T.row(0).head<3>() = axis.transpose();
+        out.T.row(1).tail<3>() = axis.transpose();
+        return out;
+    }
+    // The first element alone: its rows and columns are not those of a held node.
+    BlockTridiagonal K(2);
+    K.set_zero();
+    Nodes gradient = zeros(2);
+    add_elements(0, 1, {wire.state.nodes[f], wire.state.nodes[f + 1]}, {wire.material.law[f]}, K,
+                 gradient);
+    out.own.resize(6, 6);
+    for (int j = 0; j < 6; ++j) {
+        Nodes& column = out.B.emplace_back(zeros(wire.state.nodes.size()));
+        column[f + 1].column = K.lower(0).column[j];
+        for (int i = 0; i < 6; ++i)
+            out.own(i, j) = K.diagonal(0)(i, j);
+    }
+    out.T.setZero(6, 6);
+    out.T.topLeftCorner<3, 3>().setIdentity();
+    out.T.bottomRightCorner<3, 3>() = rotation_matrix(wire.state.nodes[f].q).transpose();
+    return out;
+}
+
+/// Those that count most first: with force, near.
+std::vector<const Candidate*> choose(const std::vector<Candidate>& all, double reach,
+                                     const CondenseOptions& options, Condensed& out)
+{
+    std::vector<const Candidate*> chosen;
+    for (const Candidate& c : all)
+        if (c.normal > 0 || c.gap <= reach) chosen.push_back(&c);
+    const auto most = static_cast<std::size_t>(std::max(options.most_contacts, 0));
+    if (chosen.size() <= most) return chosen;
+    const auto rank = [](const Candidate* c) {
+        return std::tuple(!(c->normal > 0), -c->normal, c->gap, c->index);
+    };
+    std::sort(chosen.begin(), chosen.end(),
+              [&](const Candidate* a, const Candidate* b) { return rank(a) < rank(b); });
+    out.left_out = static_cast<int>(chosen.size() - most);
+    for (std::size_t i = most; i < chosen.size(); ++i)
+        out.left_out_force += chosen[i]->normal;
+    chosen.resize(most);
+    std::sort(chosen.begin(), chosen.end(),
+              [](const Candidate* a, const Candidate* b) { return a->index < b->index; });
+    return chosen;
+}
+
+} // namespace
+
+Wrench force_on_hand(const Wire& wire)
+{
+    if (wire.sheath) {
+        const BaseLoad load = base_load(wire);
+        const Vec3 axis = wire.sheath->frame.col(0);
+        return {-load.push * axis, -load.torque * axis};
+    }
+    const ElementLaw& law = wire.material.law[0];
+    const BeamNode &a = wire.state.nodes[0], &b = wire.state.nodes[1];
+    const std::array<double, 6> e = element_strain(a, b, law.length);
+    std::array<double, 6> stress;
+    for (std::size_t i = 0; i < 6; ++i)
+        stress[i] = law.S[i] * e[i] - law.P[i];
+    const std::array<double, 12> g = element_force(a, b, law.length, stress);
+    return {-Vec3(g[0], g[1], g[2]), -rotation_matrix(a.q) * Vec3(g[3], g[4], g[5])};
+}
+
+Condensed condense_wire(WireBody& body, const CondenseOptions& options)
+{
+    Condensed out;
+    const Wire& wire = body.wire;
+    out.reach = 1.1 * options.speed * options.period * (options.latency + 1);
+    out.W.resize(0, 0);
+    out.rest = force_on_hand(wire);
+    if (!wire.outside()) return out;
+
+    // Slip counts from here.
+    NewtonOptions newton;
+    newton.reach = out.reach;
+    residual_of(wire, body.walls, mark_step_start(wire), Anchor{}, newton, *body.work);
+    const std::vector<const Candidate*> chosen =
+        choose(body.work->candidates, out.reach, options, out);
+    BlockTridiagonal K = copy_of(body.work->base);
+    out.solvable = hold_closed(K, chosen);
+    const Solver solve(K);
+
+    const auto n = static_cast<Eigen::Index>(chosen.size());
+    const auto row = [&](Eigen::Index k) -> const ContactRow& {
+        const Candidate& c = *chosen[static_cast<std::size_t>(k / 3)];
+        return k % 3 == 0 ? c.hn : c.ht[k % 3 - 1];
+    };
+    const auto rows_of = [&](const Nodes& x) {
+        Eigen::VectorXd u(3 * n);
+        for (Eigen::Index i = 0; i < 3 * n; ++i)
+            u[i] = along(x, *chosen[static_cast<std::size_t>(i / 3)], row(i));
+        return u;
+    };
+    out.W.resize(3 * n, 3 * n);
+    for (Eigen::Index j = 0; j < 3 * n; ++j) {
+        Nodes right = zeros(wire.state.nodes.size());
+        add_row(right, *chosen[static_cast<std::size_t>(j / 3)], row(j));
+        out.W.col(j) = rows_of(solve(right));
+    }
+    const BasePart base = base_part(wire);
+    const auto m = static_cast<Eigen::Index>(base.B.size());
+    Eigen::MatrixXd by_base(3 * n, m), own = base.own;
+    for (Eigen::Index j = 0; j < m; ++j) {
+        const Nodes x = solve(base.B[static_cast<std::size_t>(j)]);
+        by_base.col(j) = -rows_of(x);
+        for (Eigen::Index i = 0; i < m; ++i) {
+            const Nodes& B = base.B[static_cast<std::size_t>(i)];
+            for (auto k = static_cast<std::size_t>(wire.state.first); k < x.size(); ++k)
+                for (int a = 0; a < 6; ++a)
+                    own(i, j) -= B[k].value[a] * x[k].value[a];
+        }
+    }
+    out.stiffness = base.T.transpose() * own * base.T;
+    const Eigen::MatrixXd J = by_base * base.T;
+
+    Eigen::VectorXd r0(3 * n), u0 = Eigen::VectorXd::Zero(3 * n);
+    out.contact.resize(chosen.size());
+    for (Eigen::Index i = 0; i < n; ++i) {
+        const Candidate& k = *chosen[static_cast<std::size_t>(i)];
+        CandidateContact& c = out.contact[static_cast<std::size_t>(i)];
+        c = {};
+        c.id = k.index;
+        c.frame << k.n, k.t1, k.t2;
+        c.mu = k.mu;
+        c.r = {k.normal, k.tangential[0], k.tangential[1]};
+        c.J = J.middleRows<3>(3 * i);
+        r0.segment<3>(3 * i) = c.r;
+        u0[3 * i] = k.gap;
+    }
+    const Eigen::VectorXd q = u0 - out.W * r0;
+    const Vec6 pull = J.transpose() * r0;
+    for (Eigen::Index i = 0; i < n; ++i)
+        out.contact[static_cast<std::size_t>(i)].q = q.segment<3>(3 * i);
+    out.rest.force -= pull.head<3>();
+    out.rest.torque -= pull.tail<3>();
+    return out;
+}
+
+WireAhead look_ahead(WireBody& body, const StepStart& start, double reach)
+{
+    WireAhead out;
+    out.force = force_on_hand(body.wire);
+    NewtonOptions newton;
+    newton.reach = reach;
+    residual_of(body.wire, body.walls, start, Anchor{}, newton, *body.work);
+    out.contact = body.work->candidates;
+    return out;
+}
+
+bool add_bend(Condensed& condensed, const WireAhead& ahead, const Vec6& way)
+{
+    const std::size_t n = condensed.contact.size();
+    Eigen::VectorXd r = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * n));
+    std::vector<const Candidate*> there(n, nullptr);
+    for (std::size_t i = 0; i < n; ++i) {
+        const CandidateContact& c = condensed.contact[i];
+        const auto same = std::find_if(ahead.contact.begin(), ahead.contact.end(),
+                                       [&](const Candidate& a) { return a.index == c.id; });
+        if (same == ahead.contact.end()) continue;
+        there[i] = &*same;
+        r.segment<3>(static_cast<Eigen::Index>(3 * i)) << same->normal, same->tangential[0],
+            same->tangential[1];
+    }
+    const Eigen::VectorXd given = condensed.W * r;
+    std::vector<Vec3> bend(n, Vec3::Zero());
+    Vec6 force = condensed.stiffness * way;
+    double most = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+        const CandidateContact& c = condensed.contact[i];
+        const auto row = static_cast<Eigen::Index>(3 * i);
+        force -= c.J.transpose() * r.segment<3>(row);
+        if (!there[i]) continue;
+        const Vec3 u(there[i]->gap, there[i]->slip[0], there[i]->slip[1]);
+        bend[i] = u - given.segment<3>(row) - c.q - c.J * way;
+        most = std::max(most, bend[i].norm());
+    }
+    if (most > kMostBend * way.head<3>().norm()) return false;
+    for (std::size_t i = 0; i < n; ++i)
+        condensed.contact[i].bend = bend[i];
+    condensed.ahead.head<3>() = way.head<3>() / way.head<3>().squaredNorm();
+    condensed.rest_bend.force = ahead.force.force - condensed.rest.force + force.head<3>();
+    condensed.rest_bend.torque = ahead.force.torque - condensed.rest.torque + force.tail<3>();
+    return true;
+}
+
+} // namespace amontons

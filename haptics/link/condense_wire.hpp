@@ -1,0 +1,27 @@
+#pragma once
+
+#include "haptics/link/condensed.hpp"
+#include "solver/step/wire_step.hpp"
+
+namespace amontons {
+
+/// Force of a wire on the hand that holds its base: at the sheath, or at the clamp of node 0.
+Wrench force_on_hand(const Wire& wire);
+
+/// Where a wire's contacts went in a step, for those of its start.
+struct WireAhead {
+    std::vector<Candidate> contact; ///< slip since the start
+    Wrench force;                   ///< on the hand
+};
+WireAhead look_ahead(WireBody& body, const StepStart& start, double reach);
+
+/// What q(d) and rest are beyond first order on the way to where `ahead` is.
+/// @param way  displacement of the device to there, with a shift
+/// @return  false, and changes nothing, if that is a jump
+bool add_bend(Condensed& condensed, const WireAhead& ahead, const Vec6& way);
+
+/// Condenses the end of a wire's step on its contacts and those near: see docs/theory/haptics.md.
+/// @param body  in balance; only its work arrays change
+Condensed condense_wire(WireBody& body, const CondenseOptions& options);
+
+} // namespace amontons

@@ -1,0 +1,41 @@
+#pragma once
+
+#include "haptics/reduced_operator.hpp"
+
+#include <limits>
+
+// What of a step of the simulation is handed over, whatever simulation it is.
+
+namespace amontons {
+
+/// What ties the handle to the device: a spring for shifts, and one for turns about its origin.
+struct HandleSpring {
+    double stiffness = 500;                                          ///< [N/m]
+    double turn_stiffness = std::numeric_limits<double>::infinity(); ///< [N m/rad]; infinite: rigid
+};
+
+/// What of a step's contacts is handed over.
+struct CondenseOptions {
+    double speed = 0.2;       ///< fastest motion of the handle that is foreseen [m/s]
+    double period = 0.02;     ///< of the simulation [s]
+    int latency = 1;          ///< periods from a pose to its operator
+    double damper_spring = 0; ///< what a damper adds to the spring's stiffness in a tick [N/m]
+    int most_contacts = 300;
+};
+
+/// The reduced problem of a step, in double and in full.
+struct Condensed {
+    std::vector<CandidateContact> contact;
+    Eigen::MatrixXd W; ///< spring and damper included [m/N]
+    double reach = 0;  ///< handle motion within which no other contact can close [m]
+    int left_out = 0;  ///< candidates beyond most_contacts: their forces are held as they are
+    double left_out_force = 0; ///< of those, on the handle: what is not felt to change [N]
+    // On the hand without contact forces, see ReducedOperator.
+    Wrench rest;
+    Mat6 stiffness = Mat6::Zero();
+    Vec6 ahead = Vec6::Zero();
+    Wrench rest_bend;
+    bool solvable = true; ///< false: W is that of no body in balance; nothing can be handed over
+};
+
+} // namespace amontons

@@ -1,0 +1,45 @@
+#include "haptics/link/handle_link.hpp"
+
+#include "haptics/link/body_link.hpp"
+#include "haptics/link/wire_link.hpp"
+
+#include <algorithm>
+
+namespace amontons {
+
+template <class Real>
+bool HandleLink::publish(ReducedOperator<Real>& op, double time, std::uint64_t sequence)
+{
+    condensed_ = condense_step(std::min(most_contacts_, op.capacity));
+    count_.left_out = std::max(count_.left_out, condensed_.left_out);
+    std::copy(condensed_.contact.begin(), condensed_.contact.end(), op.contact.begin());
+    op.handle = device();
+    op.rest = condensed_.rest;
+    op.stiffness = condensed_.stiffness;
+    op.ahead = condensed_.ahead;
+    op.rest_bend = condensed_.rest_bend;
+    op.validity = condensed_.reach;
+    op.period = condense_.period;
+    op.time = time;
+    op.sequence = sequence;
+    return condensed_.solvable && set_delassus(op, condensed_.W);
+}
+
+std::unique_ptr<HandleLink> make_link(const Scene& scene, const std::vector<Obstacle>& obstacles,
+                                      const LinkOptions& options)
+{
+    if (holds_wire(scene)) return std::make_unique<WireLink>(scene, obstacles, options);
+    return std::make_unique<BodyLink>(scene, obstacles, options);
+}
+
+HandPose between(const HandPose& a, const HandPose& b, double share)
+{
+    const Vec6 d = displacement(a, b);
+    return {a.position + share * d.head<3>(),
+            (turn(share * d.tail<3>()) * a.rotation).normalized()};
+}
+
+template bool HandleLink::publish(ReducedOperator<float>&, double, std::uint64_t);
+template bool HandleLink::publish(ReducedOperator<double>&, double, std::uint64_t);
+
+} // namespace amontons

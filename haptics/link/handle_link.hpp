@@ -1,0 +1,99 @@
+#pragma once
+
+#include "haptics/link/condensed.hpp"
+#include "solver/scene/scene.hpp"
+#include "solver/step/simulation.hpp"
+
+#include <memory>
+
+namespace amontons {
+
+/// How the simulation's side is run.
+struct LinkOptions {
+    HandleSpring spring;
+    CondenseOptions condense; ///< its period is the simulation's step
+    std::string cache;        ///< folder of factors; "": none
+    int threads = 1;
+    double duration = 10; ///< about how long it will run [s]
+};
+
+/// A scene with one of its bodies in the hand: steps for device poses, and the reduced operator
+/// after each. One derived class for each kind of simulation.
+class HandleLink {
+public:
+    virtual ~HandleLink() = default;
+
+    /// Of the handle when the run begins.
+    virtual HandPose start() const = 0;
+    /// What the handle's drive asks for: shift [m] and turn [rad] from the start, endless.
+    virtual Vec6 path(double t) const = 0;
+    /// Along which a device of one push and one twist moves the handle; zero: moved in space.
+    virtual Vec3 axis() const { return Vec3::Zero(); }
+    /// What may be meant otherwise in the scene's files.
+    virtual const std::vector<Issue>& warnings() const = 0;
+
+    /// A step of one period (the first: of none) with the device there at its end. Where it is
+    /// refused, the device is met half way, and so on; false if it cannot be met at all: nothing
+    /// has then moved.
+    virtual bool step(const HandPose& device) = 0;
+    /// The operator of the last step. Allocates; for the simulation's thread.
+    /// @param time  when that pose was read [s]
+    template <class Real>
+    bool publish(ReducedOperator<Real>& op, double time, std::uint64_t sequence);
+
+    /// Goes on where another link is, with what its scene says now: the same bodies with other
+    /// materials, holds or loads.
+    /// @return  false if the bodies are not the same; nothing is taken over then
+    virtual bool take_over(const HandleLink& before) = 0;
+
+    // What all bodies look like now, and the forces between them.
+    virtual std::vector<BeamRecord> beam_records() const { return {}; }
+    virtual std::vector<BodyRecord> body_records() const { return {}; }
+    virtual std::vector<ContactRecord> contact_records() const = 0;
+
+    virtual HandPose device() const = 0;     ///< that the last step met
+    virtual Wrench force() const = 0;        ///< of the full simulation on the hand
+    virtual std::string refusal() const = 0; ///< of the last try that was not accepted
+    const Condensed& condensed() const { return condensed_; } ///< what publish() handed over
+
+    void set_most_contacts(int most) { most_contacts_ = most; } ///< of the operators to come
+    int steps() const { return count_.steps; }
+    int refused() const { return count_.refused; }        ///< tries that were not accepted
+    int most_left_out() const { return count_.left_out; } ///< candidates that are not handed over
+    /// Steps that met the device half way at most, or not at all.
+    int not_met() const { return count_.not_met; }
+    double time() const { return count_.time; }
+
+protected:
+    struct Count {
+        int steps = 0, refused = 0, not_met = 0, left_out = 0;
+        double time = 0; ///< [s]
+    };
+    HandleLink(const CondenseOptions& condense)
+        : condense_(condense)
+        , most_contacts_(condense.most_contacts)
+    {
+    }
+    /// @param most  contacts to hand over
+    virtual Condensed condense_step(int most) = 0;
+
+    CondenseOptions condense_;
+    Count count_;
+
+private:
+    Condensed condensed_;
+    int most_contacts_;
+};
+
+/// The link for the body that a scene names.
+/// @throws InputError  if the scene has no handle, or one that cannot be held; as the simulations
+std::unique_ptr<HandleLink> make_link(const Scene& scene, const std::vector<Obstacle>& obstacles,
+                                      const LinkOptions& options);
+
+/// A share of the way from one pose to another.
+HandPose between(const HandPose& a, const HandPose& b, double share);
+
+extern template bool HandleLink::publish(ReducedOperator<float>&, double, std::uint64_t);
+extern template bool HandleLink::publish(ReducedOperator<double>&, double, std::uint64_t);
+
+} // namespace amontons

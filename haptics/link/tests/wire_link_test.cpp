@@ -1,0 +1,268 @@
+#include "haptics/link/settings.hpp"
+#include "haptics/link/wire_link.hpp"
+#include "haptics/summary.hpp"
+#include "haptics/virtual_time.hpp"
+#include "solver/scene/build.hpp"
+#include "solver/scene/read.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <string>
+
+using namespace amontons;
+
+namespace {
+
+/// A stub of stiff wire, 10 mm out, 1 mm before a wall.
+const char* const kStub = R"({
+  "schema": 1,
+  "bodies": {
+    "wall": {"kind": "obstacle",
+             "surface": {"generate": "plane", "centre": [0.0114445, 0, 0], "axis": [-1, 0, 0]}},
+    "wire": {"kind": "beam",
+             "segments": [{"length": 0.1, "radius": 4.445e-4, "EI": 5.2e-4, "EA": 5000,
+                           "element": 2.5e-3}],
+             "drive": {"insertion": [[0, 0.010], [1, 0.012]]}}
+  },
+  "contact": [{"between": ["wire", "wall"]}],
+  "haptic": {"handle": "wire", "device": "catheter-2dof"},
+  "time": {"step": 0.01, "end": 1}
+})";
+
+/// A wire with a bent tip pushed and twisted in a curved tube, with friction.
+const char* const kTube = R"({
+  "schema": 1,
+  "bodies": {
+    "tube": {"kind": "obstacle",
+             "surface": {"generate": "tube", "radius": 0.003,
+                         "centreline": {"pieces": [{"length": 0.020},
+                                                   {"radius": 0.050, "angle": 4.4}]}}},
+    "wire": {"kind": "beam",
+             "segments": [{"length": 0.220, "radius": 4.445e-4, "EI": 5.2e-4, "element": 5e-3},
+                          {"length": 0.010, "radius": 4.445e-4, "EI": [5.2e-4, 1e-4],
+                           "curvature": 40, "element": 2.5e-3}],
+             "drive": {"insertion": [[0, 0], [2, 0.100], [3, 0.100]],
+                       "twist": [[2, 0], [3, 3.1]]}}
+  },
+  "contact": [{"between": ["wire", "tube"], "friction": 0.1}],
+  "haptic": {"handle": "wire", "device": "catheter-2dof", "simulation_rate": 100, "speed": 0.1},
+  "time": {"step": 0.02, "end": 3}
+})";
+
+/// The rod of WSCG 2003 above a row of balls.
+const char* const kRod = R"({
+  "schema": 1,
+  "bodies": {
+    "near": {"kind": "obstacle", "surface": {"generate": "ball", "centre": [0.04, 0, -0.014], "radius": 0.01}},
+    "far": {"kind": "obstacle", "surface": {"generate": "ball", "centre": [0.1, 0.004, -0.03], "radius": 0.02}},
+    "rod": {"kind": "rod",
+            "segments": [{"length": 0.45, "radius": 0.002, "EI": 2.513e-4, "EA": 251.3, "density": 1100, "element": 0.05}],
+            "hold": [{"set": "start", "z": [[0, 0], [0.5, 0], [1, -0.01]], "y": [[1, 0], [2, 0.01]]}]}
+  },
+  "contact": [{"between": ["rod", "*"], "friction": 0.2}],
+  "haptic": {"handle": "rod", "device": "touch", "simulation_rate": 100},
+  "time": {"step": 0.01, "end": 2}
+})";
+
+struct World {
+    Scene scene;
+    std::vector<Obstacle> obstacles;
+    HapticSettings set;
+    std::unique_ptr<HandleLink> link;
+
+    explicit World(const std::string& text)
+        : scene(parse_scene(text, "test.json"))
+        , obstacles(build_obstacles(scene))
+        , set(make_settings(scene.haptic, device_profile(scene.haptic.device), 0))
+        , link(make_link(scene, obstacles, set.link))
+    {
+    }
+    HandPose at(double t) const
+    {
+        const Vec6 x = link->path(t);
+        return {link->start().position + x.head<3>(), turn(x.tail<3>()) * link->start().rotation};
+    }
+    /// Along the scene's path until then.
+    void follow(double end)
+    {
+        const double h = scene.time.step;
+        REQUIRE(link->step(link->start()));
+        for (int k = 1; k * h <= end * (1 + 1e-9); ++k) {
+            CAPTURE(k);
+            REQUIRE(link->step(at(k * h)));
+        }
+    }
+};
+
+ProxyOptions exact()
+{
+    ProxyOptions options;
+    options.tolerance = 1e-8;
+    options.max_sweeps = 5000;
+    return options;
+}
+
+} // namespace
+
+TEST_CASE("a wire's base hangs on its spring: pushed against a wall it gives what both give")
+{
+    World w(kStub);
+    const double k = w.set.link.spring.stiffness;
+    REQUIRE(w.link->step(w.link->start()));
+    CHECK(w.link->force().force.norm() < 1e-9);
+    HandPose pose = w.link->start();
+    pose.position.x() += 0.0012; // 0.2 mm further than the wall
+    REQUIRE(w.link->step(pose));
+    const double give = 1 / k + 0.1 / 5000; // spring, and all of the wire
+    CHECK(w.link->force().force.x() == doctest::Approx(-2e-4 / give).epsilon(1e-3));
+    CHECK(w.link->force().force.tail<2>().norm() < 1e-9);
+
+    // The same of the operator, from before it touched to 0.4 mm further than the wall.
+    REQUIRE(w.link->step(w.link->start()));
+    ReducedOperator<double> op(300);
+    REQUIRE(w.link->publish(op, 0, 1));
+    ProxyLoop<double> loop(300, exact());
+    loop.take(op, 0);
+    for (const double x : {0.0, 0.0005, 0.00098, 0.0012, 0.0014}) {
+        pose.position.x() = w.link->start().position.x() + x;
+        const double force = loop.tick(pose, 0).wrench.force.x();
+        CHECK(force == doctest::Approx(-std::max(0.0, x - 0.001) / give).epsilon(1e-3));
+    }
+}
+
+TEST_CASE("the operator of a beam gives the force and torque of the full step, at its pose")
+{
+    for (const char* text : {kTube, kRod}) {
+        World w(text);
+        const double end = w.scene.time.end;
+        w.follow(0.4 * end);
+        double most = 0;
+        for (double t = 0.4 * end; t <= end * (1 + 1e-9); t += 0.1 * end) {
+            REQUIRE(w.link->step(w.at(t)));
+            ReducedOperator<double> op(300);
+            REQUIRE(w.link->publish(op, t, 1));
+            ProxyLoop<double> loop(300, exact());
+            REQUIRE(loop.take(op, 0));
+            const Wrench tick = loop.tick(op.handle, 0).wrench, full = w.link->force();
+            CAPTURE(t);
+            CAPTURE(full.force.transpose());
+            CHECK((tick.force - full.force).norm() <= 1e-6 * std::max(full.force.norm(), 0.1));
+            CHECK((tick.torque - full.torque).norm() <= 1e-6 * std::max(full.torque.norm(), 1e-3));
+            most = std::max(most, full.force.norm());
+        }
+        CHECK(most > 0.02);
+    }
+}
+
+TEST_CASE("the operator of a beam foresees the next step of the full simulation")
+{
+    for (const char* text : {kTube, kRod}) {
+        World w(text);
+        w.follow(0.5 * w.scene.time.end);
+        const HandPose start = w.link->device();
+        const Vec3 way = w.link->axis().isZero() ? Vec3(-Vec3::UnitZ()) : w.link->axis();
+        double worst = 0, most = 0;
+        for (int k = 1; k <= 10; ++k) { // 1 mm and 10 ms each: 0.1 m/s
+            ReducedOperator<double> op(300);
+            REQUIRE(w.link->publish(op, 0.01 * k, std::uint64_t(k)));
+            ProxyLoop<double> loop(300, exact());
+            REQUIRE(loop.take(op, 0));
+            HandPose pose = start;
+            Vec3 force;
+            for (int i = 0; i <= 10; ++i) {
+                pose.position = start.position + 1e-3 * (k - 1 + 0.1 * i) * way;
+                const ProxyTick tick = loop.tick(pose, 1e-3 * i);
+                CHECK(tick.error < 1e-5);
+                force = tick.wrench.force;
+            }
+            REQUIRE(w.link->step(pose));
+            const Vec3 full = w.link->force().force;
+            const double error = (force - full).norm() / std::max(full.norm(), 0.1);
+            MESSAGE("step " << k << ": full " << full.transpose() << " N, reduced "
+                            << force.transpose() << " N, error " << error);
+            worst = std::max(worst, error);
+            most = std::max(most, full.norm());
+        }
+        CHECK(most > 0.02);
+        CHECK(worst < 0.01);
+    }
+}
+
+TEST_CASE("two fingers push and twist a wire, a hand moves a rod: no energy is given to them")
+{
+    for (const char* text : {kTube, kRod}) {
+        World w(text);
+        HandOptions hand = w.set.hand;
+        hand.start.head<3>() = w.link->start().position;
+        hand.path = [&](double t) {
+            Vec6 x = w.link->path(t);
+            x.head<3>() += w.link->start().position;
+            return x;
+        };
+        SimulatedHand simulated(hand);
+        HapticLoop<float> loop(300, w.set.loop);
+        VirtualOptions v;
+        v.duration = w.scene.time.end;
+        v.operator_period = w.set.link.condense.period;
+        const Publisher<float> publish = [&](ReducedOperator<float>& op, const HandPose& handle,
+                                             double time, std::uint64_t sequence) {
+            return w.link->step(sequence == 1 ? w.link->start() : handle) &&
+                   w.link->publish(op, time, sequence);
+        };
+        const auto records =
+            run_in_virtual_time<float>(loop, simulated, 300, publish, w.set.loop.period, v);
+        const HapticSummary s = summarise<float>(records, loop, w.set.loop.period, false);
+        MESSAGE("largest force " << s.largest_force << " N, hand-over " << s.handover_jump
+                                 << " N, energy " << s.energy_injected << " J, contacts "
+                                 << s.most_contacts << ", closed " << s.most_closed
+                                 << ", error p99 " << s.error.p99);
+        CHECK(s.faults == 0);
+        CHECK(s.energy_injected < 1e-15); // rounding
+        CHECK(s.largest_force > 0.01);
+        CHECK(s.handover_jump < std::max(0.05, 0.02 * s.largest_force));
+        CHECK(s.error.p99 < 1e-3);
+        CHECK(w.link->not_met() == 0);
+    }
+}
+
+TEST_CASE("a base that turns on and on is followed")
+{
+    World w(kTube);
+    w.follow(1);
+    HandPose pose = w.link->device();
+    for (int k = 0; k < 100; ++k) { // three turns and more
+        pose.rotation = (turn(0.2 * w.link->axis()) * pose.rotation).normalized();
+        REQUIRE(w.link->step(pose));
+    }
+    CHECK(w.link->force().torque.dot(w.link->axis()) < 0); // against the twist
+    CHECK(w.link->not_met() == 0);
+}
+
+TEST_CASE("a beam that cannot be held is refused, and why")
+{
+    const auto refusal = [](std::string text, const std::string& from, const std::string& to) {
+        const auto at = text.find(from);
+        REQUIRE(at != std::string::npos);
+        text.replace(at, from.size(), to);
+        try {
+            World w(text);
+        } catch (const InputError& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    const auto says = [](const std::string& text, const char* words) {
+        CAPTURE(text);
+        CHECK(text.find(words) != std::string::npos);
+    };
+    says(refusal(std::string(kRod), R"("time": {)", R"("time": {"kind": "dynamic", )"),
+         "quasi_static");
+    says(refusal(kTube, R"("speed": 0.1)", R"("speed": 0.1, "damping": 1)"), "/haptic/damping");
+    says(refusal(kTube, R"("handle": "wire")", R"("handle": "wire", "kind": "rigid")"), "beam");
+    says(refusal(kRod, R"({"set": "start", )", R"({"set": "end"}, {"set": "start", )"), "/hold");
+    says(refusal(kRod, R"("rod": {"kind": "rod",)",
+                 R"("rod": {"kind": "rod", "loads": [{"set": "end", "force": [0, 0, 1]}],)"),
+         "/loads");
+    says(refusal(kRod, "[0.04, 0, -0.014]", "[0.04, 0, -0.004]"), "inside near");
+}

@@ -1,0 +1,286 @@
+#include "haptics/link/wire_link.hpp"
+
+#include "haptics/link/condense_wire.hpp"
+#include "haptics/link/held_rod.hpp"
+#include "mesh/base/curve.hpp"
+#include "solver/step/wire_build.hpp"
+#include "solver/step/wire_record.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amontons {
+namespace {
+
+constexpr double kSmallest = 1.0 / 64; // of the way to the device: a try that is still made
+constexpr double kRelaxFrom = 1.0 / 8; // a try as short as this may cross a snap
+constexpr double kMostOut = 0.999;     // of the wire's length
+constexpr int kLooks = 3;              // ahead: all of the way, half, a quarter
+constexpr double kLeastWay = 0.5;      // of the fastest way in a period: what is looked ahead
+
+/// What a step may do to be accepted.
+enum class Means {
+    newton, ///< Newton's method alone
+    relax,  ///< or cross a snap
+    look    ///< Newton's method, and whatever its energy balance misses: it is taken back
+};
+
+HandPose moved(const HandPose& from, const Vec6& way)
+{
+    return {from.position + way.head<3>(), (turn(way.tail<3>()) * from.rotation).normalized()};
+}
+
+} // namespace
+
+bool holds_wire(const Scene& scene)
+{
+    const auto has = [&](const auto& bodies) {
+        return std::any_of(bodies.begin(), bodies.end(),
+                           [&](const auto& b) { return b.name == scene.haptic.handle; });
+    };
+    return scene.haptic.given && (has(scene.beams) || has(scene.rods));
+}
+
+struct WireLink::State {
+    Scene scene;
+    std::vector<Issue> warnings;
+    std::vector<int> walls; // obstacles that the wire can touch
+    WireBody body;
+    HandPose start, device; // device: that the last step met
+    HandPose before;        // the same of the step before
+    bool rod = false;
+    Vec3 axis = Vec3::Zero(); // of a beam
+    double first = 0;         // insertion at the start [m]
+    std::string refusal;
+
+    State(const Scene& s, const std::vector<Obstacle>& obstacles, const HandleSpring& spring);
+    void build_beam(const std::vector<Obstacle>& obstacles, const HandleSpring& spring);
+    const BeamInput& beam() const { return scene.beams[0]; }
+    BaseTarget target(const HandPose& pose) const;
+    StepReport advance(const HandPose& to, double period, Means means);
+    void look_ahead(Condensed& condensed, const CondenseOptions& options);
+};
+
+WireLink::State::State(const Scene& s, const std::vector<Obstacle>& obstacles,
+                       const HandleSpring& spring)
+    : scene(s)
+    , rod(!s.rods.empty())
+{
+    std::vector<Issue> issues;
+    if (scene.beams.size() > 1)
+        issues.push_back({scene.file, "/bodies/" + scene.beams[1].name, "a second beam",
+                          "one: beams beside the one in the hand are not felt yet"});
+    if (scene.time.kind == "dynamic")
+        issues.push_back({scene.file, "/time/kind", "\"dynamic\"",
+                          "\"quasi_static\": a beam in the hand has no dynamics yet"});
+    if (scene.haptic.damping > 0)
+        issues.push_back({scene.file, "/haptic/damping", std::to_string(scene.haptic.damping),
+                          "0: a beam's base hangs on springs only"});
+    if (!issues.empty()) throw InputError(std::move(issues));
+    if (rod) {
+        body = make_held_rod(scene, scene.rods[0], obstacles, spring, walls);
+        start = device_of(body.wire);
+    } else {
+        build_beam(obstacles, spring);
+    }
+    device = before = start;
+}
+
+void WireLink::State::build_beam(const std::vector<Obstacle>& obstacles, const HandleSpring& spring)
+{
+    std::vector<Issue> issues;
+    body = build_wire(scene, beam(), obstacles, walls);
+    check_start(scene, beam(), body, obstacles, walls, issues);
+    if (!issues.empty()) throw InputError(std::move(issues));
+    Sheath& sheath = *body.wire.sheath;
+    sheath.give = 1 / spring.stiffness;
+    sheath.turn_give = 1 / spring.turn_stiffness;
+    axis = sheath.frame.col(0);
+    first = body.wire.state.base_insertion;
+    start.position = beam().introducer.at;
+}
+
+/// The base for a device, from where it stands: turns are endless.
+BaseTarget WireLink::State::target(const HandPose& pose) const
+{
+    const WireState& s = body.wire.state;
+    const double length = body.wire.material.length;
+    const double insertion = first + axis.dot(pose.position - start.position);
+    return {std::clamp(insertion, 0.0, kMostOut * length),
+            s.base_twist + axis.dot(displacement(device, pose).tail<3>())};
+}
+
+StepReport WireLink::State::advance(const HandPose& to, double period, Means means)
+{
+    WireGroup group{{&body}, nullptr};
+    if (!rod) {
+        const std::vector<BaseTarget> base{target(to)};
+        return means == Means::relax ? try_or_relax(group, base)
+                                     : try_step(group, base, period, means == Means::look);
+    }
+    const WireState old = body.wire.state;
+    const std::vector<BaseTarget> base{{old.base_insertion, old.base_twist}};
+    place_device(body.wire, to);
+    // The work of a clamp that moves is not in the balance of wires.
+    StepReport r = try_step(group, base, period, true);
+    if (!r.accepted && means == Means::relax) r = relax_step(group, base);
+    if (!r.accepted) body.wire.state = old;
+    return r;
+}
+
+// The hand goes on: a step to where it will be, which is taken back. A point of the wire that
+// slides along a curved wall leaves its tangent by s^2 / 2R, which is what the force of the next
+// millimetre is made of; no first derivative knows it.
+void WireLink::State::look_ahead(Condensed& condensed, const CondenseOptions& options)
+{
+    Vec6 way = displacement(before, device);
+    const double least = kLeastWay * options.speed * options.period, shift = way.head<3>().norm();
+    if (shift < 0.01 * least) // at rest, or turned on the spot
+        way << least * axis, Vec3::Zero();
+    else if (shift < least)
+        way *= least / shift;
+    if (way.isZero() || condensed.contact.empty()) return;
+    const WireState here = body.wire.state;
+    const StepStart start = mark_step_start(body.wire);
+    for (int i = 0; i < kLooks; ++i, way /= 2) {
+        const bool there = advance(moved(device, way), options.period, Means::look).accepted;
+        const bool known =
+            there && add_bend(condensed, amontons::look_ahead(body, start, condensed.reach), way);
+        body.wire.state = here;
+        if (known) return;
+    }
+}
+
+WireLink::WireLink(const Scene& scene, const std::vector<Obstacle>& obstacles,
+                   const LinkOptions& options)
+    : HandleLink(options.condense)
+    , state_(std::make_unique<State>(scene, obstacles, options.spring))
+{
+}
+
+WireLink::~WireLink() = default;
+
+HandPose WireLink::start() const
+{
+    return state_->start;
+}
+
+Vec6 WireLink::path(double t) const
+{
+    const State& s = *state_;
+    const auto along = [&](const CurvePoints& c) {
+        return c.empty() ? 0 : curve_value(c, t) - curve_value(c, 0);
+    };
+    Vec6 x = Vec6::Zero();
+    if (!s.rod)
+        x << along(s.beam().insertion) * s.axis, along(s.beam().twist) * s.axis;
+    else if (!s.scene.rods[0].hold.empty()) {
+        const RodHold& h = s.scene.rods[0].hold[0];
+        x << along(h.x), along(h.y), along(h.z), along(h.angle) * h.axis.normalized();
+    }
+    return x;
+}
+
+Vec3 WireLink::axis() const
+{
+    return state_->axis;
+}
+
+const std::vector<Issue>& WireLink::warnings() const
+{
+    return state_->warnings;
+}
+
+bool WireLink::step(const HandPose& device)
+{
+    State& s = *state_;
+    const HandPose from = s.before = s.device;
+    double done = 0;
+    for (double share = 1; done < 1;) {
+        const HandPose next = between(from, device, done + share);
+        const StepReport report =
+            s.advance(next, condense_.period, share <= kRelaxFrom ? Means::relax : Means::newton);
+        if (report.accepted) {
+            s.device = next;
+            done += share;
+            share = std::min(2 * share, 1 - done);
+            if (1 - done < 1e-9) break;
+            continue;
+        }
+        ++count_.refused;
+        s.refusal = report.refusal;
+        share /= 2;
+        if (share < kSmallest) break;
+    }
+    if (done == 0) {
+        ++count_.not_met;
+        return false;
+    }
+    count_.not_met += done < 1 - 1e-9;
+    count_.time += condense_.period;
+    ++count_.steps;
+    return true;
+}
+
+Condensed WireLink::condense_step(int most)
+{
+    CondenseOptions options = condense_;
+    options.most_contacts = most;
+    Condensed condensed = condense_wire(state_->body, options);
+    if (condensed.solvable) state_->look_ahead(condensed, options);
+    return condensed;
+}
+
+bool WireLink::take_over(const HandleLink& before)
+{
+    const auto* link = dynamic_cast<const WireLink*>(&before);
+    if (!link) return false;
+    State& s = *state_;
+    const State& old = *link->state_;
+    const Wire &a = s.body.wire, &b = old.body.wire;
+    if (a.material.node != b.material.node || a.state.reaction.size() != b.state.reaction.size() ||
+        a.sheath.has_value() != b.sheath.has_value())
+        return false;
+    s.body.wire.state = b.state;
+    s.device = old.device;
+    s.before = old.before;
+    s.start = old.start;
+    s.first = old.first;
+    count_ = link->count_;
+    return true;
+}
+
+StepRecord WireLink::record() const
+{
+    StepRecord out;
+    record_wire(state_->body, state_->scene.haptic.handle, 0, state_->walls, "",
+                state_->scene.output.cluster, out);
+    return out;
+}
+
+std::vector<BeamRecord> WireLink::beam_records() const
+{
+    return record().beams;
+}
+
+std::vector<ContactRecord> WireLink::contact_records() const
+{
+    return record().contacts;
+}
+
+HandPose WireLink::device() const
+{
+    return state_->device;
+}
+
+Wrench WireLink::force() const
+{
+    return force_on_hand(state_->body.wire);
+}
+
+std::string WireLink::refusal() const
+{
+    return state_->refusal;
+}
+
+} // namespace amontons
