@@ -464,12 +464,13 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
     }
     load_ = load;
     if (!step_.dynamic) {
+        const double contact_work = contact_.dot(now_.u - state_.u);
         state_ = now_;
         e.elastic = inner_forces(now_, inner);
         if (hyperelastic_) {
             // Where the balance was lost on the way, work that is nowhere kept was set free.
             if (indefinite_ && volumes_.empty())
-                e.dissipated = std::max(0.0, e.work - (e.elastic - state_energy_));
+                e.dissipated = std::max(0.0, e.work + contact_work - (e.elastic - state_energy_));
             state_energy_ = e.elastic;
             accept_hyperelastic();
         }

@@ -14,8 +14,9 @@
 #include <fmt/format.h>
 
 // What is its own in a hyperelastic solid. Newton's step is that of SolidBody, with
-//  - a factor of the symmetric tangent, shifted by a share of the stiffness at rest where it is not
-//    positive; what that leaves out of the true one (the skew part of pressures that follow, the
+//  - a factor of the symmetric tangent; where it is not positive, nodes are made stiffer along the
+//    forces of contacts on them, and if that is not enough all of it by a share of the stiffness at
+//    rest; what that leaves out of the true one (the skew part of pressures that follow, the
 //    shift while a volume is prescribed) is taken in by GMRES, with the factor as preconditioner;
 //  - steps shortened where an element would turn inside out, or where they lead away;
 //  - what is prescribed moved with the first change, as far as that is made: the places inside
@@ -30,12 +31,38 @@ constexpr int kMostHalvings = 12;
 constexpr double kFirstShift = 1e-3, kLargestShift = 1e3, kShiftGrowth = 10;
 constexpr int kPatience = 4;       // iterations that do not halve the error, before steps shorten
 constexpr double kOvershoot = 0.8; // slope at the end of a shortened step, of that at its start
-constexpr double kKrylov = 1e-12;
+// Of GMRES: a share of the last error, so that Newton's steps stay quadratic.
+constexpr double kKrylovShare = 1e-2, kFinestKrylov = 1e-12, kCoarsestKrylov = 1e-5;
 constexpr int kMostKrylov = 60;
+/// In place of a shift, negative: the matrix is stiffened at contacts alone, as if what they touch
+/// were round, with a curvature of so many over the body's size.
+constexpr double kAtContacts = -1, kMostAtContacts = -64;
 
 Eigen::Index at3(std::size_t node)
 {
     return 3 * static_cast<Eigen::Index>(node);
+}
+
+/// Adds a node's own stiffness at rest along the force of contacts on it. Such a node will not move
+/// along its normal; where it slides, the force that the stiffness adds is parallel to the one that
+/// slides: forces of contacts are others for one iteration, motions are not. Across it what a wall
+/// of this curvature [1/m] adds: a force that stays where the node goes would turn a body that is
+/// pressed all around.
+void stiffen_contacts(SparseMatrix& S, const SparseMatrix& K, const Eigen::VectorXd& force,
+                      double curvature)
+{
+    for (Eigen::Index at = 0; at + 3 <= force.size(); at += 3) {
+        const Vec3 f = force.segment<3>(at);
+        if (f.isZero(0)) continue;
+        double size = 0;
+        for (int i = 0; i < 3; ++i)
+            size += K.coeff(at + i, at + i) / 3;
+        const Vec3 n = f.normalized();
+        const double across = curvature * f.norm();
+        for (int j = 0; j < 3; ++j)
+            for (int i = 0; i < 3; ++i)
+                S.coeffRef(at + i, at + j) += (size - across) * n[i] * n[j] + (i == j ? across : 0);
+    }
 }
 
 } // namespace
@@ -242,14 +269,20 @@ void SolidBody::assemble_tangent(SparseMatrix& S)
         true_part_.resize(0, 0);
     }
     if (shift_ > 0) S.coeffs() += shift_ * matrix_->K.coeffs();
+    if (shift_ != 0)
+        stiffen_contacts(S, matrix_->K, contact_, -(shift_ < 0 ? shift_ : kMostAtContacts) / size_);
 }
 
-/// The next larger shift. @return  0 if none is left
+/// The next way to make the matrix positive. @return  0 if none is left
 double SolidBody::next_shift()
 {
     if (step_.dynamic && shift_ >= 1) return 0;
+    if (shift_ <= 0 && shift_ > kMostAtContacts && !step_.dynamic && !contact_.isZero(0)) {
+        shift_ = shift_ < 0 ? 4 * shift_ : std::min(kAtContacts, last_shift_ / 4);
+        return 1;
+    }
     indefinite_ = true;
-    shift_ = shift_ > 0 ? kShiftGrowth * shift_
+    shift_ = shift_ > 0 ? kShiftGrowth * shift_ // last_shift_ may be negative
                         : std::max(kFirstShift, last_shift_ / (kShiftGrowth * kShiftGrowth));
     return shift_ <= kLargestShift ? shift_ : 0;
 }
@@ -261,13 +294,14 @@ Eigen::VectorXd SolidBody::newton_solved(const Eigen::VectorXd& f) const
     if (f.size() == 0 || (!shifted && skew_.nonZeros() == 0)) return solved(f);
     const double scale = step_.dynamic ? step_.h * step_.rule.end * step_.h * step_.rule.end : 1;
     const Eigen::SparseMatrix<double>& A = shifted ? true_part_ : matrix_->parts.ff;
+    const double tolerance = std::clamp(kKrylovShare * last_error_, kFinestKrylov, kCoarsestKrylov);
     return gmres(
                [&](const Eigen::VectorXd& x) {
                    Eigen::VectorXd y = A * x;
                    if (skew_.nonZeros() > 0) y += scale * (skew_ * x);
                    return y;
                },
-               [&](const Eigen::VectorXd& x) { return solved(x); }, f, kKrylov, kMostKrylov)
+               [&](const Eigen::VectorXd& x) { return solved(x); }, f, tolerance, kMostKrylov)
         .x;
 }
 

@@ -179,12 +179,21 @@ struct VolumeParts {
     double pointwise = 0, mean = 0; // lambda
 };
 
+/// The smallest shear modulus at rest.
+double softest_shear(const Hyperelastic& m)
+{
+    if (!m.law->directed) return m.law->small(m.constants).shear;
+    PointResponse at_rest;
+    m.law->respond(m.constants, Mat3::Identity(), at_rest);
+    return at_rest.D.diagonal().tail<3>().minCoeff();
+}
+
 template <ElementKind kind> VolumeParts volume_parts(const Hyperelastic& m)
 {
     const double lambda = m.law->volumetric(m.constants);
     if constexpr (kind == ElementKind::T4) return {lambda, 0};
     const double most = kind == ElementKind::T10 ? kPointwiseLambda : kPointwiseLambdaOfH8;
-    const double pointwise = std::min(lambda, most * m.law->small(m.constants).shear);
+    const double pointwise = std::min(lambda, most * softest_shear(m));
     return {pointwise, lambda - pointwise};
 }
 

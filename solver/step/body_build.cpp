@@ -152,10 +152,12 @@ std::vector<ContactLaw> written_out(const Scene& scene)
 constexpr double kMargin = 0.002; // of it: see ContactPair
 constexpr double kReach = 0.2;    // of the smaller body: gaps that are looked at, unless it is said
 
-/// Elements that are much too stiff for the material, with the element to use.
-void warn_of_locking(const SolidInput& input, const VolumeMesh& mesh, const std::string& file,
-                     std::vector<Issue>& warnings)
+/// Elements that are much too stiff for the material, with the element to use; those that carry no
+/// shear beside such a resistance to volume are errors.
+void check_locking(const SolidInput& input, const VolumeMesh& mesh, const std::string& file,
+                   std::vector<Issue>& warnings, std::vector<Issue>& issues)
 {
+    constexpr double kNoneOfT4 = 0.49999;
     double nu = input.poisson_ratio;
     bool by_mean = is_hyperelastic(input); // T10 that take the volume at its mean
     if (!input.material.law.empty()) {
@@ -169,12 +171,16 @@ void warn_of_locking(const SolidInput& input, const VolumeMesh& mesh, const std:
         const bool t4 = block.kind == ElementKind::T4 && nu > kMostPoissonOfT4;
         const bool t10 = block.kind == ElementKind::T10 && nu > 0.49 && !by_mean;
         if (!t4 && !t10) continue;
-        warnings.push_back(
-            {file, "/bodies/" + input.name,
-             fmt::format("{} with a Poisson's ratio of {:.6g}", t4 ? "T4" : "T10", nu),
-             t4 ? std::string("T10 or H8: T4 lock above 0.45, they would be much too stiff")
-                : std::string("H8, or at least 8 elements through what bends: coarse T10 are too "
-                              "stiff above 0.49")});
+        const bool none = t4 && nu > kNoneOfT4 * (1 + 1e-9);
+        const char* allowed =
+            none ? "T10 or H8, which carry it, or a ratio <= 0.49999: T4 would lock altogether"
+            : t4 ? "T10 or H8: T4 lock above 0.45, they would be much too stiff"
+                 : "H8, or at least 8 elements through what bends: coarse T10 are too stiff above "
+                   "0.49";
+        (none ? issues : warnings)
+            .push_back({file, "/bodies/" + input.name,
+                        fmt::format("{} with a Poisson's ratio of {:.8g}", t4 ? "T4" : "T10", nu),
+                        allowed});
     }
 }
 
@@ -242,7 +248,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
             add_issues(errors_of(report, meshes[i], file), scene, place, issues);
             const std::vector<Issue> odd = warnings_of(report, meshes[i], file);
             warnings.insert(warnings.end(), odd.begin(), odd.end());
-            warn_of_locking(input, meshes[i], scene.file, warnings);
+            check_locking(input, meshes[i], scene.file, warnings, issues);
         } catch (const InputError& error) {
             add_issues(error.issues(), scene, place, issues);
         }

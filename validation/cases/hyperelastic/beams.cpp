@@ -30,6 +30,7 @@ std::vector<Measured> passive_beam()
             SolidScene s("a beam of tissue");
             SolidInput& b = s.block("beam", 1, 0, {0, 0, 0}, {0.01, 0.001, 0.001},
                                     {10.0 * n, double(n), double(n)}, name(m.kind));
+            b.mesh.grading = {4, 1, 1}; // stress has no bound at the clamped edges
             set_material(b, material("guccione", {2e3, 8, 2, 4, 1e6}));
             b.hold = {hold("x_min", still(), still(), still())};
             LoadInput load;
@@ -92,14 +93,8 @@ std::vector<Measured> elastica_solid()
         rows.back().note = fmt::format("coarser: {:.1e}", std::abs(values[0] / kW - 1));
         rows.push_back(
             relative(fmt::format("tip shortening, {} 40 x 2 x 2", name(kind)), kU, u, 2e-3));
-        SolidRun first;
         for (const StepRecord& r : last.steps) // the whole load comes with the initial state
-            if (r.step == 0) {
-                rows.push_back(
-                    at_most(std::string("2 less the order of Newton's last steps, ") + name(kind),
-                            std::max(0.0, 2 - newton_order(r.errors)), 0.3));
-                rows.back().note = as_text(r.errors);
-            }
+            if (r.step == 0) rows.push_back(newton_row(r, name(kind)));
     }
     return rows;
 }

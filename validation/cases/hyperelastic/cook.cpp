@@ -9,9 +9,10 @@ namespace {
 
 constexpr double kSide = 16; // the loaded one's height, at x = 48
 
-VolumeMesh membrane(int n, double thick, ElementKind kind)
+/// @param finer  the last cell along the membrane is this many times as long as the first
+VolumeMesh membrane(int n, double thick, ElementKind kind, double finer = 1)
 {
-    return lattice_mesh({graded(1, n, 1), graded(1, n, 1), graded(thick, 1, 1)}, kind,
+    return lattice_mesh({graded(1, n, finer), graded(1, n, 1), graded(thick, 1, 1)}, kind,
                         [](const Vec3& x) {
                             const double low = 44 * x.x(), high = 44 + 16 * x.x();
                             return Vec3(48 * x.x(), low + x.y() * (high - low), x.z());
@@ -61,17 +62,20 @@ std::vector<Measured> cook_finite_strain()
     };
     // mu 80.1938, lambda 400889.806
     constexpr double kNearly = 0.4999;
+    constexpr double kFiner = 5; // the clamped edge ends in corners where stress has no bound
     for (const Row& row : {Row{"linear, nu 0.4999", 240.565, 0.4999, 7.69, 5e-3, false},
                            Row{"neo-Hooke, nu 0.3", 250, 0.3, 7.6366, 5e-3, true},
                            Row{"neo-Hooke, nu 0.4999", 240.565, kNearly, 6.95, 1e-2, true}})
         for (const ElementKind kind : {ElementKind::H8, ElementKind::T10}) {
             std::vector<double> values;
-            const std::vector<int> meshes =
-                kind == ElementKind::H8 ? std::vector{8, 16, 32} : std::vector{4, 8, 16};
+            const std::vector<int> meshes = kind == ElementKind::H8 || !row.hyperelastic
+                                                ? std::vector{8, 16, 32}
+                                                : std::vector{4, 8, 16};
             Measured tail;
             for (const int n : meshes) {
                 SolidScene s("Cook's membrane in plane strain");
-                SolidInput& b = s.solid("plate", row.E, row.nu, membrane(n, 48.0 / n, kind));
+                SolidInput& b =
+                    s.solid("plate", row.E, row.nu, membrane(n, 48.0 / n, kind, kFiner));
                 if (row.hyperelastic) b.motion = "hyperelastic";
                 b.hold = {hold("x_min", still(), still(), still()), hold("z_min", {}, {}, still()),
                           hold("z_max", {}, {}, still())};
