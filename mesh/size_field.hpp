@@ -23,6 +23,7 @@ public:
 
     /// O(log n + sources that reach x).
     double at(const Vec3& x) const;
+    const std::vector<SizeSource>& sources() const { return sources_; }
     double greatest() const { return greatest_; }
     double least() const { return least_; }
 

@@ -11,6 +11,7 @@
 #include "mesh/split_elements.hpp"
 #include "mesh/surface_check.hpp"
 #include "mesh/surface_edges.hpp"
+#include "mesh/volume_check.hpp"
 #include "solver/module.hpp"
 
 #include <Eigen/Geometry>
@@ -30,8 +31,11 @@ constexpr double kElementsPerCube = 22;  // in a cube of the size
 constexpr double kBytesPerElement = 700; // at the peak, with the mesh that is handed out
 constexpr double kBytesAtLeast = 40e6;
 constexpr double kMostElements = 50e6;
-constexpr double kSliverBound = 12;   // dihedral angle that elements are moved to reach [deg]
-constexpr double kMostAsked = 4000;   // questions for the size, a vertex: beyond, it is stuck
+constexpr double kSliverBound = 12; // dihedral angle that elements are moved to reach [deg]
+constexpr double kMostAsked = 300;  // questions for the size, a vertex (15 are usual): it is stuck
+constexpr double kKnife = -0.64;    // cosine between the normals of its two sides
+constexpr double kFlat = 1e-6;      // dihedral angle of an element without volume [rad]
+constexpr int kRounds = 5;          // of halving elements where the surface meets itself
 constexpr std::size_t kMostNamed = 5; // small features that are shown
 
 std::string place_of(const Vec3& x)
@@ -194,27 +198,74 @@ VolumeMesh mesh_of(const AmontonsCgalMesh& from, const Scaled& scaled)
     return mesh;
 }
 
-/// The mesher's own criteria promise this; a promise that failed is said, never handed out.
-void check_result(const Tetrahedralised& t, const SurfaceMesh& surface, double allowed,
-                  const std::string& file)
+/// What a mesh lost of its surface, or "" if nothing: CGAL's criteria do not promise it.
+/// @param places  out: where its surface meets itself
+std::string fault_of(const Tetrahedralised& t, const SurfaceMesh& surface, double allowed,
+                     std::vector<Vec3>& places)
 {
-    const auto lost = [&](const std::string& found, const std::string& wanted) {
-        throw InputError({{file, "", found + ": features below the mesh size were lost",
-                           wanted + "; a smaller --size or --deviation"}});
-    };
     const ExternalSurface outside = extract_surface(t.mesh);
     const SurfaceEdges edges = find_edges(outside, t.mesh.nodes);
     const SurfaceReport before = check_surface(surface);
     const auto sides = static_cast<std::int64_t>(sorted_half_edges(surface).size()) / 2;
     const std::int64_t euler = before.vertices - sides + before.triangles;
-    if (edges.borders != 0 || !edges.crowded.empty() || edges.parts != before.components ||
-        edges.euler_characteristic != euler)
-        lost("a mesh with " + std::to_string(edges.parts) + " outer surfaces of Euler number " +
-                 std::to_string(edges.euler_characteristic),
-             std::to_string(before.components) + " and " + std::to_string(euler));
+    places.clear();
+    const auto node = [&](std::int32_t i) -> const Vec3& {
+        return t.mesh.nodes[static_cast<std::size_t>(i)];
+    };
+    for (const CrowdedEdge& e : edges.crowded)
+        places.push_back(0.5 * (node(e.nodes[0]) + node(e.nodes[1])));
+    const VolumeReport report = check_volume(t.mesh);
+    for (const std::int32_t i : report.pinched)
+        places.push_back(node(i));
+    if (!places.empty())
+        return "a mesh whose surface meets itself at " + std::to_string(places.size()) +
+               (places.size() == 1 ? " place" : " places") + ", one " + place_of(places[0]);
+    if (edges.parts != before.components || edges.euler_characteristic != euler)
+        return "a mesh with " + std::to_string(edges.parts) + " outer surfaces of Euler number " +
+               std::to_string(edges.euler_characteristic) +
+               " (the surface: " + std::to_string(before.components) + " of " +
+               std::to_string(euler) + ")";
     if (t.deviation > allowed)
-        lost("a vertex of the surface " + number_text(t.deviation) + " m from the mesh",
-             "at most " + number_text(allowed) + " m");
+        return "a vertex of the surface " + number_text(t.deviation) +
+               " m from the mesh, more than " + number_text(allowed);
+    if (!report.inverted.empty())
+        return std::to_string(report.inverted.size()) + " flat or inverted elements";
+    return "";
+}
+
+/// Two sides that meet at less than 50 degrees: there CGAL's refining for a manifold has no end.
+bool has_knife(const SurfaceMesh& surface)
+{
+    const auto normal = [&](std::int32_t triangle) -> Vec3 {
+        const auto& t = surface.triangles[static_cast<std::size_t>(triangle)];
+        const auto at = [&](std::size_t k) -> const Vec3& {
+            return surface.points[static_cast<std::size_t>(t[k])];
+        };
+        return (at(1) - at(0)).cross(at(2) - at(0)).normalized();
+    };
+    bool found = false;
+    for_each_edge(sorted_half_edges(surface), [&](std::span<const HalfEdge> sides) {
+        found = found || (sides.size() == 2 &&
+                          normal(sides[0].triangle).dot(normal(sides[1].triangle)) < kKnife);
+    });
+    return found;
+}
+
+/// Dihedral angles (0 if an element is inverted), and how far the surface's vertices are.
+void measure(Tetrahedralised& t, const SurfaceMesh& surface)
+{
+    const TriangulatedSurface outside = triangulate(extract_surface(t.mesh), t.mesh);
+    const BoundingTree tree(outside.mesh);
+    std::int32_t near = -1;
+    t.deviation = 0;
+    for (const Vec3& x : surface.points) {
+        const NearestTriangle found = tree.nearest(x, near);
+        near = found.triangle;
+        t.deviation = std::max(t.deviation, std::sqrt(found.squared));
+    }
+    t.least_dihedral = std::numbers::pi;
+    for (const ElementQuality& q : measure_quality(t.mesh))
+        t.least_dihedral = std::min(t.least_dihedral, q.volume > 0 ? q.least_dihedral : 0);
 }
 
 } // namespace
@@ -255,42 +306,54 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
         triangles.insert(triangles.end(), t.begin(), t.end());
     const double deviation =
         o.deviation > 0 ? o.deviation : std::min(field.greatest() / 20, field.least() / 2);
-    const AmontonsCgalInput input{points.data(),
-                                  static_cast<long>(surface.points.size()),
-                                  triangles.data(),
-                                  static_cast<long>(surface.triangles.size()),
-                                  o.feature_angle * 180 / std::numbers::pi,
-                                  &Scaled::at,
-                                  &scaled,
-                                  deviation / scaled.length,
-                                  kSliverBound};
+    AmontonsCgalInput input{points.data(),
+                            static_cast<long>(surface.points.size()),
+                            triangles.data(),
+                            static_cast<long>(surface.triangles.size()),
+                            o.feature_angle * 180 / std::numbers::pi,
+                            &Scaled::at,
+                            &scaled,
+                            deviation / scaled.length,
+                            has_knife(surface) ? 0 : 1,
+                            kSliverBound};
     const Entries cgal = module(file);
-    ModuleMesh made{{}, cgal.free};
-    char message[1000] = "";
-    const auto start = std::chrono::steady_clock::now();
-    if (cgal.tetrahedralise(&input, &made.mesh, message, sizeof message))
-        throw std::runtime_error(file + ": the CGAL module gives up: " + message);
-    result.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    result.feature_edges = made.mesh.feature_edge_count;
-    result.mesh = mesh_of(made.mesh, scaled);
-
-    const TriangulatedSurface outside = triangulate(extract_surface(result.mesh), result.mesh);
-    const BoundingTree tree(outside.mesh);
-    std::int32_t near = -1;
-    for (const Vec3& x : surface.points) {
-        const NearestTriangle found = tree.nearest(x, near);
-        near = found.triangle;
-        result.deviation = std::max(result.deviation, std::sqrt(found.squared));
-    }
-    const std::vector<ElementQuality> quality = measure_quality(result.mesh);
-    result.least_dihedral = std::numbers::pi;
-    for (const ElementQuality& q : quality) {
-        result.least_dihedral = std::min(result.least_dihedral, q.least_dihedral);
-        if (!(q.volume > 0)) throw std::runtime_error(file + ": CGAL made an inverted element");
-    }
     // Between the points of a facet's own sphere CGAL looks at one place; a vertex may be farther.
-    check_result(result, surface, std::max(4 * deviation, 0.25 * field.greatest()), file);
+    const double allowed = std::max(4 * deviation, 0.25 * field.greatest());
+    // CGAL can be told to refine until the surface is a manifold, but goes on without end at a
+    // knife's edge. Elements are halved where it met itself instead, a bounded number of times.
+    std::vector<SizeSource> sources = field.sources();
+    std::string fault;
+    for (int round = 0; round < kRounds; ++round) {
+        const SizeField now(o.size, sources, o.gradation);
+        scaled.size = &now;
+        scaled.asked = 0;
+        ModuleMesh made{{}, cgal.free};
+        char message[1000] = "";
+        const auto start = std::chrono::steady_clock::now();
+        if (cgal.tetrahedralise(&input, &made.mesh, message, sizeof message))
+            throw std::runtime_error(file + ": the CGAL module gives up: " + message);
+        result.seconds +=
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        result.feature_edges = made.mesh.feature_edge_count;
+        result.mesh = mesh_of(made.mesh, scaled);
+        measure(result, surface);
+        std::vector<Vec3> places;
+        fault = fault_of(result, surface, allowed, places);
+        if (places.empty() && input.manifold == 0 && !fault.empty() &&
+            result.least_dihedral < kFlat) {
+            input.manifold = 1;
+            continue;
+        }
+        if (places.empty()) break;
+        result.notes.push_back("refined: the mesh's surface met itself at " +
+                               std::to_string(places.size()) + " places, one " +
+                               place_of(places[0]) + ": elements are halved there");
+        for (const Vec3& x : places)
+            sources.push_back({x, 0.5 * now.at(x)});
+    }
+    if (!fault.empty())
+        throw InputError({{file, "", fault + ": features below the mesh size were lost",
+                           "a surface that can be followed; a smaller --size or --deviation"}});
     if (o.kind == ElementKind::T10) result.mesh = with_middle_nodes(result.mesh);
     return result;
 }

@@ -21,8 +21,11 @@ struct AmontonsCgalInput {
     double feature_angle; ///< edges whose two normals differ by more are kept [degrees]
     /// Longest edge wanted at a place (3 numbers). Called very often; may throw to give up.
     double (*size)(const double* place, void* with);
-    void* with;          ///< handed to `size`
-    double deviation;    ///< largest distance of a boundary triangle from the surface
+    void* with;       ///< handed to `size`
+    double deviation; ///< largest distance of a boundary triangle from the surface
+    /// Not 0: refine until the mesh's surface is a manifold, which can go on without end at a
+    /// knife's edge; 0: leave that to the sizes.
+    int manifold;
     double sliver_bound; ///< dihedral angle that elements are moved to reach [degrees]
 };
 

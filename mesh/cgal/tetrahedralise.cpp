@@ -82,8 +82,9 @@ Complex mesh_of(const AmontonsCgalInput& in)
                             p::facet_size = Size{&in, kFaceRadius},
                             p::facet_distance = in.deviation, p::cell_radius_edge_ratio = 2,
                             p::cell_size = Size{&in, kCellRadius});
-    Complex complex =
-        CGAL::make_mesh_3<Complex>(domain, criteria, p::manifold(), p::no_perturb(), p::no_exude());
+    Complex complex = CGAL::make_mesh_3<Complex>(domain, criteria,
+                                                 in.manifold ? p::manifold() : p::non_manifold(),
+                                                 p::no_perturb(), p::no_exude());
     // By angle and not by time: a time limit would make the mesh depend on the machine.
     CGAL::perturb_mesh_3(complex, domain, p::sliver_bound = in.sliver_bound);
     CGAL::exude_mesh_3(complex, p::sliver_bound = in.sliver_bound);
