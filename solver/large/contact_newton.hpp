@@ -1,0 +1,48 @@
+#pragma once
+
+#include "contact/problem.hpp"
+#include "solver/large/large_matrix.hpp"
+
+#include <atomic>
+#include <functional>
+
+// Contact of one large linear solid with what does not give way, without W: the work of an
+// iteration is linear in unknowns and contacts. Equations: docs/theory/large.md.
+
+namespace amontons {
+
+/// A y = load + C r, u = q + C^T y, and the contact law between u and r.
+struct LargeContactProblem {
+    Eigen::SparseMatrix<double> C; ///< degrees of freedom x rows; 0 at held ones
+    Eigen::VectorXd q;             ///< of y = 0 [m]
+    Eigen::VectorXd mu;            ///< of each contact
+    std::vector<ContactKind> kind; ///< of each contact; none bilateral
+    std::vector<int> first;        ///< row of each contact
+    Eigen::VectorXd load;          ///< 0 at held degrees of freedom [N]
+    /// A y, 0 at held degrees of freedom.
+    std::function<Eigen::VectorXd(const Eigen::VectorXd&)> times;
+    Eigen::VectorXd diagonal; ///< of A [N/m]
+};
+
+struct LargeContactOptions {
+    double tolerance = 1e-8; ///< of the natural map, and of the balance of forces
+    const std::atomic<bool>* stop = nullptr;
+};
+
+struct LargeContactSolution {
+    Eigen::VectorXd y, r;
+    Eigen::VectorXd give; ///< W r: what r alone does to u [m]
+    double mean_give = 0; ///< trace of W over its rows [m/N], to some per cent
+    double error = 0;     ///< natural map, relative to the free motion's gaps and slips
+    bool converged = false;
+    int newton = 0, linear = 0; ///< iterations
+};
+
+/// @param A     of the solid, without blocks; has others afterwards
+/// @param r     a guess, rows; or empty
+/// @param mean  of an earlier problem of the same matrix: LargeContactSolution::mean_give; or 0
+LargeContactSolution solve_large_contact(LargeMatrix& A, const LargeContactProblem& problem,
+                                         const Eigen::VectorXd& r, double mean,
+                                         const LargeContactOptions& options);
+
+} // namespace amontons

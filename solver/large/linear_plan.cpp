@@ -1,0 +1,261 @@
+#include "solver/large/linear_plan.hpp"
+
+#include "mesh/volume_mesh.hpp"
+#include "solver/linear/supernodal.hpp"
+#include "solver/module.hpp"
+#include "solver/solid/assembly.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fmt/format.h>
+#include <memory>
+#include <metis.h>
+#include <new>
+#include <numeric>
+#include <sys/resource.h>
+
+namespace amontons {
+namespace {
+
+// Measured on two cores of a server, one thread: docs/theory/large.md.
+constexpr double kProgram = 20e6;          // [bytes]
+constexpr double kPerNode = 1500;          // states, fields, detection [bytes]
+constexpr double kPerElement = 350;        // mesh, pattern [bytes]
+constexpr double kEntry = 12;              // of a sparse matrix: number and column [bytes]
+constexpr double kDirectMatrices = 3;      // K, its free part, what CHOLMOD takes
+constexpr double kIterativeMatrices = 4.5; // K, A, its copy while it is made, multigrid
+constexpr double kVectors = 30;            // of all unknowns
+constexpr double kKrylovVectors = 60;      // more with friction: GMRES
+constexpr double kOneRank = 90e6;          // MPI and PETSc themselves [bytes]
+constexpr double kFactorRate = 30e9;       // operations of a factor [1/s]
+constexpr double kSolveRate = 1.2e9;       // entries of L in one solve [1/s]
+constexpr double kDenseRate = 8e9;         // of W and its Newton steps [1/s]
+constexpr double kAssembly = 4e-6;         // of an element [s]
+constexpr double kIteration = 1.1e-8;      // of Krylov with multigrid, of a coupling of nodes [s]
+constexpr double kIterations = 220;        // of a quasi-static step with contact
+constexpr double kDynamicIterations = 60;
+constexpr double kColumnIterations = 25;
+constexpr double kParallel = 0.85;    // of each rank beyond the first
+constexpr double kMemoryShare = 0.95; // of what is free: a process needs room to breathe
+/// Below, factors cost nothing to speak of, and so should their prediction.
+constexpr std::size_t kFewNodes = 30000;
+
+double line_of(const char* file, const char* key)
+{
+    const std::unique_ptr<FILE, int (*)(FILE*)> in(std::fopen(file, "r"), std::fclose);
+    char line[256];
+    while (in && std::fgets(line, sizeof line, in.get()))
+        if (std::strncmp(line, key, std::strlen(key)) == 0)
+            return 1024 * std::strtod(line + std::strlen(key), nullptr);
+    return -1;
+}
+
+double number_in(const char* file)
+{
+    const std::unique_ptr<FILE, int (*)(FILE*)> in(std::fopen(file, "r"), std::fclose);
+    char line[64];
+    if (!in || !std::fgets(line, sizeof line, in.get())) return -1;
+    char* end = nullptr;
+    const double value = std::strtod(line, &end);
+    return end == line ? -1 : value; // "max": none
+}
+
+std::string gigabytes(double bytes)
+{
+    return fmt::format("{:.3g} GB", bytes / 1e9);
+}
+
+/// METIS's order of the nodes, by one seed: a factor's own is the best of some.
+std::vector<std::int32_t> one_dissection(const SolidPattern& pattern)
+{
+    std::vector<idx_t> start{0}, graph;
+    graph.reserve(pattern.neighbour.size());
+    for (std::size_t i = 0; i + 1 < pattern.start.size(); ++i) {
+        for (std::int32_t k = pattern.start[i]; k < pattern.start[i + 1]; ++k)
+            if (pattern.neighbour[std::size_t(k)] != std::int32_t(i))
+                graph.push_back(pattern.neighbour[std::size_t(k)]);
+        start.push_back(idx_t(graph.size()));
+    }
+    idx_t nodes = idx_t(start.size()) - 1;
+    std::vector<idx_t> order(std::size_t(nodes), 0), place(std::size_t(nodes), 0);
+    idx_t options[METIS_NOPTIONS];
+    METIS_SetDefaultOptions(options);
+    options[METIS_OPTION_SEED] = 1;
+    if (METIS_NodeND(&nodes, start.data(), graph.data(), nullptr, options, order.data(),
+                     place.data()) != METIS_OK)
+        throw std::bad_alloc();
+    return {order.begin(), order.end()};
+}
+
+int ranks_on_this_machine(int ranks)
+{
+    const char* local = std::getenv("OMPI_COMM_WORLD_LOCAL_SIZE");
+    return local && std::atoi(local) > 0 ? std::min(std::atoi(local), ranks) : ranks;
+}
+
+} // namespace
+
+const LinearPath* LinearPlan::path(const std::string& name) const
+{
+    const auto at = std::ranges::find(paths, name, &LinearPath::name);
+    return at == paths.end() ? nullptr : &*at;
+}
+
+double available_memory()
+{
+    double least = std::numeric_limits<double>::infinity();
+    const auto limit = [&](double value) {
+        if (value >= 0) least = std::min(least, value);
+    };
+    limit(line_of("/proc/meminfo", "MemAvailable:"));
+    const double most = number_in("/sys/fs/cgroup/memory.max"),
+                 now = number_in("/sys/fs/cgroup/memory.current");
+    if (most >= 0 && now >= 0) limit(std::max(0.0, most - now));
+    rlimit own{};
+    if (getrlimit(RLIMIT_AS, &own) == 0 && own.rlim_cur != RLIM_INFINITY)
+        limit(std::max(0.0, double(own.rlim_cur) - line_of("/proc/self/status", "VmSize:")));
+    return least;
+}
+
+double mesh_memory(double nodes, double elements)
+{
+    return kProgram + kPerNode * nodes + kPerElement * elements;
+}
+
+FactorCost factor_cost(const VolumeMesh& mesh, bool analyse)
+{
+    FactorCost cost;
+    const double n = double(mesh.nodes.size());
+    if (!analyse || mesh.nodes.size() < kFewNodes) { // what cubes need, about
+        double per_node = 15;
+        for (const ElementBlock& b : mesh.blocks)
+            per_node = std::max(per_node, b.kind == ElementKind::T4 ? 15.0 : 28.0);
+        cost.couplings = per_node * n;
+        cost.entries = 9 * 11 * std::pow(n, 4.0 / 3);
+        cost.flops = 27 * 6 * n * n;
+        return cost;
+    }
+    // The graph of nodes as a matrix: each entry of its factor is a block of 3 x 3.
+    const SolidPattern pattern = make_pattern(mesh);
+    const auto nodes = Eigen::Index(mesh.nodes.size());
+    const std::vector<double> ones(pattern.neighbour.size(), 1);
+    const Eigen::Map<const Eigen::SparseMatrix<double>> graph(
+        nodes, nodes, Eigen::Index(pattern.neighbour.size()), pattern.start.data(),
+        pattern.neighbour.data(), ones.data());
+    std::vector<std::int32_t> node(mesh.nodes.size());
+    std::iota(node.begin(), node.end(), 0);
+    SupernodalOptions options;
+    options.relax = {5, 21, 64};
+    options.node_order = one_dissection(pattern);
+    SupernodalFactor factor;
+    factor.analyse(Eigen::SparseMatrix<double>(graph), node, options);
+    cost.couplings = double(pattern.neighbour.size());
+    cost.entries = 9 * double(factor.stored_entries());
+    cost.flops = 27 * factor.flops();
+    return cost;
+}
+
+LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& asked, bool dynamic,
+                       double steps, int ranks, bool analyse)
+{
+    LinearPlan plan;
+    plan.asked = asked;
+    plan.available = available_memory();
+    LinearPath direct, iterative, distributed;
+    direct.name = "direct";
+    iterative.name = "iterative";
+    distributed.name = "distributed";
+    const bool module = !find_module("petsc").empty();
+    const auto impossible = [](LinearPath& path, const std::string& why) {
+        if (path.possible) path.why = why;
+        path.possible = false;
+    };
+    direct.memory = iterative.memory = kProgram;
+    double largest = 0; // memory while the largest factor is made counts once
+    for (const SolidSize& s : solids) {
+        const double nodes = double(s.mesh->nodes.size()),
+                     elements = double(element_count(*s.mesh));
+        const FactorCost cost =
+            factor_cost(*s.mesh, analyse || asked == "automatic" || asked == "direct");
+        const double matrix = 9 * kEntry * cost.couplings;
+        const double mesh = kPerNode * nodes + kPerElement * elements;
+        const double dense = 3 * 8 * s.rows * s.rows;
+        direct.memory += mesh + matrix + 8 * cost.entries + dense;
+        largest = std::max(largest, (kDirectMatrices - 1) * matrix);
+        direct.seconds +=
+            kAssembly * elements + cost.flops / kFactorRate +
+            (steps + 1) * (4 * cost.entries / kSolveRate + (s.rows * s.rows * s.rows) / kDenseRate);
+        if (cost.entries > 2147483647.0)
+            impossible(direct, fmt::format("the factor of {} has {:.2g} entries, more than 2^31",
+                                           s.name, cost.entries));
+        iterative.memory += mesh + kIterativeMatrices * matrix +
+                            24 * nodes * (kVectors + (s.friction ? kKrylovVectors : 0));
+        iterative.seconds +=
+            2 * kAssembly * elements + (steps + 1) * (dynamic ? kDynamicIterations : kIterations) *
+                                           kIteration * cost.couplings;
+        if (s.columns) {
+            iterative.memory += dense;
+            iterative.seconds +=
+                (steps + 1) * s.rows * kColumnIterations * kIteration * cost.couplings;
+        }
+        if (!s.only_direct.empty()) {
+            impossible(iterative, s.only_direct);
+            impossible(distributed, s.only_direct);
+        }
+    }
+    direct.memory += largest;
+    if (!module) {
+        const char* why = "the module libamontons-petsc.so is not installed";
+        impossible(iterative, why);
+        impossible(distributed, why);
+    }
+    if (ranks < 2) impossible(distributed, "not started by mpirun");
+    direct.memory_here = direct.memory;
+    iterative.memory += kOneRank;
+    iterative.memory_here = iterative.memory;
+    const int all = std::max(ranks, 1), here = ranks_on_this_machine(all);
+    distributed.memory = iterative.memory + (all - 1) * kOneRank;
+    distributed.memory_here = distributed.memory * double(here) / all;
+    distributed.seconds = iterative.seconds / (1 + kParallel * (all - 1));
+    if (direct.why.empty()) direct.why = "CHOLMOD's factor, W by its tree";
+    if (iterative.why.empty())
+        iterative.why = "Krylov's methods with algebraic multigrid, contact without W";
+    if (distributed.why.empty()) distributed.why = fmt::format("the same on {} ranks", all);
+    plan.paths = {direct, iterative, distributed};
+
+    const double room = kMemoryShare * plan.available;
+    const auto fits = [&](const LinearPath& p) { return p.memory_here <= room; };
+    if (asked != "automatic") {
+        plan.taken = asked;
+        plan.why = "asked for";
+    } else {
+        const LinearPath* best = nullptr;
+        for (const LinearPath& p : plan.paths)
+            if (p.possible && fits(p) && (!best || p.seconds < best->seconds)) best = &p;
+        plan.taken = best ? best->name : "direct";
+        int could = 0;
+        for (const LinearPath& p : plan.paths)
+            could += p.possible;
+        plan.why = !best           ? "no path fits"
+                   : could == 1    ? "the only one that is possible"
+                   : !fits(direct) ? "the quickest that fits into the memory"
+                                   : "the quickest by prediction";
+    }
+    const LinearPath& taken = *plan.path(plan.taken);
+    if (!taken.possible)
+        plan.refusal = fmt::format("{}: {}", taken.name, taken.why);
+    else if (!fits(taken)) {
+        for (const LinearPath& p : plan.paths)
+            if (p.possible && (asked == "automatic" || p.name == asked))
+                plan.refusal += fmt::format("{}{} needs {}", plan.refusal.empty() ? "" : ", ",
+                                            p.name, gigabytes(p.memory_here));
+        plan.refusal +=
+            fmt::format(" of memory by prediction, {} are free", gigabytes(plan.available));
+    }
+    return plan;
+}
+
+} // namespace amontons

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+// Which way the linear systems of a scene's solids are solved, and what each way would cost. The
+// model and the constants measured for it: docs/theory/large.md.
+
+namespace amontons {
+
+struct VolumeMesh;
+
+/// A solid, as far as its cost depends on it.
+struct SolidSize {
+    std::string name;
+    const VolumeMesh* mesh = nullptr;
+    double rows = 0;         ///< of contacts that may act at once, about
+    bool friction = false;   ///< some of them
+    bool columns = false;    ///< contact without W does not serve it: a solve per column instead
+    std::string only_direct; ///< why its systems cannot be iterated on; "": they can
+};
+
+struct LinearPath {
+    std::string name; ///< "direct" | "iterative" | "distributed"
+    bool possible = true;
+    std::string why;        ///< it is not possible, or what it is
+    double memory = 0;      ///< predicted peak of all ranks together [bytes]
+    double memory_here = 0; ///< of those on this machine [bytes]
+    double seconds = 0;     ///< predicted, of the whole run
+};
+
+struct LinearPlan {
+    std::string asked = "automatic", taken, why;
+    std::string refusal;  ///< "" unless the path taken does not fit into the memory
+    double available = 0; ///< memory that this process may still take [bytes]
+    std::vector<LinearPath> paths;
+    const LinearPath* path(const std::string& name) const;
+};
+
+/// What may still be allocated: the least of free memory, the group's limit and the process's own.
+double available_memory();
+
+/// @param asked  "automatic" or a path's name
+/// @param steps   about how many
+/// @param ranks   of mpirun
+/// @param analyse  factors of large meshes that are not asked for as well: some seconds
+LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& asked, bool dynamic,
+                       double steps, int ranks, bool analyse);
+
+/// Entries of L and operations of one factor of a solid, nodes in METIS's order; from the mesh
+/// alone.
+struct FactorCost {
+    double entries = 0, flops = 0;
+    double couplings = 0; ///< pairs of nodes that share an element, each with itself too
+};
+/// @param analyse  else of a cube with as many nodes; so it is for small meshes
+FactorCost factor_cost(const VolumeMesh& mesh, bool analyse);
+
+/// Memory of a mesh of so many nodes and elements while bodies are made of it [bytes].
+double mesh_memory(double nodes, double elements);
+
+} // namespace amontons

@@ -1,0 +1,73 @@
+#include "solver/large/linear_plan.hpp"
+
+#include "mesh/generate/solid_box.hpp"
+#include "solver/linear/supernodal.hpp"
+#include "solver/solid/assembly.hpp"
+
+#include <doctest/doctest.h>
+#include <numeric>
+
+using namespace amontons;
+
+namespace {
+
+VolumeMesh box(std::array<std::int32_t, 3> cells)
+{
+    SolidBoxOptions options;
+    options.cells = cells;
+    options.kind = ElementKind::T4;
+    return make_solid_box(options);
+}
+
+} // namespace
+
+TEST_CASE("entries and operations of a factor are foretold from the graph of nodes")
+{
+    // Flat, so that a formula for cubes would be far off.
+    const VolumeMesh mesh = box({100, 100, 2});
+    REQUIRE(mesh.nodes.size() > 30000);
+    const SolidPattern pattern = make_pattern(mesh);
+    const SparseMatrix K = zero_matrix(pattern);
+    std::vector<std::int32_t> node(std::size_t(K.cols()));
+    for (std::size_t i = 0; i < node.size(); ++i)
+        node[i] = std::int32_t(i / 3);
+    SupernodalFactor factor;
+    factor.analyse(K, node);
+    const FactorCost cost = factor_cost(mesh, true);
+    CHECK(cost.entries == doctest::Approx(double(factor.stored_entries())).epsilon(0.3));
+    CHECK(cost.flops == doctest::Approx(factor.flops()).epsilon(0.4));
+    CHECK(cost.couplings == double(pattern.neighbour.size()));
+    CHECK(factor_cost(mesh, false).flops > 3 * cost.flops);
+}
+
+TEST_CASE(
+    "the way that is taken is possible, fits and is the quickest; else it is refused with numbers")
+{
+    const VolumeMesh small = box({3, 3, 3}), large = box({36, 36, 36});
+    std::vector<SolidSize> solids(1);
+    solids[0].name = "block";
+    solids[0].mesh = &small;
+    solids[0].rows = 30;
+    LinearPlan plan = plan_linear(solids, "automatic", false, 10, 1, false);
+    CHECK(plan.taken == "direct");
+    CHECK(plan.refusal.empty());
+    CHECK_FALSE(plan.path("distributed")->possible);
+    solids[0].mesh = &large;
+    for (const bool held : {true, false}) {
+        solids[0].only_direct = held ? "" : "block is held by its contacts alone";
+        plan = plan_linear(solids, "automatic", false, 1, 1, false);
+        const LinearPath &direct = *plan.path("direct"), &iterative = *plan.path("iterative");
+        CHECK(direct.memory > iterative.memory);
+        CHECK(
+            (plan.taken == "direct" || (iterative.possible && iterative.seconds < direct.seconds)));
+        if (!held) CHECK(plan.taken == "direct");
+    }
+    plan = plan_linear(solids, "iterative", false, 1, 1, false);
+    CHECK(plan.refusal.find("held by its contacts alone") != std::string::npos);
+    plan = plan_linear(solids, "distributed", false, 1, 1, false);
+    CHECK_FALSE(plan.refusal.empty());
+    solids[0].rows = 3e6; // W alone would take 2e14 bytes
+    plan = plan_linear(solids, "direct", false, 1, 1, false);
+    CHECK(plan.refusal.find("GB") != std::string::npos);
+    CHECK(plan.path("direct")->memory > plan.available);
+}
