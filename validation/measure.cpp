@@ -6,8 +6,28 @@
 #include <cmath>
 #include <exception>
 #include <limits>
+#include <numeric>
 
 namespace amontons::validation {
+
+void ReferenceCurve::add(double at, double reference_there, double value_there)
+{
+    x.push_back(at);
+    reference.push_back(reference_there);
+    value.push_back(value_there);
+}
+
+ReferenceCurve by_x(ReferenceCurve curve)
+{
+    std::vector<std::size_t> order(curve.x.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return curve.x[a] < curve.x[b]; });
+    ReferenceCurve out{curve.x_label, curve.y_label, {}, {}, {}};
+    for (const std::size_t i : order)
+        out.add(curve.x[i], curve.reference[i], curve.value[i]);
+    return out;
+}
 
 Measured relative(std::string quantity, double reference, double value, double tolerance)
 {

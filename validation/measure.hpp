@@ -14,7 +14,13 @@ namespace amontons::validation {
 struct ReferenceCurve {
     std::string x_label, y_label;
     std::vector<double> x, reference, value; ///< all of the same length
+
+    /// A point; NaN where there is no reference or no result.
+    void add(double at, double reference_there, double value_there);
 };
+
+/// The same points in the order of x.
+ReferenceCurve by_x(ReferenceCurve curve);
 
 /// One number beside its reference.
 struct Measured {

@@ -126,11 +126,20 @@ std::string curve_script(const std::string& name, const ReferenceCurve& c)
                 s += fmt::format("{} {}\n", c.x[i], (*values)[i]);
         s += "END\n";
     }
-    return s + fmt::format("set key outside top center horizontal\n"
-                           "set xlabel '{}' noenhanced\nset ylabel '{}' noenhanced\n"
-                           "plot $reference with lines lw 2 lc rgb 'black' title 'reference', "
-                           "$result with points pt 6 lc rgb '#c03000' title 'amontons'\n",
-                           label(c.x_label), label(c.y_label));
+    s += fmt::format("set key outside top center horizontal\n"
+                     "set xlabel '{}' noenhanced\nset ylabel '{}' noenhanced\n",
+                     label(c.x_label), label(c.y_label));
+    // A reference that is known at some places only is no line.
+    bool sparse = false;
+    for (std::size_t i = 0; i < std::min(c.value.size(), c.reference.size()); ++i)
+        sparse |= std::isfinite(c.value[i]) && !std::isfinite(c.reference[i]);
+    const char* const reference = "$reference with {} lc rgb 'black' title 'reference'";
+    const char* const result = "$result with points {} lc rgb '#c03000' title 'amontons'";
+    if (sparse)
+        return s + "plot " + fmt::format(fmt::runtime(result), "pt 7 ps 0.3") + ", " +
+               fmt::format(fmt::runtime(reference), "points pt 4 ps 1.5 lw 2") + "\n";
+    return s + "plot " + fmt::format(fmt::runtime(reference), "lines lw 2") + ", " +
+           fmt::format(fmt::runtime(result), "pt 6") + "\n";
 }
 
 } // namespace

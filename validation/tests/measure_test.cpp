@@ -1,5 +1,6 @@
 #include "validation/measure.hpp"
 
+#include "validation/report.hpp"
 #include "validation/scene_run.hpp"
 
 #include <cmath>
@@ -54,6 +55,35 @@ TEST_CASE("means weigh every step with its length and are NaN where there are no
     CHECK(std::isnan(mean(run, &Step::push, 3, 5)));
     CHECK(value_at(run, &Step::push, 1.2) == doctest::Approx(3.4).epsilon(1e-14));
     CHECK(largest(run, &Step::push) == 9);
+}
+
+TEST_CASE(
+    "points of a curve go together into the order of x; references at some places are no line")
+{
+    const double none = std::nan("");
+    ReferenceCurve c{"x", "y", {}, {}, {}};
+    c.add(2, 20, 21);
+    c.add(1, 10, 11);
+    const ReferenceCurve sorted = by_x(c);
+    CHECK(sorted.x == std::vector<double>{1, 2});
+    CHECK(sorted.reference == std::vector<double>{10, 20});
+    CHECK(sorted.value == std::vector<double>{11, 21});
+    CHECK(sorted.x_label == "x");
+
+    CaseResult r;
+    r.name = "bend";
+    r.rows.push_back(at_most("off", 0, 1));
+    r.rows[0].curve = sorted;
+    const auto script = [&] { return plots_of({r}).at(1).second; };
+    CHECK(script().find("$reference with lines") != std::string::npos);
+    r.rows[0].curve.add(3, none, 31);
+    CHECK(script().find("$reference with points") != std::string::npos);
+    CHECK(script().find("3 31\n") != std::string::npos);
+    CHECK(script().find("nan") == std::string::npos);
+    // through the file and back
+    const std::vector<CaseResult> back = read_results(json_of({r}), "validation.json");
+    CHECK(back.at(0).rows.at(0).curve.value == r.rows[0].curve.value);
+    CHECK(std::isnan(back.at(0).rows.at(0).curve.reference.at(2)));
 }
 
 TEST_CASE("a scene in other units has every length and force in them")

@@ -168,6 +168,8 @@ std::vector<Measured> capstan_cable()
             rows.push_back(at_most("no convergence, " + name, report.residual.error(), 1e-12));
             continue;
         }
+        ReferenceCurve curve{"angle from the load [rad]", "ln(tension over load)", {}, {}, {}};
+        const double load = force_in(c.wire, c.wire.material.law.size() - 1).norm();
         double worst = 0, product = 1, turned = 0;
         int corners = 0;
         for (std::size_t p = 0; p < c.wire.material.point.size(); ++p) {
@@ -185,15 +187,17 @@ std::vector<Measured> capstan_cable()
             worst = std::max(worst, std::abs(before.norm() / after.norm() / exact - 1));
             product *= exact;
             turned += a + b;
+            if (corners % std::max(1, int(angle / c.turn) / 100) == 0)
+                curve.add(turned, std::log(product), std::log(before.norm() / load));
             ++corners;
         }
-        const double ratio =
-            force_in(c.wire, 0).norm() / force_in(c.wire, c.wire.material.law.size() - 1).norm();
+        const double ratio = force_in(c.wire, 0).norm() / load;
         rows.push_back(at_most("worst corner, " + name, worst, 1e-8));
         rows.push_back(relative("tension ratio, " + name, product, ratio, 1e-8));
         rows.back().note =
             fmt::format("{} corners turn by {:.6f} rad of {:.6f}; exp(mu theta) {:.9g}", corners,
                         turned, angle, std::exp(kind.mu * angle));
+        if (kind.wraps == 10 && kind.per_wrap == 24) rows.back().curve = std::move(curve);
     }
     return rows;
 }

@@ -149,11 +149,15 @@ std::vector<Measured> whip()
                                     elliptic(std::sin(0.25 * jump)), 3e-3));
         }
         double worst = 0;
+        ReferenceCurve curve{"rotation of the base [rad]", "rotation of the tip [rad]", {}, {}, {}};
         for (std::size_t i = 0; i < t.base.size() && t.base[i] < 2.8; ++i)
-            if (t.base[i] > 0)
-                worst = std::max(worst, std::abs(t.tip[i] - tip_rotation(lambda, t.base[i])));
+            if (t.base[i] > 0) {
+                curve.add(t.base[i], tip_rotation(lambda, t.base[i]), t.tip[i]);
+                worst = std::max(worst, std::abs(curve.value.back() - curve.reference.back()));
+            }
         rows.push_back(
             at_most("tip off the pendulum's, base to 160 degrees [rad]" + name, worst, 0.02));
+        rows.back().curve = std::move(curve);
         rows.push_back(at_most("steps without certificate" + name, t.summary.uncertified_steps, 0));
     }
     return rows;

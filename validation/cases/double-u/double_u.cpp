@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 
 namespace amontons::validation {
 namespace {
@@ -13,9 +14,14 @@ std::vector<Measured> against(const double (&table)[8], double most, const char*
 {
     const Run r = run(scene("double-u", {std::string("bodies/wire/introducer=") + introducer}));
     std::vector<Measured> rows;
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    ReferenceCurve curve{"insertion [m]", "push force [N]", {}, {}, {}};
+    for (const Step& s : r.steps)
+        curve.add(s.insertion, kNone, s.push);
     for (std::size_t i = 0; i < 8; ++i) {
         const double depth = kDepths[i];
         const double force = mean(r, &Step::push, depth - 0.005, depth);
+        curve.add(depth - 0.0025, table[i], kNone);
         const std::string name = fmt::format("push force, 5 mm before {:.0f} mm [N]", 1e3 * depth);
         // The wire's free end decides at 180 and 300 mm, where little force is left; 260 mm lies
         // on a snap.
@@ -24,6 +30,7 @@ std::vector<Measured> against(const double (&table)[8], double most, const char*
         else
             rows.push_back(relative(name, table[i], force, depth == 0.260 ? 0.03 : 0.015));
     }
+    rows.front().curve = std::move(curve);
     rows.push_back(relative("largest push force [N]", most, largest(r, &Step::push), 0.015));
     add_energy_and_certificates(rows, r, 1e-3);
     return rows;

@@ -1,4 +1,5 @@
 #include "validation/cases/cases.hpp"
+#include "validation/cases/rods/rods.hpp"
 #include "validation/loaded_wire.hpp"
 
 #include <cmath>
@@ -37,6 +38,10 @@ std::vector<Measured> elastica()
         rows.push_back(relative(fmt::format("shortening, alpha {}, 20 elements", r.alpha), r.u,
                                 1 - x.x(), 1e-5));
     }
+    ReferenceCurve& curve = rows.front().curve;
+    curve = {"alpha = P L^2 / EI", "deflection over L", {}, {}, {}};
+    for (double alpha = 0.5; alpha <= 10; alpha += 0.5)
+        curve.add(alpha, elastica_of(alpha).w, tip(alpha, 20).y());
     const Reference& r = kReferences[2];
     std::vector<double> error;
     std::string note = "errors of the tip";

@@ -130,14 +130,18 @@ std::vector<Measured> bowling_ball()
     s.body->start.velocity = {5, 0, 0};
     const SolidRun r = s.run();
     double rolls = 0;
-    for (std::size_t i = 0; i < r.steps.size(); ++i)
-        if (r.quantity("body_velocity_x", int(i)) - 0.108 * r.quantity("body_spin_y", int(i)) >
-            1e-6)
-            rolls = r.steps[i].time;
-    return {
+    ReferenceCurve speed{"time [s]", "speed [m/s]", {}, {}, {}};
+    for (std::size_t i = 0; i < r.steps.size(); ++i) {
+        const double v = r.quantity("body_velocity_x", int(i)), t = r.steps[i].time;
+        if (v - 0.108 * r.quantity("body_spin_y", int(i)) > 1e-6) rolls = t;
+        if (i % 20 == 0) speed.add(t, std::max(5 - 0.2 * kG * t, 25.0 / 7), v);
+    }
+    std::vector<Measured> rows{
         relative("final speed", 25.0 / 7, r.quantity("body_velocity_x"), 1e-6),
         absolute("time when it rolls [s], within a step", 0.728119994, rolls, h),
         at_most("friction once it rolls [N]", std::abs(r.quantity("body_on_plane_force_x")), 1e-6)};
+    rows.front().curve = std::move(speed);
+    return rows;
 }
 
 std::vector<Measured> rolling_down()
@@ -199,14 +203,20 @@ std::vector<Measured> spinning_disc()
     const SolidRun r = s.run();
     // Started at the ratio v / (R omega) that all such motions end with, it stays there.
     double ratio = 0, stop = 0;
+    ReferenceCurve speed{"time [s]", "speed [m/s]", {}, {}, {}};
     for (std::size_t i = 0; i < r.steps.size(); ++i) {
         const double v = r.quantity("body_velocity_x", int(i)),
                      w = r.quantity("body_spin_z", int(i));
         if (v > 0.05) ratio = v / (0.1 * w);
         if (v > 1e-4) stop = r.steps[i].time;
+        // At one ratio friction is one force.
+        if (i % 10 == 0)
+            speed.add(r.steps[i].time, std::max(0.0, 1 - r.steps[i].time / 0.551576507), v);
     }
-    return {relative("v / (R omega) near the stop", 0.6530018, ratio, 1e-2),
-            relative("time until it stops", 0.551576507, stop, 1e-2)};
+    std::vector<Measured> rows{relative("v / (R omega) near the stop", 0.6530018, ratio, 1e-2),
+                               relative("time until it stops", 0.551576507, stop, 1e-2)};
+    rows.back().curve = std::move(speed);
+    return rows;
 }
 
 std::vector<Measured> bouncing_ball()
@@ -269,6 +279,30 @@ std::vector<Measured> balls_in_line()
     return rows;
 }
 
+namespace {
+
+/// Spin [1/s] at time t of a block let go at the angle theta about its lower edge: Housner's
+/// equation, (4/3) R theta'' = -g sin(alpha - theta), by Runge and Kutta's rule.
+/// @param half   R, from the edge to the centre [m]
+/// @param alpha  theta where the centre is above the edge [rad]
+double housner(double half, double alpha, double theta, double t)
+{
+    double spin = 0;
+    const int steps = 200;
+    const double h = t / steps;
+    const auto rate = [&](double at) { return -0.75 * kG / half * std::sin(alpha - at); };
+    for (int i = 0; i < steps; ++i) {
+        const double a = rate(theta), b = rate(theta + h / 2 * spin),
+                     c = rate(theta + h / 2 * spin + h * h / 4 * a),
+                     d = rate(theta + h * spin + h * h / 2 * b);
+        theta += h * spin + h * h / 6 * (a + b + c);
+        spin += h / 6 * (a + 2 * b + 2 * c + d);
+    }
+    return spin;
+}
+
+} // namespace
+
 std::vector<Measured> rocking_block()
 {
     std::vector<Measured> rows;
@@ -290,6 +324,10 @@ std::vector<Measured> rocking_block()
         // The law of gaps would let it come down in two.
         s.scene.scene.contact[0].restitution = 1e-9;
         const SolidRun r = s.run();
+        ReferenceCurve spin{"time [s]", "spin [1/s]", {}, {}, {}};
+        for (std::size_t i = 0; i < r.steps.size() && r.steps[i].time < k.time; i += 40)
+            spin.add(r.steps[i].time, housner(half, alpha, theta, r.steps[i].time),
+                     r.quantity("body_spin_y", int(i)));
         double impact = 0, before = 0, after = 0;
         for (std::size_t i = 1; i < r.steps.size() && impact == 0; ++i) {
             const double w = r.quantity("body_spin_y", int(i)),
@@ -302,6 +340,7 @@ std::vector<Measured> rocking_block()
         }
         rows.push_back(relative(fmt::format("time to the first impact, width {}", k.width), k.time,
                                 impact, 2e-3));
+        rows.back().curve = std::move(spin);
         rows.push_back(
             relative(fmt::format("spin before it, width {}", k.width), k.before, before, 2e-3));
         rows.push_back(relative(fmt::format("spin after over before, width {}", k.width), k.ratio,

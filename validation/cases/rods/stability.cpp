@@ -4,12 +4,14 @@
 
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <stdexcept>
 
 namespace amontons::validation {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// The time at which the balance of a rod that follows it loses its stability.
 /// @param width  of the answer [s]
@@ -105,6 +107,13 @@ std::vector<Measured> lee_frame()
         rows.push_back(relative("largest load [N]" + of, 18556.73, most, tolerance));
         rows.back().note =
             fmt::format("at v = {:.4f} m (0.48735), {} steps on the path", v_most, P.size() - 1);
+        ReferenceCurve& path = rows.back().curve;
+        path = {"deflection [m]", "load [N]; reference: its turns", {}, {}, {}};
+        path.add(0, 0, kNone);
+        path.add(0.48735, 18556.73, kNone);
+        path.add(0.58219, -9414.5, kNone);
+        for (std::size_t i = 0; i < P.size(); i += 3)
+            path.add(v[i], kNone, P[i]);
         rows.push_back(relative("least load [N]" + of, -9414.5, least, tolerance));
         rows.back().note = fmt::format("at v = {:.4f} m (0.58219)", v_least);
         rows.push_back(relative("first turn of the deflection [m]" + of, 0.61003, v_turn[0], 1e-3));

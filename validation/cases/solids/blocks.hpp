@@ -19,6 +19,7 @@ struct RaousOptions {
 /// In SI and along the block's axes, whatever the options.
 struct Raous {
     std::vector<Vec3> u;               ///< of points A to E [m]
+    std::vector<double> x, u_x;        ///< of the nodes along the edge on the plane [m]
     double normal = 0, tangential = 0; ///< [N/m]
     double open_to = 1, slip_to = 0;   ///< [m]
     int certificates = 0, steps = 0, iterations = 0;

@@ -37,6 +37,18 @@ Profile profile_of(const StepRecord& step, bool line)
     return p;
 }
 
+/// Pressure by the contacts' distance from the middle beside Hertz's.
+ReferenceCurve pressures(const StepRecord& step, double a, double p0, bool line)
+{
+    ReferenceCurve curve{line ? "x [m]" : "r [m]", "pressure [Pa]", {}, {}, {}};
+    for (const ContactRecord& c : step.contacts) {
+        const double r = line ? std::abs(c.point.x()) : c.point.head<2>().norm();
+        if (r < 1.5 * a)
+            curve.add(r, p0 * std::sqrt(std::max(0.0, 1 - r * r / (a * a))), c.pressure);
+    }
+    return by_x(std::move(curve));
+}
+
 double mean_z(const BodyRecord& b, double at)
 {
     const std::vector<Vec3> u = displacements(b), x = first_places(b);
@@ -75,6 +87,7 @@ std::vector<Measured> hertz_sphere()
     rows.back().note = fmt::format("half a multiplier's spacing; relative {:.2e}", p.a / a - 1);
     rows.push_back(relative("peak pressure", 88290369.1, p.p0, 3e-2));
     rows.back().note = fmt::format("by the mean square; largest {:.4e}", p.largest);
+    rows.back().curve = pressures(run.steps[2], a, 88290369.1, false);
     rows.push_back(relative("largest pressure", 88290369.1, p.largest, 3e-2));
     rows.push_back(absolute("a(F) / a(F/8)", 2, p.a / lower.a, 0.5 * cell / lower.a));
     rows.push_back(absolute("a(F/8) / a(F/64)", 2, lower.a / lowest.a, 0.5 * cell / lowest.a));
@@ -101,6 +114,7 @@ std::vector<Measured> hertz_approach()
     rows.push_back(relative("peak pressure", 2.79832867e9, p.p0, 5e-2));
     rows.back().note =
         fmt::format("largest {:.4e}; force {:.5e} N, half-space 5.86081e5", p.largest, 4 * p.force);
+    rows.back().curve = pressures(run.last(), a, 2.79832867e9, false);
     rows.push_back(absolute("contact radius [mm]", 10, 1e3 * p.a, 0.5e3 * cell));
     add_certificates(rows, run);
     return rows;
@@ -158,6 +172,7 @@ std::vector<Measured> roller()
             rows.push_back(relative("force [N/m]" + of, F, 2 * up / thick, 1e-6));
             rows.push_back(absolute("half width [mm]" + of, 1e3 * a, 1e3 * p.a, 1e3 * cell));
             rows.push_back(relative("peak pressure" + of, 3.58536223e9, p.p0, 2e-2));
+            rows.back().curve = pressures(run.last(), a, 3.58536223e9, true);
             rows.push_back(relative("largest pressure" + of, 3.58536223e9, p.largest, 2e-2));
             rows.push_back(
                 at_most("steps without certificate" + of, run.summary.uncertified_steps, 0));
@@ -172,7 +187,26 @@ struct Sheared {
     double P = 0, a = 0;                 ///< pressed only [N], [m]
     std::vector<double> share, shift, c; ///< Q / mu P, shift [m], c / a of every later step
     int uncertified = 0;
+    ReferenceCurve traction; ///< where Q is nearest to half of what slips
 };
+
+/// Tractions along the shear by the distance from the middle beside Cattaneo's and Mindlin's for
+/// the pressed force and the shear that were reached.
+ReferenceCurve tractions(const StepRecord& step, double mu, double a, double P, double share)
+{
+    ReferenceCurve curve{"r [m]", fmt::format("traction [Pa], Q = {:.2f} mu P", share), {}, {}, {}};
+    const double p0 = 1.5 * P / (kPi * a * a), c = a * std::cbrt(1 - std::min(share, 1.0));
+    const auto dome = [](double r, double of) {
+        return of > r ? std::sqrt(1 - r * r / (of * of)) : 0;
+    };
+    for (const ContactRecord& k : step.contacts) {
+        const double r = k.point.head<2>().norm();
+        if (r < 1.5 * a && k.area > 0)
+            curve.add(r, mu * p0 * (dome(r, a) - c / a * dome(r, c)),
+                      std::abs(k.force.x()) / k.area);
+    }
+    return by_x(std::move(curve));
+}
 
 Sheared sheared(double R, double E, double nu, double mu, double a, double cell, double end)
 {
@@ -202,6 +236,12 @@ Sheared sheared(double R, double E, double nu, double mu, double a, double cell,
             continue;
         }
         out.share.push_back(std::abs(f.x()) / (mu * std::abs(f.z())));
+        const auto nearest =
+            std::min_element(out.share.begin(), out.share.end(), [](double x, double y) {
+                return std::abs(x - 0.5) < std::abs(y - 0.5);
+            });
+        if (nearest + 1 == out.share.end())
+            out.traction = tractions(run.steps[k], mu, p.a, std::abs(f.z()), out.share.back());
         out.shift.push_back(end * (run.steps[k].time - 1) / steps);
         out.c.push_back(std::sqrt(2 * stick / kPi) / p.a);
     }
@@ -249,6 +289,7 @@ std::vector<Measured> cattaneo_mindlin()
                                 1e3 * full.a, 0.5e3 * a / 5));
         rows.back().note =
             fmt::format("P = {:.2f} N, then {:.3f} and {:.4f} N", full.P, small.P, smaller.P);
+        rows.back().curve = full.traction;
         for (const double q : {0.25, 0.5, 0.75}) {
             const std::string of = fmt::format(", Q {} mu P, nu {}", q, nu);
             rows.push_back(

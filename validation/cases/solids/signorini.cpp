@@ -7,9 +7,13 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 
 namespace amontons::validation {
 namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kPoints[] = {0.0, 1.25e-3, 5e-3, 7.5e-3, 11.25e-3}; // A to E [m]
 
 Mat3 turn_of(const RaousOptions& o)
 {
@@ -55,9 +59,16 @@ Raous raous(const RaousOptions& o)
     const BodyRecord& b = run.bodies.back()[0];
     const std::vector<Vec3> u = displacements(b);
     const double a = 0.04 * o.length, thick = a / o.cells;
-    for (const double mm : {0.0, 1.25, 5.0, 7.5, 11.25}) {
-        const Vec3 at(1e-3 * mm * o.length, 0, 0);
+    for (const double x : kPoints) {
+        const Vec3 at(x * o.length, 0, 0);
         r.u.push_back(R.transpose() * u[nearest_node(b, o.place + R * at)] / o.length);
+    }
+    const std::vector<Vec3> X = first_places(b);
+    for (std::size_t i = 0; i < X.size(); ++i) {
+        const Vec3 at = R.transpose() * (X[i] - o.place) / o.length;
+        if (std::hypot(at.y(), at.z()) > 1e-9) continue;
+        r.x.push_back(at.x());
+        r.u_x.push_back(Vec3(R.transpose() * u[i]).x() / o.length);
     }
     // Where u_x is held, at the last node, the drag is not determined: it is left out.
     Vec3 f = Vec3::Zero();
@@ -85,10 +96,17 @@ void add_raous(std::vector<Measured>& rows, const std::string& of, const Raous& 
                const std::array<double, 5>& ux, double tangential)
 {
     const char* points[] = {"A", "B", "C", "D", "E"};
+    ReferenceCurve curve{"x along the plane [m]", "u_x [m]", {}, {}, {}};
+    for (std::size_t i = 0; i < r.x.size(); ++i)
+        curve.add(r.x[i], kNone, r.u_x[i]);
+    for (std::size_t i = 0; i < 5; ++i)
+        if (ux[i] != 0) curve.add(kPoints[i], ux[i], kNone);
+    const std::size_t first = rows.size();
     for (std::size_t i = 0; i < 5; ++i)
         if (ux[i] != 0)
             rows.push_back(
                 relative(std::string("u_x ") + points[i] + ", " + of, ux[i], r.u[i].x(), 5e-3));
+    rows[first].curve = by_x(std::move(curve));
     rows.push_back(relative("drag T [N/m], " + of, tangential, r.tangential, 5e-3));
     rows.push_back(relative("normal force [N/m], " + of, 2e6, r.normal, 1e-8));
     rows.push_back(at_most("steps without certificate, " + of, r.certificates, 0));

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 
 namespace amontons::validation {
 namespace {
@@ -46,12 +47,18 @@ std::vector<Measured> torus_friction()
          "contact=[{\"between\":[\"wire\",\"tube\"],\"friction\":0.1}]", "time/end=12"}));
     const double reference[] = {0.2321, 0.2448, 0.2580, 0.2715};
     std::vector<Measured> rows;
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    ReferenceCurve curve{"insertion [m]", "push force [N], means over 20 mm", {}, {}, {}};
+    for (const Step& s : r.steps)
+        if (s.insertion > 0.12) curve.add(s.insertion, kNone, s.push);
     for (int i = 0; i < 4; ++i) {
         const double from = 0.160 + i * kWindow;
         rows.push_back(relative(fmt::format("mean push force, {:.0f} to {:.0f} mm [N]", 1e3 * from,
                                             1e3 * (from + kWindow)),
                                 reference[i], mean(r, &Step::push, from, from + kWindow), 0.015));
+        curve.add(from + kWindow / 2, reference[i], kNone);
     }
+    rows.front().curve = std::move(curve);
     add_energy_and_certificates(rows, r, 1e-3);
     return rows;
 }
