@@ -97,6 +97,8 @@ const std::vector<Case>& cases()
          floating_blocks},
         {"prescribed-faces", "stability", "closed form: uniform stress; no motion exists",
          prescribed_faces},
+        {"newton-steps", "stability", "Newton's method: digits double where the tangent is right",
+         newton_steps},
         {"incline", "benchmarks", "Coulomb: closed form", incline},
         {"sliding-block", "benchmarks", "closed form", sliding_block},
         {"thrown-block", "benchmarks", "Kotkin & Serbo: integrated equation of motion",

@@ -2,7 +2,8 @@
 """The suites notice mistakes: mutants_test.py PROGRAM MUTANT...
 
 PROGRAM passes some quick cases of both suites; each mutant (the same program with a mistake in it,
-mutate.py) fails in both.
+mutate.py) fails in both. The tangent that is slightly off leaves the results as they are: the suite
+of stability counts the iterations.
 """
 import json
 import pathlib
@@ -10,7 +11,7 @@ import subprocess
 import sys
 
 CASES = {"benchmarks": ["elastica", "torus-friction", "contact-patch", "incline", "thrown-block", "bowling-ball"],
-         "stability": ["retrace", "order-and-frame", "heavy-on-light", "gaps-and-overlaps"]}
+         "stability": ["retrace", "order-and-frame", "heavy-on-light", "gaps-and-overlaps", "newton-steps"]}
 FOLDERS = {"benchmarks": ["braking-block"], "stability": ["friction-range", "time-steps", "nearly-parallel"]}
 ROOT = pathlib.Path(__file__).resolve().parents[1] / "cases"
 
@@ -33,7 +34,8 @@ def main(program, *mutants):
             rows, failed = failed_rows(p, suite)
             print(f"{name}: {suite}: {len(failed)} of {rows} rows fail, in "
                   f"{', '.join(sorted({r['case'] for r in failed})) or 'no case'}", flush=True)
-            if bool(failed) != (p != program):
+            quiet = name == "amontons_stiff" and suite == "benchmarks"
+            if bool(failed) != (p != program) and not quiet:
                 missed.append(f"{name}, {suite}")
                 for r in failed[:5]:
                     print("  ", r["case"], r["quantity"], r["value"], r["note"])

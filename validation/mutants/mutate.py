@@ -36,6 +36,11 @@ MUTANTS = {
         "solver/beam/element.cpp": ("t.e1 = s.R1 * E1;", "t.e1 = -1.0 * (s.R1 * E1);"),
         "solver/solid/corotational.cpp": ("K.noalias() = e.K * P;", "K.noalias() = 0.5 * (e.K * P);"),
     },
+    # The same tangents, 5 % off: what converges is right, and takes longer.
+    "stiff": {
+        "solver/beam/element.cpp": ("t.e1 = s.R1 * E1;", "t.e1 = 1.05 * (s.R1 * E1);"),
+        "solver/solid/corotational.cpp": ("K.noalias() = e.K * P;", "K.noalias() = 1.05 * (e.K * P);"),
+    },
 }
 
 

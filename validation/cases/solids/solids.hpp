@@ -31,5 +31,6 @@ std::vector<Measured> stiff_blocks();
 std::vector<Measured> gaps_and_overlaps();
 std::vector<Measured> floating_blocks();
 std::vector<Measured> prescribed_faces();
+std::vector<Measured> newton_steps();
 
 } // namespace amontons::validation
