@@ -136,6 +136,7 @@ RodBody::RodBody(const RodInput& input, const Centreline* curve, double damping)
     moved_.assign(n, Vec6::Zero());
     past_velocity_ = past_force_ = moved_;
     modes_.resize(unknowns(), 0);
+    stations_ = amontons::stations(curve_of(state_.nodes), input_.contact_spacing);
 }
 
 std::array<double, 6> RodBody::strain(int element) const
@@ -186,6 +187,7 @@ void RodBody::begin(const StepInput& step)
 {
     step_ = step;
     now_ = state_;
+    expected_.clear();
     for (Vec6& m : moved_)
         m.setZero();
     last_motion_ = before_last_ = std::numeric_limits<double>::infinity();
@@ -271,6 +273,7 @@ void RodBody::linearise()
     for (const Held& h : held_)
         move.segment<6>(6 * h.node) = h.move;
     Eigen::VectorXd rest = residual_;
+    add_contact_stiffness(rest);
     if (!move.isZero(0)) {
         std::vector<Node6> Kd;
         K_.multiply(as_nodes(move), Kd);
@@ -388,7 +391,15 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
         e.work_absolute += std::abs(work);
     }
     acting_ = acting;
-    if (step_.dynamic) e.dissipated = end_memory();
+    if (step_.dynamic) {
+        e.dissipated = end_memory();
+    } else { // the tangent of what is accepted, not of the iterate before: it tells stability
+        forces(now_, step_.end(), inner_, load_);
+        Eigen::VectorXd unused = residual_;
+        add_contact_stiffness(unused);
+        hold_matrix(K_);
+        negative_ = K_.factor();
+    }
     state_ = now_;
     energy_ = rod_energy(rod_, state_.nodes, kind_);
     e.elastic = energy_;

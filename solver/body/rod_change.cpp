@@ -1,3 +1,4 @@
+#include "solver/body/drive.hpp"
 #include "solver/body/rod_body.hpp"
 
 #include <algorithm>
