@@ -18,8 +18,6 @@ using ConstMap6 = Eigen::Map<const Vec6>;
 constexpr double kRoundOff = 2e-15;     // of the stiffest element's force at a strain of 1
 constexpr double kSettled = 1e-9;       // of the rod's size: Newton's last motion
 constexpr double kStillRounding = 1e-5; // of it: no error of a balance is that large
-constexpr double kSmallTurn = 1e-3;     // of a node in one iteration [rad]
-constexpr double kLongestTurn = 1;      // of an element in one iteration [rad]
 
 ConstMap6 view(const Node6& n)
 {
@@ -138,6 +136,7 @@ RodBody::RodBody(const RodInput& input, const Centreline* curve, double damping)
     moved_.assign(n, Vec6::Zero());
     past_velocity_ = past_force_ = moved_;
     modes_.resize(unknowns(), 0);
+    stations_ = amontons::stations(curve_of(state_.nodes), input_.contact_spacing);
 }
 
 std::array<double, 6> RodBody::strain(int element) const
@@ -188,6 +187,7 @@ void RodBody::begin(const StepInput& step)
 {
     step_ = step;
     now_ = state_;
+    expected_.clear();
     for (Vec6& m : moved_)
         m.setZero();
     last_motion_ = before_last_ = std::numeric_limits<double>::infinity();
@@ -273,6 +273,7 @@ void RodBody::linearise()
     for (const Held& h : held_)
         move.segment<6>(6 * h.node) = h.move;
     Eigen::VectorXd rest = residual_;
+    add_contact_stiffness(rest);
     if (!move.isZero(0)) {
         std::vector<Node6> Kd;
         K_.multiply(as_nodes(move), Kd);
@@ -297,149 +298,6 @@ void RodBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
         X.col(j) = solve(Eigen::VectorXd(C.col(j)));
     W = C.transpose() * X;
     W = 0.5 * (W + W.transpose()).eval();
-}
-
-/// The share of a motion that turns no element by more than Newton's method can bear.
-double RodBody::safe_share(const Motion& m, const Eigen::VectorXd& y) const
-{
-    double most = 0;
-    for (int e = 0; e < rod_.element_count(); ++e) {
-        const std::size_t a = std::size_t(e), b = std::size_t(rod_.second(e));
-        const Vec3 turn = rotation_matrix(m.nodes[b].q) * y.segment<3>(at6(b) + 3) -
-                          rotation_matrix(m.nodes[a].q) * y.segment<3>(at6(a) + 3);
-        most = std::max(most, turn.norm());
-    }
-    return most > kLongestTurn ? kLongestTurn / most : 1;
-}
-
-void RodBody::move_nodes(Motion& m, const Eigen::VectorXd& y)
-{
-    for (std::size_t i = 0; i < m.nodes.size(); ++i) {
-        for (int k = 0; k < 3; ++k)
-            m.nodes[i].move(k, y[at6(i) + k]);
-        rotate_in_body(m.nodes[i].q, y.segment<3>(at6(i) + 3));
-        moved_[i] += y.segment<6>(at6(i));
-    }
-}
-
-/// A large motion of a rod that one node holds: what y does to the strains, to first order, and the
-/// nodes then placed by the strains, from the held one on. Along straight lines the same y would
-/// stretch the rod by the square of its turns, and EA is large: Newton's method would fight that
-/// for many iterations, or fail.
-void RodBody::unroll(Motion& m, const Eigen::VectorXd& y)
-{
-    const std::vector<BeamNode> before = m.nodes;
-    const auto turned = [&](const BeamNode& node, int element, int end, bool back) {
-        BeamNode n = node;
-        for (const RodCorner& c : rod_.corners)
-            if (c.element == element && c.end == end) {
-                const double inverse[4] = {c.turn.q[0], -c.turn.q[1], -c.turn.q[2], -c.turn.q[3]};
-                quaternion_product(n.q, back ? inverse : c.turn.q, n.q);
-            }
-        return n;
-    };
-    const auto turn_of = [&](int element, int end) {
-        Mat3 R = Mat3::Identity();
-        for (const RodCorner& c : rod_.corners)
-            if (c.element == element && c.end == end) R = rotation_matrix(c.turn.q);
-        return R;
-    };
-    const auto step = [&](int from, int to) {
-        const int e = std::min(from, to);
-        const double L = rod_.law[std::size_t(e)].length;
-        const BeamNode a = turned(before[std::size_t(e)], e, 0, false),
-                       b = turned(before[std::size_t(e) + 1], e, 1, false);
-        std::array<double, 6> strain = element_strain(a, b, L);
-        Eigen::Matrix<double, 12, 1> own = y.segment<12>(6 * e);
-        own.segment<3>(3) = turn_of(e, 0).transpose() * Vec3(own.segment<3>(3));
-        own.segment<3>(9) = turn_of(e, 1).transpose() * Vec3(own.segment<3>(9));
-        for (std::size_t i = 0; i < 6; ++i) {
-            std::array<double, 6> unit{};
-            unit[i] = 1;
-            const std::array<double, 12> row = element_force(a, b, L, unit);
-            strain[i] += Eigen::Map<const Eigen::Matrix<double, 12, 1>>(row.data()).dot(own);
-        }
-        // The exponential of the pose.
-        const Vec3 gamma = L * Vec3(strain[0], strain[1], strain[2]),
-                   turn = L * Vec3(strain[3], strain[4], strain[5]);
-        const double angle = turn.norm(), small = angle * angle;
-        const double s = angle > 1e-4 ? (1 - std::cos(angle)) / small : 0.5 - small / 24;
-        const double c =
-            angle > 1e-4 ? (angle - std::sin(angle)) / (small * angle) : 1.0 / 6 - small / 120;
-        const Vec3 chord = gamma + s * turn.cross(gamma) + c * turn.cross(turn.cross(gamma));
-        if (to > from) {
-            BeamNode n = turned(m.nodes[std::size_t(from)], e, 0, false);
-            const Vec3 d = rotation_matrix(n.q) * chord;
-            rotate_in_body(n.q, turn);
-            for (int k = 0; k < 3; ++k)
-                n.move(k, d[k]);
-            m.nodes[std::size_t(to)] = turned(n, e, 1, true);
-        } else {
-            BeamNode n = turned(m.nodes[std::size_t(from)], e, 1, false);
-            rotate_in_body(n.q, -turn);
-            const Vec3 d = rotation_matrix(n.q) * chord;
-            for (int k = 0; k < 3; ++k)
-                n.move(k, -d[k]);
-            m.nodes[std::size_t(to)] = turned(n, e, 0, true);
-        }
-    };
-    BeamNode& root = m.nodes[std::size_t(root_)];
-    for (int k = 0; k < 3; ++k)
-        root.move(k, y[6 * root_ + k]);
-    rotate_in_body(root.q, y.segment<3>(6 * root_ + 3));
-    for (int i = root_; i + 1 < rod_.node_count(); ++i)
-        step(i, i + 1);
-    for (int i = root_; i > 0; --i)
-        step(i, i - 1);
-    note_motion(before, y);
-}
-
-/// Adds what the nodes have done to the sum of the step; turns of many times 2 pi are near y's.
-void RodBody::note_motion(const std::vector<BeamNode>& before, const Eigen::VectorXd& y)
-{
-    constexpr double kTurn = 2 * 3.14159265358979323846;
-    for (std::size_t i = 0; i < before.size(); ++i) {
-        const auto quaternion = [](const BeamNode& n) {
-            return Eigen::Quaterniond(n.q[0], n.q[1], n.q[2], n.q[3]);
-        };
-        Vec3 turn = rotation_vector(quaternion(before[i]).conjugate() * quaternion(now_.nodes[i]));
-        const Vec3 near = y.segment<3>(at6(i) + 3);
-        const double angle = turn.norm();
-        if (angle > 1e-9) {
-            const double whole = std::round((near.dot(turn) / angle - angle) / kTurn);
-            turn *= 1 + whole * kTurn / angle;
-        }
-        for (int k = 0; k < 3; ++k)
-            moved_[i][k] += now_.nodes[i].difference(before[i], k);
-        moved_[i].tail<3>() += turn;
-    }
-}
-
-void RodBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd&, const Eigen::VectorXd&)
-{
-    before_last_ = last_motion_;
-    if (!step_.dynamic) {
-        const double share = safe_share(now_, y);
-        double turn = 0;
-        for (std::size_t i = 0; i < now_.nodes.size(); ++i)
-            turn = std::max(turn, y.segment<3>(at6(i) + 3).norm());
-        if (root_ >= 0 && turn > kSmallTurn)
-            unroll(now_, share * y);
-        else
-            move_nodes(now_, share * y);
-        last_motion_ = 0;
-        for (std::size_t i = 0; i < now_.nodes.size(); ++i)
-            last_motion_ = std::max(last_motion_, y.segment<3>(at6(i)).norm());
-        if (!std::isfinite(last_motion_)) last_motion_ = std::numeric_limits<double>::infinity();
-        return;
-    }
-    double most = 0;
-    for (std::size_t i = 0; i < now_.nodes.size(); ++i) {
-        now_.velocity[i] += y.segment<6>(at6(i));
-        most = std::max(most, step_.h * y.segment<3>(at6(i)).norm());
-    }
-    last_motion_ = most;
-    place_by_velocity();
 }
 
 double RodBody::force_size(const Motion& m, const std::vector<Node6>& load) const
@@ -533,7 +391,15 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
         e.work_absolute += std::abs(work);
     }
     acting_ = acting;
-    if (step_.dynamic) e.dissipated = end_memory();
+    if (step_.dynamic) {
+        e.dissipated = end_memory();
+    } else { // the tangent of what is accepted, not of the iterate before: it tells stability
+        forces(now_, step_.end(), inner_, load_);
+        Eigen::VectorXd unused = residual_;
+        add_contact_stiffness(unused);
+        hold_matrix(K_);
+        negative_ = K_.factor();
+    }
     state_ = now_;
     energy_ = rod_energy(rod_, state_.nodes, kind_);
     e.elastic = energy_;
@@ -574,39 +440,6 @@ std::vector<double> RodBody::frequencies(int count)
         set_block(d, h.free * dense(d) * h.free);
     }
     return rod_frequencies(K_, M_, rod_.node_count(), count);
-}
-
-void RodBody::add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
-                         std::vector<Eigen::Triplet<double>>& out) const
-{
-    const int e = at.nodes[0].node;
-    const double xi = at.nodes[0].weight;
-    const RodPlace p = rod_place(rod_, now_.nodes, e, xi);
-    Eigen::Matrix<double, 12, 1> v = p.J.transpose() * direction;
-    const Vec3 moment = (at.point - p.x).cross(direction);
-    const int node[2] = {e, rod_.second(e)};
-    for (int i = 0; i < 2; ++i)
-        v.segment<3>(6 * i + 3) +=
-            (i == 0 ? 1 - xi : xi) *
-            (rotation_matrix(now_.nodes[std::size_t(node[i])].q).transpose() * moment);
-    for (int i = 0; i < 12; ++i)
-        out.emplace_back(6 * node[i / 6] + i % 6, column, scale * v[i]);
-}
-
-Mat3 RodBody::section(const Motion& m, int element, double xi) const
-{
-    const Quaternion q = interpolate(m.nodes[std::size_t(element)].q,
-                                     m.nodes[std::size_t(rod_.second(element))].q, xi);
-    return rotation_matrix(q.q);
-}
-
-Vec3 RodBody::displacement(const BodyPlace& at) const
-{
-    const int e = at.nodes[0].node;
-    const double xi = at.nodes[0].weight;
-    const Vec3 x = rod_point(rod_, now_.nodes, e, xi), arm = at.point - x;
-    const Vec3 turned = section(state_, e, xi) * (section(now_, e, xi).transpose() * arm);
-    return x - rod_point(rod_, state_.nodes, e, xi) + arm - turned;
 }
 
 } // namespace amontons

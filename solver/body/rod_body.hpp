@@ -1,5 +1,6 @@
 #pragma once
 
+#include "contact/curve/curve_contact.hpp"
 #include "contact/rigid/shape.hpp"
 #include "solver/beam/rod_elements.hpp"
 #include "solver/body/body.hpp"
@@ -8,6 +9,16 @@
 #include <optional>
 
 namespace amontons {
+
+/// A contact force on a rod as far as it is known before linearise().
+struct ContactLoad {
+    BodyPlace at;
+    Vec3 force = Vec3::Zero();     ///< on the rod, in space [N]
+    Vec3 normal = Vec3::UnitZ();   ///< unit, into the rod
+    double gap = 0;                ///< at the iterate [m]
+    Mat3 curvature = Mat3::Zero(); ///< derivative of the normal by the place [1/m]
+    bool still = false;            ///< what it touches does not move with contact forces
+};
 
 /// A beam that is held and loaded anywhere: docs/theory/beams.md.
 ///
@@ -28,6 +39,13 @@ public:
     const std::vector<BeamNode>& first_nodes() const { return rod_.nodes; }
     std::array<double, 6> strain(int element) const; ///< of the iterate
     AxisBox box() const;                             ///< of its surface, at the iterate
+    Curve curve() const;                             ///< its middle line, at the iterate
+    Curve curve_before() const;                      ///< ... at the start of the step
+    /// True at a node whose place cannot move in this direction.
+    bool holds(const CurvePlace& at, const Vec3& direction) const;
+    double contact_reach() const; ///< of gaps that are looked at [m]
+    /// Where it may touch what runs along it.
+    const std::vector<CurvePlace>& stations() const { return stations_; }
     /// Forces that holds need, of the accepted state: of each hold in the scene's order, force in
     /// space [N] and moment in space about its place [N m]; sums over its nodes.
     std::vector<std::array<Vec3, 2>> reactions() const;
@@ -36,6 +54,10 @@ public:
     int negative() const { return negative_; }
     /// Rigid motions that no hold prevents, in words.
     std::vector<std::string> free_motions() const;
+    /// Contact forces as they are known at the iterate of a quasi-static step: how they turn with
+    /// the rod becomes part of the next linearise()'s matrix. The answer does not change by it,
+    /// only the way there.
+    void expect_contacts(std::span<const ContactLoad> loads);
     /// The lowest frequencies about the iterate [rad/s].
     std::vector<double> frequencies(int count);
 
@@ -92,6 +114,10 @@ private:
         Mat6 free = Mat6::Identity();
         Vec6 move = Vec6::Zero(); ///< from the iterate
     };
+    struct Expected {
+        StencilEntry at; ///< element, xi
+        ContactLoad load;
+    };
     struct Load {
         const RodLoad* input;
         int node = -1; ///< -1: along the rod
@@ -110,6 +136,8 @@ private:
     double floor() const; ///< round-off of forces [N]
     double force_size(const Motion& m, const std::vector<Node6>& load) const; ///< [N]
     Mat3 section(const Motion& m, int element, double xi) const;
+    Curve curve_of(const std::vector<BeamNode>& nodes) const;
+    void add_contact_stiffness(Eigen::VectorXd& rest);
     // dynamic steps
     void begin_memory();
     void dynamic_residual();
@@ -126,6 +154,7 @@ private:
     double damping_ = 0, size_ = 0;
     std::vector<Hold> holds_;
     std::vector<Load> loads_;
+    std::vector<CurvePlace> stations_;
     int root_ = -1; ///< the only node that is held, of an open rod; -1: there is not one
 
     StepInput step_;
@@ -133,6 +162,7 @@ private:
     std::vector<Vec6> moved_; ///< sum of the step's motions, turns in the sections' axes
     RodMatrix K_, M_;
     std::vector<Held> held_;
+    std::vector<Expected> expected_;
     std::vector<Node6> inner_, load_;          ///< at the iterate
     std::vector<Node6> acting_;                ///< loads and reactions at the accepted state
     std::vector<Node6> reaction_;              ///< at the accepted state
@@ -140,7 +170,7 @@ private:
     double inertia_size_ = 0;                  ///< of dynamic steps [N]
     double last_motion_ = 0, before_last_ = 0; ///< of Newton's method [m]
     Eigen::VectorXd free_change_;
-    Eigen::MatrixXd modes_;
+    Eigen::MatrixXd modes_; ///< none
     int negative_ = 0;
     double energy_ = 0;
 

@@ -209,40 +209,6 @@ Vec3 RodBody::angular_momentum() const
     return sum;
 }
 
-Vec3 RodBody::velocity(const BodyPlace& at) const
-{
-    const int e = at.nodes[0].node;
-    const double xi = at.nodes[0].weight;
-    const Vec3 arm = at.point - rod_point(rod_, now_.nodes, e, xi);
-    const std::size_t a = std::size_t(e), b = std::size_t(rod_.second(e));
-    const Vec3 spin = (1 - xi) * (rotation_matrix(now_.nodes[a].q) * now_.velocity[a].tail<3>()) +
-                      xi * (rotation_matrix(now_.nodes[b].q) * now_.velocity[b].tail<3>());
-    return point_velocity(now_.nodes, now_.velocity, e, xi) + spin.cross(arm);
-}
-
-Vec3 RodBody::with_velocity(const std::vector<Vec6>& velocity, const BodyPlace& at) const
-{
-    // The place of the iterate's cross-section, at the state.
-    const int e = at.nodes[0].node;
-    const double xi = at.nodes[0].weight;
-    const Vec3 arm = section(state_, e, xi) * (section(now_, e, xi).transpose() *
-                                               (at.point - rod_point(rod_, now_.nodes, e, xi)));
-    const std::size_t a = std::size_t(e), b = std::size_t(rod_.second(e));
-    const Vec3 spin = (1 - xi) * (rotation_matrix(state_.nodes[a].q) * velocity[a].tail<3>()) +
-                      xi * (rotation_matrix(state_.nodes[b].q) * velocity[b].tail<3>());
-    return point_velocity(state_.nodes, velocity, e, xi) + spin.cross(arm);
-}
-
-Vec3 RodBody::start_velocity(const BodyPlace& at) const
-{
-    return with_velocity(state_.velocity, at);
-}
-
-Vec3 RodBody::past_velocity(const BodyPlace& at) const
-{
-    return with_velocity(past_velocity_, at);
-}
-
 std::vector<double> RodBody::state() const
 {
     std::vector<double> s;

@@ -276,7 +276,8 @@ ObjectDeclaration declare_contact()
              field<&C::restitution>("restitution", "", between(0, 1),
                                     "Newton's coefficient of restitution; dynamic rigid bodies."),
              fallback("all of the outside",
-                      text<&C::surfaces>("surfaces", "Face sets of the two; \"\": all.")),
+                      text<&C::surfaces>("surfaces", "Face sets of the two; \"\": all. Of a "
+                                                     "rod \"start\" or \"end\": that end alone.")),
              choice({"finite", "small"},
                     text<&C::sliding>("sliding", "\"small\": of solids, the geometry of the start "
                                                  "decides who meets whom.")),

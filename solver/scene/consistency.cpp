@@ -250,9 +250,10 @@ void check_pairs(const Scene& scene, Findings& findings)
             findings.add({place}, pair + ", a beam and itself", "two bodies");
         else if (!seen.insert({a, b}).second)
             findings.add({place}, pair + " again", "each pair once");
-        if (a == b && !beams) findings.add({place}, pair + ", a body and itself", "two bodies");
+        if (a == b && !beams && !find(scene.rods, a))
+            findings.add({place}, pair + ", a body and itself", "two bodies, or a rod and itself");
         const auto body = [&](const std::string& name) {
-            return find(scene.solids, name) || find(scene.rigids, name);
+            return find(scene.solids, name) || find(scene.rigids, name) || find(scene.rods, name);
         };
         if ((find(scene.beams, a) && body(b)) || (find(scene.beams, b) && body(a)))
             findings.add({place}, pair, "a beam and an obstacle");

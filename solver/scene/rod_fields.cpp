@@ -182,6 +182,11 @@ VariantDeclaration rod_variant(const ObjectDeclaration& segment,
                                                "Normal of a plane that the rod is kept in.")),
              list<&R::hold>("hold", hold, "Prescribed places and turns."),
              list<&R::loads>("loads", load, "Loads."),
+             fallback("one at each node",
+                      field<&R::contact_spacing>("contact_spacing", "m", at_least(0),
+                                                 "Longest way between two places that touch what "
+                                                 "runs along the rod; 0: the nodes. Crossings and "
+                                                 "edges are found wherever they are.")),
              field<&R::velocity>("velocity", "m/s", kAny, "When it begins; dynamic only."),
              field<&R::spin>("spin", "rad/s", kAny,
                              "Angular velocity about the centre of mass, when it begins; dynamic "
@@ -195,11 +200,33 @@ void check_rods(const Scene& scene, Findings& findings)
     for (const RodInput& b : scene.rods) {
         check_rod(b, scene, findings);
         const bool in_hand = scene.haptic.given && scene.haptic.handle == b.name;
-        for (std::size_t i = 0; i < scene.contact.size() && !in_hand; ++i)
-            for (const std::string& name : scene.contact[i].between)
-                if (name == b.name)
-                    findings.add({fmt::format("/contact/{}/between", i)}, quoted_text(name),
-                                 "solids, rigid bodies and obstacles: rods cannot touch yet");
+        for (std::size_t i = 0; i < scene.contact.size(); ++i) {
+            const ContactLaw& law = scene.contact[i];
+            for (std::size_t k = 0; k < 2; ++k) {
+                if (law.between[k] != b.name) continue;
+                const std::string& other = law.between[1 - k];
+                for (const SolidInput& solid : scene.solids)
+                    if (solid.name == other && !in_hand)
+                        findings.add(
+                            {fmt::format("/contact/{}/between", i)},
+                            fmt::format("[{}, {}]", quoted_text(b.name), quoted_text(other)),
+                            "a rod and an obstacle, a rigid body or a rod: rods cannot "
+                            "touch solids yet");
+                const std::string& end = law.surfaces[k];
+                const bool rods = std::any_of(scene.rods.begin(), scene.rods.end(),
+                                              [&](const RodInput& r) { return r.name == other; });
+                if (!end.empty() && ((end != "start" && end != "end") || rods || b.shape.closed))
+                    findings.add({fmt::format("/contact/{}/surfaces/{}", i, k)}, quoted_text(end),
+                                 rods || b.shape.closed
+                                     ? "\"\": all of the rod"
+                                     : "\"\" (all of the rod), \"start\" or \"end\"");
+            }
+        }
+        for (std::size_t i = 0; i < b.segments.size(); ++i)
+            if (b.segments[i].friction)
+                findings.add({fmt::format("/bodies/{}/segments/{}/friction", b.name, i)},
+                             fmt::format("{}", *b.segments[i].friction),
+                             "nothing: a rod's friction is that of the pair in \"contact\"");
         for (std::size_t i = 0; i < scene.couplings.size(); ++i)
             for (const std::string& name : scene.couplings[i].between)
                 if (name == b.name)

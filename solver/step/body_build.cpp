@@ -128,20 +128,25 @@ std::vector<ContactLaw> written_out(const Scene& scene)
             if (r.name == name) return r.drive.given;
         return false;
     };
-    const auto rod = [&](const std::string& name) { // touches nothing yet
+    const auto rod = [&](const std::string& name) {
         return std::any_of(scene.rods.begin(), scene.rods.end(),
                            [&](const RodInput& r) { return r.name == name; });
     };
+    const auto solid = [&](const std::string& name) {
+        return std::any_of(scene.solids.begin(), scene.solids.end(),
+                           [&](const SolidInput& s) { return s.name == name; });
+    };
     for (const ContactLaw& law : scene.contact)
         for (std::size_t i = 0; i < scene.order.size(); ++i)
-            for (std::size_t j = i + 1; j < scene.order.size(); ++j) {
+            for (std::size_t j = i; j < scene.order.size(); ++j) {
                 const std::string &a = scene.order[i], &b = scene.order[j];
+                if (i == j && !rod(a)) continue; // rods alone touch themselves
                 const auto fits = [&](const std::string& x, const std::string& y) {
                     return (law.between[0] == "*" || law.between[0] == x) &&
                            (law.between[1] == "*" || law.between[1] == y);
                 };
-                if ((!fits(a, b) && !fits(b, a)) || (still(a) && still(b)) || rod(a) || rod(b))
-                    continue;
+                if ((!fits(a, b) && !fits(b, a)) || (still(a) && still(b))) continue;
+                if ((rod(a) && solid(b)) || (rod(b) && solid(a))) continue; // not yet
                 if (!named.insert({a, b}).second) continue;
                 laws.push_back(law);
                 laws.back().between = {a, b};
@@ -401,7 +406,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                     !first_is_slave(surfaces[k].side[0], a.solid->places(), a.solid->stiffness(),
                                     surfaces[k].side[1], b.solid->places(), b.solid->stiffness());
             else
-                swap = !a.solid && b.solid;
+                swap = !a.solid && !a.rod && (b.solid || b.rod);
         }
         p.surface_a = std::move(surfaces[k].side[swap ? 1 : 0]);
         p.surface_b = std::move(surfaces[k].side[swap ? 0 : 1]);
@@ -416,6 +421,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
             return features.emplace(std::pair(b, set), sharp_features(surface, solid->mesh().nodes))
                 .first->second;
         };
+        if (system->refs[std::size_t(p.a)].rod) p.end_a = law.surfaces[swap ? 1 : 0];
         p.sharp_a = features_of(p.a, law.surfaces[swap ? 1 : 0], p.surface_a);
         p.sharp_b = features_of(p.b, law.surfaces[swap ? 0 : 1], p.surface_b);
         p.small = law.sliding == "small" && system->refs[std::size_t(p.a)].solid &&
@@ -424,6 +430,12 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         if (p.b >= 0) size = std::min(size, system->refs[std::size_t(p.b)].body->size());
         p.reach = law.reach > 0 ? law.reach : kReach * size;
         p.margin = law.reach > 0 ? law.reach : kMargin * size;
+        if (const RodBody* rod = system->refs[std::size_t(p.a)].rod; rod && !(law.reach > 0)) {
+            p.reach = rod->contact_reach();
+            if (p.b >= 0 && system->refs[std::size_t(p.b)].rod)
+                p.reach = std::max(p.reach, system->refs[std::size_t(p.b)].rod->contact_reach());
+            p.margin = p.reach;
+        }
         pairs.push_back(std::move(p));
     }
     const std::vector<Issue> deep = deep_overlaps(system->refs, pairs, walls, scene.file);

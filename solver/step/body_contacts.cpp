@@ -2,6 +2,7 @@
 
 #include "contact/rigid/detect.hpp"
 #include "contact/rigid/first_touch.hpp"
+#include "contact/rigid/shape_distance.hpp"
 #include "contact/rigid/shape_surface.hpp"
 #include "contact/surface/collocation.hpp"
 #include "contact/surface/mortar.hpp"
@@ -28,35 +29,6 @@ Pose pose_after(const RigidBody& body, const StepInput& step)
 {
     const Placement free = body.free_placement(step);
     return {free.shift, free.turn};
-}
-
-/// Signed distance to a ball or a cylinder that moves.
-WallSample distance_to(const Ball& ball, const Vec3& x)
-{
-    WallSample s;
-    const double r = x.norm();
-    s.distance = r - ball.radius;
-    s.normal = r > 0 ? Vec3(x / r) : Vec3::UnitZ();
-    return s;
-}
-
-WallSample distance_to(const Cylinder& cylinder, const Vec3& x)
-{
-    WallSample s;
-    const Vec3 across(x.x(), x.y(), 0);
-    const double r = across.norm();
-    const Vec3 out = r > 0 ? Vec3(across / r) : Vec3::UnitX();
-    const Vec3 up(0, 0, x.z() < 0 ? -1 : 1);
-    const double side = r - cylinder.radius, end = std::abs(x.z()) - cylinder.half_length;
-    if (side > 0 && end > 0) { // beyond the rim
-        const Vec3 d = side * out + end * up;
-        s.distance = d.norm();
-        s.normal = d / s.distance;
-    } else {
-        s.distance = std::max(side, end);
-        s.normal = side > end ? out : up;
-    }
-    return s;
 }
 
 std::vector<Vec3> moved_points(const SurfaceMesh& mesh, const Placement& at)
@@ -234,6 +206,7 @@ void ContactFinder::find_pair(const std::vector<BodyRef>& bodies, int pair, Body
             ((b.low.array() - a.high.array()) > reach_).any())
             return;
     }
+    if (bodies[std::size_t(p.a)].rod) return rod_on_any(bodies, pair, out);
     const bool solid_a = bodies[std::size_t(p.a)].solid != nullptr;
     if (p.b < 0)
         return solid_a ? solid_on_wall(bodies, pair, out) : rigid_on_wall(bodies, pair, out);
@@ -278,9 +251,10 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
     const SolidBody& a = *bodies[std::size_t(p.a)].solid;
     const RigidBody& b = *bodies[std::size_t(p.b)].rigid;
     const Placement at = b.placement();
-    const auto round = [&](const auto& shape) {
+    const auto round = [&] {
         const auto sample = [&](const Vec3& x) {
-            WallSample s = distance_to(shape, at.turn.conjugate() * (x - at.shift));
+            std::int32_t near = -1;
+            WallSample s = shape_distance(b.shape(), at.turn.conjugate() * (x - at.shift), near);
             s.normal = at.turn * s.normal;
             return s;
         };
@@ -288,8 +262,8 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
         add(sharp_wall_contacts({p.surface_a, p.sharp_a, a.places()}, sample, reach_), pair, p.a,
             p.b, false, out, kSharp);
     };
-    if (const auto* ball = std::get_if<Ball>(&b.shape())) return round(*ball);
-    if (const auto* cylinder = std::get_if<Cylinder>(&b.shape())) return round(*cylinder);
+    if (std::holds_alternative<Ball>(b.shape()) || std::holds_alternative<Cylinder>(b.shape()))
+        return round();
     const Facets& facets = facets_of(bodies, p.b);
     const std::vector<Vec3> x = moved_points(facets.mesh, at);
     MortarOptions options;
@@ -379,9 +353,12 @@ void ContactFinder::add_rigid(int pair, BodyContacts& out)
 std::string ContactFinder::passed(const std::vector<BodyRef>& bodies)
 {
     for (const ContactPair& p : pairs_)
-        if (!p.small && p.b >= 0 && passed(bodies, p))
+        if (!p.small &&
+            (bodies[std::size_t(p.a)].rod ? rod_passed(bodies, p) : p.b >= 0 && passed(bodies, p)))
             return fmt::format("{} passes through {}", bodies[std::size_t(p.a)].name,
-                               bodies[std::size_t(p.b)].name);
+                               p.b < 0      ? "an obstacle"
+                               : p.b == p.a ? "itself"
+                                            : bodies[std::size_t(p.b)].name);
     return "";
 }
 

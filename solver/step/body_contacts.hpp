@@ -27,6 +27,8 @@ struct BodyContact {
     Mat3 frame = Mat3::Identity(); ///< columns n (from b into a), t1, t2
     double gap = 0;                ///< at the iterate [m]
     double area = 0;               ///< that it stands for, 0 if unknown [m^2]
+    /// Derivative of the normal by the place on a, of surfaces that do not bend [1/m].
+    Mat3 curvature = Mat3::Zero();
     Vec3 point = Vec3::Zero();
     std::int32_t a_begin = 0, a_end = 0, b_begin = 0, b_end = 0; ///< in BodyContacts::stencil
 };
@@ -70,6 +72,7 @@ struct ContactPair {
     /// Gaps of dynamic steps beyond what the bodies can close within one [m]: normals of what is
     /// farther apart may not be those of the touch, and stay for the step.
     double margin = 0;
+    std::string end_a;         ///< of a rod that touches with an end alone: "start", "end"
     std::optional<Pose> plane; ///< of an obstacle that is one: exact for every rigid shape
     ExternalSurface surface_a, surface_b; ///< of solids
     SharpFeatures sharp_a, sharp_b;       ///< of solids, at rest
@@ -112,6 +115,9 @@ private:
     void solid_on_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void rigid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void rigid_on_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
+    // rod_contacts.cpp
+    void rod_on_any(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
+    bool rod_passed(const std::vector<BodyRef>& bodies, const ContactPair& pair);
 
     void add_sharp(const SharpSurface& slave, const SharpSurface& master, int pair,
                    bool master_has_nodes, BodyContacts& out);

@@ -18,7 +18,7 @@ constexpr int kNewtonSteps = 60; // and sweeps before them
 constexpr int kMostRescales = 3;
 constexpr int kMostGrowth = 40;     // of the set of candidates, in one iteration
 constexpr double kRounding = 1e-12; // of a body's size
-constexpr int kMostOfModes = 15000;  // iterations of all contact problems of one balance of modes
+constexpr int kMostOfModes = 15000; // iterations of all contact problems of one balance of modes
 constexpr int kPatience = 400;      // a shorter step is another way
 constexpr double kAstray = 1e3;     // sizes of a body that contact does not move it
 
@@ -97,7 +97,7 @@ void BodyStepper::assemble()
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (rows_.row[b].empty()) continue;
         body(b).compliance(rows_.columns[b], W[b]);
-        elastic_ |= system_.refs[b].solid != nullptr;
+        elastic_ |= system_.refs[b].solid || system_.refs[b].rod;
         for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
             give[rows_.row[b][i]] += W[b](Eigen::Index(i), Eigen::Index(i));
     }

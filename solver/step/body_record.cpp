@@ -112,10 +112,11 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
     };
     const std::vector<ContactPair>& pairs = system.finder.pairs();
     std::vector<Vec3> force(pairs.size(), Vec3::Zero());
-    std::vector<double> pressure(pairs.size(), 0);
+    std::vector<double> pressure(pairs.size(), 0), normal(pairs.size(), 0);
     for (std::size_t c = 0; c < step.contacts.contact.size(); ++c) {
         const BodyContact& k = step.contacts.contact[c];
         force[std::size_t(k.pair)] += step.force[c];
+        normal[std::size_t(k.pair)] += k.frame.col(0).dot(step.force[c]);
         if (k.area > 0)
             pressure[std::size_t(k.pair)] =
                 std::max(pressure[std::size_t(k.pair)], k.frame.col(0).dot(step.force[c]) / k.area);
@@ -133,6 +134,8 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
                                  (pairs[p].b < 0 ? obstacles[std::size_t(pairs[p].obstacle)].name
                                                  : system.refs[std::size_t(pairs[p].b)].name);
         vector(name + "_force", "N", force[p]);
+        if (system.refs[std::size_t(pairs[p].a)].rod)
+            out.push_back({name + "_normal_force", "N", normal[p]}); // of all sides
         if (system.refs[std::size_t(pairs[p].a)].solid)
             out.push_back({name + "_max_pressure", "Pa", pressure[p]});
     }

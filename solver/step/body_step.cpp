@@ -2,6 +2,7 @@
 
 #include "mesh/base/phase_timer.hpp"
 #include "solver/body/rigid_body.hpp"
+#include "solver/body/rod_body.hpp"
 
 #include <Eigen/QR>
 #include <algorithm>
@@ -23,12 +24,45 @@ void BodyStepper::linearise()
     const Stopwatch watch;
     free_.clear();
     mode_load_.clear();
+    expect_contacts();
     for (std::size_t b = 0; b < bodies(); ++b) {
         body(b).linearise();
         free_.push_back(body(b).free_change());
         mode_load_.push_back(body(b).modes().cols() > 0 ? body(b).mode_load() : Eigen::VectorXd());
     }
     report_.free_motion += watch.seconds();
+}
+
+/// Tells rods what of the contact forces is known: of the step before, or the iteration.
+void BodyStepper::expect_contacts()
+{
+    if (step_.dynamic) return;
+    std::vector<std::vector<ContactLoad>> loads(bodies());
+    for (int c = 0; c < int(list_.contact.size()); ++c) {
+        const auto known = force_.find(key(c));
+        if (known == force_.end()) continue;
+        const BodyContact& contact = list_.contact[std::size_t(c)];
+        for (const Side& side : sides_of(contacts(), c)) {
+            if (side.body < 0 || !system_.refs[std::size_t(side.body)].rod) continue;
+            const Side other = sides_of(contacts(), c)[side.sign > 0 ? 1 : 0];
+            ContactLoad load;
+            load.at = side.place;
+            load.force = side.sign * known->second;
+            load.normal = side.sign * contact.frame.col(0);
+            load.gap = contact.gap;
+            load.still = other.body < 0 || fixed(std::size_t(other.body));
+            if (load.still) load.curvature = side.sign * contact.curvature;
+            loads[std::size_t(side.body)].push_back(load);
+        }
+    }
+    for (std::size_t b = 0; b < bodies(); ++b)
+        if (RodBody* rod = system_.refs[b].rod) rod->expect_contacts(loads[b]);
+}
+
+/// No contact force moves it.
+bool BodyStepper::fixed(std::size_t b) const
+{
+    return body(b).unknowns() == 0 && body(b).modes().cols() == 0;
 }
 
 /// Contacts at the iterate. Dynamic steps find them once, where the step starts; later iterations
@@ -86,10 +120,12 @@ void BodyStepper::relax()
         for (Eigen::VectorXd* v : {&y_[b], &mode_[b]})
             part(*v, [](const auto& from, auto to) { to = from; });
 
-    relaxing_ = errors_.size() > 2 && errors_.back() > 0.5 * errors_[errors_.size() - 2] &&
+    const bool newton = all_in_matrix(); // nothing to extrapolate
+    relaxing_ = !newton && errors_.size() > 2 &&
+                errors_.back() > 0.5 * errors_[errors_.size() - 2] &&
                 motion_before_.size() == size && motion_before_.dot(motion) < 0;
     Eigen::VectorXd made = motion;
-    if (motion_before_.size() == size && !step_.dynamic) {
+    if (motion_before_.size() == size && !step_.dynamic && !newton) {
         const Eigen::VectorXd change = motion - motion_before_;
         const double length = change.squaredNorm();
         if (relaxing_ && length > 0) {
@@ -106,6 +142,19 @@ void BodyStepper::relax()
     for (std::size_t b = 0; b < bodies(); ++b)
         for (Eigen::VectorXd* v : {&y_[b], &mode_[b]})
             part(*v, [](auto& to, const auto& from) { to = from; });
+}
+
+/// Contacts of rods with what stands still are in their matrices with all that turns with them: the
+/// iteration is Newton's.
+bool BodyStepper::all_in_matrix() const
+{
+    for (const int c : rows_.chosen) {
+        if (c >= int(list_.contact.size())) return false;
+        const BodyContact& k = list_.contact[std::size_t(c)];
+        if (!system_.refs[std::size_t(k.a)].rod || (k.b >= 0 && !fixed(std::size_t(k.b))))
+            return false;
+    }
+    return true;
 }
 
 /// The motion that Anderson's rule makes of an iteration's own, and remembers this iteration.
@@ -216,6 +265,7 @@ bool BodyStepper::run()
         if (faulty()) return false;
         if (holds_at_end()) break;
         if (i + 1 == options_.most_iterations) {
+            report_.errors = errors_;
             report_.refusal = fmt::format("no balance on the geometry at the end of the step: "
                                           "error {:.1e} after {} iterations",
                                           report_.error, options_.most_iterations);

@@ -32,6 +32,9 @@ private:
     }
     BodySystem::Key key(int c) const;
     void linearise();
+    void expect_contacts();
+    bool fixed(std::size_t b) const;
+    bool all_in_matrix() const;
     void find();
     Vec3 moved(const BodyContact& c) const;
     bool solve();
@@ -62,9 +65,9 @@ private:
 
     BodyContacts list_;
     bool found_ = false;
-    bool nothing_ = false; ///< moves but for rounding
-    bool spread_ = false;  ///< contacts stand for areas: forces are to be even
-    bool elastic_ = false; ///< some body of the problem is
+    bool nothing_ = false;   ///< moves but for rounding
+    bool spread_ = false;    ///< contacts stand for areas: forces are to be even
+    bool elastic_ = false;   ///< some body of the problem is
     std::vector<CouplingRow> joints_;
     std::vector<Vec3> value_;   ///< of every contact and coupling, at the iterate
     std::vector<double> moved_; ///< of each contact along its normal, when it was found

@@ -1,0 +1,431 @@
+#include "contact/curve/curve_contact.hpp"
+
+#include "mesh/box_tree.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+
+namespace amontons {
+namespace {
+
+constexpr double kAway = 3;       // radii of arc between two places of one curve that may touch
+constexpr double kBulge = 1e-6;   // of the radius: what a surface does between two stations
+constexpr double kSharper = 2;    // ... whose curvature is so many times the curve's
+constexpr double kBeyond = 1e-9;  // of a piece: a place at its end is on it
+constexpr double kAlong = 0.3;    // sideways way between stations, of the radii: more is no line
+constexpr double kAcross = 0.05;  // ... and less is no crossing
+constexpr double kOffset = 0.382; // where a number changes: not at nodes, nor half-way
+
+// Kinds of contact within a pair.
+constexpr std::int64_t kBulges = std::int64_t(1) << 60, kCrossings = std::int64_t(2) << 60,
+                       kEnds = std::int64_t(3) << 60;
+constexpr std::int64_t kPlaces = std::int64_t(1) << 24;
+
+int pieces(const Curve& c)
+{
+    return int(c.pieces.size());
+}
+
+/// A number for the neighbourhood of a place.
+std::int64_t bin(const Curve& c, const CurvePlace& p)
+{
+    const auto k = std::int64_t(std::floor(double(p.piece) + p.t + kOffset));
+    return c.closed && k == pieces(c) ? 0 : k;
+}
+
+double arc(const Curve& c, const CurvePlace& p)
+{
+    const double s0 = c.start[std::size_t(p.piece)], s1 = c.start[std::size_t(p.piece) + 1];
+    return s0 + p.t * (s1 - s0);
+}
+
+double arc_between(const Curve& c, double s, double t)
+{
+    const double d = std::abs(s - t);
+    return c.closed ? std::min(d, c.start.back() - d) : d;
+}
+
+BoundingBox box_of(const CurvePiece& p, double more)
+{
+    BoundingBox box; // of Bézier's points
+    box.add(p.x0);
+    box.add(p.x1);
+    box.add(p.x0 + p.d0 / 3);
+    box.add(p.x1 - p.d1 / 3);
+    box.low -= more;
+    box.high += more;
+    return box;
+}
+
+/// The place of a piece where its distance from x is stationary and least nearby.
+/// @return  t, also a little beyond the piece; nothing where it is farther beyond
+std::optional<double> foot(const CurvePiece& p, const Vec3& x)
+{
+    const Vec3 chord = p.x1 - p.x0;
+    double t = std::clamp((x - p.x0).dot(chord) / chord.squaredNorm(), 0.0, 1.0);
+    for (int i = 0; i < 20; ++i) {
+        const Vec3 d = p.at(t) - x, s = p.slope(t);
+        const double first = s.dot(d), full = s.squaredNorm() + p.bend(t).dot(d);
+        const double second = full > 0.1 * s.squaredNorm() ? full : s.squaredNorm();
+        const double step = std::clamp(-first / second, -0.5, 0.5);
+        t += step;
+        if (t < -0.2 || t > 1.2) return std::nullopt;
+        if (std::abs(step) < 1e-14) break;
+    }
+    return t;
+}
+
+/// Places of two pieces whose distance is stationary and least nearby.
+std::optional<std::array<double, 2>> feet(const CurvePiece& p, const CurvePiece& q)
+{
+    // From the chords.
+    const Vec3 u = p.x1 - p.x0, v = q.x1 - q.x0, w = p.x0 - q.x0;
+    const double a = u.dot(u), b = u.dot(v), c = v.dot(v), det = a * c - b * b;
+    Eigen::Vector2d y(0.5, 0.5);
+    if (det > 1e-12 * a * c) {
+        y[0] = (b * v.dot(w) - c * u.dot(w)) / det;
+        y[1] = (a * v.dot(w) - b * u.dot(w)) / det;
+    }
+    for (int k = 0; k < 2; ++k)
+        y[k] = std::clamp(y[k], 0.0, 1.0);
+    for (int i = 0; i < 30; ++i) {
+        const Vec3 d = p.at(y[0]) - q.at(y[1]), s = p.slope(y[0]), t = q.slope(y[1]);
+        const Eigen::Vector2d g(s.dot(d), -t.dot(d));
+        Eigen::Matrix2d H;
+        H << s.dot(s) + p.bend(y[0]).dot(d), -s.dot(t), -s.dot(t), t.dot(t) - q.bend(y[1]).dot(d);
+        if (!(H(0, 0) > 0 && H.determinant() > 1e-9 * s.dot(s) * t.dot(t))) {
+            H(0, 0) = 1.001 * s.dot(s);
+            H(1, 1) = 1.001 * t.dot(t);
+        }
+        Eigen::Vector2d step = -H.inverse() * g;
+        const double most = step.cwiseAbs().maxCoeff();
+        if (most > 0.5) step *= 0.5 / most;
+        y += step;
+        if ((y.array() < -0.3).any() || (y.array() > 1.3).any()) return std::nullopt;
+        if (most < 1e-13) break;
+    }
+    if ((y.array() < -kBeyond).any() || (y.array() > 1 + kBeyond).any()) return std::nullopt;
+    return std::array<double, 2>{std::clamp(y[0], 0.0, 1.0), std::clamp(y[1], 0.0, 1.0)};
+}
+
+double spacing_of(const Curve& c, std::span<const CurvePlace> stations)
+{
+    return stations.size() > 1 ? c.start.back() / double(stations.size() - 1) : c.start.back();
+}
+
+/// Sine of the angle between two lines.
+double sine(const Vec3& a, const Vec3& b)
+{
+    return a.cross(b).norm() / (a.norm() * b.norm());
+}
+
+struct Pair {
+    const Curve& a;
+    const Curve& b;
+    double reach;
+    double spacing; // of a's stations [m]
+    std::vector<CurveContact>& out;
+    std::map<std::int64_t, std::size_t> made{}; // place in out by id: no two of one id
+
+    bool same() const { return &a == &b; }
+    bool may_touch(const CurvePlace& p, const CurvePlace& q) const
+    {
+        if (!same()) return true;
+        const double r =
+            0.5 * (a.pieces[std::size_t(p.piece)].radius + b.pieces[std::size_t(q.piece)].radius);
+        return arc_between(a, arc(a, p), arc(b, q)) > kAway * r;
+    }
+    void add(const CurvePlace& p, const CurvePlace& q, std::int64_t id)
+    {
+        const CurvePiece &one = a.pieces[std::size_t(p.piece)],
+                         &two = b.pieces[std::size_t(q.piece)];
+        const Vec3 x = one.at(p.t), y = two.at(q.t), d = x - y;
+        const double distance = d.norm(), gap = distance - one.radius - two.radius;
+        if (!(gap <= reach) || !(distance > 0)) return;
+        CurveContact c;
+        c.a = p;
+        c.b = q;
+        c.normal = d / distance;
+        c.gap = gap;
+        c.point = y + (two.radius + 0.5 * gap) * c.normal;
+        c.id = id;
+        const auto [at, fresh] = made.emplace(id, out.size());
+        if (fresh)
+            out.push_back(c);
+        else if (gap < out[at->second].gap)
+            out[at->second] = c;
+    }
+    /// A point of `from` against the whole of `to`.
+    void add_point(const CurvePlace& p, const Curve& from, const Curve& to, const BoxTree& tree,
+                   bool swapped, bool all_angles, std::int64_t id)
+    {
+        const CurvePiece& own = from.pieces[std::size_t(p.piece)];
+        const Vec3 x = own.at(p.t), slope = own.slope(p.t);
+        BoundingBox box;
+        box.add(x);
+        tree.visit(box, [&](std::int32_t f) {
+            const CurvePiece& piece = to.pieces[std::size_t(f)];
+            const std::optional<double> t = foot(piece, x);
+            CurvePlace q{f, 0};
+            const bool first = !to.closed && f == 0, last = !to.closed && f + 1 == pieces(to);
+            if (t && *t >= -kBeyond && *t <= 1 + kBeyond) {
+                q.t = std::clamp(*t, 0.0, 1.0);
+            } else if (first && (x - piece.x0).dot(piece.d0) < 0) { // a round end
+                q.t = 0;
+            } else if (last && (x - piece.x1).dot(piece.d1) > 0) {
+                q.t = 1;
+            } else {
+                return;
+            }
+            const CurvePlace &pa = swapped ? q : p, &pb = swapped ? p : q;
+            if (!may_touch(pa, pb)) return;
+            if (same() && !all_angles && arc(a, pa) > arc(b, pb)) return; // seen from there
+            if (!all_angles &&
+                spacing * sine(slope, piece.slope(q.t)) > kAlong * (own.radius + piece.radius))
+                return;
+            add(pa, pb, id * kPlaces + bin(to, q) + (all_angles ? kEnds : 0));
+        });
+    }
+};
+
+BoxTree tree_of(const Curve& c, double more)
+{
+    std::vector<BoundingBox> boxes;
+    for (const CurvePiece& p : c.pieces)
+        boxes.push_back(box_of(p, p.radius + more));
+    return BoxTree(boxes);
+}
+
+double thickest(const Curve& c)
+{
+    double r = 0;
+    for (const CurvePiece& p : c.pieces)
+        r = std::max(r, p.radius);
+    return r;
+}
+
+/// Least distance of two segments [m].
+double distance(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1)
+{
+    const Vec3 u = a1 - a0, v = b1 - b0, w = a0 - b0;
+    const double a = u.dot(u), b = u.dot(v), c = v.dot(v), d = u.dot(w), e = v.dot(w);
+    const double det = a * c - b * b;
+    double s = det > 1e-14 * a * c ? std::clamp((b * e - c * d) / det, 0.0, 1.0) : 0.5;
+    const double t = std::clamp((b * s + e) / c, 0.0, 1.0);
+    s = std::clamp((b * t - d) / a, 0.0, 1.0);
+    return (w + s * u - t * v).norm();
+}
+
+} // namespace
+
+Vec3 CurvePiece::at(double t) const
+{
+    const double u = t * t * (3 - 2 * t);
+    return (1 - u) * x0 + u * x1 + t * (1 - t) * (1 - t) * d0 - t * t * (1 - t) * d1;
+}
+
+Vec3 CurvePiece::slope(double t) const
+{
+    const double u = 6 * t * (1 - t);
+    return u * (x1 - x0) + (1 - t) * (1 - 3 * t) * d0 - t * (2 - 3 * t) * d1;
+}
+
+Vec3 CurvePiece::bend(double t) const
+{
+    return 6 * (1 - 2 * t) * (x1 - x0) + (6 * t - 4) * d0 + (6 * t - 2) * d1;
+}
+
+std::vector<CurvePlace> stations(const Curve& curve, double spacing)
+{
+    constexpr double kMost = 64; // of a piece
+    std::vector<CurvePlace> out;
+    for (int e = 0; e < pieces(curve); ++e) {
+        const double length = curve.start[std::size_t(e) + 1] - curve.start[std::size_t(e)];
+        const int n =
+            spacing > 0 ? int(std::clamp(std::ceil(length / spacing * (1 - 1e-9)), 1.0, kMost)) : 1;
+        for (int k = 0; k < n; ++k)
+            out.push_back({e, double(k) / n});
+    }
+    if (!curve.closed) out.push_back({pieces(curve) - 1, 1});
+    return out;
+}
+
+void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
+                   const std::function<WallSample(const Vec3&)>& surface, double reach,
+                   std::span<const std::int64_t> known, std::vector<CurveContact>& out)
+{
+    struct Found {
+        WallSample wall;
+        double gap;
+    };
+    const auto look = [&](const CurvePlace& p) {
+        const CurvePiece& piece = a.pieces[std::size_t(p.piece)];
+        Found f{surface(piece.at(p.t)), 0};
+        f.gap = f.wall.distance - piece.radius;
+        return f;
+    };
+    const auto add = [&](const CurvePlace& p, const Found& f, std::int64_t id) {
+        const CurvePiece& piece = a.pieces[std::size_t(p.piece)];
+        CurveContact c;
+        c.a = p;
+        c.b.piece = -1;
+        c.normal = f.wall.normal;
+        c.gap = f.gap;
+        c.point = piece.at(p.t) - (piece.radius + 0.5 * f.gap) * f.wall.normal;
+        c.curvature = f.wall.hessian;
+        c.id = id;
+        out.push_back(c);
+    };
+    std::vector<Found> at;
+    for (const CurvePlace& p : stations)
+        at.push_back(look(p));
+    for (std::size_t i = 0; i < stations.size(); ++i)
+        if (at[i].gap <= reach) add(stations[i], at[i], std::int64_t(i));
+
+    // Between two stations: where the distance stops falling and begins to grow.
+    const std::size_t between = a.closed ? stations.size() : stations.size() - 1; // of one: none
+    for (std::size_t i = 0; i < between; ++i) {
+        const CurvePlace p = stations[i], next = stations[(i + 1) % stations.size()];
+        const CurvePiece& piece = a.pieces[std::size_t(p.piece)];
+        const double end = next.piece == p.piece && next.t > p.t ? next.t : 1;
+        const Found &f0 = at[i], &f1 = at[(i + 1) % stations.size()];
+        const double length = (piece.at(end) - piece.at(p.t)).norm();
+        if (0.5 * (f0.gap + f1.gap - 1.1 * length) > std::min(0.0, reach)) continue; // out of touch
+        const auto slope = [&](double t, Found& f) {
+            f = look({p.piece, t});
+            return f.wall.normal.dot(piece.slope(t));
+        };
+        constexpr int kParts = 6;
+        Found f;
+        double t0 = p.t, s0 = slope(t0, f);
+        std::optional<CurvePlace> best;
+        Found best_found;
+        for (int k = 1; k <= kParts; ++k) {
+            const double t1 = p.t + (end - p.t) * k / kParts;
+            const double s1 = slope(t1, f);
+            if (s0 < 0 && s1 > 0) {
+                double low = t0, high = t1;
+                for (int j = 0; j < 60 && high - low > 1e-15; ++j) {
+                    const double middle = 0.5 * (low + high);
+                    (slope(middle, f) < 0 ? low : high) = middle;
+                }
+                const double t = 0.5 * (low + high);
+                const Found here = look({p.piece, t});
+                if (!best || here.gap < best_found.gap) {
+                    best = CurvePlace{p.piece, t};
+                    best_found = here;
+                }
+            }
+            t0 = t1;
+            s0 = s1;
+        }
+        if (!best || best_found.gap > reach) continue;
+        const std::int64_t id = kBulges + std::int64_t(i);
+        const bool met = std::binary_search(known.begin(), known.end(), id);
+        // Of smooth walls the stations are enough, and their contacts do not wander.
+        const Vec3 along = piece.slope(best->t);
+        const double wall = along.dot(best_found.wall.hessian * along),
+                     own = std::abs(best_found.wall.normal.dot(piece.bend(best->t)));
+        if (wall > (met ? 1 : kSharper) * own &&
+            best_found.gap < std::min(f0.gap, f1.gap) - (met ? 0 : kBulge * piece.radius))
+            add(*best, best_found, id);
+    }
+}
+
+void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Curve& b, double reach,
+                 std::vector<CurveContact>& out)
+{
+    const double r_a = thickest(a), r_b = thickest(b);
+    Pair pair{a, b, reach, spacing_of(a, stations), out};
+    const BoxTree tree = tree_of(b, r_a + reach);
+    // Crossings.
+    for (int e = 0; e < pieces(a); ++e) {
+        const CurvePiece& p = a.pieces[std::size_t(e)];
+        tree.visit(box_of(p, 0), [&](std::int32_t f) {
+            if (pair.same() && f <= e) return;
+            const CurvePiece& q = b.pieces[std::size_t(f)];
+            const auto y = feet(p, q);
+            if (!y) return;
+            const CurvePlace one{e, (*y)[0]}, two{f, (*y)[1]};
+            if (!pair.may_touch(one, two)) return;
+            if (pair.spacing * sine(p.slope(one.t), q.slope(two.t)) <
+                kAcross * (p.radius + q.radius))
+                return;
+            pair.add(one, two, kCrossings + bin(a, one) * kPlaces + bin(b, two));
+        });
+    }
+    for (std::size_t i = 0; i < stations.size(); ++i)
+        pair.add_point(stations[i], a, b, tree, false, false, std::int64_t(i));
+    // Round ends against sides, at any angle.
+    const auto ends = [&](const Curve& from, const Curve& to, const BoxTree& boxes, bool swapped) {
+        if (from.closed) return;
+        pair.add_point({0, 0}, from, to, boxes, swapped, true, swapped ? 2 : 0);
+        pair.add_point({pieces(from) - 1, 1}, from, to, boxes, swapped, true, swapped ? 3 : 1);
+    };
+    ends(a, b, tree, false);
+    if (!pair.same()) ends(b, a, tree_of(a, r_b + reach), true);
+}
+
+bool pass_through(const Curve& a_before, const Curve& a, const Curve& b_before, const Curve& b)
+{
+    const auto motion = [](const Curve& before, const Curve& now) {
+        double most = 0;
+        for (std::size_t e = 0; e < now.pieces.size(); ++e)
+            most = std::max({most, (now.pieces[e].x0 - before.pieces[e].x0).norm(),
+                             (now.pieces[e].x1 - before.pieces[e].x1).norm()});
+        return most;
+    };
+    const bool same = &a == &b;
+    const double way = motion(a_before, a) + motion(b_before, b);
+    double least = std::numeric_limits<double>::infinity();
+    for (const Curve* c : {&a, &b})
+        for (const CurvePiece& p : c->pieces)
+            least = std::min(least, p.radius);
+    if (way <= least) return false; // surfaces that only touched still face each other
+    std::vector<BoundingBox> boxes;
+    for (std::size_t f = 0; f < b.pieces.size(); ++f) {
+        BoundingBox box = box_of(b.pieces[f], b.pieces[f].radius);
+        box.add(box_of(b_before.pieces[f], b.pieces[f].radius));
+        boxes.push_back(box);
+    }
+    const BoxTree tree(boxes);
+    bool passed = false;
+    for (std::size_t e = 0; e < a.pieces.size() && !passed; ++e) {
+        const CurvePiece &p0 = a_before.pieces[e], &p1 = a.pieces[e];
+        BoundingBox box = box_of(p1, p1.radius);
+        box.add(box_of(p0, p1.radius));
+        tree.visit(box, [&](std::int32_t f) {
+            if (passed || (same && f <= std::int32_t(e))) return;
+            const CurvePiece &q0 = b_before.pieces[std::size_t(f)], &q1 = b.pieces[std::size_t(f)];
+            const double r = p1.radius + q1.radius;
+            if (same) {
+                const double arcs =
+                    arc_between(a, 0.5 * (a.start[e] + a.start[e + 1]),
+                                0.5 * (a.start[std::size_t(f)] + a.start[std::size_t(f) + 1]));
+                const double pieces_long =
+                    0.5 * (a.start[e + 1] - a.start[e] + a.start[std::size_t(f) + 1] -
+                           a.start[std::size_t(f)]);
+                if (arcs - pieces_long <= kAway * 0.5 * r) return;
+            }
+            const double own = std::max((p1.x0 - p0.x0).norm(), (p1.x1 - p0.x1).norm()) +
+                               std::max((q1.x0 - q0.x0).norm(), (q1.x1 - q0.x1).norm());
+            const int parts = int(std::clamp(std::ceil(8 * own / r), 1.0, 1000.0));
+            for (int k = 1; k < parts && !passed; ++k) {
+                const double w = double(k) / parts;
+                const auto between = [&](const Vec3& x, const Vec3& y) {
+                    return Vec3((1 - w) * x + w * y);
+                };
+                passed = distance(between(p0.x0, p1.x0), between(p0.x1, p1.x1),
+                                  between(q0.x0, q1.x0), between(q0.x1, q1.x1)) < 0.5 * r;
+            }
+        });
+    }
+    return passed;
+}
+
+} // namespace amontons

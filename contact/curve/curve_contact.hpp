@@ -1,0 +1,75 @@
+#pragma once
+
+#include "mesh/wall.hpp"
+
+#include <functional>
+#include <span>
+#include <vector>
+
+// Where round curves touch: rods as chains of cubic pieces with a radius.
+//
+// Two kinds of contact, which do not know of each other. Stations, places that are fixed to a
+// curve, meet what is nearest to them: right where two curves run along each other, or a curve
+// along a wall. Crossings, pairs of places whose distance is least, follow the geometry: right
+// where curves cross, or a curve bends over an edge between two of its stations.
+
+namespace amontons {
+
+/// A cubic piece of a middle line by its ends and its slopes there (by t from 0 to 1), with the
+/// radius of its round surface [m].
+struct CurvePiece {
+    Vec3 x0, x1, d0, d1;
+    double radius = 0;
+
+    Vec3 at(double t) const;
+    Vec3 slope(double t) const; ///< derivative by t
+    Vec3 bend(double t) const;  ///< second derivative by t
+};
+
+/// A curve: pieces one after another.
+struct Curve {
+    std::vector<CurvePiece> pieces;
+    bool closed = false;       ///< the last piece leads to the first
+    std::vector<double> start; ///< arc length at each piece's start, and the end's [m]
+};
+
+/// A place on a curve.
+struct CurvePlace {
+    int piece = 0;
+    double t = 0; ///< 0 to 1
+};
+
+/// A contact of a curve with another one, or with a surface (b.piece -1).
+struct CurveContact {
+    CurvePlace a, b;
+    Vec3 point = Vec3::Zero();  ///< between the two surfaces [m]
+    Vec3 normal = Vec3::Zero(); ///< unit, from b into a
+    double gap = 0;             ///< [m], < 0: overlap
+    /// Derivative of the normal by the place on a, of a surface that does not move [1/m].
+    Mat3 curvature = Mat3::Zero();
+    std::int64_t id = 0; ///< the same while the contact stays near the same places
+};
+
+/// Stations of a curve: the starts of its pieces, its end, and others between them so that none is
+/// farther from the next than `spacing` along its piece (0: none between).
+std::vector<CurvePlace> stations(const Curve& curve, double spacing);
+
+/// Appends contacts of a curve with a surface of gap <= reach: at its stations, and between them
+/// where the surface bulges into the curve and is curved more than twice as much (edges, small
+/// balls), or more than the curve if the contact is `known`. Of smooth walls stations are enough.
+/// @param known  ids that were met before, ascending
+void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
+                   const std::function<WallSample(const Vec3&)>& surface, double reach,
+                   std::span<const std::int64_t> known, std::vector<CurveContact>& out);
+
+/// Appends contacts of two curves, or of one with itself (&a == &b), of gap <= reach. A curve
+/// touches itself where its arc between is longer than three radii.
+void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Curve& b, double reach,
+                 std::vector<CurveContact>& out);
+
+/// True if two curves (or one and itself: &a == &b) go through each other between `before` and
+/// `now`, all places moving in straight lines: their middle lines come nearer than half the sum of
+/// the radii. Exact for chords of the pieces, within an eighth of the radii.
+bool pass_through(const Curve& a_before, const Curve& a, const Curve& b_before, const Curve& b);
+
+} // namespace amontons

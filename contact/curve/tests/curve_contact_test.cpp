@@ -1,0 +1,223 @@
+#include "contact/curve/curve_contact.hpp"
+
+#include "contact/rigid/shape_distance.hpp"
+
+#include <cmath>
+#include <doctest/doctest.h>
+#include <random>
+
+using namespace amontons;
+
+namespace {
+
+/// A straight curve in equal pieces.
+Curve straight(const Vec3& from, const Vec3& to, int pieces, double radius)
+{
+    Curve c;
+    c.start.push_back(0);
+    const Vec3 d = (to - from) / pieces;
+    for (int i = 0; i < pieces; ++i) {
+        c.pieces.push_back({from + i * d, from + (i + 1) * d, d, d, radius});
+        c.start.push_back((i + 1) * d.norm());
+    }
+    return c;
+}
+
+/// An arc in the plane z = 0, round the origin.
+Curve arc(double from, double to, int pieces, double R, double radius)
+{
+    Curve c;
+    c.start.push_back(0);
+    const auto at = [&](double t) { return Vec3(R * std::cos(t), R * std::sin(t), 0); };
+    const double h = (to - from) / pieces;
+    const auto slope = [&](double t) { return Vec3(R * h * Vec3(-std::sin(t), std::cos(t), 0)); };
+    for (int i = 0; i < pieces; ++i) {
+        const double t = from + i * h;
+        c.pieces.push_back({at(t), at(t + h), slope(t), slope(t + h), radius});
+        c.start.push_back((i + 1) * h * R);
+    }
+    return c;
+}
+
+std::vector<CurveContact> touching(const Curve& a, const Curve& b, double reach)
+{
+    std::vector<CurveContact> found;
+    touch_curve(a, stations(a, 0), b, reach, found);
+    return found;
+}
+
+} // namespace
+
+TEST_CASE("straight rods that cross have one contact, where lines are nearest, at any large angle")
+{
+    for (const double degrees : {90.0, 60.0, 35.0})
+        for (const double shift : {0.0, 0.03, 0.0711}) { // inside of pieces and on their ends
+            CAPTURE(degrees);
+            CAPTURE(shift);
+            const double t = degrees * 3.14159265358979323846 / 180;
+            const Vec3 d(std::cos(t), std::sin(t), 0), middle(shift, 0, 0.021);
+            const Curve a = straight(middle - d, middle + d, 20, 0.01),
+                        b = straight({-1, 0, 0}, {1, 0, 0}, 20, 0.01);
+            const std::vector<CurveContact> found = touching(a, b, 0.01);
+            REQUIRE(found.size() == 1);
+            CHECK(found[0].gap == doctest::Approx(0.001).epsilon(1e-9));
+            CHECK((found[0].normal - Vec3::UnitZ()).norm() < 1e-9);
+            CHECK((found[0].point - Vec3(shift, 0, 0.0105)).norm() < 1e-9);
+        }
+}
+
+TEST_CASE("rods along each other touch at the stations, nearly parallel ones near their crossing")
+{
+    for (const double degrees : {1.0, 0.1, 0.0}) {
+        CAPTURE(degrees);
+        const double t = degrees * 3.14159265358979323846 / 180;
+        const Vec3 d(std::cos(t), std::sin(t), 0), middle(0, 0, 0.02);
+        const Curve a = straight(middle - d, middle + d, 21, 0.01),
+                    b = straight({-1, 0, 0}, {1, 0, 0}, 20, 0.01);
+        const std::vector<CurveContact> found = touching(a, b, 1e-4);
+        REQUIRE(found.size() > 1);
+        for (const CurveContact& c : found) {
+            const double s = c.point.x(); // lines of this angle are this far apart there
+            CHECK(c.gap == doctest::Approx(std::hypot(0.02, s * std::tan(t)) - 0.02).epsilon(1e-2));
+            for (const CurveContact& other : found)
+                CHECK((&c == &other || c.id != other.id));
+        }
+        if (degrees == 0) CHECK(found.size() == 26); // 22 stations, each round end once more
+    }
+}
+
+TEST_CASE("a gap changes as its normal says")
+{
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> some(-1, 1);
+    const auto noise = [&] { return Vec3(some(random), some(random), some(random)); };
+    for (int k = 0; k < 30; ++k) {
+        Curve a = straight({-0.1, -0.2, 0.03}, {0.2, 0.15, 0.03}, 2, 0.01),
+              b = straight({-0.2, 0.1, 0}, {0.2, -0.1, 0}, 2, 0.01);
+        for (Curve* c : {&a, &b})
+            for (CurvePiece& p : c->pieces) {
+                p.d0 += 0.03 * noise();
+                p.d1 += 0.03 * noise();
+            }
+        const std::vector<CurveContact> found = touching(a, b, 0.05);
+        if (found.empty()) continue;
+        const CurveContact c = found[0];
+        const double eps = 1e-7;
+        Curve moved = a;
+        const Vec3 u = noise(), v = noise();
+        CurvePiece& p = moved.pieces[std::size_t(c.a.piece)];
+        p.x0 += eps * u;
+        p.d1 += eps * v;
+        for (const CurveContact& other : touching(moved, b, 0.05))
+            if (other.id == c.id) {
+                CurvePiece change{u, Vec3::Zero(), Vec3::Zero(), v, 0};
+                const double expected = c.normal.dot(change.at(c.a.t));
+                CHECK((other.gap - c.gap) / eps == doctest::Approx(expected).epsilon(1e-4));
+            }
+    }
+}
+
+TEST_CASE("a curve touches itself across a loop, not beside itself")
+{
+    // Once round and a little more, the end lifted by 2.05 radii.
+    const double turn = 2 * 3.14159265358979323846;
+    Curve c = arc(0, turn * 1.05, 42, 0.1, 0.005);
+    for (std::size_t i = 0; i < c.pieces.size(); ++i) {
+        const double rise = 0.01025 / 40;
+        CurvePiece& p = c.pieces[i];
+        p.x0.z() = rise * double(i);
+        p.x1.z() = rise * double(i + 1);
+        p.d0.z() = p.d1.z() = rise;
+    }
+    std::vector<CurveContact> found;
+    touch_curve(c, stations(c, 0), c, 1e-3, found);
+    REQUIRE(!found.empty());
+    for (const CurveContact& k : found) {
+        CHECK(std::abs(k.a.piece - k.b.piece) > 38);
+        CHECK(k.gap == doctest::Approx(0.00025).epsilon(0.02));
+    }
+}
+
+TEST_CASE("rods that pass through each other are told, those that slide along are not")
+{
+    const Curve b = straight({-1, 0, 0}, {1, 0, 0}, 10, 0.01);
+    const auto across = [](double z, double x) {
+        return straight({x, -1, z}, {x, 1, z}, 10, 0.01);
+    };
+    CHECK(pass_through(across(0.05, 0.03), across(-0.05, 0.03), b, b));
+    CHECK_FALSE(pass_through(across(0.05, 0.03), across(0.02, 0.03), b, b));
+    CHECK_FALSE(pass_through(across(0.02, 0.03), across(0.02, 0.53), b, b));
+}
+
+TEST_CASE("an edge between two stations touches; contacts on a plane are the stations'")
+{
+    const Curve a = straight({-0.5, 0, 0.11}, {0.5, 0, 0.11}, 3, 0.01);
+    const RigidShape box = Box{{0.02, 0.3, 0.1}};
+    std::int32_t near = -1;
+    std::vector<CurveContact> found;
+    // turned, so that an edge is uppermost
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.3, Vec3::UnitY()));
+    const auto surface = [&](const Vec3& x) {
+        WallSample s = shape_distance(box, turn.conjugate() * x, near);
+        s.normal = turn * s.normal;
+        return s;
+    };
+    const Vec3 edge = turn * Vec3(-0.02, 0, 0.1);
+    touch_surface(a, stations(a, 0), surface, 0.02, {}, found);
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].gap == doctest::Approx(0.11 - edge.z() - 0.01).epsilon(1e-9));
+    CHECK(std::abs(found[0].point.x() - edge.x()) < 1e-9);
+
+    found.clear();
+    touch_surface(
+        a, stations(a, 0),
+        [](const Vec3& x) {
+            WallSample s;
+            s.distance = x.z() - 0.1;
+            s.normal = Vec3::UnitZ();
+            return s;
+        },
+        0.02, {}, found);
+    CHECK(found.size() == 4);
+}
+
+TEST_CASE("the distance to a shape has the normal and the second derivative that it says")
+{
+    SurfaceMesh cube;
+    for (int i = 0; i < 8; ++i)
+        cube.points.push_back({i & 1 ? 0.2 : -0.2, i & 2 ? 0.3 : -0.3, i & 4 ? 0.1 : -0.1});
+    cube.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                      {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+    const RigidShape shapes[] = {Box{{0.2, 0.3, 0.1}}, Ball{0.2}, Cylinder{0.15, 0.2},
+                                 make_triangle_shape(cube)};
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> some(-0.6, 0.6);
+    for (const RigidShape& shape : shapes)
+        for (int k = 0; k < 200; ++k) {
+            const Vec3 x(some(random), some(random), some(random));
+            std::int32_t near = -1;
+            const WallSample s = shape_distance(shape, x, near);
+            if (s.distance < 0.02) continue;
+            const double eps = 1e-6;
+            bool kink = false; // between two kinds of nearest point
+            Mat3 H;
+            Vec3 g;
+            for (int i = 0; i < 3; ++i) {
+                const WallSample a = shape_distance(shape, x + eps * Vec3::Unit(i), near),
+                                 b = shape_distance(shape, x - eps * Vec3::Unit(i), near);
+                g[i] = (a.distance - b.distance) / (2 * eps);
+                H.col(i) = (a.normal - b.normal) / (2 * eps);
+                kink |= (a.hessian - b.hessian).norm() > 1e-3;
+            }
+            if (kink) continue;
+            CHECK((g - s.normal).norm() < 1e-8);
+            CHECK((H - s.hessian).norm() < 1e-6);
+        }
+    // Triangles say what the box says, inside too.
+    for (int k = 0; k < 200; ++k) {
+        const Vec3 x(some(random), some(random), some(random));
+        std::int32_t near = -1;
+        CHECK(shape_distance(shapes[3], x, near).distance ==
+              doctest::Approx(shape_distance(shapes[0], x, near).distance).epsilon(1e-12));
+    }
+}

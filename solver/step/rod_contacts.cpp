@@ -1,0 +1,138 @@
+#include "contact/curve/curve_contact.hpp"
+#include "contact/rigid/shape_distance.hpp"
+#include "solver/body/rigid_body.hpp"
+#include "solver/body/rod_body.hpp"
+#include "solver/step/body_contacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+// Contacts of rods: with obstacles, rigid bodies, other rods and themselves.
+
+namespace amontons {
+namespace {
+
+constexpr double kRounding = 1e-6; // of a rod's size: of shapes that are read
+
+/// Of a rigid body that may move.
+std::function<WallSample(const Vec3&)> surface_of(const RigidBody& body, const Placement& at)
+{
+    return [&body, at, near = std::int32_t(-1)](const Vec3& x) mutable {
+        WallSample s = shape_distance(body.shape(), at.turn.conjugate() * (x - at.shift), near);
+        const Mat3 R = at.turn.toRotationMatrix();
+        s.normal = R * s.normal;
+        s.hessian = R * s.hessian * R.transpose();
+        return s;
+    };
+}
+
+/// The stations that may touch: all, or those of one end.
+std::span<const CurvePlace> places_of(const RodBody& rod, const ContactPair& pair)
+{
+    const std::span<const CurvePlace> all = rod.stations();
+    return pair.end_a == "start" ? all.first(1) : pair.end_a == "end" ? all.last(1) : all;
+}
+
+} // namespace
+
+void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
+{
+    const ContactPair& p = pairs_[std::size_t(pair)];
+    const RodBody& rod = *bodies[std::size_t(p.a)].rod;
+    const Curve own = rod.curve();
+    std::vector<CurveContact> found;
+    std::vector<std::int64_t>& known = sharp_[std::size_t(pair)];
+    const auto on = [&](const std::function<WallSample(const Vec3&)>& surface) {
+        touch_surface(own, places_of(rod, p), surface, reach_, known, found);
+        for (const CurveContact& c : found)
+            known.push_back(c.id);
+        std::sort(known.begin(), known.end());
+        known.erase(std::unique(known.begin(), known.end()), known.end());
+    };
+    if (p.b < 0) {
+        const Wall& wall = *walls_[std::size_t(p.obstacle)];
+        on([&wall, hint = WallHint()](const Vec3& x) mutable { return wall.sample(x, hint); });
+    } else if (const RigidBody* rigid = bodies[std::size_t(p.b)].rigid) {
+        on(surface_of(*rigid, rigid->placement()));
+    } else if (p.b == p.a) {
+        touch_curve(own, rod.stations(), own, reach_, found);
+    } else if (const RodBody* second = bodies[std::size_t(p.b)].rod) {
+        touch_curve(own, rod.stations(), second->curve(), reach_, found);
+    }
+    // No force moves what is held: where it touches within rounding it is left alone, and deeper it
+    // is an overlap that nothing can prevent.
+    const RodBody* other = p.b >= 0 ? bodies[std::size_t(p.b)].rod : nullptr;
+    const bool still = p.b < 0 || (!other && bodies[std::size_t(p.b)].body->modes().cols() == 0);
+    const auto stuck = [&](const CurveContact& c) {
+        return c.gap > -kRounding * rod.size() && rod.holds(c.a, c.normal) &&
+               (still || (other && other->holds(c.b, c.normal)));
+    };
+    for (const CurveContact& c : found) {
+        if (stuck(c)) continue;
+        BodyContact k;
+        k.pair = pair;
+        k.id = c.id;
+        k.a = p.a;
+        k.b = p.b;
+        k.frame = contact_frame(c.normal);
+        k.gap = c.gap;
+        k.point = c.point;
+        k.curvature = c.curvature;
+        k.a_begin = std::int32_t(out.stencil.size());
+        out.stencil.push_back({c.a.piece, c.a.t});
+        k.a_end = k.b_begin = k.b_end = std::int32_t(out.stencil.size());
+        if (c.b.piece >= 0) {
+            out.stencil.push_back({c.b.piece, c.b.t});
+            k.b_end = std::int32_t(out.stencil.size());
+        }
+        out.contact.push_back(k);
+    }
+}
+
+bool ContactFinder::rod_passed(const std::vector<BodyRef>& bodies, const ContactPair& pair)
+{
+    const RodBody& rod = *bodies[std::size_t(pair.a)].rod;
+    const Curve before = rod.curve_before(), now = rod.curve();
+    if (pair.b == pair.a) return pass_through(before, now, before, now);
+    if (pair.b >= 0 && bodies[std::size_t(pair.b)].rod) {
+        const RodBody& other = *bodies[std::size_t(pair.b)].rod;
+        return pass_through(before, now, other.curve_before(), other.curve());
+    }
+    // A place whose middle was inside on its way, and is outside again.
+    std::function<WallSample(const Vec3&)> surface;
+    Placement from, to;
+    if (pair.b < 0) {
+        const Wall& wall = *walls_[std::size_t(pair.obstacle)];
+        surface = [&wall, hint = WallHint()](const Vec3& x) mutable {
+            WallSample s;
+            s.distance = wall.distance(x, hint);
+            return s;
+        };
+    } else {
+        const RigidBody& rigid = *bodies[std::size_t(pair.b)].rigid;
+        from = rigid.start_placement();
+        to = rigid.placement();
+        surface = surface_of(rigid, {}); // in the body's frame
+    }
+    const auto inside = [](const Placement& at, const Vec3& x) {
+        return Vec3(at.turn.conjugate() * (x - at.shift));
+    };
+    for (const CurvePlace& s : places_of(rod, pair)) {
+        const CurvePiece& piece = now.pieces[std::size_t(s.piece)];
+        const Vec3 a = inside(from, before.pieces[std::size_t(s.piece)].at(s.t)),
+                   b = inside(to, piece.at(s.t));
+        const double way = (b - a).norm();
+        if (way <= piece.radius) continue;
+        // Distances change no faster than the place moves.
+        double t = std::max(surface(a).distance, 0.0);
+        const double rest = way - std::max(surface(b).distance, 0.0);
+        while (t < rest) {
+            const double d = surface(a + t / way * (b - a)).distance;
+            if (d < -0.5 * piece.radius) return true;
+            t += std::max(d, 0.25 * piece.radius);
+        }
+    }
+    return false;
+}
+
+} // namespace amontons

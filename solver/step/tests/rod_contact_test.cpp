@@ -1,0 +1,140 @@
+// Laws of rods that touch; closed forms of single cases are in validation/cases.
+
+#include "solver/step/tests/body_runs.hpp"
+
+#include "mesh/base/error.hpp"
+
+#include <cmath>
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+using namespace amontons;
+
+namespace {
+
+/// A rod of 0.2 m along x on the plane z = 0, pressed on it by 5 N/m, as stiff as can be, held
+/// sideways; its start is drawn along x and turned about it over 1 s.
+std::string dragged(double way, double angle)
+{
+    return fmt::format(R"("bodies": {{
+        "floor": {{"kind": "obstacle", "surface": {{"generate": "plane"}}}},
+        "rod": {{"kind": "rod",
+            "segments": [{{"length": 0.2, "radius": 0.002, "EI": 10, "EA": 1e6, "element": 0.01}}],
+            "shape": {{"start": [0, 0, 0.002], "normal": [0, 0, 1]}},
+            "hold": [{{"set": "start", "x": [[0, 0], [1, {}]], "y": [[0, 0], [1, 0]], "z": [[0, 0], [1, 0]],
+                       "axis": [1, 0, 0], "angle": [[0, 0], [1, {}]]}},
+                     {{"set": "end", "y": [[0, 0], [1, 0]], "turns": "free"}}],
+            "loads": [{{"set": "all", "line": [0, 0, -5]}}]}}}},
+        "contact": [{{"between": ["rod", "floor"], "friction": 0.3}}],
+        "time": {{"step": 0.1, "end": 1}})",
+                       way, angle);
+}
+
+/// A cantilever of 1 m whose middle a cylinder lifts by 0.1 m.
+std::string lifted(double spacing, double friction)
+{
+    return fmt::format(R"("bodies": {{
+        "roller": {{"kind": "rigid", "shape": {{"generate": "cylinder", "radius": 0.05, "length": 0.5}},
+            "start": {{"place": [0.61, 0, -0.061], "turn": [1.5707963267948966, 0, 0]}},
+            "drive": {{"z": [[0, 0], [1, 0.1]]}}}},
+        "rod": {{"kind": "rod", "contact_spacing": {},
+            "segments": [{{"length": 1, "radius": 0.01, "EI": 1, "EA": 1e5, "element": 0.05}}],
+            "shape": {{"normal": [0, 0, 1]}}, "hold": [{{"set": "start"}}]}}}},
+        "contact": [{{"between": ["rod", "roller"], "friction": {}}}],
+        "time": {{"step": 0.1, "end": 1}})",
+                       spacing, friction);
+}
+
+} // namespace
+
+TEST_CASE("a rod's friction is one cone along and around it")
+{
+    const double r = 0.002;
+    for (const auto& [way, angle] :
+         {std::pair{0.01, 0.0}, {-0.01, 0.0}, {0.0, 0.5}, {0.00075, 0.5}, {0.0015, -0.5}}) {
+        CAPTURE(way);
+        CAPTURE(angle);
+        const Result run_of = run(dragged(way, angle));
+        REQUIRE(run_of.summary.message == "");
+        const double most = 0.3 * run_of.value("rod_on_floor_force_z");
+        CHECK(most > 0.3 * 0.95); // what is held takes its share
+        // Against the slip of the surface at the floor: (way, r angle) along x and y.
+        const double slip = std::hypot(way, r * angle);
+        CHECK(run_of.value("rod_start_force_x") ==
+              doctest::Approx(most * way / slip).epsilon(1e-3));
+        CHECK(run_of.value("rod_start_moment_x") ==
+              doctest::Approx(most * r * r * angle / slip).epsilon(1e-3));
+        // The first step's work is by the trapezoid from no force: half a step of ten.
+        CHECK(std::abs(run_of.summary.energy.error()) < 6e-2 * run_of.summary.energy.work);
+    }
+}
+
+TEST_CASE("more places that may touch do not change what a rod does, and Newton's method is quick")
+{
+    for (const double friction : {0.0, 0.3}) {
+        CAPTURE(friction);
+        std::vector<double> lift, push;
+        for (const double spacing : {0.0, 0.025, 0.0125}) {
+            const Result r = run(lifted(spacing, friction));
+            REQUIRE(r.summary.message == "");
+            lift.push_back(r.value("rod_on_roller_force_z"));
+            push.push_back(r.value("rod_on_roller_force_x"));
+            for (const StepRecord& s : r.records)
+                CHECK(s.certificate.certified);
+            CHECK(r.records.back().factorisations <= 8);
+        }
+        for (std::size_t i = 1; i < lift.size(); ++i) {
+            CHECK(lift[i] == doctest::Approx(lift[0]).epsilon(2e-3));
+            CHECK(push[i] == doctest::Approx(push[0]).epsilon(1e-2));
+        }
+    }
+}
+
+TEST_CASE("rods thrown at each other do not pass, however long the step")
+{
+    for (const double h : {0.002, 0.02}) {
+        CAPTURE(h);
+        const Result r = run(fmt::format(R"("bodies": {{
+            "fixed": {{"kind": "rod", "segments": [{{"length": 0.2, "radius": 0.002, "EI": 0.01,
+                "element": 0.02, "density": 1000}}], "shape": {{"start": [-0.1, 0, 0]}},
+                "hold": [{{"set": "start"}}, {{"set": "end"}}]}},
+            "thrown": {{"kind": "rod", "segments": [{{"length": 0.1, "radius": 0.002, "EI": 0.01,
+                "element": 0.02, "density": 1000}}],
+                "shape": {{"start": [0.013, -0.05, 0.03], "direction": [0, 1, 0]}},
+                "velocity": [0, 0, -3]}}}},
+            "contact": [{{"between": ["*", "*"]}}],
+            "time": {{"kind": "dynamic", "step": {}, "end": 0.04}})",
+                                         h));
+        REQUIRE(r.summary.message == "");
+        CHECK(r.value("thrown_end_z") > 0.003);
+    }
+}
+
+TEST_CASE("what rods cannot touch is said")
+{
+    const auto issues = [](const std::string& contact) {
+        try {
+            run(R"("bodies": {
+                "floor": {"kind": "obstacle", "surface": {"generate": "plane"}},
+                "block": {"kind": "solid", "mesh": {"generate": "box", "size": [1, 1, 1],
+                    "cells": [1, 1, 1]}, "youngs_modulus": 1e5, "poisson_ratio": 0.3},
+                "rod": {"kind": "rod", "segments": [{"length": 1, "radius": 0.01, "EI": 1,
+                    "element": 0.1}], "hold": [{"set": "start"}]}},
+                "time": {"step": 1, "end": 1}, "contact": [)" +
+                contact + "]");
+        } catch (const InputError& error) {
+            std::string all;
+            for (const Issue& i : error.issues())
+                all += i.place + ": " + i.found + ", allowed: " + i.allowed + "\n";
+            return all;
+        }
+        return std::string();
+    };
+    CHECK(issues(R"({"between": ["rod", "block"]})").find("rods cannot touch solids yet") !=
+          std::string::npos);
+    CHECK(issues(R"({"between": ["rod", "floor"], "surfaces": ["middle", ""]})")
+              .find("/contact/0/surfaces/0: \"middle\", allowed: \"\" (all of the rod)") !=
+          std::string::npos);
+    CHECK(issues(R"({"between": ["block", "block"]})").find("a body and itself") !=
+          std::string::npos);
+}

@@ -1,0 +1,186 @@
+#include "solver/step/wire_group.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace amontons {
+namespace {
+
+// A distance to a wall changes hardly faster than the point moves, so a straight way is free if the
+// two distances at its ends cover it; else it is followed in steps of the distance itself.
+bool way_is_free(const Wall& wall, const Vec3& from, const Vec3& to, double radius, WallHint& hint)
+{
+    const double length = (to - from).norm();
+    const double a = wall.distance(from, hint), b = wall.distance(to, hint);
+    if (b < 0) return false;
+    if (a + b >= kSteepestWall * length) return true;
+    double t = std::max(a, 0.0);
+    while (t < length - b) {
+        const double d = wall.distance(from + t / length * (to - from), hint);
+        if (d < 0) return false;
+        t += std::max(d, 0.1 * radius);
+    }
+    return true;
+}
+
+/// Contact points that left the free space in the step, on their way or at its end.
+int count_passages(const WireBody& b, const StepStart& start)
+{
+    int count = 0;
+    const Wire& w = b.wire;
+    for (std::size_t p = 0; p < w.material.point.size(); ++p) {
+        const MaterialPoint& m = w.material.point[p];
+        const auto place = place_of(w, w.state, m.s, m.element, m.xi);
+        if (!place) break;
+        const Vec3 x = centreline_point(w.state, *place);
+        for (std::size_t k = 0; k < b.walls.size(); ++k) {
+            Proximity& near = b.work->proximity[p * b.walls.size() + k];
+            // Known to be far, and the whole way shorter than that.
+            if (near.distance >= 0 && near.distance > kSteepestWall * ((x - near.at).norm() +
+                                                                       (start.point[p] - x).norm()))
+                continue;
+            if (!way_is_free(*b.walls[k].wall, start.point[p], x, m.radius, near.hint)) ++count;
+        }
+    }
+    return count;
+}
+
+} // namespace
+
+NewtonOptions newton_options(const WireGroup& g, const std::vector<BaseTarget>& to)
+{
+    NewtonOptions o;
+    o.tolerance = g.wires[0]->tolerance;
+    o.longest_move = std::numeric_limits<double>::infinity();
+    for (std::size_t w = 0; w < g.wires.size(); ++w) {
+        const WireBody& b = *g.wires[w];
+        double radius = 0;
+        for (const BeamSegment& segment : b.wire.material.segments)
+            radius = std::max(radius, segment.radius);
+        const double shift = to[w].insertion - b.wire.state.base_insertion;
+        o.reach = std::max({o.reach, 1.35 * radius, 1.5 * std::abs(shift)});
+        o.longest_move = std::min(o.longest_move, 0.8 * b.grain);
+    }
+    return o;
+}
+
+void add(NewtonReport& sum, const NewtonReport& r)
+{
+    sum.converged = r.converged;
+    sum.stable = r.stable;
+    sum.iterations += r.iterations;
+    sum.factorisations += r.factorisations;
+    sum.shifted += r.shifted;
+    sum.residual = r.residual;
+    sum.seconds_elements += r.seconds_elements;
+    sum.seconds_detection += r.seconds_detection;
+    sum.seconds_contact += r.seconds_contact;
+    sum.seconds_rest += r.seconds_rest;
+}
+
+GroupState state_of(const WireGroup& g)
+{
+    GroupState s;
+    for (const WireBody* b : g.wires)
+        s.wires.push_back(b->wire.state);
+    if (g.coaxial)
+        for (const Nesting& n : g.coaxial->nestings)
+            s.nested.push_back(n.reaction);
+    return s;
+}
+
+void restore(WireGroup& g, const GroupState& s)
+{
+    for (std::size_t w = 0; w < g.wires.size(); ++w)
+        g.wires[w]->wire.state = s.wires[w];
+    for (std::size_t n = 0; n < s.nested.size(); ++n)
+        g.coaxial->nestings[n].reaction = s.nested[n];
+}
+
+void refuse(WireGroup& g, const GroupState& keep, StepReport& r, std::string why)
+{
+    restore(g, keep);
+    r.accepted = false;
+    r.refusal = std::move(why);
+}
+
+GroupStart start_of(const WireGroup& g)
+{
+    GroupStart s;
+    for (const WireBody* b : g.wires) {
+        s.wires.push_back(mark_step_start(b->wire));
+        s.touched.push_back(contacts_before(b->wire, b->walls, b->work->proximity));
+    }
+    if (g.coaxial) s.nested = mark_coaxial_start(*g.coaxial);
+    return s;
+}
+
+NewtonReport solve(WireGroup& g, const GroupStart& start, const std::vector<Anchor>& anchors,
+                   const NewtonOptions& options)
+{
+    if (g.coaxial) return solve_coaxial(*g.coaxial, start.wires, start.nested, anchors, options);
+    WireBody& b = *g.wires[0];
+    return solve_equilibrium(b.wire, b.walls, start.wires[0], anchors[0], options, *b.work);
+}
+
+void drive(WireGroup& g, const std::vector<BaseTarget>& to)
+{
+    std::vector<double> shift;
+    for (std::size_t w = 0; w < g.wires.size(); ++w) {
+        Wire& wire = g.wires[w]->wire;
+        shift.push_back(to[w].insertion - wire.state.base_insertion);
+        drive_base(wire, to[w].insertion, to[w].twist);
+    }
+    if (g.coaxial) shift_coaxial_reactions(*g.coaxial, shift);
+}
+
+double elastic_energy_of(const WireGroup& g)
+{
+    double sum = 0;
+    for (const WireBody* b : g.wires)
+        sum += elastic_energy(b->wire);
+    return sum;
+}
+
+std::vector<BaseLoad> loads_of(const WireGroup& g)
+{
+    std::vector<BaseLoad> loads;
+    for (const WireBody* b : g.wires)
+        loads.push_back(base_load(b->wire));
+    return loads;
+}
+
+double base_work(const WireGroup& g, const GroupState& old, const std::vector<BaseLoad>& before)
+{
+    double sum = 0;
+    for (std::size_t w = 0; w < g.wires.size(); ++w) {
+        const WireState &a = old.wires[w], &s = g.wires[w]->wire.state;
+        const BaseLoad load = base_load(g.wires[w]->wire);
+        sum += 0.5 * (before[w].push + load.push) * (s.base_insertion - a.base_insertion) +
+               0.5 * (before[w].torque + load.torque) * (s.base_twist - a.base_twist);
+    }
+    return sum;
+}
+
+double friction_of(const WireGroup& g, const GroupStart& start)
+{
+    double sum = 0;
+    for (std::size_t w = 0; w < g.wires.size(); ++w) {
+        const WireBody& b = *g.wires[w];
+        if (b.wire.outside())
+            sum += friction_work(b.wire, start.wires[w], start.touched[w], b.work->candidates);
+    }
+    if (g.coaxial) sum += coaxial_friction_work(*g.coaxial, start.nested);
+    return sum;
+}
+
+int count_passages(const WireGroup& g, const GroupStart& start)
+{
+    int count = 0;
+    for (std::size_t w = 0; w < g.wires.size(); ++w)
+        if (g.wires[w]->wire.outside()) count += count_passages(*g.wires[w], start.wires[w]);
+    return count;
+}
+
+} // namespace amontons

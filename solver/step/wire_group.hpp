@@ -1,0 +1,61 @@
+#pragma once
+
+#include "solver/step/coaxial.hpp"
+#include "solver/step/wire_friction.hpp"
+#include "solver/step/wire_step.hpp"
+
+// Inside a step of wires: what wire_step (one step), wire_relax (the damped relaxation) and
+// wire_dynamics (inertia) share.
+
+namespace amontons {
+
+/// What a step changes in the wires of a group, kept in case that it is refused.
+struct GroupState {
+    std::vector<WireState> wires;
+    std::vector<std::vector<Reaction>> nested;
+};
+
+GroupState state_of(const WireGroup& group);
+void restore(WireGroup& group, const GroupState& state);
+/// Puts the wires back and says why.
+void refuse(WireGroup& group, const GroupState& keep, StepReport& report, std::string why);
+
+/// Where an increment begins: slip and friction's work are counted from there.
+struct GroupStart {
+    std::vector<StepStart> wires;
+    std::vector<std::vector<ContactBefore>> touched;
+    CoaxialStart nested;
+};
+
+GroupStart start_of(const WireGroup& group);
+
+NewtonOptions newton_options(const WireGroup& group, const std::vector<BaseTarget>& to);
+/// Adds the counts and times of a solve; its outcome is the sum's.
+void add(NewtonReport& sum, const NewtonReport& report);
+NewtonReport solve(WireGroup& group, const GroupStart& start, const std::vector<Anchor>& anchors,
+                   const NewtonOptions& options);
+/// Moves the bases, with what the wires know of their contacts.
+void drive(WireGroup& group, const std::vector<BaseTarget>& to);
+
+double elastic_energy_of(const WireGroup& group); ///< [J]
+std::vector<BaseLoad> loads_of(const WireGroup& group);
+/// Of the bases from where they were to where they are, by the trapezoid rule [J].
+double base_work(const WireGroup& group, const GroupState& old,
+                 const std::vector<BaseLoad>& before);
+double friction_of(const WireGroup& group, const GroupStart& start); ///< [J]
+/// Contact points that left the free space since the start, on their way or at its end.
+int count_passages(const WireGroup& group, const GroupStart& start);
+
+/// Turn that leads from one quaternion to another, in the first's frame [rad].
+Vec3 rotation_between(const double from[4], const double to[4]);
+/// A material node in a state, also if it is in the sheath then.
+BeamNode node_in(const Wire& wire, const WireState& state, int node);
+
+/// Inertia of implicit Euler as a pull towards x_n + h v_n / (1 + damping h).
+Anchor inertia_anchor(const WireBody& body, const WireState& old, double h);
+/// Velocities and what they hold against at the end of a step; its kinetic energy and what it set
+/// free.
+void update_dynamics(WireBody& body, const WireState& old, const StepStart& start, double h,
+                     EnergyRecord& energy);
+
+} // namespace amontons

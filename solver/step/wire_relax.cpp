@@ -1,0 +1,213 @@
+#include "solver/step/wire_group.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace amontons {
+namespace {
+
+constexpr int kMostRelaxations = 600;
+constexpr double kRelaxationShare = 0.001; // of what an increment turned over: its balance misses
+constexpr double kNoJump = 0.25;           // of an increment's way: the wire has not jumped in it
+
+/// Lowest mode of the system that contact leaves free, by inverse iteration with the factor of
+/// the last shifted solve; largest displacement 1.
+std::vector<std::vector<Node6>> weakest_mode(WireGroup& g)
+{
+    std::vector<std::vector<Node6>> v;
+    unsigned seed = 1;
+    for (const WireBody* b : g.wires) {
+        std::vector<Node6>& mode = v.emplace_back(b->work->increment);
+        for (int i = b->wire.state.first; i <= b->wire.last(); ++i) {
+            Node6& n = mode[std::size_t(i)];
+            n.column = Column6{};
+            if (i == b->wire.state.first) continue;
+            for (int k = 0; k < 6; ++k) {
+                seed = seed * 1664525u + 1013904223u;
+                n.value[k] = (double(seed >> 8) / 8388608.0 - 1) * (k < 3 ? b->grain : 1);
+            }
+            // along the section's axes: no axis of space decides which way it goes
+            const Vec3 x = rotation_matrix(b->wire.state.nodes[std::size_t(i)].q) *
+                           Vec3(n.value[0], n.value[1], n.value[2]);
+            for (int k = 0; k < 3; ++k)
+                n.value[k] = x[k];
+        }
+    }
+    for (int round = 0; round < 6; ++round) {
+        if (g.coaxial)
+            solve_last_system(*g.coaxial, v);
+        else
+            g.wires[0]->work->system.solve(v[0]);
+        double largest = 0;
+        for (std::size_t w = 0; w < v.size(); ++w)
+            for (int i = g.wires[w]->wire.state.first + 1; i <= g.wires[w]->wire.last(); ++i)
+                for (int k = 0; k < 3; ++k)
+                    largest = std::max(largest, std::abs(v[w][std::size_t(i)].value[k]));
+        if (!(largest > 0)) break;
+        for (std::size_t w = 0; w < v.size(); ++w)
+            for (int i = g.wires[w]->wire.state.first; i <= g.wires[w]->wire.last(); ++i)
+                v[w][std::size_t(i)].column *= splat6(1 / largest);
+    }
+    return v;
+}
+
+} // namespace
+
+// Gradient flow with implicit steps: each solves the wires with a viscous pull towards where they
+// were, w |dx| per node. What it dissipates is the pull's work, by the trapezoid rule over the
+// increment (the pull at its start is that left from the increment before). w follows the
+// motion: about a quarter of an element per increment.
+StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to)
+{
+    StepReport r;
+    const GroupState old = state_of(g);
+    const std::vector<BaseLoad> load_before = loads_of(g);
+    NewtonOptions options = newton_options(g, to);
+    NewtonOptions attempt = options;
+    options.max_iterations = 10;
+    attempt.max_iterations = 10;
+    const std::size_t wires = g.wires.size();
+    double unit = 0, grain = std::numeric_limits<double>::infinity(), energy_floor = 0;
+    std::vector<std::vector<Node6>> pull(wires), pull_before(wires);
+    for (std::size_t w = 0; w < wires; ++w) {
+        const WireBody& b = *g.wires[w];
+        const std::vector<double>& stiffness = b.wire.material.stiffness;
+        unit = std::max(unit, *std::max_element(stiffness.begin(), stiffness.end()));
+        grain = std::min(grain, b.grain);
+        energy_floor = std::max(energy_floor, 1e-3 * b.scale_force * b.grain);
+        pull[w].resize(b.wire.material.node.size());
+        pull_before[w].resize(pull[w].size());
+    }
+    const auto forget_pull = [&] {
+        for (std::vector<Node6>& all : pull_before)
+            for (Node6& n : all)
+                n.column = Column6{};
+    };
+    forget_pull();
+    const double target = 0.1 * grain;
+    const double elastic_before = elastic_energy_of(g);
+    double weight = 1e-3 * unit, energy = elastic_before;
+    bool base_moved = false, pushed_off = false, failed = false;
+    int until_attempt = 1; // increments before the wires are tried at rest
+    double work_of_base = 0;
+
+    for (r.relaxations = 0; r.relaxations < kMostRelaxations; ++r.relaxations) {
+        const GroupState before = state_of(g);
+        const GroupStart start = start_of(g);
+        if (!base_moved) drive(g, to);
+        std::vector<Anchor> anchors(wires);
+
+        // At rest already? Only without a further jump.
+        if (base_moved && --until_attempt <= 0) {
+            const NewtonReport still = solve(g, start, anchors, attempt);
+            add(r.newton, still);
+            if (still.converged && still.stable) {
+                const double e = elastic_energy_of(g);
+                const double friction = friction_of(g, start);
+                const double missed = energy - e - friction;
+                const double allowed =
+                    std::max(energy_floor, kRelaxationShare * (r.released + std::abs(friction)));
+                if (std::abs(missed) <= allowed && count_passages(g, start) == 0) {
+                    r.energy.friction += friction;
+                    r.energy.elastic = e;
+                    r.energy.released = r.released;
+                    r.energy.work = work_of_base;
+                    r.energy.work_absolute = std::abs(work_of_base);
+                    r.missed = work_of_base - (e - elastic_before) - r.energy.friction - r.released;
+                    r.snapped = true;
+                    r.accepted = true;
+                    return r;
+                }
+            } else if (still.converged && !pushed_off) {
+                // An unstable equilibrium holds the flow: push it off along its weakest mode.
+                const std::vector<std::vector<Node6>> mode = weakest_mode(g);
+                for (std::size_t w = 0; w < wires; ++w)
+                    move_wire(g.wires[w]->wire, mode[w], 1e-3 * grain);
+                pushed_off = true;
+                energy = elastic_energy_of(g);
+                forget_pull();
+                continue;
+            }
+            restore(g, before);
+            until_attempt = 4;
+        }
+
+        for (std::size_t w = 0; w < wires; ++w) {
+            const WireBody& b = *g.wires[w];
+            Anchor& anchor = anchors[w];
+            anchor.reference = b.wire.state.nodes;
+            anchor.linear.assign(anchor.reference.size(), 0);
+            anchor.angular.assign(anchor.reference.size(), Vec3::Zero());
+            for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i) {
+                const std::size_t k = std::size_t(i);
+                const double h = b.wire.material.law[k - 1].length;
+                anchor.linear[k] = weight * h / grain;
+                anchor.angular[k].setConstant(anchor.linear[k] * h * h / 12);
+            }
+        }
+        const NewtonReport newton = solve(g, start, anchors, options);
+        add(r.newton, newton);
+        double move = 0, viscous = 0;
+        for (std::size_t w = 0; newton.converged && w < wires; ++w) {
+            const WireBody& b = *g.wires[w];
+            const Anchor& anchor = anchors[w];
+            for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i) {
+                const std::size_t k = std::size_t(i);
+                const BeamNode &a = anchor.reference[k], &c = b.wire.state.nodes[k];
+                const Vec3 dx = c.position() - a.position();
+                const Vec3 dt = rotation_between(a.q, c.q);
+                move = std::max(move, dx.norm());
+                // The base's own step takes the nodes along to where the pull holds them.
+                const BeamNode from = base_moved ? a : node_in(b.wire, before.wires[w], i);
+                const Vec3 way = c.position() - from.position();
+                const Vec3 turned = rotation_between(from.q, c.q);
+                Node6 &p = pull[w][k], &q = pull_before[w][k];
+                for (int j = 0; j < 3; ++j) {
+                    p.value[j] = anchor.linear[k] * dx[j];
+                    p.value[j + 3] = anchor.angular[k][j] * dt[j];
+                    viscous += 0.5 * (p.value[j] + q.value[j]) * way[j] +
+                               0.5 * (p.value[j + 3] + q.value[j + 3]) * turned[j];
+                }
+            }
+        }
+        const int passages = newton.converged ? count_passages(g, start) : 0;
+        const double friction = newton.converged ? friction_of(g, start) : 0;
+        const double after = newton.converged ? elastic_energy_of(g) : energy;
+        // by the base in this increment
+        const double given = base_moved ? 0 : base_work(g, old, load_before);
+        // The trapezoid must account for the energy that the increment set free. With the base also
+        // the mesh can change, which costs some energy without a motion.
+        const double still = base_moved ? 0.02 * target : kNoJump * target;
+        const bool accounted =
+            move < still ||
+            std::abs(energy + given - after - friction - viscous) <=
+                kRelaxationShare * (std::abs(viscous) + std::abs(friction) + std::abs(given)) +
+                    0.01 * energy_floor;
+        if (!newton.converged || move > 4 * target || passages > 0 || !accounted) {
+            restore(g, before);
+            weight *= failed ? 4 : 2;
+            failed = true;
+            if (weight > 1e6 * unit) {
+                refuse(g, old, r, "no convergence in the damped relaxation");
+                return r;
+            }
+            continue;
+        }
+        if (!base_moved) {
+            work_of_base = given;
+            base_moved = true;
+        }
+        r.released += viscous;
+        r.energy.friction += friction;
+        energy = after;
+        pull_before = pull;
+        weight *= std::clamp(move / target, failed ? 0.7 : 0.25, 2.0);
+        failed = false;
+        weight = std::max(weight, 1e-12 * unit);
+    }
+    refuse(g, old, r, "the damped relaxation did not come to rest");
+    return r;
+}
+
+} // namespace amontons
