@@ -57,10 +57,12 @@ HapticSummary summarise(std::span<const TickRecord> records, const HapticLoop<Re
         }
         if (!real_time) continue;
         cpu.push_back(r.cpu);
-        if (r.wake > period)
+        if (r.cpu > period) // too long though it had begun in time
+            ++s.missed_compute;
+        else if (r.wake + r.cpu > period)
             ++s.missed_wake;
         else if (r.wake + r.compute > period)
-            ++(r.wake + r.cpu > period ? s.missed_compute : s.missed_preempted);
+            ++s.missed_preempted;
     }
     s.over_tolerance = error.empty() ? 0 : double(over) / double(error.size());
     s.compute = percentiles(std::move(compute));
