@@ -1,5 +1,7 @@
 #include "haptics/link/condense_wire.hpp"
 
+#include "solver/step/contact_row.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -32,30 +34,6 @@ constexpr int kHolds = 6;
 constexpr double kMostBend = 0.2; // of the way: more is a jump, of which nothing is foretold
 
 using Nodes = std::vector<Node6>;
-
-Nodes zeros(std::size_t n)
-{
-    Nodes x(n);
-    for (Node6& node : x)
-        node.column = Column6{};
-    return x;
-}
-
-void add_row(Nodes& x, const Candidate& c, const ContactRow& row)
-{
-    const auto e = static_cast<std::size_t>(c.place.element);
-    x[e].column += row.a.column;
-    x[e + 1].column += row.b.column;
-}
-
-double along(const Nodes& x, const Candidate& c, const ContactRow& row)
-{
-    const auto e = static_cast<std::size_t>(c.place.element);
-    double sum = 0;
-    for (int i = 0; i < 6; ++i)
-        sum += row.a.value[i] * x[e].value[i] + row.b.value[i] * x[e + 1].value[i];
-    return sum;
-}
 
 /// K += s h h^T on the two nodes of a contact.
 void add_hold(BlockTridiagonal& K, const Candidate& c, const ContactRow& h, double s)
@@ -181,7 +159,7 @@ BasePart base_part(const Wire& wire)
         const BaseStiffness k = base_stiffness(wire);
         out.own = k.own;
         for (int j = 0; j < 2; ++j) {
-            Nodes& column = out.B.emplace_back(zeros(wire.state.nodes.size()));
+            Nodes& column = out.B.emplace_back(zero_nodes(wire.state.nodes.size()));
             column[f].value[0] = k.mixed(0, j);
             column[f].value[3] = k.mixed(1, j);
         }
@@ -193,12 +171,12 @@ BasePart base_part(const Wire& wire)
     // The first element alone: its rows and columns are not those of a held node.
     BlockTridiagonal K(2);
     K.set_zero();
-    Nodes gradient = zeros(2);
+    Nodes gradient = zero_nodes(2);
     add_elements(0, 1, {wire.state.nodes[f], wire.state.nodes[f + 1]}, {wire.material.law[f]}, K,
                  gradient);
     out.own.resize(6, 6);
     for (int j = 0; j < 6; ++j) {
-        Nodes& column = out.B.emplace_back(zeros(wire.state.nodes.size()));
+        Nodes& column = out.B.emplace_back(zero_nodes(wire.state.nodes.size()));
         column[f + 1].column = K.lower(0).column[j];
         for (int i = 0; i < 6; ++i)
             out.own(i, j) = K.diagonal(0)(i, j);
@@ -283,7 +261,7 @@ Condensed condense_wire(WireBody& body, const CondenseOptions& options)
     };
     out.W.resize(3 * n, 3 * n);
     for (Eigen::Index j = 0; j < 3 * n; ++j) {
-        Nodes right = zeros(wire.state.nodes.size());
+        Nodes right = zero_nodes(wire.state.nodes.size());
         add_row(right, *chosen[static_cast<std::size_t>(j / 3)], row(j));
         out.W.col(j) = rows_of(solve(right));
     }

@@ -1,5 +1,7 @@
 #include "solver/step/wire_problem.hpp"
 
+#include "solver/step/contact_row.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -9,30 +11,6 @@ namespace {
 constexpr int kRefinements = 3; // elimination without pivoting, where A is indefinite
 
 using Nodes = std::vector<Node6>;
-
-Nodes zeros(std::size_t n)
-{
-    Nodes x(n);
-    for (Node6& node : x)
-        node.column = Column6{};
-    return x;
-}
-
-void add_row(Nodes& x, const Candidate& c, const ContactRow& row)
-{
-    const auto e = static_cast<std::size_t>(c.place.element);
-    x[e].column += row.a.column;
-    x[e + 1].column += row.b.column;
-}
-
-double along(const Nodes& x, const Candidate& c, const ContactRow& row)
-{
-    const auto e = static_cast<std::size_t>(c.place.element);
-    double sum = 0;
-    for (int i = 0; i < 6; ++i)
-        sum += row.a.value[i] * x[e].value[i] + row.b.value[i] * x[e + 1].value[i];
-    return sum;
-}
 
 /// Makes A symmetric. @return  how much it was not, the largest share of a block
 double symmetrise(BlockTridiagonal& A)
@@ -111,7 +89,7 @@ RecordedProblem contact_problem(const WireBody& body)
     };
     for (Eigen::Index j = 0; j < 3 * n; ++j) {
         const Candidate& c = *chosen[static_cast<std::size_t>(j / 3)];
-        Nodes right = zeros(static_cast<std::size_t>(A.size()));
+        Nodes right = zero_nodes(static_cast<std::size_t>(A.size()));
         add_row(right, c, row(j));
         Nodes x = right;
         factored.solve(x);
