@@ -1,9 +1,9 @@
 #include "mesh/format/abaqus.hpp"
 
+#include "mesh/format/abaqus_names.hpp"
 #include "mesh/format/number_scanner.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <optional>
 #include <set>
 
@@ -41,51 +41,6 @@ std::string_view next_field(std::string_view& line)
     const std::string_view field = trimmed(line.substr(0, comma));
     line.remove_prefix(std::min(comma + 1, line.size()));
     return field;
-}
-
-/// One of S1 to S6 as a local face of ours, or -1.
-std::int32_t face_of(ElementKind kind, std::string_view label)
-{
-    constexpr std::array<std::int8_t, 4> tetra{3, 0, 1, 2}; // 1-2-3 1-4-2 2-4-3 3-4-1
-    constexpr std::array<std::int8_t, 6> hexa{4, 5, 2, 1, 3, 0};
-    if (label.size() != 2 || upper(label[0]) != 'S') return -1;
-    const auto i = static_cast<std::size_t>(label[1] - '1');
-    if (kind == ElementKind::H8) return i < 6 ? hexa[i] : -1;
-    return i < 4 ? tetra[i] : -1;
-}
-
-/// What an element type of Abaqus is to us.
-struct Type {
-    enum class Use { solid, other_solid, facet, line } use = Use::line;
-    ElementKind kind = ElementKind::T4;
-    std::size_t nodes = 0; // 0: as many as the record has
-    std::size_t corners = 0;
-};
-
-Type type_of(const std::string& name) // upper case
-{
-    const std::size_t digits = name.find_first_of(
-        "0123456789", name.find("3D") == std::string::npos ? 0 : name.find("3D") + 2);
-    const std::string family = name.substr(0, digits);
-    std::size_t count = 0;
-    for (std::size_t i = digits;
-         i < name.size() && std::isdigit(static_cast<unsigned char>(name[i])); ++i)
-        count = 10 * count + static_cast<std::size_t>(name[i] - '0');
-    const auto is = [&](std::initializer_list<const char*> names) {
-        return std::find(names.begin(), names.end(), family) != names.end();
-    };
-    if (is({"C3D", "DC3D", "AC3D", "F3D", "SC", "CSS"})) {
-        if (family.size() >= 3 && count == 4) return {Type::Use::solid, ElementKind::T4, 4, 4};
-        if (family.size() >= 3 && count == 10) return {Type::Use::solid, ElementKind::T10, 10, 4};
-        if (is({"C3D", "DC3D", "AC3D", "F3D"}) && count == 8)
-            return {Type::Use::solid, ElementKind::H8, 8, 8};
-        return {Type::Use::other_solid, ElementKind::T4, 0, 0};
-    }
-    if (is({"CPS", "CPE", "CAX", "S", "M3D", "SFM3D", "R3D", "DS", "DC2D", "DCAX"}) &&
-        (count == 3 || count == 4 || count == 6 || count == 8))
-        return {Type::Use::facet, ElementKind::T4, count, count == 4 || count == 8 ? 4U : 3U};
-    if (family == "STRI") return {Type::Use::facet, ElementKind::T4, count == 3 ? 3U : 6U, 3};
-    return {};
 }
 
 struct Range {
@@ -243,13 +198,13 @@ private:
             return;
         }
         type_name_ = upper_case(at->second);
-        type_ = type_of(type_name_);
+        type_ = abaqus_type(type_name_);
         current_element_set_ = set_of(p, "ELSET", element_sets_);
         section_ = Section::elements;
-        if (type_.use == Type::Use::other_solid)
+        if (type_.use == AbaqusType::Use::other_solid)
             issues_.add(line_place(keyword_line_), "elements of type " + quoted_text(type_name_),
                         "C3D4, C3D10, C3D8 and their variants");
-        else if (type_.use == Type::Use::line && lines_seen_.insert(type_name_).second)
+        else if (type_.use == AbaqusType::Use::line && lines_seen_.insert(type_name_).second)
             builder_.note("line " + std::to_string(keyword_line_) + ": of elements of type " +
                           quoted_text(type_name_) + " only the nodes count, in sets");
     }
@@ -398,9 +353,9 @@ private:
             refuse_record();
         const Label label = record_[0];
         const auto nodes = std::span<const Label>(record_).subspan(1);
-        if (type_.use == Type::Use::solid)
+        if (type_.use == AbaqusType::Use::solid)
             builder_.add_element(type_.kind, label, nodes);
-        else if (type_.use == Type::Use::facet)
+        else if (type_.use == AbaqusType::Use::facet)
             builder_.add_facet(label, nodes.first(type_.corners));
         else
             builder_.add_line_or_point(label, nodes);
@@ -559,8 +514,9 @@ private:
                         "an element of the file");
             return;
         }
-        const Type& type = element_types_[static_cast<std::size_t>(e)];
-        const std::int32_t face = type.use == Type::Use::solid ? face_of(type.kind, raw.face) : -1;
+        const AbaqusType& type = element_types_[static_cast<std::size_t>(e)];
+        const std::int32_t face =
+            type.use == AbaqusType::Use::solid ? abaqus_face(type.kind, raw.face) : -1;
         if (face < 0)
             issues_.add(line_place(raw.line),
                         "face " + quoted_text(raw.face) + " of element " + std::to_string(label),
@@ -579,12 +535,12 @@ private:
     int instances_ = 0, parts_ = 0;
     bool in_assembly_ = false, generate_ = false;
     Section section_ = Section::skipped;
-    Type type_;
+    AbaqusType type_;
     std::string type_name_;
     std::vector<Label> record_; // of an element that goes on in the next line
     std::size_t record_line_ = 0;
     std::vector<Label> node_labels_, element_labels_;
-    std::vector<Type> element_types_;
+    std::vector<AbaqusType> element_types_;
     std::map<std::string, RawSet> node_sets_, element_sets_; // by upper case name
     RawSet* current_node_set_ = nullptr;
     RawSet* current_element_set_ = nullptr;

@@ -25,6 +25,8 @@ import subprocess
 import sys
 import tempfile
 
+from common import draw
+
 # What a throw-away prototype of the same discretisation reached: CPU seconds, errors.
 PROTOTYPE = {
     ("patch", "L0o2"): (0.024, {"u_l2": 5e-13, "p_l2": 3e-12}),
@@ -300,10 +302,7 @@ def plot(folder, rows):
         text.append(f"set title '{case}'; set ylabel '{name.replace('_', ' ')}'")
         text.append("plot " + ", ".join(f"${case}_{who} with linespoints title '{who}'"
                                         for who in curves))
-    done = subprocess.run(["gnuplot"], input="\n".join(text + ["unset multiplot"]), text=True,
-                          capture_output=True)
-    if done.returncode != 0:
-        print(done.stderr, file=sys.stderr)
+    draw(text + ["unset multiplot"])
 
 
 def main():

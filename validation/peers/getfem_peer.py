@@ -11,17 +11,13 @@ import resource
 import subprocess
 import sys
 
-PYTHON = "/usr/bin/python3" # the one that Debian's packages are for
+from common import PYTHON, debian_version
+
 LONGEST = 60 # processor seconds
 
 
 def version():
-    done = subprocess.run([PYTHON, "-c", "import getfem"], capture_output=True, text=True)
-    if done.returncode != 0:
-        return ""
-    done = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "python3-getfem"], capture_output=True,
-                          text=True)
-    return "GetFEM " + (done.stdout.split("+")[0] or "of unknown version")
+    return debian_version("GetFEM", "python3-getfem", "getfem")
 
 
 def solve(problem, folder, factor):

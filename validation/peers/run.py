@@ -30,6 +30,7 @@ import calculix_peer
 import getfem_peer
 import siconos_peer
 import solids
+from common import draw
 
 STEPS = (0.02, 0.01, 0.005, 0.0025, 0.00125)
 STOPS_AT = 3.0**2 / (2 * 0.4 * 9.81) # closed form, validation/cases/braking-block [m]
@@ -187,10 +188,7 @@ def plot(rows, path):
         if lines:
             text += [f"set title '{titles[case]}'", f"set ylabel 'error of the {main[case]}'",
                      "plot " + ", ".join(lines)]
-    done = subprocess.run(["gnuplot"], input="\n".join(text + ["unset multiplot"]), text=True,
-                          capture_output=True)
-    if done.returncode != 0:
-        print(done.stderr, file=sys.stderr)
+    draw(text + ["unset multiplot"])
 
 
 def main():

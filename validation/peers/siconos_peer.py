@@ -6,16 +6,11 @@ not tilt is. Prints place [m] and processor time after the imports [s].
 import subprocess
 import sys
 
-PYTHON = "/usr/bin/python3" # the one that Debian's packages are for
+from common import PYTHON, debian_version
 
 
 def version():
-    done = subprocess.run([PYTHON, "-c", "import siconos.kernel"], capture_output=True, text=True)
-    if done.returncode != 0:
-        return ""
-    done = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "python3-siconos"], capture_output=True,
-                          text=True)
-    return "Siconos " + (done.stdout.split("+")[0] or "of unknown version")
+    return debian_version("Siconos", "python3-siconos", "siconos.kernel")
 
 
 def solve(step):
