@@ -13,7 +13,7 @@ namespace amontons {
 
 struct ProxyOptions {
     /// Natural-map error at which a tick ends, relative to the acting rows of q [-].
-    double tolerance = 5e-4;
+    double tolerance = 8e-4;
     int max_sweeps = 30; ///< >= 1
     /// Wall time after which no further sweep begins [s]; 0: none, and no clock is read, so that
     /// the same input gives the same force.

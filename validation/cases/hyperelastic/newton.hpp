@@ -8,24 +8,23 @@
 
 namespace amontons::validation {
 
-/// The order of Newton's steps: the largest log(e3 / e2) / log(e2 / e1) of three errors in a row
-/// above the rounding of forces, or 0 if there are not three that fall. 2: quadratic, 1: linear. Of
-/// two errors in a row the larger one counts: nearly incompressible bodies take turns, one
-/// iteration leaves changes of volume, small and stiffly resisted, the next one takes them back.
+/// The order of Newton's last steps: the best of log e3 / log e2, log e2 / log e1 and
+/// sqrt(log e3 / log e1) of the last three errors, which are relative, so that e' = C e^p with C
+/// about 1. 2: quadratic; 1.5 at most of steps that divide by 1000. An error below rounding
+/// stands as that, so the last ratio alone says too little; the last but one may rise: nearly
+/// incompressible bodies take turns, one iteration leaves changes of volume, small and stiffly
+/// resisted, the next one takes them back. 0 without three errors below 0.3.
 inline double newton_order(const std::vector<double>& errors)
 {
     constexpr double kRounding = 1e-13, kNear = 0.3;
-    std::vector<double> larger;
-    for (std::size_t i = 0; i < errors.size(); ++i) {
-        const double e = i + 1 < errors.size() ? std::max(errors[i], errors[i + 1]) : errors[i];
-        if (larger.empty() || e < larger.back()) larger.push_back(std::max(e, kRounding));
+    if (errors.size() < 3) return 0;
+    double log_e[3];
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double e = errors[errors.size() - 3 + i];
+        if (!(e < kNear)) return 0;
+        log_e[i] = std::log(std::max(e, kRounding));
     }
-    double order = 0;
-    for (std::size_t i = 2; i < larger.size(); ++i) {
-        const double a = larger[i - 2], b = larger[i - 1], c = larger[i];
-        if (a < kNear && b < a && c < b) order = std::max(order, std::log(c / b) / std::log(b / a));
-    }
-    return order;
+    return std::max({log_e[2] / log_e[1], log_e[1] / log_e[0], std::sqrt(log_e[2] / log_e[0])});
 }
 
 inline std::string as_text(const std::vector<double>& errors)
