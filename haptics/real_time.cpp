@@ -31,7 +31,7 @@ namespace {
 constexpr long kWarmUp = 20;     // ticks before faults are counted
 constexpr double kSlowest = 0.2; // period of a simulation that still counts as running [s]
 constexpr std::size_t kStackTouched = 1 << 16; // bytes of the loop's stack, before the first tick
-constexpr double kLetGo = 0.05;                // from any force to none at the end [s]
+constexpr double kLetGo = SafetyOptions{}.ramp_down; // from any force to none at the end [s]
 
 timespec to_timespec(double t)
 {

@@ -77,8 +77,7 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
     const std::vector<ContactPair>& pairs = system.finder.pairs();
     const int n_contacts = int(all.contact.size());
 
-    // Until the operator after this one comes: latency and one period more, and a tenth.
-    out.reach = 1.1 * options.speed * options.period * (options.latency + 1);
+    out.reach = options.reach();
     std::vector<int> near;
     for (int c = 0; c < n_contacts; ++c)
         if (!report.force[std::size_t(c)].isZero() || all.contact[std::size_t(c)].gap <= out.reach)
@@ -90,13 +89,6 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
     if (int(near.size()) > options.most_contacts) {
         sort_by_participation(near, handle, report);
         out.left_out = int(near.size()) - options.most_contacts;
-        Vec3 missing = Vec3::Zero();
-        for (std::size_t i = std::size_t(options.most_contacts); i < near.size(); ++i) {
-            const BodyContact& k = all.contact[std::size_t(near[i])];
-            if (k.a == handle) missing += report.force[std::size_t(near[i])];
-            if (k.b == handle) missing -= report.force[std::size_t(near[i])];
-        }
-        out.left_out_force = missing.norm();
         near.resize(std::size_t(options.most_contacts));
         std::sort(near.begin(), near.end());
     }

@@ -1,5 +1,6 @@
 #include "haptics/link/condense_wire.hpp"
 
+#include "solver/linear/block_refine.hpp"
 #include "solver/step/contact_row.hpp"
 
 #include <algorithm>
@@ -56,19 +57,6 @@ BlockTridiagonal copy_of(const BlockTridiagonal& K)
     return out;
 }
 
-void make_symmetric(BlockTridiagonal& K)
-{
-    const auto meet = [](Block6& a, Block6& b) {
-        for (int i = 0; i < 6; ++i)
-            for (int j = 0; j < 6; ++j)
-                a(i, j) = b(j, i) = 0.5 * (a(i, j) + b(j, i));
-    };
-    for (int i = K.first(); i < K.size(); ++i) {
-        meet(K.diagonal(i), K.diagonal(i));
-        if (i + 1 < K.size()) meet(K.upper(i), K.lower(i));
-    }
-}
-
 /// K^-1 with what elimination loses put back.
 struct Solver {
     const BlockTridiagonal& K;
@@ -83,14 +71,7 @@ struct Solver {
         Nodes x = right;
         factor.solve(x);
         for (int k = 0; k < kRefinements; ++k) {
-            Nodes r = right;
-            for (int i = K.first(); i < K.size(); ++i) {
-                const auto n = static_cast<std::size_t>(i);
-                r[n].column -= multiply(K.diagonal(i), x[n]);
-                if (i + 1 == K.size()) continue;
-                r[n].column -= multiply(K.upper(i), x[n + 1]);
-                r[n + 1].column -= multiply(K.lower(i), x[n]);
-            }
+            Nodes r = residual(K, right, x);
             factor.solve(r);
             for (auto i = static_cast<std::size_t>(K.first()); i < x.size(); ++i)
                 x[i].column += r[i].column;
@@ -117,7 +98,7 @@ bool hold_closed(BlockTridiagonal& K, const std::vector<const Candidate*>& chose
 {
     enum { normals, across, sticking };
     BlockTridiagonal even = copy_of(K);
-    make_symmetric(even);
+    symmetrise(even);
     for (const int stage : {normals, across, sticking}) {
         double held = 0;
         for (int level = 0; level <= kHolds; ++level) {
@@ -202,8 +183,6 @@ std::vector<const Candidate*> choose(const std::vector<Candidate>& all, double r
     std::sort(chosen.begin(), chosen.end(),
               [&](const Candidate* a, const Candidate* b) { return rank(a) < rank(b); });
     out.left_out = static_cast<int>(chosen.size() - most);
-    for (std::size_t i = most; i < chosen.size(); ++i)
-        out.left_out_force += chosen[i]->normal;
     chosen.resize(most);
     std::sort(chosen.begin(), chosen.end(),
               [](const Candidate* a, const Candidate* b) { return a->index < b->index; });
@@ -233,7 +212,7 @@ Condensed condense_wire(WireBody& body, const CondenseOptions& options)
 {
     Condensed out;
     const Wire& wire = body.wire;
-    out.reach = 1.1 * options.speed * options.period * (options.latency + 1);
+    out.reach = options.reach();
     out.W.resize(0, 0);
     out.rest = force_on_hand(wire);
     if (!wire.outside()) return out;

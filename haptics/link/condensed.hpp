@@ -21,6 +21,9 @@ struct CondenseOptions {
     int latency = 1;          ///< periods from a pose to its operator
     double damper_spring = 0; ///< what a damper adds to the spring's stiffness in a tick [N/m]
     int most_contacts = 300;
+    /// What the handle can move until the operator after this one comes: latency and one period
+    /// more, and a tenth [m].
+    double reach() const { return 1.1 * speed * period * (latency + 1); }
 };
 
 /// The reduced problem of a step, in double and in full.
@@ -29,7 +32,6 @@ struct Condensed {
     Eigen::MatrixXd W; ///< spring and damper included [m/N]
     double reach = 0;  ///< handle motion within which no other contact can close [m]
     int left_out = 0;  ///< candidates beyond most_contacts: their forces are held as they are
-    double left_out_force = 0; ///< of those, on the handle: what is not felt to change [N]
     // On the hand without contact forces, see ReducedOperator.
     Wrench rest;
     Mat6 stiffness = Mat6::Zero();

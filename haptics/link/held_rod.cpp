@@ -1,6 +1,8 @@
 #include "haptics/link/held_rod.hpp"
 
 #include "solver/beam/clamp.hpp"
+#include "solver/beam/rod.hpp"
+#include "solver/step/body_build.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -16,7 +18,13 @@ constexpr double kSpringLength = 0.02; // of the rod's radius
 constexpr double kStiffTurn = 0.2;     // of EI over that: turns held rigidly, or by more
 constexpr double kSpacing = 2;         // of contact points, in radii: objects may be small
 
-void check(const Scene& scene, const RodInput& rod)
+bool is_between(const ContactLaw& law, const std::string& a, const std::string& b)
+{
+    return (law.between[0] == a && law.between[1] == b) ||
+           (law.between[0] == b && law.between[1] == a);
+}
+
+void check(const Scene& scene, const RodInput& rod, const std::vector<ContactLaw>& laws)
 {
     std::vector<Issue> issues;
     const std::string here = "/bodies/" + rod.name;
@@ -38,6 +46,18 @@ void check(const Scene& scene, const RodInput& rod)
         issues.push_back({scene.file, "/bodies",
                           "other bodies that move beside " + quoted_text(rod.name),
                           "a rod in the hand and obstacles"});
+    if (!scene.gravity.isZero() && std::any_of(rod.segments.begin(), rod.segments.end(),
+                                               [](const BeamSegment& g) { return g.density > 0; }))
+        issues.push_back({scene.file, "/gravity", "gravity on a rod with a density",
+                          "none: a rod in the hand has no weight"});
+    for (const ContactLaw& law : laws) {
+        if (!law.surfaces[0].empty() || !law.surfaces[1].empty())
+            issues.push_back({scene.file, "/contact", "\"surfaces\" of a rod in the hand",
+                              "none: all of it touches"});
+        if (law.sliding != "finite")
+            issues.push_back({scene.file, "/contact", "\"sliding\": " + quoted_text(law.sliding),
+                              "\"finite\" of a rod in the hand"});
+    }
     if (!issues.empty()) throw InputError(std::move(issues));
 }
 
@@ -73,43 +93,29 @@ WireMaterial with_spring(WireMaterial m, const HandleSpring& spring)
     return m;
 }
 
-Mat3 frame_along(const RodShape& shape)
-{
-    const Vec3 d = shape.direction.normalized();
-    int axis = 0;
-    d.cwiseAbs().minCoeff(&axis);
-    Vec3 second = shape.normal.value_or(Vec3::Unit(axis));
-    second = (second - d * d.dot(second)).normalized();
-    Mat3 frame;
-    frame << d, second, d.cross(second);
-    return frame;
-}
-
 } // namespace
 
 WireBody make_held_rod(const Scene& scene, const RodInput& rod,
                        const std::vector<Obstacle>& obstacles, const HandleSpring& spring,
-                       std::vector<int>& near)
+                       std::vector<int>& near, std::vector<Issue>& warnings)
 {
-    check(scene, rod);
+    const std::vector<ContactLaw> laws = written_out(scene);
+    check(scene, rod, laws);
+    for (const ContactLaw& law : laws)
+        if (is_between(law, rod.name, rod.name))
+            warnings.push_back({scene.file, "/contact", "contact of the rod with itself",
+                                "left out: a rod in the hand touches obstacles"});
     Wire wire;
     const double spacing =
         rod.contact_spacing > 0 ? rod.contact_spacing : kSpacing * rod.segments.front().radius;
     wire.material = with_spring(make_material(rod.segments, spacing), spring);
-    const Mat3 frame = frame_along(rod.shape);
+    const Mat3 frame = first_frame(rod.shape, rod.shape.direction);
     start_clamped(wire, rod.shape.start - wire.material.law[0].length * frame.col(0), frame);
 
     std::vector<WireWall> walls;
     for (std::size_t o = 0; o < obstacles.size(); ++o)
-        for (const ContactLaw& law : scene.contact) {
-            const auto names = [&](int k, const std::string& name) {
-                const std::string& asked = law.between[std::size_t(k)];
-                return asked == "*" || asked == name;
-            };
-            const std::string& other = obstacles[o].name;
-            if (!(names(0, rod.name) && names(1, other)) &&
-                !(names(1, rod.name) && names(0, other)))
-                continue;
+        for (const ContactLaw& law : laws) {
+            if (!is_between(law, rod.name, obstacles[o].name)) continue;
             WireWall& w = walls.emplace_back();
             w.wall = &obstacles[o].model.wall;
             for (const MaterialPoint& p : wire.material.point)

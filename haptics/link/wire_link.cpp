@@ -51,6 +51,7 @@ struct WireLink::State {
     bool rod = false;
     Vec3 axis = Vec3::Zero(); // of a beam
     double first = 0;         // insertion at the start [m]
+    bool started = false;     // the first step is one of no time
     std::string refusal;
 
     State(const Scene& s, const std::vector<Obstacle>& obstacles, const HandleSpring& spring);
@@ -78,7 +79,7 @@ WireLink::State::State(const Scene& s, const std::vector<Obstacle>& obstacles,
                           "0: a beam's base hangs on springs only"});
     if (!issues.empty()) throw InputError(std::move(issues));
     if (rod) {
-        body = make_held_rod(scene, scene.rods[0], obstacles, spring, walls);
+        body = make_held_rod(scene, scene.rods[0], obstacles, spring, walls, warnings);
         start = device_of(body.wire);
     } else {
         build_beam(obstacles, spring);
@@ -138,14 +139,14 @@ void WireLink::State::look_ahead(Condensed& condensed, const CondenseOptions& op
     if (shift < 0.01 * least) // at rest, or turned on the spot
         way << least * axis, Vec3::Zero();
     else if (shift < least)
-        way *= least / shift;
+        way.head<3>() *= least / shift;
     if (way.isZero() || condensed.contact.empty()) return;
     const WireState here = body.wire.state;
-    const StepStart start = mark_step_start(body.wire);
+    const StepStart from = mark_step_start(body.wire);
     for (int i = 0; i < kLooks; ++i, way /= 2) {
         const bool there = advance(moved(device, way), options.period, Means::look).accepted;
         const bool known =
-            there && add_bend(condensed, amontons::look_ahead(body, start, condensed.reach), way);
+            there && add_bend(condensed, amontons::look_ahead(body, from, condensed.reach), way);
         body.wire.state = here;
         if (known) return;
     }
@@ -217,8 +218,11 @@ bool WireLink::step(const HandPose& device)
         return false;
     }
     count_.not_met += done < 1 - 1e-9;
-    count_.time += condense_.period;
-    ++count_.steps;
+    if (s.started) {
+        count_.time += condense_.period;
+        ++count_.steps;
+    }
+    s.started = true;
     return true;
 }
 
@@ -246,6 +250,7 @@ bool WireLink::take_over(const HandleLink& before)
     s.before = old.before;
     s.start = old.start;
     s.first = old.first;
+    s.started = old.started;
     count_ = link->count_;
     return true;
 }

@@ -17,7 +17,8 @@ namespace {
 /// A device on a circle in the bed, which looks at the counter of its thread.
 struct Circle final : Device {
     long reads = 0, first = -1, last = -1, writes = 0;
-    double force = 0; // last [N]
+    double force = 0;    // last [N]
+    double most_off = 0; // that one write took away [N]
     DeviceSpec spec() const override { return {}; }
     DeviceSample read(double t) noexcept override
     {
@@ -32,9 +33,20 @@ struct Circle final : Device {
     void write(const Wrench& w, double) noexcept override
     {
         ++writes;
+        most_off = std::max(most_off, force - w.force.norm());
         force = w.force.norm();
     }
 };
+
+/// Between two ticks.
+double largest_drop(const RealTimeRun& run)
+{
+    double most = 0;
+    for (std::size_t k = 1; k < run.records.size(); ++k)
+        most =
+            std::max(most, run.records[k - 1].sent.force.norm() - run.records[k].sent.force.norm());
+    return most;
+}
 
 struct Fixture {
     Bed bed;
@@ -136,6 +148,7 @@ TEST_CASE("whatever ends a run, the last force goes to zero evenly")
     CHECK(last > 0.1);
     CHECK(f.device.force == 0);
     CHECK(f.device.writes == static_cast<long>(run.records.size()) + 50);
+    CHECK(f.device.most_off < 1.01 * std::max(last / 50, largest_drop(run)));
 }
 
 TEST_CASE("ticks that end for lack of time are told to the simulation")

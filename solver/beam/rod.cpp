@@ -101,6 +101,14 @@ int RodModel::node_at(double at) const
     return int(i);
 }
 
+Mat3 first_frame(const RodShape& shape, const Vec3& tangent)
+{
+    const Vec3 t = tangent.normalized();
+    const bool fits = shape.normal && t.cross(shape.normal->normalized()).norm() > 1e-9;
+    if (fits) return frame_of(t, *shape.normal);
+    return frame_of(t, std::abs(t.z()) < 0.9 ? Vec3(Vec3::UnitZ().cross(t)) : Vec3::UnitX());
+}
+
 RodModel make_rod(const std::vector<BeamSegment>& given, const RodShape& shape,
                   const Centreline* curve, std::span<const double> at)
 {
@@ -161,16 +169,10 @@ RodModel make_rod(const std::vector<BeamSegment>& given, const RodShape& shape,
 
     // places and frames
     r.nodes.assign(r.s.size(), BeamNode{});
-    const auto first_frame = [&](const Vec3& tangent) {
-        const Vec3 t = tangent.normalized();
-        const bool fits = shape.normal && t.cross(shape.normal->normalized()).norm() > 1e-9;
-        if (fits) return frame_of(t, *shape.normal);
-        return frame_of(t, std::abs(t.z()) < 0.9 ? Vec3(Vec3::UnitZ().cross(t)) : Vec3::UnitX());
-    };
     if (curve) {
         const CurvePoint begin = curve->at(0);
         const Vec3 bend = begin.curvature;
-        Mat3 frame = shape.normal || !(bend.norm() > 0) ? first_frame(begin.tangent)
+        Mat3 frame = shape.normal || !(bend.norm() > 0) ? first_frame(shape, begin.tangent)
                                                         : frame_of(begin.tangent, bend);
         double s = 0;
         for (std::size_t i = 0; i < r.s.size(); ++i) {
@@ -190,7 +192,7 @@ RodModel make_rod(const std::vector<BeamSegment>& given, const RodShape& shape,
                 throw InputError(
                     {{"", "/shape/points/" + std::to_string(k), "a corner that leads back",
                       "a corner of less than 180 degrees"}});
-            frame.push_back(k == 0 ? first_frame(t) : carried(frame.back(), t));
+            frame.push_back(k == 0 ? first_frame(shape, t) : carried(frame.back(), t));
         }
         const auto piece = [&](double s) { // that ends at or holds s
             std::size_t k = 0;
@@ -218,7 +220,7 @@ RodModel make_rod(const std::vector<BeamSegment>& given, const RodShape& shape,
     } else {
         BeamNode& n = r.nodes[0];
         set_place(n, shape.start);
-        set_frame(n, first_frame(shape.direction));
+        set_frame(n, first_frame(shape, shape.direction));
         grow_naturally(r.nodes, r.law);
     }
     if ((curve || polyline) && shape.stress_free) {

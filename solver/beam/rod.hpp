@@ -51,6 +51,10 @@ struct RodModel {
     int node_at(double s) const;
 };
 
+/// Axes of the first cross-section: the tangent, the shape's normal (one is chosen if it has none
+/// across the tangent), and the third.
+Mat3 first_frame(const RodShape& shape, const Vec3& tangent);
+
 /// @param curve  of the shape, if it has one
 /// @param at     arc lengths at which there must be nodes
 /// @throws InputError  (places relative to the body) if the shape cannot be made

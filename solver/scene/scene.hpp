@@ -287,7 +287,7 @@ struct RodInput {
     std::vector<RodLoad> loads;
     Vec3 velocity = Vec3::Zero(); ///< when the run begins [m/s]
     Vec3 spin = Vec3::Zero();     ///< about the centre of mass [rad/s]
-    double contact_spacing = 0;   ///< [m]; 0: half the shortest element
+    double contact_spacing = 0;   ///< [m]; 0: at the nodes; in the hand: two radii
 };
 
 /// Rows without a cone between two bodies, or a spring.

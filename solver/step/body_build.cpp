@@ -111,49 +111,6 @@ struct Built {
     }
 };
 
-/// The laws with "*" written out; pairs that are named stay as they are.
-std::vector<ContactLaw> written_out(const Scene& scene)
-{
-    std::vector<ContactLaw> laws;
-    std::set<std::set<std::string>> named;
-    for (const ContactLaw& law : scene.contact)
-        if (law.between[0] != "*" && law.between[1] != "*") {
-            laws.push_back(law);
-            named.insert({law.between[0], law.between[1]});
-        }
-    const auto still = [&](const std::string& name) {
-        for (const ObstacleInput& o : scene.obstacles)
-            if (o.name == name) return true;
-        for (const RigidInput& r : scene.rigids)
-            if (r.name == name) return r.drive.given;
-        return false;
-    };
-    const auto rod = [&](const std::string& name) {
-        return std::any_of(scene.rods.begin(), scene.rods.end(),
-                           [&](const RodInput& r) { return r.name == name; });
-    };
-    const auto solid = [&](const std::string& name) {
-        return std::any_of(scene.solids.begin(), scene.solids.end(),
-                           [&](const SolidInput& s) { return s.name == name; });
-    };
-    for (const ContactLaw& law : scene.contact)
-        for (std::size_t i = 0; i < scene.order.size(); ++i)
-            for (std::size_t j = i; j < scene.order.size(); ++j) {
-                const std::string &a = scene.order[i], &b = scene.order[j];
-                if (i == j && !rod(a)) continue; // rods alone touch themselves
-                const auto fits = [&](const std::string& x, const std::string& y) {
-                    return (law.between[0] == "*" || law.between[0] == x) &&
-                           (law.between[1] == "*" || law.between[1] == y);
-                };
-                if ((!fits(a, b) && !fits(b, a)) || (still(a) && still(b))) continue;
-                if ((rod(a) && solid(b)) || (rod(b) && solid(a))) continue; // not yet
-                if (!named.insert({a, b}).second) continue;
-                laws.push_back(law);
-                laws.back().between = {a, b};
-            }
-    return laws;
-}
-
 constexpr double kMargin = 0.002; // of it: see ContactPair
 constexpr double kReach = 0.2;    // of the smaller body: gaps that are looked at, unless it is said
 
@@ -223,6 +180,48 @@ VolumeMesh build_mesh(const MeshInput& m, const Scene& scene, std::vector<Issue>
 }
 
 } // namespace
+
+std::vector<ContactLaw> written_out(const Scene& scene)
+{
+    std::vector<ContactLaw> laws;
+    std::set<std::set<std::string>> named;
+    for (const ContactLaw& law : scene.contact)
+        if (law.between[0] != "*" && law.between[1] != "*") {
+            laws.push_back(law);
+            named.insert({law.between[0], law.between[1]});
+        }
+    const auto still = [&](const std::string& name) {
+        for (const ObstacleInput& o : scene.obstacles)
+            if (o.name == name) return true;
+        for (const RigidInput& r : scene.rigids)
+            if (r.name == name) return r.drive.given;
+        return false;
+    };
+    const auto rod = [&](const std::string& name) {
+        return std::any_of(scene.rods.begin(), scene.rods.end(),
+                           [&](const RodInput& r) { return r.name == name; });
+    };
+    const auto solid = [&](const std::string& name) {
+        return std::any_of(scene.solids.begin(), scene.solids.end(),
+                           [&](const SolidInput& s) { return s.name == name; });
+    };
+    for (const ContactLaw& law : scene.contact)
+        for (std::size_t i = 0; i < scene.order.size(); ++i)
+            for (std::size_t j = i; j < scene.order.size(); ++j) {
+                const std::string &a = scene.order[i], &b = scene.order[j];
+                if (i == j && !rod(a)) continue; // rods alone touch themselves
+                const auto fits = [&](const std::string& x, const std::string& y) {
+                    return (law.between[0] == "*" || law.between[0] == x) &&
+                           (law.between[1] == "*" || law.between[1] == y);
+                };
+                if ((!fits(a, b) && !fits(b, a)) || (still(a) && still(b))) continue;
+                if ((rod(a) && solid(b)) || (rod(b) && solid(a))) continue; // not yet
+                if (!named.insert({a, b}).second) continue;
+                laws.push_back(law);
+                laws.back().between = {a, b};
+            }
+    return laws;
+}
 
 TimeRule time_rule(const TimeInput& time)
 {
@@ -443,7 +442,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     system->finder = ContactFinder(std::move(pairs), std::move(walls));
     system->couplings = make_couplings(scene, system->refs);
     for (const Coupling& c : system->couplings)
-        for (const Anchor* a : {&c.a, &c.b})
+        for (const CoupledPlace* a : {&c.a, &c.b})
             if (!a->nodes.empty()) system->refs[std::size_t(a->body)].solid->also_touch(a->nodes);
     return system;
 }

@@ -12,6 +12,9 @@ namespace amontons {
 std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<Obstacle>& obstacles,
                                          std::vector<Issue>& warnings);
 
+/// The contact laws of a scene with "*" written out; pairs that are named stay as they are.
+std::vector<ContactLaw> written_out(const Scene& scene);
+
 /// The rule of a scene's dynamic steps.
 TimeRule time_rule(const TimeInput& time);
 

@@ -49,7 +49,7 @@ std::vector<StencilEntry> nodes_at(const SolidBody& solid, const Vec3& x, double
 
 } // namespace
 
-Vec3 anchor_point(const std::vector<BodyRef>& bodies, const Anchor& anchor)
+Vec3 anchor_point(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor)
 {
     if (anchor.body < 0) return anchor.local;
     const BodyRef& b = bodies[std::size_t(anchor.body)];
@@ -86,7 +86,7 @@ std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyR
         for (const int b : index)
             if (b >= 0) size = bodies[std::size_t(b)].body->size();
         const auto anchor = [&](int body, const Vec3& x) {
-            Anchor a;
+            CoupledPlace a;
             a.body = body;
             a.local = x;
             if (body < 0) return a;

@@ -6,7 +6,7 @@ namespace amontons {
 
 /// A place that a coupling holds on to: fixed to a rigid body, to nodes of a solid, or to the
 /// world.
-struct Anchor {
+struct CoupledPlace {
     int body = -1;                   ///< -1: the world
     Vec3 local = Vec3::Zero();       ///< rigid: in its shape's frame; world: in space [m]
     std::vector<StencilEntry> nodes; ///< solid
@@ -15,7 +15,7 @@ struct Anchor {
 /// One row between two anchors: along an axis that turns with body a, or (a spring) along the line
 /// between them.
 struct Coupling {
-    Anchor a, b;
+    CoupledPlace a, b;
     Vec3 axis = Vec3::UnitX(); ///< in body a's frame
     bool along_line = false;
     double rest = 0;     ///< value at which the row is at rest [m]
@@ -24,7 +24,7 @@ struct Coupling {
 };
 
 /// Where an anchor is at the iterate.
-Vec3 anchor_point(const std::vector<BodyRef>& bodies, const Anchor& anchor);
+Vec3 anchor_point(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor);
 
 /// The row's direction at the iterate, unit, and its value: direction . (a - b) - rest [m].
 struct CouplingRow {

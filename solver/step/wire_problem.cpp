@@ -1,5 +1,6 @@
 #include "solver/step/wire_problem.hpp"
 
+#include "solver/linear/block_refine.hpp"
 #include "solver/step/contact_row.hpp"
 
 #include <algorithm>
@@ -11,43 +12,6 @@ namespace {
 constexpr int kRefinements = 3; // elimination without pivoting, where A is indefinite
 
 using Nodes = std::vector<Node6>;
-
-/// Makes A symmetric. @return  how much it was not, the largest share of a block
-double symmetrise(BlockTridiagonal& A)
-{
-    double worst = 0;
-    const auto meet = [&](Block6& a, Block6& b) { // b is the transposed of a, or should be
-        double difference = 0, size = 0;
-        for (int i = 0; i < 6; ++i)
-            for (int j = 0; j < 6; ++j) {
-                const double mean = 0.5 * (a(i, j) + b(j, i));
-                difference += std::pow(a(i, j) - b(j, i), 2);
-                size += std::pow(a(i, j), 2) + std::pow(b(j, i), 2);
-                a(i, j) = b(j, i) = mean;
-            }
-        if (size > 0) worst = std::max(worst, std::sqrt(difference / size));
-    };
-    for (int i = A.first(); i < A.size(); ++i) {
-        meet(A.diagonal(i), A.diagonal(i));
-        if (i + 1 < A.size()) meet(A.upper(i), A.lower(i));
-    }
-    return worst;
-}
-
-/// right - A x
-Nodes residual(const BlockTridiagonal& A, const Nodes& right, const Nodes& x)
-{
-    Nodes r = right;
-    for (int i = A.first(); i < A.size(); ++i) {
-        const auto k = static_cast<std::size_t>(i);
-        r[k].column -= multiply(A.diagonal(i), x[k]);
-        if (i + 1 < A.size()) {
-            r[k].column -= multiply(A.upper(i), x[k + 1]);
-            r[k + 1].column -= multiply(A.lower(i), x[k]);
-        }
-    }
-    return r;
-}
 
 /// Unknowns are displacements and rotations: compared by largest share of each unknown's own row.
 double size(const Nodes& x, int first)

@@ -39,7 +39,7 @@ def solve(program, problem, folder):
                            folder + "/result"], capture_output=True, text=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     if done.returncode != 0:
-        raise RuntimeError(done.stderr.strip().splitlines()[-1][:200])
+        raise RuntimeError((done.stderr.strip().splitlines() or ["no word"])[-1][:200])
     if json.loads(done.stdout)["certificate"]["uncertified_steps"] != 0:
         raise RuntimeError("a step without certificate")
     answer = {"u": {}, "p": [], "seconds": after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime}

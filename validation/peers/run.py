@@ -47,7 +47,7 @@ def braking_block(program, step, theta, folder):
                           capture_output=True, text=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     if done.returncode != 0:
-        raise RuntimeError(done.stderr.strip().splitlines()[-1][:200])
+        raise RuntimeError((done.stderr.strip().splitlines() or ["no word"])[-1][:200])
     return (json.loads(done.stdout)["quantities"]["block_x"],
             after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
 

@@ -158,23 +158,25 @@ TEST_CASE("the operator of a beam gives the force and torque of the full step, a
 TEST_CASE("the operator of a beam foresees the next step of the full simulation")
 {
     for (const char* text : {kTube, kRod}) {
-        World w(text);
+        World w(text), finer(text); // finer: stops half way, too
         w.follow(0.5 * w.scene.time.end);
+        finer.follow(0.5 * w.scene.time.end);
         const HandPose start = w.link->device();
         const Vec3 way = w.link->axis().isZero() ? Vec3(-Vec3::UnitZ()) : w.link->axis();
-        double worst = 0, most = 0;
+        double worst = 0, worst_half = 0, most = 0;
         for (int k = 1; k <= 10; ++k) { // 1 mm and 10 ms each: 0.1 m/s
             ReducedOperator<double> op(300);
             REQUIRE(w.link->publish(op, 0.01 * k, std::uint64_t(k)));
             ProxyLoop<double> loop(300, exact());
             REQUIRE(loop.take(op, 0));
             HandPose pose = start;
-            Vec3 force;
+            Vec3 force, half;
             for (int i = 0; i <= 10; ++i) {
                 pose.position = start.position + 1e-3 * (k - 1 + 0.1 * i) * way;
                 const ProxyTick tick = loop.tick(pose, 1e-3 * i);
                 CHECK(tick.error < 1e-5);
                 force = tick.wrench.force;
+                if (i == 5) half = force;
             }
             REQUIRE(w.link->step(pose));
             const Vec3 full = w.link->force().force;
@@ -183,9 +185,22 @@ TEST_CASE("the operator of a beam foresees the next step of the full simulation"
                             << force.transpose() << " N, error " << error);
             worst = std::max(worst, error);
             most = std::max(most, full.norm());
+
+            // At its end the operator has the step that was looked ahead; half way it has W, J and
+            // the stiffness as well.
+            HandPose middle = pose;
+            middle.position = start.position + 1e-3 * (k - 0.5) * way;
+            REQUIRE(finer.link->step(middle));
+            const Vec3 there = finer.link->force().force;
+            const double off = (half - there).norm() / std::max(there.norm(), 0.1);
+            MESSAGE("half way: full " << there.transpose() << " N, reduced " << half.transpose()
+                                      << " N, error " << off);
+            worst_half = std::max(worst_half, off);
+            REQUIRE(finer.link->step(pose));
         }
         CHECK(most > 0.02);
         CHECK(worst < 0.01);
+        CHECK(worst_half < 0.01);
     }
 }
 
@@ -231,12 +246,45 @@ TEST_CASE("a base that turns on and on is followed")
     World w(kTube);
     w.follow(1);
     HandPose pose = w.link->device();
-    for (int k = 0; k < 100; ++k) { // three turns and more
-        pose.rotation = (turn(0.2 * w.link->axis()) * pose.rotation).normalized();
+    constexpr std::size_t kTurn = 32;
+    std::vector<double> torque;
+    for (std::size_t k = 0; k < 4 * kTurn; ++k) {
+        pose.rotation =
+            (turn(2 * M_PI / double(kTurn) * w.link->axis()) * pose.rotation).normalized();
         REQUIRE(w.link->step(pose));
+        torque.push_back(w.link->force().torque.dot(w.link->axis()));
     }
-    CHECK(w.link->force().torque.dot(w.link->axis()) < 0); // against the twist
+    // All of the wire turns along: one turn is like the one before. Friction takes the twist's
+    // work.
+    double most = 0, sum = 0;
+    for (std::size_t k = 3 * kTurn; k < 4 * kTurn; ++k) {
+        most = std::max(most, std::abs(torque[k]));
+        sum += torque[k];
+    }
+    CHECK(sum < 0);
+    for (std::size_t k = 3 * kTurn; k < 4 * kTurn; ++k)
+        CHECK(std::abs(torque[k] - torque[k - kTurn]) < 0.02 * most);
     CHECK(w.link->not_met() == 0);
+}
+
+TEST_CASE("a rod in the hand has the friction of the law that names its pair, wherever it stands")
+{
+    std::string text = kRod;
+    const std::string law = R"({"between": ["rod", "*"], "friction": 0.2})";
+    text.replace(text.find(law), law.size(),
+                 R"({"between": ["*", "*"], "friction": 0.1},
+                    {"between": ["near", "rod"], "friction": 0.5})");
+    World w(text);
+    w.follow(1);
+    ReducedOperator<double> op(300);
+    REQUIRE(w.link->publish(op, 1, 1));
+    bool closed = false;
+    for (const CandidateContact& c : w.link->condensed().contact) {
+        closed |= c.r[0] > 0;
+        CHECK(c.mu == 0.5); // the other ball is far below
+    }
+    CHECK(closed);
+    CHECK(w.link->warnings().size() == 1); // it does not touch itself
 }
 
 TEST_CASE("a beam that cannot be held is refused, and why")
@@ -264,5 +312,7 @@ TEST_CASE("a beam that cannot be held is refused, and why")
     says(refusal(kRod, R"("rod": {"kind": "rod",)",
                  R"("rod": {"kind": "rod", "loads": [{"set": "end", "force": [0, 0, 1]}],)"),
          "/loads");
+    says(refusal(kRod, R"("haptic": {)", R"("gravity": [0, 0, -9.81], "haptic": {)"), "no weight");
+    says(refusal(kRod, R"("friction": 0.2)", R"("friction": 0.2, "sliding": "small")"), "sliding");
     says(refusal(kRod, "[0.04, 0, -0.014]", "[0.04, 0, -0.004]"), "inside near");
 }
