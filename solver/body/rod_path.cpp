@@ -26,9 +26,10 @@ double dot_of_places(const Eigen::VectorXd& a, const Eigen::VectorXd& b)
 
 } // namespace
 
-int RodBody::path_step(double length, double first, double tolerance, double& t)
+int RodBody::path_step(double length, double first, double end, double tolerance, double& t)
 {
     constexpr int kMost = 25;
+    constexpr double kLongest = 1.5; // of the length, of the step to the end: else another balance
     const double begin = t, small = 1e-3 * first;
     StepInput step;
     step.start = begin;
@@ -36,23 +37,26 @@ int RodBody::path_step(double length, double first, double tolerance, double& t)
     RodBody::begin(step);
     Eigen::VectorXd done = Eigen::VectorXd::Zero(unknowns());
     double target = length;
+    bool last = false; // to the end: the time is no unknown
     const Eigen::VectorXd none;
     for (int i = 0; i <= kMost; ++i) {
         step_.h = t - begin;
         forces(now_, t, inner_, load_);
         Eigen::VectorXd rest(unknowns()), rate(unknowns());
         std::vector<Node6> after(now_.nodes.size(), Node6{}), before = after;
-        add_loads(now_, t + small, after, nullptr);
-        add_loads(now_, t - small, before, nullptr);
+        const double sooner = t - small, later = std::min(t + small, end); // no load beyond the end
+        add_loads(now_, later, after, nullptr);
+        add_loads(now_, sooner, before, nullptr);
         for (std::size_t k = 0; k < now_.nodes.size(); ++k)
             for (int j = 0; j < 6; ++j) {
                 rest[Eigen::Index(6 * k) + j] = load_[k].value[j] - inner_[k].value[j];
                 rate[Eigen::Index(6 * k) + j] =
-                    (after[k].value[j] - before[k].value[j]) / (2 * small);
+                    (after[k].value[j] - before[k].value[j]) / (later - sooner);
             }
         residual_ = rest;
         held_ = held_at(now_, t);
-        const std::vector<Held> later = held_at(now_, t + small), sooner = held_at(now_, t - small);
+        const std::vector<Held> held_later = held_at(now_, later),
+                                held_sooner = held_at(now_, sooner);
         // What is prescribed moves with the free motion, as in linearise().
         const auto lead = [&](Eigen::VectorXd& load, Eigen::VectorXd& move) {
             std::vector<Node6> d(now_.nodes.size(), Node6{}), Kd;
@@ -66,7 +70,7 @@ int RodBody::path_step(double length, double first, double tolerance, double& t)
         for (std::size_t k = 0; k < held_.size(); ++k) {
             move.segment<6>(6 * held_[k].node) = held_[k].move;
             move_rate.segment<6>(6 * held_[k].node) =
-                (later[k].move - sooner[k].move) / (2 * small);
+                (held_later[k].move - held_sooner[k].move) / (later - sooner);
         }
         lead(rest, move);
         lead(rate, move_rate);
@@ -75,7 +79,10 @@ int RodBody::path_step(double length, double first, double tolerance, double& t)
         const Eigen::VectorXd y_t = solve(rate) + move_rate;
         double dt = 0;
         Eigen::VectorXd y;
-        if (i == 0) {
+        if (last) {
+            dt = end - t;
+            y = solve(rest) + move + dt * y_t;
+        } else if (i == 0) {
             const double speed = std::sqrt(dot_of_places(y_t, y_t));
             if (!(speed > 0) || !std::isfinite(speed)) return 0;
             dt = length / speed;
@@ -94,15 +101,24 @@ int RodBody::path_step(double length, double first, double tolerance, double& t)
             y = y_r + dt * y_t;
         }
         if (!std::isfinite(dt) || !y.allFinite()) break;
+        if (!last && t + dt >= end) {
+            last = true;
+            t = begin;
+            done.setZero();
+            RodBody::begin(step);
+            continue;
+        }
         if (safe_share(now_, y) < 1) break; // a shorter step
         t += dt;
         step_.h = t - begin;
         done += y;
         RodBody::change(y, none, none);
         const double error = imbalance(none);
-        const double miss = std::abs(std::sqrt(dot_of_places(done, done)) - target) / target;
-        if (error <= tolerance && miss <= 1e-6 && i > 0) {
+        const double share = std::sqrt(dot_of_places(done, done)) / target;
+        const bool length_right = last ? share <= kLongest : std::abs(share - 1) <= 1e-6;
+        if (error <= tolerance && length_right && i > 0) {
             path_ = done;
+            if (last) t = end;
             return i + 1;
         }
     }

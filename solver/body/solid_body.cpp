@@ -94,7 +94,7 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
         momentum_ = mass_times(state_.v);
     }
     now_ = state_;
-    contact_ = reaction_ = Eigen::VectorXd::Zero(at3(n));
+    contact_ = contact_before_ = reaction_ = Eigen::VectorXd::Zero(at3(n));
 }
 
 void SolidBody::may_touch(std::span<const char> touching)
@@ -464,7 +464,8 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
     }
     load_ = load;
     if (!step_.dynamic) {
-        const double contact_work = contact_.dot(now_.u - state_.u);
+        const double contact_work = 0.5 * (contact_ + contact_before_).dot(now_.u - state_.u);
+        contact_before_ = contact_;
         state_ = now_;
         e.elastic = inner_forces(now_, inner);
         if (hyperelastic_) {

@@ -265,11 +265,12 @@ protected:
     std::vector<Vec3> first_;
     Placement first_frame_;
     Eigen::VectorXd free_change_, mode_load_;
-    Eigen::VectorXd contact_;       ///< forces at the accepted state, in the frame, all dofs
-    Eigen::VectorXd reaction_;      ///< of all dofs, in space [N]
-    Eigen::VectorXd load_;          ///< of the state, in space [N]
-    Eigen::VectorXd last_load_;     ///< of the last residual, in the frame [N]
-    Eigen::VectorXd past_velocity_; ///< see Body::past_velocity; 3n [m/s]
+    Eigen::VectorXd contact_;        ///< forces at the accepted state, in the frame, all dofs
+    Eigen::VectorXd contact_before_; ///< the same of the state before; quasi-static
+    Eigen::VectorXd reaction_;       ///< of all dofs, in space [N]
+    Eigen::VectorXd load_;           ///< of the state, in space [N]
+    Eigen::VectorXd last_load_;      ///< of the last residual, in the frame [N]
+    Eigen::VectorXd past_velocity_;  ///< see Body::past_velocity; 3n [m/s]
 
     /// What the generalised-alpha rule carries on, of all dofs, in space.
     struct Memory {

@@ -270,7 +270,8 @@ void SolidBody::assemble_tangent(SparseMatrix& S)
     }
     if (shift_ > 0) S.coeffs() += shift_ * matrix_->K.coeffs();
     if (shift_ != 0)
-        stiffen_contacts(S, matrix_->K, contact_, -(shift_ < 0 ? shift_ : kMostAtContacts) / size_);
+        stiffen_contacts(S, matrix_->K, step_.dynamic ? contact_ / step_.h : contact_,
+                         -(shift_ < 0 ? shift_ : kMostAtContacts) / size_);
 }
 
 /// The next way to make the matrix positive. @return  0 if none is left

@@ -104,6 +104,7 @@ std::vector<double> SolidBody::state() const
         for (const VolumeLoad& v : volumes_)
             s.push_back(v.state_pressure);
         add(force_size_);
+        add(contact_before_);
         for (const InternalModes& a : state_modes_)
             add(a);
         add(load_.size() > 0 ? load_ : Eigen::VectorXd(Eigen::VectorXd::Zero(state_.u.size())));
@@ -156,6 +157,7 @@ void SolidBody::set_state(std::span<const double> s)
             v.pressure = v.state_pressure;
         }
         take(force_size_);
+        take(contact_before_);
         for (InternalModes& a : state_modes_)
             take(a);
         load_.resize(state_.u.size());

@@ -269,9 +269,11 @@ ObjectDeclaration declare_contact()
     using C = ContactLaw;
     return {"Contact of a pair of bodies",
             {required(text<&C::between>("between", "Names of two bodies. Bodies that stand in no "
-                                                   "pair do not touch. \"*\": every solid, "
-                                                   "rigid body and obstacle not named with "
-                                                   "the other in a pair of its own.")),
+                                                   "pair do not touch. \"*\": every body "
+                                                   "and obstacle not named with the other in a "
+                                                   "pair of its own, and each rod itself; but "
+                                                   "for rods and solids, which do not touch "
+                                                   "each other yet.")),
              field<&C::friction>("friction", "", at_least(0), "Coulomb's coefficient."),
              field<&C::restitution>("restitution", "", between(0, 1),
                                     "Newton's coefficient of restitution; dynamic rigid bodies."),

@@ -239,8 +239,8 @@ void check_rods(const Scene& scene, Findings& findings)
     const bool alone = scene.rods.size() == 1 && scene.solids.empty() && scene.rigids.empty() &&
                        scene.contact.empty();
     if (scene.time.path > 0 && !alone)
-        findings.add({"/time/path"}, "a scene of more than one rod",
-                     "one rod and no contact: else steps are in time");
+        findings.add({"/time/path"}, "a path of a scene that is not one rod alone, without contact",
+                     "0: steps in time");
 }
 
 } // namespace amontons

@@ -111,6 +111,26 @@ struct Built {
     }
 };
 
+/// Pairs that "*" names and written_out() leaves out.
+void warn_of_rods_at_solids(const Scene& scene, std::vector<Issue>& warnings)
+{
+    const auto fits = [](const std::string& asked, const std::string& name) {
+        return asked == "*" || asked == name;
+    };
+    for (const RodInput& rod : scene.rods)
+        for (const SolidInput& solid : scene.solids)
+            for (std::size_t i = 0; i < scene.contact.size(); ++i) {
+                const auto& [a, b] = scene.contact[i].between;
+                if (!(fits(a, rod.name) && fits(b, solid.name)) &&
+                    !(fits(b, rod.name) && fits(a, solid.name)))
+                    continue;
+                warnings.push_back({scene.file, fmt::format("/contact/{}/between", i),
+                                    quoted_text(rod.name) + " and " + quoted_text(solid.name),
+                                    "left out: rods do not touch solids yet"});
+                break;
+            }
+}
+
 constexpr double kMargin = 0.002; // of it: see ContactPair
 constexpr double kReach = 0.2;    // of the smaller body: gaps that are looked at, unless it is said
 
@@ -234,6 +254,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
 {
     std::vector<Issue> issues;
     const std::vector<ContactLaw> laws = written_out(scene);
+    warn_of_rods_at_solids(scene, warnings);
     const std::size_t named = std::size_t(
         std::count_if(scene.contact.begin(), scene.contact.end(), [](const ContactLaw& l) {
             return l.between[0] != "*" && l.between[1] != "*";

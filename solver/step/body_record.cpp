@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <set>
 
 namespace amontons {
 namespace {
@@ -151,10 +152,15 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         }
         if (b.rod) {
             const RodInput& input = scene.rods[rod++];
+            std::set<std::string> told; // two may act at one place
+            const auto place_of = [&](const std::string& set, const std::optional<double>& at) {
+                return set.empty() ? fmt::format("{:g}", *at) : set;
+            };
             const std::vector<std::array<Vec3, 2>> reactions = b.rod->reactions();
             for (std::size_t k = 0; k < reactions.size(); ++k) {
-                const RodHold& h = input.hold[k];
-                const std::string place = h.set.empty() ? fmt::format("{:g}", *h.at) : h.set;
+                std::string place = place_of(input.hold[k].set, input.hold[k].at);
+                for (int n = 2; !told.insert(place).second; ++n)
+                    place = fmt::format("{}_{}", place_of(input.hold[k].set, input.hold[k].at), n);
                 vector(b.name + "_" + place + "_force", "N", reactions[k][0]);
                 vector(b.name + "_" + place + "_moment", "N m", reactions[k][1]);
             }
@@ -164,8 +170,9 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
             for (std::size_t i = 0; i < nodes.size(); ++i)
                 most = std::max(most, (nodes[i].position() - first[i].position()).norm());
             vector(b.name + "_end", "m", nodes.back().position());
+            told.clear();
             for (const RodLoad& l : input.loads)
-                if (l.at)
+                if (l.at && told.insert(place_of("", l.at)).second)
                     vector(fmt::format("{}_{:g}", b.name, *l.at), "m",
                            nodes[std::size_t(b.rod->model().node_at(*l.at))].position());
             out.push_back({b.name + "_max_displacement", "m", most});
@@ -225,8 +232,9 @@ BeamRecord record_rod(const RodBody& rod, const std::string& name)
     std::array<double, 6> before{};
     const int elements = model.element_count();
     // A node shows the mean of its elements; a closed rod comes back to its first node.
-    for (int i = 0; i <= elements; ++i) {
-        const std::size_t e = std::size_t(std::min(i, elements - 1));
+    for (int i = model.closed ? -1 : 0; i <= elements; ++i) {
+        const std::size_t e =
+            std::size_t(model.closed ? (i + elements) % elements : std::min(i, elements - 1));
         const std::array<double, 6> strain = rod.strain(int(e));
         const ElementLaw& law = model.law[e];
         const auto force = [&](std::size_t k) {
@@ -235,8 +243,11 @@ BeamRecord record_rod(const RodBody& rod, const std::string& name)
         const std::array<double, 6> here{model.radius[e], std::hypot(strain[4], strain[5]),
                                          strain[3],       force(0),
                                          force(3),        std::hypot(force(4), force(5))};
-        const bool inner = i > 0 && i < elements;
-        if (i == 0) before = here;
+        const bool inner = model.closed || (i > 0 && i < elements);
+        if (i < 0) {
+            before = here;
+            continue;
+        }
         for (std::size_t k = 0; k < 6; ++k)
             fields[k]->values.push_back(inner ? 0.5 * (before[k] + here[k]) : here[k]);
         const std::size_t node = std::size_t(i < model.node_count() ? i : 0);

@@ -154,8 +154,8 @@ bool BodySimulation::State::advance_path()
     retries = 0;
     const double before = time;
     while (true) {
-        const int iterations =
-            rod.path_step(path_length, scene.time.step, scene.accuracy.contact, time);
+        const int iterations = rod.path_step(path_length, scene.time.step, scene.time.end,
+                                             scene.accuracy.contact, time);
         last = {};
         last.iterations = last.factorisations = iterations;
         if (iterations > 0) {

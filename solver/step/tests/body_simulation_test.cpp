@@ -458,3 +458,40 @@ TEST_CASE("a free block comes to rest on a plane though all its nodes may touch:
                         CHECK(std::abs(r.value("block_on_floor_force_z") - weight) < 1e-8 * weight);
                     }
 }
+
+TEST_CASE("a path of balances ends at the end of time, however far the table of the load goes")
+{
+    const auto frame = [](const char* over) {
+        return run(std::string(R"("bodies": {"frame": {"kind": "rod", "plane": [0, 0, 1],
+            "segments": [{"length": 2.4, "radius": 0.0138, "EI": 1440, "EA": 4.32e7, "element": 0.12}],
+            "shape": {"points": [{"at": [0, 0, 0]}, {"at": [0, 1.2, 0]}, {"at": [1.2, 1.2, 0]}]},
+            "hold": [{"set": "start", "turns": "free"}, {"set": "end", "turns": "free"}],
+            "loads": [{"at": 1.44, "force": [0, -1, 0], "over": )") +
+                   over + R"(}]}}, "time": {"step": 500, "end": 10000, "path": 0.012})");
+    };
+    const Result ends = frame("[[0, 0], [10000, 10000]]"),
+                 goes_on = frame("[[0, 0], [20000, 20000]]");
+    for (const Result* r : {&ends, &goes_on}) {
+        REQUIRE_MESSAGE(r->summary.status == "done", r->summary.message);
+        CHECK(r->records.back().time == 10000);
+        CHECK(r->value("frame_start_force_y") + r->value("frame_end_force_y") ==
+              doctest::Approx(10000).epsilon(1e-8));
+    }
+    CHECK((ends.vector("frame_1.44") - goes_on.vector("frame_1.44")).norm() < 1e-8);
+    CHECK(ends.records.size() < 60);
+}
+
+TEST_CASE("rods and solids that \"*\" names do not touch yet, and that is said")
+{
+    const Result r = run(R"("bodies": {
+        "block": {"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3, "mesh":
+          {"generate": "box", "size": [1, 1, 1], "cells": [1, 1, 1], "element": "H8"}, "hold": [{"set": "z_min"}]},
+        "rod": {"kind": "rod", "shape": {"start": [0, 0, 2]}, "segments":
+          [{"length": 1, "radius": 0.01, "EI": 1, "EA": 1e4, "element": 0.5}], "hold": [{"set": "start"}]}},
+        "contact": [{"between": ["*", "*"]}], "time": {"step": 1, "end": 1})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    std::string text;
+    for (const Issue& w : r.simulation->warnings())
+        text += w.found + "; " + w.allowed;
+    CHECK_MESSAGE(text.find("\"rod\" and \"block\"") != std::string::npos, text);
+}

@@ -117,6 +117,26 @@ TEST_CASE("a slender bar that is pressed buckles, and the run says so")
     CHECK(buckled < 5264);
 }
 
+TEST_CASE("a bar that a box presses until it is not stable: what was set free closes the energy")
+{
+    const Result r =
+        run(R"("bodies": {"bar": {"kind": "solid", "material": )" + std::string(kRubber) +
+            R"(, "mesh": {"generate": "box", "size": [1, 0.2, 0.2], "centre": [0.5, 0, 0],
+             "cells": [10, 2, 2], "element": "H8"}, "hold": [{"set": "x_min"}]},
+            "box": {"kind": "rigid", "shape": {"generate": "box", "size": [0.2, 0.6, 0.6]},
+             "start": {"place": [1.1, 0, 0]}, "drive": {"x": [[0, 0], [1, -0.3]]}}},
+            "contact": [{"between": ["bar", "box"], "friction": 1}],
+            "time": {"step": 0.1, "end": 0.6})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    bool said = false;
+    for (const StepRecord& s : r.records)
+        said |= s.remark.find("not stable") != std::string::npos;
+    CHECK(said);
+    const EnergyRecord& e = r.records.back().energy;
+    CHECK(e.work > 100);
+    CHECK(std::abs(e.error()) < 0.01 * e.work);
+}
+
 TEST_CASE("a hyperelastic block is pressed on a plane and slides: contacts are certified")
 {
     const Result r =
