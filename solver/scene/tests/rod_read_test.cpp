@@ -63,5 +63,5 @@ TEST_CASE("bad rods are said with their places")
     CHECK(has(bad("\"path\": 0.01", "\"path\": 0.01, \"kind\": \"dynamic\""), "/time/path"));
     CHECK(has(bad("\"elements\": \"corotational\"", "\"elements\": \"cubic\""), "/elements"));
     CHECK(has(bad("\"time\":", "\"contact\": [{\"between\": [\"frame\", \"frame\"]}], \"time\":"),
-              "one rod and no contact"));
+              "not one rod alone, without contact"));
 }
