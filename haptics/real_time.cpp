@@ -6,6 +6,8 @@
 #include <cstring>
 #include <ctime>
 #include <exception>
+#include <limits>
+#include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -144,6 +146,10 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
         run.locked = mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0;
         if (!run.locked) run.locked = mlockall(MCL_CURRENT) == 0;
     }
+    // Matrices that a step frees stay with the process: given back and fetched again, each of their
+    // pages would fault, and be locked, in every step.
+    mallopt(M_MMAP_MAX, 0);
+    mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
 
     const double start = clock_now() + 5 * period; // the threads are there by then
     std::string refusal;

@@ -16,6 +16,7 @@ namespace amontons {
 namespace {
 
 constexpr int kMostHalvings = 4; // of the way to the device
+constexpr int kPatience = 4;     // iterations that get no nearer: the device is sooner met half way
 
 /// The scene with its handle's motion prescribed: by us.
 Scene with_driven_handle(Scene scene)
@@ -157,6 +158,7 @@ bool BodyLink::step(const HandPose& device)
     settings.tolerance = s.scene.accuracy.contact;
     settings.solver = contact_solver(s.scene.accuracy.solver);
     settings.threads = s.options.threads;
+    settings.patience = kPatience;
     const double h = s.started ? s.options.condense.period : 0;
     const StepInput input = s.input(count_.time, h);
     if (!s.started && s.scene.time.kind == "dynamic") { // nothing to balance

@@ -1,5 +1,7 @@
 #include "solver/solid/compliance.hpp"
 
+#include "solver/solid/congruence.hpp"
+
 #include <algorithm>
 
 namespace amontons {
@@ -255,7 +257,7 @@ void SolidCompliance::delassus(const SparseMatrix& C, Eigen::MatrixXd& W)
     }
     // The part of A^-1 between nodes in contact, contiguous; often the same as before.
     const std::size_t nodes = in_contact_.size();
-    const Eigen::Index n = 3 * Eigen::Index(nodes), rows = C.cols();
+    const Eigen::Index n = 3 * Eigen::Index(nodes);
     if (part_nodes_ != in_contact_) {
         part_nodes_ = in_contact_;
         part_.resize(n, n);
@@ -271,27 +273,11 @@ void SolidCompliance::delassus(const SparseMatrix& C, Eigen::MatrixXd& W)
         return 3 * Eigen::Index(place_[std::size_t(surface_number_[std::size_t(dof / 3)])]) +
                dof % 3;
     };
-    // moved: what each of C's columns, as forces, does to all nodes in contact.
-    Eigen::MatrixXd moved = Eigen::MatrixXd::Zero(n, rows);
-    for (Eigen::Index j = 0; j < rows; ++j)
-        for (SparseMatrix::InnerIterator at(C, j); at; ++at)
-            moved.col(j) += at.value() * part_.col(place(at.row()));
-    W.resize(rows, rows);
     std::vector<Eigen::Index> places(std::size_t(C.nonZeros()));
     for (std::size_t k = 0; k < places.size(); ++k)
         places[k] = place(C.innerIndexPtr()[k]);
-    const double* const values = C.valuePtr();
-    for (Eigen::Index i = 0; i < rows; ++i) {
-        const auto first = std::size_t(C.outerIndexPtr()[i]);
-        const auto last = std::size_t(C.outerIndexPtr()[i + 1]);
-        for (Eigen::Index j = i; j < rows; ++j) {
-            double sum = 0;
-            for (std::size_t k = first; k < last; ++k)
-                sum += values[k] * moved(places[k], j);
-            W(j, i) = sum / scale_;
-        }
-    }
-    W.triangularView<Eigen::StrictlyUpper>() = W.transpose();
+    congruence(part_, C, places, W);
+    W /= scale_;
 }
 
 Eigen::VectorXd SolidCompliance::displacement(const Eigen::VectorXd& f) const

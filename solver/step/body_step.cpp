@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 
 namespace amontons {
 
@@ -252,7 +253,8 @@ bool BodyStepper::run()
     for (const BodyRef& b : system_.refs)
         nonlinear |= b.body->nonlinear();
     const bool geometry = !step_.dynamic && !system_.finder.all_small();
-    for (int i = 0; i < options_.most_iterations; ++i) {
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0, halved = 0; i < options_.most_iterations; ++i) {
         if (options_.stop && *options_.stop) {
             report_.refusal = "interrupted";
             return false;
@@ -264,11 +266,15 @@ bool BodyStepper::run()
         if (!geometry && !nonlinear) break;
         if (faulty()) return false;
         if (holds_at_end()) break;
-        if (i + 1 == options_.most_iterations) {
+        if (report_.error < 0.5 * least) {
+            least = report_.error;
+            halved = i;
+        }
+        if (i + 1 == options_.most_iterations || i - halved >= options_.patience) {
             report_.errors = errors_;
             report_.refusal = fmt::format("no balance on the geometry at the end of the step: "
                                           "error {:.1e} after {} iterations",
-                                          report_.error, options_.most_iterations);
+                                          report_.error, i + 1);
             if (!deepest_.empty()) report_.refusal += ", " + deepest_;
             return false;
         }
