@@ -55,14 +55,49 @@ std::int64_t remove_collapsed(SurfaceMesh& mesh)
     }));
 }
 
-/// The same three vertices, whichever way around: the later one goes.
+Triangle sorted(Triangle t)
+{
+    std::sort(t.begin(), t.end());
+    return t;
+}
+
+/// Whether a triangle runs through its vertices as `sorted` does, or the other way around.
+bool ascending(const Triangle& t)
+{
+    const auto least = static_cast<std::size_t>(std::min_element(t.begin(), t.end()) - t.begin());
+    return t[(least + 1) % 3] < t[(least + 2) % 3];
+}
+
+/// The same three vertices, whichever way around: the later ones go. If they lie back to back and
+/// an even number of other triangles is at each edge, the first one goes as well: they enclose
+/// nothing, and the others are closed without them.
 std::int64_t remove_repeated(SurfaceMesh& mesh)
 {
+    struct Copies {
+        std::int64_t up = 0, down = 0;
+    };
+    std::map<Triangle, Copies> copies;
+    for (const Triangle& t : mesh.triangles) {
+        Copies& c = copies[sorted(t)];
+        ++(ascending(t) ? c.up : c.down);
+    }
+    const auto edge = [](const Triangle& t, std::size_t k) {
+        return std::array{std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])};
+    };
+    std::map<std::array<Index, 2>, int> others; // those of one side only
+    for (const auto& [t, c] : copies)
+        for (std::size_t k = 0; k < 3; ++k)
+            others[edge(t, k)] += c.up == 0 || c.down == 0;
     std::set<Triangle> seen;
-    return static_cast<std::int64_t>(std::erase_if(mesh.triangles, [&](Triangle t) {
-        std::sort(t.begin(), t.end());
-        return !seen.insert(t).second;
-    }));
+    for (const auto& [t, c] : copies) {
+        if (c.up == 0 || c.down == 0) continue;
+        bool alone = true;
+        for (std::size_t k = 0; k < 3; ++k)
+            alone = alone && others.at(edge(t, k)) % 2 == 0;
+        if (alone) seen.insert(t); // as if an earlier one stayed
+    }
+    return static_cast<std::int64_t>(std::erase_if(
+        mesh.triangles, [&](const Triangle& t) { return !seen.insert(sorted(t)).second; }));
 }
 
 // A flat triangle has a vertex b on its longest side a c. Left out, it would leave b on the side of
@@ -137,6 +172,37 @@ std::int64_t remove_unused(SurfaceMesh& mesh)
     return gone;
 }
 
+bool is_closed_and_consistent(const SurfaceMesh& mesh)
+{
+    bool good = !mesh.triangles.empty();
+    for_each_edge(sorted_half_edges(mesh), [&](std::span<const HalfEdge> sides) {
+        good = good && sides.size() == 2 && sides[0].begin != sides[1].begin;
+    });
+    return good;
+}
+
+void count_turned(const std::vector<Triangle>& before, const SurfaceMesh& mesh, SurfaceRepair& done)
+{
+    struct Part {
+        std::int64_t triangles = 0, turned = 0;
+    };
+    std::vector<Part> parts;
+    const std::vector<Index> part_of = parts_of(mesh);
+    for (std::size_t t = 0; t < before.size(); ++t) {
+        const auto i = static_cast<std::size_t>(part_of[t]);
+        if (i >= parts.size()) parts.resize(i + 1);
+        ++parts[i].triangles;
+        parts[i].turned += before[t] != mesh.triangles[t];
+    }
+    for (const Part& part : parts)
+        if (part.turned == part.triangles)
+            ++done.turned_parts;
+        else
+            done.turned += part.turned;
+    done.turned_around =
+        !parts.empty() && done.turned_parts == static_cast<std::int64_t>(parts.size());
+}
+
 std::string counted(std::int64_t n, const char* one, const char* many)
 {
     return std::to_string(n) + " " + (n == 1 ? one : many);
@@ -155,7 +221,11 @@ std::vector<std::string> sentences(const SurfaceRepair& r)
     say(r.flat, "triangle", "triangles", "without area left out, the neighbour divided instead");
     say(r.repeated, "triangle", "triangles", "that were there twice left out");
     say(r.turned, "triangle", "triangles", "turned to face the side of the neighbours");
-    if (r.turned_around) all.push_back("repaired: all normals pointed inwards, turned outwards");
+    if (r.turned_around)
+        all.push_back("repaired: all normals pointed inwards, turned outwards");
+    else
+        say(r.turned_parts, "part", "parts",
+            "turned around: outwards, or inwards where it lies within another as a cavity");
     say(r.unused, "vertex", "vertices", "of no triangle left out");
     say(r.closed_holes, "hole", "holes", "closed with triangles to the centre of the border");
     return all;
@@ -173,17 +243,11 @@ SurfaceRepair repair_surface(SurfaceMesh& mesh)
         if (flat == 0) break;
     }
     done.repeated = remove_repeated(mesh);
-    done.turned = orient_consistently(mesh).turned;
+    const std::vector<Triangle> before = mesh.triangles;
+    orient_consistently(mesh);
+    if (is_closed_and_consistent(mesh)) orient_parts(mesh);
+    count_turned(before, mesh, done);
     done.unused = remove_unused(mesh) - done.merged; // a merged vertex is of no triangle any more
-    if (const SurfaceReport report = check_surface(mesh);
-        report.closed() && report.inconsistent.empty() && report.enclosed_volume < 0) {
-        turn_around(mesh);
-        done.turned_around = true;
-        // Those that were turned before now face as they did: the others did not.
-        if (done.turned > 0)
-            done.turned = static_cast<std::int64_t>(mesh.triangles.size()) - done.turned;
-        if (done.turned > 0) done.turned_around = false;
-    }
     return done;
 }
 

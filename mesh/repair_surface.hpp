@@ -16,7 +16,8 @@ struct SurfaceRepair {
     std::int64_t repeated = 0;     ///< triangles that were there before, left out
     std::int64_t turned = 0;       ///< triangles that faced the other side than their neighbours
     std::int64_t unused = 0;       ///< vertices of no triangle, left out
-    bool turned_around = false;    ///< all normals pointed inwards
+    std::int64_t turned_parts = 0; ///< parts whose every triangle faced the wrong side
+    bool turned_around = false;    ///< those are all that there are
     std::int64_t closed_holes = 0; ///< by close_holes
 };
 
@@ -24,9 +25,10 @@ struct SurfaceRepair {
 std::vector<std::string> sentences(const SurfaceRepair& repair);
 
 /// Mends what has one meaning only: vertices at the same place (exactly, or nearer than 1e-9 of
-/// the diagonal), triangles with a vertex twice, without area or there twice, triangles that face
-/// the other side than their neighbours, vertices of no triangle; a closed surface then faces
-/// outwards. Holes, edges of many triangles and self-intersections stay: see check_surface.
+/// the diagonal), triangles with a vertex twice, without area or there twice (both go if they lie
+/// back to back and belong to nothing else), triangles that face the other side than their
+/// neighbours, vertices of no triangle; a closed surface then faces outwards, around a cavity into
+/// it. Holes, edges of many triangles and self-intersections stay: see check_surface.
 SurfaceRepair repair_surface(SurfaceMesh& mesh);
 
 /// Fills each hole with triangles between its border and the border's centre, so that the surface

@@ -34,8 +34,10 @@ private:
 };
 
 /// The integral of 1 / size^3 over what a closed surface encloses: elements, up to a factor that is
-/// the mesher's [-]. By columns of a grid of `across` cells along the longest side, about 3 % exact
-/// for a body that is wider than a tenth of its box.
+/// the mesher's [-]. The mean of 1 / size^3 is taken on columns of a grid, `across` to each side of
+/// the box, and finer while few of them meet the body; the volume is that of the surface, so that
+/// one size everywhere gives volume / size^3.
+/// @param surface  oriented, as repair_surface leaves it
 double count_by_size(const SurfaceMesh& surface, const SizeField& size, int across = 96);
 
 } // namespace amontons

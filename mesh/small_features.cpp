@@ -1,9 +1,11 @@
 #include "mesh/small_features.hpp"
 
+#include "mesh/orient_surface.hpp"
 #include "mesh/surface_edges.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -27,10 +29,8 @@ struct Rays {
 
     explicit Rays(const SurfaceMesh& s) : surface(s), boxes(boxes_of(s)), tree(boxes)
     {
-        for (const auto& t : s.triangles) {
-            const Vec3 &a = corner(t, 0), &b = corner(t, 1), &c = corner(t, 2);
-            normals.push_back((b - a).cross(c - a).normalized());
-        }
+        for (const auto& t : s.triangles)
+            normals.push_back(unit_normal(s, t));
     }
     const Vec3& corner(const std::array<Index, 3>& t, std::size_t k) const
     {
@@ -76,8 +76,8 @@ struct Rays {
     }
 };
 
-/// Looks from the middles of triangles that are cut until they are no longer than twice what is to
-/// be told apart there: the size, or what was found to be thinner.
+/// Looks from the middles of pieces of triangles that are cut until they are no longer than twice
+/// what is to be told apart there: the size, or what was found to be thinner.
 class ThinParts {
 public:
     ThinParts(const SurfaceMesh& surface, const SizeField& size, std::vector<SmallFeature>& found)
@@ -86,40 +86,60 @@ public:
         , rays_(surface)
         , found_(found)
     {
-        double area = 0;
-        for (const auto& t : surface.triangles)
-            area += 0.5 * (rays_.corner(t, 1) - rays_.corner(t, 0))
-                              .cross(rays_.corner(t, 2) - rays_.corner(t, 0))
-                              .norm();
-        finest_ = std::sqrt(area / kMostSamples);
+        // A triangle of length L and area A makes about 1 + L / s + A / s^2 pieces no longer than
+        // s.
+        double area = 0, length = 0;
+        for (const auto& t : surface.triangles) {
+            const Vec3 &a = rays_.corner(t, 0), &b = rays_.corner(t, 1), &c = rays_.corner(t, 2);
+            area += 0.5 * (b - a).cross(c - a).norm();
+            length += std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+        }
+        finest_ = std::max(std::sqrt(area / kMostSamples), length / kMostSamples);
     }
 
     void find()
     {
         for (std::size_t k = 0; k < surface_.triangles.size(); ++k) {
             const auto& t = surface_.triangles[k];
-            if (rays_.normals[k].allFinite())
-                look(static_cast<Index>(k), rays_.corner(t, 0), rays_.corner(t, 1),
-                     rays_.corner(t, 2));
+            look(static_cast<Index>(k), whole(t));
         }
     }
 
 private:
-    void look(Index k, const Vec3& a, const Vec3& b, const Vec3& c)
+    /// Four corners around a piece of a triangle; two of them may be one.
+    using Piece = std::array<Vec3, 4>;
+
+    /// A triangle as a piece: from its shortest edge to the corner opposite.
+    Piece whole(const std::array<Index, 3>& t) const
     {
-        const Vec3 n = rays_.normals[static_cast<std::size_t>(k)], x = (a + b + c) / 3;
+        const auto length = [&](std::size_t k) {
+            return (rays_.corner(t, (k + 1) % 3) - rays_.corner(t, k)).norm();
+        };
+        std::size_t k = 0;
+        for (const std::size_t other : {1, 2})
+            if (length(other) < length(k)) k = other;
+        const Vec3& top = rays_.corner(t, (k + 2) % 3);
+        return {rays_.corner(t, k), rays_.corner(t, (k + 1) % 3), top, top};
+    }
+
+    void look(Index k, const Piece& p)
+    {
+        const Vec3 n = rays_.normals[static_cast<std::size_t>(k)],
+                   x = (p[0] + p[1] + p[2] + p[3]) / 4;
         const double here = size_.at(x), wall = rays_.first(x, -n, n, here, k),
                      gap = rays_.first(x, n, n, here, k);
         // A part in a million: a wall of the very size is none.
         if (wall < (1 - 1e-6) * here) found_.push_back({"a wall", x - 0.5 * wall * n, wall, here});
         if (gap < (1 - 1e-6) * here) found_.push_back({"a gap", x + 0.5 * gap * n, gap, here});
-        const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
-        if (longest <= 2 * std::max(std::min({here, wall, gap}), finest_)) return;
-        const Vec3 p = 0.5 * (a + b), q = 0.5 * (b + c), r = 0.5 * (c + a);
-        look(k, a, p, r);
-        look(k, p, b, q);
-        look(k, r, q, c);
-        look(k, p, q, r);
+        // Halved where it is long only: a slender one cut into triangles, or into four, would be
+        // looked at far more often than its length asks for.
+        const double across = std::max((p[1] - p[0]).norm(), (p[3] - p[2]).norm()),
+                     along = std::max((p[2] - p[1]).norm(), (p[0] - p[3]).norm());
+        if (std::max(across, along) <= 2 * std::max(std::min({here, wall, gap}), finest_)) return;
+        const std::size_t i = across > along ? 1 : 0;
+        const Vec3 u = 0.5 * (p[1 + i] + p[(2 + i) % 4]), v = 0.5 * (p[(3 + i) % 4] + p[i]);
+        look(k, {p[i], p[1 + i], u, v});
+        look(k, {v, u, p[(2 + i) % 4], p[(3 + i) % 4]});
     }
 
     const SurfaceMesh& surface_;
@@ -136,7 +156,7 @@ public:
     {
         std::vector<Vec3> normals;
         for (const auto& t : surface.triangles)
-            normals.push_back((at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0])).normalized());
+            normals.push_back(unit_normal(surface, t));
         const double sharp = std::cos(feature_angle);
         for_each_edge(sorted_half_edges(surface), [&](std::span<const HalfEdge> sides) {
             if (sides.size() != 2) return;

@@ -22,7 +22,8 @@ struct SmallFeature {
 /// the other way within 18 degrees: a wedge is no thin wall.
 /// @param surface        closed, oriented outwards
 /// @param feature_angle  between normals above which an edge is sharp [rad]
-/// Cost: a ray, as long as the size, from each triangle and from each area of size^2.
+/// Cost: two rays, as long as the size, from each triangle and from each piece of it that is about
+/// as long as the size, or as what is thinner; from a few million places at the most.
 std::vector<SmallFeature> find_small_features(const SurfaceMesh& surface, const SizeField& size,
                                               double feature_angle);
 

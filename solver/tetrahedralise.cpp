@@ -5,6 +5,7 @@
 #include "mesh/cgal/cgal_module.hpp"
 #include "mesh/extract_surface.hpp"
 #include "mesh/format/text.hpp"
+#include "mesh/orient_surface.hpp"
 #include "mesh/quality.hpp"
 #include "mesh/repair_surface.hpp"
 #include "mesh/small_features.hpp"
@@ -73,6 +74,7 @@ void repair(SurfaceMesh& surface, const TetrahedraliseOptions& o, const std::str
     if (o.close_holes && (done.closed_holes = close_holes(surface)) > 0) {
         const SurfaceRepair after = repair_surface(surface); // what had no inside has one now
         done.turned += after.turned;
+        done.turned_parts += after.turned_parts;
         done.turned_around = done.turned_around || after.turned_around;
     }
     for (const std::string& sentence : sentences(done))
@@ -236,12 +238,8 @@ std::string fault_of(const Tetrahedralised& t, const SurfaceMesh& surface, doubl
 /// Two sides that meet at less than 50 degrees: there CGAL's refining for a manifold has no end.
 bool has_knife(const SurfaceMesh& surface)
 {
-    const auto normal = [&](std::int32_t triangle) -> Vec3 {
-        const auto& t = surface.triangles[static_cast<std::size_t>(triangle)];
-        const auto at = [&](std::size_t k) -> const Vec3& {
-            return surface.points[static_cast<std::size_t>(t[k])];
-        };
-        return (at(1) - at(0)).cross(at(2) - at(0)).normalized();
+    const auto normal = [&](std::int32_t triangle) {
+        return unit_normal(surface, surface.triangles[static_cast<std::size_t>(triangle)]);
     };
     bool found = false;
     for_each_edge(sorted_half_edges(surface), [&](std::span<const HalfEdge> sides) {

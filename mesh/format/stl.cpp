@@ -3,9 +3,9 @@
 #include "mesh/format/byte_order.hpp"
 #include "mesh/format/polygon.hpp"
 #include "mesh/format/text.hpp"
+#include "mesh/orient_surface.hpp"
 #include "mesh/weld.hpp"
 
-#include <Eigen/Geometry>
 #include <limits>
 
 namespace amontons {
@@ -125,14 +125,6 @@ private:
     SurfaceMesh& mesh_;
     FileIssues& issues_;
 };
-
-Vec3 unit_normal(const SurfaceMesh& mesh, const std::array<std::int32_t, 3>& triangle)
-{
-    const auto x = [&](int i) -> const Vec3& {
-        return mesh.points[static_cast<std::size_t>(triangle[static_cast<std::size_t>(i)])];
-    };
-    return (x(1) - x(0)).cross(x(2) - x(0)).stableNormalized();
-}
 
 } // namespace
 

@@ -87,6 +87,66 @@ TEST_CASE("turned triangles are turned back, and a surface inside out is turned 
     check_whole_cube(cube);
 }
 
+TEST_CASE("each part faces outwards, and inwards where it is a cavity of another")
+{
+    const auto inner = moved(unit_cube(), 0.96, {0.02, 0.02, 0.02});
+    const auto innermost = moved(unit_cube(), 0.5, {0.25, 0.25, 0.25});
+    const auto beside = moved(unit_cube(), 0.5, {2, 0, 0});
+    SurfaceMesh all = together(together(together(unit_cube(), inner), innermost), beside);
+    SurfaceRepair done = repair_surface(all);
+    CHECK(done.turned_parts == 1); // the inner one
+    CHECK(done.turned == 0);
+    CHECK_FALSE(done.turned_around);
+    CHECK(sentences(done).size() == 1);
+    const double volume = 1 - 0.96 * 0.96 * 0.96 + 0.125 + 0.125;
+    CHECK(enclosed_volume(all) == doctest::Approx(volume));
+    CHECK(sentences(repair_surface(all)).empty());
+    // Any part, and one triangle of another, drawn from the other side: the same comes out.
+    for (std::size_t part = 0; part < 4; ++part) {
+        SurfaceMesh wrong = all;
+        for (std::size_t t = 12 * part; t < 12 * (part + 1); ++t)
+            std::swap(wrong.triangles[t][1], wrong.triangles[t][2]);
+        const std::size_t other = 12 * ((part + 1) % 4) + 5;
+        std::swap(wrong.triangles[other][1], wrong.triangles[other][2]);
+        done = repair_surface(wrong);
+        CHECK(done.turned_parts == 1);
+        CHECK(done.turned == 1);
+        CHECK(wrong.triangles == all.triangles);
+    }
+    // A part beside another, inside out: all of the volume may hide that it is one.
+    SurfaceMesh two = together(unit_cube(), beside);
+    for (std::size_t t = 12; t < 24; ++t)
+        std::swap(two.triangles[t][1], two.triangles[t][2]);
+    CHECK(repair_surface(two).turned_parts == 1);
+    CHECK(enclosed_volume(two) == doctest::Approx(1.125));
+}
+
+TEST_CASE("two triangles back to back that enclose nothing both go")
+{
+    // Beside the body, on an edge of it, and two of them that make a square.
+    for (const std::vector<std::array<std::int32_t, 3>>& sheet :
+         {std::vector<std::array<std::int32_t, 3>>{{8, 9, 10}},
+          {{0, 1, 8}},
+          {{0, 8, 9}, {0, 9, 10}}}) {
+        SurfaceMesh cube = unit_cube();
+        cube.points.insert(cube.points.end(), {{-1, 0, 0}, {-1, -1, 0}, {0, -1, 0}});
+        for (const auto& [a, b, c] : sheet) {
+            cube.triangles.push_back({a, b, c});
+            cube.triangles.push_back({b, a, c});
+        }
+        const SurfaceRepair done = repair_surface(cube);
+        CHECK(done.repeated == static_cast<std::int64_t>(2 * sheet.size()));
+        CHECK(cube.triangles.size() == 12);
+        check_whole_cube(cube);
+    }
+    // One that closes the body stays, whichever way its copy runs.
+    SurfaceMesh cube = unit_cube();
+    const auto [a, b, c] = cube.triangles[7];
+    cube.triangles.push_back({b, a, c});
+    CHECK(repair_surface(cube).repeated == 1);
+    check_whole_cube(cube);
+}
+
 TEST_CASE("holes stay open unless they are to be closed")
 {
     SurfaceMesh tube = open_tube(24, 5, 3);

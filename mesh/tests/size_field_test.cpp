@@ -1,9 +1,11 @@
 #include "mesh/size_field.hpp"
 
-#include "mesh/generate/ball.hpp"
+#include "mesh/orient_surface.hpp"
 #include "mesh/tests/sample_surfaces.hpp"
 
+#include <Eigen/Geometry>
 #include <doctest/doctest.h>
+#include <numbers>
 #include <random>
 
 using namespace amontons;
@@ -33,9 +35,14 @@ TEST_CASE("1 / size^3 integrates to volume / size^3, and to the closed form of o
 {
     const SurfaceMesh cube = unit_cube();
     CHECK(count_by_size(cube, SizeField(0.1, {}, 0.3)) == doctest::Approx(1000).epsilon(1e-6));
-    const SurfaceMesh two =
-        together(cube, moved(cube, 0.5, {0.25, 0.25, 0.25})); // a cavity: an even number of walls
-    CHECK(count_by_size(two, SizeField(0.1, {}, 0.3)) == doctest::Approx(875).epsilon(0.02));
+    SurfaceMesh two = cube; // a cavity: an even number of walls
+    turn_around(two);
+    two = together(cube, moved(two, 0.5, {0.25, 0.25, 0.25}));
+    CHECK(count_by_size(two, SizeField(0.1, {}, 0.3)) == doctest::Approx(875).epsilon(1e-6));
+    // Its middle is hollow, so a fine size there counts only where it reaches the walls.
+    const SizeField middle(0.1, {{{0.5, 0.5, 0.5}, 0.05}}, 0.2);
+    CHECK(count_by_size(two, middle) == doctest::Approx(875).epsilon(1e-6));
+    CHECK(count_by_size(cube, middle) > 1030);
     // Around the cube's centre: size s0 + g r up to r = 0.4, then 1 / S^3 outside of that ball.
     const double s0 = 0.02, g = 0.2, reach = 0.4, far = s0 + g * reach;
     double ball = 0;
@@ -48,4 +55,32 @@ TEST_CASE("1 / size^3 integrates to volume / size^3, and to the closed form of o
         (1 - 4. / 3 * 3.14159265358979323846 * std::pow(reach, 3)) / std::pow(far, 3);
     CHECK(count_by_size(cube, SizeField(far, {{{0.5, 0.5, 0.5}, s0}}, g)) ==
           doctest::Approx(ball + rest).epsilon(0.01));
+}
+
+TEST_CASE("slender bodies are counted whichever way they lie")
+{
+    const double width = 0.001, length = 0.15;
+    SurfaceMesh rod = unit_cube();
+    for (Vec3& x : rod.points)
+        x = x.cwiseProduct(Vec3(width, width, length));
+    const double volume = width * width * length;
+    const Eigen::AngleAxisd about(0.6, Vec3(0.3, -0.5, 0.8).normalized());
+    for (const Mat3& turned :
+         {Mat3(Mat3::Identity()), Mat3(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitX())),
+          Mat3(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY())),
+          Mat3(Eigen::AngleAxisd(1.0, Vec3(1, 1, 0).normalized())), Mat3(about)}) {
+        SurfaceMesh lies = rod;
+        for (Vec3& x : lies.points)
+            x = turned * x;
+        CHECK(count_by_size(lies, SizeField(5e-4, {}, 0.3)) ==
+              doctest::Approx(volume / std::pow(5e-4, 3)).epsilon(1e-6));
+        // Finer at one end; along the rod the size is that of the axis within a width.
+        const SizeField graded(5e-4, {{turned * Vec3(width / 2, width / 2, 0), 2e-4}}, 0.01);
+        double expected = 0;
+        const int n = 20000;
+        for (int i = 0; i < n; ++i)
+            expected += width * width * length / n /
+                        std::pow(std::min(5e-4, 2e-4 + 0.01 * length * (i + 0.5) / n), 3);
+        CHECK(count_by_size(lies, graded) == doctest::Approx(expected).epsilon(0.03));
+    }
 }

@@ -2,6 +2,7 @@
 
 #include "mesh/quality.hpp"
 #include "mesh/read.hpp"
+#include "mesh/repair_surface.hpp"
 #include "mesh/size_check.hpp"
 #include "solver/program/mesh_output.hpp"
 #include "solver/program/session.hpp"
@@ -116,10 +117,9 @@ void run(const Arguments& a, Session& session)
     const TetrahedraliseOptions options = options_of(a);
     std::int64_t merged = 0;
     SurfaceMesh surface = read_surface(a.file, a.scale, {}, &merged);
-    std::vector<std::string> notes;
-    if (merged > 0)
-        notes.push_back(fmt::format("repaired: {} {} merged with another at the same place", merged,
-                                    merged == 1 ? "vertex" : "vertices"));
+    SurfaceRepair done;
+    done.merged = merged;
+    std::vector<std::string> notes = sentences(done);
     session.warn(size_warnings(surface.points, a.file));
     Tetrahedralised made;
     try {
