@@ -8,6 +8,7 @@
 #include "mesh/format/polygon.hpp"
 #include "mesh/format/slicer_markups.hpp"
 #include "mesh/format/stl.hpp"
+#include "mesh/size_field.hpp"
 #include "mesh/weld.hpp"
 
 #include <cmath>
@@ -18,6 +19,11 @@ namespace {
 bool has_suffix(const std::string& path, const char* suffix)
 {
     return lower_case(path).ends_with(suffix);
+}
+
+bool is_table(const std::string& path)
+{
+    return has_suffix(path, ".csv") || has_suffix(path, ".txt") || has_suffix(path, ".dat");
 }
 
 [[noreturn]] void refuse_suffix(const std::string& path, const char* allowed)
@@ -75,9 +81,23 @@ Polyline read_centreline(const std::string& path, double scale)
 {
     check_scale(path, scale);
     if (has_suffix(path, ".mrk.json")) return parse_slicer_markups(read_file(path), path, scale);
-    if (has_suffix(path, ".csv") || has_suffix(path, ".txt") || has_suffix(path, ".dat"))
-        return parse_centreline_csv(read_file(path), path, scale);
+    if (is_table(path)) return parse_centreline_csv(read_file(path), path, scale);
     refuse_suffix(path, ".csv, .txt, .dat or .mrk.json");
+}
+
+std::vector<SizeSource> read_size_field(const std::string& path, double scale)
+{
+    if (is_table(path)) {
+        check_scale(path, scale);
+        return parse_size_field_csv(read_file(path), path, scale);
+    }
+    const Polyline line = read_centreline(path, scale);
+    if (line.radius.empty())
+        FileIssues(path).fatal("", "points without a radius", "a centreline with its radius");
+    std::vector<SizeSource> sources;
+    for (std::size_t i = 0; i < line.points.size(); ++i)
+        sources.push_back({line.points[i], line.radius[i]});
+    return sources;
 }
 
 double default_scale(const std::string& path)

@@ -5,8 +5,11 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace amontons {
+
+struct SizeSource;
 
 /// Reads a .vtp file, unscaled. Handed in from outside: VTK is a module that this room does not
 /// know. May throw InputError.
@@ -30,6 +33,10 @@ SurfaceMesh read_surface(const std::string& path, double scale, const VtpReader&
 /// @param scale  > 0, of the file's lengths [m per unit], and of its radii
 /// @throws InputError  as read_surface
 Polyline read_centreline(const std::string& path, double scale);
+
+/// Places with a size each, as read_centreline; a .mrk.json is a centreline with its radius.
+/// @throws InputError  as read_surface; no place, or a place without a size
+std::vector<SizeSource> read_size_field(const std::string& path, double scale);
 
 /// The unit that a format prescribes: 1e-3 for .mrk.json, which is in mm, else 1 [m per unit].
 /// For scenes that give no scale.

@@ -46,19 +46,24 @@ VolumeFile read_volume(const std::string& path, double scale)
     refuse_suffix(path, ".msh, .vtu, .inp or .nodes (with .elements beside it)");
 }
 
+void check_volume_suffix(const std::string& path)
+{
+    if (!has_suffix(path, ".msh") && !has_suffix(path, ".inp") && !has_suffix(path, kNodes))
+        refuse_suffix(path, ".msh, .vtu, .inp or .nodes");
+}
+
 void write_volume(const std::string& path, const VolumeMesh& mesh, const GmshOptions& gmsh,
                   std::vector<std::string>* notes)
 {
+    check_volume_suffix(path);
     if (has_suffix(path, ".msh")) {
         write_file(path, gmsh_bytes(mesh, gmsh));
     } else if (has_suffix(path, ".inp")) {
         write_file(path, abaqus_text(mesh, notes));
-    } else if (has_suffix(path, kNodes)) {
+    } else {
         const PlainText text = plain_text(mesh);
         write_file(elements_path(path), text.elements);
         write_file(path, text.nodes);
-    } else {
-        refuse_suffix(path, ".msh, .vtu, .inp or .nodes");
     }
 }
 

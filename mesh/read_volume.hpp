@@ -23,6 +23,10 @@ VolumeFile read_volume(const std::string& path, double scale);
 void write_volume(const std::string& path, const VolumeMesh& mesh, const GmshOptions& gmsh = {},
                   std::vector<std::string>* notes = nullptr);
 
+/// Whether write_volume knows the suffix.
+/// @throws InputError  if not
+void check_volume_suffix(const std::string& path);
+
 /// The file of elements beside a file of nodes: a.nodes, a.elements.
 std::string elements_path(const std::string& nodes_path);
 

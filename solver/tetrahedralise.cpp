@@ -20,9 +20,10 @@
 #include <chrono>
 #include <cmath>
 #include <map>
-#include <memory>
+#include <new>
 #include <stdexcept>
 #include <unistd.h>
+#include <utility>
 
 namespace amontons {
 namespace {
@@ -38,33 +39,12 @@ constexpr double kKnife = -0.64;    // cosine between the normals of its two sid
 constexpr double kFlat = 1e-6;      // dihedral angle of an element without volume [rad]
 constexpr int kRounds = 5;          // of halving elements where the surface meets itself
 constexpr std::size_t kMostNamed = 5; // small features that are shown
+constexpr const char* kOtherSurface =
+    "a surface that can be followed; a smaller --size, --deviation or --feature-angle";
 
 std::string place_of(const Vec3& x)
 {
     return "at (" + number_text(x[0]) + ", " + number_text(x[1]) + ", " + number_text(x[2]) + ")";
-}
-
-void check_options(const TetrahedraliseOptions& o)
-{
-    std::vector<Issue> issues;
-    const auto positive = [&](double value, const char* name, const char* allowed) {
-        if (!(value > 0 && std::isfinite(value)))
-            issues.push_back({"", name, number_text(value), allowed});
-    };
-    positive(o.size, "--size", "> 0 [m]");
-    positive(o.gradation, "--gradation", "> 0");
-    if (o.deviation != 0) positive(o.deviation, "--deviation", "> 0 [m]");
-    if (o.memory != 0) positive(o.memory, "--memory", "> 0 [GB]");
-    for (const SizeSource& s : o.sources) {
-        positive(s.size, "a local size", "> 0 [m]");
-        if (!s.at.allFinite())
-            issues.push_back({"", "a place of a local size", "not finite", "finite [m]"});
-    }
-    if (!(o.feature_angle > 0 && o.feature_angle <= std::numbers::pi))
-        issues.push_back({"", "--feature-angle",
-                          number_text(o.feature_angle * 180 / std::numbers::pi),
-                          "> 0 and at most 180 [degrees]"});
-    if (!issues.empty()) throw InputError(std::move(issues));
 }
 
 void repair(SurfaceMesh& surface, const TetrahedraliseOptions& o, const std::string& file,
@@ -200,16 +180,45 @@ VolumeMesh mesh_of(const AmontonsCgalMesh& from, const Scaled& scaled)
     return mesh;
 }
 
+/// What a mesh must share with the surface that it fills.
+struct Topology {
+    int parts = 0;
+    std::int64_t euler = 0;
+};
+
+Topology topology_of(const SurfaceMesh& surface) // repaired: each vertex is one of a triangle
+{
+    Topology of;
+    for (const std::int32_t part : parts_of(surface))
+        of.parts = std::max(of.parts, part + 1);
+    of.euler = static_cast<std::int64_t>(surface.points.size()) -
+               static_cast<std::int64_t>(sorted_half_edges(surface).size()) / 2 +
+               static_cast<std::int64_t>(surface.triangles.size());
+    return of;
+}
+
+/// How far two surfaces are apart, and the place where that is most of what is allowed there.
+struct Departure {
+    double largest = 0; ///< [m]
+    double distance = 0, allowed = 0;
+    Vec3 at = Vec3::Zero();
+
+    void add(const Vec3& x, double d, double allowed_here)
+    {
+        largest = std::max(largest, d);
+        if (d * allowed <= distance * allowed_here && allowed > 0) return;
+        distance = d;
+        allowed = allowed_here;
+        at = x;
+    }
+};
+
 /// What a mesh lost of its surface, or "" if nothing: CGAL's criteria do not promise it.
 /// @param places  out: where its surface meets itself
-std::string fault_of(const Tetrahedralised& t, const SurfaceMesh& surface, double allowed,
-                     std::vector<Vec3>& places)
+std::string fault_of(const Tetrahedralised& t, const Topology& asked, const Departure& vertices,
+                     const Departure& faces, std::vector<Vec3>& places)
 {
-    const ExternalSurface outside = extract_surface(t.mesh);
-    const SurfaceEdges edges = find_edges(outside, t.mesh.nodes);
-    const SurfaceReport before = check_surface(surface);
-    const auto sides = static_cast<std::int64_t>(sorted_half_edges(surface).size()) / 2;
-    const std::int64_t euler = before.vertices - sides + before.triangles;
+    const SurfaceEdges edges = find_edges(extract_surface(t.mesh), t.mesh.nodes);
     places.clear();
     const auto node = [&](std::int32_t i) -> const Vec3& {
         return t.mesh.nodes[static_cast<std::size_t>(i)];
@@ -222,14 +231,17 @@ std::string fault_of(const Tetrahedralised& t, const SurfaceMesh& surface, doubl
     if (!places.empty())
         return "a mesh whose surface meets itself at " + std::to_string(places.size()) +
                (places.size() == 1 ? " place" : " places") + ", one " + place_of(places[0]);
-    if (edges.parts != before.components || edges.euler_characteristic != euler)
+    if (edges.parts != asked.parts || edges.euler_characteristic != asked.euler)
         return "a mesh with " + std::to_string(edges.parts) + " outer surfaces of Euler number " +
                std::to_string(edges.euler_characteristic) +
-               " (the surface: " + std::to_string(before.components) + " of " +
-               std::to_string(euler) + ")";
-    if (t.deviation > allowed)
-        return "a vertex of the surface " + number_text(t.deviation) +
-               " m from the mesh, more than " + number_text(allowed);
+               " (the surface: " + std::to_string(asked.parts) + " of " +
+               std::to_string(asked.euler) + ")";
+    for (const auto& [departure, what] :
+         {std::pair{&vertices, "a vertex of the surface "}, {&faces, "a face's middle "}})
+        if (departure->distance > departure->allowed)
+            return what + number_text(departure->distance) + " m from the " +
+                   (departure == &vertices ? "mesh, " : "surface, ") + place_of(departure->at) +
+                   ", more than " + number_text(departure->allowed);
     if (!report.inverted.empty())
         return std::to_string(report.inverted.size()) + " flat or inverted elements";
     return "";
@@ -249,39 +261,85 @@ bool has_knife(const SurfaceMesh& surface)
     return found;
 }
 
-/// Dihedral angles (0 if an element is inverted), and how far the surface's vertices are.
-void measure(Tetrahedralised& t, const SurfaceMesh& surface)
+/// The least dihedral angle; 0 if an element is inverted [rad].
+double least_dihedral(const VolumeMesh& mesh)
 {
-    const TriangulatedSurface outside = triangulate(extract_surface(t.mesh), t.mesh);
-    const BoundingTree tree(outside.mesh);
+    double least = std::numbers::pi;
+    for (const ElementQuality& q : measure_quality(mesh))
+        least = std::min(least, q.volume > 0 ? q.least_dihedral : 0);
+    return least;
+}
+
+/// Of points from a surface. @param allowed  of a place [m]
+template <class Allowed>
+Departure departure(const std::vector<Vec3>& points, const SurfaceMesh& from, Allowed allowed)
+{
+    const BoundingTree tree(from);
+    Departure all;
     std::int32_t near = -1;
-    t.deviation = 0;
-    for (const Vec3& x : surface.points) {
+    for (const Vec3& x : points) {
         const NearestTriangle found = tree.nearest(x, near);
         near = found.triangle;
-        t.deviation = std::max(t.deviation, std::sqrt(found.squared));
+        all.add(x, std::sqrt(found.squared), allowed(x));
     }
-    t.least_dihedral = std::numbers::pi;
-    for (const ElementQuality& q : measure_quality(t.mesh))
-        t.least_dihedral = std::min(t.least_dihedral, q.volume > 0 ? q.least_dihedral : 0);
+    return all;
+}
+
+std::vector<Vec3> middles(const SurfaceMesh& mesh)
+{
+    std::vector<Vec3> all;
+    for (const auto& t : mesh.triangles) {
+        Vec3 sum = Vec3::Zero();
+        for (const std::int32_t corner : t)
+            sum += mesh.points[static_cast<std::size_t>(corner)];
+        all.push_back(sum / 3);
+    }
+    return all;
 }
 
 } // namespace
 
+void check_options(const TetrahedraliseOptions& o)
+{
+    std::vector<Issue> issues;
+    const auto positive = [&](double value, const char* name) {
+        if (!(value > 0 && std::isfinite(value)))
+            issues.push_back({"", name, number_text(value), "> 0 and finite"});
+    };
+    positive(o.size, "--size");
+    positive(o.gradation, "--gradation");
+    if (o.deviation != 0) positive(o.deviation, "--deviation");
+    if (o.memory != 0) positive(o.memory / 1e9, "--memory");
+    for (const SizeSource& s : o.sources) {
+        positive(s.size, "a local size");
+        if (!s.at.allFinite())
+            issues.push_back({"", "a place of a local size", "not finite", "finite"});
+    }
+    if (!(o.feature_angle > 0 && o.feature_angle <= std::numbers::pi))
+        issues.push_back({"", "--feature-angle",
+                          number_text(o.feature_angle * 180 / std::numbers::pi),
+                          "> 0 and at most 180 [degrees]"});
+    if (!issues.empty()) throw InputError(std::move(issues));
+}
+
+double memory_limit(const TetrahedraliseOptions& o)
+{
+    return o.memory > 0 ? o.memory
+                        : 0.5 * static_cast<double>(::sysconf(_SC_PHYS_PAGES)) *
+                              static_cast<double>(::sysconf(_SC_PAGESIZE));
+}
+
 Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions& o,
-                               const std::string& file, std::vector<std::string> notes)
+                               const std::string& file, std::vector<std::string>& notes)
 {
     check_options(o);
     Tetrahedralised result;
-    result.notes = std::move(notes);
-    repair(surface, o, file, result.notes);
-    const SizeField field = field_of(surface, o, file, result.notes);
+    repair(surface, o, file, notes);
+    const SizeField field = field_of(surface, o, file, notes);
 
     result.predicted_elements = kElementsPerCube * count_by_size(surface, field);
     result.predicted_memory = kBytesAtLeast + kBytesPerElement * result.predicted_elements;
-    const double machine = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) *
-                           static_cast<double>(::sysconf(_SC_PAGESIZE)),
-                 limit = o.memory > 0 ? o.memory : 0.5 * machine;
+    const double limit = memory_limit(o);
     if (result.predicted_memory > limit || result.predicted_elements > kMostElements)
         throw InputError(
             {{file, "",
@@ -315,8 +373,12 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
                             has_knife(surface) ? 0 : 1,
                             kSliverBound};
     const Entries cgal = module(file);
-    // Between the points of a facet's own sphere CGAL looks at one place; a vertex may be farther.
-    const double allowed = std::max(4 * deviation, 0.25 * field.greatest());
+    // CGAL looks at one place of a facet: the rest, and vertices on edges that are not kept, may be
+    // farther. Who asks for a deviation gets an error then.
+    const auto allowed = [&](const Vec3& x) {
+        return o.deviation > 0 ? 4 * deviation : std::max(4 * deviation, 0.25 * field.at(x));
+    };
+    const Topology asked = topology_of(surface);
     // CGAL can be told to refine until the surface is a manifold, but goes on without end at a
     // knife's edge. Elements are halved where it met itself instead, a bounded number of times.
     std::vector<SizeSource> sources = field.sources();
@@ -328,30 +390,37 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
         ModuleMesh made{{}, cgal.free};
         char message[1000] = "";
         const auto start = std::chrono::steady_clock::now();
-        if (cgal.tetrahedralise(&input, &made.mesh, message, sizeof message))
-            throw std::runtime_error(file + ": the CGAL module gives up: " + message);
+        const int code = cgal.tetrahedralise(&input, &made.mesh, message, sizeof message);
+        if (code == 2) throw std::bad_alloc();
+        if (code != 0)
+            throw InputError({{file, "", std::string("CGAL gives up: ") + message, kOtherSurface}});
         result.seconds +=
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         result.feature_edges = made.mesh.feature_edge_count;
         result.mesh = mesh_of(made.mesh, scaled);
-        measure(result, surface);
+        result.least_dihedral = least_dihedral(result.mesh);
+        const SurfaceMesh outside = triangulate(extract_surface(result.mesh), result.mesh).mesh;
+        const Departure vertices = departure(surface.points, outside, allowed),
+                        faces = departure(middles(outside), surface, allowed);
+        result.deviation = vertices.largest;
+        result.face_deviation = faces.largest;
         std::vector<Vec3> places;
-        fault = fault_of(result, surface, allowed, places);
+        fault = fault_of(result, asked, vertices, faces, places);
         if (places.empty() && input.manifold == 0 && !fault.empty() &&
             result.least_dihedral < kFlat) {
             input.manifold = 1;
             continue;
         }
         if (places.empty()) break;
-        result.notes.push_back("refined: the mesh's surface met itself at " +
-                               std::to_string(places.size()) + " places, one " +
-                               place_of(places[0]) + ": elements are halved there");
+        notes.push_back("refined: the mesh's surface met itself at " +
+                        std::to_string(places.size()) + " places, one " + place_of(places[0]) +
+                        ": elements are halved there");
         for (const Vec3& x : places)
             sources.push_back({x, 0.5 * now.at(x)});
     }
     if (!fault.empty())
-        throw InputError({{file, "", fault + ": features below the mesh size were lost",
-                           "a surface that can be followed; a smaller --size or --deviation"}});
+        throw InputError(
+            {{file, "", fault + ": features below the mesh size were lost", kOtherSurface}});
     if (o.kind == ElementKind::T10) result.mesh = with_middle_nodes(result.mesh);
     return result;
 }

@@ -29,23 +29,31 @@ struct TetrahedraliseOptions {
 struct Tetrahedralised {
     VolumeMesh mesh; ///< element set "volume", face sets "outer" and "face_1", "face_2", ...: the
                      ///< parts of the surface between kept edges
-    std::vector<std::string> notes; ///< every repair, and what was refined
     double predicted_elements = 0;
     double predicted_memory = 0;    ///< [bytes]
     double deviation = 0;           ///< of the surface's vertices from the mesh's, the largest [m]
+    double face_deviation = 0;      ///< of the middles of the mesh's faces from the surface [m]
     double least_dihedral = 0;      ///< [rad]
     std::int64_t feature_edges = 0; ///< edges of elements on kept edges
     double seconds = 0;             ///< of the mesher
 };
 
+/// Whether they are in range; lengths in any unit.
+/// @throws InputError  naming them as the options of the program
+void check_options(const TetrahedraliseOptions& options);
+
+/// What a mesh may take: that of the options, or half of the machine's [bytes].
+double memory_limit(const TetrahedraliseOptions& options);
+
 /// @param surface  repaired here
 /// @param file     for messages
-/// @param notes    what was found and repaired before, for the list
+/// @param notes    gets every repair, and what was refined; also before it throws
 /// @throws InputError  options out of range; a surface that is open, meets itself or has edges of
 ///                     more than two triangles; features below the size; more memory than allowed;
-///                     no module
-/// @throws std::runtime_error  if CGAL gives up, or its mesh is not what was asked for
+///                     no module; a surface that CGAL gives up, or whose mesh is not what was
+///                     asked for
+/// @throws std::bad_alloc
 Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions& options,
-                               const std::string& file, std::vector<std::string> notes = {});
+                               const std::string& file, std::vector<std::string>& notes);
 
 } // namespace amontons

@@ -42,8 +42,8 @@ struct AmontonsCgalMesh {
 };
 
 /// Fills a closed surface with tetrahedra.
-/// @return  0 when it did; 1 when not: the mesh is null, and `message` holds why (cut to
-///          message_size, ends with '\0')
+/// @return  0 when it did; else the mesh is null, and `message` holds why (cut to message_size,
+///          ends with '\0'): 2 for want of memory, 1 for all else
 int amontons_cgal_tetrahedralise(const AmontonsCgalInput* input, AmontonsCgalMesh* mesh,
                                  char* message, int message_size);
 

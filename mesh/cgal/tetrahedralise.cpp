@@ -17,9 +17,9 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <map>
 #include <new>
+#include <stdexcept>
 #include <unordered_map>
 #include <vector>
 
@@ -143,18 +143,20 @@ int amontons_cgal_tetrahedralise(const AmontonsCgalInput* input, AmontonsCgalMes
     const auto say = [&](const char* text) {
         std::snprintf(message, static_cast<std::size_t>(message_size), "%s", text);
     };
+    int code = 1;
     try {
         hand_out(mesh_of(*input), *mesh);
         return 0;
     } catch (const std::bad_alloc&) {
         say("not enough memory");
+        code = 2;
     } catch (const std::exception& error) {
         say(error.what());
     } catch (...) {
         say("an unknown error of CGAL");
     }
     amontons_cgal_free(mesh);
-    return 1;
+    return code;
 }
 
 void amontons_cgal_free(AmontonsCgalMesh* mesh)

@@ -1,9 +1,13 @@
 #include "mesh/format/csv.hpp"
 
+#include "mesh/format/polygon.hpp"
 #include "mesh/format/polyline_builder.hpp"
 #include "mesh/format/text.hpp"
+#include "mesh/size_field.hpp"
 
+#include <algorithm>
 #include <array>
+#include <limits>
 
 namespace amontons {
 namespace {
@@ -13,9 +17,14 @@ using Cells = std::vector<std::string_view>;
 /// Where in a row the numbers stand; -1 if nowhere.
 struct Columns {
     std::array<int, 3> x = {0, 1, 2};
-    int radius = -1;
+    int value = -1;        ///< the radius or size
     std::size_t count = 0; ///< cells in a row
 };
+
+/// What the number beside a place may be called, the likeliest first.
+using Names = std::vector<std::string_view>;
+const Names kRadius = {"radius", "r", "maximuminscribedsphereradius"};
+const Names kSize = {"size", "radius", "r", "maximuminscribedsphereradius"};
 
 std::string_view trimmed(std::string_view text)
 {
@@ -64,11 +73,13 @@ std::string plain_name(std::string_view cell)
     return lower_case(trimmed(cell.substr(0, cell.find_first_of("[("))));
 }
 
-Columns columns_of_header(const Cells& cells, std::size_t line, FileIssues& issues)
+Columns columns_of_header(const Cells& cells, const Names& names, std::size_t line,
+                          FileIssues& issues)
 {
     Columns columns;
     columns.x = {-1, -1, -1};
     columns.count = cells.size();
+    std::ptrdiff_t rank = std::ssize(names);
     for (std::size_t i = 0; i < cells.size(); ++i) {
         const std::string name = plain_name(cells[i]);
         for (std::size_t k = 0; k < 3; ++k) {
@@ -76,9 +87,10 @@ Columns columns_of_header(const Cells& cells, std::size_t line, FileIssues& issu
             if (name == std::string(1, static_cast<char>('x' + k)) || name == paraview)
                 columns.x[k] = static_cast<int>(i);
         }
-        if (name == "radius" || name == "r" || name == "size" ||
-            name == "maximuminscribedsphereradius")
-            columns.radius = static_cast<int>(i);
+        const std::ptrdiff_t here = std::find(names.begin(), names.end(), name) - names.begin();
+        if (here >= rank) continue;
+        rank = here;
+        columns.value = static_cast<int>(i);
     }
     for (std::size_t k = 0; k < 3; ++k) {
         if (columns.x[k] >= 0) continue;
@@ -86,24 +98,29 @@ Columns columns_of_header(const Cells& cells, std::size_t line, FileIssues& issu
         for (const std::string_view cell : cells)
             header.append(header.empty() ? "" : ",").append(cell);
         issues.fatal(line_place(line), "a header " + quoted_text(header, 100),
-                     "columns x, y, z and, if known, radius");
+                     std::string("columns x, y, z and") +
+                         (names == kSize ? " size" : ", if known, radius"));
     }
     return columns;
 }
 
-Columns columns_of_numbers(const Cells& cells, std::size_t line, FileIssues& issues)
+Columns columns_of_numbers(const Cells& cells, const Names& names, std::size_t line,
+                           FileIssues& issues)
 {
     if (cells.size() != 3 && cells.size() != 4)
         issues.fatal(line_place(line), std::to_string(cells.size()) + " numbers",
-                     "x, y, z and, if known, the radius; or a header that names the columns");
+                     names == kSize
+                         ? "x, y, z, size; or a header that names the columns"
+                         : "x, y, z and, if known, the radius; or a header that names the columns");
     Columns columns;
     columns.count = cells.size();
-    columns.radius = cells.size() == 4 ? 3 : -1;
+    columns.value = cells.size() == 4 ? 3 : -1;
     return columns;
 }
 
-void add_row(const Cells& cells, const Columns& columns, const std::string& place,
-             PolylineBuilder& builder, FileIssues& issues)
+template <class Add>
+void add_row(const Cells& cells, const Columns& columns, const std::string& place, Add& add,
+             FileIssues& issues)
 {
     if (cells.size() != columns.count) {
         issues.add(place, std::to_string(cells.size()) + " columns",
@@ -123,17 +140,15 @@ void add_row(const Cells& cells, const Columns& columns, const std::string& plac
     Vec3 x;
     for (std::size_t k = 0; k < 3; ++k)
         x[static_cast<int>(k)] = number(columns.x[k]);
-    std::optional<double> radius;
-    if (columns.radius >= 0) radius = number(columns.radius);
-    if (valid) builder.add(x, radius, place);
+    std::optional<double> value;
+    if (columns.value >= 0) value = number(columns.value);
+    if (valid) add(x, value, place);
 }
 
-} // namespace
-
-Polyline parse_centreline_csv(std::string_view text, const std::string& file, double scale)
+/// Calls add(place in space, value if there is a column of it, place in the file) for each row.
+template <class Add>
+void read_rows(std::string_view text, const Names& names, FileIssues& issues, Add add)
 {
-    FileIssues issues(file);
-    PolylineBuilder builder(scale, issues);
     WordReader lines(without_byte_order_mark(text));
     std::optional<Columns> columns;
     char separator = ' ';
@@ -145,14 +160,46 @@ Polyline parse_centreline_csv(std::string_view text, const std::string& file, do
             separator = separator_of(line);
             const Cells cells = split(line, separator);
             if (is_header(cells)) {
-                columns = columns_of_header(cells, number, issues);
+                columns = columns_of_header(cells, names, number, issues);
                 continue;
             }
-            columns = columns_of_numbers(cells, number, issues);
+            columns = columns_of_numbers(cells, names, number, issues);
         }
-        add_row(split(line, separator), *columns, line_place(number), builder, issues);
+        add_row(split(line, separator), *columns, line_place(number), add, issues);
     }
+}
+
+} // namespace
+
+Polyline parse_centreline_csv(std::string_view text, const std::string& file, double scale)
+{
+    FileIssues issues(file);
+    PolylineBuilder builder(scale, issues);
+    read_rows(text, kRadius, issues,
+              [&](const Vec3& x, std::optional<double> radius, const std::string& place) {
+                  builder.add(x, radius, place);
+              });
     return builder.finish();
+}
+
+std::vector<SizeSource> parse_size_field_csv(std::string_view text, const std::string& file,
+                                             double scale)
+{
+    FileIssues issues(file);
+    std::vector<SizeSource> sources;
+    read_rows(text, kSize, issues,
+              [&](const Vec3& x, std::optional<double> size, const std::string& place) {
+                  if (!size)
+                      issues.fatal(place, "a place without a size",
+                                   "columns x, y, z, size; or a centreline with its radius");
+                  const double metres = scale * *size;
+                  if (!(metres > 0 && metres <= std::numeric_limits<double>::max()))
+                      issues.add(place, "size " + number_text(*size), "> 0 and finite");
+                  sources.push_back({finite_point(x, scale, place, issues), metres});
+              });
+    if (issues.empty() && sources.empty()) issues.add("", "no places", "rows of x, y, z, size");
+    issues.throw_if_any();
+    return sources;
 }
 
 std::string centreline_csv(const Polyline& polyline)

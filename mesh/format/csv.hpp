@@ -4,8 +4,11 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace amontons {
+
+struct SizeSource;
 
 /// A centreline from text with one point a line: x, y, z and, if there is a fourth column, the
 /// radius. Separated by semicolons, commas or blanks (the first of these that is in the first
@@ -16,6 +19,12 @@ namespace amontons {
 /// @param scale  > 0, of the file's lengths [m per unit]
 /// @throws InputError  naming the lines
 Polyline parse_centreline_csv(std::string_view text, const std::string& file, double scale = 1);
+
+/// Places with a size each, all of them, from text as that of a centreline: columns x, y, z, size;
+/// where none is called size, the radius of a centreline.
+/// @throws InputError  naming the lines; if there is no place, or no size
+std::vector<SizeSource> parse_size_field_csv(std::string_view text, const std::string& file,
+                                             double scale = 1);
 
 /// x,y,z[,radius] in m with a header; reads back exactly.
 std::string centreline_csv(const Polyline& polyline);

@@ -4,6 +4,7 @@
 #include "mesh/format/csv.hpp"
 #include "mesh/format/slicer_markups.hpp"
 #include "mesh/format/stl.hpp"
+#include "mesh/size_field.hpp"
 #include "mesh/tests/sample_surfaces.hpp"
 #include "mesh/tests/temporary_folder.hpp"
 
@@ -169,6 +170,37 @@ TEST_CASE("a damaged CSV has all its lines named")
     CHECK(refused_csv("1,5;2,5;3,5\n2;3;4").find("a header") !=
           std::string::npos); // decimal commas
     CHECK(refused_csv("0;0;0\n1,5;2,5;3,5").find("found \"1,5\"") != std::string::npos);
+}
+
+TEST_CASE("size fields keep every place, and a centreline takes no size for its radius")
+{
+    const auto read = [](const char* text) { return parse_size_field_csv(text, "f", 2); };
+    const auto one = read("x,y,z,size\n1,2,3,0.5\n");
+    REQUIRE(one.size() == 1);
+    CHECK(one[0].at == Vec3(2, 4, 6));
+    CHECK(one[0].size == 1);
+    // The finer of two at one place, whichever comes first; size before radius.
+    for (const char* text : {"0,0,0,0.2\n0,0,0,0.02\n", "x y z size\n0 0 0 0.02\n0 0 0 0.2\n",
+                             "radius,size,x,y,z\n7,0.2,0,0,0\n7,0.02,0,0,0\n",
+                             "size,radius,x,y,z\n0.2,7,0,0,0\n0.02,7,0,0,0\n"}) {
+        const auto both = read(text);
+        REQUIRE(both.size() == 2);
+        CHECK(std::min(both[0].size, both[1].size) == doctest::Approx(0.04));
+        CHECK(std::max(both[0].size, both[1].size) == doctest::Approx(0.4));
+    }
+    CHECK(read("x,y,z,radius\n0,0,0,3\n")[0].size == 6);
+    CHECK(parse_centreline_csv("x,y,z,size\n0,0,0,1\n1,0,0,1\n", "f").radius.empty());
+    CHECK(parse_centreline_csv("x,y,z,radius,size\n0,0,0,3,9\n1,0,0,3,9\n", "f").radius ==
+          std::vector<double>{3, 3});
+    const auto refused = [&](const char* text) { return refusal([&] { read(text); }); };
+    CHECK(refused("x,y,z,size\n0,0,0,0\n0,0,0,nan\n0,0,inf,1\n") ==
+          "f: line 2: found size 0, allowed: > 0 and finite\n"
+          "f: line 3: found size nan, allowed: > 0 and finite\n"
+          "f: line 4: found coordinates 0 0 inf times 2, allowed: finite numbers");
+    CHECK(refused("") == "f: found no places, allowed: rows of x, y, z, size");
+    CHECK(refused("x,y,z\n0,0,0\n").find("line 2: found a place without a size") !=
+          std::string::npos);
+    CHECK(refusal([] { read_size_field("a.stl", 1); }).find(".mrk.json") != std::string::npos);
 }
 
 TEST_CASE("Slicer's markups: placed points, radii, mm")

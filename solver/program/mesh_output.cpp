@@ -38,6 +38,11 @@ void add_output(CLI::App& command, MeshOutput& to, const char* names)
     command.add_flag("--binary", to.binary, "A .msh file in binary");
 }
 
+void check_output(const MeshOutput& to)
+{
+    if (!lower_case(to.file).ends_with(".vtu")) check_volume_suffix(to.file);
+}
+
 void write_mesh(const MeshOutput& to, const VolumeMesh& mesh, std::vector<std::string>& notes)
 {
     if (lower_case(to.file).ends_with(".vtu"))

@@ -25,6 +25,10 @@ struct MeshOutput {
 /// The options of a MeshOutput. @param names  of that of the file, as CLI11 takes them
 void add_output(CLI::App& command, MeshOutput& to, const char* names);
 
+/// Whether the suffix is one of them: before the work, not after it.
+/// @throws InputError
+void check_output(const MeshOutput& to);
+
 /// @param notes  what the format could not hold as it was is added
 /// @throws InputError, WriteError
 void write_mesh(const MeshOutput& to, const VolumeMesh& mesh, std::vector<std::string>& notes);

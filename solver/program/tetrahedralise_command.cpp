@@ -4,6 +4,7 @@
 #include "mesh/read.hpp"
 #include "mesh/repair_surface.hpp"
 #include "mesh/size_check.hpp"
+#include "mesh/size_field.hpp"
 #include "solver/program/mesh_output.hpp"
 #include "solver/program/session.hpp"
 #include "solver/scene/json_text.hpp"
@@ -19,6 +20,12 @@ namespace amontons {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kProgram = 1.2e9; // addresses that the program and its libraries take [bytes]
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kSanitized = true;
+#else
+constexpr bool kSanitized = false;
+#endif
 
 struct Arguments {
     std::string file, field, small = "refuse", element = "T10";
@@ -35,6 +42,7 @@ public:
     explicit MemoryLimit(double bytes)
     {
         ::getrlimit(RLIMIT_AS, &before_);
+        if (kSanitized) return; // takes terabytes of addresses
         rlimit limit = before_;
         limit.rlim_cur = std::min(limit.rlim_cur, static_cast<rlim_t>(bytes));
         ::setrlimit(RLIMIT_AS, &limit);
@@ -50,37 +58,36 @@ private:
 TetrahedraliseOptions options_of(const Arguments& a)
 {
     TetrahedraliseOptions o = a.options;
-    o.size *= a.scale;
-    o.deviation *= a.scale;
     o.feature_angle = a.feature_angle * kDegree;
     o.refine_small = a.small == "refine";
     o.kind = a.element == "T4" ? ElementKind::T4 : ElementKind::T10;
     o.memory = a.memory * 1e9;
     for (std::size_t i = 0; i + 3 < a.near.size(); i += 4)
-        o.sources.push_back(
-            {a.scale * Vec3(a.near[i], a.near[i + 1], a.near[i + 2]), a.scale * a.near[i + 3]});
-    if (!a.field.empty()) {
-        const Polyline points = read_centreline(a.field, a.scale);
-        if (points.radius.empty())
-            throw InputError({{a.field, "", "points without a size",
-                               "columns x, y, z, size; or a centreline with its radius"}});
-        for (std::size_t i = 0; i < points.points.size(); ++i)
-            o.sources.push_back({points.points[i], points.radius[i]});
-    }
+        o.sources.push_back({Vec3(a.near[i], a.near[i + 1], a.near[i + 2]), a.near[i + 3]});
+    check_options(o); // as they were written
+    o.size *= a.scale;
+    o.deviation *= a.scale;
+    for (SizeSource& s : o.sources)
+        s = {a.scale * s.at, a.scale * s.size};
+    if (!a.field.empty())
+        for (const SizeSource& s : read_size_field(a.field, a.scale))
+            o.sources.push_back(s);
     return o;
 }
 
-void report(const Arguments& a, const Tetrahedralised& t, Session& session)
+void report(const Arguments& a, const Tetrahedralised& t, const std::vector<std::string>& notes,
+            Session& session)
 {
     const QualityReport q = report_of(measure_quality(t.mesh));
     if (!session.json) {
         session.print(fmt::format(
             "{}: {}\n"
             "  smallest dihedral angle {:.1f} degrees, no inverted element; volume {:.6g} m^3\n"
-            "  the surface's vertices are within {:.3g} m of it; {} face sets, {} edges kept\n"
+            "  the surface's vertices are within {:.3g} m of it, the middles of its faces within "
+            "{:.3g} m of the surface; {} face sets, {} edges kept\n"
             "  meshed in {:.2f} s\n",
             a.to.file, counts_text(t.mesh), t.least_dihedral / kDegree, q.volume, t.deviation,
-            t.mesh.face_sets.size(), t.feature_edges, t.seconds));
+            t.face_deviation, t.mesh.face_sets.size(), t.feature_edges, t.seconds));
         return;
     }
     JsonText json;
@@ -102,18 +109,20 @@ void report(const Arguments& a, const Tetrahedralised& t, Session& session)
         .member("memory", t.predicted_memory)
         .close('}');
     json.member("deviation", t.deviation)
+        .member("face_deviation", t.face_deviation)
         .member("face_sets", static_cast<std::int64_t>(t.mesh.face_sets.size()))
         .member("feature_edges", t.feature_edges)
         .member("seconds", t.seconds);
     rusage used{};
     ::getrusage(RUSAGE_SELF, &used);
     json.member("peak_memory", 1024. * static_cast<double>(used.ru_maxrss));
-    add_list(json, "notes", t.notes);
+    add_list(json, "notes", notes);
     session.print(json.close('}').text() + "\n");
 }
 
 void run(const Arguments& a, Session& session)
 {
+    check_output(a.to);
     const TetrahedraliseOptions options = options_of(a);
     std::int64_t merged = 0;
     SurfaceMesh surface = read_surface(a.file, a.scale, {}, &merged);
@@ -121,18 +130,25 @@ void run(const Arguments& a, Session& session)
     done.merged = merged;
     std::vector<std::string> notes = sentences(done);
     session.warn(size_warnings(surface.points, a.file));
+    const auto tell = [&] {
+        for (const std::string& note : notes)
+            session.say("note: " + a.file + ": " + note);
+    };
     Tetrahedralised made;
     try {
-        const MemoryLimit limit(a.memory > 0 ? 1.2e9 + options.memory : 1e18);
-        made = tetrahedralise(std::move(surface), options, a.file, std::move(notes));
+        const MemoryLimit limit(kProgram + memory_limit(options));
+        made = tetrahedralise(std::move(surface), options, a.file, notes);
     } catch (const std::bad_alloc&) {
+        tell();
         throw InputError({{a.file, "", "more memory was needed than predicted, or is there",
-                           "a larger --size, or more --memory"}});
+                           "a larger --size or --deviation, or more --memory"}});
+    } catch (const InputError&) {
+        tell();
+        throw;
     }
-    write_mesh(a.to, made.mesh, made.notes);
-    for (const std::string& note : made.notes)
-        session.say("note: " + a.file + ": " + note);
-    report(a, made, session);
+    write_mesh(a.to, made.mesh, notes);
+    tell();
+    report(a, made, notes, session);
 }
 
 } // namespace
