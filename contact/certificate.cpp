@@ -16,15 +16,49 @@ constexpr double kFloorFactor = 50 * std::numeric_limits<double>::epsilon();
 constexpr double kFloorLimit = 1e-3;
 
 /// rows / trace, with what is left when the trace says nothing (zero or indefinite W).
-double scalar_rho(const Delassus& W)
+double scalar_rho(const Delassus& W, const Eigen::VectorXd& diagonal)
 {
     const double rows = static_cast<double>(W.rows());
-    const Eigen::VectorXd diagonal = W.diagonal();
     if (diagonal.sum() > 0) return rows / diagonal.sum();
     if (const double s = diagonal.cwiseAbs().sum(); s > 0) return rows / s;
     if (const double s = W.absolute_times(Eigen::VectorXd::Ones(W.rows())).norm(); s > 0)
         return rows / s;
     return 1;
+}
+
+constexpr int kBatch = 8;
+using Batch = Eigen::Array<double, kBatch, 1>;
+
+/// |natural_map| of kBatch contacts at once: the same formulas, all three cases computed.
+Batch natural_maps(const double* r, const double* u, const double* mu_of, double rho)
+{
+    Batch r0, r1, r2, w0, w1, w2;
+    for (int i = 0; i < kBatch; ++i, r += 3, u += 3) {
+        r0[i] = r[0];
+        r1[i] = r[1];
+        r2[i] = r[2];
+        w0[i] = u[0];
+        w1[i] = u[1];
+        w2[i] = u[2];
+    }
+    const Batch mu = Eigen::Map<const Batch>(mu_of);
+    w0 = rho * (w0 + mu * (w1.square() + w2.square()).sqrt());
+    w1 *= rho;
+    w2 *= rho;
+    const Batch n = r0 - w0, x1 = r1 - w1, x2 = r2 - w2;
+    const Batch t = (x1.square() + x2.square()).sqrt();
+
+    const Batch inverse = 1 / t, c = x1 * inverse, s = x2 * inverse;
+    const Batch along = w1 * c + w2 * s;
+    const Batch beyond = r1 * c + r2 * s - mu * r0;
+    const Batch edge = w0 + mu * along;
+    const Batch share = 1 / (1 + mu.square());
+    const Batch tangential = (beyond + mu * edge) * share - along;
+    const Batch slip = ((edge - mu * beyond) * share).square() + (w1 + tangential * c).square() +
+                       (w2 + tangential * s).square();
+    const Batch inside = w0.square() + w1.square() + w2.square();
+    const Batch open = r0.square() + r1.square() + r2.square();
+    return (mu * t <= -n).select(open, (t <= mu * n).select(inside, slip)).sqrt();
 }
 
 double ratio(double residual, double size)
@@ -94,33 +128,34 @@ NaturalMapError::NaturalMapError(const ContactProblem& problem, ErrorScope scope
     : problem_(problem)
     , scope_(scope)
     , offset_(row_offsets(problem))
-    , rho_(scalar_rho(problem.W))
     , own_rho_(problem.mu.size())
+    , diagonal_(problem.W.diagonal())
     , size_(problem.q.norm())
 {
-    const Eigen::VectorXd diagonal = problem.W.diagonal();
+    rho_ = scalar_rho(problem.W, diagonal_);
     for (int i = 0; i < contact_count(problem); ++i) {
         const int rows = rows_of(kind_of(problem, i));
-        const double trace = diagonal.segment(first_row(i), rows).sum();
+        all_frictional_ = all_frictional_ && rows == 3;
+        const double trace = diagonal_.segment(first_row(i), rows).sum();
         own_rho_[i] = trace > 0 ? rows / trace : rho_;
         scaled_size_ += own_rho_[i] * problem.q.segment(first_row(i), rows).squaredNorm();
     }
     scaled_size_ = std::sqrt(scaled_size_);
 }
 
-double NaturalMapError::residual(int contact, const Eigen::VectorXd& r, const Eigen::VectorXd& u,
-                                 double rho) const
+double NaturalMapError::residual(int contact, const double* r, const double* u, double rho) const
 {
-    const int k = first_row(contact);
     switch (kind_of(problem_, contact)) {
     case ContactKind::frictional:
-        return natural_map(r.segment<3>(k), u.segment<3>(k), problem_.mu[contact], rho).norm();
+        return natural_map(Eigen::Map<const Vec3>(r), Eigen::Map<const Vec3>(u),
+                           problem_.mu[contact], rho)
+            .norm();
     case ContactKind::frictionless:
-        return std::abs(std::min(r[k], rho * u[k]));
+        return std::abs(std::min(*r, rho * *u));
     case ContactKind::bilateral:
         break;
     }
-    return std::abs(rho * u[k]);
+    return std::abs(rho * *u);
 }
 
 double NaturalMapError::size_of_q(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
@@ -149,8 +184,13 @@ double NaturalMapError::operator()(const Eigen::VectorXd& r, const Eigen::Vector
 double NaturalMapError::operator()(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
                                    Eigen::VectorXd& residuals) const
 {
-    for (int i = 0; i < contact_count(problem_); ++i)
-        residuals[i] = residual(i, r, u, rho_);
+    int i = 0;
+    if (all_frictional_)
+        for (; i + kBatch <= contact_count(problem_); i += kBatch)
+            Eigen::Map<Batch>(residuals.data() + i) =
+                natural_maps(r.data() + 3 * i, u.data() + 3 * i, problem_.mu.data() + i, rho_);
+    for (; i < contact_count(problem_); ++i)
+        residuals[i] = residual_of(i, r, u, rho_);
     return ratio(residuals.norm(), rho_ * size_of_q(r, u, false));
 }
 
@@ -159,7 +199,7 @@ double NaturalMapError::scaled(const Eigen::VectorXd& r, const Eigen::VectorXd& 
     // r_i / sqrt(rho_i) and sqrt(rho_i) u_i make every diagonal block of trace 3.
     double sum = 0;
     for (int i = 0; i < contact_count(problem_); ++i) {
-        const double f = residual(i, r, u, rho(i));
+        const double f = residual_of(i, r, u, rho(i));
         sum += f * f / rho(i);
     }
     return ratio(std::sqrt(sum), size_of_q(r, u, true));
@@ -173,6 +213,15 @@ double NaturalMapError::floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u
     return floor <= kFloorLimit ? floor : 0;
 }
 
+double NaturalMapError::threshold(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
+                                  double tolerance) const
+{
+    const Eigen::VectorXd root = diagonal_.cwiseAbs().cwiseSqrt();
+    const double most = root.norm() * root.dot(r.cwiseAbs()) + size_;
+    if (kFloorFactor * ratio(most, size_of_q(r, u, false)) <= tolerance) return tolerance;
+    return std::max(tolerance, floor(r, u));
+}
+
 Certificate certify(const ContactProblem& problem, const Eigen::VectorXd& r, double tolerance,
                     ErrorScope scope)
 {
@@ -184,25 +233,33 @@ Certificate certify(const ContactProblem& problem, const Eigen::VectorXd& r, dou
         c.worst_dissipation = std::ldexp(c.worst_dissipation, force + units.q);
         return c;
     }
+    Eigen::VectorXd u;
+    return certify(NaturalMapError(problem, scope), r, tolerance, u);
+}
+
+Certificate certify(const NaturalMapError& error, const Eigen::VectorXd& r, double tolerance,
+                    Eigen::VectorXd& u)
+{
+    const ContactProblem& problem = error.problem();
     Certificate c;
     c.tolerance = tolerance;
     c.threshold = tolerance;
     c.level = problem.level;
     c.contacts = contact_count(problem);
 
-    const NaturalMapError error(problem, scope);
-    const Eigen::VectorXd u = problem.W * r + problem.q;
+    problem.W.apply(r, u);
+    u += problem.q;
     c.error = error(r, u);
     c.scaled_error = error.scaled(r, u);
     // The floor costs a product: only who has not converged without it needs it.
-    if (!(c.error <= tolerance)) c.threshold = std::max(tolerance, error.floor(r, u));
+    if (!(c.error <= tolerance)) c.threshold = error.threshold(r, u, tolerance);
     c.status = c.error <= c.threshold ? SolveStatus::converged : SolveStatus::stagnated;
 
     double worst = -1;
     for (int i = 0; i < c.contacts; ++i) {
         const int k = error.first_row(i);
         const ContactKind kind = kind_of(problem, i);
-        const double f = error.residual(i, r, u, error.rho());
+        const double f = error.residual(i, r.data() + k, u.data() + k, error.rho());
         if (f > worst) {
             worst = f;
             c.worst_contact = i;

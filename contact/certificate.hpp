@@ -95,22 +95,34 @@ public:
     /// The round-off of u = W r + q seen in the error: 50 eps || |W||r| + |q| || / ||q|| [-];
     /// 0 where this exceeds 1e-3, or a reaction that runs away would excuse itself. O(rows^2).
     double floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
+    /// The larger of a tolerance and the floor. The floor's product is spared where |W_ij| <=
+    /// sqrt(W_ii W_jj), which semidefinite W obey, tells that it is the smaller.
+    double threshold(const Eigen::VectorXd& r, const Eigen::VectorXd& u, double tolerance) const;
     /// ||F_i|| of one contact with the given rho [N].
-    double residual(int contact, const Eigen::VectorXd& r, const Eigen::VectorXd& u,
-                    double rho) const;
+    /// @param r, u  of this contact, as many numbers as it has rows
+    double residual(int contact, const double* r, const double* u, double rho) const;
 
+    const ContactProblem& problem() const { return problem_; }
+    ErrorScope scope() const { return scope_; }
     double rho() const { return rho_; }                         ///< [N/m]
     double rho(int contact) const { return own_rho_[contact]; } ///< [N/m]
     int first_row(int contact) const { return offset_[static_cast<std::size_t>(contact)]; }
 
 private:
+    double residual_of(int contact, const Eigen::VectorXd& r, const Eigen::VectorXd& u,
+                       double rho) const
+    {
+        return residual(contact, r.data() + first_row(contact), u.data() + first_row(contact), rho);
+    }
     double size_of_q(const Eigen::VectorXd& r, const Eigen::VectorXd& u, bool scaled) const;
 
     const ContactProblem& problem_;
     ErrorScope scope_;
     std::vector<int> offset_;
+    bool all_frictional_ = true;
     double rho_ = 1;
     Eigen::VectorXd own_rho_;
+    Eigen::VectorXd diagonal_;          // of W
     double size_ = 0, scaled_size_ = 0; // of q, all rows
 };
 
@@ -120,5 +132,9 @@ private:
 /// Cost: two products with W.
 Certificate certify(const ContactProblem& problem, const Eigen::VectorXd& r, double tolerance,
                     ErrorScope scope = ErrorScope::all_rows);
+/// The same for who has the error of the problem, whose numbers are within 1e-60 .. 1e60, already.
+/// @param u  leaves with W r + q
+Certificate certify(const NaturalMapError& error, const Eigen::VectorXd& r, double tolerance,
+                    Eigen::VectorXd& u);
 
 } // namespace amontons

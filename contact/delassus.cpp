@@ -32,17 +32,49 @@ Squares squares(const Eigen::MatrixXd& W)
     return s;
 }
 
+/// Column by column. Below the diagonal of column j, row i meets its mirror image in column i at
+/// row j: as j grows, the meetings in each column come in the order in which it is stored.
 Squares squares(const Sparse& W)
 {
-    const Sparse mirrored = W.transpose();
-    const auto columns = static_cast<std::size_t>(W.outerSize() + 1);
-    const auto entries = static_cast<std::size_t>(W.nonZeros());
-    const bool same_pattern =
-        std::equal(W.outerIndexPtr(), W.outerIndexPtr() + columns, mirrored.outerIndexPtr()) &&
-        std::equal(W.innerIndexPtr(), W.innerIndexPtr() + entries, mirrored.innerIndexPtr());
-    if (same_pattern)
-        return {(W.coeffs() - mirrored.coeffs()).matrix().squaredNorm(), W.squaredNorm()};
-    return {Sparse(W - mirrored).squaredNorm(), W.squaredNorm()};
+    const int* const start = W.outerIndexPtr();
+    const int* const row = W.innerIndexPtr();
+    const double* const value = W.valuePtr();
+    const auto columns = static_cast<int>(W.cols());
+    std::vector<int> next(start, start + columns); // of each column: what has not been met yet
+    Squares s;
+    const auto add_alone = [&](double a) { s.difference += 2 * a * a; };
+    for (int j = 0; j < columns; ++j) {
+        for (int k = start[j]; k < start[j + 1]; ++k) {
+            const double a = value[k];
+            s.size += a * a;
+            const int i = row[k];
+            if (i <= j || i >= columns) continue;
+            int& mirror = next[static_cast<std::size_t>(i)];
+            for (; mirror < start[i + 1] && row[mirror] < j; ++mirror)
+                add_alone(value[mirror]);
+            const bool met = mirror < start[i + 1] && row[mirror] == j;
+            add_alone(met ? a - value[mirror] : a);
+            mirror += met;
+        }
+    }
+    for (int j = 0; j < columns; ++j)
+        for (int k = next[static_cast<std::size_t>(j)]; k < start[j + 1] && row[k] < j; ++k)
+            add_alone(value[k]);
+    return s;
+}
+
+Eigen::Index column_end(const Sparse& W, Eigen::Index column)
+{
+    const int* const count = W.innerNonZeroPtr(); // null if it is compressed
+    return count ? W.outerIndexPtr()[column] + count[column] : W.outerIndexPtr()[column + 1];
+}
+
+/// The first entry of a sorted column that is in this row or below.
+Eigen::Index place_in_column(const Sparse& W, Eigen::Index row, Eigen::Index column)
+{
+    const int* const begin = W.innerIndexPtr() + W.outerIndexPtr()[column];
+    const int* const end = W.innerIndexPtr() + column_end(W, column);
+    return std::lower_bound(begin, end, static_cast<int>(row)) - W.innerIndexPtr();
 }
 
 double largest(const Eigen::MatrixXd& W)
@@ -116,7 +148,9 @@ Eigen::Index Delassus::cols() const
 void Delassus::apply(const Eigen::VectorXd& r, Eigen::VectorXd& out) const
 {
     out.resize(rows());
-    if (is_dense()) {
+    if (r.isZero(0)) {
+        out.setZero();
+    } else if (is_dense()) {
         out.noalias() = dense() * r;
     } else if (is_sparse()) {
         out.noalias() = sparse() * r;
@@ -177,21 +211,29 @@ Eigen::MatrixXd Delassus::part(const std::vector<Eigen::Index>& chosen) const
     return out;
 }
 
-Eigen::MatrixXd Delassus::block(Eigen::Index first_row, int size) const
+Delassus::Block Delassus::block(Eigen::Index first_row, int size) const
 {
     if (is_dense()) return dense().block(first_row, first_row, size, size);
     const Sparse& stored = is_sparse() ? sparse() : matrix_free().blocks;
-    Eigen::MatrixXd out(size, size);
+    Block out = Block::Zero(size, size);
     for (int j = 0; j < size; ++j)
-        for (int i = 0; i < size; ++i)
-            out(i, j) = stored.coeff(first_row + i, first_row + j);
+        for (Eigen::Index k = place_in_column(stored, first_row, first_row + j);
+             k < column_end(stored, first_row + j) && stored.innerIndexPtr()[k] < first_row + size;
+             ++k)
+            out(stored.innerIndexPtr()[k] - first_row, j) = stored.valuePtr()[k];
     return out;
 }
 
 Eigen::VectorXd Delassus::diagonal() const
 {
     if (is_dense()) return dense().diagonal();
-    return is_sparse() ? sparse().diagonal() : matrix_free().blocks.diagonal();
+    const Sparse& stored = is_sparse() ? sparse() : matrix_free().blocks;
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(std::min(stored.rows(), stored.cols()));
+    for (Eigen::Index j = 0; j < out.size(); ++j)
+        if (const Eigen::Index k = place_in_column(stored, j, j);
+            k < column_end(stored, j) && stored.innerIndexPtr()[k] == j)
+            out[j] = stored.valuePtr()[k];
+    return out;
 }
 
 double Delassus::asymmetry() const

@@ -23,6 +23,7 @@ struct MatrixFreeDelassus {
 class Delassus {
 public:
     using Sparse = Eigen::SparseMatrix<double>; ///< by columns
+    using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3, 3>;
 
     Delassus() = default;
     Delassus(Eigen::MatrixXd W) : form_(std::move(W)) {}
@@ -42,7 +43,7 @@ public:
     Eigen::Index rows() const;
     Eigen::Index cols() const;
 
-    /// out = W r; out is resized. One product: 2 flops for each stored number.
+    /// out = W r; out is resized. One product: 2 flops for each stored number; none for r = 0.
     void apply(const Eigen::VectorXd& r, Eigen::VectorXd& out) const;
     /// |W| r with r >= 0: the size of the terms in W r. A matrix-free W knows its terms only
     /// together: sqrt(W_ii) (sum_j sqrt(W_jj) r_j), which bounds them for a semidefinite W.
@@ -51,8 +52,8 @@ public:
     Eigen::VectorXd transpose_times(const Eigen::VectorXd& r) const;
     /// W(chosen, chosen) as a dense matrix; a matrix-free W costs a product per column.
     Eigen::MatrixXd part(const std::vector<Eigen::Index>& chosen) const;
-    /// The block of a contact, size <= 3.
-    Eigen::MatrixXd block(Eigen::Index first_row, int size) const;
+    /// The block of a contact, size <= 3; no allocation.
+    Block block(Eigen::Index first_row, int size) const;
     Eigen::VectorXd diagonal() const;
     /// |W - W^T| / |W| in the Frobenius norm, 0 for W = 0, not finite if W is not [-].
     /// Matrix-free: estimated from two fixed products.

@@ -56,16 +56,23 @@ Groups coupled(const ContactProblem& problem, const std::vector<int>& offset)
         std::vector<int> owner(static_cast<std::size_t>(problem.q.size()));
         for (int i = 0; i < n; ++i)
             std::fill(owner.begin() + first(i), owner.begin() + first(i + 1), i);
+        std::vector<int> met(static_cast<std::size_t>(n), -1); // the contact that joined it last
         for (int j = 0; j < n && groups.count() > 1; ++j)
             for (int column = first(j); column < first(j + 1); ++column)
-                for (Delassus::Sparse::InnerIterator it(problem.W.sparse(), column); it; ++it)
-                    if (it.value() != 0) groups.join(owner[static_cast<std::size_t>(it.row())], j);
+                for (Delassus::Sparse::InnerIterator it(problem.W.sparse(), column); it; ++it) {
+                    const int i = owner[static_cast<std::size_t>(it.row())];
+                    int& last = met[static_cast<std::size_t>(i)];
+                    if (i == j || last == j || it.value() == 0) continue;
+                    last = j;
+                    groups.join(i, j);
+                }
     }
     return groups;
 }
 
 /// Copies the rows of a part out of the whole.
-void extract(const ContactProblem& problem, ProblemPart& part)
+/// @param place  of each row of the whole, -1: scratch, left as it was
+void extract(const ContactProblem& problem, ProblemPart& part, std::vector<int>& place)
 {
     part.problem.level = problem.level;
     part.problem.q = problem.q(part.rows);
@@ -74,16 +81,24 @@ void extract(const ContactProblem& problem, ProblemPart& part)
         part.problem.W = problem.W.part(part.rows);
         return;
     }
-    std::vector<int> place(static_cast<std::size_t>(problem.q.size()), -1);
-    for (std::size_t k = 0; k < part.rows.size(); ++k)
+    const Delassus::Sparse& whole = problem.W.sparse();
+    Eigen::Index entries = 0;
+    for (std::size_t k = 0; k < part.rows.size(); ++k) {
         place[static_cast<std::size_t>(part.rows[k])] = static_cast<int>(k);
-    std::vector<Eigen::Triplet<double>> entries;
-    for (std::size_t k = 0; k < part.rows.size(); ++k)
-        for (Delassus::Sparse::InnerIterator it(problem.W.sparse(), part.rows[k]); it; ++it)
-            if (const int row = place[static_cast<std::size_t>(it.row())]; row >= 0)
-                entries.emplace_back(row, static_cast<int>(k), it.value());
+        entries += whole.outerIndexPtr()[part.rows[k] + 1] - whole.outerIndexPtr()[part.rows[k]];
+    }
+    // Rows keep their order: columns stay sorted.
     Delassus::Sparse W(part.problem.q.size(), part.problem.q.size());
-    W.setFromTriplets(entries.begin(), entries.end());
+    W.reserve(entries);
+    for (std::size_t k = 0; k < part.rows.size(); ++k) {
+        W.startVec(static_cast<Eigen::Index>(k));
+        for (Delassus::Sparse::InnerIterator it(whole, part.rows[k]); it; ++it)
+            if (const int row = place[static_cast<std::size_t>(it.row())]; row >= 0)
+                W.insertBackByOuterInnerUnordered(static_cast<Eigen::Index>(k), row) = it.value();
+    }
+    W.finalize();
+    for (const Eigen::Index row : part.rows)
+        place[static_cast<std::size_t>(row)] = -1;
     part.problem.W = std::move(W);
 }
 
@@ -123,9 +138,10 @@ std::optional<std::vector<ProblemPart>> take_apart(const ContactProblem& problem
             acts[static_cast<std::size_t>(own)] = 1;
     }
     std::vector<ProblemPart> acting;
+    std::vector<int> place(static_cast<std::size_t>(problem.q.size()), -1);
     for (std::size_t k = 0; k < parts.size(); ++k)
         if (acts[k]) {
-            extract(problem, parts[k]);
+            extract(problem, parts[k], place);
             acting.push_back(std::move(parts[k]));
         }
     // The small ones first: what takes long must not keep them waiting.

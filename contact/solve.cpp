@@ -99,12 +99,13 @@ SolverRun run(const ContactProblem& problem, SolverOptions options, Eigen::Vecto
 }
 
 /// The tolerance in a part's own measure that leaves it below the given one in that of the whole.
-double tolerance_of(const ContactProblem& whole, const ContactProblem& part, double tolerance)
+double tolerance_of(const NaturalMapError& whole, const ContactProblem& part, double tolerance)
 {
-    const double rho = NaturalMapError(whole, ErrorScope::all_rows).rho();
+    const double rho = whole.rho();
     const double own = NaturalMapError(part, ErrorScope::all_rows).rho();
     // ||F|| of the part grows with rho, by no more than rho does.
-    const double share = std::min(1.0, own / rho) * rho * whole.q.norm() / (own * part.q.norm());
+    const double share =
+        std::min(1.0, own / rho) * rho * whole.problem().q.norm() / (own * part.q.norm());
     return std::clamp(share * tolerance, 0.1 * tolerance, std::max(tolerance, 1e-3));
 }
 
@@ -121,11 +122,11 @@ InfeasibilityProof proof_of_whole(const ContactProblem& whole, const ProblemPart
 
 /// Solves the parts one by one; where they do not do in the scale of the whole, again and
 /// closer.
-SolverRun run_parts(const ContactProblem& problem, const std::vector<ProblemPart>& parts,
+SolverRun run_parts(const NaturalMapError& error, const std::vector<ProblemPart>& parts,
                     const SolverOptions& options, const Eigen::VectorXd& start)
 {
     const Stopwatch clock;
-    const NaturalMapError error(problem, options.scope);
+    const ContactProblem& problem = error.problem();
     const auto error_of = [&](const Eigen::VectorXd& r) {
         return error(r, problem.W * r + problem.q);
     };
@@ -145,7 +146,7 @@ SolverRun run_parts(const ContactProblem& problem, const std::vector<ProblemPart
         for (std::size_t k = 0; k < parts.size(); ++k) {
             const ProblemPart& part = parts[k];
             SolverOptions own = options;
-            own.tolerance = factor * share * tolerance_of(problem, part.problem, options.tolerance);
+            own.tolerance = factor * share * tolerance_of(error, part.problem, options.tolerance);
             own.max_seconds = std::max(0.0, options.max_seconds - clock.seconds());
             runs[k] = run(part.problem, own, whole.reaction(part.rows), round > 0);
         }
@@ -219,31 +220,33 @@ ContactSolution solve_in_range(const ContactProblem& problem, const SolverOption
 {
     const Stopwatch clock;
     Eigen::VectorXd r = start(problem, warm_start);
-    Certificate first = certify(problem, r, options.tolerance, options.scope);
+    const NaturalMapError error(problem, options.scope);
+    Eigen::VectorXd u;
+    Certificate first = certify(error, r, options.tolerance, u);
     first.solver = options.solver;
     const bool may_shrink = options.least_norm && !r.isZero(0);
     if (first.status == SolveStatus::converged && !may_shrink) {
         // Nothing to do: no contact closes, or all is known.
-        ContactSolution solution{
-            r, problem.W * r + problem.q, first, {{0, clock.seconds(), first.error}}};
+        ContactSolution solution{r, u, first, {{0, clock.seconds(), first.error}}};
         solution.certificate.seconds = clock.seconds();
         describe(problem, options, solution.certificate);
         return solution;
     }
     std::optional<std::vector<ProblemPart>> parts;
     if (options.solver == ContactSolver::automatic) parts = take_apart(problem);
-    SolverRun outcome = parts ? run_parts(problem, *parts, options, r)
+    SolverRun outcome = parts ? run_parts(error, *parts, options, r)
                               : run(problem, options, r, warm_start.size() > 0);
 
     if (options.least_norm && outcome.status == SolveStatus::converged)
         reduce_norm(problem, options, clock, outcome);
 
     ContactSolution solution;
-    solution.certificate = certify(problem, outcome.reaction, options.tolerance, options.scope);
+    solution.certificate = certify(error, outcome.reaction, options.tolerance, solution.u);
     Certificate& c = solution.certificate;
     if (c.status != SolveStatus::converged && !(c.error <= first.error)) {
         c = first; // a solver that leaves its start behind may end worse than it began
         outcome.reaction = std::move(r);
+        solution.u = std::move(u);
     }
     // A solver may end early, never declare success.
     if (c.status != SolveStatus::converged && outcome.status != SolveStatus::converged)
@@ -252,7 +255,6 @@ ContactSolution solve_in_range(const ContactProblem& problem, const SolverOption
     c.solver = options.solver;
     c.iterations = outcome.iterations;
     solution.reaction = std::move(outcome.reaction);
-    solution.u = problem.W * solution.reaction + problem.q;
     solution.history = std::move(outcome.history);
     c.seconds = clock.seconds();
     describe(problem, options, c);

@@ -14,6 +14,9 @@ namespace {
 
 constexpr int kBatch = 10;        ///< sweeps between two looks at their rate
 constexpr double kPathSteps = 10; ///< steps that a path is expected to take
+/// Newton on the law itself: three steps where the sweeps have found which contacts do what, and
+/// left as soon as it gets no closer.
+constexpr NewtonPath kQuickNewton{.smooth = false, .steps = 8, .rejections = 1};
 constexpr double kRoundOff = 1e-15;
 constexpr double kHardlyHelped = 0.2;            ///< error, beside 1 for no reaction at all
 constexpr int kFewSweeps = 100, kDoublings = 10; ///< between two paths, more in each round
@@ -24,21 +27,24 @@ constexpr double kSoft = 1e-10;
 constexpr int kPathsBetween = 3;
 constexpr double kProximal[] = {0.3, 0.01};
 
+constexpr double kCache = 2.5e5; ///< numbers of W that a core has near itself
+
 /// What a sweep costs [ns on one core of 2024].
 double sweep_cost(const SolverWork& work, Eigen::Index closed_rows)
 {
     const auto rows = static_cast<double>(work.r.size());
-    const double products = work.columns.is_dense()
-                                ? 0.25 * rows * static_cast<double>(closed_rows)
-                                : 5.0 * static_cast<double>(work.columns.blocks()) *
-                                      static_cast<double>(closed_rows) / std::max(rows, 1.0);
-    return products + 90 * rows;
+    const double products =
+        work.columns.is_dense()
+            ? (rows * rows > kCache ? 0.35 : 0.12) * rows * static_cast<double>(closed_rows)
+            : 2.5 * static_cast<double>(work.columns.blocks()) * static_cast<double>(closed_rows) /
+                  std::max(rows, 1.0);
+    return products + 30 * rows;
 }
 
 double step_cost(const SolverWork& work, ShiftedDelassus& matrix, Eigen::Index closed_rows)
 {
     const auto rows = static_cast<double>(work.r.size());
-    return matrix.cost(closed_rows) + 300 * rows;
+    return matrix.cost(closed_rows) + 100 * rows;
 }
 
 Eigen::Index closed_rows(const SolverWork& work)
@@ -110,6 +116,11 @@ void solve_automatically(SolverWork& work)
         return;
     }
     work.take_best();
+    if (work.progress.best_error() < kHardlyHelped) {
+        if (follow_path(work, matrix, kQuickNewton)) return;
+        matrix.trust(); // without rounding, factors of a singular W say nothing about later ones
+        work.take_best();
+    }
     // Where sweeps have hardly helped, what they have reached is no better a start than none.
     if (follow_path(work, matrix, {.from_afar = work.progress.best_error() > kHardlyHelped}))
         return;

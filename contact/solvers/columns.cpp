@@ -14,71 +14,119 @@ Columns::Columns(const ContactProblem& problem) : problem_(problem), offset_(row
         std::fill(owner.begin() + first_row(i), owner.begin() + first_row(i + 1), i);
 
     std::vector<int> seen(static_cast<std::size_t>(n), -1); // place in this column's list
-    std::vector<int> list;
+    const auto place_of = [&](int i) -> int& { return seen[static_cast<std::size_t>(i)]; };
     start_.reserve(static_cast<std::size_t>(n) + 1);
     start_.push_back(0);
+    Eigen::Index values = 0;
+    // The pattern first: most contacts couple by full blocks, whose first column tells it all, in
+    // order.
+    neighbour_.reserve(static_cast<std::size_t>(W.nonZeros() / 9 + n));
     for (int j = 0; j < n; ++j) {
-        list.assign(1, j); // the own block always, to have a place for what is added to it
+        const auto mine = static_cast<int>(start_.back());
         for (int column = first_row(j); column < first_row(j + 1); ++column)
-            for (Delassus::Sparse::InnerIterator it(W, column); it; ++it)
-                if (it.value() != 0) list.push_back(owner[static_cast<std::size_t>(it.row())]);
-        std::sort(list.begin(), list.end());
-        list.erase(std::unique(list.begin(), list.end()), list.end());
-        const int columns = rows(j);
-        for (int i : list) {
-            seen[static_cast<std::size_t>(i)] = static_cast<int>(neighbour_.size());
-            neighbour_.push_back(i);
-            place_.push_back(value_.size());
-            value_.resize(value_.size() + static_cast<std::size_t>(rows(i) * columns), 0.0);
-        }
-        for (int c = 0; c < columns; ++c)
-            for (Delassus::Sparse::InnerIterator it(W, first_row(j) + c); it; ++it) {
-                if (it.value() == 0) continue;
-                const int row = static_cast<int>(it.row());
-                const int i = owner[static_cast<std::size_t>(row)];
-                const std::size_t place =
-                    place_[static_cast<std::size_t>(seen[static_cast<std::size_t>(i)])];
-                value_[place + static_cast<std::size_t>(c * rows(i) + row - first_row(i))] +=
-                    it.value();
+            for (Delassus::Sparse::InnerIterator it(W, column); it; ++it) {
+                const int i = owner[static_cast<std::size_t>(it.row())];
+                if (place_of(i) >= mine || it.value() == 0) continue;
+                place_of(i) = mine;
+                neighbour_.push_back(i);
             }
+        if (place_of(j) < mine) neighbour_.push_back(j); // there for what is added to it
+        place_of(j) = mine;
+        const auto begin = neighbour_.begin() + mine;
+        if (!std::is_sorted(begin, neighbour_.end())) std::sort(begin, neighbour_.end());
+        first_value_.push_back(values);
+        values += (neighbour_.end() - begin) * kStride * rows(j);
         start_.push_back(neighbour_.size());
     }
+    value_.setZero(values);
+    for (int j = 0; j < n; ++j) {
+        for (std::size_t k = at(j); k < at(j + 1); ++k)
+            place_of(neighbour_[k]) = static_cast<int>(k - at(j));
+        double* const blocks = value_.data() + first_value_[static_cast<std::size_t>(j)];
+        for (int column = first_row(j); column < first_row(j + 1); ++column)
+            for (Delassus::Sparse::InnerIterator it(W, column); it; ++it) {
+                if (it.value() == 0) continue;
+                const auto row = static_cast<int>(it.row());
+                const int i = owner[static_cast<std::size_t>(row)];
+                blocks[kStride * (place_of(i) * rows(j) + column - first_row(j)) + row -
+                       first_row(i)] += it.value();
+            }
+    }
+}
+
+void Columns::spread(const Eigen::VectorXd& u, Eigen::VectorXd& slots) const
+{
+    if (is_dense()) {
+        slots = u;
+        return;
+    }
+    const int n = contact_count(problem_);
+    slots.setZero(kStride * n);
+    for (int i = 0; i < n; ++i)
+        for (int a = 0; a < rows(i); ++a)
+            slots[kStride * i + a] = u[first_row(i) + a];
+}
+
+void Columns::collect(const Eigen::VectorXd& slots, Eigen::VectorXd& u) const
+{
+    if (is_dense()) {
+        u = slots;
+        return;
+    }
+    for (int i = 0; i < contact_count(problem_); ++i)
+        for (int a = 0; a < rows(i); ++a)
+            u[first_row(i) + a] = slots[kStride * i + a];
+}
+
+void Columns::add_dense(int contact, const double* change, double* __restrict u) const
+{
+    const Eigen::Index n = problem_.W.dense().rows();
+    const double* w0 = problem_.W.dense().data() + first_row(contact) * n;
+    if (rows(contact) == 1) {
+        for (Eigen::Index k = 0; k < n; ++k)
+            u[k] += w0[k] * change[0];
+        return;
+    }
+    const double* w1 = w0 + n;
+    const double* w2 = w1 + n;
+    const double c0 = change[0], c1 = change[1], c2 = change[2];
+    for (Eigen::Index k = 0; k < n; ++k)
+        u[k] += w0[k] * c0 + w1[k] * c1 + w2[k] * c2;
 }
 
 void Columns::add(int contact, const double* change, Eigen::VectorXd& u) const
 {
-    const int columns = rows(contact);
-    double* __restrict v = u.data();
     if (is_dense()) {
-        const Eigen::Index n = u.size();
-        const double* w0 = problem_.W.dense().data() + first_row(contact) * n;
-        if (columns == 1) {
-            for (Eigen::Index k = 0; k < n; ++k)
-                v[k] += w0[k] * change[0];
-            return;
-        }
-        const double* w1 = w0 + n;
-        const double* w2 = w1 + n;
-        const double c0 = change[0], c1 = change[1], c2 = change[2];
-        for (Eigen::Index k = 0; k < n; ++k)
-            v[k] += w0[k] * c0 + w1[k] * c1 + w2[k] * c2;
+        add_dense(contact, change, u.data());
         return;
     }
-    for (std::size_t k = at(contact); k < at(contact + 1); ++k) {
-        const double* block = value_.data() + place_[k];
-        const int i = neighbour_[k];
-        double* target = v + first_row(i);
-        if (columns == 3 && rows(i) == 3) {
-            const double c0 = change[0], c1 = change[1], c2 = change[2];
-            target[0] += block[0] * c0 + block[3] * c1 + block[6] * c2;
-            target[1] += block[1] * c0 + block[4] * c1 + block[7] * c2;
-            target[2] += block[2] * c0 + block[5] * c1 + block[8] * c2;
-            continue;
-        }
-        for (int c = 0; c < columns; ++c)
-            for (int a = 0; a < rows(i); ++a)
-                target[a] += *block++ * change[c];
+    const double* block = neighbour_block(contact, 0);
+    for (const int* i = neighbours_begin(contact); i != neighbours_end(contact); ++i)
+        for (int c = 0; c < rows(contact); ++c, block += kStride)
+            for (int a = 0; a < rows(*i); ++a)
+                u[first_row(*i) + a] += block[a] * change[c];
+}
+
+void Columns::add_to_slots(int contact, const double* change, Eigen::VectorXd& slots) const
+{
+    if (is_dense()) {
+        add_dense(contact, change, slots.data());
+        return;
     }
+    using Column = Eigen::Array<double, kStride, 1>;
+    using Block = Eigen::Map<const Column, Eigen::Aligned32>;
+    const double* block = neighbour_block(contact, 0);
+    const int* const end = neighbours_end(contact);
+    if (rows(contact) == 1) {
+        for (const int* i = neighbours_begin(contact); i != end; ++i, block += kStride)
+            Eigen::Map<Column, Eigen::Aligned32>(slots.data() + kStride * *i) +=
+                Block(block) * change[0];
+        return;
+    }
+    const double c0 = change[0], c1 = change[1], c2 = change[2];
+    for (const int* i = neighbours_begin(contact); i != end; ++i, block += 3 * kStride)
+        Eigen::Map<Column, Eigen::Aligned32>(slots.data() + kStride * *i) +=
+            Block(block) * c0 + Block(block + kStride) * c1 + Block(block + 2 * kStride) * c2;
 }
 
 std::size_t Columns::blocks() const

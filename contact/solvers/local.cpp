@@ -23,6 +23,8 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kRoundOff = 8 * kEpsilon;
 /// Bisection of a bracket of any two doubles ends within this.
 constexpr int kMaxIterations = 200;
+/// Of Newton from the guess, before a bracket is made.
+constexpr int kQuickIterations = 6;
 
 /// r_t of slip with multiplier s, in the basis. By components: this is the inner loop of nsgs.
 struct SlipPoint {
@@ -99,11 +101,11 @@ LocalBlock prepare(const Mat3& A)
 
     const double off = (S(0, 1) + S(1, 0)) / 2;
     const double half_difference = (S(0, 0) - S(1, 1)) / 2;
-    const double radius = std::hypot(half_difference, off);
-    // Measured from the nearer axis: the sine of a graded block keeps its own digits.
-    const double angle = std::atan2(off, std::abs(half_difference)) / 2;
-    a.cosine = std::cos(angle);
-    a.sine = std::sin(angle);
+    const double radius = std::sqrt(half_difference * half_difference + off * off);
+    // The half angle's tangent, from the nearer axis: the sine of a graded block keeps its digits.
+    const double tangent = radius > 0 ? off / (std::abs(half_difference) + radius) : 0;
+    a.cosine = 1 / std::sqrt(1 + tangent * tangent);
+    a.sine = tangent * a.cosine;
     if (half_difference < 0) std::swap(a.cosine, a.sine);
     a.large = (S(0, 0) + S(1, 1)) / 2 + radius;
     // The determinant keeps a small eigenvalue that the difference of two large ones loses.
@@ -118,11 +120,14 @@ LocalBlock prepare(const Mat3& A)
     };
     a.to_normal = turned(A(0, 1), A(0, 2));
     a.from_normal = turned(A(1, 0), A(2, 0));
+    if (a.large > 0) a.inverse_large = 1 / a.large;
+    if (a.small > 0) a.inverse_small = 1 / a.small;
+    a.coupling = a.to_normal.norm() / a.normal;
     a.solvable = a.large >= 0;
     return a;
 }
 
-LocalReaction solve_local(const LocalBlock& a, double mu, const Vec3& b, double guess)
+LocalReaction solve_local(const LocalBlock& a, double mu, const Vec3& b, double guess, double loose)
 {
     LocalReaction result;
     if (b[0] >= 0) {
@@ -138,28 +143,55 @@ LocalReaction solve_local(const LocalBlock& a, double mu, const Vec3& b, double 
         result.state = state;
     };
     const double alone = -b[0] / a.normal; // r_n without friction
-    Eigen::Vector2d rt(0, 0);
     if (mu == 0) {
-        accept(alone, rt, LocalState::slip);
+        accept(alone, Eigen::Vector2d::Zero(), LocalState::slip);
         return result;
     }
 
     const Eigen::Vector2d bt{a.cosine * b[1] + a.sine * b[2], -a.sine * b[1] + a.cosine * b[2]};
     const Eigen::Vector2d shed = -alone * a.from_normal;
     const Eigen::Vector2d c = bt - shed;
-    if (stick_point(a, c, bt.norm() + shed.norm(), rt)) {
+    const bool regular = a.small > 0 && a.skew == 0;
+    Eigen::Vector2d rt(-c[0] * a.inverse_large, -c[1] * a.inverse_small);
+    if (regular || stick_point(a, c, bt.norm() + shed.norm(), rt)) {
         const double rn = alone - a.to_normal.dot(rt) / a.normal;
-        if (rt.norm() <= mu * rn) {
+        if (rn >= 0 && rt.squaredNorm() <= mu * rn * (mu * rn)) {
             accept(rn, rt, LocalState::stick);
             return result;
+        }
+    }
+    const double k = mu / a.normal;
+    const double round_off = 2 * kEpsilon * (1 + mu * a.coupling); // h is not known better
+    // On the cone to the last digit. Moving r_n is safe, |A_nt|^2 <= A_nn |A_tt|; moving r_t by
+    // the same share would multiply the round-off of r_n by mu |A_nt| / A_nn.
+    const auto accept_slip = [&](const SlipPoint& p, double s) {
+        if (!(p.h > -1)) return;
+        accept(p.t / mu, {p.rt1, p.rt2}, LocalState::slip);
+        result.multiplier = s;
+    };
+
+    // Newton from a good guess needs no bracket; where it does not halve h each time, it does.
+    if (guess > 0 && a.small > 0) {
+        double s = guess, last = std::numeric_limits<double>::infinity(), enough = round_off;
+        for (int i = 0; i < kQuickIterations; ++i) {
+            const SlipPoint p = slip_at(a, k, b[0], c[0], c[1], s);
+            const double size = std::abs(p.h);
+            if (size <= enough) {
+                accept_slip(p, s);
+                return result;
+            }
+            if (i == 0) enough = std::max(round_off, loose * size);
+            const double next = s - p.h / p.slope;
+            if (!(size <= last / 2) || !(next > 0)) break;
+            last = size;
+            s = next;
         }
     }
 
     // |r_t| <= |c| / (s + small) makes h > 0 at the upper end, for any direction of A_nt.
     const double c_size = c.norm();
     const double start = std::max(0.0, -a.small);
-    const double k = mu / a.normal;
-    const double coupling = 1 + k * a.to_normal.norm();
+    const double coupling = 1 + mu * a.coupling;
     double low = start;
     double high = start + c_size * coupling / (mu * alone) * (1 + 4 * kEpsilon);
     if (!(high > low) || !std::isfinite(high)) return result;
@@ -179,7 +211,7 @@ LocalReaction solve_local(const LocalBlock& a, double mu, const Vec3& b, double 
     for (int i = 0; i < kMaxIterations; ++i) {
         p = slip_at(a, k, b[0], c[0], c[1], s);
         const double size = std::abs(p.h);
-        if (size <= 2 * kEpsilon * coupling) break; // h is not known better
+        if (size <= round_off) break;
         (p.h < 0 ? low : high) = s;
         double next = s - p.h / p.slope;
         // Newton while it stays inside and halves h; else the bracket is halved.
@@ -195,9 +227,7 @@ LocalReaction solve_local(const LocalBlock& a, double mu, const Vec3& b, double 
         if (!(next > low && next < high) || std::abs(next - s) <= kEpsilon * (s + a.small)) break;
         s = next;
     }
-    // On the cone to the last digit. Moving r_n is safe, |A_nt|^2 <= A_nn |A_tt|; moving r_t by
-    // the same share would multiply the round-off of r_n by mu |A_nt| / A_nn.
-    if (p.h > -1) accept(p.t / mu, {p.rt1, p.rt2}, LocalState::slip);
+    accept_slip(p, s);
     return result;
 }
 

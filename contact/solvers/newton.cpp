@@ -18,7 +18,6 @@ constexpr double kFirstShift = 1e-6, kLargestShift = 1, kSmallestShift = 1e-12;
 constexpr double kRaise = 10, kLower = 0.1;
 constexpr double kFloor = 1e-12; ///< always there: stick contacts of a singular W need it
 constexpr double kShort = 0.1, kLong = 0.5;
-constexpr int kRejections = 3; ///< then the corners are rounded wider
 constexpr double kWiden = 10;
 
 /// The problem in dimensionless numbers: r = s f r', u = f u' / s with one s per contact that
@@ -88,37 +87,25 @@ public:
         return std::sqrt(sum);
     }
 
-    /// The Newton step in real forces.
+    /// The Newton step in real forces, and W times it.
     /// @returns false if the matrix is singular to working precision
     bool step(const std::vector<LinearisedLaw>& law, double shift, const Smoothing& s,
-              ShiftedDelassus& matrix, Eigen::VectorXd& direction)
+              ShiftedDelassus& matrix, Eigen::VectorXd& direction, Eigen::VectorXd& slope)
     {
         if (!matrix.factorise(law, shift)) return false;
-        bool any_open = false;
-        given_ = Eigen::VectorXd::Zero(direction.size());
-        for (int i = 0; i < contact_count(problem_); ++i) {
-            if (!law[static_cast<std::size_t>(i)].open) continue;
-            const int k = columns_.first_row(i), rows = columns_.rows(i);
-            given_.segment(k, rows) = -law[static_cast<std::size_t>(i)].residual.head(rows);
-            any_open = any_open || !given_.segment(k, rows).isZero(0);
-        }
-        felt_ = Eigen::VectorXd::Zero(direction.size());
-        if (any_open) {
-            given_.array() *= scale_.array();
-            problem_.W.apply(given_, felt_);
-            felt_.array() *= scale_.array();
-            given_.array() /= scale_.array();
-        }
-        direction = given_;
+        right_.resize(direction.size());
         for (int i = 0; i < contact_count(problem_); ++i) {
             const LinearisedLaw& own = law[static_cast<std::size_t>(i)];
-            if (own.open) continue;
             const int k = columns_.first_row(i), rows = columns_.rows(i);
             const Vec3 b = -(own.residual / s.rho + own.D * own.residual);
-            direction.segment(k, rows) = b.head(rows) - felt_.segment(k, rows);
+            for (int a = 0; a < rows; ++a) {
+                direction[k + a] = own.open ? -own.residual[a] : 0;
+                right_[k + a] = b[a];
+            }
         }
-        if (!matrix.solve(direction)) return false;
+        if (!matrix.solve(right_, direction, slope)) return false;
         direction.array() *= force * scale_.array();
+        slope.array() *= force / scale_.array();
         return direction.allFinite();
     }
 
@@ -126,7 +113,7 @@ private:
     const ContactProblem& problem_;
     const Columns& columns_;
     const Eigen::VectorXd& scale_;
-    Eigen::VectorXd given_, felt_;
+    Eigen::VectorXd right_;
 };
 
 Eigen::Index closed_rows(const Columns& columns, const std::vector<LinearisedLaw>& law)
@@ -208,9 +195,8 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
         const double reference = *std::max_element(recent, recent + std::min(known, kMemory));
 
         double length = 0, reached = 0;
-        if (scaled.step(law, proximal.alpha + std::max(shift, kFloor), smoothing, matrix,
-                        direction)) {
-            problem.W.apply(direction, slope);
+        if (scaled.step(law, proximal.alpha + std::max(shift, kFloor), smoothing, matrix, direction,
+                        slope)) {
             double trial = 1;
             for (int k = 0; k <= kHalvings; ++k, trial /= 2) {
                 next_r = r + trial * direction;
@@ -224,7 +210,7 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
         }
         if (length == 0) {
             shift = std::min(std::max(kRaise * shift, kFirstShift), kLargestShift);
-            if (++rejected > kRejections) {
+            if (++rejected > path.rejections) {
                 if (!path.smooth) return PathEnd::lost;
                 smoothing.epsilon =
                     std::min(kWiden * smoothing.epsilon, std::max(0.1 * widest, smoothing.epsilon));

@@ -26,6 +26,7 @@ struct NewtonPath {
     double rho = 3;         ///< weight of u beside r [-]
     double spread = 3;      ///< rounding of friction's discs over that of the normal law [-]
     int steps = 100;        ///< at most
+    int rejections = 3;     ///< then the corners are rounded wider; without corners, it is left
     int patience = 25;      ///< steps without a lower rounding after which it is taken to fold back
 };
 

@@ -32,13 +32,13 @@ bool Progress::converged(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exac
     if (error_ > threshold_ && !due) return false;
 
     if (looks_ > 0) { // the start comes with an exact u
-        u = problem_.q;
-        u += problem_.W * r;
+        problem_.W.apply(r, u);
+        u += problem_.q;
         error_ = natural_map_(r, u, residuals_);
     }
     if (due) {
         next_refresh_ = looks_ + kRefreshEvery;
-        threshold_ = std::max(options_.tolerance, natural_map_.floor(r, u));
+        threshold_ = natural_map_.threshold(r, u, options_.tolerance);
     }
     return error_ <= threshold_;
 }

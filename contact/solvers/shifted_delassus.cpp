@@ -10,7 +10,7 @@ namespace {
 constexpr double kGmresTolerance = 1e-6;
 constexpr int kGmresSteps = 200;
 // Refinement of a factor without pivoting ends when it is this good, or no longer gets better.
-constexpr double kRefined = 1e-9, kRefining = 0.5;
+constexpr double kRefined = 1e-12, kRefining = 0.5;
 constexpr int kRefinements = 6;
 /// Not good enough for a Newton direction: a dense factor, which pivots, is taken from then on...
 constexpr double kPoor = 1;
@@ -47,7 +47,7 @@ namespace {
 double dense_cost(Eigen::Index rows)
 {
     const auto m = static_cast<double>(rows);
-    return 0.016 * m * m * m + 1.5 * m * m;
+    return 0.008 * m * m * m * (1 + m / 2400) + 1.5 * m * m; // large ones leave the cache
 }
 
 } // namespace
@@ -77,62 +77,132 @@ bool ShiftedDelassus::factorise(const std::vector<LinearisedLaw>& law, double sh
             for (int a = 0; a < columns_.rows(i); ++a)
                 closed_.push_back(columns_.first_row(i) + a);
     const auto rows = static_cast<Eigen::Index>(closed_.size());
-    by_blocks_ = problem_.W.is_sparse() && dense_cost(rows) > sparse_.cost() &&
-                 !(distrusted_ && rows <= kDistrusted);
-    if (by_blocks_) return factorise_sparse();
-    factorise_dense();
+    const bool few = rows <= kDistrusted || problem_.W.is_dense();
+    if (distrusted_ && few) {
+        factorise_with_pivots();
+        return true;
+    }
+    if (problem_.W.is_sparse() && dense_cost(rows) > sparse_.cost()) return factorise_sparse();
+    return factorise_dense();
+}
+
+bool ShiftedDelassus::solve(const Eigen::VectorXd& b, Eigen::VectorXd& x, Eigen::VectorXd& product)
+{
+    if (problem_.W.is_matrix_free()) {
+        apply(x, product);
+        Eigen::VectorXd right(b.size());
+        right = b - product;
+        solve_by_gmres(right, x);
+        apply(x, product);
+        return true;
+    }
+    const Eigen::VectorXd given = x;
+    if (refine(b, x, product) <= kPoor || factor_ == Factor::pivoted) return true;
+    distrusted_ = true;
+    if (static_cast<Eigen::Index>(closed_.size()) > kDistrusted && !problem_.W.is_dense())
+        return false;
+    factorise_with_pivots();
+    x = given;
+    refine(b, x, product);
     return true;
 }
 
-bool ShiftedDelassus::solve(Eigen::VectorXd& x)
+double ShiftedDelassus::refine(const Eigen::VectorXd& b, Eigen::VectorXd& x,
+                               Eigen::VectorXd& product)
 {
-    if (problem_.W.is_matrix_free()) {
-        solve_by_gmres(x);
-    } else if (!by_blocks_) {
-        solve_dense(x);
-    } else if (!solve_sparse(x)) {
-        distrusted_ = true;
-        if (static_cast<Eigen::Index>(closed_.size()) > kDistrusted) return false;
-        by_blocks_ = false;
-        factorise_dense();
-        solve_dense(x);
+    Eigen::VectorXd residual(x.size()), correction(x.size()), next_product(x.size());
+    apply(x, product);
+    for (int i = 0; i < contact_count(problem_); ++i) {
+        const int row = columns_.first_row(i), rows = columns_.rows(i);
+        if (open(i))
+            residual.segment(row, rows).setZero();
+        else
+            residual.segment(row, rows) = b.segment(row, rows) - product.segment(row, rows);
     }
-    return true;
+    const double size = residual.norm();
+    if (size == 0) return 0;
+    double last = std::numeric_limits<double>::infinity();
+    for (int k = 0; k <= kRefinements; ++k) {
+        solve_once(residual, correction);
+        correction += x;
+        apply(correction, next_product);
+        subtract(b, correction, next_product, residual);
+        const double left = residual.norm();
+        if (!(left < kRefining * last) && k > 0) break;
+        x.swap(correction);
+        product.swap(next_product);
+        last = left;
+        if (last <= kRefined * size || !std::isfinite(last)) break;
+    }
+    return last / size;
+}
+
+void ShiftedDelassus::solve_once(const Eigen::VectorXd& b, Eigen::VectorXd& x) const
+{
+    x.setZero(b.size());
+    if (factor_ == Factor::blocks) {
+        const int n = contact_count(problem_);
+        Eigen::VectorXd padded = Eigen::VectorXd::Zero(3 * n);
+        for (int i = 0; i < n; ++i)
+            if (!open(i))
+                for (int a = 0; a < columns_.rows(i); ++a)
+                    padded[3 * i + a] = b[columns_.first_row(i) + a];
+        sparse_.solve(padded);
+        for (int i = 0; i < n; ++i)
+            if (!open(i))
+                for (int a = 0; a < columns_.rows(i); ++a)
+                    x[columns_.first_row(i) + a] = padded[3 * i + a];
+        return;
+    }
+    if (closed_.empty()) return;
+    Eigen::VectorXd part = b(closed_);
+    if (factor_ == Factor::dense)
+        dense_.solve(part);
+    else
+        part = pivoted_->solve(part).eval();
+    x(closed_) = part;
 }
 
 // ---- dense
 
-/// Fills the closed rows of one column of S W S.
-void ShiftedDelassus::gather_dense(int contact, Eigen::Index first)
+void ShiftedDelassus::gather(int contact, const std::vector<Eigen::Index>& place, double* target,
+                             std::ptrdiff_t stride) const
 {
-    const Eigen::MatrixXd& W = problem_.W.dense();
-    for (int b = 0; b < columns_.rows(contact); ++b) {
-        const int column = columns_.first_row(contact) + b;
-        const double* source = W.data() + column * W.rows();
-        double* target = matrix_.data() + (first + b) * matrix_.rows();
-        for (std::size_t i = 0; i < closed_.size(); ++i)
-            target[i] = source[closed_[i]] * scale_[closed_[i]] * scale_[column];
-    }
-}
-
-void ShiftedDelassus::gather_sparse(int contact, Eigen::Index first,
-                                    const std::vector<Eigen::Index>& place)
-{
-    const int columns = columns_.rows(contact);
-    matrix_.middleCols(first, columns).setZero();
-    int k = 0;
-    for (const int* i = columns_.neighbours_begin(contact); i != columns_.neighbours_end(contact);
-         ++i, ++k) {
-        if (open(*i)) continue;
-        const double scale = scale_[columns_.first_row(contact)] * scale_[columns_.first_row(*i)];
-        const double* value = columns_.neighbour_block(contact, k);
+    const int columns = columns_.rows(contact), first = columns_.first_row(contact);
+    if (problem_.W.is_dense()) {
+        const Eigen::MatrixXd& W = problem_.W.dense();
+        for (int c = 0; c < columns; ++c) {
+            const double* const source = W.data() + (first + c) * W.rows();
+            double* const to = target + c * stride;
+            const double own = scale_[first + c];
+            for (std::size_t i = 0; i < closed_.size(); ++i)
+                to[i] = source[closed_[i]] * scale_[closed_[i]] * own;
+        }
+    } else {
         for (int c = 0; c < columns; ++c)
-            for (int a = 0; a < columns_.rows(*i); ++a)
-                matrix_(place[static_cast<std::size_t>(*i)] + a, first + c) = scale * *value++;
+            std::fill_n(target + c * stride, closed_.size(), 0.0);
+        int k = 0;
+        for (const int* i = columns_.neighbours_begin(contact);
+             i != columns_.neighbours_end(contact); ++i, ++k) {
+            if (open(*i)) continue;
+            const double scale = scale_[first] * scale_[columns_.first_row(*i)];
+            const double* const value = columns_.neighbour_block(contact, k);
+            double* const to = target + place[static_cast<std::size_t>(*i)];
+            for (int c = 0; c < columns; ++c)
+                for (int a = 0; a < columns_.rows(*i); ++a)
+                    to[c * stride + a] = scale * value[Columns::kStride * c + a];
+        }
+    }
+    double* const own = target + place[static_cast<std::size_t>(contact)];
+    const LinearisedLaw& law = (*law_)[static_cast<std::size_t>(contact)];
+    for (int c = 0; c < columns; ++c) {
+        for (int a = 0; a < columns; ++a)
+            own[c * stride + a] += law.D(a, c);
+        own[c * stride + c] += shift_;
     }
 }
 
-void ShiftedDelassus::factorise_dense()
+std::vector<Eigen::Index> ShiftedDelassus::places() const
 {
     std::vector<Eigen::Index> place(static_cast<std::size_t>(contact_count(problem_)), -1);
     Eigen::Index rows = 0;
@@ -141,37 +211,40 @@ void ShiftedDelassus::factorise_dense()
             place[static_cast<std::size_t>(i)] = rows;
             rows += columns_.rows(i);
         }
-    dense_.reset();
-    if (matrix_.rows() != rows) matrix_.resize(rows, rows);
-    if (rows == 0) return;
-    for (int j = 0; j < contact_count(problem_); ++j) {
-        if (open(j)) continue;
-        const Eigen::Index k = place[static_cast<std::size_t>(j)];
-        if (problem_.W.is_dense())
-            gather_dense(j, k);
-        else
-            gather_sparse(j, k, place);
-        const int size = columns_.rows(j);
-        matrix_.block(k, k, size, size) +=
-            (*law_)[static_cast<std::size_t>(j)].D.topLeftCorner(size, size);
-        matrix_.diagonal().segment(k, size).array() += shift_;
-    }
-    Eigen::Ref<Eigen::MatrixXd> in_place(matrix_);
-    dense_.emplace(in_place);
+    return place;
 }
 
-void ShiftedDelassus::solve_dense(Eigen::VectorXd& x) const
+bool ShiftedDelassus::factorise_dense()
 {
-    if (!dense_) return;
-    const Eigen::VectorXd b = x(closed_);
-    const Eigen::VectorXd solution = dense_->solve(b);
-    x(closed_) = solution;
+    factor_ = Factor::dense;
+    const std::vector<Eigen::Index> place = places();
+    dense_.open(static_cast<int>(closed_.size()));
+    for (int j = 0; j < contact_count(problem_); ++j)
+        if (const Eigen::Index k = place[static_cast<std::size_t>(j)]; k >= 0)
+            gather(j, place, dense_.column(static_cast<int>(k)), dense_.stride());
+    return dense_.factorise();
+}
+
+void ShiftedDelassus::factorise_with_pivots()
+{
+    factor_ = Factor::pivoted;
+    const std::vector<Eigen::Index> place = places();
+    const auto rows = static_cast<Eigen::Index>(closed_.size());
+    pivoted_.reset();
+    if (matrix_.rows() != rows) matrix_.resize(rows, rows);
+    if (rows == 0) return;
+    for (int j = 0; j < contact_count(problem_); ++j)
+        if (const Eigen::Index k = place[static_cast<std::size_t>(j)]; k >= 0)
+            gather(j, place, matrix_.data() + k * rows, rows);
+    Eigen::Ref<Eigen::MatrixXd> in_place(matrix_);
+    pivoted_.emplace(in_place);
 }
 
 // ---- sparse
 
 bool ShiftedDelassus::factorise_sparse()
 {
+    factor_ = Factor::blocks;
     sparse_.clear();
     Mat3 block;
     for (int j = 0; j < contact_count(problem_); ++j) {
@@ -194,7 +267,7 @@ bool ShiftedDelassus::factorise_sparse()
             block.setZero();
             for (int c = 0; c < columns; ++c)
                 for (int a = 0; a < rows; ++a)
-                    block(a, c) = scale * *value++;
+                    block(a, c) = scale * value[Columns::kStride * c + a];
             if (*i == j) {
                 block.topLeftCorner(rows, rows) += law.D.topLeftCorner(rows, rows);
                 block.diagonal().array() += shift_;
@@ -207,49 +280,32 @@ bool ShiftedDelassus::factorise_sparse()
     return sparse_.factorise();
 }
 
-bool ShiftedDelassus::solve_sparse(Eigen::VectorXd& x) const
-{
-    const int n = contact_count(problem_);
-    Eigen::VectorXd padded(3 * n);
-    const auto solve = [&](const Eigen::VectorXd& b) {
-        padded.setZero();
-        for (int i = 0; i < n; ++i)
-            if (!open(i))
-                padded.segment(3 * i, columns_.rows(i)) =
-                    b.segment(columns_.first_row(i), columns_.rows(i));
-        sparse_.solve(padded);
-        Eigen::VectorXd result = Eigen::VectorXd::Zero(x.size());
-        for (int i = 0; i < n; ++i)
-            if (!open(i))
-                result.segment(columns_.first_row(i), columns_.rows(i)) =
-                    padded.segment(3 * i, columns_.rows(i));
-        return result;
-    };
-    Eigen::VectorXd b = x, product(x.size());
-    for (int i = 0; i < n; ++i)
-        if (open(i)) b.segment(columns_.first_row(i), columns_.rows(i)).setZero();
+// ---- any form
 
-    // No pivoting among blocks: refinement pays for what that loses.
-    Eigen::VectorXd solution = solve(b), best = solution;
-    double last = std::numeric_limits<double>::infinity();
-    for (int k = 0;; ++k) {
-        multiply(solution, product);
-        const Eigen::VectorXd residual = b - product;
-        const double size = residual.norm();
-        if (!(size < kRefining * last)) break;
-        best = solution;
-        last = size;
-        if (k == kRefinements || size <= kRefined * b.norm()) break;
-        solution += solve(residual);
-    }
-    for (int i = 0; i < n && last <= kPoor * b.norm(); ++i)
-        if (!open(i))
-            x.segment(columns_.first_row(i), columns_.rows(i)) =
-                best.segment(columns_.first_row(i), columns_.rows(i));
-    return last <= kPoor * b.norm();
+void ShiftedDelassus::apply(const Eigen::VectorXd& x, Eigen::VectorXd& product) const
+{
+    problem_.W.apply(x.cwiseProduct(scale_), product);
+    product.array() *= scale_.array();
 }
 
-// ---- any form
+void ShiftedDelassus::subtract(const Eigen::VectorXd& b, const Eigen::VectorXd& x,
+                               const Eigen::VectorXd& product, Eigen::VectorXd& residual) const
+{
+    for (int i = 0; i < contact_count(problem_); ++i) {
+        const int row = columns_.first_row(i), rows = columns_.rows(i);
+        if (open(i)) {
+            residual.segment(row, rows).setZero();
+            continue;
+        }
+        const Mat3& D = (*law_)[static_cast<std::size_t>(i)].D;
+        for (int a = 0; a < rows; ++a) {
+            double sum = b[row + a] - product[row + a] - shift_ * x[row + a];
+            for (int c = 0; c < rows; ++c)
+                sum -= D(a, c) * x[row + c];
+            residual[row + a] = sum;
+        }
+    }
+}
 
 void ShiftedDelassus::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const
 {
@@ -288,7 +344,7 @@ void ShiftedDelassus::factorise_own_blocks()
     }
 }
 
-void ShiftedDelassus::solve_by_gmres(Eigen::VectorXd& x) const
+void ShiftedDelassus::solve_by_gmres(const Eigen::VectorXd& right, Eigen::VectorXd& x) const
 {
     // GMRES on (matrix)(preconditioner) y = b, x = (preconditioner) y.
     const Eigen::Index rows = x.size();
@@ -303,7 +359,7 @@ void ShiftedDelassus::solve_by_gmres(Eigen::VectorXd& x) const
         }
         return to;
     };
-    Eigen::VectorXd b = x;
+    Eigen::VectorXd b = right;
     for (int i = 0; i < contact_count(problem_); ++i)
         if (open(i)) b.segment(columns_.first_row(i), columns_.rows(i)).setZero();
     const double size = b.norm();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "contact/linear/block_lu.hpp"
+#include "contact/linear/dense_lu.hpp"
 #include "contact/solvers/smoothed_law.hpp"
 #include "contact/solvers/work.hpp"
 
@@ -14,8 +15,9 @@ namespace amontons {
 /// Newton step. Contacts that the law calls open take no part: their x is given.
 ///
 /// Dense W: LU of the closed contacts' rows, O(closed^3). Sparse W: a block LU whose pattern is
-/// analysed once, or the dense LU where that is cheaper or the block LU inaccurate. Matrix-free W:
-/// GMRES with the own blocks as preconditioner.
+/// analysed once, or the dense LU where that is cheaper. Both exchange rows only inside diagonal
+/// blocks, and the residual says whether that was enough: else a dense LU that searches its pivots.
+/// Matrix-free W: GMRES with the own blocks as preconditioner.
 class ShiftedDelassus {
 public:
     explicit ShiftedDelassus(const SolverWork& work); ///< refers to it
@@ -23,26 +25,38 @@ public:
     /// @param shift  added to every diagonal entry, >= 0
     /// @returns false if it is singular to working precision
     bool factorise(const std::vector<LinearisedLaw>& law, double shift);
-    /// x: rows of closed contacts hold b and leave with the solution; those of open ones are kept
-    /// as they are and must already be accounted for in b.
-    /// @returns false, and x as it was, if the block LU is too inaccurate and a dense one too large
-    bool solve(Eigen::VectorXd& x);
+    /// @param b  of closed rows; those of open ones do not count
+    /// @param x  enters with the rows of open contacts, and leaves with the others too
+    /// @param product  leaves with S W S x
+    /// @returns false if the factor is too inaccurate, and too large for one that is not
+    bool solve(const Eigen::VectorXd& b, Eigen::VectorXd& x, Eigen::VectorXd& product);
+    /// Forgets that factors without a search of pivots have been too inaccurate.
+    void trust() { distrusted_ = false; }
     /// What a factor of this many closed rows costs [ns on one core of 2024]; 0 for a matrix-free
     /// W, whose products nobody knows the cost of.
     double cost(Eigen::Index closed_rows);
 
 private:
     void analyse(); ///< a sparse W's pattern, once: what sweeps solve alone never needs it
-    void factorise_dense();
-    void gather_dense(int contact, Eigen::Index first);
-    void gather_sparse(int contact, Eigen::Index first, const std::vector<Eigen::Index>& place);
+    bool factorise_dense();
+    void factorise_with_pivots();
+    std::vector<Eigen::Index> places() const; ///< first closed row of each contact, -1 if open
+    /// Fills the closed rows of a contact's columns of S W S + D, columns `stride` numbers apart.
+    void gather(int contact, const std::vector<Eigen::Index>& place, double* target,
+                std::ptrdiff_t stride) const;
     bool factorise_sparse();
     void factorise_own_blocks();
-    void solve_dense(Eigen::VectorXd& x) const;
-    bool solve_sparse(Eigen::VectorXd& x) const; ///< false, and x as it was, if it is poor
-    void solve_by_gmres(Eigen::VectorXd& x) const;
+    /// x <- the factor's x on closed rows, 0 on open ones; b has 0 on open ones.
+    void solve_once(const Eigen::VectorXd& b, Eigen::VectorXd& x) const;
+    void solve_by_gmres(const Eigen::VectorXd& b, Eigen::VectorXd& x) const;
+    /// Refines x until the residual no longer gets smaller. @returns  it, over that of x = 0
+    double refine(const Eigen::VectorXd& b, Eigen::VectorXd& x, Eigen::VectorXd& product);
+    void apply(const Eigen::VectorXd& x, Eigen::VectorXd& product) const; ///< S W S x
     /// y = (S W S + D) x on closed rows, 0 on open ones.
     void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
+    /// residual = b - S W S x - D x on closed rows, 0 on open ones.
+    void subtract(const Eigen::VectorXd& b, const Eigen::VectorXd& x,
+                  const Eigen::VectorXd& product, Eigen::VectorXd& residual) const;
     bool open(int contact) const { return (*law_)[static_cast<std::size_t>(contact)].open; }
 
     const ContactProblem& problem_;
@@ -50,12 +64,14 @@ private:
     const Eigen::VectorXd& scale_;
     const std::vector<LinearisedLaw>* law_ = nullptr; ///< of the last factor
     double shift_ = 0;                                ///< of the last factor
+    enum class Factor { dense, pivoted, blocks };
+    Factor factor_ = Factor::dense; ///< the last one
+    bool distrusted_ = false;       ///< one without a search of pivots has been too inaccurate
     // dense
-    std::vector<int> closed_; ///< rows
-    bool by_blocks_ = false;  ///< the last factor is the sparse one
-    bool distrusted_ = false; ///< a sparse factor has been too inaccurate
-    Eigen::MatrixXd matrix_;  ///< of all rows; the factor takes its upper left corner
-    std::optional<Eigen::PartialPivLU<Eigen::Ref<Eigen::MatrixXd>>> dense_;
+    std::vector<Eigen::Index> closed_; ///< rows
+    DenseLu dense_;
+    Eigen::MatrixXd matrix_; ///< what is factorised in place
+    std::optional<Eigen::PartialPivLU<Eigen::Ref<Eigen::MatrixXd>>> pivoted_;
     // sparse
     bool analysed_ = false;
     BlockLu sparse_;

@@ -10,6 +10,8 @@ namespace {
 
 /// First shift of a block that has no solution alone, over its largest entry [-].
 constexpr double kShift = 1e-2;
+/// Slip is found to this share of what its neighbours have changed: they will change again.
+constexpr double kLoose = 1e-3;
 
 } // namespace
 
@@ -19,6 +21,7 @@ Sweeper::Sweeper(SolverWork& work)
     , blocks_(own_.size())
     , own_weight_(contact_count(work.problem))
     , weight_(contact_count(work.problem))
+    , multiplier_(Eigen::VectorXd::Zero(contact_count(work.problem)))
 {
     const NaturalMapError& map = work.progress.natural_map();
     for (int i = 0; i < contact_count(work.problem); ++i) {
@@ -40,34 +43,41 @@ void Sweeper::sweep(double freeze, bool backward)
     const double settled = freeze * work_.progress.residuals().norm() / std::sqrt(n);
     const double own_settled = freeze * worst_;
     worst_ = 0;
+    work_.columns.spread(work_.u, u_);
     for (int k = 0; k < n; ++k) {
         const int i = backward ? n - 1 - k : k;
-        const double residual = map.residual(i, work_.r, work_.u, map.rho(i));
-        worst_ = std::max(worst_, residual * own_weight_[i]);
-        if (residual * weight_[i] < settled && residual * own_weight_[i] < own_settled) continue;
+        if (freeze > 0) {
+            const double residual = map.residual(i, work_.r.data() + map.first_row(i),
+                                                 u_.data() + work_.columns.slot(i), map.rho(i));
+            worst_ = std::max(worst_, residual * own_weight_[i]);
+            if (residual * weight_[i] < settled && residual * own_weight_[i] < own_settled)
+                continue;
+        }
         if (kind_of(work_.problem, i) == ContactKind::frictional)
             visit(i);
         else
             visit_row(i);
     }
+    work_.columns.collect(u_, work_.u);
 }
 
 void Sweeper::visit(int i)
 {
     const int row = work_.columns.first_row(i);
-    if (work_.u[row] >= 0 && work_.r[row] == 0) return; // open, and right
-    const Vec3 ri = work_.r.segment<3>(row), ui = work_.u.segment<3>(row);
-    const double rt = ri.tail<2>().norm();
-    const double guess = rt > 0 ? ui.tail<2>().norm() / rt : 0;
+    const Eigen::Map<const Vec3> ui(u_.data() + work_.columns.slot(i));
+    Eigen::Map<Vec3> ri(work_.r.data() + row);
+    if (ui[0] >= 0 && ri[0] == 0) return; // open, and right
     const Vec3 b = ui - own(i) * ri;
-    LocalReaction local = solve_local(block(i), work_.problem.mu[i], b, guess);
+    double& guess = multiplier_[i];
+    LocalReaction local = solve_local(block(i), work_.problem.mu[i], b, guess, kLoose);
     if (local.state == LocalState::unsolved) local = solve_shifted(i, ri, b);
     if (local.state == LocalState::unsolved) return; // r stays: the certificate will tell
+    if (local.state == LocalState::slip) guess = local.multiplier;
 
     const Vec3 change = local.r - ri;
     if (change.isZero(0)) return;
-    work_.r.segment<3>(row) = local.r;
-    work_.columns.add(i, change.data(), work_.u);
+    ri = local.r;
+    work_.columns.add_to_slots(i, change.data(), u_);
 }
 
 /// A proximal step: A + alpha in place of A, centred at the last reaction, so that a fixed point
@@ -88,14 +98,14 @@ LocalReaction Sweeper::solve_shifted(int i, const Vec3& ri, const Vec3& b) const
 /// Frictionless and bilateral rows.
 void Sweeper::visit_row(int i)
 {
-    const int row = work_.columns.first_row(i);
+    double& r = work_.r[work_.columns.first_row(i)];
     // rho of one row is 1 / W_ii
-    double wanted = work_.r[row] - work_.u[row] * work_.progress.natural_map().rho(i);
+    double wanted = r - u_[work_.columns.slot(i)] * work_.progress.natural_map().rho(i);
     if (kind_of(work_.problem, i) == ContactKind::frictionless) wanted = std::max(0.0, wanted);
-    const double change = wanted - work_.r[row];
+    const double change = wanted - r;
     if (change == 0) return;
-    work_.r[row] = wanted;
-    work_.columns.add(i, &change, work_.u);
+    r = wanted;
+    work_.columns.add_to_slots(i, &change, u_);
 }
 
 } // namespace amontons

@@ -31,9 +31,11 @@ private:
     void visit_row(int i);
 
     SolverWork& work_;
+    Eigen::VectorXd u_;                   ///< of this sweep, as the columns take it
     std::vector<Mat3> own_;               ///< diagonal blocks of frictional contacts
     std::vector<LocalBlock> blocks_;      ///< the same, prepared
     Eigen::VectorXd own_weight_, weight_; ///< of a residual: its own scale, the common one
+    Eigen::VectorXd multiplier_;          ///< last one of each contact that slipped, else 0
     double worst_ = 0; ///< largest residual met in the last sweep, each at its own scale
 };
 
