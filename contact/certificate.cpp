@@ -30,7 +30,7 @@ constexpr int kBatch = 8;
 using Batch = Eigen::Array<double, kBatch, 1>;
 
 /// |natural_map| of kBatch contacts at once: the same formulas, all three cases computed.
-Batch natural_maps(const double* r, const double* u, const double* mu_of, double rho)
+Batch natural_maps(const double* r, const double* u, const double* mu_of, const Batch& rho)
 {
     Batch r0, r1, r2, w0, w1, w2;
     for (int i = 0; i < kBatch; ++i, r += 3, u += 3) {
@@ -184,11 +184,12 @@ double NaturalMapError::operator()(const Eigen::VectorXd& r, const Eigen::Vector
 double NaturalMapError::operator()(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
                                    Eigen::VectorXd& residuals) const
 {
+    const Batch rho = Batch::Constant(rho_);
     int i = 0;
     if (all_frictional_)
         for (; i + kBatch <= contact_count(problem_); i += kBatch)
             Eigen::Map<Batch>(residuals.data() + i) =
-                natural_maps(r.data() + 3 * i, u.data() + 3 * i, problem_.mu.data() + i, rho_);
+                natural_maps(r.data() + 3 * i, u.data() + 3 * i, problem_.mu.data() + i, rho);
     for (; i < contact_count(problem_); ++i)
         residuals[i] = residual_of(i, r, u, rho_);
     return ratio(residuals.norm(), rho_ * size_of_q(r, u, false));
@@ -198,7 +199,16 @@ double NaturalMapError::scaled(const Eigen::VectorXd& r, const Eigen::VectorXd& 
 {
     // r_i / sqrt(rho_i) and sqrt(rho_i) u_i make every diagonal block of trace 3.
     double sum = 0;
-    for (int i = 0; i < contact_count(problem_); ++i) {
+    int i = 0;
+    if (all_frictional_)
+        for (; i + kBatch <= contact_count(problem_); i += kBatch) {
+            const Batch own = Eigen::Map<const Batch>(own_rho_.data() + i);
+            sum += (natural_maps(r.data() + 3 * i, u.data() + 3 * i, problem_.mu.data() + i, own)
+                        .square() /
+                    own)
+                       .sum();
+        }
+    for (; i < contact_count(problem_); ++i) {
         const double f = residual_of(i, r, u, rho(i));
         sum += f * f / rho(i);
     }
@@ -249,7 +259,8 @@ Certificate certify(const NaturalMapError& error, const Eigen::VectorXd& r, doub
 
     problem.W.apply(r, u);
     u += problem.q;
-    c.error = error(r, u);
+    Eigen::VectorXd residuals(c.contacts);
+    c.error = error(r, u, residuals);
     c.scaled_error = error.scaled(r, u);
     // The floor costs a product: only who has not converged without it needs it.
     if (!(c.error <= tolerance)) c.threshold = error.threshold(r, u, tolerance);
@@ -259,9 +270,8 @@ Certificate certify(const NaturalMapError& error, const Eigen::VectorXd& r, doub
     for (int i = 0; i < c.contacts; ++i) {
         const int k = error.first_row(i);
         const ContactKind kind = kind_of(problem, i);
-        const double f = error.residual(i, r.data() + k, u.data() + k, error.rho());
-        if (f > worst) {
-            worst = f;
+        if (residuals[i] > worst) {
+            worst = residuals[i];
             c.worst_contact = i;
         }
         if (kind == ContactKind::bilateral) {

@@ -35,6 +35,20 @@ private:
     int count_;
 };
 
+/// The numbers in each of three columns whose rows are the same; 0 if they are not.
+int whole_blocks(const Delassus::Sparse& W, int column, int columns)
+{
+    if (columns != 3) return 0;
+    const int* const start = W.outerIndexPtr() + column;
+    const int count = start[1] - start[0];
+    if (start[2] - start[1] != count || start[3] - start[2] != count) return 0;
+    const int* const row = W.innerIndexPtr() + start[0];
+    return std::equal(row, row + count, row + count) &&
+                   std::equal(row, row + count, row + 2 * count)
+               ? count
+               : 0;
+}
+
 /// What W couples. Searched until all is one group.
 Groups coupled(const ContactProblem& problem, const std::vector<int>& offset)
 {
@@ -56,16 +70,27 @@ Groups coupled(const ContactProblem& problem, const std::vector<int>& offset)
         std::vector<int> owner(static_cast<std::size_t>(problem.q.size()));
         for (int i = 0; i < n; ++i)
             std::fill(owner.begin() + first(i), owner.begin() + first(i + 1), i);
+        const Delassus::Sparse& W = problem.W.sparse();
         std::vector<int> met(static_cast<std::size_t>(n), -1); // the contact that joined it last
-        for (int j = 0; j < n && groups.count() > 1; ++j)
-            for (int column = first(j); column < first(j + 1); ++column)
-                for (Delassus::Sparse::InnerIterator it(problem.W.sparse(), column); it; ++it) {
-                    const int i = owner[static_cast<std::size_t>(it.row())];
-                    int& last = met[static_cast<std::size_t>(i)];
-                    if (i == j || last == j || it.value() == 0) continue;
-                    last = j;
-                    groups.join(i, j);
-                }
+        const auto meet = [&](int row, int j) {
+            const int i = owner[static_cast<std::size_t>(row)];
+            int& last = met[static_cast<std::size_t>(i)];
+            if (i == j || last == j) return;
+            last = j;
+            groups.join(i, j);
+        };
+        for (int j = 0; j < n && groups.count() > 1; ++j) {
+            const int column = first(j), columns = first(j + 1) - column;
+            const int count = whole_blocks(W, column, columns);
+            const int* const row = W.innerIndexPtr() + W.outerIndexPtr()[column];
+            const double* const value = W.valuePtr() + W.outerIndexPtr()[column];
+            for (int k = 0; k < count; ++k)
+                if (value[k] != 0 || value[count + k] != 0 || value[2 * count + k] != 0)
+                    meet(row[k], j);
+            for (int c = column; count == 0 && c < column + columns; ++c)
+                for (Delassus::Sparse::InnerIterator it(W, c); it; ++it)
+                    if (it.value() != 0) meet(static_cast<int>(it.row()), j);
+        }
     }
     return groups;
 }

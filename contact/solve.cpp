@@ -77,7 +77,7 @@ SolverRun run(const ContactProblem& problem, SolverOptions options, Eigen::Vecto
     SolverWork work(problem, options, std::move(start));
     switch (options.solver) {
     case ContactSolver::automatic:
-        solve_automatically(work);
+        solve_automatically(work, warm);
         break;
     case ContactSolver::nsgs:
         solve_nsgs(work);
@@ -123,7 +123,7 @@ InfeasibilityProof proof_of_whole(const ContactProblem& whole, const ProblemPart
 /// Solves the parts one by one; where they do not do in the scale of the whole, again and
 /// closer.
 SolverRun run_parts(const NaturalMapError& error, const std::vector<ProblemPart>& parts,
-                    const SolverOptions& options, const Eigen::VectorXd& start)
+                    const SolverOptions& options, const Eigen::VectorXd& start, double at_start)
 {
     const Stopwatch clock;
     const ContactProblem& problem = error.problem();
@@ -134,7 +134,7 @@ SolverRun run_parts(const NaturalMapError& error, const std::vector<ProblemPart>
     whole.reaction = Eigen::VectorXd::Zero(problem.q.size());
     for (const ProblemPart& part : parts)
         whole.reaction(part.rows) = start(part.rows);
-    whole.history.push_back({0, clock.seconds(), error_of(whole.reaction)});
+    whole.history.push_back({0, clock.seconds(), at_start});
 
     const double share = 1 / std::sqrt(static_cast<double>(parts.size()));
     const int threads = std::clamp(static_cast<int>(parts.size()), 1, options.threads);
@@ -148,7 +148,9 @@ SolverRun run_parts(const NaturalMapError& error, const std::vector<ProblemPart>
             SolverOptions own = options;
             own.tolerance = factor * share * tolerance_of(error, part.problem, options.tolerance);
             own.max_seconds = std::max(0.0, options.max_seconds - clock.seconds());
-            runs[k] = run(part.problem, own, whole.reaction(part.rows), round > 0);
+            Eigen::VectorXd own_start = whole.reaction(part.rows);
+            const bool warm = !own_start.isZero(0);
+            runs[k] = run(part.problem, own, std::move(own_start), warm);
         }
         whole.status = SolveStatus::converged;
         for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -221,21 +223,24 @@ ContactSolution solve_in_range(const ContactProblem& problem, const SolverOption
     const Stopwatch clock;
     Eigen::VectorXd r = start(problem, warm_start);
     const NaturalMapError error(problem, options.scope);
-    Eigen::VectorXd u;
-    Certificate first = certify(error, r, options.tolerance, u);
-    first.solver = options.solver;
+    Eigen::VectorXd u = problem.W * r + problem.q;
+    const double at_start = error(r, u);
     const bool may_shrink = options.least_norm && !r.isZero(0);
-    if (first.status == SolveStatus::converged && !may_shrink) {
+    if (at_start <= error.threshold(r, u, options.tolerance) && !may_shrink) {
         // Nothing to do: no contact closes, or all is known.
-        ContactSolution solution{r, u, first, {{0, clock.seconds(), first.error}}};
+        ContactSolution solution;
+        solution.certificate = certify(error, r, options.tolerance, solution.u);
+        solution.certificate.solver = options.solver;
+        solution.reaction = std::move(r);
+        solution.history = {{0, clock.seconds(), at_start}};
         solution.certificate.seconds = clock.seconds();
         describe(problem, options, solution.certificate);
         return solution;
     }
     std::optional<std::vector<ProblemPart>> parts;
     if (options.solver == ContactSolver::automatic) parts = take_apart(problem);
-    SolverRun outcome = parts ? run_parts(error, *parts, options, r)
-                              : run(problem, options, r, warm_start.size() > 0);
+    SolverRun outcome = parts ? run_parts(error, *parts, options, r, at_start)
+                              : run(problem, options, r, !r.isZero(0));
 
     if (options.least_norm && outcome.status == SolveStatus::converged)
         reduce_norm(problem, options, clock, outcome);
@@ -243,10 +248,10 @@ ContactSolution solve_in_range(const ContactProblem& problem, const SolverOption
     ContactSolution solution;
     solution.certificate = certify(error, outcome.reaction, options.tolerance, solution.u);
     Certificate& c = solution.certificate;
-    if (c.status != SolveStatus::converged && !(c.error <= first.error)) {
-        c = first; // a solver that leaves its start behind may end worse than it began
+    if (c.status != SolveStatus::converged && !(c.error <= at_start)) {
+        // A solver that leaves its start behind may end worse than it began.
+        c = certify(error, r, options.tolerance, solution.u);
         outcome.reaction = std::move(r);
-        solution.u = std::move(u);
     }
     // A solver may end early, never declare success.
     if (c.status != SolveStatus::converged && outcome.status != SolveStatus::converged)

@@ -22,13 +22,14 @@ double largest_of(const Eigen::VectorXd& x)
     return x.size() > 0 ? x.cwiseAbs().maxCoeff() : 0;
 }
 
-/// Of a semidefinite W no entry is larger than the largest of the diagonal.
+/// Of a semidefinite W no entry is larger than the largest of the diagonal, which a sparse one has
+/// to search for.
 double largest_of(const Delassus& W)
 {
+    if (W.is_sparse()) return W.sparse().nonZeros() > 0 ? W.sparse().coeffs().abs().maxCoeff() : 0;
     const double own = largest_of(Eigen::VectorXd(W.diagonal()));
     if ((own > 0 && is_harmless(own)) || W.rows() == 0 || W.is_matrix_free()) return own;
-    if (W.is_dense()) return W.dense().cwiseAbs().maxCoeff();
-    return W.sparse().nonZeros() > 0 ? W.sparse().coeffs().abs().maxCoeff() : 0;
+    return W.dense().cwiseAbs().maxCoeff();
 }
 
 } // namespace

@@ -12,7 +12,8 @@ struct Units {
 };
 
 /// Those of the problem itself where its largest numbers are within 1e-60 .. 1e60; else units in
-/// which they are near one. O(rows) where the diagonal of W is within.
+/// which they are near one. O(rows) where the diagonal of a
+/// dense W is within.
 Units units_of(const ContactProblem& problem);
 
 /// x 2^exponent; infinite or zero where that leaves the range of doubles.

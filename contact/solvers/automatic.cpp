@@ -17,6 +17,11 @@ constexpr double kPathSteps = 10; ///< steps that a path is expected to take
 /// Newton on the law itself: three steps where the sweeps have found which contacts do what, and
 /// left as soon as it gets no closer.
 constexpr NewtonPath kQuickNewton{.smooth = false, .steps = 8, .rejections = 1};
+/// The same by full steps, as a primal-dual active set: what most often leads to the end where few
+/// contacts change what they do, and else costs little beside the ways that are left.
+constexpr NewtonPath kFreeNewton{.smooth = false, .free = true, .steps = 12};
+constexpr double kQuickSteps = 3;  ///< that it takes where it leads to the end
+constexpr double kWarmSweeps = 30; ///< that sweeps take from a warm start
 constexpr double kRoundOff = 1e-15;
 constexpr double kHardlyHelped = 0.2;            ///< error, beside 1 for no reaction at all
 constexpr int kFewSweeps = 100, kDoublings = 10; ///< between two paths, more in each round
@@ -101,9 +106,19 @@ bool sweep_while_cheap(SolverWork& work, AcceleratedNsgs& sweeps, ShiftedDelassu
 
 } // namespace
 
-void solve_automatically(SolverWork& work)
+void solve_automatically(SolverWork& work, bool warm)
 {
     ShiftedDelassus matrix(work);
+    if (warm && !work.problem.W.is_matrix_free() && contact_count(work.problem) > 1) {
+        // What sweeps would find out, which contacts do what, the start knows.
+        const Eigen::Index closed = closed_rows(work);
+        if (kQuickSteps * step_cost(work, matrix, closed) <
+            kWarmSweeps * sweep_cost(work, closed)) {
+            if (follow_path(work, matrix, kFreeNewton)) return;
+            matrix.trust();
+            work.take_best();
+        }
+    }
     std::optional<AcceleratedNsgs> sweeps;
     if (!work.problem.W.is_matrix_free()) {
         sweeps.emplace(work);
@@ -124,6 +139,9 @@ void solve_automatically(SolverWork& work)
     // Where sweeps have hardly helped, what they have reached is no better a start than none.
     if (follow_path(work, matrix, {.from_afar = work.progress.best_error() > kHardlyHelped}))
         return;
+    work.take_best();
+    if (follow_path(work, matrix, kFreeNewton)) return;
+    matrix.trust();
     if (std::optional<InfeasibilityProof> proof = search_proof(work)) {
         work.progress.prove(std::move(*proof));
         return;

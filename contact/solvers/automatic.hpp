@@ -9,6 +9,7 @@ namespace amontons {
 ///
 /// What is cheapest is judged by the rate of the last sweeps and by counted operations, never by
 /// the clock: the same input takes the same way.
-void solve_automatically(SolverWork& work);
+/// @param warm  the start is near a solution: which contacts do what is known, but for a few
+void solve_automatically(SolverWork& work, bool warm);
 
 } // namespace amontons

@@ -202,7 +202,7 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
                 next_r = r + trial * direction;
                 next_u = u + trial * slope;
                 reached = scaled.merit(next_r, seen(next_r, next_u), smoothing);
-                if (reached < (1 - kEnough * trial) * reference) {
+                if (path.free || reached < (1 - kEnough * trial) * reference) {
                     length = trial;
                     break;
                 }

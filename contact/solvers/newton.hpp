@@ -25,6 +25,7 @@ struct NewtonPath {
     double fastest = 1e-3;  ///< least reduction at once, when a full step lands far below that [-]
     double rho = 3;         ///< weight of u beside r [-]
     double spread = 3;      ///< rounding of friction's discs over that of the normal law [-]
+    bool free = false;      ///< full steps, whatever they do to ||F||
     int steps = 100;        ///< at most
     int rejections = 3;     ///< then the corners are rounded wider; without corners, it is left
     int patience = 25;      ///< steps without a lower rounding after which it is taken to fold back
@@ -42,10 +43,10 @@ constexpr NewtonPath close_path(double reduction, double closeness, double rho, 
             .steps = 300,
             .patience = 60};
 }
-constexpr NewtonPath kClosePaths[] = {close_path(0.5, 0.1, 3, 3),  close_path(0.5, 0.1, 10, 3),
-                                      close_path(0.5, 0.1, 30, 3), close_path(0.5, 0.1, 10, 10),
-                                      close_path(0.6, 0.05, 3, 3), close_path(0.4, 0.1, 10, 1),
-                                      close_path(0.7, 0.1, 1, 3),  close_path(0.5, 0.1, 100, 1)};
+constexpr NewtonPath kClosePaths[] = {close_path(0.6, 0.05, 3, 3), close_path(0.4, 0.1, 10, 1),
+                                      close_path(0.7, 0.1, 1, 3),  close_path(0.5, 0.1, 100, 1),
+                                      close_path(0.5, 0.1, 3, 3),  close_path(0.5, 0.1, 10, 3),
+                                      close_path(0.5, 0.1, 30, 3), close_path(0.5, 0.1, 10, 10)};
 
 enum class PathEnd {
     over,    ///< the progress ended

@@ -66,7 +66,12 @@ void AcceleratedNsgs::restart()
 bool AcceleratedNsgs::advance(int sweeps)
 {
     for (int sweep = 0; sweep < sweeps; ++sweep) {
+        const bool rounded = sweeper_.is_rounded() && has_last_;
+        if (rounded) before_ = work_.u;
         if (work_.progress.ends(work_.r, work_.u)) return true;
+        // Where u was computed anew, the last one lacks nearly the same: else their difference
+        // would be mostly what both lacked.
+        if (rounded) last_u_ += work_.u - before_;
         if (work_.progress.error() > kDisorder * best_) restart();
         best_ = std::min(best_, work_.progress.error());
         if (known_ > 0) extrapolate();

@@ -12,6 +12,8 @@ namespace {
 constexpr double kShift = 1e-2;
 /// Slip is found to this share of what its neighbours have changed: they will change again.
 constexpr double kLoose = 1e-3;
+/// Rows from which a dense W leaves the cache that a core has to itself.
+constexpr Eigen::Index kLarge = 550;
 
 } // namespace
 
@@ -34,6 +36,33 @@ Sweeper::Sweeper(SolverWork& work)
         // ||F|| grows with rho, by no more than rho does.
         weight_[i] = std::max(1.0, map.rho() / rho);
     }
+    if (!work.columns.is_dense() || work.r.size() < kLarge) return;
+    const Eigen::MatrixXd& W = work.problem.W.dense();
+    unit_ = std::ldexp(1, std::ilogb(map.rho()));
+    rounded_.resize(static_cast<std::size_t>(W.size()));
+    std::transform(W.data(), W.data() + W.size(), rounded_.begin(),
+                   [unit = unit_](double x) { return static_cast<float>(unit * x); });
+}
+
+void Sweeper::add(int i, const double* change)
+{
+    if (rounded_.empty()) {
+        work_.columns.add_to_slots(i, change, u_);
+        return;
+    }
+    const Eigen::Index n = u_.size();
+    double* const __restrict u = u_.data();
+    const float* const w0 = rounded_.data() + work_.columns.first_row(i) * n;
+    if (work_.columns.rows(i) == 1) {
+        for (Eigen::Index k = 0; k < n; ++k)
+            u[k] += static_cast<double>(w0[k]) * (change[0] / unit_);
+        return;
+    }
+    const float *const w1 = w0 + n, *const w2 = w1 + n;
+    const double c0 = change[0] / unit_, c1 = change[1] / unit_, c2 = change[2] / unit_;
+    for (Eigen::Index k = 0; k < n; ++k)
+        u[k] += static_cast<double>(w0[k]) * c0 + static_cast<double>(w1[k]) * c1 +
+                static_cast<double>(w2[k]) * c2;
 }
 
 void Sweeper::sweep(double freeze, bool backward)
@@ -77,7 +106,7 @@ void Sweeper::visit(int i)
     const Vec3 change = local.r - ri;
     if (change.isZero(0)) return;
     ri = local.r;
-    work_.columns.add_to_slots(i, change.data(), u_);
+    add(i, change.data());
 }
 
 /// A proximal step: A + alpha in place of A, centred at the last reaction, so that a fixed point
@@ -105,7 +134,7 @@ void Sweeper::visit_row(int i)
     const double change = wanted - r;
     if (change == 0) return;
     r = wanted;
-    work_.columns.add_to_slots(i, &change, u_);
+    add(i, &change);
 }
 
 } // namespace amontons

@@ -13,6 +13,10 @@ namespace amontons {
 /// u is kept up to date: a contact reads its own u_i, solves, and adds W(:, i) dr_i to u. A contact
 /// that does not change thus costs a look. The published form computes row i of W r for each
 /// contact, which costs the same whether anything changes or not.
+///
+/// A dense W that leaves the cache is read in single precision: half of what a sweep waits for.
+/// What u then lacks is 6e-8 of its change since Progress computed it in full, as it does before
+/// success.
 class Sweeper {
 public:
     explicit Sweeper(SolverWork& work); ///< refers to it; needs W by columns
@@ -22,15 +26,20 @@ public:
     /// and the worst of the last sweep at their own.
     void sweep(double freeze, bool backward = false);
 
+    bool is_rounded() const { return !rounded_.empty(); }
+
 private:
     Mat3& own(int i) { return own_[static_cast<std::size_t>(i)]; }
     const Mat3& own(int i) const { return own_[static_cast<std::size_t>(i)]; }
     LocalBlock& block(int i) { return blocks_[static_cast<std::size_t>(i)]; }
     void visit(int i);
+    void add(int i, const double* change);
     LocalReaction solve_shifted(int i, const Vec3& ri, const Vec3& b) const;
     void visit_row(int i);
 
     SolverWork& work_;
+    std::vector<float> rounded_;          ///< W unit_ by columns, or nothing
+    double unit_ = 1;                     ///< a power of two that brings W near one
     Eigen::VectorXd u_;                   ///< of this sweep, as the columns take it
     std::vector<Mat3> own_;               ///< diagonal blocks of frictional contacts
     std::vector<LocalBlock> blocks_;      ///< the same, prepared

@@ -189,3 +189,33 @@ TEST_CASE("the guess changes the effort, not the answer")
         }
     }
 }
+
+TEST_CASE("loose answers, each from the one before, become the exact one")
+{
+    std::mt19937 rng{7};
+    int slips = 0;
+    for (int k = 0; k < 2000; ++k) {
+        const RandomBlock x = random_block(rng, 3, 1, 0);
+        if (x.mu == 0) continue;
+        const LocalBlock block = prepare(x.A);
+        LocalReaction local = solve_local(block, x.mu, x.b);
+        if (local.state != LocalState::slip) continue;
+        ++slips;
+        const double exact = local.multiplier;
+        REQUIRE(exact > 0);
+        local.multiplier *= 1.5;
+        double last = 1;
+        for (int step = 0; step < 8; ++step) {
+            local = solve_local(block, x.mu, x.b, local.multiplier, 1e-2);
+            REQUIRE(local.state == LocalState::slip);
+            // On the cone whatever the multiplier is.
+            CHECK(std::abs(local.r.tail<2>().norm() - x.mu * local.r[0]) <=
+                  1e-15 * local.r.norm() * (1 + x.mu));
+            const double now = std::abs(local.multiplier / exact - 1);
+            CHECK(now <= std::max(last, 1e-9));
+            last = now;
+        }
+        CHECK(error_in_round_off(x.A, x.mu, x.b, local.r) <= 1e-13);
+    }
+    CHECK(slips > 500);
+}

@@ -574,3 +574,21 @@ TEST_CASE("bad input is refused, with all that is wrong")
     CHECK(contact_solver("uzawa") == ContactSolver::uzawa);
     CHECK_THROWS_AS(contact_solver("uzava"), InputError);
 }
+
+TEST_CASE("sweeps over a W in single precision end at twelve digits, in any unit")
+{
+    std::mt19937 rng{13};
+    ContactProblem p = test::random_problem(rng, 190, 2000, 0.4); // 570 rows: beyond the cache
+    for (const double unit : {1.0, 1e-45, 1e40}) {
+        ContactProblem other = p;
+        other.W.dense() *= unit;
+        for (const ContactSolver solver : {ContactSolver::nsgs, ContactSolver::anderson}) {
+            CAPTURE(unit);
+            CAPTURE(name(solver));
+            const ContactSolution s = solve(other, with(solver, 1e-12));
+            CHECK(s.certificate.status == SolveStatus::converged);
+            CHECK(s.certificate.error <= 1e-12);
+            CHECK(s.certificate.iterations < 400);
+        }
+    }
+}

@@ -1,0 +1,45 @@
+#include "contact/delassus.hpp"
+
+#include <doctest/doctest.h>
+
+#include <random>
+
+using namespace amontons;
+
+namespace {
+
+/// Some entries, some of them without their mirror image, some zeros that are stored.
+Eigen::MatrixXd random_matrix(int rows, std::mt19937& rng)
+{
+    std::normal_distribution<double> normal;
+    Eigen::MatrixXd W = Eigen::MatrixXd::Zero(rows, rows);
+    for (int k = 0; k < 3 * rows; ++k) {
+        const auto i = static_cast<Eigen::Index>(rng() % static_cast<unsigned>(rows));
+        const auto j = static_cast<Eigen::Index>(rng() % static_cast<unsigned>(rows));
+        W(i, j) = normal(rng);
+        if (k % 3) W(j, i) = k % 2 ? W(i, j) : normal(rng);
+    }
+    return W;
+}
+
+} // namespace
+
+TEST_CASE("a sparse W tells the same of itself as the dense one")
+{
+    std::mt19937 rng{1};
+    for (const int rows : {1, 2, 3, 9, 30, 60})
+        for (int k = 0; k < 10; ++k) {
+            CAPTURE(rows);
+            CAPTURE(k);
+            const Eigen::MatrixXd W = random_matrix(rows, rng);
+            Delassus::Sparse entries = W.sparseView();
+            entries.coeffRef(rows - 1, 0) += 0; // stored, and often zero
+            const Delassus dense{Eigen::MatrixXd(W)}, sparse{Delassus::Sparse(entries)};
+            const double expected = W.norm() > 0 ? (W - W.transpose()).norm() / W.norm() : 0;
+            CHECK(dense.asymmetry() == doctest::Approx(expected).epsilon(1e-12));
+            CHECK(sparse.asymmetry() == doctest::Approx(expected).epsilon(1e-12));
+            CHECK(sparse.diagonal() == W.diagonal());
+            for (int row = 0; row + 3 <= rows; ++row)
+                CHECK((sparse.block(row, 3) - W.block(row, row, 3, 3)).norm() == 0);
+        }
+}
