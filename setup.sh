@@ -9,7 +9,7 @@ build=(g++ cmake ninja-build ccache)
 core=(libeigen3-dev libxxhash-dev libmetis-dev zlib1g-dev nlohmann-json3-dev libcli11-dev libfmt-dev
     libsuitesparse-dev libopenblas0) # without OpenBLAS the reference BLAS factors, many times slower
 pictures=(libvtk9-dev libx11-dev xvfb gnuplot-nox)    # the VTK module and the plots
-modules=(petsc-dev openmpi-bin libcgal-dev libfclib-dev libspnav-dev) # meshing; contact problems in files; a 3D mouse
+modules=(petsc-dev openmpi-bin libcgal-dev libfclib-dev libspnav-dev) # large systems, meshing, contact problems in files, a 3D mouse
 tests=(doctest-dev libbenchmark-dev python3 python3-jsonschema clang libclang-rt-dev shellcheck)
 
 # ---- where things are
