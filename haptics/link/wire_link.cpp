@@ -90,8 +90,16 @@ WireLink::State::State(const Scene& s, const std::vector<Obstacle>& obstacles,
 void WireLink::State::build_beam(const std::vector<Obstacle>& obstacles, const HandleSpring& spring)
 {
     std::vector<Issue> issues;
-    body = build_wire(scene, beam(), obstacles, walls);
-    check_start(scene, beam(), body, obstacles, walls, issues);
+    if (!scene.solids.empty())
+        throw InputError({{scene.file, "/bodies/" + scene.solids[0].name,
+                           "the wall of a vessel that "
+                           "gives way beside a wire in the hand",
+                           "an obstacle"}});
+    body = build_wire(scene, beam(), obstacles, {}, walls);
+    std::vector<std::string> names;
+    for (const int wall : walls)
+        names.push_back(obstacles[std::size_t(wall)].name);
+    check_start(scene, beam(), body, names, issues);
     if (!issues.empty()) throw InputError(std::move(issues));
     Sheath& sheath = *body.wire.sheath;
     sheath.give = 1 / spring.stiffness;

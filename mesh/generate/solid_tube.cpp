@@ -13,31 +13,20 @@
 namespace amontons {
 namespace {
 
-struct Section {
-    Vec3 centre, across, third; // third = tangent x across
-    double radius = 0;
-};
+constexpr std::int32_t kParts = 4; // of the frame's way between two sections
 
-/// 2 along + 1 cross-sections: every second one has middle nodes only. Their frame is carried
-/// along without twist.
-std::vector<Section> sections_of(const SolidTubeOptions& o, std::vector<Issue>& issues)
+void check_bends(const SolidTubeOptions& o, std::vector<Issue>& issues)
 {
-    std::vector<Section> all;
-    const Centreline& line = o.centreline;
-    Vec3 across = line.at(0.0).tangent.unitOrthogonal();
-    for (std::int32_t i = 0; i <= 2 * o.along; ++i) {
-        const double s = line.length() * i / (2 * o.along);
-        const CurvePoint p = line.at(s);
-        across = (across - p.tangent * p.tangent.dot(across)).normalized();
-        all.push_back({p.position, across, p.tangent.cross(across), p.radius});
+    for (std::int32_t i = 0; i <= 2 * o.along && issues.empty(); ++i) {
+        const double s = o.centreline.length() * i / (2 * o.along);
+        const CurvePoint p = o.centreline.at(s);
         const double outer = p.radius + o.thickness;
-        if (const double bend = p.curvature.norm(); bend * outer >= 1 && issues.empty())
+        if (const double bend = p.curvature.norm(); bend * outer >= 1)
             issues.push_back({"", "/centreline",
                               "a bend of radius " + number_text(1 / bend) + " m at arc length " +
                                   number_text(s) + " m",
                               "more than the outer radius, " + number_text(outer) + " m"});
     }
-    return all;
 }
 
 std::vector<Issue> issues_of(const SolidTubeOptions& o)
@@ -64,20 +53,81 @@ std::vector<Issue> issues_of(const SolidTubeOptions& o)
 
 } // namespace
 
+namespace {
+
+/// The least turn that takes one tangent into another: none about the line itself.
+Vec3 carried(const Vec3& across, const Vec3& from, const Vec3& to)
+{
+    const Vec3 v = Eigen::Quaterniond::FromTwoVectors(from, to) * across;
+    return (v - to * to.dot(v)).normalized();
+}
+
+} // namespace
+
+// Between two stations the line stays in one piece, so that least turns from either of them agree:
+// exactly along straight lines and arcs.
+TubeFrame::TubeFrame(const Centreline& line, std::int32_t parts)
+{
+    for (std::int32_t i = 0; i <= parts; ++i)
+        at_.push_back(line.length() * i / parts);
+    for (std::int32_t piece = 1; piece < line.piece_count(); ++piece)
+        at_.push_back(line.arc_length({piece, 0, 0}));
+    std::sort(at_.begin(), at_.end());
+    for (std::size_t i = 0; i < at_.size(); ++i) {
+        tangent_.push_back(line.at(at_[i]).tangent);
+        across_.push_back(i == 0 ? Vec3(tangent_[0].unitOrthogonal())
+                                 : carried(across_[i - 1], tangent_[i - 1], tangent_[i]));
+    }
+}
+
+Vec3 TubeFrame::across(double s, const Vec3& tangent) const
+{
+    const auto after = std::upper_bound(at_.begin() + 1, at_.end() - 1, s);
+    const auto i = static_cast<std::size_t>(after - at_.begin());
+    const double length = at_[i] - at_[i - 1];
+    const double t = length > 0 ? std::clamp((s - at_[i - 1]) / length, 0.0, 1.0) : 0;
+    return ((1 - t) * carried(across_[i - 1], tangent_[i - 1], tangent) +
+            t * carried(across_[i], tangent_[i], tangent))
+        .normalized();
+}
+
+TubeFrame tube_frame(const SolidTubeOptions& o)
+{
+    return TubeFrame(o.centreline, 2 * o.along * kParts);
+}
+
+std::vector<TubeSection> tube_sections(const SolidTubeOptions& o)
+{
+    const TubeFrame frame = tube_frame(o);
+    std::vector<TubeSection> all;
+    for (std::int32_t i = 0; i <= 2 * o.along; ++i) {
+        const double s = o.centreline.length() * i / (2 * o.along);
+        const CurvePoint p = o.centreline.at(s);
+        const Vec3 across = frame.across(s, p.tangent);
+        all.push_back({p.position, across, p.tangent.cross(across), p.radius});
+    }
+    return all;
+}
+
+Vec3 tube_point(const SolidTubeOptions& o, const std::vector<TubeSection>& sections,
+                std::int32_t half_section, std::int32_t half_layer, std::int32_t half_angle)
+{
+    const TubeSection& s = sections[static_cast<std::size_t>(half_section)];
+    const double r = s.radius + o.thickness * half_layer / (2. * o.through);
+    const double phi = std::numbers::pi * half_angle / o.around;
+    return s.centre + r * (std::cos(phi) * s.across + std::sin(phi) * s.third);
+}
+
 VolumeMesh make_solid_tube(const SolidTubeOptions& o)
 {
     std::vector<Issue> issues = issues_of(o);
     if (!issues.empty()) throw InputError(std::move(issues));
-    const std::vector<Section> sections = sections_of(o, issues);
+    check_bends(o, issues);
     if (!issues.empty()) throw InputError(std::move(issues));
-
-    /// @param half_section, half_layer, half_angle  in halves of an element
+    const std::vector<TubeSection> sections = tube_sections(o);
     const auto point = [&](std::int32_t half_section, std::int32_t half_layer,
                            std::int32_t half_angle) {
-        const Section& s = sections[static_cast<std::size_t>(half_section)];
-        const double r = s.radius + o.thickness * half_layer / (2. * o.through);
-        const double phi = std::numbers::pi * half_angle / o.around;
-        return Vec3{s.centre + r * (std::cos(phi) * s.across + std::sin(phi) * s.third)};
+        return tube_point(o, sections, half_section, half_layer, half_angle);
     };
     const std::int32_t ring = o.around, section = ring * (o.through + 1);
     VolumeMesh mesh;

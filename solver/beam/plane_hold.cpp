@@ -72,17 +72,20 @@ void hold_in_plane(const Wire& wire, BlockTridiagonal& K, std::vector<Node6>& g)
     g[std::size_t(f)].value[3] = 0;
 }
 
+void hold_in_plane(const Wire& wire, int element, ContactRow& row)
+{
+    if (element == wire.state.first) // not moved in space: no direction of it
+        row.a.value[3] = 0;
+    else
+        project(row.a.value, *wire.plane);
+    project(row.b.value, *wire.plane);
+}
+
 void hold_in_plane(const Wire& wire, Candidate& c)
 {
     const Vec3 n = *wire.plane;
-    const bool held = c.place.element == wire.state.first; // not moved in space: no direction of it
-    for (ContactRow* row : {&c.hn, &c.ht[0], &c.ht[1]}) {
-        if (held)
-            row->a.value[3] = 0;
-        else
-            project(row->a.value, n);
-        project(row->b.value, n);
-    }
+    for (ContactRow* row : {&c.hn, &c.ht[0], &c.ht[1]})
+        hold_in_plane(wire, c.place.element, *row);
     const Vec3* t[2] = {&c.t1, &c.t2};
     constexpr double kAcross = 1e-6; // what is left of a direction across the plane is round-off
     for (int k = 0; k < 2; ++k) {

@@ -12,6 +12,9 @@ namespace amontons {
 /// Takes them from a system that is complete but for its contact rows; their diagonal stays.
 void hold_in_plane(const Wire& wire, BlockTridiagonal& tangent, std::vector<Node6>& gradient);
 
+/// Takes them from a row on the nodes of an element.
+void hold_in_plane(const Wire& wire, int element, ContactRow& row);
+
 /// Takes them from a contact's rows, slips and friction force.
 void hold_in_plane(const Wire& wire, Candidate& c);
 

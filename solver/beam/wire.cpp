@@ -441,7 +441,10 @@ void drive_base(Wire& wire, double insertion, double twist)
                     const Reaction& o = old.reaction[std::size_t(k) * walls + w];
                     r.normal += weight * o.normal;
                     r.tangential += weight * o.tangential;
-                    if (weight >= 0.5) r.sticks = o.sticks;
+                    if (weight >= 0.5) {
+                        r.sticks = o.sticks;
+                        r.touch = o.touch;
+                    }
                 }
                 s.reaction[p * walls + w] = r;
             }

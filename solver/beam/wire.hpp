@@ -24,11 +24,19 @@ struct Sheath {
     double turn_give = 0; ///< about it [rad/(N m)]
 };
 
+/// Where a contact lies on a wall that gives way, as it was found last.
+struct WallTouch {
+    bool known = false;
+    double along = 0, around = 0; ///< as TubePlace's
+    Vec3 n = Vec3::Zero();        ///< of the wall as it is displaced
+};
+
 /// Reaction at a contact of point and wall.
 struct Reaction {
     double normal = 0;              ///< [N], >= 0
     Vec3 tangential = Vec3::Zero(); ///< in space [N]
     bool sticks = false;
+    WallTouch touch;
 };
 
 /// All that changes.
@@ -41,6 +49,7 @@ struct WireState {
     double base_twist = 0;          ///< given [rad]
     std::vector<BeamNode> nodes;    ///< those before `first` mean nothing
     std::vector<Reaction> reaction; ///< [point * walls + wall]
+    double wall_energy = 0;         ///< elastic, of walls that give way under the reactions [J]
 };
 
 /// A wire that nothing changes but its state.

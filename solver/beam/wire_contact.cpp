@@ -1,8 +1,11 @@
 #include "solver/beam/wire_contact.hpp"
 
 #include "solver/beam/plane_hold.hpp"
+#include "solver/beam/soft_contact.hpp"
+#include "solver/beam/soft_tube.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -45,6 +48,16 @@ void fill_rows(const Wire& wire, Candidate& c)
 
 } // namespace
 
+std::array<ContactRow, 2> point_rows(const Wire& wire, const Candidate& c)
+{
+    const Eigen::Matrix<double, 3, 12> J = point_jacobian(wire, c.place);
+    std::array<ContactRow, 2> rows{row_of(J.transpose() * c.t1), row_of(J.transpose() * c.t2)};
+    if (wire.plane)
+        for (ContactRow& row : rows)
+            hold_in_plane(wire, c.place.element, row);
+    return rows;
+}
+
 StepStart mark_step_start(const Wire& wire)
 {
     StepStart start;
@@ -62,11 +75,41 @@ StepStart mark_step_start(const Wire& wire)
     return start;
 }
 
-void find_candidates(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
-                     double reach, std::vector<Proximity>& proximity,
-                     std::vector<Candidate>& candidates, double covered)
+namespace {
+
+constexpr double kMovesMore = 1.5; // a wall elsewhere than where it is pressed, bound
+
+/// Forces on the soft wall w by the reactions of a state, at the places where they were found last.
+std::vector<TubeForce> forces_on(const Wire& wire, const std::vector<WireWall>& walls,
+                                 std::size_t w)
+{
+    std::vector<TubeForce> forces;
+    for (std::size_t i = w; i < wire.state.reaction.size(); i += walls.size()) {
+        const Reaction& r = wire.state.reaction[i];
+        if (r.normal > 0 && r.touch.known)
+            forces.push_back({walls[w].soft->place(r.touch.along, r.touch.around),
+                              -(r.normal * r.touch.n + r.tangential)});
+    }
+    return forces;
+}
+
+/// Around what the wall moves at most [m].
+double reach_of(SoftTube& tube)
+{
+    double largest = 0;
+    for (const TubeForce& f : tube.forces())
+        largest = std::max(largest, tube.displacement(f.place).norm());
+    return kMovesMore * largest + tube.loaded_displacement();
+}
+
+void find_candidates_once(const Wire& wire, const std::vector<WireWall>& walls,
+                          const StepStart& start, double reach, std::vector<Proximity>& proximity,
+                          std::vector<Candidate>& candidates, double covered)
 {
     candidates.clear();
+    std::vector<double> moves;
+    for (const WireWall& w : walls)
+        moves.push_back(w.soft ? reach_of(*w.soft) : 0);
     const WireState& s = wire.state;
     const std::size_t nw = walls.size();
     for (std::size_t p = 0; p < wire.material.point.size(); ++p) {
@@ -80,14 +123,21 @@ void find_candidates(const Wire& wire, const std::vector<WireWall>& walls, const
             Proximity& near = proximity[index];
             const double need = m.radius + reach;
             if (near.distance >= 0 && r.normal == 0 &&
-                near.distance - kSteepestWall * (x - near.at).norm() > need)
+                near.distance - kSteepestWall * (x - near.at).norm() > need + moves[w])
                 continue;
-            const WallSample sample = walls[w].wall->sample(x, near.hint);
-            near.at = x;
-            near.distance = std::max(sample.distance, 0.0);
+            if (walls[w].soft) {
+                near.at = x;
+                near.distance = std::max(walls[w].wall->distance(x, near.hint), 0.0);
+                if (near.distance > need + moves[w] && r.normal == 0) continue;
+            }
+            Candidate c;
+            const WallSample sample = sample_wall(walls[w], x, near.hint, c);
+            if (!walls[w].soft) {
+                near.at = x;
+                near.distance = std::max(sample.distance, 0.0);
+            }
             if (sample.distance > need && r.normal == 0) continue;
 
-            Candidate c;
             c.point = int(p);
             c.wall = int(w);
             c.index = int(index);
@@ -97,6 +147,10 @@ void find_candidates(const Wire& wire, const std::vector<WireWall>& walls, const
             c.hessian = sample.hessian;
             // Over the slope: it changes as the point moves along the normal, to first order.
             c.gap = (sample.distance - m.radius) / std::max(sample.slope, kLeastSlope);
+            if (walls[w].foundation > 0) {
+                c.give = 1 / (walls[w].foundation * m.spacing);
+                c.gap += c.give * r.normal;
+            }
             c.mu = walls[w].friction[p];
             c.radius = m.radius;
             c.stiffness = wire.material.stiffness[std::size_t(place->element)];
@@ -117,6 +171,8 @@ void find_candidates(const Wire& wire, const std::vector<WireWall>& walls, const
                 const Vec3 before = rotation_matrix(start.section[p].q) *
                                     (rotation_matrix(section.q).transpose() * arm);
                 Vec3 u = x - start.point[p] + arm - before;
+                if (walls[w].soft)
+                    u -= walls[w].soft->since_start(walls[w].soft->place(c.along, c.around));
                 if (wire.plane) u -= *wire.plane * wire.plane->dot(u);
                 c.slip[0] = u.dot(c.t1);
                 c.slip[1] = u.dot(c.t2);
@@ -128,6 +184,37 @@ void find_candidates(const Wire& wire, const std::vector<WireWall>& walls, const
             candidates.push_back(c);
         }
     }
+}
+
+} // namespace
+
+double find_candidates(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
+                       double reach, std::vector<Proximity>& proximity,
+                       std::vector<Candidate>& candidates, double covered)
+{
+    double unsettled = 0;
+    for (std::size_t w = 0; w < walls.size(); ++w)
+        if (walls[w].soft)
+            unsettled = std::max(unsettled, settle_wall(wire, walls, w, proximity, covered));
+    find_candidates_once(wire, walls, start, reach, proximity, candidates, covered);
+    return unsettled;
+}
+
+void mark_soft_walls(const Wire& wire, const std::vector<WireWall>& walls)
+{
+    for (std::size_t w = 0; w < walls.size(); ++w)
+        if (walls[w].soft) walls[w].soft->set_start(forces_on(wire, walls, w));
+}
+
+bool any_soft(const std::vector<WireWall>& walls)
+{
+    return std::any_of(walls.begin(), walls.end(),
+                       [](const WireWall& w) { return w.soft != nullptr; });
+}
+
+Vec3 pulled_back(const WireWall& wall, const Vec3& x, WallHint& hint)
+{
+    return wall.soft ? wall.soft->pull_back(x, hint).y : x;
 }
 
 double smallest_gap(const Wire& wire, const std::vector<WireWall>& walls,
@@ -155,7 +242,7 @@ double smallest_gap(const Wire& wire, const std::vector<WireWall>& walls,
 // With f = r_n n + f_t at the point: d(r_n n) = r_n H dx; f_t turns with the normal,
 // d(f_t) = -n (f_t . H dx); and the Hermite point's second derivative with the rotations.
 void assemble_reactions(const Wire& wire, const std::vector<Candidate>& candidates,
-                        BlockTridiagonal& K, std::vector<Node6>& g)
+                        BlockTridiagonal& K, std::vector<Node6>& g, bool follow_walls)
 {
     for (const Candidate& c : candidates) {
         if (!(c.normal > 0)) continue;
@@ -173,7 +260,7 @@ void assemble_reactions(const Wire& wire, const std::vector<Candidate>& candidat
         const Mat3 M = c.normal * c.hessian - c.n * (ft.transpose() * c.hessian);
         const Eigen::Matrix<double, 3, 12> J = point_jacobian(wire, c.place);
         const Eigen::Matrix<double, 3, 12> MJ = M * J;
-        for (int j = 0; j < 6; ++j) {
+        for (int j = 0; follow_walls && j < 6; ++j) {
             const Vec3 left = MJ.col(j), right = MJ.col(j + 6);
             for (int i = 0; i < 6; ++i) {
                 const Vec3 a = J.col(i), b = J.col(i + 6);

@@ -3,9 +3,12 @@
 #include "mesh/wall.hpp"
 #include "solver/beam/wire.hpp"
 
+#include <array>
 #include <vector>
 
 namespace amontons {
+
+class SoftTube;
 
 /// A row of derivatives with respect to the unknowns of an element's two nodes.
 struct ContactRow {
@@ -14,7 +17,9 @@ struct ContactRow {
 
 /// A wall that the wire can touch.
 struct WireWall {
-    const Wall* wall = nullptr;
+    const Wall* wall = nullptr;   ///< undeformed
+    SoftTube* soft = nullptr;     ///< that gives way as an elastic solid; null: rigid
+    double foundation = 0;        ///< or as springs along its normal: per length of wire [N/m^2]
     std::vector<double> friction; ///< at each contact point of the wire [-]
 };
 
@@ -53,22 +58,41 @@ struct Candidate {
     double normal = 0;    ///< reaction [N]
     double tangential[2] = {0, 0};
     bool sticks = false;
-    ContactRow hn, ht[2]; ///< derivatives of gap and slips
+    ContactRow hn, ht[2];         ///< derivatives of gap and slips
+    double along = 0, around = 0; ///< on a soft wall: as TubePlace's
+    double give = 0;              ///< on a foundation: 1 / stiffness along n [m/N]
 };
 
-/// All points whose gap is below `reach` or that carry a reaction.
+/// All points whose gap is below `reach` or that carry a reaction. Walls that give way are
+/// displaced by the reactions where those act now.
 /// @param covered  no points nearer the base than this: they lie in another instrument [m]
-void find_candidates(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
-                     double reach, std::vector<Proximity>& proximity,
-                     std::vector<Candidate>& candidates, double covered = 0);
+/// @return  what forces on soft walls and the walls' shapes still disagree by [N]
+double find_candidates(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
+                       double reach, std::vector<Proximity>& proximity,
+                       std::vector<Candidate>& candidates, double covered = 0);
+
+/// The forces that reactions put on soft walls become those of their start: slip is measured from
+/// there.
+void mark_soft_walls(const Wire& wire, const std::vector<WireWall>& walls);
+
+/// Whether any of them is an elastic solid.
+bool any_soft(const std::vector<WireWall>& walls);
+
+/// The place in the undeformed wall of a point of space; itself in a rigid one.
+Vec3 pulled_back(const WireWall& wall, const Vec3& x, WallHint& hint);
 
 /// Smallest gap of any contact point [m], and that point; +infinity if there is none.
 double smallest_gap(const Wire& wire, const std::vector<WireWall>& walls,
                     std::vector<Proximity>& proximity, int* worst = nullptr);
 
+/// Rows of the motion of a contact's point along t1 and t2, without the section's spin.
+std::array<ContactRow, 2> point_rows(const Wire& wire, const Candidate& c);
+
 /// Subtracts the reactions from the gradient, and their derivative with the geometry (not with
 /// the reactions) from the tangent.
+/// @param follow_walls  false: without what turns with the walls' curvature
 void assemble_reactions(const Wire& wire, const std::vector<Candidate>& candidates,
-                        BlockTridiagonal& tangent, std::vector<Node6>& gradient);
+                        BlockTridiagonal& tangent, std::vector<Node6>& gradient,
+                        bool follow_walls = true);
 
 } // namespace amontons

@@ -123,11 +123,11 @@ void check_bodies(const Scene& scene, Findings& findings)
     for (const RigidInput& b : scene.rigids)
         check_rigid(b, scene, findings);
     check_couplings(scene, findings);
-    const bool bodies = !scene.solids.empty() || !scene.rigids.empty() || !scene.rods.empty();
+    const bool bodies = !scene.rigids.empty() || !scene.rods.empty() || !scene.couplings.empty();
     if (bodies && !scene.beams.empty())
-        findings.add({"/bodies"}, "beams beside rods, solids or rigid bodies",
-                     "a scene of beams and obstacles, or one of rods, solids, rigid bodies and "
-                     "obstacles: the two cannot be coupled yet");
+        findings.add({"/bodies"}, "beams beside rods, rigid bodies or couplings",
+                     "a scene of beams, obstacles and walls of vessels, or one of rods, solids, "
+                     "rigid bodies and obstacles: the two cannot be coupled yet");
     if (scene.time.kind != "dynamic")
         for (std::size_t i = 0; i < scene.contact.size(); ++i)
             if (scene.contact[i].restitution > 0)

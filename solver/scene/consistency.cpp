@@ -4,6 +4,7 @@
 #include "solver/scene/haptic_fields.hpp"
 #include "solver/scene/rod_fields.hpp"
 #include "solver/scene/segment_consistency.hpp"
+#include "solver/scene/vessel_consistency.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -253,10 +254,10 @@ void check_pairs(const Scene& scene, Findings& findings)
         if (a == b && !beams && !find(scene.rods, a))
             findings.add({place}, pair + ", a body and itself", "two bodies, or a rod and itself");
         const auto body = [&](const std::string& name) {
-            return find(scene.solids, name) || find(scene.rigids, name) || find(scene.rods, name);
+            return find(scene.rigids, name) || find(scene.rods, name);
         };
         if ((find(scene.beams, a) && body(b)) || (find(scene.beams, b) && body(a)))
-            findings.add({place}, pair, "a beam and an obstacle");
+            findings.add({place}, pair, "a beam and an obstacle, or the wall of a vessel");
         const std::string& beam = find(scene.beams, a) ? a : b;
         const BeamInput* wire = find(scene.beams, beam);
         const ObstacleInput* wall = find(scene.obstacles, beam == a ? b : a);
@@ -289,6 +290,7 @@ void check_consistency(const Scene& scene, std::vector<Issue>& issues)
         findings.add({"/bodies"}, "no body that moves",
                      "at least one of kind \"beam\", \"rod\", \"solid\" or \"rigid\"");
     check_bodies(scene, findings);
+    check_vessels(scene, findings);
     check_rods(scene, findings);
     check_pairs(scene, findings);
     check_haptic(scene, findings);

@@ -14,6 +14,12 @@ constexpr double kRhoNormal = 1e4;
 constexpr double kRhoStick = 1e4;
 constexpr double kRhoSlip = 0.3; // of the slip direction's predictor r_t - rho u_t
 
+/// Weight of a normal row: springs of a foundation lie behind the contact [N/m].
+inline double normal_weight(const Candidate& c)
+{
+    return 1 / (c.give + 1 / (kRhoNormal * c.stiffness));
+}
+
 using Trial = NewtonWorkspace::Trial;
 
 /// How the status of a contact must change.

@@ -24,6 +24,7 @@
 //   start_matrix(shift, from)    the base system with the shift in the rows from that node on
 //   softest()                    scale of the shift [N/m]
 //   kept_shift()                 of the last iterate of this solve that needed one [N/m]
+//   gives(), pivot_giving(...)   optional: walls that give way, see soft_pivot.hpp
 
 namespace amontons::pivoting {
 
@@ -54,7 +55,7 @@ template <class System> void add_contact(System& s, std::size_t k, bool coupled,
     const Trial& t = s.trial()[k];
     const auto place = s.place(k);
     auto& K = s.matrix();
-    const double rho = kRhoNormal * c.stiffness;
+    const double rho = normal_weight(c);
     if (t.status == 2) {
         if (coupled)
             System::add_product(K, place, slip_force_row(s, k), s.normal(k), rho, from);
@@ -79,7 +80,7 @@ template <class System> void add_contact_force(System& s, std::size_t k)
     const Trial& t = s.trial()[k];
     const auto place = s.place(k);
     auto& r = s.right();
-    const double fn = c.normal - kRhoNormal * c.stiffness * c.gap;
+    const double fn = c.normal - normal_weight(c) * c.gap;
     if (t.status == 2) {
         System::add_force(r, place, slip_force_row(s, k), fn);
         if (t.across > 0)
@@ -118,8 +119,12 @@ template <class System> void evaluate(System& s, std::size_t k)
         t.v2 = c.slip[1] + System::apply(s.tangent(k, 1), s.increment(), place);
     }
     t.normal = t.t1 = t.t2 = 0;
-    if (t.status == 0) return;
-    t.normal = c.normal - kRhoNormal * c.stiffness * t.gap;
+    if (t.status == 0) {
+        t.gap -= c.give * c.normal;
+        return;
+    }
+    t.normal = c.normal - normal_weight(c) * t.gap;
+    t.gap += c.give * (t.normal - c.normal);
     if (t.status == 1 && c.mu > 0) {
         const double rt = kRhoStick * c.stiffness;
         t.t1 = c.tangential[0] - rt * t.v1;
@@ -183,6 +188,55 @@ void factor_definite(System& s, int from, double& shift, NewtonReport& report)
     if (unsymmetric) factor(true, first);
 }
 
+/// Trials that find no fewer wrong statuses before one contact at a time is turned.
+struct Patience {
+    int best = std::numeric_limits<int>::max(), left = 8;
+};
+
+/// Turns contacts whose status is wrong; all of them, or the last where that leads nowhere.
+/// @param turn  of a contact
+template <class System, class Turn>
+void turn_some(const System& s, std::vector<Change>& wrong, int count, Patience& patience,
+               const Turn& turn)
+{
+    const std::size_t n = wrong.size();
+    bool all = true;
+    if (count < patience.best) {
+        patience.best = count;
+        patience.left = 8;
+    } else if (patience.left > 0) {
+        --patience.left;
+    } else {
+        all = false;
+    }
+    if (!all) {
+        std::size_t k = n - 1;
+        while (wrong[k].kind == Change::none)
+            --k;
+        turn(k);
+        return;
+    }
+    // Of neighbours that all want to open (or all to close) only the worst does: the rows of one
+    // element depend on each other.
+    for (std::size_t i = 0; i < n;) {
+        const Change::Kind kind = wrong[i].kind;
+        if (kind != Change::open && kind != Change::close) {
+            ++i;
+            continue;
+        }
+        std::size_t end = i, worst = i;
+        while (end < n && wrong[end].kind == kind && (end == i || s.follows(end))) {
+            if (wrong[end].size > wrong[worst].size) worst = end;
+            ++end;
+        }
+        for (std::size_t k = i; k < end; ++k)
+            if (k != worst) wrong[k].kind = Change::none;
+        i = end;
+    }
+    for (std::size_t k = 0; k < n; ++k)
+        if (wrong[k].kind != Change::none) turn(k);
+}
+
 /// Pivots the statuses from those of the iterate. Leaves the increment and the trials.
 template <class System>
 bool pivot(System& s, const Residual& res, const NewtonOptions& options, double& shift,
@@ -196,7 +250,7 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
         initial_status(s.contact(k), trials[k]);
 
     std::vector<Change> wrong(n);
-    int best = std::numeric_limits<int>::max(), patience = 8;
+    Patience patience;
     int from = s.first(); // the factor of nodes before it is that of the last trial
     for (int trial = 0; trial < kTrials; ++trial) {
         set_right_side(s);
@@ -215,46 +269,10 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
         if (count == 0) return true;
 
         from = s.last();
-        const auto turn = [&](std::size_t k) {
-            if (wrong[k].kind == Change::none) return;
+        turn_some(s, wrong, count, patience, [&](std::size_t k) {
             change(s.contact(k), trials[k], wrong[k].kind);
             from = std::min(from, s.lowest(k));
-        };
-        bool all = true;
-        if (count < best) {
-            best = count;
-            patience = 8;
-        } else if (patience > 0) {
-            --patience;
-        } else {
-            all = false;
-        }
-        if (all) {
-            // Of neighbours that all want to open (or all to close) only the worst does: the
-            // rows of one element depend on each other.
-            for (std::size_t i = 0; i < n;) {
-                const Change::Kind kind = wrong[i].kind;
-                if (kind != Change::open && kind != Change::close) {
-                    ++i;
-                    continue;
-                }
-                std::size_t end = i, worst = i;
-                while (end < n && wrong[end].kind == kind && (end == i || s.follows(end))) {
-                    if (wrong[end].size > wrong[worst].size) worst = end;
-                    ++end;
-                }
-                for (std::size_t k = i; k < end; ++k)
-                    if (k != worst) wrong[k].kind = Change::none;
-                i = end;
-            }
-            for (std::size_t k = 0; k < n; ++k)
-                turn(k);
-        } else {
-            std::size_t k = n - 1;
-            while (wrong[k].kind == Change::none)
-                --k;
-            turn(k);
-        }
+        });
     }
     return false;
 }
@@ -304,6 +322,7 @@ template <class System> void close_active(System& s)
                                                  : s.tangent(q.candidate, q.which - 1),
                                     x, s.place(q.candidate));
         }
+        if (r.which == 0) S(j, j) += s.contact(r.candidate).give;
     }
     const Eigen::VectorXd change = S.fullPivLu().solve(-gap);
     if (!change.allFinite()) return;
@@ -329,10 +348,21 @@ template <class System>
 void solve(System& s, const Residual& res, const NewtonOptions& options, double& shift,
            NewtonReport& report)
 {
+    bool done = false;
     for (int level = 0; level < kShiftLevels; ++level) {
-        if (pivot(s, res, options, shift, report)) break;
+        if constexpr (requires { s.gives(); }) {
+            done = s.gives() ? s.pivot_giving(res, options, shift, report)
+                             : pivot(s, res, options, shift, report);
+        } else {
+            done = pivot(s, res, options, shift, report);
+        }
+        if (done) break;
         shift = std::max(16 * shift, 1e-3 * s.softest());
     }
+    if constexpr (requires { s.gives(); })
+        if (s.gives() && !done) // what was tried last may be anything: the solve ends
+            s.increment()[std::size_t(s.last())].value[0] =
+                std::numeric_limits<double>::quiet_NaN();
     if (shift > 0) s.kept_shift() = shift;
 }
 

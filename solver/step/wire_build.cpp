@@ -78,7 +78,8 @@ void check_plane(const Scene& scene, const BeamInput& beam, std::vector<Issue>& 
 } // namespace
 
 WireBody build_wire(const Scene& scene, const BeamInput& beam,
-                    const std::vector<Obstacle>& obstacles, std::vector<int>& near)
+                    const std::vector<Obstacle>& obstacles, const std::vector<SoftVessel>& vessels,
+                    std::vector<int>& near)
 {
     Wire wire;
     wire.material = make_material(beam.segments, beam.contact_spacing);
@@ -96,20 +97,30 @@ WireBody build_wire(const Scene& scene, const BeamInput& beam,
     if (beam.plane) wire.plane = beam.plane->normalized();
 
     std::vector<WireWall> walls;
-    for (std::size_t o = 0; o < obstacles.size(); ++o)
+    const auto add_wall = [&](const std::string& name, WireWall w, std::size_t body) {
         for (const ContactLaw& law : scene.contact) {
-            const bool one = law.between[0] == beam.name && law.between[1] == obstacles[o].name;
-            const bool other = law.between[1] == beam.name && law.between[0] == obstacles[o].name;
+            const bool one = law.between[0] == beam.name && law.between[1] == name;
+            const bool other = law.between[1] == beam.name && law.between[0] == name;
             if (!one && !other) continue;
-            WireWall w;
-            w.wall = &obstacles[o].model.wall;
             for (const MaterialPoint& p : wire.material.point)
                 w.friction.push_back(
                     beam.segments[std::size_t(p.segment)].friction.value_or(law.friction));
             walls.push_back(std::move(w));
-            near.push_back(int(o));
+            near.push_back(int(body));
             break;
         }
+    };
+    for (std::size_t o = 0; o < obstacles.size(); ++o) {
+        WireWall w;
+        w.wall = &obstacles[o].model.wall;
+        add_wall(obstacles[o].name, std::move(w), o);
+    }
+    for (std::size_t v = 0; v < vessels.size(); ++v) {
+        WireWall w;
+        w.wall = &vessels[v].tube->undeformed();
+        w.soft = vessels[v].tube.get();
+        add_wall(vessels[v].name, std::move(w), obstacles.size() + scene.beams.size() + v);
+    }
     WireMotion motion;
     if (scene.time.kind == "dynamic") motion = make_motion(wire.material, scene.time.damping);
     WireBody body = make_wire_body(std::move(wire), std::move(walls), std::move(motion),
@@ -120,21 +131,20 @@ WireBody build_wire(const Scene& scene, const BeamInput& beam,
 }
 
 void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body,
-                 const std::vector<Obstacle>& obstacles, const std::vector<int>& near,
-                 std::vector<Issue>& issues)
+                 const std::vector<std::string>& walls, std::vector<Issue>& issues)
 {
     if (beam.plane) check_plane(scene, beam, issues);
     const std::string place = "/bodies/" + beam.name + "/introducer/at";
-    for (std::size_t k = 0; k < near.size(); ++k) {
-        const Obstacle& o = obstacles[std::size_t(near[k])];
+    for (std::size_t k = 0; k < walls.size(); ++k) {
+        const Wall& wall = *body.walls[k].wall;
         const double radius = beam.segments.back().radius;
         WallHint hint;
         const Vec3 x = beam.introducer.at;
-        const double gap = o.model.wall.distance(x, hint) - radius;
+        const double gap = wall.distance(x, hint) - radius;
         if (!(gap >= -1e-6 * radius)) {
             issues.push_back({scene.file, place,
                               "an end with the wire's surface " + number(-gap) +
-                                  " m inside the wall of " + o.name,
+                                  " m inside the wall of " + walls[k],
                               "a point of the free space, the wire's radius off every wall"});
             continue;
         }
@@ -144,9 +154,9 @@ void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body
         if (most <= 0) continue;
         // The first stretch along the sheath must be free, or the wire starts against a wall.
         const double step = std::min(radius, most);
-        if (o.model.wall.distance(x + step * body.wire.sheath->frame.col(0), hint) < 0.25 * radius)
+        if (wall.distance(x + step * body.wire.sheath->frame.col(0), hint) < 0.25 * radius)
             issues.push_back({scene.file, "/bodies/" + beam.name + "/introducer/direction",
-                              "a direction straight into the wall of " + o.name,
+                              "a direction straight into the wall of " + walls[k],
                               "a direction into the free space"});
     }
 }
@@ -215,6 +225,11 @@ void save_reactions(const std::vector<Reaction>& reactions, ByteWriter& out)
         for (int k = 0; k < 3; ++k)
             out.value(r.tangential[k]);
         out.value(r.sticks);
+        out.value(r.touch.known);
+        out.value(r.touch.along);
+        out.value(r.touch.around);
+        for (int k = 0; k < 3; ++k)
+            out.value(r.touch.n[k]);
     }
 }
 
@@ -227,6 +242,11 @@ std::vector<Reaction> read_reactions(std::size_t size, ByteReader& in)
         for (int k = 0; k < 3; ++k)
             r.tangential[k] = in.value<double>();
         r.sticks = in.value<bool>();
+        r.touch.known = in.value<bool>();
+        r.touch.along = in.value<double>();
+        r.touch.around = in.value<double>();
+        for (int k = 0; k < 3; ++k)
+            r.touch.n[k] = in.value<double>();
     }
     return reactions;
 }
@@ -242,6 +262,7 @@ void save_wire(const WireBody& b, ByteWriter& out)
     out.value(s.base_twist);
     out.vector(s.nodes);
     save_reactions(s.reaction, out);
+    out.value(s.wall_energy);
     const auto vec = [&](const Vec3& v) {
         for (int k = 0; k < 3; ++k)
             out.value(v[k]);
@@ -271,6 +292,7 @@ SavedWire read_wire(const WireBody& b, ByteReader& in)
         ByteReader::refuse("a wire held at an impossible place");
     s.nodes = in.exactly<BeamNode>(b.wire.material.node.size());
     s.reaction = read_reactions(b.wire.state.reaction.size(), in);
+    s.wall_energy = in.value<double>();
     const auto vec = [&] {
         Vec3 v;
         for (int k = 0; k < 3; ++k)

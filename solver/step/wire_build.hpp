@@ -3,19 +3,22 @@
 #include "solver/step/byte_stream.hpp"
 #include "solver/step/coaxial.hpp"
 #include "solver/step/simulation.hpp"
+#include "solver/step/soft_vessel.hpp"
 #include "solver/step/wire_step.hpp"
 
 namespace amontons {
 
-/// A wire of a scene with the obstacles that it can touch.
-/// @param near  out: places in `obstacles` of its walls, in order
+/// A wire of a scene with the obstacles and walls of vessels that it can touch.
+/// @param near  out: the bodies of its walls, in order: places in `obstacles`, or those of vessels,
+///              which come after obstacles and beams
 WireBody build_wire(const Scene& scene, const BeamInput& beam,
-                    const std::vector<Obstacle>& obstacles, std::vector<int>& near);
+                    const std::vector<Obstacle>& obstacles, const std::vector<SoftVessel>& vessels,
+                    std::vector<int>& near);
 
+/// @param walls  their names
 /// Adds an issue where the introducer ends in a wall or the wire starts in one.
 void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body,
-                 const std::vector<Obstacle>& obstacles, const std::vector<int>& near,
-                 std::vector<Issue>& issues);
+                 const std::vector<std::string>& walls, std::vector<Issue>& issues);
 
 /// Wires that touch one another are solved together.
 /// @param coaxial  out: the instruments in one another, kept by the groups

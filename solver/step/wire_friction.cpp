@@ -1,5 +1,7 @@
 #include "solver/step/wire_friction.hpp"
 
+#include "solver/beam/soft_tube.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -21,6 +23,7 @@ Vec3 slip_since(const Wire& wire, const StepStart& start, const ContactBefore& b
     const Vec3 arm = -m.radius * b.n;
     const Vec3 now = rotation_matrix(q.q) * (rotation_matrix(start.section[p].q).transpose() * arm);
     Vec3 u = x - start.point[p] + now - arm;
+    if (b.soft) u -= b.soft->since_start(b.soft->place(b.along, b.around));
     if (wire.plane) u -= *wire.plane * wire.plane->dot(u);
     return u - b.n * b.n.dot(u);
 }
@@ -40,8 +43,11 @@ std::vector<ContactBefore> contacts_before(const Wire& wire, const std::vector<W
         const MaterialPoint& m = wire.material.point[p];
         const auto place = place_of(wire, s, m.s, m.element, m.xi);
         if (!place) break;
-        const Vec3 n = w.wall->sample(centreline_point(s, *place), proximity[i].hint).normal;
-        list.push_back({int(p), int(i), n, w.friction[p] * r.normal, r.tangential});
+        const Vec3 n = w.soft && r.touch.known
+                           ? r.touch.n
+                           : w.wall->sample(centreline_point(s, *place), proximity[i].hint).normal;
+        list.push_back({int(p), int(i), n, w.friction[p] * r.normal, r.tangential,
+                        r.touch.known ? w.soft : nullptr, r.touch.along, r.touch.around});
     }
     return list;
 }

@@ -36,11 +36,15 @@ int count_passages(const WireBody& b, const StepStart& start)
         const Vec3 x = centreline_point(w.state, *place);
         for (std::size_t k = 0; k < b.walls.size(); ++k) {
             Proximity& near = b.work->proximity[p * b.walls.size() + k];
+            if (b.walls[k].foundation > 0) continue; // springs have no other side
             // Known to be far, and the whole way shorter than that.
             if (near.distance >= 0 && near.distance > kSteepestWall * ((x - near.at).norm() +
                                                                        (start.point[p] - x).norm()))
                 continue;
-            if (!way_is_free(*b.walls[k].wall, start.point[p], x, m.radius, near.hint)) ++count;
+            const WireWall& wall = b.walls[k];
+            if (!way_is_free(*wall.wall, pulled_back(wall, start.point[p], near.hint),
+                             pulled_back(wall, x, near.hint), m.radius, near.hint))
+                ++count;
         }
     }
     return count;
@@ -110,6 +114,7 @@ GroupStart start_of(const WireGroup& g)
     GroupStart s;
     for (const WireBody* b : g.wires) {
         s.wires.push_back(mark_step_start(b->wire));
+        mark_soft_walls(b->wire, b->walls);
         s.touched.push_back(contacts_before(b->wire, b->walls, b->work->proximity));
     }
     if (g.coaxial) s.nested = mark_coaxial_start(*g.coaxial);
@@ -139,7 +144,7 @@ double elastic_energy_of(const WireGroup& g)
 {
     double sum = 0;
     for (const WireBody* b : g.wires)
-        sum += elastic_energy(b->wire);
+        sum += elastic_energy(b->wire) + b->wire.state.wall_energy;
     return sum;
 }
 

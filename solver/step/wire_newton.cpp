@@ -1,6 +1,7 @@
 #include "solver/step/wire_newton.hpp"
 
 #include "solver/beam/plane_hold.hpp"
+#include "solver/beam/soft_tube.hpp"
 #include "solver/step/wire_pivot.hpp"
 
 #include <algorithm>
@@ -12,6 +13,7 @@ namespace amontons {
 namespace {
 
 constexpr double kCertificateRho = 1; // of the natural map, relative to WireMaterial::stiffness
+constexpr double kLost = 1e-3;        // of what soft walls are off by, relative
 constexpr int kSlow = 8;              // iterations before the active rows are closed exactly
 
 double now()
@@ -37,6 +39,22 @@ void assemble_anchor(const Wire& wire, const Anchor& anchor, BlockTridiagonal& K
             K.diagonal(i)(k, k) += anchor.linear[n];
             K.diagonal(i)(k + 3, k + 3) += anchor.angular[n][k];
         }
+    }
+}
+
+/// Where soft walls were touched and by what: for the next look at them.
+void keep_touches(Wire& wire, const NewtonWorkspace& w)
+{
+    wire.state.wall_energy = 0;
+    for (const Candidate& c : w.candidates)
+        wire.state.wall_energy += 0.5 * c.give * c.normal * c.normal;
+    if (!w.giving) return;
+    for (const WireWall& wall : *w.giving)
+        if (wall.soft) wire.state.wall_energy += wall.soft->contact_energy();
+    for (const Candidate& c : w.candidates) {
+        Reaction& r = wire.state.reaction[std::size_t(c.index)];
+        r.touch = {true, c.along, c.around, c.n};
+        r.tangential = c.tangential[0] * c.t1 + c.tangential[1] * c.t2;
     }
 }
 
@@ -70,8 +88,11 @@ void assemble_iterate(const Wire& wire, const std::vector<WireWall>& walls, cons
     const double t1 = now();
     report.seconds_elements += t1 - t0;
 
-    find_candidates(wire, walls, start, options.reach, w.proximity, w.candidates, w.covered);
-    assemble_reactions(wire, w.candidates, w.base, w.gradient);
+    w.unsettled =
+        find_candidates(wire, walls, start, options.reach, w.proximity, w.candidates, w.covered);
+    w.giving = any_soft(walls) ? &walls : nullptr;
+    // Of soft walls the linearised problem knows the curvature.
+    assemble_reactions(wire, w.candidates, w.base, w.gradient, !w.giving);
     if (wire.plane) hold_in_plane(wire, w.base, w.gradient);
     report.seconds_detection += now() - t1;
 }
@@ -105,6 +126,7 @@ Residual residual_of_iterate(const Wire& wire, const NewtonWorkspace& w)
             res.equilibrium = std::numeric_limits<double>::infinity();
         if (i < wire.last()) EA = std::max(EA, wire.material.law[std::size_t(i)].S[0] / h);
     }
+    res.contact = w.unsettled;
     for (std::size_t k = 0; k < w.candidates.size(); ++k) {
         const Candidate& c = w.candidates[k];
         const double f = contact_error(c, res.cone);
@@ -181,6 +203,9 @@ NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,
         report.residual = residual_of_iterate(wire, w);
         const Residual& res = report.residual;
         if (!std::isfinite(res.equilibrium)) return report;
+        // Forces so far from any balance that the walls have no shape under them.
+        if (w.unsettled > kLost * res.scale) return report;
+        keep_touches(wire, w);
         if (report.iterations > 0 && res.error() <= std::max(options.tolerance, res.floor)) {
             report.converged = true;
             report.stable = shift == 0;
@@ -191,7 +216,7 @@ NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,
         const double t0 = now();
         shift = 0;
         solve_linearised(wire, w, res, options, shift, report);
-        if (report.iterations >= kSlow) close_active_rows(wire, w);
+        if (report.iterations >= kSlow && !w.giving) close_active_rows(wire, w);
         if (shift > 0) ++report.shifted;
         const double t1 = now();
         report.seconds_contact += t1 - t0;

@@ -65,8 +65,10 @@ struct NewtonWorkspace {
         double gap = 0, v1 = 0, v2 = 0;    ///< after the trial [m]
     };
     std::vector<Trial> trial;
-    double shift = 0;   ///< of the last iterate of this solve that needed one [N/m]
-    double covered = 0; ///< contact points up to here lie in another instrument [m from the base]
+    const std::vector<WireWall>* giving = nullptr; ///< the walls, if any is soft is soft
+    double unsettled = 0; ///< what forces on those and their shapes disagree by [N]
+    double shift = 0;     ///< of the last iterate of this solve that needed one [N/m]
+    double covered = 0;   ///< contact points up to here lie in another instrument [m from the base]
 };
 
 // What one iterate is made of, for a solve of several wires too.

@@ -1,6 +1,6 @@
 #include "solver/step/wire_pivot.hpp"
 
-#include "solver/step/pivot_method.hpp"
+#include "solver/step/soft_pivot.hpp"
 
 namespace amontons {
 namespace {
@@ -84,6 +84,20 @@ struct ChainSystem {
     std::vector<Trial>& trial() { return w.trial; }
     BlockTridiagonal& matrix() { return w.system; }
     double& kept_shift() { return w.shift; }
+    bool gives() const { return w.giving != nullptr; }
+    GivingContacts linearise_walls(std::vector<int> which)
+    {
+        return amontons::linearise_walls(*w.giving, w.candidates, std::move(which), w.proximity);
+    }
+    std::array<ContactRow, 2> point_rows(std::size_t k) const
+    {
+        return amontons::point_rows(wire, w.candidates[k]);
+    }
+    bool pivot_giving(const Residual& res, const NewtonOptions& options, double& shift,
+                      NewtonReport& report)
+    {
+        return pivoting::pivot_giving(*this, res, options, shift, report);
+    }
     double softest() const
     {
         return *std::min_element(wire.material.stiffness.begin(), wire.material.stiffness.end());

@@ -46,7 +46,8 @@ int count_outside(const WireBody& b)
         const Vec3 x = centreline_point(b.wire.state, *place);
         for (const WireWall& w : b.walls) {
             WallHint hint;
-            if (w.wall->distance(x, hint) < 0) ++count;
+            if (w.foundation > 0) continue; // springs have no other side
+            if (w.wall->distance(pulled_back(w, x, hint), hint) < 0) ++count;
         }
     }
     return count;

@@ -5,6 +5,7 @@
 #include "mesh/bounding_tree.hpp"
 #include "solver/step/coaxial.hpp"
 #include "solver/step/run_summary.hpp"
+#include "solver/step/soft_vessel.hpp"
 #include "solver/step/wire_build.hpp"
 #include "solver/step/wire_problem.hpp"
 #include "solver/step/wire_record.hpp"
@@ -53,6 +54,7 @@ struct WireHistory {
 struct WireSimulation::State {
     Scene scene;
     std::vector<Obstacle> obstacles;
+    std::vector<SoftVessel> vessels;
     std::vector<WireBody> wires;
     std::vector<std::unique_ptr<Coaxial>> coaxial; ///< wires in one another
     std::vector<WireGroup> groups;                 ///< every wire is in one
@@ -270,6 +272,7 @@ void WireSimulation::State::note_branch(std::size_t w)
     WireHistory& k = history[w];
     k.branch = -1;
     for (int o : walls[w]) {
+        if (std::size_t(o) >= obstacles.size()) continue; // the wall of a vessel
         const WallModel& m = obstacles[std::size_t(o)].model;
         if (m.branches.empty()) continue;
         const std::string name = branch_at(m, wire_tip(wires[w].wire));
@@ -291,6 +294,7 @@ void WireSimulation::State::note_openings(const std::vector<Vec3>& tips_before)
         if (k.opening >= 0) continue;
         const Vec3 tip = wire_tip(wires[w].wire);
         for (int o : walls[w]) {
+            if (std::size_t(o) >= obstacles.size()) continue; // the wall of a vessel
             const WallModel& m = obstacles[std::size_t(o)].model;
             if (const Opening* p = opening_passed(m, tips_before[w], tip)) {
                 k.opening = int(p - m.openings.data());
@@ -338,12 +342,19 @@ WireSimulation::WireSimulation(const Scene& scene, std::vector<Obstacle> obstacl
     s.tree.resize(s.obstacles.size());
     s.max_force.resize(s.obstacles.size());
     s.step_length = scene.time.step;
+    s.vessels = build_soft_vessels(scene);
     std::vector<Issue> issues;
     for (const BeamInput& beam : scene.beams) {
         std::vector<int> near;
-        s.wires.push_back(build_wire(scene, beam, s.obstacles, near));
+        s.wires.push_back(build_wire(scene, beam, s.obstacles, s.vessels, near));
         s.walls.push_back(near);
-        check_start(scene, beam, s.wires.back(), s.obstacles, near, issues);
+        std::vector<std::string> names;
+        for (const int k : near)
+            names.push_back(
+                std::size_t(k) < s.obstacles.size()
+                    ? s.obstacles[std::size_t(k)].name
+                    : s.vessels[std::size_t(k) - s.obstacles.size() - scene.beams.size()].name);
+        check_start(scene, beam, s.wires.back(), names, issues);
     }
     s.history.resize(s.wires.size());
     if (!issues.empty()) throw InputError(issues);
@@ -461,6 +472,14 @@ std::vector<RecordedProblem> WireSimulation::contact_problems() const
     return all;
 }
 
+std::vector<BodyRecord> WireSimulation::body_records() const
+{
+    std::vector<BodyRecord> all;
+    for (const SoftVessel& v : state_->vessels)
+        all.push_back(record_vessel(v));
+    return all;
+}
+
 std::vector<BodyPlan> WireSimulation::plan() const
 {
     std::vector<BodyPlan> plan;
@@ -469,6 +488,8 @@ std::vector<BodyPlan> WireSimulation::plan() const
     for (std::size_t w = 0; w < state_->wires.size(); ++w)
         plan.push_back({state_->scene.beams[w].name, "beam",
                         6 * int(state_->wires[w].wire.material.node.size())});
+    for (const SoftVessel& v : state_->vessels)
+        plan.push_back({v.name, "solid", 3 * int(v.tube->mesh().nodes.size())});
     return plan;
 }
 

@@ -16,7 +16,7 @@ public:
     std::vector<BodyPlan> plan() const override;
     std::vector<double> max_contact_force(std::size_t obstacle) const override;
     std::vector<RecordedProblem> contact_problems() const override;
-    std::vector<BodyRecord> body_records() const override { return {}; }
+    std::vector<BodyRecord> body_records() const override;
     std::vector<std::byte> save() const override;
     void restore(const std::vector<std::byte>& state) override;
 

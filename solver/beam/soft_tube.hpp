@@ -1,0 +1,153 @@
+#pragma once
+
+#include "mesh/generate/solid_tube.hpp"
+#include "mesh/wall.hpp"
+#include "solver/solid/compliance.hpp"
+
+#include <array>
+#include <memory>
+
+// A vessel whose wall is an elastic solid, for instruments that touch its inner surface. Theory:
+// docs/theory/soft_vessels.md.
+
+namespace amontons {
+
+/// A place on the inner surface, by its numbers in the undeformed tube, and the weights there of
+/// the nodes around it: bicubic B-splines, twice differentiable, sum 1.
+struct TubePlace {
+    double along = 0;                    ///< arc length on the centreline [m]
+    double around = 0;                   ///< angle from the section's `across` [rad]
+    std::array<std::int32_t, 16> node{}; ///< of the grid of inner nodes
+    std::array<double, 16> weight{}, by_along{}, by_around{}; ///< [-], [1/m], [1/rad]
+    /// Second derivatives: along twice, along and around, around twice.
+    std::array<std::array<double, 16>, 3> second{};
+};
+
+/// A force on the wall.
+struct TubeForce {
+    TubePlace place;
+    Vec3 force = Vec3::Zero(); ///< [N]
+};
+
+/// What stood at a point in the undeformed tube, if the wall's displacement goes on straight from
+/// its inner surface: x = y + u(y).
+struct PulledBack {
+    Vec3 y = Vec3::Zero(), u = Vec3::Zero(); ///< [m]
+    Mat3 gradient = Mat3::Identity();        ///< dx / dy
+    TubePlace place;
+    Vec3 by_along = Vec3::Zero(), by_around = Vec3::Zero(); ///< derivatives of u [-], [m/rad]
+    Vec3 along = Vec3::Zero(), around = Vec3::Zero(); ///< gradients of the place's numbers in y
+    Mat3 along_bend = Mat3::Zero(), around_bend = Mat3::Zero(); ///< their second derivatives
+};
+
+/// How a tube is held and loaded beside its contacts.
+struct SoftTubeSupport {
+    std::vector<std::int32_t> fixed; ///< degrees of freedom that do not move
+    Eigen::VectorXd load;            ///< constant, 3 nodes [N]; empty: none
+};
+
+/// A tube of linear elastic material under a constant load and forces on its inner surface.
+///
+/// Forces are given to the 16 nodes around their place by the same weights that displacements are
+/// taken from, so that work is work; columns of K^-1 are solved for nodes when a force or a
+/// question first comes near and kept from then on (72 bytes for each of those times each inner
+/// node). Everything else is a product of columns, and costs nothing of the size of the mesh but
+/// the length of a column.
+/// One object serves one thread at a time.
+class SoftTube {
+public:
+    /// @param mesh  of make_solid_tube with these options, H8 or T10
+    /// @throws InputError  if the supports leave a rigid motion free
+    SoftTube(SolidTubeOptions options, VolumeMesh mesh, const SolidMaterial& material,
+             const SoftTubeSupport& support);
+
+    const SolidTubeOptions& options() const { return options_; }
+    const VolumeMesh& mesh() const { return mesh_; }
+    const SolidMaterial& material() const { return material_; }
+    const Wall& undeformed() const { return wall_; } ///< the inner surface without any load
+    const std::vector<std::int32_t>& inner_nodes() const
+    {
+        return inner_;
+    } ///< of the grid, by rings
+
+    TubePlace place(double along, double around) const;
+
+    /// Forces that act now, and those to which displacements of `since` refer.
+    void set_forces(std::vector<TubeForce> forces) { set_(now_, std::move(forces)); }
+    void set_start(std::vector<TubeForce> forces) { set_(start_, std::move(forces)); }
+    const std::vector<TubeForce>& forces() const { return now_.forces; }
+
+    /// Of the inner surface under load and forces [m].
+    Vec3 displacement(const TubePlace& at);
+    /// What the wall there has moved since the start's forces [m].
+    Vec3 since_start(const TubePlace& at);
+    /// @param hint  of undeformed()
+    PulledBack pull_back(const Vec3& x, WallHint& hint);
+
+    /// Derivatives of since_start by the place's numbers, held forces.
+    std::array<Vec3, 2> since_start_slopes(const TubePlace& at);
+    /// Second derivative of m . u(y), m held [1/m].
+    Mat3 bend(const PulledBack& at, const Vec3& m);
+
+    /// Of the wall under the forces, the load's share left out: half of each force times what all
+    /// of them move its place [J].
+    double contact_energy();
+
+    /// C: displacements at places for forces at places, 3n x 3n, symmetric [m/N].
+    Eigen::MatrixXd compliance(std::span<const TubePlace> places);
+    /// The same of displacements and their derivatives along and around, in this order, for forces
+    /// and their dipoles: 9n x 9n, symmetric.
+    Eigen::MatrixXd compliance_with_slopes(std::span<const TubePlace> places);
+
+    /// Of the lumen, where it begins [m].
+    double radius_scale() const { return options_.centreline.at(0.0).radius; }
+    /// Largest displacement of an inner node by the load alone [m].
+    double loaded_displacement() const { return loaded_; }
+    /// Of all nodes, under load and forces: one solve [m].
+    Eigen::VectorXd whole_displacement() const;
+    /// Forces on all nodes by set_forces [N].
+    Eigen::VectorXd nodal_forces() const;
+    int columns_solved() const { return columns_solved_; } ///< nodes, three columns each
+    std::size_t kept_bytes() const;                        ///< of columns
+
+private:
+    /// 3x3 blocks of a node's columns, one in each column here.
+    using Piece = Eigen::Matrix<double, 9, Eigen::Dynamic>;
+    struct Field {
+        std::vector<TubeForce> forces;
+        Eigen::VectorXd u; ///< of the nodes in use, without the load [m]
+        bool current = false;
+    };
+    void set_(Field& field, std::vector<TubeForce> forces);
+    void use_(const TubePlace& place);
+    void solve_columns_(std::span<const std::int32_t> grid_nodes);
+    const Piece& piece_(std::int32_t grid_node);
+    void bring_up_(Field& field);
+    template <int kinds> Eigen::MatrixXd compliance_(std::span<const TubePlace> places);
+    Vec3 at_(const Field& field, const std::array<double, 16>& weight, const TubePlace& p) const;
+    Vec3 load_at_(const std::array<double, 16>& weight, const TubePlace& p) const;
+
+    SolidTubeOptions options_;
+    VolumeMesh mesh_;
+    SolidMaterial material_;
+    Wall wall_;
+    TubeFrame frame_;                   ///< that angles count from
+    std::int32_t rings_ = 0, ring_ = 0; ///< of the grid: rings, nodes in one
+    double ring_distance_ = 0;
+    std::vector<std::int32_t> inner_;
+    FreeDofs dofs_;
+    SupernodalFactor factor_;
+    std::vector<std::int32_t> rows_, row_place_; ///< free dofs of inner nodes; 3 grid node + axis
+    Eigen::VectorXd load_, load_u_;              ///< 3 nodes [N]; 3 inner nodes [m]
+    double loaded_ = 0;
+
+    std::vector<std::unique_ptr<Eigen::MatrixXd>> column_; ///< of each grid node: 3 inner x 3
+    std::vector<std::int32_t> used_,
+        number_;                ///< grid nodes asked for in this round; and back, or -1
+    std::vector<Piece> pieces_; ///< of each grid node: at those of `used_`; or empty
+    std::vector<std::int32_t> with_piece_;
+    Field now_, start_;
+    int columns_solved_ = 0;
+};
+
+} // namespace amontons

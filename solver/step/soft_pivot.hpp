@@ -1,0 +1,373 @@
+#pragma once
+
+#include "solver/beam/soft_contact.hpp"
+#include "solver/step/pivot_method.hpp"
+
+#include <Eigen/Eigenvalues>
+
+// Pivoting where walls give way: one linearised problem with the whole derivative of wire and
+// walls. Each contact has five ports, rows of the wire's unknowns: its point's motion along
+// (n, t1, t2) and what the section's spin adds to the two slips. With the motions x = U^T d of the
+// ports, forces U p on them, reactions' changes rho, the factor of M = K + U R U^T at hand:
+//
+//     K d = -g + U (Theta x + Psi rho)      =>  (1 - T (R + Theta)) x = U^T M^-1 (-g) + T Psi rho
+//     gaps and slips                        s = s_0 + L x + A rho = q + W rho
+//
+// T = U^T M^-1 U: one solve of O(n) for each port. Statuses are then pivoted on W alone.
+//
+// Stability: K - U Theta U^T + the active rows' stiffness is positive definite. Written as
+// M - U Sigma U^T, Sigma = V Lambda V^T, it has as many negative eigenvalues as
+// Lambda^-1 - V^T T V has more than Lambda (M is definite; Haynsworth's inertia formula, twice).
+
+namespace amontons::pivoting {
+
+constexpr double kRhoPorts = 10;       // of M, relative to the wire's stiffness
+constexpr double kNearContact = 0.1;   // of the wire's radius: gaps that matter from the start
+constexpr double kNearSolution = 1e-3; // error below which stability is looked at as a whole
+constexpr int kCircles = 12;           // trials that should have been enough
+constexpr int kMostTrials = 400;       // small dense systems: one contact at a time ends at last
+constexpr int kSweeps = 200;           // of Gauss-Seidel's method
+constexpr int kMostRounds = 4;         // of contacts that were not thought to matter
+
+/// A linearised problem on reactions: s = q + W rho.
+struct GivingProblem {
+    GivingContacts walls;
+    Eigen::MatrixXd T;      ///< of ports
+    Eigen::MatrixXd inner;  ///< R + Theta
+    Eigen::MatrixXd Psi, L; ///< 5n x 3n, 3n x 5n
+    Eigen::MatrixXd X;      ///< motions of ports by reactions
+    Eigen::VectorXd x0, q;
+    Eigen::MatrixXd W;
+    bool even = true; ///< number of negative eigenvalues without any contact held
+};
+
+/// @param port  out: 5 for each contact
+template <class System>
+void solve_ports(System& s, GivingProblem& p, std::vector<typename System::Row>& port)
+{
+    const auto n = Eigen::Index(p.walls.which.size());
+    port.clear();
+    for (const int c : p.walls.which) {
+        const auto k = std::size_t(c);
+        const auto t = s.point_rows(k);
+        port.push_back(s.normal(k));
+        port.push_back(t[0]);
+        port.push_back(t[1]);
+        for (int i = 0; i < 2; ++i)
+            port.push_back(System::combine(1, s.tangent(k, i), -1, t[std::size_t(i)]));
+    }
+    const auto place = [&](Eigen::Index i) {
+        return s.place(std::size_t(p.walls.which[std::size_t(i / 5)]));
+    };
+    p.T.resize(5 * n, 5 * n);
+    std::vector<Node6> z(s.right().size());
+    for (Eigen::Index j = 0; j < 5 * n; ++j) {
+        for (Node6& node : z)
+            node.column = Column6{};
+        System::add_force(z, place(j), port[std::size_t(j)], 1);
+        s.matrix().solve_from(z, place(j));
+        for (Eigen::Index i = 0; i < 5 * n; ++i)
+            p.T(i, j) = System::apply(port[std::size_t(i)], z, place(i));
+    }
+    for (int i = s.first(); i <= s.last(); ++i)
+        s.right()[std::size_t(i)].column = -s.gradient()[std::size_t(i)].column;
+    z = s.right();
+    s.matrix().solve(z);
+    Eigen::VectorXd beta(5 * n);
+    for (Eigen::Index i = 0; i < 5 * n; ++i)
+        beta[i] = System::apply(port[std::size_t(i)], z, place(i));
+
+    p.even = true;
+    p.x0.resize(0);
+    p.X.resize(0, 0);
+    p.inner = Eigen::MatrixXd::Zero(5 * n, 5 * n);
+    p.Psi = Eigen::MatrixXd::Zero(5 * n, 3 * n);
+    p.L = Eigen::MatrixXd::Zero(3 * n, 5 * n);
+    Eigen::VectorXd s0(3 * n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+        for (Eigen::Index j = 0; j < n; ++j) {
+            p.inner.block<3, 3>(5 * i, 5 * j) = p.walls.follow.block<3, 3>(3 * i, 3 * j);
+            p.Psi.block<3, 3>(5 * i, 3 * j) = p.walls.share.block<3, 3>(3 * i, 3 * j);
+            p.L.block<3, 3>(3 * i, 5 * j) = p.walls.motion.block<3, 3>(3 * i, 3 * j);
+        }
+        p.Psi.block<2, 2>(5 * i + 3, 3 * i + 1).setIdentity();
+        p.L.block<2, 2>(3 * i + 1, 5 * i + 3).setIdentity();
+        const Candidate& c = s.contact(std::size_t(p.walls.which[std::size_t(i)]));
+        s0.segment<3>(3 * i) << c.gap, c.slip[0], c.slip[1];
+        const double rho = kRhoPorts * c.stiffness;
+        p.inner.diagonal().segment<3>(5 * i).array() += rho;
+    }
+    p.q = s0;
+    p.W.resize(3 * n, 3 * n);
+    if (n == 0) return;
+    Eigen::MatrixXd system = -p.T * p.inner;
+    system.diagonal().array() += 1;
+    const Eigen::PartialPivLU<Eigen::MatrixXd> lu(system);
+    p.X = lu.solve(p.T * p.Psi);
+    p.x0 = lu.solve(beta);
+    p.q = s0 + p.L * p.x0;
+    p.W = p.walls.give + p.L * p.X;
+    p.even = lu.determinant() > 0;
+}
+
+/// Change of reactions, from statuses: rho = fixed + basis z with (row)(q + W rho) + give z = 0.
+struct TrialSystem {
+    Eigen::VectorXd fixed;
+    Eigen::MatrixXd basis, row;
+    Eigen::VectorXd give; ///< 1 / weight: of the multipliers' method, and of slip across [m/N]
+};
+
+template <class System> TrialSystem trial_system(System& s, const std::vector<int>& which)
+{
+    const auto n = Eigen::Index(which.size());
+    TrialSystem t;
+    t.fixed = Eigen::VectorXd::Zero(3 * n);
+    t.basis = Eigen::MatrixXd::Zero(3 * n, 3 * n);
+    t.row = t.basis;
+    t.give = Eigen::VectorXd::Zero(3 * n);
+    Eigen::Index at = 0;
+    const auto add = [&](Eigen::Index k, const Vec3& force, const Vec3& row, double give) {
+        t.basis.block<3, 1>(3 * k, at) = force;
+        t.row.block<1, 3>(at, 3 * k) = row.transpose();
+        t.give[at++] = give;
+    };
+    for (Eigen::Index k = 0; k < n; ++k) {
+        const auto i = std::size_t(which[std::size_t(k)]);
+        const Candidate& c = s.contact(i);
+        const Trial& a = s.trial()[i];
+        const Vec3 old(c.normal, c.tangential[0], c.tangential[1]);
+        const double prox = 1 / (kRhoNormal * c.stiffness);
+        if (a.status == 0) {
+            t.fixed.segment<3>(3 * k) = -old;
+        } else if (a.status == 2) {
+            const Vec3 slip(0, c.mu * a.c1, c.mu * a.c2), across(0, -a.c2, a.c1);
+            t.fixed.segment<3>(3 * k) = old[0] * slip - Vec3(0, old[1], old[2]);
+            add(k, Vec3(1, 0, 0) + slip, Vec3(1, 0, 0), prox);
+            if (a.across > 0) add(k, across, across, 1 / a.across);
+        } else {
+            add(k, Vec3(1, 0, 0), Vec3(1, 0, 0), prox);
+            if (c.mu > 0) {
+                add(k, Vec3(0, 1, 0), Vec3(0, 1, 0), prox);
+                add(k, Vec3(0, 0, 1), Vec3(0, 0, 1), prox);
+            }
+        }
+    }
+    t.basis.conservativeResize(3 * n, at);
+    t.row.conservativeResize(at, 3 * n);
+    t.give.conservativeResize(at);
+    return t;
+}
+
+/// Statuses by Gauss-Seidel's method on all reactions, for where pivoting goes in circles: many
+/// points close to one another on a wall, all of them candidates for the same force.
+template <class System> void sweep_statuses(System& s, const GivingProblem& p)
+{
+    const auto n = Eigen::Index(p.walls.which.size());
+    Eigen::VectorXd rho = Eigen::VectorXd::Zero(3 * n), motion = p.q;
+    const auto set = [&](Eigen::Index i, double value) {
+        motion += p.W.col(i) * (value - rho[i]);
+        rho[i] = value;
+    };
+    for (int sweep = 0; sweep < kSweeps; ++sweep)
+        for (Eigen::Index k = 0; k < n; ++k) {
+            const Candidate& c = s.contact(std::size_t(p.walls.which[std::size_t(k)]));
+            const auto at = 3 * k;
+            const double own = p.W(at, at);
+            if (!(own > 0)) return;
+            set(at, std::max(0.0, c.normal + rho[at] - motion[at] / own) - c.normal);
+            if (!(c.mu > 0)) continue;
+            const double across = 0.5 * (p.W(at + 1, at + 1) + p.W(at + 2, at + 2));
+            if (!(across > 0)) return;
+            const double t1 = c.tangential[0] + rho[at + 1] - motion[at + 1] / across,
+                         t2 = c.tangential[1] + rho[at + 2] - motion[at + 2] / across;
+            const double size = std::hypot(t1, t2), bound = c.mu * (c.normal + rho[at]);
+            const double back = size > bound ? bound / size : 1;
+            set(at + 1, back * t1 - c.tangential[0]);
+            set(at + 2, back * t2 - c.tangential[1]);
+        }
+    for (Eigen::Index k = 0; k < n; ++k) {
+        const auto i = std::size_t(p.walls.which[std::size_t(k)]);
+        const Candidate& c = s.contact(i);
+        Trial& t = s.trial()[i];
+        t.normal = c.normal + rho[3 * k];
+        t.t1 = c.tangential[0] + rho[3 * k + 1];
+        t.t2 = c.tangential[1] + rho[3 * k + 2];
+        t.gap = motion[3 * k];
+        t.v1 = motion[3 * k + 1];
+        t.v2 = motion[3 * k + 2];
+        t.status = t.normal > 0 ? 1 : 0;
+        if (t.status == 1 && c.mu > 0 && std::hypot(t.t1, t.t2) > (1 - 1e-6) * c.mu * t.normal)
+            change(c, t, Change::turn);
+    }
+}
+
+/// Whether wire and walls are stable with the rows of the trials held, friction's coupling to the
+/// normal reactions left out.
+template <class System> bool stable_together(System& s, const GivingProblem& p)
+{
+    if (p.walls.which.empty()) return true;
+    const TrialSystem t = trial_system(s, p.walls.which);
+    // With the held rows' reactions condensed it is symmetric: that does not depend on which number
+    // stands for a reaction.
+    Eigen::MatrixXd Sigma = p.inner;
+    if (t.give.size() > 0) {
+        Eigen::MatrixXd give = t.row * p.walls.give * t.row.transpose();
+        give.diagonal() += t.give;
+        const Eigen::PartialPivLU<Eigen::MatrixXd> held(give);
+        if (!(held.determinant() > 0)) return false;
+        Sigma -= p.Psi * t.row.transpose() * held.solve(t.row * p.L);
+    }
+    Sigma = (0.5 * (Sigma + Sigma.transpose())).eval();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(Sigma);
+    const Eigen::VectorXd& values = eigen.eigenvalues();
+    const double least = 1e-9 * values.cwiseAbs().maxCoeff();
+    std::vector<Eigen::Index> kept;
+    int negative = 0;
+    for (Eigen::Index k = 0; k < values.size(); ++k)
+        if (std::abs(values[k]) > least) {
+            kept.push_back(k);
+            negative += values[k] < 0;
+        }
+    const auto m = Eigen::Index(kept.size());
+    if (m == 0) return true;
+    Eigen::MatrixXd V(values.size(), m);
+    for (Eigen::Index k = 0; k < m; ++k)
+        V.col(k) = eigen.eigenvectors().col(kept[std::size_t(k)]);
+    Eigen::MatrixXd reduced = -V.transpose() * p.T * V;
+    reduced = (0.5 * (reduced + reduced.transpose())).eval();
+    for (Eigen::Index k = 0; k < m; ++k)
+        reduced(k, k) += 1 / values[kept[std::size_t(k)]];
+    // Scaled, so that stiff and soft ports count alike.
+    const Eigen::VectorXd scale = reduced.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt();
+    const Eigen::VectorXd found =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scale.cwiseInverse().asDiagonal() * reduced *
+                                                           scale.cwiseInverse().asDiagonal(),
+                                                       Eigen::EigenvaluesOnly)
+            .eigenvalues();
+    return (found.array() < 0).count() == negative;
+}
+
+/// As pivot(), with walls that give way.
+template <class System>
+bool pivot_giving(System& s, const Residual& res, const NewtonOptions& options, double& shift,
+                  NewtonReport& report)
+{
+    const std::size_t n = s.contacts();
+    std::vector<Trial>& trials = s.trial();
+    const double force = 1e-3 * options.tolerance * res.scale;
+    trials.resize(n);
+    std::vector<bool> matters(n);
+    for (std::size_t k = 0; k < n; ++k) {
+        initial_status(s.contact(k), trials[k]);
+        matters[k] = trials[k].status != 0 || s.contact(k).gap < kNearContact * s.contact(k).radius;
+    }
+    const auto raise = [&] {
+        shift = shift > 0 ? 4 * shift : std::max(kLeastShift * s.softest(), s.kept_shift() / 16);
+        return shift <= kLargestShift * s.softest();
+    };
+    GivingProblem p;
+    std::vector<typename System::Row> port;
+    std::vector<Change> wrong(n);
+    bool found = false;
+    for (int round = 0; round < kMostRounds; ++round) {
+        std::vector<int> which;
+        for (std::size_t k = 0; k < n; ++k)
+            if (matters[k]) which.push_back(int(k));
+        p.walls = s.linearise_walls(std::move(which));
+        const auto m = Eigen::Index(p.walls.which.size());
+        const auto factor = [&] {
+            do {
+                s.start_matrix(shift, s.first());
+                for (const int c : p.walls.which) {
+                    const auto k = std::size_t(c);
+                    const double rho = kRhoPorts * s.contact(k).stiffness;
+                    System::add_product(s.matrix(), s.place(k), s.normal(k), s.normal(k), rho,
+                                        s.first());
+                    // Also without friction: what holds a wire across a wall is its curvature,
+                    // which M does not know.
+                    for (const auto& t : s.point_rows(k))
+                        System::add_product(s.matrix(), s.place(k), t, t, rho, s.first());
+                }
+                ++report.factorisations;
+                if (s.matrix().factor(s.first()) == 0) {
+                    solve_ports(s, p, port);
+                    return true;
+                }
+            } while (raise());
+            return false;
+        };
+        if (!factor()) return false;
+
+        Patience patience;
+        Eigen::VectorXd rho, motion;
+        found = false;
+        for (int trial = 0; trial < kMostTrials && !found; ++trial) {
+            if (trial == kCircles) {
+                sweep_statuses(s, p);
+                patience = {};
+            }
+            const TrialSystem t = trial_system(s, p.walls.which);
+            rho = t.fixed;
+            bool even = p.even;
+            if (t.give.size() > 0) {
+                Eigen::MatrixXd G = t.row * p.W * t.basis;
+                G.diagonal() += t.give;
+                const Eigen::PartialPivLU<Eigen::MatrixXd> lu(G);
+                rho -= t.basis * lu.solve(t.row * (p.q + p.W * t.fixed));
+                even = even == (lu.determinant() > 0);
+            }
+            if (!p.walls.holds) return false;
+            if (!even && !stable_together(s, p)) {
+                if (!raise() || !factor()) return false;
+                continue;
+            }
+            motion = p.q + p.W * rho;
+            int count = 0;
+            for (Trial& a : trials)
+                a.normal = a.t1 = a.t2 = 0;
+            for (Eigen::Index k = 0; k < m; ++k) {
+                const auto i = std::size_t(p.walls.which[std::size_t(k)]);
+                const Candidate& c = s.contact(i);
+                Trial& a = trials[i];
+                a.gap = motion[3 * k];
+                a.v1 = motion[3 * k + 1];
+                a.v2 = motion[3 * k + 2];
+                a.normal = c.normal + rho[3 * k];
+                a.t1 = c.tangential[0] + rho[3 * k + 1];
+                a.t2 = c.tangential[1] + rho[3 * k + 2];
+                wrong[i] = violation(c, a, force, force / c.stiffness);
+                if (wrong[i].kind != Change::none) ++count;
+            }
+            if (count == 0) {
+                found = true;
+                if (res.error() < kNearSolution && !stable_together(s, p)) {
+                    found = false;
+                    if (!raise() || !factor()) return false;
+                }
+                continue;
+            }
+            turn_some(s, wrong, count, patience,
+                      [&](std::size_t k) { change(s.contact(k), trials[k], wrong[k].kind); });
+        }
+        // d = M^-1 (-g + U ((R + Theta) x + Psi rho))
+        const Eigen::VectorXd forces = p.inner * (p.x0 + p.X * rho) + p.Psi * rho;
+        s.increment() = s.right();
+        for (Eigen::Index j = 0; j < 5 * m; ++j)
+            System::add_force(s.increment(),
+                              s.place(std::size_t(p.walls.which[std::size_t(j / 5)])),
+                              port[std::size_t(j)], forces[j]);
+        s.matrix().solve(s.increment());
+        if (!found) return false;
+        bool more = false;
+        for (std::size_t k = 0; k < n; ++k) {
+            if (matters[k]) continue;
+            trials[k].gap =
+                s.contact(k).gap + System::apply(s.normal(k), s.increment(), s.place(k));
+            if (trials[k].gap < kNearContact * s.contact(k).radius) matters[k] = more = true;
+        }
+        if (!more) break;
+    }
+    return found;
+}
+
+} // namespace amontons::pivoting

@@ -1,0 +1,220 @@
+#include "mesh/generate/plane.hpp"
+#include "mesh/generate/tube.hpp"
+#include "mesh/tests/relative.hpp"
+#include "solver/beam/clamp.hpp"
+#include "solver/step/tests/keep.hpp"
+#include "solver/step/wire_newton.hpp"
+#include "solver/step/wire_simulation.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <doctest/doctest.h>
+
+using namespace amontons;
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+/// A wire pushed into a tube of radius 5 mm with a bend of 90 degrees; rigid, or a wall of 1.5 mm.
+Scene vessel_scene(double E, double mu, double depth, double stiffness = 1)
+{
+    Scene scene;
+    scene.file = "test.json";
+    CentrelineInput line;
+    line.pieces.resize(3);
+    line.pieces[0].length = 0.02;
+    line.pieces[1].radius = 0.03;
+    line.pieces[1].angle = kPi / 2;
+    line.pieces[2].length = 0.03;
+    scene.order = {"vessel", "wire"};
+    SolidInput vessel;
+    vessel.name = "vessel";
+    vessel.mesh.generate = "tube";
+    vessel.mesh.centreline = line;
+    vessel.mesh.radius = 0.005;
+    vessel.mesh.thickness = 0.0015;
+    vessel.mesh.around = 16;
+    vessel.mesh.along = 40;
+    vessel.mesh.through = 1;
+    vessel.mesh.element = "H8";
+    vessel.youngs_modulus = E * stiffness;
+    vessel.poisson_ratio = 0.45;
+    vessel.hold.resize(2);
+    vessel.hold[0].set = "start";
+    vessel.hold[1].set = "end";
+    scene.solids = {vessel};
+    BeamInput wire;
+    wire.name = "wire";
+    BeamSegment g;
+    g.length = 0.12;
+    g.radius = 4.445e-4;
+    g.EI = {5.2e-4 * stiffness, 5.2e-4 * stiffness};
+    g.GJ = {4e-4 * stiffness, 4e-4 * stiffness};
+    g.EA = {5000 * stiffness, 5000 * stiffness};
+    g.element = 2.5e-3;
+    wire.segments = {g};
+    wire.insertion = {{0, 0}, {1, depth}};
+    scene.beams = {wire};
+    scene.contact = {{{"wire", "vessel"}, mu}};
+    scene.time.step = 1e-3 / depth; // 1 mm
+    scene.time.end = 1;
+    return scene;
+}
+
+struct Run {
+    RunSummary summary;
+    Keep keep;
+    std::vector<BodyRecord> bodies;
+};
+
+Run run(const Scene& scene, std::vector<Obstacle> obstacles = {})
+{
+    Run r;
+    std::atomic<bool> never{false};
+    WireSimulation s(scene, std::move(obstacles));
+    r.summary = s.run(r.keep, never);
+    r.bodies = s.body_records();
+    for (BodyRecord& b : r.bodies)
+        b.elements = nullptr; // goes with the simulation
+    return r;
+}
+
+double value(const StepRecord& r, const std::string& name)
+{
+    for (const Quantity& q : r.quantities)
+        if (q.name == name) return q.value;
+    FAIL("no quantity " << name);
+    return 0;
+}
+
+} // namespace
+
+TEST_CASE("a beam on a foundation bends as Winkler's: w = q/k + P beta / (2 k) under the load")
+{
+    const double EI = 5.2e-4, radius = 4e-4, k = 2000, h = 2.5e-3;
+    const double beta = std::pow(k / (4 * EI), 0.25);
+    const int elements = 2 * int(std::round(8 / beta / h));
+    Wire wire;
+    BeamSegment g;
+    g.length = elements * h;
+    g.radius = radius;
+    g.EI = {EI, EI};
+    g.GJ = {0.77 * EI, 0.77 * EI};
+    g.EA = {5000, 5000};
+    g.element = h;
+    wire.material = make_material({g}, h); // contact points at the nodes
+    wire.state.reaction.assign(wire.material.point.size(), {});
+    start_clamped(wire, Vec3::Zero(), Mat3::Identity());
+    // q keeps the wire on the springs where P alone would lift it.
+    const double q = 0.05, P = 0.002;
+    wire.dead_force.assign(wire.material.node.size(), Vec3(0, 0, -q * h));
+    wire.dead_force.back() *= 0.5;
+    const auto middle = std::size_t(elements / 2);
+    const Wall plane = make_plane_wall(Vec3(0, 0, -radius), Vec3::UnitZ());
+    std::vector<WireWall> walls(1);
+    walls[0].wall = &plane;
+    walls[0].foundation = k;
+    walls[0].friction.assign(wire.material.point.size(), 0);
+    NewtonWorkspace work(wire, 1);
+    NewtonOptions options;
+    options.reach = 1.35 * radius;
+    options.longest_move = 2e-3;
+    CHECK(solve_equilibrium(wire, walls, mark_step_start(wire), {}, options, work).converged);
+    const double settled = -wire.state.nodes[middle].position().z();
+    CHECK(settled == test::relative(q / k).epsilon(1e-3));
+    wire.dead_force[middle].z() -= P;
+    const NewtonReport r = solve_equilibrium(wire, walls, mark_step_start(wire), {}, options, work);
+    CHECK(r.converged);
+    CHECK(r.stable);
+    CHECK(r.iterations <= 6);
+    CHECK(-wire.state.nodes[middle].position().z() - settled ==
+          test::relative(P * beta / (2 * k)).epsilon(3e-3));
+    // Some way off: e^(-x) (cos x + sin x) of it.
+    const double x = 10 * h * beta, shape = std::exp(-x) * (std::cos(x) + std::sin(x));
+    CHECK(-wire.state.nodes[middle + 10].position().z() - settled ==
+          test::relative(P * beta / (2 * k) * shape).epsilon(1e-2));
+    // Energy of the springs: half of each force times its give.
+    double energy = 0;
+    for (const Candidate& c : work.candidates)
+        energy += 0.5 * c.normal * c.normal / (k * h);
+    CHECK(wire.state.wall_energy >= 0.9 * energy); // the ends stand for half a spacing or a whole
+}
+
+TEST_CASE("a wire in a soft vessel: certified, in balance, its energy accounted for")
+{
+    for (const double mu : {0.0, 0.1}) {
+        CAPTURE(mu);
+        const Run r = run(vessel_scene(0.6e6, mu, 0.09));
+        REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+        CHECK(r.summary.uncertified_steps == 0);
+        CHECK(r.summary.worst_penetration < 1e-9);
+        CHECK(std::abs(r.summary.energy.error()) < 0.01 * r.summary.energy.work_absolute);
+        CHECK((r.summary.energy.friction > 0) == (mu > 0));
+        // What the contacts push with is what the wall carries.
+        Vec3 on_wire = Vec3::Zero(), on_wall = Vec3::Zero();
+        for (const ContactRecord& c : r.keep.records.back().contacts)
+            on_wire += c.force;
+        REQUIRE(r.bodies.size() == 1);
+        const std::vector<double>& f = r.bodies[0].point_fields[1].values;
+        REQUIRE(r.bodies[0].point_fields[1].name == "contact_force");
+        for (std::size_t i = 0; i + 2 < f.size(); i += 3)
+            on_wall += Vec3(f[i], f[i + 1], f[i + 2]);
+        CHECK(on_wire.norm() > 0.01);
+        CHECK((on_wire + on_wall).norm() < 1e-8 * on_wire.norm());
+    }
+}
+
+TEST_CASE("forces scale with all stiffnesses together")
+{
+    const Run one = run(vessel_scene(0.6e6, 0.1, 0.07)),
+              two = run(vessel_scene(0.6e6, 0.1, 0.07, 2));
+    REQUIRE(one.keep.records.size() == two.keep.records.size());
+    CHECK(value(two.keep.records.back(), "push_force") ==
+          test::relative(2 * value(one.keep.records.back(), "push_force")).epsilon(1e-6));
+}
+
+TEST_CASE("a stiffer wall takes the push force to that of a rigid one, and gives less")
+{
+    const double depth = 0.08;
+    Scene rigid = vessel_scene(1, 0.1, depth);
+    Centreline line(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), 0.005);
+    line.append_line(0.02, 0.005);
+    line.append_arc(0.03, kPi / 2, 0, 0.005);
+    line.append_line(0.03, 0.005);
+    rigid.solids.clear();
+    rigid.obstacles.resize(1);
+    rigid.obstacles[0].name = "vessel";
+    std::vector<Obstacle> tube;
+    tube.push_back({"vessel", make_tube({line, 0})});
+    const double expected = value(run(rigid, std::move(tube)).keep.records.back(), "push_force");
+    double before = 1e300;
+    for (const double E : {0.3e6, 3e6, 3e8}) {
+        CAPTURE(E);
+        const Run r = run(vessel_scene(E, 0.1, depth));
+        REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+        const double off = std::abs(value(r.keep.records.back(), "push_force") - expected);
+        CHECK(off < before);
+        before = off;
+    }
+    CHECK(before < 2e-3 * expected);
+}
+
+TEST_CASE("a run in a soft vessel goes on from a saved state, to the last bit")
+{
+    const Scene scene = vessel_scene(0.6e6, 0.1, 0.06);
+    std::atomic<bool> never{false}, stop{false};
+    Keep whole, first, rest;
+    WireSimulation a(scene, {});
+    REQUIRE(a.run(whole, never).status == "done");
+    first.stop = &stop;
+    first.stop_at = 40;
+    WireSimulation b(scene, {});
+    b.run(first, stop);
+    WireSimulation c(scene, {});
+    c.restore(b.save());
+    REQUIRE(c.run(rest, never).status == "done");
+    const StepRecord &r = rest.records.back(), &w = whole.records.back();
+    for (std::size_t q = 0; q < w.quantities.size(); ++q)
+        CHECK(std::memcmp(&r.quantities[q].value, &w.quantities[q].value, sizeof(double)) == 0);
+}
