@@ -140,7 +140,8 @@ struct Pair {
             0.5 * (a.pieces[std::size_t(p.piece)].radius + b.pieces[std::size_t(q.piece)].radius);
         return arc_between(a, arc(a, p), arc(b, q)) > kAway * r;
     }
-    void add(const CurvePlace& p, const CurvePlace& q, std::int64_t id)
+    void add(const CurvePlace& p, const CurvePlace& q, std::int64_t id, bool slides_a,
+             bool slides_b)
     {
         const CurvePiece &one = a.pieces[std::size_t(p.piece)],
                          &two = b.pieces[std::size_t(q.piece)];
@@ -154,6 +155,8 @@ struct Pair {
         c.gap = gap;
         c.point = y + (two.radius + 0.5 * gap) * c.normal;
         c.id = id;
+        c.slides_a = slides_a;
+        c.slides_b = slides_b;
         const auto [at, fresh] = made.emplace(id, out.size());
         if (fresh)
             out.push_back(c);
@@ -172,9 +175,11 @@ struct Pair {
             const CurvePiece& piece = to.pieces[std::size_t(f)];
             const std::optional<double> t = foot(piece, x);
             CurvePlace q{f, 0};
+            bool slides = false;
             const bool first = !to.closed && f == 0, last = !to.closed && f + 1 == pieces(to);
             if (t && *t >= -kBeyond && *t <= 1 + kBeyond) {
                 q.t = std::clamp(*t, 0.0, 1.0);
+                slides = true;
             } else if (first && (x - piece.x0).dot(piece.d0) < 0) { // a round end
                 q.t = 0;
             } else if (last && (x - piece.x1).dot(piece.d1) > 0) {
@@ -188,7 +193,8 @@ struct Pair {
             if (!all_angles &&
                 spacing * sine(slope, piece.slope(q.t)) > kAlong * (own.radius + piece.radius))
                 return;
-            add(pa, pb, id * kPlaces + bin(to, q) + (all_angles ? kEnds : 0));
+            add(pa, pb, id * kPlaces + bin(to, q) + (all_angles ? kEnds : 0), swapped && slides,
+                !swapped && slides);
         });
     }
 };
@@ -269,7 +275,7 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
         f.gap = f.wall.distance - piece.radius;
         return f;
     };
-    const auto add = [&](const CurvePlace& p, const Found& f, std::int64_t id) {
+    const auto add = [&](const CurvePlace& p, const Found& f, std::int64_t id, bool slides) {
         const CurvePiece& piece = a.pieces[std::size_t(p.piece)];
         CurveContact c;
         c.a = p;
@@ -279,13 +285,14 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
         c.point = piece.at(p.t) - (piece.radius + 0.5 * f.gap) * f.wall.normal;
         c.curvature = f.wall.hessian;
         c.id = id;
+        c.slides_a = slides;
         out.push_back(c);
     };
     std::vector<Found> at;
     for (const CurvePlace& p : stations)
         at.push_back(look(p));
     for (std::size_t i = 0; i < stations.size(); ++i)
-        if (at[i].gap <= reach) add(stations[i], at[i], std::int64_t(i));
+        if (at[i].gap <= reach) add(stations[i], at[i], std::int64_t(i), false);
 
     // Between two stations: where the distance stops falling and begins to grow.
     const std::size_t between = a.closed ? stations.size() : stations.size() - 1; // of one: none
@@ -331,9 +338,10 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
         const Vec3 along = piece.slope(best->t);
         const double wall = along.dot(best_found.wall.hessian * along),
                      own = std::abs(best_found.wall.normal.dot(piece.bend(best->t)));
+        // A contact that was met stays where it is closed as its neighbours are, but for rounding.
         if (wall > (met ? 1 : kSharper) * own &&
-            best_found.gap < std::min(f0.gap, f1.gap) - (met ? 0 : kBulge * piece.radius))
-            add(*best, best_found, id);
+            best_found.gap < std::min(f0.gap, f1.gap) + (met ? 1 : -1) * kBulge * piece.radius)
+            add(*best, best_found, id, true);
     }
 }
 
@@ -356,7 +364,7 @@ void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Cur
             if (pair.spacing * sine(p.slope(one.t), q.slope(two.t)) <
                 kAcross * (p.radius + q.radius))
                 return;
-            pair.add(one, two, kCrossings + bin(a, one) * kPlaces + bin(b, two));
+            pair.add(one, two, kCrossings + bin(a, one) * kPlaces + bin(b, two), true, true);
         });
     }
     for (std::size_t i = 0; i < stations.size(); ++i)

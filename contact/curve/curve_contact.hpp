@@ -48,6 +48,8 @@ struct CurveContact {
     /// Derivative of the normal by the place on a, of a surface that does not move [1/m].
     Mat3 curvature = Mat3::Zero();
     std::int64_t id = 0; ///< the same while the contact stays near the same places
+    /// The place is where the distance is least along this curve: it moves along it as curves move.
+    bool slides_a = false, slides_b = false;
 };
 
 /// Stations of a curve: the starts of its pieces, its end, and others between them so that none is

@@ -54,8 +54,9 @@ struct Candidate {
     double slip[2] = {0, 0}; ///< over the step, of the wire's surface [m]
     double mu = 0;
     double radius = 0;
-    double stiffness = 0; ///< the wire's own scale, EI / l^3 [N/m]
-    double normal = 0;    ///< reaction [N]
+    double stiffness = 0;    ///< the wire's own scale, EI / l^3 [N/m]
+    double held[2] = {0, 0}; ///< along the normal and across it, where that is stiffer [N/m]
+    double normal = 0;       ///< reaction [N]
     double tangential[2] = {0, 0};
     bool sticks = false;
     ContactRow hn, ht[2];         ///< derivatives of gap and slips

@@ -282,6 +282,8 @@ void RodBody::linearise()
     hold_matrix(K_);
     negative_ = K_.factor();
     free_change_ = solve(rest) + move;
+    right_ = projected(rest);
+    prescribed_ = std::move(move);
 }
 
 Eigen::VectorXd RodBody::solve(const Eigen::VectorXd& force)

@@ -58,6 +58,33 @@ public:
     /// the rod becomes part of the next linearise()'s matrix. The answer does not change by it,
     /// only the way there.
     void expect_contacts(std::span<const ContactLoad> loads);
+    /// A place on the middle line and its derivatives: by the place along its element (0 to 1) and
+    /// by the displacements of the element's two nodes.
+    struct Line {
+        int node[2] = {0, 0};
+        Vec3 x, slope, bend;
+        Eigen::Matrix<double, 3, 12> J, J_slope;
+    };
+    Line line(const BodyPlace& at) const;
+    /// Derivative of (direction . motion of the place) by the displacements of its two nodes.
+    Vec12 row(const BodyPlace& at, const Vec3& direction) const;
+    /// What a force on the middle line that stays as it is in space adds to the tangent as nodes
+    /// turn: -(dJ/dy)^T f.
+    Mat12 force_stiffness(const BodyPlace& at, const Vec3& force) const;
+    /// EI / l^3 of an element [N/m].
+    double element_stiffness(int element) const;
+    double element_length(int element) const { return rod_.law[std::size_t(element)].length; }
+    double element_radius(int element) const { return rod_.radius[std::size_t(element)]; }
+    /// Of linearise(), A y' = right for the motion y = y' + prescribed, where A has no row or
+    /// column of what is held (not zero on the diagonal), and neither has y'.
+    const RodMatrix& matrix() const { return K_; }
+    const Eigen::VectorXd& right() const { return right_; }
+    const Eigen::VectorXd& prescribed() const { return prescribed_; }
+    /// What holds leave of each node's motions, as projectors.
+    std::vector<Mat6> free_of_nodes() const;
+    /// Largest of the loads and of EI / length^2 [N].
+    double force_scale() const;
+
     /// The lowest frequencies about the iterate [rad/s].
     std::vector<double> frequencies(int count);
 
@@ -170,7 +197,7 @@ private:
     Eigen::VectorXd residual_;                 ///< what is missing, without contact
     double inertia_size_ = 0;                  ///< of dynamic steps [N]
     double last_motion_ = 0, before_last_ = 0; ///< of Newton's method [m]
-    Eigen::VectorXd free_change_;
+    Eigen::VectorXd free_change_, right_, prescribed_;
     Eigen::MatrixXd modes_; ///< none
     int negative_ = 0;
     double energy_ = 0;

@@ -93,17 +93,9 @@ void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
         const double xi = x.at.weight, L = rod_.law[std::size_t(e)].length;
         const RodPlace p = rod_place(rod_, now_.nodes, e, xi);
         const double r = x.load.force.dot(x.load.normal);
-        Eigen::Matrix<double, 12, 12> k = -r * (p.J.transpose() * x.load.curvature * p.J);
-        const double c[2] = {L * xi * (1 - xi) * (1 - xi), -L * xi * xi * (1 - xi)};
+        Mat12 k = -r * (p.J.transpose() * x.load.curvature * p.J);
+        k += force_stiffness({std::span(&x.at, 1), x.load.at.point}, x.load.force);
         const int node[2] = {e, rod_.second(e)};
-        for (int i = 0; i < 2; ++i) { // as of line loads: see add_loads
-            const Vec3 a = rod_.axis(e, i);
-            const Vec3 f =
-                rotation_matrix(now_.nodes[std::size_t(node[i])].q).transpose() * x.load.force;
-            k.block<3, 3>(6 * i + 3, 6 * i + 3) -=
-                c[i] *
-                (0.5 * (f * a.transpose() + a * f.transpose()) - f.dot(a) * Mat3::Identity());
-        }
         if (x.load.still && r > 0 && compression > 0) {
             const Eigen::Matrix<double, 12, 1> row = p.J.transpose() * x.load.normal;
             const double wave =
@@ -117,19 +109,94 @@ void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
     }
 }
 
-void RodBody::add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
-                         std::vector<Eigen::Triplet<double>>& out) const
+RodBody::Line RodBody::line(const BodyPlace& at) const
+{
+    const int e = at.nodes[0].node;
+    const double t = at.nodes[0].weight, L = rod_.law[std::size_t(e)].length;
+    const RodPlace p = rod_place(rod_, now_.nodes, e, t);
+    Line line;
+    line.x = p.x;
+    line.J = p.J;
+    line.slope.setZero();
+    line.bend.setZero();
+    // Of places, and of tangents.
+    const double shift[2] = {-6 * t * (1 - t), 6 * t * (1 - t)},
+                 turn[2] = {L * (1 - t) * (1 - 3 * t), -L * t * (2 - 3 * t)};
+    const double shift2[2] = {12 * t - 6, 6 - 12 * t},
+                 turn2[2] = {L * (6 * t - 4), L * (6 * t - 2)};
+    for (int i = 0; i < 2; ++i) {
+        line.node[i] = i == 0 ? e : rod_.second(e);
+        const BeamNode& node = now_.nodes[std::size_t(line.node[i])];
+        const Mat3 R = rotation_matrix(node.q);
+        const Vec3 a = rod_.axis(e, i);
+        line.slope += shift[i] * node.position() + turn[i] * (R * a);
+        line.bend += shift2[i] * node.position() + turn2[i] * (R * a);
+        line.J_slope.block<3, 3>(0, 6 * i) = shift[i] * Mat3::Identity();
+        line.J_slope.block<3, 3>(0, 6 * i + 3) = -turn[i] * (R * skew_matrix(a));
+    }
+    return line;
+}
+
+Mat12 RodBody::force_stiffness(const BodyPlace& at, const Vec3& force) const
+{
+    const int e = at.nodes[0].node;
+    const double xi = at.nodes[0].weight, L = rod_.law[std::size_t(e)].length;
+    const double c[2] = {L * xi * (1 - xi) * (1 - xi), -L * xi * xi * (1 - xi)};
+    const int node[2] = {e, rod_.second(e)};
+    Mat12 k = Mat12::Zero();
+    for (int i = 0; i < 2; ++i) { // as of line loads: see add_loads
+        const Vec3 a = rod_.axis(e, i);
+        const Vec3 f = rotation_matrix(now_.nodes[std::size_t(node[i])].q).transpose() * force;
+        k.block<3, 3>(6 * i + 3, 6 * i + 3) -=
+            c[i] * (0.5 * (f * a.transpose() + a * f.transpose()) - f.dot(a) * Mat3::Identity());
+    }
+    return k;
+}
+
+double RodBody::element_stiffness(int element) const
+{
+    const ElementLaw& law = rod_.law[std::size_t(element)];
+    return std::min(law.S[4], law.S[5]) / std::pow(law.length, 4);
+}
+
+std::vector<Mat6> RodBody::free_of_nodes() const
+{
+    std::vector<Mat6> free(now_.nodes.size(), Mat6::Identity());
+    for (const Held& h : held_)
+        free[std::size_t(h.node)] = h.free;
+    return free;
+}
+
+double RodBody::force_scale() const
+{
+    double most = 0;
+    for (const ElementLaw& law : rod_.law)
+        most = std::max(most, std::max(law.S[4], law.S[5]) / (law.length * size_ * size_));
+    for (const Node6& n : load_)
+        most = std::max(most, Eigen::Map<const Vec3>(n.value).norm());
+    return most;
+}
+
+Vec12 RodBody::row(const BodyPlace& at, const Vec3& direction) const
 {
     const int e = at.nodes[0].node;
     const double xi = at.nodes[0].weight;
     const RodPlace p = rod_place(rod_, now_.nodes, e, xi);
-    Eigen::Matrix<double, 12, 1> v = p.J.transpose() * direction;
+    Vec12 v = p.J.transpose() * direction;
     const Vec3 moment = (at.point - p.x).cross(direction);
     const int node[2] = {e, rod_.second(e)};
     for (int i = 0; i < 2; ++i)
         v.segment<3>(6 * i + 3) +=
             (i == 0 ? 1 - xi : xi) *
             (rotation_matrix(now_.nodes[std::size_t(node[i])].q).transpose() * moment);
+    return v;
+}
+
+void RodBody::add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
+                         std::vector<Eigen::Triplet<double>>& out) const
+{
+    const int e = at.nodes[0].node, node[2] = {e, rod_.second(e)};
+    const Vec12 v = row(at, direction);
     for (int i = 0; i < 12; ++i)
         out.emplace_back(6 * node[i / 6] + i % 6, column, scale * v[i]);
 }

@@ -19,6 +19,7 @@ constexpr double kUncontrolled = 1e-10; // share of a mode's size that contacts 
 /// The certificate of r_ with u in place of W r + q.
 void BodyStepper::certify_rows(const Eigen::VectorXd& u)
 {
+    if (rods_only_) return certify_rods(u);
     if (rows_.count == 0) { // bodies' own balance is all there is: a step of Newton's is cheap
         report_.error = 0;
         report_.threshold = kAlone * options_.tolerance;
@@ -119,7 +120,9 @@ bool BodyStepper::holds_at_end()
     double imbalance = 0;
     for (std::size_t b = 0; b < bodies(); ++b) {
         const double size = old_force[b].norm();
-        if (size > 0 && !nothing_) shift = std::max(shift, (f[b] - old_force[b]).norm() / size);
+        // Of rods alone the balance with these forces says it all.
+        if (size > 0 && !nothing_ && !rods_only_)
+            shift = std::max(shift, (f[b] - old_force[b]).norm() / size);
         imbalance = std::max(imbalance, body(b).imbalance(f[b]));
     }
     body_force_ = f;

@@ -29,6 +29,7 @@ struct BodyContact {
     double area = 0;               ///< that it stands for, 0 if unknown [m^2]
     /// Derivative of the normal by the place on a, of surfaces that do not bend [1/m].
     Mat3 curvature = Mat3::Zero();
+    bool slides_a = false, slides_b = false; ///< of rods: see CurveContact
     Vec3 point = Vec3::Zero();
     std::int32_t a_begin = 0, a_end = 0, b_begin = 0, b_end = 0; ///< in BodyContacts::stencil
 };

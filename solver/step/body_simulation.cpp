@@ -370,9 +370,15 @@ std::vector<RecordedProblem> BodySimulation::contact_problems() const
     const BodyStepReport& r = state_->last;
     if (r.recorded.mu.size() == 0) return {};
     RecordedProblem p;
-    p.problem = r.recorded;
-    p.reaction = r.recorded_reaction;
-    p.contact = r.recorded_identity;
+    if (r.recorded.W.rows() > 0) {
+        p.problem = r.recorded;
+        p.reaction = r.recorded_reaction;
+        p.contact = r.recorded_identity;
+    } else {
+        p.problem = rods_problem(*state_->system, r, p.reaction);
+        for (std::size_t c = 0; c < r.contacts.contact.size(); ++c)
+            p.contact.push_back(int(c));
+    }
     return {p};
 }
 
@@ -408,6 +414,10 @@ std::vector<std::byte> BodySimulation::save() const
     }
     out.vector(keys);
     out.vector(forces);
+    std::vector<std::int64_t> sticks;
+    for (const auto& [key, sticking] : s.system->warm_sticks)
+        if (sticking) sticks.insert(sticks.end(), {key.pair, key.id});
+    out.vector(sticks);
     save_summary(s.summary, out);
     return out.take();
 }
@@ -432,6 +442,7 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
         bodies.push_back(in.exactly<double>(b->state().size()));
     const auto keys = in.vector<std::int64_t>(1u << 28);
     const auto forces = in.vector<double>(1u << 28);
+    const auto sticks = in.vector<std::int64_t>(1u << 28);
     if (keys.size() % 2 != 0 || forces.size() * 2 != keys.size() * 3)
         ByteReader::refuse("another number of contacts");
     RunSummary sum = read_summary(in);
@@ -448,6 +459,9 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
     s.kinetic_start = kinetic_start;
     for (std::size_t b = 0; b < bodies.size(); ++b)
         s.system->bodies[b]->set_state(bodies[b]);
+    s.system->warm_sticks.clear();
+    for (std::size_t i = 0; i + 1 < sticks.size(); i += 2)
+        s.system->warm_sticks[{int(sticks[i]), sticks[i + 1]}] = true;
     s.system->warm.clear();
     for (std::size_t i = 0; 2 * i < keys.size(); ++i)
         s.system->warm[{int(keys[2 * i]), keys[2 * i + 1]}] =

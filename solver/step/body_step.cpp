@@ -11,6 +11,11 @@
 #include <limits>
 
 namespace amontons {
+namespace {
+
+constexpr int kPatience = 2; // times the iterations, for steps that are not Newton's
+
+} // namespace
 
 BodySystem::Key BodyStepper::key(int c) const
 {
@@ -25,7 +30,7 @@ void BodyStepper::linearise()
     const Stopwatch watch;
     free_.clear();
     mode_load_.clear();
-    expect_contacts();
+    expect_contacts(!rods_only_);
     for (std::size_t b = 0; b < bodies(); ++b) {
         body(b).linearise();
         free_.push_back(body(b).free_change());
@@ -35,11 +40,12 @@ void BodyStepper::linearise()
 }
 
 /// Tells rods what of the contact forces is known: of the step before, or the iteration.
-void BodyStepper::expect_contacts()
+/// @param known_too  nothing is, if false
+void BodyStepper::expect_contacts(bool known_too)
 {
     if (step_.dynamic) return;
     std::vector<std::vector<ContactLoad>> loads(bodies());
-    for (int c = 0; c < int(list_.contact.size()); ++c) {
+    for (int c = 0; known_too && c < int(list_.contact.size()); ++c) {
         const auto known = force_.find(key(c));
         if (known == force_.end()) continue;
         const BodyContact& contact = list_.contact[std::size_t(c)];
@@ -236,6 +242,7 @@ bool BodyStepper::run()
         spread_ |= b.rigid && b.rigid->spread();
     system_.finder.begin_step(system_.refs);
     force_ = system_.warm;
+    sticks_ = system_.warm_sticks;
     if (step_.dynamic) { // contacts stand where the step starts; what is prescribed moves them
         std::vector<std::size_t> prescribed;
         for (std::size_t b = 0; b < bodies(); ++b)
@@ -249,6 +256,7 @@ bool BodyStepper::run()
         }
     }
     find();
+    rods_only_ = rods_alone() && !system_.finder.pairs().empty();
     bool nonlinear = false;
     for (const BodyRef& b : system_.refs)
         nonlinear |= b.body->nonlinear();
@@ -262,7 +270,7 @@ bool BodyStepper::run()
         linearise();
         if (faulty()) return false;
         ++report_.factorisations;
-        if (!solve()) return false;
+        if (!(rods_only_ ? solve_rods() : solve())) return false;
         if (!geometry && !nonlinear) break;
         if (faulty()) return false;
         if (holds_at_end()) break;
@@ -286,6 +294,7 @@ bool BodyStepper::run()
     report_.refusal = system_.finder.passed(system_.refs);
     if (!report_.refusal.empty()) return false;
     report_modes();
+    if (rods_only_) expect_contacts(true); // their tangent tells stability
     fill_report();
     report_.errors = errors_;
     for (std::size_t b = 0; b < bodies(); ++b) {
@@ -299,6 +308,7 @@ bool BodyStepper::run()
         report_.energy.kinetic += e.kinetic;
     }
     system_.warm = force_;
+    system_.warm_sticks = sticks_;
     report_.recorded = std::move(problem_);
     report_.recorded_reaction = r_;
     for (const int c : rows_.chosen)
@@ -310,8 +320,16 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
                              const BodyStepOptions& options)
 {
     BodyStepReport report;
-    report.accepted = BodyStepper(system, step, options, report).run();
-    return report;
+    BodyStepper stepper(system, step, options, report);
+    report.accepted = stepper.run();
+    if (report.accepted || !stepper.of_rods_only()) return report;
+    // Rods that Newton's method leads astray: the way to a stable balance.
+    BodyStepReport again;
+    BodyStepOptions patient = options;
+    patient.most_iterations *= kPatience;
+    again.accepted = BodyStepper(system, step, patient, again, true).run();
+    again.iterations += report.iterations;
+    return again;
 }
 
 } // namespace amontons

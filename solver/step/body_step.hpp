@@ -26,7 +26,8 @@ struct BodySystem {
         std::int64_t id = 0;
         auto operator<=>(const Key&) const = default;
     };
-    std::map<Key, Vec3> warm; ///< forces of the last step, in space [N or N s]
+    std::map<Key, Vec3> warm;        ///< forces of the last step, in space [N or N s]
+    std::map<Key, bool> warm_sticks; ///< of rods' contacts
 };
 
 struct BodyStepOptions {
@@ -61,6 +62,11 @@ struct BodyStepReport {
     double free_motion = 0, detection = 0, compliance = 0, contact_solve = 0,
            correction = 0; ///< [s]
 };
+
+/// The contact problem of the last step of rods alone, which was solved without its W: W of the
+/// tangent at the end of the step, with contact forces' share of it. The bodies are as accepted.
+ContactProblem rods_problem(BodySystem& system, const BodyStepReport& report,
+                            Eigen::VectorXd& reaction);
 
 /// Tries a step; where it is not accepted, no state has changed.
 BodyStepReport try_body_step(BodySystem& system, const StepInput& step,

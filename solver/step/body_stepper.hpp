@@ -2,10 +2,11 @@
 
 #include "solver/step/body_rows.hpp"
 #include "solver/step/body_step.hpp"
+#include "solver/step/rod_problem.hpp"
 
 // The inside of try_body_step, for the files that carry it out: body_step (the loop on the geometry
-// at the end), body_problem (the contact problem of an iterate, rigid modes among its unknowns) and
-// body_certificate (what its answer is worth there).
+// at the end), body_problem (the contact problem of an iterate, rigid modes among its unknowns),
+// body_certificate (what its answer is worth there) and body_rods (both, of rods alone).
 
 namespace amontons {
 
@@ -13,15 +14,17 @@ namespace amontons {
 class BodyStepper {
 public:
     BodyStepper(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
-                BodyStepReport& report)
+                BodyStepReport& report, bool guarded = false)
         : system_(system)
         , step_(step)
         , options_(options)
         , report_(report)
     {
+        rods_.guarded = guarded;
     }
 
     bool run();
+    bool of_rods_only() const { return rods_only_; }
 
 private:
     std::size_t bodies() const { return system_.refs.size(); }
@@ -32,7 +35,7 @@ private:
     }
     BodySystem::Key key(int c) const;
     void linearise();
-    void expect_contacts();
+    void expect_contacts(bool known_too);
     bool fixed(std::size_t b) const;
     bool all_in_matrix() const;
     void find();
@@ -48,6 +51,9 @@ private:
     std::vector<Eigen::VectorXd> forces(const Rows& rows, const Eigen::VectorXd& r) const;
     bool rescale_modes();
     bool goes_astray();
+    bool rods_alone() const;
+    bool solve_rods();
+    void certify_rods(const Eigen::VectorXd& u);
     void relax();
     Eigen::VectorXd extrapolated(const Eigen::VectorXd& motion, const Eigen::VectorXd& change);
     bool holds_at_end();
@@ -68,6 +74,7 @@ private:
     bool nothing_ = false;   ///< moves but for rounding
     bool spread_ = false;    ///< contacts stand for areas: forces are to be even
     bool elastic_ = false;   ///< some body of the problem is
+    bool rods_only_ = false; ///< solve_rods() is for them
     std::vector<CouplingRow> joints_;
     std::vector<Vec3> value_;   ///< of every contact and coupling, at the iterate
     std::vector<double> moved_; ///< of each contact along its normal, when it was found
@@ -82,6 +89,8 @@ private:
     std::vector<Eigen::VectorXd> body_force_;
     std::map<BodySystem::Key, Vec3> force_;  ///< in space; of a coupling in x
     std::map<BodySystem::Key, Vec3> motion_; ///< u of the solved rows, in their frames
+    std::map<BodySystem::Key, bool> sticks_; ///< of rods
+    RodProblem rods_;
     Certificate certificate_;
     std::string deepest_;        ///< penetration that no contact of the problem prevented
     std::vector<double> errors_; ///< of the outer iterations

@@ -2,6 +2,8 @@
 
 #include "solver/step/wire_newton.hpp"
 
+#include <algorithm>
+
 // One contact's share of pivoting: what its status means, whether a trial's outcome fits it, and
 // what it becomes if not.
 
@@ -17,7 +19,12 @@ constexpr double kRhoSlip = 0.3; // of the slip direction's predictor r_t - rho 
 /// Weight of a normal row: springs of a foundation lie behind the contact [N/m].
 inline double normal_weight(const Candidate& c)
 {
-    return 1 / (c.give + 1 / (kRhoNormal * c.stiffness));
+    return 1 / (c.give + 1 / (kRhoNormal * std::max(c.stiffness, c.held[0])));
+}
+/// Weight of a sticking row [N/m].
+inline double stick_weight(const Candidate& c)
+{
+    return kRhoStick * std::max(c.stiffness, c.held[1]);
 }
 
 using Trial = NewtonWorkspace::Trial;

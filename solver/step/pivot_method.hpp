@@ -22,13 +22,14 @@
 //   first(), last()              nodes
 //   gradient(), right(), increment(), trial(), matrix()
 //   start_matrix(shift, from)    the base system with the shift in the rows from that node on
+//   most_trials()                of statuses, before the step is made shorter by a shift
 //   softest()                    scale of the shift [N/m]
 //   kept_shift()                 of the last iterate of this solve that needed one [N/m]
 //   gives(), pivot_giving(...)   optional: walls that give way, see soft_pivot.hpp
 
 namespace amontons::pivoting {
 
-constexpr int kTrials = 24; // of statuses, before the step is made shorter by a shift
+constexpr int kTrials = 24; // of statuses in a vessel, before the step is made shorter by a shift
 constexpr int kShiftLevels = 4;
 constexpr double kLeastShift = 1e-6, kLargestShift = 1e6; // relative to the wire's stiffness
 
@@ -70,8 +71,7 @@ template <class System> void add_contact(System& s, std::size_t k, bool coupled,
     System::add_product(K, place, s.normal(k), s.normal(k), rho, from);
     if (c.mu > 0)
         for (int i = 0; i < 2; ++i)
-            System::add_product(K, place, s.tangent(k, i), s.tangent(k, i), kRhoStick * c.stiffness,
-                                from);
+            System::add_product(K, place, s.tangent(k, i), s.tangent(k, i), stick_weight(c), from);
 }
 
 template <class System> void add_contact_force(System& s, std::size_t k)
@@ -92,7 +92,7 @@ template <class System> void add_contact_force(System& s, std::size_t k)
     if (c.mu > 0)
         for (int i = 0; i < 2; ++i)
             System::add_force(r, place, s.tangent(k, i),
-                              c.tangential[i] - kRhoStick * c.stiffness * c.slip[i]);
+                              c.tangential[i] - stick_weight(c) * c.slip[i]);
 }
 
 /// Friction force of a slipping contact from its normal reaction and its motion.
@@ -126,7 +126,7 @@ template <class System> void evaluate(System& s, std::size_t k)
     t.normal = c.normal - normal_weight(c) * t.gap;
     t.gap += c.give * (t.normal - c.normal);
     if (t.status == 1 && c.mu > 0) {
-        const double rt = kRhoStick * c.stiffness;
+        const double rt = stick_weight(c);
         t.t1 = c.tangential[0] - rt * t.v1;
         t.t2 = c.tangential[1] - rt * t.v2;
     } else if (t.status == 2) {
@@ -252,7 +252,7 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
     std::vector<Change> wrong(n);
     Patience patience;
     int from = s.first(); // the factor of nodes before it is that of the last trial
-    for (int trial = 0; trial < kTrials; ++trial) {
+    for (int trial = 0; trial < s.most_trials(); ++trial) {
         set_right_side(s);
         factor_definite(s, from, shift, report);
         if (shift > kLargestShift * s.softest()) return false;

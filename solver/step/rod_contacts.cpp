@@ -78,6 +78,8 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
         k.gap = c.gap;
         k.point = c.point;
         k.curvature = c.curvature;
+        k.slides_a = c.slides_a;
+        k.slides_b = c.slides_b;
         k.a_begin = std::int32_t(out.stencil.size());
         out.stencil.push_back({c.a.piece, c.a.t});
         k.a_end = k.b_begin = k.b_end = std::int32_t(out.stencil.size());

@@ -15,6 +15,8 @@ std::vector<Measured> lee_frame();
 std::vector<Measured> euler_columns();
 std::vector<Measured> twisted_ring();
 std::vector<Measured> rod_frequencies_case();
+std::vector<Measured> rod_capstan();
+std::vector<Measured> rod_bent_tube();
 std::vector<Measured> rod10_statics();
 std::vector<Measured> rod10_sizes();
 std::vector<Measured> rod10_turning();

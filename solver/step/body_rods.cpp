@@ -1,0 +1,169 @@
+#include "contact/cone.hpp"
+#include "mesh/base/phase_timer.hpp"
+#include "solver/body/rod_body.hpp"
+#include "solver/step/body_stepper.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+// Quasi-static steps of rods alone: the contact problem without W (rod_problem), and what its
+// answer is worth.
+
+namespace amontons {
+
+/// Only rods can move, and nothing but contacts joins them.
+bool BodyStepper::rods_alone() const
+{
+    if (step_.dynamic || options_.solver != ContactSolver::automatic || !system_.couplings.empty())
+        return false;
+    bool any = false;
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        if (system_.refs[b].rod)
+            any = true;
+        else if (!fixed(b))
+            return false;
+    }
+    return any;
+}
+
+/// Newton's motion of all rods with the states of all contacts that are near.
+bool BodyStepper::solve_rods()
+{
+    const Stopwatch watch;
+    const int n = int(list_.contact.size());
+    rows_.chosen.resize(std::size_t(n));
+    for (int c = 0; c < n; ++c)
+        rows_.chosen[std::size_t(c)] = c;
+    make_rows(contacts(), rows_);
+    problem_ = {};
+    problem_.mu.resize(n);
+    problem_.kind.resize(std::size_t(n));
+    std::vector<RodContactState> states(static_cast<std::size_t>(n));
+    for (int c = 0; c < n; ++c) {
+        const BodyContact& k = list_.contact[std::size_t(c)];
+        RodContactState& s = states[std::size_t(c)];
+        s.contact = &k;
+        s.a = list_.place_a(k);
+        s.b = list_.place_b(k);
+        s.value = value_[std::size_t(c)];
+        const auto known = force_.find(key(c));
+        if (known != force_.end()) s.force = k.frame.transpose() * known->second;
+        const auto stuck = sticks_.find(key(c));
+        s.sticks = stuck != sticks_.end() && stuck->second;
+        s.friction = problem_.mu[c] = system_.finder.pairs()[std::size_t(k.pair)].friction;
+        problem_.kind[std::size_t(c)] =
+            s.friction > 0 ? ContactKind::frictional : ContactKind::frictionless;
+    }
+    rods_.rods.clear();
+    for (const BodyRef& b : system_.refs)
+        rods_.rods.push_back(b.rod);
+    RodAnswer answer;
+    if (n == 0)
+        answer.motion = free_;
+    else
+        answer = solve_rod_contacts(rods_, states, options_.tolerance);
+    report_.iterations += answer.factorisations;
+
+    r_ = Eigen::VectorXd::Zero(rows_.count);
+    force_.clear();
+    motion_.clear();
+    sticks_.clear();
+    for (int c = 0; c < n; ++c) {
+        const Vec3& r = answer.force[std::size_t(c)];
+        const int rows = amontons::rows_of(problem_.kind[std::size_t(c)]);
+        r_.segment(rows_.first[std::size_t(c)], rows) = r.head(rows);
+        if (!r.isZero(0)) force_[key(c)] = list_.contact[std::size_t(c)].frame * r;
+        motion_[key(c)] = answer.value[std::size_t(c)];
+        sticks_[key(c)] = answer.sticks[std::size_t(c)] != 0;
+    }
+    body_force_ = forces(rows_, r_);
+    report_.contact_solve += watch.seconds();
+    y_ = answer.motion;
+    mode_.assign(bodies(), {});
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        if (!system_.refs[b].rod) y_[b] = Eigen::VectorXd::Zero(body(b).unknowns());
+        if (!y_[b].allFinite()) {
+            report_.refusal = "the tangent of " + system_.refs[b].name + " is singular";
+            return false;
+        }
+    }
+    if (goes_astray()) return false;
+    left_out_ = 0;
+    for (std::size_t b = 0; b < bodies(); ++b)
+        body(b).change(y_[b], mode_[b], body_force_[b]);
+    return true;
+}
+
+/// The natural map of each contact at this motion, of the largest force (or load, or EI / length^2)
+/// in the scene; a gap of a radius counts as much as that force. Sets what the report says.
+void BodyStepper::certify_rods(const Eigen::VectorXd& u)
+{
+    double force = 0, radius = std::numeric_limits<double>::infinity();
+    for (const BodyRef& b : system_.refs) {
+        if (!b.rod) continue;
+        force = std::max(force, b.rod->force_scale());
+        for (const double r : b.rod->model().radius)
+            radius = std::min(radius, r);
+    }
+    for (const int row : rows_.first)
+        force = std::max(force, r_[row]);
+    const double rho = force / radius;
+    double most = 0;
+    report_.penetration = report_.cone = 0;
+    for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
+        const int row = rows_.first[i];
+        report_.penetration = std::max(report_.penetration, -u[row]);
+        if (problem_.kind[i] == ContactKind::frictional) {
+            const double mu = problem_.mu[Eigen::Index(i)];
+            const Vec3 r = r_.segment<3>(row);
+            most = std::max(most, natural_map(r, u.segment<3>(row), mu, rho).norm());
+            report_.cone = std::max(report_.cone, r.tail<2>().norm() - mu * r[0]);
+        } else {
+            most = std::max(most, std::abs(std::min(r_[row], rho * u[row])));
+        }
+        report_.cone = std::max(report_.cone, -r_[row]);
+    }
+    report_.error = most / force;
+    report_.threshold = options_.tolerance;
+    nothing_ = false;
+}
+
+ContactProblem rods_problem(BodySystem& system, const BodyStepReport& report,
+                            Eigen::VectorXd& reaction)
+{
+    const std::vector<CouplingRow> no_joints;
+    const Contacts k{system.refs, system.finder.pairs(), report.contacts, no_joints,
+                     system.couplings};
+    Rows rows;
+    const int n = int(report.contacts.contact.size());
+    ContactProblem problem;
+    problem.mu.resize(n);
+    for (int c = 0; c < n; ++c) {
+        rows.chosen.push_back(c);
+        const ContactPair& pair =
+            k.pairs[std::size_t(report.contacts.contact[std::size_t(c)].pair)];
+        problem.mu[c] = pair.friction;
+        problem.kind.push_back(pair.friction > 0 ? ContactKind::frictional
+                                                 : ContactKind::frictionless);
+    }
+    make_rows(k, rows);
+    std::vector<Eigen::MatrixXd> W(system.refs.size());
+    for (std::size_t b = 0; b < system.refs.size(); ++b)
+        if (!rows.row[b].empty()) system.refs[b].body->compliance(rows.columns[b], W[b]);
+    problem.W = sum_of_bodies(rows, W, {});
+    reaction.resize(rows.count);
+    Eigen::VectorXd u(rows.count);
+    for (int c = 0; c < n; ++c) {
+        const BodyContact& contact = report.contacts.contact[std::size_t(c)];
+        const int row = rows.first[std::size_t(c)], size = rows_of(problem.kind[std::size_t(c)]);
+        Vec3 own = contact.frame.transpose() * report.slip[std::size_t(c)];
+        own[0] = contact.gap;
+        u.segment(row, size) = own.head(size);
+        const Vec3 r = contact.frame.transpose() * report.force[std::size_t(c)];
+        reaction.segment(row, size) = r.head(size);
+    }
+    problem.q = u - problem.W * reaction;
+    return problem;
+}
+
+} // namespace amontons

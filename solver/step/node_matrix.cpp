@@ -1,0 +1,151 @@
+#include "solver/step/node_matrix.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace amontons {
+
+void NodeMatrix::set_pattern(int nodes, std::vector<std::array<int, 2>> coupled)
+{
+    const std::size_t given = coupled.size();
+    for (std::size_t k = 0; k < given; ++k)
+        coupled.push_back({coupled[k][1], coupled[k][0]});
+    for (int i = 0; i < nodes; ++i)
+        coupled.push_back({i, i});
+    std::sort(coupled.begin(), coupled.end()); // by column, then row
+    coupled.erase(std::unique(coupled.begin(), coupled.end()), coupled.end());
+    std::vector<std::size_t> start(std::size_t(nodes) + 1, 0);
+    std::vector<int> row;
+    for (const auto& [j, i] : coupled) {
+        ++start[std::size_t(j) + 1];
+        row.push_back(i);
+    }
+    for (std::size_t j = 0; j < std::size_t(nodes); ++j)
+        start[j + 1] += start[j];
+    if (start != start_ || row != row_) {
+        start_ = std::move(start);
+        row_ = std::move(row);
+        analysed_lu_ = analysed_cholesky_ = false;
+    }
+    block_.resize(row_.size());
+    set_zero();
+}
+
+std::size_t NodeMatrix::at(int row, int col) const
+{
+    const auto first = row_.begin() + std::ptrdiff_t(start_[std::size_t(col)]),
+               last = row_.begin() + std::ptrdiff_t(start_[std::size_t(col) + 1]);
+    return std::size_t(std::lower_bound(first, last, row) - row_.begin());
+}
+
+void NodeMatrix::add(int row, int col, const Column6& f, const Node6& h, double s)
+{
+    Block6& b = block_[at(row, col)];
+    const Column6 sf = f * splat6(s);
+    for (int j = 0; j < 6; ++j)
+        b.column[j] += sf * splat6(h.value[j]);
+}
+
+void NodeMatrix::set_zero()
+{
+    std::fill(block_.begin(), block_.end(), Block6{});
+    symmetric_ = true;
+    factor_ = Factor::none;
+}
+
+void NodeMatrix::copy_values(const NodeMatrix& other)
+{
+    block_ = other.block_;
+    symmetric_ = other.symmetric_;
+    factor_ = Factor::none;
+}
+
+int NodeMatrix::factor(int)
+{
+    factor_ = Factor::none;
+    if (!guarded) return 0;
+    if (!symmetric_) return 1;
+    if (!cholesky()) return 1;
+    factor_ = Factor::cholesky;
+    return 0;
+}
+
+bool NodeMatrix::cholesky()
+{
+    const auto entries = [&](auto&& visit) {
+        for (int j = 0; j < size(); ++j)
+            for (int c = 0; c < 6; ++c)
+                for (std::size_t k = start_[std::size_t(j)]; k < start_[std::size_t(j) + 1]; ++k)
+                    for (int r = row_[k] == j ? c : 0; row_[k] >= j && r < 6; ++r)
+                        visit(6 * row_[k] + r, 6 * j + c, k, r, c);
+    };
+    if (!analysed_cholesky_) {
+        std::vector<Eigen::Triplet<double>> triplets;
+        entries([&](int i, int j, std::size_t, int, int) { triplets.emplace_back(i, j, 1); });
+        lower_.resize(6 * size(), 6 * size());
+        lower_.setFromTriplets(triplets.begin(), triplets.end());
+        std::vector<std::int32_t> node(std::size_t(6 * size()));
+        for (std::size_t i = 0; i < node.size(); ++i)
+            node[i] = std::int32_t(i / 6);
+        supernodal_ = SupernodalFactor();
+        supernodal_.analyse(lower_, node);
+        analysed_cholesky_ = true;
+    }
+    double* value = lower_.valuePtr();
+    entries([&](int, int, std::size_t k, int r, int c) { *value++ = block_[k](r, c); });
+    return bool(supernodal_.factor(lower_));
+}
+
+bool NodeMatrix::eliminate()
+{
+    if (!analysed_lu_) { // each node's places and turns as two nodes of the pattern
+        std::vector<std::size_t> start{0};
+        std::vector<int> neighbour;
+        for (int j = 0; j < 2 * size(); ++j) {
+            for (std::size_t k = start_[std::size_t(j / 2)]; k < start_[std::size_t(j / 2) + 1];
+                 ++k)
+                neighbour.insert(neighbour.end(), {2 * row_[k], 2 * row_[k] + 1});
+            start.push_back(neighbour.size());
+        }
+        lu_.analyse(start, neighbour);
+        place_.clear();
+        for (int j = 0; j < size(); ++j)
+            for (std::size_t k = start_[std::size_t(j)]; k < start_[std::size_t(j) + 1]; ++k) {
+                const int i = row_[k];
+                place_.push_back({lu_.place(2 * i, 2 * j), lu_.place(2 * i + 1, 2 * j),
+                                  lu_.place(2 * i, 2 * j + 1), lu_.place(2 * i + 1, 2 * j + 1)});
+            }
+        analysed_lu_ = true;
+    }
+    lu_.clear();
+    Mat3 part;
+    for (std::size_t k = 0; k < block_.size(); ++k)
+        for (int q = 0; q < 4; ++q) {
+            const int row = 3 * (q % 2), col = 3 * (q / 2);
+            for (int c = 0; c < 3; ++c)
+                for (int r = 0; r < 3; ++r)
+                    part(r, c) = block_[k](row + r, col + c);
+            lu_.add_at(place_[k][std::size_t(q)], part);
+        }
+    return lu_.factorise();
+}
+
+void NodeMatrix::solve(std::vector<Node6>& x)
+{
+    if (factor_ == Factor::none) factor_ = eliminate() ? Factor::lu : Factor::failed;
+    Eigen::VectorXd v(6 * size());
+    for (int i = 0; i < size(); ++i)
+        for (int k = 0; k < 6; ++k)
+            v[6 * i + k] = x[std::size_t(i)].value[k];
+    if (factor_ == Factor::cholesky)
+        v = supernodal_.solved(v);
+    else if (factor_ == Factor::lu)
+        lu_.solve(v);
+    else
+        v.setConstant(std::numeric_limits<double>::quiet_NaN());
+    for (int i = 0; i < size(); ++i)
+        for (int k = 0; k < 6; ++k)
+            x[std::size_t(i)].value[k] = v[6 * i + k];
+}
+
+} // namespace amontons
