@@ -302,7 +302,7 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
         const double end = next.piece == p.piece && next.t > p.t ? next.t : 1;
         const Found &f0 = at[i], &f1 = at[(i + 1) % stations.size()];
         const double length = (piece.at(end) - piece.at(p.t)).norm();
-        if (0.5 * (f0.gap + f1.gap - 1.1 * length) > std::min(0.0, reach)) continue; // out of touch
+        if (0.5 * (f0.gap + f1.gap - 1.1 * length) > reach) continue;
         const auto slope = [&](double t, Found& f) {
             f = look({p.piece, t});
             return f.wall.normal.dot(piece.slope(t));

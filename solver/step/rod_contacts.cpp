@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 // Contacts of rods: with obstacles, rigid bodies, other rods and themselves.
 
@@ -100,7 +101,7 @@ bool ContactFinder::rod_passed(const std::vector<BodyRef>& bodies, const Contact
         const RodBody& other = *bodies[std::size_t(pair.b)].rod;
         return pass_through(before, now, other.curve_before(), other.curve());
     }
-    // A place whose middle was inside on its way, and is outside again.
+    // A place whose middle line came nearer than half its radius on its way.
     std::function<WallSample(const Vec3&)> surface;
     Placement from, to;
     if (pair.b < 0) {
@@ -119,19 +120,33 @@ bool ContactFinder::rod_passed(const std::vector<BodyRef>& bodies, const Contact
     const auto inside = [](const Placement& at, const Vec3& x) {
         return Vec3(at.turn.conjugate() * (x - at.shift));
     };
-    for (const CurvePlace& s : places_of(rod, pair)) {
+    double moved = 0, radius = std::numeric_limits<double>::infinity();
+    for (std::size_t e = 0; e < now.pieces.size(); ++e) {
+        const CurvePiece &p0 = before.pieces[e], &p1 = now.pieces[e];
+        moved = std::max({moved, (inside(to, p1.x0) - inside(from, p0.x0)).norm(),
+                          (inside(to, p1.x1) - inside(from, p0.x1)).norm()});
+        radius = std::min(radius, p1.radius);
+    }
+    if (moved <= radius) return false;
+    // So near to each other that nothing much thinner than the rod is between them.
+    std::vector<CurvePlace> places = stations(now, radius);
+    if (!pair.end_a.empty()) {
+        const auto end = places_of(rod, pair);
+        places.assign(end.begin(), end.end());
+    }
+    for (const CurvePlace& s : places) {
         const CurvePiece& piece = now.pieces[std::size_t(s.piece)];
         const Vec3 a = inside(from, before.pieces[std::size_t(s.piece)].at(s.t)),
                    b = inside(to, piece.at(s.t));
         const double way = (b - a).norm();
         if (way <= piece.radius) continue;
+        const double least = 0.5 * piece.radius, start = surface(a).distance;
+        if (start < least) continue; // it began in there
         // Distances change no faster than the place moves.
-        double t = std::max(surface(a).distance, 0.0);
-        const double rest = way - std::max(surface(b).distance, 0.0);
-        while (t < rest) {
+        for (double t = start - least; t < way;) {
             const double d = surface(a + t / way * (b - a)).distance;
-            if (d < -0.5 * piece.radius) return true;
-            t += std::max(d, 0.25 * piece.radius);
+            if (d < least) return true;
+            t += std::max(d - least, 0.1 * piece.radius);
         }
     }
     return false;

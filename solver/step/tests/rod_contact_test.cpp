@@ -138,3 +138,45 @@ TEST_CASE("what rods cannot touch is said")
     CHECK(issues(R"({"between": ["block", "block"]})").find("a body and itself") !=
           std::string::npos);
 }
+
+TEST_CASE("a rod that a step would take through a thin plate is stopped by it")
+{
+    const Result r = run(R"("bodies": {
+        "plate": {"kind": "rigid", "shape": {"generate": "box", "size": [0.2, 0.2, 0.004]},
+          "start": {"place": [0.7, 0, -0.062]}, "drive": {"z": [[0, 0], [1, 0]]}},
+        "rod": {"kind": "rod", "segments": [{"length": 1, "radius": 0.01, "EI": 1, "EA": 1e5, "element": 0.05}],
+          "shape": {"normal": [0, 0, 1]},
+          "hold": [{"set": "start", "x": 0, "y": 0, "z": [[0, 0], [1, -0.2]]}]}},
+        "contact": [{"between": ["rod", "plate"]}], "time": {"step": 1, "end": 1})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    for (const Vec3& x : r.records.back().beams.at(0).points)
+        if (std::abs(x.x() - 0.7) < 0.09) CHECK(x.z() > -0.0501); // on its upper side
+    double force = 0;
+    for (const ContactRecord& c : r.records.back().contacts)
+        force += c.normal_force;
+    CHECK(force > 0);
+}
+
+TEST_CASE("a free rod that falls on a ball between two of its nodes does not pass it")
+{
+    const Result r = run(R"("bodies": {
+        "ball": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.01},
+          "start": {"place": [0.45, 0, -0.065]}, "drive": {"z": [[0, 0], [1, 0]]}},
+        "rod": {"kind": "rod", "segments": [{"length": 1, "radius": 0.005, "EI": 1, "EA": 1e5, "element": 0.1,
+          "density": 1000}], "shape": {"normal": [0, 0, 1]}, "velocity": [0, 0, -10]}},
+        "contact": [{"between": ["rod", "ball"]}],
+        "time": {"kind": "dynamic", "step": 0.01, "end": 0.02})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    double nearest = 1;
+    for (const StepRecord& s : r.records)
+        for (const ContactRecord& c : s.contacts)
+            nearest = std::min(nearest, c.gap);
+    CHECK(nearest < 1e-3); // it is met
+    // The middle line at the ball's place stays above it.
+    const BeamRecord& rod = r.records.back().beams.at(0);
+    double z = -1;
+    for (std::size_t i = 0; i + 1 < rod.points.size(); ++i)
+        if (rod.points[i].x() <= 0.45 && rod.points[i + 1].x() >= 0.45)
+            z = std::max(rod.points[i].z(), rod.points[i + 1].z());
+    CHECK(z > -0.065);
+}
