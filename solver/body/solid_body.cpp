@@ -296,6 +296,14 @@ void SolidBody::linearise()
     Eigen::VectorXd scale;
     const Eigen::VectorXd r = residual(scale);
     make_matrix();
+    if (iterative_) {
+        large_load_ = r;
+        for (const std::int32_t dof : dofs_.fixed)
+            large_load_[dof] = 0;
+        free_change_ = Eigen::VectorXd::Zero(unknowns());
+        mode_load_.resize(0);
+        return;
+    }
     if (corotational_ && free_modes_.cols() > 0) turn_modes();
     Eigen::VectorXd rf(Eigen::Index(dofs_.free.size()));
     for (std::size_t i = 0; i < dofs_.free.size(); ++i)
@@ -384,7 +392,7 @@ void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
         // where loads turn against the frame.
         const bool turns =
             kind_ == Frame::floating && (!input_.loads.empty() || !step_.gravity.isZero(0));
-        free_known_ = !nonlinear_ && !turns;
+        free_known_ = !nonlinear_ && !turns && !iterative_;
         if (free_known_) free_change_ -= y;
         if (mode.size() > 0) {
             if (kind_ != Frame::floating) {

@@ -4,6 +4,7 @@
 #include "mesh/volume_mesh.hpp"
 #include "solver/body/body.hpp"
 #include "solver/body/solid_conditions.hpp"
+#include "solver/large/large_matrix.hpp"
 #include "solver/linear/supernodal.hpp"
 #include "solver/scene/scene.hpp"
 #include "solver/solid/assembly.hpp"
@@ -15,6 +16,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <utility>
 
 namespace amontons {
 
@@ -25,6 +27,7 @@ struct SolidMatrix {
     Elimination parts;                       ///< of S
     SupernodalFactor factor;                 ///< of a matrix that changes
     std::optional<SolidCompliance> constant; ///< of one that does not
+    std::unique_ptr<LargeMatrix> large;      ///< of a solid that is solved by iterations instead
     double scale = 1;                        ///< S over what is factored
     double h = -1, theta = -1;               ///< of the step that it is for
     int made = 0;                            ///< how often it was made
@@ -54,6 +57,27 @@ public:
     /// @param messages  gets what was read, and what could not be
     virtual void make_ready(const StepInput& step, const std::string& cache,
                             std::vector<std::string>& messages);
+
+    /// No factor: solves by Krylov's methods with multigrid, on all ranks of mpirun or on this one
+    /// alone. Of linear solids; before make_ready().
+    void iterate(bool on_all_ranks)
+    {
+        iterative_ = true;
+        on_all_ranks_ = on_all_ranks;
+    }
+    bool iterative() const { return iterative_; }
+    /// What contact without W asks of an iterative solid, all degrees of freedom: the matrix, the
+    /// residual force of the last linearise() (0 where held), A y and the diagonal of A.
+    LargeMatrix& large() { return *matrix_->large; }
+    const Eigen::VectorXd& large_load() const { return large_load_; }
+    Eigen::VectorXd step_times(const Eigen::VectorXd& y) const;
+    Eigen::VectorXd step_diagonal() const;
+    std::span<const std::int32_t> unknown_dofs() const { return unknown_; }
+    /// The free change that linearise() of an iterative solid leaves out.
+    void find_free_change();
+
+    /// Of loops over elements and nodes; the result is the same for any number.
+    void use_threads(int threads) { threads_ = threads; }
 
     /// About how many steps will come: says what is worth being kept.
     void expect_steps(double steps) { expected_steps_ = steps; }
@@ -170,6 +194,7 @@ protected:
     void prepare();
     void make_matrix();
     void make_step_matrix();
+    std::pair<double, double> shares() const;
     void drop_step_matrix();
     std::vector<std::int32_t> node_of_free() const;
     Eigen::VectorXd mass_times(const Eigen::VectorXd& v) const;
@@ -181,6 +206,9 @@ protected:
     VolumeMesh mesh_;
     SolidMaterial material_;
     bool small_ = false, corotational_ = false, hyperelastic_ = false, nonlinear_ = false;
+    bool iterative_ = false, on_all_ranks_ = false;
+    int threads_ = 1;
+    Eigen::VectorXd large_load_; ///< see large_load()
     Frame kind_ = Frame::fixed;
     double size_ = 0, mass_ = 0;
     double stiffest_ = 0;        ///< largest entry of K [N/m]

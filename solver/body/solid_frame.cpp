@@ -144,7 +144,7 @@ void SolidBody::move_frame(Motion& m, const Eigen::VectorXd& mode) const
 
 Eigen::VectorXd SolidBody::stiffness_times(const Eigen::VectorXd& u) const
 {
-    return symmetric_times(pattern_, matrix_->K, u);
+    return symmetric_times(pattern_, matrix_->K, u, threads_);
 }
 
 Eigen::VectorXd SolidBody::mass_times(const Eigen::VectorXd& v) const

@@ -61,7 +61,7 @@ void SolidBody::prepare()
     const bool first = matrix_->K.size() == 0; // of those that share it
     if (first) {
         matrix_->K = zero_matrix(pattern_);
-        assemble_stiffness(mesh_, pattern_, std::span(&material_, 1), matrix_->K);
+        assemble_stiffness(mesh_, pattern_, std::span(&material_, 1), matrix_->K, threads_);
     }
     if (hyperelastic_) stiffest_ = matrix_->K.coeffs().cwiseAbs().maxCoeff();
     if (corotational_) {
@@ -78,9 +78,9 @@ void SolidBody::prepare()
     dofs_ = make_free_dofs(pattern_, fixed);
     const std::vector<std::int32_t> node = node_of_free();
     if (first) {
-        if (step_.dynamic) {
+        if (step_.dynamic && !iterative_) {
             matrix_->M = zero_matrix(pattern_);
-            assemble_mass(mesh_, pattern_, std::span(&material_, 1), matrix_->M);
+            assemble_mass(mesh_, pattern_, std::span(&material_, 1), matrix_->M, threads_);
         }
         if (nonlinear_ && !node.empty()) {
             make_step_matrix();
@@ -127,6 +127,17 @@ void SolidBody::make_matrix()
     if (matrix_->constant && (!step_.dynamic || same_step)) return;
 
     const double h = step_.h, theta = step_.rule.end;
+    if (iterative_) {
+        if (matrix_->large && (!step_.dynamic || same_step)) return;
+        matrix_->large.reset(); // its memory first
+        const auto [of_mass, of_stiffness] = shares();
+        matrix_->large = std::make_unique<LargeMatrix>(mesh_, pattern_, material_, of_mass,
+                                                       of_stiffness, dofs_.fixed, on_all_ranks_);
+        ++matrix_->made;
+        matrix_->h = h;
+        matrix_->theta = theta;
+        return;
+    }
     make_step_matrix();
     ++matrix_->made;
     if (matrix_->constant) { // another step length: the order and pattern of the factor stay
@@ -138,8 +149,9 @@ void SolidBody::make_matrix()
     if (messages_ && !cache_.empty()) {
         SolidMatrixKind matrix;
         if (step_.dynamic) {
-            matrix.mass = 1 + h * theta * input_.mass_damping;
-            matrix.stiffness = h * theta * (input_.stiffness_damping + h * theta);
+            const auto [of_mass, of_stiffness] = shares();
+            matrix.mass = of_mass;
+            matrix.stiffness = of_stiffness;
         }
         SolidFactor kept = cached_factor(cache_, mesh_, std::span(&material_, 1), dofs_, matrix,
                                          matrix_->parts.ff);
@@ -195,6 +207,43 @@ void SolidBody::drop_step_matrix()
     matrix_->parts = Elimination();
 }
 
+/// Of mass and stiffness in A.
+std::pair<double, double> SolidBody::shares() const
+{
+    if (!step_.dynamic) return {0, 1};
+    const double h = step_.h, theta = step_.rule.end;
+    return {1 + h * theta * input_.mass_damping,
+            h * theta * (input_.stiffness_damping + h * theta)};
+}
+
+Eigen::VectorXd SolidBody::step_times(const Eigen::VectorXd& y) const
+{
+    const auto [of_mass, of_stiffness] = shares();
+    Eigen::VectorXd f = of_stiffness * stiffness_times(y);
+    if (of_mass != 0) f += of_mass * mass_times(y);
+    for (const std::int32_t dof : dofs_.fixed)
+        f[dof] = 0;
+    return f;
+}
+
+Eigen::VectorXd SolidBody::step_diagonal() const
+{
+    const auto [of_mass, of_stiffness] = shares();
+    Eigen::VectorXd d = of_stiffness * matrix_->K.diagonal();
+    if (of_mass != 0)
+        for (Eigen::Index i = 0; i < d.size(); ++i)
+            d[i] += of_mass * m_.coeff(i / 3, i / 3);
+    return d;
+}
+
+void SolidBody::find_free_change()
+{
+    Eigen::VectorXd f(Eigen::Index(dofs_.free.size()));
+    for (std::size_t i = 0; i < dofs_.free.size(); ++i)
+        f[Eigen::Index(i)] = large_load_[dofs_.free[i]];
+    free_change_ = with_pins(solved(f));
+}
+
 /// A of the step, and its parts.
 void SolidBody::make_step_matrix()
 {
@@ -211,9 +260,7 @@ void SolidBody::make_step_matrix()
             m.S);
     }
     if (step_.dynamic) {
-        const double h = step_.h, theta = step_.rule.end;
-        const double of_mass = 1 + h * theta * input_.mass_damping;
-        const double of_stiffness = h * theta * (input_.stiffness_damping + h * theta);
+        const auto [of_mass, of_stiffness] = shares();
         m.S.coeffs() = of_mass * m.M.coeffs() + of_stiffness * m.S.coeffs();
     }
     if (m.parts.ff.size() == 0)
@@ -239,6 +286,17 @@ void SolidBody::make_ready(const StepInput& step, const std::string& cache,
 Eigen::VectorXd SolidBody::solved(const Eigen::VectorXd& f) const
 {
     if (f.size() == 0) return f;
+    if (iterative_) {
+        constexpr double kTolerance = 1e-11;
+        Eigen::VectorXd all = Eigen::VectorXd::Zero(Eigen::Index(dofs_.number.size())), y(f.size());
+        for (std::size_t i = 0; i < dofs_.free.size(); ++i)
+            all[dofs_.free[i]] = f[Eigen::Index(i)];
+        matrix_->large->set_blocks({}, true, true);
+        matrix_->large->solve(all, kTolerance);
+        for (std::size_t i = 0; i < dofs_.free.size(); ++i)
+            y[Eigen::Index(i)] = all[dofs_.free[i]];
+        return y;
+    }
     if (!matrix_->constant) return matrix_->factor.solved(f);
     return matrix_->constant->factor().solved(f) / matrix_->scale;
 }
@@ -266,7 +324,12 @@ void SolidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
     else {
         const auto free = Eigen::Index(dofs_.free.size());
         const SparseColumns top = C.rows() == free ? C : SparseColumns(C.topRows(free));
-        if (matrix_->constant)
+        if (iterative_) { // a solve a column: for a few contacts that no other way serves
+            W.resize(C.cols(), C.cols());
+            for (Eigen::Index j = 0; j < C.cols(); ++j)
+                W.col(j) = top.transpose() * solved(Eigen::VectorXd(top.col(j)));
+            W = (0.5 * (W + W.transpose())).eval();
+        } else if (matrix_->constant)
             matrix_->constant->delassus(top, W);
         else
             matrix_->factor.compliance(top, W);

@@ -85,9 +85,11 @@ public:
             if (p_.kind[i] != ContactKind::frictional) continue;
             const Eigen::Vector2d slip = u.segment<2>(at + 1);
             const Eigen::Vector2d t = r.segment<2>(at + 1) - kTest * own * slip;
-            const double mu = p_.mu[Eigen::Index(i)], bound = mu * std::max(r[at], 0.0),
-                         size = t.norm();
-            if (size <= bound || bound == 0) { // a new contact sticks until its force is known
+            // The force of a new contact is guessed by what tests it: one that stuck to a body that
+            // slides would tear it open again, and so on for ever.
+            const double normal = r[at] > 0 ? r[at] : pressed;
+            const double mu = p_.mu[Eigen::Index(i)], bound = mu * normal, size = t.norm();
+            if (size <= bound || bound == 0) { // one that just touches sticks for now
                 out.base.segment<2>(at + 1) = r.segment<2>(at + 1) - rho * slip;
                 D(1, 1) = D(2, 2) = rho;
                 continue;

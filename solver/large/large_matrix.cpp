@@ -46,12 +46,13 @@ std::unique_ptr<Petsc> petsc;
 
 Petsc& opened()
 {
-    if (!petsc) {
-        if (find_module("petsc").empty())
-            throw InputError({{"(libamontons-petsc.so)", "", "not installed",
-                               "./setup.sh packages, then build again; or solver.linear "
-                               "\"direct\", without mpirun"}});
+    if (petsc) return *petsc;
+    try {
         petsc = std::make_unique<Petsc>();
+    } catch (const std::runtime_error& error) { // not there, or PETSc or MPI that it needs is not
+        const int rank = mpirun_rank();
+        throw InputError({{"libamontons-petsc.so", rank > 0 ? "rank " + std::to_string(rank) : "",
+                           error.what(), "solver.linear \"direct\", without mpirun"}});
     }
     return *petsc;
 }
@@ -88,6 +89,17 @@ int mpirun_rank()
     for (const char* name : {"OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK"})
         if (number(name) >= 0) return number(name);
     return 0;
+}
+
+std::string parallel_fault()
+{
+    if (petsc) return "";
+    try {
+        const Module tried("petsc");
+        return "";
+    } catch (const std::runtime_error& error) {
+        return error.what();
+    }
 }
 
 ParallelRun::ParallelRun()

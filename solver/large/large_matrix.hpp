@@ -17,6 +17,10 @@ bool started_by_mpirun();
 /// Its rank, by what mpirun says: the module need not be there.
 int mpirun_rank();
 
+/// Why large solids cannot be solved by iterations: the module petsc is not installed, or what it
+/// needs is not; "" if they can. Loads PETSc and MPI, and starts neither.
+std::string parallel_fault();
+
 /// MPI over the life of a command. Rank 0 runs the program; other ranks wait for what it asks.
 class ParallelRun {
 public:

@@ -1,6 +1,7 @@
 #include "solver/large/linear_plan.hpp"
 
 #include "mesh/volume_mesh.hpp"
+#include "solver/large/large_matrix.hpp"
 #include "solver/linear/supernodal.hpp"
 #include "solver/module.hpp"
 #include "solver/solid/assembly.hpp"
@@ -38,18 +39,20 @@ constexpr double kIteration = 1.1e-8;      // of Krylov with multigrid, of a cou
 constexpr double kIterations = 220;        // of a quasi-static step with contact
 constexpr double kDynamicIterations = 60;
 constexpr double kColumnIterations = 25;
-constexpr double kParallel = 0.85;    // of each rank beyond the first
+constexpr double kParallel = 0.85; // of each rank beyond the first
+constexpr double kKibi = 1024;
 constexpr double kMemoryShare = 0.95; // of what is free: a process needs room to breathe
 /// Below, factors cost nothing to speak of, and so should their prediction.
 constexpr std::size_t kFewNodes = 30000;
 
+/// The number after `key` in a file; -1 if it is not there.
 double line_of(const char* file, const char* key)
 {
     const std::unique_ptr<FILE, int (*)(FILE*)> in(std::fopen(file, "r"), std::fclose);
     char line[256];
     while (in && std::fgets(line, sizeof line, in.get()))
         if (std::strncmp(line, key, std::strlen(key)) == 0)
-            return 1024 * std::strtod(line + std::strlen(key), nullptr);
+            return std::strtod(line + std::strlen(key), nullptr);
     return -1;
 }
 
@@ -110,13 +113,16 @@ double available_memory()
     const auto limit = [&](double value) {
         if (value >= 0) least = std::min(least, value);
     };
-    limit(line_of("/proc/meminfo", "MemAvailable:"));
+    limit(kKibi * line_of("/proc/meminfo", "MemAvailable:"));
     const double most = number_in("/sys/fs/cgroup/memory.max"),
                  now = number_in("/sys/fs/cgroup/memory.current");
-    if (most >= 0 && now >= 0) limit(std::max(0.0, most - now));
+    // What files have left in the cache gives way when asked for.
+    const double cache = std::max(0.0, line_of("/sys/fs/cgroup/memory.stat", "inactive_file "));
+    if (most >= 0 && now >= 0) limit(std::max(0.0, most - std::max(0.0, now - cache)));
     rlimit own{};
     if (getrlimit(RLIMIT_AS, &own) == 0 && own.rlim_cur != RLIM_INFINITY)
-        limit(std::max(0.0, double(own.rlim_cur) - line_of("/proc/self/status", "VmSize:")));
+        limit(
+            std::max(0.0, double(own.rlim_cur) - kKibi * line_of("/proc/self/status", "VmSize:")));
     return least;
 }
 
@@ -168,7 +174,6 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
     direct.name = "direct";
     iterative.name = "iterative";
     distributed.name = "distributed";
-    const bool module = !find_module("petsc").empty();
     const auto impossible = [](LinearPath& path, const std::string& why) {
         if (path.possible) path.why = why;
         path.possible = false;
@@ -179,7 +184,7 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
         const double nodes = double(s.mesh->nodes.size()),
                      elements = double(element_count(*s.mesh));
         const FactorCost cost =
-            factor_cost(*s.mesh, analyse || asked == "automatic" || asked == "direct");
+            factor_cost(*s.mesh, analyse || asked == "auto" || asked == "direct");
         const double matrix = 9 * kEntry * cost.couplings;
         const double mesh = kPerNode * nodes + kPerElement * elements;
         const double dense = 3 * 8 * s.rows * s.rows;
@@ -207,11 +212,9 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
         }
     }
     direct.memory += largest;
-    if (!module) {
-        const char* why = "the module libamontons-petsc.so is not installed";
-        impossible(iterative, why);
-        impossible(distributed, why);
-    }
+    if (find_module("petsc").empty())
+        for (LinearPath* path : {&iterative, &distributed})
+            impossible(*path, "the module libamontons-petsc.so is not installed");
     if (ranks < 2) impossible(distributed, "not started by mpirun");
     direct.memory_here = direct.memory;
     iterative.memory += kOneRank;
@@ -228,28 +231,36 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
 
     const double room = kMemoryShare * plan.available;
     const auto fits = [&](const LinearPath& p) { return p.memory_here <= room; };
-    if (asked != "automatic") {
+    const auto choose = [&] {
         plan.taken = asked;
         plan.why = "asked for";
-    } else {
+        if (asked != "auto") return;
         const LinearPath* best = nullptr;
-        for (const LinearPath& p : plan.paths)
-            if (p.possible && fits(p) && (!best || p.seconds < best->seconds)) best = &p;
-        plan.taken = best ? best->name : "direct";
         int could = 0;
-        for (const LinearPath& p : plan.paths)
+        for (const LinearPath& p : plan.paths) {
             could += p.possible;
-        plan.why = !best           ? "no path fits"
-                   : could == 1    ? "the only one that is possible"
-                   : !fits(direct) ? "the quickest that fits into the memory"
-                                   : "the quickest by prediction";
-    }
+            if (p.possible && fits(p) && (!best || p.seconds < best->seconds)) best = &p;
+        }
+        plan.taken = best ? best->name : "direct";
+        plan.why = !best                       ? "no path fits"
+                   : could == 1                ? "the only one that is possible"
+                   : !fits(plan.paths.front()) ? "the quickest that fits into the memory"
+                                               : "the quickest by prediction";
+    };
+    choose();
+    // Whether the module can be loaded is worth knowing only where it is taken.
+    if (plan.taken != "direct" && plan.path(plan.taken)->possible)
+        if (const std::string fault = parallel_fault(); !fault.empty()) {
+            for (LinearPath& p : plan.paths)
+                if (p.name != "direct") impossible(p, fault);
+            choose();
+        }
     const LinearPath& taken = *plan.path(plan.taken);
     if (!taken.possible)
         plan.refusal = fmt::format("{}: {}", taken.name, taken.why);
     else if (!fits(taken)) {
         for (const LinearPath& p : plan.paths)
-            if (p.possible && (asked == "automatic" || p.name == asked))
+            if (p.possible && (asked == "auto" || p.name == asked))
                 plan.refusal += fmt::format("{}{} needs {}", plan.refusal.empty() ? "" : ", ",
                                             p.name, gigabytes(p.memory_here));
         plan.refusal +=

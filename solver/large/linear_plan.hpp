@@ -31,7 +31,7 @@ struct LinearPath {
 };
 
 struct LinearPlan {
-    std::string asked = "automatic", taken, why;
+    std::string asked = "auto", taken, why;
     std::string refusal;  ///< "" unless the path taken does not fit into the memory
     double available = 0; ///< memory that this process may still take [bytes]
     std::vector<LinearPath> paths;
@@ -41,7 +41,7 @@ struct LinearPlan {
 /// What may still be allocated: the least of free memory, the group's limit and the process's own.
 double available_memory();
 
-/// @param asked  "automatic" or a path's name
+/// @param asked  "auto" or a path's name
 /// @param steps   about how many
 /// @param ranks   of mpirun
 /// @param analyse  factors of large meshes that are not asked for as well: some seconds

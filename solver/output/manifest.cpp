@@ -112,6 +112,11 @@ void write_summary(JsonText& json, const RunSummary& s, const std::vector<std::s
             .close('}');
     json.close(']');
     json.member("peak_memory", peak_memory());
+    json.key("peak_memory_after").open('{');
+    json.member("read", s.memory.read).member("bodies", s.memory.bodies);
+    json.member("offline", s.memory.offline).member("steps", s.memory.steps);
+    if (s.memory.all_ranks > 0) json.member("all_ranks", s.memory.all_ranks);
+    json.close('}');
     write_strings(json, "modules", modules);
     json.key("quantities").open('{');
     for (const Quantity& q : s.quantities)

@@ -62,6 +62,12 @@ struct PhaseSeconds {
     double contact_solve = 0, correction = 0, output = 0, total = 0;
 };
 
+/// Peaks of memory up to the end of each phase [bytes].
+struct PhaseMemory {
+    double read = 0, bodies = 0, offline = 0, steps = 0;
+    double all_ranks = 0; ///< of mpirun, the sum of their own peaks; 0 without
+};
+
 /// Energy since the start of the run [J].
 struct EnergyRecord {
     double work = 0, work_absolute = 0, elastic = 0, kinetic = 0, friction = 0, released = 0;
@@ -101,6 +107,7 @@ struct RunSummary {
     int steps = 0;
     double time = 0; ///< reached [s]
     PhaseSeconds seconds;
+    PhaseMemory memory;
     int contacts_max = 0;
     double contacts_mean = 0;
     double worst_error = 0, worst_penetration = 0, worst_cone_violation = 0;

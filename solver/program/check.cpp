@@ -1,5 +1,6 @@
 // amontons check SCENE: validates, prints the plan, runs nothing.
 
+#include "solver/large/large_matrix.hpp"
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/session.hpp"
 #include "solver/scene/build.hpp"
@@ -39,6 +40,21 @@ std::string plan_json(const Plan& plan)
         .open('{')
         .member("memory", plan.memory)
         .member("path", plan.path);
+    const LinearPlan& linear = plan.linear;
+    if (!linear.paths.empty()) {
+        json.member("available_memory", linear.available).key("linear").open('{');
+        json.member("asked", linear.asked).member("taken", linear.taken).member("why", linear.why);
+        json.member("refusal", linear.refusal).key("paths").open('[');
+        for (const LinearPath& p : linear.paths)
+            json.open('{')
+                .member("name", p.name)
+                .member("possible", p.possible)
+                .member("why", p.why)
+                .member("memory", p.memory)
+                .member("seconds", p.seconds)
+                .close('}');
+        json.close(']').close('}');
+    }
     json.close('}').close('}');
     return json.text() + "\n";
 }
@@ -59,6 +75,15 @@ std::string plan_text(const Plan& plan)
     for (const Plan::LeftOut& l : plan.leaves_out)
         t += fmt::format("  {}: {}\n", l.what, l.why);
     t += fmt::format("predicted\n  memory {:.0f} MB\n  path   {}\n", plan.memory / 1e6, plan.path);
+    const LinearPlan& linear = plan.linear;
+    if (linear.paths.empty()) return t;
+    t += fmt::format("linear systems of solids: {}, {}\n", linear.taken, linear.why);
+    for (const LinearPath& p : linear.paths)
+        t += p.possible ? fmt::format("  {:<12} {:>7.0f} MB {:>9.3g} s  {}\n", p.name,
+                                      p.memory / 1e6, p.seconds, p.why)
+                        : fmt::format("  {:<12} not possible: {}\n", p.name, p.why);
+    t += fmt::format("  {:.0f} MB are free\n", linear.available / 1e6);
+    if (!linear.refusal.empty()) t += "  a run is refused: " + linear.refusal + "\n";
     return t;
 }
 
@@ -72,15 +97,21 @@ void add_check(CLI::App& program, Session& session)
     add_scene_arguments(*command, *arguments);
     command->add_flag("--json", session.json, "One JSON object on stdout");
     command->callback([arguments, &session] {
+        ParallelRun parallel; // says how many ranks there are
+        if (parallel.served()) return;
         settle(*arguments);
         Scene scene = read_scene(arguments->scene, arguments->overrides);
         place_introducers(scene);
         std::vector<Issue> odd;
         std::vector<Obstacle> obstacles = build_obstacles(scene, &odd);
-        const std::unique_ptr<Simulation> simulation = make_simulation(scene, std::move(obstacles));
+        SimulationOptions how;
+        how.refuse = false;
+        const std::unique_ptr<Simulation> simulation =
+            make_simulation(scene, std::move(obstacles), how);
         session.warn(odd);
         session.warn(simulation->warnings());
-        const Plan plan = make_plan(scene, simulation->plan(), simulation->obstacles());
+        const Plan plan = make_plan(scene, simulation->plan(), simulation->obstacles(),
+                                    simulation->linear_plan());
         session.print(session.json ? plan_json(plan) : plan_text(plan));
     });
 }

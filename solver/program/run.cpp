@@ -1,8 +1,10 @@
 // amontons run SCENE: the scene from its file to results, plots and a picture.
 
 #include "mesh/base/file.hpp"
+#include "mesh/base/memory.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/fclib_file.hpp"
+#include "solver/large/large_matrix.hpp"
 #include "solver/module.hpp"
 #include "solver/output/plot.hpp"
 #include "solver/output/run_writer.hpp"
@@ -174,12 +176,18 @@ std::string table(const RunSummary& s, const Scene& scene, const std::string& di
 void run(RunArguments& arguments, Session& session)
 {
     const Stopwatch watch;
+    ParallelRun parallel; // outlives the simulation
+    if (parallel.served()) {
+        session.quiet = true;
+        return;
+    }
     settle(arguments.scene);
     Scene scene = read_scene(arguments.scene.scene, arguments.scene.overrides);
     const std::vector<DepthLine> depth_lines = place_introducers(scene);
     std::vector<Issue> odd;
     std::vector<Obstacle> obstacles = build_obstacles(scene, &odd);
     const double read_seconds = watch.seconds();
+    const double read_memory = peak_memory_so_far();
     session.detail(fmt::format("read in {:.3f} s", read_seconds));
     std::atomic<bool>& stop = stop_on_interrupt();
     const SimulationOptions how{arguments.cache, arguments.threads};
@@ -193,6 +201,7 @@ void run(RunArguments& arguments, Session& session)
     session.warn(odd);
     session.warn(simulation.warnings());
     const double offline_seconds = watch.seconds() - read_seconds;
+    const double bodies_memory = peak_memory_so_far();
 
     RunWriterOptions options;
     options.name = run_name(scene.file);
@@ -224,6 +233,11 @@ void run(RunArguments& arguments, Session& session)
     progress.end();
     for (const std::string& m : simulation.messages())
         session.detail(m);
+    summary.memory.read = read_memory;
+    summary.memory.bodies = bodies_memory;
+    summary.memory.offline = std::max(summary.memory.offline, bodies_memory);
+    summary.memory.steps = peak_memory_so_far();
+    summary.memory.all_ranks = parallel_peak_memory();
     summary.seconds.read += read_seconds;
     summary.seconds.offline += offline_seconds;
     summary.seconds.total = watch.seconds();

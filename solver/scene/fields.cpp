@@ -341,6 +341,20 @@ ObjectDeclaration declare_accuracy()
             defaults_of<A>()};
 }
 
+ObjectDeclaration declare_solver()
+{
+    using S = SolverInput;
+    return {"Solver",
+            {choice({"auto", "direct", "iterative", "distributed"},
+                    text<&S::linear>("linear", "How the linear systems of solids are solved: by a "
+                                               "factor, by iterations on this machine, or on all "
+                                               "ranks of mpirun. `amontons check` says what each "
+                                               "would cost and which is taken."))},
+            "",
+            {},
+            defaults_of<S>()};
+}
+
 ObjectDeclaration declare_output()
 {
     using O = OutputInput;
@@ -384,6 +398,7 @@ const ObjectDeclaration& scene_declaration()
     static const ObjectDeclaration coupling = declare_coupling();
     static const ObjectDeclaration time = declare_time();
     static const ObjectDeclaration accuracy = declare_accuracy();
+    static const ObjectDeclaration solver = declare_solver();
     static const ObjectDeclaration output = declare_output();
     static const ObjectDeclaration haptic = declare_haptic();
     Allowed first_schema;
@@ -398,6 +413,7 @@ const ObjectDeclaration& scene_declaration()
          field<&Scene::gravity>("gravity", "m/s^2", kAny, "Acts where there is mass."),
          required(object<&Scene::time>("time", time, "Steps and end.")),
          object<&Scene::accuracy>("accuracy", accuracy, "How exact the result must be."),
+         object<&Scene::solver>("solver", solver, "Ways to the result, which do not change it."),
          object<&Scene::output>("output", output, "What is written."),
          object<&Scene::haptic>("haptic", haptic, "What a hand holds, for amontons haptic.")},
         "",

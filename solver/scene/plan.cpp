@@ -34,9 +34,11 @@ bool is_vtp(const ObstacleInput& o)
 } // namespace
 
 Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
-               const std::vector<Obstacle>& obstacles)
+               const std::vector<Obstacle>& obstacles, const LinearPlan& linear)
 {
     Plan plan;
+    plan.linear = linear;
+    const bool direct = linear.taken.empty() || linear.taken == "direct";
     plan.bodies = bodies;
     bool friction = false;
     for (const ContactLaw& law : scene.contact) {
@@ -87,7 +89,8 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
         plan.uses.push_back("corotational solids, Newton with their exact tangent");
     if (any_solid("hyperelastic"))
         plan.uses.push_back("hyperelastic solids, Newton with their exact tangent");
-    if (solids) plan.uses.push_back("CHOLMOD's supernodal Cholesky factor, nodes in METIS's order");
+    if (solids && direct)
+        plan.uses.push_back("CHOLMOD's supernodal Cholesky factor, nodes in METIS's order");
     if (rigids) plan.uses.push_back("rigid bodies, angular momentum as their state");
     if (!scene.couplings.empty()) plan.uses.push_back("joints and springs as rows of the problem");
     plan.uses.push_back(dynamic ? "implicit dynamic steps" : "quasi-static steps");
@@ -113,7 +116,7 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
         plan.uses.push_back("walls in closed form");
     if (any(is_sampled)) plan.uses.push_back("walls as sampled signed distances");
 
-    const auto leave = [&](bool out, const char* what, const char* why) {
+    const auto leave = [&](bool out, const char* what, const std::string& why) {
         if (out) plan.leaves_out.push_back({what, why});
     };
     const bool vtp = any(is_vtp);
@@ -135,8 +138,16 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
     leave(!scene.rods.empty(), "couplings of rods, contact of rods with solids",
           "cannot be solved yet");
     leave(!rigids, "rigid bodies that move", "none in the scene");
+    if (!direct)
+        plan.uses.push_back("module petsc: Krylov's methods with algebraic multigrid" +
+                            std::string(linear.taken == "distributed" ? ", on all ranks" : "") +
+                            "; contact by Newton's method without W");
     leave(!solids, "CHOLMOD", "no solid body");
-    leave(true, "PETSc, MPI", "no large solid body");
+    leave(solids && !direct, "CHOLMOD", "no factor is made");
+    leave(direct, "PETSc, MPI",
+          !solids                  ? "no solid body"
+          : linear.asked == "auto" ? "solids are solved by factors, " + linear.why
+                                   : "factors are asked for");
     leave(true, "CGAL", "nothing is to be meshed");
     leave(beams,
           scene.beams.size() > 1
@@ -147,15 +158,18 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
 
     plan.memory = kProgram;
     for (const BodyPlan& b : bodies)
-        plan.memory += b.kind == "solid"   ? kPerSolidUnknown * b.unknowns
-                       : b.kind == "rigid" ? kPerRigid
-                                           : kPerUnknown * b.unknowns;
+        plan.memory += b.kind == "solid" && !linear.paths.empty() ? 0
+                       : b.kind == "solid"                        ? kPerSolidUnknown * b.unknowns
+                       : b.kind == "rigid"                        ? kPerRigid
+                                                                  : kPerUnknown * b.unknowns;
+    if (const LinearPath* taken = linear.path(linear.taken)) plan.memory += taken->memory;
     for (const Obstacle& o : obstacles)
         plan.memory += kPerTriangle * static_cast<double>(o.model.surface.triangles.size());
     plan.memory += kSampledWall * static_cast<double>(std::count_if(
                                       scene.obstacles.begin(), scene.obstacles.end(), is_sampled));
     if (!beams) {
         plan.path = !scene.rods.empty() ? "free motion of each body, Newton's method on the rods"
+                    : solids && !direct ? "no free motion of its own"
                     : solids            ? "free motion of each body"
                                         : "free motion of the rigid bodies";
         if (!scene.contact.empty() || !scene.couplings.empty())

@@ -22,12 +22,14 @@ struct Plan {
     std::vector<std::string> uses;
     std::vector<LeftOut> leaves_out;
     double memory = 0; ///< predicted peak [bytes]
+    LinearPlan linear; ///< of the solids' systems; no paths without solids
     std::string path;  ///< how a step is solved
 };
 
 /// @param bodies     Simulation::plan()
 /// @param obstacles  Simulation::obstacles(): their size counts for the memory
+/// @param linear     Simulation::linear_plan()
 Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
-               const std::vector<Obstacle>& obstacles);
+               const std::vector<Obstacle>& obstacles, const LinearPlan& linear = {});
 
 } // namespace amontons

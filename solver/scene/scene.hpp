@@ -328,6 +328,11 @@ struct AccuracyInput {
     std::string solver = "auto"; ///< of the contact problem: see contact/options.hpp
 };
 
+struct SolverInput {
+    /// Of the linear systems of solids: "auto" | "direct" | "iterative" | "distributed"
+    std::string linear = "auto";
+};
+
 struct OutputInput {
     int every = 10;         ///< steps between two written frames
     double cluster = 0.005; ///< contact forces are summed over this length of wire [m]
@@ -373,6 +378,7 @@ struct Scene {
     Vec3 gravity = Vec3::Zero(); ///< [m/s^2]; acts where there is mass
     TimeInput time;
     AccuracyInput accuracy;
+    SolverInput solver;
     OutputInput output;
     HapticInput haptic;
 };

@@ -1,5 +1,6 @@
 #include "solver/solid/assembly.hpp"
 
+#include "mesh/base/threads.hpp"
 #include "solver/solid/face_load.hpp"
 
 #include <algorithm>
@@ -7,6 +8,9 @@
 
 namespace amontons {
 namespace {
+
+constexpr std::size_t kManyNodes = 5000; // from here on threads pay in a product
+constexpr std::size_t kAtATime = 1024;   // elements whose matrices wait to be added: 7 MB
 
 const SolidMaterial& material_of(std::span<const SolidMaterial> materials, std::int32_t element)
 {
@@ -105,6 +109,13 @@ SparseMatrix zero_matrix(const SolidPattern& pattern)
     return A;
 }
 
+void clear(const SolidPattern& pattern, SparseMatrix& matrix)
+{
+    AMONTONS_ASSERT(matrix.isCompressed() &&
+                    std::size_t(matrix.nonZeros()) == 9 * pattern.neighbour.size());
+    matrix.coeffs().setZero();
+}
+
 ElementPlaces places_of(const VolumeMesh& mesh, std::span<const std::int32_t> nodes)
 {
     ElementPlaces X(3, Eigen::Index(nodes.size()));
@@ -132,51 +143,84 @@ void add_element(const SolidPattern& pattern, std::size_t& at, std::span<const s
 }
 
 Eigen::VectorXd symmetric_times(const SolidPattern& pattern, const SparseMatrix& A,
-                                const Eigen::VectorXd& x)
+                                const Eigen::VectorXd& x, int threads)
 {
     AMONTONS_ASSERT(std::size_t(A.nonZeros()) == 9 * pattern.neighbour.size() &&
                     A.cols() == x.size());
     Eigen::VectorXd y(x.size());
-    std::vector<double> near; // x of a node's neighbours
-    const double* value = A.valuePtr();
-    for (std::size_t node = 0; node + 1 < pattern.start.size(); ++node) {
-        const std::int32_t first = pattern.start[node], last = pattern.start[node + 1];
-        const Eigen::Index height = 3 * Eigen::Index(last - first);
-        if (near.size() < std::size_t(height)) near.resize(std::size_t(height));
-        double* to = near.data();
-        for (std::int32_t k = first; k < last; ++k, to += 3)
-            std::copy_n(x.data() + 3 * std::ptrdiff_t(pattern.neighbour[std::size_t(k)]), 3, to);
-        Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>> block(value, height, 3);
-        y.segment<3>(3 * Eigen::Index(node)).noalias() =
-            block.transpose() * Eigen::Map<const Eigen::VectorXd>(near.data(), height);
-        value += 3 * height;
-    }
+    const std::size_t nodes = pattern.start.size() - 1;
+    share_out(nodes < kManyNodes ? 1 : threads, nodes, [&](std::size_t begin, std::size_t end) {
+        std::vector<double> near; // x of a node's neighbours
+        const double* value = A.valuePtr() + 9 * std::ptrdiff_t(pattern.start[begin]);
+        for (std::size_t node = begin; node < end; ++node) {
+            const std::int32_t first = pattern.start[node], last = pattern.start[node + 1];
+            const Eigen::Index height = 3 * Eigen::Index(last - first);
+            if (near.size() < std::size_t(height)) near.resize(std::size_t(height));
+            double* to = near.data();
+            for (std::int32_t k = first; k < last; ++k, to += 3)
+                std::copy_n(x.data() + 3 * std::ptrdiff_t(pattern.neighbour[std::size_t(k)]), 3,
+                            to);
+            Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>> block(value, height, 3);
+            y.segment<3>(3 * Eigen::Index(node)).noalias() =
+                block.transpose() * Eigen::Map<const Eigen::VectorXd>(near.data(), height);
+            value += 3 * height;
+        }
+    });
     return y;
 }
 
+namespace {
+
+/// assemble() with the elements' matrices made by several threads, some at a time, and added in the
+/// elements' order: the same to the last bit for any number of threads.
+/// @param block  may be called by several threads at once
+template <class Block>
+void assemble_side_by_side(const VolumeMesh& mesh, const SolidPattern& pattern, Block block,
+                           SparseMatrix& matrix, int threads)
+{
+    if (threads <= 1) return assemble(mesh, pattern, block, matrix);
+    clear(pattern, matrix);
+    std::vector<ElementMatrix> made(kAtATime);
+    std::size_t at = 0;
+    std::int32_t number = 0;
+    for (const ElementBlock& b : mesh.blocks)
+        for (std::size_t first = 0; first < b.size(); first += kAtATime) {
+            const std::size_t count = std::min(kAtATime, b.size() - first);
+            share_out(threads, count, [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i)
+                    block(number + std::int32_t(i), b.kind, b.element(first + i), made[i]);
+            });
+            for (std::size_t i = 0; i < count; ++i)
+                add_element(pattern, at, b.element(first + i), made[i], matrix.valuePtr());
+            number += std::int32_t(count);
+        }
+}
+
+} // namespace
+
 void assemble_stiffness(const VolumeMesh& mesh, const SolidPattern& pattern,
-                        std::span<const SolidMaterial> materials, SparseMatrix& K)
+                        std::span<const SolidMaterial> materials, SparseMatrix& K, int threads)
 {
     check_materials(mesh, materials);
-    assemble(
+    assemble_side_by_side(
         mesh, pattern,
         [&](std::int32_t number, ElementKind kind, std::span<const std::int32_t> nodes,
             ElementMatrix& block) {
             solid_stiffness(kind, places_of(mesh, nodes),
                             elasticity_matrix(material_of(materials, number)), block);
         },
-        K);
+        K, threads);
 }
 
 void assemble_mass(const VolumeMesh& mesh, const SolidPattern& pattern,
-                   std::span<const SolidMaterial> materials, SparseMatrix& M)
+                   std::span<const SolidMaterial> materials, SparseMatrix& M, int threads)
 {
     check_materials(mesh, materials);
-    ElementMatrix scalar;
-    assemble(
+    assemble_side_by_side(
         mesh, pattern,
         [&](std::int32_t number, ElementKind kind, std::span<const std::int32_t> nodes,
             ElementMatrix& block) {
+            ElementMatrix scalar;
             solid_mass(kind, places_of(mesh, nodes), material_of(materials, number).density,
                        scalar);
             block.setZero(3 * scalar.rows(), 3 * scalar.cols());
@@ -184,7 +228,7 @@ void assemble_mass(const VolumeMesh& mesh, const SolidPattern& pattern,
                 for (Eigen::Index i = 0; i < scalar.rows(); ++i)
                     block.block<3, 3>(3 * i, 3 * j).diagonal().setConstant(scalar(i, j));
         },
-        M);
+        M, threads);
 }
 
 Eigen::VectorXd assemble_lumped_mass(const VolumeMesh& mesh,

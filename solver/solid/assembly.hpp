@@ -28,6 +28,8 @@ using SparseMatrix = Eigen::SparseMatrix<double>;
 
 /// 3 nodes x 3 nodes, all entries of the pattern present and 0.
 SparseMatrix zero_matrix(const SolidPattern& pattern);
+/// The same of a matrix that was made by it.
+void clear(const SolidPattern& pattern, SparseMatrix& matrix);
 
 /// An element's places in the mesh.
 using ElementPlaces = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostSolidNodes>;
@@ -47,9 +49,7 @@ template <class Block>
 void assemble(const VolumeMesh& mesh, const SolidPattern& pattern, Block block,
               SparseMatrix& matrix)
 {
-    AMONTONS_ASSERT(matrix.isCompressed() &&
-                    std::size_t(matrix.nonZeros()) == 9 * pattern.neighbour.size());
-    matrix.coeffs().setZero();
+    clear(pattern, matrix);
     ElementMatrix K;
     std::size_t at = 0;
     for_each_element(
@@ -60,18 +60,18 @@ void assemble(const VolumeMesh& mesh, const SolidPattern& pattern, Block block,
 }
 
 /// A x of a symmetric matrix made by zero_matrix: column by column, so that products are of
-/// numbers that lie side by side.
+/// numbers that lie side by side. Here and below: the same to the last bit for any `threads`.
 Eigen::VectorXd symmetric_times(const SolidPattern& pattern, const SparseMatrix& A,
-                                const Eigen::VectorXd& x);
+                                const Eigen::VectorXd& x, int threads = 1);
 
 /// Stiffness matrix [N/m].
 /// @param materials  one for all elements, or one of each
 void assemble_stiffness(const VolumeMesh& mesh, const SolidPattern& pattern,
-                        std::span<const SolidMaterial> materials, SparseMatrix& K);
+                        std::span<const SolidMaterial> materials, SparseMatrix& K, int threads = 1);
 
 /// Consistent mass matrix [kg].
 void assemble_mass(const VolumeMesh& mesh, const SolidPattern& pattern,
-                   std::span<const SolidMaterial> materials, SparseMatrix& M);
+                   std::span<const SolidMaterial> materials, SparseMatrix& M, int threads = 1);
 
 /// Lumped masses, one of each degree of freedom: 3 nodes [kg]; 0 at nodes of no element.
 Eigen::VectorXd assemble_lumped_mass(const VolumeMesh& mesh,

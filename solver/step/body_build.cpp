@@ -13,6 +13,7 @@
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
+#include "solver/large/large_matrix.hpp"
 #include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/step/deep_overlap.hpp"
@@ -199,6 +200,90 @@ VolumeMesh build_mesh(const MeshInput& m, const Scene& scene, std::vector<Issue>
     return std::move(file.mesh);
 }
 
+constexpr double kMemoryShare = 0.95;      // of what is free
+constexpr double kTouchingShare = 1.0 / 6; // of an outside: contacts that act at once, about
+
+/// A generated mesh that alone would take more memory than there is: refused before it does.
+void refuse_mesh(const SolidInput& input, const Scene& scene, std::vector<Issue>& issues)
+{
+    const MeshInput& m = input.mesh;
+    double cells = 0;
+    if (m.generate == "box") cells = m.cells.prod();
+    if (m.generate == "ball") cells = std::pow(m.around, 3);
+    if (m.generate == "cylinder") cells = double(m.around) * m.around * m.along;
+    if (m.generate == "tube") cells = double(m.around) * m.through * m.along;
+    const double nodes = m.element == "T10" ? 8 * cells : cells;
+    const double need = mesh_memory(nodes, m.element == "H8" ? cells : 6 * cells),
+                 free = available_memory();
+    if (need > kMemoryShare * free)
+        issues.push_back({scene.file, "/bodies/" + input.name + "/mesh",
+                          fmt::format("about {:.3g} nodes: {:.3g} GB of memory by prediction, "
+                                      "{:.3g} GB are free",
+                                      nodes, need / 1e9, free / 1e9),
+                          "fewer cells"});
+}
+
+/// Whether every axis is prescribed somewhere. What is left free all the same (three nodes in a
+/// row) shows when the body is made.
+bool seems_held(const SolidInput& input)
+{
+    bool axis[3] = {false, false, false};
+    for (const HoldInput& h : input.hold) {
+        const bool all = h.x.empty() && h.y.empty() && h.z.empty();
+        axis[0] |= all || !h.x.empty();
+        axis[1] |= all || !h.y.empty();
+        axis[2] |= all || !h.z.empty();
+    }
+    return axis[0] && axis[1] && axis[2];
+}
+
+/// Whether a body of that name (or, for "*", some other one than `but`) moves under contact.
+bool gives_way(const Scene& scene, const std::string& name, const std::string& but)
+{
+    const auto meant = [&](const std::string& other) {
+        return name == "*" ? other != but : other == name;
+    };
+    return std::ranges::any_of(scene.solids, [&](const SolidInput& s) { return meant(s.name); }) ||
+           std::ranges::any_of(
+               scene.rigids, [&](const RigidInput& r) { return meant(r.name) && !r.drive.given; });
+}
+
+/// What the ways to solve the linear systems cost, and which is taken.
+LinearPlan choose_linear(const Scene& scene, const std::vector<VolumeMesh>& meshes,
+                         const std::vector<std::vector<char>>& touching, bool all)
+{
+    if (meshes.empty()) return {};
+    std::vector<SolidSize> sizes;
+    double friction = 0;
+    for (const ContactLaw& law : scene.contact)
+        friction = std::max(friction, law.friction);
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        const SolidInput& input = scene.solids[i];
+        SolidSize s;
+        s.name = input.name;
+        s.mesh = &meshes[i];
+        s.rows = kTouchingShare * (friction > 0 ? 3 : 1) *
+                 double(std::count(touching[i].begin(), touching[i].end(), char(1)));
+        s.friction = friction > 0;
+        // What gives way on both sides, or joints, need W.
+        s.columns = !scene.couplings.empty();
+        for (const ContactLaw& law : scene.contact)
+            for (std::size_t side = 0; side < 2; ++side)
+                if (law.between[side] == input.name || law.between[side] == "*")
+                    s.columns |= gives_way(scene, law.between[1 - side], input.name);
+        if (scene.haptic.given)
+            s.only_direct = "a hand holds a body: its operator is condensed by factors";
+        else if (input.motion != "linear" || is_hyperelastic(input))
+            s.only_direct = input.name + " is not linear: its matrix changes in every iteration";
+        else if (scene.time.kind != "dynamic" && !seems_held(input))
+            s.only_direct = input.name + " is held by its contacts alone";
+        sizes.push_back(std::move(s));
+    }
+    const double steps = scene.time.step > 0 ? std::ceil(scene.time.end / scene.time.step) : 1;
+    return plan_linear(sizes, scene.solver.linear, scene.time.kind == "dynamic", steps,
+                       parallel_ranks(), all);
+}
+
 } // namespace
 
 std::vector<ContactLaw> written_out(const Scene& scene)
@@ -250,7 +335,7 @@ TimeRule time_rule(const TimeInput& time)
 }
 
 std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<Obstacle>& obstacles,
-                                         std::vector<Issue>& warnings)
+                                         std::vector<Issue>& warnings, bool refuse)
 {
     std::vector<Issue> issues;
     const std::vector<ContactLaw> laws = written_out(scene);
@@ -265,6 +350,8 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     for (std::size_t i = 0; i < scene.solids.size(); ++i) {
         const SolidInput& input = scene.solids[i];
         const std::string place = "/bodies/" + input.name + "/mesh";
+        refuse_mesh(input, scene, issues);
+        if (!issues.empty()) continue;
         try {
             meshes[i] = build_mesh(input.mesh, scene, warnings);
             const std::string file =
@@ -313,14 +400,22 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         }
     }
 
+    system->linear = choose_linear(scene, meshes, touching, !refuse);
+    if (refuse && !system->linear.refusal.empty()) {
+        issues.push_back({scene.file, "/solver/linear", system->linear.refusal,
+                          "a way that is possible and fits (amontons check says what each costs)"});
+        throw InputError(std::move(issues));
+    }
+    const bool iterative = !meshes.empty() && system->linear.taken != "direct";
+
     for (const std::string& name : scene.order) {
         if (const int i = solid_index(name); i >= 0) {
             const SolidInput& input = scene.solids[std::size_t(i)];
             const bool small = all_pairs[std::size_t(i)] > 0 &&
                                all_pairs[std::size_t(i)] == small_pairs[std::size_t(i)];
             try {
-                const bool condensed = scene.time.kind != "dynamic" && input.motion == "linear" &&
-                                       !is_hyperelastic(input) &&
+                const bool condensed = !iterative && scene.time.kind != "dynamic" &&
+                                       input.motion == "linear" && !is_hyperelastic(input) &&
                                        scene.couplings.empty(); // they may hold nodes inside
                 const auto make = [&]<class Solid>() -> std::unique_ptr<SolidBody> {
                     return std::make_unique<Solid>(input, std::move(meshes[std::size_t(i)]), small,
@@ -328,6 +423,12 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                 };
                 std::unique_ptr<SolidBody> body =
                     condensed ? make.operator()<CondensedSolid>() : make.operator()<SolidBody>();
+                if (iterative) body->iterate(system->linear.taken == "distributed");
+                if (iterative && scene.time.kind != "dynamic" && !body->free_motions().empty())
+                    issues.push_back({scene.file, "/solver/linear",
+                                      quoted_text(system->linear.taken) + ", and " + name +
+                                          " is free in its " + body->free_motions().front(),
+                                      "\"direct\" where contacts alone hold a body"});
                 system->refs.push_back({body.get(), nullptr, body.get(), name});
                 system->bodies.push_back(std::move(body));
             } catch (const InputError& error) {

@@ -8,9 +8,10 @@ namespace amontons {
 /// Makes the solids and rigid bodies of a scene, its pairs and its couplings.
 /// @param obstacles  outlive the result
 /// @param warnings   gets what may be meant otherwise (slivers, millimetres)
+/// @param refuse     where no way to solve the linear systems fits into the memory
 /// @throws InputError  with all Issues of all bodies
 std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<Obstacle>& obstacles,
-                                         std::vector<Issue>& warnings);
+                                         std::vector<Issue>& warnings, bool refuse = true);
 
 /// The contact laws of a scene with "*" written out; pairs that are named stay as they are.
 std::vector<ContactLaw> written_out(const Scene& scene);

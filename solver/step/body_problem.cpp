@@ -2,6 +2,7 @@
 
 #include "contact/solve.hpp"
 #include "mesh/base/phase_timer.hpp"
+#include "solver/body/solid_body.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -338,6 +339,12 @@ bool BodyStepper::solve()
     for (int c = 0; c < n; ++c)
         all_.chosen[std::size_t(c)] = c;
     make_rows(contacts(), all_);
+    if (goes_without_W()) return solve_without_W();
+    for (std::size_t b = 0; b < bodies(); ++b)
+        if (SolidBody* solid = system_.refs[b].solid; solid && solid->iterative()) {
+            solid->find_free_change();
+            free_[b] = solid->free_change();
+        }
     Eigen::VectorXd u = values(all_);
     add_motion(all_, free_, u);
     double size = 0;
@@ -416,6 +423,14 @@ bool BodyStepper::solve()
         }
     }
 
+    take_answer(u);
+    return finish_iteration();
+}
+
+/// Forces, motions and certificate of the contacts in rows_. @param u  of all_, reached
+void BodyStepper::take_answer(const Eigen::VectorXd& u)
+{
+    const int n_contacts = int(list_.contact.size());
     force_.clear();
     motion_.clear();
     for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
@@ -443,6 +458,11 @@ bool BodyStepper::solve()
             reached[rows_.first[i]] += give_of(std::size_t(c)) * r_[rows_.first[i]];
         }
     certify_rows(reached);
+}
+
+/// The iterate moves by what was found.
+bool BodyStepper::finish_iteration()
+{
     if (goes_astray()) return false;
     relax();
     for (std::size_t b = 0; b < bodies(); ++b) {

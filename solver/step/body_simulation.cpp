@@ -1,6 +1,7 @@
 #include "solver/step/body_simulation.hpp"
 
 #include "mesh/base/curve.hpp"
+#include "mesh/base/memory.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
@@ -112,6 +113,7 @@ void BodySimulation::State::make_ready()
             solids.push_back(b.solid);
         }
     summary.seconds.offline += watch.seconds();
+    summary.memory.offline = peak_memory_so_far();
 }
 
 /// One step; either all bodies move or none.
@@ -250,7 +252,9 @@ BodySimulation::BodySimulation(const Scene& scene, std::vector<Obstacle> obstacl
     s.options = options;
     s.step_length = scene.time.step;
     s.path_length = scene.time.path;
-    s.system = build_bodies(s.scene, s.obstacles, s.warnings);
+    s.system = build_bodies(s.scene, s.obstacles, s.warnings, options.refuse);
+    for (const BodyRef& b : s.system->refs)
+        if (b.solid) b.solid->use_threads(options.threads);
     s.curves = curves_of(s.scene);
 }
 
@@ -350,6 +354,11 @@ std::vector<BodyPlan> BodySimulation::plan() const
     return plan;
 }
 
+LinearPlan BodySimulation::linear_plan() const
+{
+    return state_->system->linear;
+}
+
 std::vector<double> BodySimulation::max_contact_force(std::size_t obstacle) const
 {
     return std::vector<double>(state_->obstacles[obstacle].model.surface.points.size(), 0);
@@ -368,7 +377,7 @@ std::vector<std::string> BodySimulation::messages() const
 std::vector<RecordedProblem> BodySimulation::contact_problems() const
 {
     const BodyStepReport& r = state_->last;
-    if (r.recorded.mu.size() == 0) return {};
+    if (r.recorded.mu.size() == 0 || r.recorded.W.is_matrix_free()) return {};
     RecordedProblem p;
     if (r.recorded.W.rows() > 0) {
         p.problem = r.recorded;

@@ -15,6 +15,7 @@ public:
     RunSummary run(StepObserver& observer, const std::atomic<bool>& stop) override;
     const std::vector<Obstacle>& obstacles() const override;
     std::vector<BodyPlan> plan() const override;
+    LinearPlan linear_plan() const override;
     std::vector<double> max_contact_force(std::size_t obstacle) const override;
     std::vector<RecordedProblem> contact_problems() const override;
     std::vector<BodyRecord> body_records() const override;

@@ -2,6 +2,7 @@
 
 #include "contact/options.hpp"
 #include "contact/solution.hpp"
+#include "solver/large/linear_plan.hpp"
 #include "solver/step/body_contacts.hpp"
 #include "solver/step/couplings.hpp"
 
@@ -28,6 +29,8 @@ struct BodySystem {
     };
     std::map<Key, Vec3> warm;        ///< forces of the last step, in space [N or N s]
     std::map<Key, bool> warm_sticks; ///< of rods' contacts
+    LinearPlan linear;
+    std::vector<double> mean_give; ///< of large solids: see LargeContactSolution
 };
 
 struct BodyStepOptions {

@@ -43,6 +43,10 @@ private:
     bool solve();
     void assemble();
     bool solve_with_modes();
+    bool goes_without_W() const;
+    bool solve_without_W();
+    void take_answer(const Eigen::VectorXd& u);
+    bool finish_iteration();
     ContactSolution solve_contact(const SolverOptions& options) const;
     Eigen::VectorXd warm_start() const;
     Eigen::VectorXd values(const Rows& rows) const;

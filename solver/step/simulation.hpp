@@ -3,6 +3,7 @@
 #include "mesh/base/error.hpp"
 #include "mesh/volume_mesh.hpp"
 #include "mesh/wall.hpp"
+#include "solver/large/linear_plan.hpp"
 #include "solver/output/step_record.hpp"
 #include "solver/scene/scene.hpp"
 
@@ -58,6 +59,9 @@ public:
     virtual const std::vector<Obstacle>& obstacles() const = 0;
     virtual std::vector<BodyPlan> plan() const = 0;
 
+    /// How the linear systems of solids are solved, and what each way costs.
+    virtual LinearPlan linear_plan() const { return {}; }
+
     /// Largest contact force seen on each vertex of an obstacle's surface [N].
     virtual std::vector<double> max_contact_force(std::size_t obstacle) const = 0;
 
@@ -81,8 +85,9 @@ public:
 
 /// How a scene is solved, beside what it says itself.
 struct SimulationOptions {
-    std::string cache; ///< folder of factors; "": none
-    int threads = 1;   ///< of the contact solver
+    std::string cache;  ///< folder of factors; "": none
+    int threads = 1;    ///< of the contact solver
+    bool refuse = true; ///< where the memory does not suffice; else linear_plan() says so
 };
 
 /// @throws InputError  if a body cannot be made as the scene says (e.g. the wire starts inside a

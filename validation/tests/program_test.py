@@ -423,6 +423,21 @@ class Output(Case):
         self.assertEqual(steps_of(self.folder / "one/history.csv"),
                          steps_of(self.folder / "two/history.csv"))
 
+    @unittest.skipIf(STUB, "the stub has no bodies")
+    def test_threads_of_solids(self):
+        scene = ROOT / "examples/first_block/scene.json"
+        histories = []
+        for threads in (1, 2, 3):
+            result = subprocess.run(
+                [PROGRAM, "run", str(scene), "--output", f"threads{threads}", "--threads", str(threads), "--set",
+                 "time.end=0.02", "--set", "output.picture=false", "--set", "output.plots=false"],
+                cwd=self.folder, capture_output=True, text=True)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            histories.append(steps_of(self.folder / f"threads{threads}/history.csv"))
+        self.assertGreater(len(histories[0]), 5)
+        self.assertEqual(histories[0], histories[1])
+        self.assertEqual(histories[0], histories[2])
+
     def test_quiet(self):
         result = self.run_to("out", "--quiet")
         self.assertEqual((result.returncode, result.stdout, result.stderr), (0, "", ""))

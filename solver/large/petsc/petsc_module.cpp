@@ -164,6 +164,9 @@ void set_up_solver(LargeSolid& s)
     check(PCGAMGSetNSmooths(pc, 1));
     // Contacts change the matrix near them only: interpolation stays, coarse matrices follow.
     check(PCGAMGSetReuseInterpolation(pc, PETSC_TRUE));
+    // So do the bounds of eigenvalues that relaxation needs: GAMG's own are of the first matrix,
+    // and with the stiff blocks of contacts a cycle by them is indefinite.
+    check(PCGAMGSetUseSAEstEig(pc, PETSC_FALSE));
     check(PCSetFromOptions(pc));
 }
 
@@ -203,6 +206,19 @@ void make(const Part& part, LargeSolid& s)
     set_up_solver(s);
 }
 
+/// CG, or GMRES.
+void set_method(LargeSolid& s, bool symmetric)
+{
+    check(KSPSetType(s.solver, symmetric ? KSPCG : KSPGMRES));
+    if (!symmetric) {
+        check(KSPGMRESSetRestart(s.solver, kRestart));
+        check(KSPSetPCSide(s.solver, PC_RIGHT)); // its residual is that of the equation
+    } else {
+        check(KSPSetPCSide(s.solver, PC_LEFT));
+    }
+    check(KSPSetNormType(s.solver, KSP_NORM_UNPRECONDITIONED));
+}
+
 /// @param node   2 new numbers of each block, of all ranks
 void add_blocks(LargeSolid& s, const std::vector<std::int32_t>& node,
                 const std::vector<double>& value, bool symmetric, bool renew)
@@ -228,14 +244,7 @@ void add_blocks(LargeSolid& s, const std::vector<std::int32_t>& node,
     check(MatSetOption(s.A, MAT_SYMMETRIC, symmetric ? PETSC_TRUE : PETSC_FALSE));
     check(MatSetOption(s.A, MAT_SPD, symmetric ? PETSC_TRUE : PETSC_FALSE));
     check(KSPSetOperators(s.solver, s.A, s.A));
-    check(KSPSetType(s.solver, symmetric ? KSPCG : KSPGMRES));
-    if (!symmetric) {
-        check(KSPGMRESSetRestart(s.solver, kRestart));
-        check(KSPSetPCSide(s.solver, PC_RIGHT)); // its residual is that of the equation
-    } else {
-        check(KSPSetPCSide(s.solver, PC_LEFT));
-    }
-    check(KSPSetNormType(s.solver, KSP_NORM_UNPRECONDITIONED));
+    set_method(s, symmetric);
     check(KSPSetReusePreconditioner(s.solver, renew ? PETSC_FALSE : PETSC_TRUE));
     check(KSPSetFromOptions(s.solver));
 }
@@ -273,15 +282,24 @@ void solve(LargeSolid& s, double tolerance, int most, int& iterations, double& r
     }
     relax_by_nodes(s);
     check(KSPSetTolerances(s.solver, tolerance, 0, 1e8, most));
-    check(KSPSolve(s.solver, s.f, s.y));
-    PetscInt count = 0;
-    check(KSPGetIterationNumber(s.solver, &count));
-    iterations = int(count);
-    double left = 0;
-    check(KSPGetResidualNorm(s.solver, &left));
-    reached = left / size;
     KSPConvergedReason reason{};
-    check(KSPGetConvergedReason(s.solver, &reason));
+    const auto run = [&] {
+        check(KSPSolve(s.solver, s.f, s.y));
+        PetscInt count = 0;
+        check(KSPGetIterationNumber(s.solver, &count));
+        iterations += int(count);
+        double left = 0;
+        check(KSPGetResidualNorm(s.solver, &left));
+        reached = left / size;
+        check(KSPGetConvergedReason(s.solver, &reason));
+    };
+    run();
+    // CG ends where a cycle of multigrid is not positive definite; GMRES does not ask for that.
+    if (reason == KSP_DIVERGED_INDEFINITE_PC || reason == KSP_DIVERGED_INDEFINITE_MAT) {
+        set_method(s, false);
+        run();
+        set_method(s, true);
+    }
     if (reason == KSP_DIVERGED_PC_FAILED)
         throw std::runtime_error("the multigrid preconditioner cannot be made");
 }

@@ -48,14 +48,14 @@ TEST_CASE(
     solids[0].name = "block";
     solids[0].mesh = &small;
     solids[0].rows = 30;
-    LinearPlan plan = plan_linear(solids, "automatic", false, 10, 1, false);
+    LinearPlan plan = plan_linear(solids, "auto", false, 10, 1, false);
     CHECK(plan.taken == "direct");
     CHECK(plan.refusal.empty());
     CHECK_FALSE(plan.path("distributed")->possible);
     solids[0].mesh = &large;
     for (const bool held : {true, false}) {
         solids[0].only_direct = held ? "" : "block is held by its contacts alone";
-        plan = plan_linear(solids, "automatic", false, 1, 1, false);
+        plan = plan_linear(solids, "auto", false, 1, 1, false);
         const LinearPath &direct = *plan.path("direct"), &iterative = *plan.path("iterative");
         CHECK(direct.memory > iterative.memory);
         CHECK(

@@ -257,8 +257,42 @@ TEST_CASE("nodes of no element are fixed, faults of the caller are refused")
     CHECK_THROWS_AS(make_free_dofs(pattern, {&outside, 1}), std::logic_error);
     SparseMatrix K = zero_matrix(pattern), other(3, 3);
     const SolidMaterial material{1, 0.3, 0};
-    CHECK_THROWS_AS(assemble_stiffness(mesh, pattern, {&material, 1}, other), std::logic_error);
-    CHECK_THROWS_AS(assemble_stiffness(mesh, pattern, {}, K), std::logic_error);
+    for (const int threads : {1, 2}) {
+        CHECK_THROWS_AS(assemble_stiffness(mesh, pattern, {&material, 1}, other, threads),
+                        std::logic_error);
+        CHECK_THROWS_AS(assemble_stiffness(mesh, pattern, {}, K, threads), std::logic_error);
+    }
     mesh.blocks[0].nodes[3] = 99;
     CHECK_THROWS_AS(make_pattern(mesh), std::logic_error);
+}
+
+TEST_CASE("one, two and three threads give the same matrices and products to the last bit")
+{
+    SolidBoxOptions options;
+    options.cells = {9, 9, 9};
+    for (const ElementKind kind : {ElementKind::T4, ElementKind::T10, ElementKind::H8}) {
+        options.kind = kind;
+        const VolumeMesh mesh = make_solid_box(options);
+        const SolidPattern pattern = make_pattern(mesh);
+        const SolidMaterial material{1e6, 0.3, 1000};
+        Eigen::VectorXd x(3 * Eigen::Index(mesh.nodes.size()));
+        for (Eigen::Index i = 0; i < x.size(); ++i)
+            x[i] = std::sin(double(i));
+        SparseMatrix K[3], M[3];
+        Eigen::VectorXd y[3];
+        for (int threads = 1; threads <= 3; ++threads) {
+            const int k = threads - 1;
+            K[k] = zero_matrix(pattern);
+            M[k] = zero_matrix(pattern);
+            assemble_stiffness(mesh, pattern, std::span(&material, 1), K[k], threads);
+            assemble_mass(mesh, pattern, std::span(&material, 1), M[k], threads);
+            y[k] = symmetric_times(pattern, K[k], x, threads);
+        }
+        CHECK(y[0].norm() > 0);
+        for (int k = 1; k < 3; ++k) {
+            CHECK((K[k].coeffs() == K[0].coeffs()).all());
+            CHECK((M[k].coeffs() == M[0].coeffs()).all());
+            CHECK((y[k].array() == y[0].array()).all());
+        }
+    }
 }
