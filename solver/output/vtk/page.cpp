@@ -47,8 +47,9 @@ View choose_view(const DrawnResult& result, Contacts& contacts)
     for (const Poly& wall : result.walls)
         box.include(wall);
     for (const Instant& instant : result.instants)
-        for (const Poly& wire : instant.wires)
-            box.include(wire);
+        for (const std::vector<Poly>* bodies : {&instant.wires, &instant.solids})
+            for (const Poly& body : *bodies)
+                box.include(body);
     Vec size{};
     for (std::size_t i = 0; i < 3; ++i)
         size[i] = std::max(0.0, box.high[i] - box.low[i]);

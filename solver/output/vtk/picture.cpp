@@ -85,6 +85,12 @@ vtkSmartPointer<vtkRenderer> panel(const Rectangle& rectangle, const DrawnResult
     auto renderer = renderer_of(rectangle);
     for (const Poly& wall : result.walls)
         renderer->AddActor(wall_actor(wall, view));
+    for (const Poly& solid : instant.solids) { // a wall that gives way
+        const auto faces = vtkSmartPointer<vtkPolyData>::New();
+        faces->ShallowCopy(solid);
+        faces->SetLines(nullptr);
+        renderer->AddActor(wall_actor(faces, view));
+    }
     const double thinnest = 0.5 * kThinnestWire * (large ? 1 : 0.7) * map.pixel;
     for (const Poly& wire : instant.wires)
         if (wire->GetNumberOfPoints() > 1) renderer->AddActor(wire_actor(wire, thinnest, scales));
