@@ -47,3 +47,9 @@ ship nodal_mortar
 "$(dirname "$program")/rod10_bench" turning > "$results/rod10_turning.csv"
 gnuplot -e "table='$results/rod10_turning.csv'; plot_file='$results/rod10_turning.svg'" \
     validation/studies/rod10-turning/plot.gp
+
+# a guidewire in an arch of rubber that is stiffer and stiffer, and in a rigid one
+validation/studies/soft-vessel/push.py "$program" examples/soft_vessel/scene.json "$work" \
+    "$results/soft_vessel_push.csv"
+gnuplot -e "table='$results/soft_vessel_push.csv'; plot_file='$results/soft_vessel_push.svg'" \
+    validation/studies/soft-vessel/plot.gp
