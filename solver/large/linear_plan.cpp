@@ -35,11 +35,14 @@ constexpr double kFactorRate = 30e9;       // operations of a factor [1/s]
 constexpr double kSolveRate = 1.2e9;       // entries of L in one solve [1/s]
 constexpr double kDenseRate = 8e9;         // of W and its Newton steps [1/s]
 constexpr double kAssembly = 4e-6;         // of an element [s]
-constexpr double kIteration = 1.1e-8;      // of Krylov with multigrid, of a coupling of nodes [s]
-constexpr double kIterations = 220;        // of a quasi-static step with contact
-constexpr double kDynamicIterations = 60;
-constexpr double kColumnIterations = 25;
-constexpr double kParallel = 0.85; // of each rank beyond the first
+// Of a quasi-static step with contact: of a coupling of nodes, and of an iteration that one solve
+// takes (of some 5 Newton steps, and the certificate's solves) [s].
+constexpr double kIterativeStep = 7.5e-7;
+constexpr double kDynamicShare = 0.27;   // of that: better conditioned
+constexpr double kColumnShare = 0.15;    // of that: a solve for a column of W
+constexpr double kIterations = 11;       // of one solve, where it was not tried
+constexpr double kTrialTolerance = 1e-3; // a Newton step's
+constexpr double kParallel = 0.85;       // of each rank beyond the first
 constexpr double kKibi = 1024;
 constexpr double kMemoryShare = 0.95; // of what is free: a process needs room to breathe
 /// Below, factors cost nothing to speak of, and so should their prediction.
@@ -91,6 +94,18 @@ std::vector<std::int32_t> one_dissection(const SolidPattern& pattern)
                      place.data()) != METIS_OK)
         throw std::bad_alloc();
     return {order.begin(), order.end()};
+}
+
+/// Iterations of one solve with multigrid: they depend on the mesh's grading, on its elements and
+/// on Poisson's ratio, from 8 to hundreds, and no formula of ours foretells them.
+/// @param most  more are not worth knowing
+int tried_iterations(const SolidSize& s, int most, bool on_all_ranks)
+{
+    LargeMatrix A(*s.mesh, make_pattern(*s.mesh), s.material, 0, 1, s.held, on_all_ranks);
+    Eigen::VectorXd f = Eigen::VectorXd::Ones(3 * Eigen::Index(s.mesh->nodes.size()));
+    for (const std::int32_t dof : s.held)
+        f[dof] = 0;
+    return A.solve(f, kTrialTolerance, most).iterations;
 }
 
 int ranks_on_this_machine(int ranks)
@@ -179,7 +194,8 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
         path.possible = false;
     };
     direct.memory = iterative.memory = kProgram;
-    double largest = 0; // memory while the largest factor is made counts once
+    double largest = 0;   // memory while the largest factor is made counts once
+    double iterating = 0; // of `iterative.seconds`: follows the iterations of one solve
     for (const SolidSize& s : solids) {
         const double nodes = double(s.mesh->nodes.size()),
                      elements = double(element_count(*s.mesh));
@@ -198,13 +214,13 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
                                            s.name, cost.entries));
         iterative.memory += mesh + kIterativeMatrices * matrix +
                             24 * nodes * (kVectors + (s.friction ? kKrylovVectors : 0));
-        iterative.seconds +=
-            2 * kAssembly * elements + (steps + 1) * (dynamic ? kDynamicIterations : kIterations) *
-                                           kIteration * cost.couplings;
+        const double step =
+            kIterativeStep * cost.couplings * (dynamic ? kDynamicShare : 1.0) * kIterations;
+        iterative.seconds += 2 * kAssembly * elements;
+        iterating += (steps + 1) * step;
         if (s.columns) {
             iterative.memory += dense;
-            iterative.seconds +=
-                (steps + 1) * s.rows * kColumnIterations * kIteration * cost.couplings;
+            iterating += (steps + 1) * s.rows * kColumnShare * step;
         }
         if (!s.only_direct.empty()) {
             impossible(iterative, s.only_direct);
@@ -222,12 +238,17 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
     const int all = std::max(ranks, 1), here = ranks_on_this_machine(all);
     distributed.memory = iterative.memory + (all - 1) * kOneRank;
     distributed.memory_here = distributed.memory * double(here) / all;
-    distributed.seconds = iterative.seconds / (1 + kParallel * (all - 1));
     if (direct.why.empty()) direct.why = "CHOLMOD's factor, W by its tree";
     if (iterative.why.empty())
         iterative.why = "Krylov's methods with algebraic multigrid, contact without W";
     if (distributed.why.empty()) distributed.why = fmt::format("the same on {} ranks", all);
-    plan.paths = {direct, iterative, distributed};
+    const double at_once = 1 + kParallel * (all - 1), assembling = iterative.seconds;
+    const auto take_time = [&](double iterations) {
+        iterative.seconds = assembling + iterations / kIterations * iterating;
+        distributed.seconds = iterative.seconds / at_once;
+        plan.paths = {direct, iterative, distributed};
+    };
+    take_time(kIterations);
 
     const double room = kMemoryShare * plan.available;
     const auto fits = [&](const LinearPath& p) { return p.memory_here <= room; };
@@ -245,7 +266,10 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
         plan.why = !best                       ? "no path fits"
                    : could == 1                ? "the only one that is possible"
                    : !fits(plan.paths.front()) ? "the quickest that fits into the memory"
-                                               : "the quickest by prediction";
+                   : plan.tried_iterations > 0
+                       ? fmt::format("the quickest by a trial: a solve takes {} iterations",
+                                     plan.tried_iterations)
+                       : "the quickest by prediction";
     };
     choose();
     // Whether the module can be loaded is worth knowing only where it is taken.
@@ -255,6 +279,18 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
                 if (p.name != "direct") impossible(p, fault);
             choose();
         }
+    // Where a factor is the other choice, one solve is tried before it is turned down.
+    if (asked == "auto" && plan.taken != "direct" && direct.possible && fits(direct)) {
+        const auto largest_solid = std::ranges::max_element(
+            solids, {}, [](const SolidSize& s) { return s.mesh->nodes.size(); });
+        const double enough =
+            (direct.seconds * (plan.taken == "distributed" ? at_once : 1) - assembling) /
+            iterating * kIterations; // for a factor to be quicker
+        plan.tried_iterations = tried_iterations(*largest_solid, int(std::min(enough, 1e6)) + 1,
+                                                 plan.taken == "distributed");
+        take_time(plan.tried_iterations);
+        choose();
+    }
     const LinearPath& taken = *plan.path(plan.taken);
     if (!taken.possible)
         plan.refusal = fmt::format("{}: {}", taken.name, taken.why);

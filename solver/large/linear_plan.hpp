@@ -1,5 +1,7 @@
 #pragma once
 
+#include "solver/solid/element.hpp"
+
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -9,8 +11,6 @@
 
 namespace amontons {
 
-struct VolumeMesh;
-
 /// A solid, as far as its cost depends on it.
 struct SolidSize {
     std::string name;
@@ -19,6 +19,8 @@ struct SolidSize {
     bool friction = false;   ///< some of them
     bool columns = false;    ///< contact without W does not serve it: a solve per column instead
     std::string only_direct; ///< why its systems cannot be iterated on; "": they can
+    SolidMaterial material;
+    std::vector<std::int32_t> held; ///< degrees of freedom
 };
 
 struct LinearPath {
@@ -32,8 +34,9 @@ struct LinearPath {
 
 struct LinearPlan {
     std::string asked = "auto", taken, why;
-    std::string refusal;  ///< "" unless the path taken does not fit into the memory
-    double available = 0; ///< memory that this process may still take [bytes]
+    std::string refusal;      ///< "" unless the path taken does not fit into the memory
+    double available = 0;     ///< memory that this process may still take [bytes]
+    int tried_iterations = 0; ///< of one solve by multigrid; 0: none was tried
     std::vector<LinearPath> paths;
     const LinearPath* path(const std::string& name) const;
 };

@@ -265,6 +265,9 @@ LinearPlan choose_linear(const Scene& scene, const std::vector<VolumeMesh>& mesh
         s.rows = kTouchingShare * (friction > 0 ? 3 : 1) *
                  double(std::count(touching[i].begin(), touching[i].end(), char(1)));
         s.friction = friction > 0;
+        s.material = {input.youngs_modulus, input.poisson_ratio, input.density};
+        for (const SolidConditions::Held& held : find_conditions(input, meshes[i], scene.file).held)
+            s.held.push_back(held.dof);
         // What gives way on both sides, or joints, need W.
         s.columns = !scene.couplings.empty();
         for (const ContactLaw& law : scene.contact)
