@@ -287,12 +287,14 @@ Eigen::VectorXd SolidBody::solved(const Eigen::VectorXd& f) const
 {
     if (f.size() == 0) return f;
     if (iterative_) {
-        constexpr double kTolerance = 1e-11;
+        constexpr double kTolerance = 1e-11, kEnough = 1e-9; // where rounding ends it before
         Eigen::VectorXd all = Eigen::VectorXd::Zero(Eigen::Index(dofs_.number.size())), y(f.size());
         for (std::size_t i = 0; i < dofs_.free.size(); ++i)
             all[dofs_.free[i]] = f[Eigen::Index(i)];
         matrix_->large->set_blocks({}, true, true);
-        matrix_->large->solve(all, kTolerance);
+        const LargeMatrix::Result done = matrix_->large->solve(all, kTolerance);
+        if (!done.fault.empty() && !(done.reached <= kEnough))
+            throw std::runtime_error(input_.name + ": " + done.fault);
         for (std::size_t i = 0; i < dofs_.free.size(); ++i)
             y[Eigen::Index(i)] = all[dofs_.free[i]];
         return y;

@@ -17,6 +17,7 @@ constexpr double kLinearTolerance = 1e-3; // of a Newton step
 constexpr double kGiveTolerance = 1e-3;   // of W r where only its size counts
 constexpr double kTraceTolerance = 1e-2;
 constexpr int kTraceProbes = 2;
+constexpr double kUseless = 0.5; // share of a residual that a linear solve leaves: no step
 constexpr int kMostNewton = 80;
 constexpr int kPatience = 12;          // iterations without a better error, then the symmetric way
 constexpr int kCertificates = 4;       // tries at a tighter tolerance
@@ -153,6 +154,11 @@ public:
         bool first = true;
         double best = std::numeric_limits<double>::infinity();
         int worse = 0;
+        const auto be_steady = [&] { // bounds of friction from the step before: slower, too
+            symmetric_ = true;
+            best = std::numeric_limits<double>::infinity();
+            worse = 0;
+        };
         for (int i = 0; i < kMostNewton; ++i) {
             if (options.stop && *options.stop) return;
             const Linear law = linearised(r, motion(y));
@@ -167,6 +173,16 @@ public:
             const LargeMatrix::Result done = A_.solve(missing, kLinearTolerance);
             ++out.newton;
             out.linear += done.iterations;
+            // One that stops early is a worse step, which the balance below tells; or none: the
+            // symmetric way, or no answer.
+            if (!done.fault.empty() && !(done.reached <= kUseless)) {
+                if (symmetric_) {
+                    out.fault = done.fault;
+                    return;
+                }
+                be_steady();
+                continue;
+            }
             y += missing;
             const Eigen::VectorXd moved = p_.C.transpose() * missing;
             r = law.base;
@@ -185,9 +201,7 @@ public:
                 worse = 0;
             } else if (++worse >= kPatience) {
                 if (symmetric_) return;
-                symmetric_ = true; // bounds of friction from the step before: slower, and steadier
-                best = std::numeric_limits<double>::infinity();
-                worse = 0;
+                be_steady();
             }
         }
     }
@@ -199,6 +213,14 @@ private:
     Eigen::VectorXd rho_; ///< of each contact's own node [N/m]
     bool symmetric_ = true;
 };
+
+/// f <- A^-1 f to the tolerance; else `out.fault` says what happened.
+void solve(LargeMatrix& A, Eigen::VectorXd& f, double tolerance, LargeContactSolution& out)
+{
+    LargeMatrix::Result done = A.solve(f, tolerance);
+    out.linear += done.iterations;
+    if (out.fault.empty()) out.fault = std::move(done.fault);
+}
 
 /// Trace of W = C^T A^-1 C over its rows, from z . W z of random signs.
 /// Source: Hutchinson, Comm. Stat. Simul. 19 (1990) 433.
@@ -213,7 +235,7 @@ double mean_of_diagonal(LargeMatrix& A, const LargeContactProblem& p, LargeConta
             s = (state >> 63) != 0 ? 1 : -1;
         }
         Eigen::VectorXd f = p.C * z;
-        out.linear += A.solve(f, kTraceTolerance).iterations;
+        solve(A, f, kTraceTolerance, out);
         sum += z.dot(p.C.transpose() * f);
     }
     return sum / (kTraceProbes * double(p.q.size()));
@@ -231,15 +253,22 @@ LargeContactSolution solve_large_contact(LargeMatrix& A, const LargeContactProbl
     out.mean_give = mean;
     if (p.q.size() == 0) { // no contact: one solve
         A.set_blocks({}, true, true);
-        for (int k = 0; k < kCertificates && !out.converged; ++k) {
+        const double load = p.load.norm();
+        for (int k = 0; k <= kCertificates; ++k) {
+            if (options.stop && *options.stop) return out;
             Eigen::VectorXd missing = p.load - p.times(out.y);
-            if (missing.norm() <= kWithin * options.tolerance * p.load.norm())
-                out.converged = true;
-            else {
-                out.linear += A.solve(missing, kWithin * kWithin * options.tolerance).iterations;
-                out.y += missing;
-            }
+            out.error = load > 0 ? missing.norm() / load : 0;
+            out.converged = out.error <= kWithin * options.tolerance;
+            if (out.converged || k == kCertificates) break;
+            // One that stops early is gone on with from there: the balance is what counts.
+            const LargeMatrix::Result done =
+                A.solve(missing, kWithin * kWithin * options.tolerance);
+            out.linear += done.iterations;
+            out.fault = done.fault;
+            if (!std::isfinite(done.reached)) break;
+            out.y += missing;
         }
+        if (out.converged) out.fault.clear();
         return out;
     }
     Newton newton(A, p);
@@ -247,20 +276,22 @@ LargeContactSolution solve_large_contact(LargeMatrix& A, const LargeContactProbl
     for (int k = 0; k < kCertificates; ++k, tolerance *= 0.1) {
         newton.run(out.y, out.r, tolerance, options, out);
         if (options.stop && *options.stop) return out;
+        if (!out.fault.empty()) return out; // no iterate that an error could be stated of
         // What the answer is worth: u = W r + q of these r, with A alone.
         A.set_blocks({}, true, true);
         if (!(out.mean_give > 0)) out.mean_give = mean_of_diagonal(A, p, out);
         const Eigen::VectorXd acting = p.C * out.r;
         Eigen::VectorXd missing = p.load - p.times(out.y) + acting;
         if (missing.squaredNorm() > 0) {
-            out.linear += A.solve(missing, kTraceTolerance).iterations;
+            solve(A, missing, kTraceTolerance, out);
             out.y += missing;
         }
         Eigen::VectorXd given = acting;
         if (k == 0 || out.give.size() == 0) {
-            out.linear += A.solve(given, kGiveTolerance).iterations;
+            solve(A, given, kGiveTolerance, out);
             out.give = p.C.transpose() * given;
         }
+        if (!out.fault.empty()) return out; // of what the error is made of
         const Eigen::VectorXd u = newton.motion(out.y);
         ContactProblem seen;
         seen.W = Eigen::SparseMatrix<double>(

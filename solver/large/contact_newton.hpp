@@ -5,6 +5,8 @@
 
 #include <atomic>
 #include <functional>
+#include <limits>
+#include <string>
 
 // Contact of one large linear solid with what does not give way, without W: the work of an
 // iteration is linear in unknowns and contacts. Equations: docs/theory/large.md.
@@ -33,9 +35,12 @@ struct LargeContactSolution {
     Eigen::VectorXd y, r;
     Eigen::VectorXd give; ///< W r: what r alone does to u [m]
     double mean_give = 0; ///< trace of W over its rows [m/N], to some per cent
-    double error = 0;     ///< natural map, relative to the free motion's gaps and slips
+    /// Natural map, relative to the free motion's gaps and slips; without contacts that of the
+    /// balance, relative to the load.
+    double error = std::numeric_limits<double>::infinity();
     bool converged = false;
     int newton = 0, linear = 0; ///< iterations
+    std::string fault; ///< of the linear solver, where it kept the answer from being one; or ""
 };
 
 /// @param A     of the solid, without blocks; has others afterwards

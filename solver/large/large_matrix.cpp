@@ -4,6 +4,7 @@
 #include "solver/module.hpp"
 
 #include <cstdlib>
+#include <fmt/format.h>
 #include <memory>
 #include <stdexcept>
 
@@ -66,6 +67,15 @@ int number(const char* name)
 void check(int failed, const char* message)
 {
     if (failed) throw std::runtime_error(message);
+}
+
+std::string fault_of(const AmontonsLargeSolve& how)
+{
+    if (how.ending == kLargeNoMultigrid)
+        return "the linear solver's multigrid preconditioner cannot be made";
+    return fmt::format("the linear solver {} after {} iterations with a residual of {:.1e}",
+                       how.ending == kLargeIterations ? "stops" : "breaks down", how.iterations,
+                       how.reached);
 }
 
 /// MPI must end before the program does, whatever ends it.
@@ -185,14 +195,17 @@ void LargeMatrix::set_blocks(const std::vector<Block>& blocks, bool symmetric, b
 
 LargeMatrix::Result LargeMatrix::solve(Eigen::VectorXd& f, double tolerance, int most_iterations)
 {
-    AmontonsLargeSolve how{tolerance, most_iterations, 0, 0};
+    // Before the ranks are asked: all of them would end.
+    if (!f.allFinite())
+        throw std::runtime_error("a linear system whose right-hand side is not finite");
+    AmontonsLargeSolve how{tolerance, most_iterations, 0, 0, 0};
     char message[kMessage] = "";
     check(petsc->solve(id_, f.data(), &how, message, kMessage), message);
     iterations_ += how.iterations;
     // Multigrid moves held ones by a rounding of the others.
     for (const std::int32_t dof : held_)
         f[dof] = 0;
-    return {how.iterations, how.reached};
+    return {how.iterations, how.reached, how.ending == kLargeReached ? "" : fault_of(how)};
 }
 
 } // namespace amontons

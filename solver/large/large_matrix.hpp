@@ -51,6 +51,7 @@ public:
     struct Result {
         int iterations = 0;
         double reached = 0; ///< residual over right-hand side
+        std::string fault;  ///< "" if that is the tolerance; else how the solve ended, in words
     };
 
     /// Opens the module if it is not open yet; distributes and assembles A.
@@ -69,6 +70,7 @@ public:
     void set_blocks(const std::vector<Block>& blocks, bool symmetric, bool renew);
     /// f <- (A + blocks)^-1 f, 0 where held.
     /// @param tolerance  of the residual, relative to f
+    /// @throws std::runtime_error  if a number of f is not finite, or PETSc fails
     Result solve(Eigen::VectorXd& f, double tolerance, int most_iterations = 500);
 
     std::int64_t iterations() const { return iterations_; } ///< of all solves

@@ -96,9 +96,11 @@ bool BodyStepper::solve_without_W()
         }
         if (!s.converged && s.error > options_.tolerance) {
             report_.refusal =
-                fmt::format("{}: contact problem stagnated at an error of {:.1e} after "
-                            "{} iterations, {} of the linear solver",
-                            system_.refs[b].name, s.error, s.newton, s.linear);
+                !s.fault.empty()
+                    ? fmt::format("{}: {}", system_.refs[b].name, s.fault)
+                    : fmt::format("{}: contact problem stagnated at an error of {:.1e} after "
+                                  "{} iterations, {} of the linear solver",
+                                  system_.refs[b].name, s.error, s.newton, s.linear);
             return false;
         }
         system_.mean_give[b] = s.mean_give;

@@ -5,11 +5,13 @@
 #include "solver/large/petsc/part.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <dlfcn.h>
 #include <exception>
+#include <limits>
 #include <memory>
 #include <petscksp.h>
 #include <stdexcept>
@@ -36,11 +38,11 @@ struct Order {
 };
 
 struct LargeSolid {
-    std::int32_t nodes = 0, first = 0, own = 0;
+    std::int32_t first = 0, own = 0;
     Mat A = nullptr;
     Vec f = nullptr, y = nullptr;
     KSP solver = nullptr;
-    bool symmetric = true, relaxed = false;
+    bool relaxed = false;
     std::vector<std::int32_t> added_node; // what blocks() has added to own rows
     std::vector<double> added;
     // Rank 0:
@@ -54,7 +56,8 @@ struct World {
     bool started = false;
     std::vector<std::unique_ptr<LargeSolid>> solids;
 };
-World world;
+/// Never destroyed: the program's statics, which end MPI, outlive this module's.
+World& world = *new World;
 
 /// PETSc's code as an exception.
 void check(PetscErrorCode code)
@@ -170,9 +173,18 @@ void set_up_solver(LargeSolid& s)
     check(PCSetFromOptions(pc));
 }
 
+/// Destroyed with its scope, whatever ends it.
+struct Places {
+    Vec vector = nullptr;
+    ~Places() { VecDestroy(&vector); }
+};
+struct RigidModes {
+    MatNullSpace space = nullptr;
+    ~RigidModes() { MatNullSpaceDestroy(&space); }
+};
+
 void make(const Part& part, LargeSolid& s)
 {
-    s.nodes = part.all_nodes;
     s.first = part.first;
     s.own = part.own;
     const PetscInt own = 3 * part.own, all = 3 * part.all_nodes;
@@ -190,19 +202,17 @@ void make(const Part& part, LargeSolid& s)
     check(MatSetOption(s.A, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE));
     check(MatCreateVecs(s.A, &s.y, &s.f));
 
-    Vec places = nullptr;
-    check(VecDuplicate(s.f, &places));
+    Places places;
+    check(VecDuplicate(s.f, &places.vector));
     double* x = nullptr;
-    check(VecGetArray(places, &x));
+    check(VecGetArray(places.vector, &x));
     const auto begin = std::size_t(
         std::lower_bound(part.number.begin(), part.number.end(), part.first) - part.number.begin());
     std::copy_n(part.places.begin() + std::ptrdiff_t(3 * begin), own, x);
-    check(VecRestoreArray(places, &x));
-    MatNullSpace rigid = nullptr;
-    check(MatNullSpaceCreateRigidBody(places, &rigid));
-    check(MatSetNearNullSpace(s.A, rigid));
-    check(MatNullSpaceDestroy(&rigid));
-    check(VecDestroy(&places));
+    check(VecRestoreArray(places.vector, &x));
+    RigidModes rigid;
+    check(MatNullSpaceCreateRigidBody(places.vector, &rigid.space));
+    check(MatSetNearNullSpace(s.A, rigid.space));
     set_up_solver(s);
 }
 
@@ -240,7 +250,6 @@ void add_blocks(LargeSolid& s, const std::vector<std::int32_t>& node,
     }
     check(MatAssemblyBegin(s.A, MAT_FINAL_ASSEMBLY));
     check(MatAssemblyEnd(s.A, MAT_FINAL_ASSEMBLY));
-    s.symmetric = symmetric;
     check(MatSetOption(s.A, MAT_SYMMETRIC, symmetric ? PETSC_TRUE : PETSC_FALSE));
     check(MatSetOption(s.A, MAT_SPD, symmetric ? PETSC_TRUE : PETSC_FALSE));
     check(KSPSetOperators(s.solver, s.A, s.A));
@@ -270,27 +279,31 @@ void relax_by_nodes(LargeSolid& s)
     check(KSPSetOperators(finest, s.A, s.A));
 }
 
-void solve(LargeSolid& s, double tolerance, int most, int& iterations, double& reached)
+/// What the solve asks for is filled: iterations, reached, ending.
+void solve(LargeSolid& s, AmontonsLargeSolve& how)
 {
     double size = 0;
     check(VecNorm(s.f, NORM_2, &size));
-    iterations = 0;
-    reached = 0;
+    how.iterations = 0;
+    how.reached = 0;
+    how.ending = kLargeReached;
+    if (!std::isfinite(size)) // the same on all ranks
+        throw std::runtime_error("a right-hand side with a number that is not finite");
     if (!(size > kReached * PETSC_MACHINE_EPSILON * 1e-280)) {
         check(VecSet(s.y, 0));
         return;
     }
     relax_by_nodes(s);
-    check(KSPSetTolerances(s.solver, tolerance, 0, 1e8, most));
+    check(KSPSetTolerances(s.solver, how.tolerance, 0, 1e8, how.most_iterations));
     KSPConvergedReason reason{};
     const auto run = [&] {
         check(KSPSolve(s.solver, s.f, s.y));
         PetscInt count = 0;
         check(KSPGetIterationNumber(s.solver, &count));
-        iterations += int(count);
+        how.iterations += int(count);
         double left = 0;
         check(KSPGetResidualNorm(s.solver, &left));
-        reached = left / size;
+        how.reached = left / size;
         check(KSPGetConvergedReason(s.solver, &reason));
     };
     run();
@@ -300,8 +313,14 @@ void solve(LargeSolid& s, double tolerance, int most, int& iterations, double& r
         run();
         set_method(s, true);
     }
-    if (reason == KSP_DIVERGED_PC_FAILED)
-        throw std::runtime_error("the multigrid preconditioner cannot be made");
+    if (reason > 0 && std::isfinite(how.reached)) return;
+    how.ending = reason == KSP_DIVERGED_ITS         ? kLargeIterations
+                 : reason == KSP_DIVERGED_PC_FAILED ? kLargeNoMultigrid
+                                                    : kLargeBrokeDown;
+    if (!std::isfinite(how.reached)) {
+        how.reached = std::numeric_limits<double>::infinity();
+        check(VecSet(s.y, 0));
+    }
 }
 
 void drop(LargeSolid& s)
@@ -312,10 +331,35 @@ void drop(LargeSolid& s)
     MatDestroy(&s.A);
 }
 
-LargeSolid& add_solid()
+/// Under the next number, which is the same on all ranks.
+LargeSolid& add_solid(const Part& part)
 {
-    world.solids.push_back(std::make_unique<LargeSolid>());
+    auto solid = std::make_unique<LargeSolid>();
+    try {
+        make(part, *solid);
+    } catch (...) {
+        drop(*solid);
+        throw;
+    }
+    world.solids.push_back(std::move(solid));
     return *world.solids.back();
+}
+
+void drop(int id)
+{
+    std::unique_ptr<LargeSolid>& solid = world.solids[std::size_t(id)];
+    if (solid) drop(*solid);
+    solid.reset();
+}
+
+/// MPI and PETSc end on this rank, after what is theirs.
+void end()
+{
+    world.started = false;
+    for (std::size_t id = 0; id < world.solids.size(); ++id)
+        drop(int(id));
+    PetscFinalize();
+    MPI_Finalize();
 }
 
 /// From rank 0's `whole` to each rank's part of f, and from y back.
@@ -351,8 +395,7 @@ bool obey(const Order& o)
 {
     switch (Work(o.work)) {
     case Work::make: {
-        const Part part = receive_part();
-        make(part, add_solid());
+        add_solid(receive_part());
         return true;
     }
     case Work::blocks: {
@@ -365,15 +408,14 @@ bool obey(const Order& o)
     }
     case Work::solve: {
         LargeSolid& s = *world.solids[std::size_t(o.id)];
-        int iterations = 0;
-        double reached = 0;
+        AmontonsLargeSolve how{o.tolerance, o.most, 0, 0, 0};
         scatter(s);
-        solve(s, o.tolerance, o.most, iterations, reached);
+        solve(s, how);
         gather(s);
         return true;
     }
     case Work::drop:
-        drop(*world.solids[std::size_t(o.id)]);
+        drop(o.id);
         return true;
     case Work::peak: {
         double peak = own_peak(), sum = 0;
@@ -445,11 +487,6 @@ EXPORT int amontons_petsc_start(char* message, int size)
     });
 }
 
-EXPORT int amontons_petsc_rank()
-{
-    return world.rank;
-}
-
 EXPORT int amontons_petsc_ranks()
 {
     return world.ranks;
@@ -465,18 +502,14 @@ EXPORT void amontons_petsc_serve()
     } catch (const std::exception& error) {
         end_all(error.what());
     }
-    world.started = false;
-    PetscFinalize();
-    MPI_Finalize();
+    end();
 }
 
 EXPORT void amontons_petsc_finish()
 {
     if (!world.started) return;
-    world.started = false;
     announce(Work::finish);
-    PetscFinalize();
-    MPI_Finalize();
+    end();
 }
 
 EXPORT int amontons_petsc_make(const AmontonsLargeMesh* mesh, int* id, char* message, int size)
@@ -489,9 +522,8 @@ EXPORT int amontons_petsc_make(const AmontonsLargeMesh* mesh, int* id, char* mes
             send(parts[std::size_t(r)], r);
             parts[std::size_t(r)] = {};
         }
-        *id = int(world.solids.size());
-        LargeSolid& s = add_solid();
-        make(parts[0], s);
+        LargeSolid& s = add_solid(parts[0]);
+        *id = int(world.solids.size()) - 1;
         s.number = partition.number;
         s.whole.resize(3 * std::size_t(mesh->nodes));
         for (int r = 0; r < world.ranks; ++r) {
@@ -533,7 +565,7 @@ EXPORT int amontons_petsc_solve(int id, double* f_then_y, AmontonsLargeSolve* ho
         for (std::size_t i = 0; i < s.number.size(); ++i)
             std::copy_n(f_then_y + 3 * i, 3, &s.whole[3 * std::size_t(s.number[i])]);
         scatter(s);
-        solve(s, how->tolerance, how->most_iterations, how->iterations, how->reached);
+        solve(s, *how);
         gather(s);
         for (std::size_t i = 0; i < s.number.size(); ++i)
             std::copy_n(&s.whole[3 * std::size_t(s.number[i])], 3, f_then_y + 3 * i);
@@ -546,7 +578,7 @@ EXPORT void amontons_petsc_drop(int id)
     Order o;
     o.id = id;
     announce(Work::drop, o);
-    drop(*world.solids[std::size_t(id)]);
+    drop(id);
 }
 
 EXPORT double amontons_petsc_peak()

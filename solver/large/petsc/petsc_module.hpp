@@ -43,11 +43,20 @@ struct AmontonsLargeBlocks {
     int renew;                ///< the preconditioner is made for this matrix
 };
 
+/// How a solve ended.
+enum AmontonsLargeEnding {
+    kLargeReached,     ///< the tolerance
+    kLargeIterations,  ///< most_iterations, before the tolerance
+    kLargeNoMultigrid, ///< the preconditioner cannot be made
+    kLargeBrokeDown    ///< Krylov's method cannot go on
+};
+
 struct AmontonsLargeSolve {
     double tolerance; ///< of the residual, relative to the right-hand side
     int most_iterations;
     int iterations; ///< out
-    double reached; ///< out: residual, relative
+    double reached; ///< out: residual, relative; infinite where y is none, and 0 then
+    int ending;     ///< out: an AmontonsLargeEnding
 };
 
 extern "C" {
@@ -63,7 +72,6 @@ using AmontonsPetscPeak = double();
 }
 
 // amontons_petsc_start   MPI and PETSc begin, once
-// amontons_petsc_rank    of this process
 // amontons_petsc_ranks   how many there are
 // amontons_petsc_serve   ranks above 0: until rank 0 finishes
 // amontons_petsc_finish  rank 0: the others leave amontons_petsc_serve; MPI ends on each

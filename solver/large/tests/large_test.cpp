@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 #include <doctest/doctest.h>
+#include <limits>
+#include <malloc.h>
 #include <numeric>
 
 // A block, its top held and moved, its bottom on a plane. Where W can be had from a factor, the
@@ -232,4 +234,104 @@ TEST_CASE("a rank without nodes or elements works along")
     ContactProblem seen;
     const ContactSolution exact = block.by_factor(p, seen);
     CHECK((s.r - exact.reaction).norm() <= 1e-6 * exact.reaction.norm());
+}
+
+TEST_CASE("a linear solve that does not get there says so; what is not a number is an error")
+{
+    if (no_module()) return;
+    Pressed block(ElementKind::T4);
+    LargeMatrix A = block.matrix();
+    const LargeContactProblem p = block.problem(0.3, 0);
+    Eigen::VectorXd f = p.load;
+    const LargeMatrix::Result few = A.solve(f, 1e-10, 2);
+    CHECK(few.iterations == 2);
+    CHECK(few.reached > 1e-10);
+    CHECK(few.fault.find("after 2 iterations") != std::string::npos);
+    f = p.load;
+    CHECK(A.solve(f, 1e-10).fault.empty());
+    for (const double none :
+         {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+        Eigen::VectorXd bad = p.load;
+        bad[3 * block.bottom.front()] = none;
+        CHECK_THROWS_AS(A.solve(bad, 1e-10), std::runtime_error);
+    }
+    // And the matrix still serves.
+    Eigen::VectorXd again = p.load;
+    A.solve(again, 1e-10);
+    CHECK((again - f).norm() <= 1e-8 * f.norm());
+}
+
+TEST_CASE("a balance that cannot be found is not taken for one, with contacts or without")
+{
+    if (no_module()) return;
+    Pressed block(ElementKind::T4);
+    LargeContactProblem p = block.problem(0.3, 0);
+    // Nothing holds it: K is singular, and a force along it has no answer.
+    block.held.clear();
+    LargeMatrix A = block.matrix();
+    LargeContactProblem free = p;
+    free.load = Eigen::VectorXd::Zero(p.load.size());
+    for (Eigen::Index i = 0; i < free.load.size(); i += 3)
+        free.load[i] = 1;
+    free.times = p.times = [&](const Eigen::VectorXd& y) { return Eigen::VectorXd(block.K * y); };
+    free.C.resize(p.load.size(), 0);
+    free.q.resize(0);
+    free.mu.resize(0);
+    free.kind.clear();
+    free.first.clear();
+    const LargeContactSolution none = solve_large_contact(A, free, {}, 0, {});
+    CHECK_FALSE(none.converged);
+    CHECK(none.error > 1e-6);
+    CHECK_FALSE(none.fault.empty());
+    // Lifted off the plane, and again nothing holds it.
+    p.load = free.load;
+    p.q.setConstant(1);
+    const LargeContactSolution lifted = solve_large_contact(A, p, {}, 0, {});
+    CHECK_FALSE(lifted.converged);
+    CHECK_FALSE(lifted.error < 1e-6);
+}
+
+TEST_CASE("a stop is obeyed where nothing touches, too")
+{
+    if (no_module()) return;
+    Pressed block(ElementKind::T4);
+    LargeContactProblem p = block.problem(0, 0);
+    p.C.resize(p.load.size(), 0);
+    p.q.resize(0);
+    p.mu.resize(0);
+    p.kind.clear();
+    p.first.clear();
+    LargeMatrix A = block.matrix();
+    std::atomic<bool> stop = true;
+    LargeContactOptions options;
+    options.stop = &stop;
+    const LargeContactSolution stopped = solve_large_contact(A, p, {}, 0, options);
+    CHECK_FALSE(stopped.converged);
+    CHECK(stopped.linear == 0);
+    stop = false;
+    const LargeContactSolution done = solve_large_contact(A, p, {}, 0, options);
+    CHECK(done.converged);
+    CHECK((p.times(done.y) - p.load).norm() <= options.tolerance * p.load.norm());
+    CHECK(done.error <= options.tolerance);
+}
+
+TEST_CASE("matrices that are gone leave nothing behind")
+{
+    if (no_module()) return;
+    const Pressed block(ElementKind::H8, 16);
+    const auto used = [] {
+        const struct mallinfo2 info = ::mallinfo2();
+        return double(info.uordblks) + double(info.hblkhd);
+    };
+    double before = 0;
+    for (int k = 0; k < 6; ++k) {
+        {
+            LargeMatrix A = block.matrix();
+            Eigen::VectorXd f = block.without_held(Eigen::VectorXd::Ones(block.K.rows()));
+            A.solve(f, 1e-3);
+        }
+        if (k == 1) before = used(); // what the first ones set up stays
+    }
+    // 4 more: less than a vector of each.
+    CHECK(used() - before < 4 * 8.0 * double(block.K.rows()));
 }
