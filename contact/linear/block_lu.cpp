@@ -1,6 +1,7 @@
 #include "contact/linear/block_lu.hpp"
 
 #include "contact/linear/block_lu_sizes.hpp"
+#include "contact/linear/gauss_jordan.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +20,6 @@ namespace amontons {
 namespace {
 
 using namespace block_lu;
-using Lanes = Eigen::Array<double, kLanes, 1>;
 constexpr int kFewBlocks = 2; // up to here, tiles do not pay
 constexpr int kLanesOfNarrow = (3 * kNarrow + kLanes - 1) / kLanes;
 constexpr double kLargeProduct = 1.5e5; // multiplications from which Eigen's product is faster
@@ -95,46 +95,6 @@ inline void subtract(int blocks, const double* product, std::ptrdiff_t product_s
         }
         i = end;
     }
-}
-
-/// In place, by Gauss-Jordan steps with row exchange. The matrix has n rows in R vectors.
-template <int R> bool invert_by_gauss_jordan(double* matrix, int n)
-{
-    constexpr int stride = R * kLanes;
-    int exchange[3 * kNarrow];
-    for (int k = 0; k < n; ++k) {
-        double* column = matrix + k * stride;
-        int pivot = k;
-        for (int i = k + 1; i < n; ++i)
-            if (std::abs(column[i]) > std::abs(column[pivot])) pivot = i;
-        const double inverse = 1 / column[pivot];
-        if (!std::isfinite(inverse)) return false;
-        exchange[k] = pivot;
-        if (pivot != k)
-            for (int j = 0; j < n; ++j)
-                std::swap(matrix[j * stride + k], matrix[j * stride + pivot]);
-        column[k] = 0;
-        Lanes eliminator[R];
-        for (int r = 0; r < R; ++r)
-            eliminator[r] = Eigen::Map<const Lanes>(column + kLanes * r);
-        // The k-th entry of the eliminator is zero. Single entries are written after the vector
-        // that holds them, never shortly before it is read: that would stall.
-        for (int j = 0; j < n; ++j) {
-            double* other = matrix + j * stride;
-            const double factor = other[k] * inverse;
-            for (int r = 0; r < R; ++r)
-                Eigen::Map<Lanes>(other + kLanes * r) -= eliminator[r] * factor;
-            other[k] = factor;
-        }
-        for (int r = 0; r < R; ++r)
-            Eigen::Map<Lanes>(column + kLanes * r) = eliminator[r] * -inverse;
-        column[k] = inverse;
-    }
-    for (int k = n; k-- > 0;)
-        if (exchange[k] != k)
-            std::swap_ranges(matrix + k * stride, matrix + k * stride + n,
-                             matrix + exchange[k] * stride);
-    return true;
 }
 
 } // namespace

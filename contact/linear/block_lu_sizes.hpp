@@ -1,16 +1,13 @@
 #pragma once
 
+#include "contact/linear/gauss_jordan.hpp"
+
 #include <cstddef>
 
 // What the analysis of BlockLu and its kernels must agree on.
 
 namespace amontons::block_lu {
 
-#ifdef __AVX512F__
-constexpr int kLanes = 8;
-#else
-constexpr int kLanes = 4;
-#endif
 constexpr int kTileRows = 3 * kLanes;
 constexpr int kTileBlocks = kLanes; // block rows of a tile
 // Kernels read whole tiles: so far beyond the last number.

@@ -1,5 +1,7 @@
 #include "contact/linear/dense_lu.hpp"
 
+#include "contact/linear/gauss_jordan.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -11,12 +13,6 @@
 namespace amontons {
 namespace {
 
-#ifdef __AVX512F__
-constexpr int kLanes = 8;
-#else
-constexpr int kLanes = 4;
-#endif
-using Lanes = Eigen::Array<double, kLanes, 1>;
 constexpr int kVectors = 24 / kLanes; ///< of a diagonal block's column
 constexpr int kWidth = 24;            ///< columns eliminated at once
 constexpr int kLarge = 96;            ///< columns, a multiple of kWidth, that are ...
@@ -101,43 +97,6 @@ void subtract_packed(const double* packed, const double* b, std::ptrdiff_t b_str
     }
 }
 
-/// In place, by Gauss-Jordan steps with row exchange; columns every kWidth numbers.
-bool invert(double* matrix, int n)
-{
-    int exchange[kWidth];
-    for (int k = 0; k < n; ++k) {
-        double* column = matrix + k * kWidth;
-        int pivot = k;
-        for (int i = k + 1; i < n; ++i)
-            if (std::abs(column[i]) > std::abs(column[pivot])) pivot = i;
-        const double inverse = 1 / column[pivot];
-        if (!std::isfinite(inverse)) return false;
-        exchange[k] = pivot;
-        if (pivot != k)
-            for (int j = 0; j < n; ++j)
-                std::swap(matrix[j * kWidth + k], matrix[j * kWidth + pivot]);
-        column[k] = 0;
-        Lanes eliminator[kVectors];
-        for (int r = 0; r < kVectors; ++r)
-            eliminator[r] = Eigen::Map<const Lanes>(column + kLanes * r);
-        for (int j = 0; j < n; ++j) {
-            double* other = matrix + j * kWidth;
-            const double factor = other[k] * inverse;
-            for (int r = 0; r < kVectors; ++r)
-                Eigen::Map<Lanes>(other + kLanes * r) -= eliminator[r] * factor;
-            other[k] = factor;
-        }
-        for (int r = 0; r < kVectors; ++r)
-            Eigen::Map<Lanes>(column + kLanes * r) = eliminator[r] * -inverse;
-        column[k] = inverse;
-    }
-    for (int k = n; k-- > 0;)
-        if (exchange[k] != k)
-            std::swap_ranges(matrix + k * kWidth, matrix + k * kWidth + n,
-                             matrix + exchange[k] * kWidth);
-    return true;
-}
-
 } // namespace
 
 void DenseLu::open(int rows)
@@ -187,7 +146,7 @@ bool DenseLu::factorise_block(int begin, int end)
         std::fill(std::begin(diagonal), std::end(diagonal), 0.0);
         for (int j = 0; j < width; ++j)
             std::copy_n(column(k + j) + k, width, diagonal + kWidth * j);
-        if (!invert(diagonal, width)) return false;
+        if (!invert_by_gauss_jordan<kVectors>(diagonal, width)) return false;
         for (int j = 0; j < width; ++j)
             std::copy_n(diagonal + kWidth * j, width, column(k + j) + k);
         if (k + width == rows_) break;

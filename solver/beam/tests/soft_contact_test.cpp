@@ -1,6 +1,6 @@
 #include "solver/beam/soft_contact.hpp"
 
-#include "solver/beam/soft_tube.hpp"
+#include "solver/beam/tests/held_tube.hpp"
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -20,15 +20,7 @@ SoftTube held_tube(double pressure)
     line.append_arc(0.04, 1, 0.3, kRadius);
     line.append_arc(0.05, 0.6, 1.2, kRadius);
     const SolidTubeOptions o{line, 0.0015, 14, 1, 20, ElementKind::H8};
-    VolumeMesh mesh = make_solid_tube(o);
-    SoftTubeSupport support;
-    for (const char* end : {"start", "end"})
-        for (const std::int32_t n : nodes_of(mesh, *find_set(mesh.face_sets, end)))
-            for (int a = 0; a < 3; ++a)
-                support.fixed.push_back(3 * n + a);
-    support.load = Eigen::VectorXd::Zero(3 * Eigen::Index(mesh.nodes.size()));
-    add_pressure(mesh, find_set(mesh.face_sets, "inner")->members, pressure, support.load);
-    return SoftTube(o, std::move(mesh), {0.4e6, 0.45, 0}, support);
+    return held_tube(o, {0.4e6, 0.45, 0}, pressure);
 }
 
 /// Points that press on a soft wall, each by r along the normal and by ft in the wall; all in

@@ -1,6 +1,7 @@
 #include "solver/beam/soft_tube.hpp"
 
 #include "mesh/base/error.hpp"
+#include "solver/beam/tests/held_tube.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
@@ -31,17 +32,7 @@ SolidTubeOptions straight(int around, int along, double length)
 
 SoftTube tube_of(const SolidTubeOptions& o, double pressure = 0)
 {
-    VolumeMesh mesh = make_solid_tube(o);
-    SoftTubeSupport support;
-    for (const char* end : {"start", "end"})
-        for (const std::int32_t n : nodes_of(mesh, *find_set(mesh.face_sets, end)))
-            for (int a = 0; a < 3; ++a)
-                support.fixed.push_back(3 * n + a);
-    if (pressure != 0) {
-        support.load = Eigen::VectorXd::Zero(3 * Eigen::Index(mesh.nodes.size()));
-        add_pressure(mesh, find_set(mesh.face_sets, "inner")->members, pressure, support.load);
-    }
-    return SoftTube(o, std::move(mesh), {kE, kNu, 0}, support);
+    return held_tube(o, {kE, kNu, 0}, pressure);
 }
 
 } // namespace

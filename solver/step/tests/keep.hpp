@@ -3,6 +3,8 @@
 #include "solver/step/simulation.hpp"
 
 #include <atomic>
+#include <doctest/doctest.h>
+#include <string>
 #include <vector>
 
 namespace amontons {
@@ -18,5 +20,14 @@ struct Keep : StepObserver {
         if (stop && r.step == stop_at) *stop = true;
     }
 };
+
+/// A quantity of a step, by its name.
+inline double value(const StepRecord& r, const std::string& name)
+{
+    for (const Quantity& q : r.quantities)
+        if (q.name == name) return q.value;
+    FAIL("no quantity " << name);
+    return 0;
+}
 
 } // namespace amontons

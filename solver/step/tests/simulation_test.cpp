@@ -54,14 +54,6 @@ std::vector<Obstacle> bent_tube()
     return o;
 }
 
-double value(const StepRecord& r, const std::string& name)
-{
-    for (const Quantity& q : r.quantities)
-        if (q.name == name) return q.value;
-    FAIL("no quantity " << name);
-    return 0;
-}
-
 } // namespace
 
 TEST_CASE("a run that is saved, restored elsewhere and gone on with is the same to the last bit")

@@ -80,14 +80,6 @@ Run run(const Scene& scene, std::vector<Obstacle> obstacles = {})
     return r;
 }
 
-double value(const StepRecord& r, const std::string& name)
-{
-    for (const Quantity& q : r.quantities)
-        if (q.name == name) return q.value;
-    FAIL("no quantity " << name);
-    return 0;
-}
-
 } // namespace
 
 TEST_CASE("a beam on a foundation bends as Winkler's: w = q/k + P beta / (2 k) under the load")
