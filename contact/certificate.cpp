@@ -195,6 +195,34 @@ double NaturalMapError::operator()(const Eigen::VectorXd& r, const Eigen::Vector
     return ratio(residuals.norm(), rho_ * size_of_q(r, u, false));
 }
 
+double NaturalMapError::exact(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
+                              Eigen::VectorXd& residuals) const
+{
+    for (int i = 0; i < contact_count(problem_); ++i) {
+        const int k = first_row(i);
+        residuals[i] =
+            kind_of(problem_, i) == ContactKind::frictional
+                ? exact_natural_map_norm(r.segment<3>(k), u.segment<3>(k), problem_.mu[i], rho_)
+                : residual_of(i, r, u, rho_);
+    }
+    return ratio(residuals.norm(), rho_ * size_of_q(r, u, false));
+}
+
+double NaturalMapError::rounding(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const
+{
+    return std::numeric_limits<double>::epsilon() * ratio(r.norm(), rho_ * size_of_q(r, u, false));
+}
+
+Eigen::VectorXd NaturalMapError::rounded(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const
+{
+    Eigen::VectorXd on_cone = r;
+    for (int i = 0; i < contact_count(problem_); ++i)
+        if (const int k = first_row(i); kind_of(problem_, i) == ContactKind::frictional)
+            on_cone.segment<3>(k) =
+                rounded_to_cone(r.segment<3>(k), u.segment<3>(k), problem_.mu[i], rho_);
+    return on_cone;
+}
+
 double NaturalMapError::scaled(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const
 {
     // r_i / sqrt(rho_i) and sqrt(rho_i) u_i make every diagonal block of trace 3.
@@ -263,7 +291,11 @@ Certificate certify(const NaturalMapError& error, const Eigen::VectorXd& r, doub
     c.error = error(r, u, residuals);
     c.scaled_error = error.scaled(r, u);
     // The floor costs a product: only who has not converged without it needs it.
-    if (!(c.error <= tolerance)) c.threshold = error.threshold(r, u, tolerance);
+    if (!(c.error <= tolerance)) {
+        c.threshold = error.threshold(r, u, tolerance);
+        if (c.error > c.threshold && c.error < kRoundings * error.rounding(r, u))
+            c.error = error.exact(r, u, residuals);
+    }
     c.status = c.error <= c.threshold ? SolveStatus::converged : SolveStatus::stagnated;
 
     double worst = -1;

@@ -72,6 +72,9 @@ struct Certificate {
 const char* name(SolveStatus status);
 const char* name(ContactSolver solver); ///< "auto", "nsgs", "anderson", "uzawa", "newton", "path"
 
+/// Errors up to this times NaturalMapError::rounding may be rounding alone.
+constexpr double kRoundings = 10;
+
 /// One line for a log: status, error against threshold, effort, the worst contact.
 std::string report(const Certificate& certificate);
 
@@ -90,6 +93,15 @@ public:
     /// The same, and leaves ||F_i|| of each contact in residuals, n [N].
     double operator()(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
                       Eigen::VectorXd& residuals) const;
+    /// The same in long double, contact by contact. operator() knows how far a slipping r is from
+    /// its cone to the last digit of r only, which is more than a tight tolerance where stiff
+    /// contacts stand beside soft ones: rho is that of the soft ones.
+    double exact(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
+                 Eigen::VectorXd& residuals) const;
+    /// The last digit of r as an error [-].
+    double rounding(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
+    /// r with each slipping contact moved by a last digit or two onto its cone.
+    Eigen::VectorXd rounded(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
     /// The same with each contact in its own scale rho_i = rows_i / trace(W_ii) [-].
     double scaled(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
     /// The round-off of u = W r + q seen in the error: 50 eps || |W||r| + |q| || / ||q|| [-];

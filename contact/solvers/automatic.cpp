@@ -32,6 +32,11 @@ constexpr double kSoft = 1e-10;
 constexpr int kPathsBetween = 3;
 constexpr double kProximal[] = {0.3, 0.01};
 
+/// From here on which contacts do what is known, but for those at a corner: sweeps, and Newton from
+/// where they lead, find the last digits that a path loses where W is singular.
+constexpr double kNearly = 1e-9;
+constexpr int kFirstPolish = 100, kPolishes = 5; ///< sweeps, twice as many in each round
+
 constexpr double kCache = 2.5e5; ///< numbers of W that a core has near itself
 
 /// What a sweep costs [ns on one core of 2024].
@@ -146,6 +151,15 @@ void solve_automatically(SolverWork& work, bool warm)
         work.progress.prove(std::move(*proof));
         return;
     }
+    if (sweeps && work.progress.best_error() < kNearly)
+        for (int round = 0; round < kPolishes; ++round) {
+            sweeps->restart();
+            if (sweeps->advance(kFirstPolish << round)) return;
+            work.take_best();
+            if (follow_path(work, matrix, kQuickNewton)) return;
+            matrix.trust();
+            work.take_best();
+        }
     // Each close path from afar, and then from the best there is, again and again.
     int tried = 0;
     for (int round = 0;; ++round)

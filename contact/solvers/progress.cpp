@@ -40,7 +40,21 @@ bool Progress::converged(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exac
         next_refresh_ = looks_ + kRefreshEvery;
         threshold_ = natural_map_.threshold(r, u, options_.tolerance);
     }
-    return error_ <= threshold_;
+    return error_ <= threshold_ || (due && converged_by_rounding(r, u));
+}
+
+/// Where the last digit of r is more than the tolerance, another last digit may be right.
+bool Progress::converged_by_rounding(const Eigen::VectorXd& r, const Eigen::VectorXd& u)
+{
+    if (!(error_ < kRoundings * natural_map_.rounding(r, u))) return false;
+    Eigen::VectorXd other = natural_map_.rounded(r, u), own = u;
+    problem_.W.apply(other, own);
+    own += problem_.q;
+    const double error = natural_map_.exact(other, own, residuals_);
+    if (!(error <= threshold_)) return false;
+    error_ = error;
+    rounded_ = std::move(other);
+    return true;
 }
 
 bool Progress::ends(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact)
@@ -60,7 +74,7 @@ bool Progress::ends(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact)
     }
     if (success) {
         // The threshold rose with the floor of this r: a better error at another is no excuse.
-        run_.reaction = r;
+        run_.reaction = rounded_.size() > 0 ? rounded_ : r;
         run_.status = SolveStatus::converged;
         return true;
     }

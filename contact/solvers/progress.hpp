@@ -57,6 +57,7 @@ public:
 
 private:
     bool converged(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact);
+    bool converged_by_rounding(const Eigen::VectorXd& r, const Eigen::VectorXd& u);
 
     const ContactProblem& problem_;
     const SolverOptions& options_;
@@ -64,6 +65,7 @@ private:
     NaturalMapError natural_map_;
     SolverRun run_;
     Eigen::VectorXd residuals_;
+    Eigen::VectorXd rounded_; // what has converged, where r itself has not
     double error_ = 0, best_ = std::numeric_limits<double>::infinity();
     double threshold_ = 0;
     double stall_reference_ = std::numeric_limits<double>::infinity();
