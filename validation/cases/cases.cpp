@@ -135,6 +135,8 @@ const std::vector<Case>& cases()
         {"rod-capstan", "benchmarks", "Euler & Eytelwein: exp(mu theta)", rod_capstan},
         {"rod-bent-tube", "benchmarks", "Euler & Eytelwein: exp(mu theta), Johancsik 1984",
          rod_bent_tube},
+        {"rod-helix", "benchmarks", "Lubinski 1962, Mitchell 1986: beta^2 = F/2EI, r F^2/4EI",
+         rod_helix},
         {"rod10-statics", "benchmarks", "WSCG 2003; closed form: Euler-Bernoulli", rod10_statics},
         {"rod10-sizes", "benchmarks", "WSCG 2003, equations 8 and 9; counted loops", rod10_sizes},
         {"rod10-turning", "benchmarks", "WSCG 2003; frame indifference", rod10_turning},

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <fstream>
 
 namespace amontons::validation {
 namespace {
@@ -85,6 +86,33 @@ double drawn(SolidScene& s, const std::string& wall, const std::vector<Centrelin
     return run.vector("rope_end_force").dot(tangent);
 }
 
+/// Line load and pitch of a rod on the inside of a tube along x, from what touches between two
+/// places: forces at the ends of that count by half.
+struct Coil {
+    double load = 0, pitch = 0; // [N/m], [m]
+};
+
+Coil coil_between(const std::vector<ContactRecord>& contacts, double from, double to)
+{
+    std::vector<const ContactRecord*> in;
+    for (const ContactRecord& c : contacts)
+        if (c.normal_force > 0 && c.point.x() > from && c.point.x() < to) in.push_back(&c);
+    std::sort(in.begin(), in.end(), [](const ContactRecord* a, const ContactRecord* b) {
+        return a->point.x() < b->point.x();
+    });
+    double force = 0, turned = 0;
+    for (std::size_t i = 0; i < in.size(); ++i) {
+        const bool end = i == 0 || i + 1 == in.size();
+        force += (end ? 0.5 : 1) * in[i]->normal_force;
+        if (i == 0) continue;
+        const double y0 = in[i - 1]->point.y(), z0 = in[i - 1]->point.z();
+        const double y1 = in[i]->point.y(), z1 = in[i]->point.z();
+        turned += std::atan2(y0 * z1 - z0 * y1, y0 * y1 + z0 * z1);
+    }
+    const double length = in.back()->point.x() - in.front()->point.x();
+    return {force / length, 2 * kPi * length / std::abs(turned)};
+}
+
 } // namespace
 
 std::vector<Measured> rod_capstan()
@@ -147,6 +175,68 @@ std::vector<Measured> rod_bent_tube()
             rows.push_back(relative(fmt::format("slope of the pull, {}, mu {}", b.name, mu),
                                     std::exp(mu * theta), (force[1] - force[0]) / 3, 0.02));
         }
+    return rows;
+}
+
+std::vector<Measured> rod_helix()
+{
+    constexpr double EI = 0.15707963, clearance = 0.01, radius = 1e-3;
+    constexpr int turns = 8, per_turn = 40;
+    std::vector<Measured> rows;
+    for (const double force : {20.0, 50.0}) {
+        // Exactly, without torque about the tube's axis: F = 2 EI beta^2 / g^3.
+        double beta = std::sqrt(force / (2 * EI)), g = 1;
+        for (int i = 0; i < 50; ++i) {
+            g = std::hypot(1, clearance * beta);
+            beta = std::sqrt(force * g * g * g / (2 * EI));
+        }
+        const double pitch = 2 * kPi / beta, slope = clearance * beta;
+        SolidScene s("helix");
+        SurfaceInput tube;
+        tube.generate = "cylinder";
+        tube.axis = Vec3::UnitX();
+        tube.radius = clearance + radius;
+        add_obstacle(s, "tube", tube, "inside");
+        const std::string file = s.path("helix.csv");
+        std::ofstream csv(file);
+        csv << "x,y,z\n";
+        for (int i = 0; i <= turns * per_turn; ++i) {
+            const double angle = 2 * kPi * i / per_turn;
+            csv << fmt::format("{:.15g},{:.15g},{:.15g}\n", angle / beta,
+                               clearance * std::cos(angle), clearance * std::sin(angle));
+        }
+        csv.close();
+        RodInput& rod =
+            add_rod(s, "rod", turns * pitch * g * (1 - 1e-4), radius, EI, 1e6, pitch / per_turn);
+        rod.shape.curve.file = file;
+        rod.shape.curve.scale = 1;
+        rod.shape.stress_free = false;
+        RodHold hold;
+        hold.set = "start";
+        rod.hold.push_back(hold);
+        // What the rest of the helix does to this end: a moment along the binormal, the force, and
+        // its share across that leaves no torque about the tube.
+        RodLoad load;
+        load.set = "end";
+        const double across = EI * slope * beta * beta / (g * g * g) - force * slope;
+        load.force = Vec3(-force, 0, across);
+        load.moment = EI * slope * beta / (g * g * g) * Vec3(slope, 0, -1);
+        rod.loads.push_back(load);
+        touch(s, "rod", "tube", 0);
+        s.scene.time.step = 1;
+        s.scene.time.end = 1;
+        const SolidRun run = run_solids(s.scene);
+        const double length = turns * pitch;
+        const Coil coil = coil_between(run.last().contacts, 0.25 * length, 0.75 * length);
+        const std::string at = fmt::format(", {} N", force);
+        rows.push_back(relative("pitch of the helix [m]" + at, 2 * kPi * std::sqrt(2 * EI / force),
+                                coil.pitch, 0.03));
+        rows.push_back(relative("force on the tube [N/m]" + at,
+                                clearance * force * force / (4 * EI), coil.load, 0.03));
+        rows.push_back(relative("exact pitch [m]" + at, pitch, coil.pitch, 1e-3));
+        rows.push_back(relative("exact force on the tube [N/m]" + at,
+                                clearance * beta * beta * force / 2, coil.load, 2e-3));
+    }
     return rows;
 }
 
