@@ -36,6 +36,9 @@ constexpr double kWhole = 0.995, kPart = 0.9;
 constexpr double kTwice = 1e-9;
 /// Segments with less of the facet's area are round-off.
 constexpr double kNothing = 1e-14;
+/// Faces of one body overlap by no more of their distance at rest: more is the body between them,
+/// which would have to be pressed to this share of its thickness to be taken for an overlap.
+constexpr double kOwnThickness = 0.3;
 
 struct Segment {
     const Facet* slave = nullptr;
@@ -109,7 +112,9 @@ public:
         , master_(master)
         , slave_places_(slave_places)
         , master_places_(master_places)
+        , at_rest_(options.at_rest)
         , reach_(options.reach)
+        , of_master_(options.master_normals)
         , slave_facets_(
               facets_near(slave, slave_places, box_of(master, master_places), options.reach))
         , master_facets_(facets_near(master, master_places, search_box_(), 0))
@@ -138,6 +143,30 @@ private:
     /// Where the master is looked for, beyond the reach: all of a face of which a part is near must
     /// find its master, or it would look partly covered.
     double range_(const Facet& facet) const { return reach_ + facet.size / 2; }
+
+    /// Whether two faces of one body have a node in common.
+    bool joined_(std::int32_t slave_face, std::int32_t master_face) const
+    {
+        const auto a = slave_.face(static_cast<std::size_t>(slave_face)),
+                   b = master_.face(static_cast<std::size_t>(master_face));
+        return std::any_of(a.begin(), a.end(), [&](std::int32_t node) {
+            return std::find(b.begin(), b.end(), node) != b.end();
+        });
+    }
+
+    /// Between the middles of two faces of one body, at rest [m].
+    double apart_at_rest_(std::int32_t slave_face, std::int32_t master_face) const
+    {
+        const auto middle_of = [&](std::span<const std::int32_t> nodes) {
+            Vec3 sum = Vec3::Zero();
+            for (const std::int32_t node : nodes)
+                sum += at_rest_[static_cast<std::size_t>(node)];
+            return Vec3(sum / double(nodes.size()));
+        };
+        return (middle_of(slave_.face(static_cast<std::size_t>(slave_face))) -
+                middle_of(master_.face(static_cast<std::size_t>(master_face))))
+            .norm();
+    }
 
     /// Around all that the slave's facets look at.
     BoundingBox search_box_() const
@@ -190,6 +219,11 @@ private:
         for (const std::int32_t number : near_) {
             const Facet& other = master_facets_[static_cast<std::size_t>(number)];
             const bool hides = facet.normal.dot(other.normal) > 0;
+            double deepest = range;
+            if (!at_rest_.empty()) {
+                if (joined_(facet.face, other.face)) continue;
+                if (!hides) deepest = kOwnThickness * apart_at_rest_(facet.face, other.face);
+            }
             double far[2];
             const ConvexPolygon seen = outline(other, plane, !hides, far);
             if (far[0] > range || far[1] < -range || apart(own, seen)) continue;
@@ -200,7 +234,7 @@ private:
                 if (!(size > least)) return;
                 const Vec2 off = middle(shared_) - middle_place.head<2>();
                 const double gap = middle_place.z() - normal.head<2>().dot(off) / normal.z();
-                if (std::abs(gap) > range) return;
+                if (std::abs(gap) > range || gap < -deepest) return;
                 if (hides)
                     layers = true;
                 else
@@ -350,7 +384,9 @@ private:
                 far += psi * M.transpose();
             }
         }
-        const Vec3 apart = sides.axes.transpose() * (sides.master_normal - Vec3::UnitZ());
+        const Vec3 apart =
+            sides.axes.transpose() *
+            (sides.master_normal - (of_master_ ? Vec3(Vec3::Zero()) : Vec3(Vec3::UnitZ())));
         for (std::size_t i = 0; i < 3; ++i) {
             face_sums_.area[i] += sum[Eigen::Index(i)];
             face_sums_.normal[i] += sum[Eigen::Index(i)] * apart;
@@ -394,6 +430,7 @@ private:
             psi[only] = weight;
         else
             psi = weight * (multipliers.functions * x.values);
+        if (of_master_) normal.setZero();
         Vec3 apart = sides.axes.transpose() * (far_normal - normal);
         if (slave_normals_) apart = smooth_(sides, x.values, normal, M, far_normal);
         for (int i = 0; i < multipliers.count; ++i) {
@@ -414,13 +451,14 @@ private:
         const Vec3 far = master_normals_->has(sides.master_face)
                              ? master_normals_->normal(sides.master_face, M)
                              : Vec3(sides.axes.transpose() * far_normal);
-        return far - own;
+        return of_master_ ? far : Vec3(far - own);
     }
 
     const ExternalSurface& slave_;
     const ExternalSurface& master_;
-    std::span<const Vec3> slave_places_, master_places_;
+    std::span<const Vec3> slave_places_, master_places_, at_rest_;
     double reach_ = 0;
+    bool of_master_ = false;
     std::vector<Facet> slave_facets_, master_facets_;
     BoxTree tree_;
     ContactSums sums_;

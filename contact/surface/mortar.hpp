@@ -14,6 +14,13 @@ struct MortarOptions {
     /// Normals of faces T3 and Q4 that do not jump at smooth edges, for curved surfaces given as
     /// facets (smooth_normals.hpp). Gaps stay those of the faces.
     bool smooth_normals = false;
+    /// Normals are those of the master alone, of one that does not bend: they turn with it, not
+    /// with what is pressed on it.
+    bool master_normals = false;
+    /// Of a body that may touch itself: its nodes at rest; both surfaces are of its mesh, and may
+    /// be the same one. Faces with a node in common do not meet, and no two overlap by more than a
+    /// share of their distance at rest: that is the body's own thickness seen from within.
+    std::span<const Vec3> at_rest = {};
 };
 
 /// Contacts between two surfaces of solids by dual mortar multipliers (multipliers.hpp): one at

@@ -399,3 +399,72 @@ TEST_CASE("a ball over a plane: heights, normals and areas converge with the mes
         CHECK(gaps.back() < 0.35 * gaps.front());
     }
 }
+
+TEST_CASE("normals of the master alone are its own, however the slave is bent")
+{
+    for_pairs({-1, -1, -0.5}, {2, 2, -0.1}, 0.4, [](TouchingBody& slave, TouchingBody& master) {
+        for (Vec3& x : slave.mesh.nodes)
+            x.z() += 0.3 * x.x() * x.x() + 0.1 * x.y();
+        for (const bool smooth : {false, true}) {
+            MortarOptions options;
+            options.reach = 1;
+            options.smooth_normals = smooth;
+            double most[2] = {0, 0};
+            for (const bool own : {false, true}) {
+                options.master_normals = own;
+                const SurfaceContacts all = mortar_contacts(
+                    slave.surface, slave.mesh.nodes, master.surface, master.mesh.nodes, options);
+                CHECK(!all.contact.empty());
+                for (const SurfaceContact& c : all.contact)
+                    most[own] = std::max(most[own], (c.normal - Vec3::UnitZ()).norm());
+            }
+            CHECK(most[0] > 0.05);
+            CHECK(most[1] < 1e-12);
+        }
+    });
+}
+
+TEST_CASE("a body that is folded meets itself, and not through its own thickness")
+{
+    constexpr double kThick = 0.4, kHalf = 0.05; // the fold's inner radius
+    for (const ElementKind kind : kKinds)
+        for (const double lean : {0.0, 0.07}) { // legs overlap by 0.04 at their ends
+            CAPTURE(std::string(shape_of(kind).name));
+            SolidBoxOptions box;
+            box.highest = {8, 1, kThick};
+            box.cells = {32, 3, 1};
+            box.kind = kind;
+            TouchingBody body = with_surface(make_solid_box(box));
+            const std::vector<Vec3> flat = body.mesh.nodes;
+            for (Vec3& x : body.mesh.nodes) {
+                const double r = kHalf + kThick - x.z(), leg = std::min(x.x(), 8 - x.x());
+                const double sign = x.x() < 4 ? -1 : 1;
+                const double angle = (x.x() - 4) * std::acos(0.0);
+                x = leg < 3 ? Vec3(leg, x.y(), sign * (r - lean * (1 - leg / 3)))
+                            : Vec3(3 + r * std::cos(angle), x.y(), r * std::sin(angle));
+            }
+            MortarOptions options;
+            options.reach = 0.5;
+            const SurfaceContacts blind = mortar_contacts(body.surface, body.mesh.nodes,
+                                                          body.surface, body.mesh.nodes, options);
+            CHECK(std::any_of(blind.contact.begin(), blind.contact.end(),
+                              [](const SurfaceContact& c) { return c.gap < -0.3; }));
+            options.at_rest = flat;
+            const SurfaceContacts all = mortar_contacts(body.surface, body.mesh.nodes, body.surface,
+                                                        body.mesh.nodes, options);
+            check_rows(all);
+            double area = 0, least = 1;
+            for (const SurfaceContact& c : all.contact) {
+                CHECK(std::abs(c.normal.y()) < 1e-12);
+                least = std::min(least, c.gap);
+                if (c.point.x() > 2.5) continue;
+                area += c.area;
+                CHECK(std::abs(c.normal.z()) > 0.99);
+                const double leg = c.point.x();
+                CHECK(std::abs(c.gap - 2 * (kHalf - lean * (1 - leg / 3))) < 1e-3);
+            }
+            CHECK(area > 2 * 2.3); // both legs carry multipliers
+            CHECK(area < 2 * 2.7);
+            CHECK(least > 2 * (kHalf - lean) - 1e-3);
+        }
+}

@@ -94,7 +94,7 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
         momentum_ = mass_times(state_.v);
     }
     now_ = state_;
-    contact_ = contact_before_ = reaction_ = Eigen::VectorXd::Zero(at3(n));
+    contact_ = firm_ = contact_before_ = reaction_ = Eigen::VectorXd::Zero(at3(n));
 }
 
 void SolidBody::may_touch(std::span<const char> touching)
@@ -374,6 +374,12 @@ Vec3 SolidBody::past_velocity(const BodyPlace& at) const
     for (const StencilEntry& e : at.nodes)
         d += e.weight * past_velocity_.segment<3>(3 * e.node);
     return d;
+}
+
+void SolidBody::lean_on(const Eigen::VectorXd& force)
+{
+    for (std::size_t i = 0; i < unknown_.size(); ++i)
+        firm_[unknown_[i]] = force[Eigen::Index(i)];
 }
 
 void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,

@@ -76,6 +76,11 @@ public:
     /// The free change that linearise() of an iterative solid leaves out.
     void find_free_change();
 
+    /// Contact forces from what stands still, of the unknowns: what a matrix that is not positive
+    /// leans on first. Of hyperelastic solids; before linearise().
+    void lean_on(const Eigen::VectorXd& force);
+    bool leans() const { return hyperelastic_; }
+
     /// Of loops over elements and nodes; the result is the same for any number.
     void use_threads(int threads) { threads_ = threads; }
 
@@ -294,6 +299,7 @@ protected:
     Placement first_frame_;
     Eigen::VectorXd free_change_, mode_load_;
     Eigen::VectorXd contact_;        ///< forces at the accepted state, in the frame, all dofs
+    Eigen::VectorXd firm_;           ///< of them those of lean_on()
     Eigen::VectorXd contact_before_; ///< the same of the state before; quasi-static
     Eigen::VectorXd reaction_;       ///< of all dofs, in space [N]
     Eigen::VectorXd load_;           ///< of the state, in space [N]

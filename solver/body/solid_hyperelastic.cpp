@@ -9,6 +9,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fmt/format.h>
@@ -34,9 +35,28 @@ constexpr double kOvershoot = 0.8; // slope at the end of a shortened step, of t
 // Of GMRES: a share of the last error, so that Newton's steps stay quadratic.
 constexpr double kKrylovShare = 1e-2, kFinestKrylov = 1e-12, kCoarsestKrylov = 1e-5;
 constexpr int kMostKrylov = 60;
-/// In place of a shift, negative: the matrix is stiffened at contacts alone, as if what they touch
-/// were round, with a curvature of so many over the body's size.
-constexpr double kAtContacts = -1, kMostAtContacts = -64;
+/// How the matrix leans on contacts, in turn. First on those with what stands still, along their
+/// forces, by so many times the node's own stiffness: Newton's step is exact then. Then also across
+/// the forces, as if what they touch were round, with a curvature of so many over the body's size.
+/// Last on contacts with what gives way too, the body's own other side among it: both sides may
+/// move together, and are kept from it. In place of a shift the number of the line, from 1,
+/// negative.
+struct Lean {
+    bool firm = false;
+    double along = 0, across = 0;
+};
+constexpr std::array<Lean, 11> kLeans{{{true, 1, 0},
+                                       {true, 30, 0},
+                                       {true, 1, 1},
+                                       {true, 1, 4},
+                                       {true, 1, 16},
+                                       {true, 1, 64},
+                                       {false, 1, 0},
+                                       {false, 1, 1},
+                                       {false, 1, 4},
+                                       {false, 1, 16},
+                                       {false, 1, 64}}};
+constexpr double kNoForce = 1e-6; ///< on a node, of the largest on one
 
 Eigen::Index at3(std::size_t node)
 {
@@ -48,15 +68,18 @@ Eigen::Index at3(std::size_t node)
 /// slides: forces of contacts are others for one iteration, motions are not. Across it what a wall
 /// of this curvature [1/m] adds: a force that stays where the node goes would turn a body that is
 /// pressed all around.
+/// @param along  of the node's own stiffness
 void stiffen_contacts(SparseMatrix& S, const SparseMatrix& K, const Eigen::VectorXd& force,
-                      double curvature)
+                      double along, double curvature)
 {
+    // Round-off of a contact's weights is no contact: such a node moves freely.
+    const double least = kNoForce * force.cwiseAbs().maxCoeff();
     for (Eigen::Index at = 0; at + 3 <= force.size(); at += 3) {
         const Vec3 f = force.segment<3>(at);
-        if (f.isZero(0)) continue;
+        if (!(f.norm() > least)) continue;
         double size = 0;
         for (int i = 0; i < 3; ++i)
-            size += K.coeff(at + i, at + i) / 3;
+            size += along * K.coeff(at + i, at + i) / 3;
         const Vec3 n = f.normalized();
         const double across = curvature * f.norm();
         for (int j = 0; j < 3; ++j)
@@ -269,17 +292,22 @@ void SolidBody::assemble_tangent(SparseMatrix& S)
         true_part_.resize(0, 0);
     }
     if (shift_ > 0) S.coeffs() += shift_ * matrix_->K.coeffs();
-    if (shift_ != 0)
-        stiffen_contacts(S, matrix_->K, step_.dynamic ? contact_ / step_.h : contact_,
-                         -(shift_ < 0 ? shift_ : kMostAtContacts) / size_);
+    if (shift_ == 0) return;
+    const Lean& lean = shift_ < 0 ? kLeans[std::size_t(-shift_) - 1] : kLeans.back();
+    const double scale = step_.dynamic ? 1 / step_.h : 1;
+    stiffen_contacts(S, matrix_->K, scale * (lean.firm ? firm_ : contact_), lean.along,
+                     lean.across / size_);
 }
 
 /// The next way to make the matrix positive. @return  0 if none is left
 double SolidBody::next_shift()
 {
     if (step_.dynamic && shift_ >= 1) return 0;
-    if (shift_ <= 0 && shift_ > kMostAtContacts && !step_.dynamic && !contact_.isZero(0)) {
-        shift_ = shift_ < 0 ? 4 * shift_ : std::min(kAtContacts, last_shift_ / 4);
+    if (shift_ <= 0 && shift_ > -double(kLeans.size()) && !step_.dynamic && !contact_.isZero(0)) {
+        // From one before the last iteration's on: what holds only just comes and goes.
+        shift_ = shift_ < 0 ? shift_ - 1 : std::min(-1.0, last_shift_ + 1);
+        while (firm_.isZero(0) && kLeans[std::size_t(-shift_) - 1].firm)
+            shift_ -= 1;
         return 1;
     }
     indefinite_ = true;

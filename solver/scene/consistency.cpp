@@ -213,6 +213,25 @@ template <class Bodies> auto* find(Bodies& bodies, const std::string& name)
     return it == bodies.end() ? nullptr : &*it;
 }
 
+/// Of a contact law between a body and itself.
+void check_self(const Scene& scene, const ContactLaw& law, const std::string& place,
+                const std::string& pair, Findings& findings)
+{
+    if (find(scene.rods, law.between[0])) return;
+    const SolidInput* solid = find(scene.solids, law.between[0]);
+    const std::string with = pair + ", a body and itself";
+    if (!solid || !is_hyperelastic(*solid))
+        findings.add({place}, with,
+                     "two bodies, a rod and itself, or a hyperelastic solid and itself");
+    else if (law.discretisation == "nodal")
+        findings.add({place}, with + ", \"discretisation\": \"nodal\"", "\"mortar\"");
+    else if (law.sliding == "small")
+        findings.add({place}, with + ", \"sliding\": \"small\"", "\"finite\"");
+    else if (scene.time.kind == "dynamic")
+        findings.add({place}, with + ", \"kind\": \"dynamic\"",
+                     "\"quasi_static\": solids do not touch themselves in motion yet");
+}
+
 void check_pairs(const Scene& scene, Findings& findings)
 {
     std::set<std::set<std::string>> seen;
@@ -251,8 +270,7 @@ void check_pairs(const Scene& scene, Findings& findings)
             findings.add({place}, pair + ", a beam and itself", "two bodies");
         else if (!seen.insert({a, b}).second)
             findings.add({place}, pair + " again", "each pair once");
-        if (a == b && !beams && !find(scene.rods, a))
-            findings.add({place}, pair + ", a body and itself", "two bodies, or a rod and itself");
+        if (a == b && !obstacles && !beams) check_self(scene, law, place, pair, findings);
         const auto body = [&](const std::string& name) {
             return find(scene.rigids, name) || find(scene.rods, name);
         };

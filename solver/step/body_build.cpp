@@ -317,7 +317,7 @@ std::vector<ContactLaw> written_out(const Scene& scene)
         for (std::size_t i = 0; i < scene.order.size(); ++i)
             for (std::size_t j = i; j < scene.order.size(); ++j) {
                 const std::string &a = scene.order[i], &b = scene.order[j];
-                if (i == j && !rod(a)) continue; // rods alone touch themselves
+                if (i == j && !rod(a)) continue; // solids touch themselves only where named
                 const auto fits = [&](const std::string& x, const std::string& y) {
                     return (law.between[0] == "*" || law.between[0] == x) &&
                            (law.between[1] == "*" || law.between[1] == y);
@@ -481,7 +481,8 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         // What neither holds nor contacts nor couplings hold would fly off.
         std::set<std::string> met;
         for (const ContactLaw& law : laws)
-            met.insert(law.between.begin(), law.between.end());
+            if (law.between[0] != law.between[1])
+                met.insert(law.between.begin(), law.between.end());
         for (const CouplingInput& c : scene.couplings)
             met.insert(c.between.begin(), c.between.end());
         for (const BodyRef& b : system->refs) {
@@ -522,7 +523,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                              Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), o.surface.axis)};
         }
         bool swap = body[0] < 0;
-        if (!swap && body[1] >= 0) {
+        if (!swap && body[1] >= 0 && body[0] != body[1]) {
             const BodyRef &a = system->refs[std::size_t(body[0])],
                           &b = system->refs[std::size_t(body[1])];
             if (a.solid && b.solid)

@@ -241,8 +241,10 @@ void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair,
     options.nodal = p.nodal;
     // Integrals see no jump of the normal at an edge of faces, a node that rests on one does.
     options.smooth_normals = p.nodal;
+    if (p.a == p.b) options.at_rest = a.mesh().nodes;
     add(mortar_contacts(p.surface_a, x_a, p.surface_b, x_b, options), pair, p.a, p.b, true, out);
-    add_sharp({p.surface_a, p.sharp_a, x_a}, {p.surface_b, p.sharp_b, x_b}, pair, true, out);
+    if (p.a != p.b) // every body lies beside its own sharp edges
+        add_sharp({p.surface_a, p.sharp_a, x_a}, {p.surface_b, p.sharp_b, x_b}, pair, true, out);
 }
 
 void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
@@ -268,6 +270,7 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
     const std::vector<Vec3> x = moved_points(facets.mesh, at);
     MortarOptions options;
     options.reach = reach_;
+    options.master_normals = true;
     options.smooth_normals = true; // the facets stand for a curved surface, but at its edges
     add(mortar_contacts(p.surface_a, a.places(), facets.surface, x, options), pair, p.a, p.b, false,
         out);

@@ -134,8 +134,10 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         const std::string name = system.refs[std::size_t(pairs[p].a)].name + "_on_" +
                                  (pairs[p].b < 0 ? obstacles[std::size_t(pairs[p].obstacle)].name
                                                  : system.refs[std::size_t(pairs[p].b)].name);
-        vector(name + "_force", "N", force[p]);
-        if (system.refs[std::size_t(pairs[p].a)].rod)
+        // Of a solid and itself forces act on either side: their sum says nothing.
+        const bool itself = system.refs[std::size_t(pairs[p].a)].solid && pairs[p].a == pairs[p].b;
+        if (!itself) vector(name + "_force", "N", force[p]);
+        if (system.refs[std::size_t(pairs[p].a)].rod || itself)
             out.push_back({name + "_normal_force", "N", normal[p]}); // of all sides
         if (system.refs[std::size_t(pairs[p].a)].solid)
             out.push_back({name + "_max_pressure", "Pa", pressure[p]});

@@ -3,6 +3,7 @@
 #include "mesh/base/phase_timer.hpp"
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
+#include "solver/body/solid_body.hpp"
 
 #include <Eigen/QR>
 #include <algorithm>
@@ -31,6 +32,7 @@ void BodyStepper::linearise()
     free_.clear();
     mode_load_.clear();
     expect_contacts(!rods_only_);
+    tell_firm_contacts();
     for (std::size_t b = 0; b < bodies(); ++b) {
         body(b).linearise();
         free_.push_back(body(b).free_change());
@@ -64,6 +66,33 @@ void BodyStepper::expect_contacts(bool known_too)
     }
     for (std::size_t b = 0; b < bodies(); ++b)
         if (RodBody* rod = system_.refs[b].rod) rod->expect_contacts(loads[b]);
+}
+
+/// Tells hyperelastic solids what is known of the contact forces on them from what stands still.
+void BodyStepper::tell_firm_contacts()
+{
+    const auto leans = [](const BodyRef& b) { return b.solid && b.solid->leans(); };
+    if (step_.dynamic || std::none_of(system_.refs.begin(), system_.refs.end(), leans)) return;
+    Rows firm;
+    std::vector<Vec3> force;
+    for (int c = 0; c < int(list_.contact.size()); ++c) {
+        const BodyContact& contact = list_.contact[std::size_t(c)];
+        const auto known = force_.find(key(c));
+        if (known == force_.end() ||
+            (contact.b >= 0 && !fixed(std::size_t(contact.a)) && !fixed(std::size_t(contact.b))))
+            continue;
+        firm.chosen.push_back(c);
+        force.push_back(contact.frame.transpose() * known->second);
+    }
+    make_rows(contacts(), firm);
+    Eigen::VectorXd r(firm.count);
+    for (std::size_t i = 0; i < firm.chosen.size(); ++i) {
+        const int end = i + 1 < firm.first.size() ? firm.first[i + 1] : firm.count;
+        r.segment(firm.first[i], end - firm.first[i]) = force[i].head(end - firm.first[i]);
+    }
+    const std::vector<Eigen::VectorXd> on = forces(firm, r);
+    for (std::size_t b = 0; b < bodies(); ++b)
+        if (leans(system_.refs[b])) system_.refs[b].solid->lean_on(on[b]);
 }
 
 /// No contact force moves it.

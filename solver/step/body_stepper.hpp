@@ -36,6 +36,7 @@ private:
     BodySystem::Key key(int c) const;
     void linearise();
     void expect_contacts(bool known_too);
+    void tell_firm_contacts();
     bool fixed(std::size_t b) const;
     bool all_in_matrix() const;
     void find();

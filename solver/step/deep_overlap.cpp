@@ -105,6 +105,7 @@ std::vector<Issue> deep_overlaps(const std::vector<BodyRef>& bodies,
 {
     std::vector<Issue> found;
     for (const ContactPair& p : pairs) {
+        if (p.a == p.b) continue; // a body and itself
         const BodyRef& a = bodies[std::size_t(p.a)];
         if (!a.solid || (p.b >= 0 && !bodies[std::size_t(p.b)].solid)) continue;
         Deepest d;

@@ -1,0 +1,195 @@
+// A ring of rubber that is pressed flat until its inside meets itself.
+
+#include "mesh/base/file.hpp"
+#include "mesh/tests/temporary_folder.hpp"
+#include "solver/step/tests/body_runs.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+#include <numbers>
+
+using namespace amontons;
+
+namespace {
+
+constexpr double kInner = 4e-3, kThick = 2e-3, kDeep = 2e-3; // [m]
+constexpr int kThrough = 2, kAround = 10;                    // elements, of a quarter
+
+/// Of the ring in the x-y plane, from the angle -90 degrees (or 0) to 90, in plane strain along z.
+/// Face sets: inner, outer, low and high (its ends), sides; nodes: waist.
+/// @param turn  axes in turn: 1 puts x on y, y on z, z on x
+void write_arc(const std::string& path, bool half, int turn)
+{
+    const int around = half ? 2 * kAround : kAround;
+    const double first = half ? -std::numbers::pi / 2 : 0;
+    std::string nodes, elements, sets[5];
+    const auto number = [&](int i, int j, int k) {
+        return (k * (around + 1) + j) * (kThrough + 1) + i;
+    };
+    for (int k = 0; k < 2; ++k)
+        for (int j = 0; j <= around; ++j)
+            for (int i = 0; i <= kThrough; ++i) {
+                const double r = kInner + kThick * i / kThrough;
+                const double a = first + (std::numbers::pi / 2 - first) * j / around;
+                const double own[3] = {r * std::cos(a), r * std::sin(a), kDeep * k};
+                double x[3];
+                for (int c = 0; c < 3; ++c)
+                    x[(c + turn) % 3] = std::abs(own[c]) < 1e-12 ? 0 : own[c];
+                nodes += fmt::format("{:.17g} {:.17g} {:.17g}\n", x[0], x[1], x[2]);
+            }
+    for (int j = 0, e = 0; j < around; ++j)
+        for (int i = 0; i < kThrough; ++i, ++e) {
+            for (int k = 0; k < 2; ++k)
+                for (const auto& [a, b] : {std::pair(0, 0), {1, 0}, {1, 1}, {0, 1}})
+                    elements += fmt::format("{} ", number(i + a, j + b, k));
+            elements.back() = '\n';
+            const bool in[4] = {i == 0, i + 1 == kThrough, j == 0, j + 1 == around};
+            for (int s = 0; s < 4; ++s)
+                if (in[s]) sets[s] += fmt::format("{} {}\n", e, s);
+            sets[4] += fmt::format("{} 4\n{} 5\n", e, e);
+        }
+    const char* names[] = {"inner", "outer", "low", "high", "sides"};
+    for (int s = 0; s < 5; ++s)
+        elements += fmt::format("face_set {}\n{}", names[s], sets[s]);
+    elements += "node_set waist\n"; // at the angle 0 of both
+    for (int k = 0; k < 2; ++k)
+        for (int i = 0; i <= kThrough; ++i)
+            elements += fmt::format("{}\n", number(i, around - kAround, k));
+    write_file(path + ".nodes", nodes);
+    write_file(path + ".elements", elements);
+}
+
+/// Half of the ring between two plates, or a quarter between a plate and its plane of symmetry.
+Result press(bool half, int turn, double friction)
+{
+    const TemporaryFolder folder;
+    const std::string path = folder / "ring";
+    write_arc(path, half, turn);
+    const auto vector = [&](double x, double y, double z) {
+        const double own[3] = {x, y, z};
+        double v[3];
+        for (int c = 0; c < 3; ++c)
+            v[(c + turn) % 3] = own[c];
+        return fmt::format("[{}, {}, {}]", v[0], v[1], v[2]);
+    };
+    const auto axis = [&](int c) { return std::string(1, "xyz"[(c + turn) % 3]); };
+    const double outer = kInner + kThick, gap = 1e-3, way = 4.3e-3;
+    const auto plate = [&](const std::string& name, double side) {
+        return fmt::format(R"("{}": {{"kind": "rigid", "shape": {{"generate": "box", "size": {}}},
+                               "start": {{"place": {}}},
+                               "drive": {{"{}": [[0, 0], [1, {}]]}}}})",
+                           name, vector(0.04, 2 * gap, 0.01),
+                           vector(0.004, side * (outer + gap), kDeep / 2), axis(1), -side * way);
+    };
+    std::string bodies = plate("top", 1) + ", ", contact, held;
+    contact = R"({"between": ["ring", "top"], "surfaces": ["outer", ""]}, )";
+    if (half) {
+        bodies += plate("bottom", -1);
+        contact += R"({"between": ["ring", "bottom"], "surfaces": ["outer", ""]}, )";
+        contact += fmt::format(
+            R"({{"between": ["ring", "ring"], "surfaces": ["inner", "inner"], "friction": {}}})",
+            friction);
+        held = fmt::format(R"({{"set": "low", "{}": 0}}, )", axis(0));
+    } else {
+        // What is held lies above the plane of symmetry.
+        bodies += fmt::format(
+            R"("plane": {{"kind": "obstacle", "surface": {{"generate": "plane", "centre": {},
+                                                       "axis": {}}}}})",
+            vector(0, -1e-9, 0), vector(0, 1, 0));
+        contact += R"({"between": ["ring", "plane"], "surfaces": ["inner", ""]})";
+    }
+    held += fmt::format(R"({{"set": "waist", "{}": 0}}, )", axis(1));
+    held +=
+        fmt::format(R"({{"set": "high", "{}": 0}}, {{"set": "sides", "{}": 0}})", axis(0), axis(2));
+    return run(fmt::format(
+        R"("bodies": {{{}, "ring": {{"kind": "solid", "mesh": {{"file": "{}.nodes"}},
+           "material": {{"law": "neo_hooke", "youngs_modulus": 1e6, "poisson_ratio": 0.45}},
+           "hold": [{}]}}}}, "contact": [{}], "time": {{"step": 0.1, "end": 1}})",
+        bodies, path, held, contact));
+}
+
+const BodyRecord ring_of(const Result& r)
+{
+    for (const BodyRecord& b : r.simulation->body_records())
+        if (b.name == "ring") return b;
+    FAIL("no ring");
+    return {};
+}
+
+} // namespace
+
+TEST_CASE("a ring pressed until it meets itself is its own mirror image: the quarter's forces and "
+          "places, balance, no overlap; turned axes turn all")
+{
+    const Result quarter = press(false, 0, 0);
+    REQUIRE_MESSAGE(quarter.summary.status == "done", quarter.summary.message);
+    const double force = quarter.vector("ring_on_top_force")[1];
+    std::size_t most = 0; // its tangent alone is not positive from half way on: it leans on plates
+    for (const StepRecord& s : quarter.records)
+        most = std::max(most, s.errors.size());
+    CHECK(most <= 12);
+    const double met = quarter.vector("ring_on_plane_force")[1];
+    CHECK(met > 0.2 * std::abs(force));
+    for (const double friction : {0.0, 0.4}) {
+        const Result half = press(true, 0, friction);
+        REQUIRE_MESSAGE(half.summary.status == "done", half.summary.message);
+        CAPTURE(friction);
+        for (const StepRecord& s : half.records)
+            CHECK(s.certificate.error <= 1e-8);
+        const Vec3 top = half.vector("ring_on_top_force"),
+                   low = half.vector("ring_on_bottom_force");
+        CHECK(top[1] == doctest::Approx(force).epsilon(2e-3));
+        const Vec3 held = half.vector("ring_waist_force");
+        CHECK(std::abs(top[1] + low[1] + held[1]) < 1e-7 * top.norm());
+        CHECK(std::abs(held[1]) < 1e-4 * top.norm()); // mirror images, but for round-off's choice
+        double acting = 0;                            // on one side or the other
+        for (const ContactRecord& c : half.records.back().contacts)
+            if (c.body_a == c.body_b) acting += c.normal_force;
+        CHECK(acting == doctest::Approx(met).epsilon(2e-3));
+        const BodyRecord one = ring_of(quarter), other = ring_of(half);
+        const std::size_t ends = one.points.size() / 2, all = other.points.size() / 2;
+        double apart = 0, least = 1;
+        for (std::size_t i = 0; i < ends; ++i) { // the upper half's nodes come last in each layer
+            const Vec3& x = other.points[all - ends + i];
+            apart = std::max(apart, (x - one.points[i]).norm());
+            least = std::min(least, x.y());
+        }
+        CHECK(apart < 1e-3 * kThick);
+        CHECK(least > -1e-4 * kThick);
+
+        if (friction == 0) continue;
+        const Result turned = press(true, 1, friction);
+        REQUIRE_MESSAGE(turned.summary.status == "done", turned.summary.message);
+        CHECK(turned.vector("ring_on_top_force")[2] == doctest::Approx(top[1]).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("a solid and itself: what is not possible is said")
+{
+    const auto found = [](const std::string& motion, const std::string& more,
+                          const std::string& kind) {
+        try {
+            run(fmt::format(
+                R"("bodies": {{"ring": {{"kind": "solid", "motion": "{}", "youngs_modulus": 1e6,
+                   "poisson_ratio": 0.3, "density": 1000, "mesh": {{"generate": "box",
+                   "size": [1, 1, 1], "cells": [1, 1, 1]}}, "hold": [{{"set": "x_min"}}]}}}},
+                   "contact": [{{"between": ["ring", "ring"], "friction": 0.1{}}}],
+                   "time": {{"kind": "{}", "step": 0.1, "end": 1}})",
+                motion, more, kind));
+        } catch (const InputError& error) {
+            REQUIRE(error.issues().size() == 1);
+            CHECK(error.issues()[0].place.find("/contact/0/between") != std::string::npos);
+            return error.issues()[0].found + " | " + error.issues()[0].allowed;
+        }
+        return std::string("nothing");
+    };
+    const auto has = [](const std::string& text, const char* part) {
+        return text.find(part) != std::string::npos;
+    };
+    CHECK(found("hyperelastic", "", "quasi_static") == "nothing");
+    CHECK(has(found("linear", "", "quasi_static"), "a hyperelastic solid and itself"));
+    CHECK(has(found("corotational", "", "quasi_static"), "a hyperelastic solid and itself"));
+    CHECK(has(found("hyperelastic", R"(, "discretisation": "nodal")", "quasi_static"), "mortar"));
+    CHECK(has(found("hyperelastic", R"(, "sliding": "small")", "quasi_static"), "finite"));
+    CHECK(has(found("hyperelastic", "", "dynamic"), "quasi_static"));
+}
