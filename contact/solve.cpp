@@ -20,6 +20,9 @@ namespace {
 /// Times that parts are solved closer before the whole is left as it is.
 constexpr int kRounds = 4;
 constexpr int kWaysOfAutomatic = 5;
+/// Friction from which on normal forces have units of their own, one try after the other.
+constexpr double kSteep[] = {128, 2048};
+constexpr int kSteepRounds = 3, kSteepPatience = 400;
 
 void check(const ContactProblem& problem, const SolverOptions& options,
            const Eigen::VectorXd& warm_start)
@@ -66,8 +69,8 @@ Eigen::VectorXd start(const ContactProblem& problem, const Eigen::VectorXd& warm
 }
 
 /// Runs one solver on the problem as it is.
-SolverRun run(const ContactProblem& problem, SolverOptions options, Eigen::VectorXd start,
-              bool warm)
+SolverRun run_plain(const ContactProblem& problem, SolverOptions options, Eigen::VectorXd start,
+                    bool warm)
 {
     // Its sweeps and steps are of many kinds: that one kind does not help says little.
     if (options.solver == ContactSolver::automatic)
@@ -96,6 +99,48 @@ SolverRun run(const ContactProblem& problem, SolverOptions options, Eigen::Vecto
         break;
     }
     return std::move(work.progress).result();
+}
+
+/// The same; `auto` first in normal_units, where friction is so large that there are any.
+SolverRun run(const ContactProblem& problem, const SolverOptions& options, Eigen::VectorXd start,
+              bool warm)
+{
+    if (options.solver != ContactSolver::automatic || normal_units(problem, kSteep[0]).size() == 0)
+        return run_plain(problem, options, std::move(start), warm);
+    const Stopwatch clock;
+    const NaturalMapError error(problem, options.scope);
+    SolverRun outcome;
+    std::vector<ErrorPoint> history; // errors of the problem as it is
+    const auto run_in = [&](const ContactProblem& p, SolverOptions o, Eigen::VectorXd from) {
+        o.max_seconds = std::max(0.0, options.max_seconds - clock.seconds());
+        const bool has_start = warm || !from.isZero(0);
+        SolverRun found = run_plain(p, o, std::move(from), has_start);
+        found.iterations += outcome.iterations;
+        outcome = std::move(found);
+    };
+    for (const double most : kSteep) {
+        const Eigen::VectorXd D = normal_units(problem, most);
+        if (D.size() == 0) break;
+        const ContactProblem inner = in_normal_units(problem, D);
+        SolverOptions closer = options;
+        closer.patience = std::min(options.patience, kSteepPatience);
+        Eigen::VectorXd from = start.cwiseQuotient(D);
+        for (int round = 0; round < kSteepRounds; ++round, closer.tolerance *= 1e-2) {
+            run_in(inner, closer, std::move(from));
+            from = std::move(outcome.reaction);
+            outcome.reaction = D.cwiseProduct(from);
+            const double reached =
+                error(outcome.reaction, problem.W * outcome.reaction + problem.q);
+            history.push_back({outcome.iterations, clock.seconds(), reached});
+            if (outcome.status != SolveStatus::converged) break;
+            if (reached > options.tolerance) continue;
+            outcome.history = std::move(history);
+            return outcome;
+        }
+    }
+    run_in(problem, options, std::move(start));
+    outcome.history.insert(outcome.history.begin(), history.begin(), history.end());
+    return outcome;
 }
 
 /// The tolerance in a part's own measure that leaves it below the given one in that of the whole.

@@ -67,4 +67,32 @@ ContactProblem in_units(const ContactProblem& problem, const Units& units)
     return result;
 }
 
+Eigen::VectorXd normal_units(const ContactProblem& problem, double most)
+{
+    if (problem.W.is_matrix_free() || !(problem.mu.size() > 0 && problem.mu.maxCoeff() > most))
+        return {};
+    Eigen::VectorXd D = Eigen::VectorXd::Ones(problem.q.size());
+    const std::vector<int> first = row_offsets(problem);
+    for (int i = 0; i < contact_count(problem); ++i)
+        if (kind_of(problem, i) == ContactKind::frictional && problem.mu[i] > most)
+            D[first[static_cast<std::size_t>(i)]] =
+                std::ldexp(1, -std::ilogb(problem.mu[i] / most) - 1);
+    return D;
+}
+
+ContactProblem in_normal_units(const ContactProblem& problem, const Eigen::VectorXd& D)
+{
+    ContactProblem other = problem;
+    if (problem.W.is_dense())
+        other.W.dense() = D.asDiagonal() * problem.W.dense() * D.asDiagonal();
+    else
+        other.W = Delassus::Sparse(D.asDiagonal() * problem.W.sparse() * D.asDiagonal());
+    other.q = D.cwiseProduct(problem.q);
+    const std::vector<int> first = row_offsets(problem);
+    for (int i = 0; i < contact_count(problem); ++i)
+        if (kind_of(problem, i) == ContactKind::frictional)
+            other.mu[i] *= D[first[static_cast<std::size_t>(i)]];
+    return other;
+}
+
 } // namespace amontons

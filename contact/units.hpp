@@ -22,4 +22,15 @@ Eigen::VectorXd times_power(const Eigen::VectorXd& x, int exponent);
 /// The same problem, W' and q'. Exact, but for numbers that become less than 1e-308.
 ContactProblem in_units(const ContactProblem& problem, const Units& units);
 
+/// Units of normal forces, powers of two <= 1 by rows (1 of all others), that leave no coefficient
+/// of friction above `most`: with r = D r' and u' = D u the law is Coulomb's with D_n mu. Empty
+/// where none is above, or W is matrix-free.
+///
+/// Beyond, r_n = |r_t| / mu of a sliding contact is small beside all other forces, and whether it
+/// is there at all decides: smoothings round it off, and sweeps creep.
+Eigen::VectorXd normal_units(const ContactProblem& problem, double most);
+
+/// The same problem, D W D, D q and D_n mu. Exact.
+ContactProblem in_normal_units(const ContactProblem& problem, const Eigen::VectorXd& D);
+
 } // namespace amontons

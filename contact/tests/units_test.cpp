@@ -76,3 +76,64 @@ TEST_CASE("in other units walls that close stay infeasible, and the proof is in 
     CHECK(s.certificate.status == SolveStatus::infeasible);
     CHECK(s.certificate.proof.closing == doctest::Approx(0.25 * 0x1p400));
 }
+
+TEST_CASE(
+    "friction without bounds: what slides is found though its normal force is next to nothing")
+{
+    // A strip on something like an elastic half-space, pressed and sheared.
+    constexpr int n = 30;
+    const auto strip = [](double mu) {
+        ContactProblem p;
+        p.W.dense().setZero(3 * n, 3 * n);
+        p.q.resize(3 * n);
+        p.mu = Eigen::VectorXd::Constant(n, mu);
+        for (int i = 0; i < n; ++i) {
+            for (int j = 0; j < n; ++j) {
+                const double give = 1 / (0.6 + std::abs(i - j));
+                p.W.dense().block<3, 3>(3 * i, 3 * j).diagonal().setConstant(give);
+                const double turn = i == j ? 0 : 0.3 * give * (i > j ? 1 : -1);
+                p.W.dense()(3 * i, 3 * j + 1) = turn;
+                p.W.dense()(3 * i + 1, 3 * j) = -turn;
+            }
+            p.q.segment<3>(3 * i) << -0.2, 1, 0;
+        }
+        return p;
+    };
+    REQUIRE(Eigen::LLT<Eigen::MatrixXd>(strip(1).W.dense()).info() == Eigen::Success);
+    for (double mu : {1e3, 1e4}) {
+        CAPTURE(mu);
+        const ContactProblem p = strip(mu);
+        const ContactSolution s = solve(p);
+        CHECK(s.certificate.status == SolveStatus::converged);
+        CHECK(s.certificate.iterations < 4000); // 8000 in the problem's own units
+        CHECK(static_cast<double>(test::reference_error(p, s.reaction)) <= 1e-8);
+        int sliding = 0;
+        for (int i = 0; i < n; ++i) {
+            const double t = s.reaction.segment<2>(3 * i + 1).norm();
+            if (!(s.u.segment<2>(3 * i + 1).norm() > 1e-6)) continue;
+            ++sliding;
+            CHECK(s.reaction[3 * i] == doctest::Approx(t / mu).epsilon(1e-6));
+        }
+        CHECK(sliding > 0);
+    }
+}
+
+TEST_CASE("units of normal forces are powers of two and leave Coulomb's law as it is")
+{
+    std::mt19937 rng{3};
+    ContactProblem p = test::random_problem(rng, 4, 12, 0.4);
+    CHECK(normal_units(p, 128).size() == 0);
+    p.mu << 0, 0.4, 3e3, 3e7;
+    const Eigen::VectorXd D = normal_units(p, 128);
+    REQUIRE(D.size() == 12);
+    const ContactProblem inner = in_normal_units(p, D);
+    for (int i = 0; i < 4; ++i) {
+        CHECK(D[3 * i] == std::ldexp(1.0, std::ilogb(D[3 * i])));
+        CHECK(D[3 * i + 1] == 1);
+        CHECK(inner.mu[i] <= 128);
+        CHECK(inner.mu[i] == D[3 * i] * p.mu[i]);
+    }
+    const Eigen::VectorXd r = Eigen::VectorXd::LinSpaced(12, -1, 2);
+    const Eigen::VectorXd u = p.W * r + p.q, other = inner.W * r.cwiseQuotient(D) + inner.q;
+    CHECK((other - D.cwiseProduct(u)).norm() <= 1e-14 * u.norm());
+}
