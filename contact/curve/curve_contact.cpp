@@ -13,12 +13,13 @@
 namespace amontons {
 namespace {
 
-constexpr double kAway = 3;       // radii of arc between two places of one curve that may touch
-constexpr double kBulge = 1e-6;   // of the radius: what a surface does between two stations
-constexpr double kSharper = 2;    // ... whose curvature is so many times the curve's
-constexpr double kBeyond = 1e-9;  // of a piece: a place at its end is on it
-constexpr double kAlong = 0.3;    // sideways way between stations, of the radii: more is no line
-constexpr double kAcross = 0.05;  // ... and less is no crossing
+constexpr double kAway = 3;      // radii of arc between two places of one curve that may touch
+constexpr double kBulge = 1e-6;  // of the radius: what a surface does between two stations
+constexpr double kSharper = 2;   // ... whose curvature is so many times the curve's
+constexpr double kBeyond = 1e-9; // of a piece: a place at its end is on it
+constexpr double kAcross = 0.3;  // sideways way between stations, of the radii: less is no crossing
+constexpr double kStays = 0.2;   // ... of one that was met
+constexpr double kAlong = 0.6;   // ... and more no line
 constexpr double kOffset = 0.382; // where a number changes: not at nodes, nor half-way
 
 // Kinds of contact within a pair.
@@ -131,6 +132,10 @@ struct Pair {
     double spacing; // of a's stations [m]
     std::vector<CurveContact>& out;
     std::map<std::int64_t, std::size_t> made{}; // place in out by id: no two of one id
+    struct Crossing {
+        double arc_b, distance; // [m]
+    };
+    std::multimap<double, Crossing> crossed{}; // by arc length along a [m]
 
     bool same() const { return &a == &b; }
     bool may_touch(const CurvePlace& p, const CurvePlace& q) const
@@ -139,6 +144,29 @@ struct Pair {
         const double r =
             0.5 * (a.pieces[std::size_t(p.piece)].radius + b.pieces[std::size_t(q.piece)].radius);
         return arc_between(a, arc(a, p), arc(b, q)) > kAway * r;
+    }
+    double distance_at(const CurvePlace& p, const CurvePlace& q) const
+    {
+        return (a.pieces[std::size_t(p.piece)].at(p.t) - b.pieces[std::size_t(q.piece)].at(q.t))
+            .norm();
+    }
+    /// A crossing says it already: two rows at one place would share a force, and pass it to and
+    /// fro as the crossing moves.
+    bool beside_crossing(const CurvePlace& p, const CurvePlace& q) const
+    {
+        const double s = arc(a, p), t = arc(b, q);
+        for (auto c = crossed.lower_bound(s - spacing);
+             c != crossed.end() && c->first <= s + spacing; ++c)
+            if (std::abs(c->second.arc_b - t) <= spacing && c->second.distance <= distance_at(p, q))
+                return true;
+        return false;
+    }
+    void cross(const CurvePlace& p, const CurvePlace& q, std::int64_t id)
+    {
+        const double d = distance_at(p, q);
+        crossed.emplace(arc(a, p), Crossing{arc(b, q), d});
+        if (same()) crossed.emplace(arc(b, q), Crossing{arc(a, p), d});
+        add(p, q, id, true, true);
     }
     void add(const CurvePlace& p, const CurvePlace& q, std::int64_t id, bool slides_a,
              bool slides_b)
@@ -189,6 +217,7 @@ struct Pair {
             }
             const CurvePlace &pa = swapped ? q : p, &pb = swapped ? p : q;
             if (!may_touch(pa, pb)) return;
+            if (!all_angles && beside_crossing(pa, pb)) return;
             if (same() && !all_angles && arc(a, pa) > arc(b, pb)) return; // seen from there
             if (!all_angles &&
                 spacing * sine(slope, piece.slope(q.t)) > kAlong * (own.radius + piece.radius))
@@ -346,7 +375,7 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
 }
 
 void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Curve& b, double reach,
-                 std::vector<CurveContact>& out)
+                 std::span<const std::int64_t> known, std::vector<CurveContact>& out)
 {
     const double r_a = thickest(a), r_b = thickest(b);
     Pair pair{a, b, reach, spacing_of(a, stations), out};
@@ -361,10 +390,12 @@ void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Cur
             if (!y) return;
             const CurvePlace one{e, (*y)[0]}, two{f, (*y)[1]};
             if (!pair.may_touch(one, two)) return;
+            const std::int64_t id = kCrossings + bin(a, one) * kPlaces + bin(b, two);
+            const bool met = std::binary_search(known.begin(), known.end(), id);
             if (pair.spacing * sine(p.slope(one.t), q.slope(two.t)) <
-                kAcross * (p.radius + q.radius))
+                (met ? kStays : kAcross) * (p.radius + q.radius))
                 return;
-            pair.add(one, two, kCrossings + bin(a, one) * kPlaces + bin(b, two), true, true);
+            pair.cross(one, two, id);
         });
     }
     for (std::size_t i = 0; i < stations.size(); ++i)

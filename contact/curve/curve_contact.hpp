@@ -66,8 +66,9 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
 
 /// Appends contacts of two curves, or of one with itself (&a == &b), of gap <= reach. A curve
 /// touches itself where its arc between is longer than three radii.
+/// @param known  ids that were met before, ascending
 void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Curve& b, double reach,
-                 std::vector<CurveContact>& out);
+                 std::span<const std::int64_t> known, std::vector<CurveContact>& out);
 
 /// True if two curves (or one and itself: &a == &b) go through each other between `before` and
 /// `now`, all places moving in straight lines: their middle lines come nearer than half the sum of

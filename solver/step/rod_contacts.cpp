@@ -45,10 +45,6 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
     std::vector<std::int64_t>& known = sharp_[std::size_t(pair)];
     const auto on = [&](const std::function<WallSample(const Vec3&)>& surface) {
         touch_surface(own, places_of(rod, p), surface, reach_, known, found);
-        for (const CurveContact& c : found)
-            known.push_back(c.id);
-        std::sort(known.begin(), known.end());
-        known.erase(std::unique(known.begin(), known.end()), known.end());
     };
     if (p.b < 0) {
         const Wall& wall = *walls_[std::size_t(p.obstacle)];
@@ -56,10 +52,14 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
     } else if (const RigidBody* rigid = bodies[std::size_t(p.b)].rigid) {
         on(surface_of(*rigid, rigid->placement()));
     } else if (p.b == p.a) {
-        touch_curve(own, rod.stations(), own, reach_, found);
+        touch_curve(own, rod.stations(), own, reach_, known, found);
     } else if (const RodBody* second = bodies[std::size_t(p.b)].rod) {
-        touch_curve(own, rod.stations(), second->curve(), reach_, found);
+        touch_curve(own, rod.stations(), second->curve(), reach_, known, found);
     }
+    for (const CurveContact& c : found)
+        known.push_back(c.id);
+    std::sort(known.begin(), known.end());
+    known.erase(std::unique(known.begin(), known.end()), known.end());
     // No force moves what is held: where it touches within rounding it is left alone, and deeper it
     // is an overlap that nothing can prevent.
     const RodBody* other = p.b >= 0 ? bodies[std::size_t(p.b)].rod : nullptr;

@@ -137,6 +137,8 @@ const std::vector<Case>& cases()
          rod_bent_tube},
         {"rod-helix", "benchmarks", "Lubinski 1962, Mitchell 1986: beta^2 = F/2EI, r F^2/4EI",
          rod_helix},
+        {"rod-plies", "stability",
+         "topology: plies wind as their ends do, and stay a diameter apart", rod_plies},
         {"rod10-statics", "benchmarks", "WSCG 2003; closed form: Euler-Bernoulli", rod10_statics},
         {"rod10-sizes", "benchmarks", "WSCG 2003, equations 8 and 9; counted loops", rod10_sizes},
         {"rod10-turning", "benchmarks", "WSCG 2003; frame indifference", rod10_turning},

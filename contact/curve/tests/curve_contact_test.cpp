@@ -39,10 +39,11 @@ Curve arc(double from, double to, int pieces, double R, double radius)
     return c;
 }
 
-std::vector<CurveContact> touching(const Curve& a, const Curve& b, double reach)
+std::vector<CurveContact> touching(const Curve& a, const Curve& b, double reach,
+                                   const std::vector<std::int64_t>& known = {})
 {
     std::vector<CurveContact> found;
-    touch_curve(a, stations(a, 0), b, reach, found);
+    touch_curve(a, stations(a, 0), b, reach, known, found);
     return found;
 }
 
@@ -86,8 +87,39 @@ TEST_CASE("rods along each other touch at the stations, nearly parallel ones nea
     }
 }
 
+TEST_CASE("nearly parallel rods touch at stations or at their crossing, not at both in one place")
+{
+    // The way sideways between two stations, of the two radii.
+    for (const double way : {0.1, 0.25, 0.29, 0.31, 0.5, 0.7, 2.0}) {
+        CAPTURE(way);
+        const double t = std::asin(way * 0.02 / 0.1);
+        const Vec3 d(std::cos(t), std::sin(t), 0), middle(0.013, 0, 0.02);
+        const Curve a = straight(middle - d, middle + d, 20, 0.01),
+                    b = straight({-1, 0, 0}, {1, 0, 0}, 20, 0.01);
+        const std::vector<CurveContact> found = touching(a, b, 0.02);
+        std::vector<std::int64_t> crossings;
+        for (const CurveContact& c : found) {
+            if (!c.slides_a || !c.slides_b) continue;
+            crossings.push_back(c.id);
+            for (const CurveContact& other : found) // the next station is farther than half of 0.1
+                CHECK((&c == &other || (other.point - c.point).norm() > 0.099));
+        }
+        CHECK(crossings.size() == (way > 0.3 ? 1 : 0));
+        REQUIRE(!found.empty());
+        // One that was met stays a crossing.
+        const double turned = std::asin(0.8 * way * 0.02 / 0.1);
+        const Vec3 e(std::cos(turned), std::sin(turned), 0);
+        int still = 0;
+        for (const CurveContact& c :
+             touching(straight(middle - e, middle + e, 20, 0.01), b, 0.02, crossings))
+            still += c.slides_a && c.slides_b ? 1 : 0;
+        CHECK(still == (way > 0.3 ? 1 : 0));
+    }
+}
+
 TEST_CASE("a gap changes as its normal says")
 {
+    int compared = 0;
     std::mt19937 random(1);
     std::uniform_real_distribution<double> some(-1, 1);
     const auto noise = [&] { return Vec3(some(random), some(random), some(random)); };
@@ -113,8 +145,10 @@ TEST_CASE("a gap changes as its normal says")
                 CurvePiece change{u, Vec3::Zero(), Vec3::Zero(), v, 0};
                 const double expected = c.normal.dot(change.at(c.a.t));
                 CHECK((other.gap - c.gap) / eps == doctest::Approx(expected).epsilon(1e-4));
+                ++compared;
             }
     }
+    CHECK(compared > 20); // of 30
 }
 
 TEST_CASE("a curve touches itself across a loop, not beside itself")
@@ -130,7 +164,7 @@ TEST_CASE("a curve touches itself across a loop, not beside itself")
         p.d0.z() = p.d1.z() = rise;
     }
     std::vector<CurveContact> found;
-    touch_curve(c, stations(c, 0), c, 1e-3, found);
+    touch_curve(c, stations(c, 0), c, 1e-3, {}, found);
     REQUIRE(!found.empty());
     for (const CurveContact& k : found) {
         CHECK(std::abs(k.a.piece - k.b.piece) > 38);
@@ -192,7 +226,8 @@ TEST_CASE("the distance to a shape has the normal and the second derivative that
                                  make_triangle_shape(cube)};
     std::mt19937 random(3);
     std::uniform_real_distribution<double> some(-0.6, 0.6);
-    for (const RigidShape& shape : shapes)
+    for (const RigidShape& shape : shapes) {
+        int compared = 0;
         for (int k = 0; k < 200; ++k) {
             const Vec3 x(some(random), some(random), some(random));
             std::int32_t near = -1;
@@ -212,7 +247,10 @@ TEST_CASE("the distance to a shape has the normal and the second derivative that
             if (kink) continue;
             CHECK((g - s.normal).norm() < 1e-8);
             CHECK((H - s.hessian).norm() < 1e-6);
+            ++compared;
         }
+        CHECK(compared > 100);
+    }
     // Triangles say what the box says, inside too.
     for (int k = 0; k < 200; ++k) {
         const Vec3 x(some(random), some(random), some(random));

@@ -18,6 +18,7 @@ std::vector<Measured> rod_frequencies_case();
 std::vector<Measured> rod_capstan();
 std::vector<Measured> rod_bent_tube();
 std::vector<Measured> rod_helix();
+std::vector<Measured> rod_plies();
 std::vector<Measured> rod10_statics();
 std::vector<Measured> rod10_sizes();
 std::vector<Measured> rod10_turning();
