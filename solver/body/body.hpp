@@ -83,6 +83,11 @@ public:
     /// W = C^T A^+ C, symmetric.
     virtual void compliance(const SparseColumns& C, Eigen::MatrixXd& W) = 0;
     virtual Eigen::VectorXd solve(const Eigen::VectorXd& force) = 0; ///< A^+ f
+    /// A^+ C r, of the C that compliance() was last asked about.
+    virtual Eigen::VectorXd solve(const SparseColumns& C, const Eigen::VectorXd& r)
+    {
+        return solve(Eigen::VectorXd(C * r));
+    }
     virtual const Eigen::MatrixXd& modes() const = 0;                ///< R, unknowns x m
     virtual Eigen::VectorXd mode_load() const = 0; ///< g: loads on the modes, less inner forces
     /// "shift along (0, 0, 1)": what the modes do together. @param a  amplitudes, m

@@ -1,6 +1,7 @@
 #include "solver/body/condensed_solid.hpp"
 
 #include "mesh/base/curve.hpp"
+#include "mesh/base/file.hpp"
 #include "solver/body/drive.hpp"
 
 #include <algorithm>
@@ -8,6 +9,11 @@
 
 namespace amontons {
 namespace {
+
+/// Calls with the same columns after which A^-1 C is made: it costs as much as ten solves and more.
+constexpr int kSameColumns = 20;
+constexpr double kFewer = 2;                  ///< times fewer numbers, or it is not worth it
+constexpr std::size_t kMostMotions = 8000000; ///< numbers
 
 Eigen::Index at3(std::size_t i)
 {
@@ -230,7 +236,10 @@ void CondensedSolid::add_column(const BodyPlace& at, const Vec3& direction, doub
 void CondensedSolid::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
 {
     if (!matrix_->constant) return SolidBody::compliance(C, W);
-    if (kept_W(C, W)) return;
+    if (kept_W(C, W)) {
+        ++same_columns_;
+        return;
+    }
     // The same columns among all free unknowns.
     std::vector<Eigen::Triplet<double>> entries;
     entries.reserve(std::size_t(C.nonZeros()));
@@ -245,6 +254,61 @@ void CondensedSolid::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
     whole.setFromTriplets(entries.begin(), entries.end());
     matrix_->constant->delassus(whole, W);
     keep_W(C, W);
+    known_print_ = -1;
+    motions_.reset();
+    // A run that goes on counts as the one that was stopped.
+    same_columns_ =
+        restored_columns_ >= 0 && restored_columns_ == print_of_columns() ? same_columns_ + 1 : 0;
+    restored_columns_ = -1;
+}
+
+/// A number that tells the columns that came last from others.
+double CondensedSolid::print_of_columns() const
+{
+    if (known_print_ >= 0) return known_print_;
+    const auto bytes = [](const auto* data, Eigen::Index count) {
+        return std::string_view(reinterpret_cast<const char*>(data),
+                                std::size_t(count) * sizeof *data);
+    };
+    const SparseColumns& C = last_columns_;
+    const std::uint64_t print = hash_bytes(bytes(C.valuePtr(), C.nonZeros())) ^
+                                hash_bytes(bytes(C.innerIndexPtr(), C.nonZeros()));
+    known_print_ = double(print >> 12); // exact as a double
+    return known_print_;
+}
+
+/// A^-1 C, where that is fewer numbers than the columns of A^-1 that C takes.
+void CondensedSolid::make_motions(const SparseColumns& C)
+{
+    motions_.emplace();
+    std::vector<char> acts(touching_.size(), 0);
+    std::vector<Eigen::Triplet<double>> entries;
+    entries.reserve(std::size_t(C.nonZeros()));
+    for (Eigen::Index j = 0; j < C.cols(); ++j)
+        for (SparseColumns::InnerIterator at(C, j); at; ++at) {
+            const std::int32_t k = free_touching_[std::size_t(at.row())];
+            acts[std::size_t(k / 3)] = 1;
+            entries.emplace_back(k, int(j), at.value());
+        }
+    if (kFewer * double(C.cols()) > 3 * double(std::count(acts.begin(), acts.end(), char(1))) ||
+        std::size_t(unknowns()) * std::size_t(C.cols()) > kMostMotions)
+        return;
+    SparseColumns on_touching(at3(touching_.size()), C.cols());
+    on_touching.setFromTriplets(entries.begin(), entries.end());
+    Eigen::MatrixXd Y;
+    if (!matrix_->constant->surface_displacements(on_touching, Y)) return;
+    motions_->resize(unknowns(), C.cols());
+    for (Eigen::Index i = 0; i < unknowns(); ++i)
+        motions_->row(i) = Y.row(free_touching_[std::size_t(i)]);
+}
+
+Eigen::VectorXd CondensedSolid::solve(const SparseColumns& C, const Eigen::VectorXd& r)
+{
+    if (matrix_->constant && same_columns_ >= kSameColumns && C.cols() == last_columns_.cols() &&
+        !motions_)
+        make_motions(C);
+    if (motions_ && motions_->cols() == C.cols() && C.cols() > 0) return *motions_ * r;
+    return solve(Eigen::VectorXd(C * r));
 }
 
 Eigen::VectorXd CondensedSolid::solve(const Eigen::VectorXd& force)
@@ -392,6 +456,8 @@ std::vector<double> CondensedSolid::state() const
     add(mode_);
     add(loaded_);
     add(held_force_);
+    s.push_back(same_columns_);
+    s.push_back(restored_columns_ >= 0 ? restored_columns_ : print_of_columns());
     const std::vector<double> columns = kept_columns();
     s.insert(s.end(), columns.begin(), columns.end());
     return s;
@@ -415,7 +481,11 @@ void CondensedSolid::set_state(std::span<const double> s)
     take(mode_);
     take(loaded_);
     take(held_force_);
-    keep_columns(s);
+    same_columns_ = int(s[0]);
+    restored_columns_ = s[1];
+    keep_columns(s.subspan(2));
+    last_columns_ = SparseColumns(); // what they were is known by their print alone
+    motions_.reset();
     place_touching(state_);
     now_ = state_;
     complete_ = false;

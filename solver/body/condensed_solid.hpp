@@ -2,6 +2,8 @@
 
 #include "solver/body/solid_body.hpp"
 
+#include <optional>
+
 namespace amontons {
 
 /// A linear solid in quasi-static steps, condensed on the nodes that may touch something.
@@ -23,6 +25,7 @@ public:
                     std::vector<Eigen::Triplet<double>>& out) const override;
     void compliance(const SparseColumns& C, Eigen::MatrixXd& W) override;
     Eigen::VectorXd solve(const Eigen::VectorXd& force) override;
+    Eigen::VectorXd solve(const SparseColumns& C, const Eigen::VectorXd& r) override;
     void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                 const Eigen::VectorXd& force) override;
     double imbalance(const Eigen::VectorXd&) override { return 0; }
@@ -52,6 +55,9 @@ private:
     void place_touching(Motion& m);
     void place_in_frame(Motion& m) override { place_touching(m); }
 
+    double print_of_columns() const;
+    void make_motions(const SparseColumns& C);
+
     std::vector<Part> parts_of_u_;
     Eigen::MatrixXd between_; ///< load i times what part j does, or the reaction of hold i to it
     std::vector<std::int32_t> free_touching_;   ///< of each unknown: 3 touching + axis
@@ -67,6 +73,11 @@ private:
     Eigen::VectorXd held_force_;      ///< of prescribed parts, of the state [N]
     double rigid_work_ = 0;           ///< of loads on the frame's motion in this step [J]
     bool complete_ = true;            ///< the state's u holds for all nodes
+    // A^-1 C of columns that stay: few contacts may act on many nodes.
+    int same_columns_ = 0;            ///< calls in a row with the columns that came last
+    double restored_columns_ = -1;    ///< print of those before the state was restored; or -1
+    mutable double known_print_ = -1; ///< of last_columns_; or -1
+    std::optional<Eigen::MatrixXd> motions_; ///< unknowns x columns; empty: not worth it
 };
 
 } // namespace amontons

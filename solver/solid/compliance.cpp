@@ -339,6 +339,26 @@ Eigen::VectorXd SolidCompliance::surface_displacement(const Eigen::VectorXd& f)
     return on_surface(moved_by(force));
 }
 
+bool SolidCompliance::surface_displacements(const SparseMatrix& F, Eigen::MatrixXd& Y) const
+{
+    AMONTONS_ASSERT(!all_rows_ && F.rows() == 3 * Eigen::Index(surface_node_.size()));
+    const auto each = [&](auto visit) {
+        for (Eigen::Index j = 0; j < F.cols(); ++j)
+            for (SparseMatrix::InnerIterator at(F, j); at; ++at)
+                if (!visit(j, std::int32_t(at.row() / 3), at.row() % 3, at.value())) return false;
+        return true;
+    };
+    if (!each([&](Eigen::Index, std::int32_t s, Eigen::Index, double) {
+            return column_of_[std::size_t(s)] >= 0;
+        }))
+        return false;
+    Y.setZero(F.rows(), F.cols());
+    return each([&](Eigen::Index j, std::int32_t s, Eigen::Index axis, double force) {
+        Y.col(j) += force / scale_ * column(s).col(axis);
+        return true;
+    });
+}
+
 Eigen::VectorXd SolidCompliance::solved(const Eigen::VectorXd& f)
 {
     AMONTONS_ASSERT(f.size() == Eigen::Index(dofs_.free.size()));

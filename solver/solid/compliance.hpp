@@ -69,6 +69,11 @@ public:
     /// missing.
     /// @param f  3 surface nodes in the order given [N]
     Eigen::VectorXd surface_displacement(const Eigen::VectorXd& f);
+    /// The same of many such forces at once, the columns of F, where all columns of A^-1 that it
+    /// takes are kept.
+    /// @param Y  3 surface nodes x columns
+    /// @return   false, and nothing done, if some are missing
+    bool surface_displacements(const SparseMatrix& F, Eigen::MatrixXd& Y) const;
     /// x = A^-1 f of the free degrees of freedom, for forces on the surface: from columns with all
     /// rows, or one solve.
     Eigen::VectorXd solved(const Eigen::VectorXd& f);

@@ -47,15 +47,21 @@ void BodyStepper::add_motion(const Rows& rows, const std::vector<Eigen::VectorXd
     }
 }
 
+/// Of all rows, a body's own.
+Eigen::VectorXd BodyStepper::own(const Rows& rows, const Eigen::VectorXd& r, std::size_t b) const
+{
+    Eigen::VectorXd part(Eigen::Index(rows.row[b].size()));
+    for (std::size_t i = 0; i < rows.row[b].size(); ++i)
+        part[Eigen::Index(i)] = r[rows.row[b][i]];
+    return part;
+}
+
 std::vector<Eigen::VectorXd> BodyStepper::forces(const Rows& rows, const Eigen::VectorXd& r) const
 {
     std::vector<Eigen::VectorXd> f(bodies());
     for (std::size_t b = 0; b < bodies(); ++b) {
-        Eigen::VectorXd own(Eigen::Index(rows.row[b].size()));
-        for (std::size_t i = 0; i < rows.row[b].size(); ++i)
-            own[Eigen::Index(i)] = r[rows.row[b][i]];
         f[b] = Eigen::VectorXd::Zero(body(b).unknowns());
-        if (own.size() > 0) f[b] += rows.columns[b] * own;
+        if (!rows.row[b].empty()) f[b] += rows.columns[b] * own(rows, r, b);
     }
     return f;
 }
@@ -248,9 +254,7 @@ bool BodyStepper::solve_with_modes()
             Eigen::VectorXd e = mode_load_[b];
             double size = e.norm();
             if (B_[b].size() > 0) {
-                Eigen::VectorXd r(Eigen::Index(rows_.row[b].size()));
-                for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
-                    r[Eigen::Index(i)] = r_[rows_.row[b][i]];
+                const Eigen::VectorXd r = own(rows_, r_, b);
                 e += B_[b].transpose() * r;
                 size += (B_[b].cwiseAbs().transpose() * r.cwiseAbs()).norm();
             }
@@ -291,9 +295,7 @@ bool BodyStepper::rescale_modes()
     bool changed = false;
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (!system_.refs[b].rigid || B_[b].size() == 0) continue;
-        Eigen::VectorXd r(Eigen::Index(rows_.row[b].size()));
-        for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
-            r[Eigen::Index(i)] = r_[rows_.row[b][i]];
+        const Eigen::VectorXd r = own(rows_, r_, b);
         const double force = (B_[b].cwiseAbs().transpose() * r.cwiseAbs()).norm();
         constexpr double kMuch = 100;
         if (!(mode_scale_[b] * force > kMuch * body(b).size())) continue;
@@ -395,7 +397,7 @@ bool BodyStepper::solve()
         for (std::size_t b = 0; b < bodies(); ++b) {
             y_[b] = free_[b];
             if (!rows_.row[b].empty() && body(b).unknowns() > 0)
-                y_[b] += body(b).solve(body_force_[b]);
+                y_[b] += body(b).solve(rows_.columns[b], own(rows_, r_, b));
             motion[b] = y_[b];
             if (mode_[b].size() > 0) motion[b] += body(b).modes() * mode_[b];
         }

@@ -53,6 +53,7 @@ private:
     Eigen::VectorXd values(const Rows& rows) const;
     void add_motion(const Rows& rows, const std::vector<Eigen::VectorXd>& y,
                     Eigen::VectorXd& u) const;
+    Eigen::VectorXd own(const Rows& rows, const Eigen::VectorXd& r, std::size_t b) const;
     std::vector<Eigen::VectorXd> forces(const Rows& rows, const Eigen::VectorXd& r) const;
     bool rescale_modes();
     bool goes_astray();

@@ -274,6 +274,19 @@ TEST_CASE("displacements obey K x = f, and their work is that of W")
     CHECK(distance(rows.transpose() * Eigen::VectorXd(x(b.dofs.free)), W * r) < 1e-12);
     CHECK(f.dot(x) == doctest::Approx(r.dot(W * r)).epsilon(1e-12));
     CHECK(distance(compliance.surface_displacement(on_surface(b, f)), on_surface(b, x)) < 1e-12);
+
+    // Many at once, from kept columns alone.
+    const Eigen::VectorXd one = on_surface(b, f);
+    Eigen::MatrixXd many(one.size(), 2), Y;
+    many << one, -3 * one;
+    const SparseMatrix F = many.sparseView();
+    SolidCompliance fresh = compliance_of(b);
+    CHECK_FALSE(fresh.surface_displacements(F, Y));
+    fresh.prepare(b.surface);
+    fresh.set_scale(2);
+    REQUIRE(fresh.surface_displacements(F, Y));
+    CHECK(distance(Y.col(0), on_surface(b, x) / 2) < 1e-12);
+    CHECK(distance(Y.col(1), -1.5 * on_surface(b, x)) < 1e-12);
 }
 
 TEST_CASE("columns with all rows move the whole body, and who expects solves gets them early")
