@@ -45,6 +45,8 @@ const std::vector<Case>& cases()
         {"frame-turned", "stability", "frame indifference", frame_turned},
         {"refinement", "stability", "the same scene with half the element, spacing, step",
          refinement},
+        {"hyperelastic-extremes", "stability",
+         "closed forms; contrasts of 1e9, steps over six decades, slivers", hyperelastic_extremes},
         {"double-u-curved", "stability", "energy balance and certificates of a spatial run",
          double_u_curved},
         {"double-u-unheld", "stability", "energy balance and certificates of a spatial run",

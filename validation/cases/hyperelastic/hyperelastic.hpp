@@ -12,5 +12,6 @@ std::vector<Measured> sphere_inflation();
 std::vector<Measured> stretched_block();
 std::vector<Measured> passive_beam();
 std::vector<Measured> elastica_solid();
+std::vector<Measured> hyperelastic_extremes();
 
 } // namespace amontons::validation

@@ -1,0 +1,72 @@
+// A thin sheet, one element thick, that carries contact on both sides at once.
+
+#include "solver/step/tests/body_runs.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+
+using namespace amontons;
+
+namespace {
+
+/// Sum of the contact forces on a body from another, by their places among all that is in the scene
+/// (obstacles first).
+Vec3 force_on(const StepRecord& step, int body, int from)
+{
+    Vec3 sum = Vec3::Zero();
+    for (const ContactRecord& c : step.contacts) {
+        if (c.body_a == body && c.body_b == from) sum += c.force;
+        if (c.body_b == body && c.body_a == from) sum -= c.force;
+    }
+    return sum;
+}
+
+/// A sheet on z = 0 of a thickness, between a block below and another above that is pressed down
+/// with 1 kPa. All are held sideways.
+std::string scene(double thick, const std::string& motion)
+{
+    const auto solid = [&](const std::string& name, const std::string& mesh, double E,
+                           const std::string& more) {
+        return fmt::format(
+            R"("{}": {{"kind": "solid", "motion": "{}", "youngs_modulus": {}, "poisson_ratio": 0.3,
+               "mesh": {{"generate": "box", {}}}, "hold": [{{"set": "x_min", "x": 0}},
+               {{"set": "x_max", "x": 0}}, {{"set": "y_min", "y": 0}},
+               {{"set": "y_max", "y": 0}}{}}})",
+            name, motion, E, mesh, more);
+    };
+    const std::string lower =
+        solid("lower", R"("size": [1, 1, 0.5], "centre": [0, 0, -0.25], "cells": [4, 4, 3])", 1e5,
+              R"(, {"set": "z_min", "z": 0}])");
+    const std::string sheet =
+        solid("sheet",
+              fmt::format(R"("size": [1, 1, {}], "centre": [0, 0, {}], "cells": [7, 6, 1])", thick,
+                          thick / 2),
+              1e6, "]");
+    const std::string upper =
+        solid("upper",
+              fmt::format(R"("size": [1, 1, 0.5], "centre": [0, 0, {}], "cells": [5, 5, 2])",
+                          thick + 0.25),
+              1e5, R"(], "loads": [{"set": "z_max", "traction": [0, 0, -1000]}])");
+    return "\"bodies\": {" + lower + ", " + sheet + ", " + upper +
+           R"(}, "contact": [{"between": ["lower", "sheet"]}, {"between": ["sheet", "upper"]},
+              {"between": ["lower", "upper"]}], "time": {"step": 1, "end": 1})";
+}
+
+} // namespace
+
+TEST_CASE("a sheet between two blocks hands on the pressure, on each side its own")
+{
+    for (const double thick : {0.05, 0.02})
+        for (const char* motion : {"linear", "hyperelastic"}) {
+            CAPTURE(thick);
+            CAPTURE(motion);
+            const Result r = run(scene(thick, motion));
+            REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+            const StepRecord& last = r.records.back();
+            CHECK(last.certificate.error <= 1e-8);
+            CHECK(force_on(last, 1, 0).z() == doctest::Approx(1000).epsilon(1e-6));
+            CHECK(force_on(last, 1, 2).z() == doctest::Approx(-1000).epsilon(1e-6));
+            // The blocks are near enough for contact, and see the sheet between them.
+            CHECK(force_on(last, 0, 2).norm() < 1e-6);
+        }
+}
