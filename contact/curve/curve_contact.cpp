@@ -277,12 +277,10 @@ Vec3 CurvePiece::bend(double t) const
 
 std::vector<CurvePlace> stations(const Curve& curve, double spacing)
 {
-    constexpr double kMost = 64; // of a piece
     std::vector<CurvePlace> out;
     for (int e = 0; e < pieces(curve); ++e) {
         const double length = curve.start[std::size_t(e) + 1] - curve.start[std::size_t(e)];
-        const int n =
-            spacing > 0 ? int(std::clamp(std::ceil(length / spacing * (1 - 1e-9)), 1.0, kMost)) : 1;
+        const int n = spacing > 0 ? std::max(1, int(std::ceil(length / spacing * (1 - 1e-9)))) : 1;
         for (int k = 0; k < n; ++k)
             out.push_back({e, double(k) / n});
     }

@@ -16,9 +16,8 @@
 namespace amontons {
 namespace {
 
-constexpr double kMostPoints = 1e6; // of contact along a beam: more is a slip of the unit
-constexpr double kMostSteps = 1e8;  // of a run: as well
-constexpr double kRoundOff = 1e-9;  // of lengths that are meant to be the same, relative
+constexpr double kMostSteps = 1e8; // of a run: more is a slip of the unit
+constexpr double kRoundOff = 1e-9; // of lengths that are meant to be the same, relative
 
 void check_centreline(const CentrelineInput& c, const std::string& place, Findings& findings)
 {
@@ -122,9 +121,7 @@ void check_beam(const BeamInput& b, const Scene& scene, Findings& findings)
         findings.add({place + "/plane", place + "/introducer/direction"},
                      "a plane that the introducer leaves",
                      "a normal across the introducer's direction");
-    if (b.contact_spacing > 0 && length / b.contact_spacing > kMostPoints)
-        findings.add({place + "/contact_spacing", segments}, fmt::format("{}", b.contact_spacing),
-                     fmt::format(">= {:.3g} [m]", length / kMostPoints));
+    check_contact_spacing(b.contact_spacing, b.segments, place, findings);
 }
 
 /// What a wire and an obstacle must have in common to be able to meet.

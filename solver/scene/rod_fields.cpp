@@ -144,6 +144,7 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
             findings.add({here + "/angle", here + "/turns"}, "an angle of turns that are not held",
                          "\"turns\": \"held\"");
     }
+    check_contact_spacing(b.contact_spacing, b.segments, place, findings);
     for (std::size_t i = 0; i < b.loads.size(); ++i) {
         const RodLoad& l = b.loads[i];
         const std::string here = fmt::format("{}/loads/{}", place, i);

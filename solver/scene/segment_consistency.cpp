@@ -67,4 +67,14 @@ void check_segments(const std::vector<BeamSegment>& segments, const std::string&
                      fmt::format("<= {:.3g} elements of one beam", kMostElements));
 }
 
+void check_contact_spacing(double spacing, const std::vector<BeamSegment>& segments,
+                           const std::string& place, Findings& findings)
+{
+    constexpr double kMost = 1e6; // points: more is a slip of the unit
+    const double length = length_of(segments);
+    if (spacing > 0 && length / spacing > kMost)
+        findings.add({place + "/contact_spacing", place + "/segments"}, fmt::format("{}", spacing),
+                     fmt::format(">= {:.3g} [m]", length / kMost));
+}
+
 } // namespace amontons

@@ -16,4 +16,8 @@ double length_of(const std::vector<BeamSegment>& segments); // [m]
 void check_segments(const std::vector<BeamSegment>& segments, const std::string& place, bool cables,
                     const Scene& scene, Findings& findings);
 
+/// More contact points along a wire or rod than there can be a need for.
+void check_contact_spacing(double spacing, const std::vector<BeamSegment>& segments,
+                           const std::string& place, Findings& findings);
+
 } // namespace amontons

@@ -49,6 +49,14 @@ std::vector<CurveContact> touching(const Curve& a, const Curve& b, double reach,
 
 } // namespace
 
+TEST_CASE("stations are as near to each other as was asked for, however long a piece")
+{
+    const Curve c = straight({0, 0, 0}, {1, 0, 0}, 2, 0.01);
+    CHECK(stations(c, 0).size() == 3);
+    CHECK(stations(c, 0.3).size() == 5);
+    CHECK(stations(c, 1e-3).size() == 1001);
+}
+
 TEST_CASE("straight rods that cross have one contact, where lines are nearest, at any large angle")
 {
     for (const double degrees : {90.0, 60.0, 35.0})

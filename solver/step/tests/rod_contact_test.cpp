@@ -64,8 +64,9 @@ TEST_CASE("a rod's friction is one cone along and around it")
               doctest::Approx(most * way / slip).epsilon(1e-3));
         CHECK(run_of.value("rod_start_moment_x") ==
               doctest::Approx(most * r * r * angle / slip).epsilon(1e-3));
-        // The first step's work is by the trapezoid from no force: half a step of ten.
-        CHECK(std::abs(run_of.summary.energy.error()) < 6e-2 * run_of.summary.energy.work);
+        // The first step's work is by the trapezoid from no force: half a step of ten is missing.
+        CHECK(run_of.summary.energy.error() ==
+              doctest::Approx(-0.5 / 9.5 * run_of.summary.energy.work).epsilon(0.02));
     }
 }
 
@@ -79,6 +80,7 @@ TEST_CASE("more places that may touch do not change what a rod does, and Newton'
             REQUIRE(r.summary.message == "");
             lift.push_back(r.value("rod_on_roller_force_z"));
             push.push_back(r.value("rod_on_roller_force_x"));
+            CHECK(r.records.size() == 11);
             for (const StepRecord& s : r.records)
                 CHECK(s.certificate.certified);
             CHECK(r.records.back().factorisations <= 8);
@@ -112,13 +114,14 @@ TEST_CASE("rods thrown at each other do not pass, however long the step")
 
 TEST_CASE("what rods cannot touch is said")
 {
-    const auto issues = [](const std::string& contact) {
+    const auto issues = [](const std::string& contact, const std::string& more = "") {
         try {
             run(R"("bodies": {
                 "floor": {"kind": "obstacle", "surface": {"generate": "plane"}},
                 "block": {"kind": "solid", "mesh": {"generate": "box", "size": [1, 1, 1],
                     "cells": [1, 1, 1]}, "youngs_modulus": 1e5, "poisson_ratio": 0.3},
-                "rod": {"kind": "rod", "segments": [{"length": 1, "radius": 0.01, "EI": 1,
+                "rod": {"kind": "rod", )" +
+                more + R"("segments": [{"length": 1, "radius": 0.01, "EI": 1,
                     "element": 0.1}], "hold": [{"set": "start"}]}},
                 "time": {"step": 1, "end": 1}, "contact": [)" +
                 contact + "]");
@@ -137,6 +140,8 @@ TEST_CASE("what rods cannot touch is said")
           std::string::npos);
     CHECK(issues(R"({"between": ["block", "block"]})").find("a body and itself") !=
           std::string::npos);
+    CHECK(issues(R"({"between": ["rod", "floor"]})", R"("contact_spacing": 1e-9, )") ==
+          "/bodies/rod/contact_spacing: 1e-09, allowed: >= 1e-06 [m]\n");
 }
 
 TEST_CASE("a rod that a step would take through a thin plate is stopped by it")
@@ -149,8 +154,13 @@ TEST_CASE("a rod that a step would take through a thin plate is stopped by it")
           "hold": [{"set": "start", "x": 0, "y": 0, "z": [[0, 0], [1, -0.2]]}]}},
         "contact": [{"between": ["rod", "plate"]}], "time": {"step": 1, "end": 1})");
     REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
-    for (const Vec3& x : r.records.back().beams.at(0).points)
-        if (std::abs(x.x() - 0.7) < 0.09) CHECK(x.z() > -0.0501); // on its upper side
+    int over = 0; // nodes over the plate, on its upper side
+    for (const Vec3& x : r.records.back().beams.at(0).points) {
+        if (std::abs(x.x() - 0.7) > 0.09) continue;
+        CHECK(x.z() > -0.0501);
+        ++over;
+    }
+    CHECK(over >= 3);
     double force = 0;
     for (const ContactRecord& c : r.records.back().contacts)
         force += c.normal_force;

@@ -1,3 +1,4 @@
+#include "validation/cases/bends.hpp"
 #include "validation/cases/cases.hpp"
 
 #include "solver/scene/build.hpp"
@@ -313,19 +314,11 @@ double drawn(const std::vector<double>& angles, double mu, double pull)
 std::vector<Measured> belt_friction()
 {
     std::vector<Measured> rows;
-    struct Bends {
-        const char* name;
-        std::vector<double> angles;
-    };
-    for (const Bends& b : {Bends{"90 degrees", {kPi / 2}}, Bends{"180 degrees", {kPi}},
-                           Bends{"360 degrees", {kPi, kPi}}})
+    for (const Bends& b : bent_tubes())
         for (double mu : {0.1, 0.2, 0.3}) {
-            double theta = 0;
-            for (double a : b.angles)
-                theta += a;
             const double slope = drawn(b.angles, mu, 2) - drawn(b.angles, mu, 1);
             rows.push_back(relative(fmt::format("slope of the pull, {}, mu {}", b.name, mu),
-                                    std::exp(mu * theta), slope, 0.02));
+                                    std::exp(mu * b.all()), slope, 0.02));
         }
     return rows;
 }

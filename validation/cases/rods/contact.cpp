@@ -1,5 +1,6 @@
 // Belt friction, C11, C18: rods along curved walls; see README.md.
 
+#include "validation/cases/bends.hpp"
 #include "validation/cases/rods/rods.hpp"
 #include "validation/solid_run.hpp"
 
@@ -144,19 +145,12 @@ std::vector<Measured> rod_bent_tube()
 {
     const double clearance = 1e-4, straight = 0.04, between = 0.06;
     std::vector<Measured> rows;
-    struct Bends {
-        const char* name;
-        std::vector<double> angles;
-    };
-    for (const Bends& b : {Bends{"90 degrees", {kPi / 2}}, Bends{"180 degrees", {kPi}},
-                           Bends{"360 degrees", {kPi, kPi}}})
+    for (const Bends& b : bent_tubes())
         for (const double mu : {0.1, 0.2, 0.3}) {
             std::vector<CentrelinePiece> pieces{{straight}};
-            double theta = 0;
             for (std::size_t i = 0; i < b.angles.size(); ++i) {
                 if (i > 0) pieces.push_back({between});
                 pieces.push_back({0, kBend, b.angles[i], i % 2 == 0 ? 0 : kPi});
-                theta += b.angles[i];
             }
             std::vector<CentrelinePiece> tube = pieces;
             pieces.push_back({straight});
@@ -173,7 +167,7 @@ std::vector<Measured> rod_bent_tube()
                                       0.003 * double(b.angles.size() + 1), 2.5e-3));
             }
             rows.push_back(relative(fmt::format("slope of the pull, {}, mu {}", b.name, mu),
-                                    std::exp(mu * theta), (force[1] - force[0]) / 3, 0.02));
+                                    std::exp(mu * b.all()), (force[1] - force[0]) / 3, 0.02));
         }
     return rows;
 }
