@@ -146,9 +146,19 @@ std::array<double, 6> RodBody::strain(int element) const
 
 AxisBox RodBody::box() const
 {
+    return box_of(now_.nodes);
+}
+
+AxisBox RodBody::box_before() const
+{
+    return box_of(state_.nodes);
+}
+
+AxisBox RodBody::box_of(const std::vector<BeamNode>& nodes) const
+{
     const double thickest = *std::max_element(rod_.radius.begin(), rod_.radius.end());
-    AxisBox box{now_.nodes[0].position(), now_.nodes[0].position()};
-    for (const BeamNode& n : now_.nodes) {
+    AxisBox box{nodes[0].position(), nodes[0].position()};
+    for (const BeamNode& n : nodes) {
         box.low = box.low.cwiseMin(n.position());
         box.high = box.high.cwiseMax(n.position());
     }

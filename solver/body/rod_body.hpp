@@ -39,6 +39,7 @@ public:
     const std::vector<BeamNode>& first_nodes() const { return rod_.nodes; }
     std::array<double, 6> strain(int element) const; ///< of the iterate
     AxisBox box() const;                             ///< of its surface, at the iterate
+    AxisBox box_before() const;                      ///< ... at the start of the step
     Curve curve() const;                             ///< its middle line, at the iterate
     Curve curve_before() const;                      ///< ... at the start of the step
     /// True at a node whose place cannot move in this direction.
@@ -165,6 +166,7 @@ private:
     double force_size(const Motion& m, const std::vector<Node6>& load) const; ///< [N]
     Mat3 section(const Motion& m, int element, double xi) const;
     Curve curve_of(const std::vector<BeamNode>& nodes) const;
+    AxisBox box_of(const std::vector<BeamNode>& nodes) const;
     void add_contact_stiffness(Eigen::VectorXd& rest);
     // dynamic steps
     void begin_memory();

@@ -320,6 +320,13 @@ void check_consistency(const Scene& scene, std::vector<Issue>& issues)
     if (scene.time.damping > 0 && scene.time.kind != "dynamic")
         findings.add({"/time/damping", "/time/kind"}, fmt::format("{}", scene.time.damping),
                      "0, or \"kind\": \"dynamic\"");
+    const std::string& linear = scene.solver.linear;
+    if (linear != "auto" && linear != "direct" && (!scene.beams.empty() || scene.solids.empty()))
+        findings.add({"/solver/linear"}, quoted_text(linear),
+                     std::string("\"auto\" or \"direct\": ") +
+                         (scene.beams.empty()
+                              ? "the scene has no solid whose system could be iterated on"
+                              : "beams, and a vessel's wall beside them, have factors only"));
 }
 
 } // namespace amontons

@@ -21,8 +21,9 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <map>
 #include <set>
+#include <unordered_map>
+#include <unordered_set>
 
 namespace amontons {
 namespace {
@@ -76,26 +77,27 @@ struct Built {
     const Scene& scene;
     BodySystem& system;
     std::vector<Issue>& issues;
-    /// The outside of each mesh, once for all pairs.
-    std::map<const VolumeMesh*, ExternalSurface> outside;
+    std::unordered_map<std::string, int> number; ///< of the bodies in `system`
 
     int find(const std::string& name) const
     {
-        for (std::size_t b = 0; b < system.refs.size(); ++b)
-            if (system.refs[b].name == name) return int(b);
-        return -1;
+        const auto at = number.find(name);
+        return at == number.end() ? -1 : at->second;
     }
-    ExternalSurface surface(const VolumeMesh& mesh, const std::string& set, std::size_t law,
-                            std::size_t side)
+    /// Made once for all pairs; null if the mesh has no such set.
+    const ContactSurface* surface(const std::string& body, const VolumeMesh& mesh,
+                                  const std::string& set, std::size_t law, std::size_t side)
     {
-        if (set.empty()) {
-            const auto known = outside.find(&mesh);
-            return known != outside.end()
-                       ? known->second
-                       : outside.emplace(&mesh, extract_surface(mesh)).first->second;
-        }
+        const auto known = system.surfaces.find({body, set});
+        if (known != system.surfaces.end()) return &known->second;
+        const auto keep = [&](ExternalSurface outside) {
+            ContactSurface& s = system.surfaces[{body, set}];
+            s.outside = std::move(outside);
+            return &s;
+        };
+        if (set.empty()) return keep(extract_surface(mesh));
         if (const FaceSet* faces = find_set(mesh.face_sets, set))
-            return surface_of(mesh, faces->members);
+            return keep(surface_of(mesh, faces->members));
         std::vector<std::string> names;
         for (const FaceSet& f : mesh.face_sets)
             names.push_back(f.name);
@@ -108,29 +110,9 @@ struct Built {
                           names.empty()  ? "a face set of the mesh, which has none"
                           : near.empty() ? list
                                          : quoted_text(near) + " (nearest name)"});
-        return {};
+        return nullptr;
     }
 };
-
-/// Pairs that "*" names and written_out() leaves out.
-void warn_of_rods_at_solids(const Scene& scene, std::vector<Issue>& warnings)
-{
-    const auto fits = [](const std::string& asked, const std::string& name) {
-        return asked == "*" || asked == name;
-    };
-    for (const RodInput& rod : scene.rods)
-        for (const SolidInput& solid : scene.solids)
-            for (std::size_t i = 0; i < scene.contact.size(); ++i) {
-                const auto& [a, b] = scene.contact[i].between;
-                if (!(fits(a, rod.name) && fits(b, solid.name)) &&
-                    !(fits(b, rod.name) && fits(a, solid.name)))
-                    continue;
-                warnings.push_back({scene.file, fmt::format("/contact/{}/between", i),
-                                    quoted_text(rod.name) + " and " + quoted_text(solid.name),
-                                    "left out: rods do not touch solids yet"});
-                break;
-            }
-}
 
 constexpr double kMargin = 0.002; // of it: see ContactPair
 constexpr double kReach = 0.2;    // of the smaller body: gaps that are looked at, unless it is said
@@ -289,48 +271,6 @@ LinearPlan choose_linear(const Scene& scene, const std::vector<VolumeMesh>& mesh
 
 } // namespace
 
-std::vector<ContactLaw> written_out(const Scene& scene)
-{
-    std::vector<ContactLaw> laws;
-    std::set<std::set<std::string>> named;
-    for (const ContactLaw& law : scene.contact)
-        if (law.between[0] != "*" && law.between[1] != "*") {
-            laws.push_back(law);
-            named.insert({law.between[0], law.between[1]});
-        }
-    const auto still = [&](const std::string& name) {
-        for (const ObstacleInput& o : scene.obstacles)
-            if (o.name == name) return true;
-        for (const RigidInput& r : scene.rigids)
-            if (r.name == name) return r.drive.given;
-        return false;
-    };
-    const auto rod = [&](const std::string& name) {
-        return std::any_of(scene.rods.begin(), scene.rods.end(),
-                           [&](const RodInput& r) { return r.name == name; });
-    };
-    const auto solid = [&](const std::string& name) {
-        return std::any_of(scene.solids.begin(), scene.solids.end(),
-                           [&](const SolidInput& s) { return s.name == name; });
-    };
-    for (const ContactLaw& law : scene.contact)
-        for (std::size_t i = 0; i < scene.order.size(); ++i)
-            for (std::size_t j = i; j < scene.order.size(); ++j) {
-                const std::string &a = scene.order[i], &b = scene.order[j];
-                if (i == j && !rod(a)) continue; // solids touch themselves only where named
-                const auto fits = [&](const std::string& x, const std::string& y) {
-                    return (law.between[0] == "*" || law.between[0] == x) &&
-                           (law.between[1] == "*" || law.between[1] == y);
-                };
-                if ((!fits(a, b) && !fits(b, a)) || (still(a) && still(b))) continue;
-                if ((rod(a) && solid(b)) || (rod(b) && solid(a))) continue; // not yet
-                if (!named.insert({a, b}).second) continue;
-                laws.push_back(law);
-                laws.back().between = {a, b};
-            }
-    return laws;
-}
-
 TimeRule time_rule(const TimeInput& time)
 {
     return time.rule == "generalised_alpha" ? generalised_alpha(time.spectral_radius)
@@ -372,32 +312,35 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
 
     // Pairs first: they say which nodes may touch.
     Built built{scene, *system, issues, {}};
+    std::unordered_map<std::string, int> solid_number;
+    for (std::size_t i = 0; i < scene.solids.size(); ++i)
+        solid_number.emplace(scene.solids[i].name, int(i));
     const auto solid_index = [&](const std::string& name) {
-        for (std::size_t i = 0; i < scene.solids.size(); ++i)
-            if (scene.solids[i].name == name) return int(i);
-        return -1;
+        const auto at = solid_number.find(name);
+        return at == solid_number.end() ? -1 : at->second;
     };
+    std::unordered_set<std::string> rigid_names;
+    for (const RigidInput& r : scene.rigids)
+        rigid_names.insert(r.name);
     std::vector<std::vector<char>> touching(scene.solids.size());
     std::vector<int> all_pairs(scene.solids.size(), 0), small_pairs(scene.solids.size(), 0);
-    struct Surfaces {
-        ExternalSurface side[2];
-    };
-    std::vector<Surfaces> surfaces(laws.size());
+    std::vector<std::array<const ContactSurface*, 2>> surfaces(laws.size(), {nullptr, nullptr});
     for (std::size_t k = 0; k < laws.size(); ++k) {
         const ContactLaw& law = laws[k];
-        bool rigid = false;
-        for (const std::string& name : law.between)
-            for (const RigidInput& r : scene.rigids)
-                rigid |= r.name == name;
+        const bool rigid =
+            rigid_names.count(law.between[0]) + rigid_names.count(law.between[1]) > 0;
         for (std::size_t side = 0; side < 2; ++side) {
             const int i = solid_index(law.between[side]);
             if (i < 0) continue;
             const VolumeMesh& mesh = meshes[std::size_t(i)];
-            ExternalSurface& s = surfaces[k].side[side];
-            s = built.surface(mesh, law.surfaces[side], k, side);
+            const std::size_t before = system->surfaces.size();
+            const ContactSurface* s =
+                built.surface(law.between[side], mesh, law.surfaces[side], k, side);
+            surfaces[k][side] = s;
             touching[std::size_t(i)].resize(mesh.nodes.size(), 0);
-            for (const std::int32_t node : s.used_nodes)
-                touching[std::size_t(i)][std::size_t(node)] = 1;
+            if (s && system->surfaces.size() > before)
+                for (const std::int32_t node : s->outside.used_nodes)
+                    touching[std::size_t(i)][std::size_t(node)] = 1;
             ++all_pairs[std::size_t(i)];
             small_pairs[std::size_t(i)] += law.sliding == "small" && !rigid;
         }
@@ -501,8 +444,22 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     std::vector<const Wall*> walls;
     for (const Obstacle& o : obstacles)
         walls.push_back(&o.model.wall);
+    for (std::size_t b = 0; b < system->refs.size(); ++b)
+        built.number.emplace(system->refs[b].name, int(b));
+    for (auto& [of, surface] : system->surfaces)
+        surface.sharp = sharp_features(
+            surface.outside, system->refs[std::size_t(built.find(of.first))].solid->mesh().nodes);
+    std::unordered_map<std::string, int> obstacle_number;
+    for (std::size_t o = 0; o < obstacles.size(); ++o)
+        obstacle_number.emplace(obstacles[o].name, int(o));
+    std::unordered_map<std::string, Pose> planes;
+    for (const ObstacleInput& o : scene.obstacles)
+        if (o.surface.generate == "plane")
+            planes[o.name] =
+                Pose{o.surface.centre,
+                     Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), o.surface.axis)};
     std::vector<ContactPair> pairs;
-    std::map<std::pair<int, std::string>, SharpFeatures> features; // of a body's surfaces
+    pairs.reserve(laws.size());
     for (std::size_t k = 0; k < laws.size(); ++k) {
         const ContactLaw& law = laws[k];
         ContactPair p;
@@ -513,42 +470,28 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         int body[2];
         for (std::size_t side = 0; side < 2; ++side) {
             body[side] = built.find(law.between[side]);
-            if (body[side] < 0)
-                for (std::size_t o = 0; o < obstacles.size(); ++o)
-                    if (obstacles[o].name == law.between[side]) p.obstacle = int(o);
-            for (const ObstacleInput& o : scene.obstacles)
-                if (o.name == law.between[side] && o.surface.generate == "plane")
-                    p.plane =
-                        Pose{o.surface.centre,
-                             Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), o.surface.axis)};
+            if (body[side] >= 0) continue;
+            const auto obstacle = obstacle_number.find(law.between[side]);
+            if (obstacle != obstacle_number.end()) p.obstacle = obstacle->second;
+            const auto plane = planes.find(law.between[side]);
+            if (plane != planes.end()) p.plane = plane->second;
         }
         bool swap = body[0] < 0;
         if (!swap && body[1] >= 0 && body[0] != body[1]) {
             const BodyRef &a = system->refs[std::size_t(body[0])],
                           &b = system->refs[std::size_t(body[1])];
             if (a.solid && b.solid)
-                swap =
-                    !first_is_slave(surfaces[k].side[0], a.solid->places(), a.solid->stiffness(),
-                                    surfaces[k].side[1], b.solid->places(), b.solid->stiffness());
+                swap = !first_is_slave(surfaces[k][0]->outside, a.solid->places(),
+                                       a.solid->stiffness(), surfaces[k][1]->outside,
+                                       b.solid->places(), b.solid->stiffness());
             else
                 swap = !a.solid && !a.rod && (b.solid || b.rod);
         }
-        p.surface_a = std::move(surfaces[k].side[swap ? 1 : 0]);
-        p.surface_b = std::move(surfaces[k].side[swap ? 0 : 1]);
+        p.surface_a = surfaces[k][swap ? 1 : 0];
+        p.surface_b = surfaces[k][swap ? 0 : 1];
         p.a = body[swap ? 1 : 0];
         p.b = body[swap ? 0 : 1];
-        const auto features_of = [&](int b, const std::string& set,
-                                     const ExternalSurface& surface) {
-            const SolidBody* solid = b < 0 ? nullptr : system->refs[std::size_t(b)].solid;
-            if (!solid) return SharpFeatures{};
-            const auto known = features.find({b, set});
-            if (known != features.end()) return known->second;
-            return features.emplace(std::pair(b, set), sharp_features(surface, solid->mesh().nodes))
-                .first->second;
-        };
         if (system->refs[std::size_t(p.a)].rod) p.end_a = law.surfaces[swap ? 1 : 0];
-        p.sharp_a = features_of(p.a, law.surfaces[swap ? 1 : 0], p.surface_a);
-        p.sharp_b = features_of(p.b, law.surfaces[swap ? 0 : 1], p.surface_b);
         p.small = law.sliding == "small" && system->refs[std::size_t(p.a)].solid &&
                   (p.b < 0 || system->refs[std::size_t(p.b)].solid);
         double size = system->refs[std::size_t(p.a)].body->size();

@@ -14,7 +14,10 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                                          std::vector<Issue>& warnings, bool refuse = true);
 
 /// The contact laws of a scene with "*" written out; pairs that are named stay as they are.
+/// Cost: O(pairs).
 std::vector<ContactLaw> written_out(const Scene& scene);
+/// Pairs that "*" names and written_out() leaves out.
+void warn_of_rods_at_solids(const Scene& scene, std::vector<Issue>& warnings);
 
 /// The rule of a scene's dynamic steps.
 TimeRule time_rule(const TimeInput& time);

@@ -224,9 +224,9 @@ void ContactFinder::solid_on_wall(const std::vector<BodyRef>& bodies, int pair, 
     const SolidBody& s = *bodies[std::size_t(p.a)].solid;
     const auto sample = [&](const Vec3& x) { return wall.sample(x, hint); };
     const std::span<const Vec3> x = p.small ? s.first_places() : s.places();
-    add(wall_contacts(p.surface_a, x, sample, reach_), pair, p.a, -1, false, out);
-    add(sharp_wall_contacts({p.surface_a, p.sharp_a, x}, sample, reach_), pair, p.a, -1, false, out,
-        kSharp);
+    add(wall_contacts(p.surface_a->outside, x, sample, reach_), pair, p.a, -1, false, out);
+    add(sharp_wall_contacts({p.surface_a->outside, p.surface_a->sharp, x}, sample, reach_), pair,
+        p.a, -1, false, out, kSharp);
 }
 
 void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
@@ -242,9 +242,11 @@ void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair,
     // Integrals see no jump of the normal at an edge of faces, a node that rests on one does.
     options.smooth_normals = p.nodal;
     if (p.a == p.b) options.at_rest = a.mesh().nodes;
-    add(mortar_contacts(p.surface_a, x_a, p.surface_b, x_b, options), pair, p.a, p.b, true, out);
+    add(mortar_contacts(p.surface_a->outside, x_a, p.surface_b->outside, x_b, options), pair, p.a,
+        p.b, true, out);
     if (p.a != p.b) // every body lies beside its own sharp edges
-        add_sharp({p.surface_a, p.sharp_a, x_a}, {p.surface_b, p.sharp_b, x_b}, pair, true, out);
+        add_sharp({p.surface_a->outside, p.surface_a->sharp, x_a},
+                  {p.surface_b->outside, p.surface_b->sharp, x_b}, pair, true, out);
 }
 
 void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
@@ -260,9 +262,11 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
             s.normal = at.turn * s.normal;
             return s;
         };
-        add(wall_contacts(p.surface_a, a.places(), sample, reach_), pair, p.a, p.b, false, out);
-        add(sharp_wall_contacts({p.surface_a, p.sharp_a, a.places()}, sample, reach_), pair, p.a,
-            p.b, false, out, kSharp);
+        add(wall_contacts(p.surface_a->outside, a.places(), sample, reach_), pair, p.a, p.b, false,
+            out);
+        add(sharp_wall_contacts({p.surface_a->outside, p.surface_a->sharp, a.places()}, sample,
+                                reach_),
+            pair, p.a, p.b, false, out, kSharp);
     };
     if (std::holds_alternative<Ball>(b.shape()) || std::holds_alternative<Cylinder>(b.shape()))
         return round();
@@ -272,10 +276,10 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
     options.reach = reach_;
     options.master_normals = true;
     options.smooth_normals = true; // the facets stand for a curved surface, but at its edges
-    add(mortar_contacts(p.surface_a, a.places(), facets.surface, x, options), pair, p.a, p.b, false,
-        out);
-    add_sharp({p.surface_a, p.sharp_a, a.places()}, {facets.surface, facets.sharp, x}, pair, false,
-              out);
+    add(mortar_contacts(p.surface_a->outside, a.places(), facets.surface, x, options), pair, p.a,
+        p.b, false, out);
+    add_sharp({p.surface_a->outside, p.surface_a->sharp, a.places()},
+              {facets.surface, facets.sharp, x}, pair, false, out);
 }
 
 const ContactFinder::Facets& ContactFinder::facets_of(const std::vector<BodyRef>& bodies, int body)
@@ -355,6 +359,7 @@ void ContactFinder::add_rigid(int pair, BodyContacts& out)
 
 std::string ContactFinder::passed(const std::vector<BodyRef>& bodies)
 {
+    sweep_rods(bodies);
     for (const ContactPair& p : pairs_)
         if (!p.small &&
             (bodies[std::size_t(p.a)].rod ? rod_passed(bodies, p) : p.b >= 0 && passed(bodies, p)))
@@ -406,10 +411,11 @@ bool ContactFinder::passed(const std::vector<BodyRef>& bodies, const ContactPair
                            before(*b.rigid), pose_of(*b.rigid)) < 1;
     }
     std::vector<Vec3> before_a, after_a, before_b, after_b; // of rigid bodies
-    const auto moved = [&](int i, const ExternalSurface& surface, std::vector<Vec3>& before,
+    const auto moved = [&](int i, const ContactSurface* surface, std::vector<Vec3>& before,
                            std::vector<Vec3>& after) -> MovedSurface {
         const BodyRef& body = bodies[std::size_t(i)];
-        if (body.solid) return {surface, body.solid->places_before(), body.solid->places()};
+        if (body.solid)
+            return {surface->outside, body.solid->places_before(), body.solid->places()};
         const Facets& facets = facets_of(bodies, i);
         before = moved_points(facets.mesh, body.rigid->start_placement());
         after = moved_points(facets.mesh, body.rigid->placement());

@@ -61,7 +61,13 @@ struct BodyRef {
     RodBody* rod = nullptr;
 };
 
-/// Two bodies that a law lets meet.
+/// A solid's outside, or a set of its faces, as pairs see it.
+struct ContactSurface {
+    ExternalSurface outside;
+    SharpFeatures sharp; ///< at rest
+};
+
+/// Two bodies that a law lets meet. There may be millions.
 struct ContactPair {
     int a = 0, b = -1;
     int obstacle = -1; ///< of the scene's, where b is -1
@@ -75,8 +81,7 @@ struct ContactPair {
     double margin = 0;
     std::string end_a;         ///< of a rod that touches with an end alone: "start", "end"
     std::optional<Pose> plane; ///< of an obstacle that is one: exact for every rigid shape
-    ExternalSurface surface_a, surface_b; ///< of solids
-    SharpFeatures sharp_a, sharp_b;       ///< of solids, at rest
+    const ContactSurface *surface_a = nullptr, *surface_b = nullptr; ///< of solids; outlive it
 };
 
 /// A frame with the given normal: t1 the x axis projected, or y's where the normal is along x.
@@ -119,6 +124,7 @@ private:
     // rod_contacts.cpp
     void rod_on_any(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     bool rod_passed(const std::vector<BodyRef>& bodies, const ContactPair& pair);
+    void sweep_rods(const std::vector<BodyRef>& bodies);
 
     void add_sharp(const SharpSurface& slave, const SharpSurface& master, int pair,
                    bool master_has_nodes, BodyContacts& out);
@@ -132,6 +138,7 @@ private:
     std::vector<bool> made_;
     std::vector<std::vector<std::int64_t>> sharp_; // ids met in this step, of each pair, ascending
     std::vector<AxisBox> boxes_;                   // of the bodies
+    std::vector<AxisBox> swept_;                   // of rods, from the start of the step on
     std::vector<double> speed_;                    // of the bodies at the start of the step [m/s]
     std::vector<double> thinnest_; // no part of a body is thinner, once asked for [m]
     std::vector<std::unique_ptr<Facets>> facets_; // of the bodies, once one is needed

@@ -15,7 +15,8 @@ namespace {
 // the method of multipliers, whose error falls by about this factor each time.
 constexpr double kModeWeight = 1e3;
 constexpr int kMostModeSteps = 60;
-constexpr int kNewtonSteps = 60; // and sweeps before them
+constexpr int kNewtonSteps = 60;         // and sweeps before them
+constexpr Eigen::Index kManyRows = 3000; // of many bodies: factors of their W fill up
 constexpr int kMostRescales = 3;
 constexpr int kMostGrowth = 40;     // of the set of candidates, in one iteration
 constexpr double kRounding = 1e-12; // of a body's size
@@ -178,7 +179,8 @@ std::string BodyStepper::who(int c) const
 /// not, `auto` knows more ways.
 ContactSolution BodyStepper::solve_contact(const SolverOptions& options) const
 {
-    if (options.solver != ContactSolver::automatic || !elastic_)
+    const bool many = problem_.W.is_sparse() && problem_.q.size() > kManyRows;
+    if (options.solver != ContactSolver::automatic || !elastic_ || many)
         return amontons::solve(problem_, options, r_);
     SolverOptions quick = options;
     quick.solver = ContactSolver::newton;

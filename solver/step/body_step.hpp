@@ -19,6 +19,8 @@ namespace amontons {
 struct BodySystem {
     std::vector<std::unique_ptr<Body>> bodies;
     std::vector<BodyRef> refs; ///< the same bodies, by kind
+    /// Of solids, by the body's name and the set's: those that pairs speak of.
+    std::map<std::pair<std::string, std::string>, ContactSurface> surfaces;
     ContactFinder finder{{}, {}};
     std::vector<Coupling> couplings;
 

@@ -112,7 +112,7 @@ std::vector<Issue> deep_overlaps(const std::vector<BodyRef>& bodies,
         std::string in = "an obstacle";
         if (p.b < 0) {
             WallHint hint;
-            d = deepest(p.surface_a, a.solid->places(), [&](const Vec3& x) {
+            d = deepest(p.surface_a->outside, a.solid->places(), [&](const Vec3& x) {
                 return -walls[std::size_t(p.obstacle)]->sample(x, hint).distance;
             });
         } else {
@@ -126,8 +126,9 @@ std::vector<Issue> deep_overlaps(const std::vector<BodyRef>& bodies,
                     return inside.has(x) ? distance(x, of_other, other.places()) : 0;
                 });
             };
-            d = into(*a.solid, p.surface_a, *b.solid, p.surface_b);
-            const Deepest back = into(*b.solid, p.surface_b, *a.solid, p.surface_a);
+            d = into(*a.solid, p.surface_a->outside, *b.solid, p.surface_b->outside);
+            const Deepest back =
+                into(*b.solid, p.surface_b->outside, *a.solid, p.surface_a->outside);
             if (back.depth > d.depth) d = back;
         }
         if (d.depth > p.reach)

@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -25,6 +26,7 @@
 //   most_trials()                of statuses, before the step is made shorter by a shift
 //   softest()                    scale of the shift [N/m]
 //   kept_shift()                 of the last iterate of this solve that needed one [N/m]
+//   bodies(), bodies_of(k)       optional: how many there are, and on which two k is (-1: none)
 //   gives(), pivot_giving(...)   optional: walls that give way, see soft_pivot.hpp
 
 namespace amontons::pivoting {
@@ -188,12 +190,31 @@ void factor_definite(System& s, int from, double& shift, NewtonReport& report)
     if (unsymmetric) factor(true, first);
 }
 
-/// Trials that find no fewer wrong statuses before one contact at a time is turned.
+/// Trials that find no fewer wrong statuses before contacts are turned one at a time: first one of
+/// each neighbourhood, then one of all.
 struct Patience {
-    int best = std::numeric_limits<int>::max(), left = 8;
+    static constexpr int kAll = 8, kApart = 40;
+    int best = std::numeric_limits<int>::max(), all = kAll, apart = kApart;
 };
 
-/// Turns contacts whose status is wrong; all of them, or the last where that leads nowhere.
+/// Turns the last contact whose status is wrong, and every one before it that touches no body of
+/// those already turned: of many bodies each place would else wait for all others.
+template <class System, class Turn>
+void turn_apart(const System& s, const std::vector<Change>& wrong, const Turn& turn)
+{
+    std::vector<char> taken(s.bodies(), 0);
+    for (std::size_t k = wrong.size(); k-- > 0;) {
+        if (wrong[k].kind == Change::none) continue;
+        const std::array<int, 2> on = s.bodies_of(k); // -1: one that stands still
+        const auto is_taken = [&](int b) { return b >= 0 && taken[std::size_t(b)]; };
+        if (is_taken(on[0]) || is_taken(on[1])) continue;
+        for (const int b : on)
+            if (b >= 0) taken[std::size_t(b)] = 1;
+        turn(k);
+    }
+}
+
+/// Turns contacts whose status is wrong; all of them, or one where that leads nowhere.
 /// @param turn  of a contact
 template <class System, class Turn>
 void turn_some(const System& s, std::vector<Change>& wrong, int count, Patience& patience,
@@ -201,15 +222,18 @@ void turn_some(const System& s, std::vector<Change>& wrong, int count, Patience&
 {
     const std::size_t n = wrong.size();
     bool all = true;
-    if (count < patience.best) {
-        patience.best = count;
-        patience.left = 8;
-    } else if (patience.left > 0) {
-        --patience.left;
-    } else {
+    if (count < patience.best)
+        patience = {count};
+    else if (patience.all > 0)
+        --patience.all;
+    else
         all = false;
-    }
     if (!all) {
+        if constexpr (requires { s.bodies(); })
+            if (patience.apart > 0) {
+                --patience.apart;
+                return turn_apart(s, wrong, turn);
+            }
         std::size_t k = n - 1;
         while (wrong[k].kind == Change::none)
             --k;

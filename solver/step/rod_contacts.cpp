@@ -92,9 +92,24 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
     }
 }
 
+void ContactFinder::sweep_rods(const std::vector<BodyRef>& bodies)
+{
+    swept_.assign(bodies.size(), {});
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+        if (const RodBody* rod = bodies[b].rod) {
+            const AxisBox before = rod->box_before(), now = rod->box();
+            swept_[b] = {before.low.cwiseMin(now.low), before.high.cwiseMax(now.high)};
+        }
+}
+
 bool ContactFinder::rod_passed(const std::vector<BodyRef>& bodies, const ContactPair& pair)
 {
     const RodBody& rod = *bodies[std::size_t(pair.a)].rod;
+    if (pair.b >= 0 && bodies[std::size_t(pair.b)].rod) { // ways are straight: within their boxes
+        const AxisBox &a = swept_[std::size_t(pair.a)], &b = swept_[std::size_t(pair.b)];
+        if ((a.low.array() > b.high.array()).any() || (b.low.array() > a.high.array()).any())
+            return false;
+    }
     const Curve before = rod.curve_before(), now = rod.curve();
     if (pair.b == pair.a) return pass_through(before, now, before, now);
     if (pair.b >= 0 && bodies[std::size_t(pair.b)].rod) {

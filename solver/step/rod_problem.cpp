@@ -3,6 +3,7 @@
 #include "solver/step/pivot_method.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 
 namespace amontons {
 namespace {
@@ -66,7 +67,12 @@ struct RodSystem {
     int highest(std::size_t) const { return last(); }
     bool follows(std::size_t k) const { return p.contact[k].follows; }
     // Of neighbours that all let go one does in a trial: as many trials as the longest line needs.
-    int most_trials() const { return pivoting::kTrials + int(contacts()); }
+    int most_trials() const
+    {
+        return pivoting::kTrials + pivoting::Patience::kApart + p.most_on_one;
+    }
+    std::size_t bodies() const { return p.rods.size(); }
+    std::array<int, 2> bodies_of(std::size_t k) const { return p.contact[k].on; }
     int first() const { return 0; }
     int last() const { return p.base.size() - 1; }
     std::vector<Node6>& gradient() { return p.gradient; }
@@ -141,6 +147,7 @@ void place_contact(const RodProblem& w, const RodContactState& s, RodContact& c)
         const RodBody::Line line = w.rods[std::size_t(body)]->line(at);
         for (const int node : line.node)
             c.slot[std::size_t(c.nodes++)] = w.first[std::size_t(body)] + node;
+        c.on[body == s.contact->a ? 0 : 1] = body;
     };
     add(s.contact->a, s.a);
     add(s.contact->b, s.b);
@@ -318,6 +325,11 @@ RodAnswer solve_rod_contacts(RodProblem& w, const std::vector<RodContactState>& 
         w.first[b] = w.first[b - 1] + (w.rods[b - 1] ? w.rods[b - 1]->unknowns() / 6 : 0);
     for (std::size_t k = 0; k < contacts.size(); ++k)
         place_contact(w, contacts[k], w.contact[k]);
+    std::vector<int> on_rod(w.rods.size(), 0);
+    for (const RodContact& c : w.contact)
+        for (const int rod : c.on)
+            if (rod >= 0) ++on_rod[std::size_t(rod)];
+    w.most_on_one = on_rod.empty() ? 0 : *std::ranges::max_element(on_rod);
     Projectors held;
     take_rods(w, w.contact, held);
 

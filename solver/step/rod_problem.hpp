@@ -19,6 +19,7 @@ struct RodContact {
     Candidate law; ///< gap, slip, friction, stiffness, and the force that is known
     std::array<int, 4> slot{};
     int nodes = 0;
+    std::array<int, 2> on{-1, -1}; ///< rods; -1: what stands still
     Row normal{}, tangent[2]{};
     bool follows = false; ///< next to the one before, on the same rod and the same other
 };
@@ -28,6 +29,7 @@ struct RodProblem {
     std::vector<RodBody*> rods; ///< of each body; null: it stands still
     std::vector<int> first;     ///< of each body: where its nodes begin
     std::vector<RodContact> contact;
+    int most_on_one = 0; ///< contacts of one rod
     NodeMatrix base, system;
     std::vector<Node6> gradient, right, increment;
     std::vector<NewtonWorkspace::Trial> trial;

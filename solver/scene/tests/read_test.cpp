@@ -180,6 +180,13 @@ TEST_CASE("fields that contradict each other are reported")
     CHECK(issues_of(kExample, {"bodies.wire.segments=[{\"length\":0.33,\"radius\":4.445e-4,"
                                "\"EI\":0,\"EA\":5000,\"element\":2.5e-3}]"})
               .empty());
+    // What would be ignored is refused: beams have factors only.
+    for (const char* linear : {"iterative", "distributed"})
+        CHECK(has(issues_of(kExample, {std::string("solver.linear=") + linear}),
+                  "/solver/linear (--set): found \"" + std::string(linear) +
+                      "\", allowed: \"auto\""));
+    for (const char* linear : {"auto", "direct"})
+        CHECK(issues_of(kExample, {std::string("solver.linear=") + linear}).empty());
     CHECK(has(bad("\"radius\": 4.445e-4", "\"radius\": 0.0041"), "the radius of \"tube\""));
     CHECK(has(bad("\"file\": \"double_u.csv\"", "\"pieces\": [{\"radius\": 0.003, \"angle\": 1}]"),
               "the radius of the bend"));

@@ -190,3 +190,43 @@ TEST_CASE("a free rod that falls on a ball between two of its nodes does not pas
             z = std::max(rod.points[i].z(), rod.points[i + 1].z());
     CHECK(z > -0.065);
 }
+
+namespace {
+
+/// Wires of 20 elements beside each other, each crossed by one that is pressed on five of them.
+std::string woven(int rows)
+{
+    std::string bodies;
+    for (int j = 0; j < rows; ++j)
+        bodies += fmt::format(
+            R"({}"low{}": {{"kind": "rod",
+                "segments": [{{"length": 0.1, "radius": 2.5e-4, "EI": 6e-4, "element": 0.005}}],
+                "shape": {{"start": [0, {}, 0], "normal": [0, 0, 1]}},
+                "hold": [{{"set": "start"}}, {{"set": "end", "turns": "free"}}]}},
+            "up{}": {{"kind": "rod",
+                "segments": [{{"length": 0.094, "radius": 2.5e-4, "EI": 6e-4, "element": 0.0047}}],
+                "shape": {{"start": [{}, {}, 5.2e-4], "direction": [0, 1, 0], "normal": [0, 0, 1]}},
+                "hold": [{{"set": "start"}}],
+                "loads": [{{"at": 0.0329, "force": [0, 0, -1], "over": [[0, 0], [1, 0.05]]}},
+                          {{"at": 0.0705, "force": [0, 0, -1], "over": [[0, 0], [1, 0.05]]}}]}})",
+            j > 0 ? ", " : "", j, 0.02 * j, j, 0.02 * (j % 5 + 0.5), 0.02 * j - 0.014);
+    return "\"bodies\": {" + bodies + R"(},
+        "contact": [{"between": ["*", "*"], "friction": 0.1}], "time": {"step": 0.125, "end": 1})";
+}
+
+} // namespace
+
+TEST_CASE("places that many wires touch at are settled beside each other, not one by one")
+{
+    const Result few = run(woven(8)), many = run(woven(40));
+    REQUIRE(few.summary.status == "done");
+    REQUIRE(many.summary.status == "done");
+    CHECK(many.summary.contacts_max > 4 * few.summary.contacts_max);
+    const auto factors = [](const Result& r) {
+        int sum = 0;
+        for (const StepRecord& step : r.records)
+            sum += step.iterations;
+        return sum;
+    };
+    CHECK(factors(many) < 4 * factors(few)); // of five times the wires
+}

@@ -1,0 +1,101 @@
+#include "solver/scene/json_text.hpp"
+#include "solver/step/body_build.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <unordered_map>
+#include <unordered_set>
+
+// Contact laws with "*" written out: of thousands of bodies there are millions of pairs, and what
+// is done for each of them must not depend on their number.
+
+namespace amontons {
+namespace {
+
+/// What the pairs of a body depend on.
+struct Member {
+    bool still = false, rod = false, solid = false;
+};
+
+std::vector<Member> members(const Scene& scene,
+                            const std::unordered_map<std::string, std::size_t>& number)
+{
+    std::vector<Member> out(scene.order.size());
+    const auto at = [&](const std::string& name) -> Member& { return out[number.at(name)]; };
+    for (const ObstacleInput& o : scene.obstacles)
+        at(o.name).still = true;
+    for (const RigidInput& r : scene.rigids)
+        at(r.name).still = r.drive.given;
+    for (const RodInput& r : scene.rods)
+        at(r.name).rod = true;
+    for (const SolidInput& s : scene.solids)
+        at(s.name).solid = true;
+    return out;
+}
+
+} // namespace
+
+void warn_of_rods_at_solids(const Scene& scene, std::vector<Issue>& warnings)
+{
+    const auto fits = [](const std::string& asked, const std::string& name) {
+        return asked == "*" || asked == name;
+    };
+    for (const RodInput& rod : scene.rods)
+        for (const SolidInput& solid : scene.solids)
+            for (std::size_t i = 0; i < scene.contact.size(); ++i) {
+                const auto& [a, b] = scene.contact[i].between;
+                if (!(fits(a, rod.name) && fits(b, solid.name)) &&
+                    !(fits(b, rod.name) && fits(a, solid.name)))
+                    continue;
+                warnings.push_back({scene.file, fmt::format("/contact/{}/between", i),
+                                    quoted_text(rod.name) + " and " + quoted_text(solid.name),
+                                    "left out: rods do not touch solids yet"});
+                break;
+            }
+}
+
+std::vector<ContactLaw> written_out(const Scene& scene)
+{
+    const std::size_t n = scene.order.size();
+    std::unordered_map<std::string, std::size_t> number;
+    for (std::size_t i = 0; i < n; ++i)
+        number.emplace(scene.order[i], i);
+    const std::vector<Member> body = members(scene, number);
+    std::vector<ContactLaw> laws;
+    std::unordered_set<std::size_t> named; // lower number * n + higher
+    const auto is_first = [&](std::size_t i, std::size_t j) {
+        return named.insert(std::min(i, j) * n + std::max(i, j)).second;
+    };
+    const auto is_star = [](const std::string& name) { return name == "*"; };
+    for (const ContactLaw& law : scene.contact)
+        if (std::ranges::none_of(law.between, is_star)) {
+            laws.push_back(law);
+            is_first(number.at(law.between[0]), number.at(law.between[1]));
+        }
+    for (const ContactLaw& law : scene.contact) {
+        const auto stars = std::ranges::count_if(law.between, is_star);
+        if (stars == 0) continue;
+        const std::string& other = law.between[is_star(law.between[0]) ? 1 : 0];
+        const auto add = [&](std::size_t i, std::size_t j) {
+            const Member &a = body[i], &b = body[j];
+            if (i == j && !a.rod) return; // solids touch themselves only where named
+            if (a.still && b.still) return;
+            if ((a.rod && b.solid) || (b.rod && a.solid)) return; // not yet
+            if (!is_first(i, j)) return;
+            laws.push_back(law);
+            laws.back().between = {scene.order[i], scene.order[j]};
+        };
+        if (stars == 1) {
+            const std::size_t k = number.at(other);
+            for (std::size_t i = 0; i < n; ++i)
+                add(std::min(i, k), std::max(i, k));
+            continue;
+        }
+        for (std::size_t i = 0; i < n; ++i)
+            for (std::size_t j = i; j < n; ++j)
+                add(i, j);
+    }
+    return laws;
+}
+
+} // namespace amontons
