@@ -289,7 +289,12 @@ ObjectDeclaration declare_contact()
                                              "Of solids: \"mortar\" integrates over the faces, "
                                              "\"nodal\" takes the other face at one point.")),
              fallback("chosen", field<&C::reach>("reach", "m", at_least(0),
-                                                 "Gaps beyond are not looked at."))},
+                                                 "Gaps beyond are not looked at.")),
+             fallback("rigid",
+                      field<&C::foundation>("foundation", "N/m^2", positive(),
+                                            "Of a beam and an obstacle: springs along the normal "
+                                            "instead of a rigid wall; force per length of beam "
+                                            "and depth."))},
             "",
             {},
             defaults_of<C>()};

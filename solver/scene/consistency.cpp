@@ -229,6 +229,28 @@ void check_self(const Scene& scene, const ContactLaw& law, const std::string& pl
                      "\"quasi_static\": solids do not touch themselves in motion yet");
 }
 
+/// Of a contact law whose obstacle is springs.
+void check_foundation(const Scene& scene, const ContactLaw& law, std::size_t i, Findings& findings)
+{
+    if (!(law.foundation > 0)) return;
+    const std::string place = fmt::format("/contact/{}/foundation", i);
+    const std::string found = fmt::format("{} N/m^2", law.foundation);
+    const auto& [a, b] = law.between;
+    if (!(find(scene.beams, a) && find(scene.obstacles, b)) &&
+        !(find(scene.beams, b) && find(scene.obstacles, a)))
+        findings.add({place}, found, "nothing here: springs lie below obstacles that beams touch");
+    else if (scene.time.kind == "dynamic")
+        findings.add({place, "/time/kind"}, found + ", dynamic",
+                     "\"quasi_static\": springs have no inertia");
+    else if (scene.haptic.given)
+        findings.add({place, "/haptic"}, found + ", in the hand", "rigid obstacles");
+    else if (std::any_of(scene.contact.begin(), scene.contact.end(), [&](const ContactLaw& other) {
+                 return find(scene.beams, other.between[0]) && find(scene.beams, other.between[1]);
+             }))
+        findings.add({place}, found + ", and instruments in one another",
+                     "one beam: instruments in one another need rigid obstacles");
+}
+
 void check_pairs(const Scene& scene, Findings& findings)
 {
     std::set<std::set<std::string>> seen;
@@ -236,6 +258,7 @@ void check_pairs(const Scene& scene, Findings& findings)
         const ContactLaw& law = scene.contact[i];
         const std::string place = fmt::format("/contact/{}/between", i);
         const auto& [a, b] = law.between;
+        check_foundation(scene, law, i, findings);
         bool known = true;
         for (std::size_t k = 0; k < 2; ++k) {
             const std::string& name = law.between[k];

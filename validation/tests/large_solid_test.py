@@ -220,6 +220,34 @@ class Large(unittest.TestCase):
         self.finished_steps_are_valid()
 
     @unittest.skipUnless(MPIRUN, "no mpirun")
+    def test_a_run_goes_on_with_another_number_of_ranks(self):
+        """Stopped on two ranks, gone on with on three: the answer of a run that nothing stopped."""
+        self.write(block((4, 4, 3), end=8, step=0.25))
+        linear = ("--output", "out", "--set", "solver.linear=distributed")
+        process = subprocess.Popen([MPIRUN, "-n", "2", PROGRAM, "run", "scene.json", *linear], cwd=self.folder,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
+        self.addCleanup(process.kill)
+        history = self.folder / "out/history.csv"
+        while process.poll() is None and (not history.exists() or history.read_text().count("\n") < 6):
+            time.sleep(0.02)
+        self.assertIsNone(process.poll(), "ended by itself")
+        self.interrupt(process)
+        resumed = self.call("run", "scene.json", *linear, "--resume", "--json", before=(MPIRUN, "-n", "3"))
+        self.assertEqual(resumed.returncode, 0, resumed.stderr)
+        self.same(self.run_linear("iterative"), json.loads(resumed.stdout))
+        whole = (self.folder / "iterative/history.csv").read_text().splitlines()
+        parts = (self.folder / "out/history.csv").read_text().splitlines()
+        self.assertEqual([line.split(",")[:2] for line in whole], [line.split(",")[:2] for line in parts])
+
+    def interrupt(self, process):
+        """Ctrl-C for rank 0; the checkpoint of the last step is there then."""
+        for child in pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split():
+            if b"OMPI_COMM_WORLD_RANK=0" in pathlib.Path(f"/proc/{child}/environ").read_bytes().split(b"\0"):
+                os.kill(int(child), signal.SIGINT)
+        process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 130)
+
+    @unittest.skipUnless(MPIRUN, "no mpirun")
     def test_a_full_disk_ends_all_ranks_with_valid_output(self):
         process, ranks = self.start_two_ranks()
         # Rank 0 alone writes. From here on its files may not grow.

@@ -169,6 +169,16 @@ TEST_CASE("fields that contradict each other are reported")
     CHECK(has(bad("[\"wire\", \"tube\"]", "[\"tube\", \"tube\"]"), "at least one body that moves"));
     CHECK(has(bad("\"friction\": 0.1}", "\"friction\": 0.1}, {\"between\": [\"tube\", \"wire\"]}"),
               "each pair once"));
+    const std::string springs = "\"friction\": 0.1, \"foundation\": 2000}";
+    CHECK(bad("\"friction\": 0.1}", springs).empty());
+    CHECK(has(bad("\"friction\": 0.1}", "\"foundation\": -1}"), "/contact/0/foundation"));
+    CHECK(has(bad("\"friction\": 0.1}", "\"foundation\": 0}"), "/contact/0/foundation"));
+    CHECK(has(
+        issues_of(replaced(with("\"friction\": 0.1}", springs), "\"quasi_static\"", "\"dynamic\"")),
+        "springs have no inertia"));
+    CHECK(has(issues_of(replaced(with("\"friction\": 0.1}", springs), "[\"wire\", \"tube\"]",
+                                 "[\"wire\", \"*\"]")),
+              "springs lie below obstacles that beams touch"));
     CHECK(has(bad("\"quasi_static\"", "\"dynamic\""),
               "/bodies/wire/segments/0/density: found nothing"));
     CHECK(has(bad("\"centreline\": {\"file\": \"double_u.csv\"}", "\"centreline\": {}"), "either"));

@@ -192,6 +192,60 @@ TEST_CASE("a stiffer wall takes the push force to that of a rigid one, and gives
     CHECK(before < 2e-3 * expected);
 }
 
+namespace {
+
+/// The rigid scene of vessel_scene(), on springs of k [N/m^2] below its wall; 0: rigid.
+Run run_on_springs(double k, double mu, double depth, std::vector<Obstacle>& tube)
+{
+    Scene scene = vessel_scene(1, mu, depth);
+    Centreline line(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), 0.005);
+    line.append_line(0.02, 0.005);
+    line.append_arc(0.03, kPi / 2, 0, 0.005);
+    line.append_line(0.03, 0.005);
+    scene.solids.clear();
+    scene.obstacles.resize(1);
+    scene.obstacles[0].name = "vessel";
+    scene.contact[0].foundation = k;
+    std::vector<Obstacle> obstacles;
+    tube.clear();
+    tube.push_back({"vessel", make_tube({line, 0})});
+    obstacles.push_back({"vessel", make_tube({line, 0})});
+    return run(scene, std::move(obstacles));
+}
+
+} // namespace
+
+TEST_CASE("a scene's foundation: the wall gives way by force over stiffness and length, energy is "
+          "accounted for, and stiff springs are a rigid wall")
+{
+    const double depth = 0.08, h = 1.25e-3; // two contact points an element
+    for (const double mu : {0.0, 0.1}) {
+        CAPTURE(mu);
+        std::vector<Obstacle> tube;
+        const double k = 2e5; // about 0.1 mm under the forces here
+        const Run soft = run_on_springs(k, mu, depth, tube);
+        REQUIRE_MESSAGE(soft.summary.status == "done", soft.summary.message);
+        CHECK(soft.summary.uncertified_steps == 0);
+        double deepest = 0;
+        for (const ContactRecord& c : soft.keep.records.back().contacts) {
+            WallHint hint;
+            const double give = -tube[0].model.wall.distance(c.point, hint);
+            CHECK(give == test::relative(c.normal_force / (k * h)).epsilon(1e-4));
+            deepest = std::max(deepest, give);
+        }
+        CHECK(deepest > 5e-5);
+        const EnergyRecord& e = soft.keep.records.back().energy;
+        CHECK(std::abs(e.error()) < 1e-2 * e.work);
+        const double force = value(soft.keep.records.back(), "push_force");
+        const double rigid =
+            value(run_on_springs(0, mu, depth, tube).keep.records.back(), "push_force");
+        const double stiff =
+            value(run_on_springs(1e10, mu, depth, tube).keep.records.back(), "push_force");
+        CHECK(std::abs(force - rigid) > 1e-2 * rigid);
+        CHECK(stiff == test::relative(rigid).epsilon(1e-3));
+    }
+}
+
 TEST_CASE("a run in a soft vessel goes on from a saved state, to the last bit")
 {
     const Scene scene = vessel_scene(0.6e6, 0.1, 0.06);
