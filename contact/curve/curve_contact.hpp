@@ -8,10 +8,10 @@
 
 // Where round curves touch: rods as chains of cubic pieces with a radius.
 //
-// Two kinds of contact, which do not know of each other. Stations, places that are fixed to a
-// curve, meet what is nearest to them: right where two curves run along each other, or a curve
-// along a wall. Crossings, pairs of places whose distance is least, follow the geometry: right
-// where curves cross, or a curve bends over an edge between two of its stations.
+// Two kinds of contact. Stations, places that are fixed to a curve, meet what is nearest to them:
+// right where two curves run along each other, or a curve along a wall. Crossings, pairs of places
+// whose distance is least, follow the geometry: right where curves cross, or a curve bends over an
+// edge between two of its stations. Beside a crossing of two curves stations are left out.
 
 namespace amontons {
 

@@ -59,4 +59,10 @@ void add_element_matrix(const RodModel& rod, int element, const Eigen::Matrix<do
 /// @param K  stiffness with holds, factored; M  mass with holds
 std::vector<double> rod_frequencies(const RodMatrix& K, const RodMatrix& M, int nodes, int count);
 
+/// An element's force or moment of a strain [N], [N m].
+inline double resultant(const ElementLaw& law, std::size_t k, double strain)
+{
+    return (law.S[k] * strain - law.P[k]) / law.length;
+}
+
 } // namespace amontons

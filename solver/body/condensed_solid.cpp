@@ -1,4 +1,5 @@
 #include "solver/body/condensed_solid.hpp"
+#include "solver/body/node_index.hpp"
 
 #include "mesh/base/curve.hpp"
 #include "mesh/base/file.hpp"
@@ -14,11 +15,6 @@ namespace {
 constexpr int kSameColumns = 20;
 constexpr double kFewer = 2;                  ///< times fewer numbers, or it is not worth it
 constexpr std::size_t kMostMotions = 8000000; ///< numbers
-
-Eigen::Index at3(std::size_t i)
-{
-    return 3 * static_cast<Eigen::Index>(i);
-}
 
 } // namespace
 

@@ -1,4 +1,5 @@
 #include "solver/body/rod_body.hpp"
+#include "solver/body/node_index.hpp"
 
 #include "mesh/base/curve.hpp"
 #include "mesh/base/error.hpp"
@@ -22,11 +23,6 @@ constexpr double kStillRounding = 1e-5; // of it: no error of a balance is that 
 ConstMap6 view(const Node6& n)
 {
     return ConstMap6(n.value);
-}
-
-Eigen::Index at6(std::size_t node)
-{
-    return 6 * Eigen::Index(node);
 }
 
 std::vector<Node6> as_nodes(const Eigen::VectorXd& v)
@@ -323,7 +319,7 @@ double RodBody::force_size(const Motion& m, const std::vector<Node6>& load) cons
         const ElementLaw& law = rod_.law[std::size_t(e)];
         double f[6];
         for (std::size_t k = 0; k < 6; ++k)
-            f[k] = (law.S[k] * strain[k] - law.P[k]) / law.length;
+            f[k] = resultant(law, k, strain[k]);
         take({f[0], f[1], f[2]}, {f[3], f[4], f[5]});
     }
     for (const Node6& n : load)

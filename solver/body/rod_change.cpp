@@ -1,4 +1,5 @@
 #include "solver/body/drive.hpp"
+#include "solver/body/node_index.hpp"
 #include "solver/body/rod_body.hpp"
 
 #include <algorithm>
@@ -12,11 +13,6 @@ namespace {
 
 constexpr double kSmallTurn = 1e-3; // of a node in one iteration [rad]
 constexpr double kLongestTurn = 1;  // of an element in one iteration [rad]
-
-Eigen::Index at6(std::size_t node)
-{
-    return 6 * Eigen::Index(node);
-}
 
 } // namespace
 

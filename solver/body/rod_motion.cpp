@@ -1,3 +1,4 @@
+#include "solver/body/node_index.hpp"
 #include "solver/body/rod_body.hpp"
 
 #include <algorithm>
@@ -17,11 +18,6 @@ namespace {
 
 using Map6 = Eigen::Map<Vec6>;
 using ConstMap6 = Eigen::Map<const Vec6>;
-
-Eigen::Index at6(std::size_t node)
-{
-    return 6 * Eigen::Index(node);
-}
 
 } // namespace
 

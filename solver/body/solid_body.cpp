@@ -1,4 +1,5 @@
 #include "solver/body/solid_body.hpp"
+#include "solver/body/node_index.hpp"
 
 #include "mesh/base/curve.hpp"
 #include "solver/body/drive.hpp"
@@ -15,11 +16,6 @@
 
 namespace amontons {
 namespace {
-
-Eigen::Index at3(std::size_t node)
-{
-    return 3 * static_cast<Eigen::Index>(node);
-}
 
 /// The integral of density N_i N_j, the same along each axis: nodes x nodes [kg].
 SparseMatrix scalar_mass(const VolumeMesh& mesh, double density)

@@ -1,3 +1,4 @@
+#include "solver/body/node_index.hpp"
 #include "solver/body/solid_body.hpp"
 
 #include "solver/body/drive.hpp"
@@ -9,11 +10,6 @@
 
 namespace amontons {
 namespace {
-
-Eigen::Index at3(std::size_t node)
-{
-    return 3 * static_cast<Eigen::Index>(node);
-}
 
 /// The turn that brings the shape X nearest to x, both about their centres, weighted by mass.
 Mat3 nearest_turn(const std::vector<Vec3>& X, const std::vector<Vec3>& x, const Vec3& X_centre,

@@ -1,3 +1,4 @@
+#include "solver/body/node_index.hpp"
 #include "solver/body/solid_body.hpp"
 
 #include "mesh/base/curve.hpp"
@@ -57,11 +58,6 @@ constexpr std::array<Lean, 11> kLeans{{{true, 1, 0},
                                        {false, 1, 16},
                                        {false, 1, 64}}};
 constexpr double kNoForce = 1e-6; ///< on a node, of the largest on one
-
-Eigen::Index at3(std::size_t node)
-{
-    return 3 * static_cast<Eigen::Index>(node);
-}
 
 /// Adds a node's own stiffness at rest along the force of contacts on it. Such a node will not move
 /// along its normal; where it slides, the force that the stiffness adds is parallel to the one that

@@ -309,8 +309,8 @@ struct ContactLaw {
     std::string sliding = "finite";        ///< "finite" | "small": on the geometry of the start
     std::string discretisation = "mortar"; ///< "mortar" | "nodal"
     double reach = 0;                      ///< gaps beyond are not looked at [m]; 0: chosen
-    /// Of a beam and an obstacle: springs along the normal instead of a rigid wall, force per length
-    /// of beam and depth [N/m^2]; 0: rigid.
+    /// Of a beam and an obstacle: springs along the normal instead of a rigid wall, force per
+    /// length of beam and depth [N/m^2]; 0: rigid.
     double foundation = 0;
 };
 

@@ -249,6 +249,17 @@ void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair,
                   {p.surface_b->outside, p.surface_b->sharp, x_b}, pair, true, out);
 }
 
+std::function<WallSample(const Vec3&)> distance_from(const RigidBody& body, const Placement& at)
+{
+    return [&body, at, near = std::int32_t(-1)](const Vec3& x) mutable {
+        WallSample s = shape_distance(body.shape(), at.turn.conjugate() * (x - at.shift), near);
+        const Mat3 R = at.turn.toRotationMatrix();
+        s.normal = R * s.normal;
+        s.hessian = R * s.hessian * R.transpose();
+        return s;
+    };
+}
+
 void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
 {
     const ContactPair& p = pairs_[std::size_t(pair)];

@@ -87,6 +87,10 @@ struct ContactPair {
 /// A frame with the given normal: t1 the x axis projected, or y's where the normal is along x.
 Mat3 contact_frame(const Vec3& normal);
 
+/// Signed distance from a rigid body that stands there, with its derivatives.
+/// @param body  outlives the result
+std::function<WallSample(const Vec3&)> distance_from(const RigidBody& body, const Placement& at);
+
 /// Finds all contacts of all pairs.
 class ContactFinder {
 public:

@@ -239,9 +239,7 @@ BeamRecord record_rod(const RodBody& rod, const std::string& name)
             std::size_t(model.closed ? (i + elements) % elements : std::min(i, elements - 1));
         const std::array<double, 6> strain = rod.strain(int(e));
         const ElementLaw& law = model.law[e];
-        const auto force = [&](std::size_t k) {
-            return (law.S[k] * strain[k] - law.P[k]) / law.length;
-        };
+        const auto force = [&](std::size_t k) { return resultant(law, k, strain[k]); };
         const std::array<double, 6> here{model.radius[e], std::hypot(strain[4], strain[5]),
                                          strain[3],       force(0),
                                          force(3),        std::hypot(force(4), force(5))};

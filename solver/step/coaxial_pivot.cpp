@@ -1,30 +1,16 @@
 #include "solver/step/coaxial.hpp"
+#include "solver/step/four_node_rows.hpp"
 #include "solver/step/pivot_method.hpp"
 
 namespace amontons {
 namespace {
 
 /// Several wires: rows on the nodes of one or two elements, a matrix of the common order.
-struct CoaxialSystem {
-    struct Row {
-        Node6 node[4];
-    };
-    using Place = const CoaxialContact&;
+struct CoaxialSystem : FourNodeRows<CoaxialContact> {
     Coaxial& c;
 
-    static double apply(const Row& row, const std::vector<Node6>& d, Place place)
-    {
-        double sum = 0;
-        for (int a = 0; a < place.nodes; ++a)
-            for (int i = 0; i < 6; ++i)
-                sum += row.node[a].value[i] * d[std::size_t(place.slot[std::size_t(a)])].value[i];
-        return sum;
-    }
-    static void add_force(std::vector<Node6>& r, Place place, const Row& h, double s)
-    {
-        for (int a = 0; a < place.nodes; ++a)
-            r[std::size_t(place.slot[std::size_t(a)])].column += h.node[a].column * splat6(s);
-    }
+    explicit CoaxialSystem(Coaxial& coaxial) : c(coaxial) {}
+
     /// K += s f h^T, but only in rows and columns of which one is >= from.
     static void add_product(BlockSkyline& K, Place place, const Row& f, const Row& h, double s,
                             int from)
@@ -40,21 +26,6 @@ struct CoaxialSystem {
                     block.column[j] += fa * splat6(h.node[b].value[j]);
             }
         }
-    }
-    static Row combine(const Row& a, double s, const Row& b, double t, const Row& c)
-    {
-        Row r;
-        for (int i = 0; i < 4; ++i)
-            r.node[i].column =
-                a.node[i].column + splat6(s) * b.node[i].column + splat6(t) * c.node[i].column;
-        return r;
-    }
-    static Row combine(double s, const Row& b, double t, const Row& c)
-    {
-        Row r;
-        for (int i = 0; i < 4; ++i)
-            r.node[i].column = splat6(s) * b.node[i].column + splat6(t) * c.node[i].column;
-        return r;
     }
     static Row row(const ContactRow& own, const ContactRow* other)
     {
@@ -121,13 +92,13 @@ struct CoaxialSystem {
 void solve_linearised(Coaxial& c, const Residual& residual, const NewtonOptions& options,
                       double& shift, NewtonReport& report)
 {
-    CoaxialSystem s{c};
+    CoaxialSystem s(c);
     pivoting::solve(s, residual, options, shift, report);
 }
 
 void close_active_rows(Coaxial& c)
 {
-    CoaxialSystem s{c};
+    CoaxialSystem s(c);
     pivoting::close_active(s);
 }
 

@@ -1,5 +1,4 @@
 #include "contact/curve/curve_contact.hpp"
-#include "contact/rigid/shape_distance.hpp"
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
 #include "solver/step/body_contacts.hpp"
@@ -14,18 +13,6 @@ namespace amontons {
 namespace {
 
 constexpr double kRounding = 1e-6; // of a rod's size: of shapes that are read
-
-/// Of a rigid body that may move.
-std::function<WallSample(const Vec3&)> surface_of(const RigidBody& body, const Placement& at)
-{
-    return [&body, at, near = std::int32_t(-1)](const Vec3& x) mutable {
-        WallSample s = shape_distance(body.shape(), at.turn.conjugate() * (x - at.shift), near);
-        const Mat3 R = at.turn.toRotationMatrix();
-        s.normal = R * s.normal;
-        s.hessian = R * s.hessian * R.transpose();
-        return s;
-    };
-}
 
 /// The stations that may touch: all, or those of one end.
 std::span<const CurvePlace> places_of(const RodBody& rod, const ContactPair& pair)
@@ -50,7 +37,7 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
         const Wall& wall = *walls_[std::size_t(p.obstacle)];
         on([&wall, hint = WallHint()](const Vec3& x) mutable { return wall.sample(x, hint); });
     } else if (const RigidBody* rigid = bodies[std::size_t(p.b)].rigid) {
-        on(surface_of(*rigid, rigid->placement()));
+        on(distance_from(*rigid, rigid->placement()));
     } else if (p.b == p.a) {
         touch_curve(own, rod.stations(), own, reach_, known, found);
     } else if (const RodBody* second = bodies[std::size_t(p.b)].rod) {
@@ -130,7 +117,7 @@ bool ContactFinder::rod_passed(const std::vector<BodyRef>& bodies, const Contact
         const RigidBody& rigid = *bodies[std::size_t(pair.b)].rigid;
         from = rigid.start_placement();
         to = rigid.placement();
-        surface = surface_of(rigid, {}); // in the body's frame
+        surface = distance_from(rigid, {}); // in the body's frame
     }
     const auto inside = [](const Placement& at, const Vec3& x) {
         return Vec3(at.turn.conjugate() * (x - at.shift));

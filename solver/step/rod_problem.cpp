@@ -17,24 +17,11 @@ constexpr double kHeld = 0.01;
 constexpr int kMultipliers = 5;
 
 /// Rods and their contacts for pivoting::solve.
-struct RodSystem {
-    using Row = RodContact::Row;
-    using Place = const RodContact&;
+struct RodSystem : FourNodeRows<RodContact> {
     RodProblem& p;
 
-    static double apply(const Row& row, const std::vector<Node6>& d, Place at)
-    {
-        double sum = 0;
-        for (int a = 0; a < at.nodes; ++a)
-            for (int i = 0; i < 6; ++i)
-                sum += row.node[a].value[i] * d[std::size_t(at.slot[std::size_t(a)])].value[i];
-        return sum;
-    }
-    static void add_force(std::vector<Node6>& r, Place at, const Row& h, double s)
-    {
-        for (int a = 0; a < at.nodes; ++a)
-            r[std::size_t(at.slot[std::size_t(a)])].column += h.node[a].column * splat6(s);
-    }
+    explicit RodSystem(RodProblem& problem) : p(problem) {}
+
     static void add_product(NodeMatrix& K, Place at, const Row& f, const Row& h, double s, int)
     {
         for (int a = 0; a < at.nodes; ++a)
@@ -44,18 +31,6 @@ struct RodSystem {
         for (int a = 0; a < at.nodes; ++a)
             for (int i = 0; i < 6; ++i)
                 if (f.node[a].value[i] != h.node[a].value[i]) return K.set_unsymmetric();
-    }
-    static Row combine(const Row& a, double s, const Row& b, double t, const Row& c)
-    {
-        Row r;
-        for (int i = 0; i < 4; ++i)
-            r.node[i].column =
-                a.node[i].column + splat6(s) * b.node[i].column + splat6(t) * c.node[i].column;
-        return r;
-    }
-    static Row combine(double s, const Row& b, double t, const Row& c)
-    {
-        return combine(Row{}, s, b, t, c);
     }
 
     std::size_t contacts() const { return p.contact.size(); }
@@ -158,10 +133,10 @@ struct Projectors {
     Eigen::VectorXd prescribed; // of all slots
 };
 
-RodContact::Row row_of(const RodProblem& w, const RodContactState& s, const RodContact& c, int axis,
-                       const Projectors& held, double& moved)
+FourNodeRow row_of(const RodProblem& w, const RodContactState& s, const RodContact& c, int axis,
+                   const Projectors& held, double& moved)
 {
-    RodContact::Row row{};
+    FourNodeRow row{};
     const Vec3 direction = s.contact->frame.col(axis);
     int k = 0;
     const auto add = [&](int body, const BodyPlace& at, double sign) {
@@ -180,7 +155,7 @@ RodContact::Row row_of(const RodProblem& w, const RodContactState& s, const RodC
 }
 
 /// Of the nodes alone in a row's direction [N/m].
-double stiffness_along(const RodProblem& w, const RodContact& c, const RodContact::Row& row)
+double stiffness_along(const RodProblem& w, const RodContact& c, const FourNodeRow& row)
 {
     double energy = 0, size = 0;
     for (int a = 0; a < c.nodes; ++a) {
@@ -377,7 +352,7 @@ RodAnswer solve_rod_contacts(RodProblem& w, const std::vector<RodContactState>& 
     NewtonOptions options;
     options.tolerance = tolerance;
     NewtonReport report;
-    RodSystem system{w};
+    RodSystem system(w);
     double shift = 0;
     for (int k = 0; k < kMultipliers; ++k) {
         pivoting::solve(system, scale, options, shift, report);

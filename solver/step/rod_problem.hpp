@@ -2,6 +2,7 @@
 
 #include "solver/body/rod_body.hpp"
 #include "solver/step/body_contacts.hpp"
+#include "solver/step/four_node_rows.hpp"
 #include "solver/step/node_matrix.hpp"
 #include "solver/step/wire_newton.hpp"
 
@@ -13,14 +14,11 @@ namespace amontons {
 
 /// A contact and its rows on the nodes of one or two elements.
 struct RodContact {
-    struct Row {
-        Node6 node[4];
-    };
     Candidate law; ///< gap, slip, friction, stiffness, and the force that is known
     std::array<int, 4> slot{};
     int nodes = 0;
     std::array<int, 2> on{-1, -1}; ///< rods; -1: what stands still
-    Row normal{}, tangent[2]{};
+    FourNodeRow normal{}, tangent[2]{};
     bool follows = false; ///< next to the one before, on the same rod and the same other
 };
 

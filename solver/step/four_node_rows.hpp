@@ -1,0 +1,46 @@
+#pragma once
+
+#include "solver/linear/block_tridiagonal.hpp"
+
+#include <vector>
+
+namespace amontons {
+
+/// A contact's row on the nodes of one or two elements.
+struct FourNodeRow {
+    Node6 node[4];
+};
+
+/// What pivoting::solve asks of such rows. Contact has `nodes`, 2 or 4, and their `slot`.
+template <class Contact> struct FourNodeRows {
+    using Row = FourNodeRow;
+    using Place = const Contact&;
+
+    static double apply(const Row& row, const std::vector<Node6>& d, Place at)
+    {
+        double sum = 0;
+        for (int a = 0; a < at.nodes; ++a)
+            for (int i = 0; i < 6; ++i)
+                sum += row.node[a].value[i] * d[std::size_t(at.slot[std::size_t(a)])].value[i];
+        return sum;
+    }
+    static void add_force(std::vector<Node6>& r, Place at, const Row& h, double s)
+    {
+        for (int a = 0; a < at.nodes; ++a)
+            r[std::size_t(at.slot[std::size_t(a)])].column += h.node[a].column * splat6(s);
+    }
+    static Row combine(const Row& a, double s, const Row& b, double t, const Row& c)
+    {
+        Row r;
+        for (int i = 0; i < 4; ++i)
+            r.node[i].column =
+                a.node[i].column + splat6(s) * b.node[i].column + splat6(t) * c.node[i].column;
+        return r;
+    }
+    static Row combine(double s, const Row& b, double t, const Row& c)
+    {
+        return combine(Row{}, s, b, t, c);
+    }
+};
+
+} // namespace amontons
