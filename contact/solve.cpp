@@ -109,14 +109,19 @@ SolverRun run(const ContactProblem& problem, const SolverOptions& options, Eigen
         return run_plain(problem, options, std::move(start), warm);
     const Stopwatch clock;
     const NaturalMapError error(problem, options.scope);
-    SolverRun outcome;
-    std::vector<ErrorPoint> history; // errors of the problem as it is
-    const auto run_in = [&](const ContactProblem& p, SolverOptions o, Eigen::VectorXd from) {
+    SolverRun best;                  // of what has been tried, by the problem's own error
+    std::vector<ErrorPoint> history; // those errors
+    double least = std::numeric_limits<double>::infinity();
+    int iterations = 0;
+    const auto left = [&](SolverOptions o) { // limits are those of all tries together
         o.max_seconds = std::max(0.0, options.max_seconds - clock.seconds());
-        const bool has_start = warm || !from.isZero(0);
-        SolverRun found = run_plain(p, o, std::move(from), has_start);
-        found.iterations += outcome.iterations;
-        outcome = std::move(found);
+        o.max_iterations = std::max(0, options.max_iterations - iterations);
+        return o;
+    };
+    const auto done = [&](SolverRun run) {
+        run.iterations = iterations;
+        run.history = std::move(history);
+        return run;
     };
     for (const double most : kSteep) {
         const Eigen::VectorXd D = normal_units(problem, most);
@@ -126,21 +131,35 @@ SolverRun run(const ContactProblem& problem, const SolverOptions& options, Eigen
         closer.patience = std::min(options.patience, kSteepPatience);
         Eigen::VectorXd from = start.cwiseQuotient(D);
         for (int round = 0; round < kSteepRounds; ++round, closer.tolerance *= 1e-2) {
-            run_in(inner, closer, std::move(from));
-            from = std::move(outcome.reaction);
-            outcome.reaction = D.cwiseProduct(from);
-            const double reached =
-                error(outcome.reaction, problem.W * outcome.reaction + problem.q);
-            history.push_back({outcome.iterations, clock.seconds(), reached});
-            if (outcome.status != SolveStatus::converged) break;
-            if (reached > options.tolerance) continue;
-            outcome.history = std::move(history);
-            return outcome;
+            SolverRun found = run_plain(inner, left(closer), from, warm || round > 0);
+            from = found.reaction;
+            found.reaction = D.cwiseProduct(from);
+            iterations += found.iterations;
+            const double reached = error(found.reaction, problem.W * found.reaction + problem.q);
+            history.push_back({iterations, clock.seconds(), reached});
+            const SolveStatus status = found.status;
+            if (reached < least) {
+                least = reached;
+                best = std::move(found);
+            }
+            if (reached <= options.tolerance) return done(std::move(best));
+            if (status == SolveStatus::out_of_time) {
+                best.status = status;
+                return done(std::move(best));
+            }
+            if (status != SolveStatus::converged) break;
         }
     }
-    run_in(problem, options, std::move(start));
-    outcome.history.insert(outcome.history.begin(), history.begin(), history.end());
-    return outcome;
+    const double begun = clock.seconds();
+    SolverRun last = run_plain(problem, left(options), std::move(start), warm);
+    for (const ErrorPoint& p : last.history)
+        history.push_back({p.iteration + iterations, p.seconds + begun, p.error});
+    iterations += last.iterations;
+    const bool better = last.status == SolveStatus::converged ||
+                        last.status == SolveStatus::infeasible ||
+                        error(last.reaction, problem.W * last.reaction + problem.q) <= least;
+    if (!better) last.reaction = std::move(best.reaction);
+    return done(std::move(last));
 }
 
 /// The tolerance in a part's own measure that leaves it below the given one in that of the whole.

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact/linear/gauss_jordan.hpp"
+#include "contact/linear/lanes.hpp"
 
 #include <cstddef>
 

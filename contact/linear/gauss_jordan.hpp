@@ -1,19 +1,13 @@
 #pragma once
 
-#include <Eigen/Core>
+#include "contact/linear/lanes.hpp"
+
 #include <algorithm>
 #include <cmath>
 
 // The inverse of a small dense matrix whose columns are held in vector registers.
 
 namespace amontons {
-
-#ifdef __AVX512F__
-constexpr int kLanes = 8;
-#else
-constexpr int kLanes = 4;
-#endif
-using Lanes = Eigen::Array<double, kLanes, 1>;
 
 /// In place, by Gauss-Jordan steps with row exchange.
 /// @param matrix  n <= R kLanes rows, each column in R vectors

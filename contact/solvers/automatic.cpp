@@ -151,6 +151,7 @@ void solve_automatically(SolverWork& work, bool warm)
         work.progress.prove(std::move(*proof));
         return;
     }
+    if (work.progress.best_error() <= work.options.acceptable) return;
     if (sweeps && work.progress.best_error() < kNearly)
         for (int round = 0; round < kPolishes; ++round) {
             sweeps->restart();

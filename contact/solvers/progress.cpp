@@ -50,9 +50,11 @@ bool Progress::converged_by_rounding(const Eigen::VectorXd& r, const Eigen::Vect
     Eigen::VectorXd other = natural_map_.rounded(r, u), own = u;
     problem_.W.apply(other, own);
     own += problem_.q;
-    const double error = natural_map_.exact(other, own, residuals_);
+    Eigen::VectorXd residuals(residuals_.size());
+    const double error = natural_map_.exact(other, own, residuals);
     if (!(error <= threshold_)) return false;
     error_ = error;
+    residuals_ = std::move(residuals);
     rounded_ = std::move(other);
     return true;
 }

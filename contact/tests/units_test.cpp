@@ -118,6 +118,30 @@ TEST_CASE(
     }
 }
 
+TEST_CASE(
+    "friction without bounds: limits count all tries, and what is returned is the best of them")
+{
+    std::mt19937 rng{4};
+    ContactProblem p = test::random_problem(rng, 40, 60, 0.4); // W is singular
+    p.mu.setConstant(1e7);
+    const NaturalMapError error(p, ErrorScope::all_rows);
+    SolverOptions options;
+    options.tolerance = 0; // never reached
+    double before = std::numeric_limits<double>::infinity();
+    for (int most : {0, 5, 50, 500}) {
+        options.max_iterations = most;
+        const ContactSolution s = solve(p, options);
+        CHECK(s.certificate.iterations <= most);
+        for (std::size_t k = 1; k < s.history.size(); ++k) {
+            CHECK(s.history[k].iteration >= s.history[k - 1].iteration);
+            CHECK(s.history[k].seconds >= s.history[k - 1].seconds);
+        }
+        CHECK(s.certificate.error <= before);
+        before = s.certificate.error;
+    }
+    CHECK(before < 0.1);
+}
+
 TEST_CASE("units of normal forces are powers of two and leave Coulomb's law as it is")
 {
     std::mt19937 rng{3};

@@ -1,0 +1,54 @@
+#include "contact/solve.hpp"
+#include "contact/tests/contact_problems.hpp"
+
+#include <doctest/doctest.h>
+
+// Problems solved to the last digits that doubles have.
+
+using namespace amontons;
+
+TEST_CASE("sweeps over a W in single precision end at twelve digits, in any unit")
+{
+    std::mt19937 rng{13};
+    ContactProblem p = test::random_problem(rng, 190, 2000, 0.4); // 570 rows: beyond the cache
+    for (const double unit : {1.0, 1e-45, 1e40}) {
+        ContactProblem other = p;
+        other.W.dense() *= unit;
+        for (const ContactSolver solver : {ContactSolver::nsgs, ContactSolver::anderson}) {
+            CAPTURE(unit);
+            CAPTURE(name(solver));
+            SolverOptions options;
+            options.solver = solver;
+            options.tolerance = 1e-12;
+            const ContactSolution s = solve(other, options);
+            CHECK(s.certificate.status == SolveStatus::converged);
+            CHECK(s.certificate.error <= 1e-12);
+            CHECK(s.certificate.iterations < 400);
+        }
+    }
+}
+
+TEST_CASE("stiff contacts beside soft ones: 1e-12 where the last digit of r is more than that")
+{
+    // Ten stiff contacts, all slipping, and a soft one whose compliance sets rho; each feels the
+    // others a little.
+    ContactProblem p;
+    const int stiff = 10;
+    const double contrast = 1e6, mu = 0.3;
+    Eigen::MatrixXd W = Eigen::MatrixXd::Identity(3 * (stiff + 1), 3 * (stiff + 1));
+    W.topLeftCorner(3 * stiff, 3 * stiff) /= contrast;
+    W.array() += 1e-2 / contrast;
+    p.W = Delassus(W);
+    p.mu = Eigen::VectorXd::Constant(stiff + 1, mu);
+    p.q.resize(3 * (stiff + 1));
+    for (int i = 0; i <= stiff; ++i)
+        p.q.segment<3>(3 * i) << -1 - 0.1 * i, 0.7 + 0.05 * i, 0.9 - 0.03 * i;
+    SolverOptions options;
+    options.tolerance = 1e-12;
+    const ContactSolution s = solve(p, options);
+    const NaturalMapError error(p, ErrorScope::all_rows);
+    CHECK(error.rounding(s.reaction, s.u) > 5 * options.tolerance);
+    CHECK(s.certificate.status == SolveStatus::converged);
+    CHECK(s.certificate.threshold == options.tolerance);
+    CHECK(static_cast<double>(test::reference_error(p, s.reaction)) <= options.tolerance);
+}
