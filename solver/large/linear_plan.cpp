@@ -101,9 +101,10 @@ std::vector<std::int32_t> one_dissection(const SolidPattern& pattern)
 /// @param most  more are not worth knowing
 int tried_iterations(const SolidSize& s, int most, bool on_all_ranks)
 {
-    LargeMatrix A(*s.mesh, make_pattern(*s.mesh), s.material, 0, 1, s.held, on_all_ranks);
+    const std::vector<std::int32_t> held = s.held();
+    LargeMatrix A(*s.mesh, make_pattern(*s.mesh), s.material, 0, 1, held, on_all_ranks);
     Eigen::VectorXd f = Eigen::VectorXd::Ones(3 * Eigen::Index(s.mesh->nodes.size()));
-    for (const std::int32_t dof : s.held)
+    for (const std::int32_t dof : held)
         f[dof] = 0;
     return A.solve(f, kTrialTolerance, most).iterations;
 }
@@ -286,9 +287,15 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
         const double enough =
             (direct.seconds * (plan.taken == "distributed" ? at_once : 1) - assembling) /
             iterating * kIterations; // for a factor to be quicker
-        plan.tried_iterations = tried_iterations(*largest_solid, int(std::min(enough, 1e6)) + 1,
-                                                 plan.taken == "distributed");
-        take_time(plan.tried_iterations);
+        try {
+            plan.tried_iterations = tried_iterations(*largest_solid, int(std::min(enough, 1e6)) + 1,
+                                                     plan.taken == "distributed");
+            take_time(plan.tried_iterations);
+        } catch (const std::exception& fault) { // the factor is there, and may say more
+            for (LinearPath& p : plan.paths)
+                if (p.name != "direct")
+                    impossible(p, std::string("a trial failed: ") + fault.what());
+        }
         choose();
     }
     const LinearPath& taken = *plan.path(plan.taken);

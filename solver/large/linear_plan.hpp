@@ -3,6 +3,7 @@
 #include "solver/solid/element.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,7 @@ struct SolidSize {
     bool columns = false;    ///< contact without W does not serve it: a solve per column instead
     std::string only_direct; ///< why its systems cannot be iterated on; "": they can
     SolidMaterial material;
-    std::vector<std::int32_t> held; ///< degrees of freedom
+    std::function<std::vector<std::int32_t>()> held; ///< degrees of freedom; asked for by a trial
 };
 
 struct LinearPath {

@@ -248,8 +248,12 @@ LinearPlan choose_linear(const Scene& scene, const std::vector<VolumeMesh>& mesh
                  double(std::count(touching[i].begin(), touching[i].end(), char(1)));
         s.friction = friction > 0;
         s.material = {input.youngs_modulus, input.poisson_ratio, input.density};
-        for (const SolidConditions::Held& held : find_conditions(input, meshes[i], scene.file).held)
-            s.held.push_back(held.dof);
+        s.held = [&input, &mesh = meshes[i], &file = scene.file] {
+            std::vector<std::int32_t> dofs;
+            for (const SolidConditions::Held& held : find_conditions(input, mesh, file).held)
+                dofs.push_back(held.dof);
+            return dofs;
+        };
         // What gives way on both sides, or joints, need W.
         s.columns = !scene.couplings.empty();
         for (const ContactLaw& law : scene.contact)

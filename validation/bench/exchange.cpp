@@ -44,8 +44,8 @@ int main(int argc, char** argv)
         if (rank == 0) std::printf("exchange,%zu,%.3g\n", sizeof(double) * out.size(), there);
     }
     double own = 1, sum = 0;
-    const double reduced = seconds(
-        500, [&] { MPI_Allreduce(&own, &sum, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD); });
+    const double reduced =
+        seconds(500, [&] { MPI_Allreduce(&own, &sum, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD); });
     if (rank == 0) std::printf("sum over %d ranks,%zu,%.3g\n", ranks, sizeof sum, reduced);
     MPI_Finalize();
 }

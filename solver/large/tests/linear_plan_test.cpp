@@ -55,10 +55,14 @@ TEST_CASE(
     CHECK(plan.tried_iterations == 0); // not worth a trial
     solids[0].mesh = &large;
     solids[0].material = {1e6, 0.3, 0};
-    for (std::size_t i = 0; i < large.nodes.size(); ++i)
-        if (large.nodes[i].z() < 1e-9)
-            for (int axis = 0; axis < 3; ++axis)
-                solids[0].held.push_back(std::int32_t(3 * i) + axis);
+    solids[0].held = [&] {
+        std::vector<std::int32_t> dofs;
+        for (std::size_t i = 0; i < large.nodes.size(); ++i)
+            if (large.nodes[i].z() < 1e-9)
+                for (int axis = 0; axis < 3; ++axis)
+                    dofs.push_back(std::int32_t(3 * i) + axis);
+        return dofs;
+    };
     plan = plan_linear(solids, "auto", false, 1, 1, false);
     CHECK(plan.path("direct")->memory > plan.path("iterative")->memory);
     if (plan.path("iterative")->possible) { // the module is there
@@ -69,6 +73,12 @@ TEST_CASE(
         plan = plan_linear(solids, "auto", false, 1, 1, false);
         CHECK(plan.taken == "direct");
         CHECK(plan.path("iterative")->seconds > plan.path("direct")->seconds);
+        // A trial that fails leaves the factor, and says why.
+        solids[0].held = []() -> std::vector<std::int32_t> { throw std::runtime_error("no sets"); };
+        plan = plan_linear(solids, "auto", false, 1, 1, false);
+        CHECK(plan.taken == "direct");
+        CHECK(plan.refusal.empty());
+        CHECK(plan.path("iterative")->why == "a trial failed: no sets");
     }
     solids[0].only_direct = "block is held by its contacts alone";
     CHECK(plan_linear(solids, "auto", false, 1, 1, false).taken == "direct");
