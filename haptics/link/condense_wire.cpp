@@ -99,27 +99,36 @@ bool hold_closed(BlockTridiagonal& K, const std::vector<const Candidate*>& chose
     enum { normals, across, sticking };
     BlockTridiagonal even = copy_of(K);
     symmetrise(even);
+    const auto stable = [&] {
+        BlockTridiagonal trial = copy_of(even);
+        return trial.factor(trial.first()) == 0;
+    };
+    if (stable()) return true;
     for (const int stage : {normals, across, sticking}) {
-        double held = 0;
-        for (int level = 0; level <= kHolds; ++level) {
-            BlockTridiagonal trial = copy_of(even);
-            if (trial.factor(trial.first()) == 0) return true;
-            const double next =
-                (stage == normals ? kFirstHold : kFirstSide) * std::pow(10.0, level);
+        const BlockTridiagonal K_before = copy_of(K), even_before = copy_of(even);
+        const auto hold_by = [&](int level) {
+            K = copy_of(K_before);
+            even = copy_of(even_before);
+            const double s = (stage == normals ? kFirstHold : kFirstSide) * std::pow(10.0, level);
             for (const Candidate* c : chosen) {
                 if (!(c->normal > 0) || (stage != normals && c->sticks != (stage == sticking)))
                     continue;
-                const double add = (next - held) * c->stiffness;
                 const auto hold = [&](const ContactRow& row) {
-                    add_hold(K, *c, row, add);
-                    add_hold(even, *c, row, add);
+                    add_hold(K, *c, row, s * c->stiffness);
+                    add_hold(even, *c, row, s * c->stiffness);
                 };
                 if (stage == normals) hold(c->hn);
                 if (stage == across) hold(across_row(*c));
                 if (stage == sticking) hold(c->ht[0]), hold(c->ht[1]);
             }
-            held = next;
+        };
+        for (int level = 0; level < kHolds; ++level) {
+            hold_by(level);
+            if (stable()) return true;
         }
+        // Not these, then: W so stiff along them, and soft across, would leave the reactions to
+        // round-off.
+        hold_by(0);
     }
     return false;
 }

@@ -17,6 +17,10 @@
 // operators disagree on, and fades linearly to zero over one period. A contact that was not there
 // starts with r = 0 and comes in the same way; the force of one that is not there any more, and
 // what a change of J does, is bled off as a wrench over the same time.
+//
+// Where the simulation has snapped to another state, offsets are as long as its jump, and contacts
+// would open and close in a tick or two while they fade. Then the new operator is solved by itself,
+// and the whole difference is bled off as a wrench.
 
 namespace amontons {
 
@@ -72,9 +76,30 @@ template <class Real> void ProxyLoop<Real>::adopt(double time)
         anchor_[at(i)] = -slipped;
         fade_[at(i)] = -gap;
     }
+    if (has_jumped()) start_anew();
     const Wrench after = wrench(0);
     jump_.force = before.force - after.force;
     jump_.torque = before.torque - after.torque;
+}
+
+/// Whether the two operators disagree by more than the handle can have moved bodies meanwhile.
+template <class Real> bool ProxyLoop<Real>::has_jumped() const
+{
+    for (int i = 0; i < op_->contacts; ++i)
+        if (op_->length * fade_[at(i)].norm() > op_->validity) return op_->validity > 0;
+    return false;
+}
+
+/// Solves the new operator by itself, at the last pose.
+template <class Real> void ProxyLoop<Real>::start_anew()
+{
+    for (int i = 0; i < op_->contacts; ++i) {
+        r_[at(i)] = contact(i).r * (op_->compliance / op_->length);
+        before_[at(i)] = anchor_[at(i)] = fade_[at(i)] = Vec3::Zero();
+    }
+    free_motion(0);
+    for (int k = 0; k < options_.max_sweeps && error() > options_.tolerance; ++k)
+        sweep();
 }
 
 template double ProxyLoop<float>::fading_at(double) const;
@@ -82,6 +107,10 @@ template double ProxyLoop<double>::fading_at(double) const;
 template void ProxyLoop<float>::remember();
 template void ProxyLoop<double>::remember();
 template void ProxyLoop<float>::adopt(double);
+template bool ProxyLoop<float>::has_jumped() const;
+template void ProxyLoop<float>::start_anew();
 template void ProxyLoop<double>::adopt(double);
+template bool ProxyLoop<double>::has_jumped() const;
+template void ProxyLoop<double>::start_anew();
 
 } // namespace amontons

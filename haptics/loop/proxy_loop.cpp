@@ -184,6 +184,15 @@ template <class Real> double ProxyLoop<Real>::error()
     return size_ > 0 ? std::sqrt(sum) / size_ : std::numeric_limits<double>::infinity();
 }
 
+/// One sweep over the contacts that are not content, by the size that error() left.
+template <class Real> void ProxyLoop<Real>::sweep()
+{
+    // If every contact is as content as this, so is the whole.
+    const double share = 0.5 * options_.tolerance / std::sqrt(std::max(op_->contacts, 1));
+    for (int i = 0; i < op_->contacts; ++i)
+        visit(i, share * size_);
+}
+
 template <class Real> Wrench ProxyLoop<Real>::wrench(double fading) const
 {
     Wrench w;
@@ -252,13 +261,10 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     if (options_.extrapolate) extrapolate();
     free_motion(fading);
     result.error = error();
-    // If every contact is as content as this, so is the whole.
-    const double share = 0.5 * options_.tolerance / std::sqrt(std::max(op_->contacts, 1));
     while (result.error > options_.tolerance && result.sweeps < options_.max_sweeps) {
         if (timed && std::chrono::duration<double>(Clock::now() - start).count() > options_.budget)
             break;
-        for (int i = 0; i < op_->contacts; ++i)
-            visit(i, share * size_);
+        sweep();
         ++result.sweeps;
         result.error = error();
     }

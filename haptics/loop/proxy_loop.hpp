@@ -91,12 +91,15 @@ private:
     void visit(int i, double content);
     void anchor_slip(double time);
     double error();
+    void sweep();
     Wrench wrench(double fading) const;
     void clear();
 
     // operator_update.cpp: from one operator to the next
     void remember();
     void adopt(double time);
+    bool has_jumped() const;
+    void start_anew();
     double fading_at(double time) const; // 1 at the hand-over, 0 after the blend
 
     ProxyOptions options_;

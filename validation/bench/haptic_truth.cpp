@@ -5,6 +5,11 @@
 //
 //   build/release/bin/haptic_truth examples/hapco/hexa.json [depth [m]]
 //   build/release/bin/haptic_truth examples/haptic_catheter/scene.json [from [s]]
+//
+// With the trace of a run (amontons haptic SCENE --virtual-time --output DIR) instead: the full
+// simulation at every tick's pose, and how the force changes from tick to tick in both.
+//
+//   build/release/bin/haptic_truth examples/haptic_rod/scene.json DIR/haptics.csv
 
 #include "haptics/link/settings.hpp"
 #include "haptics/summary.hpp"
@@ -14,6 +19,11 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <numeric>
+#include <string>
+#include <string_view>
 
 using namespace amontons;
 
@@ -120,12 +130,71 @@ void compare(const World& world, int ticks, const std::vector<Vec3>& full)
     }
 }
 
+struct TracedTick {
+    double time = 0;
+    HandPose handle;
+    Vec3 force;
+};
+
+std::vector<TracedTick> read_trace(const char* file)
+{
+    std::vector<TracedTick> ticks;
+    std::ifstream in(file);
+    std::string line;
+    std::getline(in, line); // names
+    while (std::getline(in, line)) {
+        double v[10];
+        const char* at = line.c_str();
+        for (double& x : v) {
+            char* end = nullptr;
+            x = std::strtod(at, &end);
+            at = end + (*end == ',');
+        }
+        ticks.push_back({v[0], {}, Vec3(v[7], v[8], v[9])});
+        ticks.back().handle.position = Vec3(v[1], v[2], v[3]);
+        ticks.back().handle.rotation = turn(Vec3(v[4], v[5], v[6]));
+    }
+    if (ticks.empty()) throw InputError({{file, "", "no tick", "a trace of amontons haptic"}});
+    return ticks;
+}
+
+void compare_changes(const World& world, const std::vector<TracedTick>& ticks)
+{
+    const std::unique_ptr<HandleLink> link = world.link(1);
+    int refused = 0;
+    Vec3 before = Vec3::Zero();
+    std::vector<double> of_full(ticks.size(), 0), of_loop(ticks.size(), 0);
+    for (std::size_t k = 0; k < ticks.size(); ++k) {
+        refused += !link->step(ticks[k].handle);
+        const Vec3 now = link->force().force;
+        if (k > 0) {
+            of_full[k] = (now - before).norm();
+            of_loop[k] = (ticks[k].force - ticks[k - 1].force).norm();
+        }
+        before = now;
+    }
+    std::printf("%zu ticks, %d refused by the full simulation\n"
+                "  largest changes of the force from tick to tick [N], and when [s]\n"
+                "      full                    loop\n",
+                ticks.size(), refused);
+    const auto by_size = [&](const std::vector<double>& change) {
+        std::vector<std::size_t> order(change.size());
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        std::ranges::sort(order, std::greater{}, [&](std::size_t k) { return change[k]; });
+        return order;
+    };
+    const std::vector<std::size_t> full = by_size(of_full), loop = by_size(of_loop);
+    for (std::size_t i = 0; i < std::min<std::size_t>(10, ticks.size()); ++i)
+        std::printf("  %9.5f at %7.3f    %9.5f at %7.3f\n", of_full[full[i]], ticks[full[i]].time,
+                    of_loop[loop[i]], ticks[loop[i]].time);
+}
+
 } // namespace
 
 int main(int argc, char** argv)
 {
     if (argc < 2) {
-        std::fprintf(stderr, "haptic_truth SCENE [depth, or time of a wire's path]\n");
+        std::fprintf(stderr, "haptic_truth SCENE [depth, or time of a wire's path, or a trace]\n");
         return 2;
     }
     try {
@@ -133,6 +202,10 @@ int main(int argc, char** argv)
         world.scene = read_scene(argv[1]);
         place_introducers(world.scene);
         world.obstacles = build_obstacles(world.scene);
+        if (argc > 2 && std::string_view(argv[2]).ends_with(".csv")) {
+            compare_changes(world, read_trace(argv[2]));
+            return 0;
+        }
         world.depth = argc > 2 ? std::atof(argv[2]) : 0.004;
         const std::vector<Vec3> full = full_forces(world);
         double most = 0;

@@ -232,6 +232,21 @@ TEST_CASE("a new operator changes the force only step by step, and in the end al
     }
 }
 
+TEST_CASE("where the simulation snapped to another state, the force goes there evenly")
+{
+    // What was held 4 mm deep is 26 mm away: farther than the handle can have moved it.
+    ReducedOperator<double> old = planes<double>({Vec3::UnitZ()}, 0.3, 500), snapped = old;
+    snapped.contact[0].q[0] += 0.03;
+    ProxyLoop<double> loop(1, exact<double>());
+    loop.take(old, 0);
+    CHECK(loop.tick(at({0, 0, -0.004}), 0).wrench.force[2] == doctest::Approx(2));
+    loop.take(snapped, 0);
+    for (int k = 0; k <= 20; ++k) {
+        const Vec3 F = loop.tick(at({0, 0, -0.004}), 1e-3 * k).wrench.force;
+        CHECK(F[2] == doctest::Approx(2 * (1 - k / 20.0)));
+    }
+}
+
 TEST_CASE("an operator with numbers that are none gives no force and poisons nothing")
 {
     ReducedOperator<float> good = planes<float>({Vec3::UnitZ()}, 0.5, 500), bad = good;
