@@ -14,6 +14,7 @@
 #include "mesh/surface_edges.hpp"
 #include "mesh/volume_check.hpp"
 #include "solver/module.hpp"
+#include "solver/tetrahedralise_repair.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -21,6 +22,7 @@
 #include <cmath>
 #include <map>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <unistd.h>
 #include <utility>
@@ -37,17 +39,21 @@ constexpr double kSliverBound = 12; // dihedral angle that elements are moved to
 constexpr double kMostAsked = 300;  // questions for the size, a vertex (15 are usual): it is stuck
 constexpr double kKnife = -0.64;    // cosine between the normals of its two sides
 constexpr double kFlat = 1e-6;      // dihedral angle of an element without volume [rad]
+constexpr double kLeastSlope = 0.1; // of a rounded distance: 1 where nothing is thin
 constexpr int kRounds = 5;          // of halving elements where the surface meets itself
 constexpr std::size_t kMostNamed = 5; // small features that are shown
 constexpr const char* kOtherSurface =
-    "a surface that can be followed; a smaller --size, --deviation or --feature-angle";
+    "a surface that can be followed; a smaller --size, --deviation or --feature-angle; or --repair "
+    "WIDTH, which rounds what is thinner";
+constexpr const char* kOtherWidth = "a smaller --size or --deviation; another --repair WIDTH";
 
 std::string place_of(const Vec3& x)
 {
     return "at (" + number_text(x[0]) + ", " + number_text(x[1]) + ", " + number_text(x[2]) + ")";
 }
 
-void repair(SurfaceMesh& surface, const TetrahedraliseOptions& o, const std::string& file,
+/// @return  whether it passes through itself or touches itself, which `repair` allows
+bool repair(SurfaceMesh& surface, const TetrahedraliseOptions& o, const std::string& file,
             std::vector<std::string>& notes)
 {
     SurfaceRepair done = repair_surface(surface);
@@ -61,6 +67,7 @@ void repair(SurfaceMesh& surface, const TetrahedraliseOptions& o, const std::str
         notes.push_back(sentence);
     SurfaceRequirements required;
     required.closed = true;
+    required.simple = o.repair == 0;
     const SurfaceReport report = check_surface(surface);
     std::vector<Issue> found = issues(report, surface, required, file);
     if (!report.boundaries.empty())
@@ -69,9 +76,20 @@ void repair(SurfaceMesh& surface, const TetrahedraliseOptions& o, const std::str
                              (report.boundaries.size() == 1 ? " hole" : " holes"),
                          "a surface that encloses something; --close-holes fills each with "
                          "triangles"});
+    if (required.simple && report.intersection_count > 0)
+        found.push_back({file, "",
+                         std::to_string(report.intersection_count) +
+                             " pairs of triangles that pass through each other",
+                         "a surface that does not meet itself; --repair WIDTH rounds it"});
     if (surface.triangles.empty())
         found.push_back({file, "", "no triangles with an area", "a closed surface"});
     if (!found.empty()) throw InputError(std::move(found));
+    if (report.intersection_count > 0)
+        if (const std::int64_t turned = turn_crossing_parts(surface); turned > 0)
+            notes.push_back("repaired: " + std::to_string(turned) +
+                            (turned == 1 ? " part" : " parts") +
+                            " that others pass through turned outwards");
+    return report.intersection_count > 0;
 }
 
 /// Features below the size: sources, or an error.
@@ -79,7 +97,10 @@ SizeField field_of(const SurfaceMesh& surface, const TetrahedraliseOptions& o,
                    const std::string& file, std::vector<std::string>& notes)
 {
     SizeField field(o.size, o.sources, o.gradation);
-    std::vector<SmallFeature> small = find_small_features(surface, field, o.feature_angle);
+    // Where it is rounded no edge is kept, and what is thinner will be gone.
+    std::vector<SmallFeature> small =
+        find_small_features(surface, field, o.repair > 0 ? std::numbers::pi : o.feature_angle);
+    std::erase_if(small, [&](const SmallFeature& f) { return f.extent < o.repair; });
     if (small.empty()) return field;
     std::stable_sort(small.begin(), small.end(),
                      [](const auto& a, const auto& b) { return a.extent < b.extent; });
@@ -126,6 +147,7 @@ struct Scaled {
     Vec3 centre = Vec3::Zero();
     double length = 1; ///< [m]
     const SizeField* size = nullptr;
+    const RoundedSolid* solid = nullptr; ///< null: the surface is meshed as it is
     double asked = 0, most = 0;
 
     static double at(const double* x, void* with)
@@ -134,6 +156,11 @@ struct Scaled {
         if (++self.asked > self.most)
             throw std::runtime_error("it refines without end, most likely at a sharp angle");
         return self.size->at(self.centre + self.length * Vec3(x[0], x[1], x[2])) / self.length;
+    }
+    static double outside(const double* x, void* with)
+    {
+        const auto& self = *static_cast<const Scaled*>(with);
+        return self.solid->at(self.centre + self.length * Vec3(x[0], x[1], x[2])).value;
     }
 };
 
@@ -144,7 +171,7 @@ struct ModuleMesh {
 };
 
 /// Face sets from the module's triangles.
-void add_sets(VolumeMesh& mesh, const AmontonsCgalMesh& from)
+void add_patches(VolumeMesh& mesh, const AmontonsCgalMesh& from)
 {
     std::map<std::array<int, 3>, int> patch;
     for (long i = 0; i < from.face_count; ++i) {
@@ -152,10 +179,6 @@ void add_sets(VolumeMesh& mesh, const AmontonsCgalMesh& from)
         std::sort(key.begin(), key.end());
         patch[key] = from.faces[4 * i + 3];
     }
-    mesh.element_sets = {{"volume", {}}};
-    for (std::int32_t e = 0; e < static_cast<std::int32_t>(element_count(mesh)); ++e)
-        mesh.element_sets[0].members.push_back(e);
-    mesh.face_sets = {{"outer", extract_surface(mesh).faces}};
     for (int i = 0; i < from.patch_count; ++i)
         mesh.face_sets.push_back({"face_" + std::to_string(i + 1), {}});
     for (const FaceRef face : mesh.face_sets[0].members) {
@@ -176,7 +199,10 @@ VolumeMesh mesh_of(const AmontonsCgalMesh& from, const Scaled& scaled)
                              scaled.length * Eigen::Map<const Vec3>(from.points + 3 * i));
     mesh.blocks = {
         {ElementKind::T4, {from.tetrahedra, from.tetrahedra + 4 * from.tetrahedron_count}}};
-    add_sets(mesh, from);
+    mesh.element_sets = {{"volume", {}}};
+    for (std::int32_t e = 0; e < static_cast<std::int32_t>(element_count(mesh)); ++e)
+        mesh.element_sets[0].members.push_back(e);
+    mesh.face_sets = {{"outer", extract_surface(mesh).faces}};
     return mesh;
 }
 
@@ -186,7 +212,7 @@ struct Topology {
     std::int64_t euler = 0;
 };
 
-Topology topology_of(const SurfaceMesh& surface) // repaired: each vertex is one of a triangle
+Topology topology_of(const SurfaceMesh& surface) // each vertex is one of a triangle
 {
     Topology of;
     for (const std::int32_t part : parts_of(surface))
@@ -285,6 +311,18 @@ Departure departure(const std::vector<Vec3>& points, const SurfaceMesh& from, Al
     return all;
 }
 
+/// Of points from a rounded surface.
+template <class Allowed>
+Departure departure(const std::vector<Vec3>& points, const RoundedSolid& from, Allowed allowed)
+{
+    Departure all;
+    for (const Vec3& x : points) {
+        const RoundedSolid::Sample s = from.at(x);
+        all.add(x, std::abs(s.value) / std::max(s.gradient.norm(), kLeastSlope), allowed(x));
+    }
+    return all;
+}
+
 std::vector<Vec3> middles(const SurfaceMesh& mesh)
 {
     std::vector<Vec3> all;
@@ -308,6 +346,7 @@ void check_options(const TetrahedraliseOptions& o)
     };
     positive(o.size, "--size");
     positive(o.gradation, "--gradation");
+    if (o.repair != 0) positive(o.repair, "--repair");
     if (o.deviation != 0) positive(o.deviation, "--deviation");
     if (o.memory != 0) positive(o.memory / 1e9, "--memory");
     for (const SizeSource& s : o.sources) {
@@ -334,11 +373,12 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
 {
     check_options(o);
     Tetrahedralised result;
-    repair(surface, o, file, notes);
+    const bool meets_itself = repair(surface, o, file, notes);
     const SizeField field = field_of(surface, o, file, notes);
 
     result.predicted_elements = kElementsPerCube * count_by_size(surface, field);
     result.predicted_memory = kBytesAtLeast + kBytesPerElement * result.predicted_elements;
+    if (o.repair > 0) result.predicted_memory += rounded_memory(surface, o.repair);
     const double limit = memory_limit(o);
     if (result.predicted_memory > limit || result.predicted_elements > kMostElements)
         throw InputError(
@@ -346,15 +386,21 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
               "about " + number_text(std::round(result.predicted_elements)) + " elements and " +
                   number_text(result.predicted_memory) + " bytes of memory predicted",
               "at most " + number_text(limit) + " bytes (--memory) and " +
-                  number_text(kMostElements) + " elements: a larger --size"}});
+                  number_text(kMostElements) + " elements: a larger --size" +
+                  (o.repair > 0 ? " or --repair" : "")}});
 
     Eigen::AlignedBox3d box;
     for (const Vec3& x : surface.points)
         box.extend(x);
-    Scaled scaled{box.center(), box.diagonal().norm(), &field, 0, 0};
+    Scaled scaled{box.center(), box.diagonal().norm(), &field, nullptr, 0, 0};
     scaled.most = kMostAsked * (1000 + result.predicted_elements / 5);
+    std::optional<RoundedSolid> solid;
+    if (o.repair > 0) scaled.solid = &solid.emplace(surface, o.repair);
+    const std::vector<Vec3> begin = solid ? places_on(*solid, surface, 2 * o.size) : surface.points;
+    if (begin.size() < 4)
+        throw InputError({{file, "", "nothing is left of the surface", "a smaller --repair"}});
     std::vector<double> points;
-    for (const Vec3& x : surface.points)
+    for (const Vec3& x : begin)
         for (int k = 0; k < 3; ++k)
             points.push_back((x[k] - scaled.centre[k]) / scaled.length);
     std::vector<int> triangles;
@@ -363,15 +409,16 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
     const double deviation =
         o.deviation > 0 ? o.deviation : std::min(field.greatest() / 20, field.least() / 2);
     AmontonsCgalInput input{points.data(),
-                            static_cast<long>(surface.points.size()),
+                            static_cast<long>(begin.size()),
                             triangles.data(),
                             static_cast<long>(surface.triangles.size()),
                             o.feature_angle * 180 / std::numbers::pi,
                             &Scaled::at,
                             &scaled,
                             deviation / scaled.length,
-                            has_knife(surface) ? 0 : 1,
-                            kSliverBound};
+                            !solid && has_knife(surface) ? 0 : 1,
+                            kSliverBound,
+                            solid ? &Scaled::outside : nullptr};
     const Entries cgal = module(file);
     // CGAL looks at one place of a facet: the rest, and vertices on edges that are not kept, may be
     // farther. Who asks for a deviation gets an error then.
@@ -379,6 +426,10 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
         return o.deviation > 0 ? 4 * deviation : std::max(4 * deviation, 0.25 * field.at(x));
     };
     const Topology asked = topology_of(surface);
+    std::vector<Vec3> rounded; // the surface's vertices, where they are now
+    if (solid)
+        for (Vec3 x : surface.points)
+            if (solid->project(x)) rounded.push_back(x);
     // CGAL can be told to refine until the surface is a manifold, but goes on without end at a
     // knife's edge. Elements are halved where it met itself instead, a bounded number of times.
     std::vector<SizeSource> sources = field.sources();
@@ -393,11 +444,13 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
         const int code = cgal.tetrahedralise(&input, &made.mesh, message, sizeof message);
         if (code == 2) throw std::bad_alloc();
         if (code != 0)
-            throw InputError({{file, "", std::string("CGAL gives up: ") + message, kOtherSurface}});
+            throw InputError({{file, "", std::string("CGAL gives up: ") + message,
+                               solid ? kOtherWidth : kOtherSurface}});
         result.seconds +=
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         result.feature_edges = made.mesh.feature_edge_count;
         result.mesh = mesh_of(made.mesh, scaled);
+        if (!solid) add_patches(result.mesh, made.mesh);
         result.least_dihedral = least_dihedral(result.mesh);
         const SurfaceMesh outside = triangulate(extract_surface(result.mesh), result.mesh).mesh;
         const Departure vertices = departure(surface.points, outside, allowed),
@@ -405,7 +458,10 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
         result.deviation = vertices.largest;
         result.face_deviation = faces.largest;
         std::vector<Vec3> places;
-        fault = fault_of(result, asked, vertices, faces, places);
+        fault = solid ? fault_of(result, meets_itself ? topology_of(outside) : asked,
+                                 departure(rounded, outside, allowed),
+                                 departure(middles(outside), *solid, allowed), places)
+                      : fault_of(result, asked, vertices, faces, places);
         if (places.empty() && input.manifold == 0 && !fault.empty() &&
             result.least_dihedral < kFlat) {
             input.manifold = 1;
@@ -419,8 +475,14 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
             sources.push_back({x, 0.5 * now.at(x)});
     }
     if (!fault.empty())
-        throw InputError(
-            {{file, "", fault + ": features below the mesh size were lost", kOtherSurface}});
+        throw InputError({{file, "", fault + ": features below the mesh size were lost",
+                           solid ? kOtherWidth : kOtherSurface}});
+    if (solid) {
+        for (std::string& note : repair_notes(
+                 surface, triangulate(extract_surface(result.mesh), result.mesh).mesh, o.repair))
+            notes.push_back(std::move(note));
+        add_face_sets(result.mesh, surface, o.feature_angle);
+    }
     if (o.kind == ElementKind::T10) result.mesh = with_middle_nodes(result.mesh);
     return result;
 }

@@ -5,7 +5,8 @@
 // Never link the module; look the names up.
 //
 // The module knows CGAL and nothing of files, units or repair: what comes in is closed, oriented
-// and does not meet itself. It works best on numbers near 1.
+// and does not meet itself, or is a function. It works best on numbers near 1: a ball of diameter 1
+// around the origin holds everything.
 //
 // No exception leaves the module. What `size` throws passes through CGAL unharmed and is caught.
 
@@ -27,6 +28,9 @@ struct AmontonsCgalInput {
     /// knife's edge; 0: leave that to the sizes.
     int manifold;
     double sliver_bound; ///< dihedral angle that elements are moved to reach [degrees]
+    /// Null: the triangles are the surface. Else the places where this is < 0 are filled, no edge
+    /// is kept, `triangles` are not read, `points` are places on the surface to begin with.
+    double (*outside)(const double* place, void* with);
 };
 
 /// The tetrahedra; arrays of the module, to be given back to amontons_cgal_free.

@@ -1,7 +1,9 @@
-// CGAL's Mesh_3 behind plain C. This file takes CGAL's templates, 40 s and 3 GB of the compiler,
-// and nothing else belongs here.
+// CGAL's Mesh_3 behind plain C: triangles as the surface. This file takes CGAL's templates, 40 s
+// and 3 GB of the compiler, and nothing else belongs here.
 
 #include "mesh/cgal/cgal_module.hpp"
+#include "mesh/cgal/complex_to_arrays.hpp"
+#include "mesh/cgal/implicit.hpp"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Mesh_complex_3_in_triangulation_3.h>
@@ -17,10 +19,8 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
-#include <map>
 #include <new>
 #include <stdexcept>
-#include <unordered_map>
 #include <vector>
 
 namespace {
@@ -32,9 +32,6 @@ using Triangulation = CGAL::Mesh_triangulation_3<Domain>::type;
 using Complex = CGAL::Mesh_complex_3_in_triangulation_3<Triangulation, Domain::Corner_index,
                                                         Domain::Curve_index>;
 using Criteria = CGAL::Mesh_criteria_3<Triangulation>;
-
-// Of a regular tetrahedron of edge 1: radii of the circles through its faces and of its sphere.
-constexpr double kFaceRadius = 0.57735026918962576, kCellRadius = 0.61237243569579452;
 
 struct Size {
     using FT = Kernel::FT;
@@ -79,9 +76,9 @@ Complex mesh_of(const AmontonsCgalInput& in)
     Domain domain(polyhedron, &random);
     domain.detect_features(in.feature_angle);
     const Criteria criteria(p::edge_size = Size{&in, 1}, p::facet_angle = 25,
-                            p::facet_size = Size{&in, kFaceRadius},
+                            p::facet_size = Size{&in, amontons::kFaceRadius},
                             p::facet_distance = in.deviation, p::cell_radius_edge_ratio = 2,
-                            p::cell_size = Size{&in, kCellRadius});
+                            p::cell_size = Size{&in, amontons::kCellRadius});
     Complex complex = CGAL::make_mesh_3<Complex>(domain, criteria,
                                                  in.manifold ? p::manifold() : p::non_manifold(),
                                                  p::no_perturb(), p::no_exude());
@@ -89,49 +86,6 @@ Complex mesh_of(const AmontonsCgalInput& in)
     CGAL::perturb_mesh_3(complex, domain, p::sliver_bound = in.sliver_bound);
     CGAL::exude_mesh_3(complex, p::sliver_bound = in.sliver_bound);
     return complex;
-}
-
-template <class T> T* array_of(std::size_t count)
-{
-    T* all = static_cast<T*>(std::malloc(count * sizeof(T) + 1));
-    if (!all) throw std::bad_alloc();
-    return all;
-}
-
-void hand_out(const Complex& complex, AmontonsCgalMesh& out)
-{
-    std::unordered_map<Triangulation::Vertex_handle, int, CGAL::Handle_hash_function> number;
-    std::vector<Triangulation::Vertex_handle> vertices;
-    const auto number_of = [&](Triangulation::Vertex_handle v) {
-        const auto [at, is_new] = number.try_emplace(v, static_cast<int>(vertices.size()));
-        if (is_new) vertices.push_back(v);
-        return at->second;
-    };
-    out.tetrahedra = array_of<int>(4 * complex.number_of_cells_in_complex());
-    for (auto c = complex.cells_in_complex_begin(); c != complex.cells_in_complex_end(); ++c) {
-        for (int k = 0; k < 4; ++k)
-            out.tetrahedra[4 * out.tetrahedron_count + k] = number_of(c->vertex(k));
-        ++out.tetrahedron_count;
-    }
-    out.points = array_of<double>(3 * vertices.size());
-    for (const Triangulation::Vertex_handle v : vertices) {
-        for (int k = 0; k < 3; ++k)
-            out.points[3 * out.point_count + k] = v->point().point()[k];
-        ++out.point_count;
-    }
-    std::map<Complex::Surface_patch_index, int> patches;
-    for (auto f = complex.facets_in_complex_begin(); f != complex.facets_in_complex_end(); ++f)
-        patches.try_emplace(complex.surface_patch_index(*f), 0);
-    for (auto& [patch, at] : patches)
-        at = out.patch_count++;
-    out.faces = array_of<int>(4 * complex.number_of_facets_in_complex());
-    for (auto f = complex.facets_in_complex_begin(); f != complex.facets_in_complex_end(); ++f) {
-        int* face = out.faces + 4 * out.face_count++;
-        for (int k = 0, n = 0; k < 4; ++k)
-            if (k != f->second) face[n++] = number_of(f->first->vertex(k));
-        face[3] = patches.at(complex.surface_patch_index(*f));
-    }
-    out.feature_edge_count = static_cast<long>(complex.number_of_edges_in_complex());
 }
 
 } // namespace
@@ -145,7 +99,10 @@ int amontons_cgal_tetrahedralise(const AmontonsCgalInput* input, AmontonsCgalMes
     };
     int code = 1;
     try {
-        hand_out(mesh_of(*input), *mesh);
+        if (input->outside)
+            amontons::fill_implicit(*input, *mesh);
+        else
+            amontons::to_arrays(mesh_of(*input), *mesh);
         return 0;
     } catch (const std::bad_alloc&) {
         say("not enough memory");

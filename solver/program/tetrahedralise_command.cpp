@@ -67,6 +67,7 @@ TetrahedraliseOptions options_of(const Arguments& a)
     check_options(o); // as they were written
     o.size *= a.scale;
     o.deviation *= a.scale;
+    o.repair *= a.scale;
     for (SizeSource& s : o.sources)
         s = {a.scale * s.at, a.scale * s.size};
     if (!a.field.empty())
@@ -180,6 +181,10 @@ void add_tetrahedralise(CLI::App& mesh, Session& session)
                   "What is smaller than the size: refuse, or refine down to it")
         ->check(CLI::IsMember({"refuse", "refine"}));
     c->add_flag("--close-holes", a->options.close_holes, "Fill the holes of an open surface");
+    c->add_option("--repair", a->options.repair,
+                  "Leave out what is thinner and fill what is narrower than this, round the edges: "
+                  "for surfaces that fold back or pass through themselves")
+        ->type_name("WIDTH");
     c->add_option("--element", a->element, "T10 (default) or T4")
         ->check(CLI::IsMember({"T4", "T10"}));
     c->add_option("--memory", a->memory, "Limit [GB]; default: half of the machine's");

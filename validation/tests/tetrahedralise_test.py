@@ -5,6 +5,7 @@ import math
 import os
 import pathlib
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -250,6 +251,96 @@ class Tetrahedralise(unittest.TestCase):
         near = points + [(0.02 + 0.96 * x, 0.02 + 0.96 * y, 0.02 + 0.96 * z) for x, y, z in points]
         self.write("thin.obj", near, faces + [(a + 8, b + 8, c + 8) for a, b, c in faces])
         self.assertIn("a wall of 0.0", self.refused("thin.obj", "--size", "0.1"))
+
+    def test_a_surface_that_folds_back_is_rounded_on_request_and_that_is_said(self):
+        # A box with a fin like a knife, 0.1 wide at its foot and 0.6 high.
+        section = [(0, 0), (1, 0), (1, 1), (0.55, 1), (0.5, 1.6), (0.45, 1), (0, 1)]
+        n = len(section)
+        points = [(x, y, z) for y in (0, 1) for x, z in section]
+        cap = [(0, 1, 2), (0, 2, 3), (0, 3, 5), (3, 4, 5), (0, 5, 6)]
+        faces = cap + [(a + n, c + n, b + n) for a, b, c in cap]
+        for i in range(n):
+            j = (i + 1) % n
+            faces += [(i, i + n, j), (j, i + n, j + n)]
+        self.write("knife.obj", points, faces)
+        width = 0.05
+        made, info = self.mesh("knife.obj", "--size", "0.25", "--repair", str(width),
+                               "--small-features", "refine", "--gradation", "1")
+        self.assertEqual(info["surface"]["euler_characteristic"], 2)
+        # What is thinner than 0.8 to 1.1 widths is gone, edges lose less than a width^2 / 2.
+        tip = [(0.6 * f * width / 0.1, 0.05 * f * f * width / 0.1 * 0.6 * width / 0.1)
+               for f in (0.8, 1.1)]
+        self.assertGreater(made["deviation"], tip[0][0] - 0.02)
+        self.assertLess(made["deviation"], tip[1][0] + 0.02)
+        self.assertLess(info["volume"], 1.03 - 0.5 * tip[0][1])
+        self.assertGreater(info["volume"], 1.03 - tip[1][1] - 0.5 * 20 * width ** 2)
+        text = "\n".join(made["notes"])
+        self.assertRegex(text, r"the surface given left by more than 1.5 times that at [2-4] places")
+        self.assertRegex(text, r"at \(0\.\d+, [01]\.?\d*, 1\.6\)")
+        self.assertEqual(made["feature_edges"], 0)
+        self.assertIn("--repair: found -1,",
+                      self.refused("knife.obj", "--size", "0.25", "--repair=-1"))
+
+    def test_parts_that_overlap_are_one_on_request(self):
+        points, faces = CUBE
+        both = points + [(x + 0.5, y + 0.4, z + 0.3) for x, y, z in points]
+        for name, turned in (("same.obj", False), ("other.obj", True)):
+            second = [tuple(i + 8 for i in (f[::-1] if turned else f)) for f in faces]
+            self.write(name, both, faces + second)
+            self.assertIn("--repair WIDTH", self.refused(name, "--size", "0.2"))
+            made, info = self.mesh(name, "--size", "0.2", "--repair", "0.03")
+            self.assertEqual(info["surface"]["euler_characteristic"], 2)
+            # 20 edges of length 1 lose less than the width's square each.
+            self.assertLess(info["volume"], 2 - 0.5 * 0.6 * 0.7 + 0.001)
+            self.assertGreater(info["volume"], 2 - 0.5 * 0.6 * 0.7 - 20 * 0.03 ** 2)
+            self.assertIn("the surface given left by more than 1.5 times that", "\n".join(made["notes"]))
+            self.assertGreater(made["deviation"], 0.2)  # the corner within the other
+
+    def test_a_tube_that_passes_through_itself_becomes_a_ring(self):
+        # A helix of one turn and a half, its turns nearer than the tube is wide.
+        R, r, pitch, n, m = 1, 0.3, 0.23, 90, 24
+        points, faces = [], []
+        for i in range(n + 1):
+            angle = 3 * math.pi * i / n
+            c, s = math.cos(angle), math.sin(angle)
+            points += [((R + r * math.cos(2 * math.pi * j / m)) * c,
+                        (R + r * math.cos(2 * math.pi * j / m)) * s,
+                        pitch * angle / (2 * math.pi) + r * math.sin(2 * math.pi * j / m))
+                       for j in range(m)]
+        for i in range(n):
+            for j in range(m):
+                a, b, k = i * m + j, i * m + (j + 1) % m, m
+                faces += [(a, a + k, b), (b, a + k, b + k)]
+        for end, sign in ((0, 1), (n, -1)):
+            ring = [end * m + j for j in range(m)]
+            faces += [(ring[0], ring[j], ring[j + 1])[::sign] for j in range(1, m - 1)]
+        self.write("helix.obj", points, faces)
+        self.refused("helix.obj", "--size", "0.25")
+        width = 0.05
+        made, info = self.mesh("helix.obj", "--size", "0.25", "--repair", str(width),
+                               "--deviation", "0.008")
+        self.assertEqual(info["surface"]["euler_characteristic"], 0)
+        # Two discs that overlap, as high above each other as the turns: their lens is counted once.
+        area = m / 2 * r * r * math.sin(2 * math.pi / m)
+        d = pitch
+        lens = 2 * r * r * math.acos(d / (2 * r)) - d / 2 * math.sqrt(4 * r * r - d * d)
+        volume = 3 * math.pi * R * area - math.pi * R * lens
+        self.assertLess(abs(info["volume"] / volume - 1), 0.03)
+
+    def test_a_rounded_solid_is_not_sampled_beyond_the_memory(self):
+        self.write("cube.obj", *CUBE)
+        told = self.refused("cube.obj", "--size", "0.2", "--repair", "1e-4", "--memory", "1")
+        self.assertIn("memory predicted", told)
+        self.assertIn("--repair", told)
+        self.assertIn("nothing is left", self.refused("cube.obj", "--size", "3", "--repair", "2"))
+
+    @unittest.skipUnless("AMONTONS_VESSEL" in os.environ, "no surface of a patient's vessel")
+    def test_a_patients_vessel(self):
+        """AMONTONS_VESSEL: the file, in millimetres; lumen of a few millimetres and more."""
+        shutil.copy(os.environ["AMONTONS_VESSEL"], self.path("vessel.obj"))
+        made, info = self.mesh("vessel.obj", "--scale", "0.001", "--size", "4", "--repair", "1",
+                               "--close-holes", "--small-features", "refine")
+        self.assertEqual(info["surface"]["euler_characteristic"], 2)
 
 
 if __name__ == "__main__":
