@@ -2,7 +2,6 @@
 #include "solver/body/node_index.hpp"
 
 #include "mesh/base/curve.hpp"
-#include "mesh/base/file.hpp"
 #include "solver/body/drive.hpp"
 
 #include <algorithm>
@@ -248,35 +247,16 @@ void CondensedSolid::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
         }
     SparseColumns whole(Eigen::Index(dofs_.free.size()), C.cols());
     whole.setFromTriplets(entries.begin(), entries.end());
-    matrix_->constant->delassus(whole, W);
-    keep_W(C, W);
-    known_print_ = -1;
     motions_.reset();
     // A run that goes on counts as the one that was stopped.
-    same_columns_ =
-        restored_columns_ >= 0 && restored_columns_ == print_of_columns() ? same_columns_ + 1 : 0;
-    restored_columns_ = -1;
+    same_columns_ = make_W(C, whole, W) ? same_columns_ + 1 : 0;
+    keep_W(C, W);
 }
 
-/// A number that tells the columns that came last from others.
-double CondensedSolid::print_of_columns() const
-{
-    if (known_print_ >= 0) return known_print_;
-    const auto bytes = [](const auto* data, Eigen::Index count) {
-        return std::string_view(reinterpret_cast<const char*>(data),
-                                std::size_t(count) * sizeof *data);
-    };
-    const SparseColumns& C = last_columns_;
-    const std::uint64_t print = hash_bytes(bytes(C.valuePtr(), C.nonZeros())) ^
-                                hash_bytes(bytes(C.innerIndexPtr(), C.nonZeros()));
-    known_print_ = double(print >> 12); // exact as a double
-    return known_print_;
-}
-
-/// A^-1 C, where that is fewer numbers than the columns of A^-1 that C takes.
+/// A^-1 C, where that is fewer numbers than the columns of A^-1 that C takes; as soon as these are
+/// there.
 void CondensedSolid::make_motions(const SparseColumns& C)
 {
-    motions_.emplace();
     std::vector<char> acts(touching_.size(), 0);
     std::vector<Eigen::Triplet<double>> entries;
     entries.reserve(std::size_t(C.nonZeros()));
@@ -287,13 +267,15 @@ void CondensedSolid::make_motions(const SparseColumns& C)
             entries.emplace_back(k, int(j), at.value());
         }
     if (kFewer * double(C.cols()) > 3 * double(std::count(acts.begin(), acts.end(), char(1))) ||
-        std::size_t(unknowns()) * std::size_t(C.cols()) > kMostMotions)
+        std::size_t(unknowns()) * std::size_t(C.cols()) > kMostMotions) {
+        motions_.emplace();
         return;
+    }
     SparseColumns on_touching(at3(touching_.size()), C.cols());
     on_touching.setFromTriplets(entries.begin(), entries.end());
     Eigen::MatrixXd Y;
     if (!matrix_->constant->surface_displacements(on_touching, Y)) return;
-    motions_->resize(unknowns(), C.cols());
+    motions_.emplace(unknowns(), C.cols());
     for (Eigen::Index i = 0; i < unknowns(); ++i)
         motions_->row(i) = Y.row(free_touching_[std::size_t(i)]);
 }
@@ -453,7 +435,6 @@ std::vector<double> CondensedSolid::state() const
     add(loaded_);
     add(held_force_);
     s.push_back(same_columns_);
-    s.push_back(restored_columns_ >= 0 ? restored_columns_ : print_of_columns());
     const std::vector<double> columns = kept_columns();
     s.insert(s.end(), columns.begin(), columns.end());
     return s;
@@ -478,9 +459,7 @@ void CondensedSolid::set_state(std::span<const double> s)
     take(loaded_);
     take(held_force_);
     same_columns_ = int(s[0]);
-    restored_columns_ = s[1];
-    keep_columns(s.subspan(2));
-    last_columns_ = SparseColumns(); // what they were is known by their print alone
+    keep_columns(s.subspan(1));
     motions_.reset();
     place_touching(state_);
     now_ = state_;

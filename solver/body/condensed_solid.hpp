@@ -55,7 +55,6 @@ private:
     void place_touching(Motion& m);
     void place_in_frame(Motion& m) override { place_touching(m); }
 
-    double print_of_columns() const;
     void make_motions(const SparseColumns& C);
 
     std::vector<Part> parts_of_u_;
@@ -74,9 +73,7 @@ private:
     double rigid_work_ = 0;           ///< of loads on the frame's motion in this step [J]
     bool complete_ = true;            ///< the state's u holds for all nodes
     // A^-1 C of columns that stay: few contacts may act on many nodes.
-    int same_columns_ = 0;            ///< calls in a row with the columns that came last
-    double restored_columns_ = -1;    ///< print of those before the state was restored; or -1
-    mutable double known_print_ = -1; ///< of last_columns_; or -1
+    int same_columns_ = 0;                   ///< calls in a row with the columns that came last
     std::optional<Eigen::MatrixXd> motions_; ///< unknowns x columns; empty: not worth it
 };
 

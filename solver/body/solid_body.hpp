@@ -180,6 +180,11 @@ protected:
     /// W of the columns that came last.
     bool kept_W(const SparseColumns& C, Eigen::MatrixXd& W) const;
     void keep_W(const SparseColumns& C, const Eigen::MatrixXd& W);
+    /// W by the matrix that stays. @param whole  C among all free unknowns
+    /// @return  whether they are the columns that came last before the state was restored: then W
+    ///          is made as it was made there
+    bool make_W(const SparseColumns& C, const SparseColumns& whole, Eigen::MatrixXd& W);
+    double print_of_last_columns() const;
     void float_frame(Motion& m) const;                      ///< from the places to the frame and u
     Eigen::VectorXd loads(const Motion& m, double t) const; ///< in space [N]
     /// Forces of the material at places, in space [N]; the energy [J].
@@ -288,8 +293,11 @@ protected:
 
     SparseColumns last_columns_; ///< W of the last columns is kept with the factor
     Eigen::MatrixXd last_W_;
-    int last_made_ = 0;       ///< the matrix of that W
-    bool free_known_ = false; ///< free_change_ is that of the iterate already
+    int last_made_ = 0;               ///< the matrix of that W
+    bool last_from_factor_ = false;   ///< that W
+    double restored_columns_ = -1;    ///< print of those before the state was restored; or -1
+    mutable double known_print_ = -1; ///< of last_columns_; or -1
+    bool free_known_ = false;         ///< free_change_ is that of the iterate already
 
     StepInput step_;
     Motion state_, now_;

@@ -1,5 +1,6 @@
 #include "solver/body/solid_body.hpp"
 
+#include "mesh/base/file.hpp"
 #include "solver/solid/factor_cache.hpp"
 
 #include <algorithm>
@@ -25,6 +26,18 @@ bool same(const VolumeMesh& a, const VolumeMesh& b)
         return x.kind == y.kind && x.nodes == y.nodes;
     };
     return a.nodes == b.nodes && std::ranges::equal(a.blocks, b.blocks, alike);
+}
+
+/// A number that tells columns from others.
+double print_of(const SparseColumns& C)
+{
+    const auto bytes = [](const auto* data, Eigen::Index count) {
+        return std::string_view(reinterpret_cast<const char*>(data),
+                                std::size_t(count) * sizeof *data);
+    };
+    const std::uint64_t print = hash_bytes(bytes(C.valuePtr(), C.nonZeros())) ^
+                                hash_bytes(bytes(C.innerIndexPtr(), C.nonZeros()));
+    return double(print >> 12); // exact as a double
 }
 
 /// Columns of a moving body are kept with all rows where their product with the forces on them
@@ -211,9 +224,7 @@ void SolidBody::drop_step_matrix()
 std::pair<double, double> SolidBody::shares() const
 {
     if (!step_.dynamic) return {0, 1};
-    const double h = step_.h, theta = step_.rule.end;
-    return {1 + h * theta * input_.mass_damping,
-            h * theta * (input_.stiffness_damping + h * theta)};
+    return matrix_shares(step_.rule, step_.h, input_.mass_damping, input_.stiffness_damping);
 }
 
 Eigen::VectorXd SolidBody::step_times(const Eigen::VectorXd& y) const
@@ -294,7 +305,7 @@ Eigen::VectorXd SolidBody::solved(const Eigen::VectorXd& f) const
         matrix_->large->set_blocks({}, true, true);
         const LargeMatrix::Result done = matrix_->large->solve(all, kTolerance);
         if (!done.fault.empty() && !(done.reached <= kEnough))
-            throw std::runtime_error(input_.name + ": " + done.fault);
+            throw LinearFault(input_.name + ": " + done.fault);
         for (std::size_t i = 0; i < dofs_.free.size(); ++i)
             y[Eigen::Index(i)] = all[dofs_.free[i]];
         return y;
@@ -316,6 +327,25 @@ void SolidBody::keep_W(const SparseColumns& C, const Eigen::MatrixXd& W)
     last_columns_ = C;
     last_W_ = W;
     last_made_ = matrix_->made;
+    known_print_ = -1;
+}
+
+bool SolidBody::make_W(const SparseColumns& C, const SparseColumns& whole, Eigen::MatrixXd& W)
+{
+    const bool again = restored_columns_ >= 0 && restored_columns_ == print_of(C);
+    restored_columns_ = -1;
+    if (again && last_from_factor_)
+        matrix_->constant->delassus_from_factor(whole, W);
+    else
+        last_from_factor_ = !matrix_->constant->delassus(whole, W);
+    return again;
+}
+
+double SolidBody::print_of_last_columns() const
+{
+    if (restored_columns_ >= 0) return restored_columns_;
+    if (known_print_ < 0) known_print_ = print_of(last_columns_);
+    return known_print_;
 }
 
 void SolidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
@@ -332,7 +362,7 @@ void SolidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
                 W.col(j) = top.transpose() * solved(Eigen::VectorXd(top.col(j)));
             W = (0.5 * (W + W.transpose())).eval();
         } else if (matrix_->constant)
-            matrix_->constant->delassus(top, W);
+            make_W(C, top, W);
         else
             matrix_->factor.compliance(top, W);
         if (!volumes_.empty()) { // what moves leaves the prescribed volumes as they are

@@ -116,15 +116,20 @@ std::vector<double> SolidBody::state() const
 
 std::vector<double> SolidBody::kept_columns() const
 {
-    return matrix_->constant
-               ? matrix_->constant->kept()
-               : std::vector<double>(SolidCompliance::kept_size(touching_.size()), -1);
+    std::vector<double> out{print_of_last_columns(), double(last_from_factor_)};
+    const std::vector<double> kept =
+        matrix_->constant ? matrix_->constant->kept()
+                          : std::vector<double>(SolidCompliance::kept_size(touching_.size()), -1);
+    out.insert(out.end(), kept.begin(), kept.end());
+    return out;
 }
 
 void SolidBody::keep_columns(std::span<const double> kept)
 {
-    last_columns_ = SparseColumns();
-    if (matrix_->constant) matrix_->constant->keep(kept);
+    last_columns_ = SparseColumns(); // what they were is known by their print alone
+    restored_columns_ = kept[0];
+    last_from_factor_ = kept[1] != 0;
+    if (matrix_->constant) matrix_->constant->keep(kept.subspan(2));
 }
 
 void SolidBody::set_state(std::span<const double> s)

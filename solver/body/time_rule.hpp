@@ -1,5 +1,7 @@
 #pragma once
 
+#include <utility>
+
 namespace amontons {
 
 /// How a dynamic step takes the mean of a rate g over the step, g the velocity for places and the
@@ -22,6 +24,15 @@ struct TimeRule {
         return filter_end * g_end + filter_start * g + filter_memory * d;
     }
 };
+
+/// Of mass and of stiffness in the matrix of a step.
+/// @param mass_damping, stiffness_damping  Rayleigh's [1/s], [s]
+inline std::pair<double, double> matrix_shares(const TimeRule& rule, double h, double mass_damping,
+                                               double stiffness_damping)
+{
+    const double own = h * rule.end;
+    return {1 + own * mass_damping, own * (stiffness_damping + own)};
+}
 
 /// 1: implicit Euler, 1/2: midpoint. Nothing is carried on.
 inline TimeRule theta_rule(double theta)

@@ -181,6 +181,7 @@ public:
                     return;
                 }
                 be_steady();
+                first = true; // its preconditioner goes with it
                 continue;
             }
             y += missing;

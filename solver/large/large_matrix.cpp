@@ -196,8 +196,7 @@ void LargeMatrix::set_blocks(const std::vector<Block>& blocks, bool symmetric, b
 LargeMatrix::Result LargeMatrix::solve(Eigen::VectorXd& f, double tolerance, int most_iterations)
 {
     // Before the ranks are asked: all of them would end.
-    if (!f.allFinite())
-        throw std::runtime_error("a linear system whose right-hand side is not finite");
+    if (!f.allFinite()) throw LinearFault("a linear system whose right-hand side is not finite");
     AmontonsLargeSolve how{tolerance, most_iterations, 0, 0, 0};
     char message[kMessage] = "";
     check(petsc->solve(id_, f.data(), &how, message, kMessage), message);

@@ -4,6 +4,7 @@
 #include "solver/solid/assembly.hpp"
 
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,11 @@ int parallel_ranks();
 /// Memory of all ranks at their peaks [bytes]; 0 where the module is not open.
 double parallel_peak_memory();
 
+/// A linear system that iterations do not solve: the step is refused with these words.
+struct LinearFault : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
 /// A = of_mass M + of_stiffness K of a linear solid, and blocks of contacts added to it. All
 /// vectors are of all degrees of freedom, 3 node + axis; held ones have their diagonal alone.
 class LargeMatrix {
@@ -70,7 +76,7 @@ public:
     void set_blocks(const std::vector<Block>& blocks, bool symmetric, bool renew);
     /// f <- (A + blocks)^-1 f, 0 where held.
     /// @param tolerance  of the residual, relative to f
-    /// @throws std::runtime_error  if a number of f is not finite, or PETSc fails
+    /// @throws LinearFault  if a number of f is not finite; std::runtime_error if PETSc fails
     Result solve(Eigen::VectorXd& f, double tolerance, int most_iterations = 500);
 
     std::int64_t iterations() const { return iterations_; } ///< of all solves

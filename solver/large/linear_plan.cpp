@@ -38,9 +38,9 @@ constexpr double kAssembly = 4e-6;         // of an element [s]
 // Of a quasi-static step with contact: of a coupling of nodes, and of an iteration that one solve
 // takes (of some 5 Newton steps, and the certificate's solves) [s].
 constexpr double kIterativeStep = 7.5e-7;
-constexpr double kDynamicShare = 0.27;   // of that: better conditioned
 constexpr double kColumnShare = 0.15;    // of that: a solve for a column of W
 constexpr double kIterations = 11;       // of one solve, where it was not tried
+constexpr double kDynamicIterations = 3; // the same: better conditioned
 constexpr double kTrialTolerance = 1e-3; // a Newton step's
 constexpr double kParallel = 0.85;       // of each rank beyond the first
 constexpr double kKibi = 1024;
@@ -98,15 +98,19 @@ std::vector<std::int32_t> one_dissection(const SolidPattern& pattern)
 
 /// Iterations of one solve with multigrid: they depend on the mesh's grading, on its elements and
 /// on Poisson's ratio, from 8 to hundreds, and no formula of ours foretells them.
-/// @param most  more are not worth knowing
+/// @param most  more are not worth knowing: then these
+/// @throws std::runtime_error  if it breaks down
 int tried_iterations(const SolidSize& s, int most, bool on_all_ranks)
 {
     const std::vector<std::int32_t> held = s.held();
-    LargeMatrix A(*s.mesh, make_pattern(*s.mesh), s.material, 0, 1, held, on_all_ranks);
+    LargeMatrix A(*s.mesh, make_pattern(*s.mesh), s.material, s.of_mass, s.of_stiffness, held,
+                  on_all_ranks);
     Eigen::VectorXd f = Eigen::VectorXd::Ones(3 * Eigen::Index(s.mesh->nodes.size()));
     for (const std::int32_t dof : held)
         f[dof] = 0;
-    return A.solve(f, kTrialTolerance, most).iterations;
+    const LargeMatrix::Result done = A.solve(f, kTrialTolerance, most);
+    if (!done.fault.empty() && done.iterations < most) throw std::runtime_error(done.fault);
+    return done.iterations;
 }
 
 int ranks_on_this_machine(int ranks)
@@ -196,7 +200,7 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
     };
     direct.memory = iterative.memory = kProgram;
     double largest = 0;   // memory while the largest factor is made counts once
-    double iterating = 0; // of `iterative.seconds`: follows the iterations of one solve
+    double iterating = 0; // of `iterative.seconds`: a single iteration in each solve
     for (const SolidSize& s : solids) {
         const double nodes = double(s.mesh->nodes.size()),
                      elements = double(element_count(*s.mesh));
@@ -215,8 +219,7 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
                                            s.name, cost.entries));
         iterative.memory += mesh + kIterativeMatrices * matrix +
                             24 * nodes * (kVectors + (s.friction ? kKrylovVectors : 0));
-        const double step =
-            kIterativeStep * cost.couplings * (dynamic ? kDynamicShare : 1.0) * kIterations;
+        const double step = kIterativeStep * cost.couplings;
         iterative.seconds += 2 * kAssembly * elements;
         iterating += (steps + 1) * step;
         if (s.columns) {
@@ -245,11 +248,11 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
     if (distributed.why.empty()) distributed.why = fmt::format("the same on {} ranks", all);
     const double at_once = 1 + kParallel * (all - 1), assembling = iterative.seconds;
     const auto take_time = [&](double iterations) {
-        iterative.seconds = assembling + iterations / kIterations * iterating;
+        iterative.seconds = assembling + iterations * iterating;
         distributed.seconds = iterative.seconds / at_once;
         plan.paths = {direct, iterative, distributed};
     };
-    take_time(kIterations);
+    take_time(dynamic ? kDynamicIterations : kIterations);
 
     const double room = kMemoryShare * plan.available;
     const auto fits = [&](const LinearPath& p) { return p.memory_here <= room; };
@@ -268,8 +271,8 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
                    : could == 1                ? "the only one that is possible"
                    : !fits(plan.paths.front()) ? "the quickest that fits into the memory"
                    : plan.tried_iterations > 0
-                       ? fmt::format("the quickest by a trial: a solve takes {} iterations",
-                                     plan.tried_iterations)
+                       ? fmt::format("the quickest by a trial: a solve takes {}{} iterations",
+                                     plan.tried_enough ? "more than " : "", plan.tried_iterations)
                        : "the quickest by prediction";
     };
     choose();
@@ -282,14 +285,20 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
         }
     // Where a factor is the other choice, one solve is tried before it is turned down.
     if (asked == "auto" && plan.taken != "direct" && direct.possible && fits(direct)) {
-        const auto largest_solid = std::ranges::max_element(
-            solids, {}, [](const SolidSize& s) { return s.mesh->nodes.size(); });
         const double enough =
             (direct.seconds * (plan.taken == "distributed" ? at_once : 1) - assembling) /
-            iterating * kIterations; // for a factor to be quicker
+            iterating; // for a factor to be quicker
+        const int most = int(std::clamp(enough, 1.0, 1e6)) + 1;
+        const std::size_t most_nodes = std::ranges::max(solids, {}, [](const SolidSize& s) {
+                                           return s.mesh->nodes.size();
+                                       }).mesh->nodes.size();
         try {
-            plan.tried_iterations = tried_iterations(*largest_solid, int(std::min(enough, 1e6)) + 1,
-                                                     plan.taken == "distributed");
+            for (const SolidSize& s : solids)
+                if (2 * s.mesh->nodes.size() > most_nodes && plan.tried_iterations < most)
+                    plan.tried_iterations =
+                        std::max(plan.tried_iterations,
+                                 tried_iterations(s, most, plan.taken == "distributed"));
+            plan.tried_enough = plan.tried_iterations >= most;
             take_time(plan.tried_iterations);
         } catch (const std::exception& fault) { // the factor is there, and may say more
             for (LinearPath& p : plan.paths)

@@ -21,6 +21,7 @@ struct SolidSize {
     bool columns = false;    ///< contact without W does not serve it: a solve per column instead
     std::string only_direct; ///< why its systems cannot be iterated on; "": they can
     SolidMaterial material;
+    double of_mass = 0, of_stiffness = 1;            ///< in the matrix of a step
     std::function<std::vector<std::int32_t>()> held; ///< degrees of freedom; asked for by a trial
 };
 
@@ -35,9 +36,10 @@ struct LinearPath {
 
 struct LinearPlan {
     std::string asked = "auto", taken, why;
-    std::string refusal;      ///< "" unless the path taken does not fit into the memory
-    double available = 0;     ///< memory that this process may still take [bytes]
-    int tried_iterations = 0; ///< of one solve by multigrid; 0: none was tried
+    std::string refusal;       ///< "" unless the path taken does not fit, or is not possible
+    double available = 0;      ///< memory that this process may still take [bytes]
+    int tried_iterations = 0;  ///< of one solve by multigrid; 0: none was tried
+    bool tried_enough = false; ///< it took more, but a factor is quicker from there on
     std::vector<LinearPath> paths;
     const LinearPath* path(const std::string& name) const;
 };
@@ -48,6 +50,7 @@ double available_memory();
 /// @param asked  "auto" or a path's name
 /// @param steps   about how many
 /// @param ranks   of mpirun
+/// Where a factor and iterations both fit, "auto" tries one solve, which starts MPI and PETSc.
 /// @param analyse  factors of large meshes that are not asked for as well: some seconds
 LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& asked, bool dynamic,
                        double steps, int ranks, bool analyse);

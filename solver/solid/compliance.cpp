@@ -245,15 +245,20 @@ void SolidCompliance::prepare(std::span<const std::int32_t> nodes)
     use_columns();
 }
 
-void SolidCompliance::delassus(const SparseMatrix& C, Eigen::MatrixXd& W)
+void SolidCompliance::delassus_from_factor(const SparseMatrix& C, Eigen::MatrixXd& W)
+{
+    ++counts_.from_factor;
+    factor_.compliance(C, W);
+    W /= scale_;
+}
+
+bool SolidCompliance::delassus(const SparseMatrix& C, Eigen::MatrixXd& W)
 {
     AMONTONS_ASSERT(C.isCompressed() && C.rows() == Eigen::Index(dofs_.free.size()));
     find_nodes(C);
     if (!has_columns() && !columns_pay(factor_.compliance_flops(C))) {
-        ++counts_.from_factor;
-        factor_.compliance(C, W);
-        W /= scale_;
-        return;
+        delassus_from_factor(C, W);
+        return false;
     }
     // The part of A^-1 between nodes in contact, contiguous; often the same as before.
     const std::size_t nodes = in_contact_.size();
@@ -278,6 +283,7 @@ void SolidCompliance::delassus(const SparseMatrix& C, Eigen::MatrixXd& W)
         places[k] = place(C.innerIndexPtr()[k]);
     congruence(part_, C, places, W);
     W /= scale_;
+    return true;
 }
 
 Eigen::VectorXd SolidCompliance::displacement(const Eigen::VectorXd& f) const

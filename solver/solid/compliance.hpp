@@ -54,8 +54,11 @@ public:
     /// Workspace: 72 bytes for each pair of a row and a node in contact.
     /// @param C  free x rows; acts on nodes of the surface only
     /// @param W  resized to rows x rows
+    /// @return   whether it came from kept columns, else from the factor
     /// @throws std::logic_error  if C acts on a node that is not of the surface
-    void delassus(const SparseMatrix& C, Eigen::MatrixXd& W);
+    bool delassus(const SparseMatrix& C, Eigen::MatrixXd& W);
+    /// The same from the factor, whatever is kept.
+    void delassus_from_factor(const SparseMatrix& C, Eigen::MatrixXd& W);
     /// Says that about so many solves will be asked for: columns are then solved early, and some of
     /// nodes that have not been in contact with those that are.
     void expect(double solves);

@@ -22,6 +22,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <set>
+#include <tuple>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -248,6 +249,10 @@ LinearPlan choose_linear(const Scene& scene, const std::vector<VolumeMesh>& mesh
                  double(std::count(touching[i].begin(), touching[i].end(), char(1)));
         s.friction = friction > 0;
         s.material = {input.youngs_modulus, input.poisson_ratio, input.density};
+        if (scene.time.kind == "dynamic")
+            std::tie(s.of_mass, s.of_stiffness) =
+                matrix_shares(time_rule(scene.time), scene.time.step, input.mass_damping,
+                              input.stiffness_damping);
         s.held = [&input, &mesh = meshes[i], &file = scene.file] {
             std::vector<std::int32_t> dofs;
             for (const SolidConditions::Held& held : find_conditions(input, mesh, file).held)

@@ -350,7 +350,12 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
 {
     BodyStepReport report;
     BodyStepper stepper(system, step, options, report);
-    report.accepted = stepper.run();
+    try {
+        report.accepted = stepper.run();
+    } catch (const LinearFault& fault) {
+        report.refusal = fault.what();
+        return report;
+    }
     if (report.accepted || !stepper.of_rods_only()) return report;
     // Rods that Newton's method leads astray: the way to a stable balance.
     BodyStepReport again;
