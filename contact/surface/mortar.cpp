@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 // For each face of the slave:
 //
@@ -39,6 +40,7 @@ constexpr double kNothing = 1e-14;
 /// Faces of one body overlap by no more of their distance at rest: more is the body between them,
 /// which would have to be pressed to this share of its thickness to be taken for an overlap.
 constexpr double kOwnThickness = 0.3;
+constexpr double kBehind = 1e-3; // cosine: what lies beside a face, as in a closed slit, does not
 
 struct Segment {
     const Facet* slave = nullptr;
@@ -154,18 +156,30 @@ private:
         });
     }
 
-    /// Between the middles of two faces of one body, at rest [m].
-    double apart_at_rest_(std::int32_t slave_face, std::int32_t master_face) const
+    /// How far a face of one body lies behind another at rest, between their middles [m]: the
+    /// body's thickness there. No number where it lies in front, as across a slit.
+    std::optional<double> behind_at_rest_(std::int32_t slave_face, std::int32_t master_face) const
     {
-        const auto middle_of = [&](std::span<const std::int32_t> nodes) {
-            Vec3 sum = Vec3::Zero();
-            for (const std::int32_t node : nodes)
-                sum += at_rest_[static_cast<std::size_t>(node)];
-            return Vec3(sum / double(nodes.size()));
+        const auto corners_of = [&](const ExternalSurface& surface, std::int32_t face) {
+            const auto nodes = surface.face(static_cast<std::size_t>(face));
+            return nodes.first(nodes.size() == 4 ? 4 : 3);
         };
-        return (middle_of(slave_.face(static_cast<std::size_t>(slave_face))) -
-                middle_of(master_.face(static_cast<std::size_t>(master_face))))
-            .norm();
+        const auto middle_of = [&](std::span<const std::int32_t> corners) {
+            Vec3 sum = Vec3::Zero();
+            for (const std::int32_t node : corners)
+                sum += at_rest_[static_cast<std::size_t>(node)];
+            return Vec3(sum / double(corners.size()));
+        };
+        const auto own = corners_of(slave_, slave_face);
+        const Vec3 middle = middle_of(own),
+                   way = middle_of(corners_of(master_, master_face)) - middle;
+        Vec3 normal = Vec3::Zero();
+        for (std::size_t i = 0; i < own.size(); ++i)
+            normal +=
+                (at_rest_[static_cast<std::size_t>(own[i])] - middle)
+                    .cross(at_rest_[static_cast<std::size_t>(own[(i + 1) % own.size()])] - middle);
+        if (!(normal.dot(way) < -kBehind * normal.norm() * way.norm())) return std::nullopt;
+        return way.norm();
     }
 
     /// Around all that the slave's facets look at.
@@ -222,7 +236,9 @@ private:
             double deepest = range;
             if (!at_rest_.empty()) {
                 if (joined_(facet.face, other.face)) continue;
-                if (!hides) deepest = kOwnThickness * apart_at_rest_(facet.face, other.face);
+                if (!hides)
+                    if (const auto behind = behind_at_rest_(facet.face, other.face))
+                        deepest = kOwnThickness * *behind;
             }
             double far[2];
             const ConvexPolygon seen = outline(other, plane, !hides, far);

@@ -18,8 +18,9 @@ struct MortarOptions {
     /// with what is pressed on it.
     bool master_normals = false;
     /// Of a body that may touch itself: its nodes at rest; both surfaces are of its mesh, and may
-    /// be the same one. Faces with a node in common do not meet, and no two overlap by more than a
-    /// share of their distance at rest: that is the body's own thickness seen from within.
+    /// be the same one. Faces with a node in common do not meet, and what lies behind a face at
+    /// rest overlaps by no more than a share of that distance: more is the body's own thickness
+    /// seen from within.
     std::span<const Vec3> at_rest = {};
 };
 

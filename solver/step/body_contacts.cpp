@@ -267,12 +267,7 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
     const RigidBody& b = *bodies[std::size_t(p.b)].rigid;
     const Placement at = b.placement();
     const auto round = [&] {
-        const auto sample = [&](const Vec3& x) {
-            std::int32_t near = -1;
-            WallSample s = shape_distance(b.shape(), at.turn.conjugate() * (x - at.shift), near);
-            s.normal = at.turn * s.normal;
-            return s;
-        };
+        const auto sample = distance_from(b, at);
         add(wall_contacts(p.surface_a->outside, a.places(), sample, reach_), pair, p.a, p.b, false,
             out);
         add(sharp_wall_contacts({p.surface_a->outside, p.surface_a->sharp, a.places()}, sample,

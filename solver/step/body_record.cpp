@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <map>
 #include <set>
 
 namespace amontons {
@@ -47,6 +48,25 @@ BodyRecord record_rigid(const RigidBody& body)
     return r;
 }
 
+/// The force of each contact [N]; of a solid and itself with what multipliers of the side that it
+/// faces do at its node: two sides carry multipliers there, and only their sum is unique.
+std::vector<Vec3> forces_of_both_sides(const BodyStepReport& step)
+{
+    std::vector<Vec3> force = step.force;
+    std::map<std::pair<int, std::int64_t>, Vec3> from_other; // by body and node
+    const BodyContacts& all = step.contacts;
+    for (std::size_t c = 0; c < force.size(); ++c)
+        if (const BodyContact& k = all.contact[c]; k.a == k.b && k.area > 0)
+            for (const StencilEntry& e : all.place_b(k).nodes)
+                from_other.try_emplace({k.b, e.node}, Vec3::Zero()).first->second -=
+                    e.weight * step.force[c];
+    for (std::size_t c = 0; c < force.size(); ++c)
+        if (const BodyContact& k = all.contact[c]; k.a == k.b && k.area > 0)
+            if (const auto at = from_other.find({k.a, k.id}); at != from_other.end())
+                force[c] += at->second;
+    return force;
+}
+
 BodyRecord record_solid(SolidBody& solid, int b, const BodyStepReport& step)
 {
     BodyRecord r;
@@ -82,6 +102,7 @@ BodyRecord record_solid(SolidBody& solid, int b, const BodyStepReport& step)
         smooth.values.insert(smooth.values.end(), t.data(), t.data() + 6);
         smooth_mises.values.push_back(von_mises(t));
     }
+    const std::vector<Vec3> force = forces_of_both_sides(step);
     // Pressure and traction on the body where it carries the contacts' functions.
     Field pressure{"contact_pressure", "Pa", 1, std::vector<double>(n, 0.0)};
     Field traction{"contact_traction", "Pa", 3, std::vector<double>(3 * n, 0.0)};
@@ -89,9 +110,9 @@ BodyRecord record_solid(SolidBody& solid, int b, const BodyStepReport& step)
         const BodyContact& k = step.contacts.contact[c];
         if (k.a != b || !(k.area > 0)) continue;
         const auto node = std::size_t(k.id);
-        pressure.values[node] += k.frame.col(0).dot(step.force[c]) / k.area;
+        pressure.values[node] += k.frame.col(0).dot(force[c]) / k.area;
         for (std::size_t i = 0; i < 3; ++i)
-            traction.values[3 * node + i] += step.force[c][Eigen::Index(i)] / k.area;
+            traction.values[3 * node + i] += force[c][Eigen::Index(i)] / k.area;
     }
     r.point_fields = {std::move(moved), std::move(smooth), std::move(smooth_mises),
                       std::move(pressure), std::move(traction)};
@@ -114,13 +135,14 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
     const std::vector<ContactPair>& pairs = system.finder.pairs();
     std::vector<Vec3> force(pairs.size(), Vec3::Zero());
     std::vector<double> pressure(pairs.size(), 0), normal(pairs.size(), 0);
+    const std::vector<Vec3> of_both_sides = forces_of_both_sides(step);
     for (std::size_t c = 0; c < step.contacts.contact.size(); ++c) {
         const BodyContact& k = step.contacts.contact[c];
         force[std::size_t(k.pair)] += step.force[c];
         normal[std::size_t(k.pair)] += k.frame.col(0).dot(step.force[c]);
         if (k.area > 0)
-            pressure[std::size_t(k.pair)] =
-                std::max(pressure[std::size_t(k.pair)], k.frame.col(0).dot(step.force[c]) / k.area);
+            pressure[std::size_t(k.pair)] = std::max(pressure[std::size_t(k.pair)],
+                                                     k.frame.col(0).dot(of_both_sides[c]) / k.area);
     }
     std::vector<Vec3> on_body(system.refs.size(), Vec3::Zero());
     bool unnamed = false;

@@ -40,18 +40,24 @@ void warn_of_rods_at_solids(const Scene& scene, std::vector<Issue>& warnings)
     const auto fits = [](const std::string& asked, const std::string& name) {
         return asked == "*" || asked == name;
     };
-    for (const RodInput& rod : scene.rods)
-        for (const SolidInput& solid : scene.solids)
-            for (std::size_t i = 0; i < scene.contact.size(); ++i) {
-                const auto& [a, b] = scene.contact[i].between;
-                if (!(fits(a, rod.name) && fits(b, solid.name)) &&
-                    !(fits(b, rod.name) && fits(a, solid.name)))
-                    continue;
-                warnings.push_back({scene.file, fmt::format("/contact/{}/between", i),
-                                    quoted_text(rod.name) + " and " + quoted_text(solid.name),
-                                    "left out: rods do not touch solids yet"});
-                break;
-            }
+    const auto first_of = [&](const auto& inputs, const std::string& asked) {
+        const auto at = std::ranges::find_if(
+            inputs, [&](const auto& input) { return fits(asked, input.name); });
+        return at == inputs.end() ? std::string() : at->name;
+    };
+    for (std::size_t i = 0; i < scene.contact.size(); ++i)
+        for (const std::size_t side : {0u, 1u}) {
+            const auto& between = scene.contact[i].between;
+            const std::string rod = first_of(scene.rods, between[side]),
+                              solid = first_of(scene.solids, between[1 - side]);
+            if (rod.empty() || solid.empty()) continue;
+            const bool star = between[0] == "*" || between[1] == "*";
+            warnings.push_back(
+                {scene.file, fmt::format("/contact/{}/between", i),
+                 quoted_text(rod) + " and " + quoted_text(solid) + (star ? ", among others" : ""),
+                 "left out: rods do not touch solids yet"});
+            break;
+        }
 }
 
 std::vector<ContactLaw> written_out(const Scene& scene)

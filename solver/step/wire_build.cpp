@@ -105,7 +105,7 @@ WireBody build_wire(const Scene& scene, const BeamInput& beam,
             for (const MaterialPoint& p : wire.material.point)
                 w.friction.push_back(
                     beam.segments[std::size_t(p.segment)].friction.value_or(law.friction));
-            if (!w.soft) w.foundation = law.foundation;
+            w.foundation = law.foundation;
             walls.push_back(std::move(w));
             near.push_back(int(body));
             break;

@@ -179,6 +179,17 @@ TEST_CASE("fields that contradict each other are reported")
     CHECK(has(issues_of(replaced(with("\"friction\": 0.1}", springs), "[\"wire\", \"tube\"]",
                                  "[\"wire\", \"*\"]")),
               "springs lie below obstacles that beams touch"));
+    const std::string on_springs = with("\"friction\": 0.1}", springs);
+    CHECK(has(issues_of(replaced(on_springs, "\"time\": ",
+                                 "\"haptic\": {\"handle\": \"wire\", \"device\": \"touch\"}, "
+                                 "\"time\": ")),
+              "found 2000 N/m^2, in the hand"));
+    const std::string inner = replaced(
+        on_springs, "\"wire\": {",
+        R"("inner": {"kind": "beam", "segments": [{"length": 0.3, "radius": 1e-4, "EI": 1e-4,
+            "element": 2.5e-3}], "drive": {"insertion": [[0, 0], [1, 0.1]]}}, "wire": {)");
+    CHECK(has(issues_of(replaced(inner, "2000}", "2000}, {\"between\": [\"inner\", \"wire\"]}")),
+              "instruments in one another need rigid obstacles"));
     CHECK(has(bad("\"quasi_static\"", "\"dynamic\""),
               "/bodies/wire/segments/0/density: found nothing"));
     CHECK(has(bad("\"centreline\": {\"file\": \"double_u.csv\"}", "\"centreline\": {}"), "either"));

@@ -19,10 +19,7 @@ struct Result {
 
     double value(const std::string& name, std::size_t step) const
     {
-        for (const Quantity& q : records[step].quantities)
-            if (q.name == name) return q.value;
-        FAIL("no quantity " << name);
-        return 0;
+        return amontons::value(records[step], name);
     }
     double value(const std::string& name) const { return value(name, records.size() - 1); }
     Vec3 vector(const std::string& name, std::size_t step) const

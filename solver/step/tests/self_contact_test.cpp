@@ -164,6 +164,60 @@ TEST_CASE("a ring pressed until it meets itself is its own mirror image: the qua
     }
 }
 
+TEST_CASE("a slit that is closed at rest carries pressure and slides by Coulomb's law")
+{
+    // Two bricks on one another with nodes of their own, one solid: without Poisson's effect the
+    // pressure is even.
+    const TemporaryFolder folder;
+    const std::string path = folder / "slit";
+    std::string nodes, elements, low, high;
+    const int cells = 2, line = cells + 1, layer = line * line;
+    for (int brick = 0; brick < 2; ++brick)
+        for (int k = 0; k <= cells; ++k)
+            for (int j = 0; j <= cells; ++j)
+                for (int i = 0; i <= cells; ++i)
+                    nodes += fmt::format("{} {} {}\n", 0.5 * i, 0.5 * j, brick + 0.5 * k);
+    for (int brick = 0, e = 0; brick < 2; ++brick)
+        for (int k = 0; k < cells; ++k)
+            for (int j = 0; j < cells; ++j)
+                for (int i = 0; i < cells; ++i, ++e) {
+                    const int at = (brick * line + k) * layer + j * line + i;
+                    for (const int up : {0, layer})
+                        for (const int corner : {0, 1, line + 1, line})
+                            elements += fmt::format("{} ", at + up + corner);
+                    elements.back() = '\n';
+                    if (brick == 0 && k == 0) low += fmt::format("{} 4\n", e);
+                    if (brick == 1 && k + 1 == cells) high += fmt::format("{} 5\n", e);
+                }
+    write_file(path + ".nodes", nodes);
+    write_file(path + ".elements", elements + "face_set low\n" + low + "face_set high\n" + high);
+    const double mu = 0.3, strain = 0.005;
+    const Result r = run(fmt::format(
+        R"("bodies": {{"slit": {{"kind": "solid", "mesh": {{"file": "{}.nodes"}},
+           "material": {{"law": "neo_hooke", "youngs_modulus": 1e6, "poisson_ratio": 0}},
+           "hold": [{{"set": "low"}}, {{"set": "high", "x": [[0, 0], [0.5, 0], [1, 0.03]], "y": 0,
+                     "z": [[0, 0], [0.5, {}], [1, {}]]}}]}}}},
+           "contact": [{{"between": ["slit", "slit"], "friction": {}}}],
+           "time": {{"step": 0.1, "end": 1}})",
+        path, -2 * strain, -2 * strain, mu));
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    CHECK(r.summary.worst_penetration < 1e-9);
+    const double pressure = 1e6 * strain; // but for the square of the strain
+    CHECK(r.value("slit_high_force_z", 5) == doctest::Approx(-pressure).epsilon(0.02));
+    CHECK(r.value("slit_on_slit_max_pressure", 5) ==
+          doctest::Approx(-r.value("slit_high_force_z", 5)).epsilon(1e-6)); // of 1 m^2, both sides
+    double normal = 0, tangential = 0;
+    for (const ContactRecord& c : r.records.back().contacts) {
+        const double t = (c.force - c.normal_force * c.normal).norm();
+        normal += c.normal_force;
+        tangential += t;
+        CHECK(t <= mu * c.normal_force + 1e-8 * pressure);
+    }
+    CHECK(tangential == doctest::Approx(mu * normal).epsilon(1e-6)); // all of it slides
+    const Vec3 held = r.vector("slit_high_force"); // by faces that lean by 0.01 and more
+    CHECK(held.x() == doctest::Approx(-mu * held.z()).epsilon(0.05));
+}
+
 TEST_CASE("a solid and itself: what is not possible is said")
 {
     const auto found = [](const std::string& motion, const std::string& more,
