@@ -114,9 +114,16 @@ std::optional<std::array<double, 2>> feet(const CurvePiece& p, const CurvePiece&
     return std::array<double, 2>{std::clamp(y[0], 0.0, 1.0), std::clamp(y[1], 0.0, 1.0)};
 }
 
-double spacing_of(const Curve& c, std::span<const CurvePlace> stations)
+/// Arc length from one station to the next, on each piece [m].
+std::vector<double> spacings(const Curve& c, std::span<const CurvePlace> stations)
 {
-    return stations.size() > 1 ? c.start.back() / double(stations.size() - 1) : c.start.back();
+    std::vector<int> count(c.pieces.size(), 0);
+    for (const CurvePlace& p : stations)
+        if (p.t < 1) ++count[std::size_t(p.piece)]; // its end is the next one's
+    std::vector<double> out;
+    for (std::size_t e = 0; e < c.pieces.size(); ++e)
+        out.push_back((c.start[e + 1] - c.start[e]) / std::max(1, count[e]));
+    return out;
 }
 
 /// Sine of the angle between two lines.
@@ -129,11 +136,11 @@ struct Pair {
     const Curve& a;
     const Curve& b;
     double reach;
-    double spacing; // of a's stations [m]
+    std::vector<double> spacing; // of a's stations, on each piece [m]
     std::vector<CurveContact>& out;
     std::map<std::int64_t, std::size_t> made{}; // place in out by id: no two of one id
     struct Crossing {
-        double arc_b, distance; // [m]
+        double arc_b, gap; // [m]
     };
     std::multimap<double, Crossing> crossed{}; // by arc length along a [m]
 
@@ -145,27 +152,41 @@ struct Pair {
             0.5 * (a.pieces[std::size_t(p.piece)].radius + b.pieces[std::size_t(q.piece)].radius);
         return arc_between(a, arc(a, p), arc(b, q)) > kAway * r;
     }
-    double distance_at(const CurvePlace& p, const CurvePlace& q) const
+    double gap_at(const CurvePlace& p, const CurvePlace& q) const
     {
-        return (a.pieces[std::size_t(p.piece)].at(p.t) - b.pieces[std::size_t(q.piece)].at(q.t))
-            .norm();
+        const CurvePiece &one = a.pieces[std::size_t(p.piece)],
+                         &two = b.pieces[std::size_t(q.piece)];
+        return (one.at(p.t) - two.at(q.t)).norm() - one.radius - two.radius;
+    }
+    /// The longer way from a place of a to stations beside it.
+    double spacing_at(const CurvePlace& p) const
+    {
+        const auto e = std::size_t(p.piece);
+        const bool first = e == 0;
+        if (p.t > 0 || (first && !a.closed)) return spacing[e];
+        return std::max(spacing[e], spacing[first ? a.pieces.size() - 1 : e - 1]);
     }
     /// A crossing says it already: two rows at one place would share a force, and pass it to and
     /// fro as the crossing moves.
     bool beside_crossing(const CurvePlace& p, const CurvePlace& q) const
     {
-        const double s = arc(a, p), t = arc(b, q);
-        for (auto c = crossed.lower_bound(s - spacing);
-             c != crossed.end() && c->first <= s + spacing; ++c)
-            if (std::abs(c->second.arc_b - t) <= spacing && c->second.distance <= distance_at(p, q))
-                return true;
-        return false;
+        if (crossed.empty()) return false;
+        const double s = arc(a, p), t = arc(b, q), near = spacing_at(p), gap = gap_at(p, q);
+        const auto within = [&](double from, double to) {
+            for (auto c = crossed.lower_bound(from); c != crossed.end() && c->first <= to; ++c)
+                if (arc_between(b, c->second.arc_b, t) <= near && c->second.gap <= gap) return true;
+            return false;
+        };
+        const double all = a.start.back();
+        return within(s - near, s + near) ||
+               (a.closed && (within(s - near + all, all) || within(0, s + near - all)));
     }
     void cross(const CurvePlace& p, const CurvePlace& q, std::int64_t id)
     {
-        const double d = distance_at(p, q);
-        crossed.emplace(arc(a, p), Crossing{arc(b, q), d});
-        if (same()) crossed.emplace(arc(b, q), Crossing{arc(a, p), d});
+        const double gap = gap_at(p, q);
+        if (!(gap <= reach)) return;
+        crossed.emplace(arc(a, p), Crossing{arc(b, q), gap});
+        if (same()) crossed.emplace(arc(b, q), Crossing{arc(a, p), gap});
         add(p, q, id, true, true);
     }
     void add(const CurvePlace& p, const CurvePlace& q, std::int64_t id, bool slides_a,
@@ -219,8 +240,8 @@ struct Pair {
             if (!may_touch(pa, pb)) return;
             if (!all_angles && beside_crossing(pa, pb)) return;
             if (same() && !all_angles && arc(a, pa) > arc(b, pb)) return; // seen from there
-            if (!all_angles &&
-                spacing * sine(slope, piece.slope(q.t)) > kAlong * (own.radius + piece.radius))
+            if (!all_angles && spacing[std::size_t(p.piece)] * sine(slope, piece.slope(q.t)) >
+                                   kAlong * (own.radius + piece.radius))
                 return;
             add(pa, pb, id * kPlaces + bin(to, q) + (all_angles ? kEnds : 0), swapped && slides,
                 !swapped && slides);
@@ -376,7 +397,7 @@ void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Cur
                  std::span<const std::int64_t> known, std::vector<CurveContact>& out)
 {
     const double r_a = thickest(a), r_b = thickest(b);
-    Pair pair{a, b, reach, spacing_of(a, stations), out};
+    Pair pair{a, b, reach, spacings(a, stations), out};
     const BoxTree tree = tree_of(b, r_a + reach);
     // Crossings.
     for (int e = 0; e < pieces(a); ++e) {
@@ -390,7 +411,7 @@ void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Cur
             if (!pair.may_touch(one, two)) return;
             const std::int64_t id = kCrossings + bin(a, one) * kPlaces + bin(b, two);
             const bool met = std::binary_search(known.begin(), known.end(), id);
-            if (pair.spacing * sine(p.slope(one.t), q.slope(two.t)) <
+            if (pair.spacing[std::size_t(e)] * sine(p.slope(one.t), q.slope(two.t)) <
                 (met ? kStays : kAcross) * (p.radius + q.radius))
                 return;
             pair.cross(one, two, id);

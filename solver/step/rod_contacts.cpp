@@ -1,11 +1,11 @@
 #include "contact/curve/curve_contact.hpp"
+#include "contact/rigid/broad_phase.hpp"
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
 #include "solver/step/body_contacts.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 // Contacts of rods: with obstacles, rigid bodies, other rods and themselves.
 
@@ -13,6 +13,8 @@ namespace amontons {
 namespace {
 
 constexpr double kRounding = 1e-6; // of a rod's size: of shapes that are read
+constexpr int kHalvings = 10;      // of a piece, however thin the rod is
+constexpr double kParts = 1e4;     // of a way ...
 
 /// The stations that may touch: all, or those of one end.
 std::span<const CurvePlace> places_of(const RodBody& rod, const ContactPair& pair)
@@ -20,6 +22,82 @@ std::span<const CurvePlace> places_of(const RodBody& rod, const ContactPair& pai
     const std::span<const CurvePlace> all = rod.stations();
     return pair.end_a == "start" ? all.first(1) : pair.end_a == "end" ? all.last(1) : all;
 }
+
+Pose pose_of(const Placement& p)
+{
+    return {p.shift, p.turn};
+}
+
+Vec3 inside(const Pose& at, const Vec3& x)
+{
+    return at.turn.conjugate() * (x - at.place);
+}
+
+/// Looks for places of a rod whose middle line comes nearer to a wall or a rigid body than half the
+/// radius on its way through a step.
+struct RodSweep {
+    const Curve &before, &now;
+    Pose from, to;                               // of the body
+    std::function<double(const Vec3&)> distance; // in its frame
+
+    /// True if it comes nearer than `least` on a way in the body's frame, by time from 0 to 1.
+    /// @param length  at most of the way [m]: distances change no faster
+    template <class Way> bool meets(Way way, double length, double least, double radius) const
+    {
+        const double smallest = std::max(0.1 * radius / length, 1 / kParts);
+        for (double w = 0; w < 1;) {
+            const double d = distance(way(w));
+            if (d < least) return true;
+            w += std::max((d - least) / length, smallest);
+        }
+        return false;
+    }
+
+    /// Of the places within `half` (of a piece's length) around this one; 0: of it alone.
+    bool passes(const CurvePlace& at, double half) const
+    {
+        const CurvePiece &p0 = before.pieces[std::size_t(at.piece)],
+                         &p1 = now.pieces[std::size_t(at.piece)];
+        const Vec3 x0 = p0.at(at.t), x1 = p1.at(at.t);
+        const Vec3 a = inside(from, x0), b = inside(to, x1);
+        const double radius = p1.radius, least = 0.5 * radius;
+        // They are not farther than this from the one between them, at any time.
+        const double around = half > 0 ? half * std::max(steepest(p0), steepest(p1)) : 0;
+        const double length = (b - a).norm() + 2 * around;
+        if (length <= radius) return false;
+        const auto straight = [&](double w) { return Vec3(a + w * (b - a)); };
+        if (half > 0) {
+            if (!meets(straight, length, least + around, radius)) return false;
+            // So near to each other that nothing much thinner than the rod is between them.
+            const bool fine = 2 * around <= radius || half < std::ldexp(1, -kHalvings);
+            const auto part = [&](double t) {
+                return passes({at.piece, t}, fine ? 0 : 0.5 * half);
+            };
+            return fine ? part(at.t) : part(at.t - 0.5 * half) || part(at.t + 0.5 * half);
+        }
+        if (distance(a) < least) return false; // it began in there
+        if (!meets(straight, length, least, radius)) return false;
+        // A body that turns beneath a rod at rest takes a straight way of its own frame inside, and
+        // one that takes the rod with it a straight way in space: what passes does so on both.
+        const double angle = from.turn.angularDistance(to.turn);
+        if (angle == 0) return true;
+        const double in_space =
+            ((x1 - x0) - (to.place - from.place)).norm() + angle * std::max(a.norm(), b.norm());
+        return meets(
+            [&](double w) { return inside(pose_between(from, to, w), x0 + w * (x1 - x0)); },
+            in_space, least, radius);
+    }
+
+    /// Of the whole piece.
+    bool passes(int piece) const { return passes({piece, 0.5}, 0.5); }
+
+private:
+    /// No slope of the piece is steeper: they are within those of its polygon.
+    static double steepest(const CurvePiece& p)
+    {
+        return std::max({p.d0.norm(), p.d1.norm(), (3 * (p.x1 - p.x0) - p.d0 - p.d1).norm()});
+    }
+};
 
 } // namespace
 
@@ -86,16 +164,25 @@ void ContactFinder::sweep_rods(const std::vector<BodyRef>& bodies)
         if (const RodBody* rod = bodies[b].rod) {
             const AxisBox before = rod->box_before(), now = rod->box();
             swept_[b] = {before.low.cwiseMin(now.low), before.high.cwiseMax(now.high)};
+        } else if (const RigidBody* rigid = bodies[b].rigid) {
+            swept_[b] = swept_box(rigid->shape(), pose_of(rigid->start_placement()),
+                                  pose_of(rigid->placement()), 0);
         }
 }
 
 bool ContactFinder::rod_passed(const std::vector<BodyRef>& bodies, const ContactPair& pair)
 {
     const RodBody& rod = *bodies[std::size_t(pair.a)].rod;
-    if (pair.b >= 0 && bodies[std::size_t(pair.b)].rod) { // ways are straight: within their boxes
-        const AxisBox &a = swept_[std::size_t(pair.a)], &b = swept_[std::size_t(pair.b)];
-        if ((a.low.array() > b.high.array()).any() || (b.low.array() > a.high.array()).any())
+    const AxisBox& box = swept_[std::size_t(pair.a)]; // its ways are straight: within
+    WallHint hint;
+    if (pair.b >= 0) {
+        const AxisBox& other = swept_[std::size_t(pair.b)];
+        if ((box.low.array() > other.high.array()).any() ||
+            (other.low.array() > box.high.array()).any())
             return false;
+    } else if (walls_[std::size_t(pair.obstacle)]->distance(0.5 * (box.low + box.high), hint) >
+               0.5 * (box.high - box.low).norm()) {
+        return false;
     }
     const Curve before = rod.curve_before(), now = rod.curve();
     if (pair.b == pair.a) return pass_through(before, now, before, now);
@@ -103,54 +190,21 @@ bool ContactFinder::rod_passed(const std::vector<BodyRef>& bodies, const Contact
         const RodBody& other = *bodies[std::size_t(pair.b)].rod;
         return pass_through(before, now, other.curve_before(), other.curve());
     }
-    // A place whose middle line came nearer than half its radius on its way.
-    std::function<WallSample(const Vec3&)> surface;
-    Placement from, to;
+    RodSweep sweep{before, now, {}, {}, {}};
     if (pair.b < 0) {
         const Wall& wall = *walls_[std::size_t(pair.obstacle)];
-        surface = [&wall, hint = WallHint()](const Vec3& x) mutable {
-            WallSample s;
-            s.distance = wall.distance(x, hint);
-            return s;
-        };
+        sweep.distance = [&wall, hint](const Vec3& x) mutable { return wall.distance(x, hint); };
     } else {
         const RigidBody& rigid = *bodies[std::size_t(pair.b)].rigid;
-        from = rigid.start_placement();
-        to = rigid.placement();
-        surface = distance_from(rigid, {}); // in the body's frame
+        sweep.from = pose_of(rigid.start_placement());
+        sweep.to = pose_of(rigid.placement());
+        sweep.distance = [surface = distance_from(rigid, {})](const Vec3& x) {
+            return surface(x).distance;
+        };
     }
-    const auto inside = [](const Placement& at, const Vec3& x) {
-        return Vec3(at.turn.conjugate() * (x - at.shift));
-    };
-    double moved = 0, radius = std::numeric_limits<double>::infinity();
-    for (std::size_t e = 0; e < now.pieces.size(); ++e) {
-        const CurvePiece &p0 = before.pieces[e], &p1 = now.pieces[e];
-        moved = std::max({moved, (inside(to, p1.x0) - inside(from, p0.x0)).norm(),
-                          (inside(to, p1.x1) - inside(from, p0.x1)).norm()});
-        radius = std::min(radius, p1.radius);
-    }
-    if (moved <= radius) return false;
-    // So near to each other that nothing much thinner than the rod is between them.
-    std::vector<CurvePlace> places = stations(now, radius);
-    if (!pair.end_a.empty()) {
-        const auto end = places_of(rod, pair);
-        places.assign(end.begin(), end.end());
-    }
-    for (const CurvePlace& s : places) {
-        const CurvePiece& piece = now.pieces[std::size_t(s.piece)];
-        const Vec3 a = inside(from, before.pieces[std::size_t(s.piece)].at(s.t)),
-                   b = inside(to, piece.at(s.t));
-        const double way = (b - a).norm();
-        if (way <= piece.radius) continue;
-        const double least = 0.5 * piece.radius, start = surface(a).distance;
-        if (start < least) continue; // it began in there
-        // Distances change no faster than the place moves.
-        for (double t = start - least; t < way;) {
-            const double d = surface(a + t / way * (b - a)).distance;
-            if (d < least) return true;
-            t += std::max(d - least, 0.1 * piece.radius);
-        }
-    }
+    if (!pair.end_a.empty()) return sweep.passes(places_of(rod, pair)[0], 0);
+    for (std::size_t e = 0; e < now.pieces.size(); ++e)
+        if (sweep.passes(int(e))) return true;
     return false;
 }
 

@@ -68,7 +68,7 @@ TEST_CASE("straight rods that cross have one contact, where lines are nearest, a
             const Curve a = straight(middle - d, middle + d, 20, 0.01),
                         b = straight({-1, 0, 0}, {1, 0, 0}, 20, 0.01);
             const std::vector<CurveContact> found = touching(a, b, 0.01);
-            REQUIRE(found.size() == 1);
+            CHECK(found.size() == 1);
             CHECK(found[0].gap == doctest::Approx(0.001).epsilon(1e-9));
             CHECK((found[0].normal - Vec3::UnitZ()).norm() < 1e-9);
             CHECK((found[0].point - Vec3(shift, 0, 0.0105)).norm() < 1e-9);
@@ -180,6 +180,100 @@ TEST_CASE("a curve touches itself across a loop, not beside itself")
     }
 }
 
+TEST_CASE("contacts are seen by the stations nearby, not by those of finer or coarser pieces")
+{
+    // 0.1 m of 1 mm and 0.1 m of 20 mm, either first; crossed at 15 degrees half-way between two
+    // stations.
+    const double r = 1e-3, t = 15 * 3.14159265358979323846 / 180, gap = 2e-4;
+    for (const bool fine_first : {true, false})
+        for (const bool fine : {true, false}) {
+            CAPTURE(fine_first);
+            CAPTURE(fine);
+            Curve a = straight({0, 0, 0}, {0.1, 0, 0}, fine_first ? 100 : 5, r);
+            const Curve rest = straight({0.1, 0, 0}, {0.2, 0, 0}, fine_first ? 5 : 100, r);
+            a.pieces.insert(a.pieces.end(), rest.pieces.begin(), rest.pieces.end());
+            for (std::size_t i = 1; i < rest.start.size(); ++i)
+                a.start.push_back(0.1 + rest.start[i]);
+            const Vec3 d(0.3 * std::cos(t), 0.3 * std::sin(t), 0),
+                at((fine == fine_first ? 0 : 0.1) + (fine ? 0.0505 : 0.05), 0, -2 * r - gap);
+            const std::vector<CurveContact> found =
+                touching(a, straight(at - d, at + d, 7, r), 3 * gap);
+            REQUIRE(!found.empty());
+            double least = 1;
+            for (const CurveContact& c : found)
+                least = std::min(least, c.gap);
+            if (fine) { // the stations', half a millimetre away
+                const double near = std::hypot(2 * r + gap, 0.5e-3 * std::sin(t)) - 2 * r;
+                CHECK(least == doctest::Approx(near).epsilon(1e-9));
+            } else {
+                CHECK(least == doctest::Approx(gap).epsilon(1e-9));
+                CHECK(found.size() == 1);
+            }
+        }
+}
+
+TEST_CASE("a thick part touches beside a crossing of a thin one, though middle lines are farther")
+{
+    // Thin up to x = 0, thick from there; crossed 3 mm before.
+    const double thin = 1e-3, thick = 3e-3, sine = 0.1;
+    Curve a = straight({-0.1, 0, 0}, {0.1, 0, 0}, 20, thin);
+    for (std::size_t i = 10; i < 20; ++i)
+        a.pieces[i].radius = thick;
+    const Vec3 d(0.2 * std::sqrt(1 - sine * sine), 0.2 * sine, 0), middle(-0.003, 0, -4e-3);
+    const Curve b = straight(middle - d, middle + d, 11, thin);
+    for (const double reach : {1e-4, 3e-3}) { // the crossing's gap is 2 mm
+        CAPTURE(reach);
+        double least = 1;
+        int crossings = 0;
+        for (const CurveContact& c : touching(a, b, reach)) {
+            least = std::min(least, c.gap);
+            crossings += c.slides_a && c.slides_b ? 1 : 0;
+        }
+        CHECK(least ==
+              doctest::Approx(std::hypot(4e-3, 0.003 * sine) - thin - thick).epsilon(1e-9));
+        CHECK(crossings == (reach > 2e-3 ? 1 : 0));
+    }
+}
+
+TEST_CASE("a closed curve touches itself and others the same wherever its pieces begin to count")
+{
+    // A figure of eight whose strands cross at 28 degrees, half the radii from station to station.
+    constexpr int n = 80;
+    const double A = 0.1, B = 0.0125, C = 4e-3, r = 3.75e-3, gap = 2 * (C - r);
+    const double h = 2 * 3.14159265358979323846 / n;
+    const auto eight = [&](int first) {
+        Curve c;
+        c.closed = true;
+        c.start.push_back(0);
+        const auto at = [&](double t) {
+            return Vec3(A * std::sin(t), B * std::sin(2 * t), C * std::cos(t));
+        };
+        const auto slope = [&](double t) {
+            return Vec3(h * Vec3(A * std::cos(t), 2 * B * std::cos(2 * t), -C * std::sin(t)));
+        };
+        for (int i = 0; i < n; ++i) {
+            const double t = (first + i + 0.3) * h; // the crossing is not at a node
+            c.pieces.push_back({at(t), at(t + h), slope(t), slope(t + h), r});
+            c.start.push_back(c.start.back() + 0.5 * (slope(t).norm() + slope(t + h).norm()));
+        }
+        return c;
+    };
+    const Vec3 along(std::cos(0.75), std::sin(0.75), 0);
+    const Curve other =
+        straight(Vec3(0, 0, C + 0.0078) - 0.3 * along, Vec3(0, 0, C + 0.0078) + 0.3 * along, 9, r);
+    for (const int first : {-2, -1, 0, 1, n / 2 - 1, n / 2, 17}) {
+        CAPTURE(first);
+        const Curve c = eight(first);
+        std::vector<CurveContact> found;
+        touch_curve(c, stations(c, 0), c, 1.2e-3, {}, found);
+        CHECK(found.size() == 1);
+        CHECK(found[0].gap == doctest::Approx(gap).epsilon(1e-3));
+        found = touching(c, other, 6e-4);
+        CHECK(found.size() == 1);
+        CHECK(found[0].gap == doctest::Approx(0.0078 - 2 * r).epsilon(1e-3));
+    }
+}
+
 TEST_CASE("rods that pass through each other are told, those that slide along are not")
 {
     const Curve b = straight({-1, 0, 0}, {1, 0, 0}, 10, 0.01);
@@ -206,7 +300,7 @@ TEST_CASE("an edge between two stations touches; contacts on a plane are the sta
     };
     const Vec3 edge = turn * Vec3(-0.02, 0, 0.1);
     touch_surface(a, stations(a, 0), surface, 0.02, {}, found);
-    REQUIRE(found.size() == 1);
+    CHECK(found.size() == 1);
     CHECK(found[0].gap == doctest::Approx(0.11 - edge.z() - 0.01).epsilon(1e-9));
     CHECK(std::abs(found[0].point.x() - edge.x()) < 1e-9);
 
