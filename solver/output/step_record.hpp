@@ -79,7 +79,7 @@ struct StepRecord {
     double time = 0;        ///< [s]
     double step_length = 0; ///< [s]
     double seconds = 0;     ///< wall time of this step
-    int iterations = 0;     ///< Newton iterations
+    int iterations = 0;     ///< of Newton's method; of rods alone factors, also of trials
     int factorisations = 0;
     std::vector<double> errors; ///< of each iteration on forces and geometry; [] if one is enough
     int retries = 0;            ///< halved steps before this one was accepted

@@ -8,9 +8,9 @@
 #include <cmath>
 #include <limits>
 
-// Pivoting contacts between open, stick and slip, for one wire (wire_pivot.cpp) and for
-// instruments in one another (group_pivot.cpp). A System says which rows a contact has and in
-// which matrix:
+// Pivoting contacts between open, stick and slip, for one wire (wire_pivot.cpp), for instruments
+// in one another (coaxial_pivot.cpp) and for rods (rod_problem.cpp). A System says which rows a
+// contact has and in which matrix:
 //
 //   Row                          of derivatives; with the nodes that it stands on:
 //                                apply(row, increment, place), add_force(right, place, row, s),

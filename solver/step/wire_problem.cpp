@@ -87,7 +87,6 @@ RecordedProblem contact_problem(const WireBody& body)
     for (Eigen::Index k = 0; k < n; ++k) {
         const Candidate& c = *chosen[static_cast<std::size_t>(k)];
         out.contact.push_back(c.index);
-        W(3 * k, 3 * k) += c.give;
         out.problem.mu[k] = c.mu;
         u.segment<3>(3 * k) << c.gap, c.slip[0], c.slip[1];
         out.reaction.segment<3>(3 * k) << c.normal, c.tangential[0], c.tangential[1];

@@ -83,6 +83,7 @@ def main():
     a = parser.parse_args()
     program = str(pathlib.Path(a.program).resolve())
     folder = pathlib.Path(a.folder)
+    folder.mkdir(parents=True, exist_ok=True)
     rows = []
     for cells in map(int, a.cells.split(",")):
         for way in a.ways.split(","):

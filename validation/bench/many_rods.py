@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Many wires in contact with friction: time and memory of whole runs against their elements.
 
-    many_rods.py PROGRAM OUTPUT_FOLDER [--rows 5,50,500] [--steps 4]
+    many_rods.py PROGRAM OUTPUT_FOLDER [--rows 5,16,50,160,500] [--steps 4]
 
 A row is a wire of 100 elements held at both ends, and one across it, held at one end, that four loads
 press down on the five wires below it: 200 elements. All pairs may touch ("*"). Writes many_rods.csv,
@@ -68,6 +68,7 @@ def main():
     parser.add_argument("--steps", type=int, default=4)
     a = parser.parse_args()
     folder = pathlib.Path(a.folder).resolve()
+    folder.mkdir(parents=True, exist_ok=True)
     rows = []
     for n in map(int, a.rows.split(",")):
         rows.append(run(str(pathlib.Path(a.program).resolve()), n, a.steps))

@@ -44,6 +44,7 @@ def main():
     parser.add_argument("--sizes", default="5x4,10x5,19x5")
     parser.add_argument("--soft", type=int, default=0)
     a = parser.parse_args()
+    program = pathlib.Path(a.program).resolve()
     rows = []
     for size in a.sizes.split(","):
         side, layers = map(int, size.split("x"))
@@ -51,7 +52,7 @@ def main():
             problem = scene(side, layers, a.soft)
             pathlib.Path(folder, "scene.json").write_text(json.dumps(problem))
             before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-            result = subprocess.run([a.program, "run", "scene.json", "--json", "--quiet", "--output", "out"],
+            result = subprocess.run([program, "run", "scene.json", "--json", "--quiet", "--output", "out"],
                                     cwd=folder, capture_output=True, text=True)
             row = {"bodies": len(problem["bodies"]) - 1, "soft_every": a.soft,
                    "processor": round(resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before, 2)}

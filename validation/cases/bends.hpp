@@ -1,5 +1,6 @@
 #pragma once
 
+#include <numbers>
 #include <numeric>
 #include <vector>
 
@@ -15,7 +16,7 @@ struct Bends {
 
 inline std::vector<Bends> bent_tubes()
 {
-    constexpr double kPi = 3.14159265358979323846;
+    constexpr double kPi = std::numbers::pi;
     return {{"90 degrees", {kPi / 2}}, {"180 degrees", {kPi}}, {"360 degrees", {kPi, kPi}}};
 }
 

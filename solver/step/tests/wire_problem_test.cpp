@@ -103,27 +103,49 @@ TEST_CASE("the reaction of every step solves the problem that is recorded of it"
     }
 }
 
-TEST_CASE("the compliance of a clamped wire's tip is L^3 / (3 EI)")
+namespace {
+
+/// Of a wire of 0.1 m that is clamped at its start and lies on a plane, on springs if there is a
+/// foundation [N/m^2].
+RecordedProblem lying(double foundation)
 {
-    const double length = 0.1;
     Wire wire;
-    wire.material = make_material({wire_segment(length)}, 2.5e-3);
+    wire.material = make_material({wire_segment(0.1)}, 2.5e-3);
     start_clamped(wire, Vec3::Zero(), Mat3::Identity());
     const Wall plane = make_plane_wall(Vec3(0, 0, -kRadius), Vec3::UnitZ());
     std::vector<WireWall> walls(1);
     walls[0].wall = &plane;
+    walls[0].foundation = foundation;
     walls[0].friction.assign(wire.material.point.size(), 0.3);
     const WireBody body = make_wire_body(std::move(wire), std::move(walls), {}, 1e-8);
     NewtonOptions options;
     options.reach = kRadius;
     residual_of(body.wire, body.walls, mark_step_start(body.wire), {}, options, *body.work);
-    const RecordedProblem r = contact_problem(body);
+    return contact_problem(body);
+}
+
+} // namespace
+
+TEST_CASE("the compliance of a clamped wire's tip is L^3 / (3 EI)")
+{
+    const RecordedProblem r = lying(0);
     REQUIRE(r.contact.size() > 10); // it lies on the plane
     CHECK(r.negative_eigenvalues == 0);
     double W = 0; // the tip is the softest place
     for (Eigen::Index k = 0; k < r.problem.mu.size(); ++k)
         W = std::max(W, r.problem.W.dense()(3 * k, 3 * k));
-    CHECK(W == doctest::Approx(std::pow(length, 3) / (3 * kEI)).epsilon(2e-3));
+    CHECK(W == doctest::Approx(std::pow(0.1, 3) / (3 * kEI)).epsilon(2e-3));
     CHECK(r.problem.W.asymmetry() < 1e-10);
     CHECK(r.asymmetry < 1e-12);
+}
+
+TEST_CASE("a foundation adds 1 / (k h) to a contact's compliance along its normal, nothing else")
+{
+    const double k = 1e3, h = 2.5e-3;
+    const RecordedProblem rigid = lying(0), springs = lying(k);
+    REQUIRE(springs.contact == rigid.contact);
+    Eigen::MatrixXd more = springs.problem.W.dense() - rigid.problem.W.dense();
+    for (Eigen::Index i = 0; i < more.rows(); i += 3)
+        more(i, i) -= 1 / (k * h);
+    CHECK(more.cwiseAbs().maxCoeff() < 1e-9 / (k * h));
 }

@@ -88,7 +88,7 @@ double drawn(SolidScene& s, const std::string& wall, const std::vector<Centrelin
 }
 
 /// Line load and pitch of a rod on the inside of a tube along x, from what touches between two
-/// places: forces at the ends of that count by half.
+/// places: forces at the ends of that count by half. Zeros where it does not touch.
 struct Coil {
     double load = 0, pitch = 0; // [N/m], [m]
 };
@@ -101,6 +101,7 @@ Coil coil_between(const std::vector<ContactRecord>& contacts, double from, doubl
     std::sort(in.begin(), in.end(), [](const ContactRecord* a, const ContactRecord* b) {
         return a->point.x() < b->point.x();
     });
+    if (in.size() < 2) return {};
     double force = 0, turned = 0;
     for (std::size_t i = 0; i < in.size(); ++i) {
         const bool end = i == 0 || i + 1 == in.size();
@@ -175,6 +176,7 @@ std::vector<Measured> rod_bent_tube()
 std::vector<Measured> rod_helix()
 {
     constexpr double EI = 0.15707963, clearance = 0.01, radius = 1e-3;
+    constexpr double wound = 1.02; // of the pitch: how it begins
     constexpr int turns = 8, per_turn = 40;
     std::vector<Measured> rows;
     for (const double force : {20.0, 50.0}) {
@@ -196,25 +198,23 @@ std::vector<Measured> rod_helix()
         csv << "x,y,z\n";
         for (int i = 0; i <= turns * per_turn; ++i) {
             const double angle = 2 * kPi * i / per_turn;
-            csv << fmt::format("{:.15g},{:.15g},{:.15g}\n", angle / beta,
+            csv << fmt::format("{:.15g},{:.15g},{:.15g}\n", wound * angle / beta,
                                clearance * std::cos(angle), clearance * std::sin(angle));
         }
         csv.close();
-        RodInput& rod =
-            add_rod(s, "rod", turns * pitch * g * (1 - 1e-4), radius, EI, 1e6, pitch / per_turn);
+        RodInput& rod = add_rod(s, "rod", turns * pitch * std::hypot(wound, slope) * (1 - 1e-4),
+                                radius, EI, 1e6, pitch / per_turn);
         rod.shape.curve.file = file;
         rod.shape.curve.scale = 1;
         rod.shape.stress_free = false;
         RodHold hold;
         hold.set = "start";
         rod.hold.push_back(hold);
-        // What the rest of the helix does to this end: a moment along the binormal, the force, and
-        // its share across that leaves no torque about the tube.
+        // No torque about the tube, none in the rod: that is what the pitch follows from. What else
+        // the end does dies out within a turn.
         RodLoad load;
         load.set = "end";
-        const double across = EI * slope * beta * beta / (g * g * g) - force * slope;
-        load.force = Vec3(-force, 0, across);
-        load.moment = EI * slope * beta / (g * g * g) * Vec3(slope, 0, -1);
+        load.force = Vec3(-force, 0, 0);
         rod.loads.push_back(load);
         touch(s, "rod", "tube", 0);
         s.scene.time.step = 1;
@@ -227,9 +227,9 @@ std::vector<Measured> rod_helix()
                                 coil.pitch, 0.03));
         rows.push_back(relative("force on the tube [N/m]" + at,
                                 clearance * force * force / (4 * EI), coil.load, 0.03));
-        rows.push_back(relative("exact pitch [m]" + at, pitch, coil.pitch, 1e-3));
+        rows.push_back(relative("exact pitch [m]" + at, pitch, coil.pitch, 1e-4));
         rows.push_back(relative("exact force on the tube [N/m]" + at,
-                                clearance * beta * beta * force / 2, coil.load, 2e-3));
+                                clearance * beta * beta * force / 2, coil.load, 2e-4));
     }
     return rows;
 }
