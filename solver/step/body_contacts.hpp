@@ -142,7 +142,7 @@ private:
     std::vector<bool> made_;
     std::vector<std::vector<std::int64_t>> sharp_; // ids met in this step, of each pair, ascending
     std::vector<AxisBox> boxes_;                   // of the bodies
-    std::vector<AxisBox> swept_;                   // of rods, from the start of the step on
+    std::vector<AxisBox> swept_;                   // of rods and rigid bodies, over the step
     std::vector<double> speed_;                    // of the bodies at the start of the step [m/s]
     std::vector<double> thinnest_; // no part of a body is thinner, once asked for [m]
     std::vector<std::unique_ptr<Facets>> facets_; // of the bodies, once one is needed

@@ -159,6 +159,8 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
 
 void ContactFinder::sweep_rods(const std::vector<BodyRef>& bodies)
 {
+    const auto is_rod = [](const BodyRef& b) { return b.rod != nullptr; };
+    if (std::none_of(bodies.begin(), bodies.end(), is_rod)) return;
     swept_.assign(bodies.size(), {});
     for (std::size_t b = 0; b < bodies.size(); ++b)
         if (const RodBody* rod = bodies[b].rod) {
