@@ -323,18 +323,6 @@ Departure departure(const std::vector<Vec3>& points, const RoundedSolid& from, A
     return all;
 }
 
-std::vector<Vec3> middles(const SurfaceMesh& mesh)
-{
-    std::vector<Vec3> all;
-    for (const auto& t : mesh.triangles) {
-        Vec3 sum = Vec3::Zero();
-        for (const std::int32_t corner : t)
-            sum += mesh.points[static_cast<std::size_t>(corner)];
-        all.push_back(sum / 3);
-    }
-    return all;
-}
-
 } // namespace
 
 void check_options(const TetrahedraliseOptions& o)

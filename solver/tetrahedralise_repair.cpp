@@ -27,12 +27,8 @@ constexpr std::size_t kMostNamed = 5;       // places that are shown
 std::vector<Vec3> points_of(const SurfaceMesh& mesh)
 {
     std::vector<Vec3> all = mesh.points;
-    for (const auto& t : mesh.triangles) {
-        Vec3 sum = Vec3::Zero();
-        for (const std::int32_t corner : t)
-            sum += mesh.points[static_cast<std::size_t>(corner)];
-        all.push_back(sum / 3);
-    }
+    const std::vector<Vec3> others = middles(mesh);
+    all.insert(all.end(), others.begin(), others.end());
     return all;
 }
 
@@ -78,6 +74,18 @@ std::string sentence(const std::vector<Moved>& places, const char* what, double 
 }
 
 } // namespace
+
+std::vector<Vec3> middles(const SurfaceMesh& mesh)
+{
+    std::vector<Vec3> all;
+    for (const auto& t : mesh.triangles) {
+        Vec3 sum = Vec3::Zero();
+        for (const std::int32_t corner : t)
+            sum += mesh.points[static_cast<std::size_t>(corner)];
+        all.push_back(sum / 3);
+    }
+    return all;
+}
 
 std::int64_t turn_crossing_parts(SurfaceMesh& surface)
 {

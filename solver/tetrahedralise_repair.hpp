@@ -10,6 +10,9 @@
 
 namespace amontons {
 
+/// Of its triangles.
+std::vector<Vec3> middles(const SurfaceMesh& mesh);
+
 /// Turns parts that pass through others so that their normals point outwards: what they enclose
 /// together is filled. (Which part lies within which has no answer for them.)
 /// @param surface  closed, neighbours agree about the side

@@ -8,12 +8,28 @@
 #include <unordered_map>
 #include <vector>
 
-// From CGAL's mesh to the module's arrays, whatever its domain was.
+// What Mesh_3 takes and gives, whatever its domain is: sizes, and the mesh as the module's arrays.
 
 namespace amontons {
 
 // Of a regular tetrahedron of edge 1: radii of the circles through its faces and of its sphere.
 constexpr double kFaceRadius = 0.57735026918962576, kCellRadius = 0.61237243569579452;
+
+/// A criterion of CGAL's: `factor` times the size that is asked for at a place.
+template <class Kernel, class Domain> struct SizeField {
+    using FT = typename Kernel::FT;
+    using Point_3 = typename Kernel::Point_3;
+    using Index = typename Domain::Index;
+
+    const AmontonsCgalInput* input;
+    double factor;
+
+    FT operator()(const Point_3& p, int, const Index&) const
+    {
+        const double place[3] = {p.x(), p.y(), p.z()};
+        return factor * input->size(place, input->with);
+    }
+};
 
 template <class T> T* array_of(std::size_t count)
 {

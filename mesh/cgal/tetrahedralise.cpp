@@ -33,20 +33,7 @@ using Complex = CGAL::Mesh_complex_3_in_triangulation_3<Triangulation, Domain::C
                                                         Domain::Curve_index>;
 using Criteria = CGAL::Mesh_criteria_3<Triangulation>;
 
-struct Size {
-    using FT = Kernel::FT;
-    using Point_3 = Kernel::Point_3;
-    using Index = Domain::Index;
-
-    const AmontonsCgalInput* input;
-    double factor;
-
-    FT operator()(const Point_3& p, int, const Index&) const
-    {
-        const double place[3] = {p.x(), p.y(), p.z()};
-        return factor * input->size(place, input->with);
-    }
-};
+using Size = amontons::SizeField<Kernel, Domain>;
 
 Polyhedron polyhedron_of(const AmontonsCgalInput& in)
 {
