@@ -410,7 +410,10 @@ void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Cur
             const CurvePlace one{e, (*y)[0]}, two{f, (*y)[1]};
             if (!pair.may_touch(one, two)) return;
             const std::int64_t id = kCrossings + bin(a, one) * kPlaces + bin(b, two);
-            const bool met = std::binary_search(known.begin(), known.end(), id);
+            const auto was_there = [&](std::int64_t k) {
+                return std::binary_search(known.begin(), known.end(), k);
+            };
+            const bool met = was_there(id) || std::ranges::any_of(neighbours(id), was_there);
             if (pair.spacing[std::size_t(e)] * sine(p.slope(one.t), q.slope(two.t)) <
                 (met ? kStays : kAcross) * (p.radius + q.radius))
                 return;
@@ -427,6 +430,15 @@ void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Cur
     };
     ends(a, b, tree, false);
     if (!pair.same()) ends(b, a, tree_of(a, r_b + reach), true);
+}
+
+std::vector<std::int64_t> neighbours(std::int64_t id)
+{
+    std::vector<std::int64_t> ids{id - 1, id + 1}; // along b
+    if (id >= kCrossings && id < kEnds)
+        for (const std::int64_t a : {id - kPlaces, id + kPlaces})
+            ids.insert(ids.end(), {a, a - 1, a + 1});
+    return ids;
 }
 
 bool pass_through(const Curve& a_before, const Curve& a, const Curve& b_before, const Curve& b)

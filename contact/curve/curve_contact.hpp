@@ -70,6 +70,10 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
 void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Curve& b, double reach,
                  std::span<const std::int64_t> known, std::vector<CurveContact>& out);
 
+/// The ids that a contact of two curves may have next, where its places move on along them; those
+/// that have moved least first.
+std::vector<std::int64_t> neighbours(std::int64_t id);
+
 /// True if two curves (or one and itself: &a == &b) go through each other between `before` and
 /// `now`, all places moving in straight lines: their middle lines come nearer than half the sum of
 /// the radii. Exact for chords of the pieces, within an eighth of the radii.

@@ -273,6 +273,7 @@ void RodBody::linearise()
     } else {
         forces(now_, step_.end(), inner_, load_);
         residual_ = as_vector(load_) - as_vector(inner_);
+        add_drag();
     }
     held_ = held_at(now_, step_.end());
     Eigen::VectorXd move = Eigen::VectorXd::Zero(unknowns());
@@ -345,6 +346,7 @@ double RodBody::imbalance(const Eigen::VectorXd& force)
     } else {
         forces(now_, step_.end(), inner_, load_);
         residual_ = as_vector(load_) - as_vector(inner_);
+        add_drag();
     }
     Eigen::VectorXd missing = residual_;
     if (force.size() == missing.size()) missing += force;
@@ -402,6 +404,7 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
     if (step_.dynamic) {
         e.dissipated = end_memory();
     } else { // the tangent of what is accepted, not of the iterate before: it tells stability
+        e.dissipated = taken_by_drag();
         forces(now_, step_.end(), inner_, load_);
         Eigen::VectorXd unused = residual_;
         add_contact_stiffness(unused);

@@ -86,6 +86,14 @@ public:
     /// Largest of the loads and of EI / length^2 [N].
     double force_scale() const;
 
+    /// Quasi-static steps from now on drag the rod through a viscous medium: against a node's
+    /// motion over a step acts drag [N/m^2] times the length that it stands for (turns: times that
+    /// length squared too). 0: none, as at first.
+    /// @param from_rest  what the last step ended with is forgotten
+    void drag_by(double drag, bool from_rest = false);
+    /// Of places, over the step so far [m].
+    double largest_motion() const;
+
     /// The lowest frequencies about the iterate [rad/s].
     std::vector<double> frequencies(int count);
 
@@ -168,6 +176,9 @@ private:
     Curve curve_of(const std::vector<BeamNode>& nodes) const;
     AxisBox box_of(const std::vector<BeamNode>& nodes) const;
     void add_contact_stiffness(Eigen::VectorXd& rest);
+    void add_drag();
+    double taken_by_drag(); ///< in the step [J]
+    double drag_on(int node, int axis) const;
     // dynamic steps
     void begin_memory();
     void dynamic_residual();
@@ -200,7 +211,9 @@ private:
     double inertia_size_ = 0;                  ///< of dynamic steps [N]
     double last_motion_ = 0, before_last_ = 0; ///< of Newton's method [m]
     Eigen::VectorXd free_change_, right_, prescribed_;
-    Eigen::MatrixXd modes_; ///< none
+    Eigen::MatrixXd modes_;         ///< none
+    double drag_ = 0;               ///< [N/m^2]
+    std::vector<Vec6> drag_before_; ///< its forces at the end of the step before
     int negative_ = 0;
     double energy_ = 0;
 

@@ -301,8 +301,11 @@ ObjectDeclaration declare_time()
                                    "Whether inertia counts; then each segment needs a density.")),
              required(field<&T::step>("step", "s", positive(), "Longest step.")),
              required(field<&T::end>("end", "s", positive(), "End of the run.")),
-             fallback("step / 1024", field<&T::smallest_step>("smallest_step", "s", at_least(0),
-                                                              "A step is not halved below this.")),
+             fallback("step / 1024",
+                      field<&T::smallest_step>(
+                          "smallest_step", "s", at_least(0),
+                          "A step is not halved below this. Where rods alone find no "
+                          "balance even so, they are followed to that which they snap to.")),
              fallback("steps in time",
                       field<&T::path>("path", "m", at_least(0),
                                       "A quasi-static rod alone: steps of about this length (root "

@@ -56,7 +56,6 @@ void BodyStepper::certify_rows(const Eigen::VectorXd& u)
 bool BodyStepper::holds_at_end()
 {
     // Forces keep their direction in space; where normals turned, they no longer fit the law.
-    const std::map<BodySystem::Key, Vec3> known = force_;
     const ContactProblem solved = problem_;
     const Rows solved_rows = rows_;
     std::vector<BodySystem::Key> keys;
@@ -64,6 +63,9 @@ bool BodyStepper::holds_at_end()
         keys.push_back(key(c));
     const std::vector<Eigen::VectorXd> old_force = body_force_;
     find();
+    for (BodySystem::Key& k : keys)
+        if (const auto next = followed_.find(k); next != followed_.end()) k = next->second;
+    const std::map<BodySystem::Key, Vec3>& known = force_;
     std::map<BodySystem::Key, int> now;
     for (int c = 0; c < int(value_.size()); ++c)
         now[key(c)] = c;

@@ -86,7 +86,7 @@ struct BodySimulation::State {
         return next;
     }
     void make_ready();
-    bool advance(double h);
+    bool advance(double h, bool relaxed = false);
     bool advance_path();
     StepRecord record(double h, double seconds);
     void finish();
@@ -117,7 +117,8 @@ void BodySimulation::State::make_ready()
 }
 
 /// One step; either all bodies move or none.
-bool BodySimulation::State::advance(double h)
+/// @param relaxed  by gradient flow, where no step leads on
+bool BodySimulation::State::advance(double h, bool relaxed)
 {
     StepInput input;
     input.start = time;
@@ -130,7 +131,7 @@ bool BodySimulation::State::advance(double h)
     settings.solver = contact_solver(scene.accuracy.solver);
     settings.threads = options.threads;
     settings.stop = stop;
-    last = try_body_step(*system, input, settings);
+    last = relaxed ? relax_rods(*system, input, settings) : try_body_step(*system, input, settings);
     summary.seconds.free_motion += last.free_motion;
     summary.seconds.detection += last.detection;
     summary.seconds.compliance += last.compliance;
@@ -284,7 +285,7 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
     s.make_ready();
     if (!s.started) {
         // Quasi-static: the balance that the first loads and places ask for.
-        if (!s.dynamic() && !s.advance(0)) {
+        if (!s.dynamic() && !s.advance(0) && !(s.last.rods_alone && s.advance(0, true))) {
             if (stop) return finish("interrupted", "interrupted by the user");
             return finish("failed", "the initial state: " + s.last.refusal);
         }
@@ -317,9 +318,11 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         s.retries = 0;
         while (!s.advance(h)) {
             if (stop) return finish("interrupted", "interrupted by the user");
-            if (h <= s.smallest() * (1 + 1e-9))
+            if (h <= s.smallest() * (1 + 1e-9)) {
+                if (s.last.rods_alone && s.advance(h, true)) break;
                 return finish("failed", fmt::format("step {} (t = {:.6g} s): {}", s.step + 1,
                                                     s.time, s.last.refusal));
+            }
             h = std::max(0.5 * h, s.smallest());
             ++s.retries;
         }

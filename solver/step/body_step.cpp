@@ -1,5 +1,6 @@
 #include "solver/step/body_stepper.hpp"
 
+#include "contact/curve/curve_contact.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
@@ -10,6 +11,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <set>
 
 namespace amontons {
 namespace {
@@ -115,6 +117,7 @@ void BodyStepper::find()
     } else {
         system_.finder.find(system_.refs, step_, list_);
         found_ = true;
+        follow_contacts();
     }
     joints_.clear();
     for (const Coupling& c : system_.couplings)
@@ -124,6 +127,38 @@ void BodyStepper::find()
     for (const BodyContact& c : list_.contact)
         moved_.push_back(c.frame.col(0).dot(moved(c)));
     report_.detection += watch.seconds();
+}
+
+/// Contacts of rods wander along both: what is known of one that has left its neighbourhood, and
+/// its number with it, is known of the one that has come up next to it.
+void BodyStepper::follow_contacts()
+{
+    followed_.clear();
+    std::set<BodySystem::Key> now;
+    for (int c = 0; c < int(list_.contact.size()); ++c)
+        now.insert(key(c));
+    std::vector<BodySystem::Key> gone;
+    for (const auto& [k, force] : force_) {
+        if (k.pair < 0 || now.count(k) > 0) continue;
+        const int b = system_.finder.pairs()[std::size_t(k.pair)].b;
+        if (b >= 0 && system_.refs[std::size_t(b)].rod) gone.push_back(k);
+    }
+    for (const BodySystem::Key& old : gone)
+        for (const std::int64_t id : neighbours(old.id)) {
+            const BodySystem::Key next{old.pair, id};
+            if (now.count(next) == 0 || force_.count(next) > 0 || motion_.count(next) > 0) continue;
+            followed_[old] = next;
+            const auto rename = [&](auto& map) {
+                if (auto known = map.extract(old)) {
+                    known.key() = next;
+                    map.insert(std::move(known));
+                }
+            };
+            rename(force_);
+            rename(motion_);
+            rename(sticks_);
+            break;
+        }
 }
 
 /// Of the two sides of a contact against each other over the step so far.
@@ -356,12 +391,14 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
         report.refusal = fault.what();
         return report;
     }
-    if (report.accepted || !stepper.of_rods_only()) return report;
+    report.rods_alone = stepper.of_rods_only();
+    if (report.accepted || !report.rods_alone) return report;
     // Rods that Newton's method leads astray: the way to a stable balance.
     BodyStepReport again;
     BodyStepOptions patient = options;
     patient.most_iterations *= kPatience;
     again.accepted = BodyStepper(system, step, patient, again, true).run();
+    again.rods_alone = true;
     again.iterations += report.iterations;
     return again;
 }

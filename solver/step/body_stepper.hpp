@@ -40,6 +40,7 @@ private:
     bool fixed(std::size_t b) const;
     bool all_in_matrix() const;
     void find();
+    void follow_contacts();
     Vec3 moved(const BodyContact& c) const;
     bool solve();
     void assemble();
@@ -93,9 +94,10 @@ private:
     Delassus measured_W_; ///< with modes of the elastic part's size: what errors are measured in
     Eigen::VectorXd r_;
     std::vector<Eigen::VectorXd> body_force_;
-    std::map<BodySystem::Key, Vec3> force_;  ///< in space; of a coupling in x
-    std::map<BodySystem::Key, Vec3> motion_; ///< u of the solved rows, in their frames
-    std::map<BodySystem::Key, bool> sticks_; ///< of rods
+    std::map<BodySystem::Key, Vec3> force_;               ///< in space; of a coupling in x
+    std::map<BodySystem::Key, Vec3> motion_;              ///< u of the solved rows, in their frames
+    std::map<BodySystem::Key, bool> sticks_;              ///< of rods
+    std::map<BodySystem::Key, BodySystem::Key> followed_; ///< of the last find(): old and new
     RodProblem rods_;
     Certificate certificate_;
     std::string deepest_;        ///< penetration that no contact of the problem prevented

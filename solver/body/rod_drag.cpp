@@ -1,0 +1,62 @@
+#include "solver/body/node_index.hpp"
+#include "solver/body/rod_body.hpp"
+
+#include <algorithm>
+
+// A viscous medium around a rod, for the steps that follow a snap.
+
+namespace amontons {
+
+void RodBody::drag_by(double drag, bool from_rest)
+{
+    if (from_rest) drag_before_.assign(state_.nodes.size(), Vec6::Zero());
+    drag_ = drag;
+}
+
+double RodBody::largest_motion() const
+{
+    double most = 0;
+    for (const Vec6& m : moved_)
+        most = std::max(most, m.head<3>().norm());
+    return most;
+}
+
+/// Of a node [N/m], and of its turns [N m].
+double RodBody::drag_on(int node, int axis) const
+{
+    const int elements = rod_.element_count();
+    double length = 0;
+    for (const int e : {node - 1, node}) {
+        const int own = rod_.closed ? (e + elements) % elements : e;
+        if (own >= 0 && own < elements) length += 0.5 * rod_.law[std::size_t(own)].length;
+    }
+    return drag_ * length * (axis < 3 ? 1 : length * length);
+}
+
+void RodBody::add_drag()
+{
+    if (drag_ == 0) return;
+    for (int i = 0; i < rod_.node_count(); ++i) {
+        Block6& d = K_.chain.diagonal(i);
+        for (int k = 0; k < 6; ++k) {
+            const double c = drag_on(i, k);
+            d(k, k) += c;
+            residual_[at6(std::size_t(i)) + k] -= c * moved_[std::size_t(i)][k];
+        }
+    }
+}
+
+/// By the trapezoid rule: the force at the start is that of the end of the step before.
+double RodBody::taken_by_drag()
+{
+    double taken = 0;
+    for (std::size_t i = 0; drag_ > 0 && i < moved_.size(); ++i)
+        for (int k = 0; k < 6; ++k) {
+            const double now = drag_on(int(i), k) * moved_[i][k];
+            taken += 0.5 * (now + drag_before_[i][k]) * moved_[i][k];
+            drag_before_[i][k] = now;
+        }
+    return taken;
+}
+
+} // namespace amontons

@@ -1,0 +1,155 @@
+#include "solver/body/rod_body.hpp"
+#include "solver/step/body_step.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <limits>
+
+// Snaps of rods. Where balances end, the rods move on fast, and what they lose on the way is not a
+// matter of statics. Here they are followed in a medium so thick that inertia plays no part:
+// gradient flow with implicit steps, with contact and friction as in any step. The drag follows the
+// motion.
+
+namespace amontons {
+namespace {
+
+constexpr int kMostSteps = 3000, kMostRefused = 100;
+constexpr int kMostIterations = 10;
+constexpr double kStart = 1e-7;                // of the drag, of the largest EI / radius^4
+constexpr double kWay = 0.5;                   // of a step, of the smallest radius: aimed at
+constexpr double kRest = 0.05;                 // ... below which the rods are tried at rest,
+constexpr double kWeak = 1e-4;                 // and with less of the first drag,
+constexpr int kBetween = 2, kMostBetween = 32; // after so many steps, and twice as many each time
+constexpr double kStrongest = 1e8;             // of the drag, of that of the start
+
+struct Kept { // what a step changes
+    std::vector<std::vector<double>> bodies;
+    std::map<BodySystem::Key, Vec3> warm;
+    std::map<BodySystem::Key, bool> sticks;
+};
+
+Kept keep(const BodySystem& system)
+{
+    Kept k;
+    for (const auto& b : system.bodies)
+        k.bodies.push_back(b->state());
+    k.warm = system.warm;
+    k.sticks = system.warm_sticks;
+    return k;
+}
+
+void go_back(BodySystem& system, const Kept& k)
+{
+    for (std::size_t b = 0; b < system.bodies.size(); ++b)
+        system.bodies[b]->set_state(k.bodies[b]);
+    system.warm = k.warm;
+    system.warm_sticks = k.sticks;
+}
+
+} // namespace
+
+BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyStepOptions& options)
+{
+    std::vector<RodBody*> rods;
+    double unit = 0, radius = std::numeric_limits<double>::infinity();
+    for (const BodyRef& b : system.refs) {
+        if (!b.rod) continue;
+        rods.push_back(b.rod);
+        for (int e = 0; e < b.rod->model().element_count(); ++e) {
+            const double own = b.rod->element_radius(e), length = b.rod->element_length(e);
+            const double EI = b.rod->element_stiffness(e) * length * length * length;
+            unit = std::max(unit, EI / (own * own * own * own));
+            radius = std::min(radius, own);
+        }
+    }
+    const auto drag_by = [&](double drag, bool from_rest = false) {
+        for (RodBody* rod : rods)
+            rod->drag_by(drag, from_rest);
+    };
+    const auto way = [&] {
+        double most = 0;
+        for (const RodBody* rod : rods)
+            most = std::max(most, rod->largest_motion());
+        return most;
+    };
+    BodyStepOptions quick = options; // Newton's method is quick against a drag, or leads nowhere
+    quick.most_iterations = kMostIterations;
+    const Kept start = keep(system);
+    StepInput input = step;
+    BodyStepReport sum;
+    sum.rods_alone = true;
+    const auto count = [&](const BodyStepReport& r) {
+        sum.iterations += r.iterations;
+        sum.factorisations += r.factorisations;
+        sum.free_motion += r.free_motion;
+        sum.detection += r.detection;
+        sum.contact_solve += r.contact_solve;
+        if (!r.accepted) return;
+        sum.friction += r.friction;
+        sum.energy.work += r.energy.work;
+        sum.energy.work_absolute += r.energy.work_absolute;
+        sum.energy.dissipated += r.energy.dissipated;
+    };
+    double drag = kStart * unit, last_way = 0;
+    const double strongest = kStrongest * drag, weak = kWeak * drag;
+    int next_try = kBetween, between = kBetween, refused = 0;
+    drag_by(drag, true);
+    for (int k = 0; k < kMostSteps; ++k) {
+        if (k >= next_try && drag < weak && last_way < kRest * radius) {
+            next_try = k + (between = std::min(2 * between, kMostBetween));
+            drag_by(0);
+            const Kept before = keep(system);
+            BodyStepReport still = try_body_step(system, input, options);
+            const double jump = way();
+            const bool rests = still.accepted && jump <= kWay * radius;
+            if (still.accepted && !rests) {
+                go_back(system, before);
+                still.accepted = false;
+            }
+            count(still);
+            if (rests) {
+                still.iterations = sum.iterations;
+                still.factorisations = sum.factorisations;
+                still.friction = sum.friction;
+                still.free_motion = sum.free_motion;
+                still.detection = sum.detection;
+                still.contact_solve = sum.contact_solve;
+                const double elastic = still.energy.elastic, kinetic = still.energy.kinetic;
+                still.energy = sum.energy;
+                still.energy.elastic = elastic;
+                still.energy.kinetic = kinetic;
+                still.rods_alone = true;
+                still.remarks.push_back(
+                    fmt::format("snapped: followed against a drag in {} steps, which took {:.3g} J",
+                                k, sum.energy.dissipated));
+                return still;
+            }
+        }
+        drag_by(drag);
+        const BodyStepReport r = try_body_step(system, input, quick);
+        count(r);
+        if (options.stop && *options.stop) {
+            sum.refusal = r.refusal;
+            break;
+        }
+        if (!r.accepted) {
+            drag *= 8;
+            if (drag > strongest || ++refused > kMostRefused) {
+                sum.refusal = r.refusal + " (followed against a drag)";
+                break;
+            }
+            continue;
+        }
+        last_way = way();
+        drag *= std::clamp(last_way / (kWay * radius), 0.25, 4.0);
+        input.start = step.end();
+        input.h = 0;
+    }
+    drag_by(0);
+    go_back(system, start);
+    if (sum.refusal.empty())
+        sum.refusal = fmt::format("no balance found within {} steps against a drag", kMostSteps);
+    return sum;
+}
+
+} // namespace amontons
