@@ -141,6 +141,8 @@ const std::vector<Case>& cases()
          rod_helix},
         {"rod-plies", "stability",
          "topology: plies wind as their ends do, and stay a diameter apart", rod_plies},
+        {"rod-knot", "stability",
+         "topology: a trefoil's determinant is 3; no place is nearer than a diameter", rod_knot},
         {"rod10-statics", "benchmarks", "WSCG 2003; closed form: Euler-Bernoulli", rod10_statics},
         {"rod10-sizes", "benchmarks", "WSCG 2003, equations 8 and 9; counted loops", rod10_sizes},
         {"rod10-turning", "benchmarks", "WSCG 2003; frame indifference", rod10_turning},

@@ -10,11 +10,10 @@
 #include <numbers>
 
 namespace amontons::validation {
-namespace {
 
-/// Least distance of two segments: that of a point of one from the other is convex along it.
 double segment_distance(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1)
 {
+    // That of a point of one from the other is convex along it.
     const auto from = [&](double t) {
         const Vec3 x = a0 + t * (a1 - a0), d = b1 - b0;
         return (x - b0 - std::clamp((x - b0).dot(d) / d.squaredNorm(), 0.0, 1.0) * d).norm();
@@ -29,6 +28,8 @@ double segment_distance(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Ve
     }
     return from(0.5 * (low + high));
 }
+
+namespace {
 
 double least_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b)
 {

@@ -19,6 +19,7 @@ std::vector<Measured> rod_capstan();
 std::vector<Measured> rod_bent_tube();
 std::vector<Measured> rod_helix();
 std::vector<Measured> rod_plies();
+std::vector<Measured> rod_knot();
 std::vector<Measured> rod10_statics();
 std::vector<Measured> rod10_sizes();
 std::vector<Measured> rod10_turning();
@@ -29,6 +30,9 @@ struct Elastica {
     double w, u;
 };
 Elastica elastica_of(double load);
+
+/// Least distance of two segments.
+double segment_distance(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1);
 
 /// A uniform rod along x from the origin, clamped there unless its holds are changed.
 RodInput uniform_rod(double length, double EI, double GJ, double EA, double GA, int elements);
