@@ -3,7 +3,8 @@
 #include "solver/beam/soft_contact.hpp"
 #include "solver/step/pivot_method.hpp"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Cholesky>
+#include <algorithm>
 
 // Pivoting where walls give way: one linearised problem with the whole derivative of wire and
 // walls. Each contact has five ports, rows of the wire's unknowns: its point's motion along
@@ -13,11 +14,15 @@
 //     K d = -g + U (Theta x + Psi rho)      =>  (1 - T (R + Theta)) x = U^T M^-1 (-g) + T Psi rho
 //     gaps and slips                        s = s_0 + L x + A rho = q + W rho
 //
-// T = U^T M^-1 U: one solve of O(n) for each port. Statuses are then pivoted on W alone.
+// T = U^T M^-1 U. Ports of many contacts share few nodes: with P the ports' rows at those and
+// N = G G^T the part of M^-1 there (one solve of O(n) for each of their unknowns),
+//
+//     T = F F^T,  F = P G,      (1 - T A)^-1 = 1 + F (1 - F^T A F)^-1 F^T A
+//
+// so that only systems of the nodes' size are solved. Statuses are then pivoted on W alone.
 //
 // Stability: K - U Theta U^T + the active rows' stiffness is positive definite. Written as
-// M - U Sigma U^T, Sigma = V Lambda V^T, it has as many negative eigenvalues as
-// Lambda^-1 - V^T T V has more than Lambda (M is definite; Haynsworth's inertia formula, twice).
+// M - U Sigma U^T it is, M being definite, exactly if 1 - F^T Sigma F is.
 
 namespace amontons::pivoting {
 
@@ -32,7 +37,7 @@ constexpr int kMostRounds = 4;         // of contacts that were not thought to m
 /// A linearised problem on reactions: s = q + W rho.
 struct GivingProblem {
     GivingContacts walls;
-    Eigen::MatrixXd T;      ///< of ports
+    Eigen::MatrixXd F;      ///< of the ports' compliance T = F F^T, 5n x unknowns of their nodes
     Eigen::MatrixXd inner;  ///< R + Theta
     Eigen::MatrixXd Psi, L; ///< 5n x 3n, 3n x 5n
     Eigen::MatrixXd X;      ///< motions of ports by reactions
@@ -59,23 +64,41 @@ void solve_ports(System& s, GivingProblem& p, std::vector<typename System::Row>&
     const auto place = [&](Eigen::Index i) {
         return s.place(std::size_t(p.walls.which[std::size_t(i / 5)]));
     };
-    p.T.resize(5 * n, 5 * n);
-    std::vector<Node6> z(s.right().size());
+    std::vector<int> node;
+    for (Eigen::Index i = 0; i < n; ++i)
+        node.insert(node.end(), {place(5 * i), place(5 * i) + 1});
+    std::sort(node.begin(), node.end());
+    node.erase(std::unique(node.begin(), node.end()), node.end());
+    const auto size = 6 * Eigen::Index(node.size());
+    const auto at_nodes = [&](const std::vector<Node6>& z) {
+        Eigen::VectorXd values(size);
+        for (Eigen::Index i = 0; i < size; ++i)
+            values[i] = z[std::size_t(node[std::size_t(i / 6)])].value[i % 6];
+        return values;
+    };
+    Eigen::MatrixXd P = Eigen::MatrixXd::Zero(5 * n, size), N(size, size);
     for (Eigen::Index j = 0; j < 5 * n; ++j) {
-        for (Node6& node : z)
-            node.column = Column6{};
-        System::add_force(z, place(j), port[std::size_t(j)], 1);
-        s.matrix().solve_from(z, place(j));
-        for (Eigen::Index i = 0; i < 5 * n; ++i)
-            p.T(i, j) = System::apply(port[std::size_t(i)], z, place(i));
+        const auto first =
+            6 * (std::lower_bound(node.begin(), node.end(), place(j)) - node.begin());
+        for (int i = 0; i < 6; ++i) {
+            P(j, first + i) = port[std::size_t(j)].a.value[i];
+            P(j, first + 6 + i) = port[std::size_t(j)].b.value[i];
+        }
+    }
+    std::vector<Node6> z(s.right().size());
+    for (Eigen::Index j = 0; j < size; ++j) {
+        const int from = node[std::size_t(j / 6)];
+        for (Node6& zero : z)
+            zero.column = Column6{};
+        z[std::size_t(from)].value[j % 6] = 1;
+        s.matrix().solve_from(z, from);
+        N.col(j) = at_nodes(z);
     }
     for (int i = s.first(); i <= s.last(); ++i)
         s.right()[std::size_t(i)].column = -s.gradient()[std::size_t(i)].column;
     z = s.right();
     s.matrix().solve(z);
-    Eigen::VectorXd beta(5 * n);
-    for (Eigen::Index i = 0; i < 5 * n; ++i)
-        beta[i] = System::apply(port[std::size_t(i)], z, place(i));
+    const Eigen::VectorXd beta = P * at_nodes(z);
 
     p.even = true;
     p.x0.resize(0);
@@ -100,11 +123,17 @@ void solve_ports(System& s, GivingProblem& p, std::vector<typename System::Row>&
     p.q = s0;
     p.W.resize(3 * n, 3 * n);
     if (n == 0) return;
-    Eigen::MatrixXd system = -p.T * p.inner;
+    // Neighbours move almost alike: what rounding makes of N's least values may be below 0.
+    const Eigen::LDLT<Eigen::MatrixXd> ldl(N);
+    Eigen::MatrixXd G = ldl.matrixL();
+    G = ldl.transpositionsP().transpose() *
+        (G * ldl.vectorD().cwiseMax(0).cwiseSqrt().asDiagonal());
+    p.F = P * G;
+    Eigen::MatrixXd system = -p.F.transpose() * p.inner * p.F;
     system.diagonal().array() += 1;
     const Eigen::PartialPivLU<Eigen::MatrixXd> lu(system);
-    p.X = lu.solve(p.T * p.Psi);
-    p.x0 = lu.solve(beta);
+    p.X = p.F * lu.solve(p.F.transpose() * p.Psi);
+    p.x0 = beta + p.F * lu.solve(p.F.transpose() * (p.inner * beta));
     p.q = s0 + p.L * p.x0;
     p.W = p.walls.give + p.L * p.X;
     p.even = lu.determinant() > 0;
@@ -218,33 +247,9 @@ template <class System> bool stable_together(System& s, const GivingProblem& p)
         Sigma -= p.Psi * t.row.transpose() * held.solve(t.row * p.L);
     }
     Sigma = (0.5 * (Sigma + Sigma.transpose())).eval();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(Sigma);
-    const Eigen::VectorXd& values = eigen.eigenvalues();
-    const double least = 1e-9 * values.cwiseAbs().maxCoeff();
-    std::vector<Eigen::Index> kept;
-    int negative = 0;
-    for (Eigen::Index k = 0; k < values.size(); ++k)
-        if (std::abs(values[k]) > least) {
-            kept.push_back(k);
-            negative += values[k] < 0;
-        }
-    const auto m = Eigen::Index(kept.size());
-    if (m == 0) return true;
-    Eigen::MatrixXd V(values.size(), m);
-    for (Eigen::Index k = 0; k < m; ++k)
-        V.col(k) = eigen.eigenvectors().col(kept[std::size_t(k)]);
-    Eigen::MatrixXd reduced = -V.transpose() * p.T * V;
-    reduced = (0.5 * (reduced + reduced.transpose())).eval();
-    for (Eigen::Index k = 0; k < m; ++k)
-        reduced(k, k) += 1 / values[kept[std::size_t(k)]];
-    // Scaled, so that stiff and soft ports count alike.
-    const Eigen::VectorXd scale = reduced.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt();
-    const Eigen::VectorXd found =
-        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scale.cwiseInverse().asDiagonal() * reduced *
-                                                           scale.cwiseInverse().asDiagonal(),
-                                                       Eigen::EigenvaluesOnly)
-            .eigenvalues();
-    return (found.array() < 0).count() == negative;
+    Eigen::MatrixXd left = -p.F.transpose() * Sigma * p.F;
+    left.diagonal().array() += 1;
+    return left.llt().info() == Eigen::Success;
 }
 
 /// As pivot(), with walls that give way.
