@@ -101,7 +101,8 @@ inline void subtract(int blocks, const double* product, std::ptrdiff_t product_s
 
 void BlockLu::clear()
 {
-    std::fill(value_.begin(), value_.end(), 0.0);
+    value_.assign(values_, 0);
+    inverse_.resize(inverses_);
 }
 
 BlockLu::Place BlockLu::place(int i, int j) const

@@ -30,7 +30,7 @@ public:
     ///                          missing for it to be symmetric is added
     void analyse(const std::vector<std::size_t>& start, const std::vector<int>& neighbour);
 
-    /// Opens a new matrix of the analysed pattern, all zero.
+    /// Opens a new matrix of the analysed pattern, all zero. The first one takes the memory.
     void clear();
     /// A(i, j) += block; (i, j) must be in the pattern.
     void add(int i, int j, const Mat3& block) { add_at(place(i, j), block); }
@@ -94,6 +94,7 @@ private:
     std::vector<int> row_;          // rows below, ascending in each supernode
     std::vector<Update> updates_;   // by target: from first_update_[target]
     std::vector<std::size_t> first_update_;
+    std::size_t values_ = 0, inverses_ = 0; // numbers in value_ and inverse_
     std::vector<double> value_, inverse_;
     std::vector<Eigen::PartialPivLU<Eigen::MatrixXd>> dense_; // of wide diagonal blocks
     std::vector<int> at_, part_at_;        // workspace: places of rows in the supernode at hand

@@ -210,7 +210,7 @@ void BlockLu::lay_out(const std::vector<std::vector<int>>& columns,
         values += 9 * size(s.width) * size(s.width + 2 * s.below);
         if (s.width > kNarrow) {
             s.dense = static_cast<int>(dense_.size());
-            dense_.emplace_back(3 * s.width);
+            dense_.emplace_back();
         }
         if (s.width <= kNarrow || s.below > 0) inverses += 9 * size(s.width) * size(s.width);
         fill_ += size(s.width) * size(s.width + s.below);
@@ -233,8 +233,10 @@ void BlockLu::lay_out(const std::vector<std::vector<int>>& columns,
         updates_.insert(updates_.end(), own.begin(), own.end());
         first_update_.push_back(updates_.size());
     }
-    value_.assign(values + kSlack, 0);
-    inverse_.assign(inverses + kSlack, 0);
+    values_ = values + kSlack;
+    value_.clear();
+    inverses_ = inverses + kSlack;
+    inverse_.clear();
     at_.assign(size(n_), 0);
     part_at_.assign(size(n_), 0);
     scratch_.assign(scratch + kSlack, 0);

@@ -51,10 +51,17 @@ double sweep_cost(const SolverWork& work, Eigen::Index closed_rows)
     return products + 30 * rows;
 }
 
-double step_cost(const SolverWork& work, ShiftedDelassus& matrix, Eigen::Index closed_rows)
+/// What a step of Newton's method costs beside its factor.
+double linearising_cost(const SolverWork& work)
 {
-    const auto rows = static_cast<double>(work.r.size());
-    return matrix.cost(closed_rows) + 100 * rows;
+    return 100 * static_cast<double>(work.r.size());
+}
+
+/// Are so many steps of Newton's method at least this dear?
+bool steps_cost_at_least(double limit, double steps, const SolverWork& work,
+                         ShiftedDelassus& matrix, Eigen::Index closed_rows)
+{
+    return matrix.costs_at_least(limit / steps - linearising_cost(work), closed_rows);
 }
 
 Eigen::Index closed_rows(const SolverWork& work)
@@ -103,9 +110,8 @@ bool sweep_while_cheap(SolverWork& work, AcceleratedNsgs& sweeps, ShiftedDelassu
         if (!(gained > 0)) return false;
         const double digits = std::log(now / std::max(work.options.tolerance, kRoundOff));
         const Eigen::Index closed = closed_rows(work);
-        if (kBatch * digits / gained * sweep_cost(work, closed) >
-            kPathSteps * step_cost(work, matrix, closed))
-            return false;
+        const double left = kBatch * digits / gained * sweep_cost(work, closed);
+        if (!steps_cost_at_least(left, kPathSteps, work, matrix, closed)) return false;
     }
 }
 
@@ -117,8 +123,8 @@ void solve_automatically(SolverWork& work, bool warm)
     if (warm && !work.problem.W.is_matrix_free() && contact_count(work.problem) > 1) {
         // What sweeps would find out, which contacts do what, the start knows.
         const Eigen::Index closed = closed_rows(work);
-        if (kQuickSteps * step_cost(work, matrix, closed) <
-            kWarmSweeps * sweep_cost(work, closed)) {
+        if (!steps_cost_at_least(kWarmSweeps * sweep_cost(work, closed), kQuickSteps, work, matrix,
+                                 closed)) {
             if (follow_path(work, matrix, kFreeNewton)) return;
             matrix.trust();
             work.take_best();
@@ -128,7 +134,8 @@ void solve_automatically(SolverWork& work, bool warm)
     if (!work.problem.W.is_matrix_free()) {
         sweeps.emplace(work);
         if (sweep_while_cheap(work, *sweeps, matrix)) return;
-        if (!work.progress.has_time_for(1e-9 * step_cost(work, matrix, closed_rows(work)))) {
+        if (!work.progress.has_time_for(
+                1e-9 * (matrix.cost(closed_rows(work)) + linearising_cost(work)))) {
             sweeps->advance(std::numeric_limits<int>::max());
             return;
         }

@@ -58,8 +58,19 @@ double ShiftedDelassus::cost(Eigen::Index closed_rows)
     if (problem_.W.is_matrix_free()) return 0;
     if (problem_.W.is_dense()) return dense_cost(closed_rows);
     // Filling in and refining cost as much as small factors do.
-    const double whole = 1.3 * sparse_.cost() + 100 * static_cast<double>(columns_.blocks());
-    return std::min(whole, dense_cost(closed_rows));
+    return std::min(1.3 * sparse_.cost() + filling_cost(), dense_cost(closed_rows));
+}
+
+double ShiftedDelassus::filling_cost() const
+{
+    return 100 * static_cast<double>(columns_.blocks());
+}
+
+bool ShiftedDelassus::costs_at_least(double limit, Eigen::Index closed_rows)
+{
+    if (problem_.W.is_sparse() && std::min(filling_cost(), dense_cost(closed_rows)) >= limit)
+        return true;
+    return cost(closed_rows) >= limit;
 }
 
 bool ShiftedDelassus::factorise(const std::vector<LinearisedLaw>& law, double shift)

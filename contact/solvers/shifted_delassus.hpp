@@ -35,8 +35,12 @@ public:
     /// What a factor of this many closed rows costs [ns on one core of 2024]; 0 for a matrix-free
     /// W, whose products nobody knows the cost of.
     double cost(Eigen::Index closed_rows);
+    /// Is that this much [ns] or more? Where W's own size tells, its pattern is not analysed: the
+    /// analysis of a large packing takes longer than the sweeps that solve it.
+    bool costs_at_least(double limit, Eigen::Index closed_rows);
 
 private:
+    double filling_cost() const; ///< what a sparse factor costs beside the factor itself [ns]
     void analyse(); ///< a sparse W's pattern, once: what sweeps solve alone never needs it
     bool factorise_dense();
     void factorise_with_pivots();

@@ -26,11 +26,11 @@ void BodyStepper::certify_rows(const Eigen::VectorXd& u)
         report_.penetration = report_.cone = 0;
         return;
     }
-    ContactProblem true_rows = problem_;
+    bool modes = false;
     for (const Eigen::VectorXd& g : mode_load_)
-        if (g.size() > 0) true_rows.W = measured_W_;
-    const Eigen::VectorXd give = true_rows.W * r_;
-    true_rows.q = u - give;
+        modes |= g.size() > 0;
+    Delassus& W = modes ? measured_W_ : problem_.W;
+    const Eigen::VectorXd give = W * r_;
     // Motions that are no more than the rounding of places: nothing there to be relative to.
     double size = 0;
     for (std::size_t b = 0; b < bodies(); ++b)
@@ -44,7 +44,14 @@ void BodyStepper::certify_rows(const Eigen::VectorXd& u)
         return;
     }
     nothing_ = false;
+    ContactProblem true_rows;
+    true_rows.level = problem_.level;
+    true_rows.mu = problem_.mu;
+    true_rows.kind = problem_.kind;
+    true_rows.q = u - give;
+    std::swap(true_rows.W, W); // lent: that of a pile is large
     const Certificate c = certify(true_rows, r_, options_.tolerance, ErrorScope::acting_rows);
+    std::swap(true_rows.W, W);
     report_.error = c.error;
     report_.threshold = std::max(c.threshold, options_.tolerance);
     report_.penetration = step_.dynamic ? c.worst_penetration * step_.h : c.worst_penetration;

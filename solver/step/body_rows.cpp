@@ -1,6 +1,8 @@
 #include "solver/step/body_rows.hpp"
 
 #include <algorithm>
+#include <numeric>
+#include <span>
 
 namespace amontons {
 namespace {
@@ -113,6 +115,96 @@ void row_values(const Contacts& k, const StepInput& step, std::vector<Vec3>& all
     }
 }
 
+namespace {
+
+/// Rows of the same bodies couple with the same rows.
+struct CoupledRows {
+    std::vector<int> rows;               // ascending
+    std::vector<std::vector<int>> place; // of each body in turn: where its own rows are in `rows`
+};
+
+CoupledRows coupled_rows(const Rows& rows, std::span<const int> bodies)
+{
+    CoupledRows coupled;
+    for (const int b : bodies)
+        coupled.rows.insert(coupled.rows.end(), rows.row[std::size_t(b)].begin(),
+                            rows.row[std::size_t(b)].end());
+    std::vector<int>& all = coupled.rows;
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    for (const int b : bodies) {
+        std::vector<int>& place = coupled.place.emplace_back();
+        for (const int row : rows.row[std::size_t(b)])
+            place.push_back(int(std::lower_bound(all.begin(), all.end(), row) - all.begin()));
+    }
+    return coupled;
+}
+
+/// The sum in the place where it stays: of a large pile, sorting lists of all entries would take
+/// longer than its contact problem.
+Eigen::SparseMatrix<double> sparse_sum(const Rows& rows, const std::vector<Eigen::MatrixXd>& W,
+                                       const std::vector<std::pair<int, double>>& soft)
+{
+    // Of each row: its bodies, and the numbers of its columns there.
+    const auto n = std::size_t(rows.count);
+    std::vector<int> start(n + 1, 0);
+    for (const std::vector<int>& of_body : rows.row)
+        for (const int row : of_body)
+            ++start[std::size_t(row) + 1];
+    std::partial_sum(start.begin(), start.end(), start.begin());
+    std::vector<int> body(std::size_t(start.back())), column(body.size()),
+        next(start.begin(), start.end() - 1);
+    for (std::size_t b = 0; b < rows.row.size(); ++b)
+        for (std::size_t j = 0; j < rows.row[b].size(); ++j) {
+            const auto at = std::size_t(next[std::size_t(rows.row[b][j])]++);
+            body[at] = int(b);
+            column[at] = int(j);
+        }
+    const auto bodies_of = [&](std::size_t row) {
+        return std::span(body).subspan(std::size_t(start[row]),
+                                       std::size_t(start[row + 1] - start[row]));
+    };
+
+    std::vector<double> give(n, 0);
+    for (const auto& [row, s] : soft)
+        give[std::size_t(row)] += s;
+    std::vector<CoupledRows> patterns;
+    std::vector<int> pattern(n);
+    std::vector<int> outer(n + 1, 0);
+    for (std::size_t j = 0; j < n; ++j) {
+        const std::span<const int> own = bodies_of(j);
+        // Rows of a pair of bodies follow each other.
+        if (j == 0 || own.empty() || !std::ranges::equal(own, bodies_of(j - 1))) {
+            patterns.push_back(coupled_rows(rows, own));
+            if (own.empty() && give[j] > 0) patterns.back().rows.push_back(int(j));
+        }
+        pattern[j] = int(patterns.size()) - 1;
+        outer[j + 1] = outer[j] + int(patterns.back().rows.size());
+    }
+
+    Eigen::SparseMatrix<double> sum(rows.count, rows.count);
+    sum.resizeNonZeros(outer.back());
+    std::copy(outer.begin(), outer.end(), sum.outerIndexPtr());
+    for (std::size_t j = 0; j < n; ++j) {
+        const CoupledRows& coupled = patterns[std::size_t(pattern[j])];
+        std::copy(coupled.rows.begin(), coupled.rows.end(), sum.innerIndexPtr() + outer[j]);
+        double* const value = sum.valuePtr() + outer[j];
+        std::fill_n(value, coupled.rows.size(), 0.0);
+        for (std::size_t k = 0; k < coupled.place.size(); ++k) {
+            const auto at = std::size_t(start[j]) + k;
+            const double* const w = W[std::size_t(body[at])].col(column[at]).data();
+            const std::vector<int>& place = coupled.place[k];
+            for (std::size_t i = 0; i < place.size(); ++i)
+                value[place[i]] += w[i];
+        }
+        if (give[j] > 0)
+            value[std::ranges::lower_bound(coupled.rows, int(j)) - coupled.rows.begin()] += give[j];
+    }
+    return sum;
+}
+
+} // namespace
+
 Delassus sum_of_bodies(const Rows& rows, const std::vector<Eigen::MatrixXd>& W,
                        const std::vector<std::pair<int, double>>& soft)
 {
@@ -121,25 +213,17 @@ Delassus sum_of_bodies(const Rows& rows, const std::vector<Eigen::MatrixXd>& W,
     for (const Eigen::MatrixXd& own : W)
         entries += double(own.size());
     const int n = rows.count;
-    const auto each = [&](auto&& add) {
-        for (std::size_t b = 0; b < W.size(); ++b)
-            for (std::size_t j = 0; j < std::size_t(W[b].cols()); ++j)
-                for (std::size_t i = 0; i < std::size_t(W[b].rows()); ++i)
-                    add(rows.row[b][i], rows.row[b][j], W[b](Eigen::Index(i), Eigen::Index(j)));
-        for (const auto& [row, s] : soft)
-            add(row, row, s);
-    };
     if (entries > kDenseShare * double(n) * double(n)) {
         Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(n, n);
-        each([&](int i, int j, double w) { dense(i, j) += w; });
+        for (std::size_t b = 0; b < W.size(); ++b)
+            for (Eigen::Index j = 0; j < W[b].cols(); ++j)
+                for (Eigen::Index i = 0; i < W[b].rows(); ++i)
+                    dense(rows.row[b][std::size_t(i)], rows.row[b][std::size_t(j)]) += W[b](i, j);
+        for (const auto& [row, s] : soft)
+            dense(row, row) += s;
         return Delassus(std::move(dense));
     }
-    std::vector<Eigen::Triplet<double>> triplets;
-    triplets.reserve(std::size_t(entries) + soft.size());
-    each([&](int i, int j, double w) { triplets.emplace_back(i, j, w); });
-    Eigen::SparseMatrix<double> sparse(n, n);
-    sparse.setFromTriplets(triplets.begin(), triplets.end());
-    return Delassus(std::move(sparse));
+    return Delassus(sparse_sum(rows, W, soft));
 }
 
 } // namespace amontons

@@ -1,0 +1,45 @@
+#include "solver/step/body_rows.hpp"
+
+#include <doctest/doctest.h>
+#include <random>
+
+using namespace amontons;
+
+TEST_CASE("sparse W of many bodies is the sum of what each of them says")
+{
+    // A chain of bodies, each with the rows of two contacts; one row of none, one that a body has
+    // on both sides, and springs on three of them.
+    constexpr int kBodies = 30;
+    Rows rows;
+    rows.count = 3 * (kBodies + 1) + 1;
+    rows.row.resize(kBodies);
+    for (int b = 0; b < kBodies; ++b)
+        for (int k = 0; k < 6; ++k)
+            rows.row[std::size_t(b)].push_back(3 * b + k);
+    rows.row[7].insert(rows.row[7].begin() + 4, 3 * 7 + 1);
+    std::mt19937 random{3};
+    std::normal_distribution<double> number;
+    std::vector<Eigen::MatrixXd> W;
+    for (const std::vector<int>& own : rows.row) {
+        const Eigen::MatrixXd C = Eigen::MatrixXd::NullaryExpr(6, Eigen::Index(own.size()),
+                                                               [&] { return number(random); });
+        W.emplace_back(C.transpose() * C);
+    }
+    const std::vector<std::pair<int, double>> soft = {
+        {4, 0.5}, {4, 0.25}, {3 * (kBodies + 1), 2.0}};
+
+    Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(rows.count, rows.count);
+    for (std::size_t b = 0; b < W.size(); ++b)
+        for (std::size_t j = 0; j < rows.row[b].size(); ++j)
+            for (std::size_t i = 0; i < rows.row[b].size(); ++i)
+                expected(rows.row[b][i], rows.row[b][j]) += W[b](Eigen::Index(i), Eigen::Index(j));
+    for (const auto& [row, give] : soft)
+        expected(row, row) += give;
+
+    const Delassus sum = sum_of_bodies(rows, W, soft);
+    REQUIRE(sum.is_sparse());
+    CHECK(sum.sparse().isCompressed());
+    CHECK((Eigen::MatrixXd(sum.sparse()) - expected).cwiseAbs().maxCoeff() <=
+          1e-14 * expected.cwiseAbs().maxCoeff());
+    CHECK(sum.sparse().nonZeros() < rows.count * 10);
+}
