@@ -115,9 +115,6 @@ struct Built {
     }
 };
 
-constexpr double kMargin = 0.002; // of it: see ContactPair
-constexpr double kReach = 0.2;    // of the smaller body: gaps that are looked at, unless it is said
-
 /// Elements that are much too stiff for the material, with the element to use; those that carry no
 /// shear beside such a resistance to volume are errors.
 void check_locking(const SolidInput& input, const VolumeMesh& mesh, const std::string& file,
@@ -290,7 +287,10 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                                          std::vector<Issue>& warnings, bool refuse)
 {
     std::vector<Issue> issues;
-    const std::vector<ContactLaw> laws = written_out(scene);
+    const ContactLaw* rest_law = nullptr;
+    // The operator of a hand asks for all pairs of its handle.
+    const std::vector<ContactLaw> laws =
+        written_out(scene, scene.haptic.given ? nullptr : &rest_law);
     warn_of_rods_at_solids(scene, warnings);
     const std::size_t named = std::size_t(
         std::count_if(scene.contact.begin(), scene.contact.end(), [](const ContactLaw& l) {
@@ -328,9 +328,11 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         const auto at = solid_number.find(name);
         return at == solid_number.end() ? -1 : at->second;
     };
-    std::unordered_set<std::string> rigid_names;
-    for (const RigidInput& r : scene.rigids)
+    std::unordered_set<std::string> rigid_names, free_rigids;
+    for (const RigidInput& r : scene.rigids) {
         rigid_names.insert(r.name);
+        if (!r.drive.given) free_rigids.insert(r.name);
+    }
     std::vector<std::vector<char>> touching(scene.solids.size());
     std::vector<int> all_pairs(scene.solids.size(), 0), small_pairs(scene.solids.size(), 0);
     std::vector<std::array<const ContactSurface*, 2>> surfaces(laws.size(), {nullptr, nullptr});
@@ -435,6 +437,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         for (const ContactLaw& law : laws)
             if (law.between[0] != law.between[1])
                 met.insert(law.between.begin(), law.between.end());
+        if (rest_law && free_rigids.size() > 1) met.insert(free_rigids.begin(), free_rigids.end());
         for (const CouplingInput& c : scene.couplings)
             met.insert(c.between.begin(), c.between.end());
         for (const BodyRef& b : system->refs) {
@@ -505,8 +508,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                   (p.b < 0 || system->refs[std::size_t(p.b)].solid);
         double size = system->refs[std::size_t(p.a)].body->size();
         if (p.b >= 0) size = std::min(size, system->refs[std::size_t(p.b)].body->size());
-        p.reach = law.reach > 0 ? law.reach : kReach * size;
-        p.margin = law.reach > 0 ? law.reach : kMargin * size;
+        set_reach(p, law.reach, size);
         if (const RodBody* rod = system->refs[std::size_t(p.a)].rod; rod && !(law.reach > 0)) {
             p.reach = rod->contact_reach();
             if (p.b >= 0 && system->refs[std::size_t(p.b)].rod)
@@ -517,7 +519,20 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     }
     const std::vector<Issue> deep = deep_overlaps(system->refs, pairs, walls, scene.file);
     warnings.insert(warnings.end(), deep.begin(), deep.end());
-    system->finder = ContactFinder(std::move(pairs), std::move(walls));
+    std::optional<RestLaw> rest;
+    if (rest_law) {
+        rest = RestLaw{rest_law->friction, rest_law->restitution, rest_law->reach, {}};
+        const auto is_free = [&](int b) {
+            const RigidBody* rigid = system->refs[std::size_t(b)].rigid;
+            return rigid && !rigid->driven();
+        };
+        for (const ContactPair& p : pairs)
+            if (p.b >= 0 && is_free(p.a) && is_free(p.b))
+                rest->others.insert(std::minmax(p.a, p.b));
+        const std::size_t n = free_rigids.size();
+        if (rest->others.size() == n * (n - 1) / 2) rest.reset(); // nothing is left
+    }
+    system->finder = ContactFinder(std::move(pairs), std::move(walls), std::move(rest));
     system->couplings = make_couplings(scene, system->refs);
     for (const Coupling& c : system->couplings)
         for (const CoupledPlace* a : {&c.a, &c.b})

@@ -14,8 +14,10 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                                          std::vector<Issue>& warnings, bool refuse = true);
 
 /// The contact laws of a scene with "*" written out; pairs that are named stay as they are.
+/// @param rest  if given, pairs of free rigid bodies that only a law of "*" and "*" names are not
+///              written out, and this becomes that law; null if there is none
 /// Cost: O(pairs).
-std::vector<ContactLaw> written_out(const Scene& scene);
+std::vector<ContactLaw> written_out(const Scene& scene, const ContactLaw** rest = nullptr);
 /// Pairs that "*" names and written_out() leaves out.
 void warn_of_rods_at_solids(const Scene& scene, std::vector<Issue>& warnings);
 

@@ -60,6 +60,9 @@ ExternalSurface surface_of_triangles(const SurfaceMesh& mesh)
 /// Numbers of contacts of sharp features begin here, those of nodes are below.
 constexpr std::int64_t kSharp = std::int64_t(1) << 40;
 
+constexpr double kMargin = 0.002; // of the smaller body: see ContactPair
+constexpr double kReach = 0.2;    // of it: gaps that are looked at, unless it is said
+
 /// @param first_id  added to the contacts' own
 void add(const SurfaceContacts& found, int pair, int a, int b, bool master_has_nodes,
          BodyContacts& out, std::int64_t first_id = 0)
@@ -99,8 +102,17 @@ Mat3 contact_frame(const Vec3& normal)
     return frame;
 }
 
-ContactFinder::ContactFinder(std::vector<ContactPair> pairs, std::vector<const Wall*> walls)
+void set_reach(ContactPair& pair, double given, double size)
+{
+    pair.reach = given > 0 ? given : kReach * size;
+    pair.margin = given > 0 ? given : kMargin * size;
+}
+
+ContactFinder::ContactFinder(std::vector<ContactPair> pairs, std::vector<const Wall*> walls,
+                             std::optional<RestLaw> rest)
     : pairs_(std::move(pairs))
+    , given_(pairs_.size())
+    , rest_(std::move(rest))
     , walls_(std::move(walls))
     , kept_(pairs_.size())
     , made_(pairs_.size(), false)
@@ -110,7 +122,75 @@ ContactFinder::ContactFinder(std::vector<ContactPair> pairs, std::vector<const W
 
 bool ContactFinder::all_small() const
 {
-    return std::all_of(pairs_.begin(), pairs_.end(), [](const ContactPair& p) { return p.small; });
+    return !rest_ &&
+           std::all_of(pairs_.begin(), pairs_.end(), [](const ContactPair& p) { return p.small; });
+}
+
+std::vector<std::int64_t> ContactFinder::met() const
+{
+    std::vector<std::int64_t> bodies;
+    for (std::size_t p = given_; p < pairs_.size(); ++p)
+        bodies.insert(bodies.end(), {pairs_[p].a, pairs_[p].b});
+    return bodies;
+}
+
+bool ContactFinder::meet(std::span<const std::int64_t> bodies_of_pairs,
+                         const std::vector<BodyRef>& bodies)
+{
+    const auto free_rigid = [&](std::int64_t i) {
+        return i >= 0 && i < std::int64_t(bodies.size()) && bodies[std::size_t(i)].rigid &&
+               !bodies[std::size_t(i)].rigid->driven();
+    };
+    if (bodies_of_pairs.size() % 2 != 0 || (!rest_ && !bodies_of_pairs.empty()) ||
+        !std::all_of(bodies_of_pairs.begin(), bodies_of_pairs.end(), free_rigid))
+        return false;
+    pairs_.resize(given_);
+    number_.clear();
+    for (std::size_t i = 0; i < bodies_of_pairs.size(); i += 2)
+        pair_of_rest(int(bodies_of_pairs[i]), int(bodies_of_pairs[i + 1]), bodies);
+    return true;
+}
+
+int ContactFinder::pair_of_rest(int a, int b, const std::vector<BodyRef>& bodies)
+{
+    const auto [at, is_new] = number_.try_emplace({a, b}, int(pairs_.size()));
+    if (!is_new) return at->second;
+    ContactPair p;
+    p.a = a;
+    p.b = b;
+    p.friction = rest_->friction;
+    p.restitution = rest_->restitution;
+    p.named = false;
+    set_reach(p, rest_->reach,
+              std::min(bodies[std::size_t(a)].body->size(), bodies[std::size_t(b)].body->size()));
+    pairs_.push_back(std::move(p));
+    return at->second;
+}
+
+template <class BoxOf>
+std::vector<BoxPair> ContactFinder::rest_meeting(const std::vector<BodyRef>& bodies,
+                                                 const BoxOf& box) const
+{
+    std::vector<int> body;
+    std::vector<AxisBox> boxes;
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+        if (bodies[b].rigid && !bodies[b].rigid->driven()) {
+            body.push_back(int(b));
+            boxes.push_back(box(int(b)));
+        }
+    std::vector<BoxPair> meeting;
+    overlapping_pairs(boxes, meeting);
+    for (BoxPair& p : meeting)
+        p = {body[std::size_t(p.a)], body[std::size_t(p.b)]};
+    std::erase_if(meeting, [&](const BoxPair& p) { return rest_->others.count({p.a, p.b}) > 0; });
+    return meeting;
+}
+
+/// What a body can close of a gap during the step [m].
+double ContactFinder::most_closed(int body) const
+{
+    if (!step_.dynamic || body < 0) return 0;
+    return step_.h * (speed_[std::size_t(body)] + step_.h * step_.gravity.norm());
 }
 
 void ContactFinder::begin_step(const std::vector<BodyRef>& bodies)
@@ -146,27 +226,15 @@ void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& st
         }
         boxes_.push_back(box);
     }
-    for (std::size_t p = 0; p < pairs_.size(); ++p) {
-        const ContactPair& pair = pairs_[p];
-        step_ = step;
-        double closed = 0; // at most, during the step
-        for (const int i : {pair.a, pair.b})
-            if (step.dynamic && i >= 0)
-                closed += step.h * (speed_[std::size_t(i)] + step.h * step.gravity.norm());
-        reach_ = pair.reach + closed;
-        if (!pair.small) {
-            const auto first = std::ptrdiff_t(out.contact.size());
-            find_pair(bodies, int(p), out);
-            if (step.dynamic)
-                out.contact.erase(std::remove_if(out.contact.begin() + first, out.contact.end(),
-                                                 [&](const BodyContact& c) {
-                                                     return c.gap > pair.margin + closed;
-                                                 }),
-                                  out.contact.end());
+    step_ = step;
+    for (std::size_t p = 0; p < given_; ++p) {
+        if (!pairs_[p].small) {
+            find_large(bodies, int(p), out);
             continue;
         }
         BodyContacts& kept = kept_[p];
         if (!made_[p]) {
+            reach_ = pairs_[p].reach + most_closed(pairs_[p].a) + most_closed(pairs_[p].b);
             find_pair(bodies, int(p), kept);
             made_[p] = true;
         }
@@ -181,6 +249,32 @@ void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& st
             out.contact.push_back(c);
         }
     }
+    if (!rest_) return;
+    // Boxes with half of what a pair of two such bodies looks at.
+    const auto near_box = [&](int b) {
+        ContactPair own;
+        set_reach(own, rest_->reach, bodies[std::size_t(b)].body->size());
+        const double room = own.reach / 2 + most_closed(b);
+        const AxisBox& box = boxes_[std::size_t(b)];
+        return AxisBox{box.low.array() - room, box.high.array() + room};
+    };
+    for (const BoxPair& p : rest_meeting(bodies, near_box))
+        find_large(bodies, pair_of_rest(p.a, p.b, bodies), out);
+}
+
+/// Contacts of a pair that are found anew.
+void ContactFinder::find_large(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
+{
+    const ContactPair& p = pairs_[std::size_t(pair)];
+    const double closed = most_closed(p.a) + most_closed(p.b);
+    reach_ = p.reach + closed;
+    const auto first = std::ptrdiff_t(out.contact.size());
+    find_pair(bodies, pair, out);
+    if (step_.dynamic)
+        out.contact.erase(
+            std::remove_if(out.contact.begin() + first, out.contact.end(),
+                           [&](const BodyContact& c) { return c.gap > p.margin + closed; }),
+            out.contact.end());
 }
 
 /// Of the two sides of a contact against each other since the run began.
@@ -366,13 +460,25 @@ void ContactFinder::add_rigid(int pair, BodyContacts& out)
 std::string ContactFinder::passed(const std::vector<BodyRef>& bodies)
 {
     sweep_rods(bodies);
-    for (const ContactPair& p : pairs_)
+    for (std::size_t k = 0; k < given_; ++k) {
+        const ContactPair& p = pairs_[k];
         if (!p.small &&
             (bodies[std::size_t(p.a)].rod ? rod_passed(bodies, p) : p.b >= 0 && passed(bodies, p)))
             return fmt::format("{} passes through {}", bodies[std::size_t(p.a)].name,
                                p.b < 0      ? "an obstacle"
                                : p.b == p.a ? "itself"
                                             : bodies[std::size_t(p.b)].name);
+    }
+    if (!rest_) return "";
+    const auto swept = [&](int b) {
+        const RigidBody& body = *bodies[std::size_t(b)].rigid;
+        const Placement before = body.start_placement();
+        return swept_box(body.shape(), {before.shift, before.turn}, pose_of(body), 0);
+    };
+    for (const BoxPair& p : rest_meeting(bodies, swept))
+        if (passed(bodies, pairs_[std::size_t(pair_of_rest(p.a, p.b, bodies))]))
+            return fmt::format("{} passes through {}", bodies[std::size_t(p.a)].name,
+                               bodies[std::size_t(p.b)].name);
     return "";
 }
 

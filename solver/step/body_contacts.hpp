@@ -1,5 +1,6 @@
 #pragma once
 
+#include "contact/rigid/broad_phase.hpp"
 #include "contact/rigid/detect.hpp"
 #include "contact/surface/sharp_contacts.hpp"
 #include "mesh/extract_surface.hpp"
@@ -7,8 +8,11 @@
 #include "solver/body/body.hpp"
 #include "solver/scene/scene.hpp"
 
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
+#include <span>
 
 // Where the bodies of a scene meet: the pairs that its laws name, and their contacts at the
 // iterate.
@@ -84,6 +88,17 @@ struct ContactPair {
     const ContactSurface *surface_a = nullptr, *surface_b = nullptr; ///< of solids; outlive it
 };
 
+/// What a law of "*" and "*" says of free rigid bodies. Of n of them there are n^2 pairs, and most
+/// never meet: a pair is made where its bodies come near.
+struct RestLaw {
+    double friction = 0, restitution = 0;
+    double reach = 0;                     ///< of ContactPair [m]; 0: chosen
+    std::set<std::pair<int, int>> others; ///< pairs with a law of their own, lower number first
+};
+
+/// How far a pair looks. @param given  by its law, 0: chosen [m]; size of the smaller body [m]
+void set_reach(ContactPair& pair, double given, double size);
+
 /// A frame with the given normal: t1 the x axis projected, or y's where the normal is along x.
 Mat3 contact_frame(const Vec3& normal);
 
@@ -95,9 +110,16 @@ std::function<WallSample(const Vec3&)> distance_from(const RigidBody& body, cons
 class ContactFinder {
 public:
     /// @param walls  of the obstacles, outlive the finder
-    ContactFinder(std::vector<ContactPair> pairs, std::vector<const Wall*> walls);
+    ContactFinder(std::vector<ContactPair> pairs, std::vector<const Wall*> walls,
+                  std::optional<RestLaw> rest = {});
 
+    /// Those given, and after them those of the rest that have come near so far.
     const std::vector<ContactPair>& pairs() const { return pairs_; }
+    bool has_rest() const { return rest_.has_value(); }
+    /// Bodies of the pairs of the rest, two numbers each: numbers of pairs depend on their order.
+    std::vector<std::int64_t> met() const;
+    /// Makes pairs of the rest anew. @returns  false, and does nothing, if there are no such pairs
+    bool meet(std::span<const std::int64_t> bodies_of_pairs, const std::vector<BodyRef>& bodies);
     /// True if rows never change: then a step of linear bodies is one contact problem.
     bool all_small() const;
 
@@ -119,6 +141,12 @@ private:
     };
     const Facets& facets_of(const std::vector<BodyRef>& bodies, int body);
     bool passed(const std::vector<BodyRef>& bodies, const ContactPair& pair);
+    int pair_of_rest(int a, int b, const std::vector<BodyRef>& bodies);
+    /// Pairs of free rigid bodies whose boxes meet, without those that have a law of their own.
+    template <class BoxOf>
+    std::vector<BoxPair> rest_meeting(const std::vector<BodyRef>& bodies, const BoxOf& box) const;
+    double most_closed(int body) const;
+    void find_large(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void find_pair(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void solid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void solid_on_solid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
@@ -137,6 +165,9 @@ private:
                const BodyContact& c) const;
 
     std::vector<ContactPair> pairs_;
+    std::size_t given_ = 0; // of them; the others are of the rest
+    std::optional<RestLaw> rest_;
+    std::map<std::pair<int, int>, int> number_; // of the rest's pairs, by their bodies
     std::vector<const Wall*> walls_;
     std::vector<BodyContacts> kept_; // of small pairs, with the gaps of the start
     std::vector<bool> made_;

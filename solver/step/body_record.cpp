@@ -145,7 +145,7 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
                                                      k.frame.col(0).dot(of_both_sides[c]) / k.area);
     }
     std::vector<Vec3> on_body(system.refs.size(), Vec3::Zero());
-    bool unnamed = false;
+    bool unnamed = system.finder.has_rest();
     for (std::size_t p = 0; p < pairs.size(); ++p) {
         on_body[std::size_t(pairs[p].a)] += force[p];
         if (pairs[p].b >= 0) on_body[std::size_t(pairs[p].b)] -= force[p];

@@ -430,6 +430,7 @@ std::vector<std::byte> BodySimulation::save() const
     for (const auto& [key, sticking] : s.system->warm_sticks)
         if (sticking) sticks.insert(sticks.end(), {key.pair, key.id});
     out.vector(sticks);
+    out.vector(s.system->finder.met());
     save_summary(s.summary, out);
     return out.take();
 }
@@ -455,10 +456,12 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
     const auto keys = in.vector<std::int64_t>(1u << 28);
     const auto forces = in.vector<double>(1u << 28);
     const auto sticks = in.vector<std::int64_t>(1u << 28);
+    const auto met = in.vector<std::int64_t>(1u << 28);
     if (keys.size() % 2 != 0 || forces.size() * 2 != keys.size() * 3)
         ByteReader::refuse("another number of contacts");
     RunSummary sum = read_summary(in);
     in.end();
+    if (!s.system->finder.meet(met, s.system->refs)) ByteReader::refuse("pairs of other bodies");
 
     s.started = started;
     s.time = time;

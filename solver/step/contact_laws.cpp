@@ -14,7 +14,7 @@ namespace {
 
 /// What the pairs of a body depend on.
 struct Member {
-    bool still = false, rod = false, solid = false;
+    bool still = false, rod = false, solid = false, free_rigid = false;
 };
 
 std::vector<Member> members(const Scene& scene,
@@ -25,7 +25,7 @@ std::vector<Member> members(const Scene& scene,
     for (const ObstacleInput& o : scene.obstacles)
         at(o.name).still = true;
     for (const RigidInput& r : scene.rigids)
-        at(r.name).still = r.drive.given;
+        (r.drive.given ? at(r.name).still : at(r.name).free_rigid) = true;
     for (const RodInput& r : scene.rods)
         at(r.name).rod = true;
     for (const SolidInput& s : scene.solids)
@@ -60,7 +60,7 @@ void warn_of_rods_at_solids(const Scene& scene, std::vector<Issue>& warnings)
         }
 }
 
-std::vector<ContactLaw> written_out(const Scene& scene)
+std::vector<ContactLaw> written_out(const Scene& scene, const ContactLaw** rest)
 {
     const std::size_t n = scene.order.size();
     std::unordered_map<std::string, std::size_t> number;
@@ -87,6 +87,7 @@ std::vector<ContactLaw> written_out(const Scene& scene)
             if (i == j && !a.rod) return; // solids touch themselves only where named
             if (a.still && b.still) return;
             if ((a.rod && b.solid) || (b.rod && a.solid)) return; // not yet
+            if (rest && *rest && a.free_rigid && b.free_rigid) return;
             if (!is_first(i, j)) return;
             laws.push_back(law);
             laws.back().between = {scene.order[i], scene.order[j]};
@@ -97,9 +98,19 @@ std::vector<ContactLaw> written_out(const Scene& scene)
                 add(std::min(i, k), std::max(i, k));
             continue;
         }
+        if (rest && !*rest) *rest = &law;
+        const auto left_out = [&](std::size_t i) { return rest && body[i].free_rigid; };
+        std::vector<std::size_t> others; // that what is left out meets here
         for (std::size_t i = 0; i < n; ++i)
-            for (std::size_t j = i; j < n; ++j)
-                add(i, j);
+            if (!left_out(i)) others.push_back(i);
+        for (std::size_t i = 0; i < n; ++i)
+            if (left_out(i)) {
+                for (auto j = std::ranges::upper_bound(others, i); j != others.end(); ++j)
+                    add(i, *j);
+            } else {
+                for (std::size_t j = i; j < n; ++j)
+                    add(i, j);
+            }
     }
     return laws;
 }
