@@ -224,7 +224,8 @@ class Resume(Case):
         before = steps_of(self.folder / "out/history.csv")
         file = self.folder / "out/checkpoint"
         whole = file.read_bytes()
-        for damaged in (b"", whole[:-1], whole[:40], whole[:200] + b"?" + whole[201:], b"hello" * 100):
+        flipped = whole[:200] + bytes([whole[200] ^ 1]) + whole[201:]
+        for damaged in (b"", whole[:-1], whole[:40], flipped, b"hello" * 100):
             file.write_bytes(damaged)
             self.refused(self.scene(), "--output", "out", "--resume", command="run", says=["checkpoint"])
         self.assertEqual(steps_of(self.folder / "out/history.csv"), before)
