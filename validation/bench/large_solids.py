@@ -42,13 +42,11 @@ def scene(cells, mu):
 def run(program, cells, way, mu, folder):
     problem, elements = scene(cells, mu)
     (folder / "scene.json").write_text(json.dumps(problem))
-    command = [program, "run", "scene.json", "--json", "--quiet", "--output", "out"]
-    linear = way
-    if way.isdigit():
-        command = ["mpirun", "-n", way] + command
-        linear = "distributed"
+    ranks = ["mpirun", "-n", way] if way.isdigit() else []
+    linear = "distributed" if ranks else way
+    command = ranks + [program, "run", "scene.json", "--json", "--quiet", "--output", "out"]
     predicted = json.loads(subprocess.run(
-        [program, "check", "scene.json", "--json"], cwd=folder, capture_output=True, text=True,
+        ranks + [program, "check", "scene.json", "--json"], cwd=folder, capture_output=True, text=True,
         env=ENVIRONMENT).stdout)["predicted"]["linear"]
     path = next(p for p in predicted["paths"] if p["name"] == linear)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -110,7 +110,7 @@ TEST_CASE("friction across the plane is none, and rows of contact lie in the pla
             w.state.nodes[std::size_t(i)].move(k,
                                                0.01 * w.sheath->frame(k, 0) + 1e-3 * (*w.plane)[k]);
     for (Reaction& r : w.state.reaction)
-        r = {1, 0.1 * w.sheath->frame.col(0) + 0.2 * *w.plane, false};
+        r = {1, 0.1 * w.sheath->frame.col(0) + 0.2 * *w.plane, false, {}};
     std::vector<Proximity> proximity(w.material.point.size());
     std::vector<Candidate> candidates;
     find_candidates(w, walls, start, 10, proximity, candidates);
