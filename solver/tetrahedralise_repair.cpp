@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <numeric>
 #include <set>
@@ -59,6 +60,14 @@ std::vector<Moved> far_places(const SurfaceMesh& of, const SurfaceMesh& from, do
     return places;
 }
 
+/// Of what was measured: four digits.
+std::string short_text(double x)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g", x);
+    return text;
+}
+
 std::string sentence(const std::vector<Moved>& places, const char* what, double width)
 {
     std::string text = "repaired: rounded at a width of " + number_text(width) + " m, " + what +
@@ -66,9 +75,8 @@ std::string sentence(const std::vector<Moved>& places, const char* what, double 
                        (places.size() == 1 ? " place:" : " places:");
     for (std::size_t i = 0; i < std::min(places.size(), kMostNamed); ++i) {
         const Moved& p = places[i];
-        text += std::string(i > 0 ? "," : "") + " " + number_text(p.distance) + " m at (" +
-                number_text(p.at[0]) + ", " + number_text(p.at[1]) + ", " + number_text(p.at[2]) +
-                ")";
+        text += std::string(i > 0 ? "," : "") + " " + short_text(p.distance) + " m at (" +
+                short_text(p.at[0]) + ", " + short_text(p.at[1]) + ", " + short_text(p.at[2]) + ")";
     }
     return text + (places.size() > kMostNamed ? ", ..." : "");
 }

@@ -1,8 +1,17 @@
 #include "mesh/base/error.hpp"
 
 #include <doctest/doctest.h>
+#include <string>
 
 using namespace amontons;
+
+TEST_CASE("what stands in no file is named by its place alone")
+{
+    CHECK(std::string(InputError({{"", "--size", "-1", "> 0"}}).what()) ==
+          "--size: found -1, allowed: > 0");
+    CHECK(std::string(InputError({{"a.obj", "", "no triangle", "a surface"}}).what()) ==
+          "a.obj: found no triangle, allowed: a surface");
+}
 
 TEST_CASE("a slip of the keyboard finds the name that was meant")
 {

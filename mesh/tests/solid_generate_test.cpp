@@ -160,16 +160,16 @@ TEST_CASE("generators name every number that is out of range")
     box.cells = {0, 1, 1};
     box.grading = {1, 0, 1};
     CHECK(refusal([&] { make_solid_box(box); }) ==
-          ": /cells/0: found 0, allowed: >= 1\n"
-          ": /size/1: found -1, allowed: > 0 and finite [m]\n"
-          ": /grading/1: found 0, allowed: 1e-6 to 1e6");
+          "/cells/0: found 0, allowed: >= 1\n"
+          "/size/1: found -1, allowed: > 0 and finite [m]\n"
+          "/grading/1: found 0, allowed: 1e-6 to 1e6");
     box = {};
     box.cells = {2000000000, 2000000000, 2000000000};
     CHECK(refusal([&] { make_solid_box(box); }).find("at most") != std::string::npos);
     CHECK(refusal([&] {
               make_solid_ball({{0, 0, 0}, -1, 1, ElementKind::H8});
-          }) == ": /radius: found -1, allowed: > 0 and finite [m]\n"
-                ": /cells: found 1, allowed: 2 to 2000");
+          }) == "/radius: found -1, allowed: > 0 and finite [m]\n"
+                "/cells: found 1, allowed: 2 to 2000");
     CHECK(refusal([&] {
               make_solid_cylinder({{0, 0, 0}, {0, 0, 0}, 1, 0, 4, 0, ElementKind::H8});
           }).find("/axis") != std::string::npos);

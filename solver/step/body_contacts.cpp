@@ -20,8 +20,7 @@ namespace {
 
 Pose pose_of(const RigidBody& body)
 {
-    const Placement p = body.placement();
-    return {p.shift, p.turn};
+    return amontons::pose_of(body.placement());
 }
 
 /// Where the body would be at the end of the step without contact.
@@ -91,6 +90,16 @@ void add(const SurfaceContacts& found, int pair, int a, int b, bool master_has_n
 }
 
 } // namespace
+
+Pose pose_of(const Placement& p)
+{
+    return {p.shift, p.turn};
+}
+
+AxisBox swept_box(const RigidBody& body)
+{
+    return swept_box(body.shape(), pose_of(body.start_placement()), pose_of(body), 0);
+}
 
 Mat3 contact_frame(const Vec3& normal)
 {
@@ -470,11 +479,7 @@ std::string ContactFinder::passed(const std::vector<BodyRef>& bodies)
                                             : bodies[std::size_t(p.b)].name);
     }
     if (!rest_) return "";
-    const auto swept = [&](int b) {
-        const RigidBody& body = *bodies[std::size_t(b)].rigid;
-        const Placement before = body.start_placement();
-        return swept_box(body.shape(), {before.shift, before.turn}, pose_of(body), 0);
-    };
+    const auto swept = [&](int b) { return swept_box(*bodies[std::size_t(b)].rigid); };
     for (const BoxPair& p : rest_meeting(bodies, swept))
         if (passed(bodies, pairs_[std::size_t(pair_of_rest(p.a, p.b, bodies))]))
             return fmt::format("{} passes through {}", bodies[std::size_t(p.a)].name,
@@ -512,8 +517,7 @@ bool ContactFinder::passed(const std::vector<BodyRef>& bodies, const ContactPair
     const BodyRef &a = bodies[std::size_t(pair.a)], &b = bodies[std::size_t(pair.b)];
     if (a.rigid && b.rigid) {
         const auto before = [](const RigidBody& body) {
-            const Placement p = body.start_placement();
-            return Pose{p.shift, p.turn};
+            return amontons::pose_of(body.start_placement());
         };
         std::vector<RigidContact> now;
         detect(a.rigid->shape(), pose_of(*a.rigid), b.rigid->shape(), pose_of(*b.rigid), pair.reach,

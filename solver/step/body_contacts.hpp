@@ -99,6 +99,12 @@ struct RestLaw {
 /// How far a pair looks. @param given  by its law, 0: chosen [m]; size of the smaller body [m]
 void set_reach(ContactPair& pair, double given, double size);
 
+/// The same placement, as rigid shapes take it.
+Pose pose_of(const Placement& p);
+
+/// Around all that a body fills in a step so far.
+AxisBox swept_box(const RigidBody& body);
+
 /// A frame with the given normal: t1 the x axis projected, or y's where the normal is along x.
 Mat3 contact_frame(const Vec3& normal);
 

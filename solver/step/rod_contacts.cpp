@@ -23,11 +23,6 @@ std::span<const CurvePlace> places_of(const RodBody& rod, const ContactPair& pai
     return pair.end_a == "start" ? all.first(1) : pair.end_a == "end" ? all.last(1) : all;
 }
 
-Pose pose_of(const Placement& p)
-{
-    return {p.shift, p.turn};
-}
-
 Vec3 inside(const Pose& at, const Vec3& x)
 {
     return at.turn.conjugate() * (x - at.place);
@@ -167,8 +162,7 @@ void ContactFinder::sweep_rods(const std::vector<BodyRef>& bodies)
             const AxisBox before = rod->box_before(), now = rod->box();
             swept_[b] = {before.low.cwiseMin(now.low), before.high.cwiseMax(now.high)};
         } else if (const RigidBody* rigid = bodies[b].rigid) {
-            swept_[b] = swept_box(rigid->shape(), pose_of(rigid->start_placement()),
-                                  pose_of(rigid->placement()), 0);
+            swept_[b] = swept_box(*rigid);
         }
 }
 
