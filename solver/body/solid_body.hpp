@@ -145,6 +145,8 @@ public:
     /// Between frames only the nodes that may touch are at the accepted state.
     virtual bool condensed() const { return false; }
     std::span<const std::int32_t> touching() const { return touching_; }
+    /// Nodes that may touch, by node, and pins elsewhere. Before the first step.
+    void may_touch(std::span<const char> touching);
     /// Couplings act on these nodes: as if they may touch. Before the first step.
     void also_touch(std::span<const StencilEntry> nodes);
     /// u of each node in the frame [m], of the accepted state.
@@ -167,7 +169,6 @@ protected:
     };
     enum class Frame { fixed, driven, floating };
 
-    void may_touch(std::span<const char> touching); ///< by node: touching_, and pins elsewhere
     void hold(Motion& m, double t) const;
     Placement frame_at(double t) const;
     virtual void place_in_frame(Motion& m) { update_places(m); } ///< from m.frame and m.u

@@ -533,6 +533,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         if (rest->others.size() == n * (n - 1) / 2) rest.reset(); // nothing is left
     }
     system->finder = ContactFinder(std::move(pairs), std::move(walls), std::move(rest));
+    if (scene.time.kind != "dynamic") system->finder.keep_to_contacts(system->refs);
     system->couplings = make_couplings(scene, system->refs);
     for (const Coupling& c : system->couplings)
         for (const CoupledPlace* a : {&c.a, &c.b})

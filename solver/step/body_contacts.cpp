@@ -211,11 +211,8 @@ void ContactFinder::begin_step(const std::vector<BodyRef>& bodies)
         speed_.push_back(b.body->speed());
 }
 
-void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& step,
-                         BodyContacts& out)
+void ContactFinder::find_boxes(const std::vector<BodyRef>& bodies)
 {
-    out.contact.clear();
-    out.stencil.clear();
     boxes_.clear();
     for (const BodyRef& b : bodies) {
         if (b.rigid) {
@@ -235,18 +232,71 @@ void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& st
         }
         boxes_.push_back(box);
     }
+}
+
+/// Contacts of a small pair, which stay.
+void ContactFinder::find_kept(const std::vector<BodyRef>& bodies, int pair)
+{
+    const auto p = std::size_t(pair);
+    if (made_[p]) return;
+    reach_ = pairs_[p].reach + most_closed(pairs_[p].a) + most_closed(pairs_[p].b);
+    find_pair(bodies, pair, kept_[p]);
+    made_[p] = true;
+}
+
+void ContactFinder::keep_to_contacts(const std::vector<BodyRef>& bodies)
+{
+    std::vector<char> narrow(bodies.size());
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+        narrow[b] = bodies[b].solid && bodies[b].solid->condensed();
+    for (const ContactPair& p : pairs_)
+        for (const int b : {p.a, p.b})
+            if (b >= 0 && !p.small) narrow[std::size_t(b)] = 0;
+    // Bodies that are alike share their matrices, and with them these nodes.
+    using Nodes = std::vector<std::int32_t>;
+    std::map<Nodes, std::vector<char>> named; // by the nodes of its surfaces
+    const auto named_of = [&](const SolidBody& solid) -> std::vector<char>& {
+        std::vector<char>& own = named[Nodes(solid.touching().begin(), solid.touching().end())];
+        own.resize(std::max(own.size(), solid.mesh().nodes.size()), 0);
+        return own;
+    };
+    find_boxes(bodies);
+    for (std::size_t p = 0; p < given_; ++p) {
+        if (!pairs_[p].small) continue;
+        find_kept(bodies, int(p));
+        const auto add = [&](int body, bool first) {
+            if (body < 0 || !narrow[std::size_t(body)]) return;
+            std::vector<char>& own = named_of(*bodies[std::size_t(body)].solid);
+            for (const BodyContact& c : kept_[p].contact)
+                for (const StencilEntry& e :
+                     (first ? kept_[p].place_a(c) : kept_[p].place_b(c)).nodes)
+                    own[std::size_t(e.node)] = 1;
+        };
+        add(pairs_[p].a, true);
+        add(pairs_[p].b, false);
+    }
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        if (!narrow[b]) continue;
+        const std::vector<char>& own = named_of(*bodies[b].solid);
+        if (std::ranges::count(own, char(1)) > 0)
+            bodies[b].solid->may_touch(std::span(own).first(bodies[b].solid->mesh().nodes.size()));
+    }
+}
+
+void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& step,
+                         BodyContacts& out)
+{
+    out.contact.clear();
+    out.stencil.clear();
+    find_boxes(bodies);
     step_ = step;
     for (std::size_t p = 0; p < given_; ++p) {
         if (!pairs_[p].small) {
             find_large(bodies, int(p), out);
             continue;
         }
-        BodyContacts& kept = kept_[p];
-        if (!made_[p]) {
-            reach_ = pairs_[p].reach + most_closed(pairs_[p].a) + most_closed(pairs_[p].b);
-            find_pair(bodies, int(p), kept);
-            made_[p] = true;
-        }
+        find_kept(bodies, int(p));
+        const BodyContacts& kept = kept_[p];
         const auto shift = std::int32_t(out.stencil.size());
         out.stencil.insert(out.stencil.end(), kept.stencil.begin(), kept.stencil.end());
         for (BodyContact c : kept.contact) {

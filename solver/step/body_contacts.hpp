@@ -129,6 +129,10 @@ public:
     /// True if rows never change: then a step of linear bodies is one contact problem.
     bool all_small() const;
 
+    /// Tells condensed solids in nothing but small pairs which nodes these name: no others will
+    /// ever touch. Of quasi-static scenes, before the offline stage.
+    void keep_to_contacts(const std::vector<BodyRef>& bodies);
+
     /// A new step, or try of one, of bodies that have begun it: what iterations of others have met
     /// is forgotten.
     void begin_step(const std::vector<BodyRef>& bodies);
@@ -152,6 +156,8 @@ private:
     template <class BoxOf>
     std::vector<BoxPair> rest_meeting(const std::vector<BodyRef>& bodies, const BoxOf& box) const;
     double most_closed(int body) const;
+    void find_boxes(const std::vector<BodyRef>& bodies);
+    void find_kept(const std::vector<BodyRef>& bodies, int pair);
     void find_large(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void find_pair(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void solid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);

@@ -2,6 +2,8 @@
 
 #include "solver/step/body_simulation.hpp"
 
+#include "solver/body/solid_body.hpp"
+#include "solver/step/body_build.hpp"
 #include "solver/step/tests/body_runs.hpp"
 
 #include <Eigen/Geometry>
@@ -275,6 +277,7 @@ TEST_CASE("a run that is stopped and goes on gives the same bits")
                      "sliding": "small"}], "time": {"step": 0.02, "end": 1})";
     // The same on a mesh whose columns are worth it only after some steps: W comes from the factor.
     std::string late = foot;
+    late.replace(late.find("[0.5, 0.5, 0.1]"), 15, "[1.0, 1.0, 0.1]");
     late.replace(late.find("[8, 8, 4]"), 9, "[41, 41, 1]");
     late.replace(late.find("\"end\": 1}"), 9, "\"end\": 0.56}");
     // Rigid balls that meet and part: their pairs are numbered in the order in which they meet.
@@ -321,6 +324,65 @@ TEST_CASE("a run that is stopped and goes on gives the same bits")
             for (std::size_t i = 0; i < a.quantities.size(); ++i)
                 CHECK(a.quantities[i].value == b.quantities[i].value);
         }
+    }
+}
+
+TEST_CASE("small sliding: only nodes in contact are kept track of, and the forces stay")
+{
+    // Two blocks alike with a foot at different places; `probe` lets one of them slide elsewhere.
+    const auto block = [](const char* name, double x, const char* set) {
+        return fmt::format(R"("{}": {{"kind": "solid", "mesh": {{"generate": "box",
+            "size": [1, 1, 1], "cells": [8, 8, 4], "element": "T4"}}, "youngs_modulus": 1e6,
+            "poisson_ratio": 0.3, "start": {{"place": [{}, 0, 0]}}, "hold": [{{"set": "{}"}}]}})",
+                           name, x, set);
+    };
+    const auto foot = [](const char* name, double x) {
+        return fmt::format(R"("{}": {{"kind": "solid", "mesh": {{"generate": "box",
+            "size": [0.25, 0.25, 0.1], "cells": [2, 2, 1], "element": "T4"}},
+            "youngs_modulus": 1e6, "poisson_ratio": 0.3, "start": {{"place": [{}, 0, -0.55]}},
+            "hold": [{{"set": "z_min", "x": [[0, 0], [1, 0.01]], "y": 0,
+                       "z": [[0, 0.001], [1, 0.002]]}}]}})",
+                           name, x);
+    };
+    const auto scene = [&](bool probe) {
+        return fmt::format(
+            R"("bodies": {{{}, {}, {}, {}, {}}}, "contact": [
+            {{"between": ["foot", "block"], "surfaces": ["z_max", "z_min"], "friction": 0.3,
+              "sliding": "small"}},
+            {{"between": ["corner", "other"], "surfaces": ["z_max", "z_min"], "friction": 0.3,
+              "sliding": "small"}}{}], "time": {{"step": 0.1, "end": 1}})",
+            block("block", 0, "z_max"), block("other", 2, "z_max"), foot("foot", 0),
+            foot("corner", 2.25), foot("probe", 5),
+            probe ? R"(, {"between": ["probe", "block"]}, {"between": ["probe", "foot"]},
+                               {"between": ["probe", "other"]}, {"between": ["probe", "corner"]})"
+                  : "");
+    };
+    const Scene narrow = parse_scene("{\"schema\": 1, " + scene(false) + "}", "test.json", {});
+    std::vector<Issue> warnings;
+    const std::unique_ptr<BodySystem> system = build_bodies(narrow, {}, warnings);
+    std::vector<std::int32_t> touching[2];
+    for (const BodyRef& b : system->refs) {
+        if (b.name != "block" && b.name != "other") continue;
+        const std::span<const std::int32_t> t = b.solid->touching();
+        touching[b.name == "other"].assign(t.begin(), t.end());
+        for (const std::int32_t i : t) {
+            // Under one foot or the other, to the next nodes: alike bodies share what is kept.
+            const Vec3 x = b.solid->mesh().nodes[std::size_t(i)];
+            CHECK(x[2] == doctest::Approx(-0.5));
+            CHECK(std::abs(x[1]) < 0.26);
+            CHECK(x[0] > -0.26);
+            CHECK(x[0] < 0.51);
+        }
+    }
+    CHECK(touching[0].size() >= 9);
+    CHECK(touching[0] == touching[1]);
+
+    const Result a = run(scene(false)), b = run(scene(true));
+    for (const char* name : {"foot_z_min_force_x", "foot_z_min_force_z", "corner_z_min_force_x",
+                             "corner_z_min_force_z"}) {
+        CAPTURE(name);
+        CHECK(std::abs(a.value(name)) > 1);
+        CHECK(a.value(name) == doctest::Approx(b.value(name)).epsilon(1e-9));
     }
 }
 
