@@ -88,11 +88,14 @@ public:
     {
         return solve(Eigen::VectorXd(C * r));
     }
-    virtual const Eigen::MatrixXd& modes() const = 0;                ///< R, unknowns x m
-    virtual Eigen::VectorXd mode_load() const = 0; ///< g: loads on the modes, less inner forces
+    virtual const Eigen::MatrixXd& modes() const = 0; ///< R, unknowns x m
+    virtual Eigen::VectorXd mode_load() const = 0;    ///< g: loads on the modes, less inner forces
     /// "shift along (0, 0, 1)": what the modes do together. @param a  amplitudes, m
     virtual std::string mode_name(const Eigen::VectorXd& a) const = 0;
 
+    /// Directions of the modes that no contact feels, m x some, orthonormal: along these the coming
+    /// change() leaves the body as a whole where it is.
+    virtual void rest_along(const Eigen::MatrixXd&) {}
     /// Moves the iterate. @param force  H^T r of the contact forces that led to it
     virtual void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                         const Eigen::VectorXd& force) = 0;

@@ -124,6 +124,7 @@ void CondensedSolid::make_parts()
             p.at_touching.segment<3>(at3(k)) = u[j].segment<3>(3 * touching_[k]);
         p.on_modes = Eigen::VectorXd::Zero(rigid_.R.cols());
         if (!p.prescribed && rigid_.R.cols() > 0) p.on_modes = rigid_.R.transpose() * p.force;
+        p.mean_motion = mean_motion(u[j]);
     }
     between_.resize(Eigen::Index(n), Eigen::Index(n));
     for (std::size_t i = 0; i < n; ++i)
@@ -136,6 +137,18 @@ void CondensedSolid::make_parts()
                 sum = parts_of_u_[i].force.dot(u[j]);
             between_(Eigen::Index(i), Eigen::Index(j)) = sum;
         }
+
+    mean_of_force_.resize(at3(touching_.size()), rigid_.R.cols());
+    for (Eigen::Index m = 0; m < rigid_.R.cols(); ++m) { // A is symmetric
+        Eigen::VectorXd y(Eigen::Index(dofs_.free.size())), whole = Eigen::VectorXd::Zero(size);
+        for (std::size_t i = 0; i < dofs_.free.size(); ++i)
+            y[Eigen::Index(i)] = rigid_.R(dofs_.free[i], m) / rigid_.R.col(m).squaredNorm();
+        y = solved(y);
+        for (std::size_t i = 0; i < dofs_.free.size(); ++i)
+            whole[dofs_.free[i]] = y[Eigen::Index(i)];
+        for (std::size_t k = 0; k < touching_.size(); ++k)
+            mean_of_force_.block<3, 1>(at3(k), m) = whole.segment<3>(3 * touching_[k]);
+    }
 }
 
 Eigen::VectorXd CondensedSolid::amounts(double t) const
@@ -191,6 +204,7 @@ void CondensedSolid::begin(const StepInput& step)
     amount_now_ = amounts(step.end());
     on_touching_now_ = on_touching_;
     mode_now_ = mode_;
+    mean_now_ = mean_with_pins(amount_, on_touching_);
     rigid_work_ = 0;
     // Prescribed places are those of the end of the step.
     const Eigen::VectorXd u = parts_at_touching(amount_now_);
@@ -309,16 +323,39 @@ void CondensedSolid::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mod
         now_.u[3 * touching_[std::size_t(k / 3)] + k % 3] += y[Eigen::Index(i)];
         on_touching_now_[k] = force[Eigen::Index(i)];
     }
-    if (mode.size() > 0 && kind_ == Frame::floating) {
-        rigid_work_ += mode_load_.dot(mode);
-        move_frame(now_, mode);
-    } else if (mode.size() > 0) {
-        const Eigen::VectorXd rigid = modes_at_touching_ * mode;
-        for (std::size_t k = 0; k < touching_.size(); ++k)
-            now_.u.segment<3>(3 * touching_[k]) += rigid.segment<3>(at3(k));
-        mode_now_ += mode;
-    }
+    if (mode.size() > 0) move_as_a_whole(mode);
     place_touching(now_);
+}
+
+Eigen::VectorXd CondensedSolid::mean_with_pins(const Eigen::VectorXd& amounts,
+                                               const Eigen::VectorXd& on_touching) const
+{
+    Eigen::VectorXd mean = mean_of_force_.transpose() * on_touching;
+    for (std::size_t i = 0; i < parts_of_u_.size(); ++i)
+        mean += amounts[Eigen::Index(i)] * parts_of_u_[i].mean_motion;
+    return mean;
+}
+
+/// Pins take the body as a whole with what they hold. Loads turn with the frame alone: where it
+/// floats it takes over what u has of such a motion.
+void CondensedSolid::move_as_a_whole(const Eigen::VectorXd& mode)
+{
+    const Eigen::VectorXd mean = mean_with_pins(amount_now_, on_touching_now_);
+    Eigen::VectorXd in_u; // what the modes' part of u changes by
+    if (kind_ == Frame::floating) {
+        in_u = -(mean + mode_now_);
+        const Eigen::VectorXd motion = felt(mode - in_u);
+        rigid_work_ += mode_load_.dot(motion);
+        move_frame(now_, motion);
+    } else {
+        const Eigen::VectorXd by_pins = mean - mean_now_;
+        in_u = felt(mode + by_pins) - by_pins;
+    }
+    mean_now_ = mean;
+    mode_now_ += in_u;
+    const Eigen::VectorXd moved = modes_at_touching_ * in_u;
+    for (std::size_t k = 0; k < touching_.size(); ++k)
+        now_.u.segment<3>(3 * touching_[k]) += moved.segment<3>(at3(k));
 }
 
 BodyEnergy CondensedSolid::accept(const Eigen::VectorXd&)
@@ -411,7 +448,7 @@ void CondensedSolid::complete()
     free = solved(free);
     for (std::size_t i = 0; i < dofs_.free.size(); ++i)
         u[dofs_.free[i]] = free[Eigen::Index(i)];
-    if (mode_.size() > 0 && kind_ != Frame::floating) u += rigid_.R * mode_;
+    if (mode_.size() > 0) u += rigid_.R * mode_;
     // Touching nodes keep the bits that the steps gave them.
     for (const std::int32_t node : touching_)
         u.segment<3>(3 * node) = state_.u.segment<3>(3 * node);

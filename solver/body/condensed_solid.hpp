@@ -46,6 +46,7 @@ private:
         std::vector<std::int32_t> dofs; ///< prescribed: where u is one
         Eigen::VectorXd at_touching;    ///< what it does there, 3 touching
         Eigen::VectorXd on_modes;       ///< its load on the rigid modes
+        Eigen::VectorXd mean_motion;    ///< of what it does, of all nodes
     };
     void make_parts();
     Eigen::VectorXd amounts(double t) const; ///< of each part
@@ -53,6 +54,10 @@ private:
     /// Sum of the parts at the touching nodes, 3 touching.
     Eigen::VectorXd parts_at_touching(const Eigen::VectorXd& amounts) const;
     void place_touching(Motion& m);
+    /// Motion as a whole that u has with its pins held, under the loads and forces at contacts.
+    Eigen::VectorXd mean_with_pins(const Eigen::VectorXd& amounts,
+                                   const Eigen::VectorXd& on_touching) const;
+    void move_as_a_whole(const Eigen::VectorXd& mode);
     void place_in_frame(Motion& m) override { place_touching(m); }
 
     void make_motions(const SparseColumns& C);
@@ -67,7 +72,9 @@ private:
     Eigen::VectorXd amount_, amount_now_; ///< of the state and the iterate
     Eigen::VectorXd on_touching_,
         on_touching_now_;             ///< contact forces, 3 touching, in the frame [N]
-    Eigen::VectorXd mode_, mode_now_; ///< amplitudes in u; floating: 0, the frame has them
+    Eigen::VectorXd mode_, mode_now_; ///< amplitudes in u; floating: they leave it no mean motion
+    Eigen::MatrixXd mean_of_force_;   ///< 3 touching x m: mean motion by forces there
+    Eigen::VectorXd mean_now_;        ///< of all that pins hold in u, at the iterate
     Eigen::VectorXd loaded_;          ///< force of loads times displacement, of the state
     Eigen::VectorXd held_force_;      ///< of prescribed parts, of the state [N]
     double rigid_work_ = 0;           ///< of loads on the frame's motion in this step [J]

@@ -397,10 +397,14 @@ void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
         free_known_ = !nonlinear_ && !turns && !iterative_;
         if (free_known_) free_change_ -= y;
         if (mode.size() > 0) {
+            // Pins take the body as a whole with what they hold.
             if (kind_ != Frame::floating) {
-                now_.u += rigid_.R * mode;
-            } else {
-                move_frame(now_, mode);
+                const Eigen::VectorXd by_pins = mean_motion(whole);
+                now_.u += rigid_.R * (felt(mode + by_pins) - by_pins);
+            } else { // loads turn with the frame alone
+                const Eigen::VectorXd in_u = mean_motion(now_.u);
+                now_.u -= rigid_.R * in_u;
+                move_frame(now_, felt(mode + in_u));
             }
         }
         update_places(now_);

@@ -119,6 +119,7 @@ public:
     const Eigen::MatrixXd& modes() const override { return free_modes_; }
     Eigen::VectorXd mode_load() const override { return mode_load_; }
     std::string mode_name(const Eigen::VectorXd& a) const override;
+    void rest_along(const Eigen::MatrixXd& directions) override { unfelt_ = directions; }
     void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                 const Eigen::VectorXd& force) override;
     double share_made() const override { return share_made_; }
@@ -177,6 +178,10 @@ protected:
     void into_frame_displacements(Motion& m) const;
     void find_spin();
     void keep_angular_momentum(const Eigen::VectorXd& load);
+    /// Amplitudes of the rigid modes nearest to u, of all nodes [m].
+    Eigen::VectorXd mean_motion(const Eigen::VectorXd& u) const;
+    /// A motion of the modes without what no contact feels.
+    Eigen::VectorXd felt(const Eigen::VectorXd& mode) const;
     void move_frame(Motion& m, const Eigen::VectorXd& mode) const; ///< by amplitudes of the modes
     /// W of the columns that came last.
     bool kept_W(const SparseColumns& C, Eigen::MatrixXd& W) const;
@@ -220,6 +225,7 @@ protected:
     bool iterative_ = false, on_all_ranks_ = false;
     int threads_ = 1;
     Eigen::VectorXd large_load_; ///< see large_load()
+    Eigen::MatrixXd unfelt_;     ///< see rest_along()
     Frame kind_ = Frame::fixed;
     double size_ = 0, mass_ = 0;
     double stiffest_ = 0;        ///< largest entry of K [N/m]

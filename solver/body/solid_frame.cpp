@@ -129,6 +129,17 @@ std::vector<std::string> SolidBody::free_motions() const
     return names;
 }
 
+Eigen::VectorXd SolidBody::mean_motion(const Eigen::VectorXd& u) const
+{
+    return (rigid_.R.transpose() * u).cwiseQuotient(rigid_.R.colwise().squaredNorm().transpose());
+}
+
+Eigen::VectorXd SolidBody::felt(const Eigen::VectorXd& mode) const
+{
+    if (unfelt_.rows() != mode.size()) return mode;
+    return mode - unfelt_ * (unfelt_.transpose() * mode);
+}
+
 void SolidBody::move_frame(Motion& m, const Eigen::VectorXd& mode) const
 {
     const WholeMotion motion = nearest_motion(mesh_.nodes, middle_, rigid_.R * mode);

@@ -2,7 +2,7 @@
 
 #include "contact/certificate.hpp"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -10,9 +10,9 @@
 namespace amontons {
 namespace {
 
-constexpr double kNothing = 1e-14;      // of the largest body's size
-constexpr double kAlone = 1e-2;         // of the tolerance
-constexpr double kUncontrolled = 1e-10; // share of a mode's size that contacts see of it, squared
+constexpr double kNothing = 1e-14;     // of the largest body's size
+constexpr double kAlone = 1e-2;        // of the tolerance
+constexpr double kUncontrolled = 1e-5; // share of a mode's size that contacts see of it
 
 } // namespace
 
@@ -69,6 +69,11 @@ bool BodyStepper::holds_at_end()
     for (const int c : rows_.chosen)
         keys.push_back(key(c));
     const std::vector<Eigen::VectorXd> old_force = body_force_;
+    // What passes through a light body is far more than what is left on it.
+    std::vector<double> passing(bodies(), 0);
+    for (std::size_t b = 0; b < bodies(); ++b)
+        if (!rows_.row[b].empty())
+            passing[b] = (rows_.columns[b].cwiseAbs() * own(rows_, r_, b).cwiseAbs()).norm();
     find();
     for (BodySystem::Key& k : keys)
         if (const auto next = followed_.find(k); next != followed_.end()) k = next->second;
@@ -128,7 +133,7 @@ bool BodyStepper::holds_at_end()
         acting, Eigen::Map<const Eigen::VectorXd>(acting_r.data(), Eigen::Index(acting_r.size())));
     double imbalance = 0;
     for (std::size_t b = 0; b < bodies(); ++b) {
-        const double size = old_force[b].norm();
+        const double size = passing[b];
         // Of rods alone the balance with these forces says it all.
         if (size > 0 && !nothing_ && !rods_only_)
             shift = std::max(shift, (f[b] - old_force[b]).norm() / size);
@@ -145,26 +150,38 @@ bool BodyStepper::holds_at_end()
            left_out_ <= options_.tolerance * size;
 }
 
+/// Directions of a body's modes that its acting contacts feel by no more than this share.
+Eigen::MatrixXd BodyStepper::unfelt_modes(std::size_t b, double share) const
+{
+    const Eigen::Index modes = mode_load_[b].size();
+    std::vector<Eigen::Index> acting;
+    double scale = 0;
+    if (B_.size() > b && B_[b].size() > 0)
+        for (std::size_t i = 0; i < rows_.row[b].size(); ++i) {
+            scale = std::max(scale, B_[b].row(Eigen::Index(i)).norm());
+            if (r_[rows_.row[b][i]] != 0) acting.push_back(Eigen::Index(i));
+        }
+    Eigen::MatrixXd felt =
+        Eigen::MatrixXd::Zero(std::max(Eigen::Index(acting.size()), modes), modes);
+    for (std::size_t i = 0; i < acting.size(); ++i)
+        felt.row(Eigen::Index(i)) = B_[b].row(acting[i]);
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(felt, Eigen::ComputeThinV); // descending
+    Eigen::Index first = modes;
+    while (first > 0 && svd.singularValues()[first - 1] <= share * scale)
+        --first;
+    return svd.matrixV().rightCols(modes - first);
+}
+
 /// Modes that no contact sees: they stay where they are, and that is said.
 void BodyStepper::report_modes()
 {
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (mode_load_[b].size() == 0) continue;
-        Eigen::MatrixXd seen = Eigen::MatrixXd::Zero(mode_load_[b].size(), mode_load_[b].size());
-        double scale = 0;
-        if (B_.size() > b && B_[b].size() > 0)
-            for (std::size_t i = 0; i < rows_.row[b].size(); ++i) {
-                const Eigen::VectorXd row = B_[b].row(Eigen::Index(i));
-                scale = std::max(scale, row.squaredNorm());
-                if (r_[rows_.row[b][i]] != 0) seen += row * row.transpose();
-            }
-        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(seen);
-        for (Eigen::Index m = 0; m < eigen.eigenvalues().size(); ++m) {
-            if (eigen.eigenvalues()[m] > kUncontrolled * scale && scale > 0) continue;
+        const Eigen::MatrixXd unfelt = unfelt_modes(b, kUncontrolled);
+        for (Eigen::Index m = 0; m < unfelt.cols(); ++m)
             report_.remarks.push_back(
                 fmt::format("{}: no contact controls its {}; it stays where it is",
-                            system_.refs[b].name, body(b).mode_name(eigen.eigenvectors().col(m))));
-        }
+                            system_.refs[b].name, body(b).mode_name(unfelt.col(m))));
     }
 }
 

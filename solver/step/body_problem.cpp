@@ -23,6 +23,7 @@ constexpr double kRounding = 1e-12; // of a body's size
 constexpr int kMostOfModes = 15000; // iterations of all contact problems of one balance of modes
 constexpr int kPatience = 400;      // a shorter step is another way
 constexpr double kAstray = 1e3;     // sizes of a body that contact does not move it
+constexpr double kUnfelt = 1e-10;   // share of a mode's size that is rounding of normals
 
 } // namespace
 
@@ -472,6 +473,7 @@ bool BodyStepper::finish_iteration()
     if (goes_astray()) return false;
     relax();
     for (std::size_t b = 0; b < bodies(); ++b) {
+        if (mode_load_[b].size() > 0) body(b).rest_along(unfelt_modes(b, kUnfelt));
         body(b).change(y_[b], mode_[b], body_force_[b]);
         if (const double share = body(b).share_made(); share < 1) {
             left_out_ += (1 - share) * y_[b].norm();

@@ -66,6 +66,7 @@ private:
     bool holds_at_end();
     bool faulty();
     void certify_rows(const Eigen::VectorXd& u);
+    Eigen::MatrixXd unfelt_modes(std::size_t b, double share) const;
     void report_modes();
     void fill_report();
     std::string who(int contact) const;

@@ -386,6 +386,38 @@ TEST_CASE("small sliding: only nodes in contact are kept track of, and the force
     }
 }
 
+TEST_CASE("an elastic block that floats on another without friction is pressed, and does not drift")
+{
+    // Poisson's ratio 0: the state is uniform, and no node moves aside.
+    for (const char* element : {"T4", "T10"})
+        for (const char* sliding : {"small", "finite"}) {
+            CAPTURE(element);
+            CAPTURE(sliding);
+            const auto block = [&](const char* name, int cells, double z, const char* rest) {
+                return fmt::format(R"("{}": {{"kind": "solid", "mesh": {{"generate": "box",
+                    "size": [1, 1, 0.5], "cells": [{}, {}, 2], "element": "{}"}},
+                    "youngs_modulus": 1e6, "poisson_ratio": 0, "start": {{"place": [0, 0, {}]}}, {}}})",
+                                   name, cells, cells, element, z, rest);
+            };
+            const Result r = run(fmt::format(
+                R"("bodies": {{{}, {}}}, "contact": [{{"between": ["high", "low"],
+                   "surfaces": ["z_min", "z_max"], "sliding": "{}"}}],
+                   "accuracy": {{"contact": 1e-9}}, "time": {{"step": 1, "end": 1}})",
+                block("low", 2, 0.25, R"("hold": [{"set": "z_min"}])"),
+                block("high", 3, 0.75, R"("loads": [{"set": "z_max", "pressure": 1e3}])"),
+                sliding));
+            REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+            double aside = -1; // of no record
+            for (const BodyRecord& b : r.simulation->body_records())
+                for (const Field& f : b.point_fields)
+                    if (b.name == "high" && f.name == "displacement")
+                        for (std::size_t i = 0; i < f.values.size(); i += 3)
+                            aside = std::max(aside, std::hypot(f.values[i], f.values[i + 1]));
+            CHECK(aside >= 0);
+            CHECK(aside < 1e-9);
+        }
+}
+
 TEST_CASE("free rigid bodies move the same whether \"*\" names their pairs or each has its own law")
 {
     // Wide and fast enough that some are near from the start, some meet later, and some never.
