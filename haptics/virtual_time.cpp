@@ -16,7 +16,7 @@ std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, Device& devi
 {
     using Clock = std::chrono::steady_clock;
     struct Sampled {
-        HandPose pose;
+        HandPose device, handle;
         double time;
     };
     TripleBuffer<ReducedOperator<Real>> buffer{ReducedOperator<Real>(most_contacts)};
@@ -36,15 +36,15 @@ std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, Device& devi
         if (k % per_step == 0 && time < options.stop_publishing_at) {
             const DeviceSample sample = device.read(time);
             if (sample.valid && !is_broken(sample.pose)) last = sample.pose;
-            steps.push_back({last, time});
+            steps.push_back({last, loop.handle_of(last), time});
             // Until the first of them is done, that of the start is published again: a simulation
             // that has begun is there.
             const Sampled& begun = steps.front();
-            if (publish(buffer.back(), loop.handle_of(begun.pose), begun.time, ++sequence))
-                buffer.publish();
+            if (publish(buffer.back(), begun.handle, begun.time, ++sequence)) buffer.publish();
             if (static_cast<int>(steps.size()) > options.operator_latency) steps.pop_front();
         }
-        if (late == 0 && options.late_share > 0 && uniform(rng) < options.late_share)
+        // The first is in time: with it the device is met.
+        if (late == 0 && options.late_share > 0 && uniform(rng) < options.late_share && k > 0)
             late = options.late_ticks;
         if (late > 0) {
             --late;
@@ -55,6 +55,9 @@ std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, Device& devi
             device.write(record.sent, time);
             records.push_back(record);
         }
+        // By the clutch as this tick has it: the pose may have been the first, or have jumped.
+        if (!steps.empty() && steps.back().time == time)
+            steps.back().handle = loop.handle_of(steps.back().device);
         if (advance) advance();
     }
     return records;

@@ -31,10 +31,20 @@ HapticLoop<Real>::HapticLoop(int most_contacts, const HapticOptions& options)
 {
 }
 
+template <class Real> bool HapticLoop<Real>::is_jump(const HandPose& device) const
+{
+    return displacement(last_device_, device).head<3>().norm() > options_.safety.max_jump;
+}
+
 template <class Real> HandPose HapticLoop<Real>::handle_of(const HandPose& device) const
 {
     if (!seen_ && proxy_.current()) return proxy_.current()->handle;
     if (!clutched_) return device;
+    return clutched_pose(is_jump(device) ? last_device_ : device);
+}
+
+template <class Real> HandPose HapticLoop<Real>::clutched_pose(const HandPose& device) const
+{
     return {handle_origin_.position + device.position - device_origin_.position,
             (device.rotation * device_origin_.rotation.conjugate() * handle_origin_.rotation)
                 .normalized()};
@@ -52,16 +62,33 @@ TickRecord HapticLoop<Real>::tick(const DeviceSample& sample,
         next_period_ = operators.front().period;
     }
     const ReducedOperator<Real>* op = proxy_.current();
-    if (options_.clutch && !clutched_ && op && sample.valid && !is_broken(sample.pose)) {
+    const bool usable = sample.valid && !is_broken(sample.pose);
+    const SafetyState before = safety_.state();
+    const bool compute = safety_.watch(
+        {time, sample.valid, sample.pose, arrival_, next_period_, simulation_stopped});
+    if (usable && safety_.jumped()) {
+        if (clutched_) {
+            handle_origin_ = clutched_pose(last_device_);
+            device_origin_ = sample.pose;
+        }
+        passivity_.restart(sample.pose, time);
+    } else if (usable) {
+        passivity_.observe(sample.pose, time);
+    }
+    if (usable) last_device_ = sample.pose;
+    if (options_.clutch && !clutched_ && op && usable) {
         device_origin_ = sample.pose;
         handle_origin_ = op->handle;
         clutched_ = true;
     }
-
-    const bool usable = sample.valid && !is_broken(sample.pose);
     seen_ |= usable && op && clutched_ == options_.clutch;
-    const bool compute = safety_.watch(
-        {time, sample.valid, sample.pose, arrival_, next_period_, simulation_stopped});
+    // Of an operator that came late the device's motion is known all the same.
+    const SafetyState state = safety_.state();
+    unknown_ |= safety_.in_fault() && state != SafetyState::stale_operator;
+    if (unknown_ && state == SafetyState::starting && before != state) {
+        passivity_.drop_credit();
+        unknown_ = false;
+    }
     if (compute) {
         record.handle = handle_of(sample.pose);
         HandPose held = record.handle;
@@ -77,16 +104,14 @@ TickRecord HapticLoop<Real>::tick(const DeviceSample& sample,
     } else if (!sample.valid && safety_.state() == SafetyState::running) {
         record.computed = last_computed_;
     }
-    if (usable && safety_.state() == SafetyState::pose_jump &&
-        displacement(last_device_, sample.pose).head<3>().norm() > options_.safety.max_jump)
-        passivity_.restart(sample.pose, time);
-    else if (usable)
-        passivity_.observe(sample.pose, time);
-    if (usable) last_device_ = sample.pose;
-    const Wrench limited = limiter_.limit(safety_.apply(record.computed));
+    const Wrench ramped = safety_.apply(limiter_.clamp(record.computed));
+    const bool fault = safety_.in_fault();
+    // Damping needs a motion that is of now.
     record.sent =
-        passivity_.allow(limited, options_.limiter.max_force, options_.limiter.max_torque);
+        passivity_.allow(fault ? ramped : limiter_.approach(ramped), options_.limiter.max_force,
+                         options_.limiter.max_torque, !fault && usable);
     limiter_.sent(record.sent);
+    safety_.sent(record.sent);
     record.state = safety_.state();
     record.energy = passivity_.energy();
     if (op) record.operator_age = time - op->time;

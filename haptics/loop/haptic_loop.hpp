@@ -20,7 +20,9 @@ struct HapticOptions {
     double coupling_damping = 0;
     double coupling_stiffness = 0; ///< of the spring [N/m]; needed with a damper only
     bool torque = true;            ///< the device has motors for turns
-    bool clutch = false; ///< the first sample is taken to be the operator's pose, axes kept
+    /// The first sample is taken to be the operator's pose, axes kept; and one that jumped to be
+    /// the pose before: a device that was re-calibrated or replaced has the handle where it was.
+    bool clutch = false;
 };
 
 /// The k [N/m] that add_coupling needs for these options.
@@ -43,7 +45,8 @@ struct TickRecord {
 
 /// A tick of the haptic thread, without thread, clock or device: sample in, wrench out.
 ///
-/// operator -> pose -> contacts -> safety ramp -> limits -> passivity. No lock, allocation,
+/// operator -> pose -> contacts -> largest force -> safety ramp -> steps -> passivity. In a fault
+/// the last wrench goes to zero, and nothing after the ramp adds to it. No lock, allocation,
 /// exception or system call.
 template <class Real> class HapticLoop {
 public:
@@ -53,8 +56,9 @@ public:
     TickRecord tick(const DeviceSample& sample, TripleBuffer<ReducedOperator<Real>>& operators,
                     double time, bool simulation_stopped = false);
 
-    /// Where a device's pose has the handle: the same, or by the clutch. Before the first valid
-    /// sample: where the operator has it, if there is one.
+    /// Where a device's pose has the handle: the same, or by the clutch; one that jumped away from
+    /// the last, where that had it. Before the first valid sample: where the operator has it, if
+    /// there is one.
     HandPose handle_of(const HandPose& device) const;
 
     const ProxyLoop<Real>& proxy() const { return proxy_; }
@@ -63,6 +67,9 @@ public:
     const Passivity& passivity() const { return passivity_; }
 
 private:
+    HandPose clutched_pose(const HandPose& device) const;
+    bool is_jump(const HandPose& device) const;
+
     HapticOptions options_;
     ProxyLoop<Real> proxy_;
     Safety safety_;
@@ -72,7 +79,8 @@ private:
     HandPose last_device_;
     Wrench last_computed_; // repeated where one sample is missing
     bool clutched_ = false, seen_ = false;
-    Vec3 lag_{0, 0, 0}; // tool minus device that the damper remembers [m]
+    bool unknown_ = false; // what the device did in the last fault
+    Vec3 lag_{0, 0, 0};    // tool minus device that the damper remembers [m]
     double arrival_ = -1, next_period_ = 0;
 };
 

@@ -21,14 +21,17 @@ struct LimiterOptions {
     int interpolation = 10; ///< steps, >= 1 [-]
 };
 
-/// Interpolation, slew, magnitude, in this order. Vectors are scaled, never cut by component.
+/// Magnitude first, so that a ramp scales what the device can give; then interpolation and slew.
+/// Vectors are scaled, never cut by component.
 class Limiter {
 public:
     explicit Limiter(const LimiterOptions& options = {}) : options_(options) {}
 
-    /// @param wrench  finite
-    /// @returns what may be sent
-    Wrench limit(const Wrench& wrench);
+    /// Within the largest force and torque.
+    Wrench clamp(Wrench wrench);
+    /// The next step to there from what was sent last.
+    /// @param wrench  finite, and clamped: so is then the result
+    Wrench approach(const Wrench& wrench);
     /// What was sent in the end, if something after the limiter changed it.
     void sent(const Wrench& wrench) { last_ = wrench; }
 
@@ -37,13 +40,13 @@ public:
     long ticks_clamped() const { return clamped_; }
 
 private:
-    Vec3 limit_one(const Vec3& target, const Vec3& last, double most, double slew, double above,
-                   int& steps_left);
+    Vec3 approach_one(const Vec3& target, const Vec3& last, double slew, double above,
+                      int& steps_left);
 
     LimiterOptions options_;
     Wrench last_;
     int steps_left_ = 0, torque_steps_left_ = 0;
-    bool interpolates_ = false, slews_ = false, clamps_ = false; // in this tick
+    bool interpolates_ = false, slews_ = false; // in this tick
     long interpolated_ = 0, slewed_ = 0, clamped_ = 0;
 };
 

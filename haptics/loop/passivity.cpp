@@ -36,7 +36,12 @@ void Passivity::restart(const HandPose& device, double time)
     started_ = true;
 }
 
-Wrench Passivity::allow(Wrench wrench, double most_force, double most_torque)
+void Passivity::drop_credit()
+{
+    credit_ = std::min(credit_, options_.allowance);
+}
+
+Wrench Passivity::allow(Wrench wrench, double most_force, double most_torque, bool damp)
 {
     const Vec3 x = step_.head<3>(), t = step_.tail<3>();
     double more = surprise_ + options_.resolution;
@@ -57,7 +62,7 @@ Wrench Passivity::allow(Wrench wrench, double most_force, double most_torque)
         ++controlled_;
         // Damping that takes what is missing, as far as the device bears it.
         const double T = options_.period, x2 = x.squaredNorm(), t2 = t.squaredNorm();
-        if (x2 + t2 > 0) {
+        if (damp && x2 + t2 > 0) {
             const double missing = wanted - credit_;
             const double b = std::min(options_.max_damping, x2 > 0 ? missing * T / x2 : 0);
             const double c = std::min(options_.max_turn_damping, t2 > 0 ? missing * T / t2 : 0);

@@ -50,9 +50,12 @@ public:
     void observe(const HandPose& device, double time);
     /// Goes on from a pose that the device did not move to: it was re-calibrated, or replaced.
     void restart(const HandPose& device, double time);
+    /// The credit that was earned is lost: of a device that did what nobody can vouch for.
+    void drop_credit();
     /// The wrench that may be sent now. Also remembers it for observe().
     /// @param most_force, most_torque  the damping stays within what is left of these [N], [N m]
-    Wrench allow(Wrench wrench, double most_force, double most_torque);
+    /// @param damp  false: the wrench is scaled at most, nothing is added to it
+    Wrench allow(Wrench wrench, double most_force, double most_torque, bool damp = true);
 
     double energy() const { return energy_; }           ///< given to the hand since start [J]
     double most_energy() const { return most_energy_; } ///< its maximum; <= 0: passive [J]

@@ -71,7 +71,10 @@ const char* reason(SafetyState state)
 void Safety::fail(SafetyState state)
 {
     if (stays(state_)) return;
-    if (is_good(state_)) ++faults_;
+    if (is_good(state_)) {
+        ++faults_;
+        left_ = 1;
+    }
     state_ = last_fault_ = state;
     level_ = 0;
     calm_since_ = -1;
@@ -92,7 +95,8 @@ SafetyState Safety::look(const SafetyInput& in)
     if (has_pose_) {
         const double elapsed = std::max(in.time - last_sample_, options_.period);
         const Vec6 d = displacement(last_pose_, in.device);
-        if (d.head<3>().norm() > options_.max_jump)
+        jump_ = d.head<3>().norm() > options_.max_jump;
+        if (jump_)
             found = SafetyState::pose_jump;
         else if (d.head<3>().norm() > options_.max_speed * elapsed ||
                  d.tail<3>().norm() > options_.max_turn_speed * elapsed)
@@ -107,8 +111,16 @@ SafetyState Safety::look(const SafetyInput& in)
     return found;
 }
 
+bool Safety::in_fault() const
+{
+    return !is_good(state_);
+}
+
 bool Safety::watch(const SafetyInput& in)
 {
+    elapsed_ = time_ < 0 ? options_.period : in.time - time_;
+    time_ = in.time;
+    jump_ = false;
     const SafetyState found = look(in);
     if (found != SafetyState::running) {
         fail(found);
@@ -124,21 +136,22 @@ Wrench Safety::apply(const Wrench& wrench)
 {
     if (is_good(state_) && is_broken(wrench)) fail(SafetyState::not_a_number);
     if (!is_good(state_)) {
-        good_level_ = std::max(0.0, good_level_ - options_.period / options_.ramp_down);
-        if (good_level_ < 1e-9) good_level_ = 0; // the steps' rounding
-        return {good_level_ * good_.force, good_level_ * good_.torque};
+        double next = std::max(0.0, left_ - elapsed_ / options_.ramp_down);
+        if (next < 1e-9) next = 0; // the steps' rounding
+        const double share = left_ > 0 ? next / left_ : 0;
+        left_ = next;
+        return {share * sent_.force, share * sent_.torque};
     }
     if (state_ == SafetyState::no_operator) return {};
     if (state_ == SafetyState::starting) {
-        level_ = options_.ramp_up > 0 ? level_ + options_.period / options_.ramp_up : 1;
+        const double step = std::min(elapsed_, options_.period);
+        level_ = options_.ramp_up > 0 ? level_ + step / options_.ramp_up : 1;
         if (level_ >= 1 - 1e-9) {
             level_ = 1;
             state_ = SafetyState::running;
         }
     }
-    good_ = {level_ * wrench.force, level_ * wrench.torque};
-    good_level_ = 1;
-    return good_;
+    return {level_ * wrench.force, level_ * wrench.torque};
 }
 
 } // namespace amontons

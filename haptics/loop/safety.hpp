@@ -44,20 +44,25 @@ struct SafetyInput {
 
 /// Watches, names what is wrong, and takes the force down.
 ///
-/// In a fault the last good wrench goes linearly to zero within ramp_down. A fault that can pass
-/// (stale operator, lost device, too fast, jump) lets the force come back over ramp_up after all
-/// was well for `calm`; the others stay.
+/// In a fault the last wrench that was sent goes linearly to zero within ramp_down, by the clock,
+/// and never grows. A fault that can pass (stale operator, lost device, too fast, jump) lets the
+/// force come back over ramp_up after all was well for `calm`; the others stay. A tick that comes
+/// late brings no more of it back than one in time.
 class Safety {
 public:
     explicit Safety(const SafetyOptions& options = {}) : options_(options) {}
 
     /// First in a tick. @returns whether the loop may compute with this sample
     bool watch(const SafetyInput& input);
-    /// Last but for limits: the wrench with the ramp of the state applied. A wrench that is not
-    /// finite is a fault of its own.
+    /// The wrench with the ramp of the state applied; in a fault what is left of the one sent last.
+    /// A wrench that is not finite is a fault of its own.
     Wrench apply(const Wrench& wrench);
+    /// What went to the device in the end: where a ramp to zero goes on from.
+    void sent(const Wrench& wrench) { sent_ = wrench; }
 
     SafetyState state() const { return state_; }
+    bool in_fault() const;                ///< the force goes to zero, or is gone
+    bool jumped() const { return jump_; } ///< the pose of this tick is far from that of the last
     SafetyState last_fault() const { return last_fault_; } ///< running: none so far
     long faults() const { return faults_; }
 
@@ -67,12 +72,13 @@ private:
 
     SafetyOptions options_;
     SafetyState state_ = SafetyState::no_operator, last_fault_ = SafetyState::running;
-    double level_ = 0;      // of the ramp, 0 .. 1
-    Wrench good_;           // the last that was sent in a good state
-    double good_level_ = 0; // of good_ that is left in a fault
+    double level_ = 0; // of the ramp up, 0 .. 1
+    double left_ = 0;  // of the ramp down, 1 .. 0
+    Wrench sent_;
+    double time_ = -1, elapsed_ = 0; // of the last tick, and since the one before
     double calm_since_ = -1, last_sample_ = -1;
     HandPose last_pose_;
-    bool has_pose_ = false;
+    bool has_pose_ = false, jump_ = false;
     long faults_ = 0;
 };
 

@@ -32,6 +32,7 @@ struct Scene {
         if (spoil) spoil(in, wrench);
         safety.watch(in);
         const Wrench out = safety.apply(wrench);
+        safety.sent(out);
         CHECK_FALSE(is_broken(out));
         return out.force.norm();
     }
@@ -103,6 +104,53 @@ TEST_CASE("every fault takes the force to zero in 50 ms, without a step, and say
     }
 }
 
+TEST_CASE("a force is gone 50 ms after a fault, however few ticks come")
+{
+    for (const int late : {1, 3, 7, 80}) { // periods from tick to tick
+        CAPTURE(late);
+        Scene s;
+        while (s.k < 1001)
+            s.tick();
+        const int begin = s.k;
+        double last = 4, gone = -1;
+        while (gone < 0 && s.k < begin + 1000) {
+            const double f = s.tick([](SafetyInput& in, Wrench&) { in.device.position[0] = NAN; });
+            const double share = (s.k - begin) * kPeriod / 0.05; // what is gone by now
+            CHECK(f == doctest::Approx(4 * std::max(0.0, 1 - share)));
+            CHECK(f <= last);
+            if (f == 0) gone = (s.k - begin) * kPeriod;
+            last = f;
+            s.k += late - 1;
+        }
+        CHECK(gone < 0.05 + late * kPeriod);
+    }
+}
+
+TEST_CASE("a force comes back no faster for ticks that are left out")
+{
+    Scene s;
+    double last = 0;
+    while (s.k < 1001) {
+        const double f = s.tick();
+        CHECK(f - last <= 4 * kPeriod / 0.5 + 1e-12);
+        last = f;
+        if (s.k % 10 == 0) s.k += 9;
+    }
+}
+
+TEST_CASE("in a fault the force goes on from what was sent, and never grows")
+{
+    Scene s;
+    while (s.k < 1001)
+        s.tick();
+    const auto lost = [](SafetyInput& in, Wrench&) { in.simulation_stopped = true; };
+    s.safety.sent({{0, 0, 1}, {0, 0, 0}}); // something took three quarters of it away
+    CHECK(s.tick(lost) == doctest::Approx(0.98));
+    CHECK(s.tick(lost) == doctest::Approx(0.96));
+    s.safety.sent({{0, 0, 0.5}, {0, 0, 0}}); // and more
+    CHECK(s.tick(lost) <= 0.5);
+}
+
 TEST_CASE("after a fault the force stays away until all was well for the time of calm")
 {
     Scene s;
@@ -172,14 +220,14 @@ TEST_CASE("limits scale a force and keep its direction; each tick that they act 
     const Vec3 target{0, 3, 4};
     Vec3 last{0, 0, 0};
     for (int k = 0; k < 20; ++k) {
-        const Vec3 f = limiter.limit({target, {0, 0, 0}}).force;
+        const Vec3 f = limiter.approach(limiter.clamp({target, {0, 0, 0}})).force;
         CHECK((f - last).norm() <= 0.5 + 1e-12);
         CHECK(f.cross(target).norm() <= 1e-12);
         last = f;
     }
     CHECK(last.norm() == doctest::Approx(3));
-    CHECK(limiter.ticks_slewed() >= 6);
-    CHECK(limiter.ticks_clamped() >= 14);
+    CHECK(limiter.ticks_slewed() >= 5);
+    CHECK(limiter.ticks_clamped() == 20);
 }
 
 TEST_CASE("interpolation reaches a far force in equal steps and leaves a near one alone")
@@ -188,9 +236,10 @@ TEST_CASE("interpolation reaches a far force in equal steps and leaves a near on
     o.interpolate_above = 0.2;
     o.interpolation = 10;
     Limiter limiter(o);
-    CHECK(limiter.limit({{0.1, 0, 0}, {0, 0, 0}}).force[0] == 0.1);
+    CHECK(limiter.approach({{0.1, 0, 0}, {0, 0, 0}}).force[0] == 0.1);
     for (int k = 1; k <= 10; ++k)
-        CHECK(limiter.limit({{1.1, 0, 0}, {0, 0, 0}}).force[0] == doctest::Approx(0.1 + 0.1 * k));
+        CHECK(limiter.approach({{1.1, 0, 0}, {0, 0, 0}}).force[0] ==
+              doctest::Approx(0.1 + 0.1 * k));
     CHECK(limiter.ticks_interpolated() == 10);
 }
 
@@ -225,7 +274,7 @@ TEST_CASE("a torque has limits of its own")
     const Vec3 force{7, 0, 0}, target{0, 0.4, 0.3};
     Vec3 last{0, 0, 0};
     for (int k = 0; k < 20; ++k) {
-        const Wrench w = limiter.limit({force, target});
+        const Wrench w = limiter.approach(limiter.clamp({force, target}));
         CHECK(w.force == force);
         CHECK((w.torque - last).norm() <= 0.05 + 1e-12);
         CHECK(w.torque.cross(target).norm() <= 1e-12);
