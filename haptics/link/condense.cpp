@@ -24,6 +24,9 @@ namespace {
 
 using Contacts6 = Eigen::Matrix<double, Eigen::Dynamic, 6>;
 
+/// Contacts beyond what is foreseen in full: enough to hold a handle that comes faster.
+constexpr std::size_t kMostFar = 32;
+
 /// One number for (pair, identity): the same in every step.
 std::int64_t identity(const BodyContact& c)
 {
@@ -78,10 +81,21 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
     const int n_contacts = int(all.contact.size());
 
     out.reach = options.reach();
-    std::vector<int> near;
-    for (int c = 0; c < n_contacts; ++c)
-        if (!report.force[std::size_t(c)].isZero() || all.contact[std::size_t(c)].gap <= out.reach)
+    std::vector<int> near, far;
+    for (int c = 0; c < n_contacts; ++c) {
+        const BodyContact& k = all.contact[std::size_t(c)];
+        if (!report.force[std::size_t(c)].isZero() || k.gap <= out.reach)
             near.push_back(c);
+        else if ((k.a == handle || k.b == handle) && k.gap <= options.farthest())
+            far.push_back(c);
+    }
+    std::sort(far.begin(), far.end(), [&](int x, int y) {
+        return std::pair(all.contact[std::size_t(x)].gap, x) <
+               std::pair(all.contact[std::size_t(y)].gap, y);
+    });
+    far.resize(std::min(far.size(), kMostFar));
+    near.insert(near.end(), far.begin(), far.end());
+    std::sort(near.begin(), near.end());
     for (const ContactPair& p : pairs) // gaps beyond were not looked at
         if ((p.a == handle || p.b == handle) && !p.small) out.reach = std::min(out.reach, p.reach);
     const std::vector<bool> tied = tied_bodies(system, handle, near, all);

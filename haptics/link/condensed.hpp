@@ -2,6 +2,7 @@
 
 #include "haptics/reduced_operator.hpp"
 
+#include <algorithm>
 #include <limits>
 
 // What of a step of the simulation is handed over, whatever simulation it is.
@@ -16,7 +17,8 @@ struct HandleSpring {
 
 /// What of a step's contacts is handed over.
 struct CondenseOptions {
-    double speed = 0.2;       ///< fastest motion of the handle that is foreseen [m/s]
+    double speed = 0.2;       ///< fastest motion of the handle that is foreseen in full [m/s]
+    double most_speed = 1;    ///< at which the loop takes the force away [m/s]
     double period = 0.02;     ///< of the simulation [s]
     int latency = 1;          ///< periods from a pose to its operator
     double damper_spring = 0; ///< what a damper adds to the spring's stiffness in a tick [N/m]
@@ -24,6 +26,9 @@ struct CondenseOptions {
     /// What the handle can move until the operator after this one comes: latency and one period
     /// more, and a tenth [m].
     double reach() const { return 1.1 * speed * period * (latency + 1); }
+    /// The same at most_speed: so far the nearest contacts at least are handed over, so that
+    /// nothing is passed through [m].
+    double farthest() const { return reach() * std::max(1.0, most_speed / speed); }
 };
 
 /// The reduced problem of a step, in double and in full.

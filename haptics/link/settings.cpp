@@ -52,6 +52,7 @@ HapticSettings make_settings(const HapticInput& input, const DeviceSpec& device,
     s.loop.passivity.allowance = spring.stiffness * std::pow(kStepsOnTrust * device.resolution, 2);
 
     s.link.condense.speed = input.speed;
+    s.link.condense.most_speed = s.loop.safety.max_speed;
     s.link.condense.period = 1 / input.simulation_rate;
     s.link.condense.damper_spring = input.damping * input.rate;
     s.link.condense.most_contacts = input.contacts;

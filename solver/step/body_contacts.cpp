@@ -135,6 +135,20 @@ bool ContactFinder::all_small() const
            std::all_of(pairs_.begin(), pairs_.end(), [](const ContactPair& p) { return p.small; });
 }
 
+void ContactFinder::look_farther(const std::vector<BodyRef>& bodies, int body, double reach)
+{
+    const auto round = [&](int b) {
+        const RigidBody* rigid = b >= 0 ? bodies[std::size_t(b)].rigid : nullptr;
+        return rigid && (std::holds_alternative<Ball>(rigid->shape()) ||
+                         std::holds_alternative<Cylinder>(rigid->shape()));
+    };
+    for (ContactPair& p : pairs_) {
+        if (p.small || (p.a != body && p.b != body)) continue;
+        const bool meshes = bodies[std::size_t(p.a)].solid && p.b >= 0 && !round(p.b);
+        if (!meshes) p.reach = std::max(p.reach, reach);
+    }
+}
+
 std::vector<std::int64_t> ContactFinder::met() const
 {
     std::vector<std::int64_t> bodies;

@@ -133,6 +133,11 @@ public:
     /// ever touch. Of quasi-static scenes, before the offline stage.
     void keep_to_contacts(const std::vector<BodyRef>& bodies);
 
+    /// Pairs of this body look so far at least [m], before the first step: where distances have a
+    /// sign. Between faces of meshes the far side of a body is an overlap, and what is looked at
+    /// must stay below its thickness.
+    void look_farther(const std::vector<BodyRef>& bodies, int body, double reach);
+
     /// A new step, or try of one, of bodies that have begun it: what iterations of others have met
     /// is forgotten.
     void begin_step(const std::vector<BodyRef>& bodies);

@@ -1,3 +1,4 @@
+#include "haptics/device/recorded.hpp"
 #include "haptics/link/body_link.hpp"
 #include "haptics/link/settings.hpp"
 #include "haptics/loop/haptic_loop.hpp"
@@ -43,6 +44,20 @@ const char* const kBall = R"({
   "contact": [{"between": ["ball", "floor"], "friction": 0.3}],
   "haptic": {"handle": "ball", "device": "touch"},
   "time": {"step": 0.05, "end": 2}
+})";
+
+/// A small rigid ball 20 mm above a plate 1 mm thick that is held still.
+const char* const kPlate = R"({
+  "schema": 1,
+  "bodies": {
+    "plate": {"kind": "rigid", "shape": {"generate": "box", "size": [0.2, 0.2, 0.001]},
+              "drive": {"z": [[0, 0], [1, 0]]}},
+    "ball": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.002},
+             "start": {"place": [0, 0, 0.0225]}}
+  },
+  "contact": [{"between": ["ball", "plate"], "friction": 0.3}],
+  "haptic": {"handle": "ball", "device": "omega.3"},
+  "time": {"step": 0.02, "end": 1}
 })";
 
 struct World {
@@ -238,4 +253,39 @@ TEST_CASE("a device that begins elsewhere moves the handle from where it is")
     run_in_virtual_time<float>(loop, simulated, 300, publish, w.set.loop.period, v);
     CHECK(lowest == doctest::Approx(0.01).epsilon(1e-6)); // on the floor, never elsewhere
     CHECK(farthest < 1e-6);
+}
+
+TEST_CASE("a plate of 1 mm holds a ball of 2 mm from the moment of touch, at any speed allowed")
+{
+    for (const double rate : {25.0, 50.0, 100.0})
+        for (const double v : {0.1, 0.5, 0.95}) {
+            CAPTURE(rate);
+            CAPTURE(v);
+            World w(kPlate, rate);
+            const double k = w.set.link.spring.stiffness, calm = 0.6, down = 0.025;
+            RecordedDevice device({{0, calm, calm + down / v, calm + down / v + 0.2},
+                                   {{}, {}, at({}, {0, 0, -down}), at({}, {0, 0, -down})}});
+            HapticLoop<double> loop(50, w.set.loop);
+            VirtualOptions v_options;
+            v_options.duration = calm + down / v + 0.2;
+            v_options.operator_period = 1 / rate;
+            const Publisher<double> publish = [&](ReducedOperator<double>& op,
+                                                  const HandPose& handle, double time,
+                                                  std::uint64_t sequence) {
+                return w.link.step(sequence == 1 ? w.link.start() : handle) &&
+                       w.link.publish(op, time, sequence);
+            };
+            double under = 0; // how far the ball, where the force has it, was in the plate
+            const auto records = run_in_virtual_time<double>(loop, device, {}, 50, publish,
+                                                             w.set.loop.period, v_options);
+            for (const TickRecord& r : records) {
+                const double depth = 0.0005 + 0.002 - r.handle.position.z();
+                under = std::max(under, depth - std::max(r.computed.force.z(), 0.0) / k);
+            }
+            CHECK(under < 1e-6);
+            CHECK(loop.safety().faults() == 0);
+            // What the hand gave on the way down pays for what it is given at rest.
+            CHECK(records.back().computed.force.z() == doctest::Approx(k * 0.005).epsilon(1e-3));
+            CHECK(records.back().sent.force.z() == doctest::Approx(k * 0.005).epsilon(1e-3));
+        }
 }
