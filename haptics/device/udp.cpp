@@ -2,6 +2,7 @@
 
 #include "mesh/base/error.hpp"
 
+#include <algorithm>
 #include <arpa/inet.h>
 #include <bit>
 #include <cerrno>
@@ -164,6 +165,11 @@ DeviceSample UdpDevice::read(double time) noexcept
             ++refused_;
             continue;
         }
+        // As far after the last as the sender's clock says, and within 10 ms before its arrival: a
+        // clock that stands still or runs away leaves the times of arrival.
+        const double after =
+            1e-9 * (static_cast<double>(pose.time) - static_cast<double>(pose_.time));
+        measured_ = std::clamp(measured_ + std::max(after, 0.0), time - kRepeated, time);
         pose_ = pose;
         arrived_ = time;
         has_pose_ = has_peer_ = true;
@@ -171,7 +177,7 @@ DeviceSample UdpDevice::read(double time) noexcept
         std::memcpy(peer_.data(), &from, sizeof from);
     }
     DeviceSample sample;
-    sample.time = time;
+    sample.time = has_pose_ ? measured_ : time;
     sample.valid = has_pose_ && time - arrived_ < kRepeated;
     sample.pose = {pose_.position, turn(pose_.turn)};
     return sample;

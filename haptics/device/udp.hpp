@@ -13,9 +13,16 @@ namespace amontons {
 //   offset  type     in, "AMHP": pose              out, "AMHF": force
 //   0       4 bytes  'A' 'M' 'H' 'P'               'A' 'M' 'H' 'F'
 //   4       uint32   sequence number, counts up    that of the newest pose received
-//   8       int64    sender's clock [ns]           the loop's clock [ns]
+//   8       int64    when it was measured, by      the loop's clock [ns]
+//                    the sender's clock [ns]; 0:
+//                    it has none
 //   16      double   x, y, z [m]                   force on the hand, x, y, z [N]
 //   40      double   rotation vector, 3 [rad]      torque on the hand, 3 [N m]
+//
+// At least 100 poses a second: the newest is repeated for 10 ms, and 20 ms without a new one is a
+// device that is lost. Of speed only what lies between two packets is known: by the sender's clock
+// if that runs and agrees with the packets' arrival within 10 ms, else by their arrival, which
+// jitters. Faster senders are felt better: 1000 a second or more are best.
 //
 // World axes. Whatever has another size or another beginning is left aside; a pose with an older
 // number than the last is, too. Forces go to where the newest pose came from.
@@ -63,7 +70,7 @@ private:
     std::array<unsigned char, 16> peer_{}; // sockaddr_in
     bool has_peer_ = false, has_pose_ = false;
     UdpPose pose_;
-    double arrived_ = 0; // [s]
+    double arrived_ = 0, measured_ = -1; // of pose_, by the loop's clock [s]
     long received_ = 0, refused_ = 0;
 };
 

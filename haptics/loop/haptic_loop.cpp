@@ -65,17 +65,23 @@ TickRecord HapticLoop<Real>::tick(const DeviceSample& sample,
     const bool usable = sample.valid && !is_broken(sample.pose);
     const SafetyState before = safety_.state();
     const bool compute = safety_.watch(
-        {time, sample.valid, sample.pose, arrival_, next_period_, simulation_stopped});
+        {time, sample.valid, sample.pose, arrival_, next_period_, simulation_stopped, sample.time});
+    // A slow device's pose is repeated until the next one comes: then it has moved all the way.
+    const bool is_new =
+        sample.time != measured_ || displacement(last_device_, sample.pose) != Vec6::Zero();
     if (usable && safety_.jumped()) {
         if (clutched_) {
             handle_origin_ = clutched_pose(last_device_);
             device_origin_ = sample.pose;
         }
-        passivity_.restart(sample.pose, time);
-    } else if (usable) {
-        passivity_.observe(sample.pose, time);
+        passivity_.restart(sample.pose, sample.time);
+    } else if (usable && is_new) {
+        passivity_.observe(sample.pose, sample.time);
     }
-    if (usable) last_device_ = sample.pose;
+    if (usable) {
+        last_device_ = sample.pose;
+        measured_ = sample.time;
+    }
     if (options_.clutch && !clutched_ && op && usable) {
         device_origin_ = sample.pose;
         handle_origin_ = op->handle;

@@ -77,6 +77,7 @@ private:
     Passivity passivity_;
     HandPose device_origin_, handle_origin_; // of the clutch
     HandPose last_device_;
+    double measured_ = -1; // when that was [s]
     Wrench last_computed_; // repeated where one sample is missing
     bool clutched_ = false, seen_ = false;
     bool unknown_ = false; // what the device did in the last fault

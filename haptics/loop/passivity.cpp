@@ -4,6 +4,11 @@
 #include <cmath>
 
 namespace amontons {
+namespace {
+
+constexpr double kMostHeld = 20; // ticks from one pose to the next that are looked ahead
+
+} // namespace
 
 void Passivity::observe(const HandPose& device, double time)
 {
@@ -14,12 +19,17 @@ void Passivity::observe(const HandPose& device, double time)
         return;
     }
     Vec6 step = displacement(last_pose_, device);
-    const double work = sent_.force.dot(step.head<3>()) + sent_.torque.dot(step.tail<3>());
+    const double share = 1.0 / std::max(sums_, 1);
+    const double work = share * (sum_.force.dot(step.head<3>()) + sum_.torque.dot(step.tail<3>()));
+    sum_ = {};
+    sums_ = 0;
     energy_ += work;
     most_energy_ = std::max(most_energy_, energy_);
     if (options_.leak > 0 && credit_ > 0) credit_ *= std::exp(-options_.period / options_.leak);
     credit_ -= work;
-    step /= std::max(1.0, std::round((time - last_time_) / options_.period));
+    const double ticks = std::round((time - last_time_) / options_.period);
+    held_ = static_cast<int>(std::clamp(ticks, 1.0, kMostHeld));
+    step /= std::max(1.0, ticks);
     surprise_ = (step - step_).head<3>().norm();
     turn_surprise_ = (step - step_).tail<3>().norm();
     step_ = step;
@@ -33,6 +43,8 @@ void Passivity::restart(const HandPose& device, double time)
     last_time_ = time;
     step_.setZero();
     surprise_ = turn_surprise_ = 0;
+    sum_ = {};
+    sums_ = 0;
     started_ = true;
 }
 
@@ -55,7 +67,7 @@ Wrench Passivity::allow(Wrench wrench, double most_force, double most_torque, bo
                         (ticks + 1) / 2 * (more * w.force.norm() + turn_more * w.torque.norm()));
     };
     const auto worst_work = [&](const Wrench& w) {
-        return std::max(work_of(w, 1), work_of(w, options_.horizon));
+        return std::max(work_of(w, 1), work_of(w, std::max(options_.horizon, held_)));
     };
     const double wanted = worst_work(wrench), budget = std::max(credit_, 0.0);
     if (options_.control && wanted > credit_) {
@@ -82,6 +94,9 @@ Wrench Passivity::allow(Wrench wrench, double most_force, double most_torque, bo
         removed_ += wanted - worst_work(wrench);
     }
     sent_ = wrench;
+    sum_.force += wrench.force;
+    sum_.torque += wrench.torque;
+    ++sums_;
     return wrench;
 }
 

@@ -45,7 +45,9 @@ public:
     {
     }
 
-    /// Counts the work of the tick that ends with this pose, done by the wrench sent before.
+    /// Counts the work on the way to this pose, done by the wrench sent before; by their mean, if
+    /// several were: of a device that tells its pose every few ticks. The next one is expected
+    /// after as many.
     /// @param time  of the pose: a late tick has gone farther [s]
     void observe(const HandPose& device, double time);
     /// Goes on from a pose that the device did not move to: it was re-calibrated, or replaced.
@@ -66,7 +68,8 @@ public:
 private:
     PassivityOptions options_;
     HandPose last_pose_;
-    Wrench sent_;
+    Wrench sent_, sum_; // sum_: of those sent since the last pose
+    int sums_ = 0, held_ = 1;
     double last_time_ = 0;
     Vec6 step_ = Vec6::Zero();                // in a tick, of late
     double surprise_ = 0, turn_surprise_ = 0; // how much it differed from the one before

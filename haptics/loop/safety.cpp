@@ -92,8 +92,9 @@ SafetyState Safety::look(const SafetyInput& in)
     }
     if (is_broken(in.device)) return SafetyState::not_a_number;
     SafetyState found = SafetyState::running;
+    const double measured = std::isinf(in.sample_time) ? in.time : in.sample_time;
     if (has_pose_) {
-        const double elapsed = std::max(in.time - last_sample_, options_.period);
+        const double elapsed = std::max(measured - last_measured_, options_.period);
         const Vec6 d = displacement(last_pose_, in.device);
         jump_ = d.head<3>().norm() > options_.max_jump;
         if (jump_)
@@ -103,6 +104,7 @@ SafetyState Safety::look(const SafetyInput& in)
             found = SafetyState::too_fast;
     }
     last_pose_ = in.device;
+    last_measured_ = measured;
     has_pose_ = true;
     last_sample_ = in.time;
     if (found == SafetyState::running && in.operator_time >= 0 && in.operator_period > 0 &&

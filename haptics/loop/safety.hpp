@@ -2,6 +2,8 @@
 
 #include "haptics/pose.hpp"
 
+#include <limits>
+
 namespace amontons {
 
 enum class SafetyState {
@@ -40,6 +42,8 @@ struct SafetyInput {
     double operator_time = -1;  ///< when the operator at hand arrived; < 0: none yet [s]
     double operator_period = 0; ///< [s]
     bool simulation_stopped = false;
+    /// When the pose was measured; the same as before: the same pose again. -inf: now [s].
+    double sample_time = -std::numeric_limits<double>::infinity();
 };
 
 /// Watches, names what is wrong, and takes the force down.
@@ -76,7 +80,7 @@ private:
     double left_ = 0;  // of the ramp down, 1 .. 0
     Wrench sent_;
     double time_ = -1, elapsed_ = 0; // of the last tick, and since the one before
-    double calm_since_ = -1, last_sample_ = -1;
+    double calm_since_ = -1, last_sample_ = -1, last_measured_ = 0;
     HandPose last_pose_;
     bool has_pose_ = false, jump_ = false;
     long faults_ = 0;

@@ -32,9 +32,10 @@ struct Client {
         REQUIRE(::sendto(socket, bytes, size, 0, reinterpret_cast<const sockaddr*>(&to),
                          sizeof to) == static_cast<ssize_t>(size));
     }
-    void send(std::uint32_t sequence, const Vec3& x) const
+    void send(std::uint32_t sequence, const Vec3& x, double time = 0) const
     {
-        const UdpPacket p = pose_packet({sequence, 0, x, {0, 0, 0}});
+        const UdpPacket p =
+            pose_packet({sequence, static_cast<std::int64_t>(1e9 * time), x, {0, 0, 0}});
         send(p.data(), p.size());
     }
 };
@@ -100,6 +101,37 @@ TEST_CASE("poses come, forces go back, old and foreign packets are left aside, s
     CHECK_FALSE(device.read(0.03).valid);
     client.send(1, {4, 0, 0}); // much later: begun anew
     CHECK(device.read(2).pose.position == Vec3(4, 0, 0));
+}
+
+TEST_CASE("a pose was measured when the sender's clock says, or where that is none, when it came")
+{
+    // Every 4 ms, held up by 0 to 3 ms.
+    const double held_up[] = {0, 3, 1, 0, 2, 0, 3, 0, 0, 1, 0, 0};
+    struct Clock {
+        double begin, speed;
+    };
+    for (const Clock clock : {Clock{700, 1}, Clock{0, 0}, Clock{5, 1e-3}, Clock{5, 1e3}}) {
+        CAPTURE(clock.speed);
+        UdpDevice device("0");
+        Client client(device.port());
+        double last = 0, arrived = 0;
+        bool settled = false; // the longest delay was seen
+        for (int n = 0; n < 12; ++n) {
+            const double sent = 4e-3 * n, now = 0.1 + sent + 1e-3 * held_up[n];
+            client.send(std::uint32_t(n + 1), {0, 0, 0}, clock.begin + clock.speed * sent);
+            const DeviceSample s = device.read(now);
+            CHECK(s.time <= now + 1e-12);
+            CHECK(s.time >= now - 0.0101);
+            CHECK(device.read(now + 1e-3).time == s.time); // the same pose again
+            if (clock.speed == 1 && settled)
+                CHECK(s.time - last == doctest::Approx(4e-3));
+            else if (n > 1 && clock.speed != 1)
+                CHECK(s.time - last == doctest::Approx(now - arrived).epsilon(0.01));
+            settled = settled || held_up[n] == 3;
+            last = s.time;
+            arrived = now;
+        }
+    }
 }
 
 TEST_CASE("what is no number passes through to the loop, which must see it")

@@ -186,6 +186,23 @@ TEST_CASE("a turn that is too fast is a fault, one below the limit is none")
     }
 }
 
+TEST_CASE("the speed of a device that tells its pose every 10 ms is that between its poses")
+{
+    for (const double speed : {0.9, 1.1}) {
+        CAPTURE(speed);
+        Scene s;
+        while (s.k < 1001)
+            s.tick();
+        for (int n = 0; n < 50; ++n)
+            s.tick([&](SafetyInput& in, Wrench&) {
+                in.sample_time = 1e-2 * std::floor(100 * in.time + 1e-9);
+                in.device.position[0] = speed * (in.sample_time - 1);
+            });
+        CHECK((s.safety.faults() > 0) == (speed > 1));
+        if (speed > 1) CHECK(s.safety.last_fault() == SafetyState::too_fast);
+    }
+}
+
 TEST_CASE("a fault that stays is not forgotten over one that passes")
 {
     Scene s;
@@ -263,6 +280,24 @@ TEST_CASE("a spring that gives back more than it took is caught, one that does n
         else
             CHECK(std::abs(observer.energy()) < 0.5 * 500 * 0.005 * 0.005 * 0.05);
     }
+}
+
+TEST_CASE("energy is kept where a pose comes every 10 ticks only")
+{
+    // As above, half as stiff going in as coming out.
+    Passivity observer({false}), control;
+    for (int k = 0; k <= 400; ++k) {
+        const int told = k - k % 10;
+        const auto depth = [](int n) { return 2.5e-5 * std::min(n, 400 - n); };
+        const HandPose pose{{0, 0, -depth(told)}, Eigen::Quaterniond::Identity()};
+        const Wrench wrench{{0, 0, 500 * (k > 200 ? 2 : 1) * depth(told)}, {0, 0, 0}};
+        for (Passivity* p : {&observer, &control}) {
+            if (k == told) p->observe(pose, k * kPeriod);
+            p->allow(wrench, 10, 1);
+        }
+    }
+    CHECK(observer.energy() > 1e-3); // the test can fail
+    CHECK(control.most_energy() <= 1e-15);
 }
 
 TEST_CASE("a torque has limits of its own")
