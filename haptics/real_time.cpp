@@ -135,6 +135,13 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
     TripleBuffer<PoseAtTime> poses;
     std::atomic<bool> done{false}, stopped{false}; // stopped: the simulation, for good
     std::atomic<long> ticked{0}, overloaded{0};
+    std::atomic<SafetyState> state{SafetyState::no_operator};
+    SafetyState told = SafetyState::no_operator;
+    const auto tell = [&] {
+        const SafetyState now = state;
+        if (now != told && options.on_state) options.on_state(now);
+        told = now;
+    };
     std::uint64_t sequence = 0;
 
     ++run.steps;
@@ -173,6 +180,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
             record = loop.tick(sample, operators, time, stopped);
             device.write(record.sent, time);
             sent = record.sent;
+            state.store(record.state, std::memory_order_relaxed);
             if (sample.valid && !is_broken(sample.pose)) pose_seen = sample.pose;
             poses.back() = {loop.handle_of(pose_seen), time};
             poses.publish();
@@ -213,6 +221,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
     while (!done) {
         sleep_until(std::min(next, start + options.duration + period));
         if (done) break;
+        tell();
         next = std::max(next + options.operator_period, clock_now());
         if (poses.fetch()) {
             pose = poses.front();
@@ -246,6 +255,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
         run.slowest_step = std::max(run.slowest_step, clock_now() - begin);
     }
     haptic.join();
+    tell();
     if (bare.joinable()) bare.join();
     if (run.locked) munlockall();
     run.records.resize(count);

@@ -24,6 +24,9 @@ struct RealTimeOptions {
     /// one that ended above their tolerance, after `budget` [s]: for lack of time.
     std::function<void(double share)> on_overload;
     double budget = 0;
+    /// Called in the simulation's thread where the loop's state is another than it was, and when
+    /// the run has ended: for the user, who is told while it lasts.
+    std::function<void(SafetyState state)> on_state;
     /// Called by the loop at the end of each tick, with the number of periods since the last: what
     /// a simulated device does in them. No allocation, no lock.
     std::function<void(long periods)> advance;

@@ -10,6 +10,7 @@
 namespace amontons {
 namespace {
 
+constexpr double kLongest = 3600;       // [s]: what one run may last
 constexpr std::size_t kMostIssues = 10; // of one file: more say nothing new
 constexpr const char* kColumns[] = {"time", "x", "y", "z", "turn_x", "turn_y", "turn_z"};
 
@@ -37,6 +38,13 @@ bool read_number(std::string_view text, double& value)
     return error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
 }
 
+std::string short_number(double x)
+{
+    std::array<char, 32> text;
+    const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), x);
+    return {text.data(), error == std::errc() ? end : text.data()};
+}
+
 } // namespace
 
 Trajectory parse_trajectory(std::string_view text, const std::string& file)
@@ -45,6 +53,7 @@ Trajectory parse_trajectory(std::string_view text, const std::string& file)
     std::array<int, 7> column;
     column.fill(-1);
     std::string_view rest = text;
+    if (rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3); // spreadsheets begin UTF-8 so
     std::string_view header = next_part(rest, '\n');
     for (int c = 0; !header.empty(); ++c) {
         std::string_view name = next_part(header, ',');
@@ -57,6 +66,10 @@ Trajectory parse_trajectory(std::string_view text, const std::string& file)
             issues.push_back({file, "line 1", std::string("no column ") + kColumns[k],
                               "time,x,y,z[,turn_x,turn_y,turn_z]"});
     const bool turns = column[4] >= 0 && column[5] >= 0 && column[6] >= 0;
+    for (std::size_t k = 4; k < column.size() && !turns; ++k)
+        if (column[k] >= 0)
+            issues.push_back({file, "line 1", std::string(kColumns[k]) + " without the others",
+                              "all of turn_x, turn_y, turn_z, or none"});
     if (!issues.empty()) throw InputError(std::move(issues));
 
     Trajectory path;
@@ -89,9 +102,14 @@ Trajectory parse_trajectory(std::string_view text, const std::string& file)
         if (!path.time.empty() && !(value[0] > path.time.back())) {
             issues.push_back(
                 {file, "line " + std::to_string(line),
-                 "time " + std::to_string(value[0]) + " after " + std::to_string(path.time.back()),
+                 "time " + short_number(value[0]) + " after " + short_number(path.time.back()),
                  "time that increases from line to line [s]"});
             continue;
+        }
+        if (!path.time.empty() && !(value[0] - path.time.front() <= kLongest)) {
+            issues.push_back({file, "line " + std::to_string(line), short_number(value[0]) + " s",
+                              "a time at most 3600 s after the first"});
+            break;
         }
         path.time.push_back(value[0]);
         path.pose.push_back({{value[1], value[2], value[3]}, turn({value[4], value[5], value[6]})});

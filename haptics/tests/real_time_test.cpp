@@ -1,24 +1,36 @@
+#include "haptics/device/recorded.hpp"
+#include "haptics/device/udp.hpp"
 #include "haptics/real_time.hpp"
 #include "haptics/summary.hpp"
 #include "haptics/tests/count_allocations.hpp"
 #include "haptics/tests/scenes.hpp"
 
 #include <algorithm>
+#include <arpa/inet.h>
+#include <atomic>
 #include <doctest/doctest.h>
+#include <functional>
 #include <stdexcept>
+#include <sys/socket.h>
+#include <unistd.h>
+#include <vector>
 
 using namespace amontons;
 using namespace amontons::test;
 
-// By the clock, but nothing here depends on how well the host keeps it.
+// By the clock, but nothing here depends on how well the host keeps it: a run ends when what it is
+// to show has happened, or after a minute.
 
 namespace {
 
 /// A device on a circle in the bed, which looks at the counter of its thread.
 struct Circle final : Device {
     long reads = 0, first = -1, last = -1, writes = 0;
-    double force = 0;    // last [N]
-    double most_off = 0; // that one write took away [N]
+    double force = 0;                 // last [N]
+    double most_off = 0;              // that one write took away [N]
+    std::atomic<bool> pressed{false}; // a force was felt
+    std::atomic<bool> stop{false};
+    std::function<bool()> enough = [] { return false; }; // after a write
     DeviceSpec spec() const override { return {}; }
     DeviceSample read(double t) noexcept override
     {
@@ -35,6 +47,8 @@ struct Circle final : Device {
         ++writes;
         most_off = std::max(most_off, force - w.force.norm());
         force = w.force.norm();
+        if (force > 0.1) pressed = true;
+        if (enough()) stop = true;
     }
 };
 
@@ -52,25 +66,38 @@ struct Fixture {
     Bed bed;
     RealTimeOptions options;
     Circle device;
+    std::atomic<int> published{0};
 
     Fixture()
     {
         bed.points = grid(16, 5e-3);
         bed.shear = 1e5;
         bed.margin = 0.01;
-        options.duration = 0.5;
+        options.duration = 60;
+        options.stop = &device.stop;
     }
-    /// @param fail_after  publications; then there are none, or the simulation throws
-    RealTimeRun run(const HapticOptions& settings = {}, int fail_after = 1 << 30,
-                    bool throws = false)
+    /// Force at once: no ramp, no control.
+    static HapticOptions plain()
+    {
+        HapticOptions o;
+        o.safety.ramp_up = 0;
+        o.passivity.control = false;
+        return o;
+    }
+    /// @param fails  asked before each publication; from then on there are none, or it throws
+    RealTimeRun run(
+        const HapticOptions& settings = {}, std::function<bool()> fails = [] { return false; },
+        bool throws = false)
     {
         HapticLoop<float> loop(16, settings);
-        const Publisher<float> publish = [&, sim = BedSimulation(bed),
-                                          n = 0](ReducedOperator<float>& op, const HandPose& pose,
-                                                 double time, std::uint64_t sequence) mutable {
-            if (++n > fail_after && throws) throw std::runtime_error("out of memory");
-            if (n > fail_after) return false;
+        const Publisher<float> publish = [&, sim = BedSimulation(bed), failed = false](
+                                             ReducedOperator<float>& op, const HandPose& pose,
+                                             double time, std::uint64_t sequence) mutable {
+            failed = failed || fails();
+            if (failed && throws) throw std::runtime_error("out of memory");
+            if (failed) return false;
             sim.step(op, pose, time, sequence);
+            ++published;
             return true;
         };
         return run_in_real_time<float>(loop, device, 16, publish, options);
@@ -82,8 +109,12 @@ struct Fixture {
 TEST_CASE("the loop ticks by the clock, takes operators, and allocates and faults nothing")
 {
     Fixture f;
-    const RealTimeRun run = f.run();
-    REQUIRE(run.records.size() > 50);
+    f.device.enough = [&] { return f.device.reads > 100 && f.published > 5 && f.device.pressed; };
+    HapticOptions settings = Fixture::plain();
+    settings.passivity.control = true;
+    settings.passivity.allowance = 1; // [J]: what the hand did not give
+    const RealTimeRun run = f.run(settings);
+    REQUIRE(run.records.size() > 100);
     CHECK(f.device.reads == static_cast<long>(run.records.size()));
     CHECK(f.device.writes >= f.device.reads);
     CHECK(f.device.last == f.device.first); // allocations of the loop's thread
@@ -95,41 +126,69 @@ TEST_CASE("the loop ticks by the clock, takes operators, and allocates and fault
     CHECK(run.failed_steps == 0);
     CHECK(run.scheduling != "");
     CHECK_FALSE(run.bare_wake.empty());
-    bool taken = false;
+    int taken = 0;
     for (std::size_t k = 1; k < run.records.size(); ++k) {
         const TickRecord &a = run.records[k - 1], &b = run.records[k];
         REQUIRE(b.time > a.time); // ticks that are missed are not made up for
         REQUIRE(b.wake >= 0);
-        REQUIRE(b.wake + 1e-9 < 0.5);
-        taken |= k > 40 && b.proxy.new_operator;
+        taken += b.proxy.new_operator;
     }
-    CHECK(taken);
-    CHECK(run.records.back().computed.force.z() > 0.1);
+    CHECK(taken > 0);
+    CHECK(f.device.pressed);
+}
+
+TEST_CASE("devices are read and written without an allocation")
+{
+    RecordedDevice recorded(parse_trajectory("time,x,y,z\n0,0,0,0\n1,1,0,0\n", "path.csv"));
+    UdpDevice udp("0");
+    const int from = ::socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(static_cast<std::uint16_t>(udp.port()));
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    const long before = allocations;
+    for (int k = 1; k <= 100; ++k) {
+        const double t = 1e-3 * k;
+        const UdpPacket p = pose_packet({std::uint32_t(k), k * 1000000, {t, 0, 0}, {0, 0, 0}});
+        ::sendto(from, p.data(), p.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+        for (Device* device : {static_cast<Device*>(&recorded), static_cast<Device*>(&udp)}) {
+            device->read(t);
+            device->write({{0, 0, 1}, {0, 0, 0}}, t);
+        }
+    }
+    CHECK(allocations == before);
+    CHECK(udp.received() == 100);
+    ::close(from);
 }
 
 TEST_CASE("a simulation that publishes no more takes the force away, and the reason is told")
 {
     Fixture f;
-    HapticOptions settings;
-    settings.safety.ramp_up = 0;
-    settings.passivity.control = false;
-    const RealTimeRun run = f.run(settings, 5);
+    std::vector<SafetyState> told;
+    std::atomic<bool> stale{false};
+    f.options.on_state = [&](SafetyState state) {
+        told.push_back(state);
+        if (state == SafetyState::stale_operator) stale = true;
+    };
+    f.device.enough = [&] { return f.device.pressed && f.device.force == 0 && stale; };
+    const RealTimeRun run = f.run(Fixture::plain(), [&] { return f.device.pressed.load(); });
     CHECK(run.failed_steps > 0);
     CHECK(run.records.back().state == SafetyState::stale_operator);
     CHECK(run.records.back().sent.force.norm() == 0);
-    double most = 0;
-    for (const TickRecord& r : run.records)
-        most = std::max(most, r.sent.force.norm());
-    CHECK(most > 0.1);
+    CHECK(f.device.pressed);
+    CHECK(told.back() == SafetyState::stale_operator);
 }
 
 TEST_CASE("a simulation that ends with an exception takes the force away, and the reason is told")
 {
     Fixture f;
-    HapticOptions settings;
-    settings.safety.ramp_up = 0;
-    settings.passivity.control = false;
-    const RealTimeRun run = f.run(settings, 5, true);
+    std::atomic<bool> stopped{false};
+    f.options.on_state = [&](SafetyState state) {
+        if (state == SafetyState::simulation_stopped) stopped = true;
+    };
+    f.device.enough = [&] { return stopped && f.device.force == 0; };
+    const RealTimeRun run = f.run(
+        Fixture::plain(), [&] { return f.device.pressed.load(); }, true);
     CHECK(run.stopped == "out of memory");
     CHECK(run.records.back().state == SafetyState::simulation_stopped);
     CHECK(run.records.back().sent.force.norm() == 0);
@@ -139,11 +198,8 @@ TEST_CASE("a simulation that ends with an exception takes the force away, and th
 TEST_CASE("whatever ends a run, the last force goes to zero evenly")
 {
     Fixture f;
-    HapticOptions settings;
-    settings.safety.ramp_up = 0;
-    settings.passivity.control = false;
-    f.options.duration = 0.3;
-    const RealTimeRun run = f.run(settings);
+    f.device.enough = [&] { return f.device.reads > 100 && f.device.force > 0.1; };
+    const RealTimeRun run = f.run(Fixture::plain());
     const double last = run.records.back().sent.force.norm();
     CHECK(last > 0.1);
     CHECK(f.device.force == 0);
@@ -157,7 +213,12 @@ TEST_CASE("ticks that end for lack of time are told to the simulation")
     HapticOptions settings;
     settings.proxy.budget = f.options.budget = 1e-9; // no sweep fits
     double most = 0;
-    f.options.on_overload = [&](double share) { most = std::max(most, share); };
+    std::atomic<bool> enough{false};
+    f.options.on_overload = [&](double share) {
+        most = std::max(most, share);
+        if (most > 0.1) enough = true;
+    };
+    f.device.enough = [&] { return enough.load(); };
     const RealTimeRun run = f.run(settings);
     CHECK(most > 0.1);
     for (const TickRecord& r : run.records)
@@ -167,9 +228,7 @@ TEST_CASE("ticks that end for lack of time are told to the simulation")
 TEST_CASE("a run that is stopped ends soon")
 {
     Fixture f;
-    std::atomic<bool> stop{true};
-    f.options.duration = 100;
-    f.options.stop = &stop;
+    f.device.stop = true;
     CHECK(f.run().records.size() <= 1);
 }
 

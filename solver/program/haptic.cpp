@@ -209,6 +209,8 @@ constexpr double kBudget = 0.5;     // of a period, for the sweeps of a tick
 constexpr double kOverloaded = 0.1; // share of ticks that the budget ended
 constexpr double kFewer = 0.8;      // of the contacts, then
 constexpr int kFewestContacts = 16;
+/// Of a run: each leaves a record of half a kilobyte.
+constexpr double kMostTicks = 4e6;
 
 /// The simulation goes on with this value of the scene replaced.
 /// @param line  PATH=VALUE
@@ -249,6 +251,8 @@ void haptic(HapticArguments& a, Session& session)
     if (choice.kind == "recorded") {
         Trajectory path = parse_trajectory(read_file(choice.rest), choice.rest);
         duration = path.end();
+        if (duration == 0)
+            throw InputError({{choice.rest, "", "one point", "two at least: a run lasts as long"}});
         device = std::make_unique<RecordedDevice>(std::move(path));
     } else if (choice.kind == "udp") {
         device = std::make_unique<UdpDevice>(choice.rest);
@@ -256,6 +260,13 @@ void haptic(HapticArguments& a, Session& session)
         device = std::make_unique<SpaceMouse>();
     }
     if (a.duration > 0) duration = a.duration;
+
+    if (duration * scene.haptic.rate > kMostTicks)
+        throw InputError({{scene.file, "/haptic/rate",
+                           fmt::format("{:g} Hz for {:g} s", scene.haptic.rate, duration),
+                           fmt::format("{:g} s at most: every tick is recorded",
+                                       kMostTicks / scene.haptic.rate)}});
+    if (!a.output.empty()) make_folder(a.output); // before the run, not after
 
     place_introducers(scene);
     const std::vector<Obstacle> obstacles = build_obstacles(scene);
@@ -272,6 +283,11 @@ void haptic(HapticArguments& a, Session& session)
     const std::unique_ptr<HandleLink> first = make_link(scene, obstacles, set.link);
     std::unique_ptr<HandleLink> changed;
     HandleLink* link = first.get();
+    if (set.device.max_stiffness > 0 && scene.haptic.stiffness > set.device.max_stiffness)
+        session.say(fmt::format("warning: {}: /haptic/stiffness: {:g} N/m, but {} is stable up to "
+                                "{:g} N/m: it may buzz",
+                                scene.file, scene.haptic.stiffness, set.device.name,
+                                set.device.max_stiffness));
     for (const Issue& w : link->warnings())
         session.say(std::string("warning: ") + InputError({w}).what());
 
@@ -298,7 +314,7 @@ void haptic(HapticArguments& a, Session& session)
     HapticLoop<float> loop(most, set.loop);
     const Publisher<float> publish = [&](ReducedOperator<float>& op, const HandPose& handle,
                                          double time, std::uint64_t sequence) {
-        for (const std::string& line : lines.take(session))
+        for (const std::string& line : viewer ? lines.take(session) : std::vector<std::string>())
             if (auto next = changed_link(a, line, obstacles, set, *link, session)) {
                 changed = std::move(next);
                 link = changed.get();
@@ -314,6 +330,7 @@ void haptic(HapticArguments& a, Session& session)
     std::vector<TickRecord> records;
     out.real_time = !a.virtual_time;
     out.contacts_asked = out.contacts_left = most;
+    bool told = false; // a fault, while it lasted
     if (a.virtual_time) {
         VirtualOptions options;
         options.duration = duration;
@@ -334,6 +351,12 @@ void haptic(HapticArguments& a, Session& session)
         options.operator_period = set.link.condense.period;
         options.stop = &stop;
         options.budget = set.loop.proxy.budget;
+        options.on_state = [&](SafetyState state) {
+            if (state == SafetyState::starting) return;
+            const bool fault = state != SafetyState::running;
+            if (fault || told) session.say(std::string(name(state)) + ": " + reason(state));
+            told = told || fault;
+        };
         options.on_overload = [&](double share) {
             if (share <= kOverloaded || out.contacts_left <= kFewestContacts) return;
             out.contacts_left =
@@ -364,7 +387,6 @@ void haptic(HapticArguments& a, Session& session)
 
     out.summary = summarise<float>(records, loop, set.loop.period, out.real_time);
     if (!a.output.empty()) {
-        make_folder(a.output);
         out.output = a.output + "/haptics.csv";
         write_file(out.output, trace_csv(records));
     }
@@ -372,13 +394,27 @@ void haptic(HapticArguments& a, Session& session)
         out.status = "interrupted";
         session.exit_code = kInterrupted;
     }
-    if (out.summary.faults > 0)
+    if (out.summary.faults > 0 && !told)
         session.say(std::string(name(out.summary.last_fault)) + ": " +
                     reason(out.summary.last_fault));
     if (session.json)
         session.print(json_text(out, set, *link));
     else if (!session.quiet)
         session.print(table(out, set, *link));
+}
+
+/// CLI::Range takes what is not a number for one within it.
+CLI::Validator within(double low, double high)
+{
+    CLI::Validator range = CLI::Range(low, high);
+    return {[low, high](std::string& text) {
+                double x = 0;
+                const bool is_number = CLI::detail::lexical_cast(text, x);
+                return is_number && x >= low && x <= high
+                           ? std::string()
+                           : fmt::format("\"{}\" is no number from {:g} to {:g}", text, low, high);
+            },
+            range.get_description()};
 }
 
 } // namespace
@@ -395,18 +431,20 @@ void add_haptic(CLI::App& program, Session& session)
         ->capture_default_str();
     command->add_option("--duration", a->duration, "How long (default: the scene's end) [s]")
         ->type_name("SECONDS")
-        ->check(CLI::Range(0.001, 3600.0));
-    command->add_flag("--virtual-time", a->virtual_time,
-                      "Without a clock: the same ticks in every run");
+        ->check(within(0.001, 3600));
+    CLI::Option* virtual_time = command->add_flag("--virtual-time", a->virtual_time,
+                                                  "Without a clock: the same ticks in every run");
     command->add_flag("--view", a->view, "Show the simulation in a window");
     command->add_option("--output,-o", a->output, "Folder for the trace, haptics.csv")
         ->type_name("DIR");
     command->add_option("--late", a->late, "Virtual time: share of ticks that come 3 ticks late")
-        ->check(CLI::Range(0.0, 0.5));
+        ->check(within(0, 0.5))
+        ->needs(virtual_time);
     command
         ->add_option("--latency", a->latency,
                      "Virtual time: periods that a step of the simulation takes")
-        ->check(CLI::Range(0, 20));
+        ->check(CLI::Range(0, 20))
+        ->needs(virtual_time);
     command->add_flag("--no-control", a->free, "Count the energy, but do not control it");
     command->add_option("--threads", a->threads, "Threads; the result is the same for any number")
         ->check(CLI::Range(1, 1024));

@@ -52,5 +52,12 @@ TEST_CASE("a trajectory that is none is refused, line by line")
     CHECK(back.find("increases") != std::string::npos);
     CHECK(refusal("time,x,y,z\n0,0,0,0\n0,0,0,0\n") != "");
     CHECK(refusal("time,x,y,z\n0,1e999,0,0\n") != "");
-    CHECK(refusal("time,x,y,z\n0,0,0,0\n") == ""); // one point is a handle at rest
+    const std::string two_turns = refusal("time,x,y,z,turn_x,turn_y\n0,0,0,0,0,0\n");
+    CHECK(two_turns.find("turn_y without the others") != std::string::npos);
+    const std::string far = refusal("time,x,y,z\n-1.7e308,0,0,0\n1.7e308,0,0,0\n");
+    CHECK(far.find("line 3") != std::string::npos);
+    CHECK(far.find("3600 s") != std::string::npos);
+    CHECK(refusal("time,x,y,z\n0,0,0,0\n1e9,0,0,0\n").find("1e+09") != std::string::npos);
+    CHECK(refusal("\xef\xbb\xbftime,x,y,z\n0,0,0,0\n") == ""); // a mark of UTF-8
+    CHECK(refusal("time,x,y,z\n0,0,0,0\n") == "");             // one point is a handle at rest
 }
