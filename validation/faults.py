@@ -3,7 +3,7 @@
 
     validation/faults.py PROGRAM [--trials 200] [--seed 1] [--json FILE]
 
-After each fault every finished step must be readable; the resumed run must end with the same bytes as
+After each fault every finished step must be readable and the undisturbed run's own; the resumed run must end with the same bytes as
 one that was never disturbed: history (but for its clocks), frames, results. Half of the trials are
 killed, up to three times in a row; half run on a disk of random size that is too small (a tmpfs in a
 namespace of its own; where that is not allowed, a limit on the size of each file), and are resumed on
@@ -83,14 +83,28 @@ def results_of(folder):
                                      "certificate")}
 
 
-def readable(folder):
-    """What was finished before the fault can be read: (steps, has a checkpoint)."""
+def readable(folder, whole, least=0):
+    """What was finished before the fault can be read, and is how the undisturbed run began: (steps, has a
+    checkpoint). At least `least` steps were there before."""
+    history = history_of(folder) if (folder / "history.csv").exists() else []
+    steps = max(0, len(history) - 1)
+    assert history == whole[0][:len(history)], "the steps that are left are not those of the undisturbed run"
+    assert steps >= least, f"{least} steps were written, {steps} are left"
+    for key, data in frames_of(folder).items():
+        if ".end." not in key[2]:  # where a run that gave up stood: the undisturbed one has none there
+            assert whole[1].get(key) == data, f"another frame {key[2]} is left"
     if not (folder / "manifest.json").exists():
-        return 0, False
+        return steps, False
     json.loads((folder / "manifest.json").read_text())
-    steps = max(0, len(history_of(folder)) - 1) if (folder / "history.csv").exists() else 0
-    frames_of(folder)
     return steps, (folder / "checkpoint").exists()
+
+
+def steps_written(folder):
+    """Whole lines of a history that a run still writes, but for its heading."""
+    try:
+        return max(0, (folder / "history.csv").read_bytes().count(b"\n") - 1)
+    except OSError:
+        return 0
 
 
 class Trials:
@@ -128,9 +142,10 @@ class Trials:
                 process.wait(timeout=self.random.uniform(0, 0.9 * self.whole[name][3]))
                 break  # it was quicker
             except subprocess.TimeoutExpired:
+                written = steps_written(folder)
                 process.kill()
                 process.communicate()
-            _, started = readable(folder)
+            _, started = readable(folder, self.whole[name], written)
         return started
 
     def fill(self, name, folder):
@@ -153,7 +168,7 @@ class Trials:
             raise AssertionError(f"exit code {run.returncode} on a full disk: {run.stderr.strip()}")
         if run.returncode == 3 and "cannot be written" not in run.stderr:
             raise AssertionError(f"a full disk is called: {run.stderr.strip()}")
-        return readable(folder)[1] if folder.exists() else False
+        return readable(folder, self.whole[name])[1] if folder.exists() else False
 
     def trial(self, name, kind):
         folder = self.work / "out"

@@ -125,11 +125,12 @@ CaseMeasure read_measure(const Json& json, const std::string& file, const std::s
 {
     CaseMeasure m;
     Fields f(json, file, place, issues);
-    m.scene = f.text("scene", scenes.size() > 1);
+    const bool left_out = f.has("left_out");
+    m.scene = f.text("scene", scenes.size() > 1 && !left_out);
     if (!scenes.empty() &&
         std::none_of(scenes.begin(), scenes.end(),
                      [&](const CaseScene& s) { return s.name == m.scene; }) &&
-        !(scenes.size() > 1 && m.scene.empty())) {
+        !(scenes.size() > 1 && m.scene.empty()) && !(left_out && m.scene.empty())) {
         std::string names;
         for (const CaseScene& s : scenes)
             names += (names.empty() ? "one of " : ", ") + quoted_text(s.name);
@@ -137,9 +138,10 @@ CaseMeasure read_measure(const Json& json, const std::string& file, const std::s
     }
     m.what = f.text("what");
     m.note = f.text("note");
-    const int kinds = f.has("quantity") + f.has("curve") + f.has("refused");
+    const int kinds = f.has("quantity") + f.has("curve") + f.has("refused") + left_out;
     if (kinds != 1 && json.is_object())
-        f.issue("", fmt::format("{} of quantity, curve and refused", kinds), "one of them");
+        f.issue("", fmt::format("{} of quantity, curve, refused and left_out", kinds),
+                "one of them");
     if (f.has("quantity")) {
         m.quantity = f.text("quantity", true);
         m.reference = f.number("reference", true, 0, -HUGE_VAL);
@@ -163,6 +165,10 @@ CaseMeasure read_measure(const Json& json, const std::string& file, const std::s
         m.kind = CaseMeasure::Kind::refusal;
         m.says = f.text("refused", true);
         if (m.what.empty()) m.what = "refused: " + m.says;
+    } else if (left_out) {
+        m.kind = CaseMeasure::Kind::left_out;
+        m.says = f.text("left_out", true);
+        if (m.what.empty()) f.issue("what", "nothing", "what is left out, in words");
     }
     f.done();
     return m;
@@ -305,9 +311,14 @@ std::vector<Measured> measure(const FolderCase& c, const RunScene& run)
     for (const CaseScene& s : c.scenes)
         answers[s.name] = run((fs::path(c.folder) / s.file).string(), s.set);
     std::vector<Measured> rows;
-    for (const CaseMeasure& m : c.measures) {
-        const SceneAnswer& answer = answers.at(m.scene);
+    for (std::size_t i = 0; i < c.measures.size(); ++i) {
+        const CaseMeasure& m = c.measures[i];
         const std::string what = m.scene.empty() ? m.what : m.what + ", " + m.scene;
+        if (m.kind == CaseMeasure::Kind::left_out) {
+            rows.push_back(left_out(what, m.says));
+            continue;
+        }
+        const SceneAnswer& answer = answers.at(m.scene);
         if (m.kind == CaseMeasure::Kind::refusal) {
             const bool said = answer.exit_code == 2 || answer.exit_code == 3
                                   ? answer.last_words.find(m.says) != std::string::npos
@@ -317,7 +328,7 @@ std::vector<Measured> measure(const FolderCase& c, const RunScene& run)
             continue;
         }
         if (answer.exit_code != 0) {
-            rows.push_back({what, m.reference, kNaN, kNaN, m.tolerance, answer.last_words, {}});
+            rows.push_back({what, m.reference, kNaN, kNaN, m.tolerance, answer.last_words, {}, ""});
             continue;
         }
         const study::Numbers numbers = study::numbers_of(answer.json, "the run's answer");
@@ -328,8 +339,9 @@ std::vector<Measured> measure(const FolderCase& c, const RunScene& run)
         } else {
             const std::optional<double> found = study::find(numbers, m.quantity);
             if (!found)
-                throw InputError({{c.folder + "/case.json", "quantity", quoted_text(m.quantity),
-                                   study::allowed_names(numbers, m.quantity)}});
+                throw InputError(
+                    {{c.folder + "/case.json", fmt::format("measure.{}.quantity", i),
+                      quoted_text(m.quantity), study::allowed_names(numbers, m.quantity)}});
             const double value = m.scale * *found;
             rows.push_back(m.absolute ? absolute(what, m.reference, value, m.tolerance)
                                       : relative(what, m.reference, value, m.tolerance));

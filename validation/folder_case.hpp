@@ -22,7 +22,7 @@ struct CaseScene {
 
 /// One thing that the case looks at.
 struct CaseMeasure {
-    enum class Kind { number, curve, refusal } kind = Kind::number;
+    enum class Kind { number, curve, refusal, left_out } kind = Kind::number;
     std::string scene; ///< by its name
     std::string what;  ///< in words
     std::string note;
@@ -34,7 +34,7 @@ struct CaseMeasure {
     double scale = 1;      ///< the quantity is multiplied with this first
     // a curve: columns of history.csv against those of the file
     std::string file, x, y;
-    // a refusal: the run must fail and say this
+    // a refusal: the run must fail and say this; what is left out: why
     std::string says;
 };
 

@@ -7,6 +7,7 @@
 #include <exception>
 #include <limits>
 #include <numeric>
+#include <stdexcept>
 
 namespace amontons::validation {
 
@@ -33,22 +34,43 @@ Measured relative(std::string quantity, double reference, double value, double t
 {
     return {
         std::move(quantity), reference, value, std::abs(value - reference) / std::abs(reference),
-        tolerance,           "",        {}};
+        tolerance,           "",        {},    ""};
 }
 
 Measured absolute(std::string quantity, double reference, double value, double tolerance)
 {
-    return {std::move(quantity), reference, value, std::abs(value - reference), tolerance, "", {}};
+    return {std::move(quantity), reference, value, std::abs(value - reference),
+            tolerance,           "",        {},    ""};
 }
 
 Measured at_most(std::string quantity, double value, double tolerance)
 {
-    return {std::move(quantity), 0, value, std::abs(value), tolerance, "", {}};
+    return {std::move(quantity), 0, value, std::abs(value), tolerance, "", {}, ""};
+}
+
+Measured left_out(std::string quantity, std::string why)
+{
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    return {std::move(quantity), kNone, kNone, kNone, kNone, "", {}, std::move(why)};
+}
+
+Measured missed(Measured row, std::string why)
+{
+    if (row.error > row.tolerance) row.left_out = std::move(why); // NaN is no miss, it fails
+    return row;
+}
+
+void raise_to(double& worst, double value)
+{
+    if (!std::isnan(worst) && !(value <= worst)) worst = value;
 }
 
 bool CaseResult::passed() const
 {
-    return std::all_of(rows.begin(), rows.end(), [](const Measured& m) { return m.passed(); });
+    if (!left_out.empty()) return true;
+    const auto counts = [](const Measured& m) { return m.left_out.empty(); };
+    return std::any_of(rows.begin(), rows.end(), counts) &&
+           std::none_of(rows.begin(), rows.end(), [](const Measured& m) { return m.failed(); });
 }
 
 CaseResult run_case(const Case& c)
@@ -74,9 +96,12 @@ CaseResult run_case(std::string name, std::string suite, std::string source,
     const Stopwatch watch;
     try {
         r.rows = measure();
+        if (std::none_of(r.rows.begin(), r.rows.end(),
+                         [](const Measured& m) { return m.left_out.empty(); }))
+            throw std::runtime_error("nothing was measured");
     } catch (const std::exception& error) {
         const double nan = std::numeric_limits<double>::quiet_NaN();
-        r.rows.push_back({"runs to its end", 0, nan, nan, 0, error.what(), {}});
+        r.rows.push_back({"runs to its end", 0, nan, nan, 0, error.what(), {}, ""});
     }
     r.seconds = watch.seconds();
     return r;

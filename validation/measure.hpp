@@ -31,8 +31,10 @@ struct Measured {
     double tolerance = 0;      ///< of the error
     std::string note;          ///< what else is worth saying, or ""
     ReferenceCurve curve = {}; ///< what the number is the worst of, if there is a plot of it
+    std::string left_out = ""; ///< why it does not count, "" if it does; see left_out(), missed()
 
     bool passed() const { return error <= tolerance; } // false for NaN
+    bool failed() const { return left_out.empty() && !passed(); }
 };
 
 /// |value - reference| / |reference|
@@ -41,6 +43,15 @@ Measured relative(std::string quantity, double reference, double value, double t
 Measured absolute(std::string quantity, double reference, double value, double tolerance);
 /// A size that is 0 at its best, such as an error or a count.
 Measured at_most(std::string quantity, double value, double tolerance);
+
+/// What the benchmark has and the case does not measure. It is told with its reason.
+Measured left_out(std::string quantity, std::string why);
+/// A row that misses the tolerance of its source: told with its error and why it does not get
+/// there. Once it passes, it is a row like any other.
+Measured missed(Measured row, std::string why);
+
+/// Raises the worst so far to a value that is larger or no number: NaN stays, it never gets lost.
+void raise_to(double& worst, double value);
 
 /// A published or closed-form result, and how it is measured here.
 struct Case {
@@ -61,10 +72,11 @@ struct CaseResult {
     std::vector<Measured> rows;
     std::string left_out; ///< why it did not run, "" if it did
     double seconds = 0;
-    bool passed() const;
+    bool passed() const; ///< a case that measures nothing does not
 };
 
-/// Runs a case. A case that cannot be run to its end (an exception) has a row that failed.
+/// Runs a case. One that cannot be run to its end (an exception), or measures nothing, has a row
+/// that failed.
 CaseResult run_case(const Case& c);
 /// The same of what has no place in the list.
 CaseResult run_case(std::string name, std::string suite, std::string source,

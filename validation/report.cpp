@@ -15,6 +15,24 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
+/// Also of a row that misses.
+bool was_measured(const Measured& m)
+{
+    return !std::isnan(m.tolerance);
+}
+
+const char* verdict(const Measured& m)
+{
+    if (m.failed()) return "FAILED";
+    return m.left_out.empty() ? "passed" : was_measured(m) ? "missed" : "left out";
+}
+
+/// What the row says in words: its note, and why it does not count.
+std::string words(const Measured& m)
+{
+    return m.note + (m.note.empty() || m.left_out.empty() ? "" : "; ") + m.left_out;
+}
+
 void add_rows(JsonText& out, const CaseResult& r)
 {
     const auto head = [&] {
@@ -41,7 +59,8 @@ void add_rows(JsonText& out, const CaseResult& r)
         head();
         out.member("quantity", m.quantity).member("reference", m.reference);
         out.member("value", m.value).member("error", m.error).member("tolerance", m.tolerance);
-        out.member("passed", m.passed()).member("left_out", "").member("seconds", r.seconds);
+        const bool passed = m.passed() || (!m.left_out.empty() && !was_measured(m));
+        out.member("passed", passed).member("left_out", m.left_out).member("seconds", r.seconds);
         out.member("note", m.note);
         if (!m.curve.x.empty()) {
             out.key("curve").open('{').member("x_label", m.curve.x_label);
@@ -174,10 +193,10 @@ std::vector<CaseResult> read_results(std::string_view text, const std::string& f
             r.source = text_at(row, "source");
             r.verified = text_at(row, "verified");
             r.about = text_at(row, "about");
-            r.left_out = text_at(row, "left_out");
+            if (text_at(row, "quantity").empty()) r.left_out = text_at(row, "left_out");
             r.seconds = number_at(row, "seconds");
         }
-        if (!results.back().left_out.empty()) continue;
+        if (text_at(row, "quantity").empty() && !results.back().left_out.empty()) continue;
         Measured m;
         m.quantity = text_at(row, "quantity");
         m.reference = number_at(row, "reference");
@@ -185,6 +204,7 @@ std::vector<CaseResult> read_results(std::string_view text, const std::string& f
         m.error = number_at(row, "error");
         m.tolerance = number_at(row, "tolerance");
         m.note = text_at(row, "note");
+        m.left_out = text_at(row, "left_out");
         if (const auto curve = row.find("curve"); curve != row.end() && curve->is_object()) {
             m.curve.x_label = text_at(*curve, "x_label");
             m.curve.y_label = text_at(*curve, "y_label");
@@ -204,10 +224,13 @@ std::string text_of(const CaseResult& r)
     std::string t = fmt::format("{} ({}; {:.2f} s): {}\n", r.name, r.suite, r.seconds, r.source);
     if (!r.left_out.empty()) return t + "  left out: " + r.left_out + "\n";
     for (const Measured& m : r.rows) {
-        t += fmt::format("  {:<6} {:<58} {:>13.9g} {:>13.9g} {:>9.2e} {:>8.1e}\n",
-                         m.passed() ? "ok" : "FAILED", m.quantity, m.reference, m.value, m.error,
-                         m.tolerance);
-        if (!m.note.empty()) t += fmt::format("         {}\n", m.note);
+        if (was_measured(m) || m.left_out.empty())
+            t += fmt::format("  {:<6} {:<58} {:>13.9g} {:>13.9g} {:>9.2e} {:>8.1e}\n",
+                             m.passed() ? "ok" : verdict(m), m.quantity, m.reference, m.value,
+                             m.error, m.tolerance);
+        else
+            t += fmt::format("  left out: {}\n", m.quantity);
+        if (!words(m).empty()) t += fmt::format("         {}\n", words(m));
     }
     return t;
 }
@@ -222,13 +245,25 @@ std::string csv_of(const std::vector<CaseResult>& results)
             t += head + ",,,,,,left out,0," + in_csv(r.left_out) + "\n";
         else
             for (const Measured& m : r.rows)
-                t +=
-                    head + fmt::format(",{},{},{},{},{},{},{:.3f},{}\n", in_csv(m.quantity),
-                                       cell(m.reference, "{}"), cell(m.value, "{}"),
-                                       cell(m.error, "{:.3g}"), cell(m.tolerance, "{:g}"),
-                                       m.passed() ? "passed" : "FAILED", r.seconds, in_csv(m.note));
+                t += head + fmt::format(",{},{},{},{},{},{},{:.3f},{}\n", in_csv(m.quantity),
+                                        cell(m.reference, "{}"), cell(m.value, "{}"),
+                                        cell(m.error, "{:.3g}"), cell(m.tolerance, "{:g}"),
+                                        verdict(m), r.seconds, in_csv(words(m)));
     }
     return t;
+}
+
+std::string left_out_text(const std::vector<CaseResult>& results)
+{
+    std::size_t cases = 0, parts = 0, misses = 0;
+    for (const CaseResult& r : results) {
+        cases += !r.left_out.empty();
+        for (const Measured& m : r.rows)
+            if (!m.left_out.empty()) ++(was_measured(m) ? misses : parts);
+    }
+    return fmt::format("{} cases left out, {} parts of cases left out, {} rows that miss the "
+                       "tolerance of their source; each says why",
+                       cases, parts, misses);
 }
 
 std::string markdown_of(const std::vector<CaseResult>& results)
@@ -240,9 +275,12 @@ std::string markdown_of(const std::vector<CaseResult>& results)
         if (!r.left_out.empty())
             t += fmt::format("| {} | left out: {} | | | | | |\n", r.name, r.left_out);
         for (const Measured& m : r.rows)
-            t += fmt::format("| {} | {} | {:.9g} | {:.9g} | {:.2e} | {:.1e} | {} |\n", r.name,
-                             m.quantity, m.reference, m.value, m.error, m.tolerance,
-                             m.passed() ? "" : "**failed**");
+            t += fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", r.name, m.quantity,
+                             cell(m.reference, "{:.9g}"), cell(m.value, "{:.9g}"),
+                             cell(m.error, "{:.2e}"), cell(m.tolerance, "{:.1e}"),
+                             m.failed()           ? "**failed**"
+                             : m.left_out.empty() ? ""
+                                                  : verdict(m) + (": " + m.left_out));
     }
     t += "\n| case | source | seconds |\n|---|---|---|\n";
     for (const CaseResult& r : results)
@@ -262,6 +300,7 @@ std::vector<PlotScript> plots_of(const std::vector<CaseResult>& results)
         for (const Measured& m : r.rows) {
             // What is exact stands at the bottom; what may not miss at all, or is no number, on
             // top.
+            if (!m.left_out.empty() && !was_measured(m)) continue;
             const double share = m.error == 0 ? 0 : m.error / m.tolerance;
             points += fmt::format("{} {:.4g} {}\n", column,
                                   std::clamp(std::isnan(share) ? 1e3 : share, 1e-8, 1e3),
@@ -280,7 +319,7 @@ std::vector<PlotScript> plots_of(const std::vector<CaseResult>& results)
                             "plot 1 with lines lw 2 lc rgb '#999999' title 'tolerance', "
                             "$rows using 1:($3 == 0 ? $2 : NaN) with points pt 7 ps 0.5 lc rgb "
                             "'#207040' title 'passed', $rows using 1:($3 == 1 ? $2 : NaN) with "
-                            "points pt 5 ps 0.7 lc rgb '#c00000' title 'failed'\n",
+                            "points pt 5 ps 0.7 lc rgb '#c00000' title 'failed or missed'\n",
                             column, tics));
     for (const CaseResult& r : results) {
         int k = 0;
@@ -296,14 +335,12 @@ std::vector<PlotScript> plots_of(const std::vector<CaseResult>& results)
 std::string html_of(const std::vector<CaseResult>& results, const std::string& about,
                     const std::vector<std::string>& drawn)
 {
-    std::size_t rows = 0, failed = 0, left_out = 0;
-    for (const CaseResult& r : results) {
-        left_out += !r.left_out.empty();
+    std::size_t rows = 0, failed = 0;
+    for (const CaseResult& r : results)
         for (const Measured& m : r.rows) {
-            ++rows;
-            failed += !m.passed();
+            rows += m.left_out.empty();
+            failed += m.failed();
         }
-    }
     const auto plot = [&](const std::string& name) -> std::string {
         if (std::find(drawn.begin(), drawn.end(), name) == drawn.end()) return "";
         return fmt::format("<p><img src=\"plots/{0}.svg\" alt=\"{0}\"></p>\n", in_html(name));
@@ -316,8 +353,8 @@ std::string html_of(const std::vector<CaseResult>& results, const std::string& a
         "tr.failed td{background:#fdd}small{color:#555}</style></head><body>\n"
         "<h1>amontons validate</h1>\n";
     t += fmt::format("<p>{}</p>\n", in_html(about));
-    t += fmt::format("<p>{} cases, {} rows, {} failed, {} cases left out</p>\n", results.size(),
-                     rows, failed, left_out);
+    t += fmt::format("<p>{} cases, {} rows, {} failed; {}</p>\n", results.size(), rows, failed,
+                     left_out_text(results));
     t += plot("errors");
     for (const CaseResult& r : results) {
         t += fmt::format("<h2 id=\"{0}\">{0}</h2>\n<p>{1}. {2}{3} <small>{4:.2f} s</small></p>\n",
@@ -333,12 +370,13 @@ std::string html_of(const std::vector<CaseResult>& results, const std::string& a
         int k = 0;
         std::string plots;
         for (const Measured& m : r.rows) {
-            t += fmt::format(
-                "<tr{}><td>{}{}</td><td class=\"n\">{:.9g}</td><td class=\"n\">{:.9g}</td>"
-                "<td class=\"n\">{:.2e}</td><td class=\"n\">{:.1e}</td><td>{}</td></tr>\n",
-                m.passed() ? "" : " class=\"failed\"", in_html(m.quantity),
-                m.note.empty() ? "" : "<br><small>" + in_html(m.note) + "</small>", m.reference,
-                m.value, m.error, m.tolerance, m.passed() ? "passed" : "failed");
+            t += fmt::format("<tr{}><td>{}{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>"
+                             "<td class=\"n\">{}</td><td class=\"n\">{}</td><td>{}</td></tr>\n",
+                             m.failed() ? " class=\"failed\"" : "", in_html(m.quantity),
+                             words(m).empty() ? "" : "<br><small>" + in_html(words(m)) + "</small>",
+                             cell(m.reference, "{:.9g}"), cell(m.value, "{:.9g}"),
+                             cell(m.error, "{:.2e}"), cell(m.tolerance, "{:.1e}"),
+                             m.failed() ? "failed" : verdict(m));
             if (!m.curve.x.empty()) plots += plot(fmt::format("{}-{}", r.name, ++k));
         }
         t += "</table>\n" + plots;

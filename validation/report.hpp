@@ -21,6 +21,8 @@ std::string text_of(const CaseResult& result);
 extern const char* const kHeading;
 
 std::string csv_of(const std::vector<CaseResult>& results);
+/// How much is left out or misses the tolerance of its source, in a sentence.
+std::string left_out_text(const std::vector<CaseResult>& results);
 std::string markdown_of(const std::vector<CaseResult>& results);
 
 /// A plot of the report: its name (NAME.svg) and the gnuplot script that draws it.

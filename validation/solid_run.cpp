@@ -209,6 +209,11 @@ const BodyRecord& body_of(const std::vector<BodyRecord>& bodies, const std::stri
     throw std::out_of_range("no body " + name);
 }
 
+double certified(const SolidRun& run, double error)
+{
+    return run.summary.uncertified_steps > 0 ? std::numeric_limits<double>::quiet_NaN() : error;
+}
+
 void add_certificates(std::vector<Measured>& rows, const SolidRun& run, const std::string& of)
 {
     rows.push_back(at_most("steps without certificate" + of, run.summary.uncertified_steps, 0));

@@ -80,6 +80,9 @@ std::size_t nearest_node(const BodyRecord& body, const Vec3& place);
 const BodyRecord& body_of(const std::vector<BodyRecord>& bodies, const std::string& name);
 
 /// Rows for certificates: every step was certified.
+/// An error of a run; NaN if one of its steps has no certificate: then it shows nothing.
+double certified(const SolidRun& run, double error);
+
 void add_certificates(std::vector<Measured>& rows, const SolidRun& run, const std::string& of = "");
 
 } // namespace amontons::validation

@@ -219,10 +219,19 @@ struct Work {
     std::optional<PointRecord> record;
 };
 
+/// Whether a point that did not get there may get there now: it has longer, or it died of what may
+/// be gone, as another program's memory. What the program refused it would refuse again.
+bool is_worth_another_run(const PointRecord& r, double max_time)
+{
+    if (r.status == "out_of_time") return max_time == 0 || max_time > r.seconds;
+    return r.status == "crashed";
+}
+
 /// Points of the folder that fit are taken over.
 /// @throws InputError  if the scene is another one now
+/// @param max_time  of a run [s]; 0: none
 void take_over(std::vector<Work>& work, const Definition& now, const std::string& folder,
-               bool restart, Session& session)
+               bool restart, double max_time, Session& session)
 {
     const std::string about = folder + "/study.json";
     if (!fs::exists(about)) return;
@@ -246,6 +255,10 @@ void take_over(std::vector<Work>& work, const Definition& now, const std::string
             if (r.hash != w.hash && issues.empty())
                 issues.push_back(
                     {now.scene, "", "files that have changed since " + file + " was run", allowed});
+            if (is_worth_another_run(r, max_time)) {
+                session.say("run again: " + file + ", " + r.status);
+                continue;
+            }
             if (r.program != program_version() + " " + program_describe()) program = r.program;
             w.record = std::move(r);
             ++kept;
@@ -309,7 +322,7 @@ void run_study(const StudyArguments& a, Session& session)
     const std::string folder = a.output.empty() ? "out/study-" + run_name(a.scene.scene) : a.output;
     make_folder(folder);
     const FolderLock lock(folder);
-    take_over(work, about, folder, a.restart, session);
+    take_over(work, about, folder, a.restart, a.max_time, session);
     make_folder(folder + "/points");
     write_file(folder + "/study.json", definition_text(about));
 
@@ -375,6 +388,11 @@ void run_study(const StudyArguments& a, Session& session)
     for (const Work& w : work)
         if (w.record) table.rows.push_back(make_row(w.point, *w.record, a.quantity));
     tell(table, folder, session);
+    if (work.empty()) { // nothing to do is no failure: what waits for all shards goes on
+        session.say(
+            fmt::format("no point is in shard {}: the study has {}", a.shard, points.size()));
+        session.exit_code = kDone;
+    }
     if (was_interrupted()) {
         session.error(fmt::format("interrupted: {} of {} points are done; the same command goes on",
                                   table.rows.size(), work.size()));
@@ -435,7 +453,7 @@ void merge(const StudyArguments& a, bool new_reference, Session& session)
             if (found && found->hash != r.hash)
                 issues.push_back({file, "hash", "the point of another scene",
                                   "shards of one study, run on the same files"});
-            if (!found) found = std::move(r);
+            if (!found || (found->status != "done" && r.status == "done")) found = std::move(r);
         }
         if (!found) {
             ++count;
@@ -495,7 +513,15 @@ void add_study(CLI::App& program, Session& session)
     command->add_option("--shard", a->shard, "Only every n-th point, from the i-th; see --merge")
         ->type_name("i/n");
     command->add_option("--max-time", a->max_time, "End a run after this wall time [s]")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::Validator(
+            [](const std::string& text) {
+                double seconds = 0;
+                const bool number = CLI::detail::lexical_cast(text, seconds);
+                return number && seconds > 0 && std::isfinite(seconds)
+                           ? std::string()
+                           : "found " + quoted_text(text) + ", allowed: seconds > 0";
+            },
+            "SECONDS"));
     command->add_flag("--restart", a->restart, "Throw away what the folder has");
     command->add_flag("--keep", a->keep, "Keep the files of every run");
     command->add_option("--merge", a->merge, "Join the folders of shards")->type_name("DIR...");

@@ -42,9 +42,10 @@ struct ValidateArguments {
 struct Entry {
     std::string name, suite, source;
     const Case* function = nullptr;
-    std::string folder;  ///< of a case that is one
-    std::string mistake; ///< what is wrong with its case.json, or ""
-    std::string word;    ///< how a child is asked for it
+    std::string folder;   ///< of a case that is one
+    std::string mistake;  ///< what is wrong with its case.json, or ""
+    std::string word;     ///< how a child is asked for it
+    bool by_path = false; ///< a mistake in its case.json is bad input, not a case that failed
 };
 
 /// Where the folders of cases are, in the build as where it is installed.
@@ -58,7 +59,7 @@ std::string folder_of_cases()
 Entry entry_of(const std::string& folder)
 {
     const FolderCase c = validation::read_folder_case(folder);
-    return {c.name, c.suite, c.source, nullptr, c.folder, "", c.folder};
+    return {c.name, c.suite, c.source, nullptr, c.folder, "", c.folder, false};
 }
 
 /// All cases that go by a name: functions first, then folders.
@@ -99,6 +100,7 @@ std::vector<Entry> chosen(const ValidateArguments& arguments)
         if (name.find('/') != std::string::npos || fs::exists(name, error)) {
             try {
                 by_path.push_back(entry_of(name));
+                by_path.back().by_path = true;
             } catch (const InputError& mistake) {
                 issues.insert(issues.end(), mistake.issues().begin(), mistake.issues().end());
             }
@@ -115,15 +117,23 @@ std::vector<Entry> chosen(const ValidateArguments& arguments)
                           (near.empty() ? "" : quoted_text(near) + " (nearest name), ") +
                               std::string("the path of a folder with a case.json, ") + text});
     }
-    if (!issues.empty()) throw InputError(issues);
     for (std::size_t i = 0; i < all.size(); ++i)
-        if (wanted[i] && (arguments.suite.empty() || arguments.suite == all[i].suite))
-            list.push_back(all[i]);
+        if (wanted[i]) list.push_back(all[i]);
     for (const Entry& e : by_path)
         if (std::none_of(list.begin(), list.end(),
-                         [&](const Entry& k) { return k.folder == e.folder; }) &&
-            (arguments.suite.empty() || arguments.suite == e.suite))
+                         [&](const Entry& k) { return k.folder == e.folder; }))
             list.push_back(e);
+    const auto other = [&](const Entry& e) {
+        return !arguments.suite.empty() && arguments.suite != e.suite;
+    };
+    // What is named is run, or said to be of another suite; it is never passed over.
+    if (!arguments.cases.empty())
+        for (const Entry& e : list)
+            if (other(e))
+                issues.push_back({"validate", "CASE", fmt::format("{} ({})", e.name, e.suite),
+                                  "cases of --suite " + arguments.suite});
+    if (!issues.empty()) throw InputError(issues);
+    list.erase(std::remove_if(list.begin(), list.end(), other), list.end());
     return list;
 }
 
@@ -174,8 +184,16 @@ CaseResult run_folder(const Entry& e)
         });
         return answer;
     };
-    CaseResult result = validation::run_case(c.name, c.suite, c.source,
-                                             [&] { return validation::measure(c, run); });
+    std::vector<Issue> mistakes;
+    CaseResult result = validation::run_case(c.name, c.suite, c.source, [&] {
+        try {
+            return validation::measure(c, run);
+        } catch (const InputError& error) { // a name that only a run can tell is none
+            mistakes = error.issues();
+            throw;
+        }
+    });
+    if (e.by_path && !mistakes.empty()) throw InputError(mistakes);
     result.verified = c.verified;
     result.about = c.about;
     return result;
@@ -301,9 +319,9 @@ void validate(const ValidateArguments& arguments, Session& session)
     if (session.json)
         session.print(validation::json_of(results));
     else
-        session.print(fmt::format("{} of {} cases passed, {} left out\n",
-                                  results.size() - std::size_t(failed + left_out),
-                                  results.size() - std::size_t(left_out), left_out));
+        session.print(fmt::format(
+            "{} of {} cases passed; {}\n", results.size() - std::size_t(failed + left_out),
+            results.size() - std::size_t(left_out), validation::left_out_text(results)));
     if (!arguments.report.empty()) write_report(arguments.report, results, session);
     if (failed > 0) session.exit_code = kCaseFailed;
     if (was_interrupted()) {

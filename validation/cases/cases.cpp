@@ -99,6 +99,8 @@ const std::vector<Case>& cases()
          floating_blocks},
         {"prescribed-faces", "stability", "closed form: uniform stress; no motion exists",
          prescribed_faces},
+        {"wedge-jamming", "stability", "closed form: balance of two forces, tan(alpha) <= mu",
+         wedge_jamming},
         {"newton-steps", "stability", "Newton's method: digits double where the tangent is right",
          newton_steps},
         {"incline", "benchmarks", "Coulomb: closed form", incline},
@@ -144,13 +146,16 @@ const std::vector<Case>& cases()
         {"rod-knot", "stability",
          "topology: a trefoil's determinant is 3; no place is nearer than a diameter", rod_knot},
         {"rod10-statics", "benchmarks", "WSCG 2003; closed form: Euler-Bernoulli", rod10_statics},
-        {"rod10-sizes", "benchmarks", "WSCG 2003, equations 8 and 9; counted loops", rod10_sizes},
+        {"rod10-sizes", "benchmarks", "WSCG 2003, equations 8 and 9", rod10_sizes},
         {"rod10-turning", "benchmarks", "WSCG 2003; frame indifference", rod10_turning},
         {"rod-refined", "stability", "elliptic integrals", rod_refined},
         {"virtual-wall", "benchmarks", "Colgate & Schenkel 1994; Gil et al. 2004", virtual_wall},
         {"god-object", "benchmarks", "Zilles & Salisbury 1995; Ruspini et al. 1997", god_object},
         {"reduced-operator", "benchmarks", "Duriez et al. 2006; identical problem",
          reduced_operator},
+        {"update-rates", "benchmarks", "F04: Duriez et al. 2006 and others, as cited", nullptr,
+         "rates that papers cite, no result to compare with; a clock's deadlines are those of the "
+         "machine: amontons haptic SCENE --duration 60 reports them"},
     };
     return list;
 }

@@ -173,6 +173,9 @@ Row make_row(const Point& point, const PointRecord& record, const std::string& q
     r.steps = find(record.numbers, "steps").value_or(kNaN);
     r.value = r.error = kNaN;
     if (r.status != "done") return r;
+    // An answer that is not certified is none: it takes no part in orders, front and reference.
+    if (find(record.numbers, "certificate.uncertified_steps").value_or(0) > 0)
+        r.status = "uncertified";
     Numbers all = record.numbers;
     all.emplace_back("cpu_seconds", record.cpu_seconds);
     const std::optional<double> value = find(all, quantity);

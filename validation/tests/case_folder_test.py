@@ -57,7 +57,19 @@ class CaseFolder(unittest.TestCase):
         self.assertEqual(rows[1]["curve"]["value"], [0, 0.5, 1])
         listed = json.loads(self.call("./counted", "--list", "--json"))
         self.assertEqual([c["case"] for c in listed], ["counted"])
-        self.assertEqual(self.rows("./counted", "--suite", "stability"), [])
+        self.assertEqual(len(self.rows("./counted", "--suite", "benchmarks")), 2)
+        # A case that is named is not passed over.
+        self.call("./counted", "--suite", "stability", code=2)
+        self.assertIn("counted (benchmarks)", self.errors)
+
+    def test_what_is_left_out_is_told(self):
+        part = self.make("part", measure=[CASE["measure"][0], {"left_out": "no device", "what": "its touch"}])
+        rows = self.rows(part)
+        self.assertEqual([(r["quantity"], r["left_out"]) for r in rows],
+                         [("steps", ""), ("its touch", "no device")])
+        self.assertIn("no device", self.call(part))
+        self.call(self.make("all", measure=[{"left_out": "no device", "what": "all"}]), code=1)
+        self.call(self.make("what", measure=[{"left_out": "no device"}]), code=2)
 
     def test_a_wrong_result_fails(self):
         wrong = [{"quantity": "steps", "reference": 11, "tolerance": 1e-3}]
@@ -90,8 +102,11 @@ class CaseFolder(unittest.TestCase):
         self.assertIn("README.md", refused(self.bare("unread")))
         self.assertIn("no such file", refused("./nowhere"))
         self.assertIn("a folder with a case.json", refused("no-such-case"))
-        self.assertIn("history.csv", json.dumps(self.rows(self.make(
-            "column", measure=[{**CASE["measure"][1], "y": "tims [s]"}]), code=1)))
+        # What only a run can tell.
+        self.assertIn("history.csv", refused(self.make(
+            "column", measure=[{**CASE["measure"][1], "y": "tims [s]"}])))
+        self.assertIn('"measure.1.quantity"', refused(self.make(
+            "quantity", measure=[CASE["measure"][0], {**CASE["measure"][0], "quantity": "stips"}])))
 
     def bare(self, name):
         folder = self.make(name)

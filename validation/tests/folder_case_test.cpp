@@ -121,7 +121,7 @@ TEST_CASE("all that is wrong with a case is said, with its place")
                                       R"("sweet": 1,)");
     for (const char* part :
          {"\"reference\" (nearest name)", "measure.0.tolerance", "missing.csv", "measure.2.scene",
-          "2 of quantity, curve and refused", "measure.4", "\"sweet\""})
+          "2 of quantity, curve, refused and left_out", "measure.4", "\"sweet\""})
         CHECK_MESSAGE(all.find(part) != std::string::npos, part << " in " << all);
     CHECK(issues_of(R"({"quantity": "q", "reference": 0, "error": "relative", "tolerance": 1})")
               .find("absolute") != std::string::npos);
@@ -166,7 +166,7 @@ TEST_CASE("results survive the way through JSON, and the report counts them")
     CHECK(back[1].left_out == "no data");
     CHECK(!back[0].rows[1].passed());
     const std::string html = html_of(back, "", {"a<b-1"});
-    CHECK(html.find("2 cases, 2 rows, 2 failed, 1 cases left out") != std::string::npos);
+    CHECK(html.find("2 cases, 2 rows, 2 failed; 1 cases left out") != std::string::npos);
     CHECK(html.find("a<b") == std::string::npos);
     CHECK(html.find("plots/a&lt;b-1.svg") != std::string::npos);
     CHECK(plots_of(back).size() == 2);

@@ -2,6 +2,7 @@
 
 #include "validation/report.hpp"
 #include "validation/scene_run.hpp"
+#include "validation/solid_run.hpp"
 
 #include <cmath>
 #include <doctest/doctest.h>
@@ -29,6 +30,67 @@ TEST_CASE("a case that cannot be run fails, with the reason")
     CHECK(!r.passed());
     REQUIRE(r.rows.size() == 1);
     CHECK(r.rows[0].note == "stuck at 3 mm");
+}
+
+TEST_CASE("what is no number stays the worst, whatever comes after it")
+{
+    double worst = 0;
+    raise_to(worst, 2);
+    raise_to(worst, 1);
+    CHECK(worst == 2);
+    raise_to(worst, std::nan(""));
+    raise_to(worst, 3);
+    CHECK(std::isnan(worst));
+}
+
+TEST_CASE("an error of a run with a step without certificate is no number")
+{
+    SolidRun run;
+    CHECK(certified(run, 1e-9) == 1e-9);
+    run.summary.uncertified_steps = 1;
+    CHECK(std::isnan(certified(run, 1e-9)));
+}
+
+TEST_CASE("a case that measures nothing fails; what it leaves out does not count for it")
+{
+    const Case nothing{"nothing", "stability", "", [] { return std::vector<Measured>{}; }};
+    CHECK(!run_case(nothing).passed());
+    const Case skipped{"skipped", "stability", "",
+                       [] { return std::vector<Measured>{left_out("all of it", "no time")}; }};
+    const CaseResult r = run_case(skipped);
+    CHECK(!r.passed());
+    REQUIRE(!r.rows.empty());
+    CHECK(r.rows.back().note == "nothing was measured");
+    CHECK(!CaseResult{}.passed());
+}
+
+TEST_CASE("what is left out and what misses its source's tolerance is told with its reason")
+{
+    CaseResult r;
+    r.name = "bend";
+    r.suite = "benchmarks";
+    r.rows = {relative("tip", 1, 1.0001, 1e-3), left_out("twist", "the section has none"),
+              missed(relative("root", 1, 1.01, 1e-3), "first order in the step"),
+              missed(relative("middle", 1, 1, 1e-3), "never")};
+    CHECK(r.passed());
+    CHECK(r.rows[3].left_out.empty()); // it does not miss any more
+    const std::vector<CaseResult> back = read_results(json_of({r}), "validation.json");
+    REQUIRE(back.size() == 1);
+    REQUIRE(back[0].rows.size() == 4);
+    CHECK(back[0].left_out.empty());
+    CHECK(back[0].passed());
+    for (const std::string& text :
+         {text_of(back[0]), csv_of(back), markdown_of(back), html_of(back, "", {})}) {
+        CHECK(text.find("the section has none") != std::string::npos);
+        CHECK(text.find("first order in the step") != std::string::npos);
+        CHECK(text.find("missed") != std::string::npos);
+        CHECK(text.find("nan") == std::string::npos);
+    }
+    CHECK(json_of(back) == json_of({r}));
+    CHECK(left_out_text(back).find("1 parts of cases left out, 1 rows") != std::string::npos);
+    CHECK(missed(relative("", 1, std::nan(""), 1e-3), "first order").failed());
+    r.rows.push_back(relative("end", 1, 2, 1e-3));
+    CHECK(!r.passed());
 }
 
 TEST_CASE("cases have names of their own and a suite")

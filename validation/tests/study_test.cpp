@@ -45,6 +45,22 @@ TEST_CASE("commas within brackets and quotes do not separate values")
           std::vector<std::string>{"a.cells=[4,4,1]", "b.cells=[4,4,1]"});
 }
 
+TEST_CASE("a row with a step without certificate is no reference and on no front")
+{
+    Table t = made({"n=1,2,4"}, 0, [](const std::vector<double>& s, PointRecord& r) {
+        r.seconds = 1 / s[0]; // the finest would be the quickest
+        r.numbers = {{"q", s[0]}, {"unknowns", s[0]}};
+        if (s[0] == 4) r.numbers.emplace_back("certificate.uncertified_steps", 1);
+    });
+    CHECK(t.rows[2].status == "uncertified");
+    CHECK(t.rows[2].value == 4);
+    CHECK(!t.rows[2].on_front);
+    t.kind = ReferenceKind::finest;
+    evaluate(t);
+    CHECK(t.rows[1].is_reference);
+    CHECK(t.reference == 2);
+}
+
 TEST_CASE("sweeps that cannot be meant are refused")
 {
     for (const char* text :

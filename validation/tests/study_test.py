@@ -110,6 +110,37 @@ class Study(unittest.TestCase):
         status = [r["status"] for r in answer["rows"]] # the middle one's depends on the machine
         self.assertEqual([status[0], status[2]], ["done", "out_of_time"])
 
+    def test_what_ran_out_of_time_runs_again_when_it_has_longer(self):
+        slow = {"AMONTONS_STUB_PAUSE": "0.1"}
+        first = self.study("--max-time", "1.2", environment=slow)
+        self.assertEqual(first["rows"][2]["status"], "out_of_time")
+        late = sum(r["status"] == "out_of_time" for r in first["rows"])
+        again = self.study("--max-time", "0.5")  # no longer than before: what is there stays
+        self.assertEqual([r["status"] for r in again["rows"]], [r["status"] for r in first["rows"]])
+        answer = self.study("--max-time", "100")
+        self.assertEqual([r["status"] for r in answer["rows"]], ["done"] * 3)
+        self.assertIn(f"{3 - late} of 3 points are there", self.errors)
+
+    def test_what_crashed_runs_again_what_failed_does_not(self):
+        self.study(environment={"AMONTONS_STUB_FAIL": "15"})
+        for status, kept in (("failed", 3), ("crashed", 2)):
+            for p in self.points():
+                p.write_text(p.read_text().replace('"failed"', f'"{status}"'))
+            rows = self.study()["rows"]
+            self.assertIn(f"{kept} of 3 points are there", self.errors)
+        self.assertEqual([r["status"] for r in rows], ["done"] * 3)
+
+    def test_a_shard_without_points_is_done(self):
+        answer = self.study("--shard", "5/9")
+        self.assertEqual(answer["rows"], [])
+        self.assertIn("no point is in shard 5/9", self.errors)
+
+    def test_a_limit_that_is_none_is_said_shortly(self):
+        for limit in ("-1", "0", "soon"):
+            self.study("--max-time", limit, code=2)
+            self.assertIn("allowed: seconds > 0", self.errors)
+            self.assertLess(len(self.errors), 400)
+
     def test_a_changed_scene_is_noticed(self):
         self.study()
         changed = json.loads(json.dumps(SCENE))

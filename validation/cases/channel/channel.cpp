@@ -154,7 +154,7 @@ std::vector<Measured> whip()
         for (std::size_t i = 0; i < t.base.size() && t.base[i] < 2.8; ++i)
             if (t.base[i] > 0) {
                 curve.add(t.base[i], tip_rotation(lambda, t.base[i]), t.tip[i]);
-                worst = std::max(worst, std::abs(curve.value.back() - curve.reference.back()));
+                raise_to(worst, std::abs(curve.value.back() - curve.reference.back()));
             }
         rows.push_back(
             at_most("tip off the pendulum's, base to 160 degrees [rad]" + name, worst, 0.02));

@@ -167,11 +167,11 @@ std::vector<Measured> coaxial_units()
     for (std::size_t i = 0; i < std::min(m.steps.size(), mm.steps.size()); ++i) {
         const auto &a = m.steps[i], &b = mm.steps[i];
         for (const char* name : {"push_force", "catheter_push_force"}) {
-            push = std::max(push, std::abs(a.at(name) - b.at(name)));
-            largest = std::max(largest, std::abs(a.at(name)));
+            raise_to(push, std::abs(a.at(name) - b.at(name)));
+            raise_to(largest, std::abs(a.at(name)));
         }
         for (const char* name : {"tip_x", "tip_y", "tip_z"})
-            tip = std::max(tip, std::abs(a.at(name) - 1e-3 * b.at(name)));
+            raise_to(tip, std::abs(a.at(name) - 1e-3 * b.at(name)));
     }
     std::vector<Measured> rows;
     rows.push_back(

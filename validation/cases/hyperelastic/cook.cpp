@@ -48,6 +48,11 @@ std::vector<Measured> cook_plane_stress()
             fmt::format("u_y at (48, 52), {} {} x {}", name(kind), meshes.back(), meshes.back()),
             kReference, values.back(), 5e-3));
         rows.back().note = orders(values, kReference);
+        if (kind == ElementKind::T10)
+            rows.push_back(missed(relative("u_y at (48, 52), T10 16 x 16, as of Q2 16 x 16",
+                                           kReference, values.back(), 8e-4),
+                                  "a plate of quadratic tetrahedra is stiffer than the list's "
+                                  "biquadratic squares on the same grid"));
     }
     return rows;
 }

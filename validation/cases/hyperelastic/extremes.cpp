@@ -41,12 +41,6 @@ struct Tally {
     double worst = 0, certificate = 0;
     std::string why;
 
-    /// To what is larger, or is no number.
-    static void raise(double& most, double value)
-    {
-        if (!(value <= most)) most = value;
-    }
-
     /// @param reference  of the quantity, of a run that gets there
     void add(const Scene& scene, const std::string& what, const std::string& quantity,
              double reference)
@@ -60,9 +54,9 @@ struct Tally {
                 return;
             }
             ++done;
-            raise(worst, std::abs(r.quantity(quantity) / reference - 1));
+            raise_to(worst, std::abs(r.quantity(quantity) / reference - 1));
             for (const StepRecord& s : r.steps)
-                raise(certificate, s.certificate.error);
+                raise_to(certificate, s.certificate.error);
         } catch (const InputError& error) { // refused before it runs, with its place
             why += "; " + what + ": " + error.what();
         }

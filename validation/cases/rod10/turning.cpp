@@ -28,14 +28,14 @@ TurningErrors turning_errors(const Rod10& rod, int every)
         solver.orient(to_rod);
         const auto d = solver.deflections(loaded(rod, to_rod, rod.nodes - 1, Vec3(0, P, 0)));
         const Vec3 own = to_rod * d.back().along;
-        worst.deflection = std::max(worst.deflection, (own - Vec3(0, exact, 0)).norm() / exact);
+        raise_to(worst.deflection, (own - Vec3(0, exact, 0)).norm() / exact);
         double sum = 0;
         for (int i = 0; i + 1 < rod.nodes; ++i) {
             const Vec3 along = to_rod.transpose() * Vec3(rod.element(), 0, 0);
             sum += (along + d[std::size_t(i) + 1].along - d[std::size_t(i)].along).norm();
         }
         if (frame == 0) first_length = sum;
-        worst.length = std::max(worst.length, std::abs(sum - first_length) / rod.length);
+        raise_to(worst.length, std::abs(sum - first_length) / rod.length);
     }
     return worst;
 }

@@ -82,8 +82,7 @@ std::vector<Measured> rod_plies()
                 const std::vector<Vec3>&a = s.beams.at(i).points,
                       &b = s.beams.at((i + 1) % 3).points;
                 nearest = std::min(nearest, least_distance(a, b) / diameter);
-                astray = std::max(
-                    astray, std::abs(winding(a, b) / (2 * std::numbers::pi) - turns * s.time));
+                raise_to(astray, std::abs(winding(a, b) / (2 * std::numbers::pi) - turns * s.time));
             }
         }
         const std::string at_friction = std::string(", friction ") + friction;

@@ -89,13 +89,29 @@ std::vector<Measured> lee_frame()
             P.push_back(t);
             v.push_back(L - body.nodes()[loaded].position().y());
         }
+        // The load where the deflection first comes by, on the path up to its first turn.
+        const auto load_at = [&](double deflection) {
+            for (std::size_t i = 1; i + 1 < P.size() && v[i] > v[i - 1]; ++i) {
+                if (v[i + 1] < deflection) continue;
+                double sum = 0; // a parabola through three points of the path
+                for (std::size_t a = i - 1; a <= i + 1; ++a) {
+                    double part = P[a];
+                    for (std::size_t b = i - 1; b <= i + 1; ++b)
+                        if (b != a) part *= (deflection - v[b]) / (v[a] - v[b]);
+                    sum += part;
+                }
+                return sum;
+            }
+            return kNone;
+        };
         double most = 0, least = 0, v_most = 0, v_least = 0;
         double v_turn[2] = {0, 0};
         for (std::size_t i = 1; i + 1 < P.size(); ++i) {
             const bool top = P[i] > P[i - 1] && P[i] >= P[i + 1];
             const bool bottom = P[i] < P[i - 1] && P[i] <= P[i + 1];
-            if (top && most == 0) most = extremum(&v[i - 1], &P[i - 1]).value, v_most = v[i];
-            if (bottom && least == 0) least = extremum(&v[i - 1], &P[i - 1]).value, v_least = v[i];
+            const Extremum here = extremum(&v[i - 1], &P[i - 1]);
+            if (top && most == 0) most = here.value, v_most = here.place;
+            if (bottom && least == 0) least = here.value, v_least = here.place;
             if (v[i] > v[i - 1] && v[i] >= v[i + 1] && v_turn[0] == 0)
                 v_turn[0] = extremum(&P[i - 1], &v[i - 1]).value;
             if (v[i] < v[i - 1] && v[i] <= v[i + 1] && v_turn[1] == 0)
@@ -115,7 +131,18 @@ std::vector<Measured> lee_frame()
         for (std::size_t i = 0; i < P.size(); i += 3)
             path.add(v[i], kNone, P[i]);
         rows.push_back(relative("least load [N]" + of, -9414.5, least, tolerance));
-        rows.back().note = fmt::format("at v = {:.4f} m (0.58219)", v_least);
+        rows.push_back(relative("deflection at the largest load [m]" + of, 0.48735, v_most, 2e-3));
+        rows.push_back(relative("deflection at the least load [m]" + of, 0.58219, v_least, 2e-3));
+        if (elements == 20)
+            for (const auto& [at, force] : {std::pair{0.05, 6172.7},
+                                           {0.1, 9635.5},
+                                           {0.2, 13457.9},
+                                           {0.3, 15953.0},
+                                           {0.4, 17807.8},
+                                           {0.5, 18533.6},
+                                           {0.6, 14820.5}})
+                rows.push_back(relative(fmt::format("load at the deflection {} m{}", at, of), force,
+                                        load_at(at), 2e-3));
         rows.push_back(relative("first turn of the deflection [m]" + of, 0.61003, v_turn[0], 1e-3));
         rows.push_back(
             relative("second turn of the deflection [m]" + of, 0.50746, v_turn[1], 1e-3));
@@ -174,6 +201,8 @@ std::vector<Measured> euler_columns()
         end.axis = Vec3::UnitX();
         end.angle = time_itself();
         shaft.hold.push_back(end);
+        rows.push_back(left_out("C05: lateral buckling of a strip, P L^2/sqrt(EI GJ) = 4.0126",
+                                "a segment has one bending stiffness, a strip needs two"));
         rows.push_back(relative("critical end torque of a clamped shaft M L/EI, 20 elements",
                                 8.98681892, critical(shaft, nullptr, 7, 11, 0.5, 1e-4), 1e-3));
     }

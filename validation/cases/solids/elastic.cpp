@@ -46,7 +46,7 @@ std::vector<Measured> thick_cylinder()
                 if (r > 0.1 * (1 + 1e-9)) continue;
                 const double own = (u[i].x() * x[i].x() + u[i].y() * x[i].y()) / r;
                 mean += own;
-                worst = std::max(worst, std::abs(own - u_r) / u_r);
+                raise_to(worst, std::abs(own - u_r) / u_r);
                 ++count;
             }
             rows.push_back(relative(
@@ -76,8 +76,7 @@ std::vector<Measured> turned_solid()
             for (const auto& bodies : run.bodies)
                 for (const Field& f : bodies[0].cell_fields)
                     if (f.name == "von_mises")
-                        stress =
-                            std::max(stress, *std::max_element(f.values.begin(), f.values.end()));
+                        raise_to(stress, *std::max_element(f.values.begin(), f.values.end()));
             rows.push_back(at_most(
                 fmt::format("largest stress over E in a full turn, {}, {}", element, b.motion),
                 stress / 1e6, 1e-12));
@@ -97,10 +96,12 @@ std::vector<Measured> turned_solid()
         const SolidRun run = run_solids(s.scene);
         double worst = 0;
         for (int k = 0; k <= 36; ++k)
-            worst =
-                std::max(worst, (run.vector("body_x_min_force", k) - Vec3(0, 0, 0.4)).norm() / 0.4);
-        rows.push_back(
-            at_most(std::string("reaction to a dead load, any angle, ") + b.motion, worst, 1e-8));
+            raise_to(worst, (run.vector("body_x_min_force", k) - Vec3(0, 0, 0.4)).norm() / 0.4);
+        rows.push_back(missed(
+            at_most(std::string("reaction to a dead load, any angle, ") + b.motion, worst, 1e-12),
+            "the iterations of a nonlinear step end at some 1e-11 of the forces; the linear solid "
+            "gets there"));
+        rows.push_back(at_most(std::string("the same at 1e-10, ") + b.motion, worst, 1e-10));
     }
     return rows;
 }
@@ -134,13 +135,12 @@ std::vector<Measured> contrast_in_series()
                 double worst = 0;
                 const double exact = -p * (1 / soft + 1 / hard);
                 for (std::size_t i = 0; i < u.size(); ++i)
-                    if (x[i].z() > 2 - 1e-9)
-                        worst = std::max(worst, std::abs(u[i].z() / exact - 1));
-                rows.push_back(at_most("top displacement" + of, worst, 1e-8));
-                double pressure = 0;
+                    if (x[i].z() > 2 - 1e-9) raise_to(worst, std::abs(u[i].z() / exact - 1));
+                rows.push_back(at_most("top displacement" + of, certified(run, worst), 1e-8));
+                double pressure = run.last().contacts.empty() ? 1 : 0;
                 for (const ContactRecord& c : run.last().contacts)
-                    pressure = std::max(pressure, std::abs(c.pressure / p - 1));
-                rows.push_back(at_most("contact pressure" + of, pressure, 1e-8));
+                    raise_to(pressure, std::abs(c.pressure / p - 1));
+                rows.push_back(at_most("contact pressure" + of, certified(run, pressure), 1e-8));
             }
     return rows;
 }

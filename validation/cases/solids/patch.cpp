@@ -41,15 +41,18 @@ Worst patch(const std::string& element, double nu, double mu, double turn, bool 
             const Vec3 X = R.transpose() * x[i];
             const Vec3 exact =
                 R * Vec3(nu * kP / kE * X.x(), nu * kP / kE * X.y(), -kP / kE * X.z());
-            w.u = std::max(w.u, (u[i] - exact).norm() / (kP / kE));
+            raise_to(w.u, (u[i] - exact).norm() / (kP / kE));
         }
     }
     double sum = 0;
+    if (run.last().contacts.empty()) w.p = 1;
     for (const ContactRecord& c : run.last().contacts) {
-        w.p = std::max(w.p, std::abs(c.pressure - kP) / kP);
+        raise_to(w.p, std::abs(c.pressure - kP) / kP);
         sum += c.normal_force;
     }
     w.force = std::abs(sum - kP) / kP;
+    for (double* x : {&w.u, &w.p, &w.force})
+        *x = certified(run, *x);
     return w;
 }
 
@@ -65,16 +68,21 @@ std::vector<Measured> contact_patch()
             for (const double nu : {0.0, 0.3, 0.49})
                 for (const double mu : {0.0, 0.5}) {
                     const Worst w = patch(element, nu, mu, turn, true);
-                    if (w.u > all.u) worst = fmt::format("worst at nu {}, mu {}", nu, mu);
-                    all.u = std::max(all.u, w.u);
-                    all.p = std::max(all.p, w.p);
-                    all.force = std::max(all.force, w.force);
+                    if (!(w.u <= all.u)) worst = fmt::format("worst at nu {}, mu {}", nu, mu);
+                    raise_to(all.u, w.u);
+                    raise_to(all.p, w.p);
+                    raise_to(all.force, w.force);
                 }
             const std::string of = std::string(element) + (turn > 0 ? " turned by 30 degrees" : "");
-            rows.push_back(at_most("displacement, largest error, " + of, all.u, 1e-9));
+            const char* const why = "contact is solved to 2e-11 of the pressure; below 1e-9";
+            rows.push_back(
+                missed(at_most("displacement, largest error, " + of, all.u, 1e-10), why));
             rows.back().note = "nu 0, 0.3, 0.49; mu 0, 0.5; " + worst;
-            rows.push_back(at_most("pressure, largest error, " + of, all.p, 1e-9));
-            rows.push_back(at_most("sum of contact forces, " + of, all.force, 1e-9));
+            rows.push_back(missed(at_most("pressure, largest error, " + of, all.p, 1e-10), why));
+            rows.push_back(at_most("sum of contact forces, " + of, all.force, 1e-10));
+            // What is asked of this code where 1e-10 is out of reach.
+            raise_to(all.u, all.p);
+            rows.push_back(at_most("displacement and pressure at 1e-9, " + of, all.u, 1e-9));
         }
     return rows;
 }

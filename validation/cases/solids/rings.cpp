@@ -47,7 +47,7 @@ std::vector<Measured> shrink_fit()
             for (const ContactRecord& k : run.last().contacts) {
                 force += k.normal_force;
                 area += k.area;
-                worst = std::max(worst, std::abs(k.pressure / f.reference - 1));
+                raise_to(worst, std::abs(k.pressure / f.reference - 1));
             }
             const std::string of =
                 std::string(", ") + f.name + (kind == ElementKind::H8 ? ", H8" : ", T10");

@@ -32,5 +32,6 @@ std::vector<Measured> gaps_and_overlaps();
 std::vector<Measured> floating_blocks();
 std::vector<Measured> prescribed_faces();
 std::vector<Measured> newton_steps();
+std::vector<Measured> wedge_jamming();
 
 } // namespace amontons::validation
