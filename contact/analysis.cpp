@@ -43,7 +43,7 @@ DelassusAnalysis analyse(const ContactProblem& problem)
         const Eigen::MatrixXd W = scale.asDiagonal() * problem.W.dense() * scale.asDiagonal();
         both(Eigen::MatrixXd((W + W.transpose()) / 2));
     } else {
-        const Delassus::Sparse W = scale.asDiagonal() * problem.W.sparse() * scale.asDiagonal();
+        const Delassus::Sparse W = scale.asDiagonal() * problem.W.as_sparse() * scale.asDiagonal();
         both(Delassus::Sparse((W + Delassus::Sparse(W.transpose())) / 2));
     }
     return result;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <random>
 
 namespace amontons {
@@ -117,7 +119,87 @@ double asymmetry_of(const MatrixFreeDelassus& W)
     return std::abs(x.dot(Wy) - y.dot(Wx)) / size * std::sqrt(static_cast<double>(W.rows));
 }
 
+/// G^T G is symmetric; what may not be finite is in its diagonal.
+double asymmetry_of(const DelassusOfBodies& W)
+{
+    double size = W.give.squaredNorm();
+    for (const DelassusOfBodies::Part& part : W.parts)
+        size += part.G.squaredNorm();
+    return std::isfinite(size) ? 0 : std::numeric_limits<double>::quiet_NaN();
+}
+
+/// out += G^T f(G) r of every body.
+template <class Entry>
+void add_bodies(const DelassusOfBodies& W, const Eigen::VectorXd& r, Eigen::VectorXd& out,
+                const Entry& entry)
+{
+    Eigen::VectorXd own, moved;
+    for (const DelassusOfBodies::Part& part : W.parts) {
+        own = r(part.rows);
+        if (own.isZero(0)) {
+            continue;
+        }
+        moved.noalias() = entry(part.G) * own;
+        own.noalias() = entry(part.G).transpose() * moved;
+        for (std::size_t i = 0; i < part.rows.size(); ++i)
+            out[part.rows[i]] += own[static_cast<Eigen::Index>(i)];
+    }
+}
+
+/// The places of rows in the parts, and what is missing of the diagonal.
+void index(DelassusOfBodies& W)
+{
+    const auto rows = static_cast<std::size_t>(W.give.size());
+    W.first.assign(rows + 1, 0);
+    for (const DelassusOfBodies::Part& part : W.parts)
+        for (const int row : part.rows)
+            ++W.first[static_cast<std::size_t>(row) + 1];
+    std::partial_sum(W.first.begin(), W.first.end(), W.first.begin());
+    W.place.resize(static_cast<std::size_t>(W.first.back()));
+    std::vector<int> next(W.first.begin(), W.first.end() - 1);
+    for (std::size_t p = 0; p < W.parts.size(); ++p)
+        for (std::size_t c = 0; c < W.parts[p].rows.size(); ++c)
+            W.place[static_cast<std::size_t>(
+                next[static_cast<std::size_t>(W.parts[p].rows[c])]++)] = {static_cast<int>(p),
+                                                                          static_cast<int>(c)};
+}
+
 } // namespace
+
+Delassus::Delassus(DelassusOfBodies W)
+{
+    index(W);
+    form_ = std::move(W);
+}
+
+Delassus::Sparse Delassus::as_sparse() const
+{
+    if (is_sparse()) return sparse();
+    const DelassusOfBodies& W = of_bodies();
+    Sparse sum(rows(), rows());
+    Eigen::VectorXd column = Eigen::VectorXd::Zero(rows());
+    std::vector<int> met;
+    for (Eigen::Index j = 0; j < rows(); ++j) {
+        met.assign(W.give[j] != 0 ? 1 : 0, static_cast<int>(j));
+        column[j] = W.give[j];
+        for (const DelassusOfBodies::Place& at : W.places(j)) {
+            const DelassusOfBodies::Part& part = W.parts[static_cast<std::size_t>(at.part)];
+            const Eigen::VectorXd own = part.G.transpose() * part.G.col(at.column);
+            for (std::size_t i = 0; i < part.rows.size(); ++i)
+                column[part.rows[i]] += own[static_cast<Eigen::Index>(i)];
+            met.insert(met.end(), part.rows.begin(), part.rows.end());
+        }
+        std::sort(met.begin(), met.end());
+        met.erase(std::unique(met.begin(), met.end()), met.end());
+        sum.startVec(j);
+        for (const int i : met) {
+            sum.insertBack(i, j) = column[i];
+            column[i] = 0;
+        }
+    }
+    sum.finalize();
+    return sum;
+}
 
 Delassus::Delassus(Sparse W)
 {
@@ -137,12 +219,15 @@ Delassus::Delassus(Sparse W)
 
 Eigen::Index Delassus::rows() const
 {
-    return is_dense() ? dense().rows() : is_sparse() ? sparse().rows() : matrix_free().rows;
+    return is_dense()       ? dense().rows()
+           : is_sparse()    ? sparse().rows()
+           : is_of_bodies() ? of_bodies().give.size()
+                            : matrix_free().rows;
 }
 
 Eigen::Index Delassus::cols() const
 {
-    return is_dense() ? dense().cols() : is_sparse() ? sparse().cols() : matrix_free().rows;
+    return is_dense() ? dense().cols() : is_sparse() ? sparse().cols() : rows();
 }
 
 void Delassus::apply(const Eigen::VectorXd& r, Eigen::VectorXd& out) const
@@ -154,6 +239,10 @@ void Delassus::apply(const Eigen::VectorXd& r, Eigen::VectorXd& out) const
         out.noalias() = dense() * r;
     } else if (is_sparse()) {
         out.noalias() = sparse() * r;
+    } else if (is_of_bodies()) {
+        out = of_bodies().give.cwiseProduct(r);
+        add_bodies(
+            of_bodies(), r, out, [](const Eigen::MatrixXd& G) -> const auto& { return G; });
     } else {
         matrix_free().apply(r, out);
     }
@@ -166,7 +255,10 @@ Eigen::VectorXd Delassus::absolute_times(const Eigen::VectorXd& r) const
         return root * root.dot(r);
     }
     Eigen::VectorXd out = Eigen::VectorXd::Zero(rows());
-    if (is_dense()) {
+    if (is_of_bodies()) {
+        out = of_bodies().give.cwiseAbs().cwiseProduct(r);
+        add_bodies(of_bodies(), r, out, [](const Eigen::MatrixXd& G) { return G.cwiseAbs(); });
+    } else if (is_dense()) {
         for (Eigen::Index j = 0; j < r.size(); ++j)
             if (r[j] != 0) out += r[j] * dense().col(j).cwiseAbs();
     } else {
@@ -204,7 +296,7 @@ Eigen::MatrixXd Delassus::part(const std::vector<Eigen::Index>& chosen) const
     for (Eigen::Index j = 0; j < n; ++j) {
         const Eigen::Index row = chosen[static_cast<std::size_t>(j)];
         unit[row] = 1;
-        matrix_free().apply(unit, column);
+        apply(unit, column);
         unit[row] = 0;
         out.col(j) = column(chosen);
     }
@@ -214,8 +306,22 @@ Eigen::MatrixXd Delassus::part(const std::vector<Eigen::Index>& chosen) const
 Delassus::Block Delassus::block(Eigen::Index first_row, int size) const
 {
     if (is_dense()) return dense().block(first_row, first_row, size, size);
-    const Sparse& stored = is_sparse() ? sparse() : matrix_free().blocks;
     Block out = Block::Zero(size, size);
+    if (is_of_bodies()) {
+        const DelassusOfBodies& W = of_bodies();
+        for (int j = 0; j < size; ++j) {
+            out(j, j) += W.give[first_row + j];
+            for (const DelassusOfBodies::Place& a : W.places(first_row + j))
+                for (int i = 0; i < size; ++i)
+                    for (const DelassusOfBodies::Place& b : W.places(first_row + i)) {
+                        if (a.part != b.part) continue;
+                        const Eigen::MatrixXd& G = W.parts[static_cast<std::size_t>(a.part)].G;
+                        out(i, j) += G.col(b.column).dot(G.col(a.column));
+                    }
+        }
+        return out;
+    }
+    const Sparse& stored = is_sparse() ? sparse() : matrix_free().blocks;
     for (int j = 0; j < size; ++j)
         for (Eigen::Index k = place_in_column(stored, first_row, first_row + j);
              k < column_end(stored, first_row + j) && stored.innerIndexPtr()[k] < first_row + size;
@@ -227,6 +333,13 @@ Delassus::Block Delassus::block(Eigen::Index first_row, int size) const
 Eigen::VectorXd Delassus::diagonal() const
 {
     if (is_dense()) return dense().diagonal();
+    if (is_of_bodies()) {
+        Eigen::VectorXd sum = of_bodies().give;
+        for (const DelassusOfBodies::Part& part : of_bodies().parts)
+            for (std::size_t i = 0; i < part.rows.size(); ++i)
+                sum[part.rows[i]] += part.G.col(static_cast<Eigen::Index>(i)).squaredNorm();
+        return sum;
+    }
     const Sparse& stored = is_sparse() ? sparse() : matrix_free().blocks;
     Eigen::VectorXd out = Eigen::VectorXd::Zero(std::min(stored.rows(), stored.cols()));
     for (Eigen::Index j = 0; j < out.size(); ++j)

@@ -5,6 +5,7 @@
 #include <Eigen/SparseCore>
 
 #include <functional>
+#include <span>
 #include <variant>
 #include <vector>
 
@@ -18,7 +19,32 @@ struct MatrixFreeDelassus {
     Eigen::SparseMatrix<double> blocks; ///< rows x rows: the contacts' own blocks, nothing else
 };
 
-/// The Delassus operator W of a contact problem, rows x rows [m/N or 1/kg], in one of three forms.
+/// W known by its bodies: W = diag(give) + sum of G^T G over them, where G = L^-1 C of a body with
+/// the matrix A = L L^T and its contacts' rows C. Of a rigid body G has 6 rows, whatever rests on
+/// it: of piles this is far less than W.
+struct DelassusOfBodies {
+    struct Part {
+        std::vector<int> rows; ///< of W, ascending; those of a contact follow each other
+        Eigen::MatrixXd G;     ///< k x as many columns, in units whose product is that of W
+    };
+    std::vector<Part> parts;
+    Eigen::VectorXd give; ///< what is added to the diagonal, rows
+
+    struct Place {
+        int part = 0, column = 0;
+    };
+    /// Where a row of W is. Known once a Delassus has been made of the parts.
+    std::span<const Place> places(Eigen::Index row) const
+    {
+        const auto k = static_cast<std::size_t>(row);
+        return std::span(place).subspan(static_cast<std::size_t>(first[k]),
+                                        static_cast<std::size_t>(first[k + 1] - first[k]));
+    }
+    std::vector<int> first;   ///< of each row, in `place`
+    std::vector<Place> place; ///< by rows
+};
+
+/// The Delassus operator W of a contact problem, rows x rows [m/N or 1/kg], in one of four forms.
 /// A matrix converts by itself; solvers take each as it is: nothing is ever made dense that is not.
 class Delassus {
 public:
@@ -29,16 +55,22 @@ public:
     Delassus(Eigen::MatrixXd W) : form_(std::move(W)) {}
     Delassus(Sparse W); ///< compressed and, where its columns are not, sorted
     Delassus(MatrixFreeDelassus W) : form_(std::move(W)) {}
+    Delassus(DelassusOfBodies W); ///< and the places of its rows
 
     bool is_dense() const { return std::holds_alternative<Eigen::MatrixXd>(form_); }
     bool is_sparse() const { return std::holds_alternative<Sparse>(form_); }
     bool is_matrix_free() const { return std::holds_alternative<MatrixFreeDelassus>(form_); }
+    bool is_of_bodies() const { return std::holds_alternative<DelassusOfBodies>(form_); }
 
     /// @throws std::bad_variant_access  if W has another form
     const Eigen::MatrixXd& dense() const { return std::get<Eigen::MatrixXd>(form_); }
     Eigen::MatrixXd& dense() { return std::get<Eigen::MatrixXd>(form_); }
     const Sparse& sparse() const { return std::get<Sparse>(form_); }
     const MatrixFreeDelassus& matrix_free() const { return std::get<MatrixFreeDelassus>(form_); }
+    const DelassusOfBodies& of_bodies() const { return std::get<DelassusOfBodies>(form_); }
+
+    /// A sparse W, or one of bodies summed up: for what is asked once.
+    Sparse as_sparse() const;
 
     Eigen::Index rows() const;
     Eigen::Index cols() const;
@@ -46,7 +78,8 @@ public:
     /// out = W r; out is resized. One product: 2 flops for each stored number; none for r = 0.
     void apply(const Eigen::VectorXd& r, Eigen::VectorXd& out) const;
     /// |W| r with r >= 0: the size of the terms in W r. A matrix-free W knows its terms only
-    /// together: sqrt(W_ii) (sum_j sqrt(W_jj) r_j), which bounds them for a semidefinite W.
+    /// together: sqrt(W_ii) (sum_j sqrt(W_jj) r_j), which bounds them for a semidefinite W; one
+    /// of bodies says |G|^T |G| r.
     Eigen::VectorXd absolute_times(const Eigen::VectorXd& r) const;
     /// W^T r. A matrix-free W is taken as symmetric here.
     Eigen::VectorXd transpose_times(const Eigen::VectorXd& r) const;
@@ -68,7 +101,7 @@ public:
     }
 
 private:
-    std::variant<Eigen::MatrixXd, Sparse, MatrixFreeDelassus> form_;
+    std::variant<Eigen::MatrixXd, Sparse, MatrixFreeDelassus, DelassusOfBodies> form_;
 };
 
 } // namespace amontons

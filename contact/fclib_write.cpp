@@ -65,7 +65,7 @@ void put_local(std::vector<NamedArray>& out, const ContactProblem& p)
         throw InputError({{"contact problem", "W", "a function", "a matrix"}});
     const std::string group = "fclib_local";
     const Eigen::Index extra = bilateral_rows(p.kind), rows = p.q.size() - extra;
-    const Sparse W = p.W.is_dense() ? Sparse(p.W.dense().sparseView(0, 0)) : p.W.sparse();
+    const Sparse W = p.W.is_dense() ? Sparse(p.W.dense().sparseView(0, 0)) : p.W.as_sparse();
     out.push_back({group + "/spacedim", Integers{3}});
     put_matrix(out, group + "/W", block(W, 0, 0, rows, rows));
     if (extra > 0) {

@@ -1,5 +1,7 @@
 #include "contact/infeasible.hpp"
 
+#include "contact/presolve.hpp"
+
 #include <Eigen/Cholesky>
 #include <cmath>
 
@@ -95,7 +97,12 @@ ContactProblem softened_normals(const ContactProblem& problem, double compliance
     const Eigen::VectorXd diagonal = problem.W.diagonal()(normal_rows);
     const double mean = n > 0 ? diagonal.cwiseAbs().mean() : 0;
     const double soft = compliance * (mean > 0 ? mean : 1);
-    if (problem.W.is_sparse()) {
+    if (problem.W.is_of_bodies()) {
+        const DelassusOfBodies& W = problem.W.of_bodies();
+        DelassusOfBodies picked = of_rows(W, normal_rows);
+        picked.give.array() += soft;
+        normals.W = std::move(picked);
+    } else if (problem.W.is_sparse()) {
         Delassus::Sparse pick(n, problem.q.size()), shift(n, n);
         for (Eigen::Index k = 0; k < n; ++k)
             pick.insert(k, normal_rows[static_cast<std::size_t>(k)]) = 1;

@@ -27,7 +27,9 @@ struct SolverOptions {
     /// ways to try) have not lowered the best error by a tenth:
     /// at that rate max_iterations would not bring one more digit.
     int patience = 2000;
-    int threads = 1; ///< groups of contacts that W does not couple are solved side by side, >= 1
+    /// Groups of contacts that W does not couple are solved side by side, and so are those in a
+    /// sweep of a large W of bodies: the same bits for any number; >= 1.
+    int threads = 1;
     /// Also say whether W is singular or indefinite: as much work as a Newton step. Not counted in
     /// the certificate's seconds.
     bool analyse = false;

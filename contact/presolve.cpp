@@ -70,6 +70,13 @@ Groups coupled(const ContactProblem& problem, const std::vector<int>& offset)
         std::vector<int> owner(static_cast<std::size_t>(problem.q.size()));
         for (int i = 0; i < n; ++i)
             std::fill(owner.begin() + first(i), owner.begin() + first(i + 1), i);
+        if (problem.W.is_of_bodies()) {
+            for (const DelassusOfBodies::Part& part : problem.W.of_bodies().parts)
+                for (const int row : part.rows)
+                    groups.join(owner[static_cast<std::size_t>(part.rows.front())],
+                                owner[static_cast<std::size_t>(row)]);
+            return groups;
+        }
         const Delassus::Sparse& W = problem.W.sparse();
         std::vector<int> met(static_cast<std::size_t>(n), -1); // the contact that joined it last
         const auto meet = [&](int row, int j) {
@@ -102,6 +109,10 @@ void extract(const ContactProblem& problem, ProblemPart& part, std::vector<int>&
     part.problem.level = problem.level;
     part.problem.q = problem.q(part.rows);
     part.problem.mu = problem.mu(part.contacts);
+    if (problem.W.is_of_bodies()) {
+        part.problem.W = of_rows(problem.W.of_bodies(), part.rows);
+        return;
+    }
     if (!problem.W.is_sparse()) {
         part.problem.W = problem.W.part(part.rows);
         return;
@@ -128,6 +139,34 @@ void extract(const ContactProblem& problem, ProblemPart& part, std::vector<int>&
 }
 
 } // namespace
+
+DelassusOfBodies of_rows(const DelassusOfBodies& whole, const std::vector<Eigen::Index>& rows)
+{
+    DelassusOfBodies chosen;
+    chosen.give = whole.give(rows);
+    std::vector<int> part(whole.parts.size(), -1); // of the chosen ones, by that of the whole
+    for (std::size_t k = 0; k < rows.size(); ++k)
+        for (const DelassusOfBodies::Place& at : whole.places(rows[k])) {
+            int& own = part[static_cast<std::size_t>(at.part)];
+            if (own < 0) {
+                own = static_cast<int>(chosen.parts.size());
+                chosen.parts.emplace_back();
+            }
+            chosen.parts[static_cast<std::size_t>(own)].rows.push_back(static_cast<int>(k));
+        }
+    for (std::size_t p = 0; p < part.size(); ++p) {
+        if (part[p] < 0) continue;
+        DelassusOfBodies::Part& own = chosen.parts[static_cast<std::size_t>(part[p])];
+        own.G.resize(whole.parts[p].G.rows(), static_cast<Eigen::Index>(own.rows.size()));
+        Eigen::Index column = 0;
+        for (const int k : own.rows)
+            for (const DelassusOfBodies::Place& at :
+                 whole.places(rows[static_cast<std::size_t>(k)]))
+                if (at.part == static_cast<int>(p))
+                    own.G.col(column++) = whole.parts[p].G.col(at.column);
+    }
+    return chosen;
+}
 
 std::optional<std::vector<ProblemPart>> take_apart(const ContactProblem& problem)
 {

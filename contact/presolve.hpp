@@ -23,4 +23,7 @@ struct ProblemPart {
 /// Cost: O(rows) where one contact couples with all others, O(numbers stored) at worst.
 std::optional<std::vector<ProblemPart>> take_apart(const ContactProblem& problem);
 
+/// W of some rows, by the bodies that have any of them. @param rows  ascending
+DelassusOfBodies of_rows(const DelassusOfBodies& whole, const std::vector<Eigen::Index>& rows);
+
 } // namespace amontons

@@ -24,6 +24,24 @@ std::string size_text(Eigen::Index rows, Eigen::Index columns)
 /// The first few places are told one by one; thousands of NaN are one fault, not thousands.
 constexpr int kToldOneByOne = 10;
 
+/// Of a W of bodies: are all rows of a contact on the same bodies, one after the other?
+bool rows_stay_together(const ContactProblem& problem)
+{
+    const DelassusOfBodies& W = problem.W.of_bodies();
+    int row = 0;
+    for (int i = 0; i < contact_count(problem); ++i) {
+        const auto first = W.places(row);
+        const int rows = rows_of(kind_of(problem, i));
+        for (int a = 1; a < rows; ++a)
+            if (!std::ranges::equal(first, W.places(row + a), [a](const auto& x, const auto& y) {
+                    return x.part == y.part && x.column + a == y.column;
+                }))
+                return false;
+        row += rows;
+    }
+    return true;
+}
+
 } // namespace
 
 std::vector<int> row_offsets(const ContactProblem& problem)
@@ -73,6 +91,10 @@ std::vector<Issue> issues(const ContactProblem& problem)
         tell("W",
              "own blocks of " + std::to_string(problem.W.matrix_free().blocks.rows()) + " rows",
              std::to_string(rows));
+        return found;
+    }
+    if (problem.W.is_of_bodies() && !rows_stay_together(problem)) {
+        tell("W", "rows of a contact on different bodies", "one after the other on the same");
         return found;
     }
     const double measure = problem.W.asymmetry();

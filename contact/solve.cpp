@@ -257,7 +257,7 @@ void reduce_norm(const ContactProblem& problem, const SolverOptions& options,
     } else {
         Delassus::Sparse shift(problem.W.rows(), problem.W.cols());
         shift.setIdentity();
-        softer.W = Delassus::Sparse(problem.W.sparse() + alpha * shift);
+        softer.W = Delassus::Sparse(problem.W.as_sparse() + alpha * shift);
     }
     SolverOptions closer = options;
     closer.solver = ContactSolver::path;

@@ -28,7 +28,7 @@ double largest_of(const Delassus& W)
 {
     if (W.is_sparse()) return W.sparse().nonZeros() > 0 ? W.sparse().coeffs().abs().maxCoeff() : 0;
     const double own = largest_of(Eigen::VectorXd(W.diagonal()));
-    if ((own > 0 && is_harmless(own)) || W.rows() == 0 || W.is_matrix_free()) return own;
+    if ((own > 0 && is_harmless(own)) || W.rows() == 0 || !W.is_dense()) return own;
     return W.dense().cwiseAbs().maxCoeff();
 }
 
@@ -52,8 +52,8 @@ ContactProblem in_units(const ContactProblem& problem, const Units& units)
     result.q = times_power(problem.q, -units.q);
     if (problem.W.is_dense()) {
         result.W = Eigen::MatrixXd(problem.W.dense().unaryExpr(scaled));
-    } else if (problem.W.is_sparse()) {
-        result.W = Delassus::Sparse(problem.W.sparse().unaryExpr(scaled));
+    } else if (!problem.W.is_matrix_free()) {
+        result.W = Delassus::Sparse(problem.W.as_sparse().unaryExpr(scaled));
     } else {
         MatrixFreeDelassus function = problem.W.matrix_free();
         function.blocks = problem.W.matrix_free().blocks.unaryExpr(scaled);
@@ -86,7 +86,7 @@ ContactProblem in_normal_units(const ContactProblem& problem, const Eigen::Vecto
     if (problem.W.is_dense())
         other.W.dense() = D.asDiagonal() * problem.W.dense() * D.asDiagonal();
     else
-        other.W = Delassus::Sparse(D.asDiagonal() * problem.W.sparse() * D.asDiagonal());
+        other.W = Delassus::Sparse(D.asDiagonal() * problem.W.as_sparse() * D.asDiagonal());
     other.q = D.cwiseProduct(problem.q);
     const std::vector<int> first = row_offsets(problem);
     for (int i = 0; i < contact_count(problem); ++i)

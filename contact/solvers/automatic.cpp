@@ -125,7 +125,9 @@ void solve_automatically(SolverWork& work, bool warm)
         const Eigen::Index closed = closed_rows(work);
         if (!steps_cost_at_least(kWarmSweeps * sweep_cost(work, closed), kQuickSteps, work, matrix,
                                  closed)) {
-            if (follow_path(work, matrix, kFreeNewton)) return;
+            // In a network of rigid bodies, whose reactions are not unique, full steps run away.
+            const bool network = work.problem.W.is_of_bodies();
+            if (follow_path(work, matrix, network ? kQuickNewton : kFreeNewton)) return;
             matrix.trust();
             work.take_best();
         }
@@ -148,17 +150,21 @@ void solve_automatically(SolverWork& work, bool warm)
         matrix.trust(); // without rounding, factors of a singular W say nothing about later ones
         work.take_best();
     }
-    // Where sweeps have hardly helped, what they have reached is no better a start than none.
-    if (follow_path(work, matrix, {.from_afar = work.progress.best_error() > kHardlyHelped}))
+    // Where sweeps have hardly helped, what they have reached is no better a start than none; nor
+    // is it in a network of rigid bodies: a path from near goes on where reactions that say nothing
+    // stand, by a hundred short steps, where one from afar takes ten.
+    if (follow_path(work, matrix,
+                    {.from_afar = work.progress.best_error() > kHardlyHelped ||
+                                  work.problem.W.is_of_bodies()}))
         return;
     work.take_best();
     if (follow_path(work, matrix, kFreeNewton)) return;
     matrix.trust();
+    if (work.progress.best_error() <= work.options.acceptable) return;
     if (std::optional<InfeasibilityProof> proof = search_proof(work)) {
         work.progress.prove(std::move(*proof));
         return;
     }
-    if (work.progress.best_error() <= work.options.acceptable) return;
     if (sweeps && work.progress.best_error() < kNearly)
         for (int round = 0; round < kPolishes; ++round) {
             sweeps->restart();

@@ -6,6 +6,7 @@ namespace amontons {
 
 Columns::Columns(const ContactProblem& problem) : problem_(problem), offset_(row_offsets(problem))
 {
+    if (problem.W.is_of_bodies()) make_pieces();
     if (!problem.W.is_sparse()) return;
     const Delassus::Sparse& W = problem.W.sparse();
     const int n = contact_count(problem);
@@ -54,9 +55,92 @@ Columns::Columns(const ContactProblem& problem) : problem_(problem), offset_(row
     }
 }
 
+void Columns::make_pieces()
+{
+    const DelassusOfBodies& W = problem_.W.of_bodies();
+    std::vector<int> at(W.parts.size());
+    for (std::size_t p = 0; p < W.parts.size(); ++p) {
+        at[p] = static_cast<int>(motions_);
+        motions_ += W.parts[p].G.rows();
+    }
+    start_.push_back(0);
+    for (int i = 0; i < contact_count(problem_); ++i) {
+        // All rows of a contact are on the same bodies, one after the other.
+        for (const DelassusOfBodies::Place& place : W.places(first_row(i))) {
+            const Eigen::MatrixXd& G = W.parts[static_cast<std::size_t>(place.part)].G;
+            const auto k = static_cast<int>(G.rows());
+            if (k == 0) continue;
+            piece_.push_back({G.col(place.column).data(), k,
+                              at[static_cast<std::size_t>(place.part)], place.part});
+            numbers_ += static_cast<std::size_t>(k * rows(i));
+        }
+        start_.push_back(piece_.size());
+    }
+}
+
+namespace {
+
+constexpr int kRigid = 6; ///< rows of G of a rigid body, whose loops are laid out ahead
+
+/// v += G x, u += G^T v. @tparam K  rows of G, 0: `k`
+template <int K> void add_columns(const double* G, int k, int rows, const double* x, double* v)
+{
+    const int size = K > 0 ? K : k;
+    for (int c = 0; c < rows; ++c, G += size)
+        for (int a = 0; a < size; ++a)
+            v[a] += G[a] * x[c];
+}
+
+template <int K> void add_products(const double* G, int k, int rows, const double* v, double* u)
+{
+    const int size = K > 0 ? K : k;
+    for (int c = 0; c < rows; ++c, G += size) {
+        double sum = 0;
+        if constexpr (K > 0) {
+            for (int a = 0; a < K; ++a)
+                sum += G[a] * v[a];
+        } else {
+            sum = Eigen::Map<const Eigen::VectorXd>(G, size).dot(
+                Eigen::Map<const Eigen::VectorXd>(v, size));
+        }
+        u[c] += sum;
+    }
+}
+
+} // namespace
+
+void Columns::start(const Eigen::VectorXd& r, Eigen::VectorXd& v) const
+{
+    v.setZero(motions_);
+    for (int i = 0; i < contact_count(problem_); ++i)
+        add_to_bodies(i, r.data() + first_row(i), v);
+}
+
+void Columns::read(int contact, const Eigen::VectorXd& r, const Eigen::VectorXd& v, double* u) const
+{
+    const Eigen::VectorXd& give = problem_.W.of_bodies().give;
+    const int first = first_row(contact), count = rows(contact);
+    for (int a = 0; a < count; ++a)
+        u[a] = problem_.q[first + a] + give[first + a] * r[first + a];
+    for (const Piece* p = pieces_begin(contact); p != pieces_end(contact); ++p)
+        if (p->k == kRigid)
+            add_products<kRigid>(p->G, p->k, count, v.data() + p->at, u);
+        else
+            add_products<0>(p->G, p->k, count, v.data() + p->at, u);
+}
+
+void Columns::add_to_bodies(int contact, const double* change, Eigen::VectorXd& v) const
+{
+    for (const Piece* p = pieces_begin(contact); p != pieces_end(contact); ++p)
+        if (p->k == kRigid)
+            add_columns<kRigid>(p->G, p->k, rows(contact), change, v.data() + p->at);
+        else
+            add_columns<0>(p->G, p->k, rows(contact), change, v.data() + p->at);
+}
+
 void Columns::spread(const Eigen::VectorXd& u, Eigen::VectorXd& slots) const
 {
-    if (is_dense()) {
+    if (!in_slots()) {
         slots = u;
         return;
     }
@@ -69,7 +153,7 @@ void Columns::spread(const Eigen::VectorXd& u, Eigen::VectorXd& slots) const
 
 void Columns::collect(const Eigen::VectorXd& slots, Eigen::VectorXd& u) const
 {
-    if (is_dense()) {
+    if (!in_slots()) {
         u = slots;
         return;
     }
@@ -98,6 +182,21 @@ void Columns::add(int contact, const double* change, Eigen::VectorXd& u) const
 {
     if (is_dense()) {
         add_dense(contact, change, u.data());
+        return;
+    }
+    if (is_of_bodies()) {
+        const DelassusOfBodies& W = problem_.W.of_bodies();
+        for (int c = 0; c < rows(contact); ++c)
+            u[first_row(contact) + c] += W.give[first_row(contact) + c] * change[c];
+        Eigen::VectorXd v, own;
+        for (const Piece* p = pieces_begin(contact); p != pieces_end(contact); ++p) {
+            v.setZero(p->k);
+            add_columns<0>(p->G, p->k, rows(contact), change, v.data());
+            const DelassusOfBodies::Part& part = W.parts[static_cast<std::size_t>(p->part)];
+            own.noalias() = part.G.transpose() * v;
+            for (std::size_t i = 0; i < part.rows.size(); ++i)
+                u[part.rows[i]] += own[static_cast<Eigen::Index>(i)];
+        }
         return;
     }
     const double* block = neighbour_block(contact, 0);
@@ -132,7 +231,7 @@ void Columns::add_to_slots(int contact, const double* change, Eigen::VectorXd& s
 std::size_t Columns::blocks() const
 {
     const auto n = static_cast<std::size_t>(contact_count(problem_));
-    return is_dense() ? n * n : neighbour_.size();
+    return is_dense() ? n * n : is_of_bodies() ? numbers_ / 4 : neighbour_.size();
 }
 
 } // namespace amontons

@@ -9,7 +9,8 @@ namespace amontons {
 /// W by the columns of its contacts, as solvers that move one contact at a time read it.
 ///
 /// Dense W is used where it is; sparse W is copied into blocks, one for each pair of contacts
-/// that feel each other, four numbers a column: what a vector register holds. Refers to the
+/// that feel each other, four numbers a column: what a vector register holds. W of bodies stays
+/// as it is: what a contact does is told by the motions v = G r of its bodies. Refers to the
 /// problem. Matrix-free W has no columns.
 class Columns {
 public:
@@ -21,20 +22,34 @@ public:
     /// u += W(:, contact) change. @param change  as many numbers as the contact has rows
     void add(int contact, const double* change, Eigen::VectorXd& u) const;
 
-    /// u of a sweep: as it is for dense W, else kStride numbers for each contact.
+    /// u of a sweep: as it is for dense W and one of bodies, else kStride numbers for each contact.
     void spread(const Eigen::VectorXd& u, Eigen::VectorXd& slots) const;
     void collect(const Eigen::VectorXd& slots, Eigen::VectorXd& u) const;
     /// Where a contact's u begins in it.
-    int slot(int contact) const { return is_dense() ? first_row(contact) : kStride * contact; }
+    int slot(int contact) const { return in_slots() ? kStride * contact : first_row(contact); }
     /// add() on it.
     void add_to_slots(int contact, const double* change, Eigen::VectorXd& slots) const;
-    /// Stored blocks: what a product or a sweep costs is proportional to it.
+    /// Stored blocks, or as much of G: what a product or a sweep costs is proportional to it.
     std::size_t blocks() const;
 
     int first_row(int contact) const { return offset_[static_cast<std::size_t>(contact)]; }
     int rows(int contact) const { return first_row(contact + 1) - first_row(contact); }
 
+    /// W of bodies: v = G r of all of them, and what a contact reads and changes of it.
+    void start(const Eigen::VectorXd& r, Eigen::VectorXd& v) const;
+    /// u of a contact: q + W r. @param u  as many numbers as it has rows
+    void read(int contact, const Eigen::VectorXd& r, const Eigen::VectorXd& v, double* u) const;
+    void add_to_bodies(int contact, const double* change, Eigen::VectorXd& v) const;
+
     bool is_dense() const { return problem_.W.is_dense(); }
+    bool is_of_bodies() const { return problem_.W.is_of_bodies(); }
+    /// A contact on a body: its columns of G, k numbers each, and where the body's v begins.
+    struct Piece {
+        const double* G = nullptr;
+        int k = 0, at = 0, part = 0;
+    };
+    const Piece* pieces_begin(int contact) const { return piece_.data() + at(contact); }
+    const Piece* pieces_end(int contact) const { return piece_.data() + at(contact + 1); }
     /// The contacts that feel this one, itself among them, ascending; sparse W only.
     const int* neighbours_begin(int contact) const { return neighbour_.data() + at(contact); }
     const int* neighbours_end(int contact) const { return neighbour_.data() + at(contact + 1); }
@@ -47,6 +62,8 @@ public:
     }
 
 private:
+    void make_pieces();
+    bool in_slots() const { return problem_.W.is_sparse(); }
     void add_dense(int contact, const double* change, double* u) const;
     std::size_t at(int contact) const { return start_[static_cast<std::size_t>(contact)]; }
 
@@ -57,6 +74,10 @@ private:
     std::vector<Eigen::Index> first_value_;
     std::vector<int> neighbour_;
     Eigen::VectorXd value_;
+    // Of bodies only: pieces of a contact, from start_[contact] to start_[contact + 1].
+    std::vector<Piece> piece_;
+    Eigen::Index motions_ = 0; // numbers in v
+    std::size_t numbers_ = 0;  // that a sweep reads
 };
 
 } // namespace amontons

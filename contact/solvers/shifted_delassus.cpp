@@ -16,6 +16,8 @@ constexpr int kRefinements = 6;
 constexpr double kPoor = 1;
 /// ... up to this many rows.
 constexpr Eigen::Index kDistrusted = 600;
+/// Least shift of a W of bodies, whose factor divides by it.
+constexpr double kLeastOfBodies = 1e-8;
 
 } // namespace
 
@@ -23,6 +25,7 @@ ShiftedDelassus::ShiftedDelassus(const SolverWork& work)
     : problem_(work.problem)
     , columns_(work.columns)
     , scale_(work.scale)
+    , bodies_(work.problem, work.columns, work.scale)
 {
 }
 
@@ -57,6 +60,10 @@ double ShiftedDelassus::cost(Eigen::Index closed_rows)
     analyse();
     if (problem_.W.is_matrix_free()) return 0;
     if (problem_.W.is_dense()) return dense_cost(closed_rows);
+    if (problem_.W.is_of_bodies()) {
+        bodies_.analyse();
+        return 1.3 * bodies_.cost() + bodies_.filling_cost();
+    }
     // Filling in and refining cost as much as small factors do.
     return std::min(1.3 * sparse_.cost() + filling_cost(), dense_cost(closed_rows));
 }
@@ -68,6 +75,7 @@ double ShiftedDelassus::filling_cost() const
 
 bool ShiftedDelassus::costs_at_least(double limit, Eigen::Index closed_rows)
 {
+    if (problem_.W.is_of_bodies() && bodies_.filling_cost() >= limit) return true;
     if (problem_.W.is_sparse() && std::min(filling_cost(), dense_cost(closed_rows)) >= limit)
         return true;
     return cost(closed_rows) >= limit;
@@ -89,6 +97,11 @@ bool ShiftedDelassus::factorise(const std::vector<LinearisedLaw>& law, double sh
                 closed_.push_back(columns_.first_row(i) + a);
     const auto rows = static_cast<Eigen::Index>(closed_.size());
     const bool few = rows <= kDistrusted || problem_.W.is_dense();
+    if (problem_.W.is_of_bodies()) {
+        factor_ = Factor::bodies;
+        shift_ = std::max(shift, kLeastOfBodies);
+        return bodies_.factorise(law, shift_);
+    }
     if (distrusted_ && few) {
         factorise_with_pivots();
         return true;
@@ -109,6 +122,7 @@ bool ShiftedDelassus::solve(const Eigen::VectorXd& b, Eigen::VectorXd& x, Eigen:
     }
     const Eigen::VectorXd given = x;
     if (refine(b, x, product) <= kPoor || factor_ == Factor::pivoted) return true;
+    if (factor_ == Factor::bodies) return false;
     distrusted_ = true;
     if (static_cast<Eigen::Index>(closed_.size()) > kDistrusted && !problem_.W.is_dense())
         return false;
@@ -150,6 +164,10 @@ double ShiftedDelassus::refine(const Eigen::VectorXd& b, Eigen::VectorXd& x,
 
 void ShiftedDelassus::solve_once(const Eigen::VectorXd& b, Eigen::VectorXd& x) const
 {
+    if (factor_ == Factor::bodies) {
+        bodies_.solve(b, x);
+        return;
+    }
     x.setZero(b.size());
     if (factor_ == Factor::blocks) {
         const int n = contact_count(problem_);

@@ -2,6 +2,7 @@
 
 #include "contact/linear/block_lu.hpp"
 #include "contact/linear/dense_lu.hpp"
+#include "contact/solvers/shifted_bodies.hpp"
 #include "contact/solvers/smoothed_law.hpp"
 #include "contact/solvers/work.hpp"
 
@@ -17,7 +18,7 @@ namespace amontons {
 /// Dense W: LU of the closed contacts' rows, O(closed^3). Sparse W: a block LU whose pattern is
 /// analysed once, or the dense LU where that is cheaper. Both exchange rows only inside diagonal
 /// blocks, and the residual says whether that was enough: else a dense LU that searches its pivots.
-/// Matrix-free W: GMRES with the own blocks as preconditioner.
+/// W of bodies: ShiftedBodies. Matrix-free W: GMRES with the own blocks as preconditioner.
 class ShiftedDelassus {
 public:
     explicit ShiftedDelassus(const SolverWork& work); ///< refers to it
@@ -68,7 +69,7 @@ private:
     const Eigen::VectorXd& scale_;
     const std::vector<LinearisedLaw>* law_ = nullptr; ///< of the last factor
     double shift_ = 0;                                ///< of the last factor
-    enum class Factor { dense, pivoted, blocks };
+    enum class Factor { dense, pivoted, blocks, bodies };
     Factor factor_ = Factor::dense; ///< the last one
     bool distrusted_ = false;       ///< one without a search of pivots has been too inaccurate
     // dense
@@ -80,6 +81,8 @@ private:
     bool analysed_ = false;
     BlockLu sparse_;
     std::vector<BlockLu::Place> places_; ///< of each neighbour of each contact
+    // of bodies
+    ShiftedBodies bodies_;
     // matrix-free
     std::vector<Mat3> preconditioner_;
 };

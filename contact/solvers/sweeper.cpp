@@ -14,6 +14,8 @@ constexpr double kShift = 1e-2;
 constexpr double kLoose = 1e-3;
 /// Rows from which a dense W leaves the cache that a core has to itself.
 constexpr Eigen::Index kLarge = 550;
+/// Contacts from which on threads share out a sweep: a colour of them takes longer than its start.
+constexpr int kManyContacts = 3000;
 
 } // namespace
 
@@ -36,6 +38,8 @@ Sweeper::Sweeper(SolverWork& work)
         // ||F|| grows with rho, by no more than rho does.
         weight_[i] = std::max(1.0, map.rho() / rho);
     }
+    if (work.columns.is_of_bodies())
+        colours_ = colours_of(work.columns, contact_count(work.problem));
     if (!work.columns.is_dense() || work.r.size() < kLarge) return;
     const Eigen::MatrixXd& W = work.problem.W.dense();
     unit_ = std::ldexp(1, std::ilogb(map.rho()));
@@ -46,6 +50,10 @@ Sweeper::Sweeper(SolverWork& work)
 
 void Sweeper::add(int i, const double* change)
 {
+    if (work_.columns.is_of_bodies()) {
+        work_.columns.add_to_bodies(i, change, v_);
+        return;
+    }
     if (rounded_.empty()) {
         work_.columns.add_to_slots(i, change, u_);
         return;
@@ -67,27 +75,74 @@ void Sweeper::add(int i, const double* change)
 
 void Sweeper::sweep(double freeze, bool backward)
 {
-    const NaturalMapError& map = work_.progress.natural_map();
     const int n = contact_count(work_.problem);
-    const double settled = freeze * work_.progress.residuals().norm() / std::sqrt(n);
-    const double own_settled = freeze * worst_;
+    settled_ = freeze * work_.progress.residuals().norm() / std::sqrt(n);
+    own_settled_ = freeze * worst_;
+    looks_ = freeze > 0;
+    if (work_.columns.is_of_bodies()) return sweep_bodies(backward);
     worst_ = 0;
     work_.columns.spread(work_.u, u_);
     for (int k = 0; k < n; ++k) {
         const int i = backward ? n - 1 - k : k;
-        if (freeze > 0) {
-            const double residual = map.residual(i, work_.r.data() + map.first_row(i),
-                                                 u_.data() + work_.columns.slot(i), map.rho(i));
-            worst_ = std::max(worst_, residual * own_weight_[i]);
-            if (residual * weight_[i] < settled && residual * own_weight_[i] < own_settled)
-                continue;
-        }
-        if (kind_of(work_.problem, i) == ContactKind::frictional)
-            visit(i);
-        else
-            visit_row(i);
+        worst_ = std::max(worst_, look_and_visit(i));
     }
     work_.columns.collect(u_, work_.u);
+}
+
+/// Groups of one colour side by side: they share no body, so the order among them changes nothing.
+void Sweeper::sweep_bodies(bool backward)
+{
+    const Columns& columns = work_.columns;
+    const auto read = [&](int i) {
+        columns.read(i, work_.r, v_, u_.data() + columns.first_row(i));
+    };
+    u_.resize(work_.u.size());
+    columns.start(work_.r, v_);
+    const auto colours = static_cast<int>(colours_.colour.size()) - 1;
+    [[maybe_unused]] const int threads =
+        contact_count(work_.problem) < kManyContacts ? 1 : work_.options.threads;
+    double worst = 0;
+#pragma omp parallel num_threads(threads) reduction(max : worst) if (threads > 1)
+    {
+        for (int c = 0; c < colours; ++c) {
+            const auto colour = static_cast<std::size_t>(backward ? colours - 1 - c : c);
+            const int begin = colours_.colour[colour], end = colours_.colour[colour + 1];
+#pragma omp for schedule(static)
+            for (int g = begin; g < end; ++g) {
+                const int first = colours_.group[static_cast<std::size_t>(g)];
+                const int last = colours_.group[static_cast<std::size_t>(g) + 1] - 1;
+                for (int k = first; k <= last; ++k) {
+                    const int i =
+                        colours_.contact[static_cast<std::size_t>(backward ? first + last - k : k)];
+                    read(i);
+                    worst = std::max(worst, look_and_visit(i));
+                }
+            }
+        }
+#pragma omp for schedule(static)
+        for (int i = 0; i < contact_count(work_.problem); ++i)
+            read(i);
+    }
+    worst_ = worst;
+    work_.u = u_;
+}
+
+/// Visits a contact that is not settled. @returns  its residual at its own scale, if it is asked
+double Sweeper::look_and_visit(int i)
+{
+    const NaturalMapError& map = work_.progress.natural_map();
+    double own = 0;
+    if (looks_) {
+        const double residual = map.residual(i, work_.r.data() + map.first_row(i),
+                                             u_.data() + work_.columns.slot(i), map.rho(i));
+        own = residual * own_weight_[i];
+        if (residual * weight_[i] < settled_ && own < own_settled_) return own;
+    }
+    if (kind_of(work_.problem, i) == ContactKind::frictional)
+        visit(i);
+    else
+        visit_row(i);
+    return own;
 }
 
 void Sweeper::visit(int i)

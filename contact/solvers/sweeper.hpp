@@ -1,5 +1,6 @@
 #pragma once
 
+#include "contact/solvers/colours.hpp"
 #include "contact/solvers/local.hpp"
 #include "contact/solvers/work.hpp"
 
@@ -17,6 +18,10 @@ namespace amontons {
 /// A dense W that leaves the cache is read in single precision: half of what a sweep waits for.
 /// What u then lacks is 6e-8 of its change since Progress computed it in full, as it does before
 /// success.
+///
+/// Of a W of bodies the motions of these are kept up to date instead: a contact reads those of its
+/// own, and of a pile a sweep stays in cache. Its contacts are visited by colours of bodies: the
+/// same order for any number of threads.
 class Sweeper {
 public:
     explicit Sweeper(SolverWork& work); ///< refers to it; needs W by columns
@@ -32,19 +37,25 @@ private:
     Mat3& own(int i) { return own_[static_cast<std::size_t>(i)]; }
     const Mat3& own(int i) const { return own_[static_cast<std::size_t>(i)]; }
     LocalBlock& block(int i) { return blocks_[static_cast<std::size_t>(i)]; }
+    void sweep_bodies(bool backward);
+    double look_and_visit(int i);
     void visit(int i);
     void add(int i, const double* change);
     LocalReaction solve_shifted(int i, const Vec3& ri, const Vec3& b) const;
     void visit_row(int i);
 
     SolverWork& work_;
-    std::vector<float> rounded_;          ///< W unit_ by columns, or nothing
-    double unit_ = 1;                     ///< a power of two that brings W near one
-    Eigen::VectorXd u_;                   ///< of this sweep, as the columns take it
-    std::vector<Mat3> own_;               ///< diagonal blocks of frictional contacts
-    std::vector<LocalBlock> blocks_;      ///< the same, prepared
-    Eigen::VectorXd own_weight_, weight_; ///< of a residual: its own scale, the common one
-    Eigen::VectorXd multiplier_;          ///< last one of each contact that slipped, else 0
+    std::vector<float> rounded_;           ///< W unit_ by columns, or nothing
+    double unit_ = 1;                      ///< a power of two that brings W near one
+    Eigen::VectorXd u_;                    ///< of this sweep, as the columns take it
+    Eigen::VectorXd v_;                    ///< of bodies, where W is one of bodies
+    std::vector<Mat3> own_;                ///< diagonal blocks of frictional contacts
+    std::vector<LocalBlock> blocks_;       ///< the same, prepared
+    Eigen::VectorXd own_weight_, weight_;  ///< of a residual: its own scale, the common one
+    Eigen::VectorXd multiplier_;           ///< last one of each contact that slipped, else 0
+    Colours colours_;                      ///< of a W of bodies
+    double settled_ = 0, own_settled_ = 0; ///< residuals that need no visit in this sweep
+    bool looks_ = false;                   ///< are there any?
     double worst_ = 0; ///< largest residual met in the last sweep, each at its own scale
 };
 

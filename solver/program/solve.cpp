@@ -76,7 +76,10 @@ Solved solve_file(const FclibProblem& file, const SolverOptions& options)
 {
     Solved s;
     const auto form = [](const Delassus& W) {
-        return W.is_dense() ? "dense" : W.is_sparse() ? "sparse" : "matrix-free";
+        return W.is_dense()       ? "dense"
+               : W.is_sparse()    ? "sparse"
+               : W.is_of_bodies() ? "of bodies"
+                                  : "matrix-free";
     };
     if (file.local) {
         s.solution = solve(*file.local, options);

@@ -7,6 +7,7 @@
 #include "contact/surface/collocation.hpp"
 #include "contact/surface/mortar.hpp"
 #include "contact/surface/passage.hpp"
+#include "mesh/base/threads.hpp"
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
@@ -61,6 +62,8 @@ constexpr std::int64_t kSharp = std::int64_t(1) << 40;
 
 constexpr double kMargin = 0.002; // of the smaller body: see ContactPair
 constexpr double kReach = 0.2;    // of it: gaps that are looked at, unless it is said
+/// Pairs from which on threads share them out: starting some takes as long as ten pairs.
+constexpr std::size_t kManyPairs = 500;
 
 /// @param first_id  added to the contacts' own
 void add(const SurfaceContacts& found, int pair, int a, int b, bool master_has_nodes,
@@ -86,6 +89,34 @@ void add(const SurfaceContacts& found, int pair, int a, int b, bool master_has_n
         copy(c.slave_begin, c.slave_end, k.a_begin, k.a_end);
         if (master_has_nodes) copy(c.master_begin, c.master_end, k.b_begin, k.b_end);
         out.contact.push_back(k);
+    }
+}
+
+std::vector<BodyContact> as_body_contacts(const std::vector<RigidContact>& found,
+                                          const ContactPair& p, int pair)
+{
+    std::vector<BodyContact> out;
+    out.reserve(found.size());
+    for (const RigidContact& c : found) {
+        BodyContact k;
+        k.pair = pair;
+        k.id = std::int64_t(c.id);
+        k.a = p.a;
+        k.b = p.b;
+        k.frame = contact_frame(c.normal);
+        k.gap = c.gap;
+        k.point = 0.5 * (c.point_a + c.point_b); // one place for both: no moment is left over
+        out.push_back(k);
+    }
+    return out;
+}
+
+/// Contacts that no nodes carry.
+void add(const std::vector<BodyContact>& found, BodyContacts& out)
+{
+    for (BodyContact c : found) {
+        c.a_begin = c.a_end = c.b_begin = c.b_end = std::int32_t(out.stencil.size());
+        out.contact.push_back(c);
     }
 }
 
@@ -298,7 +329,7 @@ void ContactFinder::keep_to_contacts(const std::vector<BodyRef>& bodies)
 }
 
 void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& step,
-                         BodyContacts& out)
+                         BodyContacts& out, int threads)
 {
     out.contact.clear();
     out.stencil.clear();
@@ -331,8 +362,39 @@ void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& st
         const AxisBox& box = boxes_[std::size_t(b)];
         return AxisBox{box.low.array() - room, box.high.array() + room};
     };
+    std::vector<int> met;
     for (const BoxPair& p : rest_meeting(bodies, near_box))
-        find_large(bodies, pair_of_rest(p.a, p.b, bodies), out);
+        met.push_back(pair_of_rest(p.a, p.b, bodies));
+    // Each pair is on its own; their contacts follow each other as the pairs do.
+    std::vector<std::vector<BodyContact>> found(met.size());
+    share_out(met.size() < kManyPairs ? 1 : threads, met.size(),
+              [&](std::size_t begin, std::size_t end) {
+                  for (std::size_t k = begin; k < end; ++k)
+                      found[k] = rest_contacts(bodies, met[k]);
+              });
+    for (const std::vector<BodyContact>& of_pair : found)
+        add(of_pair, out);
+}
+
+std::vector<BodyContact> ContactFinder::rest_contacts(const std::vector<BodyRef>& bodies,
+                                                      int pair) const
+{
+    const ContactPair& p = pairs_[std::size_t(pair)];
+    const double closed = most_closed(p.a) + most_closed(p.b);
+    std::vector<BodyContact> found;
+    if (apart(p, p.reach + closed)) return found;
+    found = rigid_on_rigid(bodies, pair, p.reach + closed);
+    if (step_.dynamic)
+        std::erase_if(found, [&](const BodyContact& c) { return c.gap > p.margin + closed; });
+    return found;
+}
+
+/// Are the boxes of the two farther from each other than this?
+bool ContactFinder::apart(const ContactPair& p, double reach) const
+{
+    const AxisBox &a = boxes_[std::size_t(p.a)], &b = boxes_[std::size_t(p.b)];
+    return ((a.low.array() - b.high.array()) > reach).any() ||
+           ((b.low.array() - a.high.array()) > reach).any();
 }
 
 /// Contacts of a pair that are found anew.
@@ -367,12 +429,7 @@ Vec3 ContactFinder::moved(const std::vector<BodyRef>& bodies, const BodyContacts
 void ContactFinder::find_pair(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
 {
     const ContactPair& p = pairs_[std::size_t(pair)];
-    if (p.b >= 0) {
-        const AxisBox &a = boxes_[std::size_t(p.a)], &b = boxes_[std::size_t(p.b)];
-        if (((a.low.array() - b.high.array()) > reach_).any() ||
-            ((b.low.array() - a.high.array()) > reach_).any())
-            return;
-    }
+    if (p.b >= 0 && apart(p, reach_)) return;
     if (bodies[std::size_t(p.a)].rod) return rod_on_any(bodies, pair, out);
     const bool solid_a = bodies[std::size_t(p.a)].solid != nullptr;
     if (p.b < 0)
@@ -380,7 +437,7 @@ void ContactFinder::find_pair(const std::vector<BodyRef>& bodies, int pair, Body
     const bool solid_b = bodies[std::size_t(p.b)].solid != nullptr;
     if (solid_a)
         return solid_b ? solid_on_solid(bodies, pair, out) : solid_on_rigid(bodies, pair, out);
-    rigid_on_rigid(bodies, pair, out);
+    add(rigid_on_rigid(bodies, pair, reach_), out);
 }
 
 void ContactFinder::solid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
@@ -487,47 +544,31 @@ void ContactFinder::rigid_on_wall(const std::vector<BodyRef>& bodies, int pair, 
     const Wall& wall = *walls_[std::size_t(p.obstacle)];
     const RigidBody& a = *bodies[std::size_t(p.a)].rigid;
     WallHint hint;
-    found_.clear();
-    if (p.plane) {
-        detect(a.shape(), pose_of(a), Plane{}, *p.plane, reach_, found_);
-        return add_rigid(pair, out);
-    }
-    detect_wall(
-        a.shape(), pose_of(a), [&](const Vec3& x) { return wall.sample(x, hint); }, reach_, found_);
-    add_rigid(pair, out);
+    std::vector<RigidContact> found;
+    if (p.plane)
+        detect(a.shape(), pose_of(a), Plane{}, *p.plane, reach_, found);
+    else
+        detect_wall(
+            a.shape(), pose_of(a), [&](const Vec3& x) { return wall.sample(x, hint); }, reach_,
+            found);
+    add(as_body_contacts(found, p, pair), out);
 }
 
-void ContactFinder::rigid_on_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
+std::vector<BodyContact> ContactFinder::rigid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
+                                                       double reach) const
 {
     const ContactPair& p = pairs_[std::size_t(pair)];
     const RigidBody& a = *bodies[std::size_t(p.a)].rigid;
     const RigidBody& b = *bodies[std::size_t(p.b)].rigid;
-    found_.clear();
-    detect(a.shape(), pose_of(a), b.shape(), pose_of(b), reach_, found_);
+    std::vector<RigidContact> found;
+    detect(a.shape(), pose_of(a), b.shape(), pose_of(b), reach, found);
     // Far bodies are here only for their speed: those that will pass each other do not touch.
     const auto near = [&](const RigidContact& c) { return c.gap <= p.reach; };
-    if (!found_.empty() && std::none_of(found_.begin(), found_.end(), near) &&
+    if (!found.empty() && std::none_of(found.begin(), found.end(), near) &&
         first_touch(a.shape(), pose_of(a), pose_after(a, step_), b.shape(), pose_of(b),
                     pose_after(b, step_)) >= 1)
-        return;
-    add_rigid(pair, out);
-}
-
-void ContactFinder::add_rigid(int pair, BodyContacts& out)
-{
-    const ContactPair& p = pairs_[std::size_t(pair)];
-    for (const RigidContact& c : found_) {
-        BodyContact k;
-        k.pair = pair;
-        k.id = std::int64_t(c.id);
-        k.a = p.a;
-        k.b = p.b;
-        k.frame = contact_frame(c.normal);
-        k.gap = c.gap;
-        k.point = 0.5 * (c.point_a + c.point_b); // one place for both: no moment is left over
-        k.a_begin = k.a_end = k.b_begin = k.b_end = std::int32_t(out.stencil.size());
-        out.contact.push_back(k);
-    }
+        return {};
+    return as_body_contacts(found, p, pair);
 }
 
 std::string ContactFinder::passed(const std::vector<BodyRef>& bodies)

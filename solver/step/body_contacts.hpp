@@ -142,7 +142,9 @@ public:
     /// is forgotten.
     void begin_step(const std::vector<BodyRef>& bodies);
     /// Contacts at the iterate whose gap is within reach.
-    void find(const std::vector<BodyRef>& bodies, const StepInput& step, BodyContacts& out);
+    /// @param threads  share out what does not depend on each other: the same for any number
+    void find(const std::vector<BodyRef>& bodies, const StepInput& step, BodyContacts& out,
+              int threads = 1);
 
     /// Bodies that have passed through each other between the start of the step and the iterate, so
     /// far that contacts no longer tell; "" if none has.
@@ -169,7 +171,10 @@ private:
     void solid_on_solid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void solid_on_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void rigid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
-    void rigid_on_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
+    std::vector<BodyContact> rigid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
+                                            double reach) const;
+    std::vector<BodyContact> rest_contacts(const std::vector<BodyRef>& bodies, int pair) const;
+    bool apart(const ContactPair& p, double reach) const;
     // rod_contacts.cpp
     void rod_on_any(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     bool rod_passed(const std::vector<BodyRef>& bodies, const ContactPair& pair);
@@ -177,7 +182,6 @@ private:
 
     void add_sharp(const SharpSurface& slave, const SharpSurface& master, int pair,
                    bool master_has_nodes, BodyContacts& out);
-    void add_rigid(int pair, BodyContacts& out);
     Vec3 moved(const std::vector<BodyRef>& bodies, const BodyContacts& list,
                const BodyContact& c) const;
 
@@ -196,7 +200,6 @@ private:
     std::vector<std::unique_ptr<Facets>> facets_; // of the bodies, once one is needed
     StepInput step_;
     double reach_ = 0; // of the present pair and step
-    std::vector<RigidContact> found_;
 };
 
 } // namespace amontons

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
 
 namespace amontons {
 namespace {
@@ -15,8 +16,8 @@ namespace {
 // the method of multipliers, whose error falls by about this factor each time.
 constexpr double kModeWeight = 1e3;
 constexpr int kMostModeSteps = 60;
-constexpr int kNewtonSteps = 60;         // and sweeps before them
-constexpr Eigen::Index kManyRows = 1500; // of many bodies: factors of their W fill up
+constexpr int kNewtonSteps = 60; // and sweeps before them
+constexpr int kManyRows = 1500;  // of many bodies: factors of their W fill up
 constexpr int kMostRescales = 3;
 constexpr int kMostGrowth = 40;     // of the set of candidates, in one iteration
 constexpr double kRounding = 1e-12; // of a body's size
@@ -68,6 +69,25 @@ std::vector<Eigen::VectorXd> BodyStepper::forces(const Rows& rows, const Eigen::
     return f;
 }
 
+/// Is what bodies are less than half of what W is? Where rows are few, W is read faster.
+bool BodyStepper::goes_by_bodies() const
+{
+    if (rows_.count <= kManyRows) return false;
+    double of_bodies = 0, of_W = 0;
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        const std::vector<int>& own = rows_.row[b];
+        if (own.empty()) continue;
+        if (body(b).modes().cols() > 0) return false;
+        // A body's contact with itself has rows twice.
+        if (std::ranges::adjacent_find(own, std::ranges::greater_equal()) != own.end())
+            return false;
+        const auto rows = double(own.size());
+        of_bodies += rows * std::min(rows, double(body(b).unknowns()));
+        of_W += rows * rows;
+    }
+    return of_bodies < 0.5 * of_W;
+}
+
 /// W, q and mu of the chosen contacts; the modes' share of q is added for each try.
 void BodyStepper::assemble()
 {
@@ -100,13 +120,21 @@ void BodyStepper::assemble()
 
     std::vector<Eigen::MatrixXd> W(bodies());
     B_.assign(bodies(), {});
+    for (std::size_t b = 0; b < bodies(); ++b)
+        elastic_ |= !rows_.row[b].empty() && (system_.refs[b].solid || system_.refs[b].rod);
+    if (goes_by_bodies()) {
+        for (std::size_t b = 0; b < bodies(); ++b)
+            if (!rows_.row[b].empty()) W[b] = compliance_root(body(b), rows_.columns[b]);
+        problem_.W = delassus_of_bodies(rows_, std::move(W), soft);
+        report_.compliance += watch.seconds();
+        return;
+    }
     bool modes = false;
     // Elastic give of each row: a stiff body's modes are felt through what it stands on.
     Eigen::VectorXd give = Eigen::VectorXd::Zero(rows_.count);
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (rows_.row[b].empty()) continue;
         body(b).compliance(rows_.columns[b], W[b]);
-        elastic_ |= system_.refs[b].solid || system_.refs[b].rod;
         for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
             give[rows_.row[b][i]] += W[b](Eigen::Index(i), Eigen::Index(i));
     }
@@ -181,7 +209,7 @@ std::string BodyStepper::who(int c) const
 /// that does not lead to the end, `auto` knows more ways.
 ContactSolution BodyStepper::solve_contact(const SolverOptions& options) const
 {
-    if (options.solver != ContactSolver::automatic || !elastic_)
+    if (options.solver != ContactSolver::automatic || !elastic_ || problem_.W.is_of_bodies())
         return amontons::solve(problem_, options, r_);
     const bool many = problem_.W.is_sparse() && problem_.q.size() > kManyRows;
     SolverOptions quick = options;

@@ -1,5 +1,8 @@
 #include "solver/step/body_rows.hpp"
 
+#include "solver/linear/semidefinite_root.hpp"
+
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <numeric>
 #include <span>
@@ -204,6 +207,33 @@ Eigen::SparseMatrix<double> sparse_sum(const Rows& rows, const std::vector<Eigen
 }
 
 } // namespace
+
+Eigen::MatrixXd compliance_root(Body& body, const SparseColumns& C)
+{
+    constexpr int kRigid = 6; // unknowns of a rigid body: A is far smaller than W
+    if (body.unknowns() == kRigid) {
+        Eigen::MatrixXd inverse(kRigid, kRigid);
+        for (int i = 0; i < kRigid; ++i)
+            inverse.col(i) = body.solve(Eigen::VectorXd(Eigen::VectorXd::Unit(kRigid, i)));
+        const Eigen::LLT<Eigen::MatrixXd> root(0.5 * (inverse + inverse.transpose()));
+        if (root.info() == Eigen::Success) return Eigen::MatrixXd(root.matrixU()) * C;
+    }
+    Eigen::MatrixXd W;
+    body.compliance(C, W);
+    return semidefinite_root(W);
+}
+
+Delassus delassus_of_bodies(const Rows& rows, std::vector<Eigen::MatrixXd> G,
+                            const std::vector<std::pair<int, double>>& soft)
+{
+    DelassusOfBodies W;
+    W.give = Eigen::VectorXd::Zero(rows.count);
+    for (const auto& [row, s] : soft)
+        W.give[row] += s;
+    for (std::size_t b = 0; b < G.size(); ++b)
+        if (G[b].size() > 0) W.parts.push_back({rows.row[b], std::move(G[b])});
+    return Delassus(std::move(W));
+}
 
 Delassus sum_of_bodies(const Rows& rows, const std::vector<Eigen::MatrixXd>& W,
                        const std::vector<std::pair<int, double>>& soft)

@@ -48,6 +48,13 @@ void make_rows(const Contacts& k, Rows& p);
 /// @param all  of every contact and coupling, three numbers each
 void row_values(const Contacts& k, const StepInput& step, std::vector<Vec3>& all);
 
+/// G with G^T G = C^T A^+ C of a body.
+Eigen::MatrixXd compliance_root(Body& body, const SparseColumns& C);
+
+/// W of all bodies by what they are. @param G  of each body, C^T A^-1 C = G^T G
+Delassus delassus_of_bodies(const Rows& rows, std::vector<Eigen::MatrixXd> G,
+                            const std::vector<std::pair<int, double>>& soft);
+
 /// W of all bodies, dense where most of it is.
 /// @param soft  rows and what is added to their diagonal
 Delassus sum_of_bodies(const Rows& rows, const std::vector<Eigen::MatrixXd>& W,

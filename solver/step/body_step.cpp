@@ -115,7 +115,7 @@ void BodyStepper::find()
             contact.gap += now - moved_[c];
         }
     } else {
-        system_.finder.find(system_.refs, step_, list_);
+        system_.finder.find(system_.refs, step_, list_, options_.threads);
         found_ = true;
         follow_contacts();
     }
@@ -312,7 +312,7 @@ bool BodyStepper::run()
         for (std::size_t b = 0; b < bodies(); ++b)
             if (body(b).stand_at_start()) prescribed.push_back(b);
         if (!prescribed.empty()) {
-            system_.finder.find(system_.refs, step_, list_);
+            system_.finder.find(system_.refs, step_, list_, options_.threads);
             found_ = true;
             moved_.assign(list_.contact.size(), 0);
             for (const std::size_t b : prescribed)

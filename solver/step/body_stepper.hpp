@@ -44,6 +44,7 @@ private:
     Vec3 moved(const BodyContact& c) const;
     bool solve();
     void assemble();
+    bool goes_by_bodies() const;
     bool solve_with_modes();
     bool goes_without_W() const;
     bool solve_without_W();

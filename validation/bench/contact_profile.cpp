@@ -157,8 +157,9 @@ double write_for_siconos(const ContactProblem& p, const std::string& path)
 {
     const double rho = static_cast<double>(p.W.rows()) / p.W.diagonal().sum();
     const double size = rho * p.q.norm();
-    Eigen::SparseMatrix<double> W =
-        p.W.is_dense() ? Eigen::SparseMatrix<double>(p.W.dense().sparseView(0, 0)) : p.W.sparse();
+    Eigen::SparseMatrix<double> W = p.W.is_dense()
+                                        ? Eigen::SparseMatrix<double>(p.W.dense().sparseView(0, 0))
+                                        : p.W.as_sparse();
     W *= rho;
     const Eigen::VectorXd q = rho / size * p.q;
     std::ofstream file(path, std::ios::binary);
