@@ -197,6 +197,7 @@ double settle_wall(const Wire& wire, const std::vector<WireWall>& walls, std::si
 {
     SoftTube& tube = *walls[w].soft;
     const WireState& s = wire.state;
+    if (tube.beyond()) tube.take(s.wall[w]);
     std::vector<Candidate> carriers;
     std::vector<TubeForce> forces;
     std::vector<Vec3> tangential, place; // as they are kept; in the undeformed wall

@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kMostUsed = 700; // nodes in use before those of long ago are let go
 constexpr std::int32_t kBlock = 8;     // of nodes whose columns are solved together
+constexpr double kSingular = 1e-14;    // of a factor's pivots
 constexpr int kMostPulls = 8;          // of Newton's method that pulls a point back
 
 /// Values and derivatives of the four uniform cubic B-splines at t in [0, 1).
@@ -40,6 +41,12 @@ Wall wall_of(const SolidTubeOptions& o)
 
 } // namespace
 
+Issue SoftTube::loose_wall()
+{
+    return {"", "/hold", "a wall that can move as a whole",
+            "both ends held, for example: a wall of a wire has no inertia"};
+}
+
 SoftTube::SoftTube(SolidTubeOptions options, VolumeMesh mesh, const SolidMaterial& material,
                    const SoftTubeSupport& support)
     : options_(std::move(options))
@@ -47,6 +54,22 @@ SoftTube::SoftTube(SolidTubeOptions options, VolumeMesh mesh, const SolidMateria
     , material_(material)
     , wall_(wall_of(options_))
     , frame_(tube_frame(options_))
+{
+    find_grid_();
+    pattern_ = make_pattern(mesh_);
+    SparseMatrix K = zero_matrix(pattern_);
+    assemble_stiffness(mesh_, pattern_, {&material_, 1}, K);
+    dofs_ = make_free_dofs(pattern_, support.fixed);
+    if (!factor_(K)) throw InputError({loose_wall()});
+    note_rows_();
+    load_ = support.load.size() > 0 ? support.load
+                                    : Eigen::VectorXd::Zero(3 * Eigen::Index(mesh_.nodes.size()));
+    const Eigen::VectorXd u = load_.isZero(0) ? load_ : answer(load_);
+    set_offset_(now_, u);
+    set_offset_(start_, u);
+}
+
+void SoftTube::find_grid_()
 {
     // A T10's middle nodes make the grid twice as fine.
     const std::int32_t half = options_.kind == ElementKind::H8 ? 2 : 1;
@@ -74,15 +97,10 @@ SoftTube::SoftTube(SolidTubeOptions options, VolumeMesh mesh, const SolidMateria
             AMONTONS_ASSERT(found >= 0);
             inner_.push_back(found);
         }
+}
 
-    const SolidPattern pattern = make_pattern(mesh_);
-    SparseMatrix K = zero_matrix(pattern);
-    assemble_stiffness(mesh_, pattern, {&material_, 1}, K);
-    dofs_ = make_free_dofs(pattern, support.fixed);
-    if (!factor_free(K, dofs_, {}, factor_) || factor_.pivot_ratio() < 1e-14)
-        throw InputError({{"", "/hold", "a wall that can move as a whole",
-                           "both ends held, for example: a wall of a wire has no inertia"}});
-    factor_.drop_matrix();
+void SoftTube::note_rows_()
+{
     for (std::size_t g = 0; g < inner_.size(); ++g)
         for (int a = 0; a < 3; ++a)
             if (const auto n = dofs_.number[std::size_t(3 * inner_[g] + a)]; n >= 0) {
@@ -92,16 +110,26 @@ SoftTube::SoftTube(SolidTubeOptions options, VolumeMesh mesh, const SolidMateria
     column_.resize(inner_.size());
     pieces_.resize(inner_.size());
     number_.assign(inner_.size(), -1);
-    load_ = support.load.size() > 0 ? support.load
-                                    : Eigen::VectorXd::Zero(3 * Eigen::Index(mesh_.nodes.size()));
-    load_u_ = Eigen::VectorXd::Zero(3 * Eigen::Index(inner_.size()));
-    if (!load_.isZero(0)) {
-        const Eigen::VectorXd u = whole_displacement();
-        for (std::size_t g = 0; g < inner_.size(); ++g) {
-            load_u_.segment<3>(3 * Eigen::Index(g)) = u.segment<3>(3 * inner_[g]);
-            loaded_ = std::max(loaded_, load_u_.segment<3>(3 * Eigen::Index(g)).norm());
-        }
+}
+
+bool SoftTube::factor_(const SparseMatrix& K)
+{
+    SupernodalFactor made;
+    if (!factor_free(K, dofs_, {}, made) || made.pivot_ratio() < kSingular) return false;
+    made.drop_matrix();
+    K_ = std::move(made);
+    return true;
+}
+
+void SoftTube::set_offset_(Field& field, const Eigen::VectorXd& whole)
+{
+    field.offset.resize(3 * Eigen::Index(inner_.size()));
+    double largest = 0;
+    for (std::size_t g = 0; g < inner_.size(); ++g) {
+        field.offset.segment<3>(3 * Eigen::Index(g)) = whole.segment<3>(3 * inner_[g]);
+        largest = std::max(largest, whole.segment<3>(3 * inner_[g]).norm());
     }
+    if (&field == &now_) loaded_ = largest;
 }
 
 TubePlace SoftTube::place(double along, double around) const
@@ -157,9 +185,10 @@ void SoftTube::solve_columns_(std::span<const std::int32_t> grid_nodes)
                 }
         }
         columns_solved_ += int(end - first);
+        kept_ += int(end - first);
         if (columns.empty()) continue;
         Eigen::MatrixXd out(Eigen::Index(rows_.size()), Eigen::Index(columns.size()));
-        factor_.inverse_part(rows_, columns, out);
+        K_.inverse_part(rows_, columns, out);
         for (std::size_t c = 0; c < columns.size(); ++c) {
             Eigen::MatrixXd& to = *column_[std::size_t(place[c] / 3)];
             for (std::size_t r = 0; r < rows_.size(); ++r)
@@ -245,11 +274,12 @@ Vec3 SoftTube::at_(const Field& field, const std::array<double, 16>& weight,
     return sum;
 }
 
-Vec3 SoftTube::load_at_(const std::array<double, 16>& weight, const TubePlace& p) const
+Vec3 SoftTube::offset_at_(const Field& field, const std::array<double, 16>& weight,
+                          const TubePlace& p) const
 {
     Vec3 sum = Vec3::Zero();
     for (std::size_t a = 0; a < 16; ++a)
-        sum += weight[a] * load_u_.segment<3>(3 * p.node[a]);
+        sum += weight[a] * field.offset.segment<3>(3 * p.node[a]);
     return sum;
 }
 
@@ -257,7 +287,15 @@ Vec3 SoftTube::displacement(const TubePlace& p)
 {
     use_(p);
     bring_up_(now_);
-    return load_at_(p.weight, p) + at_(now_, p.weight, p);
+    return offset_at_(now_, p.weight, p) + at_(now_, p.weight, p);
+}
+
+/// Since the start, of both fields brought up.
+Vec3 SoftTube::moved_(const std::array<double, 16>& weight, const TubePlace& p) const
+{
+    const Vec3 by_forces = at_(now_, weight, p) - at_(start_, weight, p);
+    if (!beyond_) return by_forces; // the load is the same
+    return by_forces + offset_at_(now_, weight, p) - offset_at_(start_, weight, p);
 }
 
 Vec3 SoftTube::since_start(const TubePlace& p)
@@ -265,7 +303,7 @@ Vec3 SoftTube::since_start(const TubePlace& p)
     use_(p);
     bring_up_(now_);
     bring_up_(start_);
-    return at_(now_, p.weight, p) - at_(start_, p.weight, p);
+    return moved_(p.weight, p);
 }
 
 // y + u(y) = x by Newton's method from y = x: strains are small, so three rounds do.
@@ -288,8 +326,10 @@ PulledBack SoftTube::pull_back(const Vec3& x, WallHint& hint)
         const double stretch = 1 - c.curvature.dot(arm);
         b.along = c.tangent / stretch;
         b.around = turning;
-        b.by_along = load_at_(b.place.by_along, b.place) + at_(now_, b.place.by_along, b.place);
-        b.by_around = load_at_(b.place.by_around, b.place) + at_(now_, b.place.by_around, b.place);
+        b.by_along =
+            offset_at_(now_, b.place.by_along, b.place) + at_(now_, b.place.by_along, b.place);
+        b.by_around =
+            offset_at_(now_, b.place.by_around, b.place) + at_(now_, b.place.by_around, b.place);
         b.gradient = Mat3::Identity() + b.by_along * b.along.transpose() +
                      b.by_around * b.around.transpose();
         b.along_bend =
@@ -310,7 +350,8 @@ Mat3 SoftTube::bend(const PulledBack& b, const Vec3& m)
 {
     double s[3];
     for (std::size_t k = 0; k < 3; ++k)
-        s[k] = m.dot(load_at_(b.place.second[k], b.place) + at_(now_, b.place.second[k], b.place));
+        s[k] = m.dot(offset_at_(now_, b.place.second[k], b.place) +
+                     at_(now_, b.place.second[k], b.place));
     return s[0] * b.along * b.along.transpose() + s[2] * b.around * b.around.transpose() +
            s[1] * (b.along * b.around.transpose() + b.around * b.along.transpose()) +
            m.dot(b.by_along) * b.along_bend + m.dot(b.by_around) * b.around_bend;
@@ -321,8 +362,7 @@ std::array<Vec3, 2> SoftTube::since_start_slopes(const TubePlace& p)
     use_(p);
     bring_up_(now_);
     bring_up_(start_);
-    return {at_(now_, p.by_along, p) - at_(start_, p.by_along, p),
-            at_(now_, p.by_around, p) - at_(start_, p.by_around, p)};
+    return {moved_(p.by_along, p), moved_(p.by_around, p)};
 }
 
 double SoftTube::contact_energy()
@@ -404,22 +444,27 @@ Eigen::VectorXd SoftTube::nodal_forces() const
     return f;
 }
 
-Eigen::VectorXd SoftTube::whole_displacement() const
+Eigen::VectorXd SoftTube::answer(const Eigen::VectorXd& f) const
 {
-    const Eigen::VectorXd f = load_ + nodal_forces();
     Eigen::VectorXd some(Eigen::Index(dofs_.free.size()));
     for (std::size_t k = 0; k < dofs_.free.size(); ++k)
         some[Eigen::Index(k)] = f[dofs_.free[k]];
-    factor_.solve(some);
+    K_.solve(some);
     Eigen::VectorXd u = Eigen::VectorXd::Zero(f.size());
     for (std::size_t k = 0; k < dofs_.free.size(); ++k)
         u[dofs_.free[k]] = some[Eigen::Index(k)];
     return u;
 }
 
+Eigen::VectorXd SoftTube::whole_displacement() const
+{
+    if (beyond_) return state_->offset + answer(nodal_forces());
+    return answer(load_ + nodal_forces());
+}
+
 std::size_t SoftTube::kept_bytes() const
 {
-    return std::size_t(columns_solved_) * 9 * sizeof(double) * inner_.size();
+    return std::size_t(kept_) * 9 * sizeof(double) * inner_.size();
 }
 
 } // namespace amontons

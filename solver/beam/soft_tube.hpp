@@ -2,10 +2,12 @@
 
 #include "mesh/generate/solid_tube.hpp"
 #include "mesh/wall.hpp"
+#include "solver/beam/wall_material.hpp"
 #include "solver/solid/compliance.hpp"
 
 #include <array>
 #include <memory>
+#include <optional>
 
 // A vessel whose wall is an elastic solid, for instruments that touch its inner surface. Theory:
 // docs/theory/soft_vessels.md.
@@ -45,8 +47,13 @@ struct SoftTubeSupport {
     std::vector<std::int32_t> fixed; ///< degrees of freedom that do not move
     Eigen::VectorXd load;            ///< constant, 3 nodes [N]; empty: none
 };
+using WallStatePointer = std::shared_ptr<const WallState>;
 
-/// A tube of linear elastic material under a constant load and forces on its inner surface.
+/// A tube of elastic material under a constant load and forces on its inner surface.
+///
+/// Linear material: displacements are those of the load and K^-1 times the forces. Hyperelastic:
+/// K is the tangent at some state, and what the load displaces becomes an offset that
+/// solver/step/soft_balance finds, so that the sum is in the material's own balance.
 ///
 /// Forces are given to the 16 nodes around their place by the same weights that displacements are
 /// taken from, so that work is work; columns of K^-1 are solved for nodes when a force or a
@@ -59,6 +66,10 @@ public:
     /// @param mesh  of make_solid_tube with these options, H8 or T10
     /// @throws InputError  if the supports leave a rigid motion free
     SoftTube(SolidTubeOptions options, VolumeMesh mesh, const SolidMaterial& material,
+             const SoftTubeSupport& support);
+    /// Of hyperelastic material, in balance with its load.
+    /// @throws InputError  also if there is no stable balance
+    SoftTube(SolidTubeOptions options, VolumeMesh mesh, WallMaterial material,
              const SoftTubeSupport& support);
 
     const SolidTubeOptions& options() const { return options_; }
@@ -84,13 +95,37 @@ public:
     /// @param hint  of undeformed()
     PulledBack pull_back(const Vec3& x, WallHint& hint);
 
+    /// Null of a linear wall; else what it is made of.
+    const WallMaterial* beyond() const { return beyond_ ? &*beyond_ : nullptr; }
+    /// Of a hyperelastic wall: in balance without contacts; energies count from here.
+    const WallStatePointer& at_rest() const { return at_rest_; }
+    /// Takes the offset of displacements from a state; of one with an older tangent, what makes
+    /// the same displacement with this one.
+    void take(const WallStatePointer& state);
+    /// Displacements of `since` refer to the displacement of a state.
+    void set_start(const WallState& state);
+    /// What the material answers to the present displacement, forces of now among the loads.
+    /// @param state  in: offset, and elements to start from; out: all
+    /// @returns  "", or what the wall does instead of answering
+    std::string look(WallState& state) const;
+    /// By which the material and all forces disagree there, 0 where it is held: 3 nodes [N].
+    Eigen::VectorXd imbalance(const WallState& looked_at) const;
+    /// K^-1 of forces on nodes, 3 nodes [m].
+    Eigen::VectorXd answer(const Eigen::VectorXd& forces) const;
+    /// Makes K the tangent at a displacement, and forgets all columns.
+    /// @returns  false, and all is as before, where that is not positive definite
+    bool move_tangent(std::shared_ptr<const Eigen::VectorXd> at);
+    const std::shared_ptr<const Eigen::VectorXd>& tangent_at() const { return tangent_at_; }
+    /// That was taken last, with the offset for this tangent.
+    const WallState& state() const { return *state_; }
+
     /// Derivatives of since_start by the place's numbers, held forces.
     std::array<Vec3, 2> since_start_slopes(const TubePlace& at);
     /// Second derivative of m . u(y), m held [1/m].
     Mat3 bend(const PulledBack& at, const Vec3& m);
 
-    /// Of the wall under the forces, the load's share left out: half of each force times what all
-    /// of them move its place [J].
+    /// Of a linear wall under the forces, the load's share left out: half of each force times what
+    /// all of them move its place [J].
     double contact_energy();
 
     /// C: displacements at places for forces at places, 3n x 3n, symmetric [m/N].
@@ -115,9 +150,16 @@ private:
     using Piece = Eigen::Matrix<double, 9, Eigen::Dynamic>;
     struct Field {
         std::vector<TubeForce> forces;
-        Eigen::VectorXd u; ///< of the nodes in use, without the load [m]
+        Eigen::VectorXd u; ///< of the nodes in use, by the forces alone [m]
         bool current = false;
+        Eigen::VectorXd offset; ///< by the load, and what a material adds: 3 inner nodes [m]
     };
+    static Issue loose_wall();
+    void find_grid_();
+    bool factor_(const SparseMatrix& K);
+    void note_rows_();
+    std::string find_rest_();
+    void set_offset_(Field& field, const Eigen::VectorXd& whole);
     void set_(Field& field, std::vector<TubeForce> forces);
     void use_(const TubePlace& place);
     void solve_columns_(std::span<const std::int32_t> grid_nodes);
@@ -125,7 +167,9 @@ private:
     void bring_up_(Field& field);
     template <int kinds> Eigen::MatrixXd compliance_(std::span<const TubePlace> places);
     Vec3 at_(const Field& field, const std::array<double, 16>& weight, const TubePlace& p) const;
-    Vec3 load_at_(const std::array<double, 16>& weight, const TubePlace& p) const;
+    Vec3 offset_at_(const Field& field, const std::array<double, 16>& weight,
+                    const TubePlace& p) const;
+    Vec3 moved_(const std::array<double, 16>& weight, const TubePlace& p) const;
 
     SolidTubeOptions options_;
     VolumeMesh mesh_;
@@ -136,9 +180,9 @@ private:
     double ring_distance_ = 0;
     std::vector<std::int32_t> inner_;
     FreeDofs dofs_;
-    SupernodalFactor factor_;
+    SupernodalFactor K_;
     std::vector<std::int32_t> rows_, row_place_; ///< free dofs of inner nodes; 3 grid node + axis
-    Eigen::VectorXd load_, load_u_;              ///< 3 nodes [N]; 3 inner nodes [m]
+    Eigen::VectorXd load_;                       ///< 3 nodes [N]
     double loaded_ = 0;
 
     std::vector<std::unique_ptr<Eigen::MatrixXd>> column_; ///< of each grid node: 3 inner x 3
@@ -147,7 +191,12 @@ private:
     std::vector<Piece> pieces_; ///< of each grid node: at those of `used_`; or empty
     std::vector<std::int32_t> with_piece_;
     Field now_, start_;
-    int columns_solved_ = 0;
+    int columns_solved_ = 0, kept_ = 0;
+
+    std::optional<WallMaterial> beyond_;
+    SolidPattern pattern_;
+    WallStatePointer at_rest_, taken_, state_; ///< taken_ with this tangent
+    std::shared_ptr<const Eigen::VectorXd> tangent_at_;
 };
 
 } // namespace amontons

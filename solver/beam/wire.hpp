@@ -3,6 +3,7 @@
 #include "solver/beam/material.hpp"
 #include "solver/beam/rotation.hpp"
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -23,6 +24,8 @@ struct Sheath {
     double give = 0;      ///< along the wire [m/N]
     double turn_give = 0; ///< about it [rad/(N m)]
 };
+
+struct WallState; // solver/beam/wall_material.hpp
 
 /// Where a contact lies on a wall that gives way, as it was found last.
 struct WallTouch {
@@ -50,6 +53,8 @@ struct WireState {
     std::vector<BeamNode> nodes;    ///< those before `first` mean nothing
     std::vector<Reaction> reaction; ///< [point * walls + wall]
     double wall_energy = 0;         ///< elastic, of walls that give way under the reactions [J]
+    /// Of each wall how it is displaced, null where it is not hyperelastic; empty where none is.
+    std::vector<std::shared_ptr<const WallState>> wall;
 };
 
 /// A wire that nothing changes but its state.

@@ -202,8 +202,13 @@ double find_candidates(const Wire& wire, const std::vector<WireWall>& walls, con
 
 void mark_soft_walls(const Wire& wire, const std::vector<WireWall>& walls)
 {
-    for (std::size_t w = 0; w < walls.size(); ++w)
-        if (walls[w].soft) walls[w].soft->set_start(forces_on(wire, walls, w));
+    for (std::size_t w = 0; w < walls.size(); ++w) {
+        if (!walls[w].soft) continue;
+        if (walls[w].soft->beyond())
+            walls[w].soft->set_start(*wire.state.wall[w]);
+        else
+            walls[w].soft->set_start(forces_on(wire, walls, w));
+    }
 }
 
 bool any_soft(const std::vector<WireWall>& walls)

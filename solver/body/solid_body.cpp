@@ -132,7 +132,7 @@ Eigen::VectorXd SolidBody::loads(const Motion& m, double t) const
             if (!nonlinear_)
                 f += p * load.pressure;
             else
-                f += follower_pressure(*load.faces, m, p);
+                f += follower_pressure(mesh_, load.faces->members, m.u, p);
         }
         if (l.traction) {
             const Vec3 traction = of_frame(factor * *l.traction);
@@ -144,7 +144,7 @@ Eigen::VectorXd SolidBody::loads(const Motion& m, double t) const
                 f.segment<3>(3 * node) += of_frame(factor * *l.force) / double(load.nodes.size());
     }
     for (const VolumeLoad& v : volumes_)
-        f += follower_pressure(*conditions_.loads[v.load].faces, m, v.pressure);
+        f += follower_pressure(mesh_, conditions_.loads[v.load].faces->members, m.u, v.pressure);
     if (material_.density > 0 && !step_.gravity.isZero(0))
         Eigen::Map<Eigen::Matrix3Xd>(f.data(), 3, f.size() / 3).noalias() +=
             of_frame(step_.gravity) * weights_.transpose();

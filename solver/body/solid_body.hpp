@@ -259,8 +259,6 @@ protected:
     double next_shift(); ///< share of the stiffness at rest that makes the matrix positive
     void find_volumes();
     Eigen::VectorXd newton_solved(const Eigen::VectorXd& f) const;
-    Eigen::VectorXd follower_pressure(const FaceSet& faces, const Motion& m, double p) const;
-    double moved_volume(const FaceSet& faces, const Motion& m) const;
     double volumes_missing() const;
     Eigen::VectorXd free_part(const Eigen::VectorXd& all) const;
     Hyperelastic law_;

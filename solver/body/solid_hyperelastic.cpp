@@ -2,8 +2,7 @@
 #include "solver/body/solid_body.hpp"
 
 #include "mesh/base/curve.hpp"
-#include "mesh/base/file.hpp"
-#include "solver/body/fibres.hpp"
+#include "solver/body/hyperelastic_input.hpp"
 #include "solver/linear/gmres.hpp"
 #include "solver/solid/face_load.hpp"
 
@@ -12,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <fmt/format.h>
 
 // What is its own in a hyperelastic solid. Newton's step is that of SolidBody, with
@@ -88,34 +86,14 @@ void stiffen_contacts(SparseMatrix& S, const SparseMatrix& K, const Eigen::Vecto
 
 void SolidBody::make_hyperelastic_elements(const std::string& file)
 {
-    const MaterialInput& input = input_.material;
-    if (input.law.empty()) {
-        law_.law = find_law("neo_hooke");
-        law_.constants = {input_.youngs_modulus, input_.poisson_ratio};
-    } else {
-        law_.law = find_law(input.law);
-        std::copy(input.constants.begin(), input.constants.end(), law_.constants.begin());
-    }
-    if (!law_.law)
-        throw InputError({{file, "/bodies/" + input_.name + "/material/law", quoted_text(input.law),
-                           "the name of a law"}});
+    law_ = hyperelastic_of(input_, file);
     material_.youngs_modulus = youngs_modulus(law_);
     material_.poissons_ratio = poissons_ratio(law_);
-    std::vector<Vec3> fibres;
-    if (law_.law->directed && !input.fibres.empty()) {
-        const std::string path =
-            (std::filesystem::path(file).parent_path() / input.fibres).string();
-        fibres = parse_fibres(read_file(path), path, element_count(mesh_));
-    }
-    for_each_element(mesh_, [&](std::int32_t e, ElementKind kind, auto nodes) {
-        const Mat3 axes = !law_.law->directed ? Mat3(Mat3::Identity())
-                          : fibres.empty()    ? fibre_axes(input.fibre)
-                                              : fibre_axes(fibres[std::size_t(e)]);
-        hyper_.push_back(make_hyperelastic(kind, places_of(mesh_, nodes), axes));
-        state_modes_.emplace_back(kind == ElementKind::H8
-                                      ? InternalModes(InternalModes::Zero(kMostInternalModes))
-                                      : InternalModes());
-    });
+    hyper_ = hyperelastic_elements(input_, law_, mesh_, file);
+    for (const HyperelasticElement& e : hyper_)
+        state_modes_.push_back(e.kind == ElementKind::H8
+                                   ? InternalModes(InternalModes::Zero(kMostInternalModes))
+                                   : InternalModes());
     hyper_states_.resize(hyper_.size());
     force_size_ = Eigen::VectorXd::Zero(at3(mesh_.nodes.size()));
     for (std::size_t i = 0; i < conditions_.loads.size(); ++i)
@@ -168,39 +146,6 @@ double SolidBody::hyperelastic_inner(const Motion& m, Eigen::VectorXd& f)
     known_energy_ = energy;
     known_u_ = m.u;
     return energy;
-}
-
-/// In the frame, of the faces where they are.
-Eigen::VectorXd SolidBody::follower_pressure(const FaceSet& faces, const Motion& m, double p) const
-{
-    Eigen::VectorXd f = Eigen::VectorXd::Zero(at3(mesh_.nodes.size()));
-    if (p == 0) return f;
-    const Mat3 back = m.frame.turn.toRotationMatrix().transpose();
-    Eigen::Matrix3Xd x;
-    for (const FaceRef& face : faces.members) {
-        const FaceNodes nodes = face_nodes(mesh_, face);
-        x.resize(3, nodes.count);
-        for (int k = 0; k < nodes.count; ++k)
-            x.col(k) = back * (m.x[std::size_t(nodes.node[std::size_t(k)])] - m.frame.shift);
-        const FaceForces forces = pressure_forces(x, p);
-        for (int k = 0; k < nodes.count; ++k)
-            f.segment<3>(3 * nodes.node[std::size_t(k)]) += forces.col(k);
-    }
-    return f;
-}
-
-/// Swept by the faces into the body on the straight way from rest: the integral of the force of
-/// 1 Pa over the way, by Simpson's rule, which is exact.
-double SolidBody::moved_volume(const FaceSet& faces, const Motion& m) const
-{
-    Motion on_the_way = m;
-    double sum = 0;
-    for (const auto& [share, weight] : {std::pair(0.0, 1.0), {0.5, 4.0}, {1.0, 1.0}}) {
-        for (std::size_t i = 0; i < m.x.size(); ++i)
-            on_the_way.x[i] = m.frame * (mesh_.nodes[i] + share * Vec3(m.u.segment<3>(at3(i))));
-        sum += weight / 6 * follower_pressure(faces, on_the_way, 1).dot(m.u);
-    }
-    return sum;
 }
 
 /// Every step starts from the state's own internal modes, whatever was tried before.
@@ -338,7 +283,7 @@ void SolidBody::find_volumes()
     volume_give_.resize(Eigen::Index(dofs_.free.size()), count);
     for (Eigen::Index k = 0; k < count; ++k) {
         const SolidConditions::Load& load = conditions_.loads[volumes_[std::size_t(k)].load];
-        volume_force_.col(k) = free_part(follower_pressure(*load.faces, now_, 1));
+        volume_force_.col(k) = free_part(follower_pressure(mesh_, load.faces->members, now_.u, 1));
         volume_give_.col(k) = newton_solved(volume_force_.col(k));
     }
     volume_matrix_ = (volume_force_.transpose() * volume_give_).inverse();
@@ -378,10 +323,10 @@ void SolidBody::linearise_hyperelastic()
         volume_change_.resize(Eigen::Index(volumes_.size()));
         for (std::size_t k = 0; k < volumes_.size(); ++k) {
             const SolidConditions::Load& load = conditions_.loads[volumes_[k].load];
-            double missing =
-                curve_value(load.input->volume, step_.end()) - moved_volume(*load.faces, now_);
+            double missing = curve_value(load.input->volume, step_.end()) -
+                             swept_volume(mesh_, load.faces->members, now_.u);
             if (pending_.size() > 0)
-                missing -= follower_pressure(*load.faces, now_, 1).dot(pending_);
+                missing -= follower_pressure(mesh_, load.faces->members, now_.u, 1).dot(pending_);
             volume_change_[Eigen::Index(k)] = missing;
         }
         volume_change_ = (volume_matrix_ * (volume_change_ - volume_force_.transpose() * y)).eval();
@@ -496,7 +441,8 @@ double SolidBody::volumes_missing() const
         const SolidConditions::Load& load = conditions_.loads[v.load];
         const double target = curve_value(load.input->volume, step_.end());
         const double scale = std::abs(target) + kSmall * size_ * size_ * size_;
-        worst = std::max(worst, std::abs(target - moved_volume(*load.faces, now_)) / scale);
+        worst = std::max(
+            worst, std::abs(target - swept_volume(mesh_, load.faces->members, now_.u)) / scale);
     }
     return worst;
 }

@@ -88,7 +88,9 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
     if (any_solid("corotational"))
         plan.uses.push_back("corotational solids, Newton with their exact tangent");
     if (any_solid("hyperelastic"))
-        plan.uses.push_back("hyperelastic solids, Newton with their exact tangent");
+        plan.uses.push_back(beams ? "hyperelastic walls: one tangent for many steps, and what it "
+                                    "misses as an offset"
+                                  : "hyperelastic solids, Newton with their exact tangent");
     if (solids && direct)
         plan.uses.push_back("CHOLMOD's supernodal Cholesky factor, nodes in METIS's order");
     if (rigids) plan.uses.push_back("rigid bodies, angular momentum as their state");

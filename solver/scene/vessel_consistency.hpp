@@ -5,7 +5,8 @@
 
 namespace amontons {
 
-/// Beside beams a solid is the wall of a vessel: a generated tube, linear, held, at rest.
+/// Beside beams a solid is the wall of a vessel: a generated tube, linear or hyperelastic, held, at
+/// rest.
 void check_vessels(const Scene& scene, Findings& findings);
 
 } // namespace amontons

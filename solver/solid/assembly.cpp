@@ -274,6 +274,36 @@ void add_traction(const VolumeMesh& mesh, std::span<const FaceRef> faces, const 
                     [&](const ElementPlaces& X) { return traction_forces(X, traction); });
 }
 
+Eigen::VectorXd follower_pressure(const VolumeMesh& mesh, std::span<const FaceRef> faces,
+                                  const Eigen::VectorXd& u, double pressure)
+{
+    Eigen::VectorXd f = Eigen::VectorXd::Zero(3 * Eigen::Index(mesh.nodes.size()));
+    if (pressure == 0) return f;
+    Eigen::Matrix3Xd x;
+    for (const FaceRef& face : faces) {
+        const FaceNodes nodes = face_nodes(mesh, face);
+        x.resize(3, nodes.count);
+        for (int k = 0; k < nodes.count; ++k) {
+            const std::int32_t node = nodes.node[std::size_t(k)];
+            x.col(k) = mesh.nodes[std::size_t(node)] + u.segment<3>(3 * node);
+        }
+        const FaceForces forces = pressure_forces(x, pressure);
+        for (int k = 0; k < nodes.count; ++k)
+            f.segment<3>(3 * nodes.node[std::size_t(k)]) += forces.col(k);
+    }
+    return f;
+}
+
+// The integral of the force of 1 Pa over the way, by Simpson's rule, which is exact.
+double swept_volume(const VolumeMesh& mesh, std::span<const FaceRef> faces,
+                    const Eigen::VectorXd& u)
+{
+    double sum = 0;
+    for (const auto& [share, weight] : {std::pair(0.0, 1.0), {0.5, 4.0}, {1.0, 1.0}})
+        sum += weight / 6 * follower_pressure(mesh, faces, share * u, 1).dot(u);
+    return sum;
+}
+
 FreeDofs make_free_dofs(const SolidPattern& pattern, std::span<const std::int32_t> fixed)
 {
     const std::size_t nodes = pattern.start.size() - 1;

@@ -89,6 +89,15 @@ void add_pressure(const VolumeMesh& mesh, std::span<const FaceRef> faces, double
 void add_traction(const VolumeMesh& mesh, std::span<const FaceRef> faces, const Vec3& traction,
                   Eigen::Ref<Eigen::VectorXd> f);
 
+/// Forces of a pressure that follows the faces to where displacements u (3 nodes) take them [N].
+Eigen::VectorXd follower_pressure(const VolumeMesh& mesh, std::span<const FaceRef> faces,
+                                  const Eigen::VectorXd& u, double pressure);
+
+/// Swept by the faces into the body on the straight way from rest to u [m^3]: the work of 1 Pa that
+/// follows them.
+double swept_volume(const VolumeMesh& mesh, std::span<const FaceRef> faces,
+                    const Eigen::VectorXd& u);
+
 /// Degrees of freedom whose displacement is prescribed, and the others.
 struct FreeDofs {
     std::vector<std::int32_t> free, fixed; ///< ascending; together all of the mesh

@@ -1,6 +1,8 @@
 #pragma once
 
 #include "solver/beam/soft_tube.hpp"
+#include "solver/beam/wire_contact.hpp"
+#include "solver/step/byte_stream.hpp"
 #include "solver/step/simulation.hpp"
 
 #include <memory>
@@ -17,6 +19,18 @@ struct SoftVessel {
 /// The solids of a scene of beams.
 /// @throws InputError
 std::vector<SoftVessel> build_soft_vessels(const Scene& scene);
+
+/// Where a hyperelastic wall's tangent is taken; nothing of a linear one.
+void save_tangent(const SoftTube& tube, ByteWriter& out);
+Eigen::VectorXd read_tangent(const SoftTube& tube, ByteReader& in);
+/// @throws InputError  if there is no tangent
+void restore_tangent(SoftTube& tube, const Eigen::VectorXd& at);
+
+/// How the hyperelastic walls of a wire are displaced; nothing of others.
+void save_walls(const WireState& state, const std::vector<WireWall>& walls, ByteWriter& out);
+/// Their tangents are null where they are those of the walls.
+std::vector<std::shared_ptr<WallState>> read_walls(const std::vector<WireWall>& walls,
+                                                   ByteReader& in);
 
 /// Its mesh with displacement, contact forces and stress, for files. Costs a solve.
 BodyRecord record_vessel(const SoftVessel& vessel);

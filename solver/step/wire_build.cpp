@@ -264,6 +264,7 @@ void save_wire(const WireBody& b, ByteWriter& out)
     out.vector(s.nodes);
     save_reactions(s.reaction, out);
     out.value(s.wall_energy);
+    save_walls(s, b.walls, out);
     const auto vec = [&](const Vec3& v) {
         for (int k = 0; k < 3; ++k)
             out.value(v[k]);
@@ -294,6 +295,7 @@ SavedWire read_wire(const WireBody& b, ByteReader& in)
     s.nodes = in.exactly<BeamNode>(b.wire.material.node.size());
     s.reaction = read_reactions(b.wire.state.reaction.size(), in);
     s.wall_energy = in.value<double>();
+    w.walls = read_walls(b.walls, in);
     const auto vec = [&] {
         Vec3 v;
         for (int k = 0; k < 3; ++k)
@@ -315,7 +317,13 @@ SavedWire read_wire(const WireBody& b, ByteReader& in)
 
 void restore_wire(WireBody& b, const SavedWire& w)
 {
+    const bool any = !b.wire.state.wall.empty();
     b.wire.state = w.state;
+    for (std::size_t k = 0; any && k < b.walls.size(); ++k) {
+        const std::shared_ptr<WallState>& wall = w.walls[k];
+        if (wall && !wall->tangent_at) wall->tangent_at = b.walls[k].soft->tangent_at();
+        b.wire.state.wall.push_back(wall);
+    }
     b.dynamics = w.dynamics;
     b.work->proximity = w.proximity;
 }

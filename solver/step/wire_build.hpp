@@ -33,6 +33,7 @@ struct SavedWire {
     WireState state;
     WireDynamics dynamics;
     std::vector<Proximity> proximity;
+    std::vector<std::shared_ptr<WallState>> walls; ///< as read_walls gives them
 };
 void save_wire(const WireBody& body, ByteWriter& out);
 /// @throws InputError  if the bytes do not fit the wire

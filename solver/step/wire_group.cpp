@@ -76,6 +76,8 @@ void add(NewtonReport& sum, const NewtonReport& r)
     sum.iterations += r.iterations;
     sum.factorisations += r.factorisations;
     sum.shifted += r.shifted;
+    sum.wall_looks += r.wall_looks;
+    sum.wall_tangents += r.wall_tangents;
     sum.residual = r.residual;
     sum.seconds_elements += r.seconds_elements;
     sum.seconds_detection += r.seconds_detection;

@@ -2,6 +2,7 @@
 
 #include "solver/beam/plane_hold.hpp"
 #include "solver/beam/soft_tube.hpp"
+#include "solver/step/soft_balance.hpp"
 #include "solver/step/wire_pivot.hpp"
 
 #include <algorithm>
@@ -50,7 +51,8 @@ void keep_touches(Wire& wire, const NewtonWorkspace& w)
         wire.state.wall_energy += 0.5 * c.give * c.normal * c.normal;
     if (!w.giving) return;
     for (const WireWall& wall : *w.giving)
-        if (wall.soft) wire.state.wall_energy += wall.soft->contact_energy();
+        if (wall.soft && !wall.soft->beyond())
+            wire.state.wall_energy += wall.soft->contact_energy();
     for (const Candidate& c : w.candidates) {
         Reaction& r = wire.state.reaction[std::size_t(c.index)];
         r.touch = {true, c.along, c.around, c.n};
@@ -187,7 +189,10 @@ double step_factor(const Wire& wire, const std::vector<Node6>& increment, double
     return factor;
 }
 
-NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,
+namespace {
+
+/// With displacements of hyperelastic walls by their tangents, and their offsets as they are.
+NewtonReport solve_on_tangents(Wire& wire, const std::vector<WireWall>& walls,
                                const StepStart& start, const Anchor& anchor,
                                const NewtonOptions& options, NewtonWorkspace& w)
 {
@@ -234,6 +239,17 @@ NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,
         report.seconds_rest += now() - t1;
     }
     return report;
+}
+
+} // namespace
+
+NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,
+                               const StepStart& start, const Anchor& anchor,
+                               const NewtonOptions& options, NewtonWorkspace& w)
+{
+    return balance_walls(wire, walls, options, [&](const NewtonOptions& o) {
+        return solve_on_tangents(wire, walls, start, anchor, o, w);
+    });
 }
 
 } // namespace amontons

@@ -44,6 +44,7 @@ struct NewtonReport {
     int iterations = 0;
     int factorisations = 0;
     int shifted = 0; ///< iterations that needed a shift to be positive definite
+    int wall_looks = 0, wall_tangents = 0; ///< of hyperelastic walls: balances, tangents made
     Residual residual;
     double seconds_elements = 0, seconds_detection = 0, seconds_contact = 0, seconds_rest = 0;
 };

@@ -152,6 +152,8 @@ bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refu
         reports.push_back(r);
         sum.newton.iterations += r.newton.iterations;
         sum.newton.factorisations += r.newton.factorisations;
+        sum.newton.wall_looks += r.newton.wall_looks;
+        sum.newton.wall_tangents += r.newton.wall_tangents;
         sum.newton.seconds_elements += r.newton.seconds_elements;
         sum.newton.seconds_detection += r.newton.seconds_detection;
         sum.newton.seconds_contact += r.newton.seconds_contact;
@@ -231,6 +233,11 @@ StepRecord WireSimulation::State::record(const StepReport& r, double h, double s
             if (q.name == prefix + "clustered_force")
                 k.max_cluster = std::max(k.max_cluster, q.value);
         }
+    }
+    if (std::any_of(vessels.begin(), vessels.end(),
+                    [](const SoftVessel& v) { return v.tube->beyond() != nullptr; })) {
+        out.quantities.push_back({"wall_balances", "", double(r.newton.wall_looks)});
+        out.quantities.push_back({"wall_tangents", "", double(r.newton.wall_tangents)});
     }
     for (const auto& c : coaxial)
         for (std::size_t n = 0; n < c->nestings.size(); ++n) {
@@ -511,6 +518,8 @@ std::vector<std::byte> WireSimulation::save() const
     out.value(s.contact_steps);
     out.value(s.contacts_sum);
     out.value(s.energy);
+    for (const SoftVessel& v : s.vessels)
+        save_tangent(*v.tube, out);
     for (std::size_t w = 0; w < s.wires.size(); ++w) {
         save_wire(s.wires[w], out);
         out.value(s.history[w]);
@@ -536,6 +545,9 @@ void WireSimulation::restore(const std::vector<std::byte>& state)
     const auto contact_steps = in.value<int>();
     const auto contacts_sum = in.value<double>();
     const auto energy = in.value<EnergyRecord>();
+    std::vector<Eigen::VectorXd> tangents;
+    for (const SoftVessel& v : s.vessels)
+        tangents.push_back(read_tangent(*v.tube, in));
     std::vector<SavedWire> wires;
     std::vector<WireHistory> history;
     for (const WireBody& b : s.wires) {
@@ -552,6 +564,8 @@ void WireSimulation::restore(const std::vector<std::byte>& state)
     RunSummary sum = read_summary(in);
     in.end();
 
+    for (std::size_t v = 0; v < s.vessels.size(); ++v)
+        restore_tangent(*s.vessels[v].tube, tangents[v]);
     s.started = started;
     s.time = time;
     s.step_length = step_length;

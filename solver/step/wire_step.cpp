@@ -1,3 +1,4 @@
+#include "solver/step/soft_balance.hpp"
 #include "solver/step/wire_group.hpp"
 
 #include <algorithm>
@@ -24,6 +25,7 @@ WireBody make_wire_body(Wire wire, std::vector<WireWall> walls, WireMotion motio
     b.motion = std::move(motion);
     b.tolerance = tolerance;
     b.wire.state.reaction.assign(b.wire.material.point.size() * b.walls.size(), {});
+    rest_walls(b.wire, b.walls);
     WireDynamics& d = b.dynamics;
     for (auto* list : {&d.velocity, &d.spin, &d.inertia_force, &d.inertia_moment})
         list->assign(b.wire.material.node.size(), Vec3::Zero());
@@ -102,6 +104,8 @@ StepReport try_or_relax(WireGroup& g, const std::vector<BaseTarget>& to)
     }
     r.newton.iterations += tried.newton.iterations;
     r.newton.factorisations += tried.newton.factorisations;
+    r.newton.wall_looks += tried.newton.wall_looks;
+    r.newton.wall_tangents += tried.newton.wall_tangents;
     return r;
 }
 

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "solver/step/wire_newton.hpp"
+
+#include <functional>
+
+// Hyperelastic walls around a wire: what the tangent's answer misses of the material's, found
+// between solves of wire and contact. Theory: docs/theory/soft_vessels.md.
+
+namespace amontons {
+
+/// Puts the walls of hyperelastic material where they are without contacts.
+void rest_walls(Wire& wire, const std::vector<WireWall>& walls);
+
+/// Solves wire and contacts with the walls' tangents, and finds the offsets with which walls are in
+/// the balance of their material under the same contact forces. The residual is that of both.
+/// Without hyperelastic walls it is one solve.
+/// @param solve  wire and contacts, with offsets as they are in the wire's state
+NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
+                           const NewtonOptions& options,
+                           const std::function<NewtonReport(const NewtonOptions&)>& solve);
+
+} // namespace amontons
