@@ -81,20 +81,27 @@ std::optional<double> foot(const CurvePiece& p, const Vec3& x)
     return t;
 }
 
-/// Places of two pieces whose distance is stationary and least nearby.
+/// Places of two pieces whose distance is stationary and least nearby: downhill by Newton's method
+/// from where their chords are nearest, on the pieces and a little beyond. (Undamped steps leave
+/// pieces that have such places: a crossing is there in one iterate and gone in the next.)
 std::optional<std::array<double, 2>> feet(const CurvePiece& p, const CurvePiece& q)
 {
+    constexpr double kLow = -0.2, kHigh = 1.2; // how far beyond
     // From the chords.
     const Vec3 u = p.x1 - p.x0, v = q.x1 - q.x0, w = p.x0 - q.x0;
     const double a = u.dot(u), b = u.dot(v), c = v.dot(v), det = a * c - b * b;
     Eigen::Vector2d y(0.5, 0.5);
-    if (det > 1e-12 * a * c) {
-        y[0] = (b * v.dot(w) - c * u.dot(w)) / det;
-        y[1] = (a * v.dot(w) - b * u.dot(w)) / det;
+    if (det > 1e-12 * a * c) y[0] = std::clamp((b * v.dot(w) - c * u.dot(w)) / det, 0.0, 1.0);
+    y[1] = std::clamp((b * y[0] + v.dot(w)) / c, 0.0, 1.0);
+    y[0] = std::clamp((b * y[1] - u.dot(w)) / a, 0.0, 1.0);
+    const auto apart = [&](const Eigen::Vector2d& at) {
+        return (p.at(at[0]) - q.at(at[1])).squaredNorm();
+    };
+    for (int i = 0; i < 9; ++i) { // or from ends and middles, where those are nearer
+        const Eigen::Vector2d other(0.5 * (i % 3), 0.5 * (i / 3));
+        if (apart(other) < apart(y)) y = other;
     }
-    for (int k = 0; k < 2; ++k)
-        y[k] = std::clamp(y[k], 0.0, 1.0);
-    for (int i = 0; i < 30; ++i) {
+    for (int i = 0; i < 60; ++i) {
         const Vec3 d = p.at(y[0]) - q.at(y[1]), s = p.slope(y[0]), t = q.slope(y[1]);
         const Eigen::Vector2d g(s.dot(d), -t.dot(d));
         Eigen::Matrix2d H;
@@ -103,11 +110,29 @@ std::optional<std::array<double, 2>> feet(const CurvePiece& p, const CurvePiece&
             H(0, 0) = 1.001 * s.dot(s);
             H(1, 1) = 1.001 * t.dot(t);
         }
+        // What would go out stays where it is.
         Eigen::Vector2d step = -H.inverse() * g;
-        const double most = step.cwiseAbs().maxCoeff();
+        for (int k = 0; k < 2; ++k) {
+            const bool out = (y[k] <= kLow && g[k] > 0) || (y[k] >= kHigh && g[k] < 0);
+            if (!out) continue;
+            const int other = 1 - k;
+            step[k] = 0;
+            step[other] = H(other, other) > 0 ? -g[other] / H(other, other) : 0;
+            const bool too =
+                (y[other] <= kLow && g[other] > 0) || (y[other] >= kHigh && g[other] < 0);
+            if (too) return std::nullopt;
+        }
+        double most = step.cwiseAbs().maxCoeff();
         if (most > 0.5) step *= 0.5 / most;
-        y += step;
-        if ((y.array() < -0.3).any() || (y.array() > 1.3).any()) return std::nullopt;
+        Eigen::Vector2d next;
+        const double now = d.squaredNorm();
+        for (int halved = 0;; ++halved) {
+            next = (y + step).cwiseMax(kLow).cwiseMin(kHigh);
+            if (most < 1e-5 || halved == 20 || apart(next) <= now) break;
+            step *= 0.5;
+        }
+        most = (next - y).cwiseAbs().maxCoeff();
+        y = next;
         if (most < 1e-13) break;
     }
     if ((y.array() < -kBeyond).any() || (y.array() > 1 + kBeyond).any()) return std::nullopt;

@@ -168,6 +168,7 @@ AxisBox RodBody::box_of(const std::vector<BeamNode>& nodes) const
 
 std::vector<std::string> RodBody::free_motions() const
 {
+    if (in_medium()) return {}; // it holds whatever moves
     // Rigid motions that change nothing of what is held.
     Eigen::Matrix<double, 6, 6> seen = Eigen::Matrix<double, 6, 6>::Zero();
     const Vec3 middle = rod_.nodes[rod_.nodes.size() / 2].position();

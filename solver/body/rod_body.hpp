@@ -42,6 +42,12 @@ public:
     AxisBox box_before() const;                      ///< ... at the start of the step
     Curve curve() const;                             ///< its middle line, at the iterate
     Curve curve_before() const;                      ///< ... at the start of the step
+    /// True of a place that the sheath still holds, or that lies between two nodes of which it
+    /// holds both.
+    bool in_sheath(const CurvePlace& at) const;
+    /// Along the rod into the scene, what holds the part in the sheath [N].
+    double push_force() const;
+    bool in_medium() const { return input_.drag > 0; }
     /// True at a node whose place cannot move in this direction.
     bool holds(const CurvePlace& at, const Vec3& direction) const;
     double contact_reach() const; ///< of gaps that are looked at [m]
@@ -178,7 +184,10 @@ private:
     void add_contact_stiffness(Eigen::VectorXd& rest);
     void add_drag();
     double taken_by_drag(); ///< in the step [J]
+    double drag() const;
     double drag_on(int node, int axis) const;
+    /// Nodes that the sheath holds, from the start on: those that are not out of it.
+    int sheathed(double t) const;
     // dynamic steps
     void begin_memory();
     void dynamic_residual();

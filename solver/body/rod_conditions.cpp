@@ -11,6 +11,8 @@ namespace {
 
 using Map6 = Eigen::Map<Vec6>;
 
+constexpr double kOut = 1e-9; // of the length: a node that is no farther out is at the sheath's end
+
 double value(const CurvePoints& c, double t, double otherwise)
 {
     return c.empty() ? otherwise : curve_value(c, t);
@@ -107,6 +109,22 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
             }
         }
     }
+    const int in_sheath = sheathed(t);
+    Vec3 fed = Vec3::Zero();
+    if (in_sheath > 0)
+        fed = (curve_value(input_.fed, t) - input_.fed[0][1]) * first_axis(rod_.nodes[0].q);
+    for (int node = 0; node < in_sheath; ++node) {
+        const std::size_t i = of(node);
+        const BeamNode &now = m.nodes[std::size_t(node)], &first = rod_.nodes[std::size_t(node)];
+        for (int k = 0; k < 6; ++k)
+            directions[i].hold(Vec6::Unit(k));
+        for (int k = 0; k < 3; ++k)
+            all[i].move[k] = fed[k] + first.difference(now, k);
+        const auto turn = [](const BeamNode& n) {
+            return Eigen::Quaterniond(n.q[0], n.q[1], n.q[2], n.q[3]);
+        };
+        all[i].move.tail<3>() = rotation_vector(turn(now).conjugate() * turn(first));
+    }
     if (input_.plane) {
         const Vec3 normal = input_.plane->normalized();
         for (std::size_t node = 0; node < m.nodes.size(); ++node) {
@@ -120,6 +138,32 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
     for (std::size_t i = 0; i < all.size(); ++i)
         all[i].free = directions[i].free();
     return all;
+}
+
+int RodBody::sheathed(double t) const
+{
+    if (input_.fed.empty()) return 0;
+    const double behind = rod_.length - curve_value(input_.fed, t) + kOut * rod_.length;
+    double s = 0;
+    int n = 0;
+    while (n < rod_.node_count() && s <= behind)
+        if (++n <= rod_.element_count()) s += rod_.law[std::size_t(n) - 1].length;
+    return n;
+}
+
+bool RodBody::in_sheath(const CurvePlace& at) const
+{
+    const int n = sheathed(step_.end());
+    return at.t <= 0 ? at.piece < n : at.piece + 1 < n;
+}
+
+double RodBody::push_force() const
+{
+    double sum = 0;
+    const Vec3 along = first_axis(rod_.nodes[0].q);
+    for (int i = 0; i < sheathed(step_.end()) && !reaction_.empty(); ++i)
+        sum += along.dot(Eigen::Map<const Vec6>(reaction_[std::size_t(i)].value).head<3>());
+    return sum;
 }
 
 void RodBody::add_loads(const Motion& m, double t, std::vector<Node6>& f, RodMatrix* K) const

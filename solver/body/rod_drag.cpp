@@ -3,9 +3,14 @@
 
 #include <algorithm>
 
-// A viscous medium around a rod, for the steps that follow a snap.
+// A viscous medium around a rod: the scene's, or one for the steps that follow a snap.
 
 namespace amontons {
+namespace {
+
+constexpr double kStands = 1e6; // times an element's stiffness: such a drag holds it
+
+} // namespace
 
 void RodBody::drag_by(double drag, bool from_rest)
 {
@@ -30,13 +35,25 @@ double RodBody::drag_on(int node, int axis) const
         const int own = rod_.closed ? (e + elements) % elements : e;
         if (own >= 0 && own < elements) length += 0.5 * rod_.law[std::size_t(own)].length;
     }
-    return drag_ * length * (axis < 3 ? 1 : length * length);
+    return drag() * length * (axis < 3 ? 1 : length * length);
+}
+
+/// Force per length and motion over the step [N/m^2].
+double RodBody::drag() const
+{
+    if (input_.drag == 0) return drag_;
+    if (step_.h > 0) return drag_ + input_.drag / step_.h;
+    // No time, no motion: the rod stands where it begins.
+    double stiffest = 0;
+    for (const ElementLaw& law : rod_.law)
+        stiffest = std::max(stiffest, std::max(law.S[0], law.S[1]) / (law.length * law.length));
+    return kStands * stiffest;
 }
 
 void RodBody::add_drag()
 {
-    if (drag_ == 0) return;
-    for (int i = 0; i < rod_.node_count(); ++i) {
+    if (drag() == 0) return;
+    for (int i = sheathed(step_.end()); i < rod_.node_count(); ++i) {
         Block6& d = K_.chain.diagonal(i);
         for (int k = 0; k < 6; ++k) {
             const double c = drag_on(i, k);
@@ -50,7 +67,9 @@ void RodBody::add_drag()
 double RodBody::taken_by_drag()
 {
     double taken = 0;
-    for (std::size_t i = 0; drag_ > 0 && i < moved_.size(); ++i)
+    if (drag() == 0) return 0;
+    drag_before_.resize(moved_.size(), Vec6::Zero());
+    for (auto i = std::size_t(sheathed(step_.end())); i < moved_.size(); ++i)
         for (int k = 0; k < 6; ++k) {
             const double now = drag_on(int(i), k) * moved_[i][k];
             taken += 0.5 * (now + drag_before_[i][k]) * moved_[i][k];

@@ -223,6 +223,7 @@ std::vector<double> RodBody::state() const
     add(memory_.velocity);
     add(memory_.force);
     add(memory_.force_now);
+    add(drag_before_);
     for (const std::vector<Node6>* list : {&acting_, &reaction_})
         for (std::size_t i = 0; i < state_.nodes.size(); ++i) {
             const Node6 zero{};
@@ -251,7 +252,7 @@ void RodBody::set_state(std::span<const double> state)
         take(node.q, 4);
     }
     for (std::vector<Vec6>* list :
-         {&state_.velocity, &memory_.velocity, &memory_.force, &memory_.force_now}) {
+         {&state_.velocity, &memory_.velocity, &memory_.force, &memory_.force_now, &drag_before_}) {
         list->resize(n);
         for (Vec6& v : *list)
             take(v.data(), 6);

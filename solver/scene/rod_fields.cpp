@@ -161,6 +161,33 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
     }
 }
 
+/// A sheath, and a medium.
+void check_feed(const RodInput& b, const Scene& scene, Findings& findings)
+{
+    const std::string place = "/bodies/" + b.name;
+    const bool dynamic = scene.time.kind == "dynamic";
+    if (b.drag > 0 && dynamic)
+        findings.add({place + "/drag", "/time/kind"}, fmt::format("{}", b.drag),
+                     "0, or \"kind\": \"quasi_static\"; \"time.damping\" of motion");
+    if (b.fed.empty()) return;
+    if (dynamic)
+        findings.add({place + "/fed", "/time/kind"}, "a sheath in a dynamic scene",
+                     "\"kind\": \"quasi_static\"");
+    const bool natural = std::any_of(b.segments.begin(), b.segments.end(),
+                                     [](const BeamSegment& s) { return s.curvature != 0; });
+    const bool straight = !b.shape.closed && !b.shape.has_curve() &&
+                          (b.shape.points.empty() ? !natural : b.shape.points.size() == 2);
+    if (!straight)
+        findings.add({place + "/fed", place + "/shape"},
+                     "a sheath around a rod that is not straight",
+                     "a shape of two \"points\", or of none without curvature");
+    const double length = length_of(b.segments);
+    for (std::size_t i = 0; i < b.fed.size(); ++i)
+        if (!(b.fed[i][1] >= 0 && b.fed[i][1] <= length))
+            findings.add({fmt::format("{}/fed/{}/1", place, i)}, fmt::format("{}", b.fed[i][1]),
+                         fmt::format("0 to {:.9g} [m], the rod's length", length));
+}
+
 } // namespace
 
 VariantDeclaration rod_variant(const ObjectDeclaration& segment,
@@ -183,6 +210,13 @@ VariantDeclaration rod_variant(const ObjectDeclaration& segment,
                                                "Normal of a plane that the rod is kept in.")),
              list<&R::hold>("hold", hold, "Prescribed places and turns."),
              list<&R::loads>("loads", load, "Loads."),
+             fallback("no sheath",
+                      field<&R::fed>("fed", "m", kAny,
+                                     "How far the rod's end is out of a straight sheath, over "
+                                     "time: what has not come out is held and moves along it.")),
+             field<&R::drag>("drag", "N s/m^2", at_least(0),
+                             "Of a medium that the rod moves through, force per length and "
+                             "velocity: quasi-static steps then follow snaps in time."),
              fallback("one at each node",
                       field<&R::contact_spacing>("contact_spacing", "m", at_least(0),
                                                  "Longest way between two places that touch what "
@@ -200,6 +234,7 @@ void check_rods(const Scene& scene, Findings& findings)
 {
     for (const RodInput& b : scene.rods) {
         check_rod(b, scene, findings);
+        check_feed(b, scene, findings);
         const bool in_hand = scene.haptic.given && scene.haptic.handle == b.name;
         for (std::size_t i = 0; i < scene.contact.size(); ++i) {
             const ContactLaw& law = scene.contact[i];

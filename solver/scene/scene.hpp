@@ -288,6 +288,8 @@ struct RodInput {
     Vec3 velocity = Vec3::Zero(); ///< when the run begins [m/s]
     Vec3 spin = Vec3::Zero();     ///< about the centre of mass [rad/s]
     double contact_spacing = 0;   ///< [m]; 0: at the nodes; in the hand: two radii
+    CurvePoints fed; ///< how far its end is out of a sheath over time [m]; empty: there is none
+    double drag = 0; ///< of a medium: force per length and velocity [N s/m^2]; quasi-static
 };
 
 /// Rows without a cone between two bodies, or a spring.

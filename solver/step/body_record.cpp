@@ -200,6 +200,8 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
                     vector(fmt::format("{}_{:g}", b.name, *l.at), "m",
                            nodes[std::size_t(b.rod->model().node_at(*l.at))].position());
             out.push_back({b.name + "_max_displacement", "m", most});
+            if (!input.fed.empty())
+                out.push_back({b.name + "_push_force", "N", b.rod->push_force()});
             out.push_back({b.name + "_negative", "", double(b.rod->negative())});
             continue;
         }

@@ -10,6 +10,11 @@
 // answer is worth.
 
 namespace amontons {
+namespace {
+
+constexpr double kNear = 1e-3; // an error from which Newton's method does not swing any more
+
+} // namespace
 
 /// Only rods can move, and nothing but contacts joins them.
 bool BodyStepper::rods_alone() const
@@ -87,11 +92,26 @@ bool BodyStepper::solve_rods()
             return false;
         }
     }
+    const bool medium = std::ranges::any_of(
+        system_.refs, [](const BodyRef& b) { return b.rod && b.rod->in_medium(); });
+    swung_ = swung_ || (medium && swings());
+    if (swung_ && errors_.back() > kNear) {
+        // Contacts that stick and slip in turn: half of the motion, but for what is prescribed.
+        for (std::size_t b = 0; b < bodies(); ++b)
+            if (const RodBody* rod = system_.refs[b].rod) y_[b] = 0.5 * (y_[b] + rod->prescribed());
+    }
     if (goes_astray()) return false;
     left_out_ = 0;
     for (std::size_t b = 0; b < bodies(); ++b)
         body(b).change(y_[b], mode_[b], body_force_[b]);
     return true;
+}
+
+/// Newton's method of rods alone goes to and fro.
+bool BodyStepper::swings() const
+{
+    const std::size_t n = errors_.size();
+    return n >= 4 && errors_[n - 1] > 0.5 * errors_[n - 3] && errors_[n - 2] > 0.5 * errors_[n - 4];
 }
 
 /// The natural map of each contact at this motion, of the largest force (or load, or EI / length^2)

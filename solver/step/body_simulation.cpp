@@ -19,6 +19,8 @@ namespace amontons {
 namespace {
 
 constexpr double kDefaultSmallest = 1.0 / 1024; // of the longest step
+constexpr std::size_t kQuick = 6;               // iterations of a step in a medium: the next ...
+constexpr double kGrowth = 1.5;                 // ... may be so much longer
 constexpr double kSticks = 1e-9;                // slip per step below this share of the body sticks
 
 /// Every curve whose knots a step must not pass.
@@ -40,6 +42,7 @@ std::vector<const CurvePoints*> curves_of(const Scene& scene)
             all.insert(all.end(), {&h.x, &h.y, &h.z, &h.angle});
         for (const RodLoad& l : r.loads)
             all.push_back(&l.over);
+        all.push_back(&r.fed);
     }
     for (const RigidInput& r : scene.rigids) {
         drive(r.drive);
@@ -75,6 +78,11 @@ struct BodySimulation::State {
     {
         return scene.time.smallest_step > 0 ? scene.time.smallest_step
                                             : kDefaultSmallest * scene.time.step;
+    }
+    bool in_medium() const
+    {
+        return std::ranges::any_of(system->refs,
+                                   [](const BodyRef& b) { return b.rod && b.rod->in_medium(); });
     }
     bool dynamic() const { return scene.time.kind == "dynamic"; }
     double next_stop() const
@@ -319,7 +327,7 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         while (!s.advance(h)) {
             if (stop) return finish("interrupted", "interrupted by the user");
             if (h <= s.smallest() * (1 + 1e-9)) {
-                if (s.last.rods_alone && s.advance(h, true)) break;
+                if (s.last.rods_alone && !s.in_medium() && s.advance(h, true)) break;
                 return finish("failed", fmt::format("step {} (t = {:.6g} s): {}", s.step + 1,
                                                     s.time, s.last.refusal));
             }
@@ -328,8 +336,10 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         }
         ++s.step;
         if (std::abs(s.time - (s.next_stop())) < 1e-12 * end) s.time = s.next_stop();
-        s.step_length = std::min(2 * h, s.scene.time.step);
-        if (h == reach && s.retries == 0) s.step_length = s.scene.time.step;
+        // In a medium a step that is too long costs more than some that are shorter.
+        const double growth = !s.in_medium() ? 2 : s.last.errors.size() <= kQuick ? kGrowth : 1;
+        s.step_length = std::min(growth * h, s.scene.time.step);
+        if (h == reach && s.retries == 0 && !s.in_medium()) s.step_length = s.scene.time.step;
         StepRecord r = s.record(h, watch.seconds());
         add_step(sum, r);
         s.contacts_sum += double(r.contacts.size());

@@ -16,7 +16,8 @@
 namespace amontons {
 namespace {
 
-constexpr int kPatience = 2; // times the iterations, for steps that are not Newton's
+constexpr int kInMedium = 20; // iterations: a shorter step is surer to lead on
+constexpr int kPatience = 2;  // times the iterations, for steps that are not Newton's
 
 } // namespace
 
@@ -384,7 +385,11 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
                              const BodyStepOptions& options)
 {
     BodyStepReport report;
-    BodyStepper stepper(system, step, options, report);
+    const bool medium = std::ranges::any_of(
+        system.refs, [](const BodyRef& b) { return b.rod && b.rod->in_medium(); });
+    BodyStepOptions own = options;
+    if (medium) own.most_iterations = std::min(own.most_iterations, kInMedium);
+    BodyStepper stepper(system, step, own, report);
     try {
         report.accepted = stepper.run();
     } catch (const LinearFault& fault) {
@@ -392,7 +397,7 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
         return report;
     }
     report.rods_alone = stepper.of_rods_only();
-    if (report.accepted || !report.rods_alone) return report;
+    if (report.accepted || !report.rods_alone || medium) return report;
     // Rods that Newton's method leads astray: the way to a stable balance.
     BodyStepReport again;
     BodyStepOptions patient = options;

@@ -60,6 +60,7 @@ private:
     bool rescale_modes();
     bool goes_astray();
     bool rods_alone() const;
+    bool swings() const;
     bool solve_rods();
     void certify_rods(const Eigen::VectorXd& u);
     void relax();
@@ -104,6 +105,7 @@ private:
     Certificate certificate_;
     std::string deepest_;        ///< penetration that no contact of the problem prevented
     std::vector<double> errors_; ///< of the outer iterations
+    bool swung_ = false;         ///< rods alone: they went to and fro in this step
     bool relaxing_ = false;
     double relaxation_ = 1, left_out_ = 0; ///< share of the motion made; the rest [m or m/s]
     Eigen::VectorXd made_before_;

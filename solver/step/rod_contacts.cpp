@@ -125,6 +125,8 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
     const RodBody* other = p.b >= 0 ? bodies[std::size_t(p.b)].rod : nullptr;
     const bool still = p.b < 0 || (!other && bodies[std::size_t(p.b)].body->modes().cols() == 0);
     const auto stuck = [&](const CurveContact& c) {
+        // The sheath leads through the wall.
+        if (p.b < 0 && rod.in_sheath(c.a)) return true;
         return c.gap > -kRounding * rod.size() && rod.holds(c.a, c.normal) &&
                (still || (other && other->holds(c.b, c.normal)));
     };

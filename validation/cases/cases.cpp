@@ -141,10 +141,17 @@ const std::vector<Case>& cases()
          rod_bent_tube},
         {"rod-helix", "benchmarks", "Lubinski 1962, Mitchell 1986: beta^2 = F/2EI, r F^2/4EI",
          rod_helix},
+        {"rod-helical", "benchmarks",
+         "Chen, Lin & Cheatham 1990: 2 sqrt(2) sqrt(EI w/r); Dawson & Paslay 1984, Mitchell 1986, "
+         "Wu "
+         "& Juvkam-Wold 1993",
+         rod_helical},
         {"rod-plies", "stability",
          "topology: plies wind as their ends do, and stay a diameter apart", rod_plies},
         {"rod-knot", "stability",
          "topology: a trefoil's determinant is 3; no place is nearer than a diameter", rod_knot},
+        {"rod-nest", "stability", "geometry: no place is nearer than a diameter, or outside",
+         rod_nest},
         {"rod10-statics", "benchmarks", "WSCG 2003; closed form: Euler-Bernoulli", rod10_statics},
         {"rod10-sizes", "benchmarks", "WSCG 2003, equations 8 and 9", rod10_sizes},
         {"rod10-turning", "benchmarks", "WSCG 2003; frame indifference", rod10_turning},

@@ -361,3 +361,59 @@ TEST_CASE("the distance to a shape has the normal and the second derivative that
               doctest::Approx(shape_distance(shapes[0], x, near).distance).epsilon(1e-12));
     }
 }
+
+TEST_CASE("where curved pieces cross they have a crossing, wherever their chords are nearest")
+{
+    // Arcs of a quarter of a turn that cross in their middles, or near, on top of each other.
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> angle(0.5, 2.6), along(-0.9, 0.9), bend(0.1, 0.3);
+    int looked_at = 0;
+    for (int k = 0; k < 2000; ++k) {
+        const auto piece = [&](double height) {
+            // A parabola along x, bent to either side and up or down, turned about z.
+            const double a = along(random), b = bend(random) * (k % 2 ? 1 : -1), t = angle(random),
+                         up = 0.2 * along(random);
+            const auto place = [&](double s) {
+                const Vec3 x(s - 0.5 + 0.5 * a, b * (s - 0.5) * (s - 0.5),
+                             height + up * (s - 0.5) * (s - 0.5));
+                return Vec3(std::cos(t) * x.x() - std::sin(t) * x.y(),
+                            std::sin(t) * x.x() + std::cos(t) * x.y(), x.z());
+            };
+            const auto slope = [&](double s) { // the parabola's own
+                return Vec3((place(s + 1e-6) - place(s - 1e-6)) / 2e-6);
+            };
+            Curve c;
+            c.pieces.push_back({place(0), place(1), slope(0), slope(1), 0.1});
+            c.start = {0, (place(1) - place(0)).norm()};
+            return c;
+        };
+        const Curve a = piece(0.2), b = piece(0);
+        // The least distance by looking everywhere.
+        double least = 1e9;
+        int at[2] = {0, 0};
+        constexpr int kParts = 100;
+        for (int i = 0; i <= kParts; ++i)
+            for (int j = 0; j <= kParts; ++j) {
+                const double d =
+                    (a.pieces[0].at(double(i) / kParts) - b.pieces[0].at(double(j) / kParts))
+                        .norm();
+                if (d < least) {
+                    least = d;
+                    at[0] = i;
+                    at[1] = j;
+                }
+            }
+        const Vec3 u = a.pieces[0].slope(double(at[0]) / kParts),
+                   v = b.pieces[0].slope(double(at[1]) / kParts);
+        const bool inside = at[0] > 5 && at[0] < 95 && at[1] > 5 && at[1] < 95;
+        if (!inside || least > 0.4 || u.cross(v).norm() < 0.35 * u.norm() * v.norm()) continue;
+        ++looked_at;
+        double found = 1e9;
+        for (const CurveContact& c : touching(a, b, 0.3))
+            if (c.slides_a && c.slides_b) found = std::min(found, c.gap + 0.2);
+        CAPTURE(k);
+        CHECK(found < least + 1e-12);
+        CHECK(found > least - 1e-2);
+    }
+    CHECK(looked_at > 200);
+}

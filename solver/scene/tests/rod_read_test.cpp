@@ -65,3 +65,33 @@ TEST_CASE("bad rods are said with their places")
     CHECK(has(bad("\"time\":", "\"contact\": [{\"between\": [\"frame\", \"frame\"]}], \"time\":"),
               "not one rod alone, without contact"));
 }
+
+TEST_CASE("a rod in a sheath is straight and long enough, and neither it nor a medium is dynamic")
+{
+    const std::string fed = R"({
+      "schema": 1,
+      "bodies": {
+        "wire": {"kind": "rod", "fed": [[0, 0.1], [1, 0.2]], "drag": 3, "shape": {"start": [0, 0, 0]},
+          "segments": [{"length": 0.3, "radius": 0.001, "EI": 1e-4, "element": 0.01}]}
+      },
+      "time": {"step": 0.1, "end": 1}
+    })";
+    const Scene s = parse_scene(fed, "s.json", {});
+    CHECK(s.rods.at(0).fed.at(1)[1] == 0.2);
+    CHECK(s.rods.at(0).drag == 3);
+    const auto bad_feed = [&](const std::string& old, const std::string& now) {
+        return issues_of(replaced(fed, old, now));
+    };
+    CHECK(has(bad_feed("[1, 0.2]", "[1, 0.4]"), "/fed/1/1"));
+    CHECK(has(bad_feed("[1, 0.2]", "[0, 0.2]"), "/fed"));
+    CHECK(has(bad_feed("\"drag\": 3", "\"drag\": -3"), "/drag"));
+    CHECK(has(bad_feed("\"EI\": 1e-4", "\"EI\": 1e-4, \"curvature\": 2"), "not straight"));
+    CHECK(has(
+        bad_feed(
+            "{\"start\": [0, 0, 0]}",
+            "{\"points\": [{\"at\": [0, 0, 0]}, {\"at\": [0.1, 0, 0]}, {\"at\": [0.1, 0.2, 0]}]}"),
+        "not straight"));
+    const std::string dynamic = bad_feed("\"step\": 0.1", "\"kind\": \"dynamic\", \"step\": 0.1");
+    CHECK(has(dynamic, "a sheath in a dynamic scene"));
+    CHECK(has(dynamic, "/drag"));
+}

@@ -84,35 +84,6 @@ int determinant(const std::vector<Vec3>& line)
     return int(std::lround(std::abs(colours.topLeftCorner(count - 1, count - 1).determinant())));
 }
 
-/// Places half-way between those of a smooth line come in: cubics through four neighbours.
-std::vector<Vec3> refined(const std::vector<Vec3>& line)
-{
-    std::vector<Vec3> fine{line[0]};
-    for (std::size_t i = 0; i + 1 < line.size(); ++i) {
-        const Vec3 sum = line[i] + line[i + 1];
-        const bool inside = i > 0 && i + 2 < line.size();
-        fine.push_back(inside ? Vec3((9 * sum - line[i - 1] - line[i + 2]) / 16) : Vec3(sum / 2));
-        fine.push_back(line[i + 1]);
-    }
-    return fine;
-}
-
-/// Least distance of middle lines where the way along is more than three diameters.
-double least_distance(const std::vector<Vec3>& line)
-{
-    constexpr double kSpan = 6 * kRadius;
-    std::vector<double> arc{0};
-    for (std::size_t i = 1; i < line.size(); ++i)
-        arc.push_back(arc.back() + (line[i] - line[i - 1]).norm());
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i + 1 < line.size(); ++i)
-        for (std::size_t j = i + 1; j + 1 < line.size(); ++j)
-            if (arc[j] - arc[i + 1] > kSpan && (line[i] - line[j]).norm() < kSpan)
-                least =
-                    std::min(least, segment_distance(line[i], line[i + 1], line[j], line[j + 1]));
-    return least;
-}
-
 } // namespace
 
 std::vector<Measured> rod_knot()
@@ -170,7 +141,7 @@ std::vector<Measured> rod_knot()
         for (const StepRecord& step : run.steps) {
             if (!step.certificate.certified) ++refused;
             const std::vector<Vec3> now = refined(refined(step.beams.at(0).points));
-            nearest = std::min(nearest, least_distance(now) / (2 * kRadius));
+            nearest = std::min(nearest, least_distance(now, kRadius) / (2 * kRadius));
             if (determinant(now) != 3) ++untied;
         }
         const std::string at = fmt::format(", friction {}", friction);

@@ -11,24 +11,6 @@
 
 namespace amontons::validation {
 
-double segment_distance(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1)
-{
-    // That of a point of one from the other is convex along it.
-    const auto from = [&](double t) {
-        const Vec3 x = a0 + t * (a1 - a0), d = b1 - b0;
-        return (x - b0 - std::clamp((x - b0).dot(d) / d.squaredNorm(), 0.0, 1.0) * d).norm();
-    };
-    double low = 0, high = 1;
-    for (int i = 0; i < 40; ++i) {
-        const double third = (high - low) / 3;
-        if (from(low + third) < from(high - third))
-            high -= third;
-        else
-            low += third;
-    }
-    return from(0.5 * (low + high));
-}
-
 namespace {
 
 double least_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b)

@@ -18,8 +18,10 @@ std::vector<Measured> rod_frequencies_case();
 std::vector<Measured> rod_capstan();
 std::vector<Measured> rod_bent_tube();
 std::vector<Measured> rod_helix();
+std::vector<Measured> rod_helical();
 std::vector<Measured> rod_plies();
 std::vector<Measured> rod_knot();
+std::vector<Measured> rod_nest();
 std::vector<Measured> rod10_statics();
 std::vector<Measured> rod10_sizes();
 std::vector<Measured> rod10_turning();
@@ -33,6 +35,11 @@ Elastica elastica_of(double load);
 
 /// Least distance of two segments.
 double segment_distance(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1);
+/// Places half-way between those of a smooth line come in: cubics through four neighbours.
+std::vector<Vec3> refined(const std::vector<Vec3>& line);
+/// Least distance of a wire's middle line from itself where the way along it is more than three
+/// diameters; at most that way.
+double least_distance(const std::vector<Vec3>& line, double radius);
 
 /// A uniform rod along x from the origin, clamped there unless its holds are changed.
 RodInput uniform_rod(double length, double EI, double GJ, double EA, double GA, int elements);
