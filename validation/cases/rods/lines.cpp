@@ -27,6 +27,7 @@ double segment_distance(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Ve
 
 std::vector<Vec3> refined(const std::vector<Vec3>& line)
 {
+    if (line.empty()) return {};
     std::vector<Vec3> fine{line[0]};
     for (std::size_t i = 0; i + 1 < line.size(); ++i) {
         const Vec3 sum = line[i] + line[i + 1];
