@@ -1,5 +1,4 @@
-// The bird's nest of examples/nest in full: one wire fed into a ball until it touches itself and
-// the wall at more than 1000 places. A line for every 20th step.
+// The bird's nest of examples/nest in full: one wire fed into a ball. A line for every 20th step.
 //
 //     rod_nest_bench [PATH=VALUE ...]   (as --set of `amontons run`)
 //
