@@ -1,5 +1,7 @@
 #include "validation/cases/rod10/turning.hpp"
 
+#include "validation/measure.hpp"
+
 #include <algorithm>
 #include <cmath>
 
