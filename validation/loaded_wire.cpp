@@ -28,7 +28,7 @@ Wire solve(const LoadedWire& w, Vec3* start)
 
     NewtonWorkspace work(wire, 0);
     NewtonOptions options;
-    options.tolerance = 1e-12; // beyond this the round-off of EA decides, on one processor or another
+    options.tolerance = 1e-9; // the round-off of EA, some 1e-11 here, decides below
     options.max_iterations = 40;
     options.longest_move = w.length;
     double done = 0, step = 0.1;

@@ -21,7 +21,7 @@ def failed_rows(program, suite):
     answer = subprocess.run([program, "validate", *cases, "--json", "--jobs", "1"], capture_output=True,
                             text=True)
     rows = json.loads(answer.stdout)
-    failed = [r for r in rows if not r["passed"]]
+    failed = [r for r in rows if not r["passed"] and not r["left_out"]]
     assert answer.returncode == (1 if failed else 0), answer.returncode
     return len(rows), failed
 
