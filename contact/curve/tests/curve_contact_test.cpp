@@ -364,10 +364,18 @@ TEST_CASE("the distance to a shape has the normal and the second derivative that
 
 TEST_CASE("where curved pieces cross they have a crossing, wherever their chords are nearest")
 {
-    // Arcs of a quarter of a turn that cross in their middles, or near, on top of each other.
+    // Arcs that cross in their middles, or near, on top of each other: as elements bend, and so
+    // sharply that a few of more than a thousand may be lost (undamped steps lose 23).
+    bool sharp = false;
+    SUBCASE("as elements bend") {}
+    SUBCASE("sharply")
+    {
+        sharp = true;
+    }
     std::mt19937 random(7);
-    std::uniform_real_distribution<double> angle(0.5, 2.6), along(-0.9, 0.9), bend(0.1, 0.3);
-    int looked_at = 0;
+    std::uniform_real_distribution<double> angle(0.5, 2.6), along(-0.9, 0.9),
+        bend(sharp ? 0.5 : 0.1, sharp ? 1.0 : 0.3);
+    int looked_at = 0, lost = 0;
     for (int k = 0; k < 2000; ++k) {
         const auto piece = [&](double height) {
             // A parabola along x, bent to either side and up or down, turned about z.
@@ -412,8 +420,13 @@ TEST_CASE("where curved pieces cross they have a crossing, wherever their chords
         for (const CurveContact& c : touching(a, b, 0.3))
             if (c.slides_a && c.slides_b) found = std::min(found, c.gap + 0.2);
         CAPTURE(k);
+        if (sharp) {
+            lost += !(found < least + 1e-12);
+            continue;
+        }
         CHECK(found < least + 1e-12);
         CHECK(found > least - 1e-2);
     }
-    CHECK(looked_at > 200);
+    CHECK(looked_at > 1000);
+    CHECK(lost <= 5);
 }
