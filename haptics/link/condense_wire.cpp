@@ -3,8 +3,10 @@
 #include "solver/linear/block_refine.hpp"
 #include "solver/step/contact_row.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 // A wire in balance: G(x, b, r) = 0 with x its unknowns, b the base's (insertion and twist of a
@@ -91,48 +93,6 @@ ContactRow across_row(const Candidate& c)
     return r;
 }
 
-/// Springs at closed contacts until the wire is stable without them: along the normals; if that is
-/// not enough, across the way that it slips (friction's direction holds it there, on a ridge, say);
-/// then where it sticks. @return  false if it is not stable
-bool hold_closed(BlockTridiagonal& K, const std::vector<const Candidate*>& chosen)
-{
-    enum { normals, across, sticking };
-    BlockTridiagonal even = copy_of(K);
-    symmetrise(even);
-    const auto stable = [&] {
-        BlockTridiagonal trial = copy_of(even);
-        return trial.factor(trial.first()) == 0;
-    };
-    if (stable()) return true;
-    for (const int stage : {normals, across, sticking}) {
-        const BlockTridiagonal K_before = copy_of(K), even_before = copy_of(even);
-        const auto hold_by = [&](int level) {
-            K = copy_of(K_before);
-            even = copy_of(even_before);
-            const double s = (stage == normals ? kFirstHold : kFirstSide) * std::pow(10.0, level);
-            for (const Candidate* c : chosen) {
-                if (!(c->normal > 0) || (stage != normals && c->sticks != (stage == sticking)))
-                    continue;
-                const auto hold = [&](const ContactRow& row) {
-                    add_hold(K, *c, row, s * c->stiffness);
-                    add_hold(even, *c, row, s * c->stiffness);
-                };
-                if (stage == normals) hold(c->hn);
-                if (stage == across) hold(across_row(*c));
-                if (stage == sticking) hold(c->ht[0]), hold(c->ht[1]);
-            }
-        };
-        for (int level = 0; level < kHolds; ++level) {
-            hold_by(level);
-            if (stable()) return true;
-        }
-        // Not these, then: W so stiff along them, and soft across, would leave the reactions to
-        // round-off.
-        hold_by(0);
-    }
-    return false;
-}
-
 /// The base's part in the balance.
 struct BasePart {
     std::vector<Nodes> B;                       // columns, of b
@@ -175,6 +135,79 @@ BasePart base_part(const Wire& wire)
     out.T.topLeftCorner<3, 3>().setIdentity();
     out.T.bottomRightCorner<3, 3>() = rotation_matrix(wire.state.nodes[f].q).transpose();
     return out;
+}
+
+/// Stiffness of the base's unknowns, contacts left as they are: U_bb - B^T K^-1 B.
+Eigen::MatrixXd condensed_stiffness(const BasePart& base, const std::vector<Nodes>& solved)
+{
+    Eigen::MatrixXd S = base.own;
+    for (Eigen::Index j = 0; j < S.cols(); ++j)
+        for (Eigen::Index i = 0; i < S.rows(); ++i) {
+            const Nodes &B = base.B[static_cast<std::size_t>(i)],
+                        &x = solved[static_cast<std::size_t>(j)];
+            for (std::size_t k = 0; k < x.size(); ++k)
+                for (int a = 0; a < 6; ++a)
+                    S(i, j) -= B[k].value[a] * x[k].value[a];
+        }
+    return S;
+}
+
+/// By how much the wire pushes the hand on that moves its base [N/m], 0 if nowhere.
+double pushes_on(const BlockTridiagonal& K, const BasePart& base)
+{
+    const Solver solve(K);
+    std::vector<Nodes> solved;
+    for (const Nodes& column : base.B)
+        solved.push_back(solve(column));
+    const Eigen::MatrixXd S = base.T.transpose() * condensed_stiffness(base, solved) * base.T;
+    const Mat3 even = 0.5 * (S + S.transpose()).topLeftCorner<3, 3>();
+    return std::max(0.0, -Eigen::SelfAdjointEigenSolver<Mat3>(even).eigenvalues()[0]);
+}
+
+/// Springs at closed contacts until the wire is stable without them: along the normals; if that is
+/// not enough, across the way that it slips (friction's direction holds it there, on a ridge, say);
+/// then where it sticks.
+/// @param most  [N/m] that it may push the hand on by
+/// @return  false if it is not stable, or pushes more
+bool hold_closed(BlockTridiagonal& K, const std::vector<const Candidate*>& chosen,
+                 const BasePart& base, double most)
+{
+    enum { normals, across, sticking };
+    BlockTridiagonal even = copy_of(K);
+    symmetrise(even);
+    const auto stable = [&] {
+        BlockTridiagonal trial = copy_of(even);
+        if (trial.factor(trial.first()) != 0) return false;
+        return std::isinf(most) || pushes_on(K, base) <= most;
+    };
+    if (stable()) return true;
+    for (const int stage : {normals, across, sticking}) {
+        const BlockTridiagonal K_before = copy_of(K), even_before = copy_of(even);
+        const auto hold_by = [&](int level) {
+            K = copy_of(K_before);
+            even = copy_of(even_before);
+            const double s = (stage == normals ? kFirstHold : kFirstSide) * std::pow(10.0, level);
+            for (const Candidate* c : chosen) {
+                if (!(c->normal > 0) || (stage != normals && c->sticks != (stage == sticking)))
+                    continue;
+                const auto hold = [&](const ContactRow& row) {
+                    add_hold(K, *c, row, s * c->stiffness);
+                    add_hold(even, *c, row, s * c->stiffness);
+                };
+                if (stage == normals) hold(c->hn);
+                if (stage == across) hold(across_row(*c));
+                if (stage == sticking) hold(c->ht[0]), hold(c->ht[1]);
+            }
+        };
+        for (int level = 0; level < kHolds; ++level) {
+            hold_by(level);
+            if (stable()) return true;
+        }
+        // Not these, then: W so stiff along them, and soft across, would leave the reactions to
+        // round-off.
+        hold_by(0);
+    }
+    return false;
 }
 
 /// Those that count most first: with force, near.
@@ -232,8 +265,18 @@ Condensed condense_wire(WireBody& body, const CondenseOptions& options)
     residual_of(wire, body.walls, mark_step_start(wire), Anchor{}, newton, *body.work);
     const std::vector<const Candidate*> chosen =
         choose(body.work->candidates, out.reach, options, out);
-    BlockTridiagonal K = copy_of(body.work->base);
-    out.solvable = hold_closed(K, chosen);
+    // What is just stable is as good as singular: near a snap, once a contact opens, the hand would
+    // be pushed on by more on the way that the operator is for than any contact holds.
+    double pressed = 0;
+    for (const Candidate* c : chosen)
+        pressed = std::max(pressed, c->normal);
+    const BasePart base = base_part(wire);
+    BlockTridiagonal K(0);
+    for (const double most : {pressed / out.reach, std::numeric_limits<double>::infinity()}) {
+        K = copy_of(body.work->base);
+        out.solvable = hold_closed(K, chosen, base, most);
+        if (out.solvable) break;
+    }
     const Solver solve(K);
 
     const auto n = static_cast<Eigen::Index>(chosen.size());
@@ -253,20 +296,13 @@ Condensed condense_wire(WireBody& body, const CondenseOptions& options)
         add_row(right, *chosen[static_cast<std::size_t>(j / 3)], row(j));
         out.W.col(j) = rows_of(solve(right));
     }
-    const BasePart base = base_part(wire);
-    const auto m = static_cast<Eigen::Index>(base.B.size());
-    Eigen::MatrixXd by_base(3 * n, m), own = base.own;
-    for (Eigen::Index j = 0; j < m; ++j) {
-        const Nodes x = solve(base.B[static_cast<std::size_t>(j)]);
-        by_base.col(j) = -rows_of(x);
-        for (Eigen::Index i = 0; i < m; ++i) {
-            const Nodes& B = base.B[static_cast<std::size_t>(i)];
-            for (auto k = static_cast<std::size_t>(wire.state.first); k < x.size(); ++k)
-                for (int a = 0; a < 6; ++a)
-                    own(i, j) -= B[k].value[a] * x[k].value[a];
-        }
+    Eigen::MatrixXd by_base(3 * n, base.own.cols());
+    std::vector<Nodes> solved;
+    for (const Nodes& column : base.B) {
+        solved.push_back(solve(column));
+        by_base.col(static_cast<Eigen::Index>(solved.size()) - 1) = -rows_of(solved.back());
     }
-    out.stiffness = base.T.transpose() * own * base.T;
+    out.stiffness = base.T.transpose() * condensed_stiffness(base, solved) * base.T;
     const Eigen::MatrixXd J = by_base * base.T;
 
     Eigen::VectorXd r0(3 * n), u0 = Eigen::VectorXd::Zero(3 * n);
