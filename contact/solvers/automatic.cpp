@@ -20,6 +20,11 @@ constexpr NewtonPath kQuickNewton{.smooth = false, .steps = 8, .rejections = 1};
 /// The same by full steps, as a primal-dual active set: what most often leads to the end where few
 /// contacts change what they do, and else costs little beside the ways that are left.
 constexpr NewtonPath kFreeNewton{.smooth = false, .free = true, .steps = 12};
+/// In a network of rigid bodies whose reactions W does not tell apart: widely rounded, since the
+/// reactions that say nothing must leave the corners where sweeps have left them, and with every
+/// single contact near the path before it goes on. The mean of ten thousand says nothing of the few
+/// that jam the next step.
+constexpr NewtonPath kNetworkPath{.widest = 1e-2, .worst = 3, .fastest = 0.1};
 constexpr double kQuickSteps = 3;  ///< that it takes where it leads to the end
 constexpr double kWarmSweeps = 30; ///< that sweeps take from a warm start
 constexpr double kRoundOff = 1e-15;
@@ -145,18 +150,17 @@ void solve_automatically(SolverWork& work, bool warm)
         return;
     }
     work.take_best();
-    if (work.progress.best_error() < kHardlyHelped) {
+    const bool helped = work.progress.best_error() < kHardlyHelped;
+    const bool network = work.problem.W.is_of_bodies();
+    if (helped && !network) {
         if (follow_path(work, matrix, kQuickNewton)) return;
         matrix.trust(); // without rounding, factors of a singular W say nothing about later ones
         work.take_best();
     }
-    // Where sweeps have hardly helped, what they have reached is no better a start than none; nor
-    // is it in a network of rigid bodies: a path from near goes on where reactions that say nothing
-    // stand, by a hundred short steps, where one from afar takes ten.
-    if (follow_path(work, matrix,
-                    {.from_afar = work.progress.best_error() > kHardlyHelped ||
-                                  work.problem.W.is_of_bodies()}))
-        return;
+    // Where sweeps have hardly helped, what they have reached is no better a start than none.
+    NewtonPath first = network ? kNetworkPath : NewtonPath{};
+    first.from_afar = !helped;
+    if (follow_path(work, matrix, first)) return;
     work.take_best();
     if (follow_path(work, matrix, kFreeNewton)) return;
     matrix.trust();

@@ -17,6 +17,9 @@ constexpr double kEnough = 0.01;
 constexpr double kFirstShift = 1e-6, kLargestShift = 1, kSmallestShift = 1e-12;
 constexpr double kRaise = 10, kLower = 0.1;
 constexpr double kFloor = 1e-12; ///< always there: stick contacts of a singular W need it
+/// The same of bodies, whose network has many such: a lower one leaves reactions that nothing tells
+/// apart running past each other.
+constexpr double kFloorOfBodies = 1e-6;
 constexpr double kShort = 0.1, kLong = 0.5;
 constexpr double kWiden = 10;
 
@@ -35,30 +38,36 @@ public:
 
     double force = 1; ///< f [N]
 
-    /// Norm of F over all contacts.
-    double merit(const Eigen::VectorXd& r, const Eigen::VectorXd& u, const Smoothing& s) const
+    struct Merit {
+        double all = 0;   ///< norm of F over all contacts
+        double worst = 0; ///< the largest of one contact
+    };
+    Merit merit(const Eigen::VectorXd& r, const Eigen::VectorXd& u, const Smoothing& s) const
     {
-        double sum = 0;
+        double sum = 0, worst = 0;
         for (int i = 0; i < contact_count(problem_); ++i) {
             const int k = columns_.first_row(i);
             const double a = 1 / (scale_[k] * force), b = scale_[k] / force;
+            double own = 0; // squared
             switch (kind_of(problem_, i)) {
             case ContactKind::frictional:
-                sum +=
+                own =
                     smoothed_frictional(problem_.mu[i], a * r.segment<3>(k), b * u.segment<3>(k), s)
                         .squaredNorm();
                 break;
             case ContactKind::frictionless: {
                 const double f = smoothed_frictionless(a * r[k], b * u[k], s);
-                sum += f * f;
+                own = f * f;
                 break;
             }
             case ContactKind::bilateral:
-                sum += s.rho * s.rho * b * b * u[k] * u[k];
+                own = s.rho * s.rho * b * b * u[k] * u[k];
                 break;
             }
+            sum += own;
+            worst = std::max(worst, own);
         }
-        return std::sqrt(sum);
+        return {std::sqrt(sum), std::sqrt(worst)};
     }
 
     double linearise(const Eigen::VectorXd& r, const Eigen::VectorXd& u, const Smoothing& s,
@@ -151,6 +160,7 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
         return v;
     };
 
+    const double floor = problem.W.is_of_bodies() ? kFloorOfBodies : kFloor;
     const int n = contact_count(problem);
     const double root_n = std::sqrt(static_cast<double>(std::max(n, 1)));
     Eigen::VectorXd direction(r.size()), slope(r.size()), next_r(r.size()), next_u(r.size());
@@ -165,10 +175,10 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
     const double widest = 1 / root_n;
     if (path.smooth)
         smoothing.epsilon =
-            path.from_afar
-                ? widest
-                : std::min(widest,
-                           std::max(path.widest, scaled.merit(r, seen(r, u), smoothing)) / root_n);
+            path.from_afar ? widest
+                           : std::min(widest, std::max(path.widest,
+                                                       scaled.merit(r, seen(r, u), smoothing).all) /
+                                                  root_n);
     if (path.smooth && path.from_afar) {
         r.setZero();
         for (int i = 0; i < n; ++i)
@@ -194,15 +204,16 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
         if (rejected == 0) recent[known++ % kMemory] = merit;
         const double reference = *std::max_element(recent, recent + std::min(known, kMemory));
 
-        double length = 0, reached = 0;
-        if (scaled.step(law, proximal.alpha + std::max(shift, kFloor), smoothing, matrix, direction,
+        double length = 0;
+        Scaled::Merit reached;
+        if (scaled.step(law, proximal.alpha + std::max(shift, floor), smoothing, matrix, direction,
                         slope)) {
             double trial = 1;
             for (int k = 0; k <= kHalvings; ++k, trial /= 2) {
                 next_r = r + trial * direction;
                 next_u = u + trial * slope;
                 reached = scaled.merit(next_r, seen(next_r, next_u), smoothing);
-                if (path.free || reached < (1 - kEnough * trial) * reference) {
+                if (path.free || reached.all < (1 - kEnough * trial) * reference) {
                     length = trial;
                     break;
                 }
@@ -228,11 +239,12 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
             shift = std::min(std::max(kRaise * shift, kFirstShift), kLargestShift);
         }
         const double solved = path.closeness * root_n * smoothing.epsilon;
-        if (path.smooth && reached < solved) {
+        if (path.smooth && reached.all < solved &&
+            reached.worst <= path.worst * smoothing.epsilon) {
             if (near_centre && root_n * smoothing.epsilon <= proximal.target)
                 return PathEnd::arrived;
             const double further =
-                length == 1 ? std::max(path.fastest, std::sqrt(reached / solved)) : 1;
+                length == 1 ? std::max(path.fastest, std::sqrt(reached.all / solved)) : 1;
             smoothing.epsilon *= std::min(path.reduction, further);
             known = 0;
         }

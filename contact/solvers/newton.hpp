@@ -2,6 +2,8 @@
 
 #include "contact/solvers/shifted_delassus.hpp"
 
+#include <limits>
+
 namespace amontons {
 
 /// A term alpha (r - centre) beside W r + q, each contact in its own scale: what is followed is
@@ -22,13 +24,15 @@ struct NewtonPath {
     double widest = 1e-3;
     double reduction = 0.3; ///< of the rounding, when its equation is solved [-]
     double closeness = 1;   ///< ||F|| over the rounding of all contacts at which it is solved [-]
-    double fastest = 1e-3;  ///< least reduction at once, when a full step lands far below that [-]
-    double rho = 3;         ///< weight of u beside r [-]
-    double spread = 3;      ///< rounding of friction's discs over that of the normal law [-]
-    bool free = false;      ///< full steps, whatever they do to ||F||
-    int steps = 100;        ///< at most
-    int rejections = 3;     ///< then the corners are rounded wider; without corners, it is left
-    int patience = 25;      ///< steps without a lower rounding after which it is taken to fold back
+    /// and no contact alone is further from its own, in a rounding [-]
+    double worst = std::numeric_limits<double>::infinity();
+    double fastest = 1e-3; ///< least reduction at once, when a full step lands far below that [-]
+    double rho = 3;        ///< weight of u beside r [-]
+    double spread = 3;     ///< rounding of friction's discs over that of the normal law [-]
+    bool free = false;     ///< full steps, whatever they do to ||F||
+    int steps = 100;       ///< at most
+    int rejections = 3;    ///< then the corners are rounded wider; without corners, it is left
+    int patience = 25;     ///< steps without a lower rounding after which it is taken to fold back
 };
 
 /// For where the quick path is lost: these keep much closer to theirs. Each smoothing has another
