@@ -26,6 +26,7 @@ struct LocalBlock {
     Eigen::Vector2d from_normal{0, 0}; ///< A_tn in the basis: u_t due to r_n
     double large = 0, small = 0;       ///< eigenvalues of the symmetric part, large >= small
     double skew = 0;                   ///< skew part, S = [[large, skew], [-skew, small]]
+    double inverse_normal = 0;         ///< of A_nn > 0
     double inverse_large = 0, inverse_small = 0; ///< of eigenvalues > 0
     double coupling = 0;                         ///< |to_normal| / normal
     double cosine = 1, sine = 0;                 ///< basis: first axis in (t1, t2)
@@ -43,10 +44,10 @@ LocalBlock prepare(const Mat3& A);
 /// A positive definite block always has a solution; if several, the first in this order.
 /// @param b      u without this contact's own reaction, 3
 /// @param guess  s near the solution, e.g. |u_t| / |r_t| of the last one; 0 if unknown
-/// @param loose  in [0, 1): slip may end when its equation's residual is this times that of the
-///               guess; it is still on the cone, with u_n off by as much
+/// @param loose  slip may end one step of Newton's method from a near guess, for neighbours will
+///               change again: it is on the cone, with u_n off by second order in that step
 /// Cost: 10 to 100 ns; no allocation.
 LocalReaction solve_local(const LocalBlock& block, double mu, const Vec3& b, double guess = 0,
-                          double loose = 0);
+                          bool loose = false);
 
 } // namespace amontons

@@ -7,6 +7,10 @@
 namespace amontons {
 namespace {
 
+/// The error is looked at again after this share of the sweeps done: looking costs a fifth of a
+/// sweep, and what is swept too far is no more.
+constexpr int kSeldom = 20, kSeldomest = 32;
+
 /// Is r running away? Asked at these sweeps: the direction settles late. What it grew in two
 /// sweeps is what it grew forward and backward.
 constexpr int kFirstProof = 32;
@@ -28,9 +32,15 @@ void solve_nsgs(SolverWork& work)
     Eigen::VectorXd before = work.r;
     const bool symmetric = work.options.nsgs.order == SolverOptions::Nsgs::Order::symmetric;
 
-    int next_proof = kFirstProof;
-    while (!work.progress.ends(work.r, work.u)) {
-        const int done = work.progress.iterations();
+    int next_proof = kFirstProof, next_look = 0;
+    for (int done = 0;; ++done) {
+        if (done < next_look && !work.progress.must_stop()) {
+            work.progress.pass();
+        } else {
+            if (work.progress.ends(work.r, work.u)) break;
+            next_look = std::min(done + 1 + std::min(done / kSeldom, kSeldomest),
+                                 std::max(done + 1, work.options.max_iterations));
+        }
         if (done == next_proof) before = work.r;
         if (done == next_proof + kProofSweeps) {
             next_proof *= kProofFactor;

@@ -32,6 +32,9 @@ public:
     ///               more than a product
     bool ends(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact = false);
 
+    /// Counts an iterate that nobody looks at.
+    void pass() { ++looks_; }
+
     /// Ends the run as infeasible.
     void prove(InfeasibilityProof proof);
 

@@ -4,14 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace amontons {
 namespace {
 
 /// First shift of a block that has no solution alone, over its largest entry [-].
 constexpr double kShift = 1e-2;
-/// Slip is found to this share of what its neighbours have changed: they will change again.
-constexpr double kLoose = 1e-3;
 /// Rows from which a dense W leaves the cache that a core has to itself.
 constexpr Eigen::Index kLarge = 550;
 /// Contacts from which on threads share out a sweep: a colour of them takes longer than its start.
@@ -26,6 +25,7 @@ Sweeper::Sweeper(SolverWork& work)
     , own_weight_(contact_count(work.problem))
     , weight_(contact_count(work.problem))
     , multiplier_(Eigen::VectorXd::Zero(contact_count(work.problem)))
+    , seen_(Eigen::VectorXd::Constant(work.r.size(), std::numeric_limits<double>::quiet_NaN()))
 {
     const NaturalMapError& map = work.progress.natural_map();
     for (int i = 0; i < contact_count(work.problem); ++i) {
@@ -34,9 +34,9 @@ Sweeper::Sweeper(SolverWork& work)
             block(i) = prepare(own(i));
         }
         const double rho = map.rho(i);
-        own_weight_[i] = 1 / std::sqrt(rho);
+        own_weight_[i] = rho;
         // ||F|| grows with rho, by no more than rho does.
-        weight_[i] = std::max(1.0, map.rho() / rho);
+        weight_[i] = std::pow(std::max(rho, map.rho()), 2);
     }
     if (work.columns.is_of_bodies())
         colours_ = colours_of(work.columns, contact_count(work.problem));
@@ -76,8 +76,8 @@ void Sweeper::add(int i, const double* change)
 void Sweeper::sweep(double freeze, bool backward)
 {
     const int n = contact_count(work_.problem);
-    settled_ = freeze * work_.progress.residuals().norm() / std::sqrt(n);
-    own_settled_ = freeze * worst_;
+    settled_ = freeze * freeze * work_.progress.residuals().squaredNorm() / n;
+    own_settled_ = freeze * freeze * worst_;
     looks_ = freeze > 0;
     if (work_.columns.is_of_bodies()) return sweep_bodies(backward);
     worst_ = 0;
@@ -127,21 +127,32 @@ void Sweeper::sweep_bodies(bool backward)
     work_.u = u_;
 }
 
-/// Visits a contact that is not settled. @returns  its residual at its own scale, if it is asked
+/// Visits a contact that is not settled. @returns  its change squared at its own scale, if asked
 double Sweeper::look_and_visit(int i)
 {
-    const NaturalMapError& map = work_.progress.natural_map();
+    const bool frictional = kind_of(work_.problem, i) == ContactKind::frictional;
+    const double* const u = u_.data() + work_.columns.slot(i);
+    const int row = work_.columns.first_row(i);
+    if (frictional && u[0] >= 0 && work_.r[row] == 0) return 0; // open, and right
     double own = 0;
+    double* const seen = seen_.data() + row;
     if (looks_) {
-        const double residual = map.residual(i, work_.r.data() + map.first_row(i),
-                                             u_.data() + work_.columns.slot(i), map.rho(i));
-        own = residual * own_weight_[i];
-        if (residual * weight_[i] < settled_ && own < own_settled_) return own;
+        // How far others have moved it since its last visit. Its residual then was none, and is now
+        // rho times this at most, up to mu: far cheaper than the natural map.
+        double change = (u[0] - seen[0]) * (u[0] - seen[0]);
+        if (frictional)
+            change += (u[1] - seen[1]) * (u[1] - seen[1]) + (u[2] - seen[2]) * (u[2] - seen[2]);
+        own = change * own_weight_[i];
+        if (change * weight_[i] < settled_ && own < own_settled_) return own;
     }
-    if (kind_of(work_.problem, i) == ContactKind::frictional)
+    if (frictional) {
         visit(i);
-    else
+        seen[1] = u[1];
+        seen[2] = u[2];
+    } else {
         visit_row(i);
+    }
+    seen[0] = u[0];
     return own;
 }
 
@@ -150,18 +161,25 @@ void Sweeper::visit(int i)
     const int row = work_.columns.first_row(i);
     const Eigen::Map<const Vec3> ui(u_.data() + work_.columns.slot(i));
     Eigen::Map<Vec3> ri(work_.r.data() + row);
-    if (ui[0] >= 0 && ri[0] == 0) return; // open, and right
-    const Vec3 b = ui - own(i) * ri;
+    const Mat3& A = own(i);
+    Vec3 b;
+    for (int a = 0; a < 3; ++a)
+        b[a] = ui[a] - A(a, 0) * ri[0] - A(a, 1) * ri[1] - A(a, 2) * ri[2];
     double& guess = multiplier_[i];
-    LocalReaction local = solve_local(block(i), work_.problem.mu[i], b, guess, kLoose);
+    LocalReaction local = solve_local(block(i), work_.problem.mu[i], b, guess, true);
     if (local.state == LocalState::unsolved) local = solve_shifted(i, ri, b);
     if (local.state == LocalState::unsolved) return; // r stays: the certificate will tell
     if (local.state == LocalState::slip) guess = local.multiplier;
 
-    const Vec3 change = local.r - ri;
-    if (change.isZero(0)) return;
-    ri = local.r;
-    add(i, change.data());
+    // By components: see solve_local.
+    double change[3];
+    bool changes = false;
+    for (int a = 0; a < 3; ++a) {
+        change[a] = local.r[a] - ri[a];
+        changes = changes || change[a] != 0;
+        ri[a] = local.r[a];
+    }
+    if (changes) add(i, change);
 }
 
 /// A proximal step: A + alpha in place of A, centred at the last reaction, so that a fixed point

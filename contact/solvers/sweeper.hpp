@@ -26,9 +26,9 @@ class Sweeper {
 public:
     explicit Sweeper(SolverWork& work); ///< refers to it; needs W by columns
 
-    /// One sweep over all contacts but the settled ones: those whose residual, with the u that
-    /// the sweep has reached, is below `freeze` times the error's mean share at the common scale
-    /// and the worst of the last sweep at their own.
+    /// One sweep over all contacts but the settled ones: those whose u has changed, since their
+    /// last visit left them solved, by less than `freeze` times the error's mean share at the
+    /// common scale and the worst of the last sweep at their own.
     void sweep(double freeze, bool backward = false);
 
     bool is_rounded() const { return !rounded_.empty(); }
@@ -51,12 +51,13 @@ private:
     Eigen::VectorXd v_;                    ///< of bodies, where W is one of bodies
     std::vector<Mat3> own_;                ///< diagonal blocks of frictional contacts
     std::vector<LocalBlock> blocks_;       ///< the same, prepared
-    Eigen::VectorXd own_weight_, weight_;  ///< of a residual: its own scale, the common one
+    Eigen::VectorXd own_weight_, weight_;  ///< of a change squared: its own scale, the common one
     Eigen::VectorXd multiplier_;           ///< last one of each contact that slipped, else 0
     Colours colours_;                      ///< of a W of bodies
-    double settled_ = 0, own_settled_ = 0; ///< residuals that need no visit in this sweep
+    double settled_ = 0, own_settled_ = 0; ///< changes squared that need no visit in this sweep
     bool looks_ = false;                   ///< are there any?
-    double worst_ = 0; ///< largest residual met in the last sweep, each at its own scale
+    double worst_ = 0;     ///< largest change of u met in the last sweep, each at its own scale
+    Eigen::VectorXd seen_; ///< u of each contact as its last visit left it, rows
 };
 
 } // namespace amontons

@@ -80,6 +80,34 @@ TEST_CASE("any positive definite block is solved to round-off")
         CHECK(count[state] > 3000);
 }
 
+TEST_CASE("a loose slip from a near guess is on the cone, and off by second order")
+{
+    std::mt19937 rng{7};
+    int slips = 0;
+    for (int k = 0; k < 20000; ++k) {
+        const RandomBlock x = random_block(rng, 3, 0, 0);
+        const LocalBlock block = prepare(x.A);
+        const LocalReaction exact = solve_local(block, x.mu, x.b);
+        if (exact.state != LocalState::slip || x.mu == 0) continue;
+        const double away = log_uniform(rng, -6, -2.3); // in S + s: a Newton step further is near
+        const double guess = exact.multiplier + away * (block.small + exact.multiplier);
+        const LocalReaction loose = solve_local(block, x.mu, x.b, guess, true);
+        CAPTURE(x.A);
+        CAPTURE(x.b.transpose());
+        CAPTURE(x.mu);
+        CAPTURE(away);
+        ++slips;
+        REQUIRE(loose.state == LocalState::slip);
+        const double t = loose.r.tail<2>().norm();
+        REQUIRE(std::abs(t - x.mu * loose.r[0]) <= 1e-15 * t);
+        // The step's own second order, by how much h bends: mu |A_nt| / A_nn.
+        const double bend = 1 + x.mu * block.coupling;
+        REQUIRE((loose.r - exact.r).norm() <=
+                (100 * bend * away * away + 1e-12 * bend) * exact.r.norm());
+    }
+    CHECK(slips > 4000);
+}
+
 TEST_CASE("a slightly unsymmetric block is solved as it is given")
 {
     std::mt19937 rng{2};
