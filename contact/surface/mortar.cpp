@@ -33,6 +33,10 @@ namespace {
 /// face pass into those of a partly covered one: where bodies slide, a contact that changed them at
 /// once would have no balance between the two.
 constexpr double kWhole = 0.995, kPart = 0.9;
+/// Faces that look at each other by kFacing count from nothing on, by this cosine as a whole: the
+/// side of a block that is pressed until it rolls onto the floor would else be there at once, with
+/// the gap of all of it.
+constexpr double kFullyFacing = 0.6;
 /// More than the facet's area is covered: the master has layers.
 constexpr double kTwice = 1e-9;
 /// Segments with less of the facet's area are round-off.
@@ -208,7 +212,7 @@ private:
         const double dual = std::clamp((covered / whole - kPart) / (kWhole - kPart), 0.0, 1.0);
         face_sums_.clear();
         for (const Segment& segment : segments_)
-            integrate_(segment, multipliers, dual);
+            integrate_(segment, multipliers, dual, facing_(segment));
         sums_.add(face, multipliers, face_sums_);
     }
 
@@ -288,13 +292,24 @@ private:
         }
     }
 
-    /// @param dual  share of the dual functions; the rest is 1 on each node's own part
-    void integrate_(const Segment& segment, const FaceMultipliers& multipliers, double dual)
+    /// What a segment counts for: a face that turns towards what is touched comes in by and by.
+    static double facing_(const Segment& s)
     {
+        const double cosine = std::abs(s.slave->normal.dot(s.master->normal));
+        const double x = std::clamp((cosine - kFacing) / (kFullyFacing - kFacing), 0.0, 1.0);
+        return x * x * (3 - 2 * x);
+    }
+
+    /// @param dual    share of the dual functions; the rest is 1 on each node's own part
+    /// @param facing  factor on all functions
+    void integrate_(const Segment& segment, const FaceMultipliers& multipliers, double dual,
+                    double facing)
+    {
+        if (!(facing > 0)) return;
         const FacetPlane plane(*segment.slave);
         const Sides sides(*this, segment, plane);
         FaceSums::Master& master = face_sums_.of(segment.master->face);
-        if (dual > 0) integrate_(sides, segment.polygon, multipliers, -1, dual, master);
+        if (dual > 0) integrate_(sides, segment.polygon, multipliers, -1, facing * dual, master);
         if (dual == 1) return;
         ConvexPolygon part, shared;
         for (int i = 0; i < multipliers.count; ++i) {
@@ -302,7 +317,8 @@ private:
             for (int k = 0; k < part.count; ++k)
                 part.corner[static_cast<std::size_t>(k)] = sides.in_plane(part[k]);
             intersect(segment.polygon, part, shared);
-            if (shared.count > 0) integrate_(sides, shared, multipliers, i, 1 - dual, master);
+            if (shared.count > 0)
+                integrate_(sides, shared, multipliers, i, facing * (1 - dual), master);
         }
     }
 

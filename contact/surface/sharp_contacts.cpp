@@ -64,11 +64,12 @@ BoundingBox around(std::span<const Vec3> places, std::span<const std::int32_t> n
 class Finder {
 public:
     Finder(const SharpSurface& slave, const SharpSurface& master, double reach,
-           std::span<const std::int64_t> known)
+           std::span<const std::int64_t> known, bool bare_corners)
         : slave_(slave)
         , master_(master)
         , reach_(reach)
         , known_(known)
+        , bare_corners_(bare_corners)
     {
     }
 
@@ -93,6 +94,7 @@ private:
     const SharpSurface &slave_, &master_;
     double reach_;
     std::span<const std::int64_t> known_;
+    bool bare_corners_ = false;
     SurfaceContacts out_;
 };
 
@@ -132,6 +134,15 @@ bool leads_away(const SharpSurface& s, const Piece& p, const Vec3& n, double by)
     return away(p.faces[0]) && away(p.faces[1]);
 }
 
+/// Whether a sharp node carries no multiplier: the corners of T6.
+bool is_bare(const SharpSurface& s, std::size_t sharp_node)
+{
+    const SharpFeatures& f = s.features;
+    const auto first = s.surface.face(std::size_t(f.faces[f.begin[sharp_node]]));
+    return first.size() == 6 &&
+           std::find(first.begin(), first.begin() + 3, f.nodes[sharp_node]) != first.begin() + 3;
+}
+
 void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, bool own_is_slave)
 {
     const SharpFeatures& f = own.features;
@@ -149,7 +160,10 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
             smooth.emplace(other.surface, other.places);
         }
         const std::int64_t id = f.nodes[i] + (own_is_slave ? 0 : kMasterNodes);
-        const double by = away(id);
+        // Means say nothing of a corner of T6, however flat its faces lie: a block that rolls onto
+        // its side would bring it in at once, and deep.
+        const bool bare = bare_corners_ && own_is_slave && is_bare(own, i);
+        const double by = bare ? kStillAway : away(id);
         // A nearer face that one of its own faces looks at is met by that: see leads_away below.
         const NearestFace::Found met = faces->find(x, reach_, [&](const Facet& facet) {
             return leads_away(own, i, facet.normal, by) || looks_at(own, i, facet.normal);
@@ -165,7 +179,7 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
         SurfaceContact c;
         c.gap = normal.dot(apart);
         if (std::abs(c.gap) > reach_ || !NearestFace::is_over(apart, normal, *met.facet)) continue;
-        if (!leads_away(own, i, normal, by)) continue;
+        if (!bare && !leads_away(own, i, normal, by)) continue;
         c.id = id;
         c.point = own_is_slave ? x : foot.place;
         c.normal = own_is_slave ? normal : Vec3(-normal);
@@ -382,9 +396,9 @@ void Finder::edges_across_edges()
 } // namespace
 
 SurfaceContacts sharp_contacts(const SharpSurface& slave, const SharpSurface& master, double reach,
-                               std::span<const std::int64_t> known)
+                               std::span<const std::int64_t> known, bool bare_corners)
 {
-    return Finder(slave, master, reach, known).run();
+    return Finder(slave, master, reach, known, bare_corners).run();
 }
 
 SurfaceContacts sharp_wall_contacts(const SharpSurface& slave,
@@ -394,15 +408,11 @@ SurfaceContacts sharp_wall_contacts(const SharpSurface& slave,
     SurfaceContacts out;
     const SharpFeatures& f = slave.features;
     for (std::size_t i = 0; i < f.nodes.size(); ++i) {
-        const auto first = slave.surface.face(std::size_t(f.faces[f.begin[i]]));
-        const bool corner =
-            std::find(first.begin(), first.begin() + 3, f.nodes[i]) != first.begin() + 3;
-        if (first.size() != 6 || !corner) continue;
+        if (!is_bare(slave, i)) continue;
         SurfaceContact c;
         c.point = at(slave.places, f.nodes[i]);
         const WallSample sample = wall(c.point);
-        if (!(std::abs(sample.distance) <= reach) || !leads_away(slave, i, sample.normal, kAway))
-            continue;
+        if (!(std::abs(sample.distance) <= reach)) continue;
         c.id = f.nodes[i];
         c.normal = sample.normal;
         c.gap = sample.distance;

@@ -54,11 +54,14 @@ struct SharpSurface {
 /// @param reach  contacts are made where the gap, or the overlap, is no larger [m]
 /// @param known  ids, ascending, of contacts that an iteration has met already: those stay until
 ///               faces lean the other way, so that what a contact flattens does not end it at once
+/// @param bare_corners  whether the slave's sharp nodes that carry no multiplier (corners of T6)
+///               are contacts however their faces lie
 /// Cost: O(n log n) for pieces of similar length; nothing to speak of where nothing is sharp.
 SurfaceContacts sharp_contacts(const SharpSurface& slave, const SharpSurface& master, double reach,
-                               std::span<const std::int64_t> known = {});
+                               std::span<const std::int64_t> known = {}, bool bare_corners = false);
 
-/// Sharp nodes that carry no multiplier (corners of T6) on a smooth obstacle.
+/// Sharp nodes that carry no multiplier (corners of T6) on a smooth obstacle, however their faces
+/// lie.
 SurfaceContacts sharp_wall_contacts(const SharpSurface& slave,
                                     const std::function<WallSample(const Vec3&)>& wall,
                                     double reach);

@@ -530,7 +530,7 @@ void ContactFinder::add_sharp(const SharpSurface& slave, const SharpSurface& mas
 {
     const ContactPair& p = pairs_[std::size_t(pair)];
     std::vector<std::int64_t>& known = sharp_[std::size_t(pair)];
-    const SurfaceContacts found = sharp_contacts(slave, master, reach_, known);
+    const SurfaceContacts found = sharp_contacts(slave, master, reach_, known, !master_has_nodes);
     for (const SurfaceContact& c : found.contact)
         known.push_back(c.id);
     std::sort(known.begin(), known.end());

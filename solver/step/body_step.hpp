@@ -39,7 +39,7 @@ struct BodyStepOptions {
     double tolerance = 1e-8;
     ContactSolver solver = ContactSolver::automatic;
     int threads = 1;
-    int most_iterations = 30; ///< of the outer loop
+    int most_iterations = 60; ///< of the outer loop
     int patience = 30;        ///< iterations that do not halve the least error so far
     /// Set from outside, it ends the step as not accepted; none if null.
     const std::atomic<bool>* stop = nullptr;
