@@ -169,6 +169,34 @@ std::vector<Measured> jammed_ball()
         at_most("plates 0.1 mm too close: refusals that are not named", named ? 0 : 1, 0),
         at_most("plates that just touch: refusals", touching.summary.status == "done" ? 0 : 1, 0)};
     rows[0].note = jam.summary.message;
+
+    // Pulled into a groove with walls as steep as a wedge's, past where it touches both: friction
+    // or not, there is no way on.
+    for (const double mu : {0.0, 0.3}) {
+        const double a = 10 * kPi / 180, deep = 0.05 / std::sin(a);
+        SolidScene s("a ball in a groove");
+        ShapeInput shape;
+        shape.generate = "ball";
+        shape.radius = 0.05;
+        RigidInput& ball = s.rigid("ball", shape);
+        ball.mass = 1;
+        ball.drive.given = true;
+        ball.drive.z = {{0, 1e-5}, {1, -1e-4}};
+        for (const double side : {1.0, -1.0}) {
+            const std::string name = side > 0 ? "left" : "right";
+            s.plane(name, {0, 0, -deep}, {side * std::cos(a), 0, std::sin(a)});
+            s.touch("ball", name, mu).sliding = "finite";
+        }
+        s.scene.time.step = 0.1;
+        const SolidRun pulled = try_run(s.scene);
+        rows.push_back(absolute(
+            fmt::format("pulled into a groove, mu {}: last step [s]", mu), 1 / 11.0,
+            pulled.summary.message.find("no motion avoids penetration") != std::string::npos
+                ? pulled.last().time
+                : std::nan(""),
+            1e-3));
+        rows.back().note = pulled.summary.message;
+    }
     return rows;
 }
 
