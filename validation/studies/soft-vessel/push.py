@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""push.py PROGRAM SCENE WORK TABLE: push force over insertion, of walls that give way less and less and of a
+"""push.py PROGRAM SCENE WORK TABLE [PATH=VALUE ...]: push force over insertion, of walls that give way less and less and of a
 rigid one. Writes TABLE (wall, insertion, force) and prints how far each is from the rigid one: the root
 mean square of the difference over that of the rigid wall's force, and the largest force. Runs whose folder is
-in WORK are not run again."""
+in WORK are not run again. PATH=VALUE changes the walls that give way, as --set does (a WORK of its own then)."""
 import csv
 import json
 import math
@@ -13,15 +13,16 @@ import sys
 WALLS = ["0.3e6", "0.6e6", "3e6", "30e6", "300e6", "rigid"] # Young's modulus [Pa]
 
 
-def push(program, scene, work, wall):
+def push(program, scene, work, wall, more):
     folder = os.path.join(work, "soft_vessel_" + wall)
-    change = f"bodies.aorta.youngs_modulus={wall}"
+    changes = [f"bodies.aorta.youngs_modulus={wall}", *more]
     if wall == "rigid":
         mesh = json.loads("\n".join(line.split("//")[0] for line in open(scene)))["bodies"]["aorta"]["mesh"]
-        change = "bodies.aorta=" + json.dumps({"kind": "obstacle", "surface": {
-            "generate": "tube", "radius": mesh["radius"], "centreline": mesh["centreline"]}})
+        changes = ["bodies.aorta=" + json.dumps({"kind": "obstacle", "surface": {
+            "generate": "tube", "radius": mesh["radius"], "centreline": mesh["centreline"]}})]
     if not os.path.exists(folder + "/history.csv"):
-        subprocess.run([program, "run", scene, "--set", change, "--set", "output.picture=false", "--set",
+        sets = [a for change in changes for a in ("--set", change)]
+        subprocess.run([program, "run", scene, *sets, "--set", "output.picture=false", "--set",
                         "output.every=100000", "--output", folder, "--quiet"], check=True)
     rows = list(csv.DictReader(open(folder + "/history.csv")))
     return [(float(r["insertion [m]"]), float(r["push_force [N]"])) for r in rows]
@@ -34,8 +35,8 @@ def at(curve, x):
     return curve[-1][1]
 
 
-def main(program, scene, work, table):
-    curves = {wall: push(program, scene, work, wall) for wall in WALLS}
+def main(program, scene, work, table, *more):
+    curves = {wall: push(program, scene, work, wall, more) for wall in WALLS}
     with open(table, "w", newline="") as file:
         out = csv.writer(file)
         out.writerow(["wall", "insertion [m]", "push force [N]"])
