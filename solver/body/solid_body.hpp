@@ -81,8 +81,8 @@ public:
     void lean_on(const Eigen::VectorXd& force);
     bool leans() const { return hyperelastic_; }
 
-    /// Of loops over elements and nodes; the result is the same for any number.
-    void use_threads(int threads) { threads_ = threads; }
+    /// Of loops over elements and nodes and of columns; the result is the same for any number.
+    void use_threads(int threads);
 
     /// About how many steps will come: says what is worth being kept.
     void expect_steps(double steps) { expected_steps_ = steps; }

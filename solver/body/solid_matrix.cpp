@@ -209,9 +209,16 @@ void SolidBody::make_matrix()
                               SolidCompliance::kColumnMemory,
                               all_rows ? ColumnRows::all : ColumnRows::surface);
     matrix_->constant->set_scale(scale);
+    matrix_->constant->use_threads(threads_);
     matrix_->scale = scale;
     constexpr double kSolvesPerStep = 2;
     if (step_.dynamic) matrix_->constant->expect(kSolvesPerStep * expected_steps_);
+}
+
+void SolidBody::use_threads(int threads)
+{
+    threads_ = threads;
+    if (matrix_->constant) matrix_->constant->use_threads(threads);
 }
 
 void SolidBody::drop_step_matrix()

@@ -1,5 +1,7 @@
 #include "solver/linear/blas.hpp"
 
+#include "solver/linear/late.hpp"
+
 #include <dlfcn.h>
 
 namespace amontons {
@@ -20,21 +22,30 @@ struct ThreadCalls {
 
 const ThreadCalls& calls()
 {
+    late();
     static const ThreadCalls found;
     return found;
 }
 
 } // namespace
 
+void BlasThreads::set_blas_(int threads)
+{
+    if (!calls().blas_threads || !calls().set_blas_threads) return;
+    const int before = calls().blas_threads();
+    if (before == threads) return;
+    calls().set_blas_threads(threads);
+    blas_before_ = before;
+}
+
+BlasThreads::BlasThreads(OneEach)
+{
+    set_blas_(1);
+}
+
 BlasThreads::BlasThreads(int threads)
 {
-    if (calls().blas_threads && calls().set_blas_threads) {
-        const int before = calls().blas_threads();
-        if (before != threads) {
-            calls().set_blas_threads(threads);
-            blas_before_ = before;
-        }
-    }
+    set_blas_(threads);
     // CHOLMOD asks OpenMP for four threads whatever the machine; with no active level it gets one.
     if (threads == 1 && calls().levels && calls().set_levels) {
         levels_before_ = calls().levels();

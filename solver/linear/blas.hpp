@@ -27,11 +27,15 @@ namespace amontons {
 class BlasThreads {
 public:
     explicit BlasThreads(int threads);
+    /// For calls of BLAS from threads of our own: one each.
+    struct OneEach {};
+    explicit BlasThreads(OneEach);
     ~BlasThreads();
     BlasThreads(const BlasThreads&) = delete;
     BlasThreads& operator=(const BlasThreads&) = delete;
 
 private:
+    void set_blas_(int threads);
     int blas_before_ = 0, levels_before_ = -1;
 };
 

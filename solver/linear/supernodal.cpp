@@ -1,7 +1,9 @@
 #include "solver/linear/supernodal.hpp"
 
 #include "mesh/base/error.hpp"
+#include "mesh/base/threads.hpp"
 #include "solver/linear/blas.hpp"
+#include "solver/linear/late.hpp"
 #include "solver/linear/supernodes.hpp"
 
 #include <cholmod.h>
@@ -40,9 +42,12 @@ struct SupernodalFactor::Parts {
     mutable std::vector<double> work;
     mutable std::vector<char> reached, wanted;
 
-    Parts()
+    bool opened = false; // common: CHOLMOD is not loaded for factors that are never made
+    Parts() = default;
+    void open()
     {
-        cholmod_start(&common);
+        late().start(&common);
+        opened = true;
         common.print = 0; // failures are results
         common.supernodal = CHOLMOD_SUPERNODAL;
         common.nmethods = 1;
@@ -51,8 +56,9 @@ struct SupernodalFactor::Parts {
     }
     ~Parts()
     {
-        cholmod_free_factor(&L, &common);
-        cholmod_finish(&common);
+        if (!opened) return;
+        late().free_factor(&L, &common);
+        late().finish(&common);
     }
     Parts(const Parts&) = delete;
     Parts& operator=(const Parts&) = delete;
@@ -187,6 +193,7 @@ void SupernodalFactor::analyse(const Eigen::SparseMatrix<double>& A,
     AMONTONS_ASSERT(A.isCompressed() && A.rows() == A.cols());
     AMONTONS_ASSERT(std::size_t(A.cols()) == node_of_dof.size());
     parts_ = std::make_unique<Parts>();
+    parts_->open();
     Parts& p = *parts_;
     p.options = options;
     p.pattern_entries = A.nonZeros();
@@ -228,7 +235,7 @@ void SupernodalFactor::analyse(const Eigen::SparseMatrix<double>& A,
     for (std::size_t k = 0; k < 3; ++k)
         p.common.nrelax[k] = std::size_t(options.relax[k]);
     const BlasThreads threads(options.threads);
-    p.L = cholmod_analyze_p(&view, permutation.data(), nullptr, 0, &p.common);
+    p.L = late().analyze_p(&view, permutation.data(), nullptr, 0, &p.common);
     p.check_status();
     AMONTONS_ASSERT(p.L && p.L->is_super);
     p.find_tree();
@@ -293,7 +300,7 @@ FactorResult SupernodalFactor::factor_taken()
     double shift[2] = {0, 0};
     const BlasThreads threads(p.options.threads);
     p.common.status = CHOLMOD_OK;
-    cholmod_super_numeric(&view, nullptr, shift, p.L, &p.common);
+    late().super_numeric(&view, nullptr, shift, p.L, &p.common);
     p.check_status();
     if (p.L->minor < p.L->n) return {false, ints(p.L->Perm, p.L->n)[p.L->minor]};
     const std::int32_t wrong = p.wrong_pivot();
@@ -341,31 +348,45 @@ void SupernodalFactor::compliance(const Eigen::SparseMatrix<double>& C, Eigen::M
 
 void SupernodalFactor::inverse_part(std::span<const std::int32_t> rows,
                                     std::span<const std::int32_t> columns,
-                                    Eigen::Ref<Eigen::MatrixXd> out) const
+                                    Eigen::Ref<Eigen::MatrixXd> out, int threads) const
 {
     const Parts& p = *parts_;
     AMONTONS_ASSERT(std::size_t(out.rows()) == rows.size() &&
                     std::size_t(out.cols()) == columns.size());
     if (rows.empty() || columns.empty()) return;
     const Supernodes L = p.supernodes();
-    const BlasThreads threads(p.options.threads);
+    const BlasThreads one_each{BlasThreads::OneEach{}};
     p.mark_ways(rows, p.wanted);
-    for (std::size_t first = 0; first < columns.size(); first += std::size_t(kBlock)) {
+    const auto fill = [&](std::size_t first, RowBlock& block, std::vector<double>& work,
+                          std::vector<char>& reached) {
         const auto some =
             columns.subspan(first, std::min(std::size_t(kBlock), columns.size() - first));
-        p.mark_ways(some, p.reached);
-        p.block.resize(L.size(), Eigen::Index(some.size()));
+        p.mark_ways(some, reached);
+        block.resize(L.size(), Eigen::Index(some.size()));
         for (std::int32_t s = 0; s < L.count(); ++s)
-            if (p.reached[std::size_t(s)] || p.wanted[std::size_t(s)])
-                p.block.middleRows(L.first[std::size_t(s)], L.width(s)).setZero();
+            if (reached[std::size_t(s)] || p.wanted[std::size_t(s)])
+                block.middleRows(L.first[std::size_t(s)], L.width(s)).setZero();
         for (std::size_t c = 0; c < some.size(); ++c)
-            p.block(p.place[std::size_t(some[c])], Eigen::Index(c)) = 1;
-        forward(L, p.reached, p.block, p.work);
-        backward(L, p.wanted, p.block, p.work);
+            block(p.place[std::size_t(some[c])], Eigen::Index(c)) = 1;
+        forward(L, reached, block, work);
+        backward(L, p.wanted, block, work);
         for (std::size_t r = 0; r < rows.size(); ++r)
             out.row(Eigen::Index(r)).segment(Eigen::Index(first), Eigen::Index(some.size())) =
-                p.block.row(p.place[std::size_t(rows[r])]);
-    }
+                block.row(p.place[std::size_t(rows[r])]);
+    };
+    const std::size_t blocks = (columns.size() + std::size_t(kBlock) - 1) / std::size_t(kBlock);
+    share_out(threads, blocks, [&](std::size_t begin, std::size_t end) {
+        if (begin == 0 && end == blocks) { // alone, in the memory that stays
+            for (std::size_t k = begin; k < end; ++k)
+                fill(k * std::size_t(kBlock), p.block, p.work, p.reached);
+            return;
+        }
+        RowBlock block;
+        std::vector<double> work;
+        std::vector<char> reached;
+        for (std::size_t k = begin; k < end; ++k)
+            fill(k * std::size_t(kBlock), block, work, reached);
+    });
 }
 
 double SupernodalFactor::compliance_flops(const Eigen::SparseMatrix<double>& C) const
@@ -413,11 +434,12 @@ bool SupernodalFactor::restore(const FactorSizes& sizes,
                                const SupernodalOptions& options)
 {
     parts_ = std::make_unique<Parts>();
+    parts_->open();
     {
         Parts& p = *parts_;
         p.options = options;
         const auto rows = std::size_t(sizes.rows), supernodes = std::size_t(sizes.supernodes);
-        p.L = cholmod_allocate_factor(rows, &p.common);
+        p.L = late().allocate_factor(rows, &p.common);
         p.check_status();
         cholmod_factor& L = *p.L;
         L.is_ll = L.is_super = L.is_monotonic = 1;
@@ -427,7 +449,7 @@ bool SupernodalFactor::restore(const FactorSizes& sizes,
         L.ssize = std::size_t(sizes.listed_rows);
         L.xsize = std::size_t(sizes.entries);
         const auto ints_of = [&](void*& array, std::size_t size) {
-            array = cholmod_malloc(size, sizeof(std::int32_t), &p.common);
+            array = late().malloc(size, sizeof(std::int32_t), &p.common);
             return std::span(static_cast<std::int32_t*>(array), size);
         };
         FactorSpace space;
@@ -436,7 +458,7 @@ bool SupernodalFactor::restore(const FactorSizes& sizes,
         space.row_start = ints_of(L.pi, supernodes + 1);
         space.start = ints_of(L.px, supernodes + 1);
         space.row = ints_of(L.s, L.ssize);
-        L.x = cholmod_malloc(L.xsize, sizeof(double), &p.common);
+        L.x = late().malloc(L.xsize, sizeof(double), &p.common);
         space.value = {static_cast<double*>(L.x), L.xsize};
         p.check_status();
         std::vector<char> seen(rows, 0);

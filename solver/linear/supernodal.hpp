@@ -92,10 +92,11 @@ public:
     /// @param W  resized
     void compliance(const Eigen::SparseMatrix<double>& C, Eigen::MatrixXd& W) const;
 
-    /// Entries (rows, columns) of A^-1.
+    /// Entries (rows, columns) of A^-1. Each block of 48 columns is the work of one thread, so that
+    /// any number of them gives the same bits.
     /// @param out  rows x columns
     void inverse_part(std::span<const std::int32_t> rows, std::span<const std::int32_t> columns,
-                      Eigen::Ref<Eigen::MatrixXd> out) const;
+                      Eigen::Ref<Eigen::MatrixXd> out, int threads = 1) const;
 
     /// Floating-point operations of compliance(), and of inverse_part() for each column that is
     /// among the rows (an upper bound).

@@ -112,13 +112,14 @@ std::int32_t SolidCompliance::free_column()
 
 void SolidCompliance::solve_columns(std::span<const std::int32_t> missing)
 {
+    const std::size_t at_once = kNodesAtOnce * std::size_t(threads_);
     Eigen::MatrixXd part;
-    std::vector<std::int32_t> numbers, place; // of the columns solved: 3 node + axis
-    for (std::size_t first = 0; first < missing.size(); first += kNodesAtOnce) {
-        const auto some = missing.subspan(first, std::min(kNodesAtOnce, missing.size() - first));
+    std::vector<std::int32_t> numbers, place; // of the columns solved: 3 node + axis, or -1
+    for (std::size_t first = 0; first < missing.size(); first += at_once) {
+        const auto some = missing.subspan(first, std::min(at_once, missing.size() - first));
         numbers.clear();
         place.clear();
-        for (std::size_t k = 0; k < some.size(); ++k)
+        for (std::size_t k = 0; k < some.size(); ++k) {
             for (std::size_t a = 0; a < 3; ++a)
                 if (const std::int32_t number =
                         dofs_.number[3 * std::size_t(surface_node_[std::size_t(some[k])]) + a];
@@ -126,11 +127,17 @@ void SolidCompliance::solve_columns(std::span<const std::int32_t> missing)
                     numbers.push_back(number);
                     place.push_back(std::int32_t(3 * k + a));
                 }
-        // Always as many, so that a column's last bits do not depend on those beside it.
-        const std::size_t own = numbers.size();
-        if (own > 0) numbers.resize(3 * kNodesAtOnce, numbers.back());
+            // Always as many in a lot, so that a column's last bits do not depend on those beside
+            // it, nor on threads.
+            const bool lot_ends = (k + 1) % kNodesAtOnce == 0 || k + 1 == some.size();
+            if (lot_ends && numbers.size() % (3 * kNodesAtOnce) != 0) {
+                const std::size_t lots = numbers.size() / (3 * kNodesAtOnce) + 1;
+                numbers.resize(lots * 3 * kNodesAtOnce, numbers.back());
+                place.resize(numbers.size(), -1);
+            }
+        }
         part.resize(Eigen::Index(row_dofs_.size()), Eigen::Index(numbers.size()));
-        factor_.inverse_part(row_dofs_, numbers, part);
+        factor_.inverse_part(row_dofs_, numbers, part, threads_);
         for (const std::int32_t s : some) {
             const std::int32_t slot = free_column();
             Column& c = columns_[std::size_t(slot)];
@@ -139,7 +146,8 @@ void SolidCompliance::solve_columns(std::span<const std::int32_t> missing)
             std::fill(c.value.begin(), c.value.end(), 0.0);
             column_of_[std::size_t(s)] = slot;
         }
-        for (std::size_t k = 0; k < own; ++k) {
+        for (std::size_t k = 0; k < place.size(); ++k) {
+            if (place[k] < 0) continue;
             const std::int32_t s = some[std::size_t(place[k]) / 3];
             double* const to = columns_[std::size_t(column_of_[std::size_t(s)])].value.data() +
                                3 * row_nodes_ * (place[k] % 3);

@@ -62,6 +62,8 @@ public:
     /// Says that about so many solves will be asked for: columns are then solved early, and some of
     /// nodes that have not been in contact with those that are.
     void expect(double solves);
+    /// Of the columns' solves; they have the same bits for any number.
+    void use_threads(int threads) { threads_ = threads; }
     /// Solves the columns of these nodes now, as far as there is room.
     void prepare(std::span<const std::int32_t> nodes);
 
@@ -141,6 +143,7 @@ private:
     double column_cost_ = 0; // operations for one node
     double spent_ = 0;       // on W by the tree, since columns are missing
     double expected_ = 0;    // to be spent
+    int threads_ = 1;
     ComplianceCounts counts_;
     std::vector<std::int32_t> in_contact_; // surface nodes of the present call, ascending
     std::vector<std::int32_t> part_nodes_; // in_contact_ when part_ was gathered

@@ -172,6 +172,33 @@ TEST_CASE("columns are solved once, and no contact or none is fine")
     CHECK_THROWS_AS(compliance.delassus(inside, second), std::logic_error);
 }
 
+TEST_CASE("columns have the same bits for any number of threads")
+{
+    const Body b = body(ElementKind::H8);
+    SolidCompliance one = compliance_of(b), small = compliance_of(b, 20 * b.bytes_of_column());
+    one.prepare(b.surface);
+    REQUIRE(one.counts().columns_solved > 3 * 16); // several lots, the last not full
+    const SparseMatrix C = rows_on(b, 18, 1, 1);
+    Eigen::MatrixXd W, V;
+    REQUIRE(one.delassus(C, W));
+    for (const int threads : {2, 3, 5}) {
+        SolidCompliance more = compliance_of(b);
+        more.use_threads(threads);
+        more.prepare(b.surface);
+        CHECK(more.counts().columns_solved == one.counts().columns_solved);
+        REQUIRE(more.delassus(C, V));
+        CHECK((V - W).norm() == 0);
+    }
+    small.use_threads(4); // more at once than there is room for
+    small.prepare(b.surface);
+    small.expect(1000);
+    const SparseMatrix few = rows_on(b, 6, 2, 1);
+    REQUIRE(one.delassus(few, W));
+    REQUIRE(small.delassus(few, V));
+    CHECK(small.counts().bytes <= 20 * b.bytes_of_column());
+    CHECK((V - W).norm() == 0);
+}
+
 TEST_CASE("the bound on memory holds, whatever comes, and W stays right")
 {
     const Body b = body(ElementKind::H8);

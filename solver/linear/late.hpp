@@ -1,0 +1,37 @@
+#pragma once
+
+#include "solver/linear/blas.hpp"
+
+#include <cstddef>
+#include <cstdint>
+
+struct cholmod_common_struct;
+struct cholmod_factor_struct;
+struct cholmod_sparse_struct;
+
+namespace amontons {
+
+/// CHOLMOD and the BLAS that it stands on, opened at the first call: linked, they would cost every
+/// start of the program, also of scenes without a solid, 4 ms and 5 MB, and a thread for each
+/// further processor (OpenBLAS makes them when it is loaded).
+struct LateLibraries {
+    int (*start)(cholmod_common_struct*);
+    int (*finish)(cholmod_common_struct*);
+    cholmod_factor_struct* (*analyze_p)(cholmod_sparse_struct*, std::int32_t*, std::int32_t*,
+                                        std::size_t, cholmod_common_struct*);
+    int (*super_numeric)(cholmod_sparse_struct*, cholmod_sparse_struct*, double*,
+                         cholmod_factor_struct*, cholmod_common_struct*);
+    cholmod_factor_struct* (*allocate_factor)(std::size_t, cholmod_common_struct*);
+    int (*free_factor)(cholmod_factor_struct**, cholmod_common_struct*);
+    void* (*malloc)(std::size_t, std::size_t, cholmod_common_struct*);
+    decltype(&::dtrsm_) dtrsm;
+    decltype(&::dgemm_) dgemm;
+    decltype(&::dsyrk_) dsyrk;
+    decltype(&::dtrsv_) dtrsv;
+    decltype(&::dgemv_) dgemv;
+};
+
+/// @throws std::runtime_error  if they are not there
+const LateLibraries& late();
+
+} // namespace amontons
