@@ -513,7 +513,7 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
     }
     // What the rule takes, (theta - 1/2) of the change's energy, and the damping.
     const double excess = step_.rule.end - 0.5;
-    if (hyperelastic_) // the work of the forces that the rule took, less what they stored
+    if (hyperelastic_ && excess > 0) // the work of the forces that it took, less what they stored
         e.dissipated = excess * dv.dot(momentum - momentum_) + du.dot(last_inner_);
     else if (excess > 0)
         e.dissipated = excess * (dv.dot(momentum - momentum_) + du.dot(stiffness_times(du)));
@@ -533,7 +533,7 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
     e.elastic = inner_forces(now_, inner);
     e.kinetic = kinetic_energy();
     if (hyperelastic_) {
-        e.dissipated -= e.elastic - state_energy_;
+        if (excess > 0) e.dissipated -= e.elastic - state_energy_;
         state_energy_ = e.elastic;
         accept_hyperelastic();
     }

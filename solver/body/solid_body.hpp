@@ -124,6 +124,9 @@ public:
                 const Eigen::VectorXd& force) override;
     double share_made() const override { return share_made_; }
     std::string fault() const override { return fault_; }
+    /// What the time rule makes out of nothing in the step of a hyperelastic solid, in words; "" if
+    /// that is little beside its energy.
+    std::string made_energy();
     std::string remark() const override { return remark_; }
     double imbalance(const Eigen::VectorXd& force) override;
     BodyEnergy accept(const Eigen::VectorXd& force) override;

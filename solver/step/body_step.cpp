@@ -358,6 +358,8 @@ bool BodyStepper::run()
         return false;
     }
     report_.refusal = system_.finder.passed(system_.refs);
+    for (const BodyRef& b : system_.refs)
+        if (b.solid && report_.refusal.empty()) report_.refusal = b.solid->made_energy();
     if (!report_.refusal.empty()) return false;
     report_modes();
     if (rods_only_) expect_contacts(true); // their tangent tells stability
