@@ -22,7 +22,7 @@ std::optional<Eigen::VectorXd> least_norm_of_same_motion(const ContactProblem& p
     // r = S x: a column for each way a contact may push.
     Eigen::MatrixXd S = Eigen::MatrixXd::Zero(r.size(), r.size());
     Eigen::Index count = 0;
-    std::vector<char> slides(problem.mu.size(), 0);
+    std::vector<char> slides(std::size_t(problem.mu.size()), 0);
     for (int i = 0; i < contact_count(problem); ++i) {
         const Eigen::Index k = first[std::size_t(i)];
         const ContactKind kind = kind_of(problem, i);

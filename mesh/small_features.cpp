@@ -116,7 +116,7 @@ private:
             return (rays_.corner(t, (k + 1) % 3) - rays_.corner(t, k)).norm();
         };
         std::size_t k = 0;
-        for (const std::size_t other : {1, 2})
+        for (const std::size_t other : {1u, 2u})
             if (length(other) < length(k)) k = other;
         const Vec3& top = rays_.corner(t, (k + 2) % 3);
         return {rays_.corner(t, k), rays_.corner(t, (k + 1) % 3), top, top};

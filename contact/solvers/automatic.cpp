@@ -195,7 +195,7 @@ void solve_automatically(SolverWork& work, bool warm)
             }
             if (++tried % kPathsBetween == 0) {
                 const int which = tried / kPathsBetween - 1;
-                const double alpha = kProximal[which % std::size(kProximal)];
+                const double alpha = kProximal[std::size_t(which) % std::size(kProximal)];
                 if (follow_proximal_paths(work, matrix, alpha)) return;
             }
             work.take_best();
