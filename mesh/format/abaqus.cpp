@@ -129,6 +129,13 @@ private:
             parameters[upper_case(trimmed(field.substr(0, equals)))] = value;
         }
         section_ = Section::skipped;
+        // Without the other file's nodes all that follows would be refused, too.
+        if (keyword == "INCLUDE" ||
+            (parameters.contains("INPUT") && (keyword == "NODE" || keyword == "ELEMENT" ||
+                                              keyword == "NSET" || keyword == "ELSET")))
+            issues_.fatal(line_place(keyword_line_),
+                          "*" + keyword + " from the file " + quoted_text(parameters["INPUT"]),
+                          "a file that is whole: put the content of the other in its place");
         begin_section(keyword, parameters);
     }
 
@@ -156,9 +163,6 @@ private:
             in_assembly_ = false;
         } else if (keyword == "STEP") {
             step_line_ = keyword_line_;
-        } else if (keyword == "INCLUDE") {
-            refuse_keyword(keyword,
-                           "a file that is whole: put the content of the other in its place");
         } else if (keyword == "NGEN" || keyword == "NFILL" || keyword == "NCOPY" ||
                    keyword == "NMAP" || keyword == "ELGEN" || keyword == "ELCOPY" ||
                    keyword == "SYSTEM") {
@@ -400,6 +404,15 @@ private:
                 continue;
             }
             const RawSet* const other = find(sets, field);
+            const std::string_view tail = field.substr(field.rfind('.') + 1);
+            Label label = 0;
+            if (const auto [stop, error] =
+                    std::from_chars(tail.data(), tail.data() + tail.size(), label);
+                !other && error == std::errc{} && stop == tail.data() + tail.size() &&
+                tail.size() < field.size()) { // INSTANCE.7
+                set.labels.push_back(label);
+                continue;
+            }
             if (!other) {
                 issues_.add(place(), "set " + quoted_text(field), "a set that was defined before");
             } else if (other != &set) {

@@ -97,6 +97,19 @@ TEST_CASE("inp: a part in an assembly, ten nodes, a surface by its internal set"
     CHECK(errors_of(check_volume(file.mesh), file.mesh, "f").empty());
 }
 
+TEST_CASE("inp: members named with their instance, as sets of an assembly may be")
+{
+    const VolumeMesh mesh =
+        parse_abaqus("*PART,NAME=P\n" + kNodes + kElements +
+                         "*END PART\n*ASSEMBLY,NAME=A\n*INSTANCE,NAME=P-1.b,"
+                         "PART=P\n*END INSTANCE\n*NSET,NSET=some\nP-1.b.2, "
+                         "P-1.b.4, 1\n*ELSET,ELSET=one\nP-1.b.1\n*END ASSEMBLY\n",
+                     "f")
+            .mesh;
+    CHECK(find_set(mesh.node_sets, "some")->members == std::vector<std::int32_t>{0, 1, 3});
+    CHECK(find_set(mesh.element_sets, "one")->members == std::vector<std::int32_t>{0});
+}
+
 TEST_CASE("inp: each face S1, S2, ... has the nodes of the manual's table")
 {
     // Nodes from 1, as the manual of CalculiX lists them.
@@ -137,9 +150,16 @@ TEST_CASE("a damaged inp says where and what")
           std::string::npos);
     CHECK(refused(kNodes + "*ELEMENT,TYPE=C3D4\n7,1,2,3,6\n") ==
           "f: element 7: found node 6, allowed: a node of the file");
-    CHECK(refused(kNodes + kElements + "*INCLUDE,INPUT=more.inp\n") ==
-          "f: line 9: found *INCLUDE, allowed: a file that is whole: put the content of the other "
-          "in its place");
+    CHECK(
+        refused(kNodes + kElements + "*INCLUDE,INPUT=more.inp\n") ==
+        "f: line 9: found *INCLUDE from the file \"more.inp\", allowed: a file that is whole: put "
+        "the content of the other in its place");
+    CHECK(refused("*NODE,INPUT=nodes.txt\n" + kElements) ==
+          "f: line 1: found *NODE from the file \"nodes.txt\", allowed: a file that is whole: put "
+          "the "
+          "content of the other in its place");
+    CHECK(refused(kNodes + kElements + "*NSET,NSET=a,INPUT=a.txt\n").find("line 9: found *NSET") !=
+          std::string::npos);
     CHECK(refused(kNodes + "*NGEN\n1,5\n" + kElements).find("*NGEN") != std::string::npos);
     CHECK(refused("*NODE,SYSTEM=C\n" + kNodes + kElements).find("SYSTEM=C") != std::string::npos);
     CHECK(refused(kNodes + "6,0,x,0\n" + kElements) ==
