@@ -22,6 +22,8 @@ ReducedOperator<Real>::ReducedOperator(int most_contacts)
     , contact(static_cast<std::size_t>(most_contacts))
     , W(static_cast<std::size_t>(3 * most_contacts) *
         static_cast<std::size_t>(stride_of<Real>(most_contacts) / kPerLine<Real>))
+    , own(contact.size())
+    , block(contact.size())
 {
 }
 
@@ -48,6 +50,13 @@ bool set_delassus(ReducedOperator<Real>& op, const Eigen::Ref<const Eigen::Matri
         for (int i = 0; i < rows; ++i)
             out[i] = static_cast<Real>(W(i, j) / op.compliance);
         std::fill(out + rows, out + op.stride, Real{0});
+    }
+    for (int i = 0; i < op.contacts; ++i) {
+        Mat3& A = op.own[static_cast<std::size_t>(i)];
+        for (int k = 0; k < 3; ++k)
+            for (int j = 0; j < 3; ++j)
+                A(j, k) = static_cast<double>(op.column(3 * i + k)[3 * i + j]);
+        op.block[static_cast<std::size_t>(i)] = prepare(A);
     }
     return true;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "contact/problem.hpp"
+#include "contact/solvers/local.hpp"
 #include "haptics/pose.hpp"
 
 #include <cstdint>
@@ -46,7 +47,9 @@ template <class Real> struct ReducedOperator {
         Real number[64 / sizeof(Real)];
     };
     std::vector<Line> W;
-    int stride = 0; ///< a multiple of 64 bytes
+    int stride = 0;                ///< a multiple of 64 bytes
+    std::vector<Mat3> own;         ///< W_ii / compliance as the loop sees it; the first n count
+    std::vector<LocalBlock> block; ///< the same prepared: a tick has no time for it
 
     double compliance = 1; ///< trace(W) / 3n [m/N]
     double length = 1;     ///< [m]

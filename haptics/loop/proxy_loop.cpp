@@ -24,15 +24,8 @@ constexpr double kPreparedTurn = 1e-3;
 constexpr double kFarthestBend = 4;
 /// |r_t| of a contact that slips is mu r_n to round-off; this tells it from one that sticks [-].
 constexpr double kOnCone = 1e-9;
-
-Mat3 block_of(const auto& op, int i)
-{
-    Mat3 A;
-    for (int k = 0; k < 3; ++k)
-        for (int j = 0; j < 3; ++j)
-            A(j, k) = static_cast<double>(op.column(3 * i + k)[3 * i + j]);
-    return A;
-}
+/// A sweep that met less error than this, in the tolerance, may have been the last one.
+constexpr double kNear = 4;
 
 } // namespace
 
@@ -41,11 +34,11 @@ ProxyLoop<Real>::ProxyLoop(int most_contacts, const ProxyOptions& options)
     : options_(options)
     , add_(add_columns<Real>(options.simd))
     , capacity_(most_contacts)
+    , history_(3 * most_contacts)
 {
     const std::size_t n = at(most_contacts);
     for (auto* vectors : {&r_, &before_, &q_, &anchor_, &fade_})
         vectors->assign(n, Vec3::Zero());
-    own_.assign(n, Mat3::Zero());
     cone_.assign(n, Mat3::Identity());
     block_.resize(n);
     slip_time_.assign(n, 0);
@@ -74,7 +67,7 @@ template <class Real> void ProxyLoop<Real>::prepare_blocks()
 {
     for (int i = 0; i < op_->contacts; ++i)
         if (contact(i).turns)
-            block_[at(i)] = prepare(cone_[at(i)].transpose() * own_[at(i)] * cone_[at(i)]);
+            block_[at(i)] = prepare(cone_[at(i)].transpose() * op_->own[at(i)] * cone_[at(i)]);
     prepared_turn_ = turn_;
 }
 
@@ -138,33 +131,44 @@ template <class Real> Vec3 ProxyLoop<Real>::residual(int i) const
     return natural_map(axes.transpose() * r_[at(i)], axes.transpose() * slip(i), c.mu, 1);
 }
 
+template <class Real> bool ProxyLoop<Real>::is_on_cone(int i) const
+{
+    const Vec3 r = contact(i).turns ? Vec3(cone_[at(i)].transpose() * r_[at(i)]) : r_[at(i)];
+    return r[0] >= 0 && r.tail<2>().norm() <= (1 + kOnCone) * contact(i).mu * r[0];
+}
+
 /// Solves contact i with the others held, if its residual is above `content`.
-template <class Real> void ProxyLoop<Real>::visit(int i, double content)
+/// @returns the square of the residual it had
+template <class Real> double ProxyLoop<Real>::visit(int i, double content)
 {
     const CandidateContact& c = contact(i);
     Vec3& r = r_[at(i)];
-    if (residual(i).squaredNorm() <= content * content) return;
+    const double square = residual(i).squaredNorm();
+    // An extrapolated reaction may have left its cone by little.
+    if (square <= content * content && is_on_cone(i)) return square;
 
-    Vec3 u = slip(i), old = r, b = u - own_[at(i)] * r;
+    Vec3 u = slip(i), old = r, b = u - op_->own[at(i)] * r;
     const Mat3& axes = cone_[at(i)];
     if (c.turns) {
         u = axes.transpose() * u;
         old = axes.transpose() * old;
         b = axes.transpose() * b;
     }
+    // Neighbours change again before it counts: one step of Newton's method is enough of a slip.
     const double rt = old.tail<2>().norm();
     const LocalReaction local =
-        solve_local(block_[at(i)], c.mu, b, rt > 0 ? u.tail<2>().norm() / rt : 0);
+        solve_local(block_[at(i)], c.mu, b, rt > 0 ? u.tail<2>().norm() / rt : 0, true);
     Vec3 next = local.r;
     if (local.state == LocalState::unsolved) {
-        const double trace = own_[at(i)].trace();
-        if (!(trace > 0) || !u.allFinite()) return;
+        const double trace = op_->own[at(i)].trace();
+        if (!(trace > 0) || !u.allFinite()) return square;
         next = project_cone(old - 3 / trace * shifted_slip(u, c.mu), c.mu);
     }
     if (c.turns) next = axes * next;
     const Vec3 change = next - r;
     r = next;
     add_reaction(i, change);
+    return square;
 }
 
 /// The natural-map error of `contact`, over the acting rows; leaves their size.
@@ -184,13 +188,16 @@ template <class Real> double ProxyLoop<Real>::error()
     return size_ > 0 ? std::sqrt(sum) / size_ : std::numeric_limits<double>::infinity();
 }
 
-/// One sweep over the contacts that are not content, by the size that error() left.
-template <class Real> void ProxyLoop<Real>::sweep()
+/// One sweep over the contacts, by the size that error() left.
+/// @returns the error that its contacts met, between the one before the sweep and the one after
+template <class Real> double ProxyLoop<Real>::sweep()
 {
     // If every contact is as content as this, so is the whole.
     const double share = 0.5 * options_.tolerance / std::sqrt(std::max(op_->contacts, 1));
+    double square = 0;
     for (int i = 0; i < op_->contacts; ++i)
-        visit(i, share * size_);
+        square += visit(i, share * size_);
+    return std::sqrt(square) / size_;
 }
 
 template <class Real> Wrench ProxyLoop<Real>::wrench(double fading) const
@@ -261,12 +268,21 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     if (options_.extrapolate) extrapolate();
     free_motion(fading);
     result.error = error();
+    double least = std::numeric_limits<double>::infinity();
+    history_.begin();
     while (result.error > options_.tolerance && result.sweeps < options_.max_sweeps) {
         if (timed && std::chrono::duration<double>(Clock::now() - start).count() > options_.budget)
             break;
-        sweep();
+        if (history_.can_extrapolate()) history_.extrapolate(r_.data()->data(), u_.data()->number);
+        history_.before_sweep(r_.data()->data(), 3 * op_->contacts);
+        const double met = sweep();
+        history_.after_sweep(r_.data()->data(), u_.data()->number);
+        if (met > least) history_.forget(); // it no longer tells what comes
+        least = std::min(least, met);
         ++result.sweeps;
-        result.error = error();
+        // Far from the end nobody needs to know how far.
+        if (met <= kNear * options_.tolerance || result.sweeps == options_.max_sweeps)
+            result.error = error();
     }
     result.converged = result.error <= options_.tolerance;
     result.wrench = wrench(fading);
@@ -297,13 +313,13 @@ template <class Real> bool ProxyLoop<Real>::take(const ReducedOperator<Real>& op
     const bool first = op_ == nullptr;
     if (!first) remember();
     op_ = &op;
+    history_.forget();
     taken_ = true;
     matched_ = 0;
     turn_ = prepared_turn_ = Mat3::Identity();
     for (int i = 0; i < op.contacts; ++i) {
-        own_[at(i)] = block_of(op, i);
         cone_[at(i)] = Mat3::Identity();
-        block_[at(i)] = prepare(own_[at(i)]);
+        block_[at(i)] = op.block[at(i)];
         r_[at(i)] = contact(i).r * (op.compliance / op.length);
         before_[at(i)] = anchor_[at(i)] = fade_[at(i)] = Vec3::Zero();
         slip_time_[at(i)] = op.time;

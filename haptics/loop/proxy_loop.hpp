@@ -2,6 +2,7 @@
 
 #include "contact/solvers/local.hpp"
 #include "haptics/loop/columns.hpp"
+#include "haptics/loop/sweep_history.hpp"
 #include "haptics/reduced_operator.hpp"
 
 #include <cstdint>
@@ -88,10 +89,11 @@ private:
     void extrapolate();
     void free_motion(double fading);
     void add_reaction(int i, const Vec3& change);
-    void visit(int i, double content);
+    bool is_on_cone(int i) const;
+    double visit(int i, double content);
     void anchor_slip(double time);
     double error();
-    void sweep();
+    double sweep();
     Wrench wrench(double fading) const;
     void clear();
 
@@ -110,14 +112,14 @@ private:
     // Per contact, in the operator's frame and without dimensions.
     std::vector<Vec3> r_, q_;       // q_ is q(d) with anchor and fading
     std::vector<Vec3> before_;      // r of the tick before, 0 if there was none
-    std::vector<Mat3> own_;         // W_ii as the kernel sees it
     std::vector<Mat3> cone_;        // axes of the turned frame; one where it does not turn
     std::vector<LocalBlock> block_; // W_ii in the turned frame, prepared
     std::vector<Vec3> anchor_;      // added to q, in the turned frame: minus the slip so far
     std::vector<Vec3> fade_;        // the same: what differs from the operator before
     std::vector<double> slip_time_; // when it last slipped or was open [s]
     std::vector<Line> u_;           // W r + q, rows in one row
-    double size_ = 0;               // of the acting rows of q
+    SweepHistory<Real> history_;
+    double size_ = 0; // of the acting rows of q
 
     HandPose device_;
     Wrench last_; // of the tick before
