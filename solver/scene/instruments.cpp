@@ -192,6 +192,14 @@ void make_segments(Scene& scene, Findings& findings)
                          "either \"instrument\" or \"segments\"");
             continue;
         }
+        const bool shaped = b.tip.radius > 0 || b.tip.angle > 0 || b.tip.length > 0;
+        if (shaped && b.tip.shape.empty() && it->tip.size() != 1)
+            findings.add({place + "/tip"}, "no \"shape\"",
+                         it->tip.empty() ? "a \"shape\": the instrument's own tip is straight"
+                                         : "a \"shape\": the instrument's own tip has many bends");
+        if (shaped && b.tip.shape == "straight")
+            findings.add({place + "/tip"}, "a radius, an angle or a length of a straight tip",
+                         "nothing but \"shape\": \"straight\"");
         const std::vector<TipPiece> tip = tip_of(b.tip, *it);
         const double length = b.length > 0 ? b.length : it->length;
         const double soft = std::max(it->taper, length_of(tip));

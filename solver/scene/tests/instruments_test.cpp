@@ -96,6 +96,13 @@ TEST_CASE("instruments that cannot be")
               "either \"instrument\" or \"segments\""));
     CHECK(has(issues_with(R"("instrument": "catheter-5f", "tip": {"shape": "J", "radius": 5e-4})"),
               "/bodies/wire/tip/radius: found 0.0005, allowed: > 0.000835 [m]"));
+    CHECK(has(issues_with(R"("instrument": "catheter-5f", "tip": {"radius": 5e-3})"),
+              "/bodies/wire/tip: found no \"shape\""));
+    CHECK(has(issues_with(R"("instrument": "catheter-simmons", "tip": {"length": 5e-3})"),
+              "/bodies/wire/tip: found no \"shape\""));
+    CHECK(has(issues_with(R"("instrument": "guidewire-stiff",
+                           "tip": {"shape": "straight", "radius": 5e-3})"),
+              "/bodies/wire/tip: found a radius"));
     CHECK(has(issues_with(R"("instrument": "guidewire-stiff", "length": 0.02)"),
               "/bodies/wire/length: found 0.02, allowed: > 0.03 [m]"));
     CHECK(

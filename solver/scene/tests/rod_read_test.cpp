@@ -43,6 +43,19 @@ TEST_CASE("rods read as they are written, and resolved as the same again")
     CHECK(resolved_scene(parse_scene(resolved, "again.json", {})) == resolved);
 }
 
+TEST_CASE("a rod is not laid in a bend tighter than itself")
+{
+    const std::string points =
+        "\"points\": [{\"at\": [0, 0, 0]}, {\"at\": [0, 1.2, 0]}, {\"at\": [1.2, 1.2, 0]}]";
+    const auto bent = [&](double radius) {
+        return bad(points, "\"curve\": {\"pieces\": [{\"length\": 2}, {\"radius\": " +
+                               std::to_string(radius) +
+                               ", \"angle\": " + std::to_string(0.4 / radius) + "}]}");
+    };
+    CHECK(bent(0.02) == "");
+    CHECK(has(bent(0.01), "/shape/curve/pieces/1/radius: found 0.01, allowed: > 0.01 [m]"));
+}
+
 TEST_CASE("bad rods are said with their places")
 {
     CHECK(has(bad("\"element\": 0.12", "\"element\": 3"), "/segments/0/element"));
