@@ -54,9 +54,10 @@ ContactSolver solver_of(const std::string& wanted)
     throw InputError({{"(--solver)", "", quoted_text(wanted), all}});
 }
 
-/// Tries what writing the result will do, so that no solve is lost to a path that cannot be.
+/// Tries what writing the result will do, so that no solve is lost to a path that cannot be, and no
+/// problem to its solution.
 /// @throws InputError
-void check_writable(const std::string& path)
+void check_writable(const std::string& path, const std::string& problem)
 {
     namespace fs = std::filesystem;
     const auto refuse = [&](const std::string& found) {
@@ -64,6 +65,8 @@ void check_writable(const std::string& path)
     };
     std::error_code ignored;
     if (fs::is_directory(path, ignored)) refuse("a folder");
+    if (fs::equivalent(path, problem, ignored))
+        throw InputError({{path, "", "the problem itself", "another file"}});
     if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored)) return; // /dev/stdout
     const std::string probe = path + "." + std::to_string(::getpid()) + ".tmp";
     const int file = ::open(probe.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -239,7 +242,7 @@ void run_solve(SolveArguments& a, Session& session)
 {
     a.options.solver = solver_of(a.solver);
     a.options.analyse = true;
-    if (!a.output.empty()) check_writable(a.output);
+    if (!a.output.empty()) check_writable(a.output, a.problem);
     const Stopwatch watch;
     const std::string bytes = read_file(a.problem);
     const FclibProblem file = parse_fclib(bytes, a.problem);

@@ -662,6 +662,15 @@ class Solve(Case):
             self.assertLess(time.time() - started, 20)
         self.assertEqual((self.folder / "file").read_text(), "x")
 
+    def test_output_onto_the_problem(self):
+        problem = self.folder / "tower.hdf5"
+        shutil.copy(self.file("tower"), problem)
+        (self.folder / "link.hdf5").symlink_to(problem)
+        bytes_before = problem.read_bytes()
+        for same in (problem, "./tower.hdf5", "link.hdf5"):
+            self.refused(problem, "--output", same, command="solve", says=[str(same), "the problem itself"])
+        self.assertEqual(problem.read_bytes(), bytes_before)
+
     def test_bad_input(self):
         self.refused(self.file("plane"), command="solve", says=["/fclib_local/spacedim", "plane"])
         self.refused(self.file("negative_mu"), command="solve", says=["vectors/mu[1]: found -0.1"])
