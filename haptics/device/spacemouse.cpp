@@ -8,6 +8,7 @@
 #include <thread>
 
 #if AMONTONS_SPNAV
+#include <poll.h>
 #include <spnav.h>
 #include <unistd.h>
 #endif
@@ -21,6 +22,14 @@ constexpr double kSpeed = 0.05;   // at full deflection [m/s]
 constexpr double kTurnSpeed = 1;  // [rad/s]
 constexpr unsigned kPause = 2000; // between two looks at the daemon [us]
 constexpr double kCentred = 0.2;  // without an event the cap has sprung back [s]
+
+/// A mouse at rest is silent, and so is a daemon that has ended: the socket tells them apart.
+bool daemon_is_gone()
+{
+    pollfd connection{spnav_fd(), POLLIN, 0};
+    return connection.fd < 0 ||
+           (::poll(&connection, 1, 0) > 0 && (connection.revents & (POLLHUP | POLLERR)) != 0);
+}
 #endif
 
 } // namespace
@@ -31,6 +40,7 @@ struct SpaceMouse::Reader {
         Vec3 shift{0, 0, 0}, turned{0, 0, 0};
         unsigned buttons = 0;
         long events = 0;
+        bool lost = false; // unplugged, or the daemon has ended
     };
     TripleBuffer<Deflection> newest;
     std::atomic<bool> stop{false};
@@ -78,9 +88,12 @@ bool SpaceMouse::open()
                 } else if (event.type == SPNAV_EVENT_BUTTON && event.button.bnum < 32) {
                     const unsigned bit = 1u << static_cast<unsigned>(event.button.bnum);
                     now.buttons = event.button.press ? now.buttons | bit : now.buttons & ~bit;
+                } else if (event.type == SPNAV_EVENT_DEV) {
+                    now.lost = event.dev.op == SPNAV_DEV_RM;
                 }
                 ++now.events;
             }
+            now.lost = now.lost || daemon_is_gone();
             r.newest.back() = now;
             r.newest.publish();
             ::usleep(kPause);
@@ -104,7 +117,7 @@ DeviceSample SpaceMouse::read(double time) noexcept
         r.pose.position += elapsed * kSpeed * d.shift;
         r.pose.rotation = (turn(elapsed * kTurnSpeed * d.turned) * r.pose.rotation).normalized();
     }
-    sample.valid = true;
+    sample.valid = !d.lost;
     sample.pose = r.pose;
     sample.buttons = d.buttons;
     return sample;
