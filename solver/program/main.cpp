@@ -1,6 +1,7 @@
 // amontons COMMAND ...: reads the arguments, runs one command, turns errors into exit codes.
 
 #include "mesh/base/file.hpp"
+#include "solver/large/large_matrix.hpp"
 #include "solver/output/manifest.hpp"
 #include "solver/program/session.hpp"
 #include "solver/program/viewer.hpp"
@@ -18,6 +19,7 @@ namespace {
 /// Help and version are no errors; a wrong argument is bad input, with the nearest name.
 int report_arguments(const CLI::App& program, const CLI::ParseError& error, Session& session)
 {
+    if (mpirun_rank() > 0) return error.get_exit_code() == 0 ? kDone : kBadInput; // rank 0 says it
     const CLI::App* command = &program;
     std::string path; // "mesh info "
     std::size_t depth = 0;

@@ -123,20 +123,20 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
     if (!shape.curve.file.empty() && !shape.curve.pieces.empty())
         findings.add({place + "/shape/curve"}, "a file and pieces",
                      "either \"file\" or \"pieces\"");
-    double at = 0;
+    double begin = 0;
     for (std::size_t i = 0; i < shape.curve.pieces.size(); ++i) {
         const CentrelinePiece& p = shape.curve.pieces[i];
-        const double end = at + p.length + p.radius * p.angle;
+        const double end = begin + p.length + p.radius * p.angle;
         double thickest = 0, start = 0; // of the segments along it
         for (const BeamSegment& g : b.segments) {
-            if (start < end && start + g.length > at) thickest = std::max(thickest, g.radius);
+            if (start < end && start + g.length > begin) thickest = std::max(thickest, g.radius);
             start += g.length;
         }
         if (p.angle > 0 && p.radius > 0 && p.radius <= thickest)
             findings.add({fmt::format("{}/shape/curve/pieces/{}/radius", place, i), segments},
                          fmt::format("{}", p.radius),
                          fmt::format("> {} [m], the rod's own radius", thickest));
-        at = end;
+        begin = end;
     }
     const auto where = [&](const std::string& here, const std::string& set,
                            const std::optional<double>& at) {

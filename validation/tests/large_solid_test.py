@@ -178,6 +178,12 @@ class Large(unittest.TestCase):
             "missing.json"))
 
     @unittest.skipUnless(MPIRUN, "no mpirun")
+    def test_a_wrong_option_is_said_once(self):
+        result = self.call("run", "scene.json", "--fresh", before=(MPIRUN, "-n", "2"))
+        self.assertEqual(result.returncode, 2)
+        self.assertEqual(result.stderr.count("error: "), 1, result.stderr)
+
+    @unittest.skipUnless(MPIRUN, "no mpirun")
     def test_a_part_without_contacts_works_along(self):
         self.write(block((1, 1, 12)))  # METIS cuts it across: one part is far from the plate
         self.same(self.run_linear("direct"), self.run_linear("distributed", before=(MPIRUN, "-n", "2")))
