@@ -3,6 +3,7 @@
 #include "mesh/wall.hpp"
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -73,6 +74,10 @@ void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Cur
 /// The ids that a contact of two curves may have next, where its places move on along them; those
 /// that have moved least first.
 std::vector<std::int64_t> neighbours(std::int64_t id);
+
+/// A place where the middle lines of two curves (or of one and itself: &a == &b) are nearer to each
+/// other than half the sum of the radii: no contact can tell on which sides of each other they are.
+std::optional<Vec3> within_each_other(const Curve& a, const Curve& b);
 
 /// True if two curves (or one and itself: &a == &b) go through each other between `before` and
 /// `now`, all places moving in straight lines: their middle lines come nearer than half the sum of

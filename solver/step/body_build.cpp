@@ -517,6 +517,9 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         }
         pairs.push_back(std::move(p));
     }
+    if (std::vector<Issue> lost = rods_in_each_other(system->refs, pairs, scene.file);
+        !lost.empty())
+        throw InputError(std::move(lost));
     const std::vector<Issue> deep = deep_overlaps(system->refs, pairs, walls, scene.file);
     warnings.insert(warnings.end(), deep.begin(), deep.end());
     std::optional<RestLaw> rest;

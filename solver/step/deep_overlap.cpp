@@ -3,6 +3,7 @@
 #include "mesh/box_tree.hpp"
 #include "mesh/closest_point.hpp"
 #include "mesh/split_elements.hpp"
+#include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
 
 #include <Eigen/LU>
@@ -139,6 +140,31 @@ std::vector<Issue> deep_overlaps(const std::vector<BodyRef>& bodies,
                              a.name, in, d.depth, d.place.x(), d.place.y(), d.place.z()),
                  fmt::format("<= {:.4g} m, or a \"reach\" of more than {:.4g} m", p.reach,
                              d.depth)});
+    }
+    return found;
+}
+
+std::vector<Issue> rods_in_each_other(const std::vector<BodyRef>& bodies,
+                                      const std::vector<ContactPair>& pairs,
+                                      const std::string& file)
+{
+    std::vector<Issue> found;
+    for (const ContactPair& p : pairs) {
+        const RodBody* a = bodies[std::size_t(p.a)].rod;
+        const RodBody* b = p.b >= 0 ? bodies[std::size_t(p.b)].rod : nullptr;
+        if (!a || !b || !p.end_a.empty()) continue;
+        const Curve one = a->curve(), other = b->curve();
+        const std::optional<Vec3> at = within_each_other(one, a == b ? one : other);
+        if (!at) continue;
+        const std::string& name = bodies[std::size_t(p.a)].name;
+        found.push_back({file, "/contact",
+                         fmt::format("{} at ({:.4g}, {:.4g}, {:.4g})",
+                                     a == b ? name + " lies in itself"
+                                            : name + " and " + bodies[std::size_t(p.b)].name +
+                                                  " lie in each other",
+                                     at->x(), at->y(), at->z()),
+                         "middle lines at least half the sum of the radii apart: nearer they "
+                         "have no sides"});
     }
     return found;
 }

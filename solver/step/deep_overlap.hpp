@@ -14,4 +14,10 @@ std::vector<Issue> deep_overlaps(const std::vector<BodyRef>& bodies,
                                  const std::vector<ContactPair>& pairs,
                                  const std::vector<const Wall*>& walls, const std::string& file);
 
+/// Rods whose middle lines meet, each other's or their own, so that nothing tells their sides
+/// apart.
+std::vector<Issue> rods_in_each_other(const std::vector<BodyRef>& bodies,
+                                      const std::vector<ContactPair>& pairs,
+                                      const std::string& file);
+
 } // namespace amontons

@@ -41,6 +41,8 @@ public:
 private:
     std::size_t at(int row, int col) const;
     bool cholesky();
+    bool is_symmetric() const;
+    void analyse_elimination();
     bool eliminate();
 
     std::vector<std::size_t> start_; // of each column's blocks
@@ -50,6 +52,7 @@ private:
     enum class Factor { none, cholesky, lu, failed } factor_ = Factor::none;
 
     bool analysed_lu_ = false, analysed_cholesky_ = false;
+    bool indefinite_ = false; ///< a matrix of this pattern was
     BlockLu lu_;
     std::vector<std::array<BlockLu::Place, 4>> place_; // of each block's quarters
     SupernodalFactor supernodal_;

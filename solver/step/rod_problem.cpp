@@ -15,6 +15,7 @@ using Mat24 = Eigen::Matrix<double, 24, 24>;
 // that. Multipliers that are renewed in one iterate bring the rest.
 constexpr double kHeld = 0.01;
 constexpr int kMultipliers = 5;
+constexpr double kHardly = 1e-2; // of the freer tangent of a contact, squared
 
 /// Rods and their contacts for pivoting::solve.
 struct RodSystem : FourNodeRows<RodContact> {
@@ -154,10 +155,20 @@ FourNodeRow row_of(const RodProblem& w, const RodContactState& s, const RodConta
     return row;
 }
 
+/// How far a unit motion of the nodes moves a row, squared.
+double size_of(const RodContact& c, const FourNodeRow& row)
+{
+    double size = 0;
+    for (int a = 0; a < c.nodes; ++a)
+        size += Eigen::Map<const Vec3>(row.node[a].value).squaredNorm();
+    return size;
+}
+
 /// Of the nodes alone in a row's direction [N/m].
 double stiffness_along(const RodProblem& w, const RodContact& c, const FourNodeRow& row)
 {
-    double energy = 0, size = 0;
+    double energy = 0;
+    const double size = size_of(c, row);
     for (int a = 0; a < c.nodes; ++a) {
         const int slot = c.slot[std::size_t(a)];
         const Vec3 v = Eigen::Map<const Vec3>(row.node[a].value);
@@ -166,7 +177,6 @@ double stiffness_along(const RodProblem& w, const RodContact& c, const FourNodeR
             for (int i = 0; i < 3; ++i)
                 own(i, j) = w.base.block(slot, slot)(i, j);
         energy += v.dot(own * v);
-        size += v.squaredNorm();
     }
     constexpr double kNone = 1e-6; // of a row on nodes that are held
     return size > kNone ? std::max(energy, 0.0) / (size * size) : 0;
@@ -332,8 +342,13 @@ RodAnswer solve_rod_contacts(RodProblem& w, const std::vector<RodContactState>& 
             law.stiffness =
                 std::min(law.stiffness, w.stiffness[std::size_t(c.slot[std::size_t(i)])]);
         law.held[0] = kHeld * stiffness_along(w, c, c.normal);
+        // A tangent along which hardly anything can move (rods held in planes that are nearly one)
+        // is held by the other's weight: its own would be that over the square of next to nothing.
+        const double freest =
+            s.friction > 0 ? std::max(size_of(c, c.tangent[0]), size_of(c, c.tangent[1])) : 0;
         for (int i = 0; i < 2 && s.friction > 0; ++i)
-            law.held[1] = std::max(law.held[1], kHeld * stiffness_along(w, c, c.tangent[i]));
+            if (size_of(c, c.tangent[i]) > kHardly * freest)
+                law.held[1] = std::max(law.held[1], kHeld * stiffness_along(w, c, c.tangent[i]));
         scale.scale = std::max(scale.scale, law.normal);
         if (k > 0) {
             const RodContact& before = w.contact[k - 1];

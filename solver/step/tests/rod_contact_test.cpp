@@ -95,6 +95,34 @@ TEST_CASE("more places that may touch do not change what a rod does, and Newton'
     }
 }
 
+TEST_CASE("rods that cross at a tenth of a degree rub each other as quickly as at ninety")
+{
+    for (const double degrees : {90.0, 1.0, 0.1}) {
+        const double a = degrees * 3.14159265358979323846 / 180, c = std::cos(a), s = std::sin(a);
+        const auto rod = [](double x, double y, double z, double tx, double ty, const char* load) {
+            return fmt::format(R"({{"kind": "rod", "plane": [{:.17g}, {:.17g}, 0],
+                "segments": [{{"length": 1, "radius": 0.005, "EI": 0.5, "element": 0.0476190476}}],
+                "shape": {{"start": [{:.17g}, {:.17g}, {}], "direction": [{:.17g}, {:.17g}, 0],
+                           "normal": [0, 0, 1]}},
+                "hold": [{{"set": "start", "turns": "free"}}, {{"set": "end", "turns": "free"}}]{}}})",
+                               -ty, tx, x, y, z, tx, ty, load);
+        };
+        const Result r =
+            run("\"bodies\": {\"lower\": " + rod(-0.5, 0, 0, 1, 0, "") + ", \"upper\": " +
+                rod(-0.5 * c, -0.5 * s, 0.01, c, s,
+                    R"(, "loads": [{"at": 0.5, "force": [0, 0, -1], "over": [[0, 0], [1, 1]]}])") +
+                R"(}, "contact": [{"between": ["upper", "lower"], "friction": 0.3}],
+               "time": {"step": 0.1, "end": 1})");
+        CAPTURE(degrees);
+        REQUIRE(r.summary.message == "");
+        CHECK(r.value("upper_on_lower_normal_force") == doctest::Approx(0.5).epsilon(1e-3));
+        int most = 0;
+        for (const StepRecord& step : r.records)
+            most = std::max(most, step.iterations);
+        CHECK(most < 100);
+    }
+}
+
 TEST_CASE("rods thrown at each other do not pass, however long the step")
 {
     for (const double h : {0.002, 0.02}) {
@@ -113,6 +141,28 @@ TEST_CASE("rods thrown at each other do not pass, however long the step")
         REQUIRE(r.summary.message == "");
         CHECK(r.value("thrown_end_z") > 0.003);
     }
+}
+
+TEST_CASE("rods that begin in each other are refused, for no contact would hold them apart")
+{
+    const char* rod = R"({"kind": "rod", "hold": [{"set": "start"}], "shape": {"start": [0, 0, %]},
+        "segments": [{"length": 1, "radius": 0.01, "EI": 1, "element": 0.1}]})";
+    const auto at = [&](const char* z) {
+        std::string text = rod;
+        return text.replace(text.find('%'), 1, z);
+    };
+    const auto issue = [&](const char* z) {
+        try {
+            run("\"bodies\": {\"one\": " + at("0") + ", \"other\": " + at(z) +
+                R"(}, "contact": [{"between": ["one", "other"]}], "time": {"step": 1, "end": 1})");
+        } catch (const InputError& error) {
+            return error.issues().at(0).found;
+        }
+        return std::string();
+    };
+    CHECK(issue("0").find("one and other lie in each other at (") == 0);
+    CHECK(issue("0.009") != "");
+    CHECK(issue("0.02") == "");
 }
 
 TEST_CASE("what rods cannot touch is said")
