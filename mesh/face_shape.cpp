@@ -9,6 +9,8 @@
 namespace amontons {
 namespace {
 
+constexpr int kMostAlong = 12;
+
 /// Adds the places whose barycentric coordinates are permutations of (b, b, a).
 void add_orbit(std::vector<QuadraturePoint>& points, double a, double weight)
 {
@@ -56,6 +58,37 @@ std::vector<QuadraturePoint> gauss(const std::vector<double>& x, const std::vect
     return points;
 }
 
+/// Gauss-Legendre on [0, 1]: roots of P_n by Newton's method from Tricomi's estimate.
+void gauss_legendre(int n, std::vector<double>& x, std::vector<double>& w)
+{
+    for (int k = 1; k <= n; ++k) {
+        double z = std::cos(std::acos(-1.0) * (k - 0.25) / (n + 0.5)), slope = 1;
+        for (int step = 0; step < 8; ++step) {
+            double below = 1, value = z;
+            for (int j = 2; j <= n; ++j) {
+                const double next = ((2 * j - 1) * z * value - (j - 1) * below) / j;
+                below = value;
+                value = next;
+            }
+            slope = n * (z * value - below) / (z * z - 1);
+            z -= value / slope;
+        }
+        x.push_back((1 + z) / 2);
+        w.push_back(1 / ((1 - z * z) * slope * slope));
+    }
+}
+
+std::vector<QuadraturePoint> collapsed(int along)
+{
+    std::vector<double> x, w;
+    gauss_legendre(along, x, w);
+    std::vector<QuadraturePoint> points;
+    for (std::size_t j = 0; j < x.size(); ++j)
+        for (std::size_t i = 0; i < x.size(); ++i)
+            points.push_back({{x[i] * (1 - x[j]), x[j], 0}, w[i] * w[j] * (1 - x[j])});
+    return points;
+}
+
 } // namespace
 
 FaceValues face_shape_values(int nodes, const Vec3& xi)
@@ -90,6 +123,18 @@ std::span<const QuadraturePoint> triangle_points(int degree)
     static const std::vector<QuadraturePoint> two = degree_2(), four = degree_4(),
                                               five = degree_5();
     return degree == 2 ? two : degree == 4 ? four : five;
+}
+
+std::span<const QuadraturePoint> triangle_points_along(int along)
+{
+    AMONTONS_ASSERT(along >= 2 && along <= kMostAlong);
+    static const std::vector<std::vector<QuadraturePoint>> rules = [] {
+        std::vector<std::vector<QuadraturePoint>> all;
+        for (int n = 2; n <= kMostAlong; ++n)
+            all.push_back(collapsed(n));
+        return all;
+    }();
+    return rules[static_cast<std::size_t>(along - 2)];
 }
 
 std::span<const QuadraturePoint> square_points(int along)

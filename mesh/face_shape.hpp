@@ -58,6 +58,10 @@ std::span<const QuadraturePoint> face_points(int nodes);
 /// In the reference triangle, exact up to a total degree of 2, 4 or 5: 3, 6, 7 points.
 std::span<const QuadraturePoint> triangle_points(int degree);
 
+/// The same by Gauss's points along two axes of which one is drawn together at a corner:
+/// along x along of them, 2 to 12, exact up to a total degree of 2 along - 2.
+std::span<const QuadraturePoint> triangle_points_along(int along);
+
 /// In the reference square, 2 x 2 or 3 x 3: exact to degree 3 or 5 along each axis.
 std::span<const QuadraturePoint> square_points(int along);
 

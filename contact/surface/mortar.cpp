@@ -46,6 +46,10 @@ constexpr double kNothing = 1e-14;
 constexpr double kOwnThickness = 0.3;
 constexpr double kBehind = 1e-3; // cosine: what lies beside a face, as in a closed slit, does not
 
+/// Quadrilaterals: bent by less they are parallelograms; integrals are right to exp(-kDigits).
+constexpr double kStraight = 1e-3, kMostBend = 0.99, kDigits = 23;
+constexpr int kLeastAlong = 4, kMostAlong = 12;
+
 struct Segment {
     const Facet* slave = nullptr;
     const Facet* master = nullptr;
@@ -370,6 +374,40 @@ private:
         }
     };
 
+    static std::span<const QuadraturePoint> points_for_(const Sides& sides,
+                                                        const ConvexPolygon& polygon)
+    {
+        // A product of two linear functions needs no more.
+        if (sides.slave.nodes == 3 && sides.master.nodes == 3) return triangle_points(2);
+        const double bend = std::max(bend_(sides.slave, polygon), bend_(sides.master, polygon));
+        if (!(bend > kStraight)) return triangle_points(4);
+        // With a singularity at 1/bend a power is rho times smaller than the one before; n points
+        // are right to the power 2 n - 2.
+        const double rho = 1 / bend + std::sqrt(1 / (bend * bend) - 1);
+        const int points = 1 + int(std::ceil(kDigits / (2 * std::log(rho))));
+        return triangle_points_along(std::clamp(points, kLeastAlong, kMostAlong));
+    }
+
+    /// The shape functions of a quadrilateral that is no parallelogram are no polynomials of the
+    /// place: their root is singular where the area per reference area vanishes, which is linear.
+    /// @return  its half range over the polygon, of its mean
+    static double bend_(const FaceInPlane& face, const ConvexPolygon& polygon)
+    {
+        if (face.nodes != 4) return 0;
+        const Vec2 twist = (face.node[0] - face.node[1] + face.node[2] - face.node[3]).head<2>(),
+                   across = (face.node[2] - face.node[0]).head<2>();
+        if (!(twist.norm() > kStraight * across.norm())) return 0;
+        double least = std::numeric_limits<double>::infinity(), most = 0;
+        for (int i = 0; i < polygon.count; ++i)
+            if (const auto at = locate(face, polygon[i], Vec2::Zero())) {
+                const double size = std::abs(at->along[0].x() * at->along[1].y() -
+                                             at->along[0].y() * at->along[1].x());
+                least = std::min(least, size);
+                most = std::max(most, size);
+            }
+        return most > 0 ? std::min((most - least) / (most + least), kMostBend) : 0;
+    }
+
     /// Adds the integrals over a part of a segment.
     /// @param only   the multiplier whose function is 1 there, or -1: the dual functions
     /// @param share  factor on the functions
@@ -379,12 +417,11 @@ private:
     {
         if (sides.slave.nodes == 3 && sides.master.nodes == 3 && !slave_normals_)
             return integrate_flat_(sides, polygon, multipliers, only, share, master);
-        // A product of two linear functions needs no more.
-        const int degree = sides.slave.nodes == 3 && sides.master.nodes == 3 ? 2 : 4;
+        const std::span<const QuadraturePoint> points = points_for_(sides, polygon);
         for (int i = 1; i + 1 < polygon.count; ++i) {
             const Vec2 &a = polygon[0], &b = polygon[i], &c = polygon[i + 1];
             const double twice = twice_area(a, b, c);
-            for (const QuadraturePoint& p : triangle_points(degree)) {
+            for (const QuadraturePoint& p : points) {
                 const Vec2 z = a + p.xi[0] * (b - a) + p.xi[1] * (c - a);
                 integrate_at_(sides, z, share * p.weight * twice, multipliers, only, master);
             }

@@ -51,6 +51,58 @@ void check_rows(const SurfaceContacts& contacts)
     }
 }
 
+using NodeLoads = std::map<std::int32_t, double>;
+
+/// int N over the faces in the plane at z, from the shape functions alone.
+NodeLoads loads(const TouchingBody& body, double z)
+{
+    NodeLoads sum;
+    for (std::size_t f = 0; f < body.surface.faces.size(); ++f) {
+        const auto nodes = body.surface.face(f);
+        const auto at = [&](std::size_t i) {
+            return body.mesh.nodes[static_cast<std::size_t>(nodes[i])];
+        };
+        bool flat = true;
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+            flat = flat && std::abs(at(i).z() - z) < 1e-9;
+        if (!flat) continue;
+        const int n = static_cast<int>(nodes.size());
+        for (const QuadraturePoint& p : face_points(n)) {
+            const FaceValues N = face_shape_values(n, p.xi);
+            const FaceGradients dN = face_shape_gradients(n, p.xi);
+            Vec3 along = Vec3::Zero(), across = Vec3::Zero();
+            for (int i = 0; i < n; ++i) {
+                along += dN(0, i) * at(static_cast<std::size_t>(i));
+                across += dN(1, i) * at(static_cast<std::size_t>(i));
+            }
+            for (int i = 0; i < n; ++i)
+                sum[nodes[static_cast<std::size_t>(i)]] +=
+                    p.weight * N[i] * along.cross(across).norm();
+        }
+    }
+    return sum;
+}
+
+/// What a pressure of 1 in the contacts does to the nodes of a side.
+NodeLoads forces(const SurfaceContacts& contacts, bool of_slave)
+{
+    NodeLoads sum;
+    for (const SurfaceContact& c : contacts.contact)
+        for (const StencilEntry& e : of_slave ? contacts.slave(c) : contacts.master(c))
+            sum[e.node] += c.area * e.weight;
+    return sum;
+}
+
+double difference(const NodeLoads& expected, NodeLoads found)
+{
+    double worst = 0;
+    for (const auto& [node, load] : expected)
+        worst = std::max(worst, std::abs(found[node] - load));
+    for (const auto& [node, load] : found)
+        if (!expected.count(node)) worst = std::max(worst, std::abs(load));
+    return worst;
+}
+
 } // namespace
 
 TEST_CASE("areas sum to the overlap of flat faces, for all pairs of kinds")
@@ -224,55 +276,42 @@ TEST_CASE("contacts turn and move with the bodies, and do not depend on the orde
 
 TEST_CASE("a uniform pressure acts on whole faces of either side as its consistent nodal loads")
 {
-    // int N over the face, from the shape functions alone.
-    const auto loads = [](const TouchingBody& body, double z) {
-        std::map<std::int32_t, double> sum;
-        for (std::size_t f = 0; f < body.surface.faces.size(); ++f) {
-            const auto nodes = body.surface.face(f);
-            const auto at = [&](std::size_t i) {
-                return body.mesh.nodes[static_cast<std::size_t>(nodes[i])];
-            };
-            bool flat = true;
-            for (std::size_t i = 0; i < nodes.size(); ++i)
-                flat = flat && std::abs(at(i).z() - z) < 1e-9;
-            if (!flat) continue;
-            const int n = static_cast<int>(nodes.size());
-            for (const QuadraturePoint& p : face_points(n)) {
-                const FaceValues N = face_shape_values(n, p.xi);
-                const FaceGradients dN = face_shape_gradients(n, p.xi);
-                Vec3 a = Vec3::Zero(), b = Vec3::Zero();
-                for (int i = 0; i < n; ++i) {
-                    a += dN(0, i) * at(static_cast<std::size_t>(i));
-                    b += dN(1, i) * at(static_cast<std::size_t>(i));
-                }
-                for (int i = 0; i < n; ++i)
-                    sum[nodes[static_cast<std::size_t>(i)]] += p.weight * N[i] * a.cross(b).norm();
-            }
-        }
-        return sum;
-    };
-    const auto compare = [](const std::map<std::int32_t, double>& expected,
-                            std::map<std::int32_t, double> found) {
-        for (const auto& [node, load] : expected)
-            CHECK(std::abs(found[node] - load) < 1e-13);
-        for (const auto& [node, load] : found)
-            CHECK(std::abs(load - (expected.count(node) ? expected.at(node) : 0)) < 1e-13);
-    };
-    const auto forces = [](const SurfaceContacts& contacts, bool of_slave) {
-        std::map<std::int32_t, double> sum;
-        for (const SurfaceContact& c : contacts.contact)
-            for (const StencilEntry& e : of_slave ? contacts.slave(c) : contacts.master(c))
-                sum[e.node] += c.area * e.weight;
-        return sum;
-    };
     for_pairs({-0.5, -0.4, -1}, {1.6, 1.5, 0}, kTurn,
               [&](TouchingBody& slave, TouchingBody& master) {
-                  compare(loads(slave, 0), forces(contacts_of(slave, master, 1e-3), true));
+                  CHECK(difference(loads(slave, 0),
+                                   forces(contacts_of(slave, master, 1e-3), true)) < 1e-13);
               });
     for_pairs({0.3, 0.25, -1}, {0.7, 0.75, 0}, kTurn,
               [&](TouchingBody& slave, TouchingBody& master) {
-                  compare(loads(master, 0), forces(contacts_of(slave, master, 1e-3), false));
+                  CHECK(difference(loads(master, 0),
+                                   forces(contacts_of(slave, master, 1e-3), false)) < 1e-13);
               });
+}
+
+TEST_CASE("quadrilaterals that are no parallelograms take a uniform pressure as exactly")
+{
+    // Nodes inside of the flat surfaces are moved by up to a third of a cell.
+    const auto distort = [](TouchingBody& body, const Vec3& low, const Vec3& high, double most) {
+        std::mt19937 rng{5};
+        std::uniform_real_distribution<double> uniform(-most, most);
+        for (Vec3& x : body.mesh.nodes) {
+            const Eigen::Vector2d inside = (x - low).head<2>().cwiseMin((high - x).head<2>());
+            if (std::abs(x.z()) < 1e-9 && inside.minCoeff() > 1e-9)
+                x += Vec3(uniform(rng), uniform(rng), 0);
+        }
+    };
+    for (const double most : {0.0, 0.01, 0.03, 0.08})
+        for (const ElementKind kind : {ElementKind::T4, ElementKind::H8}) {
+            CAPTURE(most);
+            CAPTURE(std::string(shape_of(kind).name));
+            const Vec3 low{0.3, 0.25, -1}, high{0.7, 0.75, 0};
+            TouchingBody slave = box_body(ElementKind::H8, {0, 0, 0}, {1, 1, 0.6}, {3, 4, 2});
+            TouchingBody master = box_body(kind, low, high, {2, 3, 2});
+            distort(slave, {0, 0, 0}, {1, 1, 1}, most);
+            distort(master, low, high, most / 2);
+            CHECK(difference(loads(master, 0), forces(contacts_of(slave, master, 1e-3), false)) <
+                  1e-11);
+        }
 }
 
 TEST_CASE("a multiplier that keeps little of its area joins a neighbour; areas and places stay")
@@ -357,7 +396,7 @@ TEST_CASE("a ball over a plane: heights, normals and areas converge with the mes
     } expected[] = {
         {ElementKind::T4, 1e-14, 10, 0.6}, // nodes lie on the sphere
         {ElementKind::T10, 2e-6, 0.1, 0.12},
-        {ElementKind::H8, 2e-8, 0.1, 0.6},
+        {ElementKind::H8, 1e-9, 0.1, 0.6},
     };
     for (const auto& e : expected) {
         CAPTURE(std::string(shape_of(e.kind).name));
@@ -387,7 +426,8 @@ TEST_CASE("a ball over a plane: heights, normals and areas converge with the mes
             MESSAGE(std::string(shape_of(e.kind).name)
                     << " " << cells << ": height " << height << ", gap " << gap << ", tilt " << tilt
                     << ", area " << area);
-            CHECK(height <= std::max(1e-14, e.less_height * last[0]));
+            CHECK(height <=
+                  std::max(e.kind == ElementKind::H8 ? 1e-9 : 1e-14, e.less_height * last[0]));
             CHECK(tilt < e.less_tilt * last[1]);
             gaps.push_back(gap);
             CHECK(area < 0.35 * last[2]);

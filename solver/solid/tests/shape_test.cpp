@@ -118,6 +118,9 @@ TEST_CASE("integration points are exact up to their degree and no further")
                           {face_points(3), true, 2, 2},
                           {face_points(6), true, 2, 5},
                           {triangle_points(4), true, 2, 4},
+                          {triangle_points_along(2), true, 2, 2},
+                          {triangle_points_along(3), true, 2, 4},
+                          {triangle_points_along(5), true, 2, 8},
                           {face_points(4), false, 2, 3},
                           {square_points(3), false, 2, 5}};
     for (const Rule& rule : rules) {
