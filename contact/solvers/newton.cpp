@@ -22,6 +22,10 @@ constexpr double kFloor = 1e-12; ///< always there: stick contacts of a singular
 constexpr double kFloorOfBodies = 1e-6;
 constexpr double kShort = 0.1, kLong = 0.5;
 constexpr double kWiden = 10;
+/// Full steps may lead where W is singular and nothing holds the reactions: when they are so many
+/// times what they were, and what W's diagonal would ask for. Larger ones would say less than 1e-9
+/// of the motion, and rounding would pass for a solution.
+constexpr double kRunAway = 1e4;
 
 /// The problem in dimensionless numbers: r = s f r', u = f u' / s with one s per contact that
 /// gives each own block the mean diagonal 1, and the force f that gives q' the norm 1.
@@ -95,6 +99,8 @@ public:
         }
         return std::sqrt(sum);
     }
+
+    double size(const Eigen::VectorXd& r) const { return r.cwiseQuotient(scale_).norm() / force; }
 
     /// The Newton step in real forces, and W times it.
     /// @returns false if the matrix is singular to working precision
@@ -187,6 +193,7 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
         u = problem.W * r + problem.q;
     }
 
+    const double largest = kRunAway * std::max(1.0, scaled.size(r));
     double shift = 0;
     double recent[kMemory] = {};
     int known = 0, rejected = 0;
@@ -229,6 +236,7 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
             }
             continue;
         }
+        if (path.free && scaled.size(next_r) > largest) return PathEnd::lost;
         rejected = 0;
         r.swap(next_r);
         u.swap(next_u);

@@ -108,6 +108,10 @@ public:
     /// How far the iterate is from balance under these contact forces, relative to the forces [-].
     virtual double imbalance(const Eigen::VectorXd& force) = 0;
 
+    /// Before a dynamic step is accepted: the moment of its contacts and joints about the origin
+    /// [N m s], each at one place for both bodies. Surfaces that slide along each other, or that a
+    /// gap parts, have places of their own; acting there, forces would turn the two together.
+    virtual void take_moment(const Vec3&) {}
     /// The iterate becomes the state.
     virtual BodyEnergy accept(const Eigen::VectorXd& force) = 0;
 

@@ -271,7 +271,12 @@ BodyEnergy RigidBody::accept(const Eigen::VectorXd& contact)
             // keeps the energy of a body left alone; the spin from the turn reached.
             const Vec3 before = angular_;
             angular_ += step_.h * mean_torque_;
-            if (contact.size() == 6) angular_ += contact.tail<3>();
+            if (contact.size() == 6) {
+                const Vec3 impulse = contact.head<3>(),
+                           centre = state_.centre + step_.h * past_velocity_;
+                angular_ += contact_moment_ ? Vec3(*contact_moment_ - centre.cross(impulse))
+                                            : Vec3(contact.tail<3>());
+            }
             const Vec3 momentum = step_.rule.end * angular_ + past_angular_;
             constexpr int kTurns = 8; // each brings h |spin| of the error's digits
             Eigen::Quaterniond half = now_.turn;
@@ -295,6 +300,7 @@ BodyEnergy RigidBody::accept(const Eigen::VectorXd& contact)
             }
         }
     }
+    contact_moment_.reset();
     state_ = now_;
     e.kinetic = step_.dynamic ? kinetic_energy() : 0;
     if (driven()) { // with what moves the body itself, its weight included

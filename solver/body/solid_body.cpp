@@ -255,7 +255,7 @@ Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
     }
     const Motion& middle = theta < 1 ? between : now_;
     inner_forces(middle, inner);
-    if (hyperelastic_) last_inner_ = inner;
+    if (nonlinear_) last_inner_ = inner;
     const Eigen::VectorXd f = loads(middle, step_.start + theta * h);
     last_load_ = f;
     Eigen::VectorXd change = now_.v - state_.v;
@@ -491,10 +491,13 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
         }
         return e;
     }
-    if (conditions_.held.empty() && !input_.drive.given) keep_angular_momentum(load);
-    const Eigen::VectorXd du = now_.u - state_.u;
+    const Eigen::VectorXd du = now_.u - state_.u, dv = now_.v - state_.v,
+                          reached = mass_times(now_.v);
+    double put_back = 0;
+    if (conditions_.held.empty() && !input_.drive.given)
+        put_back = keep_angular_momentum(load, reached);
+    contact_moment_.reset();
     if (kind_ == Frame::floating) float_frame(now_);
-    const Eigen::VectorXd dv = now_.v - state_.v;
     const Eigen::VectorXd momentum = mass_times(now_.v);
     if (filtered) {
         e.dissipated = filtered_loss(momentum);
@@ -513,10 +516,11 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
     }
     // What the rule takes, (theta - 1/2) of the change's energy, and the damping.
     const double excess = step_.rule.end - 0.5;
-    if (hyperelastic_ && excess > 0) // the work of the forces that it took, less what they stored
-        e.dissipated = excess * dv.dot(momentum - momentum_) + du.dot(last_inner_);
+    if (nonlinear_ && excess > 0) // the work of the forces that it took, less what they stored
+        e.dissipated = excess * dv.dot(reached - momentum_) + du.dot(last_inner_);
     else if (excess > 0)
-        e.dissipated = excess * (dv.dot(momentum - momentum_) + du.dot(stiffness_times(du)));
+        e.dissipated = excess * (dv.dot(reached - momentum_) + du.dot(stiffness_times(du)));
+    e.dissipated -= put_back;
     if (input_.mass_damping > 0 || input_.stiffness_damping > 0) {
         const Eigen::VectorXd v = step_.rule.end * now_.v + step_.rule.start * state_.v;
         if (input_.mass_damping > 0)
@@ -532,11 +536,11 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
     if (kind_ == Frame::floating) find_spin();
     e.elastic = inner_forces(now_, inner);
     e.kinetic = kinetic_energy();
-    if (hyperelastic_) {
+    if (nonlinear_) {
         if (excess > 0) e.dissipated -= e.elastic - state_energy_;
         state_energy_ = e.elastic;
-        accept_hyperelastic();
     }
+    if (hyperelastic_) accept_hyperelastic();
     return e;
 }
 

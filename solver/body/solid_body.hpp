@@ -129,6 +129,7 @@ public:
     std::string made_energy();
     std::string remark() const override { return remark_; }
     double imbalance(const Eigen::VectorXd& force) override;
+    void take_moment(const Vec3& moment) override { contact_moment_ = moment; }
     BodyEnergy accept(const Eigen::VectorXd& force) override;
     double size() const override { return size_; }
     double speed() const override;
@@ -180,7 +181,7 @@ protected:
     Vec3 centre(const std::vector<Vec3>& x) const; ///< of mass, at places x
     void into_frame_displacements(Motion& m) const;
     void find_spin();
-    void keep_angular_momentum(const Eigen::VectorXd& load);
+    double keep_angular_momentum(const Eigen::VectorXd& load, const Eigen::VectorXd& reached);
     /// Amplitudes of the rigid modes nearest to u, of all nodes [m].
     Eigen::VectorXd mean_motion(const Eigen::VectorXd& u) const;
     /// A motion of the modes without what no contact feels.
@@ -239,10 +240,11 @@ protected:
     SolidPattern pattern_;
     std::shared_ptr<SolidMatrix> matrix_ = std::make_shared<SolidMatrix>();
     bool prepared_ = false;
-    SparseMatrix m_;           ///< mass between nodes, of each axis [kg]
-    Eigen::VectorXd weights_;  ///< of each node in the weight [kg]
-    Eigen::VectorXd momentum_; ///< of each node's shape function, of the state [kg m/s]
-    Eigen::VectorXd lumped_;   ///< 3n [kg]
+    SparseMatrix m_;                     ///< mass between nodes, of each axis [kg]
+    Eigen::VectorXd weights_;            ///< of each node in the weight [kg]
+    std::optional<Vec3> contact_moment_; ///< take_moment
+    Eigen::VectorXd momentum_;           ///< of each node's shape function, of the state [kg m/s]
+    Eigen::VectorXd lumped_;             ///< 3n [kg]
     std::vector<CorotationalElement> elements_;
     std::vector<CorotationalState> element_states_;
     std::int64_t last_version_ = 0, known_version_ = -1; ///< inner forces of a version are kept

@@ -183,35 +183,58 @@ void SolidBody::find_spin()
 }
 
 /// The rules of time-stepping lose some angular momentum of a body that turns; what loads and
-/// contacts gave it is exact, and the difference is put back as a turn of the whole.
-void SolidBody::keep_angular_momentum(const Eigen::VectorXd& load)
+/// contacts gave it is exact, and the difference is put back as a turn of the whole. All of it
+/// about the body's own centre: a load that passes there turns nothing, however fast the body
+/// flies.
+/// @param reached  momentum of the iterate's velocities
+/// @return  the energy that the turn brings [J]
+double SolidBody::keep_angular_momentum(const Eigen::VectorXd& load, const Eigen::VectorXd& reached)
 {
-    if (input_.mass_damping > 0 || input_.stiffness_damping > 0) return; // damping takes some too
-    const double h = step_.h, theta = step_.rule.filtered ? 0.5 : step_.rule.end;
-    const Vec3 about = centre(now_.x);
-    const Eigen::VectorXd contact = into_space(contact_), reached = mass_times(now_.v);
+    if (input_.mass_damping > 0 || input_.stiffness_damping > 0) return 0; // damping takes some too
+    const double h = step_.h, end = step_.rule.end, theta = step_.rule.filtered ? 0.5 : end;
+    const auto sum = [](const Eigen::VectorXd& v) {
+        return Vec3(Eigen::Map<const Eigen::Matrix3Xd>(v.data(), 3, v.size() / 3).rowwise().sum());
+    };
+    // The centre of the consistent mass: a turn about it has no momentum.
+    const double mass = weights_.sum();
+    const auto centre_of = [&](const std::vector<Vec3>& x) {
+        return Vec3(Eigen::Map<const Eigen::Matrix3Xd>(x.front().data(), 3, weights_.size()) *
+                    weights_ / mass);
+    };
+    const Vec3 x0 = centre_of(state_.x), x1 = centre_of(now_.x);
+    const Eigen::VectorXd contact = into_space(contact_);
     Eigen::VectorXd arms(now_.v.size());
-    Vec3 missing = Vec3::Zero();
+    Vec3 own = Vec3::Zero(), missing = Vec3::Zero(); // own: of contacts where the nodes go
     for (std::size_t i = 0; i < now_.x.size(); ++i) {
-        const Vec3 arm = now_.x[i] - about, before = state_.x[i] - about;
+        const Vec3 arm = now_.x[i] - x1, before = state_.x[i] - x0;
         missing += before.cross(Vec3(momentum_.segment<3>(at3(i)))) +
-                   ((1 - theta) * before + theta * arm).cross(h * Vec3(load.segment<3>(at3(i)))) +
-                   arm.cross(Vec3(contact.segment<3>(at3(i)) - reached.segment<3>(at3(i))));
+                   ((1 - theta) * before + theta * arm).cross(h * Vec3(load.segment<3>(at3(i)))) -
+                   arm.cross(Vec3(reached.segment<3>(at3(i))));
+        own += arm.cross(Vec3(contact.segment<3>(at3(i))));
         arms.segment<3>(at3(i)) = arm;
     }
+    // As a rigid body: the centre goes on to x1 with a share of the end velocity, whose momentum
+    // has no moment about it.
+    const Vec3 passed = x1 - h * end / mass * sum(reached);
+    missing += contact_moment_ ? Vec3(*contact_moment_ - passed.cross(sum(contact))) : own;
     const Eigen::VectorXd weighted = mass_times(arms);
     Mat3 S = Mat3::Zero();
-    for (std::size_t i = 0; i < now_.x.size(); ++i)
-        S += arms.segment<3>(at3(i)) * weighted.segment<3>(at3(i)).transpose();
+    Vec3 momentum = Vec3::Zero();
+    for (std::size_t i = 0; i < now_.x.size(); ++i) {
+        const Vec3 arm = arms.segment<3>(at3(i));
+        S += arm * weighted.segment<3>(at3(i)).transpose();
+        momentum += arm.cross(Vec3(reached.segment<3>(at3(i))));
+    }
     const Mat3 inertia = S.trace() * Mat3::Identity() - 0.5 * (S + S.transpose());
     const Vec3 spin = inertia.inverse() * missing;
     for (std::size_t i = 0; i < now_.x.size(); ++i)
         now_.v.segment<3>(at3(i)) += spin.cross(Vec3(arms.segment<3>(at3(i))));
+    return spin.dot(momentum + 0.5 * missing);
 }
 
 double SolidBody::speed() const
 {
-    if (state_.v.size() == 0) return 0;
+    if (!step_.dynamic || state_.v.size() == 0) return 0;
     return Eigen::Map<const Eigen::Matrix3Xd>(state_.v.data(), 3, state_.v.size() / 3)
         .colwise()
         .norm()

@@ -175,6 +175,9 @@ void SolidBody::set_state(std::span<const double> s)
         begin_hyperelastic();
         Eigen::VectorXd f;
         inner_forces(state_, f); // of which stresses are told
+    } else if (corotational_) {
+        Eigen::VectorXd f;
+        state_energy_ = inner_forces(state_, f);
     }
     find_spin();
     if (material_.density > 0) momentum_ = mass_times(state_.v);

@@ -93,7 +93,7 @@ void BodyStepper::assemble()
 {
     const Stopwatch watch;
     const Contacts k = contacts();
-    make_rows(k, rows_);
+    choose_rows(all_, rows_);
     const int n_contacts = int(list_.contact.size());
     const std::size_t n = rows_.chosen.size();
     problem_.mu.resize(Eigen::Index(n));

@@ -32,17 +32,59 @@ std::array<Side, 2> sides_of(const Contacts& k, int c)
     }
     const Coupling& joint = k.couplings[std::size_t(c - contacts)];
     const CouplingRow& row = k.joints[std::size_t(c - contacts)];
-    s[0] = {joint.a.body, {joint.a.nodes, row.point_a}, 1};
+    s[0] = {joint.a.body, {row.nodes_a.empty() ? joint.a.nodes : row.nodes_a, row.point_a}, 1};
     s[1] = {joint.b.body, {joint.b.nodes, row.point_b}, -1};
     return s;
 }
 
+namespace {
+
+/// Columns that come one after the other, each as its entries in any order.
+class ColumnList {
+public:
+    void add(std::vector<Eigen::Triplet<double>>& column)
+    {
+        const auto before = [](const auto& a, const auto& b) { return a.row() < b.row(); };
+        if (!std::is_sorted(column.begin(), column.end(), before))
+            std::stable_sort(column.begin(), column.end(), before);
+        for (const auto& entry : column) {
+            if (std::size_t(outer_.back()) < inner_.size() && inner_.back() == entry.row()) {
+                value_.back() += entry.value();
+                continue;
+            }
+            inner_.push_back(entry.row());
+            value_.push_back(entry.value());
+        }
+        outer_.push_back(int(inner_.size()));
+    }
+    /// Adds a column of another matrix.
+    void add(const SparseColumns& from, Eigen::Index column)
+    {
+        const int begin = from.outerIndexPtr()[column], end = from.outerIndexPtr()[column + 1];
+        inner_.insert(inner_.end(), from.innerIndexPtr() + begin, from.innerIndexPtr() + end);
+        value_.insert(value_.end(), from.valuePtr() + begin, from.valuePtr() + end);
+        outer_.push_back(int(inner_.size()));
+    }
+    SparseColumns matrix(Eigen::Index rows) const
+    {
+        return Eigen::Map<const SparseColumns>(rows, Eigen::Index(outer_.size()) - 1,
+                                               Eigen::Index(inner_.size()), outer_.data(),
+                                               inner_.data(), value_.data());
+    }
+
+private:
+    std::vector<int> outer_{0}, inner_;
+    std::vector<double> value_;
+};
+
+} // namespace
+
 void make_rows(const Contacts& k, Rows& p)
 {
     const std::size_t bodies = k.bodies.size();
-    p.columns.assign(bodies, {});
     p.row.assign(bodies, {});
-    std::vector<std::vector<Eigen::Triplet<double>>> triplets(bodies);
+    std::vector<ColumnList> columns(bodies);
+    std::vector<Eigen::Triplet<double>> column;
     const int contacts = int(k.all.contact.size());
     p.count = 0;
     p.first.clear();
@@ -57,15 +99,46 @@ void make_rows(const Contacts& k, Rows& p)
             for (int i = 0; i < n; ++i) {
                 const Vec3 d = joint ? k.joints[std::size_t(c - contacts)].direction
                                      : Vec3(k.all.contact[std::size_t(c)].frame.col(i));
-                k.bodies[b].body->add_column(s.place, d, s.sign, int(p.row[b].size()), triplets[b]);
+                column.clear();
+                k.bodies[b].body->add_column(s.place, d, s.sign, 0, column);
+                columns[b].add(column);
                 p.row[b].push_back(p.count + i);
             }
         }
         p.count += n;
     }
-    for (std::size_t b = 0; b < bodies; ++b) {
-        p.columns[b].resize(k.bodies[b].body->unknowns(), Eigen::Index(p.row[b].size()));
-        p.columns[b].setFromTriplets(triplets[b].begin(), triplets[b].end());
+    p.columns.clear();
+    for (std::size_t b = 0; b < bodies; ++b)
+        p.columns.push_back(columns[b].matrix(k.bodies[b].body->unknowns()));
+}
+
+void choose_rows(const Rows& all, Rows& p)
+{
+    if (p.chosen == all.chosen) {
+        p = all;
+        return;
+    }
+    std::vector<int> now(std::size_t(all.count), -1); // of each row of all
+    p.count = 0;
+    p.first.clear();
+    for (const int c : p.chosen) {
+        const auto i = std::size_t(c);
+        const int end = i + 1 < all.first.size() ? all.first[i + 1] : all.count;
+        p.first.push_back(p.count);
+        for (int row = all.first[i]; row < end; ++row)
+            now[std::size_t(row)] = p.count++;
+    }
+    p.row.assign(all.row.size(), {});
+    p.columns.clear();
+    for (std::size_t b = 0; b < all.row.size(); ++b) {
+        ColumnList columns;
+        for (std::size_t j = 0; j < all.row[b].size(); ++j) {
+            const int row = now[std::size_t(all.row[b][j])];
+            if (row < 0) continue;
+            p.row[b].push_back(row);
+            columns.add(all.columns[b], Eigen::Index(j));
+        }
+        p.columns.push_back(columns.matrix(all.columns[b].rows()));
     }
 }
 

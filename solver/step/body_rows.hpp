@@ -43,6 +43,10 @@ std::array<Side, 2> sides_of(const Contacts& k, int c);
 /// The rows of p.chosen, into the rest of p.
 void make_rows(const Contacts& k, Rows& p);
 
+/// The same, of rows that are there for every contact and coupling.
+/// @param p  its `chosen` is given, ascending
+void choose_rows(const Rows& all, Rows& p);
+
 /// Value of every row at the iterate: gap and slip (quasi-static), or what the velocity at the end
 /// must not fall below and the velocity of slip (dynamic).
 /// @param all  of every contact and coupling, three numbers each

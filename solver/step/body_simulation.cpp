@@ -8,6 +8,7 @@
 #include "solver/body/solid_body.hpp"
 #include "solver/step/body_build.hpp"
 #include "solver/step/body_record.hpp"
+#include "solver/step/couplings.hpp"
 #include "solver/step/recorded_problem.hpp"
 #include "solver/step/run_summary.hpp"
 
@@ -300,6 +301,7 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         if (s.dynamic()) {
             for (const BodyRef& b : s.system->refs)
                 s.kinetic_start += b.body->kinetic_energy();
+            s.elastic_start += spring_energy(s.system->refs, s.system->couplings);
         }
         s.started = true;
         s.elastic_start += s.energy.elastic;

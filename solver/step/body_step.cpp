@@ -259,18 +259,31 @@ void BodyStepper::fill_report()
     report_.coupling_force.assign(system_.couplings.size(), 0);
     const double per_force = step_.dynamic ? 1 / step_.h : 1;
     std::vector<Vec3> on_body(bodies(), Vec3::Zero()), torque(bodies(), Vec3::Zero());
+    std::vector<Vec3> moment(bodies(), Vec3::Zero());
     for (int c = 0; c < n_contacts + int(system_.couplings.size()); ++c) {
         const auto at = force_.find(key(c));
         const Vec3 f = at == force_.end() ? Vec3(Vec3::Zero()) : at->second;
+        const Vec3 place = step_.dynamic && !f.isZero(0) ? common_place(c) : Vec3(Vec3::Zero());
         for (const Side& side : sides_of(contacts(), c)) {
             if (side.body < 0 || f.isZero(0)) continue;
             const Vec3 on =
                 side.sign * per_force *
                 (c < n_contacts ? f : Vec3(f.x() * joints_[std::size_t(c - n_contacts)].direction));
             on_body[std::size_t(side.body)] += on;
+            moment[std::size_t(side.body)] += step_.h * place.cross(on);
             torque[std::size_t(side.body)] += side.place.point.cross(on);
         }
         if (c >= n_contacts) {
+            const Coupling& joint = system_.couplings[std::size_t(c - n_contacts)];
+            if (step_.dynamic && joint.softness > 0) { // its force is that of the end of the step
+                double stretched = 0;
+                for (const Side& side : sides_of(contacts(), c))
+                    if (side.body >= 0)
+                        stretched +=
+                            side.sign * joints_[std::size_t(c - n_contacts)].direction.dot(
+                                            body(std::size_t(side.body)).displacement(side.place));
+                report_.energy.dissipated += 0.5 * stretched * stretched / joint.softness;
+            }
             report_.coupling_force[std::size_t(c - n_contacts)] = per_force * f.x();
             continue;
         }
@@ -285,8 +298,29 @@ void BodyStepper::fill_report()
         report_.friction -= tangential.dot(d);
         report_.normal_work += n.dot(force) * n.dot(d);
     }
-    for (std::size_t b = 0; b < bodies(); ++b)
+    for (std::size_t b = 0; b < bodies(); ++b) {
         if (RigidBody* rigid = system_.refs[b].rigid) rigid->carry(on_body[b], torque[b]);
+        if (step_.dynamic) body(b).take_moment(moment[b]);
+    }
+}
+
+/// Where a contact's force, or a joint's, acts on both of its bodies: where they met, moved on as
+/// both were moving. Of one rigid body alone, against what stands or is led, as its centre was.
+Vec3 BodyStepper::common_place(int c) const
+{
+    Vec3 place = Vec3::Zero(), moved = Vec3::Zero();
+    int sides = 0;
+    const RigidBody* rigid = nullptr;
+    for (const Side& side : sides_of(contacts(), c)) {
+        if (side.body < 0 || fixed(std::size_t(side.body))) continue;
+        place = side.place.point;
+        moved += body(std::size_t(side.body)).past_velocity(side.place);
+        rigid = system_.refs[std::size_t(side.body)].rigid;
+        ++sides;
+    }
+    if (sides == 1 && rigid) moved = rigid->past_velocity({{}, rigid->centre()});
+    if (c < int(list_.contact.size())) place = list_.contact[std::size_t(c)].point;
+    return place + step_.h / std::max(sides, 1) * moved;
 }
 
 /// Some body's iterate is none: the step is refused with its words.
@@ -375,6 +409,7 @@ bool BodyStepper::run()
         report_.energy.elastic += e.elastic;
         report_.energy.kinetic += e.kinetic;
     }
+    report_.energy.elastic += spring_energy(system_.refs, system_.couplings);
     system_.warm = force_;
     system_.warm_sticks = sticks_;
     report_.recorded = std::move(problem_);

@@ -42,6 +42,7 @@ private:
     void find();
     void follow_contacts();
     Vec3 moved(const BodyContact& c) const;
+    Vec3 common_place(int c) const;
     bool solve();
     void assemble();
     bool goes_by_bodies() const;

@@ -2,6 +2,7 @@
 
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/solid_body.hpp"
+#include "solver/solid/corotational.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -9,11 +10,26 @@
 namespace amontons {
 namespace {
 
-Eigen::Quaterniond turn_of(const std::vector<BodyRef>& bodies, int body)
+/// Edges of the tetrahedron that a solid's anchor stands in.
+Mat3 edges(std::span<const StencilEntry> nodes, std::span<const Vec3> places)
 {
-    if (body < 0) return Eigen::Quaterniond::Identity();
-    const BodyRef& b = bodies[std::size_t(body)];
-    return b.rigid ? b.rigid->placement().turn : b.solid->frame().turn;
+    Mat3 J;
+    for (std::size_t i = 0; i < 3; ++i)
+        J.col(Eigen::Index(i)) =
+            places[std::size_t(nodes[i + 1].node)] - places[std::size_t(nodes[0].node)];
+    return J;
+}
+
+/// How a body has turned where an anchor is.
+Eigen::Quaterniond turn_of(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor)
+{
+    if (anchor.body < 0) return Eigen::Quaterniond::Identity();
+    const BodyRef& b = bodies[std::size_t(anchor.body)];
+    if (b.rigid) return b.rigid->placement().turn;
+    if (!b.solid->nonlinear()) return b.solid->frame().turn;
+    const Mat3 F = edges(anchor.nodes, b.solid->places()) *
+                   edges(anchor.nodes, b.solid->mesh().nodes).inverse();
+    return Eigen::Quaterniond(polar_rotation(F));
 }
 
 /// The corner nodes of the element that is nearest to x, with the weights that make x of them.
@@ -35,7 +51,11 @@ std::vector<StencilEntry> nodes_at(const SolidBody& solid, const Vec3& x, double
             J.col(i) = place(i + 1) - place(0);
         const Vec3 l = J.inverse() * (x - place(0));
         const double w[] = {1 - l.sum(), l.x(), l.y(), l.z()};
-        const double out = std::max({0.0, -w[0], -w[1], -w[2], -w[3]}) * J.norm();
+        // To the point of the element with the nearest weights, which are at most 1.
+        Vec3 inside = l.cwiseMax(0);
+        inside = kind == ElementKind::H8 ? Vec3(inside.cwiseMin(1))
+                                         : Vec3(inside / std::max(1.0, inside.sum()));
+        const double out = (J * (l - inside)).norm();
         if (out < least) {
             least = out;
             best.clear();
@@ -66,10 +86,34 @@ CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c)
     row.point_a = anchor_point(bodies, c.a);
     row.point_b = anchor_point(bodies, c.b);
     const Vec3 between = row.point_a - row.point_b;
-    row.direction = turn_of(bodies, c.a.body) * c.axis;
+    row.direction = turn_of(bodies, c.a) * c.axis;
     if (c.along_line && between.norm() > 0) row.direction = between.normalized();
     row.value = row.direction.dot(between) - c.rest;
+    // A direction that turns with a, of a place that slides along it: the row's derivative by a's
+    // turn is that of a's place at b. Two places would make a couple of the row's two forces.
+    if (!c.along_line && c.a.nodes.empty()) row.point_a = row.point_b;
+    if (c.slides && !c.a.nodes.empty()) {
+        const std::span<const Vec3> x = bodies[std::size_t(c.a.body)].solid->places();
+        const Vec3 l =
+            edges(c.a.nodes, x).inverse() * (row.point_b - x[std::size_t(c.a.nodes[0].node)]);
+        const double weight[] = {1 - l.sum(), l.x(), l.y(), l.z()};
+        row.nodes_a = c.a.nodes;
+        for (std::size_t i = 0; i < row.nodes_a.size(); ++i)
+            row.nodes_a[i].weight = weight[i];
+        row.point_a = row.point_b;
+    }
     return row;
+}
+
+double spring_energy(const std::vector<BodyRef>& bodies, const std::vector<Coupling>& couplings)
+{
+    double sum = 0;
+    for (const Coupling& c : couplings)
+        if (c.softness > 0) {
+            const double value = coupling_row(bodies, c).value;
+            sum += 0.5 * value * value / c.softness;
+        }
+    return sum;
 }
 
 std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyRef>& bodies)
@@ -98,18 +142,27 @@ std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyR
             }
             double away = 0;
             a.nodes = nodes_at(*b.solid, x, away);
-            if (away > 0.5 * b.body->size())
-                issues.push_back({scene.file, fmt::format("/couplings/{}/at", k),
+            // Of the places that the scene names; a joint's rows share them.
+            const bool named = x == c.at || (c.to && x == *c.to);
+            if (named && away > 0.5 * b.body->size()) {
+                const Issue issue{scene.file,
+                                  fmt::format("/couplings/{}/{}", k, x == c.at ? "at" : "to"),
                                   fmt::format("a place {:.3g} m from \"{}\"", away, b.name),
-                                  "a place on or in the body"});
+                                  "a place on or in the body"};
+                if (std::ranges::none_of(issues, [&](const Issue& told) {
+                        return told.place == issue.place && told.found == issue.found;
+                    }))
+                    issues.push_back(issue);
+            }
             return a;
         };
-        const Eigen::Quaterniond back = turn_of(bodies, index[0]).conjugate();
+        const bool slides = c.kind == "slider";
         const auto add = [&](const Vec3& x, const Vec3& axis) {
             Coupling row;
             row.a = anchor(index[0], x);
             row.b = anchor(index[1], x);
-            row.axis = back * axis;
+            row.axis = turn_of(bodies, row.a).conjugate() * axis;
+            row.slides = slides;
             row.input = int(k);
             rows.push_back(row);
         };
@@ -123,13 +176,13 @@ std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyR
             row.along_line = true;
             row.rest = c.length.value_or((c.at - *c.to).norm());
             row.softness = 1 / c.stiffness;
-            row.axis = back * ((c.at - *c.to).norm() > 0 ? Vec3((c.at - *c.to).normalized()) : n);
+            row.axis = turn_of(bodies, row.a).conjugate() *
+                       ((c.at - *c.to).norm() > 0 ? Vec3((c.at - *c.to).normalized()) : n);
             row.input = int(k);
             rows.push_back(row);
             continue;
         }
         const bool turns = c.kind == "ball";
-        const bool slides = c.kind == "slider";
         add(c.at, s);
         add(c.at, t);
         if (!slides) add(c.at, n);

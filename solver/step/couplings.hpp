@@ -18,6 +18,7 @@ struct Coupling {
     CoupledPlace a, b;
     Vec3 axis = Vec3::UnitX(); ///< in body a's frame
     bool along_line = false;
+    bool slides = false; ///< the anchors may come apart along the axis
     double rest = 0;     ///< value at which the row is at rest [m]
     double softness = 0; ///< 1 / stiffness; 0: rigid [m/N]
     int input = 0;       ///< of the scene's couplings
@@ -30,9 +31,13 @@ Vec3 anchor_point(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor
 struct CouplingRow {
     Vec3 direction;
     double value = 0;
-    Vec3 point_a, point_b;
+    Vec3 point_a, point_b;             ///< where its forces act
+    std::vector<StencilEntry> nodes_a; ///< instead of the anchor's, where a solid slides
 };
 CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& coupling);
+
+/// What the springs hold at the iterate [J].
+double spring_energy(const std::vector<BodyRef>& bodies, const std::vector<Coupling>& couplings);
 
 /// The rows of the scene's couplings, as the bodies stand.
 /// @throws InputError  if a solid has no node near the place

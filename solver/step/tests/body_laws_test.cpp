@@ -328,3 +328,195 @@ TEST_CASE("where pairs have no names, what touches a body carries its weight all
     CHECK((r.vector("low_contact_force") - Vec3(0, 0, 2 * 9.81)).norm() < 1e-6);
     CHECK((r.vector("top_contact_force") - Vec3(0, 0, 3 * 9.81)).norm() < 1e-6);
 }
+
+namespace {
+
+/// Two bodies that spin and fly into each other, and nothing else.
+std::string flying(const std::string& a, const std::string& b, const std::string& between,
+                   double theta)
+{
+    const char* const start_a = R"("start": {"velocity": [1, 0.1, 0.2], "spin": [3, -2, 5]})";
+    const char* const start_b =
+        R"("start": {"place": [0.16, 0.03, 0.02], "velocity": [-1, 0, 0], "spin": [1, 6, -2]})";
+    return fmt::format(R"("bodies": {{"a": {{{}, {}}}, "b": {{{}, {}}}}}, {},
+        "time": {{"kind": "dynamic", "step": 0.002, "end": 0.1, "theta": {}}})",
+                       a, start_a, b, start_b, between, theta);
+}
+
+const std::string kRigidBox =
+    R"("kind": "rigid", "density": 1000, "shape": {"generate": "box", "size": [0.1, 0.1, 0.1]})";
+
+std::string elastic_box(const char* element, const char* motion)
+{
+    return fmt::format(R"("kind": "solid", "mesh": {{"generate": "box", "size": [0.1, 0.12, 0.1],
+        "cells": [1, 2, 1], "element": "{}"}}, "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+        "density": 1000, "motion": "{}")",
+                       element, motion);
+}
+
+void check_momenta(const Result& r)
+{
+    REQUIRE(r.summary.message == "");
+    // Of each body, about [kg m/s, kg m^2/s].
+    const double p = 1, L = std::max(0.01, r.vector("angular_momentum", 0).norm());
+    for (std::size_t step = 1; step < r.records.size(); ++step) {
+        CHECK((r.vector("momentum", step) - r.vector("momentum", 0)).norm() < 1e-10 * p);
+        CHECK((r.vector("angular_momentum", step) - r.vector("angular_momentum", 0)).norm() <
+              1e-10 * L);
+    }
+}
+
+} // namespace
+
+TEST_CASE("bodies that fly into each other and rub keep their momenta, whatever they are made of")
+{
+    const std::string rub = R"("contact": [{"between": ["a", "b"], "friction": 0.4}])";
+    const std::string bodies[] = {kRigidBox, elastic_box("T4", "linear"),
+                                  elastic_box("H8", "linear"), elastic_box("T10", "linear"),
+                                  elastic_box("T10", "corotational")};
+    for (const std::string& b : bodies)
+        for (const double theta : {1.0, 0.5})
+            for (const std::string& a : {kRigidBox, bodies[3]}) {
+                CAPTURE(a);
+                CAPTURE(b);
+                CAPTURE(theta);
+                const Result r = run(flying(a, b, rub, theta));
+                check_momenta(r);
+                CHECK(r.summary.contacts_max > 0);
+                if (theta == 1) CHECK(r.summary.energy.friction > 0);
+            }
+}
+
+TEST_CASE("bodies that are joined keep their momenta; joints make no energy")
+{
+    for (const char* kind : {"ball", "hinge", "slider", "weld"})
+        for (const double theta : {1.0, 0.5}) {
+            CAPTURE(std::string(kind));
+            CAPTURE(theta);
+            // As one body, until one slides.
+            const Result r =
+                run(fmt::format(R"("bodies": {{
+                "a": {{{}, "start": {{"velocity": [1, 0.1, 0.2], "spin": [3, -2, 5]}}}},
+                "b": {{{}, "start": {{"place": [0.16, 0, 0], "velocity": [1, 0.9, 0.52],
+                                      "spin": [3, -2, 5]}}}}}},
+                "couplings": [{{"kind": "{}", "between": ["a", "b"], "at": [0.08, 0, 0],
+                                "axis": [1, 0, 0]}}], {})",
+                                kRigidBox, kRigidBox, kind, dynamic(0.002, 0.2, theta)));
+            check_momenta(r);
+            const double energy = 0.5 * (1.05 + 1 + 0.81 + 0.27 + 0.13);
+            CHECK(r.summary.energy.kinetic < 1e-3 * energy);
+            CHECK(r.summary.energy.kinetic > -0.1 * energy);
+        }
+}
+
+TEST_CASE("a rail that turns takes along what slides on it, of whatever it is made")
+{
+    for (const char* motion : {"", "linear", "corotational"}) {
+        CAPTURE(std::string(motion));
+        const bool rigid = *motion == 0;
+        const std::string rail = rigid ? kRigidBox : elastic_box("H8", motion);
+        const Result r = run(fmt::format(
+            R"("bodies": {{"a": {{{}, "start": {{"spin": [0, 0, 10]}}}},
+                "b": {{{}, "start": {{"place": [0.11, 0, 0], "velocity": [0, 1.1, 0],
+                                      "spin": [0, 0, 10]}}}}}},
+            "couplings": [{{"kind": "slider", "between": ["a", "b"], "at": [0.055, 0, 0],
+                            "axis": [1, 0, 0]}}],
+            "time": {{"kind": "dynamic", "step": 0.001, "end": 0.15, "theta": 0.5}})",
+            rail, kRigidBox));
+        check_momenta(r);
+        const double mass = rigid ? 1 : 1.2, time = 0.15; // of a; b's is 1
+        const Vec3 p = r.vector("momentum", 0), x = r.vector("b"), v = r.vector("b_velocity");
+        const Vec3 arm = x - (Vec3(0.11, 0, 0) + p * time - x) / mass, away = v - (p - v) / mass;
+        CHECK(arm.norm() > 0.15);
+        CHECK(arm.normalized().x() < 0.7); // it has turned
+        const Vec3 carried = r.vector("b_spin").cross(arm);
+        CHECK((away - carried).cross(arm).norm() < 0.06 * carried.cross(arm).norm());
+    }
+}
+
+TEST_CASE("what a spring holds is in the balance of energy")
+{
+    for (const double theta : {1.0, 0.5}) {
+        CAPTURE(theta);
+        const Result r = run(fmt::format(R"("bodies": {{
+            "a": {{{}, "start": {{"velocity": [0, 0.5, 0], "spin": [0, 0, 5]}}}},
+            "b": {{{}, "start": {{"place": [0.5, 0, 0], "velocity": [0, -0.5, 0]}}}}}},
+            "couplings": [{{"kind": "spring", "between": ["a", "b"], "at": [0, 0, 0],
+                            "to": [0.45, 0, 0], "stiffness": 300, "length": 0.3}}], {})",
+                                         kRigidBox, kRigidBox, dynamic(0.001, 0.1, theta)));
+        check_momenta(r);
+        const EnergyRecord& e = r.summary.energy;
+        CHECK(e.elastic < -1); // of 3.4 J
+        CHECK(std::abs(e.error()) < 0.01 * std::abs(e.elastic));
+    }
+}
+
+TEST_CASE("a corotational solid that spins freely loses nothing, and nothing is said to be lost")
+{
+    const Result r = run(fmt::format(
+        R"("bodies": {{"a": {{{}, "start": {{"velocity": [1, 0, 0], "spin": [3, -2, 5]}}}}}},
+        "time": {{"kind": "dynamic", "step": 0.002, "end": 0.1}})",
+        elastic_box("H8", "corotational")));
+    REQUIRE(r.summary.message == "");
+    const EnergyRecord& e = r.summary.energy;
+    for (const double change : {e.kinetic, e.elastic, e.released, e.error()})
+        CHECK(std::abs(change) < 1e-5 * 0.6); // of a body of 1.2 kg that flies at 1 m/s
+}
+
+TEST_CASE("a solid thrown through the air turns as it did when it was thrown: not at all")
+{
+    for (const char* motion : {"linear", "corotational"}) {
+        CAPTURE(std::string(motion));
+        const Result r = run(fmt::format(
+            R"("bodies": {{"a": {{{}, "start": {{"velocity": [10, 0, 0]}}}}}}, "gravity": [0, 0, -9.81],
+            "time": {{"kind": "dynamic", "step": 0.01, "end": 0.3}})",
+            elastic_box("T10", motion)));
+        REQUIRE(r.summary.message == "");
+        for (const Field& f : r.simulation->body_records()[0].point_fields)
+            if (f.name == "displacement")
+                for (std::size_t i = 3; i < f.values.size(); ++i)
+                    CHECK(std::abs(f.values[i] - f.values[i - 3]) < 1e-9);
+    }
+}
+
+TEST_CASE("forces of a system with more joints and contacts than it needs stay of the loads' size")
+{
+    // Two welded boxes side by side on a floor: contacts between the two and the weld hold each
+    // other with any force. So do a floor and a rail on it.
+    const std::string floor = R"("floor": {"kind": "obstacle", "surface": {"generate": "plane"}})",
+                      law = R"("contact": [{"between": ["*", "*"], "friction": 0.5}],
+        "gravity": [0, 0, -9.81], "time": {"kind": "dynamic", "step": 0.01, "end": 0.5})";
+    const std::string scenes[] = {
+        fmt::format(R"("bodies": {{{}, "a": {{{}, "start": {{"place": [0, 0, 0.05]}}}},
+            "b": {{{}, "start": {{"place": [0.1, 0, 0.05]}}}}}}, {},
+            "couplings": [{{"kind": "weld", "between": ["a", "b"], "at": [0.05, 0, 0.05]}}])",
+                    floor, kRigidBox, kRigidBox, law),
+        fmt::format(R"("bodies": {{{}, "a": {{{}, "force": [6, 0, 0],
+            "start": {{"place": [0, 0, 0.05]}}}}}}, {},
+            "couplings": [{{"kind": "slider", "between": ["a", "world"], "at": [0, 0, 0.05],
+                            "axis": [1, 0, 0]}}])",
+                    floor, kRigidBox, law)};
+    for (const std::string& scene : scenes) {
+        CAPTURE(scene);
+        const Result r = run(scene);
+        REQUIRE(r.summary.message == "");
+        CHECK(r.summary.worst_error < 1e-8);
+        for (const StepRecord& record : r.records)
+            for (const ContactRecord& c : record.contacts)
+                CHECK(c.force.norm() < 1e5); // a box weighs 9.81 N
+    }
+}
+
+TEST_CASE("a joint far from its body is refused, once")
+{
+    try {
+        run(fmt::format(R"("bodies": {{"a": {{{}}}}}, "couplings":
+            [{{"kind": "hinge", "between": ["a", "world"], "at": [5, 0, 0]}}],
+            "time": {{"kind": "dynamic", "step": 0.01, "end": 0.1}})",
+                        elastic_box("T4", "linear")));
+        FAIL("accepted");
+    } catch (const InputError& error) {
+        REQUIRE(error.issues().size() == 1);
+        CHECK(error.issues()[0].place == "/couplings/0/at");
+    }
+}

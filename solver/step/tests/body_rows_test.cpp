@@ -43,3 +43,33 @@ TEST_CASE("sparse W of many bodies is the sum of what each of them says")
           1e-14 * expected.cwiseAbs().maxCoeff());
     CHECK(sum.sparse().nonZeros() < rows.count * 10);
 }
+
+TEST_CASE("rows of some contacts are those of all, and in their order")
+{
+    // Four contacts of 3, 1, 3 and 1 rows: the first on body 0, the second on both, the others on
+    // body 1, the third on both of its sides.
+    Rows all;
+    all.chosen = {0, 1, 2, 3};
+    all.first = {0, 3, 4, 7};
+    all.count = 8;
+    all.row = {{0, 1, 2, 3}, {3, 4, 5, 6, 4, 5, 6, 7}};
+    for (const std::vector<int>& own : all.row) {
+        Eigen::MatrixXd C = Eigen::MatrixXd::Zero(5, Eigen::Index(own.size()));
+        for (Eigen::Index j = 0; j < C.cols(); ++j)
+            C(j % 5, j) = C((3 * j + 1) % 5, j) = double(10 * C.cols() + j);
+        all.columns.emplace_back(C.sparseView());
+    }
+    Rows some;
+    some.chosen = {1, 2};
+    choose_rows(all, some);
+    CHECK(some.count == 4);
+    CHECK(some.first == std::vector<int>{0, 1});
+    CHECK(some.row == std::vector<std::vector<int>>{{0}, {0, 1, 2, 3, 1, 2, 3}});
+    const Eigen::MatrixXd first = all.columns[0], second = all.columns[1];
+    CHECK(Eigen::MatrixXd(some.columns[0]) == first.rightCols(1));
+    CHECK(Eigen::MatrixXd(some.columns[1]) == second.leftCols(7));
+    some.chosen = all.chosen;
+    choose_rows(all, some);
+    CHECK(some.first == all.first);
+    CHECK(Eigen::MatrixXd(some.columns[1]) == second);
+}
