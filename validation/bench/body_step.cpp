@@ -118,11 +118,13 @@ std::string pile(int around)
                        bodies, kPlain);
 }
 
-/// A coarse foot of 49 contacts under a block of n cells a side, dragged.
-std::string mesh(int n)
+/// A coarse foot of 49 contacts under a block of n x n cells and some layers of the same, dragged.
+std::string mesh(int n, int layers, double step)
 {
+    const double height = double(layers) / n;
     return fmt::format(R"("bodies": {{"block": {{"kind": "solid", "mesh": {{"generate": "box",
-        "size": [1, 1, 1], "cells": [{0}, {0}, {0}], "element": "T4"}}, "youngs_modulus": 1e6,
+        "size": [1, 1, {2}], "centre": [0, 0, {3}], "cells": [{0}, {0}, {4}], "element": "T4"}},
+        "youngs_modulus": 1e6,
         "poisson_ratio": 0.3, "hold": [{{"set": "z_max"}}]}},
         "foot": {{"kind": "solid", "mesh": {{"generate": "box", "size": [0.5, 0.5, 0.1],
         "cells": [6, 6, 1], "element": "T4"}}, "youngs_modulus": 1e6, "poisson_ratio": 0.3,
@@ -130,8 +132,8 @@ std::string mesh(int n)
         "hold": [{{"set": "z_min", "x": [[0, 0], [1, 0.003]], "y": 0, "z": [[0, 0.001], [1, 0.002]]}}]}}}},
         "contact": [{{"between": ["foot", "block"], "surfaces": ["z_max", "z_min"], "friction": 0.3,
                       "sliding": "small"}}],
-        "time": {{"step": 0.02, "end": 1}}, {1})",
-                       n, kPlain);
+        "time": {{"step": {5}, "end": 1}}, {1})",
+                       n, kPlain, height, 0.5 * (height - 1), layers, step);
 }
 
 void measure(FILE* csv, const std::string& part, const std::string& name, const std::string& rest,
@@ -191,8 +193,11 @@ try {
     measure(csv, part, "pile of 30 balls", pile(8), 50);
     measure(csv, part, "pile of 30 large balls", pile(10), 50);
     for (const int n : {16, 26, 36})
-        measure(csv, part, "mesh", mesh(n), 10);
-    if (part == "mesh large") measure(csv, part, "mesh large", mesh(58), 10); // 10 GB
+        measure(csv, part, "mesh", mesh(n, n, 0.02), 10);
+    if (part == "mesh large") measure(csv, part, "mesh large", mesh(58, 58, 0.02), 10); // 10 GB
+    // The surfaces of these cubes, all that their steps see, on slabs whose factor takes seconds.
+    for (const int n : {16, 26, 36, 58})
+        measure(csv, part, fmt::format("slab of {} x {}", n, n), mesh(n, 4, 0.004), 50);
     std::fclose(csv);
     return 0;
 } catch (const InputError& error) {
