@@ -1,5 +1,9 @@
 #include "solver/beam/element.hpp"
 
+#include "solver/beam/table_law.hpp"
+
+#include <cmath>
+
 // Kinematics. With q1, q2 the nodes' rotations, e = x2 - x1, (w, p) = q1* q2 and y = R1^T e,
 // the strains of the pose logarithm are (v = chord in the mid frame, phi = half angle / sine)
 //
@@ -230,7 +234,8 @@ template <class T> struct Tangent {
     M<T> ee, e1, e2, k11, k12, k22; // blocks; e in space
 };
 
-template <class T> Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], const T P[6])
+/// @param S23  couples the two curvatures in the tangent alone; the stress is S e - P
+template <class T> Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], const T P[6], T S23)
 {
     const Phi<T> f = half_angle_over_sine(s.w);
     const T il = 1.0 / length;
@@ -255,7 +260,8 @@ template <class T> Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], 
     const T kp = 2.0 * il * f.f;
 
     const M<T> CGy = scale_rows(C1, Gy), CGp = scale_rows(C1, Gp);
-    const V<T> CGw = scale_rows(C1, Gw), Ckw = scale_rows(C2, kw);
+    const V<T> CGw = scale_rows(C1, Gw),
+               Ckw = scale_rows(C2, kw) + S23 * V<T>{kw.x - kw.x, kw.z, kw.y};
     const M<T> Kyy = transpose_times(Gy, CGy);
     const V<T> Kyw = transpose_times(Gy, CGw) + a11 * a - f.f1 * ap + (psi1 * gamma) * p;
     const M<T> Kyp =
@@ -269,6 +275,8 @@ template <class T> Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], 
     Kpp.c[0].x += kp2 * C2.x;
     Kpp.c[1].y += kp2 * C2.y;
     Kpp.c[2].z += kp2 * C2.z;
+    Kpp.c[1].z += kp2 * S23;
+    Kpp.c[2].y += kp2 * S23;
 
     // to (e, theta1, theta2): half = w/2, half skew(p) the derivatives of p
     const M<T> hp = 0.5 * skew(p);
@@ -310,6 +318,36 @@ Pose<double> pose_of(const BeamNode& a, const BeamNode& b)
     return relative_pose<double>({b.difference(a, 0), b.difference(a, 1), b.difference(a, 2)},
                                  a.q[0], {a.q[1], a.q[2], a.q[3]}, b.q[0],
                                  {b.q[1], b.q[2], b.q[3]});
+}
+
+std::array<double, 6> without_natural(const ElementLaw& law, const std::array<double, 6>& strain)
+{
+    std::array<double, 6> e{};
+    for (std::size_t i = 0; i < 6; ++i)
+        e[i] = strain[i] - (law.S[i] > 0 ? law.P[i] / law.S[i] : 0);
+    return e;
+}
+
+/// The linear law that has the stress and the tangent of an element's at its strains.
+struct LinearLaw {
+    double length;
+    std::array<double, 6> S, P;
+    double S23 = 0;
+};
+
+LinearLaw law_at(const ElementLaw& law, const BeamNode& a, const BeamNode& b)
+{
+    LinearLaw at{law.length, law.S, law.P};
+    if (law.beyond.empty()) return at;
+    const std::array<double, 6> e = element_strain(a, b, law.length);
+    const BeyondLinear more = beyond_linear(law.beyond, without_natural(law, e));
+    at.S[0] += more.stretch;
+    at.S[4] += more.bend22;
+    at.S[5] += more.bend33;
+    at.S23 = more.bend23;
+    for (std::size_t i : {0, 4, 5})
+        at.P[i] += (at.S[i] - law.S[i]) * e[i] - more.stress[i];
+    return at;
 }
 
 double lane(double v, int)
@@ -386,12 +424,48 @@ std::array<double, 6> element_strain(const BeamNode& a, const BeamNode& b, doubl
     return {e.gamma.x, e.gamma.y, e.gamma.z, e.kappa.x, e.kappa.y, e.kappa.z};
 }
 
+BeyondLinear beyond_linear(const std::vector<TableShare>& shares,
+                           const std::array<double, 6>& strain)
+{
+    BeyondLinear sum;
+    const double k = std::hypot(strain[4], strain[5]);
+    for (const TableShare& s : shares) {
+        if (s.stretching) {
+            const TableLaw::Value v = s.stretching->beyond(strain[0]);
+            sum.energy += s.length * v.energy;
+            sum.stress[0] += s.length * v.force;
+            sum.stretch += s.length * v.stiffness;
+        }
+        if (!s.bending || !(k > 0)) continue;
+        const TableLaw::Value v = s.bending->beyond(k);
+        const double n2 = strain[4] / k, n3 = strain[5] / k, across = v.force / k;
+        sum.energy += s.length * v.energy;
+        sum.stress[4] += s.length * v.force * n2;
+        sum.stress[5] += s.length * v.force * n3;
+        sum.bend22 += s.length * (v.stiffness * n2 * n2 + across * n3 * n3);
+        sum.bend23 += s.length * (v.stiffness - across) * n2 * n3;
+        sum.bend33 += s.length * (v.stiffness * n3 * n3 + across * n2 * n2);
+    }
+    return sum;
+}
+
+std::array<double, 6> element_stress(const ElementLaw& law, const std::array<double, 6>& strain)
+{
+    std::array<double, 6> stress{};
+    if (!law.beyond.empty())
+        stress = beyond_linear(law.beyond, without_natural(law, strain)).stress;
+    for (std::size_t i = 0; i < 6; ++i)
+        stress[i] += law.S[i] * strain[i] - law.P[i];
+    return stress;
+}
+
 double element_energy(const BeamNode& a, const BeamNode& b, const ElementLaw& law)
 {
     const std::array<double, 6> e = element_strain(a, b, law.length);
     double sum = law.constant;
     for (std::size_t i = 0; i < 6; ++i)
         sum += 0.5 * (law.S[i] * e[i] - 2 * law.P[i]) * e[i];
+    if (!law.beyond.empty()) sum += beyond_linear(law.beyond, without_natural(law, e)).energy;
     return sum;
 }
 
@@ -414,11 +488,11 @@ void add_elements(int first, int last, const std::vector<BeamNode>& nodes,
     constexpr int kWidth = 4;
     int k = first;
     for (; k + kWidth <= last; k += kWidth) {
-        double v[27][kWidth];
+        double v[25][kWidth];
         for (int i = 0; i < kWidth; ++i) {
             const std::size_t n = std::size_t(k + i);
             const BeamNode &a = nodes[n], &b = nodes[n + 1];
-            const ElementLaw& law = laws[n];
+            const LinearLaw law = law_at(laws[n], a, b);
             for (int j = 0; j < 3; ++j)
                 v[j][i] = b.difference(a, j);
             for (int j = 0; j < 4; ++j)
@@ -430,20 +504,22 @@ void add_elements(int first, int last, const std::vector<BeamNode>& nodes,
                 v[12 + j][i] = law.S[j];
             for (std::size_t j = 0; j < 6; ++j)
                 v[18 + j][i] = law.P[j];
+            v[24][i] = law.S23;
         }
         const auto in = [&](int j) { return Lanes{v[j][0], v[j][1], v[j][2], v[j][3]}; };
         const Pose<Lanes> s = relative_pose<Lanes>(
             {in(0), in(1), in(2)}, in(3), {in(4), in(5), in(6)}, in(7), {in(8), in(9), in(10)});
         const Lanes S[6] = {in(12), in(13), in(14), in(15), in(16), in(17)};
         const Lanes P[6] = {in(18), in(19), in(20), in(21), in(22), in(23)};
-        const Tangent<Lanes> t = tangent(s, in(11), S, P);
+        const Tangent<Lanes> t = tangent(s, in(11), S, P, in(24));
         for (int i = 0; i < kWidth; ++i)
             scatter(t, i, k + i, K, g);
     }
     for (; k < last; ++k) {
         const std::size_t n = std::size_t(k);
-        const Tangent<double> t = tangent<double>(pose_of(nodes[n], nodes[n + 1]), laws[n].length,
-                                                  laws[n].S.data(), laws[n].P.data());
+        const LinearLaw law = law_at(laws[n], nodes[n], nodes[n + 1]);
+        const Tangent<double> t = tangent<double>(pose_of(nodes[n], nodes[n + 1]), law.length,
+                                                  law.S.data(), law.P.data(), law.S23);
         scatter(t, 0, k, K, g);
     }
 }

@@ -4,6 +4,7 @@
 #include "solver/linear/block_tridiagonal.hpp"
 
 #include <array>
+#include <memory>
 #include <vector>
 
 // The geometrically exact beam element: two nodes, each a position and a rotation; strains
@@ -36,15 +37,38 @@ struct BeamNode {
     }
 };
 
-/// Linear law of one element: strains e = (stretch, shear 2, shear 3, twist, curvature 2,
-/// curvature 3), energy 1/2 sum_i (S_i e_i^2 - 2 P_i e_i) + constant.
-/// A straight unstressed element has e = (1, 0, 0, 0, 0, 0).
-struct ElementLaw {
-    double length = 0;         ///< rest length [m]
-    std::array<double, 6> S{}; ///< integral of the stiffness over the element [N m], [N m^3]
-    std::array<double, 6> P{}; ///< integral of stiffness times natural strain
-    double constant = 0;       ///< [J]
+struct TableLaw;
+
+/// Part of an element whose section answers by tables: what these are beyond the linear law.
+/// Bending is that of a round section: the moment is along the change of curvature.
+struct TableShare {
+    double length = 0;                                   ///< [m]
+    std::shared_ptr<const TableLaw> bending, stretching; ///< null: linear
 };
+
+/// Law of one element, linear but for its shares: strains e = (stretch, shear 2, shear 3, twist,
+/// curvature 2, curvature 3), energy 1/2 sum_i (S_i e_i^2 - 2 P_i e_i) + constant. A straight
+/// unstressed element has e = (1, 0, 0, 0, 0, 0).
+struct ElementLaw {
+    double length = 0;              ///< rest length [m]
+    std::array<double, 6> S{};      ///< integral of the stiffness over the element [N m], [N m^3]
+    std::array<double, 6> P{};      ///< integral of stiffness times natural strain
+    double constant = 0;            ///< [J]
+    std::vector<TableShare> beyond; ///< of tables, on the strains less the natural ones, P / S
+};
+
+/// Energy of shares, its derivatives by the strains, and the second ones.
+struct BeyondLinear {
+    double energy = 0;
+    std::array<double, 6> stress{};            ///< of stretch and curvatures; the others are 0
+    double stretch = 0;                        ///< by the stretch twice
+    double bend22 = 0, bend23 = 0, bend33 = 0; ///< by the curvatures
+};
+/// @param strain  less the natural one
+BeyondLinear beyond_linear(const std::vector<TableShare>& shares,
+                           const std::array<double, 6>& strain);
+/// Derivatives of an element's energy by its strains (section forces times the length).
+std::array<double, 6> element_stress(const ElementLaw& law, const std::array<double, 6>& strain);
 
 /// Strains of an element, in its own frame.
 /// @return  (stretch, shear 2, shear 3 [-], twist, curvature 2, curvature 3 [1/m])

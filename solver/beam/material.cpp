@@ -1,5 +1,7 @@
 #include "solver/beam/material.hpp"
 
+#include "solver/beam/table_law.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -27,7 +29,7 @@ Section segment_section(const BeamSegment& g, double t)
 {
     const double EI = blend(g.EI, t), GA = blend(g.GA, t);
     return {{blend(g.EA, t), GA, GA, blend(g.GJ, t), EI, EI},
-            {1, 0, 0, 0, -g.curvature * std::sin(g.curvature_angle),
+            {1, 0, 0, g.twist, -g.curvature * std::sin(g.curvature_angle),
              g.curvature * std::cos(g.curvature_angle)}};
 }
 
@@ -65,16 +67,20 @@ std::vector<SectionStretch> make_stretches(const WireMaterial& m)
         };
         if (k + 1 < n) {
             const BeamSegment& next = m.segments[k + 1];
-            if (!equal(segment_section(g, 1), segment_section(next, 0)))
+            if (!equal(segment_section(g, 1), segment_section(next, 0)) ||
+                g.bending != next.bending || g.stretching != next.stretching)
                 own_end = end - 0.5 * std::min({g.radius, 0.5 * g.length, 0.5 * next.length});
         }
-        list.push_back({start, own_end, own(start), own(own_end)});
+        list.push_back({start, own_end, own(start), own(own_end), {int(k), int(k)}});
         start = end;
         if (own_end < end) {
             const BeamSegment& next = m.segments[k + 1];
             start = end + (end - own_end);
-            list.push_back(
-                {own_end, start, own(own_end), segment_section(next, (start - end) / next.length)});
+            list.push_back({own_end,
+                            start,
+                            own(own_end),
+                            segment_section(next, (start - end) / next.length),
+                            {int(k), int(k) + 1}});
         }
     }
     return list;
@@ -101,6 +107,31 @@ template <class Visit> void for_stretches(const WireMaterial& m, double a, doubl
     }
 }
 
+/// Shares of the tables on [a, b]: across a step one segment's goes over into the other's.
+std::vector<TableShare> shares_between(const WireMaterial& m, double a, double b)
+{
+    std::vector<TableShare> all;
+    if (m.table.empty()) return all;
+    const auto add = [&](int segment, double length) {
+        TableShare s = m.table[std::size_t(segment)];
+        if (!s.bending && !s.stretching) return;
+        s.length = length;
+        all.push_back(std::move(s));
+    };
+    for (const SectionStretch& p : m.stretch) {
+        const double start = std::max(a, p.start), end = std::min(b, p.end);
+        if (end <= start) continue;
+        if (p.segment[0] == p.segment[1]) {
+            add(p.segment[0], end - start);
+            continue;
+        }
+        const double second = (0.5 * (start + end) - p.start) / (p.end - p.start);
+        add(p.segment[0], (1 - second) * (end - start));
+        add(p.segment[1], second * (end - start));
+    }
+    return all;
+}
+
 /// integral of dx / (a + (b - a) x / length) over [0, length]
 double integral_of_inverse(double a, double b, double length)
 {
@@ -125,6 +156,13 @@ HeldWire held_part(const WireMaterial& m, double a, double b)
                       };
                       held.bending +=
                           h / 6 * (bending(first) + 4 * bending(middle) + bending(last));
+                      if (m.table.empty()) return;
+                      const auto beyond = [&](double s, const Section& c) {
+                          return beyond_linear(tables_at(m, s), straightened(c)).energy;
+                      };
+                      held.bending += h / 6 *
+                                      (beyond(start, first) +
+                                       4 * beyond(0.5 * (start + end), middle) + beyond(end, last));
                   });
     return held;
 }
@@ -147,6 +185,17 @@ WireMaterial make_material(const std::vector<BeamSegment>& segments, double cont
         shortest = std::min(shortest, g.length / count);
     }
     m.stretch = make_stretches(m);
+    const bool linear = std::all_of(segments.begin(), segments.end(), [](const BeamSegment& g) {
+        return g.bending.empty() && g.stretching.empty();
+    });
+    for (const BeamSegment& g : segments) {
+        if (linear) break;
+        const auto law = [](const CurvePoints& table) {
+            return table.empty() ? nullptr
+                                 : std::make_shared<const TableLaw>(make_table_law(table));
+        };
+        m.table.push_back({0, law(g.bending), law(g.stretching)});
+    }
     const std::size_t elements = m.node.size() - 1;
     m.flexibility_axial.assign(1, 0);
     m.flexibility_torsion.assign(1, 0);
@@ -186,6 +235,31 @@ Section section_at(const WireMaterial& m, double s)
     return section_in(stretch_at(m, s), s);
 }
 
+void share_bending(std::vector<TableShare>& shares, const ElementLaw& law)
+{
+    constexpr double kSame = 1e-9;
+    for (TableShare& s : shares) {
+        if (!s.bending) continue;
+        const double share = law.S[4] / law.length / s.bending->at_rest;
+        if (std::abs(share - 1) > kSame)
+            s.bending = std::make_shared<const TableLaw>(scaled(*s.bending, share));
+    }
+}
+
+std::vector<TableShare> tables_at(const WireMaterial& m, double s)
+{
+    if (m.table.empty()) return {};
+    const SectionStretch& p = stretch_at(m, s);
+    TableShare a = m.table[std::size_t(p.segment[0])], b = m.table[std::size_t(p.segment[1])];
+    if (p.segment[0] == p.segment[1]) {
+        a.length = 1;
+        return {a};
+    }
+    b.length = (s - p.start) / (p.end - p.start);
+    a.length = 1 - b.length;
+    return {a, b};
+}
+
 ElementLaw law_between(const WireMaterial& m, double a, double b)
 {
     ElementLaw law;
@@ -216,6 +290,8 @@ ElementLaw law_between(const WireMaterial& m, double a, double b)
     // Residual bending flexibility of a constant-strain element: L^2/12 EI.
     if (law.S[4] > 0)
         law.S[1] = law.S[2] = L / (shear_flexibility / L + L * L * L / (12 * law.S[4]));
+    law.beyond = shares_between(m, a, b);
+    share_bending(law.beyond, law);
     return law;
 }
 

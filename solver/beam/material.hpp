@@ -18,6 +18,7 @@ struct Section {
 struct SectionStretch {
     double start = 0, end = 0; ///< [m]
     Section at_start, at_end;
+    std::array<int, 2> segment{}; ///< whose they are
 };
 
 /// A place on the wire's surface where contact is looked for; it stays with the material.
@@ -35,6 +36,7 @@ struct WireMaterial {
     double length = 0; ///< [m]
     std::vector<BeamSegment> segments;
     std::vector<double> segment_start; ///< s of each segment's start [m]
+    std::vector<TableShare> table;     ///< of each segment, of no length; empty: all are linear
     /// The segments with their steps in stiffness and curvature spread over a wire radius: a
     /// step would give the sheath's end a force without a value there.
     std::vector<SectionStretch> stretch;
@@ -54,6 +56,19 @@ WireMaterial make_material(const std::vector<BeamSegment>& segments, double cont
 
 /// Section at s.
 Section section_at(const WireMaterial& m, double s);
+
+/// Strains of the straight wire less its natural ones.
+inline std::array<double, 6> straightened(const Section& c)
+{
+    return {0, 0, 0, 0, -c.natural[4], -c.natural[5]};
+}
+
+/// What tables add to the section at s: shares of one metre.
+std::vector<TableShare> tables_at(const WireMaterial& m, double s);
+
+/// Makes the tables of shares those of the element's curvature: of sections in series the stiffer
+/// one takes less of it.
+void share_bending(std::vector<TableShare>& shares, const ElementLaw& law);
 
 /// Law of the piece [a, b] of the wire as one element.
 ElementLaw law_between(const WireMaterial& m, double a, double b);

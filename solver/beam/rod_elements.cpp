@@ -84,6 +84,16 @@ std::array<double, 6> rod_strain(const RodModel& rod, const std::vector<BeamNode
     return element_strain(k.node[0], k.node[1], rod.law[std::size_t(e)].length);
 }
 
+std::array<double, 6> rod_resultants(const RodModel& rod, const std::vector<BeamNode>& nodes,
+                                     RodElement kind, int e)
+{
+    const ElementLaw& law = rod.law[std::size_t(e)];
+    std::array<double, 6> f = element_stress(law, rod_strain(rod, nodes, kind, e));
+    for (double& x : f)
+        x /= law.length;
+    return f;
+}
+
 double rod_energy(const RodModel& rod, const std::vector<BeamNode>& nodes, RodElement kind)
 {
     double sum = 0;

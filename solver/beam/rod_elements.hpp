@@ -12,6 +12,9 @@ enum class RodElement { exact, corotational };
 /// Strains of an element: see element_strain.
 std::array<double, 6> rod_strain(const RodModel& rod, const std::vector<BeamNode>& nodes,
                                  RodElement kind, int element);
+/// Forces and moments of its section, in the order of its strains [N], [N m].
+std::array<double, 6> rod_resultants(const RodModel& rod, const std::vector<BeamNode>& nodes,
+                                     RodElement kind, int element);
 /// Elastic energy [J].
 double rod_energy(const RodModel& rod, const std::vector<BeamNode>& nodes, RodElement kind);
 
@@ -58,11 +61,5 @@ void add_element_matrix(const RodModel& rod, int element, const Eigen::Matrix<do
 /// subspace.
 /// @param K  stiffness with holds, factored; M  mass with holds
 std::vector<double> rod_frequencies(const RodMatrix& K, const RodMatrix& M, int nodes, int count);
-
-/// An element's force or moment of a strain [N], [N m].
-inline double resultant(const ElementLaw& law, std::size_t k, double strain)
-{
-    return (law.S[k] * strain - law.P[k]) / law.length;
-}
 
 } // namespace amontons

@@ -78,6 +78,48 @@ struct Growth {
     double axial = 0, torsion = 0; ///< its compliances [m/N], [rad/(N m)]
 };
 
+/// Energy per length of the wire at s when it is straight [J/m].
+double straight_energy(const WireMaterial& m, double s)
+{
+    const Section c = section_at(m, s);
+    double energy =
+        0.5 * c.stiffness[4] * (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]);
+    if (!m.table.empty()) energy += beyond_linear(tables_at(m, s), straightened(c)).energy;
+    return energy;
+}
+
+/// What tables add to the growth of the first element: the section at the sheath's end comes to
+/// its shares, and its strains and natural curvatures change.
+/// @param e   its strains
+/// @param dS  how its bending stiffness law.S[4] grows
+void grow_beyond(const Wire& wire, const ElementLaw& law, double end,
+                 const std::array<double, 6>& e, double dS, Growth& g)
+{
+    const Section c = section_at(wire.material, end);
+    const double L = law.length;
+    std::array<double, 6> elastic{}, rate{}; // -rate: of the elastic strain with the length
+    for (std::size_t i : {4, 5}) {
+        const double k = law.S[i] > 0 ? law.P[i] / law.S[i] : 0;
+        elastic[i] = e[i] - k;
+        rate[i] = (c.natural[i] - k) / L + e[i] / L;
+    }
+    std::vector<TableShare> section = tables_at(wire.material, end);
+    share_bending(section, law);
+    const BeyondLinear own = beyond_linear(law.beyond, elastic),
+                       comes = beyond_linear(section, elastic);
+    // What share of the curvature a section takes changes with the element's EI.
+    const double shift = dS / law.S[4] - 1 / L;
+    for (std::size_t i : {4, 5})
+        rate[i] -= shift * elastic[i];
+    g.slope += comes.energy;
+    for (std::size_t i : {4, 5}) {
+        g.slope -= own.stress[i] * rate[i];
+        g.tau[i] += comes.stress[i] + (shift - 1 / L) * own.stress[i];
+    }
+    g.tau[4] -= own.bend22 * rate[4] + own.bend23 * rate[5];
+    g.tau[5] -= own.bend23 * rate[4] + own.bend33 * rate[5];
+}
+
 // Strains are proportional to 1/length: dU/dl = 1/2 C (e - e0)^2 at the end - stress.e / length.
 /// @param further  where to take them, off the state's own length [m]
 Growth growth(const Wire& wire, const ElementLaw& law, double further)
@@ -108,6 +150,8 @@ Growth growth(const Wire& wire, const ElementLaw& law, double further)
         g.slope += 0.5 * dS[i] * elastic * elastic - S * elastic * rate;
         g.tau[i] = dS[i] * elastic - S * rate - S * elastic / L;
     }
+    if (!law.beyond.empty() || !wire.material.table.empty())
+        grow_beyond(wire, law, end, e, dS[4], g);
     const HeldWire held = held_part(wire, end);
     g.axial = held.axial;
     g.torsion = held.torsion;
@@ -116,7 +160,7 @@ Growth growth(const Wire& wire, const ElementLaw& law, double further)
     g.torque = (s.base_twist - s.rotation) / held.torsion;
     const double EA = c.stiffness[0], GJ = c.stiffness[3];
     g.slope += g.force + 0.5 * g.force * g.force / EA + 0.5 * g.torque * g.torque / GJ;
-    g.slope -= 0.5 * c.stiffness[4] * (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]);
+    g.slope -= straight_energy(wire.material, end);
     return g;
 }
 
@@ -459,11 +503,9 @@ BaseLoad base_load(const Wire& wire)
 {
     const WireState& s = wire.state;
     const double end = material_at_end(wire, s);
-    const Section c = section_at(wire.material, end);
     if (!wire.outside()) {
         // Nothing is bent outside: pushing sets free the energy that the sheath holds.
-        return {-0.5 * c.stiffness[4] * (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]),
-                0};
+        return {-straight_energy(wire.material, end), 0};
     }
     const HeldWire held = held_part(wire, end);
     return {((s.base_insertion - s.inserted) - s.inserted_rest) / held.axial,

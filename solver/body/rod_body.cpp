@@ -140,6 +140,11 @@ std::array<double, 6> RodBody::strain(int element) const
     return rod_strain(rod_, now_.nodes, kind_, element);
 }
 
+std::array<double, 6> RodBody::resultants(int element) const
+{
+    return rod_resultants(rod_, now_.nodes, kind_, element);
+}
+
 AxisBox RodBody::box() const
 {
     return box_of(now_.nodes);
@@ -317,11 +322,7 @@ double RodBody::force_size(const Motion& m, const std::vector<Node6>& load) cons
         most = std::max({most, force.norm(), moment.norm() / size_});
     };
     for (int e = 0; e < rod_.element_count(); ++e) {
-        const std::array<double, 6> strain = rod_strain(rod_, m.nodes, kind_, e);
-        const ElementLaw& law = rod_.law[std::size_t(e)];
-        double f[6];
-        for (std::size_t k = 0; k < 6; ++k)
-            f[k] = resultant(law, k, strain[k]);
+        const std::array<double, 6> f = rod_resultants(rod_, m.nodes, kind_, e);
         take({f[0], f[1], f[2]}, {f[3], f[4], f[5]});
     }
     for (const Node6& n : load)

@@ -38,10 +38,12 @@ public:
     const std::vector<BeamNode>& nodes() const { return now_.nodes; }
     const std::vector<BeamNode>& first_nodes() const { return rod_.nodes; }
     std::array<double, 6> strain(int element) const; ///< of the iterate
-    AxisBox box() const;                             ///< of its surface, at the iterate
-    AxisBox box_before() const;                      ///< ... at the start of the step
-    Curve curve() const;                             ///< its middle line, at the iterate
-    Curve curve_before() const;                      ///< ... at the start of the step
+    /// Forces and moments of an element's section, in the order of its strains [N], [N m].
+    std::array<double, 6> resultants(int element) const;
+    AxisBox box() const;        ///< of its surface, at the iterate
+    AxisBox box_before() const; ///< ... at the start of the step
+    Curve curve() const;        ///< its middle line, at the iterate
+    Curve curve_before() const; ///< ... at the start of the step
     /// True of a place that the sheath still holds, or that lies between two nodes of which it
     /// holds both.
     bool in_sheath(const CurvePlace& at) const;

@@ -84,9 +84,7 @@ void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
 {
     double compression = 0; // the largest [N]
     for (int e = 0; e < rod_.element_count() && !expected_.empty(); ++e) {
-        const ElementLaw& law = rod_.law[std::size_t(e)];
-        const double stretch = rod_strain(rod_, now_.nodes, kind_, e)[0];
-        compression = std::max(compression, -resultant(law, 0, stretch));
+        compression = std::max(compression, -rod_resultants(rod_, now_.nodes, kind_, e)[0]);
     }
     for (const Expected& x : expected_) {
         const int e = x.at.node;

@@ -222,10 +222,11 @@ std::vector<VariantDeclaration> body_variants(const ObjectDeclaration& centrelin
         {"solid",
          "An elastic body of tetrahedra or hexahedra.",
          {required(object<&S::mesh>("mesh", mesh, "Its elements.")),
-          required_unless("material", field<&S::youngs_modulus>("youngs_modulus", "Pa", positive(),
-                                                                "Young's modulus E.")),
-          required_unless("material", field<&S::poisson_ratio>("poisson_ratio", "", poisson,
-                                                               "Poisson's ratio nu.")),
+          required_unless(
+              {"material"},
+              field<&S::youngs_modulus>("youngs_modulus", "Pa", positive(), "Young's modulus E.")),
+          required_unless({"material"}, field<&S::poisson_ratio>("poisson_ratio", "", poisson,
+                                                                 "Poisson's ratio nu.")),
           object<&S::material>("material", material,
                                "Of a hyperelastic solid; without it that is neo_hooke with E and "
                                "nu."),

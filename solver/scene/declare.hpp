@@ -66,6 +66,17 @@ FieldDeclaration field(std::string name, std::string unit, Allowed allowed, std:
     return f;
 }
 
+/// A table over something else than time.
+template <auto kMember>
+FieldDeclaration table(std::string name, std::string over, std::string over_unit, std::string unit,
+                       std::string doc)
+{
+    FieldDeclaration f = field<kMember>(std::move(name), std::move(unit), {}, std::move(doc));
+    f.over = std::move(over);
+    f.over_unit = std::move(over_unit);
+    return f;
+}
+
 template <auto kMember> FieldDeclaration text(std::string name, std::string doc)
 {
     return field<kMember>(std::move(name), "", {}, std::move(doc));
@@ -110,7 +121,7 @@ inline FieldDeclaration required(FieldDeclaration f)
     return f;
 }
 
-inline FieldDeclaration required_unless(std::string other, FieldDeclaration f)
+inline FieldDeclaration required_unless(std::vector<std::string> other, FieldDeclaration f)
 {
     f.unless = std::move(other);
     return required(std::move(f));

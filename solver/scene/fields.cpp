@@ -5,6 +5,7 @@
 #include "solver/scene/haptic_fields.hpp"
 #include "solver/scene/instruments.hpp"
 #include "solver/scene/rod_fields.hpp"
+#include "solver/scene/section_layers.hpp"
 
 #include <fmt/format.h>
 
@@ -130,14 +131,48 @@ void complete_segment(void* object, const std::function<bool(const char*)>& give
 {
     constexpr double kTorsionOfBending = 0.77; // GJ / EI of a round wire with nu = 0.3
     auto& s = *static_cast<BeamSegment*>(object);
+    // Of tables the stiffness at rest: where they are not as they must be, consistency.cpp says so.
+    const auto at_rest = [](const CurvePoints& table) {
+        for (std::size_t i = 0; i + 1 < table.size(); ++i)
+            if (table[i][0] == 0)
+                return (table[i + 1][1] - table[i][1]) / (table[i + 1][0] - table[i][0]);
+        return 0.0;
+    };
+    if (!s.layers.empty()) {
+        const SectionStiffness sum = stiffness_of(s.layers);
+        if (!given("EI") && s.bending.empty()) s.EI.fill(sum.EI);
+        if (!given("GJ")) s.GJ.fill(sum.GJ);
+        if (!given("EA") && s.stretching.empty()) s.EA.fill(sum.EA);
+    }
+    if (!given("EI") && !s.bending.empty()) s.EI.fill(at_rest(s.bending));
+    if (!given("EA") && !s.stretching.empty()) s.EA.fill(at_rest(s.stretching));
     for (std::size_t end = 0; end < 2; ++end) {
-        if (!given("GJ")) s.GJ[end] = kTorsionOfBending * s.EI[end];
-        if (!given("EA") && s.radius > 0)
+        if (!given("GJ") && s.layers.empty()) s.GJ[end] = kTorsionOfBending * s.EI[end];
+        if (!given("EA") && s.stretching.empty() && s.layers.empty() && s.radius > 0)
             s.EA[end] = 4 * s.EI[end] / (s.radius * s.radius + s.inner_radius * s.inner_radius);
     }
 }
 
-ObjectDeclaration declare_segment()
+ObjectDeclaration declare_layer()
+{
+    using L = SectionLayer;
+    return {"Layer of a section: a tube, or a coil of round wire",
+            {field<&L::inner_radius>("inner_radius", "m", at_least(0),
+                                     "Where it begins; 0: in the middle."),
+             required(field<&L::outer_radius>("outer_radius", "m", positive(), "Where it ends.")),
+             required(field<&L::youngs_modulus>("youngs_modulus", "Pa", positive(),
+                                                "Young's modulus E.")),
+             field<&L::poisson_ratio>("poisson_ratio", "", above(-1, 0.5), "Poisson's ratio nu."),
+             fallback("a tube",
+                      field<&L::pitch>("pitch", "m", at_least(0),
+                                       "Of a coil: way along the wire from turn to turn; its own "
+                                       "wire is as thick as the layer. 0: a tube."))},
+            "",
+            {},
+            defaults_of<L>()};
+}
+
+ObjectDeclaration declare_segment(const ObjectDeclaration& layer)
 {
     using B = BeamSegment;
     ObjectDeclaration d{
@@ -147,16 +182,29 @@ ObjectDeclaration declare_segment()
          fallback("solid", field<&B::inner_radius>("inner_radius", "m", at_least(0),
                                                    "Radius of the bore that another instrument "
                                                    "can slide in; 0: solid.")),
-         required(field<&B::EI>("EI", "N m^2", at_least(0),
-                                "Bending stiffness; 0 makes a cable (EA is needed then).")),
+         required_unless({"bending", "layers"},
+                         field<&B::EI>("EI", "N m^2", at_least(0),
+                                       "Bending stiffness; 0 makes a cable (EA is "
+                                       "needed then).")),
+         list<&B::layers>("layers", layer,
+                          "Of tubes and coils one in another, which bend and "
+                          "stretch as one: EI, GJ and EA where these are not given."),
          fallback("0.77 EI", field<&B::GJ>("GJ", "N m^2", at_least(0), "Torsional stiffness.")),
          fallback("4 EI / (radius^2 + inner_radius^2)",
                   field<&B::EA>("EA", "N", positive(), "Axial stiffness.")),
          fallback("no shear deformation",
                   field<&B::GA>("GA", "N", at_least(0), "Shear stiffness; 0: rigid in shear.")),
+         fallback("linear, EI", table<&B::bending>("bending", "curvature", "1/m", "N m",
+                                                   "Moment over the change of curvature, in any "
+                                                   "direction, from [0, 0] on; elastic.")),
+         fallback("linear, EA", table<&B::stretching>("stretching", "strain", "", "N",
+                                                      "Axial force over strain, through [0, 0]; "
+                                                      "elastic; of a rod.")),
          field<&B::curvature>("curvature", "1/m", kAny, "Curvature when free of loads."),
          field<&B::curvature_angle>("curvature_angle", "rad", kAny,
                                     "Turns the plane of the curvature about the wire."),
+         field<&B::twist>("twist", "rad/m", kAny,
+                          "Twist when free of loads: turns that plane along the wire; of a rod."),
          required(field<&B::element>("element", "m", positive(), "Length of its elements.")),
          fallback("the pair's", field<&B::friction>("friction", "", at_least(0),
                                                     "Coulomb's coefficient of this segment.")),
@@ -390,7 +438,8 @@ const ObjectDeclaration& scene_declaration()
     static const ObjectDeclaration centreline = declare_centreline(piece);
     static const ObjectDeclaration branch = declare_branch();
     static const ObjectDeclaration surface = declare_surface(centreline, branch);
-    static const ObjectDeclaration segment = declare_segment();
+    static const ObjectDeclaration layer = declare_layer();
+    static const ObjectDeclaration segment = declare_segment(layer);
     static const ObjectDeclaration tip = declare_tip();
     static const ObjectDeclaration place = declare_place();
     static const ObjectDeclaration introducer = declare_introducer(place);
@@ -461,6 +510,11 @@ std::string allowed_in_words(const FieldDeclaration& field)
         return (a.nonzero ? "three numbers, not all 0" : "three numbers") +
                (range.empty() ? "" : ", each " + range) + unit;
     case FieldType::curve:
+        if (field.over != "time")
+            return fmt::format("[[{}, value], ...], {}{} strictly increasing, value{}{}",
+                               field.over, field.over,
+                               field.over_unit.empty() ? "" : " [" + field.over_unit + "]",
+                               range.empty() ? "" : " " + range, unit);
         return "a number, or [[time, value], ...], time [s] strictly increasing, value" +
                (range.empty() ? "" : " " + range) + unit;
     case FieldType::object:

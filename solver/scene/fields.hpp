@@ -24,7 +24,8 @@ enum class FieldType {
     text,      ///< [std::string]; one of `choices` if there are any
     two_names, ///< [std::array<std::string, 2>]
     vector,    ///< three numbers [Vec3], or [std::optional<Vec3>] if `optional`
-    curve,     ///< [[time, value], ...], strictly increasing in time [CurvePoints]
+    curve,     ///< [[time, value], ...], strictly increasing in time [CurvePoints]; or a table
+               ///< over something else
     object,    ///< fields of its own [a struct, or the same struct for a group of fields]
     list,      ///< objects, one after the other [std::vector of structs]
     named      ///< objects by name: the bodies [Scene]
@@ -45,10 +46,12 @@ struct FieldDeclaration {
     std::string name;
     FieldType type = FieldType::number;
     bool required = false;
-    bool optional = false; ///< the member is a std::optional
-    std::string unless;    ///< not required beside this other field
+    bool optional = false;           ///< the member is a std::optional
+    std::vector<std::string> unless; ///< not required beside one of these
     Allowed allowed;
     std::string unit; ///< SI, "" if none
+    /// Of a curve: what it is over, and its unit. Over time one number stands for all times.
+    std::string over = "time", over_unit = "s";
     std::vector<std::string> choices;
     std::string fallback; ///< the default in words, where it is not the struct's value
     std::string doc;      ///< one sentence

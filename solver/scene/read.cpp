@@ -89,7 +89,8 @@ bool Reader::vector(const Json& json, const FieldDeclaration& f, const std::stri
 void Reader::curve(const Json& json, const FieldDeclaration& f, const std::string& place,
                    CurvePoints& out)
 {
-    if (json.is_number()) { // the same at all times
+    const bool over_time = f.over == "time";
+    if (json.is_number() && over_time) { // the same at all times
         FieldDeclaration value = f;
         value.type = FieldType::number;
         double v = 0;
@@ -102,13 +103,14 @@ void Reader::curve(const Json& json, const FieldDeclaration& f, const std::strin
         const Json& p = json[i];
         const std::string here = fmt::format("{}/{}", place, i);
         if (!p.is_array() || p.size() != 2 || !p[0].is_number() || !p[1].is_number()) {
-            wrong(here, shown(p), "[time, value]");
+            wrong(here, shown(p), fmt::format("[{}, value]", f.over));
             continue;
         }
         const double t = p[0].get<double>();
         if (!points.empty() && !(t > points.back()[0]))
-            wrong(here, fmt::format("time {}", t),
-                  fmt::format("> {} [s], the time before it", points.back()[0]));
+            wrong(here, fmt::format("{} {}", f.over, t),
+                  fmt::format("> {}{}, the {} before it", points.back()[0],
+                              f.over_unit.empty() ? "" : " [" + f.over_unit + "]", f.over));
         double v = 0;
         FieldDeclaration value = f;
         value.type = FieldType::number;
@@ -238,7 +240,8 @@ void Reader::fields(const Json& json, const ObjectDeclaration& declaration,
     }
     for (const FieldDeclaration* f : known)
         if (f->required && !json.contains(f->name) &&
-            (f->unless.empty() || !json.contains(f->unless)))
+            std::none_of(f->unless.begin(), f->unless.end(),
+                         [&](const std::string& other) { return json.contains(other); }))
             wrong(place + "/" + f->name, "nothing", allowed_in_words(*f));
 
     if (declaration.complete)

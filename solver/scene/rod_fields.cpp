@@ -92,6 +92,10 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
     const std::string place = "/bodies/" + b.name, segments = place + "/segments";
     const RodShape& shape = b.shape;
     check_segments(b.segments, place, false, scene, findings);
+    for (std::size_t i = 0; i < b.segments.size() && b.elements == "corotational"; ++i)
+        if (!b.segments[i].bending.empty() || !b.segments[i].stretching.empty())
+            findings.add({fmt::format("{}/segments/{}", place, i), place + "/elements"}, "a table",
+                         "\"exact\" elements: the others are linear");
     if (shape.has_curve() && !shape.points.empty())
         findings.add({place + "/shape/points", place + "/shape/curve"}, "points and a curve",
                      "either \"points\" or \"curve\"");

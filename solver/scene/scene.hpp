@@ -74,6 +74,14 @@ struct ObstacleInput {
     std::string side; ///< "inside" | "outside" | "": from the sign of the enclosed volume
 };
 
+/// A tube of a section, or a coil of round wire in it.
+struct SectionLayer {
+    double inner_radius = 0, outer_radius = 0; ///< [m]
+    double youngs_modulus = 0;                 ///< [Pa]
+    double poisson_ratio = 0.3;
+    double pitch = 0; ///< of a coil of round wire as thick as the layer [m]; 0: a tube
+};
+
 /// A piece of a wire, from its base towards its tip. Pairs are values at the piece's two ends.
 struct BeamSegment {
     double length = 0;          ///< [m]
@@ -83,11 +91,15 @@ struct BeamSegment {
     std::array<double, 2> GJ{}; ///< torsional stiffness [N m^2]; default 0.77 EI
     std::array<double, 2> EA{}; ///< axial stiffness [N]; default 4 EI / (radius^2 + inner_radius^2)
     std::array<double, 2> GA{}; ///< shear stiffness [N]; 0: no shear deformation
-    double curvature = 0;       ///< natural curvature [1/m]
-    double curvature_angle = 0; ///< turns the plane of the curvature about the wire [rad]
-    double element = 0;         ///< length of the elements [m]
-    std::optional<double> friction; ///< overrides the pair's
-    double density = 0;             ///< mass per volume [kg/m^3]; needed for dynamics
+    std::vector<SectionLayer> layers; ///< what EI, GJ and EA are made of; empty: they are given
+    CurvePoints bending;              ///< (change of curvature [1/m], moment [N m]); empty: linear
+    CurvePoints stretching;           ///< (strain, force [N]); empty: linear
+    double curvature = 0;             ///< natural curvature [1/m]
+    double curvature_angle = 0;       ///< turns the plane of the curvature about the wire [rad]
+    double twist = 0;                 ///< natural twist: turn of that plane along the wire [rad/m]
+    double element = 0;               ///< length of the elements [m]
+    std::optional<double> friction;   ///< overrides the pair's
+    double density = 0;               ///< mass per volume [kg/m^3]; needed for dynamics
 };
 
 /// Where an introducer sits on a centreline, instead of a point and a direction.

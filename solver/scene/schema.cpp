@@ -109,14 +109,17 @@ void field_schema(JsonText& out, const FieldDeclaration& f, const void* defaults
         number_schema(out, f);
         break;
     case FieldType::curve:
-        out.key("oneOf").open('[');
-        number_schema(out, f);
-        out.open('{');
+        if (f.over == "time") {
+            out.key("oneOf").open('[');
+            number_schema(out, f);
+            out.open('{');
+        }
         list_of(1, 0);
         out.open('{').member("type", "array").member("minItems", 2).member("maxItems", 2);
         out.key("items").open('[').open('{').member("type", "number").close('}');
         number_schema(out, f);
-        out.close(']').close('}').close('}').close(']');
+        out.close(']').close('}');
+        if (f.over == "time") out.close('}').close(']');
         break;
     case FieldType::object:
         object_schema(out, *f.object);
@@ -188,7 +191,9 @@ void table(std::string& page, const std::vector<FieldDeclaration>& fields, const
     page += "| field | allowed | default | meaning |\n|---|---|---|---|\n";
     for (const FieldDeclaration& f : fields) {
         std::string fallback = f.required ? "required" : f.fallback;
-        if (!f.unless.empty()) fallback += " without `" + f.unless + "`";
+        for (const std::string& other : f.unless)
+            fallback +=
+                fmt::format(" {} `{}`", &other == &f.unless.front() ? "without" : "and", other);
         if (fallback.empty()) fallback = default_text(f, defaults);
         page +=
             fmt::format("| `{}` | {} | {} | {} |\n", f.name, allowed_in_words(f), fallback, f.doc);

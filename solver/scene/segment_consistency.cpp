@@ -1,5 +1,7 @@
 #include "solver/scene/segment_consistency.hpp"
 
+#include "solver/scene/section_layers.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -10,6 +12,77 @@ namespace {
 
 constexpr double kMostElements = 1e6; // of one beam: more is a slip of the unit, and 10 GB
 constexpr double kRoundOff = 1e-9;    // of lengths that are meant to be the same, relative
+
+/// A table must begin at [0, 0], or lead through it, and rise.
+/// @param linear  the stiffness beside it
+void check_table(const CurvePoints& table, bool both_ways, const std::string& here,
+                 const std::string& linear_place, double linear, Findings& findings)
+{
+    if (table.empty()) return;
+    const char* zero = both_ways ? "a table through [0, 0]" : "a table from [0, 0] on";
+    std::size_t at = 0;
+    while (at < table.size() && table[at][0] != 0)
+        ++at;
+    if (at == table.size() || (at > 0 && !both_ways) || table[at][1] != 0)
+        return findings.add({here},
+                            at < table.size()
+                                ? fmt::format("[{}, {}]", table[at][0], table[at][1])
+                                : fmt::format("[{}, {}] first", table[0][0], table[0][1]),
+                            zero);
+    if (at + 1 == table.size())
+        return findings.add({here}, fmt::format("{} point{}", table.size(), at ? "s" : ""),
+                            "a point beyond [0, 0]");
+    for (std::size_t i = 1; i < table.size(); ++i)
+        if (!(table[i][1] > table[i - 1][1]))
+            return findings.add({fmt::format("{}/{}", here, i)}, fmt::format("{}", table[i][1]),
+                                fmt::format("> {}, the value before it: what gives way as it "
+                                            "is loaded has no balance",
+                                            table[i - 1][1]));
+    const double slope = table[at + 1][1] / table[at + 1][0];
+    if (!(std::abs(linear / slope - 1) < 1e-6))
+        findings.add({linear_place, here}, fmt::format("{}", linear),
+                     fmt::format("nothing beside the table, or {:.9g}, its slope at 0", slope));
+}
+
+void check_layers(const BeamSegment& s, const std::string& here, Findings& findings)
+{
+    if (s.layers.empty()) return;
+    for (std::size_t i = 0; i < s.layers.size(); ++i) {
+        const SectionLayer& l = s.layers[i];
+        const std::string layer = fmt::format("{}/layers/{}", here, i);
+        if (!(l.inner_radius < l.outer_radius))
+            findings.add({layer + "/inner_radius", layer + "/outer_radius"},
+                         fmt::format("{}", l.inner_radius),
+                         fmt::format("< {} [m], its outer radius", l.outer_radius));
+        if (l.outer_radius > s.radius * (1 + kRoundOff))
+            findings.add({layer + "/outer_radius", here + "/radius"},
+                         fmt::format("{}", l.outer_radius),
+                         fmt::format("<= {} [m], the segment's radius", s.radius));
+        if (l.inner_radius < s.inner_radius * (1 - kRoundOff))
+            findings.add({layer + "/inner_radius", here + "/inner_radius"},
+                         fmt::format("{}", l.inner_radius),
+                         fmt::format(">= {} [m], the segment's bore", s.inner_radius));
+        if (l.pitch > 0 && l.pitch < (l.outer_radius - l.inner_radius) * (1 - kRoundOff))
+            findings.add(
+                {layer + "/pitch", layer}, fmt::format("{}", l.pitch),
+                fmt::format(">= {} [m], as thick as its wire is", l.outer_radius - l.inner_radius));
+        if (l.pitch > 0 && !(l.inner_radius > 0))
+            findings.add({layer + "/inner_radius", layer}, fmt::format("{}", l.inner_radius),
+                         "> 0 of a coil");
+        for (std::size_t j = 0; j < i; ++j)
+            if (l.inner_radius < s.layers[j].outer_radius * (1 - kRoundOff) &&
+                s.layers[j].inner_radius < l.outer_radius * (1 - kRoundOff))
+                findings.add({layer}, fmt::format("{} to {}", l.inner_radius, l.outer_radius),
+                             fmt::format("a place beside layer {}, {} to {}", j,
+                                         s.layers[j].inner_radius, s.layers[j].outer_radius));
+    }
+    const double EI = stiffness_of(s.layers).EI;
+    if (s.bending.empty() && !(std::abs(s.EI[0] / EI - 1) < 1e-6 && s.EI[0] == s.EI[1]))
+        findings.add({here + "/EI", here + "/layers"}, fmt::format("{}", s.EI[0]),
+                     fmt::format("nothing beside layers, or {:.9g}, their own", EI));
+    if (!s.bending.empty())
+        findings.add({here + "/bending", here + "/layers"}, "a table", "nothing beside layers");
+}
 
 /// @param stiff  what EI and GJ must be; empty for what may be 0
 void check_segment(const BeamSegment& s, const std::string& here, const std::string& stiff,
@@ -32,6 +105,12 @@ void check_segment(const BeamSegment& s, const std::string& here, const std::str
     if (!stiff.empty() && s.EI[0] * s.EI[1] == 0) findings.add({here + "/EI"}, "0", stiff);
     if (!stiff.empty() && s.GJ[0] * s.GJ[1] == 0)
         findings.add({here + "/GJ", here + "/EI"}, "0", stiff);
+    check_layers(s, here, findings);
+    check_table(s.bending, false, here + "/bending", here + "/EI", s.EI[0], findings);
+    check_table(s.stretching, true, here + "/stretching", here + "/EA", s.EA[0], findings);
+    if (!s.bending.empty() && s.EI[0] != s.EI[1])
+        findings.add({here + "/EI", here + "/bending"}, fmt::format("[{}, {}]", s.EI[0], s.EI[1]),
+                     "nothing beside a table");
     if (scene.time.kind == "dynamic" && !(s.density > 0))
         findings.add({here + "/density", "/time/kind"}, "nothing",
                      "a number > 0 [kg/m^3]: time.kind is \"dynamic\"");
@@ -60,6 +139,13 @@ void check_segments(const std::vector<BeamSegment>& segments, const std::string&
     double elements = 0;
     for (std::size_t i = 0; i < segments.size(); ++i) {
         check_segment(segments[i], fmt::format("{}/segments/{}", place, i), stiff, scene, findings);
+        const std::string here = fmt::format("{}/segments/{}", place, i);
+        if (cables && !segments[i].stretching.empty())
+            findings.add({here + "/stretching"}, "a table",
+                         "nothing: what is in an introducer stretches by EA");
+        if (cables && segments[i].twist != 0)
+            findings.add({here + "/twist"}, fmt::format("{}", segments[i].twist),
+                         "0: what is in an introducer has no twist of its own");
         if (segments[i].element > 0) elements += segments[i].length / segments[i].element;
     }
     if (elements > kMostElements)

@@ -151,7 +151,8 @@ void write_object(JsonText& out, const std::vector<const FieldDeclaration*>& fie
         void* member = f->member(object);
         if (!f->required && !is_given(*f, member)) continue;
         const bool replaced = std::any_of(fields.begin(), fields.end(), [&](const auto* other) {
-            return other->name == f->unless && is_given(*other, other->member(object));
+            return std::find(f->unless.begin(), f->unless.end(), other->name) != f->unless.end() &&
+                   is_given(*other, other->member(object));
         });
         if (replaced) continue;
         out.key(f->name);

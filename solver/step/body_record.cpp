@@ -262,11 +262,10 @@ BeamRecord record_rod(const RodBody& rod, const std::string& name)
         const std::size_t e =
             std::size_t(model.closed ? (i + elements) % elements : std::min(i, elements - 1));
         const std::array<double, 6> strain = rod.strain(int(e));
-        const ElementLaw& law = model.law[e];
-        const auto force = [&](std::size_t k) { return resultant(law, k, strain[k]); };
+        const std::array<double, 6> force = rod.resultants(int(e));
         const std::array<double, 6> here{model.radius[e], std::hypot(strain[4], strain[5]),
-                                         strain[3],       force(0),
-                                         force(3),        std::hypot(force(4), force(5))};
+                                         strain[3],       force[0],
+                                         force[3],        std::hypot(force[4], force[5])};
         const bool inner = model.closed || (i > 0 && i < elements);
         if (i < 0) {
             before = here;

@@ -1,5 +1,6 @@
 #include "solver/beam/element.hpp"
 
+#include "solver/beam/table_law.hpp"
 #include "solver/beam/tests/random_wire.hpp"
 
 #include <Eigen/Geometry>
@@ -39,6 +40,21 @@ Chain random_chain(int elements, unsigned seed, double turn)
         law.constant = random();
         c.laws.push_back(law);
     }
+    return c;
+}
+
+/// Every second element answers by tables, one of them by two of each.
+Chain with_tables(Chain c)
+{
+    const auto law = [](CurvePoints t) {
+        return std::make_shared<const TableLaw>(make_table_law(std::move(t)));
+    };
+    const auto bends = law({{0, 0}, {0.1, 0.05}, {0.4, 0.11}, {0.9, 0.4}}),
+               other = law({{0, 0}, {0.05, 0.03}, {0.8, 0.2}}),
+               stretches = law({{-0.3, -3}, {-0.1, -0.5}, {0, 0}, {0.1, 0.5}, {0.2, 0.7}});
+    for (std::size_t i = 0; i < c.laws.size(); i += 2)
+        c.laws[i].beyond = {{0.7 * c.laws[i].length, bends, stretches}};
+    c.laws[2].beyond.push_back({0.3 * c.laws[2].length, other, nullptr});
     return c;
 }
 
@@ -83,61 +99,68 @@ Chain moved(const Chain& c, int node, int unknown, double by)
 
 TEST_CASE("the force is the derivative of the energy, in random poses bent by up to a radian")
 {
-    for (double turn : {0.01, 0.3, 1.0}) {
-        CAPTURE(turn);
-        const Chain c = random_chain(6, 7, turn);
-        const System s = assemble(c);
-        double largest = 0, wrong = 0;
-        const double h = 1e-5;
-        for (int i = 0; i <= 6; ++i)
-            for (int k = 0; k < 6; ++k) {
-                const double exact =
-                    (energy(moved(c, i, k, h)) - energy(moved(c, i, k, -h))) / (2 * h);
-                largest = std::max(largest, std::abs(exact));
-                wrong = std::max(wrong, std::abs(exact - s.gradient[std::size_t(i)].value[k]));
-            }
-        CHECK(wrong < 1e-8 * largest);
-    }
+    for (double turn : {0.01, 0.3, 1.0})
+        for (const bool tables : {false, true}) {
+            CAPTURE(turn);
+            CAPTURE(tables);
+            const Chain linear = random_chain(6, 7, turn),
+                        c = tables ? with_tables(linear) : linear;
+            const System s = assemble(c);
+            double largest = 0, wrong = 0;
+            const double h = 1e-5;
+            for (int i = 0; i <= 6; ++i)
+                for (int k = 0; k < 6; ++k) {
+                    const double exact =
+                        (energy(moved(c, i, k, h)) - energy(moved(c, i, k, -h))) / (2 * h);
+                    largest = std::max(largest, std::abs(exact));
+                    wrong = std::max(wrong, std::abs(exact - s.gradient[std::size_t(i)].value[k]));
+                }
+            CHECK(wrong < 1e-8 * largest);
+        }
 }
 
 // With g the body-frame gradient, moving along b changes g_a by H_ab + g.(b x a)/2: the
 // symmetric Hessian is what is left without the second term.
 TEST_CASE("the tangent is the symmetric second derivative of the energy")
 {
-    for (double turn : {0.01, 0.3, 1.0}) {
-        CAPTURE(turn);
-        const int n = 6;
-        const Chain c = random_chain(n, 8, turn);
-        const System s = assemble(c);
-        double largest = 0, wrong = 0, skewness = 0;
-        const double h = 1e-5;
-        for (int j = 0; j <= n; ++j)
-            for (int b = 0; b < 6; ++b) {
-                const System up = assemble(moved(c, j, b, h)), down = assemble(moved(c, j, b, -h));
-                for (int i = std::max(0, j - 1); i <= std::min(n, j + 1); ++i)
-                    for (int a = 0; a < 6; ++a) {
-                        const std::size_t row = std::size_t(i);
-                        double exact =
-                            (up.gradient[row].value[a] - down.gradient[row].value[a]) / (2 * h);
-                        if (i == j && a >= 3 && b >= 3) {
-                            const double* g = s.gradient[row].value;
-                            exact -= 0.5 * Vec3(g[3], g[4], g[5])
-                                               .dot(Vec3::Unit(b - 3).cross(Vec3::Unit(a - 3)));
+    for (double turn : {0.01, 0.3, 1.0})
+        for (const bool tables : {false, true}) {
+            CAPTURE(turn);
+            CAPTURE(tables);
+            const int n = 6;
+            const Chain linear = random_chain(n, 8, turn),
+                        c = tables ? with_tables(linear) : linear;
+            const System s = assemble(c);
+            double largest = 0, wrong = 0, skewness = 0;
+            const double h = 1e-5;
+            for (int j = 0; j <= n; ++j)
+                for (int b = 0; b < 6; ++b) {
+                    const System up = assemble(moved(c, j, b, h)),
+                                 down = assemble(moved(c, j, b, -h));
+                    for (int i = std::max(0, j - 1); i <= std::min(n, j + 1); ++i)
+                        for (int a = 0; a < 6; ++a) {
+                            const std::size_t row = std::size_t(i);
+                            double exact =
+                                (up.gradient[row].value[a] - down.gradient[row].value[a]) / (2 * h);
+                            if (i == j && a >= 3 && b >= 3) {
+                                const double* g = s.gradient[row].value;
+                                exact -= 0.5 * Vec3(g[3], g[4], g[5])
+                                                   .dot(Vec3::Unit(b - 3).cross(Vec3::Unit(a - 3)));
+                            }
+                            const double got = i == j  ? s.tangent.diagonal(i)(a, b)
+                                               : i < j ? s.tangent.upper(i)(a, b)
+                                                       : s.tangent.lower(j)(a, b);
+                            largest = std::max(largest, std::abs(exact));
+                            wrong = std::max(wrong, std::abs(exact - got));
+                            const double other = i == j  ? s.tangent.diagonal(i)(b, a)
+                                                 : i < j ? s.tangent.lower(i)(b, a)
+                                                         : s.tangent.upper(j)(b, a);
+                            skewness = std::max(skewness, std::abs(got - other));
                         }
-                        const double got = i == j  ? s.tangent.diagonal(i)(a, b)
-                                           : i < j ? s.tangent.upper(i)(a, b)
-                                                   : s.tangent.lower(j)(a, b);
-                        largest = std::max(largest, std::abs(exact));
-                        wrong = std::max(wrong, std::abs(exact - got));
-                        const double other = i == j  ? s.tangent.diagonal(i)(b, a)
-                                             : i < j ? s.tangent.lower(i)(b, a)
-                                                     : s.tangent.upper(j)(b, a);
-                        skewness = std::max(skewness, std::abs(got - other));
-                    }
-            }
-        CHECK(wrong < 1e-8 * largest);
-        CHECK(skewness < 1e-13 * largest);
-    }
+                }
+            CHECK(wrong < 1e-8 * largest);
+            CHECK(skewness < 1e-13 * largest);
+        }
 }
 
 TEST_CASE("strains do not change when all is moved and turned together, nor when a quaternion "

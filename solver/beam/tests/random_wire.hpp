@@ -59,11 +59,18 @@ inline std::vector<BeamSegment> three_segments(double shear = 0)
 
 /// A wire part of which is out of a sheath that points into no special direction; bent,
 /// twisted and stretched at random.
-inline Wire shaken_wire(double inserted, double fade, unsigned seed, double shear = 0)
+/// @param tables  the tip bends by a table, and the shaft by another
+inline Wire shaken_wire(double inserted, double fade, unsigned seed, double shear = 0,
+                        bool tables = false)
 {
     Random random(seed);
     Wire w;
-    w.material = make_material(three_segments(shear), 0.2);
+    std::vector<BeamSegment> segments = three_segments(shear);
+    if (tables) {
+        segments[0].bending = {{0, 0}, {0.03, 0.06}, {1, 0.5}};
+        segments[2].bending = {{0, 0}, {0.05, 0.02}, {0.4, 0.05}, {1, 0.9}};
+    }
+    w.material = make_material(segments, 0.2);
     Sheath s;
     s.end = {0.3, -0.2, 0.1};
     Quaternion q;

@@ -1,6 +1,7 @@
 #include "solver/scene/read.hpp"
 #include "solver/scene/tests/issues_of.hpp"
 
+#include <cmath>
 #include <doctest/doctest.h>
 #include <string>
 
@@ -41,6 +42,83 @@ TEST_CASE("rods read as they are written, and resolved as the same again")
     CHECK(s.time.path == 0.01);
     const std::string resolved = resolved_scene(s);
     CHECK(resolved_scene(parse_scene(resolved, "again.json", {})) == resolved);
+}
+
+TEST_CASE("tables of a rod's section: what they are not, and the stiffness that follows")
+{
+    const std::string EI = "\"EI\": 1440", corotational = "\"elements\": \"corotational\", ";
+    const auto with = [&](const std::string& table) {
+        return issues_of(replaced(replaced(kExample, corotational, ""), EI, table));
+    };
+    const Scene s = parse_scene(replaced(replaced(kExample, corotational, ""), EI,
+                                         "\"bending\": [[0, 0], [2, 3000], [5, 4000]]"),
+                                "s.json", {});
+    CHECK(s.rods[0].segments[0].EI == std::array<double, 2>{1500, 1500});
+    CHECK(s.rods[0].segments[0].GJ[0] == 0.77 * 1500);
+    CHECK(resolved_scene(parse_scene(resolved_scene(s), "again.json", {})) == resolved_scene(s));
+    CHECK(has(bad(EI, "\"bending\": [[0, 0], [2, 3000]]"), "\"exact\" elements"));
+    CHECK(
+        has(with("\"bending\": 3"), "/segments/0/bending: found 3, allowed: [[curvature, value]"));
+    CHECK(has(with("\"bending\": [[0, 0]]"), "a point beyond [0, 0]"));
+    CHECK(has(with("\"bending\": [[0.1, 0], [1, 3]]"), "a table from [0, 0] on"));
+    CHECK(has(with("\"bending\": [[-1, -3], [0, 0], [1, 3]]"), "a table from [0, 0] on"));
+    CHECK(has(with("\"bending\": [[0, 0], [1, 3], [1, 4]]"),
+              "/bending/2: found curvature 1, allowed: > 1 [1/m]"));
+    CHECK(has(with("\"bending\": [[0, 0], [1, 3], [2, 3]]"),
+              "/bending/2: found 3, allowed: > 3, the value before it"));
+    CHECK(has(with("\"EI\": 4, \"bending\": [[0, 0], [1, 3]]"), "/segments/0/EI: found 4"));
+    const std::string EA = "\"EA\": 4.32e7";
+    const auto stretching = [&](const std::string& table) {
+        return issues_of(replaced(replaced(kExample, corotational, ""), EA, table));
+    };
+    CHECK(stretching("\"stretching\": [[-0.01, -1e3], [0, 0], [0.01, 4e3]]") == "");
+    CHECK(
+        has(stretching("\"stretching\": [[-0.01, -1e3], [0, 1], [0.01, 4e3]]"), "through [0, 0]"));
+    CHECK(has(stretching("\"stretching\": [[-0.01, -1e3], [0, 0]]"), "a point beyond [0, 0]"));
+}
+
+TEST_CASE("layers of a section: what they add up to, and what they cannot be")
+{
+    const std::string given = "\"EI\": 1440, \"EA\": 4.32e7";
+    const auto with = [&](const std::string& layers) {
+        return replaced(kExample, given, "\"layers\": [" + layers + "]");
+    };
+    // Two tubes of one material are one full bar.
+    const std::string inner = R"({"outer_radius": 0.004, "youngs_modulus": 2e11})",
+                      outer = R"({"inner_radius": 0.004, "outer_radius": 0.01,
+                                  "youngs_modulus": 2e11})";
+    const Scene s = parse_scene(with(inner + ", " + outer), "s.json", {});
+    const BeamSegment& bar = s.rods[0].segments[0];
+    const double pi = 3.14159265358979323846, r = 0.01, E = 2e11;
+    CHECK(bar.EI[0] == doctest::Approx(E * pi * r * r * r * r / 4).epsilon(1e-14));
+    CHECK(bar.GJ[1] == doctest::Approx(E / 2.6 * pi * r * r * r * r / 2).epsilon(1e-14));
+    CHECK(bar.EA[0] == doctest::Approx(E * pi * r * r).epsilon(1e-14));
+    CHECK(resolved_scene(parse_scene(resolved_scene(s), "again.json", {})) == resolved_scene(s));
+    // A steel coil of 1 mm wire, 10 mm across, turns 2 mm apart: per turn F R^2 2 pi R / GJ long
+    // and M 2 pi R / EI round, by Castigliano's theorem.
+    const Scene coiled = parse_scene(with(R"({"inner_radius": 0.0045, "outer_radius": 0.0055,
+                                         "youngs_modulus": 2e11, "pitch": 0.002})"),
+                                     "s.json", {});
+    const BeamSegment& coil = coiled.rods[0].segments[0];
+    const double I = pi / 4 * std::pow(0.5e-3, 4), GJ = E / 2.6 * 2 * I, R = 5e-3;
+    CHECK(coil.EA[0] == doctest::Approx(0.002 * GJ / (2 * pi * R * R * R)).epsilon(1e-12));
+    CHECK(coil.GJ[0] == doctest::Approx(0.002 * E * I / (2 * pi * R)).epsilon(1e-12));
+    CHECK(coil.EI[0] == doctest::Approx(0.002 / (pi * R * (1 / (E * I) + 1 / GJ))).epsilon(1e-12));
+    const auto bad_layers = [&](const std::string& layers) { return issues_of(with(layers)); };
+    CHECK(has(bad_layers(outer + ", " + outer), "/layers/1: found 0.004 to 0.01"));
+    CHECK(has(bad_layers(R"({"outer_radius": 0.02, "youngs_modulus": 1})"),
+              "/layers/0/outer_radius: found 0.02, allowed: <= 0.01 [m]"));
+    CHECK(has(bad_layers(R"({"inner_radius": 0.01, "outer_radius": 0.01, "youngs_modulus": 1})"),
+              "/layers/0/inner_radius: found 0.01, allowed: < 0.01 [m]"));
+    CHECK(has(bad_layers(R"({"inner_radius": 0.004, "outer_radius": 0.006, "youngs_modulus": 1,
+                             "pitch": 0.001})"),
+              "/layers/0/pitch: found 0.001"));
+    CHECK(has(bad_layers(R"({"outer_radius": 0.006, "youngs_modulus": 1, "pitch": 0.1})"),
+              "> 0 of a coil"));
+    CHECK(has(bad_layers(R"({"outer_radius": 0.006})"), "/layers/0/youngs_modulus: found nothing"));
+    CHECK(has(
+        issues_of(replaced(kExample, "\"EI\": 1440", "\"EI\": 1440, \"layers\": [" + inner + "]")),
+        "/segments/0/EI: found 1440, allowed: nothing beside layers"));
 }
 
 TEST_CASE("a rod is not laid in a bend tighter than itself")

@@ -256,3 +256,77 @@ TEST_CASE("a rod says what holds it not, and what is wrong with it")
     beyond.loads.push_back(l);
     CHECK(place_of(beyond) == "/loads/0/at");
 }
+
+TEST_CASE("a rod that bends by a table is bent by an end moment as the table says, in any plane")
+{
+    // 2 N m over 1/m up to 1/m, then 0.5: a moment of 2.4 N m bends to 1.8 /m, whatever its axis.
+    for (const double angle : {0.0, 0.6, 2.1}) {
+        RodInput input = straight(10);
+        input.segments[0].EI = {2, 2};
+        input.segments[0].bending = {{0, 0}, {1, 2}, {3, 3}};
+        input.hold = {clamp("start")};
+        RodLoad load;
+        load.set = "end";
+        load.moment = 2.4 * Vec3(0, std::cos(angle), std::sin(angle));
+        load.over = {{0, 0}, {1, 1}};
+        input.loads = {load};
+        RodBody rod(input, nullptr, 0);
+        double stored = 0, work = 0;
+        for (int i = 0; i < 8; ++i) {
+            const BodyEnergy e = advance(rod, quasi_static(i / 8.0, 1 / 8.0));
+            stored = e.elastic;
+            work += e.work;
+        }
+        CAPTURE(angle);
+        const double k = 1.8;
+        const Vec3 end = rod.nodes().back().position();
+        CHECK(end.x() == doctest::Approx(std::sin(k) / k).epsilon(1e-9));
+        CHECK(std::hypot(end.y(), end.z()) == doctest::Approx((1 - std::cos(k)) / k).epsilon(1e-9));
+        // The area below the table, but for its rounded corner.
+        CHECK(std::hypot(rod.strain(4)[4], rod.strain(4)[5]) == doctest::Approx(k).epsilon(1e-9));
+        CHECK(std::hypot(rod.resultants(4)[4], rod.resultants(4)[5]) ==
+              doctest::Approx(2.4).epsilon(1e-9));
+        CHECK(stored == doctest::Approx(1 + 0.5 * (2 + 2.4) * 0.8).epsilon(1e-3));
+    }
+}
+
+TEST_CASE("a rod that stretches by a table is as long as it says, in tension and in compression")
+{
+    for (const double pull : {300.0, 1500.0, -1100.0}) {
+        RodInput input = straight(4);
+        input.segments[0].EA = {1e5, 1e5};
+        input.segments[0].stretching = {
+            {-0.02, -1200}, {-0.01, -1000}, {0, 0}, {0.01, 1000}, {0.03, 2000}};
+        input.hold = {clamp("start")};
+        RodLoad load;
+        load.set = "end";
+        load.force = Vec3(pull, 0, 0);
+        input.loads = {load};
+        input.plane = Vec3::UnitZ();
+        input.segments[0].EI = {100, 100};
+        RodBody rod(input, nullptr, 0);
+        advance(rod, quasi_static(0, 1));
+        const double strain = pull == 300 ? 0.003 : pull > 0 ? 0.02 : -0.015;
+        CAPTURE(pull);
+        CHECK(rod.nodes().back().position().x() == doctest::Approx(1 + strain).epsilon(1e-10));
+    }
+}
+
+TEST_CASE("a rod of natural curvature and twist is a helix")
+{
+    const double k = 6, t = 4, square = k * k + t * t;
+    RodInput input = straight(12);
+    input.segments[0].curvature = k;
+    input.segments[0].twist = t;
+    input.hold = {clamp("start")};
+    RodBody rod(input, nullptr, 0);
+    advance(rod, quasi_static(0, 1)); // free of load: it stays
+    // Nodes lie on a helix of radius k / (k^2 + t^2) and pitch 2 pi t / (k^2 + t^2): chords of
+    // s have the length sqrt(4 r^2 sin^2(w s / 2) + (t s / w)^2), w^2 = k^2 + t^2.
+    const double w = std::sqrt(square), r = k / square;
+    for (const int n : {1, 5, 12}) {
+        const double s = n / 12.0, around = 2 * r * std::sin(w * s / 2), along = t * s / w;
+        CHECK((rod.nodes()[std::size_t(n)].position() - rod.nodes()[0].position()).norm() ==
+              doctest::Approx(std::hypot(around, along)).epsilon(1e-10));
+    }
+}

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "mesh/base/curve.hpp"
+
+#include <vector>
+
+// A section's law by table: its moment over its curvature, its force over its strain. Elastic: the
+// way back is the way there.
+
+namespace amontons {
+
+/// Straight between the table's points and beyond the last; corners are rounded by parabolas over a
+/// twentieth of the shorter side, so that the stiffness is continuous (but at 0, where a table may
+/// have tension and compression meet).
+struct TableLaw {
+    /// From `start` on: force + stiffness d + bend d^2 / 2.
+    struct Piece {
+        double start = 0, energy = 0, force = 0, stiffness = 0, bend = 0;
+    };
+    std::vector<Piece> pieces;
+    double at_rest = 0; ///< stiffness at 0
+
+    struct Value {
+        double energy = 0, force = 0, stiffness = 0;
+    };
+    Value at(double strain) const;
+    /// What is more than the linear law of the stiffness at rest.
+    Value beyond(double strain) const;
+};
+
+/// @param table  (strain, force): both increasing, (0, 0) among them
+TableLaw make_table_law(const CurvePoints& table);
+
+/// The law of another strain: of `scale` times it.
+TableLaw scaled(TableLaw law, double scale);
+
+} // namespace amontons
