@@ -251,13 +251,25 @@ double NaturalMapError::floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u
     return floor <= kFloorLimit ? floor : 0;
 }
 
-double NaturalMapError::threshold(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
-                                  double tolerance) const
+/// Not below the floor, without its product.
+double NaturalMapError::floor_bound(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const
 {
     const Eigen::VectorXd root = diagonal_.cwiseAbs().cwiseSqrt();
     const double most = root.norm() * root.dot(r.cwiseAbs()) + size_;
-    if (kFloorFactor * ratio(most, size_of_q(r, u, false)) <= tolerance) return tolerance;
-    return std::max(tolerance, floor(r, u));
+    return kFloorFactor * ratio(most, size_of_q(r, u, false));
+}
+
+double NaturalMapError::threshold(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
+                                  double tolerance) const
+{
+    return floor_bound(r, u) <= tolerance ? tolerance : std::max(tolerance, floor(r, u));
+}
+
+double NaturalMapError::hidden(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
+                               double tolerance) const
+{
+    constexpr double kShare = 1.0 / 50, kNothing = 1e-3;
+    return kShare * floor_bound(r, u) <= kNothing * tolerance ? 0 : kShare * floor(r, u);
 }
 
 Certificate certify(const ContactProblem& problem, const Eigen::VectorXd& r, double tolerance,

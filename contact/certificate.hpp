@@ -110,6 +110,9 @@ public:
     /// The larger of a tolerance and the floor. The floor's product is spared where |W_ij| <=
     /// sqrt(W_ii W_jj), which semidefinite W obey, tells that it is the smaller.
     double threshold(const Eigen::VectorXd& r, const Eigen::VectorXd& u, double tolerance) const;
+    /// What the round-off of u may hide of an error below a tolerance: a fiftieth of the floor, 0
+    /// where that is below a thousandth of the tolerance [-].
+    double hidden(const Eigen::VectorXd& r, const Eigen::VectorXd& u, double tolerance) const;
     /// ||F_i|| of one contact with the given rho [N].
     /// @param r, u  of this contact, as many numbers as it has rows
     double residual(int contact, const double* r, const double* u, double rho) const;
@@ -127,6 +130,7 @@ private:
         return residual(contact, r.data() + first_row(contact), u.data() + first_row(contact), rho);
     }
     double size_of_q(const Eigen::VectorXd& r, const Eigen::VectorXd& u, bool scaled) const;
+    double floor_bound(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
 
     const ContactProblem& problem_;
     ErrorScope scope_;

@@ -40,7 +40,12 @@ bool Progress::converged(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exac
         next_refresh_ = looks_ + kRefreshEvery;
         threshold_ = natural_map_.threshold(r, u, options_.tolerance);
     }
-    return error_ <= threshold_ || (due && converged_by_rounding(r, u));
+    // Sweeps end just below the threshold: there the round-off of u decides.
+    if (error_ <= threshold_ &&
+        (threshold_ > options_.tolerance ||
+         error_ + natural_map_.hidden(r, u, options_.tolerance) <= threshold_))
+        return true;
+    return due && converged_by_rounding(r, u);
 }
 
 /// Where the last digit of r is more than the tolerance, another last digit may be right.

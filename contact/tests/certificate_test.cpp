@@ -1,5 +1,6 @@
 #include "contact/certificate.hpp"
 
+#include "contact/solve.hpp"
 #include "contact/tests/contact_problems.hpp"
 
 #include <doctest/doctest.h>
@@ -137,4 +138,29 @@ TEST_CASE("nothing, and a motion that is zero, are certified as solved by r = 0"
     p.q.setZero();
     CHECK(certify(p, Eigen::VectorXd::Zero(6), 0).error == 0);
     CHECK(certify(p, Eigen::VectorXd::Ones(6), 1e-8).status == SolveStatus::stagnated);
+}
+
+TEST_CASE("sweeps that creep below a tolerance are below it in long double too")
+{
+    // Heavy on light: sweeps end within a fiftieth of the tolerance, u is known to a thousandth.
+    std::mt19937 rng{7};
+    std::uniform_real_distribution<double> uniform;
+    int solved = 0;
+    for (int k = 0; k < 200; ++k) {
+        ContactProblem p = test::tower({1, uniform(rng), 1, 1, 100 + 100 * uniform(rng)},
+                                       0.2 + 0.2 * uniform(rng), 0.5);
+        SolverOptions options;
+        options.tolerance = 1e-12;
+        const ContactSolution near = solve(p, options);
+        options.solver = ContactSolver::nsgs;
+        options.max_iterations = options.patience = 200000;
+        options.tolerance = 1.05 * NaturalMapError(p, ErrorScope::all_rows)
+                                       .floor(near.reaction, p.W * near.reaction + p.q);
+        const ContactSolution swept = solve(p, options);
+        if (swept.certificate.status != SolveStatus::converged) continue; // round-off stopped it
+        ++solved;
+        REQUIRE(swept.certificate.threshold == options.tolerance);
+        CHECK(test::reference_error(p, swept.reaction) <= options.tolerance);
+    }
+    CHECK(solved > 190);
 }
