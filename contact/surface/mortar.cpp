@@ -418,8 +418,18 @@ private:
         if (sides.slave.nodes == 3 && sides.master.nodes == 3 && !slave_normals_)
             return integrate_flat_(sides, polygon, multipliers, only, share, master);
         const std::span<const QuadraturePoint> points = points_for_(sides, polygon);
-        for (int i = 1; i + 1 < polygon.count; ++i) {
-            const Vec2 &a = polygon[0], &b = polygon[i], &c = polygon[i + 1];
+        // Triangles around the middle of the outline: a corner that comes or goes, with a side of
+        // no length, changes nothing at once.
+        Vec2 a = Vec2::Zero();
+        double length = 0;
+        for (int i = 0; i < polygon.count; ++i) {
+            const Vec2 &b = polygon[i], &c = polygon[(i + 1) % polygon.count];
+            a += (c - b).norm() / 2 * (b + c);
+            length += (c - b).norm();
+        }
+        a /= length;
+        for (int i = 0; i < polygon.count; ++i) {
+            const Vec2 &b = polygon[i], &c = polygon[(i + 1) % polygon.count];
             const double twice = twice_area(a, b, c);
             for (const QuadraturePoint& p : points) {
                 const Vec2 z = a + p.xi[0] * (b - a) + p.xi[1] * (c - a);

@@ -372,12 +372,6 @@ Vec3 SolidBody::past_velocity(const BodyPlace& at) const
     return d;
 }
 
-void SolidBody::lean_on(const Eigen::VectorXd& force)
-{
-    for (std::size_t i = 0; i < unknown_.size(); ++i)
-        firm_[unknown_[i]] = force[Eigen::Index(i)];
-}
-
 void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                        const Eigen::VectorXd& force)
 {

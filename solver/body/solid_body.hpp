@@ -13,6 +13,7 @@
 #include "solver/solid/hyperelastic.hpp"
 #include "solver/solid/rigid_modes.hpp"
 
+#include <Eigen/LU>
 #include <array>
 #include <memory>
 #include <optional>
@@ -80,6 +81,13 @@ public:
     /// leans on first. Of hyperelastic solids; before linearise().
     void lean_on(const Eigen::VectorXd& force);
     bool leans() const { return hyperelastic_; }
+    /// The last matrix is the true one and N N^T, stiffer where contacts push.
+    bool leaning() const;
+    /// What W of the true matrix has more than that of the one that leans.
+    /// @return  negative eigenvalues of the true matrix; -1 where it cannot be used
+    int upright_compliance(const SparseColumns& C, Eigen::MatrixXd& more);
+    /// A^-1 f by the true matrix from y = L^-1 f, after upright_compliance().
+    Eigen::VectorXd upright(const Eigen::VectorXd& y) const;
 
     /// Of loops over elements and nodes and of columns; the result is the same for any number.
     void use_threads(int threads);
@@ -262,6 +270,9 @@ protected:
     void change_hyperelastic(const Eigen::VectorXd& whole, const Eigen::VectorXd& mode);
     void accept_hyperelastic();
     double next_shift(); ///< share of the stiffness at rest that makes the matrix positive
+    SparseColumns stiffen(SparseMatrix& S, const Eigen::VectorXd& force, double along,
+                          double across_size) const;
+    void lean(SparseMatrix& S);
     void find_volumes();
     Eigen::VectorXd newton_solved(const Eigen::VectorXd& f) const;
     double volumes_missing() const;
@@ -276,6 +287,8 @@ protected:
     Eigen::VectorXd pending_;                ///< of u: what is prescribed and not yet moved
     Eigen::SparseMatrix<double> skew_;       ///< what the matrix lacks of the true tangent
     Eigen::SparseMatrix<double> true_part_;  ///< the matrix without its shift; empty: it has none
+    SparseColumns leaned_;                   ///< N, of the free unknowns
+    Eigen::PartialPivLU<Eigen::MatrixXd> upright_; ///< 1 - N^T L^-1 N
     double shift_ = 0, last_shift_ = 0;
     double share_made_ = 1, state_energy_ = 0, last_error_ = 0;
     int stalled_ = 0;

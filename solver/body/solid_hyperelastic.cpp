@@ -28,59 +28,11 @@ namespace amontons {
 namespace {
 
 constexpr int kMostHalvings = 12;
-constexpr double kFirstShift = 1e-3, kLargestShift = 1e3, kShiftGrowth = 10;
 constexpr int kPatience = 4;       // iterations that do not halve the error, before steps shorten
 constexpr double kOvershoot = 0.8; // slope at the end of a shortened step, of that at its start
 // Of GMRES: a share of the last error, so that Newton's steps stay quadratic.
 constexpr double kKrylovShare = 1e-2, kFinestKrylov = 1e-12, kCoarsestKrylov = 1e-5;
 constexpr int kMostKrylov = 60;
-/// How the matrix leans on contacts, in turn. First on those with what stands still, along their
-/// forces, by so many times the node's own stiffness: Newton's step is exact then. Then also across
-/// the forces, as if what they touch were round, with a curvature of so many over the body's size.
-/// Last on contacts with what gives way too, the body's own other side among it: both sides may
-/// move together, and are kept from it. In place of a shift the number of the line, from 1,
-/// negative.
-struct Lean {
-    bool firm = false;
-    double along = 0, across = 0;
-};
-constexpr std::array<Lean, 11> kLeans{{{true, 1, 0},
-                                       {true, 30, 0},
-                                       {true, 1, 1},
-                                       {true, 1, 4},
-                                       {true, 1, 16},
-                                       {true, 1, 64},
-                                       {false, 1, 0},
-                                       {false, 1, 1},
-                                       {false, 1, 4},
-                                       {false, 1, 16},
-                                       {false, 1, 64}}};
-constexpr double kNoForce = 1e-6; ///< on a node, of the largest on one
-
-/// Adds a node's own stiffness at rest along the force of contacts on it. Such a node will not move
-/// along its normal; where it slides, the force that the stiffness adds is parallel to the one that
-/// slides: forces of contacts are others for one iteration, motions are not. Across it what a wall
-/// of this curvature [1/m] adds: a force that stays where the node goes would turn a body that is
-/// pressed all around.
-/// @param along  of the node's own stiffness
-void stiffen_contacts(SparseMatrix& S, const SparseMatrix& K, const Eigen::VectorXd& force,
-                      double along, double curvature)
-{
-    // Round-off of a contact's weights is no contact: such a node moves freely.
-    const double least = kNoForce * force.cwiseAbs().maxCoeff();
-    for (Eigen::Index at = 0; at + 3 <= force.size(); at += 3) {
-        const Vec3 f = force.segment<3>(at);
-        if (!(f.norm() > least)) continue;
-        double size = 0;
-        for (int i = 0; i < 3; ++i)
-            size += along * K.coeff(at + i, at + i) / 3;
-        const Vec3 n = f.normalized();
-        const double across = curvature * f.norm();
-        for (int j = 0; j < 3; ++j)
-            for (int i = 0; i < 3; ++i)
-                S.coeffRef(at + i, at + j) += (size - across) * n[i] * n[j] + (i == j ? across : 0);
-    }
-}
 
 } // namespace
 
@@ -234,27 +186,7 @@ void SolidBody::assemble_tangent(SparseMatrix& S)
     }
     if (shift_ > 0) S.coeffs() += shift_ * matrix_->K.coeffs();
     if (shift_ == 0) return;
-    const Lean& lean = shift_ < 0 ? kLeans[std::size_t(-shift_) - 1] : kLeans.back();
-    const double scale = step_.dynamic ? 1 / step_.h : 1;
-    stiffen_contacts(S, matrix_->K, scale * (lean.firm ? firm_ : contact_), lean.along,
-                     lean.across / size_);
-}
-
-/// The next way to make the matrix positive. @return  0 if none is left
-double SolidBody::next_shift()
-{
-    if (step_.dynamic && shift_ >= 1) return 0;
-    if (shift_ <= 0 && shift_ > -double(kLeans.size()) && !step_.dynamic && !contact_.isZero(0)) {
-        // From one before the last iteration's on: what holds only just comes and goes.
-        shift_ = shift_ < 0 ? shift_ - 1 : std::min(-1.0, last_shift_ + 1);
-        while (firm_.isZero(0) && kLeans[std::size_t(-shift_) - 1].firm)
-            shift_ -= 1;
-        return 1;
-    }
-    indefinite_ = true;
-    shift_ = shift_ > 0 ? kShiftGrowth * shift_ // last_shift_ may be negative
-                        : std::max(kFirstShift, last_shift_ / (kShiftGrowth * kShiftGrowth));
-    return shift_ <= kLargestShift ? shift_ : 0;
+    lean(S);
 }
 
 /// A^-1 f of the true tangent's free part, without the border of volumes.
@@ -393,7 +325,8 @@ void SolidBody::change_hyperelastic(const Eigen::VectorXd& whole, const Eigen::V
 // stiffens stores on the way: the step is then too long for it.
 std::string SolidBody::made_energy()
 {
-    constexpr double kMost = 1e-2; // of the energy
+    constexpr double kMost = 1e-2;      // of the energy
+    constexpr double kRounding = 1e-14; // of stiffness times size squared: a body at rest has none
     if (!hyperelastic_ || !step_.dynamic) return "";
     Eigen::VectorXd inner;
     const Eigen::VectorXd momentum = mass_times(now_.v), dv = now_.v - state_.v;
@@ -401,7 +334,8 @@ std::string SolidBody::made_energy()
     const double stored = inner_forces(now_, inner);
     const double made = stored - state_energy_ - (now_.u - state_.u).dot(last_inner_) -
                         (step_.rule.end - 0.5) * dv.dot(momentum - momentum_);
-    if (made <= kMost * std::max(kinetic + stored, before + state_energy_)) return "";
+    const double energy = std::max(kinetic + stored, before + state_energy_);
+    if (made <= kMost * energy + kRounding * stiffest_ * size_ * size_) return "";
     return fmt::format("{}: the step makes {:.2g} J out of nothing", input_.name, made);
 }
 

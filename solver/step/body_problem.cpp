@@ -122,6 +122,8 @@ void BodyStepper::assemble()
     B_.assign(bodies(), {});
     for (std::size_t b = 0; b < bodies(); ++b)
         elastic_ |= !rows_.row[b].empty() && (system_.refs[b].solid || system_.refs[b].rod);
+    upright_.clear();
+    held_.resize(0);
     if (goes_by_bodies()) {
         for (std::size_t b = 0; b < bodies(); ++b)
             if (!rows_.row[b].empty()) W[b] = compliance_root(body(b), rows_.columns[b]);
@@ -161,11 +163,14 @@ void BodyStepper::assemble()
                 W[b].noalias() += share * mode_scale_[b] * (B_[b] * B_[b].transpose());
         return sum_of_bodies(rows_, W, soft);
     };
-    if (modes) {
-        measured_W_ = sum(1 / kModeWeight);
-        problem_.W = sum(1 - 1 / kModeWeight);
-    } else {
-        problem_.W = sum(0);
+    if (modes) measured_W_ = sum(1 / kModeWeight);
+    problem_.W = sum(modes ? 1 - 1 / kModeWeight : 0);
+    if (!leans_only_ && stand_upright(W, soft)) {
+        std::vector<Eigen::VectorXd> free(bodies());
+        for (std::size_t b = 0; b < bodies(); ++b)
+            free[b] = upright(b, free_[b]);
+        problem_.q = values(rows_);
+        add_motion(rows_, free, problem_.q);
     }
     report_.compliance += watch.seconds();
 }
@@ -252,12 +257,15 @@ bool BodyStepper::solve_with_modes()
             for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
                 problem_.q[rows_.row[b][i]] += shift[Eigen::Index(i)];
         }
+        if (held_.size() > 0) problem_.q -= taken_ * Eigen::VectorXd(problem_.q);
         if (rows_.count > 0) {
             const Stopwatch watch;
             ContactSolution solution = solve_contact(options);
             report_.contact_solve += watch.seconds();
             report_.iterations += solution.certificate.iterations;
             r_ = std::move(solution.reaction);
+            held_r_ = r_;
+            if (held_.size() > 0) r_ -= held_.cwiseProduct(problem_.W * r_ + problem_.q);
             certificate_ = solution.certificate;
             if (certificate_.status != SolveStatus::converged &&
                 (certificate_.status == SolveStatus::infeasible ||
@@ -403,6 +411,8 @@ bool BodyStepper::solve()
         in[std::size_t(c)] = c >= n_contacts || force_.count(key(c)) > 0 ||
                              u[all_.first[std::size_t(c)]] <= slack || (modes && deepest == 0);
     int rescales = 0;
+    let_go_.assign(std::size_t(n_contacts), 0);
+    leans_only_ = false;
     for (int growth = 0; growth < kMostGrowth; ++growth) {
         rows_.chosen.clear();
         for (int c = 0; c < n; ++c)
@@ -417,6 +427,13 @@ bool BodyStepper::solve()
             report_.refusal.clear();
             continue;
         }
+        if (!solved && !upright_.empty()) {
+            leans_only_ = true;
+            for (Eigen::VectorXd& m : mode_)
+                m.setZero();
+            report_.refusal.clear();
+            continue;
+        }
         if (!solved) {
             // Pins say nothing of where modes take a body: what was left out may hold it.
             if (!modes || int(rows_.chosen.size()) == n) return false;
@@ -424,6 +441,11 @@ bool BodyStepper::solve()
             for (Eigen::VectorXd& m : mode_)
                 m.setZero();
             report_.refusal.clear();
+            continue;
+        }
+        if (lets_go()) {
+            for (Eigen::VectorXd& m : mode_)
+                m.setZero();
             continue;
         }
         const Stopwatch watch;
@@ -434,6 +456,7 @@ bool BodyStepper::solve()
             y_[b] = free_[b];
             if (!rows_.row[b].empty() && body(b).unknowns() > 0)
                 y_[b] += body(b).solve(rows_.columns[b], own(rows_, r_, b));
+            y_[b] = upright(b, y_[b]);
             motion[b] = y_[b];
             if (mode_[b].size() > 0) motion[b] += body(b).modes() * mode_[b];
         }

@@ -47,6 +47,11 @@ private:
     void assemble();
     bool goes_by_bodies() const;
     bool solve_with_modes();
+    Eigen::VectorXd closed_rows(bool sticking) const;
+    bool lets_go();
+    bool stand_upright(std::vector<Eigen::MatrixXd>& W,
+                       const std::vector<std::pair<int, double>>& soft);
+    Eigen::VectorXd upright(std::size_t b, const Eigen::VectorXd& y) const;
     bool goes_without_W() const;
     bool solve_without_W();
     void take_answer(const Eigen::VectorXd& u);
@@ -95,6 +100,12 @@ private:
     std::vector<Eigen::VectorXd> mode_, y_;
     Rows all_, rows_;
     ContactProblem problem_;
+    bool leans_only_ = false;   ///< that problem had no solution in this iteration
+    std::vector<char> upright_; ///< bodies whose true matrix is in W beside the one that leans
+    Eigen::VectorXd held_;      ///< Gamma of body_lean.cpp, by rows [N/m]; empty: none leans
+    Eigen::VectorXd held_r_;    ///< r' there
+    std::vector<char> let_go_;  ///< of each contact: 1 its tangents, 2 all of it
+    Eigen::MatrixXd taken_;     ///< q of the problem with it: (1 - taken) q
     Delassus measured_W_; ///< with modes of the elastic part's size: what errors are measured in
     Eigen::VectorXd r_;
     std::vector<Eigen::VectorXd> body_force_;

@@ -9,13 +9,25 @@ using namespace amontons;
 
 namespace {
 
-/// A cube of 0.1 m, its top pressed down by 35 mm and moved by 20 mm, on z = 0.
-Result pressed(const char* element, int cells, bool rigid_floor)
+const std::string kPlane = R"("kind": "obstacle", "surface": {"generate": "plane"})";
+const std::string kRigid =
+    R"("kind": "rigid", "shape": {"generate": "box", "size": [0.3, 0.3, 0.02]},
+                              "start": {"place": [0, 0, -0.01]}, "drive": {"z": 0})";
+
+/// A slab ten times as stiff as the block.
+std::string slab(const std::string& element, const std::string& cells)
 {
-    const char* floor =
-        rigid_floor ? R"("kind": "rigid", "shape": {"generate": "box", "size": [0.3, 0.3, 0.02]},
-                 "start": {"place": [0, 0, -0.01]}, "drive": {"z": 0})"
-                    : R"("kind": "obstacle", "surface": {"generate": "plane"})";
+    return fmt::format(
+        R"("kind": "solid", "mesh": {{"generate": "box", "size": [0.3, 0.3, 0.03],
+           "centre": [0, 0, -0.015], "cells": {1}, "element": "{0}"}},
+           "material": {{"law": "neo_hooke", "youngs_modulus": 1e6, "poisson_ratio": 0.45}},
+           "hold": [{{"set": "z_min"}}])",
+        element, cells);
+}
+
+/// A cube of 0.1 m, its top pressed down by 35 mm and moved by 20 mm, on z = 0.
+Result pressed(const char* element, int cells, const std::string& floor, double share = 1)
+{
     return run(fmt::format(
         R"("bodies": {{"floor": {{{0}}}, "block": {{"kind": "solid",
            "mesh": {{"generate": "box", "size": [0.1, 0.1, 0.1], "centre": [0, 0, 0.05],
@@ -24,8 +36,8 @@ Result pressed(const char* element, int cells, bool rigid_floor)
            "hold": [{{"set": "z_max", "x": [[0, 0], [1, 0.02]], "y": 0,
                       "z": [[0, 0], [1, -0.035]]}}]}}}},
            "contact": [{{"between": ["block", "floor"], "friction": 0.3}}],
-           "time": {{"step": 0.1, "end": 1}})",
-        floor, cells, element));
+           "time": {{"step": 0.1, "end": {3}}})",
+        floor, cells, element, share));
 }
 
 } // namespace
@@ -37,7 +49,7 @@ TEST_CASE("the side of a pressed block rolls onto the floor: no step is halved, 
          {std::tuple("H8", 3, false), {"H8", 3, true}, {"T10", 2, false}}) {
         CAPTURE(std::string(element));
         CAPTURE(rigid);
-        const Result r = pressed(element, cells, rigid);
+        const Result r = pressed(element, cells, rigid ? kRigid : kPlane);
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
         CHECK(r.records.size() == 11);
         CHECK(r.records.back().certificate.error <= 1e-8);
@@ -45,5 +57,22 @@ TEST_CASE("the side of a pressed block rolls onto the floor: no step is halved, 
         const double force = r.value("block_z_max_force_z");
         if (bricks == 0) bricks = force;
         CHECK(force == doctest::Approx(bricks).epsilon(rigid ? 0.01 : 0.05));
+    }
+}
+
+TEST_CASE("a pressed block that its floor alone keeps stable, whose contacts feel means of the gap")
+{
+    // Its own tangent has up to six negative eigenvalues. Stiffened at single nodes, which means of
+    // the gap do not feel, iterations left 0.95 of the error: refused at 26 % on the rigid box, and
+    // at 21 % on bricks, where an integral that jumped with the corners of a polygon stood in the
+    // way too.
+    for (const auto& [floor, share, steps] : {std::tuple(kRigid, 0.9, 10),
+                                              {slab("H8", "[9, 9, 2]"), 1.0, 11},
+                                              {slab("T10", "[6, 6, 1]"), 1.0, 11}}) {
+        CAPTURE(floor);
+        const Result r = pressed("T10", 2, floor, share);
+        REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+        CHECK(r.records.size() == std::size_t(steps));
+        CHECK(r.records.back().certificate.error <= 1e-8);
     }
 }

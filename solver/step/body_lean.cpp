@@ -1,0 +1,125 @@
+#include "solver/step/body_stepper.hpp"
+
+#include "solver/body/solid_body.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+// Bodies that are stable by their contacts alone (solver/body/solid_lean.cpp): with their true
+// matrices A, W = sum H A^-1 H^T is not positive, and no solver of contact problems takes it. With
+// a diagonal Gamma on the rows of contacts that stay closed, r' = r + Gamma u is the reaction of
+//   u = (1 + W Gamma)^-1 (W r' + q),
+// the problem of all bodies with A + H^T Gamma H across them: where u = 0 in these rows r' = r, so
+// Signorini's and Coulomb's laws are the same for both. Rows: the normal, where a contact sticks
+// the tangents too. A + H^T Gamma H is positive where 1 + sqrt(Gamma) W sqrt(Gamma) has just as
+// many negative eigenvalues as the bodies' matrices (inertia of a Schur complement): then contacts
+// hold the bodies, and the iteration is Newton's.
+
+namespace amontons {
+namespace {
+
+constexpr int kMostRows = 1500;      // dense algebra on them
+constexpr double kSticks = 1 - 1e-6; // of the friction at hand
+constexpr double kHolds[] = {1,   4,    16,  64,
+                             256, 1024, 4096}; // Gamma, over the mean compliance of a row
+
+} // namespace
+
+/// Rows in which the last forces say that u = 0. @param sticking  tangents too
+Eigen::VectorXd BodyStepper::closed_rows(bool sticking) const
+{
+    Eigen::VectorXd closed = Eigen::VectorXd::Zero(rows_.count);
+    for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
+        const int c = rows_.chosen[i];
+        if (problem_.kind[i] == ContactKind::bilateral) {
+            closed[rows_.first[i]] = 1;
+            continue;
+        }
+        const auto known = force_.find(key(c));
+        if (known == force_.end() || let_go_[std::size_t(c)] > 1) continue;
+        const Vec3 f = list_.contact[std::size_t(c)].frame.transpose() * known->second;
+        if (!(f.x() > 0)) continue;
+        closed[rows_.first[i]] = 1;
+        if (sticking && let_go_[std::size_t(c)] == 0 &&
+            std::hypot(f.y(), f.z()) < kSticks * problem_.mu[Eigen::Index(i)] * f.x())
+            closed.segment(rows_.first[i], amontons::rows_of(problem_.kind[i])).setOnes();
+    }
+    return closed;
+}
+
+/// Where a contact that was to stay has opened or slipped, r' is not its reaction: it is let go.
+/// @return  whether some was, and the problem is to be made anew
+bool BodyStepper::lets_go()
+{
+    bool any = false;
+    for (std::size_t i = 0; held_.size() > 0 && i < rows_.chosen.size(); ++i) {
+        const int first = rows_.first[i], size = amontons::rows_of(problem_.kind[i]);
+        if (held_[first] == 0 || problem_.kind[i] == ContactKind::bilateral) continue;
+        const auto r = held_r_.segment(first, size);
+        char& now = let_go_[std::size_t(rows_.chosen[i])];
+        const char before = now;
+        if (!(r[0] > 0))
+            now = 2;
+        else if (size > 1 && held_[first + 1] > 0 &&
+                 !(std::hypot(r[1], r[2]) < kSticks * problem_.mu[Eigen::Index(i)] * r[0]))
+            now = 1;
+        any |= now != before;
+    }
+    return any;
+}
+
+/// The contact problem with the bodies' true matrices. @param W  of each body, with its modes
+/// @return  false: none leans, or contacts do not hold them; the matrices that lean are to be used
+bool BodyStepper::stand_upright(std::vector<Eigen::MatrixXd>& W,
+                                const std::vector<std::pair<int, double>>& soft)
+{
+    if (step_.dynamic || rows_.count == 0 || rows_.count > kMostRows) return false;
+    std::vector<char> leans(bodies(), 0);
+    int negative = 0;
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        SolidBody* solid = system_.refs[b].solid;
+        if (!solid || !solid->leaning()) continue;
+        if (rows_.row[b].empty()) return false;
+        Eigen::MatrixXd more;
+        const int of_body = solid->upright_compliance(rows_.columns[b], more);
+        if (of_body < 0) return false;
+        W[b] += more;
+        negative += of_body;
+        leans[b] = 1;
+    }
+    if (std::ranges::count(leans, 1) == 0) return false;
+    const Delassus sum = sum_of_bodies(rows_, W, soft);
+    const Eigen::MatrixXd all = sum.is_dense() ? sum.dense() : Eigen::MatrixXd(sum.as_sparse());
+    const double size = all.diagonal().cwiseAbs().mean();
+    if (!(size > 0)) return false;
+    for (const bool sticking : {false, true}) {
+        const Eigen::VectorXd closed = closed_rows(sticking);
+        for (const double hold : kHolds) {
+            const Eigen::VectorXd root = (hold / size * closed).cwiseSqrt();
+            const Eigen::MatrixXd right = root.asDiagonal() * all;
+            Eigen::MatrixXd inner = right * root.asDiagonal();
+            inner.diagonal().array() += 1;
+            const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> signs(inner,
+                                                                       Eigen::EigenvaluesOnly);
+            if (int((signs.eigenvalues().array() < 0).count()) != negative) continue;
+            const Eigen::MatrixXd taken = right.transpose() * inner.partialPivLu().inverse();
+            const Eigen::MatrixXd held = all - taken * right;
+            problem_.W = Delassus(Eigen::MatrixXd(0.5 * (held + held.transpose())));
+            taken_ = taken * root.asDiagonal();
+            held_ = hold / size * closed;
+            upright_ = std::move(leans);
+            return true;
+        }
+    }
+    return false;
+}
+
+/// What has been found by the matrix that leans, by the true one.
+Eigen::VectorXd BodyStepper::upright(std::size_t b, const Eigen::VectorXd& y) const
+{
+    return upright_.empty() || !upright_[b] ? y : system_.refs[b].solid->upright(y);
+}
+
+} // namespace amontons
