@@ -136,6 +136,8 @@ public:
     /// that is little beside its energy.
     std::string made_energy();
     std::string remark() const override { return remark_; }
+    /// Where the law has lost its stiffness at the iterate, in words; "" if nowhere.
+    std::string softened() const { return softened(now_.u); }
     double imbalance(const Eigen::VectorXd& force) override;
     void take_moment(const Vec3& moment) override { contact_moment_ = moment; }
     BodyEnergy accept(const Eigen::VectorXd& force) override;
@@ -268,6 +270,8 @@ protected:
     void follow_velocity();
     void linearise_hyperelastic();
     void change_hyperelastic(const Eigen::VectorXd& whole, const Eigen::VectorXd& mode);
+    std::string softened(const Eigen::VectorXd& u) const;
+    void expect_pressures();
     void accept_hyperelastic();
     double next_shift(); ///< share of the stiffness at rest that makes the matrix positive
     SparseColumns stiffen(SparseMatrix& S, const Eigen::VectorXd& force, double along,
@@ -282,6 +286,7 @@ protected:
     std::vector<HyperelasticState> hyper_states_;
     std::vector<InternalModes> state_modes_; ///< of the state: every step starts from them
     Eigen::VectorXd known_u_;                ///< at which inner forces were found last
+    Eigen::VectorXd tangent_u_;              ///< at which the step's last tangent was made
     Eigen::VectorXd force_size_;             ///< sum of the sizes of elements' forces, in the frame
     Eigen::VectorXd start_residual_;         ///< of free unknowns, where the last matrix was made
     Eigen::VectorXd pending_;                ///< of u: what is prescribed and not yet moved

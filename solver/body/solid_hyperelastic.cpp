@@ -106,6 +106,7 @@ void SolidBody::begin_hyperelastic()
     for (std::size_t e = 0; e < hyper_states_.size(); ++e)
         hyper_states_[e].modes = state_modes_[e];
     known_version_ = -1;
+    tangent_u_.resize(0);
     fault_.clear();
     indefinite_ = false;
     stalled_ = 0;
@@ -221,6 +222,28 @@ void SolidBody::find_volumes()
     volume_matrix_ = (volume_force_.transpose() * volume_give_).inverse();
 }
 
+/// Newton's method on places and mean pressures together, of which the tangent at places has taken
+/// the pressures out: a matrix is made with the pressures that the last one led to, not with those
+/// that the places answer with.
+void SolidBody::expect_pressures()
+{
+    ElementPlaces x, move;
+    for_each_element(mesh_, [&](std::int32_t e, ElementKind, std::span<const std::int32_t> nodes) {
+        double& pressure = hyper_states_[std::size_t(e)].pressure;
+        pressure = std::numeric_limits<double>::quiet_NaN();
+        if (tangent_u_.size() == 0) return;
+        x = places_of(mesh_, nodes);
+        move.resize(3, x.cols());
+        for (std::size_t i = 0; i < nodes.size(); ++i) {
+            const Vec3 before = tangent_u_.segment<3>(3 * nodes[i]);
+            x.col(Eigen::Index(i)) += before;
+            move.col(Eigen::Index(i)) = Vec3(known_u_.segment<3>(3 * nodes[i])) - before;
+        }
+        pressure = pressure_after(hyper_[std::size_t(e)], law_, x, move);
+    });
+    tangent_u_ = known_u_;
+}
+
 void SolidBody::linearise_hyperelastic()
 {
     Eigen::VectorXd scale;
@@ -232,6 +255,7 @@ void SolidBody::linearise_hyperelastic()
     }
     last_shift_ = shift_;
     shift_ = 0;
+    expect_pressures();
     make_matrix();
     if (!fault_.empty()) {
         free_change_ = Eigen::VectorXd::Zero(Eigen::Index(unknown_.size()));
@@ -355,31 +379,34 @@ void SolidBody::accept_hyperelastic()
         say("beyond the largest load: only the prescribed volume holds it");
     else if (indefinite_)
         say("snapped: the tangent was not positive on the way");
-    if (law_.law->least_stretch > 0) {
-        double least = 1;
-        std::int32_t where = 0;
-        for_each_element(mesh_, [&](std::int32_t e, ElementKind kind, auto nodes) {
-            ElementPlaces x = places_of(mesh_, nodes);
-            const ElementPlaces X = x;
-            for (std::size_t i = 0; i < nodes.size(); ++i)
-                x.col(Eigen::Index(i)) += state_.u.segment<3>(3 * nodes[i]);
-            const Vec3 centre = kind == ElementKind::H8 ? Vec3(0, 0, 0) : Vec3(0.25, 0.25, 0.25);
-            const ShapeGradients d = shape_gradients(kind, centre);
-            const Mat3 J = X * d.transpose(), F = x * (J.inverse().transpose() * d).transpose();
-            const double l = std::sqrt(std::max(
-                0.0, Eigen::SelfAdjointEigenSolver<Mat3>(F.transpose() * F, Eigen::EigenvaluesOnly)
-                         .eigenvalues()[0]));
-            if (l < least) {
-                least = l;
-                where = e;
-            }
-        });
-        if (least < law_.law->least_stretch)
-            say(fmt::format("{} is pressed to {:.3g} of its length, below {:.3g}: {} is unstable "
-                            "there",
-                            element_place(mesh_, where), least, law_.law->least_stretch,
-                            law_.law->name));
-    }
+    if (const std::string soft = softened(state_.u); !soft.empty()) say(soft);
+}
+
+/// Where a law that loses its stiffness under pressure has lost it; "" if nowhere.
+std::string SolidBody::softened(const Eigen::VectorXd& u) const
+{
+    if (!hyperelastic_ || !(law_.law->least_stretch > 0)) return "";
+    double least = 1;
+    std::int32_t where = 0;
+    for_each_element(mesh_, [&](std::int32_t e, ElementKind kind, auto nodes) {
+        ElementPlaces x = places_of(mesh_, nodes);
+        const ElementPlaces X = x;
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+            x.col(Eigen::Index(i)) += u.segment<3>(3 * nodes[i]);
+        const Vec3 centre = kind == ElementKind::H8 ? Vec3(0, 0, 0) : Vec3(0.25, 0.25, 0.25);
+        const ShapeGradients d = shape_gradients(kind, centre);
+        const Mat3 J = X * d.transpose(), F = x * (J.inverse().transpose() * d).transpose();
+        const double l = std::sqrt(std::max(
+            0.0, Eigen::SelfAdjointEigenSolver<Mat3>(F.transpose() * F, Eigen::EigenvaluesOnly)
+                     .eigenvalues()[0]));
+        if (l < least) {
+            least = l;
+            where = e;
+        }
+    });
+    if (least >= law_.law->least_stretch) return "";
+    return fmt::format("{} is pressed to {:.3g} of its length, below {:.3g}: {} is unstable there",
+                       element_place(mesh_, where), least, law_.law->least_stretch, law_.law->name);
 }
 
 /// How far the volumes are from what is prescribed, relative to it [-].

@@ -29,11 +29,12 @@ void check_material(const SolidInput& b, const std::string& place, Findings& fin
                          ">= 0 of a hyperelastic solid");
     } else {
         const Hyperelastic m{find_law(b.material.law), b.material.constants};
-        std::vector<std::string> constants;
-        for (const MaterialConstant& c : m.law->constants)
-            constants.push_back(place + "/material/" + c.name);
-        const std::vector<Issue> issues = issues_of(m, "", place + "/material");
-        if (!issues.empty()) findings.add(constants, issues[0].found, issues[0].allowed);
+        for (const Issue& issue : issues_of(m, "", place + "/material")) {
+            std::vector<std::string> places{issue.place};
+            for (const MaterialConstant& c : m.law->constants)
+                places.push_back(place + "/material/" + c.name);
+            findings.add(places, issue.found, issue.allowed);
+        }
         if (b.motion == "corotational")
             findings.add({place + "/motion", place + "/material"}, "\"corotational\"",
                          "\"hyperelastic\" beside a material");

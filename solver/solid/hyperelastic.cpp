@@ -261,12 +261,13 @@ ElementFault simple_forces(const HyperelasticElement& element, const Hyperelasti
 
 template <ElementKind kind>
 void simple_tangent(const HyperelasticElement& element, const Hyperelastic& m,
-                    const ElementPoints& x, ElementMatrix& K)
+                    const ElementPoints& x, const HyperelasticState& state, ElementMatrix& K)
 {
     using L = Layout<kind>;
     const Numbers<kind> e{element.numbers.data()};
     const VolumeParts lambda = volume_parts<kind>(m);
-    const MeanVolume mean = mean_volume<kind>(e, x, lambda.mean);
+    MeanVolume mean = mean_volume<kind>(e, x, lambda.mean);
+    if (!std::isnan(state.pressure)) mean.pressure = state.pressure;
     NodeBlocks<L::n> blocks;
     typename L::Forces dv = L::Forces::Zero(); // of the volume by the places
     visit_points(e, x, lambda.pointwise, m, [&](int q, const Mat3& F, Point& p) {
@@ -406,7 +407,9 @@ ElementFault brick_forces(const HyperelasticElement& element, const Hyperelastic
         energy += e.volume(q) * p.r.energy;
         least = std::min(least, p.J);
     }
-    state = {a, energy, least};
+    state.modes = a;
+    state.energy = energy;
+    state.least_volume = least;
     forces = Eigen::Map<const Eigen::VectorXd>(f.data(), f.size());
     return ElementFault::none;
 }
@@ -417,7 +420,8 @@ void brick_tangent(const HyperelasticElement& element, const Hyperelastic& m,
     constexpr int n = Brick::n;
     const BrickNumbers e{element.numbers.data()};
     const VolumeParts lambda = volume_parts<ElementKind::H8>(m);
-    const MeanVolume mean = mean_volume<ElementKind::H8>(e, x, lambda.mean);
+    MeanVolume mean = mean_volume<ElementKind::H8>(e, x, lambda.mean);
+    if (!std::isnan(state.pressure)) mean.pressure = state.pressure;
     const Modes a = state.modes;
     const Mat3 F0 = x * e.centre().transpose();
     const Brick::Gradients g0 = e.centre();
@@ -522,9 +526,9 @@ void hyperelastic_tangent(const HyperelasticElement& e, const Hyperelastic& mate
 {
     switch (e.kind) {
     case ElementKind::T4:
-        return simple_tangent<ElementKind::T4>(e, material, x, K);
+        return simple_tangent<ElementKind::T4>(e, material, x, state, K);
     case ElementKind::T10:
-        return simple_tangent<ElementKind::T10>(e, material, x, K);
+        return simple_tangent<ElementKind::T10>(e, material, x, state, K);
     case ElementKind::H8:
         return brick_tangent(e, material, x, state, K);
     }
@@ -561,6 +565,40 @@ HyperelasticMean mean(const HyperelasticElement& element, const Hyperelastic& m,
 }
 
 } // namespace
+
+namespace {
+
+template <ElementKind kind>
+double mean_pressure_after(const HyperelasticElement& element, const Hyperelastic& m,
+                           const ElementPoints& x, const ElementPoints& move)
+{
+    const Numbers<kind> e{element.numbers.data()};
+    const double lambda = volume_parts<kind>(m).mean;
+    if (!(lambda > 0)) return std::numeric_limits<double>::quiet_NaN();
+    const MeanVolume mean = mean_volume<kind>(e, x, lambda);
+    double dv = 0;
+    for (int q = 0; q < Layout<kind>::points; ++q) {
+        const Mat3 F = x * e.gradients(q).transpose(), dF = move * e.gradients(q).transpose();
+        dv += e.volume(q) * cofactor(F).cwiseProduct(dF).sum();
+    }
+    return mean.pressure + mean.stiffness * dv / mean.V;
+}
+
+} // namespace
+
+double pressure_after(const HyperelasticElement& e, const Hyperelastic& material,
+                      const ElementPoints& x, const ElementPoints& move)
+{
+    switch (e.kind) {
+    case ElementKind::T4:
+        return mean_pressure_after<ElementKind::T4>(e, material, x, move);
+    case ElementKind::T10:
+        return mean_pressure_after<ElementKind::T10>(e, material, x, move);
+    case ElementKind::H8:
+        return mean_pressure_after<ElementKind::H8>(e, material, x, move);
+    }
+    assertion_failed("an element kind", __FILE__, __LINE__);
+}
 
 HyperelasticMean hyperelastic_mean(const HyperelasticElement& e, const Hyperelastic& material,
                                    const ElementPoints& x, const HyperelasticState& state)

@@ -3,6 +3,8 @@
 #include "solver/material/law.hpp"
 #include "solver/solid/element.hpp"
 
+#include <limits>
+
 // Elements of hyperelastic material, total Lagrangian: energy, forces and tangent at places x.
 // T4 takes the law as it is. T10 and H8 take that part of lambda/2 (ln J)^2 which is more than some
 // shear moduli at the element's mean J. H8 has the twelve internal
@@ -35,6 +37,8 @@ struct HyperelasticState {
     InternalModes modes;     ///< of H8: given as a start, then those of balance
     double energy = 0;       ///< [J]
     double least_volume = 1; ///< least J at its points
+    /// What the tangent takes for the pressure of the mean J; no number: that of its places [Pa].
+    double pressure = std::numeric_limits<double>::quiet_NaN();
 };
 
 enum class ElementFault {
@@ -54,6 +58,12 @@ ElementFault hyperelastic_forces(const HyperelasticElement& e, const Hyperelasti
 /// @param K  set to 3n x 3n: symmetric, may be indefinite
 void hyperelastic_tangent(const HyperelasticElement& e, const Hyperelastic& material,
                           const ElementPoints& x, const HyperelasticState& state, ElementMatrix& K);
+
+/// The pressure of the mean J that a motion leads to, as far as it is linear: what is nearly
+/// incompressible answers to all of it with one of many shear moduli, which is nobody's balance.
+/// @param move  of the nodes from x, 3 x n [m]
+double pressure_after(const HyperelasticElement& e, const Hyperelastic& material,
+                      const ElementPoints& x, const ElementPoints& move);
 
 /// Mean over the element, there: Cauchy's stress [Pa], and energy per volume at rest [J/m^3].
 struct HyperelasticMean {

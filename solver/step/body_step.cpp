@@ -384,6 +384,9 @@ bool BodyStepper::run()
                                           "error {:.1e} after {} iterations",
                                           report_.error, i + 1);
             if (!deepest_.empty()) report_.refusal += ", " + deepest_;
+            for (const BodyRef& b : system_.refs)
+                if (const std::string soft = b.solid ? b.solid->softened() : ""; !soft.empty())
+                    report_.refusal += "; " + b.name + ": " + soft;
             return false;
         }
     }

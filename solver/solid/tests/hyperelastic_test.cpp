@@ -92,6 +92,82 @@ TEST_CASE("forces are the gradient of the energy, and the tangent is their deriv
             }
 }
 
+namespace {
+
+/// The volume of an element there.
+double volume(ElementKind kind, const Eigen::Matrix3Xd& x)
+{
+    double v = 0;
+    for (const QuadraturePoint& p : stiffness_points(kind))
+        v += p.weight * (x * shape_gradients(kind, p.xi).transpose()).determinant();
+    return v;
+}
+
+} // namespace
+
+TEST_CASE(
+    "the pressure of a mean volume as an unknown of its own: the matrix, and what it leads to")
+{
+    const Hyperelastic rubber{find_law("neo_hooke"), {1e6, 0.4999}};
+    const double mu = 1e6 / 2.9998, lambda = 2 * mu * 0.4999 / 0.0002;
+    for (const ElementKind kind : {ElementKind::T10, ElementKind::H8}) {
+        CAPTURE(int(kind));
+        const Sample s = sample(kind, 0.06, 4), other = sample(kind, 0.06, 5);
+        const double V = volume(kind, s.X);
+        const double share =
+            lambda - mu * (kind == ElementKind::T10 ? kPointwiseLambda : kPointwiseLambdaOfH8);
+        const auto answer = [&](const Eigen::Matrix3Xd& x) {
+            const double J = volume(kind, x) / V;
+            return share * std::log(J) / J;
+        };
+        const Eigen::Matrix3Xd rest = Eigen::Matrix3Xd::Zero(3, s.x.cols());
+        const double p = pressure_after(s.element, rubber, s.x, rest);
+        CHECK(p == doctest::Approx(answer(s.x)).epsilon(1e-9));
+
+        // Half a motion leads half as far, and a small one where the places' own answer is.
+        const Eigen::Matrix3Xd move = 0.01 * (other.x - other.X.colwise().mean().replicate(3, 1));
+        const double whole = pressure_after(s.element, rubber, s.x, move) - p,
+                     half = pressure_after(s.element, rubber, s.x, 0.5 * move) - p;
+        CHECK(half == doctest::Approx(0.5 * whole).epsilon(1e-9));
+        const double h = 1e-4;
+        CHECK((answer(s.x + h * move) - answer(s.x - h * move)) / (2 * h) ==
+              doctest::Approx(whole).epsilon(1e-6));
+
+        // With another pressure the matrix has as much more of the volume's second derivatives,
+        // which differences give exactly: it is cubic.
+        HyperelasticState state;
+        ElementVector f;
+        REQUIRE(hyperelastic_forces(s.element, rubber, s.x, state, f) == ElementFault::none);
+        ElementMatrix own, same, more;
+        hyperelastic_tangent(s.element, rubber, s.x, state, own);
+        state.pressure = p;
+        hyperelastic_tangent(s.element, rubber, s.x, state, same);
+        CHECK((same - own).norm() < 1e-9 * own.norm());
+        state.pressure = p + 1e6;
+        hyperelastic_tangent(s.element, rubber, s.x, state, more);
+        const Eigen::Index n = s.x.size();
+        Eigen::MatrixXd second(n, n);
+        const auto at = [&](Eigen::Index i, double a, Eigen::Index j, double b) {
+            Eigen::Matrix3Xd x = s.x;
+            x.data()[i] += a;
+            x.data()[j] += b;
+            return volume(kind, x);
+        };
+        for (Eigen::Index j = 0; j < n; ++j)
+            for (Eigen::Index i = 0; i < n; ++i)
+                second(i, j) =
+                    (at(i, 1, j, 1) - at(i, 1, j, -1) - at(i, -1, j, 1) + at(i, -1, j, -1)) / 4;
+        CHECK((more - own - 1e6 * second).norm() < 1e-9 * (own.norm() + 1e6 * second.norm()));
+        CHECK(second.norm() * 1e6 > 1e-4 * own.norm()); // it can fail
+
+        // Forces leave it alone: Newton's next matrix is made with it.
+        REQUIRE(hyperelastic_forces(s.element, rubber, s.x, state, f) == ElementFault::none);
+        CHECK(state.pressure == p + 1e6);
+    }
+    const Sample t4 = sample(ElementKind::T4, 0.06, 4);
+    CHECK(std::isnan(pressure_after(t4.element, rubber, t4.x, t4.x)));
+}
+
 TEST_CASE("a rigid motion leaves no force, and a turned state the same one")
 {
     for (const ElementKind kind : test::kAllKinds)
