@@ -412,7 +412,7 @@ bool BodyStepper::solve()
                              u[all_.first[std::size_t(c)]] <= slack || (modes && deepest == 0);
     int rescales = 0;
     let_go_.assign(std::size_t(n_contacts), 0);
-    leans_only_ = false;
+    leans_only_ = leans_in_step_;
     for (int growth = 0; growth < kMostGrowth; ++growth) {
         rows_.chosen.clear();
         for (int c = 0; c < n; ++c)

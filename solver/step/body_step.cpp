@@ -18,6 +18,8 @@ namespace {
 
 constexpr int kInMedium = 20; // iterations: a shorter step is surer to lead on
 constexpr int kPatience = 2;  // times the iterations, for steps that are not Newton's
+// Iterations that do not halve the error, before bodies lean to the end of the step.
+constexpr int kUprightPatience = 3;
 
 } // namespace
 
@@ -376,6 +378,11 @@ bool BodyStepper::run()
         if (holds_at_end()) break;
         if (report_.error < 0.5 * least) {
             least = report_.error;
+            halved = i;
+        }
+        if (!upright_.empty() &&
+            i - halved >= kUprightPatience) { // bodies that lean damp what jumps
+            leans_in_step_ = true;
             halved = i;
         }
         if (i + 1 == options_.most_iterations || i - halved >= options_.patience) {

@@ -219,6 +219,28 @@ TEST_CASE("a slit that is closed at rest carries pressure and slides by Coulomb'
     CHECK(held.x() == doctest::Approx(-mu * held.z()).epsilon(0.05));
 }
 
+TEST_CASE("the seal of the examples: where contacts come and go, steps are not halved without end")
+{
+    // With the bodies' true matrices, iterations end in errors of 1e-7 that jump: the run stood
+    // still at 99.7 %. Bodies that lean on their contacts damp them.
+    const Result r =
+        run(R"("bodies": {"seal": {"kind": "solid", "mesh": {"file": ")" AMONTONS_SOURCE_DIR
+            R"(/examples/seal/seal.nodes"}, "material":
+           {"law": "mooney_rivlin", "c1": 3e5, "c2": 7.5e4, "poisson_ratio": 0.49},
+           "hold": [{"set": "glued", "x": 0, "y": 0, "z": 0}, {"set": "sides", "y": 0}]},
+           "door": {"kind": "rigid", "shape": {"generate": "box", "size": [0.04, 0.01, 0.002]},
+           "start": {"place": [0, 0, 0.007]}, "drive": {"z": [[0, 0], [1, -0.0084]]}}},
+           "contact": [
+           {"between": ["seal", "door"], "surfaces": ["outer", ""], "friction": 0.3},
+           {"between": ["seal", "seal"], "surfaces": ["inner", "inner"], "friction": 0.3}],
+           "time": {"step": 0.02, "end": 1})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    CHECK(r.records.size() == 51);
+    CHECK(r.vector("seal_glued_force").z() ==
+          doctest::Approx(-r.vector("seal_on_door_force").z()).epsilon(1e-6));
+    CHECK(r.summary.worst_penetration < 1e-9);
+}
+
 TEST_CASE("a solid and itself: what is not possible is said")
 {
     const auto found = [](const std::string& motion, const std::string& more,
