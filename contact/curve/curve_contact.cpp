@@ -63,24 +63,6 @@ BoundingBox box_of(const CurvePiece& p, double more)
     return box;
 }
 
-/// The place of a piece where its distance from x is stationary and least nearby.
-/// @return  t, also a little beyond the piece; nothing where it is farther beyond
-std::optional<double> foot(const CurvePiece& p, const Vec3& x)
-{
-    const Vec3 chord = p.x1 - p.x0;
-    double t = std::clamp((x - p.x0).dot(chord) / chord.squaredNorm(), 0.0, 1.0);
-    for (int i = 0; i < 20; ++i) {
-        const Vec3 d = p.at(t) - x, s = p.slope(t);
-        const double first = s.dot(d), full = s.squaredNorm() + p.bend(t).dot(d);
-        const double second = full > 0.1 * s.squaredNorm() ? full : s.squaredNorm();
-        const double step = std::clamp(-first / second, -0.5, 0.5);
-        t += step;
-        if (t < -0.2 || t > 1.2) return std::nullopt;
-        if (std::abs(step) < 1e-14) break;
-    }
-    return t;
-}
-
 /// Places of two pieces whose distance is stationary and least nearby: downhill by Newton's method
 /// from where their chords are nearest, on the pieces and a little beyond. (Undamped steps leave
 /// pieces that have such places: a crossing is there in one iterate and gone in the next.)
@@ -321,6 +303,22 @@ Vec3 CurvePiece::bend(double t) const
     return 6 * (1 - 2 * t) * (x1 - x0) + (6 * t - 4) * d0 + (6 * t - 2) * d1;
 }
 
+std::optional<double> foot(const CurvePiece& p, const Vec3& x)
+{
+    const Vec3 chord = p.x1 - p.x0;
+    double t = std::clamp((x - p.x0).dot(chord) / chord.squaredNorm(), 0.0, 1.0);
+    for (int i = 0; i < 20; ++i) {
+        const Vec3 d = p.at(t) - x, s = p.slope(t);
+        const double first = s.dot(d), full = s.squaredNorm() + p.bend(t).dot(d);
+        const double second = full > 0.1 * s.squaredNorm() ? full : s.squaredNorm();
+        const double step = std::clamp(-first / second, -0.5, 0.5);
+        t += step;
+        if (t < -0.2 || t > 1.2) return std::nullopt;
+        if (std::abs(step) < 1e-14) break;
+    }
+    return t;
+}
+
 std::vector<CurvePlace> stations(const Curve& curve, double spacing)
 {
     std::vector<CurvePlace> out;
@@ -460,10 +458,15 @@ void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Cur
 std::vector<std::int64_t> neighbours(std::int64_t id)
 {
     std::vector<std::int64_t> ids{id - 1, id + 1}; // along b
-    if (id >= kCrossings && id < kEnds)
+    if (is_crossing(id))
         for (const std::int64_t a : {id - kPlaces, id + kPlaces})
             ids.insert(ids.end(), {a, a - 1, a + 1});
     return ids;
+}
+
+bool is_crossing(std::int64_t id)
+{
+    return id >= kCrossings && id < kEnds;
 }
 
 std::optional<Vec3> within_each_other(const Curve& a, const Curve& b)

@@ -40,6 +40,10 @@ struct CurvePlace {
     double t = 0; ///< 0 to 1
 };
 
+/// The place of a piece where its distance from x is stationary and least nearby.
+/// @return  t, also a little beyond the piece; nothing where it is farther beyond
+std::optional<double> foot(const CurvePiece& piece, const Vec3& x);
+
 /// A contact of a curve with another one, or with a surface (b.piece -1).
 struct CurveContact {
     CurvePlace a, b;
@@ -74,6 +78,9 @@ void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Cur
 /// The ids that a contact of two curves may have next, where its places move on along them; those
 /// that have moved least first.
 std::vector<std::int64_t> neighbours(std::int64_t id);
+
+/// Whether a contact of that id is of two curves that cross, and follows them.
+bool is_crossing(std::int64_t id);
 
 /// A place where the middle lines of two curves (or of one and itself: &a == &b) are nearer to each
 /// other than half the sum of the radii: no contact can tell on which sides of each other they are.

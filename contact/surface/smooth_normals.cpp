@@ -62,7 +62,7 @@ std::vector<std::size_t> groups_of(std::span<const Corner> around, double least_
 } // namespace
 
 SmoothNormals::SmoothNormals(const ExternalSurface& surface, std::span<const Vec3> places,
-                             double sharp)
+                             double sharp, std::span<const Vec3> at_rest)
     : corners_(surface.faces.size(), 0)
     , normals_(surface.faces.size())
 {
@@ -74,7 +74,7 @@ SmoothNormals::SmoothNormals(const ExternalSurface& surface, std::span<const Vec
                 ++begin[at(surface.surface_nodes[at(n)]) + 1];
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
     std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
-    std::vector<Corner> corners(begin.back());
+    std::vector<Corner> corners(begin.back()), rest(at_rest.empty() ? 0 : begin.back());
     for (std::size_t f = 0; f < surface.faces.size(); ++f) {
         const std::span<const std::int32_t> nodes = surface.face(f);
         if (nodes.size() == 6) continue;
@@ -82,13 +82,17 @@ SmoothNormals::SmoothNormals(const ExternalSurface& surface, std::span<const Vec
         for (std::size_t k = 0; k < nodes.size(); ++k) {
             const Corner c = corner_of(nodes, places, f, k);
             if (!(c.angle > 0)) corners_[f] = 0;
-            corners[next[at(surface.surface_nodes[at(nodes[k])])]++] = c;
+            const std::size_t number = next[at(surface.surface_nodes[at(nodes[k])])]++;
+            corners[number] = c;
+            if (!at_rest.empty()) rest[number] = corner_of(nodes, at_rest, f, k);
         }
     }
     for (std::size_t node = 0; node + 1 < begin.size(); ++node) {
         const auto around =
             std::span<const Corner>(corners).subspan(begin[node], begin[node + 1] - begin[node]);
-        const std::vector<std::size_t> group = groups_of(around, std::cos(sharp));
+        const std::vector<std::size_t> group =
+            groups_of(rest.empty() ? around : std::span(rest).subspan(begin[node], around.size()),
+                      std::cos(sharp));
         for (std::size_t i = 0; i < around.size(); ++i) {
             Vec3 sum = Vec3::Zero();
             for (std::size_t j = 0; j < around.size(); ++j)

@@ -15,11 +15,18 @@ class SmoothNormals {
 public:
     /// @param places  of all nodes of the mesh, finite [m]
     /// @param sharp   edges with a larger angle between their faces' normals stay sharp [rad]
+    /// @param at_rest  where that angle is looked at, of all nodes [m]; empty: at `places`
     SmoothNormals(const ExternalSurface& surface, std::span<const Vec3> places,
-                  double sharp = std::numbers::pi / 6);
+                  double sharp = std::numbers::pi / 6, std::span<const Vec3> at_rest = {});
 
     /// The unit normal of a face with these values of its shape functions.
     Vec3 normal(std::int32_t face, const PerNode& values) const;
+
+    /// At one of the face's corners.
+    const Vec3& corner(std::int32_t face, int k) const
+    {
+        return normals_[static_cast<std::size_t>(face)][static_cast<std::size_t>(k)];
+    }
 
     /// Whether the face has normals here: not a T6, nor a face without area.
     bool has(std::int32_t face) const { return corners_[static_cast<std::size_t>(face)] > 0; }

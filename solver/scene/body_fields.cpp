@@ -272,10 +272,9 @@ ObjectDeclaration declare_contact()
             {required(text<&C::between>("between", "Names of two bodies. Bodies that stand in no "
                                                    "pair do not touch. \"*\": every body "
                                                    "and obstacle not named with the other in a "
-                                                   "pair of its own, and each rod itself; but "
-                                                   "for rods and solids, which do not touch "
-                                                   "each other yet. A hyperelastic solid twice: "
-                                                   "it touches itself.")),
+                                                   "pair of its own, and each rod itself. A "
+                                                   "hyperelastic solid twice: it touches "
+                                                   "itself.")),
              field<&C::friction>("friction", "", at_least(0), "Coulomb's coefficient."),
              field<&C::restitution>("restitution", "", between(0, 1),
                                     "Newton's coefficient of restitution; dynamic rigid bodies."),

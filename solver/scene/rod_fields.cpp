@@ -239,7 +239,8 @@ VariantDeclaration rod_variant(const ObjectDeclaration& segment,
              fallback("one at each node",
                       field<&R::contact_spacing>("contact_spacing", "m", at_least(0),
                                                  "Longest way between two places that touch what "
-                                                 "runs along the rod; 0: the nodes. Crossings and "
+                                                 "runs along the rod; 0: the nodes, and on solids "
+                                                 "as many as there are faces. Crossings and "
                                                  "edges are found wherever they are.")),
              field<&R::velocity>("velocity", "m/s", kAny, "When it begins; dynamic only."),
              field<&R::spin>("spin", "rad/s", kAny,
@@ -254,19 +255,11 @@ void check_rods(const Scene& scene, Findings& findings)
     for (const RodInput& b : scene.rods) {
         check_rod(b, scene, findings);
         check_feed(b, scene, findings);
-        const bool in_hand = scene.haptic.given && scene.haptic.handle == b.name;
         for (std::size_t i = 0; i < scene.contact.size(); ++i) {
             const ContactLaw& law = scene.contact[i];
             for (std::size_t k = 0; k < 2; ++k) {
                 if (law.between[k] != b.name) continue;
                 const std::string& other = law.between[1 - k];
-                for (const SolidInput& solid : scene.solids)
-                    if (solid.name == other && !in_hand)
-                        findings.add(
-                            {fmt::format("/contact/{}/between", i)},
-                            fmt::format("[{}, {}]", quoted_text(b.name), quoted_text(other)),
-                            "a rod and an obstacle, a rigid body or a rod: rods cannot "
-                            "touch solids yet");
                 const std::string& end = law.surfaces[k];
                 const bool rods = std::any_of(scene.rods.begin(), scene.rods.end(),
                                               [&](const RodInput& r) { return r.name == other; });

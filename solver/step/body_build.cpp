@@ -224,6 +224,7 @@ bool gives_way(const Scene& scene, const std::string& name, const std::string& b
         return name == "*" ? other != but : other == name;
     };
     return std::ranges::any_of(scene.solids, [&](const SolidInput& s) { return meant(s.name); }) ||
+           std::ranges::any_of(scene.rods, [&](const RodInput& r) { return meant(r.name); }) ||
            std::ranges::any_of(
                scene.rigids, [&](const RigidInput& r) { return meant(r.name) && !r.drive.given; });
 }
@@ -291,7 +292,6 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     // The operator of a hand asks for all pairs of its handle.
     const std::vector<ContactLaw> laws =
         written_out(scene, scene.haptic.given ? nullptr : &rest_law);
-    warn_of_rods_at_solids(scene, warnings);
     const std::size_t named = std::size_t(
         std::count_if(scene.contact.begin(), scene.contact.end(), [](const ContactLaw& l) {
             return l.between[0] != "*" && l.between[1] != "*";
@@ -333,13 +333,17 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         rigid_names.insert(r.name);
         if (!r.drive.given) free_rigids.insert(r.name);
     }
+    std::unordered_map<std::string, const RodInput*> rods;
+    for (const RodInput& r : scene.rods)
+        rods.emplace(r.name, &r);
     std::vector<std::vector<char>> touching(scene.solids.size());
     std::vector<int> all_pairs(scene.solids.size(), 0), small_pairs(scene.solids.size(), 0);
     std::vector<std::array<const ContactSurface*, 2>> surfaces(laws.size(), {nullptr, nullptr});
     for (std::size_t k = 0; k < laws.size(); ++k) {
         const ContactLaw& law = laws[k];
-        const bool rigid =
-            rigid_names.count(law.between[0]) + rigid_names.count(law.between[1]) > 0;
+        const bool no_mesh = std::ranges::any_of(law.between, [&](const std::string& name) {
+            return rigid_names.count(name) + rods.count(name) > 0;
+        });
         for (std::size_t side = 0; side < 2; ++side) {
             const int i = solid_index(law.between[side]);
             if (i < 0) continue;
@@ -353,7 +357,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                 for (const std::int32_t node : s->outside.used_nodes)
                     touching[std::size_t(i)][std::size_t(node)] = 1;
             ++all_pairs[std::size_t(i)];
-            small_pairs[std::size_t(i)] += law.sliding == "small" && !rigid;
+            small_pairs[std::size_t(i)] += law.sliding == "small" && !no_mesh;
         }
     }
 
@@ -497,7 +501,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                                        a.solid->stiffness(), surfaces[k][1]->outside,
                                        b.solid->places(), b.solid->stiffness());
             else
-                swap = !a.solid && !a.rod && (b.solid || b.rod);
+                swap = !a.rod && (b.rod || (b.solid && !a.solid)); // rods first, then solids
         }
         p.surface_a = surfaces[k][swap ? 1 : 0];
         p.surface_b = surfaces[k][swap ? 0 : 1];
@@ -514,6 +518,16 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
             if (p.b >= 0 && system->refs[std::size_t(p.b)].rod)
                 p.reach = std::max(p.reach, system->refs[std::size_t(p.b)].rod->contact_reach());
             p.margin = p.reach;
+        }
+        if (const BodyRef& a = system->refs[std::size_t(p.a)]; a.rod && p.surface_b) {
+            const std::span<const CurvePlace> own = a.rod->stations();
+            if (!p.end_a.empty())
+                p.stations = face_stations(p.end_a == "start" ? own.first(1) : own.last(1));
+            else if (rods.at(a.name)->contact_spacing > 0)
+                p.stations = face_stations(own);
+            else
+                p.stations = face_stations(a.rod->curve(), p.surface_b->outside,
+                                           system->refs[std::size_t(p.b)].solid->places());
         }
         pairs.push_back(std::move(p));
     }

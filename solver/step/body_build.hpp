@@ -18,8 +18,6 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
 ///              written out, and this becomes that law; null if there is none
 /// Cost: O(pairs).
 std::vector<ContactLaw> written_out(const Scene& scene, const ContactLaw** rest = nullptr);
-/// Pairs that "*" names and written_out() leaves out.
-void warn_of_rods_at_solids(const Scene& scene, std::vector<Issue>& warnings);
 
 /// The rule of a scene's dynamic steps.
 TimeRule time_rule(const TimeInput& time);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "contact/curve/curve_on_faces.hpp"
 #include "contact/rigid/broad_phase.hpp"
 #include "contact/rigid/detect.hpp"
 #include "contact/surface/sharp_contacts.hpp"
@@ -83,8 +84,9 @@ struct ContactPair {
     /// Gaps of dynamic steps beyond what the bodies can close within one [m]: normals of what is
     /// farther apart may not be those of the touch, and stay for the step.
     double margin = 0;
-    std::string end_a;         ///< of a rod that touches with an end alone: "start", "end"
-    std::optional<Pose> plane; ///< of an obstacle that is one: exact for every rigid shape
+    std::vector<FaceStation> stations; ///< of a rod on a solid
+    std::string end_a;                 ///< of a rod that touches with an end alone: "start", "end"
+    std::optional<Pose> plane;         ///< of an obstacle that is one: exact for every rigid shape
     const ContactSurface *surface_a = nullptr, *surface_b = nullptr; ///< of solids; outlive it
 };
 
@@ -177,6 +179,7 @@ private:
     bool apart(const ContactPair& p, double reach) const;
     // rod_contacts.cpp
     void rod_on_any(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
+    void rod_on_solid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     bool rod_passed(const std::vector<BodyRef>& bodies, const ContactPair& pair);
     void sweep_rods(const std::vector<BodyRef>& bodies);
 
@@ -194,7 +197,7 @@ private:
     std::vector<bool> made_;
     std::vector<std::vector<std::int64_t>> sharp_; // ids met in this step, of each pair, ascending
     std::vector<AxisBox> boxes_;                   // of the bodies
-    std::vector<AxisBox> swept_;                   // of rods and rigid bodies, over the step
+    std::vector<AxisBox> swept_;                   // of the bodies, over the step
     std::vector<double> speed_;                    // of the bodies at the start of the step [m/s]
     std::vector<double> thinnest_; // no part of a body is thinner, once asked for [m]
     std::vector<std::unique_ptr<Facets>> facets_; // of the bodies, once one is needed

@@ -67,7 +67,50 @@ std::vector<Vec3> forces_of_both_sides(const BodyStepReport& step)
     return force;
 }
 
-BodyRecord record_solid(SolidBody& solid, int b, const BodyStepReport& step)
+/// Of each node on the outside: its share of the faces around it [m^2].
+std::vector<double> areas_of_nodes(const SolidBody& solid)
+{
+    const ExternalSurface outside = extract_surface(solid.mesh());
+    const TriangulatedSurface flat = triangulate(outside, solid.mesh());
+    std::vector<double> area(solid.places().size(), 0);
+    for (std::size_t i = 0; i < flat.faces.size(); ++i) {
+        std::array<std::int32_t, 3> node;
+        for (std::size_t k = 0; k < 3; ++k)
+            node[k] = outside.used_nodes[std::size_t(flat.mesh.triangles[i][k])];
+        const auto x = [&](std::size_t k) { return solid.places()[std::size_t(node[k])]; };
+        const double own = 0.5 * (x(1) - x(0)).cross(x(2) - x(0)).norm();
+        const std::span<const std::int32_t> face = outside.face(std::size_t(flat.faces[i]));
+        const bool half = face.size() == 4; // of a quadrilateral, cut along either diagonal
+        for (const std::int32_t n : half ? face : std::span<const std::int32_t>(node))
+            area[std::size_t(n)] += own / (half ? 4 : 3);
+    }
+    return area;
+}
+
+/// What rods do to the nodes of a solid that carry no functions of theirs: their forces over the
+/// area that a node stands for.
+void add_rod_contacts(const SolidBody& solid, int b, const BodySystem& system,
+                      const BodyStepReport& step, Field& pressure, Field& traction)
+{
+    const BodyContacts& all = step.contacts;
+    std::vector<double> area;
+    for (std::size_t c = 0; c < all.contact.size(); ++c) {
+        const BodyContact& k = all.contact[c];
+        if (k.b != b || !system.refs[std::size_t(k.a)].rod || step.force[c].isZero(0)) continue;
+        if (area.empty()) area = areas_of_nodes(solid);
+        const Vec3 n = k.frame.col(0);
+        for (const StencilEntry& e : all.place_b(k).nodes) {
+            const auto node = std::size_t(e.node);
+            const double per_area = e.weight / (k.area > 0 ? k.area : area[node]);
+            pressure.values[node] += per_area * n.dot(step.force[c]);
+            for (std::size_t i = 0; i < 3; ++i)
+                traction.values[3 * node + i] -= per_area * step.force[c][Eigen::Index(i)];
+        }
+    }
+}
+
+BodyRecord record_solid(SolidBody& solid, int b, const BodySystem& system,
+                        const BodyStepReport& step)
 {
     BodyRecord r;
     solid.complete();
@@ -114,6 +157,7 @@ BodyRecord record_solid(SolidBody& solid, int b, const BodyStepReport& step)
         for (std::size_t i = 0; i < 3; ++i)
             traction.values[3 * node + i] += force[c][Eigen::Index(i)] / k.area;
     }
+    add_rod_contacts(solid, b, system, step, pressure, traction);
     r.point_fields = {std::move(moved), std::move(smooth), std::move(smooth_mises),
                       std::move(pressure), std::move(traction)};
     r.cell_fields = {std::move(cauchy), std::move(mises), std::move(density)};
@@ -286,7 +330,8 @@ BeamRecord record_rod(const RodBody& rod, const std::string& name)
 BodyRecord record_body(const BodySystem& system, std::size_t b, const BodyStepReport& step)
 {
     const BodyRef& ref = system.refs[b];
-    BodyRecord r = ref.rigid ? record_rigid(*ref.rigid) : record_solid(*ref.solid, int(b), step);
+    BodyRecord r =
+        ref.rigid ? record_rigid(*ref.rigid) : record_solid(*ref.solid, int(b), system, step);
     r.name = ref.name;
     return r;
 }

@@ -143,8 +143,10 @@ void BodyStepper::follow_contacts()
     std::vector<BodySystem::Key> gone;
     for (const auto& [k, force] : force_) {
         if (k.pair < 0 || now.count(k) > 0) continue;
-        const int b = system_.finder.pairs()[std::size_t(k.pair)].b;
-        if (b >= 0 && system_.refs[std::size_t(b)].rod) gone.push_back(k);
+        const ContactPair& pair = system_.finder.pairs()[std::size_t(k.pair)];
+        if (pair.b < 0 || !system_.refs[std::size_t(pair.a)].rod) continue;
+        const BodyRef& b = system_.refs[std::size_t(pair.b)];
+        if (b.rod || (b.solid && is_crossing(k.id))) gone.push_back(k);
     }
     for (const BodySystem::Key& old : gone)
         for (const std::int64_t id : neighbours(old.id)) {

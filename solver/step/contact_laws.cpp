@@ -1,8 +1,6 @@
-#include "solver/scene/json_text.hpp"
 #include "solver/step/body_build.hpp"
 
 #include <algorithm>
-#include <fmt/format.h>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -14,7 +12,7 @@ namespace {
 
 /// What the pairs of a body depend on.
 struct Member {
-    bool still = false, rod = false, solid = false, free_rigid = false;
+    bool still = false, rod = false, free_rigid = false;
 };
 
 std::vector<Member> members(const Scene& scene,
@@ -28,37 +26,10 @@ std::vector<Member> members(const Scene& scene,
         (r.drive.given ? at(r.name).still : at(r.name).free_rigid) = true;
     for (const RodInput& r : scene.rods)
         at(r.name).rod = true;
-    for (const SolidInput& s : scene.solids)
-        at(s.name).solid = true;
     return out;
 }
 
 } // namespace
-
-void warn_of_rods_at_solids(const Scene& scene, std::vector<Issue>& warnings)
-{
-    const auto fits = [](const std::string& asked, const std::string& name) {
-        return asked == "*" || asked == name;
-    };
-    const auto first_of = [&](const auto& inputs, const std::string& asked) {
-        const auto at = std::ranges::find_if(
-            inputs, [&](const auto& input) { return fits(asked, input.name); });
-        return at == inputs.end() ? std::string() : at->name;
-    };
-    for (std::size_t i = 0; i < scene.contact.size(); ++i)
-        for (const std::size_t side : {0u, 1u}) {
-            const auto& between = scene.contact[i].between;
-            const std::string rod = first_of(scene.rods, between[side]),
-                              solid = first_of(scene.solids, between[1 - side]);
-            if (rod.empty() || solid.empty()) continue;
-            const bool star = between[0] == "*" || between[1] == "*";
-            warnings.push_back(
-                {scene.file, fmt::format("/contact/{}/between", i),
-                 quoted_text(rod) + " and " + quoted_text(solid) + (star ? ", among others" : ""),
-                 "left out: rods do not touch solids yet"});
-            break;
-        }
-}
 
 std::vector<ContactLaw> written_out(const Scene& scene, const ContactLaw** rest)
 {
@@ -86,7 +57,6 @@ std::vector<ContactLaw> written_out(const Scene& scene, const ContactLaw** rest)
             const Member &a = body[i], &b = body[j];
             if (i == j && !a.rod) return; // solids touch themselves only where named
             if (a.still && b.still) return;
-            if ((a.rod && b.solid) || (b.rod && a.solid)) return; // not yet
             if (rest && *rest && a.free_rigid && b.free_rigid) return;
             if (!is_first(i, j)) return;
             laws.push_back(law);

@@ -13,7 +13,8 @@
 namespace amontons {
 namespace {
 
-constexpr std::size_t kMostNodes = 500; // of a surface: of more a part is asked
+constexpr std::size_t kMostNodes = 500;     // of a surface: of more a part is asked
+constexpr std::size_t kMostPlaces = 20'000; // of a rod
 
 using Corners = std::array<std::int32_t, 4>;
 
@@ -144,6 +145,28 @@ std::vector<Issue> deep_overlaps(const std::vector<BodyRef>& bodies,
     return found;
 }
 
+namespace {
+
+/// A place of a rod's middle line that a solid has inside.
+std::optional<Vec3> within_solid(const RodBody& rod, const SolidBody& solid)
+{
+    const AxisBox around = rod.box();
+    const BoundingBox box = box_of(solid);
+    if ((around.low.array() > box.high).any() || (box.low > around.high.array()).any()) return {};
+    const Inside inside(solid);
+    const Curve curve = rod.curve();
+    double spacing = curve.start.back() / double(kMostPlaces);
+    for (const CurvePiece& p : curve.pieces)
+        spacing = std::max(spacing, 0.5 * p.radius);
+    for (const CurvePlace& p : stations(curve, spacing)) {
+        const Vec3 x = curve.pieces[std::size_t(p.piece)].at(p.t);
+        if (inside.has(x) && !rod.in_sheath(p)) return x;
+    }
+    return {};
+}
+
+} // namespace
+
 std::vector<Issue> rods_in_each_other(const std::vector<BodyRef>& bodies,
                                       const std::vector<ContactPair>& pairs,
                                       const std::string& file)
@@ -151,6 +174,17 @@ std::vector<Issue> rods_in_each_other(const std::vector<BodyRef>& bodies,
     std::vector<Issue> found;
     for (const ContactPair& p : pairs) {
         const RodBody* a = bodies[std::size_t(p.a)].rod;
+        const SolidBody* solid = p.b >= 0 ? bodies[std::size_t(p.b)].solid : nullptr;
+        if (a && solid) {
+            if (const std::optional<Vec3> at = within_solid(*a, *solid))
+                found.push_back(
+                    {file, "/contact",
+                     fmt::format("{} lies in {} at ({:.4g}, {:.4g}, {:.4g})",
+                                 bodies[std::size_t(p.a)].name, bodies[std::size_t(p.b)].name,
+                                 at->x(), at->y(), at->z()),
+                     "a middle line outside of what the rod touches"});
+            continue;
+        }
         const RodBody* b = p.b >= 0 ? bodies[std::size_t(p.b)].rod : nullptr;
         if (!a || !b || !p.end_a.empty()) continue;
         const Curve one = a->curve(), other = b->curve();

@@ -1,13 +1,15 @@
 #include "contact/curve/curve_contact.hpp"
 #include "contact/rigid/broad_phase.hpp"
+#include "mesh/box_tree.hpp"
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
+#include "solver/body/solid_body.hpp"
 #include "solver/step/body_contacts.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-// Contacts of rods: with obstacles, rigid bodies, other rods and themselves.
+// Contacts of rods: with obstacles, rigid bodies, solids, other rods and themselves.
 
 namespace amontons {
 namespace {
@@ -96,9 +98,63 @@ private:
 
 } // namespace
 
+namespace {
+
+/// What an iteration has met is known to those that follow.
+template <class Contact, class Id>
+void remember(const std::vector<Contact>& found, Id id, std::vector<std::int64_t>& known)
+{
+    for (const Contact& c : found)
+        known.push_back(id(c));
+    std::sort(known.begin(), known.end());
+    known.erase(std::unique(known.begin(), known.end()), known.end());
+}
+
+/// The rod's side of a contact, the only one so far.
+BodyContact of_rod(const CurveContact& c, const ContactPair& p, int pair, BodyContacts& out)
+{
+    BodyContact k;
+    k.pair = pair;
+    k.id = c.id;
+    k.a = p.a;
+    k.b = p.b;
+    k.frame = contact_frame(c.normal);
+    k.gap = c.gap;
+    k.point = c.point;
+    k.a_begin = std::int32_t(out.stencil.size());
+    out.stencil.push_back({c.a.piece, c.a.t});
+    k.a_end = k.b_begin = k.b_end = std::int32_t(out.stencil.size());
+    return k;
+}
+
+} // namespace
+
+void ContactFinder::rod_on_solid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
+{
+    const ContactPair& p = pairs_[std::size_t(pair)];
+    const RodBody& rod = *bodies[std::size_t(p.a)].rod;
+    const SolidBody& solid = *bodies[std::size_t(p.b)].solid;
+    const Curve own = rod.curve();
+    std::vector<CurveOnFaces> found;
+    std::vector<std::int64_t>& known = sharp_[std::size_t(pair)];
+    touch_faces(own, p.stations, {p.surface_b->outside, p.surface_b->sharp, solid.places()},
+                solid.mesh().nodes, reach_, known, found);
+    remember(
+        found, [](const CurveOnFaces& c) { return c.curve.id; }, known);
+    for (const CurveOnFaces& c : found) {
+        if (rod.in_sheath(c.curve.a)) continue; // which leads through the solid
+        BodyContact k = of_rod(c.curve, p, pair, out);
+        k.area = c.area;
+        out.stencil.insert(out.stencil.end(), c.node.begin(), c.node.begin() + c.nodes);
+        k.b_end = std::int32_t(out.stencil.size());
+        out.contact.push_back(k);
+    }
+}
+
 void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
 {
     const ContactPair& p = pairs_[std::size_t(pair)];
+    if (p.b >= 0 && bodies[std::size_t(p.b)].solid) return rod_on_solid(bodies, pair, out);
     const RodBody& rod = *bodies[std::size_t(p.a)].rod;
     const Curve own = rod.curve();
     std::vector<CurveContact> found;
@@ -116,10 +172,8 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
     } else if (const RodBody* second = bodies[std::size_t(p.b)].rod) {
         touch_curve(own, rod.stations(), second->curve(), reach_, known, found);
     }
-    for (const CurveContact& c : found)
-        known.push_back(c.id);
-    std::sort(known.begin(), known.end());
-    known.erase(std::unique(known.begin(), known.end()), known.end());
+    remember(
+        found, [](const CurveContact& c) { return c.id; }, known);
     // No force moves what is held: where it touches within rounding it is left alone, and deeper it
     // is an overlap that nothing can prevent.
     const RodBody* other = p.b >= 0 ? bodies[std::size_t(p.b)].rod : nullptr;
@@ -132,20 +186,10 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
     };
     for (const CurveContact& c : found) {
         if (stuck(c)) continue;
-        BodyContact k;
-        k.pair = pair;
-        k.id = c.id;
-        k.a = p.a;
-        k.b = p.b;
-        k.frame = contact_frame(c.normal);
-        k.gap = c.gap;
-        k.point = c.point;
+        BodyContact k = of_rod(c, p, pair, out);
         k.curvature = c.curvature;
         k.slides_a = c.slides_a;
         k.slides_b = c.slides_b;
-        k.a_begin = std::int32_t(out.stencil.size());
-        out.stencil.push_back({c.a.piece, c.a.t});
-        k.a_end = k.b_begin = k.b_end = std::int32_t(out.stencil.size());
         if (c.b.piece >= 0) {
             out.stencil.push_back({c.b.piece, c.b.t});
             k.b_end = std::int32_t(out.stencil.size());
@@ -165,6 +209,13 @@ void ContactFinder::sweep_rods(const std::vector<BodyRef>& bodies)
             swept_[b] = {before.low.cwiseMin(now.low), before.high.cwiseMax(now.high)};
         } else if (const RigidBody* rigid = bodies[b].rigid) {
             swept_[b] = swept_box(*rigid);
+        } else if (const SolidBody* solid = bodies[b].solid) {
+            BoundingBox box;
+            for (const std::int32_t node : solid->touching()) {
+                box.add(solid->places_before()[std::size_t(node)]);
+                box.add(solid->places()[std::size_t(node)]);
+            }
+            swept_[b] = {box.low, box.high};
         }
 }
 
@@ -187,6 +238,11 @@ bool ContactFinder::rod_passed(const std::vector<BodyRef>& bodies, const Contact
     if (pair.b >= 0 && bodies[std::size_t(pair.b)].rod) {
         const RodBody& other = *bodies[std::size_t(pair.b)].rod;
         return pass_through(before, now, other.curve_before(), other.curve());
+    }
+    if (pair.b >= 0 && bodies[std::size_t(pair.b)].solid) {
+        const SolidBody& solid = *bodies[std::size_t(pair.b)].solid;
+        return pass_through_faces(before, now, solid.places_before(),
+                                  {pair.surface_b->outside, pair.surface_b->sharp, solid.places()});
     }
     RodSweep sweep{before, now, {}, {}, {}};
     if (pair.b < 0) {

@@ -642,18 +642,3 @@ TEST_CASE("a path of balances ends at the end of time, however far the table of 
     CHECK((ends.vector("frame_1.44") - goes_on.vector("frame_1.44")).norm() < 1e-8);
     CHECK(ends.records.size() < 60);
 }
-
-TEST_CASE("rods and solids that \"*\" names do not touch yet, and that is said")
-{
-    const Result r = run(R"("bodies": {
-        "block": {"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3, "mesh":
-          {"generate": "box", "size": [1, 1, 1], "cells": [1, 1, 1], "element": "H8"}, "hold": [{"set": "z_min"}]},
-        "rod": {"kind": "rod", "shape": {"start": [0, 0, 2]}, "segments":
-          [{"length": 1, "radius": 0.01, "EI": 1, "EA": 1e4, "element": 0.5}], "hold": [{"set": "start"}]}},
-        "contact": [{"between": ["*", "*"]}], "time": {"step": 1, "end": 1})");
-    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
-    std::string text;
-    for (const Issue& w : r.simulation->warnings())
-        text += w.found + "; " + w.allowed;
-    CHECK_MESSAGE(text.find("\"rod\" and \"block\"") != std::string::npos, text);
-}

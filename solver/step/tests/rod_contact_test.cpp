@@ -186,7 +186,8 @@ TEST_CASE("what rods cannot touch is said")
         }
         return std::string();
     };
-    CHECK(issues(R"({"between": ["rod", "block"]})").find("rods cannot touch solids yet") !=
+    CHECK(issues(R"({"between": ["rod", "block"], "surfaces": ["middle", ""]})")
+              .find("/contact/0/surfaces/0: \"middle\", allowed: \"\" (all of the rod)") !=
           std::string::npos);
     CHECK(issues(R"({"between": ["rod", "floor"], "surfaces": ["middle", ""]})")
               .find("/contact/0/surfaces/0: \"middle\", allowed: \"\" (all of the rod)") !=
