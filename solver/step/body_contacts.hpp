@@ -35,6 +35,8 @@ struct BodyContact {
     /// Derivative of the normal by the place on a, of surfaces that do not bend [1/m].
     Mat3 curvature = Mat3::Zero();
     bool slides_a = false, slides_b = false; ///< of rods: see CurveContact
+    /// It slid where the step starts: friction opposes the mean velocity, not that of the end.
+    bool slid = false;
     Vec3 point = Vec3::Zero();
     std::int32_t a_begin = 0, a_end = 0, b_begin = 0, b_end = 0; ///< in BodyContacts::stencil
 };

@@ -176,6 +176,8 @@ void row_values(const Contacts& k, const StepInput& step, std::vector<Vec3>& all
         }
         all[c] = contact.frame.transpose() * velocity;
         const double now = all[c][0], approach = contact.frame.col(0).dot(before);
+        if (contact.slid)
+            all[c].tail<2>() += contact.frame.rightCols<2>().transpose() * past / step.rule.end;
         all[c][0] = contact.gap / lever;
         // An overlap that bodies begin with is undone over some steps: at once it would throw them
         // apart.

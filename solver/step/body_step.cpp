@@ -121,6 +121,7 @@ void BodyStepper::find()
         system_.finder.find(system_.refs, step_, list_, options_.threads);
         found_ = true;
         follow_contacts();
+        if (step_.dynamic && step_.rule.end < 1) find_sliding();
     }
     joints_.clear();
     for (const Coupling& c : system_.couplings)
@@ -130,6 +131,50 @@ void BodyStepper::find()
     for (const BodyContact& c : list_.contact)
         moved_.push_back(c.frame.col(0).dot(moved(c)));
     report_.detection += watch.seconds();
+}
+
+/// Of a contact against the other over the part of the step that its end velocity has no share in:
+/// tangential [m/s].
+Vec3 BodyStepper::past_slip(const BodyContact& c) const
+{
+    Vec3 slip = body(std::size_t(c.a)).past_velocity(list_.place_a(c));
+    if (c.b >= 0) slip -= body(std::size_t(c.b)).past_velocity(list_.place_b(c));
+    const Vec3 n = c.frame.col(0);
+    return slip - n.dot(slip) * n;
+}
+
+/// Contacts that were on the cone and move: friction against the mean velocity is of second order,
+/// and takes exactly mu r_n of the slip's length.
+void BodyStepper::find_sliding()
+{
+    constexpr double kOnCone = 1 - 1e-6, kMoves = 1e-10; // of the bound; of the body's size
+    for (std::size_t c = 0; c < list_.contact.size(); ++c) {
+        BodyContact& contact = list_.contact[c];
+        const auto known = force_.find(key(int(c)));
+        if (known == force_.end()) continue;
+        const Vec3 force = contact.frame.transpose() * known->second;
+        const double friction = system_.finder.pairs()[std::size_t(contact.pair)].friction;
+        contact.slid =
+            friction > 0 && force.x() > 0 &&
+            force.tail<2>().norm() >= kOnCone * friction * force.x() &&
+            step_.h * past_slip(contact).norm() > kMoves * body(std::size_t(contact.a)).size();
+    }
+}
+
+/// Some contact that slid has stopped or turned back within the step, where the mean velocity says
+/// nothing of friction: the law of the end velocity is due.
+bool BodyStepper::comes_to_rest()
+{
+    bool some = false;
+    for (BodyContact& c : list_.contact) {
+        if (!c.slid) continue;
+        Vec3 velocity = body(std::size_t(c.a)).velocity(list_.place_a(c));
+        if (c.b >= 0) velocity -= body(std::size_t(c.b)).velocity(list_.place_b(c));
+        if (past_slip(c).dot(velocity) > 0) continue;
+        c.slid = false;
+        some = true;
+    }
+    return some;
 }
 
 /// Contacts of rods wander along both: what is known of one that has left its neighbourhood, and
@@ -375,9 +420,12 @@ bool BodyStepper::run()
         if (faulty()) return false;
         ++report_.factorisations;
         if (!(rods_only_ ? solve_rods() : solve())) return false;
-        if (!geometry && !nonlinear) break;
         if (faulty()) return false;
-        if (holds_at_end()) break;
+        if ((!geometry && !nonlinear) || holds_at_end()) {
+            if (!comes_to_rest()) break;
+            find();
+            continue;
+        }
         if (report_.error < 0.5 * least) {
             least = report_.error;
             halved = i;

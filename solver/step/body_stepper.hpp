@@ -71,6 +71,9 @@ private:
     void certify_rods(const Eigen::VectorXd& u);
     void relax();
     Eigen::VectorXd extrapolated(const Eigen::VectorXd& motion, const Eigen::VectorXd& change);
+    Vec3 past_slip(const BodyContact& c) const;
+    void find_sliding();
+    bool comes_to_rest();
     bool holds_at_end();
     bool faulty();
     void certify_rows(const Eigen::VectorXd& u);
