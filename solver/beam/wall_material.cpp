@@ -3,19 +3,6 @@
 #include "solver/solid/face_load.hpp"
 
 namespace amontons {
-namespace {
-
-ElementPlaces displaced(const VolumeMesh& mesh, std::span<const std::int32_t> nodes,
-                        const Eigen::VectorXd& u)
-{
-    ElementPlaces x = places_of(mesh, nodes);
-    for (std::size_t i = 0; i < nodes.size(); ++i)
-        x.col(Eigen::Index(i)) += u.segment<3>(3 * nodes[i]);
-    return x;
-}
-
-} // namespace
-
 std::string find_balance(const VolumeMesh& mesh, const WallMaterial& material,
                          const Eigen::VectorXd& dead, WallState& s)
 {
@@ -33,7 +20,7 @@ std::string find_balance(const VolumeMesh& mesh, const WallMaterial& material,
         HyperelasticState& state = s.elements[std::size_t(e)];
         const ElementFault found =
             hyperelastic_forces(material.elements[std::size_t(e)], material.law,
-                                displaced(mesh, nodes, s.u), state, forces);
+                                displaced_places(mesh, nodes, s.u), state, forces);
         if (found != ElementFault::none) {
             fault = element_place(mesh, e) + (found == ElementFault::inverted
                                                   ? " would be turned inside out"
@@ -58,7 +45,7 @@ void assemble_wall_tangent(const VolumeMesh& mesh, const SolidPattern& pattern,
         mesh, pattern,
         [&](std::int32_t e, ElementKind kind, std::span<const std::int32_t> nodes,
             ElementMatrix& own) {
-            const ElementPlaces x = displaced(mesh, nodes, state.u);
+            const ElementPlaces x = displaced_places(mesh, nodes, state.u);
             hyperelastic_tangent(material.elements[std::size_t(e)], material.law, x,
                                  state.elements[std::size_t(e)], own);
             for (const auto& [face, pressure] : pressed[std::size_t(e)]) {

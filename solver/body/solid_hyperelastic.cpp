@@ -74,9 +74,7 @@ double SolidBody::hyperelastic_inner(const Motion& m, Eigen::VectorXd& f)
     fault_.clear();
     for_each_element(mesh_, [&](std::int32_t e, ElementKind, std::span<const std::int32_t> nodes) {
         if (!fault_.empty()) return;
-        x = places_of(mesh_, nodes);
-        for (std::size_t i = 0; i < nodes.size(); ++i)
-            x.col(Eigen::Index(i)) += m.u.segment<3>(3 * nodes[i]);
+        x = displaced_places(mesh_, nodes, m.u);
         HyperelasticState& s = hyper_states_[std::size_t(e)];
         const ElementFault fault = hyperelastic_forces(hyper_[std::size_t(e)], law_, x, s, forces);
         if (fault != ElementFault::none) {
@@ -140,9 +138,7 @@ void SolidBody::assemble_tangent(SparseMatrix& S)
         mesh_, pattern_,
         [&](std::int32_t e, ElementKind kind, std::span<const std::int32_t> nodes,
             ElementMatrix& K) {
-            ElementPlaces x = places_of(mesh_, nodes);
-            for (std::size_t i = 0; i < nodes.size(); ++i)
-                x.col(Eigen::Index(i)) += known_u_.segment<3>(3 * nodes[i]);
+            const ElementPlaces x = displaced_places(mesh_, nodes, known_u_);
             hyperelastic_tangent(hyper_[std::size_t(e)], law_, x, hyper_states_[std::size_t(e)], K);
             if (pressed.empty()) return;
             for (const auto& [face, p] : pressed[std::size_t(e)]) {
@@ -232,13 +228,8 @@ void SolidBody::expect_pressures()
         double& pressure = hyper_states_[std::size_t(e)].pressure;
         pressure = std::numeric_limits<double>::quiet_NaN();
         if (tangent_u_.size() == 0) return;
-        x = places_of(mesh_, nodes);
-        move.resize(3, x.cols());
-        for (std::size_t i = 0; i < nodes.size(); ++i) {
-            const Vec3 before = tangent_u_.segment<3>(3 * nodes[i]);
-            x.col(Eigen::Index(i)) += before;
-            move.col(Eigen::Index(i)) = Vec3(known_u_.segment<3>(3 * nodes[i])) - before;
-        }
+        x = displaced_places(mesh_, nodes, tangent_u_);
+        move = displaced_places(mesh_, nodes, known_u_) - x;
         pressure = pressure_after(hyper_[std::size_t(e)], law_, x, move);
     });
     tangent_u_ = known_u_;
@@ -389,10 +380,7 @@ std::string SolidBody::softened(const Eigen::VectorXd& u) const
     double least = 1;
     std::int32_t where = 0;
     for_each_element(mesh_, [&](std::int32_t e, ElementKind kind, auto nodes) {
-        ElementPlaces x = places_of(mesh_, nodes);
-        const ElementPlaces X = x;
-        for (std::size_t i = 0; i < nodes.size(); ++i)
-            x.col(Eigen::Index(i)) += u.segment<3>(3 * nodes[i]);
+        const ElementPlaces X = places_of(mesh_, nodes), x = displaced_places(mesh_, nodes, u);
         const Vec3 centre = kind == ElementKind::H8 ? Vec3(0, 0, 0) : Vec3(0.25, 0.25, 0.25);
         const ShapeGradients d = shape_gradients(kind, centre);
         const Mat3 J = X * d.transpose(), F = x * (J.inverse().transpose() * d).transpose();

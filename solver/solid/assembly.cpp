@@ -124,6 +124,16 @@ ElementPlaces places_of(const VolumeMesh& mesh, std::span<const std::int32_t> no
     return X;
 }
 
+ElementPlaces displaced_places(const VolumeMesh& mesh, std::span<const std::int32_t> nodes,
+                               const Eigen::VectorXd& u)
+{
+    ElementPlaces x = places_of(mesh, nodes);
+    const Vec3 first = x.col(0);
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+        x.col(Eigen::Index(i)) = x.col(Eigen::Index(i)) - first + u.segment<3>(3 * nodes[i]);
+    return x;
+}
+
 void add_element(const SolidPattern& pattern, std::size_t& at, std::span<const std::int32_t> nodes,
                  const ElementMatrix& block, double* values)
 {

@@ -34,6 +34,10 @@ void clear(const SolidPattern& pattern, SparseMatrix& matrix);
 /// An element's places in the mesh.
 using ElementPlaces = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostSolidNodes>;
 ElementPlaces places_of(const VolumeMesh& mesh, std::span<const std::int32_t> nodes);
+/// ... moved by u (3 nodes), as seen from the first node at rest: far from the origin places have a
+/// round-off that stiff elements would answer to.
+ElementPlaces displaced_places(const VolumeMesh& mesh, std::span<const std::int32_t> nodes,
+                               const Eigen::VectorXd& u);
 
 /// Adds an element's matrix.
 /// @param at      where the element's ranks begin in pattern.rank; moved on past them

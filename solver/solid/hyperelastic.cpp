@@ -489,17 +489,19 @@ void brick_tangent(const HyperelasticElement& element, const Hyperelastic& m,
 
 HyperelasticElement make_hyperelastic(ElementKind kind, const ElementPoints& X, const Mat3& axes)
 {
+    // Gradients without the round-off of places far from the origin.
+    const Eigen::Matrix3Xd near = X.colwise() - Vec3(X.col(0));
     HyperelasticElement e;
     e.kind = kind;
     switch (kind) {
     case ElementKind::T4:
-        fill<ElementKind::T4>(X, axes, e.numbers);
+        fill<ElementKind::T4>(near, axes, e.numbers);
         break;
     case ElementKind::T10:
-        fill<ElementKind::T10>(X, axes, e.numbers);
+        fill<ElementKind::T10>(near, axes, e.numbers);
         break;
     case ElementKind::H8:
-        fill<ElementKind::H8>(X, axes, e.numbers);
+        fill<ElementKind::H8>(near, axes, e.numbers);
         break;
     }
     return e;

@@ -265,6 +265,47 @@ TEST_CASE("nearly incompressible elements have one stiff motion each, not four o
     }
 }
 
+TEST_CASE("a small stiff element far from the origin knows its strain to rounding")
+{
+    // A wall's element: with places of 0.3 m for 1.5 mm it felt strains of 1e-13.
+    constexpr double kSize = 1.5e-3, kModulus = 1e9, kStrain = 1e-7;
+    for (const ElementKind kind : test::kAllKinds) {
+        CAPTURE(int(kind));
+        SolidBoxOptions box;
+        box.lowest = Vec3(0.3123, 0.2456, -0.2789);
+        box.highest = box.lowest + Vec3::Constant(kSize);
+        box.kind = kind;
+        const VolumeMesh mesh = make_solid_box(box);
+        const Hyperelastic m{find_law("neo_hooke"), {kModulus, 0.3}};
+        Eigen::VectorXd u = Eigen::VectorXd::Zero(3 * Eigen::Index(mesh.nodes.size())), inner = u;
+        const auto forces = [&] {
+            inner.setZero();
+            for_each_element(
+                mesh, [&](std::int32_t, ElementKind k, std::span<const std::int32_t> nodes) {
+                    const HyperelasticElement e =
+                        make_hyperelastic(k, places_of(mesh, nodes), Mat3::Identity());
+                    HyperelasticState state;
+                    ElementVector f;
+                    REQUIRE(hyperelastic_forces(e, m, displaced_places(mesh, nodes, u), state, f) ==
+                            ElementFault::none);
+                    for (std::size_t i = 0; i < nodes.size(); ++i)
+                        inner.segment<3>(3 * nodes[i]) += f.segment<3>(3 * Eigen::Index(i));
+                });
+        };
+        forces();
+        CHECK(inner.norm() < 4e-15 * kModulus * kSize * kSize);
+        for (std::size_t i = 0; i < mesh.nodes.size(); ++i) // sheared: the faces' tractions
+            u[3 * Eigen::Index(i)] = kStrain * (mesh.nodes[i].z() - box.lowest.z());
+        forces();
+        double above = 0;
+        for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
+            if (mesh.nodes[i].z() > box.highest.z() - 0.1 * kSize)
+                above += inner[3 * Eigen::Index(i)];
+        const double shear = kModulus / 2.6 * kStrain * kSize * kSize;
+        CHECK(above == doctest::Approx(shear).epsilon(2e-8));
+    }
+}
+
 TEST_CASE("a block that its boundary compresses uniformly does not buckle within")
 {
     // Laws that are polyconvex are stable so: what an element loses is its own doing.
