@@ -53,3 +53,8 @@ validation/studies/soft-vessel/push.py "$program" examples/soft_vessel/scene.jso
     "$results/soft_vessel_push.csv"
 gnuplot -e "table='$results/soft_vessel_push.csv'; plot_file='$results/soft_vessel_push.svg'" \
     validation/studies/soft-vessel/plot.gp
+validation/studies/soft-vessel/push.py "$program" examples/soft_vessel/scene.json "$work/hyperelastic" \
+    "$results/soft_vessel_push_hyperelastic.csv" bodies.aorta.motion=hyperelastic bodies.aorta.mesh.element=T10 \
+    bodies.aorta.mesh.around=16 bodies.aorta.mesh.along=60 bodies.aorta.mesh.through=1
+gnuplot -e "table='$results/soft_vessel_push_hyperelastic.csv'; plot_file='$results/soft_vessel_push_hyperelastic.svg'" \
+    validation/studies/soft-vessel/plot.gp
