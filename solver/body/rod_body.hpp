@@ -18,6 +18,7 @@ struct ContactLoad {
     double gap = 0;                ///< at the iterate [m]
     Mat3 curvature = Mat3::Zero(); ///< derivative of the normal by the place [1/m]
     bool still = false;            ///< what it touches does not move with contact forces
+    double firm = 0;               ///< ... does by less than the force over this [N/m]; 0: unknown
 };
 
 /// A beam that is held and loaded anywhere: docs/theory/beams.md.

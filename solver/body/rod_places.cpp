@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 // Places on a rod: what a motion of its nodes does to them, and their forces to the nodes.
 
@@ -11,6 +12,8 @@ namespace {
 // What holds a contact's normal motion in the matrix, of compression times the half wave that it
 // buckles in over an element's length squared: two neighbours hold the rod's slope, too.
 constexpr double kHold = 4;
+constexpr double kRope = 10;
+constexpr double kLean = 0.1; // on what gives way, of its own stiffness there
 
 } // namespace
 
@@ -80,12 +83,24 @@ void RodBody::expect_contacts(std::span<const ContactLoad> loads)
 // where s > 0, and K with rho is positive definite where the rod is stable between its contacts:
 // under compression it is not without them. A contact that lets go in this iteration is held once
 // too long; the next one does not expect it.
+//
+// On a solid, rows are held too, as if it stood still: at the end of the iteration it does. A rope
+// would go far without contact, and what is left when contact forces take it back is round-off. On
+// the way forces on the rod are off by rho times the solid's motion, which is a small part of them
+// where rho is far below the solid's own stiffness.
 void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
 {
-    double compression = 0; // the largest [N]
+    double compression = 0;                                // the largest [N]
+    double pressed = 0;                                    // by all contacts [N]
+    double soft = std::numeric_limits<double>::infinity(); // the least EI [N m^2]
+    for (const Expected& x : expected_)
+        pressed += x.load.force.norm();
     for (int e = 0; e < rod_.element_count() && !expected_.empty(); ++e) {
+        const ElementLaw& law = rod_.law[std::size_t(e)];
         compression = std::max(compression, -rod_resultants(rod_, now_.nodes, kind_, e)[0]);
+        soft = std::min(soft, std::min(law.S[4], law.S[5]) / law.length);
     }
+    const bool rope = pressed * size_ * size_ > kRope * soft; // bending does not reach its ends
     for (const Expected& x : expected_) {
         const int e = x.at.node;
         const double xi = x.at.weight, L = rod_.law[std::size_t(e)].length;
@@ -94,11 +109,16 @@ void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
         Mat12 k = -r * (p.J.transpose() * x.load.curvature * p.J);
         k += force_stiffness({std::span(&x.at, 1), x.load.at.point}, x.load.force);
         const int node[2] = {e, rod_.second(e)};
-        if (x.load.still && r > 0 && compression > 0) {
-            const Eigen::Matrix<double, 12, 1> row = p.J.transpose() * x.load.normal;
+        double rho = 0;
+        if (x.load.still && compression > 0) {
             const double wave =
                 3.14159265358979 * std::sqrt(rod_.law[std::size_t(e)].S[4] / L / compression);
-            const double rho = kHold * compression * std::min(wave, size_) / (L * L);
+            rho = kHold * compression * std::min(wave, size_) / (L * L);
+        } else if (!x.load.still && rope) {
+            rho = std::min(kLean * x.load.firm, element_stiffness(e));
+        }
+        if (r > 0 && rho > 0) {
+            const Eigen::Matrix<double, 12, 1> row = p.J.transpose() * x.load.normal;
             k += rho * row * row.transpose();
             rest.segment<6>(6 * node[0]) -= rho * x.load.gap * row.head<6>();
             rest.segment<6>(6 * node[1]) -= rho * x.load.gap * row.tail<6>();

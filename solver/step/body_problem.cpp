@@ -89,6 +89,22 @@ bool BodyStepper::goes_by_bodies() const
     return of_bodies < 0.5 * of_W;
 }
 
+/// How firmly a solid stands below each contact of a rod, however many press on it.
+void BodyStepper::note_firmness(std::size_t b, const Eigen::MatrixXd& W)
+{
+    if (step_.dynamic || !system_.refs[b].solid || body(b).modes().cols() > 0) return;
+    std::vector<int> local(std::size_t(rows_.count), -1);
+    for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
+        local[std::size_t(rows_.row[b][i])] = int(i);
+    for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
+        const int c = rows_.chosen[i], row = local[std::size_t(rows_.first[i])];
+        if (row < 0 || c >= int(list_.contact.size())) continue;
+        if (!system_.refs[std::size_t(list_.contact[std::size_t(c)].a)].rod) continue;
+        const double give = W.col(row).cwiseAbs().sum();
+        if (give > 0) firm_[key(c)] = 1 / give;
+    }
+}
+
 /// W, q and mu of the chosen contacts; the modes' share of q is added for each try.
 void BodyStepper::assemble()
 {
@@ -138,6 +154,7 @@ void BodyStepper::assemble()
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (rows_.row[b].empty()) continue;
         body(b).compliance(rows_.columns[b], W[b]);
+        note_firmness(b, W[b]);
         for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
             give[rows_.row[b][i]] += W[b](Eigen::Index(i), Eigen::Index(i));
     }
@@ -424,6 +441,10 @@ bool BodyStepper::solve()
         for (int c = 0; c < n; ++c)
             if (in[std::size_t(c)]) rows_.chosen.push_back(c);
         assemble();
+        if (!problem_.q.allFinite()) {
+            report_.refusal = "a motion without contact that is beyond all numbers";
+            return false;
+        }
         r_ = warm_start();
         const bool solved = solve_with_modes();
         if (rescales < kMostRescales && rescale_modes()) {

@@ -65,6 +65,7 @@ void BodyStepper::expect_contacts(bool known_too)
             load.normal = side.sign * contact.frame.col(0);
             load.gap = contact.gap;
             load.still = other.body < 0 || fixed(std::size_t(other.body));
+            if (const auto firm = firm_.find(key(c)); firm != firm_.end()) load.firm = firm->second;
             if (load.still) load.curvature = side.sign * contact.curvature;
             loads[std::size_t(side.body)].push_back(load);
         }

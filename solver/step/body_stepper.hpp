@@ -45,6 +45,7 @@ private:
     Vec3 common_place(int c) const;
     bool solve();
     void assemble();
+    void note_firmness(std::size_t b, const Eigen::MatrixXd& W);
     bool goes_by_bodies() const;
     bool solve_with_modes();
     Eigen::VectorXd closed_rows(bool sticking) const;
@@ -116,6 +117,7 @@ private:
     std::vector<Eigen::VectorXd> body_force_;
     std::map<BodySystem::Key, Vec3> force_;               ///< in space; of a coupling in x
     std::map<BodySystem::Key, Vec3> motion_;              ///< u of the solved rows, in their frames
+    std::map<BodySystem::Key, double> firm_;              ///< of solids that rods touch [N/m]
     std::map<BodySystem::Key, bool> sticks_;              ///< of rods
     std::map<BodySystem::Key, BodySystem::Key> followed_; ///< of the last find(): old and new
     RodProblem rods_;

@@ -338,3 +338,32 @@ TEST_CASE("a rod that begins inside a solid is refused with the place")
     CHECK(issue(-0.02, R"(["*", "*"])").find("/contact: rod lies in block at (") == 0);
     CHECK(issue(0.003, R"(["rod", "block"])") == "");
 }
+
+TEST_CASE("a rope over an elastic drum is drawn as a belt: exp(mu theta) at its surface")
+{
+    // It hangs a little off it, takes up 10 N at its end and is drawn over it.
+    const double R = 0.05, r = 0.001, mu = 0.2, off = 2e-4;
+    for (const char* element : {"H8", "T4"}) {
+        CAPTURE(element);
+        const Result rope = run(fmt::format(
+            R"("bodies": {{"drum": {{"kind": "solid", "mesh": {{"generate": "cylinder",
+                "centre": [0, -0.005, 0], "axis": [0, 1, 0], "radius": {}, "length": 0.01, "around": 16,
+                "along": 2, "element": "{}"}}, "youngs_modulus": 1e7, "poisson_ratio": 0.3,
+                "hold": [{{"set": "start"}}, {{"set": "end"}}]}},
+            "rope": {{"kind": "rod", "segments": [{{"length": {}, "radius": {}, "EI": 1e-4, "EA": 1e5,
+                "element": 0.004}}], "plane": [0, 1, 0],
+                "shape": {{"curve": {{"pieces": [{{"length": 0.1}}, {{"radius": {},
+                    "angle": 3.141592653589793}}, {{"length": 0.1}}], "start": [{}, 0, -0.1],
+                    "direction": [0, 0, 1], "normal": [1, 0, 0]}}, "stress_free": true}},
+                "hold": [{{"set": "start", "x": [[0, 0], [1, 0]], "z": [[0, 0], [1, -0.004], [1.5, -0.012]]}}],
+                "loads": [{{"set": "end", "force": [0, 0, -10], "over": [[0, 0], [1, 1]]}}]}}}},
+            "contact": [{{"between": ["rope", "drum"], "friction": {}}}],
+            "time": {{"step": 0.05, "end": 1.5}})",
+            R, element, 0.2 + 3.141592653589793 * (R + r + off), r, R + r + off, -(R + r + off),
+            mu));
+        REQUIRE_MESSAGE(rope.summary.status == "done", rope.summary.message);
+        CHECK(-rope.value("rope_start_force_z") ==
+              doctest::Approx(10 * std::exp(mu * 3.141592653589793 * R / (R + r))).epsilon(6e-3));
+        CHECK(rope.value("drum_max_displacement") > 1e-5);
+    }
+}
