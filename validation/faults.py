@@ -53,9 +53,12 @@ SCENES = {
 }
 
 
-def history_of(folder):
-    """Steps as text without their clocks; every line must be whole."""
+def history_of(folder, killed=False):
+    """Steps as text without their clocks; every line must be whole. The system ends a killed process's write
+    where a page does: then the last line may lack its end, and is of a step that was not finished."""
     text = (folder / "history.csv").read_text()
+    if killed:
+        text = text[:text.rfind("\n") + 1]
     if not text:
         return []  # not even the heading found room
     assert text.endswith("\n"), "history.csv ends within a line"
@@ -83,10 +86,10 @@ def results_of(folder):
                                      "certificate")}
 
 
-def readable(folder, whole, least=0):
+def readable(folder, whole, least=0, killed=False):
     """What was finished before the fault can be read, and is how the undisturbed run began: (steps, has a
     checkpoint). At least `least` steps were there before."""
-    history = history_of(folder) if (folder / "history.csv").exists() else []
+    history = history_of(folder, killed) if (folder / "history.csv").exists() else []
     steps = max(0, len(history) - 1)
     assert history == whole[0][:len(history)], "the steps that are left are not those of the undisturbed run"
     assert steps >= least, f"{least} steps were written, {steps} are left"
@@ -145,7 +148,7 @@ class Trials:
                 written = steps_written(folder)
                 process.kill()
                 process.communicate()
-            _, started = readable(folder, self.whole[name], written)
+            _, started = readable(folder, self.whole[name], written, killed=True)
         return started
 
     def fill(self, name, folder):
