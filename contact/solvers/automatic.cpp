@@ -169,23 +169,39 @@ void solve_automatically(SolverWork& work, bool warm)
         work.progress.prove(std::move(*proof));
         return;
     }
-    if (sweeps && work.progress.best_error() < kNearly)
+    double polished = kNearly; // the error that has been polished
+    const auto polish = [&] {
+        if (!sweeps || !(work.progress.best_error() < polished)) return false;
         for (int round = 0; round < kPolishes; ++round) {
             sweeps->restart();
-            if (sweeps->advance(kFirstPolish << round)) return;
+            if (sweeps->advance(kFirstPolish << round)) return true;
             work.take_best();
-            if (follow_path(work, matrix, kQuickNewton)) return;
+            if (follow_path(work, matrix, kQuickNewton)) return true;
             matrix.trust();
             work.take_best();
         }
-    // Each close path from afar, and then from the best there is, again and again.
+        polished = work.progress.best_error();
+        return false;
+    };
+    if (polish()) return;
+    // Each close path from afar: where one folds back the next may not, and each costs less than
+    // all that can be tried around one of them.
+    for (NewtonPath path : kClosePaths) {
+        path.from_afar = true;
+        if (follow_path(work, matrix, path)) return;
+        work.take_best();
+        if (work.progress.best_error() <= work.options.acceptable || polish()) return;
+    }
+    if (follow_path(work, matrix, kFreeNewton)) return;
+    matrix.trust();
+    if (follow_proximal_paths(work, matrix, kProximal[0])) return;
+    work.take_best();
+    // Then from the best there is, with corners of several widths, proximal problems and sweeps in
+    // turns, again and again.
     int tried = 0;
     for (int round = 0;; ++round)
         for (NewtonPath path : kClosePaths) {
-            if (work.progress.best_error() <= work.options.acceptable) return;
-            path.from_afar = true;
-            if (follow_path(work, matrix, path)) return;
-            path.from_afar = false;
+            if (work.progress.best_error() <= work.options.acceptable || polish()) return;
             // Once round, corners that make r leave where it is stuck come first.
             for (double widest : {0.3, 1e-3, 0.0}) {
                 if (widest == 0.3 && round == 0) continue;

@@ -157,3 +157,24 @@ TEST_CASE("a wide elastic block under a smooth press has the oedometer's pressur
             middle += s.reaction[3 * (j * 17 + i)];
     CHECK(middle / (9 * cell) == doctest::Approx(pressure).epsilon(0.01));
 }
+
+TEST_CASE(
+    "packings of spheres with much friction are solved in any unit, by some of the close paths")
+{
+    for (const unsigned seed : {3u, 10u})
+        for (const double unit : {1.0, 1.3, 2.7}) { // each has a round-off of its own
+            Spheres s;
+            s.count = 60;
+            s.radius_ratio = 5;
+            s.mu = 0.8;
+            s.seed = seed;
+            const CondensedProblem c(spheres(s));
+            ContactProblem p = c.contact();
+            p.W = Delassus::Sparse(unit * p.W.as_sparse());
+            SolverOptions options = to(1e-8);
+            options.max_iterations = 2000;
+            CAPTURE(seed);
+            CAPTURE(unit);
+            CHECK(solve(p, options).certificate.status == SolveStatus::converged);
+        }
+}
