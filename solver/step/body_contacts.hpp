@@ -106,6 +106,9 @@ void set_reach(ContactPair& pair, double given, double size);
 /// The same placement, as rigid shapes take it.
 Pose pose_of(const Placement& p);
 
+/// Points of a mesh that stands there.
+std::vector<Vec3> moved_points(const SurfaceMesh& mesh, const Placement& at);
+
 /// Around all that a body fills in a step so far.
 AxisBox swept_box(const RigidBody& body);
 
@@ -161,7 +164,6 @@ private:
         SharpFeatures sharp;
     };
     const Facets& facets_of(const std::vector<BodyRef>& bodies, int body);
-    bool passed(const std::vector<BodyRef>& bodies, const ContactPair& pair);
     int pair_of_rest(int a, int b, const std::vector<BodyRef>& bodies);
     /// Pairs of free rigid bodies whose boxes meet, without those that have a law of their own.
     template <class BoxOf>
@@ -179,6 +181,8 @@ private:
                                             double reach) const;
     std::vector<BodyContact> rest_contacts(const std::vector<BodyRef>& bodies, int pair) const;
     bool apart(const ContactPair& p, double reach) const;
+    // body_passage.cpp
+    bool passed(const std::vector<BodyRef>& bodies, const ContactPair& pair);
     // rod_contacts.cpp
     void rod_on_any(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void rod_on_solid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);

@@ -1,0 +1,66 @@
+#include "contact/rigid/detect.hpp"
+#include "contact/rigid/first_touch.hpp"
+#include "contact/surface/passage.hpp"
+#include "solver/body/rigid_body.hpp"
+#include "solver/body/solid_body.hpp"
+#include "solver/step/body_contacts.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace amontons {
+
+bool ContactFinder::passed(const std::vector<BodyRef>& bodies, const ContactPair& pair)
+{
+    // Motions of less than half the thinner body leave it on the right side of contacts.
+    thinnest_.resize(bodies.size(), 0);
+    double thinnest = std::numeric_limits<double>::infinity(), longest = 0;
+    for (const int i : {pair.a, pair.b}) {
+        const BodyRef& b = bodies[std::size_t(i)];
+        double& own = thinnest_[std::size_t(i)];
+        if (b.solid) {
+            if (own == 0) own = b.solid->thinnest();
+            double motion = 0;
+            for (const std::int32_t node : b.solid->touching())
+                motion = std::max(motion, (b.solid->places()[std::size_t(node)] -
+                                           b.solid->places_before()[std::size_t(node)])
+                                              .norm());
+            longest += motion;
+        } else {
+            const AxisBox box = axis_box(b.rigid->shape(), {});
+            own = (box.high - box.low).minCoeff();
+            const Placement before = b.rigid->start_placement(), now = b.rigid->placement();
+            longest += (now.shift - before.shift).norm() +
+                       now.turn.angularDistance(before.turn) * 2 * b.rigid->size();
+        }
+        thinnest = std::min(thinnest, own);
+    }
+    if (longest <= 0.5 * thinnest) return false;
+
+    const BodyRef &a = bodies[std::size_t(pair.a)], &b = bodies[std::size_t(pair.b)];
+    if (a.rigid && b.rigid) {
+        const auto before = [](const RigidBody& body) { return pose_of(body.start_placement()); };
+        std::vector<RigidContact> now;
+        detect(a.rigid->shape(), pose_of(a.rigid->placement()), b.rigid->shape(),
+               pose_of(b.rigid->placement()), pair.reach, now);
+        return now.empty() &&
+               first_touch(a.rigid->shape(), before(*a.rigid), pose_of(a.rigid->placement()),
+                           b.rigid->shape(), before(*b.rigid), pose_of(b.rigid->placement())) < 1;
+    }
+    std::vector<Vec3> before_a, after_a, before_b, after_b; // of rigid bodies
+    const auto moved = [&](int i, const ContactSurface* surface, std::vector<Vec3>& before,
+                           std::vector<Vec3>& after) -> MovedSurface {
+        const BodyRef& body = bodies[std::size_t(i)];
+        if (body.solid)
+            return {surface->outside, body.solid->places_before(), body.solid->places()};
+        const Facets& facets = facets_of(bodies, i);
+        before = moved_points(facets.mesh, body.rigid->start_placement());
+        after = moved_points(facets.mesh, body.rigid->placement());
+        return {facets.surface, before, after};
+    };
+    return passage(moved(pair.a, pair.surface_a, before_a, after_a),
+                   moved(pair.b, pair.surface_b, before_b, after_b), 0.5 * thinnest)
+        .has_value();
+}
+
+} // namespace amontons
