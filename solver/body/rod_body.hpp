@@ -62,6 +62,8 @@ public:
     /// Negative eigenvalues of the tangent at the iterate: the balance is not stable where there
     /// are some.
     int negative() const { return negative_; }
+    /// What it touches, and not it alone, makes the accepted balance stable.
+    void is_held() { negative_ = 0; }
     /// Rigid motions that no hold prevents, in words.
     std::vector<std::string> free_motions() const;
     /// Contact forces as they are known at the iterate of a quasi-static step: how they turn with

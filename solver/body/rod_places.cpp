@@ -90,17 +90,20 @@ void RodBody::expect_contacts(std::span<const ContactLoad> loads)
 // where rho is far below the solid's own stiffness.
 void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
 {
-    double compression = 0;                                // the largest [N]
+    double compression = 0, tension = 0;                   // the largest [N]
     double pressed = 0;                                    // by all contacts [N]
     double soft = std::numeric_limits<double>::infinity(); // the least EI [N m^2]
     for (const Expected& x : expected_)
         pressed += x.load.force.norm();
     for (int e = 0; e < rod_.element_count() && !expected_.empty(); ++e) {
         const ElementLaw& law = rod_.law[std::size_t(e)];
-        compression = std::max(compression, -rod_resultants(rod_, now_.nodes, kind_, e)[0]);
+        const double axial = rod_resultants(rod_, now_.nodes, kind_, e)[0];
+        compression = std::max(compression, -axial);
+        tension = std::max(tension, axial);
         soft = std::min(soft, std::min(law.S[4], law.S[5]) / law.length);
     }
-    const bool rope = pressed * size_ * size_ > kRope * soft; // bending does not reach its ends
+    // Bending does not reach its ends. What is compressed leans by body_lean.cpp.
+    const bool rope = pressed * size_ * size_ > kRope * soft && tension > compression;
     for (const Expected& x : expected_) {
         const int e = x.at.node;
         const double xi = x.at.weight, L = rod_.law[std::size_t(e)].length;

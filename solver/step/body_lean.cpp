@@ -1,5 +1,6 @@
 #include "solver/step/body_stepper.hpp"
 
+#include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -7,7 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
-// Bodies that are stable by their contacts alone (solver/body/solid_lean.cpp): with their true
+// Bodies that are stable by their contacts alone (hyperelastic solids, solver/body/solid_lean.cpp;
+// rods that are compressed beyond Euler's load along what gives way): with their true
 // matrices A, W = sum H A^-1 H^T is not positive, and no solver of contact problems takes it. With
 // a diagonal Gamma on the rows of contacts that stay closed, r' = r + Gamma u is the reaction of
 //   u = (1 + W Gamma)^-1 (W r' + q),
@@ -75,10 +77,18 @@ bool BodyStepper::lets_go()
 bool BodyStepper::stand_upright(std::vector<Eigen::MatrixXd>& W,
                                 const std::vector<std::pair<int, double>>& soft)
 {
+    unheld_.clear();
     if (step_.dynamic || rows_.count == 0 || rows_.count > kMostRows) return false;
     std::vector<char> leans(bodies(), 0);
     int negative = 0;
     for (std::size_t b = 0; b < bodies(); ++b) {
+        if (const RodBody* rod = system_.refs[b].rod; rod && rod->negative() > 0) {
+            if (rows_.row[b].empty()) return false;
+            negative += rod->negative();
+            unheld_ = system_.refs[b].name;
+            leans[b] = 1;
+            continue;
+        }
         SolidBody* solid = system_.refs[b].solid;
         if (!solid || !solid->leaning()) continue;
         if (rows_.row[b].empty()) return false;
@@ -110,6 +120,7 @@ bool BodyStepper::stand_upright(std::vector<Eigen::MatrixXd>& W,
             taken_ = taken * root.asDiagonal();
             held_ = hold / size * closed;
             upright_ = std::move(leans);
+            unheld_.clear();
             return true;
         }
     }
@@ -119,7 +130,8 @@ bool BodyStepper::stand_upright(std::vector<Eigen::MatrixXd>& W,
 /// What has been found by the matrix that leans, by the true one.
 Eigen::VectorXd BodyStepper::upright(std::size_t b, const Eigen::VectorXd& y) const
 {
-    return upright_.empty() || !upright_[b] ? y : system_.refs[b].solid->upright(y);
+    SolidBody* solid = system_.refs[b].solid;
+    return upright_.empty() || !upright_[b] || !solid ? y : solid->upright(y);
 }
 
 } // namespace amontons

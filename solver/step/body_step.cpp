@@ -464,6 +464,8 @@ bool BodyStepper::run()
         const BodyEnergy e = body(b).accept(body_force_[b]);
         if (const std::string remark = body(b).remark(); !remark.empty())
             report_.remarks.push_back(remark);
+        if (RodBody* rod = system_.refs[b].rod; rod && !upright_.empty() && upright_[b])
+            rod->is_held();
         report_.energy.work += e.work;
         report_.energy.work_absolute += e.work_absolute;
         report_.energy.dissipated += e.dissipated;
@@ -495,6 +497,9 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
         report.refusal = fault.what();
         return report;
     }
+    if (!report.accepted && !stepper.unheld().empty())
+        report.refusal +=
+            fmt::format("; the contacts of {} do not keep it from buckling", stepper.unheld());
     report.rods_alone = stepper.of_rods_only();
     if (report.accepted || !report.rods_alone || medium) return report;
     // Rods that Newton's method leads astray: the way to a stable balance.

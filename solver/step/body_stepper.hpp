@@ -25,6 +25,8 @@ public:
 
     bool run();
     bool of_rods_only() const { return rods_only_; }
+    /// A rod that its contacts do not keep stable in the last iteration, if there is one.
+    const std::string& unheld() const { return unheld_; }
 
 private:
     std::size_t bodies() const { return system_.refs.size(); }
@@ -107,11 +109,12 @@ private:
     ContactProblem problem_;
     bool leans_only_ = false;    ///< that problem had no solution in this iteration
     bool leans_in_step_ = false; ///< that problem's iterations came to nothing
-    std::vector<char> upright_;  ///< bodies whose true matrix is in W beside the one that leans
-    Eigen::VectorXd held_;       ///< Gamma of body_lean.cpp, by rows [N/m]; empty: none leans
-    Eigen::VectorXd held_r_;     ///< r' there
-    std::vector<char> let_go_;   ///< of each contact: 1 its tangents, 2 all of it
-    Eigen::MatrixXd taken_;      ///< q of the problem with it: (1 - taken) q
+    std::string unheld_;
+    std::vector<char> upright_; ///< bodies whose true matrix is in W beside the one that leans
+    Eigen::VectorXd held_;      ///< Gamma of body_lean.cpp, by rows [N/m]; empty: none leans
+    Eigen::VectorXd held_r_;    ///< r' there
+    std::vector<char> let_go_;  ///< of each contact: 1 its tangents, 2 all of it
+    Eigen::MatrixXd taken_;     ///< q of the problem with it: (1 - taken) q
     Delassus measured_W_; ///< with modes of the elastic part's size: what errors are measured in
     Eigen::VectorXd r_;
     std::vector<Eigen::VectorXd> body_force_;

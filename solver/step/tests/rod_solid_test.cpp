@@ -120,6 +120,47 @@ TEST_CASE("a rod along an elastic foundation gives way as Hetenyi's beam does")
               doctest::Approx(F * lambda / (2 * k)).epsilon(5e-3));
 }
 
+TEST_CASE("a rod that lies on an elastic foundation buckles at 2 sqrt(k EI), not at Euler's load")
+{
+    // Hinged, four half waves of pi (EI / k)^(1/4) long, pressed on by its line load as far as its
+    // ends are held down: with any other number of waves it would carry more. Euler's load is a
+    // thirty-second of that, and from there on the rod alone has unstable modes.
+    const double E = 1e5, b = 0.02, t = 0.005, k = E * b / t, EI = 10, q = 160, pi = std::acos(-1);
+    const double L = 4 * pi * std::pow(EI / k, 0.25), critical = 2 * std::sqrt(k * EI);
+    const Result r = run(fmt::format(
+        R"("bodies": {{
+        "strip": {{"kind": "solid", "mesh": {{"generate": "box", "size": [1.2, {}, {}],
+            "centre": [0, 0, {}], "cells": [240, 1, 1], "element": "H8"}}, "youngs_modulus": {},
+            "poisson_ratio": 0, "hold": [{{"set": "z_min"}}]}},
+        "rod": {{"kind": "rod", "segments": [{{"length": {}, "radius": 0.002, "EI": {}, "EA": 1e8,
+            "element": {}}}], "shape": {{"start": [{}, 0, 0.002], "normal": [0, 0, 1]}},
+            "plane": [0, 1, 0], "hold": [
+            {{"set": "start", "x": [[0, 0], [1, 0]], "y": [[0, 0], [1, 0]], "z": [[0, 0], [1, {}]], "turns": "free"}},
+            {{"set": "end", "y": [[0, 0], [1, 0]], "z": [[0, 0], [1, {}]], "turns": "free"}}],
+            "loads": [{{"set": "all", "line": [0, 0, {}], "over": [[0, 0], [1, 1]]}},
+                      {{"set": "end", "force": [-1, 0, 0], "over": [[0, 0], [1, 0], [2, {}], [3, {}]]}}]}}}},
+        "contact": [{{"between": ["rod", "strip"]}}],
+        "time": {{"step": 0.5, "end": 3, "smallest_step": 0.4}})",
+        b, t, -t / 2, E, L, EI, L / 48, -L / 2, -q / k, -q / k, -q, 0.98 * critical,
+        1.01 * critical));
+    const auto load = [&](const StepRecord& s) {
+        return critical * (s.time < 2 ? 0.98 * (s.time - 1) : 0.98 + 0.03 * (s.time - 2));
+    };
+    bool beyond_euler = false, buckled = r.summary.status != "done";
+    for (const StepRecord& s : r.records) {
+        CAPTURE(load(s));
+        const bool away = value(s, "rod_max_displacement") > 1.5 * q / k;
+        if (load(s) < 0.985 * critical) {
+            CHECK(!away);
+            CHECK(value(s, "rod_negative") == 0);
+            beyond_euler = beyond_euler || load(s) > 10 * EI * pi * pi / (L * L);
+        }
+        buckled = buckled || away;
+    }
+    CHECK(beyond_euler);
+    CHECK(buckled);
+}
+
 TEST_CASE("a free block between a floor and a rod is in balance, forces and moments")
 {
     // The rod lies askew over it and is pulled sideways: forces in all directions.
