@@ -266,8 +266,9 @@ void SolidBody::find_free_change()
 void SolidBody::make_step_matrix()
 {
     SolidMatrix& m = *matrix_;
-    m.S = m.K;
-    if (hyperelastic_ && known_version_ >= 0) assemble_tangent(m.S);
+    const bool of_state = hyperelastic_ && known_version_ >= 0;
+    if (!of_state || m.S.nonZeros() != m.K.nonZeros()) m.S = m.K; // or its pattern alone
+    if (of_state) assemble_tangent(m.S);
     if (corotational_ && !element_states_.empty()) {
         const auto matrix = exact_tangent_ ? corotational_tangent : corotational_stiffness;
         assemble(

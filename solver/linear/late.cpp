@@ -27,8 +27,9 @@ template <class Function> void find(void* library, const char* name, Function*& 
 
 LateLibraries opened()
 {
-    // With its BLAS, whose names are then found among all: BlasThreads asks which one it is.
-    void* const library = ::dlopen(AMONTONS_CHOLMOD_FILE, RTLD_NOW | RTLD_GLOBAL);
+    // With its BLAS, whose names are then found among all: BlasThreads asks which one it is. Its
+    // thousands of functions are bound where they are first called: all at once takes 3 ms.
+    void* const library = ::dlopen(AMONTONS_CHOLMOD_FILE, RTLD_LAZY | RTLD_GLOBAL);
     if (!library) {
         const char* reason = ::dlerror();
         throw std::runtime_error(std::string("solids need " AMONTONS_CHOLMOD_FILE ": ") +

@@ -137,17 +137,22 @@ ElementPlaces displaced_places(const VolumeMesh& mesh, std::span<const std::int3
 void add_element(const SolidPattern& pattern, std::size_t& at, std::span<const std::int32_t> nodes,
                  const ElementMatrix& block, double* values)
 {
-    const auto n = Eigen::Index(nodes.size());
+    const auto n = std::ptrdiff_t(nodes.size());
     AMONTONS_ASSERT(block.rows() == 3 * n && block.cols() == 3 * n);
-    for (Eigen::Index j = 0; j < n; ++j) {
+    const double* from = block.data(); // three columns of a node at a time
+    for (std::ptrdiff_t j = 0; j < n; ++j, from += 9 * n) {
         const auto node = std::size_t(nodes[std::size_t(j)]);
-        const std::int32_t first = pattern.start[node], height = pattern.start[node + 1] - first;
-        double* column = values + 9 * std::ptrdiff_t(first);
-        for (Eigen::Index i = 0; i < n; ++i) {
-            const std::int32_t rank = pattern.rank[at++];
-            for (int c = 0; c < 3; ++c)
-                for (int r = 0; r < 3; ++r)
-                    column[3 * (c * height + rank) + r] += block(3 * i + r, 3 * j + c);
+        const std::ptrdiff_t first = pattern.start[node],
+                             height = 3 * (pattern.start[node + 1] - first);
+        double* const column = values + 9 * first;
+        for (std::ptrdiff_t i = 0; i < n; ++i) {
+            double* to = column + 3 * std::ptrdiff_t(pattern.rank[at++]);
+            const double* b = from + 3 * i;
+            for (int c = 0; c < 3; ++c, to += height, b += 3 * n) {
+                to[0] += b[0];
+                to[1] += b[1];
+                to[2] += b[2];
+            }
         }
     }
 }
