@@ -10,8 +10,8 @@
 namespace amontons {
 namespace {
 
-constexpr double kContrast = 1e6; ///< of stiffness: decides before fineness
-constexpr double kAlike = 1e-2;   ///< difference of area per multiplier that does not count
+constexpr double kContrast = 30; ///< of stiffness: decides before fineness
+constexpr double kAlike = 1e-2;  ///< difference of area per multiplier that does not count
 
 /// Where two surfaces overlap, or the room between them.
 BoundingBox between(const BoundingBox& a, const BoundingBox& b)

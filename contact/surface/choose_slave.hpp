@@ -5,8 +5,10 @@
 namespace amontons {
 
 /// Which of two surfaces carries the multipliers: the coarser where they are near each other, as
-/// a finer one has more of them than the other side can follow. A contrast of stiffness of 1e6
-/// decides before that: the softer. Alike: the softer, then the first.
+/// a finer one has more of them than the other side can follow. A contrast of stiffness of 30
+/// decides before that: the softer, which follows whatever stands beside it (multipliers of a
+/// coarse stiff one leave its fine bulges between them free to pass). Alike: the softer, then the
+/// first.
 ///
 /// Coarse is what has much area for each multiplier.
 /// @param a_places, b_places        of all nodes of each mesh [m]

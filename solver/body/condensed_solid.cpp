@@ -225,9 +225,15 @@ void CondensedSolid::linearise()
         const std::int32_t k = free_touching_[i];
         free_change_[Eigen::Index(i)] = u[k] - now_.u[3 * touching_[std::size_t(k / 3)] + k % 3];
     }
-    mode_load_ = Eigen::VectorXd::Zero(rigid_.R.cols());
-    for (std::size_t i = 0; i < parts_of_u_.size() && mode_load_.size() > 0; ++i)
-        mode_load_ += amount_now_[Eigen::Index(i)] * parts_of_u_[i].on_modes;
+    mode_load_ = load_on_modes(amount_now_);
+}
+
+Eigen::VectorXd CondensedSolid::load_on_modes(const Eigen::VectorXd& amounts) const
+{
+    Eigen::VectorXd load = Eigen::VectorXd::Zero(rigid_.R.cols());
+    for (std::size_t i = 0; i < parts_of_u_.size() && load.size() > 0; ++i)
+        load += amounts[Eigen::Index(i)] * parts_of_u_[i].on_modes;
+    return load;
 }
 
 void CondensedSolid::add_column(const BodyPlace& at, const Vec3& direction, double scale,
@@ -345,7 +351,8 @@ void CondensedSolid::move_as_a_whole(const Eigen::VectorXd& mode)
     if (kind_ == Frame::floating) {
         in_u = -(mean + mode_now_);
         const Eigen::VectorXd motion = felt(mode - in_u);
-        rigid_work_ += mode_load_.dot(motion);
+        // By the rule of the trapezoid.
+        rigid_work_ += 0.5 * (load_on_modes(amount_) + mode_load_).dot(motion);
         move_frame(now_, motion);
     } else {
         const Eigen::VectorXd by_pins = mean - mean_now_;

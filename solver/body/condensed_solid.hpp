@@ -58,6 +58,7 @@ private:
     Eigen::VectorXd mean_with_pins(const Eigen::VectorXd& amounts,
                                    const Eigen::VectorXd& on_touching) const;
     void move_as_a_whole(const Eigen::VectorXd& mode);
+    Eigen::VectorXd load_on_modes(const Eigen::VectorXd& amounts) const;
     void place_in_frame(Motion& m) override { place_touching(m); }
 
     void make_motions(const SparseColumns& C);

@@ -186,18 +186,20 @@ void SolidBody::assemble_tangent(SparseMatrix& S)
     lean(S);
 }
 
-/// A^-1 f of the true tangent's free part, without the border of volumes.
+/// A^-1 f of the true tangent's free part, without the border of volumes. What contacts move is by
+/// the symmetric part alone: where they push, so is this, or the two never cancel.
 Eigen::VectorXd SolidBody::newton_solved(const Eigen::VectorXd& f) const
 {
     const bool shifted = true_part_.rows() > 0;
-    if (f.size() == 0 || (!shifted && skew_.nonZeros() == 0)) return solved(f);
+    const bool skew = skew_.nonZeros() > 0 && contact_.isZero(0);
+    if (f.size() == 0 || (!shifted && !skew)) return solved(f);
     const double scale = step_.dynamic ? step_.h * step_.rule.end * step_.h * step_.rule.end : 1;
     const Eigen::SparseMatrix<double>& A = shifted ? true_part_ : matrix_->parts.ff;
     const double tolerance = std::clamp(kKrylovShare * last_error_, kFinestKrylov, kCoarsestKrylov);
     return gmres(
                [&](const Eigen::VectorXd& x) {
                    Eigen::VectorXd y = A * x;
-                   if (skew_.nonZeros() > 0) y += scale * (skew_ * x);
+                   if (skew) y += scale * (skew_ * x);
                    return y;
                },
                [&](const Eigen::VectorXd& x) { return solved(x); }, f, tolerance, kMostKrylov)

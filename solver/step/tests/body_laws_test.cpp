@@ -212,6 +212,20 @@ TEST_CASE("a solid pressed in one step has taken the work that it holds")
     CHECK(std::abs(r.summary.energy.error()) < 1e-10 * r.summary.energy.work);
 }
 
+TEST_CASE("a load that grows has done the work that a solid which lies free under it holds")
+{
+    // It moves as a whole by half of what it is pressed together. No friction: nothing slides.
+    const Result r = run(R"("bodies": {
+      "b": {"kind": "solid", "youngs_modulus": 1e5, "poisson_ratio": 0,
+            "mesh": {"generate": "box", "size": [1, 1, 1], "centre": [0, 0, 0.5], "element": "H8"},
+            "loads": [{"set": "z_max", "pressure": [[0, 0], [1, 300]]}]},
+      "plane": {"kind": "obstacle", "surface": {"generate": "plane"}}},
+      "contact": [{"between": ["b", "plane"], "friction": 0.3}], "time": {"step": 0.25, "end": 1})");
+    REQUIRE(r.summary.message == "");
+    CHECK(r.summary.energy.work == doctest::Approx(0.5 * 300 * 300 / 1e5).epsilon(1e-8));
+    CHECK(std::abs(r.summary.energy.error()) < 1e-8 * r.summary.energy.work);
+}
+
 TEST_CASE("a solid ball that lies free on a plane finds its balance, where it may roll")
 {
     // Turning it hardly changes the forces: the iterations go on in one direction, a little each.

@@ -131,6 +131,22 @@ TEST_CASE("a pressure that follows its faces: its resultant turns with them")
     CHECK(std::abs(r.records.back().energy.error()) < 1e-3 * r.records.back().energy.work);
 }
 
+TEST_CASE("a pressure on a face with a free rim, on a block that contacts hold up")
+{
+    // The rim's tangent is skew. The block's balance along z: p times the area that the face has.
+    const Result r = run(R"("bodies": {
+      "b": {"kind": "solid", "mesh": {"generate": "box", "size": [0.1, 0.1, 0.1],
+              "centre": [0, 0, 0.05], "cells": [2, 2, 2], "element": "H8"},
+            "material": {"law": "neo_hooke", "youngs_modulus": 1e5, "poisson_ratio": 0.3},
+            "loads": [{"set": "z_max", "pressure": [[0, 0], [1, 2000]]}]},
+      "plane": {"kind": "obstacle", "surface": {"generate": "plane"}}},
+      "contact": [{"between": ["b", "plane"], "friction": 0.3}], "time": {"step": 0.5, "end": 1})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    const double force = r.value("b_on_plane_force_z"), widened = 1 + 2 * 0.3 * 2000 / 1e5;
+    CHECK(force == doctest::Approx(2000 * 0.01 * widened).epsilon(2e-3));
+    CHECK(r.records.back().certificate.error <= 1e-8);
+}
+
 TEST_CASE("what is prescribed in one large step does not turn elements inside out")
 {
     // By 60 % in a single step, and by 150 %: the nodes next to the end would be run over.
