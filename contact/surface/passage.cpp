@@ -3,6 +3,7 @@
 #include "mesh/box_tree.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 namespace amontons {
@@ -120,6 +121,52 @@ std::optional<Vec3> passage(const MovedSurface& a, const MovedSurface& b, double
 {
     if (const auto x = nodes_through_faces(a, b, depth)) return x;
     return nodes_through_faces(b, a, depth);
+}
+
+double least_thickness(const ExternalSurface& surface, std::span<const Vec3> places)
+{
+    constexpr double kFlat = 1e-9; // of a triangle: it has no normal, or the ray meets its edge
+    struct Corners {
+        Vec3 a, b, c, normal;
+    };
+    std::vector<Corners> all;
+    std::vector<BoundingBox> boxes;
+    double longest = 0;
+    for (const Triangle& t : triangles_of(surface)) {
+        const Vec3 &a = places[std::size_t(t.nodes[0])], &b = places[std::size_t(t.nodes[1])],
+                   &c = places[std::size_t(t.nodes[2])];
+        const double edge = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+        const Vec3 n = (b - a).cross(c - a);
+        longest = std::max(longest, edge);
+        if (!(n.norm() > kFlat * edge * edge)) continue;
+        all.push_back({a, b, c, n.normalized()});
+        BoundingBox box;
+        for (const Vec3* x : {&a, &b, &c})
+            box.add(*x);
+        boxes.push_back(box);
+    }
+    const BoxTree tree(boxes);
+    double least = 0.5 * longest;
+    for (const Corners& own : all) {
+        const Vec3 from = (own.a + own.b + own.c) / 3;
+        BoundingBox way;
+        way.add(from);
+        way.add(Vec3(from - least * own.normal));
+        tree.visit(way, [&](std::int32_t k) {
+            const Corners& t = all[std::size_t(k)];
+            const double towards = -t.normal.dot(own.normal);
+            if (!(towards > 0)) return;
+            const double depth = t.normal.dot(t.a - from) / towards;
+            if (!(depth > 0 && depth < least)) return;
+            const Vec3 x = from - depth * own.normal;
+            const double size = kFlat * (t.b - t.a).cross(t.c - t.a).norm();
+            const auto beside = [&](const Vec3& p, const Vec3& q) {
+                return t.normal.dot((q - p).cross(x - p)) < -size;
+            };
+            if (!beside(t.a, t.b) && !beside(t.b, t.c) && !beside(t.c, t.a)) least = depth;
+        });
+    }
+    return least;
 }
 
 } // namespace amontons

@@ -19,4 +19,11 @@ struct MovedSurface {
 /// Cost: O(n log n) where boxes around the paths meet.
 std::optional<Vec3> passage(const MovedSurface& a, const MovedSurface& b, double depth);
 
+/// How thin the body below a surface is at its thinnest: from the middles of faces straight in, to
+/// where the surface looks the other way. Slivers among its elements make it no thinner.
+/// @param places  of all nodes of the mesh [m]
+/// @return  at most half the longest edge of any face [m]
+/// Cost: O(n log n).
+double least_thickness(const ExternalSurface& surface, std::span<const Vec3> places);
+
 } // namespace amontons

@@ -64,3 +64,22 @@ TEST_CASE("a node through a face of a larger block, and a block around which a w
     CHECK(passes(bar, turn(1.0, Vec3::UnitZ()), post, Eigen::Isometry3d::Identity(), 0.01));
     CHECK(!passes(bar, turn(-1.0, Vec3::UnitZ()), post, Eigen::Isometry3d::Identity(), 0.01));
 }
+
+TEST_CASE("a plate is as thin as it is, through however many elements; slivers make nothing thin")
+{
+    for (const ElementKind kind : kKinds) {
+        CAPTURE(std::string(shape_of(kind).name));
+        for (const int through : {1, 2, 3}) {
+            TouchingBody plate = box_body(kind, {-1, -1, -0.1}, {1, 1, 0}, {3, 3, through});
+            plate.move(anywhere());
+            CHECK(least_thickness(plate.surface, plate.mesh.nodes) ==
+                  doctest::Approx(0.1).epsilon(1e-9));
+        }
+        TouchingBody cube = box_body(kind, {0, 0, 0}, {1, 1, 1}, {4, 4, 4});
+        const double before = least_thickness(cube.surface, cube.mesh.nodes);
+        CHECK(before >= 0.08);          // half an edge; of T10 that of a quarter of a face
+        for (Vec3& x : cube.mesh.nodes) // all inside comes to lie close below the top
+            if (x.minCoeff() > 0.1 && x.maxCoeff() < 0.9) x.z() = 1 - 1e-6;
+        CHECK(least_thickness(cube.surface, cube.mesh.nodes) == before);
+    }
+}

@@ -1,5 +1,7 @@
 #include "solver/body/solid_body.hpp"
 
+#include "contact/surface/passage.hpp"
+
 #include <algorithm>
 #include <limits>
 
@@ -30,23 +32,7 @@ Mat3 SolidBody::element_rotation(std::int32_t element) const
 
 double SolidBody::thinnest() const
 {
-    double least = std::numeric_limits<double>::infinity();
-    for_each_element(mesh_, [&](std::int32_t, ElementKind kind, auto nodes) {
-        const ElementPlaces X = places_of(mesh_, nodes);
-        const auto edge = [&](int i, int j) { return Vec3(X.col(j) - X.col(i)); };
-        if (kind == ElementKind::H8) { // of the parallelepiped at one corner
-            const Vec3 a = edge(0, 1), b = edge(0, 3), c = edge(0, 4);
-            const double area = std::max({a.cross(b).norm(), b.cross(c).norm(), c.cross(a).norm()});
-            least = std::min(least, std::abs(a.cross(b).dot(c)) / area);
-        } else {
-            const double volume = std::abs(edge(0, 1).cross(edge(0, 2)).dot(edge(0, 3)));
-            const double area = std::max(
-                {edge(0, 1).cross(edge(0, 2)).norm(), edge(0, 1).cross(edge(0, 3)).norm(),
-                 edge(0, 2).cross(edge(0, 3)).norm(), edge(1, 2).cross(edge(1, 3)).norm()});
-            least = std::min(least, volume / area);
-        }
-    });
-    return least;
+    return least_thickness(extract_surface(mesh_), mesh_.nodes);
 }
 
 void SolidBody::stresses(std::vector<Vec6>& stress, std::vector<double>& energy) const

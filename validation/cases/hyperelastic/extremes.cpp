@@ -122,19 +122,27 @@ std::vector<Measured> hyperelastic_extremes()
     steps.tell(rows, "steps of 1e-6 to 1 s");
 
     // One of its layers is thin: cut into tetrahedra it is slivers, four nodes nearly in a plane.
+    // On a plane, and on a cube of the same stiffness without such a layer: half of the way for
+    // each.
     Tally slivers;
     for (int decade = -6; decade <= -1; ++decade)
-        for (const ElementKind kind : {ElementKind::H8, ElementKind::T10, ElementKind::T4}) {
-            SolidScene s("slivers");
-            const double thin = std::pow(10.0, decade);
-            confined(s, "cube", kYoung, cube(kind, 2, 0, {0, 0.4, 0.4 + thin, 1}))
-                .hold.push_back(hold("z_max", {}, {}, {{0, 0}, {1, -0.4}}));
-            s.plane("plane", Vec3::Zero(), Vec3::UnitZ());
-            s.touch("cube", "plane", 0.3, "z_min").sliding = "finite";
-            s.scene.time.step = 0.25;
-            slivers.add(s.scene, fmt::format("thickness 1e{}", decade), "cube_z_max_force_z",
-                        confined_stress(kYoung, 0.6));
-        }
+        for (const ElementKind kind : {ElementKind::H8, ElementKind::T10, ElementKind::T4})
+            for (const bool solid : {false, true}) {
+                SolidScene s("slivers");
+                const double thin = std::pow(10.0, decade);
+                confined(s, "cube", kYoung, cube(kind, 2, 0, {0, 0.4, 0.4 + thin, 1}))
+                    .hold.push_back(hold("z_max", {}, {}, {{0, 0}, {1, solid ? -0.6 : -0.4}}));
+                if (solid)
+                    confined(s, "under", kYoung, cube(kind, 3, -1))
+                        .hold.push_back(hold("z_min", {}, {}, still()));
+                else
+                    s.plane("under", Vec3::Zero(), Vec3::UnitZ());
+                s.touch("cube", "under", 0.3, "z_min", solid ? "z_max" : "").sliding = "finite";
+                s.scene.time.step = 0.25;
+                slivers.add(s.scene,
+                            fmt::format("thickness 1e{}{}", decade, solid ? " on a solid" : ""),
+                            "cube_z_max_force_z", confined_stress(kYoung, solid ? 0.7 : 0.6));
+            }
     slivers.tell(rows, "layers of 0.1 to 1e-6 of a cube");
     return rows;
 }
