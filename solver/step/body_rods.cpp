@@ -62,12 +62,19 @@ bool BodyStepper::solve_rods()
     rods_.rods.clear();
     for (const BodyRef& b : system_.refs)
         rods_.rods.push_back(b.rod);
+    const bool medium = std::ranges::any_of(
+        system_.refs, [](const BodyRef& b) { return b.rod && b.rod->in_medium(); });
+    rods_.hasty = medium && problem_.mu.isZero(0); // slips may take long to find their directions
     RodAnswer answer;
     if (n == 0)
         answer.motion = free_;
     else
         answer = solve_rod_contacts(rods_, states, options_.tolerance);
     report_.iterations += answer.factorisations;
+    if (rods_.hasty && !answer.fits) {
+        report_.refusal = "no states of the contacts fit the motion";
+        return false;
+    }
 
     r_ = Eigen::VectorXd::Zero(rows_.count);
     force_.clear();
@@ -92,8 +99,6 @@ bool BodyStepper::solve_rods()
             return false;
         }
     }
-    const bool medium = std::ranges::any_of(
-        system_.refs, [](const BodyRef& b) { return b.rod && b.rod->in_medium(); });
     swung_ = swung_ || (medium && swings());
     if (swung_ && errors_.back() > kNear) {
         // Contacts that stick and slip in turn: half of the motion, but for what is prescribed.

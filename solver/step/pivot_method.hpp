@@ -24,6 +24,7 @@
 //   gradient(), right(), increment(), trial(), matrix()
 //   start_matrix(shift, from)    the base system with the shift in the rows from that node on
 //   most_trials()                of statuses, before the step is made shorter by a shift
+//   shift_levels()               optional: how often it is, kShiftLevels without
 //   softest()                    scale of the shift [N/m]
 //   kept_shift()                 of the last iterate of this solve that needed one [N/m]
 //   bodies(), bodies_of(k)       optional: how many there are, and on which two k is (-1: none)
@@ -368,12 +369,15 @@ template <class System> void close_active(System& s)
 
 // Where pivoting finds no solution (the wire is about to lose
 // its hold), a shift makes the problem more definite and its solution nearer.
+// @return  whether one was found
 template <class System>
-void solve(System& s, const Residual& res, const NewtonOptions& options, double& shift,
+bool solve(System& s, const Residual& res, const NewtonOptions& options, double& shift,
            NewtonReport& report)
 {
     bool done = false;
-    for (int level = 0; level < kShiftLevels; ++level) {
+    int levels = kShiftLevels;
+    if constexpr (requires { s.shift_levels(); }) levels = s.shift_levels();
+    for (int level = 0; level < levels; ++level) {
         if constexpr (requires { s.gives(); }) {
             done = s.gives() ? s.pivot_giving(res, options, shift, report)
                              : pivot(s, res, options, shift, report);
@@ -388,6 +392,7 @@ void solve(System& s, const Residual& res, const NewtonOptions& options, double&
             s.increment()[std::size_t(s.last())].value[0] =
                 std::numeric_limits<double>::quiet_NaN();
     if (shift > 0) s.kept_shift() = shift;
+    return done;
 }
 
 } // namespace amontons::pivoting

@@ -45,8 +45,9 @@ struct RodSystem : FourNodeRows<RodContact> {
     // Of neighbours that all let go one does in a trial: as many trials as the longest line needs.
     int most_trials() const
     {
-        return pivoting::kTrials + pivoting::Patience::kApart + p.most_on_one;
+        return pivoting::kTrials + pivoting::Patience::kApart + (p.hasty ? 0 : p.most_on_one);
     }
+    int shift_levels() const { return p.hasty ? 1 : pivoting::kShiftLevels; }
     std::size_t bodies() const { return p.rods.size(); }
     std::array<int, 2> bodies_of(std::size_t k) const { return p.contact[k].on; }
     int first() const { return 0; }
@@ -369,14 +370,14 @@ RodAnswer solve_rod_contacts(RodProblem& w, const std::vector<RodContactState>& 
     NewtonReport report;
     RodSystem system(w);
     double shift = 0;
+    RodAnswer out;
     for (int k = 0; k < kMultipliers; ++k) {
-        pivoting::solve(system, scale, options, shift, report);
+        out.fits = pivoting::solve(system, scale, options, shift, report);
         if (shift > 0 || k + 1 == kMultipliers) break;
         if (left_open(w) <= tolerance * length_scale(w)) break;
         renew_multipliers(w);
     }
 
-    RodAnswer out;
     out.factorisations = report.factorisations;
     out.shifted = shift > 0;
     out.motion.resize(w.rods.size());

@@ -36,6 +36,8 @@ struct RodProblem {
     /// Where the matrix is not positive definite on the motions that contacts leave free, it is
     /// made so: towards stable balances, slower.
     bool guarded = false;
+    /// A shorter step is surer to lead on: states that do not fit soon are given up.
+    bool hasty = false;
 };
 
 /// What is known of a contact before it is solved.
@@ -53,6 +55,7 @@ struct RodAnswer {
     std::vector<Vec3> force, value;      ///< of each contact, in its frame [N], [m]
     std::vector<char> sticks;
     int factorisations = 0;
+    bool fits = true;     ///< the states do
     bool shifted = false; ///< the matrix had to be made positive definite: no step of Newton's
 };
 

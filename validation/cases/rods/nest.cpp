@@ -97,12 +97,14 @@ std::vector<Measured> rod_nest()
     for (const char* friction : {"0"}) {
         // A smaller ball, with less wire: see README.md.
         const Nest n = fill_nest(
-            scene("nest", {"bodies.ball.surface.radius=0.006", "bodies.wire.segments.0.length=0.12",
-                           "bodies.wire.shape.points.0.at=[-0.1217,0.003,0]",
-                           "bodies.wire.shape.points.1.at=[-0.0017,0.003,0]",
-                           "bodies.wire.fed=[[0,0.001],[0.19,0.115]]", "time.end=0.19",
-                           std::string("contact.0.friction=") + friction,
-                           std::string("contact.1.friction=") + friction}));
+            scene("nest",
+                  {"bodies.ball.surface.radius=0.006", "bodies.wire.segments.0.length=0.12",
+                   "bodies.wire.segments.0.radius=0.001", "bodies.wire.segments.0.element=0.00125",
+                   "bodies.wire.shape.points.0.at=[-0.1217,0.003,0]",
+                   "bodies.wire.shape.points.1.at=[-0.0017,0.003,0]",
+                   "bodies.wire.fed=[[0,0.001],[0.19,0.115]]", "time.end=0.19",
+                   std::string("contact.0.friction=") + friction,
+                   std::string("contact.1.friction=") + friction}));
         const std::string at = std::string(", friction ") + friction;
         // Lines touch every 1.25 radii; bent to 4 radii they are apart by h^2 / 8R less in between.
         rows.push_back(relative("least distance of middle lines over the diameter, all steps" + at,
