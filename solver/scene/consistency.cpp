@@ -139,8 +139,9 @@ void check_fit(const BeamInput& b, const ObstacleInput& o, Findings& findings)
     for (std::size_t i = 0; i < b.segments.size(); ++i) {
         const BeamSegment& seg = b.segments[i];
         const std::string here = fmt::format("/bodies/{}/segments/{}", b.name, i);
-        if (narrowest > 0 && seg.radius >= narrowest)
-            findings.add({here + "/radius", surface + "/radius"}, fmt::format("{}", seg.radius),
+        const double thickest = std::max(seg.radius, seg.end_radius);
+        if (narrowest > 0 && thickest >= narrowest)
+            findings.add({here + "/radius", surface + "/radius"}, fmt::format("{}", thickest),
                          fmt::format("< {} [m], the radius of \"{}\"", narrowest, o.name));
         if (bend > 0 && seg.element > bend)
             findings.add(
@@ -168,7 +169,7 @@ void check_nesting(const BeamInput& a, const BeamInput& b, const Scene& scene,
         const BeamInput& inner = bore(a) > bore(b) ? b : a;
         double widest = 0;
         for (const BeamSegment& s : inner.segments)
-            widest = std::max(widest, s.radius);
+            widest = std::max({widest, s.radius, s.end_radius});
         findings.add({pair, one + "/segments", other + "/segments"},
                      fmt::format("\"{}\" of radius {:.6g} in the bore of \"{}\", radius {:.6g}",
                                  inner.name, widest, outer.name, bore(outer)),
@@ -311,7 +312,7 @@ bool fits_in(const BeamInput& inner, const BeamInput& outer)
 {
     double widest = 0, narrowest = std::numeric_limits<double>::infinity();
     for (const BeamSegment& s : inner.segments)
-        widest = std::max(widest, s.radius);
+        widest = std::max({widest, s.radius, s.end_radius});
     for (const BeamSegment& s : outer.segments)
         narrowest = std::min(narrowest, s.inner_radius);
     return widest < narrowest;

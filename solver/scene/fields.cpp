@@ -148,8 +148,10 @@ void complete_segment(void* object, const std::function<bool(const char*)>& give
     if (!given("EA") && !s.stretching.empty()) s.EA.fill(at_rest(s.stretching));
     for (std::size_t end = 0; end < 2; ++end) {
         if (!given("GJ") && s.layers.empty()) s.GJ[end] = kTorsionOfBending * s.EI[end];
-        if (!given("EA") && s.stretching.empty() && s.layers.empty() && s.radius > 0)
-            s.EA[end] = 4 * s.EI[end] / (s.radius * s.radius + s.inner_radius * s.inner_radius);
+        if (!given("EA") && s.stretching.empty() && s.layers.empty() && s.radius > 0) {
+            const double radius = end == 1 && s.end_radius > 0 ? s.end_radius : s.radius;
+            s.EA[end] = 4 * s.EI[end] / (radius * radius + s.inner_radius * s.inner_radius);
+        }
     }
 }
 
@@ -179,6 +181,10 @@ ObjectDeclaration declare_segment(const ObjectDeclaration& layer)
         "Segment of a beam, from its base towards its tip",
         {required(field<&B::length>("length", "m", positive(), "Length.")),
          required(field<&B::radius>("radius", "m", positive(), "Radius of the round surface.")),
+         fallback("radius", field<&B::end_radius>(
+                                "end_radius", "m", positive(),
+                                "Of a cone: its radius at the segment's end. Stiffnesses of two "
+                                "values follow powers of the radius between its ends.")),
          fallback("solid", field<&B::inner_radius>("inner_radius", "m", at_least(0),
                                                    "Radius of the bore that another instrument "
                                                    "can slide in; 0: solid.")),

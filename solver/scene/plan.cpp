@@ -137,8 +137,7 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
         leave(true, "dense Delassus operator",
               "contact forces are condensed into the beam's blocks");
     leave(!beams && scene.rods.empty(), "beams", "no wire and no rod");
-    leave(!scene.rods.empty(), "couplings of rods, contact of rods with solids",
-          "cannot be solved yet");
+    leave(!scene.rods.empty(), "couplings of rods", "cannot be solved yet");
     leave(!rigids, "rigid bodies that move", "none in the scene");
     if (!direct)
         plan.uses.push_back("module petsc: Krylov's methods with algebraic multigrid" +

@@ -6,6 +6,7 @@
 #include "solver/scene/fields.hpp"
 #include "solver/scene/instruments.hpp"
 #include "solver/scene/json_input.hpp"
+#include "solver/scene/tapers.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -352,6 +353,10 @@ Scene parse_scene(std::string_view text, const std::string& file,
                  issue.found == "field " + quoted_text(place.substr(issue.place.size() + 1))))
                 issue.place += " (--set)";
     if (!issues.empty()) throw InputError(std::move(issues));
+    for (BeamInput& b : scene.beams)
+        b.segments = without_tapers(b.segments);
+    for (RodInput& r : scene.rods)
+        r.segments = without_tapers(r.segments);
     return scene;
 }
 

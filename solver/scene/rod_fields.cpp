@@ -133,7 +133,8 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
         const double end = begin + p.length + p.radius * p.angle;
         double thickest = 0, start = 0; // of the segments along it
         for (const BeamSegment& g : b.segments) {
-            if (start < end && start + g.length > begin) thickest = std::max(thickest, g.radius);
+            if (start < end && start + g.length > begin)
+                thickest = std::max({thickest, g.radius, g.end_radius});
             start += g.length;
         }
         if (p.angle > 0 && p.radius > 0 && p.radius <= thickest)

@@ -86,6 +86,7 @@ struct SectionLayer {
 struct BeamSegment {
     double length = 0;          ///< [m]
     double radius = 0;          ///< of the round surface [m]
+    double end_radius = 0;      ///< ... at the end of a cone; 0: radius; see tapers.hpp [m]
     double inner_radius = 0;    ///< of the bore; 0: solid [m]
     std::array<double, 2> EI{}; ///< bending stiffness [N m^2]
     std::array<double, 2> GJ{}; ///< torsional stiffness [N m^2]; default 0.77 EI

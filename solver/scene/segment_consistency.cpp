@@ -91,14 +91,34 @@ void check_segment(const BeamSegment& s, const std::string& here, const std::str
     if (s.length > 0 && s.element > s.length * (1 + kRoundOff))
         findings.add({here + "/element", here + "/length"}, fmt::format("{}", s.element),
                      fmt::format("<= {} [m], the segment's length", s.length));
+    if (s.end_radius > 0) {
+        constexpr double kSlope = 0.1; // the sides' slope is left out where they touch
+        if (std::abs(s.end_radius - s.radius) > kSlope * s.length)
+            findings.add(
+                {here + "/end_radius", here + "/length"}, fmt::format("{}", s.end_radius),
+                fmt::format("{:.6g} to {:.6g} [m], at most {} of the length from the radius",
+                            std::max(0.0, s.radius - kSlope * s.length),
+                            s.radius + kSlope * s.length, kSlope));
+        if (s.inner_radius >= s.end_radius)
+            findings.add({here + "/end_radius", here + "/inner_radius"},
+                         fmt::format("{}", s.end_radius),
+                         fmt::format("> {} [m], the bore's radius", s.inner_radius));
+        for (const auto& [given, name] :
+             {std::pair{!s.layers.empty(), "layers"}, std::pair{!s.bending.empty(), "bending"},
+              std::pair{!s.stretching.empty(), "stretching"}, std::pair{s.twist != 0, "twist"}})
+            if (given)
+                findings.add({here + "/end_radius", here + "/" + name}, "a cone",
+                             fmt::format("no end_radius beside \"{}\"", name));
+    }
     if (s.inner_radius > 0 && s.inner_radius >= s.radius)
         findings.add({here + "/inner_radius", here + "/radius"}, fmt::format("{}", s.inner_radius),
                      fmt::format("< {} [m], the radius", s.radius));
-    if (std::abs(s.curvature) * s.radius >= 1)
+    const double thickest = std::max(s.radius, s.end_radius);
+    if (std::abs(s.curvature) * thickest >= 1)
         findings.add(
             {here + "/curvature", here + "/radius"}, fmt::format("{}", s.curvature),
             fmt::format("less than {:.6g} [1/m], or the bend is tighter than the wire's own radius",
-                        1 / s.radius));
+                        1 / thickest));
     if (s.radius > 0 && !(s.EA[0] > 0 && s.EA[1] > 0))
         findings.add({here + "/EA", here + "/EI", here + "/radius"}, "nothing",
                      "a number > 0 [N] where EI is 0");

@@ -77,6 +77,41 @@ TEST_CASE("tables of a rod's section: what they are not, and the stiffness that 
     CHECK(has(stretching("\"stretching\": [[-0.01, -1e3], [0, 0]]"), "a point beyond [0, 0]"));
 }
 
+TEST_CASE("cones: pieces between their ends, and what they cannot be")
+{
+    const std::string
+        given = "\"radius\": 0.01, \"EI\": 1440, \"EA\": 4.32e7",
+        cone = "\"radius\": 0.01, \"end_radius\": 0.005, \"EI\": [1440, 90], \"EA\": [4e7, 1e7]";
+    const Scene s = parse_scene(replaced(kExample, given, cone), "s.json", {});
+    const std::vector<BeamSegment>& piece = s.rods[0].segments;
+    REQUIRE(piece.size() == 20);
+    for (std::size_t i = 0; i < piece.size(); ++i) {
+        const double from = 0.01 - 0.005 * double(i) / 20, to = 0.01 - 0.005 * double(i + 1) / 20;
+        CHECK(piece[i].length == doctest::Approx(0.12).epsilon(1e-14));
+        CHECK(piece[i].radius == doctest::Approx(0.5 * (from + to)).epsilon(1e-14));
+        // A solid bar's: E pi r^4 / 4 and E pi r^2.
+        CHECK(piece[i].EI[0] == doctest::Approx(1440 * std::pow(from / 0.01, 4)).epsilon(1e-12));
+        CHECK(piece[i].EI[1] == doctest::Approx(1440 * std::pow(to / 0.01, 4)).epsilon(1e-12));
+        CHECK(piece[i].GJ[1] == doctest::Approx(0.77 * piece[i].EI[1]).epsilon(1e-12));
+        CHECK(piece[i].EA[1] == doctest::Approx(4e7 * std::pow(to / 0.01, 2)).epsilon(1e-12));
+        if (i > 0) CHECK(piece[i].EI[0] == piece[i - 1].EI[1]);
+    }
+    CHECK(resolved_scene(parse_scene(resolved_scene(s), "again.json", {})) == resolved_scene(s));
+    // One number of a stiffness is that of the whole cone; EA is that of each end.
+    const Scene same =
+        parse_scene(replaced(kExample, given, "\"radius\": 0.01, \"end_radius\": 0.005, \"EI\": 1"),
+                    "s.json", {});
+    CHECK(same.rods[0].segments[7].EI == std::array<double, 2>{1, 1});
+    CHECK(same.rods[0].segments.back().EA[1] == doctest::Approx(4 / 2.5e-5));
+
+    CHECK(has(bad(given, given + ", \"end_radius\": 0.3"),
+              "/segments/0/end_radius: found 0.3, allowed: 0 to 0.25 [m]"));
+    CHECK(has(bad(given, given + ", \"end_radius\": 0.004, \"inner_radius\": 0.005"),
+              "/end_radius: found 0.004, allowed: > 0.005 [m]"));
+    CHECK(has(bad(given, given + ", \"end_radius\": 0.004, \"twist\": 1"), "found a cone"));
+    CHECK(has(bad(given, given + ", \"end_radius\": 0"), "/end_radius: found 0"));
+}
+
 TEST_CASE("layers of a section: what they add up to, and what they cannot be")
 {
     const std::string given = "\"EI\": 1440, \"EA\": 4.32e7";

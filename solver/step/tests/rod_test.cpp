@@ -1,6 +1,7 @@
 #include "solver/body/rod_body.hpp"
 
 #include "mesh/base/error.hpp"
+#include "solver/scene/tapers.hpp"
 
 #include <cmath>
 #include <doctest/doctest.h>
@@ -56,6 +57,55 @@ StepInput quasi_static(double start, double h)
 }
 
 } // namespace
+
+TEST_CASE("a cone bends, twists, stretches and weighs as a solid cone does")
+{
+    // Of modulus E, from radius r0 to r1: its end goes by F L^3 / (3 EI0) r0 / r1 under a force
+    // across, (Gere & Goodno, Mechanics of Materials), by F L / (pi E r0 r1) under one along, and
+    // turns by T L / (3 GJ0) (r0 / r1) (1 + r0 / r1 + (r0 / r1)^2) under a torque.
+    const double r0 = 0.01, r1 = 0.004, q = r0 / r1, density = 1000, weight = 10, F = 1e-6;
+    double before = 0;
+    for (const int elements : {20, 40}) {
+        CAPTURE(elements);
+        RodInput input = straight(elements);
+        BeamSegment& g = input.segments[0];
+        g.end_radius = r1;
+        g.EI = {1, std::pow(q, -4)};
+        g.GJ = {0.8, 0.8 * std::pow(q, -4)};
+        g.EA = {1e5, 1e5 * std::pow(q, -2)};
+        input.segments = without_tapers(input.segments);
+        input.hold = {clamp("start")};
+        RodLoad l;
+        l.set = "end";
+        l.force = Vec3(0, F, 0);
+        l.moment = Vec3(F, 0, 0);
+        input.loads.push_back(l);
+        RodBody rod(input, nullptr, 0);
+        advance(rod, quasi_static(0, 1));
+        const BeamNode& end = rod.nodes().back();
+        const double across = F / 3 * q, turn = F / (3 * 0.8) * q * (1 + q + q * q);
+        const double error = std::abs(end.position().y() / across - 1);
+        CHECK(error < 3e-3);
+        CHECK(2 * end.q[1] == doctest::Approx(turn).epsilon(3e-3));
+        if (elements == 40) CHECK(error < 0.3 * before); // of second order
+        before = error;
+
+        input.loads[0].moment.reset();
+        input.loads[0].force = Vec3(1, 0, 0);
+        RodBody drawn(input, nullptr, 0);
+        advance(drawn, quasi_static(0, 1));
+        CHECK(drawn.nodes().back().position().x() - 1 == doctest::Approx(q / 1e5).epsilon(3e-3));
+
+        input.loads.clear();
+        RodBody heavy(input, nullptr, 0);
+        StepInput step = quasi_static(0, 1);
+        step.gravity = Vec3(0, 0, -weight);
+        advance(heavy, step);
+        CHECK(heavy.reactions()[0][0].z() ==
+              doctest::Approx(weight * density * kPi / 3 * (r0 * r0 + r0 * r1 + r1 * r1))
+                  .epsilon(1e-3));
+    }
+}
 
 TEST_CASE("a cantilever carries its load and its weight into the clamp")
 {

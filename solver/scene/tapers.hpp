@@ -1,0 +1,15 @@
+#pragma once
+
+#include "solver/scene/scene.hpp"
+
+#include <vector>
+
+namespace amontons {
+
+/// The segments with every cone (end_radius) cut into pieces of its elements' length: each of the
+/// radius of its middle, with stiffnesses that run on from piece to piece. A stiffness that differs
+/// between the cone's ends follows the power of the radius that joins them: of a solid cone the
+/// fourth (EI, GJ) and the second (EA, GA), exactly.
+std::vector<BeamSegment> without_tapers(const std::vector<BeamSegment>& segments);
+
+} // namespace amontons
