@@ -112,9 +112,10 @@ std::vector<Measured> stretched_block()
         rows.push_back(at_most(fmt::format("called unstable, St. Venant-Kirchhoff, stretch {}", l),
                                s.remark.find("unstable") != std::string::npos, 0));
     }
+    // Just below: further on round-off decides whether the even stretch is followed.
     const Stretched crushed =
-        stretch(material("st_venant_kirchhoff", {1e6, 0.3}), 0.55, ElementKind::H8, 1, 0.05);
-    rows.push_back(at_most("not called unstable, St. Venant-Kirchhoff, stretch 0.55",
+        stretch(material("st_venant_kirchhoff", {1e6, 0.3}), 0.57, ElementKind::H8, 1, 0.05);
+    rows.push_back(at_most("not called unstable, St. Venant-Kirchhoff, stretch 0.57",
                            crushed.remark.find("unstable") == std::string::npos, 0));
     rows.back().note = crushed.remark;
     rows.push_back(
