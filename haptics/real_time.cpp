@@ -150,8 +150,10 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
     else
         ++run.failed_steps;
     if (options.scheduler) {
-        run.locked = mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0;
-        if (!run.locked) run.locked = mlockall(MCL_CURRENT) == 0;
+        // First all there is, so that the loop's arrays have their pages whatever was written yet;
+        // what the simulation reserves later gets its own where it writes, not in one go.
+        run.locked = mlockall(MCL_CURRENT) == 0;
+        mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT);
     }
     // Matrices that a step frees stay with the process: given back and fetched again, each of their
     // pages would fault, and be locked, in every step.

@@ -67,6 +67,8 @@ public:
         on_all_ranks_ = on_all_ranks;
     }
     bool iterative() const { return iterative_; }
+    /// What its conditions say that is odd.
+    const std::vector<Issue>& warnings() const { return conditions_.warnings; }
     /// What contact without W asks of an iterative solid, all degrees of freedom: the matrix, the
     /// residual force of the last linearise() (0 where held), A y and the diagonal of A.
     LargeMatrix& large() { return *matrix_->large; }

@@ -1,9 +1,10 @@
 #include "solver/body/solid_conditions.hpp"
 
-#include "mesh/base/error.hpp"
 #include "solver/solid/assembly.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
+#include <map>
 #include <numeric>
 #include <set>
 
@@ -18,6 +19,15 @@ std::vector<std::string> set_names(const VolumeMesh& mesh)
     for (const NodeSet& s : mesh.node_sets)
         names.push_back(s.name);
     return names;
+}
+
+/// Null is at rest. Curves of other times count as others, even where they mean the same.
+bool same_motion(const CurvePoints* a, const CurvePoints* b)
+{
+    const auto at_rest = [](const CurvePoints* c) {
+        return !c || std::ranges::all_of(*c, [](const auto& point) { return point[1] == 0; });
+    };
+    return (at_rest(a) && at_rest(b)) || (a && b && *a == *b);
 }
 
 } // namespace
@@ -47,7 +57,8 @@ SolidConditions find_conditions(const SolidInput& input, const VolumeMesh& mesh,
     };
     SolidConditions c;
     const std::string body = "/bodies/" + input.name;
-    std::set<std::int32_t> seen;
+    std::map<std::int32_t, std::size_t> seen; // place in c.held of a dof
+    std::set<std::array<std::size_t, 2>> told;
     for (std::size_t i = 0; i < input.hold.size(); ++i) {
         const HoldInput& h = input.hold[i];
         const std::string place = fmt::format("{}/hold/{}/set", body, i);
@@ -61,9 +72,26 @@ SolidConditions find_conditions(const SolidInput& input, const VolumeMesh& mesh,
         for (std::size_t axis = 0; axis < 3; ++axis)
             hold.axis[axis] = all || !curve[axis]->empty();
         for (const std::int32_t node : hold.nodes)
-            for (int axis = 0; axis < 3; ++axis)
-                if (hold.axis[std::size_t(axis)] && seen.insert(3 * node + axis).second)
-                    c.held.push_back({3 * node + axis, all ? nullptr : curve[axis], i});
+            for (int axis = 0; axis < 3; ++axis) {
+                if (!hold.axis[std::size_t(axis)]) continue;
+                const SolidConditions::Held held{3 * node + axis, all ? nullptr : curve[axis], i};
+                const auto [at, is_new] = seen.insert({held.dof, c.held.size()});
+                if (is_new) {
+                    c.held.push_back(held);
+                    continue;
+                }
+                const SolidConditions::Held& first = c.held[at->second];
+                if (same_motion(first.curve, held.curve) || !told.insert({first.hold, i}).second)
+                    continue;
+                const Vec3& X = mesh.nodes[std::size_t(node)];
+                c.warnings.push_back(
+                    {file, place,
+                     fmt::format(
+                         "the node at ({:.4g}, {:.4g}, {:.4g}), which hold {} (\"{}\") takes "
+                         "elsewhere along {}: that one counts",
+                         X.x(), X.y(), X.z(), first.hold, input.hold[first.hold].set, "xyz"[axis]),
+                     "one motion of a node"});
+            }
         c.holds.push_back(std::move(hold));
     }
     for (std::size_t i = 0; i < input.loads.size(); ++i) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "mesh/base/error.hpp"
 #include "mesh/volume_mesh.hpp"
 #include "solver/scene/scene.hpp"
 
@@ -33,6 +34,7 @@ struct SolidConditions {
     std::vector<Held> held;
     std::vector<Hold> holds;
     std::vector<Load> loads;
+    std::vector<Issue> warnings; ///< of nodes that two holds take to different places
 };
 
 /// @throws InputError  sets that the mesh has not, or that cannot carry what is asked of them

@@ -384,6 +384,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                 };
                 std::unique_ptr<SolidBody> body =
                     condensed ? make.operator()<CondensedSolid>() : make.operator()<SolidBody>();
+                warnings.insert(warnings.end(), body->warnings().begin(), body->warnings().end());
                 if (iterative) body->iterate(system->linear.taken == "distributed");
                 if (iterative && scene.time.kind != "dynamic" && !body->free_motions().empty())
                     issues.push_back({scene.file, "/solver/linear",

@@ -13,7 +13,7 @@
 namespace amontons {
 namespace {
 
-constexpr std::size_t kMostNodes = 500;     // of a surface: of more a part is asked
+constexpr std::size_t kMostNodes = 500;     // of a solid: of more a part is asked
 constexpr std::size_t kMostPlaces = 20'000; // of a rod
 
 using Corners = std::array<std::int32_t, 4>;
@@ -33,6 +33,14 @@ public:
         tree_.emplace(boxes);
     }
 
+    Vec3 middle(const Corners& t) const
+    {
+        Vec3 sum = Vec3::Zero();
+        for (const std::int32_t n : t)
+            sum += x_[std::size_t(n)] / 4;
+        return sum;
+    }
+    const std::vector<Corners>& tetrahedra() const { return tetrahedra_; }
     bool has(const Vec3& x) const
     {
         BoundingBox box;
@@ -78,17 +86,23 @@ struct Deepest {
     Vec3 place = Vec3::Zero();
 };
 
-/// How deep a surface's nodes are in something. @param depth_of  > 0 inside [m]
-template <class Depth>
-Deepest deepest(const ExternalSurface& surface, std::span<const Vec3> places, Depth depth_of)
+/// The deepest of some places in something. @param depth_of  > 0 inside [m]
+template <class Place, class Depth> Deepest deepest(std::size_t count, Place place, Depth depth_of)
 {
     Deepest d;
-    const std::size_t stride = 1 + surface.used_nodes.size() / kMostNodes;
-    for (std::size_t i = 0; i < surface.used_nodes.size(); i += stride) {
-        const Vec3& x = places[std::size_t(surface.used_nodes[i])];
+    for (std::size_t i = 0; i < count; i += 1 + count / kMostNodes) {
+        const Vec3 x = place(i);
         if (const double depth = depth_of(x); depth > d.depth) d = {depth, x};
     }
     return d;
+}
+
+/// The same of a surface's nodes.
+template <class Depth>
+Deepest deepest(const ExternalSurface& surface, std::span<const Vec3> places, Depth depth_of)
+{
+    const auto node = [&](std::size_t i) { return places[std::size_t(surface.used_nodes[i])]; };
+    return deepest(surface.used_nodes.size(), node, depth_of);
 }
 
 BoundingBox box_of(const SolidBody& solid)
@@ -121,17 +135,22 @@ std::vector<Issue> deep_overlaps(const std::vector<BodyRef>& bodies,
             const BodyRef& b = bodies[std::size_t(p.b)];
             in = b.name;
             if (!box_of(*a.solid).touches(box_of(*b.solid))) continue;
-            const auto into = [&](const SolidBody& one, const ExternalSurface& of_one,
-                                  const SolidBody& other, const ExternalSurface& of_other) {
-                const Inside inside(other);
-                return deepest(of_one, one.places(), [&](const Vec3& x) {
-                    return inside.has(x) ? distance(x, of_other, other.places()) : 0;
-                });
+            const Inside in_a(*a.solid), in_b(*b.solid);
+            const auto depth_in = [](const Inside& inside, const ExternalSurface& surface,
+                                     const SolidBody& solid) {
+                return [&](const Vec3& x) {
+                    return inside.has(x) ? distance(x, surface, solid.places()) : 0;
+                };
             };
-            d = into(*a.solid, p.surface_a->outside, *b.solid, p.surface_b->outside);
-            const Deepest back =
-                into(*b.solid, p.surface_b->outside, *a.solid, p.surface_a->outside);
-            if (back.depth > d.depth) d = back;
+            const auto depth_a = depth_in(in_a, p.surface_a->outside, *a.solid),
+                       depth_b = depth_in(in_b, p.surface_b->outside, *b.solid);
+            // Elements too: of two solids in one place no node of a surface is inside the other.
+            const auto middle = [&](std::size_t i) { return in_a.middle(in_a.tetrahedra()[i]); };
+            for (const Deepest& found_here :
+                 {deepest(p.surface_a->outside, a.solid->places(), depth_b),
+                  deepest(p.surface_b->outside, b.solid->places(), depth_a),
+                  deepest(in_a.tetrahedra().size(), middle, depth_b)})
+                if (found_here.depth > d.depth) d = found_here;
         }
         if (d.depth > p.reach)
             found.push_back(

@@ -161,6 +161,28 @@ class BadBodies(unittest.TestCase):
 
     # ---- bodies
 
+    def test_a_node_that_two_holds_take_to_different_places_is_warned_of(self):
+        block = {"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+                 "mesh": {"generate": "box", "size": [1, 1, 1], "cells": [2, 2, 2]}}
+        moved = {"set": "x_min", "x": [[0, 0], [1, 0.01]]}
+        self.scene(block=block | {"hold": [{"set": "z_min"}, moved]})
+        self.warned("/bodies/block/hold/1/set", "hold 0 (\"z_min\")", "along x: that one counts")
+        for other in ({"set": "x_min", "x": 0}, {"set": "x_max", "y": 0}, {"set": "z_max", "z": 0.1}):
+            self.scene(block=block | {"hold": [{"set": "z_min"}, other]})
+            self.warned()
+        self.scene(block=block | {"hold": [{"set": "z_min", "y": 0, "z": 0}, moved,
+                                           moved | {"set": "y_min"}]})
+        self.warned()
+
+    def test_solids_that_fill_the_same_place_are_warned_of(self):
+        block = {"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3, "hold": [{"set": "z_min"}]}
+        for element, kind in ((2, "H8"), (1, "T10"), (3, "T4")):
+            mesh = {"generate": "box", "size": [1, 1, 1], "cells": [element] * 3, "element": kind}
+            law = {"between": ["one", "two"], "friction": 0.3}
+            self.scene(lambda scene, _: scene.update(contact=[law]), one=block | {"mesh": mesh},
+                       two=block | {"mesh": mesh})
+            self.assertIn("one and two overlap by", self.call("check").stderr)
+
     def test_a_body_that_can_fly_is_named_with_its_free_motions(self):
         self.write(*box())
         self.scene(lambda s, b: b.update(hold=[]))
