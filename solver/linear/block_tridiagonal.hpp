@@ -7,6 +7,10 @@
 
 namespace amontons {
 
+// A vector wider than the registers is passed in memory: no other program's business, all its
+// functions are inlined here.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
 /// Vector of 8 doubles; lanes 6 and 7 pad a column of 6 to one cache line.
 typedef double Column6 __attribute__((vector_size(64), aligned(64)));
 

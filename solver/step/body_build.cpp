@@ -553,6 +553,9 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     system->finder = ContactFinder(std::move(pairs), std::move(walls), std::move(rest));
     if (scene.time.kind != "dynamic") system->finder.keep_to_contacts(system->refs);
     system->couplings = make_couplings(scene, system->refs);
+    if (scene.time.kind == "dynamic" && time_rule(scene.time).end < 1)
+        for (Issue& jolt : jolts(scene, system->refs, system->couplings))
+            warnings.push_back(std::move(jolt));
     for (const Coupling& c : system->couplings)
         for (const CoupledPlace* a : {&c.a, &c.b})
             if (!a->nodes.empty()) system->refs[std::size_t(a->body)].solid->also_touch(a->nodes);

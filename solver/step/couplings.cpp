@@ -195,4 +195,34 @@ std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyR
     return rows;
 }
 
+std::vector<Issue> jolts(const Scene& scene, const std::vector<BodyRef>& bodies,
+                         const std::vector<Coupling>& couplings)
+{
+    constexpr double kAlike = 1e-9; // of the velocities
+    std::vector<double> worst(scene.couplings.size(), 0);
+    for (const Coupling& c : couplings) {
+        if (c.softness > 0) continue;
+        const CouplingRow row = coupling_row(bodies, c);
+        const auto velocity = [&](const CoupledPlace& at, const Vec3& point) {
+            return at.body < 0
+                       ? Vec3::Zero().eval()
+                       : bodies[std::size_t(at.body)].body->start_velocity({at.nodes, point});
+        };
+        const Vec3 a = velocity(c.a, row.point_a), b = velocity(c.b, row.point_b);
+        const double apart = std::abs(row.direction.dot(a - b));
+        double& of_all = worst[std::size_t(c.input)];
+        if (apart > kAlike * (a.norm() + b.norm())) of_all = std::max(of_all, apart);
+    }
+    std::vector<Issue> found;
+    for (std::size_t k = 0; k < worst.size(); ++k)
+        if (worst[k] > 0)
+            found.push_back(
+                {scene.file, fmt::format("/couplings/{}", k),
+                 fmt::format("bodies that start {:.3g} m/s apart where they are joined: "
+                             "this rule lets them swing",
+                             worst[k]),
+                 "alike velocities, or a rule that damps (theta 1)"});
+    return found;
+}
+
 } // namespace amontons

@@ -43,4 +43,9 @@ double spring_energy(const std::vector<BodyRef>& bodies, const std::vector<Coupl
 /// @throws InputError  if a solid has no node near the place
 std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyRef>& bodies);
 
+/// Couplings whose bodies start at velocities that they do not allow. A rule that damps takes what
+/// is too much in the first step, as a plastic blow does; others let it swing.
+std::vector<Issue> jolts(const Scene& scene, const std::vector<BodyRef>& bodies,
+                         const std::vector<Coupling>& couplings);
+
 } // namespace amontons

@@ -174,6 +174,18 @@ class BadBodies(unittest.TestCase):
                                            moved | {"set": "y_min"}]})
         self.warned()
 
+    def test_joined_bodies_that_start_apart_are_warned_of_where_the_rule_does_not_damp(self):
+        for theta, speed, spin, told in ((0.5, 1, 0, True), (1, 1, 0, False), (0.5, 0, 0, False),
+                                         (0.5, 0, 2, True)):
+            def ball(x, speed, spin):
+                return {"kind": "rigid", "mass": 1, "shape": {"generate": "ball", "radius": 0.1},
+                        "start": {"place": [x, 0, 0], "velocity": [speed, 0, 0], "spin": [0, 0, spin]}}
+            def join(scene, _):
+                scene["couplings"] = [{"kind": "ball", "between": ["one", "two"], "at": [0.5, 0, 0]}]
+                scene["time"] = {"kind": "dynamic", "step": 0.01, "end": 0.02, "theta": theta}
+            self.scene(join, one=ball(0, speed, spin), two=ball(1, 0, 0))
+            self.warned(*(["/couplings/0: found bodies that start 1 m/s apart"] if told else []))
+
     def test_solids_that_fill_the_same_place_are_warned_of(self):
         block = {"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3, "hold": [{"set": "z_min"}]}
         for element, kind in ((2, "H8"), (1, "T10"), (3, "T4")):
