@@ -132,8 +132,9 @@ Mat9 tangent(const Mat3& F, const Mat3& S, const Mat6& D)
         T.block<1, 3>(p, 3 * N) += F.col(M).transpose();
         if (M != N) T.block<1, 3>(p, 3 * M) += F.col(N).transpose();
     }
-    const Eigen::Matrix<double, 6, 9> DT = D.lazyProduct(T);
-    Mat9 A = T.transpose().lazyProduct(DT);
+    const Eigen::Matrix<double, 6, 9> DT = D * T;
+    Mat9 A;
+    A.noalias() = T.transpose() * DT;
     for (int J = 0; J < 3; ++J)
         for (int L = 0; L < 3; ++L)
             A.block<3, 3>(3 * J, 3 * L).diagonal().array() += S(J, L);
