@@ -158,6 +158,9 @@ void BodyStepper::assemble()
         for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
             give[rows_.row[b][i]] += W[b](Eigen::Index(i), Eigen::Index(i));
     }
+    double least = std::numeric_limits<double>::infinity(); // of the bodies that touch [m]
+    for (std::size_t b = 0; b < bodies(); ++b)
+        if (!rows_.row[b].empty()) least = std::min(least, body(b).size());
     for (std::size_t b = 0; b < bodies(); ++b) {
         const Eigen::MatrixXd& R = body(b).modes();
         if (rows_.row[b].empty() || R.cols() == 0) continue;
@@ -170,9 +173,12 @@ void BodyStepper::assemble()
         const double rigid = B_[b].squaredNorm();
         if (elastic > 0 && rigid > 0) {
             s = mode_weight() * elastic / rigid;
-        } else if (!(s > 0)) { // nothing elastic: any scale does; a load moves it by its size
+        } else if (!(s > 0)) {
+            // Nothing elastic: any scale does. If loads moved a body by its own size, rounding of a
+            // large one's motion would be all of the motion of a small one on it.
             const double load = mode_load_[b].norm();
-            s = load > 0 ? body(b).size() / load : 1;
+            mode_way_[b] = least;
+            s = load > 0 ? least / load : 1;
         }
     }
     const auto sum = [&](double share) {
@@ -325,8 +331,7 @@ bool BodyStepper::solve_with_modes()
             if (size == 0) continue;
             const double scale = mode_scale_[b] > 0 ? mode_scale_[b] : body(b).size() / size;
             // A force that would not move the body by a rounding is none.
-            const double share =
-                scale * e.norm() > kRounding * body(b).size() ? e.norm() / size : 0;
+            const double share = scale * e.norm() > kRounding * mode_way_[b] ? e.norm() / size : 0;
             if (share > worst) {
                 worst = share;
                 worst_body = b;
@@ -365,8 +370,8 @@ bool BodyStepper::rescale_modes()
         const Eigen::VectorXd r = own(rows_, r_, b);
         const double force = (B_[b].cwiseAbs().transpose() * r.cwiseAbs()).norm();
         constexpr double kMuch = 100;
-        if (!(mode_scale_[b] * force > kMuch * body(b).size())) continue;
-        mode_scale_[b] = body(b).size() / force;
+        if (!(mode_scale_[b] * force > kMuch * mode_way_[b])) continue;
+        mode_scale_[b] = mode_way_[b] / force;
         changed = true;
     }
     return changed;
@@ -402,6 +407,8 @@ bool BodyStepper::solve()
     const int n = int(value_.size());
     mode_.assign(bodies(), {});
     mode_scale_.resize(bodies(), 0);
+    for (std::size_t b = mode_way_.size(); b < bodies(); ++b)
+        mode_way_.push_back(body(b).size());
     for (std::size_t b = 0; b < bodies(); ++b)
         mode_[b] = Eigen::VectorXd::Zero(mode_load_[b].size());
     all_.chosen.resize(std::size_t(n));
