@@ -15,7 +15,7 @@ namespace {
 // The part of a body's rigid modes in W is this many times its elastic part: the modes are found by
 // the method of multipliers, whose error falls by about this factor each time. As many digits of
 // the elastic part are lost: where the tolerance asks for them it is less.
-constexpr double kModeWeight = 1e3, kFineModeWeight = 100, kFine = 1e-10;
+constexpr double kModeWeight = 1e3, kFineModeWeight = 10, kFine = 1e-10;
 constexpr int kMostModeSteps = 60;
 constexpr int kNewtonSteps = 60; // and sweeps before them
 constexpr int kManyRows = 1500;  // of many bodies: factors of their W fill up
