@@ -8,7 +8,7 @@
 // Right-looking, kWidth columns at a time:
 //
 //      [ D  U ]      D is inverted in registers, with row exchange; L D^-1 and what it takes from
-//      [ L  A ]      A are products with a tile of 3 vectors x 8 columns held in registers.
+//      [ L  A ]      A are products by tiles held in registers.
 
 namespace amontons {
 namespace {
@@ -17,7 +17,7 @@ constexpr int kVectors = 24 / kLanes; ///< of a diagonal block's column
 constexpr int kWidth = 24;            ///< columns eliminated at once
 constexpr int kLarge = 96;            ///< columns, a multiple of kWidth, that are ...
 constexpr int kSmall = 500; ///< ... eliminated at once where there are more rows than that
-constexpr int kTileVectors = 3, kTileColumns = 8;
+constexpr int kTileVectors = 3, kTileColumns = kLanes == 8 ? 8 : 4; // of 32 or 16 registers
 constexpr std::ptrdiff_t kStrip = kTileVectors * kLanes;
 
 using Panel = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
