@@ -104,7 +104,7 @@ private:
     std::vector<Eigen::VectorXd> free_, mode_load_;
     std::vector<Eigen::MatrixXd> B_; ///< modes seen by the chosen rows
     std::vector<double> mode_scale_; ///< [m/N]
-    std::vector<double> mode_way_;   ///< lengths that its balance is judged by [m]
+    std::vector<double> mode_way_;   ///< of each body, the length that its balance is judged by [m]
     std::vector<Eigen::VectorXd> mode_, y_;
     Rows all_, rows_;
     ContactProblem problem_;

@@ -2,6 +2,7 @@
 
 #include "mesh/base/error.hpp"
 #include "mesh/base/file.hpp"
+#include "mesh/tests/temporary_folder.hpp"
 #include "solver/output/history.hpp"
 
 #include <csignal>
@@ -28,16 +29,6 @@ Checkpoint example()
         c.state.push_back(static_cast<std::byte>(i));
     return c;
 }
-
-struct Folder {
-    std::string path;
-    Folder()
-    {
-        char name[] = "/tmp/amontons_XXXXXX";
-        path = ::mkdtemp(name);
-    }
-    ~Folder() { std::filesystem::remove_all(path); }
-};
 
 StepRecord record(int step)
 {
@@ -80,8 +71,8 @@ TEST_CASE("a checkpoint with any byte changed or cut off is refused")
 
 TEST_CASE("a history goes on where its checkpoint was, to the same bytes")
 {
-    const Folder folder;
-    const std::string whole = folder.path + "/whole.csv", parts = folder.path + "/parts.csv";
+    const TemporaryFolder folder;
+    const std::string whole = folder / "whole.csv", parts = folder / "parts.csv";
     History once;
     once.start(whole);
     for (int i = 0; i < 6; ++i)
@@ -110,13 +101,13 @@ TEST_CASE("a history goes on where its checkpoint was, to the same bytes")
     History third;
     CHECK_THROWS_AS(third.resume(parts, bytes, hash + 1), InputError);
     CHECK_THROWS_AS(third.resume(parts, bytes + 100000, hash), InputError);
-    CHECK_THROWS_AS(third.resume(folder.path + "/none.csv", bytes, hash), InputError);
+    CHECK_THROWS_AS(third.resume(folder / "none.csv", bytes, hash), InputError);
 }
 
 TEST_CASE("a disk that is full leaves whole lines")
 {
-    const Folder folder;
-    const std::string file = folder.path + "/history.csv";
+    const TemporaryFolder folder;
+    const std::string file = folder / "history.csv";
     const auto old_action = std::signal(SIGXFSZ, SIG_IGN);
     rlimit old{};
     ::getrlimit(RLIMIT_FSIZE, &old);

@@ -1,6 +1,7 @@
 #include "solver/output/vtk_writer.hpp"
 
 #include "mesh/base/file.hpp"
+#include "mesh/tests/temporary_folder.hpp"
 #include "solver/output/beam_tube.hpp"
 
 #include <Eigen/Geometry>
@@ -8,22 +9,10 @@
 #include <cstdlib>
 #include <cstring>
 #include <doctest/doctest.h>
-#include <filesystem>
 
 using namespace amontons;
 
 namespace {
-
-/// A folder of its own, gone at the end.
-struct Folder {
-    std::string path;
-    Folder()
-    {
-        char name[] = "/tmp/amontons_XXXXXX";
-        path = ::mkdtemp(name);
-    }
-    ~Folder() { std::filesystem::remove_all(path); }
-};
 
 /// The values of an appended array, from the bytes alone.
 template <class Number>
@@ -79,10 +68,10 @@ TEST_CASE("VTK reads every file without a warning")
         MESSAGE("left out: this build has no VTK");
         return;
     }
-    const Folder folder;
+    const TemporaryFolder folder;
     const std::vector<double> scalars{1, 2, 3, 4.75}, vectors(12, 0.5);
     const auto write = [&](const char* name, const std::string& bytes) {
-        write_file(folder.path + "/" + name, bytes, Flush::to_system);
+        write_file(folder / name, bytes, Flush::to_system);
     };
     write("full.vtp", vtp_bytes(example(scalars, vectors), 1.5));
     PolyData empty;
@@ -106,7 +95,7 @@ TEST_CASE("VTK reads every file without a warning")
     write("all.pvd", collection.bytes());
     const auto reads = [&](const char* name) {
         const std::string command =
-            std::string(VTK_READS) + " " + folder.path + "/" + name + " >/dev/null 2>&1";
+            std::string(VTK_READS) + " " + folder / name + " >/dev/null 2>&1";
         return std::system(command.c_str()) == 0;
     };
     CHECK(reads("all.pvd"));
