@@ -243,11 +243,13 @@ void BodyStepper::relax()
             part(*v, [](const auto& from, auto to) { to = from; });
 
     const bool newton = all_in_matrix(); // nothing to extrapolate
-    relaxing_ = !newton && errors_.size() > 2 &&
+    // What is left of the motion is the rounding of its solution, which extrapolation blows up.
+    const bool there = !errors_.empty() && errors_.back() <= report_.threshold;
+    relaxing_ = !newton && !there && errors_.size() > 2 &&
                 errors_.back() > 0.5 * errors_[errors_.size() - 2] &&
                 motion_before_.size() == size && motion_before_.dot(motion) < 0;
     Eigen::VectorXd made = motion;
-    if (motion_before_.size() == size && !step_.dynamic && !newton) {
+    if (motion_before_.size() == size && !step_.dynamic && !newton && !there) {
         const Eigen::VectorXd change = motion - motion_before_;
         const double length = change.squaredNorm();
         if (relaxing_ && length > 0) {
