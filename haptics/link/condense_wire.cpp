@@ -250,7 +250,7 @@ Wrench force_on_hand(const Wire& wire)
     return {-Vec3(g[0], g[1], g[2]), -rotation_matrix(a.q) * Vec3(g[3], g[4], g[5])};
 }
 
-Condensed condense_wire(WireBody& body, const CondenseOptions& options)
+Condensed condense_wire(WireBody& body, const CondenseOptions& options, const Anchor& anchor)
 {
     Condensed out;
     const Wire& wire = body.wire;
@@ -262,7 +262,7 @@ Condensed condense_wire(WireBody& body, const CondenseOptions& options)
     // Slip counts from here.
     NewtonOptions newton;
     newton.reach = out.reach;
-    residual_of(wire, body.walls, mark_step_start(wire), Anchor{}, newton, *body.work);
+    residual_of(wire, body.walls, mark_step_start(wire), anchor, newton, *body.work);
     const std::vector<const Candidate*> chosen =
         choose(body.work->candidates, out.reach, options, out);
     // What is just stable is as good as singular: near a snap, once a contact opens, the hand would

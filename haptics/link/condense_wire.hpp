@@ -22,6 +22,7 @@ bool add_bend(Condensed& condensed, const WireAhead& ahead, const Vec6& way);
 
 /// Condenses the end of a wire's step on its contacts and those near: see docs/theory/haptics.md.
 /// @param body  in balance; only its work arrays change
-Condensed condense_wire(WireBody& body, const CondenseOptions& options);
+/// @param anchor  of the increment of a snap that the wire is in
+Condensed condense_wire(WireBody& body, const CondenseOptions& options, const Anchor& anchor = {});
 
 } // namespace amontons

@@ -14,6 +14,9 @@ struct LinkOptions {
     CondenseOptions condense; ///< its period is the simulation's step
     std::string cache;        ///< folder of factors; "": none
     int threads = 1;
+    /// A wire in space that snaps does so over several steps, so that each is in time. Else within
+    /// the step that meets the snap, however long it takes.
+    bool snap_in_parts = false;
     double duration = 10; ///< about how long it will run [s]
 };
 
@@ -62,11 +65,12 @@ public:
     int most_left_out() const { return count_.left_out; } ///< candidates that are not handed over
     /// Steps that met the device half way at most, or not at all.
     int not_met() const { return count_.not_met; }
+    int snapping() const { return count_.snapping; } ///< steps that a snap went on beyond
     double time() const { return count_.time; }
 
 protected:
     struct Count {
-        int steps = 0, refused = 0, not_met = 0, left_out = 0;
+        int steps = 0, refused = 0, not_met = 0, snapping = 0, left_out = 0;
         double time = 0; ///< [s]
     };
     HandleLink(const CondenseOptions& condense)

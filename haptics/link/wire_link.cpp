@@ -14,9 +14,16 @@ namespace {
 
 constexpr double kSmallest = 1.0 / 64; // of the way to the device: a try that is still made
 constexpr double kRelaxFrom = 1.0 / 8; // a try as short as this may cross a snap
-constexpr double kMostOut = 0.999;     // of the wire's length
-constexpr int kLooks = 3;              // ahead: all of the way, half, a quarter
-constexpr double kLeastWay = 0.5;      // of the fastest way in a period: what is looked ahead
+constexpr double kRelaxPart = 1.0 / 2; // the same in parts: a try less is time for one
+// Of a snap's operator, over the pull of its last increment: what is just stable is as good as
+// singular. Where it is singular yet, the same again.
+constexpr double kStiffer = 10;
+constexpr int kPulls = 3;
+constexpr double kMostOut = 0.999; // of the wire's length
+constexpr int kLooks = 3;          // ahead: all of the way, half, a quarter
+constexpr double kLeastWay = 0.5;  // of the fastest way in a period: what is looked ahead
+constexpr double kSnapWork = 1e5;  // of a snap in parts: Newton's iterations, times elements,
+                                   // in a second of the simulation
 
 /// What a step may do to be accepted.
 enum class Means {
@@ -52,6 +59,8 @@ struct WireLink::State {
     Vec3 axis = Vec3::Zero(); // of a beam
     double first = 0;         // insertion at the start [m]
     bool started = false;     // the first step is one of no time
+    Relaxation snap;          // that the last step left under way
+    bool in_parts = false;    // snaps are
     std::string refusal;
 
     State(const Scene& s, const std::vector<Obstacle>& obstacles, const HandleSpring& spring);
@@ -119,6 +128,9 @@ BaseTarget WireLink::State::target(const HandPose& pose) const
             s.base_twist + axis.dot(displacement(device, pose).tail<3>())};
 }
 
+// A rod's snap takes a hundred Newton solves and more, as long as several steps. By the clock it is
+// crossed in parts, one a step, and what is handed over in between is the rod on its way, held by
+// the pull of the relaxation, while the hand goes on: a rod takes its time, too.
 StepReport WireLink::State::advance(const HandPose& to, double period, Means means)
 {
     WireGroup group{{&body}, nullptr};
@@ -131,8 +143,10 @@ StepReport WireLink::State::advance(const HandPose& to, double period, Means mea
     const std::vector<BaseTarget> base{{old.base_insertion, old.base_twist}};
     place_device(body.wire, to);
     // The work of a clamp that moves is not in the balance of wires.
-    StepReport r = try_step(group, base, period, true);
-    if (!r.accepted && means == Means::relax) r = relax_step(group, base);
+    StepReport r;
+    if (!snap.under_way) r = try_step(group, base, period, true);
+    if (!r.accepted && means == Means::relax)
+        r = relax_step(group, base, in_parts ? &snap : nullptr);
     if (!r.accepted) body.wire.state = old;
     return r;
 }
@@ -165,6 +179,9 @@ WireLink::WireLink(const Scene& scene, const std::vector<Obstacle>& obstacles,
     : HandleLink(options.condense)
     , state_(std::make_unique<State>(scene, obstacles, options.spring))
 {
+    state_->in_parts = options.snap_in_parts;
+    state_->snap.most = static_cast<int>(kSnapWork * options.condense.period /
+                                         double(state_->body.wire.material.law.size()));
 }
 
 WireLink::~WireLink() = default;
@@ -207,11 +224,13 @@ bool WireLink::step(const HandPose& device)
     double done = 0;
     for (double share = 1; done < 1;) {
         const HandPose next = between(from, device, done + share);
+        const bool may_relax = s.snap.under_way || share <= (s.in_parts ? kRelaxPart : kRelaxFrom);
         const StepReport report =
-            s.advance(next, condense_.period, share <= kRelaxFrom ? Means::relax : Means::newton);
+            s.advance(next, condense_.period, may_relax ? Means::relax : Means::newton);
         if (report.accepted) {
             s.device = next;
             done += share;
+            if (s.snap.under_way) break;
             share = std::min(2 * share, 1 - done);
             if (1 - done < 1e-9) break;
             continue;
@@ -230,6 +249,7 @@ bool WireLink::step(const HandPose& device)
         count_.time += condense_.period;
         ++count_.steps;
     }
+    count_.snapping += s.snap.under_way;
     s.started = true;
     return true;
 }
@@ -238,8 +258,21 @@ Condensed WireLink::condense_step(int most)
 {
     CondenseOptions options = condense_;
     options.most_contacts = most;
-    Condensed condensed = condense_wire(state_->body, options);
-    if (condensed.solvable) state_->look_ahead(condensed, options);
+    Condensed condensed;
+    if (!state_->snap.under_way) {
+        condensed = condense_wire(state_->body, options);
+        if (condensed.solvable) state_->look_ahead(condensed, options);
+        return condensed;
+    }
+    Anchor pull = state_->snap.anchor[0];
+    for (int i = 0; i < kPulls; ++i) {
+        for (std::size_t k = 0; k < pull.linear.size(); ++k) {
+            pull.linear[k] *= kStiffer;
+            pull.angular[k] *= kStiffer;
+        }
+        condensed = condense_wire(state_->body, options, pull);
+        if (condensed.solvable) break;
+    }
     return condensed;
 }
 
@@ -259,6 +292,7 @@ bool WireLink::take_over(const HandleLink& before)
     s.start = old.start;
     s.first = old.first;
     s.started = old.started;
+    s.snap = old.snap;
     count_ = link->count_;
     return true;
 }

@@ -101,6 +101,7 @@ std::string json_text(const Outcome& o, const HapticSettings& set, const HandleL
     }
     json.key("simulation").open('{').member("steps", link.steps());
     json.member("refused", link.refused()).member("not_met", link.not_met());
+    json.member("snapping", link.snapping());
     json.member("rate", 1 / set.link.condense.period).close('}');
     json.key("coupling").open('{').member("stiffness", set.link.spring.stiffness);
     json.member("damping", set.loop.coupling_damping).close('}');
@@ -153,8 +154,8 @@ std::string table(const Outcome& o, const HapticSettings& set, const HandleLink&
         fmt::format("{} ticks clamped, {} slewed, {} damped", s.clamped, s.slewed, s.controlled));
     row("operators", fmt::format("{} taken, oldest {:.1f} ms, {} ticks beyond their reach",
                                  s.operators, 1e3 * s.oldest_operator, s.outside_validity));
-    row("simulation",
-        fmt::format("{} tries refused, {} steps cut short", link.refused(), link.not_met()));
+    row("simulation", fmt::format("{} tries refused, {} steps cut short, {} within a snap",
+                                  link.refused(), link.not_met(), link.snapping()));
     row("scheduling", o.scheduling);
     if (s.faults > 0)
         row("faults", fmt::format("{}; the last: {}: {}", s.faults, name(s.last_fault),
@@ -278,7 +279,10 @@ void haptic(HapticArguments& a, Session& session)
     set.link.duration = duration;
     set.link.condense.latency = a.latency;
     if (a.free) set.loop.passivity.control = false;
-    if (!a.virtual_time) set.loop.proxy.budget = kBudget * set.loop.period;
+    if (!a.virtual_time) {
+        set.loop.proxy.budget = kBudget * set.loop.period;
+        set.link.snap_in_parts = true;
+    }
     // The first one stays: the hand asks it for its path, from another thread.
     const std::unique_ptr<HandleLink> first = make_link(scene, obstacles, set.link);
     std::unique_ptr<HandleLink> changed;

@@ -58,7 +58,7 @@ std::vector<std::vector<Node6>> weakest_mode(WireGroup& g)
 // were, w |dx| per node. What it dissipates is the pull's work, by the trapezoid rule over the
 // increment (the pull at its start is that left from the increment before). w follows the
 // motion: about a quarter of an element per increment.
-StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to)
+StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxation* part)
 {
     StepReport r;
     const GroupState old = state_of(g);
@@ -70,6 +70,7 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to)
     const std::size_t wires = g.wires.size();
     double unit = 0, grain = std::numeric_limits<double>::infinity(), energy_floor = 0;
     std::vector<std::vector<Node6>> pull(wires), pull_before(wires);
+    std::vector<Anchor> held; // of the last increment that was taken
     for (std::size_t w = 0; w < wires; ++w) {
         const WireBody& b = *g.wires[w];
         const std::vector<double>& stiffness = b.wire.material.stiffness;
@@ -91,8 +92,16 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to)
     bool base_moved = false, pushed_off = false, failed = false;
     int until_attempt = 1; // increments before the wires are tried at rest
     double work_of_base = 0;
+    if (part && part->under_way) {
+        weight = part->weight;
+        pull_before = part->pull;
+        until_attempt = part->until_attempt;
+        pushed_off = part->pushed_off;
+    }
 
+    int taken = 0;
     for (r.relaxations = 0; r.relaxations < kMostRelaxations; ++r.relaxations) {
+        if (part && taken > 0 && r.newton.iterations >= part->most) break;
         const GroupState before = state_of(g);
         const GroupStart start = start_of(g);
         if (!base_moved) drive(g, to);
@@ -117,6 +126,7 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to)
                     r.missed = work_of_base - (e - elastic_before) - r.energy.friction - r.released;
                     r.snapped = true;
                     r.accepted = true;
+                    if (part) *part = {part->most, false, {}, 0, {}, 1, false};
                     return r;
                 }
             } else if (still.converged && !pushed_off) {
@@ -201,10 +211,23 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to)
         r.released += viscous;
         r.energy.friction += friction;
         energy = after;
+        ++taken;
         pull_before = pull;
+        if (part) held = std::move(anchors);
         weight *= std::clamp(move / target, failed ? 0.7 : 0.25, 2.0);
         failed = false;
         weight = std::max(weight, 1e-12 * unit);
+    }
+    if (part && taken > 0) {
+        r.energy.elastic = energy;
+        r.energy.released = r.released;
+        r.energy.work = work_of_base;
+        r.energy.work_absolute = std::abs(work_of_base);
+        r.missed = work_of_base - (energy - elastic_before) - r.energy.friction - r.released;
+        r.accepted = true;
+        *part = {part->most,    true,      std::move(held), weight, std::move(pull_before),
+                 until_attempt, pushed_off};
+        return r;
     }
     refuse(g, old, r, "the damped relaxation did not come to rest");
     return r;

@@ -85,9 +85,23 @@ StepReport try_step(WireGroup& group, const std::vector<BaseTarget>& to, double 
 StepReport try_step(WireBody& body, double insertion, double twist, double length,
                     bool any_balance = false);
 
+/// A damped relaxation in parts: what one of them leaves to the next.
+struct Relaxation {
+    int most = 0;               ///< Newton's iterations of a part, after one increment at least
+    bool under_way = false;     ///< the wires still move ...
+    std::vector<Anchor> anchor; ///< ... and are held where they are by this pull, of each wire
+    double weight = 0;          ///< of the pull [N/m]
+    std::vector<std::vector<Node6>> pull;
+    int until_attempt = 1; ///< increments before the wires are tried at rest
+    bool pushed_off = false;
+};
+
 /// The same by damped relaxation, for bases close to the present ones: for a state that has
 /// lost its stability. Always leaves the present branch if it is unstable.
-StepReport relax_step(WireGroup& group, const std::vector<BaseTarget>& to);
+/// @param part  if given, wires that are not at rest at its end are left in their motion; the next
+///              call goes on from there, whatever the bases are by then
+StepReport relax_step(WireGroup& group, const std::vector<BaseTarget>& to,
+                      Relaxation* part = nullptr);
 
 /// try_step; what it refuses is relaxed. Where nothing but the balance was amiss and relaxing
 /// misses more of it (a kink of the forces, a change of the mesh), the step is taken as it was.

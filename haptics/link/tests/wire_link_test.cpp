@@ -1,3 +1,5 @@
+#include "haptics/link/condense_wire.hpp"
+#include "haptics/link/held_rod.hpp"
 #include "haptics/link/settings.hpp"
 #include "haptics/link/wire_link.hpp"
 #include "haptics/summary.hpp"
@@ -73,12 +75,13 @@ struct World {
     std::unique_ptr<HandleLink> link;
 
     explicit World(const std::string& text) : World(parse_scene(text, "test.json")) {}
-    explicit World(Scene given)
+    explicit World(Scene given, bool snap_in_parts = false)
         : scene(std::move(given))
         , obstacles(build_obstacles(scene))
         , set(make_settings(scene.haptic, device_profile(scene.haptic.device), 0))
-        , link(make_link(scene, obstacles, set.link))
     {
+        set.link.snap_in_parts = snap_in_parts;
+        link = make_link(scene, obstacles, set.link);
     }
     HandPose at(double t) const
     {
@@ -269,6 +272,69 @@ TEST_CASE("where a rod falls off balls, its force jumps no more than in the full
     MESSAGE("largest change in a tick " << of_loop << " N, of the full simulation " << of_full);
     CHECK(of_full > 0.02); // it snaps
     CHECK(of_loop - of_full < 0.01);
+}
+
+TEST_CASE("a snap in parts ends where it does in one piece, and each part has its bound")
+{
+    const Scene scene = read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json");
+    const std::vector<Obstacle> obstacles = build_obstacles(scene);
+    const HapticSettings set = make_settings(scene.haptic, device_profile(scene.haptic.device), 0);
+    std::vector<int> near;
+    std::vector<Issue> warnings;
+    WireBody body = make_held_rod(scene, scene.rods[0], obstacles, set.link.spring, near, warnings);
+    WireGroup group{{&body}, nullptr};
+    const std::vector<BaseTarget> base{{0, 0}};
+    // Down on the balls, and across them until nothing but a snap goes on.
+    HandPose pose = device_of(body.wire);
+    WireState before = body.wire.state;
+    int k = 0;
+    for (; k < 400; ++k) {
+        before = body.wire.state;
+        (k < 120 ? pose.position.z() : pose.position.y()) += k < 120 ? -2.5e-4 : 2.5e-4;
+        place_device(body.wire, pose);
+        if (!try_step(group, base, 0, true).accepted) break;
+    }
+    REQUIRE(k < 400);
+    body.wire.state = before;
+    place_device(body.wire, pose);
+    const StepReport whole = relax_step(group, base);
+    REQUIRE(whole.accepted);
+    const Vec3 force = force_on_hand(body.wire).force,
+               tip = body.wire.state.nodes.back().position();
+
+    body.wire.state = before;
+    place_device(body.wire, pose);
+    Relaxation part;
+    part.most = 60;
+    int parts = 0, longest = 0;
+    do {
+        const StepReport r = relax_step(group, base, &part);
+        REQUIRE(r.accepted);
+        longest = std::max(longest, r.newton.iterations);
+        if (!part.under_way) continue;
+        // On its way it is held, and can be handed over.
+        CHECK(condense_wire(body, set.link.condense, part.anchor[0]).W.allFinite());
+    } while (part.under_way && ++parts < 100);
+    MESSAGE(whole.newton.iterations << " iterations, " << parts << " parts of " << longest);
+    CHECK(whole.newton.iterations > 300);
+    CHECK(parts >= 4);
+    CHECK(longest < 60 + 60); // an increment more, and what it took to find its pull
+    CHECK((tip - body.wire.state.nodes.back().position()).norm() < 1e-4);
+    CHECK((tip - before.nodes.back().position()).norm() > 5e-3);
+    // Friction remembers increments that are others.
+    CHECK((force - force_on_hand(body.wire).force).norm() < 0.05 * force.norm());
+}
+
+TEST_CASE("by the clock a rod's snaps go on over several steps, and the hand is not jerked")
+{
+    World w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"), true);
+    HapticLoop<float> loop(300, w.set.loop);
+    const HapticSummary s = summarise<float>(play(w, loop), loop, w.set.loop.period, false);
+    MESSAGE(w.link->snapping() << " steps within snaps, largest change " << s.largest_change);
+    CHECK(w.link->snapping() > 10);
+    CHECK(s.faults == 0);
+    CHECK(s.largest_change < 0.05); // 0.13 with the pull of the last increment alone
+    CHECK(s.energy_injected < 1e-15);
 }
 
 TEST_CASE("no operator is singular where a rod is about to fall off a ball")
