@@ -19,6 +19,15 @@ bool is_computed(const TickRecord& r)
     return r.state == SafetyState::running || r.state == SafetyState::starting;
 }
 
+/// Whether that much work usually takes less than half a period.
+bool is_usual(const TickRecord& tick, std::span<const TickRecord> records, double period)
+{
+    std::vector<double> cpu;
+    for (const TickRecord& r : records)
+        if (r.proxy.products >= tick.proxy.products) cpu.push_back(r.cpu);
+    return percentiles(std::move(cpu)).p50 < 0.5 * period;
+}
+
 } // namespace
 
 Percentiles percentiles(std::vector<double> x)
@@ -58,7 +67,7 @@ HapticSummary summarise(std::span<const TickRecord> records, const HapticLoop<Re
         if (!real_time) continue;
         cpu.push_back(r.cpu);
         if (r.cpu > period) // too long though it had begun in time
-            ++s.missed_compute;
+            ++(is_usual(r, records, period) ? s.missed_host : s.missed_compute);
         else if (r.wake + r.cpu > period)
             ++s.missed_wake;
         else if (r.wake + r.compute > period)
@@ -115,7 +124,8 @@ std::string trace_csv(std::span<const TickRecord> records)
         "computed_x [N],computed_y [N],computed_z [N],computed_torque_x [N m],"
         "computed_torque_y [N m],computed_torque_z [N m],sent_x [N],sent_y [N],sent_z [N],"
         "sent_torque_x [N m],sent_torque_y [N m],sent_torque_z [N m],state,contacts,closed,sweeps,"
-        "error,new_operator,operator_age [s],distance [m],energy [J],compute [s],wake [s]\n";
+        "error,new_operator,operator_age [s],distance [m],energy [J],compute [s],wake [s],"
+        "cpu [s],products\n";
     char line[1024];
     for (const TickRecord& r : records) {
         const Vec3 turned = turn_vector(r.handle.rotation);
@@ -124,11 +134,11 @@ std::string trace_csv(std::span<const TickRecord> records)
         const int n = std::snprintf(
             line, sizeof line,
             "%.6f,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.7g,%.7g,%.7g,%.7g,%.7g,%.7g,%.7g,%.7g,%.7g,%.7g,"
-            "%.7g,%.7g,%s,%d,%d,%d,%.3e,%d,%.6f,%.4e,%.6e,%.3e,%.3e\n",
+            "%.7g,%.7g,%s,%d,%d,%d,%.3e,%d,%.6f,%.4e,%.6e,%.3e,%.3e,%.3e,%ld\n",
             r.time, x[0], x[1], x[2], turned[0], turned[1], turned[2], c[0], c[1], c[2], m[0], m[1],
             m[2], f[0], f[1], f[2], t[0], t[1], t[2], name(r.state), r.proxy.contacts,
             r.proxy.closed, r.proxy.sweeps, r.proxy.error, int(r.proxy.new_operator),
-            r.operator_age, r.proxy.distance, r.energy, r.compute, r.wake);
+            r.operator_age, r.proxy.distance, r.energy, r.compute, r.wake, r.cpu, r.proxy.products);
         out.append(line, static_cast<std::size_t>(std::clamp(n, 0, int(sizeof line) - 1)));
     }
     return out;

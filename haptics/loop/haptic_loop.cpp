@@ -57,6 +57,7 @@ TickRecord HapticLoop<Real>::tick(const DeviceSample& sample,
 {
     TickRecord record;
     record.time = time;
+    proxy_.begin();
     if (operators.fetch() && proxy_.take(operators.front(), time)) {
         arrival_ = time;
         next_period_ = operators.front().period;

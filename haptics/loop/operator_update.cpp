@@ -20,7 +20,8 @@
 //
 // Where the simulation has snapped to another state, offsets are as long as its jump, and contacts
 // would open and close in a tick or two while they fade. Then the new operator is solved by itself,
-// and the whole difference is bled off as a wrench.
+// and the whole difference is bled off as a wrench. If one tick has no time for it, the next ones
+// go on, and the force waits for them.
 
 namespace amontons {
 
@@ -90,7 +91,7 @@ template <class Real> bool ProxyLoop<Real>::has_jumped() const
     return false;
 }
 
-/// Solves the new operator by itself, at the last pose.
+/// Solves the new operator by itself, at the last pose, as far as the tick has time for it.
 template <class Real> void ProxyLoop<Real>::start_anew()
 {
     for (int i = 0; i < op_->contacts; ++i) {
@@ -98,8 +99,11 @@ template <class Real> void ProxyLoop<Real>::start_anew()
         before_[at(i)] = anchor_[at(i)] = fade_[at(i)] = Vec3::Zero();
     }
     free_motion(0);
-    for (int k = 0; k < options_.max_sweeps && error() > options_.tolerance; ++k)
+    for (int k = 0; k < options_.max_sweeps; ++k) {
+        unsettled_ = error() > options_.tolerance;
+        if (!unsettled_ || !in_time()) break;
         sweep();
+    }
 }
 
 template double ProxyLoop<float>::fading_at(double) const;

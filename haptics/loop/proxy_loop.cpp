@@ -27,6 +27,12 @@ constexpr double kOnCone = 1e-9;
 /// A sweep that met less error than this, in the tolerance, may have been the last one.
 constexpr double kNear = 4;
 
+double wall_time()
+{
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    return std::chrono::duration<double>(now).count();
+}
+
 } // namespace
 
 template <class Real>
@@ -36,6 +42,7 @@ ProxyLoop<Real>::ProxyLoop(int most_contacts, const ProxyOptions& options)
     , capacity_(most_contacts)
     , history_(3 * most_contacts)
 {
+    if (!options_.now) options_.now = wall_time;
     const std::size_t n = at(most_contacts);
     for (auto* vectors : {&r_, &before_, &q_, &anchor_, &fade_})
         vectors->assign(n, Vec3::Zero());
@@ -118,6 +125,7 @@ template <class Real> void ProxyLoop<Real>::free_motion(double fading)
 
 template <class Real> void ProxyLoop<Real>::add_reaction(int i, const Vec3& change)
 {
+    ++products_;
     add_(u_.data()->number, op_->column(3 * i), op_->column(3 * i + 1), op_->column(3 * i + 2),
          static_cast<Real>(change[0]), static_cast<Real>(change[1]), static_cast<Real>(change[2]),
          op_->stride);
@@ -252,27 +260,39 @@ template <class Real> void ProxyLoop<Real>::clear()
     for (auto* vectors : {&r_, &before_, &anchor_, &fade_})
         std::fill(vectors->begin(), vectors->end(), Vec3::Zero());
     jump_ = {};
+    unsettled_ = false;
     last_ = {};
+}
+
+template <class Real> void ProxyLoop<Real>::begin()
+{
+    begun_ = true;
+    products_ = 0;
+    if (options_.budget > 0) start_ = options_.now();
+}
+
+template <class Real> bool ProxyLoop<Real>::in_time() const
+{
+    return !(options_.budget > 0) || options_.now() - start_ <= options_.budget;
 }
 
 template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, double time)
 {
-    using Clock = std::chrono::steady_clock;
     ProxyTick result;
+    if (!begun_) begin();
+    begun_ = false;
     if (!op_ || is_broken(device)) return result;
-    const bool timed = options_.budget > 0;
-    const Clock::time_point start = timed ? Clock::now() : Clock::time_point();
 
     set_pose(device);
     const double fading = fading_at(time);
-    if (options_.extrapolate) extrapolate();
+    // What a tick did not end has no trend but the solver's.
+    if (options_.extrapolate && converged_) extrapolate();
     free_motion(fading);
     result.error = error();
     double least = std::numeric_limits<double>::infinity();
     history_.begin();
-    while (result.error > options_.tolerance && result.sweeps < options_.max_sweeps) {
-        if (timed && std::chrono::duration<double>(Clock::now() - start).count() > options_.budget)
-            break;
+    bool known = true; // the error as it is now
+    while (result.error > options_.tolerance && result.sweeps < options_.max_sweeps && in_time()) {
         if (history_.can_extrapolate()) history_.extrapolate(r_.data()->data(), u_.data()->number);
         history_.before_sweep(r_.data()->data(), 3 * op_->contacts);
         const double met = sweep();
@@ -281,11 +301,19 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
         least = std::min(least, met);
         ++result.sweeps;
         // Far from the end nobody needs to know how far.
-        if (met <= kNear * options_.tolerance || result.sweeps == options_.max_sweeps)
-            result.error = error();
+        known = met <= kNear * options_.tolerance;
+        if (known) result.error = error();
     }
-    result.converged = result.error <= options_.tolerance;
+    if (!known) result.error = error();
+    result.converged = converged_ = result.error <= options_.tolerance;
     result.wrench = wrench(fading);
+    if (unsettled_ && !is_broken(result.wrench)) {
+        const Wrench own = wrench(0);
+        jump_ = {last_.force - own.force, last_.torque - own.torque};
+        blend_start_ = time;
+        result.wrench = last_;
+        unsettled_ = !result.converged;
+    }
     if (is_broken(result.wrench)) { // an operator with numbers that are none
         clear();
         result.wrench = {};
@@ -296,6 +324,7 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     anchor_slip(time);
     last_ = result.wrench;
 
+    result.products = products_;
     result.contacts = op_->contacts;
     for (int i = 0; i < op_->contacts; ++i)
         result.closed += !r_[at(i)].isZero(0);
@@ -309,6 +338,7 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
 
 template <class Real> bool ProxyLoop<Real>::take(const ReducedOperator<Real>& op, double time)
 {
+    if (!begun_) begin();
     if (op.contacts > capacity_) return false;
     const bool first = op_ == nullptr;
     if (!first) remember();
@@ -325,6 +355,7 @@ template <class Real> bool ProxyLoop<Real>::take(const ReducedOperator<Real>& op
         slip_time_[at(i)] = op.time;
     }
     jump_ = {};
+    unsettled_ = false;
     blend_start_ = time;
     blend_time_ = first ? 0 : options_.blend * op.period;
     if (blend_time_ > 0) adopt(time);

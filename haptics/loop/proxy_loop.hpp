@@ -16,9 +16,10 @@ struct ProxyOptions {
     /// Natural-map error at which a tick ends, relative to the acting rows of q [-].
     double tolerance = 8e-4;
     int max_sweeps = 30; ///< >= 1
-    /// Wall time after which no further sweep begins [s]; 0: none, and no clock is read, so that
-    /// the same input gives the same force.
+    /// Time of a tick, take() included, after which no further sweep begins [s]; 0: none, and no
+    /// clock is read, so that the same input gives the same force.
     double budget = 0;
+    double (*now)() = nullptr; ///< the clock of the budget [s]; null: the wall's
     /// Time over which a new operator comes in, in periods of the simulation; 0: at once [-].
     double blend = 1;
     bool extrapolate = true;            ///< start a tick from the trend of the last two reactions
@@ -30,6 +31,7 @@ struct ProxyTick {
     Wrench wrench;    ///< F = J^T r: on the hand [N, N m]
     double error = 0; ///< natural map at the end of the tick, relative [-]
     int sweeps = 0;
+    long products = 0;      ///< columns of contacts times forces, take() included: the work done
     int contacts = 0;       ///< of the operator
     int closed = 0;         ///< those with r != 0
     int matched = 0;        ///< contacts known from the operator before, if it is new
@@ -52,6 +54,10 @@ public:
     /// @param most_contacts  >= contacts of every operator taken; all memory is taken here
     explicit ProxyLoop(int most_contacts, const ProxyOptions& options = {});
 
+    /// A tick begins: what take() and tick() do from here on shares its budget. Without it, the
+    /// first of them begins.
+    void begin();
+
     /// Goes on with another operator, which must stay as it is until the next call.
     /// @param time  on the loop's clock [s]: when the blend starts
     /// @returns false, and keeps the old one, if it has more contacts than there is room for
@@ -65,6 +71,7 @@ public:
     void release(const HandPose& device, double time);
 
     const ReducedOperator<Real>* current() const { return op_; }
+    long products() const { return products_; } ///< of this tick, so far
     /// Reaction of a contact, (n, t1, t2) of its frame in the operator [N].
     Vec3 reaction(int i) const { return r_[at(i)] * (op_->length / op_->compliance); }
     /// Gap and slip of a contact at the end of the last tick [m].
@@ -82,6 +89,8 @@ private:
     const CandidateContact& contact(int i) const { return op_->contact[at(i)]; }
     Vec3 slip(int i) const;
     Vec3 residual(int i) const;
+
+    bool in_time() const;
 
     // proxy_loop.cpp: one pose
     void set_pose(const HandPose& device);
@@ -131,7 +140,12 @@ private:
     Wrench jump_;                             // that the hand-over would make: fades
     std::vector<Memory> memory_;              // by identity
     int remembered_ = 0, matched_ = 0;
-    bool taken_ = false; // since the last tick
+    bool taken_ = false;     // since the last tick
+    bool unsettled_ = false; // an operator that start_anew() had no time for
+    bool converged_ = true;  // the tick before
+    bool begun_ = false;     // this tick
+    double start_ = 0;       // of it, on the budget's clock [s]
+    long products_ = 0;      // in it
 };
 
 extern template class ProxyLoop<float>;

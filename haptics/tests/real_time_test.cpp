@@ -237,23 +237,26 @@ TEST_CASE("a run that is stopped ends soon")
 
 TEST_CASE("a tick that is missed is told by what made it late")
 {
-    const auto tick = [](double wake, double cpu, double compute) {
+    const auto tick = [](double wake, double cpu, double compute, long products = 500) {
         TickRecord r;
+        r.proxy.products = products;
         r.wake = wake;
         r.cpu = cpu;
         r.compute = compute;
         return r;
     };
     const std::vector<TickRecord> records = {
-        tick(1e-5, 3e-4, 4e-4),   // in time
-        tick(1e-5, 1.1e-3, 2e-3), // our own work
-        tick(9e-4, 3e-4, 3e-4),   // begun late
-        tick(3e-3, 3e-4, 3e-4),   // begun later still
-        tick(1e-5, 3e-4, 2e-3),   // others had the processor
+        tick(1e-5, 3e-4, 4e-4),         // in time
+        tick(1e-5, 1.1e-3, 2e-3, 4000), // our own work
+        tick(1e-5, 5e-3, 5e-3, 225),    // the machine below stood
+        tick(9e-4, 3e-4, 3e-4),         // begun late
+        tick(3e-3, 3e-4, 3e-4),         // begun later still
+        tick(1e-5, 3e-4, 2e-3),         // others had the processor
     };
     const HapticLoop<float> loop(1, {});
     const HapticSummary s = summarise<float>(records, loop, 1e-3, true);
     CHECK(s.missed_compute == 1);
+    CHECK(s.missed_host == 1);
     CHECK(s.missed_wake == 2);
     CHECK(s.missed_preempted == 1);
 }

@@ -65,6 +65,7 @@ std::string json_text(const Outcome& o, const HapticSettings& set, const HandleL
     json.open('{').member("status", o.status).member("rate", s.rate);
     json.member("ticks", std::int64_t(s.ticks)).key("missed").open('{');
     json.member("compute", std::int64_t(s.missed_compute));
+    json.member("host", std::int64_t(s.missed_host));
     json.member("wake", std::int64_t(s.missed_wake));
     json.member("preempted", std::int64_t(s.missed_preempted));
     json.member("longest", std::int64_t(s.longest_miss)).close('}');
@@ -133,9 +134,10 @@ std::string table(const Outcome& o, const HapticSettings& set, const HandleLink&
         row("wake-up", micro(s.wake));
         row("  of a bare timer", micro(o.bare_wake) + fmt::format("; {} late", o.bare_missed));
         row("missed",
-            fmt::format("{} by our work, {} by a late wake-up, {} preempted, {} in a row "
-                        "left out",
-                        s.missed_compute, s.missed_wake, s.missed_preempted, s.longest_miss));
+            fmt::format("{} by our work, {} by the host, {} by a late wake-up, {} preempted, {} in "
+                        "a row left out",
+                        s.missed_compute, s.missed_host, s.missed_wake, s.missed_preempted,
+                        s.longest_miss));
         row("page faults", fmt::format("{} in the loop", o.page_faults));
     }
     row("contacts", fmt::format("{} handed over at most, {} closed, {} left out", s.most_contacts,
@@ -204,9 +206,9 @@ bool pushes_and_twists(const DeviceSpec& device)
     return device.free == std::array<bool, 6>{true, false, false, true, false, false};
 }
 
-// What takes too long in a tick is done in this order: sweeps end at the budget, then fewer
-// contacts are handed over.
-constexpr double kBudget = 0.5;     // of a period, for the sweeps of a tick
+// What takes too long in a tick is done in this order: sweeps end at the budget, those of a new
+// operator that is solved by itself too, then fewer contacts are handed over.
+constexpr double kBudget = 0.5;     // of a period: no sweep of a tick begins later
 constexpr double kOverloaded = 0.1; // share of ticks that the budget ended
 constexpr double kFewer = 0.8;      // of the contacts, then
 constexpr int kFewestContacts = 16;

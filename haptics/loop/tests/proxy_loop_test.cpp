@@ -2,6 +2,7 @@
 
 #include "contact/solve.hpp"
 #include "haptics/tests/closed_forms.hpp"
+#include "haptics/tests/scenes.hpp"
 
 #include <doctest/doctest.h>
 
@@ -244,6 +245,77 @@ TEST_CASE("where the simulation snapped to another state, the force goes there e
     for (int k = 0; k <= 20; ++k) {
         const Vec3 F = loop.tick(at({0, 0, -0.004}), 1e-3 * k).wrench.force;
         CHECK(F[2] == doctest::Approx(2 * (1 - k / 20.0)));
+    }
+}
+
+namespace {
+
+/// A clock by which a product takes a microsecond.
+const ProxyLoop<float>* counted = nullptr;
+double counted_time()
+{
+    return 1e-6 * static_cast<double>(counted->products());
+}
+
+} // namespace
+
+TEST_CASE("a tick that meets a new operator keeps to the budget of a tick")
+{
+    // A bed of 225 contacts whose simulation snaps by 3 mm: the new operator is solved by itself,
+    // from no force, and then for the pose of the tick.
+    Bed bed;
+    bed.points = grid(225, 4e-3);
+    bed.shear = 2e4;
+    bed.k = 800;
+    const auto n = static_cast<long>(bed.points.size());
+    ReducedOperator<float> old(225), snapped(225);
+    publish(old, bed, at({0, 0, -0.002}), 0, 1);
+    publish(snapped, bed, at({0, 0, -0.002}), 0.04, 2);
+    for (CandidateContact& c : snapped.contact)
+        c.q += Vec3(-0.003, 0.001, 0);
+    snapped.validity = 1e-3;
+    Vec3 exact_force = Vec3::Zero();
+    for (const long budget : {0L, 5 * n, 8 * n}) {
+        ProxyOptions options;
+        options.max_sweeps = 200;
+        options.budget = 1e-6 * static_cast<double>(budget);
+        options.now = counted_time;
+        ProxyLoop<float> loop(225, options);
+        counted = &loop;
+        loop.take(old, 0);
+        for (int k = 0; k < 40; ++k)
+            loop.tick(at({1e-4 * k, 0, -0.002}), 1e-3 * k);
+        loop.begin();
+        REQUIRE(loop.take(snapped, 0.04));
+        const ProxyTick tick = loop.tick(at({0.004, 0, -0.002}), 0.04);
+        CAPTURE(budget);
+        if (budget == 0) {
+            CHECK(tick.products > 16 * n); // the test can fail
+            for (int k = 41; k < 80; ++k)
+                exact_force = loop.tick(at({0.004, 0, -0.002}), 1e-3 * k).wrench.force;
+            continue;
+        }
+        // The last sweep that begins in time, and the products of the hand-over and of the tick.
+        CHECK(tick.products <= budget + 4 * n);
+        CHECK_FALSE(tick.converged);
+        CHECK(tick.error > options.tolerance);
+        double most = 0;
+        const Vec3 first = tick.wrench.force;
+        Vec3 before = first;
+        ProxyTick next;
+        for (int k = 41; k < 80; ++k) {
+            next = loop.tick(at({0.004, 0, -0.002}), 1e-3 * k);
+            CHECK(next.products <= budget + 2 * n);
+            most = std::max(most, (next.wrench.force - before).norm());
+            before = next.wrench.force;
+        }
+        MESSAGE("budget " << budget << ": error " << tick.error << ", then " << next.error
+                          << ", largest change " << most << " N of " << before.norm());
+        CHECK(next.converged); // in the ticks that follow
+        // The force waits for that, and goes there evenly over the period.
+        CHECK((before - exact_force).norm() < 0.05 * exact_force.norm());
+        CHECK((before - first).norm() > 0.5);
+        CHECK(most < 1.3 / 20 * (before - first).norm()); // 4.4 / 20 if it does not wait
     }
 }
 
