@@ -128,6 +128,8 @@ public:
     Eigen::VectorXd solve(const Eigen::VectorXd& force) override;
     const Eigen::MatrixXd& modes() const override { return free_modes_; }
     Eigen::VectorXd mode_load() const override { return mode_load_; }
+    /// What the modes' own motion takes of the loads on them, m x m [N/m]; empty: nothing.
+    const Eigen::MatrixXd& mode_stiffness() const { return mode_stiffness_; }
     std::string mode_name(const Eigen::VectorXd& a) const override;
     void rest_along(const Eigen::MatrixXd& directions) override { unfelt_ = directions; }
     void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
@@ -283,6 +285,10 @@ protected:
     Eigen::VectorXd newton_solved(const Eigen::VectorXd& f) const;
     double volumes_missing() const;
     Eigen::VectorXd free_part(const Eigen::VectorXd& all) const;
+    Eigen::VectorXd unknown_part(const Eigen::VectorXd& all) const;
+    void hold_up(SparseMatrix& S);
+    void find_border();
+    void bend_modes();
     Hyperelastic law_;
     std::vector<HyperelasticElement> hyper_;
     std::vector<HyperelasticState> hyper_states_;
@@ -295,6 +301,13 @@ protected:
     Eigen::SparseMatrix<double> skew_;       ///< what the matrix lacks of the true tangent
     Eigen::SparseMatrix<double> true_part_;  ///< the matrix without its shift; empty: it has none
     SparseColumns leaned_;                   ///< N, of the free unknowns
+    // Held by contacts alone: solid_free.cpp.
+    std::vector<std::int32_t> springs_;      ///< nodes
+    SparseColumns held_up_;                  ///< N, of the free unknowns
+    Eigen::MatrixXd turning_;                ///< K R, of all nodes
+    Eigen::MatrixXd mode_stiffness_;         ///< S
+    Eigen::MatrixXd border_, border_matrix_; ///< X and the inverse of T; empty: no border
+    int border_negative_ = 0;                ///< eigenvalues of K among motions without a mean
     Eigen::PartialPivLU<Eigen::MatrixXd> upright_; ///< 1 - N^T L^-1 N
     double shift_ = 0, last_shift_ = 0;
     double share_made_ = 1, state_energy_ = 0, last_error_ = 0;

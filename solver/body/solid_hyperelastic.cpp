@@ -60,6 +60,14 @@ Eigen::VectorXd SolidBody::free_part(const Eigen::VectorXd& all) const
     return part;
 }
 
+Eigen::VectorXd SolidBody::unknown_part(const Eigen::VectorXd& all) const
+{
+    Eigen::VectorXd part(Eigen::Index(unknown_.size()));
+    for (std::size_t i = 0; i < unknown_.size(); ++i)
+        part[Eigen::Index(i)] = all[unknown_[i]];
+    return part;
+}
+
 double SolidBody::hyperelastic_inner(const Motion& m, Eigen::VectorXd& f)
 {
     if (m.version == known_version_) {
@@ -181,17 +189,19 @@ void SolidBody::assemble_tangent(SparseMatrix& S)
     } else {
         true_part_.resize(0, 0);
     }
+    if (free_modes_.cols() > 0) turning_ = S * rigid_.R;
     if (shift_ > 0) S.coeffs() += shift_ * matrix_->K.coeffs();
-    if (shift_ == 0) return;
-    lean(S);
+    if (shift_ != 0) lean(S);
+    if (free_modes_.cols() > 0) hold_up(S);
 }
 
 /// A^-1 f of the true tangent's free part, without the border of volumes. What contacts move is by
 /// the symmetric part alone: where they push, so is this, or the two never cancel.
 Eigen::VectorXd SolidBody::newton_solved(const Eigen::VectorXd& f) const
 {
-    const bool shifted = true_part_.rows() > 0;
-    const bool skew = skew_.nonZeros() > 0 && contact_.isZero(0);
+    const bool held = free_modes_.cols() == 0; // or the factor is not that of the matrix alone
+    const bool shifted = held && true_part_.rows() > 0;
+    const bool skew = held && skew_.nonZeros() > 0 && contact_.isZero(0);
     if (f.size() == 0 || (!shifted && !skew)) return solved(f);
     const double scale = step_.dynamic ? step_.h * step_.rule.end * step_.h * step_.rule.end : 1;
     const Eigen::SparseMatrix<double>& A = shifted ? true_part_ : matrix_->parts.ff;
@@ -249,14 +259,15 @@ void SolidBody::linearise_hyperelastic()
     last_shift_ = shift_;
     shift_ = 0;
     expect_pressures();
+    if (free_modes_.cols() > 0) turn_modes();
     make_matrix();
     if (!fault_.empty()) {
         free_change_ = Eigen::VectorXd::Zero(Eigen::Index(unknown_.size()));
         return;
     }
     if (free_modes_.cols() > 0) {
-        turn_modes();
-        mode_load_ = rigid_.R.transpose() * r;
+        bend_modes();
+        mode_load_ = free_modes_.transpose() * unknown_part(r);
     }
     start_residual_ = free_part(r);
     Eigen::VectorXd rf = start_residual_;
@@ -294,7 +305,11 @@ void SolidBody::change_hyperelastic(const Eigen::VectorXd& whole, const Eigen::V
     Eigen::VectorXd pressure = volume_change_;
     if (!step_.dynamic) {
         if (pending_.size() > 0) move += pending_;
-        if (mode.size() > 0) move += rigid_.R * mode;
+        if (mode.size() > 0) {
+            const Eigen::VectorXd by_modes = free_modes_ * felt(mode);
+            for (std::size_t i = 0; i < unknown_.size(); ++i)
+                move[unknown_[i]] += by_modes[Eigen::Index(i)];
+        }
         if (!volumes_.empty()) // what contacts take of the volume, pressures give back
             pressure -= volume_matrix_ * (volume_give_.transpose() * free_part(contact_));
     }

@@ -113,11 +113,16 @@ void SolidBody::lean(SparseMatrix& S)
 
 bool SolidBody::leaning() const
 {
+    if (free_modes_.cols() > 0) return border_negative_ > 0 && shift_ <= 0;
     return shift_ < 0 && leaned_.cols() > 0;
 }
 
 int SolidBody::upright_compliance(const SparseColumns& C, Eigen::MatrixXd& more)
 {
+    if (free_modes_.cols() > 0) { // W is of the true matrix already
+        more.setZero(C.cols(), C.cols());
+        return border_negative_;
+    }
     if (!volumes_.empty() || skew_.nonZeros() > 0 || leaned_.cols() > kMostColumns) return -1;
     const Eigen::Index free = leaned_.rows(), rows = C.cols(), columns = leaned_.cols();
     SparseColumns both(free, rows + columns);
@@ -138,6 +143,7 @@ int SolidBody::upright_compliance(const SparseColumns& C, Eigen::MatrixXd& more)
 
 Eigen::VectorXd SolidBody::upright(const Eigen::VectorXd& y) const
 {
+    if (free_modes_.cols() > 0) return y;
     const Eigen::Index free = leaned_.rows();
     Eigen::VectorXd all = y;
     all.head(free) +=

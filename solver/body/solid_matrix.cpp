@@ -87,7 +87,8 @@ void SolidBody::prepare()
     std::vector<std::int32_t> fixed;
     for (const SolidConditions::Held& h : conditions_.held)
         fixed.push_back(h.dof);
-    if (!step_.dynamic) fixed.insert(fixed.end(), rigid_.pins.begin(), rigid_.pins.end());
+    const bool pinned = !step_.dynamic && !hyperelastic_; // those: solid_free.cpp
+    if (pinned) fixed.insert(fixed.end(), rigid_.pins.begin(), rigid_.pins.end());
     dofs_ = make_free_dofs(pattern_, fixed);
     const std::vector<std::int32_t> node = node_of_free();
     if (first) {
@@ -101,7 +102,7 @@ void SolidBody::prepare()
         }
     }
     unknown_ = dofs_.free;
-    if (!step_.dynamic) unknown_.insert(unknown_.end(), rigid_.pins.begin(), rigid_.pins.end());
+    if (pinned) unknown_.insert(unknown_.end(), rigid_.pins.begin(), rigid_.pins.end());
     unknown_number_.assign(dofs_.number.size(), -1);
     for (std::size_t i = 0; i < unknown_.size(); ++i)
         unknown_number_[std::size_t(unknown_[i])] = std::int32_t(i);
@@ -183,6 +184,8 @@ void SolidBody::make_matrix()
         if (!nonlinear_) drop_step_matrix(); // before L is there: it takes all memory
         done = matrix_->factor.factor_taken();
     }
+    border_.resize(0, 0);
+    if (done && hyperelastic_ && free_modes_.cols() > 0) find_border();
     if (!done && hyperelastic_) {
         if (next_shift() > 0) return make_matrix();
         fault_ = input_.name + ": its matrix cannot be made positive definite";
@@ -318,7 +321,12 @@ Eigen::VectorXd SolidBody::solved(const Eigen::VectorXd& f) const
             y[Eigen::Index(i)] = all[dofs_.free[i]];
         return y;
     }
-    if (!matrix_->constant) return matrix_->factor.solved(f);
+    if (!matrix_->constant) {
+        Eigen::VectorXd y = matrix_->factor.solved(f);
+        if (border_.size() > 0)
+            y += border_ * (border_matrix_ * Eigen::VectorXd(border_.transpose() * f));
+        return y;
+    }
     return matrix_->constant->factor().solved(f) / matrix_->scale;
 }
 
@@ -373,6 +381,11 @@ void SolidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
             make_W(C, top, W);
         else
             matrix_->factor.compliance(top, W);
+        if (border_.size() > 0) {
+            const Eigen::MatrixXd seen = border_.transpose() * top;
+            W += seen.transpose() * (border_matrix_ * seen);
+            W = (0.5 * (W + W.transpose())).eval();
+        }
         if (!volumes_.empty()) { // what moves leaves the prescribed volumes as they are
             const Eigen::MatrixXd moved = top.transpose() * volume_give_;
             W -= moved * volume_matrix_ * moved.transpose();

@@ -4,6 +4,8 @@
 #include "mesh/base/phase_timer.hpp"
 #include "solver/body/solid_body.hpp"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -16,6 +18,7 @@ namespace {
 // the method of multipliers, whose error falls by about this factor each time. As many digits of
 // the elastic part are lost: where the tolerance asks for them it is less.
 constexpr double kModeWeight = 1e3, kFineModeWeight = 10, kFine = 1e-10;
+constexpr double kStressedModeWeight = 10; // over what contacts hold the modes with
 constexpr int kMostModeSteps = 60;
 constexpr int kNewtonSteps = 60; // and sweeps before them
 constexpr int kManyRows = 1500;  // of many bodies: factors of their W fill up
@@ -171,7 +174,13 @@ void BodyStepper::assemble()
         for (const int row : rows_.row[b])
             elastic += give[row];
         const double rigid = B_[b].squaredNorm();
-        if (elastic > 0 && rigid > 0) {
+        if (stressed(b)) {
+            double hold = 0;
+            for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
+                if (const double w = give[rows_.row[b][i]]; w > 0)
+                    hold += B_[b].row(Eigen::Index(i)).squaredNorm() / w;
+            s = hold > 0 ? kStressedModeWeight * double(R.cols()) / hold : 1;
+        } else if (elastic > 0 && rigid > 0) {
             s = mode_weight() * elastic / rigid;
         } else if (!(s > 0)) {
             // Nothing elastic: any scale does. If loads moved a body by its own size, rounding of a
@@ -184,7 +193,7 @@ void BodyStepper::assemble()
     const auto sum = [&](double share) {
         for (std::size_t b = 0; b < bodies(); ++b)
             if (B_[b].size() > 0)
-                W[b].noalias() += share * mode_scale_[b] * (B_[b] * B_[b].transpose());
+                W[b].noalias() += B_[b] * (share * mode_gain(b)) * B_[b].transpose();
         return sum_of_bodies(rows_, W, soft);
     };
     if (modes) measured_W_ = sum(1 / mode_weight());
@@ -257,6 +266,40 @@ ContactSolution BodyStepper::solve_contact(const SolverOptions& options) const
     return amontons::solve(problem_, options, first.reaction);
 }
 
+bool BodyStepper::stressed(std::size_t b) const
+{
+    const SolidBody* solid = system_.refs[b].solid;
+    return solid && solid->mode_stiffness().size() > 0;
+}
+
+/// What a stressed body's motion takes of the loads on its modes; no more than would leave it
+/// without a hold by contacts, which the next iterations are left with.
+Eigen::MatrixXd BodyStepper::mode_stiffness(std::size_t b) const
+{
+    constexpr double kLeast = -0.7;
+    if (!stressed(b) || !(mode_scale_[b] > 0)) return {};
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+        system_.refs[b].solid->mode_stiffness());
+    return eigen.eigenvectors() *
+           eigen.eigenvalues().cwiseMax(kLeast / mode_scale_[b]).asDiagonal() *
+           eigen.eigenvectors().transpose();
+}
+
+Eigen::VectorXd BodyStepper::load_on_modes(std::size_t b) const
+{
+    const Eigen::MatrixXd S = mode_stiffness(b);
+    return S.size() > 0 ? mode_load_[b] - S * mode_[b] : mode_load_[b];
+}
+
+/// (1 / s + S)^-1
+Eigen::MatrixXd BodyStepper::mode_gain(std::size_t b) const
+{
+    const Eigen::Index modes = mode_load_[b].size();
+    const Eigen::MatrixXd S = mode_stiffness(b), one = Eigen::MatrixXd::Identity(modes, modes);
+    return S.size() > 0 ? Eigen::MatrixXd((one / mode_scale_[b] + S).inverse())
+                        : Eigen::MatrixXd(mode_scale_[b] * one);
+}
+
 /// Method of multipliers on the balance of the modes: R^T H^T r + g = 0 is the condition, the
 /// modes' amplitudes are its multipliers, and each try is a contact problem with the modes held by
 /// s: W + s B B^T. Its answer is that of the modes as free unknowns, whatever s.
@@ -282,7 +325,7 @@ bool BodyStepper::solve_with_modes()
         problem_.q = q;
         for (std::size_t b = 0; b < bodies(); ++b) {
             if (B_[b].size() == 0) continue;
-            const Eigen::VectorXd shift = B_[b] * (mode_[b] + mode_scale_[b] * mode_load_[b]);
+            const Eigen::VectorXd shift = B_[b] * (mode_[b] + mode_gain(b) * load_on_modes(b));
             for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
                 problem_.q[rows_.row[b][i]] += shift[Eigen::Index(i)];
         }
@@ -321,7 +364,7 @@ bool BodyStepper::solve_with_modes()
         double growth = 0;
         for (std::size_t b = 0; b < bodies(); ++b) {
             if (mode_load_[b].size() == 0) continue;
-            Eigen::VectorXd e = mode_load_[b];
+            Eigen::VectorXd e = load_on_modes(b);
             double size = e.norm();
             if (B_[b].size() > 0) {
                 const Eigen::VectorXd r = own(rows_, r_, b);
@@ -337,7 +380,8 @@ bool BodyStepper::solve_with_modes()
                 worst_body = b;
                 worst_motion = e;
             }
-            mode_[b] += scale * e;
+            mode_[b] +=
+                mode_scale_[b] > 0 ? Eigen::VectorXd(mode_gain(b) * e) : Eigen::VectorXd(scale * e);
             growth = std::max(growth, mode_[b].norm() / body(b).size());
         }
         if (worst <= 0.01 * options_.tolerance) return true;

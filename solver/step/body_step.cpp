@@ -221,10 +221,11 @@ Vec3 BodyStepper::moved(const BodyContact& c) const
 }
 
 /// What of the motion y_, mode_ is made. On geometry that moves, iterations converge by a factor
-/// each: Anderson's rule extrapolates them from those before. Where an iteration goes back on the
-/// one before and does not at least halve the error (an edge that is on a facet or off it: two
-/// states to swing between), a share of the motion by Aitken's rule. Source: Anderson 1965 as in
-/// Walker & Ni 2011, eq. 1.1; Küttler & Wall 2008, eq. 44.
+/// each: Anderson's rule extrapolates them from those before, but not where nonlinear solids make
+/// that factor small: Newton's method, which extrapolation would spoil. Where an iteration goes
+/// back on the one before and does not at least halve the error (an edge that is on a facet or off
+/// it: two states to swing between), a share of the motion by Aitken's rule. Source: Anderson 1965
+/// as in Walker & Ni 2011, eq. 1.1; Küttler & Wall 2008, eq. 44.
 void BodyStepper::relax()
 {
     left_out_ = 0;
@@ -245,6 +246,11 @@ void BodyStepper::relax()
     const bool newton = all_in_matrix(); // nothing to extrapolate
     // What is left of the motion is the rounding of its solution, which extrapolation blows up.
     const bool there = !errors_.empty() && errors_.back() <= report_.threshold;
+    constexpr double kFast = 0.3;
+    const bool fast =
+        motion_before_.size() == size && motion.norm() < kFast * motion_before_.norm() &&
+        std::ranges::any_of(system_.refs,
+                            [](const BodyRef& b) { return b.solid && b.solid->nonlinear(); });
     relaxing_ = !newton && !there && errors_.size() > 2 &&
                 errors_.back() > 0.5 * errors_[errors_.size() - 2] &&
                 motion_before_.size() == size && motion_before_.dot(motion) < 0;
@@ -255,7 +261,7 @@ void BodyStepper::relax()
         if (relaxing_ && length > 0) {
             relaxation_ = std::clamp(-relaxation_ * motion_before_.dot(change) / length, 0.1, 1.0);
             made = relaxation_ * motion;
-        } else if (!relaxing_) {
+        } else if (!relaxing_ && !fast) {
             made = extrapolated(motion, change);
         }
     }

@@ -86,6 +86,10 @@ private:
     std::string who(int contact) const;
     double give_of(std::size_t coupling) const; ///< of a spring's row, 0 of a joint's
     double mode_weight() const;
+    bool stressed(std::size_t b) const; ///< a body of the kind that solid_free.cpp is about
+    Eigen::MatrixXd mode_stiffness(std::size_t b) const;
+    Eigen::VectorXd load_on_modes(std::size_t b) const;
+    Eigen::MatrixXd mode_gain(std::size_t b) const;
 
     BodySystem& system_;
     const StepInput& step_;

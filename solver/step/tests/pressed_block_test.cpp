@@ -99,3 +99,60 @@ TEST_CASE("a pressed block that its floor alone keeps stable, whose contacts fee
         CHECK(r.records.back().certificate.error <= 1e-8);
     }
 }
+
+TEST_CASE("a block that contacts alone hold under a dead load: Newton's method, to the closed form")
+{
+    // Uniform where nothing rubs: mu (a - 1 / a) + lambda ln J / a is the nominal stress along each
+    // axis, 0 across the load.
+    const double E = 1e5, nu = 0.3, size = 0.1;
+    const double mu = E / (2 * (1 + nu)), lambda = E * nu / ((1 + nu) * (1 - 2 * nu));
+    const auto closed_form = [&](double p, double& across) {
+        const auto stress = [&](double a, double ln_J) {
+            return mu * (a - 1 / a) + lambda * ln_J / a;
+        };
+        const auto across_of = [&](double along) {
+            double low = 0.5, high = 2;
+            for (int i = 0; i < 100; ++i) {
+                const double a = 0.5 * (low + high);
+                (stress(a, std::log(along * a * a)) > 0 ? high : low) = a;
+            }
+            return 0.5 * (low + high);
+        };
+        double low = 0.5, high = 1;
+        for (int i = 0; i < 100; ++i) {
+            const double a = 0.5 * (low + high), b = across_of(a);
+            (stress(a, std::log(a * b * b)) > -p ? high : low) = a;
+        }
+        across = across_of(low);
+        const double ln_J = std::log(low * across * across);
+        return size * size * size *
+               (0.5 * mu * (low * low + 2 * across * across - 3) - mu * ln_J +
+                0.5 * lambda * ln_J * ln_J);
+    };
+    for (const auto& [element, p] : {std::pair("H8", 5e3), {"H8", 2e4}, {"T10", 5e3}, {"T4", 5e3}})
+        for (const double friction : {0.0, 0.5}) {
+            CAPTURE(std::string(element));
+            CAPTURE(p);
+            CAPTURE(friction);
+            const Result r = run(fmt::format(
+                R"("bodies": {{"floor": {{{}}}, "block": {{"kind": "solid",
+                   "mesh": {{"generate": "box", "size": [0.1, 0.1, 0.1], "centre": [0, 0, 0.05],
+                             "cells": [3, 3, 3], "element": "{}"}},
+                   "material": {{"law": "neo_hooke", "youngs_modulus": {}, "poisson_ratio": {}}},
+                   "loads": [{{"set": "z_max", "traction": [0, 0, -{}], "over": [[0, 0], [1, 1]]}}]}}}},
+                   "contact": [{{"between": ["block", "floor"], "friction": {}}}],
+                   "time": {{"step": 1, "end": 1}})",
+                kPlane, element, E, nu, p, friction));
+            REQUIRE_MESSAGE(r.summary.message == "", r.summary.message);
+            // Quadratic: 6e-2, 2e-3, 3e-6, 1e-10.
+            CHECK(r.records.back().factorisations <= 5);
+            CHECK(r.value("block_on_floor_force_z") ==
+                  doctest::Approx(p * size * size).epsilon(1e-8));
+            double across = 0;
+            const double energy = closed_form(p, across);
+            if (friction > 0)
+                CHECK(r.records.back().energy.elastic < energy); // the floor holds it back
+            else
+                CHECK(r.records.back().energy.elastic == doctest::Approx(energy).epsilon(1e-7));
+        }
+}

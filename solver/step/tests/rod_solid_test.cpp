@@ -382,7 +382,8 @@ TEST_CASE("a rod that begins inside a solid is refused with the place")
 
 TEST_CASE("a rope over an elastic drum is drawn as a belt: exp(mu theta) at its surface")
 {
-    // It hangs a little off it, takes up 10 N at its end and is drawn over it.
+    // It hangs a little off it, takes up 10 N at its end and is drawn over it. It is never slack:
+    // then round-off would say where it lies.
     const double R = 0.05, r = 0.001, mu = 0.2, off = 2e-4;
     for (const char* element : {"H8", "T4"}) {
         CAPTURE(element);
@@ -397,7 +398,7 @@ TEST_CASE("a rope over an elastic drum is drawn as a belt: exp(mu theta) at its 
                     "angle": 3.141592653589793}}, {{"length": 0.1}}], "start": [{}, 0, -0.1],
                     "direction": [0, 0, 1], "normal": [1, 0, 0]}}, "stress_free": true}},
                 "hold": [{{"set": "start", "x": [[0, 0], [1, 0]], "z": [[0, 0], [1, -0.004], [1.5, -0.012]]}}],
-                "loads": [{{"set": "end", "force": [0, 0, -10], "over": [[0, 0], [1, 1]]}}]}}}},
+                "loads": [{{"set": "end", "force": [0, 0, -10], "over": [[0, 0.02], [1, 1]]}}]}}}},
             "contact": [{{"between": ["rope", "drum"], "friction": {}}}],
             "time": {{"step": 0.05, "end": 1.5}})",
             R, element, 0.2 + 3.141592653589793 * (R + r + off), r, R + r + off, -(R + r + off),
