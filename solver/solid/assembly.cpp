@@ -172,9 +172,13 @@ Eigen::VectorXd symmetric_times(const SolidPattern& pattern, const SparseMatrix&
             const Eigen::Index height = 3 * Eigen::Index(last - first);
             if (near.size() < std::size_t(height)) near.resize(std::size_t(height));
             double* to = near.data();
-            for (std::int32_t k = first; k < last; ++k, to += 3)
-                std::copy_n(x.data() + 3 * std::ptrdiff_t(pattern.neighbour[std::size_t(k)]), 3,
-                            to);
+            for (std::int32_t k = first; k < last; ++k, to += 3) {
+                const double* from =
+                    x.data() + 3 * std::ptrdiff_t(pattern.neighbour[std::size_t(k)]);
+                to[0] = from[0]; // copy_n would call memmove for each
+                to[1] = from[1];
+                to[2] = from[2];
+            }
             Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>> block(value, height, 3);
             y.segment<3>(3 * Eigen::Index(node)).noalias() =
                 block.transpose() * Eigen::Map<const Eigen::VectorXd>(near.data(), height);
