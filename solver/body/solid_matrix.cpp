@@ -226,8 +226,11 @@ void SolidBody::use_threads(int threads)
 
 void SolidBody::drop_step_matrix()
 {
-    matrix_->S = SparseMatrix();
-    matrix_->parts = Elimination();
+    SolidMatrix& m =
+        *matrix_; // swapped: a matrix that an empty one is assigned to keeps its memory
+    for (SparseMatrix* const A : {&m.S, &m.parts.ff, &m.parts.fc})
+        SparseMatrix().swap(*A);
+    m.parts = {};
 }
 
 /// Of mass and stiffness in A.

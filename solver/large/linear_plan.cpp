@@ -175,6 +175,7 @@ FactorCost factor_cost(const VolumeMesh& mesh, bool analyse)
     std::iota(node.begin(), node.end(), 0);
     SupernodalOptions options;
     options.relax = {5, 21, 64};
+    options.widest = 170;
     options.node_order = one_dissection(pattern);
     SupernodalFactor factor;
     factor.analyse(Eigen::SparseMatrix<double>(graph), node, options);

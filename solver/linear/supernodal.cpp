@@ -6,8 +6,12 @@
 #include "solver/linear/late.hpp"
 #include "solver/linear/supernodes.hpp"
 
+#include <algorithm>
 #include <cholmod.h>
 #include <cmath>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <new>
 #include <numeric>
 #include <utility>
@@ -17,6 +21,18 @@ namespace {
 
 /// Right-hand sides solved at once: enough for matrix products, a few per cent of L's memory.
 constexpr Eigen::Index kBlock = 48;
+
+/// From here on L's memory counts [80 MB].
+constexpr std::size_t kManyEntries = 10'000'000;
+
+/// To the system: what assembly and analysis gave back lies in pieces that the C library keeps, as
+/// much as a fifth of L.
+void return_free_memory()
+{
+#ifdef __GLIBC__
+    malloc_trim(0);
+#endif
+}
 
 std::span<const std::int32_t> ints(const void* data, std::size_t size)
 {
@@ -88,6 +104,8 @@ struct SupernodalFactor::Parts {
                 parent};
     }
     std::int32_t wrong_pivot() const;
+    void reserve(const FactorSizes& sizes);
+    void cut_wide_supernodes();
     void find_tree();
     void find_workspace();
     void permute_pattern(const Eigen::SparseMatrix<double>& A);
@@ -107,6 +125,59 @@ std::int32_t SupernodalFactor::Parts::wrong_pivot() const
                 return t.first[std::size_t(s)] + k;
         }
     return -1;
+}
+
+/// Makes L one of these sizes, its arrays of integers to be filled, without its numbers.
+void SupernodalFactor::Parts::reserve(const FactorSizes& sizes)
+{
+    late().free_factor(&L, &common);
+    L = late().allocate_factor(std::size_t(sizes.rows), &common);
+    check_status();
+    L->is_ll = L->is_super = L->is_monotonic = 1;
+    L->ordering = CHOLMOD_GIVEN;
+    L->nsuper = std::size_t(sizes.supernodes);
+    L->ssize = std::size_t(sizes.listed_rows);
+    L->xsize = std::size_t(sizes.entries);
+    for (void** const array : {&L->super, &L->pi, &L->px})
+        *array = late().malloc(L->nsuper + 1, sizeof(std::int32_t), &common);
+    L->s = late().malloc(L->ssize, sizeof(std::int32_t), &common);
+    check_status();
+}
+
+/// Into supernodes of equal widths, each with the rows of the next ones below its own.
+void SupernodalFactor::Parts::cut_wide_supernodes()
+{
+    const Supernodes whole = tree({});
+    std::vector<std::int32_t> first, row, row_start{0}, start{0};
+    for (std::int32_t s = 0; s < whole.count(); ++s) {
+        const std::int32_t width = whole.width(s), height = whole.height(s),
+                           parts = (width + options.widest - 1) / options.widest;
+        const auto rows =
+            whole.row.subspan(std::size_t(whole.row_start[std::size_t(s)]), std::size_t(height));
+        for (std::int32_t k = 0; k < parts; ++k) {
+            const auto begin = std::int32_t(std::int64_t(width) * k / parts),
+                       end = std::int32_t(std::int64_t(width) * (k + 1) / parts);
+            first.push_back(whole.first[std::size_t(s)] + begin);
+            row.insert(row.end(), rows.begin() + begin, rows.end());
+            row_start.push_back(std::int32_t(row.size()));
+            start.push_back(start.back() + (end - begin) * (height - begin));
+        }
+    }
+    if (first.size() == std::size_t(whole.count())) return;
+    first.push_back(whole.size());
+    const auto permutation = ints(L->Perm, L->n);
+    const std::vector<std::int32_t> order(permutation.begin(), permutation.end());
+    reserve({whole.size(), std::int64_t(first.size()) - 1, std::int64_t(row.size()), start.back()});
+    const auto keep = [](const std::vector<std::int32_t>& from, void* to) {
+        std::ranges::copy(from, static_cast<std::int32_t*>(to));
+    };
+    keep(order, L->Perm);
+    keep(first, L->super);
+    keep(row_start, L->pi);
+    keep(start, L->px);
+    keep(row, L->s);
+    find_tree();
+    find_workspace();
 }
 
 void SupernodalFactor::Parts::find_tree()
@@ -239,6 +310,7 @@ void SupernodalFactor::analyse(const Eigen::SparseMatrix<double>& A,
     p.check_status();
     AMONTONS_ASSERT(p.L && p.L->is_super);
     p.find_tree();
+    p.cut_wide_supernodes();
     p.permute_pattern(A);
 }
 
@@ -300,6 +372,7 @@ FactorResult SupernodalFactor::factor_taken()
     double shift[2] = {0, 0};
     const BlasThreads threads(p.options.threads);
     p.common.status = CHOLMOD_OK;
+    if (p.L->xtype == CHOLMOD_PATTERN && p.L->xsize > kManyEntries) return_free_memory();
     late().super_numeric(&view, nullptr, shift, p.L, &p.common);
     p.check_status();
     if (p.L->minor < p.L->n) return {false, ints(p.L->Perm, p.L->n)[p.L->minor]};
@@ -438,37 +511,29 @@ bool SupernodalFactor::restore(const FactorSizes& sizes,
     {
         Parts& p = *parts_;
         p.options = options;
-        const auto rows = std::size_t(sizes.rows), supernodes = std::size_t(sizes.supernodes);
-        p.L = late().allocate_factor(rows, &p.common);
-        p.check_status();
+        p.reserve(sizes);
+        p.L->xtype = CHOLMOD_REAL;
         cholmod_factor& L = *p.L;
-        L.is_ll = L.is_super = L.is_monotonic = 1;
-        L.ordering = CHOLMOD_GIVEN;
-        L.xtype = CHOLMOD_REAL;
-        L.nsuper = supernodes;
-        L.ssize = std::size_t(sizes.listed_rows);
-        L.xsize = std::size_t(sizes.entries);
-        const auto ints_of = [&](void*& array, std::size_t size) {
-            array = late().malloc(size, sizeof(std::int32_t), &p.common);
+        FactorSpace space;
+        const auto ints_of = [](void* array, std::size_t size) {
             return std::span(static_cast<std::int32_t*>(array), size);
         };
-        FactorSpace space;
-        space.permutation = {static_cast<std::int32_t*>(L.Perm), rows};
-        space.first = ints_of(L.super, supernodes + 1);
-        space.row_start = ints_of(L.pi, supernodes + 1);
-        space.start = ints_of(L.px, supernodes + 1);
+        space.permutation = ints_of(L.Perm, L.n);
+        space.first = ints_of(L.super, L.nsuper + 1);
+        space.row_start = ints_of(L.pi, L.nsuper + 1);
+        space.start = ints_of(L.px, L.nsuper + 1);
         space.row = ints_of(L.s, L.ssize);
         L.x = late().malloc(L.xsize, sizeof(double), &p.common);
         space.value = {static_cast<double*>(L.x), L.xsize};
         p.check_status();
-        std::vector<char> seen(rows, 0);
+        std::vector<char> seen(L.n, 0);
         const auto is_permutation = [&] {
             for (const std::int32_t k : space.permutation)
-                if (k < 0 || std::size_t(k) >= rows || std::exchange(seen[std::size_t(k)], 1))
+                if (k < 0 || std::size_t(k) >= L.n || std::exchange(seen[std::size_t(k)], 1))
                     return false;
             return true;
         };
-        if (fill(space) && is_permutation() && std::size_t(space.first.back()) == rows &&
+        if (fill(space) && is_permutation() && std::size_t(space.first.back()) == L.n &&
             is_consistent(p.tree(space.value))) {
             p.find_tree();
             p.find_workspace();

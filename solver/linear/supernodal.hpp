@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <array>
 #include <functional>
 #include <memory>
 #include <span>
@@ -20,6 +21,9 @@ struct SupernodalOptions {
     /// Columns up to which supernodes are joined at the cost of some zeros; CHOLMOD's own are 4,
     /// 16, 48. Wider ones suit large unstructured meshes (docs/theory/compliance.md).
     std::array<std::int32_t, 3> relax{16, 64, 192};
+    /// Most columns of one supernode: wider ones are cut, as half of their square blocks are zeros
+    /// that take memory, and updates of a whole one need as much again.
+    std::int32_t widest = 512;
     /// Of BLAS; results may differ in the last bits between numbers of threads.
     int threads = 1;
 };

@@ -9,6 +9,8 @@ namespace {
 
 /// Nodes whose columns are solved at once.
 constexpr std::size_t kNodesAtOnce = 16;
+/// Right-hand sides of whole solves at once.
+constexpr Eigen::Index kSolvedAtOnce = 16;
 
 } // namespace
 
@@ -356,21 +358,44 @@ Eigen::VectorXd SolidCompliance::surface_displacement(const Eigen::VectorXd& f)
 bool SolidCompliance::surface_displacements(const SparseMatrix& F, Eigen::MatrixXd& Y) const
 {
     AMONTONS_ASSERT(!all_rows_ && F.rows() == 3 * Eigen::Index(surface_node_.size()));
-    const auto each = [&](auto visit) {
-        for (Eigen::Index j = 0; j < F.cols(); ++j)
-            for (SparseMatrix::InnerIterator at(F, j); at; ++at)
-                if (!visit(j, std::int32_t(at.row() / 3), at.row() % 3, at.value())) return false;
-        return true;
-    };
-    if (!each([&](Eigen::Index, std::int32_t s, Eigen::Index, double) {
-            return column_of_[std::size_t(s)] >= 0;
-        }))
-        return false;
+    std::vector<char> acts(surface_node_.size(), 0);
+    for (Eigen::Index k = 0; k < F.nonZeros(); ++k)
+        acts[std::size_t(F.innerIndexPtr()[k] / 3)] = 1;
+    std::size_t nodes = 0;
+    bool all_kept = true;
+    for (std::size_t s = 0; s < acts.size(); ++s) {
+        nodes += acts[s] ? 1 : 0;
+        all_kept = all_kept && (!acts[s] || column_of_[s] >= 0);
+    }
+    if (!all_kept && nodes <= most_columns_) return false;
     Y.setZero(F.rows(), F.cols());
-    return each([&](Eigen::Index j, std::int32_t s, Eigen::Index axis, double force) {
-        Y.col(j) += force / scale_ * column(s).col(axis);
+    if (!all_kept) {
+        solve_on_surface(F, Y);
         return true;
-    });
+    }
+    for (Eigen::Index j = 0; j < F.cols(); ++j)
+        for (SparseMatrix::InnerIterator at(F, j); at; ++at)
+            Y.col(j) += at.value() / scale_ * column(std::int32_t(at.row() / 3)).col(at.row() % 3);
+    return true;
+}
+
+/// By the factor, some columns at a time: all rows of all of them may not fit into the memory.
+void SolidCompliance::solve_on_surface(const SparseMatrix& F, Eigen::MatrixXd& Y) const
+{
+    const auto number = [&](Eigen::Index row) {
+        return dofs_
+            .number[3 * std::size_t(surface_node_[std::size_t(row / 3)]) + std::size_t(row % 3)];
+    };
+    Eigen::MatrixXd X;
+    for (Eigen::Index first = 0; first < F.cols(); first += kSolvedAtOnce) {
+        X.setZero(Eigen::Index(dofs_.free.size()), std::min(kSolvedAtOnce, F.cols() - first));
+        for (Eigen::Index j = 0; j < X.cols(); ++j)
+            for (SparseMatrix::InnerIterator at(F, first + j); at; ++at)
+                if (number(at.row()) >= 0) X(number(at.row()), j) = at.value() / scale_;
+        factor_.solve(X);
+        for (Eigen::Index row = 0; row < Y.rows(); ++row)
+            if (number(row) >= 0) Y.row(row).segment(first, X.cols()) = X.row(number(row));
+    }
 }
 
 Eigen::VectorXd SolidCompliance::solved(const Eigen::VectorXd& f)

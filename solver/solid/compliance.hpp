@@ -74,10 +74,10 @@ public:
     /// missing.
     /// @param f  3 surface nodes in the order given [N]
     Eigen::VectorXd surface_displacement(const Eigen::VectorXd& f);
-    /// The same of many such forces at once, the columns of F, where all columns of A^-1 that it
-    /// takes are kept.
+    /// The same of many such forces at once, the columns of F: from kept columns, or by the factor
+    /// where there is no room for all that it takes.
     /// @param Y  3 surface nodes x columns
-    /// @return   false, and nothing done, if some are missing
+    /// @return   false, and nothing done, if some that there is room for are missing
     bool surface_displacements(const SparseMatrix& F, Eigen::MatrixXd& Y) const;
     /// x = A^-1 f of the free degrees of freedom, for forces on the surface: from columns with all
     /// rows, or one solve.
@@ -125,6 +125,7 @@ private:
     void solve_columns(std::span<const std::int32_t> missing);
     void add_expected(std::vector<std::int32_t>& missing);
     std::int32_t free_column();
+    void solve_on_surface(const SparseMatrix& F, Eigen::MatrixXd& Y) const;
     Eigen::VectorXd moved_by(std::span<const Vec3> force) const;
     Eigen::VectorXd on_surface(const Eigen::VectorXd& x) const;
 

@@ -77,6 +77,7 @@ Hash128 factor_key(const VolumeMesh& mesh, std::span<const SolidMaterial> materi
     print.add(std::uint64_t(options.ordering));
     for (const std::int32_t relax : options.relax)
         print.add(std::uint64_t(relax));
+    print.add(std::uint64_t(options.widest));
     return print.hash();
 }
 

@@ -314,6 +314,17 @@ TEST_CASE("displacements obey K x = f, and their work is that of W")
     REQUIRE(fresh.surface_displacements(F, Y));
     CHECK(distance(Y.col(0), on_surface(b, x) / 2) < 1e-12);
     CHECK(distance(Y.col(1), -1.5 * on_surface(b, x)) < 1e-12);
+
+    // No room for the columns of all nodes: by the factor, however many there are.
+    SolidCompliance tight = compliance_of(b, 2 * b.bytes_of_column());
+    tight.set_scale(2);
+    Eigen::MatrixXd more(one.size(), 40);
+    for (Eigen::Index j = 0; j < more.cols(); ++j)
+        more.col(j) = double(j) * one;
+    REQUIRE(tight.surface_displacements(more.sparseView(), Y));
+    for (Eigen::Index j = 1; j < more.cols(); ++j)
+        CHECK(distance(Y.col(j), double(j) * on_surface(b, x) / 2) < 1e-12);
+    CHECK(tight.counts().columns_solved == 0);
 }
 
 TEST_CASE("columns with all rows move the whole body, and who expects solves gets them early")
