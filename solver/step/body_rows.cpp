@@ -47,15 +47,22 @@ public:
         const auto before = [](const auto& a, const auto& b) { return a.row() < b.row(); };
         if (!std::is_sorted(column.begin(), column.end(), before))
             std::stable_sort(column.begin(), column.end(), before);
+        const std::size_t begin = inner_.size();
+        inner_.resize(begin + column.size());
+        value_.resize(begin + column.size());
+        int row = -1;
+        std::size_t end = begin;
         for (const auto& entry : column) {
-            if (std::size_t(outer_.back()) < inner_.size() && inner_.back() == entry.row()) {
-                value_.back() += entry.value();
+            if (entry.row() == row) {
+                value_[end - 1] += entry.value();
                 continue;
             }
-            inner_.push_back(entry.row());
-            value_.push_back(entry.value());
+            inner_[end] = row = entry.row();
+            value_[end++] = entry.value();
         }
-        outer_.push_back(int(inner_.size()));
+        inner_.resize(end);
+        value_.resize(end);
+        outer_.push_back(int(end));
     }
     /// Adds a column of another matrix.
     void add(const SparseColumns& from, Eigen::Index column)
@@ -67,9 +74,12 @@ public:
     }
     SparseColumns matrix(Eigen::Index rows) const
     {
-        return Eigen::Map<const SparseColumns>(rows, Eigen::Index(outer_.size()) - 1,
-                                               Eigen::Index(inner_.size()), outer_.data(),
-                                               inner_.data(), value_.data());
+        SparseColumns A(rows, Eigen::Index(outer_.size()) - 1);
+        A.resizeNonZeros(Eigen::Index(inner_.size()));
+        std::ranges::copy(outer_, A.outerIndexPtr());
+        std::ranges::copy(inner_, A.innerIndexPtr());
+        std::ranges::copy(value_, A.valuePtr());
+        return A;
     }
 
 private:
