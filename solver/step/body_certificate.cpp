@@ -83,8 +83,7 @@ bool BodyStepper::holds_at_end()
         now[key(c)] = c;
     Eigen::VectorXd r = Eigen::VectorXd::Zero(solved_rows.count);
     Eigen::VectorXd u(solved_rows.count);
-    Rows acting;
-    std::vector<double> acting_r;
+    std::vector<ActingForce> acting;
     double lost = 0, total = 0;
     for (std::size_t i = 0; i < keys.size(); ++i) {
         const int size = amontons::rows_of(solved.kind[i]);
@@ -107,11 +106,12 @@ bool BodyStepper::holds_at_end()
             const int c = at->second - int(list_.contact.size());
             u[solved_rows.first[i]] += give_of(std::size_t(c)) * r[solved_rows.first[i]];
         }
-        if (!f.isZero(0)) {
-            acting.chosen.push_back(at->second);
-            for (int j = 0; j < size; ++j)
-                acting_r.push_back(own[j]);
-        }
+        if (f.isZero(0)) continue;
+        const Vec3 along =
+            joint ? Vec3(own[0] * joints_[std::size_t(at->second) - list_.contact.size()].direction)
+                  : Vec3(list_.contact[std::size_t(at->second)].frame.leftCols(size) *
+                         own.head(size));
+        acting.push_back({at->second, along});
     }
     problem_ = solved;
     rows_ = solved_rows;
@@ -128,9 +128,7 @@ bool BodyStepper::holds_at_end()
                                    new_overlap * (step_.dynamic ? step_.h : 1), who(c));
         }
     double shift = total > 0 && !nothing_ ? lost / total : 0;
-    make_rows(contacts(), acting);
-    const std::vector<Eigen::VectorXd> f = forces(
-        acting, Eigen::Map<const Eigen::VectorXd>(acting_r.data(), Eigen::Index(acting_r.size())));
+    const std::vector<Eigen::VectorXd> f = forces_on_bodies(contacts(), acting);
     double imbalance = 0;
     for (std::size_t b = 0; b < bodies(); ++b) {
         const double size = passing[b];

@@ -5,7 +5,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <numeric>
-#include <span>
 
 namespace amontons {
 namespace {
@@ -44,9 +43,6 @@ class ColumnList {
 public:
     void add(std::vector<Eigen::Triplet<double>>& column)
     {
-        const auto before = [](const auto& a, const auto& b) { return a.row() < b.row(); };
-        if (!std::is_sorted(column.begin(), column.end(), before))
-            std::stable_sort(column.begin(), column.end(), before);
         const std::size_t begin = inner_.size();
         inner_.resize(begin + column.size());
         value_.resize(begin + column.size());
@@ -56,6 +52,12 @@ public:
             if (entry.row() == row) {
                 value_[end - 1] += entry.value();
                 continue;
+            }
+            if (entry.row() < row) {
+                inner_.resize(begin);
+                value_.resize(begin);
+                std::ranges::stable_sort(column, {}, [](const auto& e) { return e.row(); });
+                return add(column);
             }
             inner_[end] = row = entry.row();
             value_[end++] = entry.value();
@@ -120,6 +122,24 @@ void make_rows(const Contacts& k, Rows& p)
     p.columns.clear();
     for (std::size_t b = 0; b < bodies; ++b)
         p.columns.push_back(columns[b].matrix(k.bodies[b].body->unknowns()));
+}
+
+std::vector<Eigen::VectorXd> forces_on_bodies(const Contacts& k,
+                                              std::span<const ActingForce> acting)
+{
+    std::vector<Eigen::VectorXd> on;
+    for (const BodyRef& b : k.bodies)
+        on.push_back(Eigen::VectorXd::Zero(b.body->unknowns()));
+    std::vector<Eigen::Triplet<double>> column;
+    for (const ActingForce& a : acting)
+        for (const Side& s : sides_of(k, a.contact)) {
+            if (s.body < 0 || on[std::size_t(s.body)].size() == 0) continue;
+            column.clear();
+            k.bodies[std::size_t(s.body)].body->add_column(s.place, a.force, s.sign, 0, column);
+            for (const auto& entry : column)
+                on[std::size_t(s.body)][entry.row()] += entry.value();
+        }
+    return on;
 }
 
 void choose_rows(const Rows& all, Rows& p)

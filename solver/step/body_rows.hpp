@@ -5,6 +5,7 @@
 #include "solver/step/couplings.hpp"
 
 #include <array>
+#include <span>
 
 // Contacts and couplings as rows of one problem: where each stands, what it maps to on its bodies,
 // and its value at the iterate.
@@ -43,7 +44,16 @@ std::array<Side, 2> sides_of(const Contacts& k, int c);
 /// The rows of p.chosen, into the rest of p.
 void make_rows(const Contacts& k, Rows& p);
 
-/// The same, of rows that are there for every contact and coupling.
+/// A contact or coupling and the force of its rows on its first side [N].
+struct ActingForce {
+    int contact;
+    Vec3 force;
+};
+/// These forces on the unknowns of each body: C r, without C.
+std::vector<Eigen::VectorXd> forces_on_bodies(const Contacts& k,
+                                              std::span<const ActingForce> acting);
+
+/// Rows of some, of those that are there for every contact and coupling.
 /// @param p  its `chosen` is given, ascending
 void choose_rows(const Rows& all, Rows& p);
 

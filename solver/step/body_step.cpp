@@ -79,24 +79,18 @@ void BodyStepper::tell_firm_contacts()
 {
     const auto leans = [](const BodyRef& b) { return b.solid && b.solid->leans(); };
     if (step_.dynamic || std::none_of(system_.refs.begin(), system_.refs.end(), leans)) return;
-    Rows firm;
-    std::vector<Vec3> force;
+    std::vector<ActingForce> firm;
     for (int c = 0; c < int(list_.contact.size()); ++c) {
         const BodyContact& contact = list_.contact[std::size_t(c)];
         const auto known = force_.find(key(c));
         if (known == force_.end() ||
             (contact.b >= 0 && !fixed(std::size_t(contact.a)) && !fixed(std::size_t(contact.b))))
             continue;
-        firm.chosen.push_back(c);
-        force.push_back(contact.frame.transpose() * known->second);
+        const int n = rows_of(system_.finder.pairs()[std::size_t(contact.pair)]);
+        const Vec3 own = contact.frame.transpose() * known->second;
+        firm.push_back({c, contact.frame.leftCols(n) * own.head(n)});
     }
-    make_rows(contacts(), firm);
-    Eigen::VectorXd r(firm.count);
-    for (std::size_t i = 0; i < firm.chosen.size(); ++i) {
-        const int end = i + 1 < firm.first.size() ? firm.first[i + 1] : firm.count;
-        r.segment(firm.first[i], end - firm.first[i]) = force[i].head(end - firm.first[i]);
-    }
-    const std::vector<Eigen::VectorXd> on = forces(firm, r);
+    const std::vector<Eigen::VectorXd> on = forces_on_bodies(contacts(), firm);
     for (std::size_t b = 0; b < bodies(); ++b)
         if (leans(system_.refs[b])) system_.refs[b].solid->lean_on(on[b]);
 }
