@@ -8,6 +8,7 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <cstdlib>
 #include <exception>
 #include <limits>
 #include <malloc.h>
@@ -73,11 +74,20 @@ void keep_memory()
 #endif
 }
 
+/// OpenBLAS, when it is loaded, starts a thread for each processor, and idle ones spin for a while:
+/// a tenth of a second of processor time in a run that uses one. BlasThreads starts those that are
+/// asked for.
+void no_idle_blas_threads()
+{
+    ::setenv("OPENBLAS_NUM_THREADS", "1", 0); // what the user has set stays
+}
+
 } // namespace
 
 int main(int argc, char** argv)
 {
     keep_memory();
+    no_idle_blas_threads();
     std::signal(SIGXFSZ, SIG_IGN); // a full quota is an error of write(2), not an end
     std::signal(SIGPIPE, SIG_IGN);
 

@@ -116,7 +116,8 @@ def scene(case, level, meshes):
                                 "poisson_ratio": 0})
         del prism["youngs_modulus"], prism["poisson_ratio"]
         bodies, pair = {"b": prism}, None
-    accuracy = {"contact": 1e-11 if case == "patch" else 1e-8}
+    # The patch test is exact but for what the steps leave: on nodes of small area 1e4 times that.
+    accuracy = {"contact": 1e-13 if case == "patch" else 1e-8}
     return {"schema": 1, "title": case, "accuracy": accuracy, "bodies": bodies,
             "contact": [pair] if pair else [], "time": time,
             "output": {"picture": False, "plots": False, "every": 1000}}

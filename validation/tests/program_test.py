@@ -448,6 +448,28 @@ class Output(Case):
         self.assertEqual(histories[0], histories[1])
         self.assertEqual(histories[0], histories[2])
 
+    @unittest.skipIf(STUB, "the stub has no bodies")
+    def test_one_thread_unless_more_are_asked_for(self):
+        """BLAS, once it is loaded, starts none either: they would spin."""
+        environment = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+        with subprocess.Popen(
+                [PROGRAM, "run", str(ROOT / "examples/first_block/scene.json"), "--output", "out", "--set",
+                 "time.end=1000", "--set", "output.picture=false", "--set", "output.plots=false"],
+                cwd=self.folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as run:
+            history = self.folder / "out/history.csv"
+            until = time.monotonic() + 60
+            while not (history.exists() and len(history.read_text().splitlines()) > 4):
+                self.assertIsNone(run.poll())
+                self.assertLess(time.monotonic(), until)
+                time.sleep(0.01)
+            maps = pathlib.Path(f"/proc/{run.pid}/maps").read_text()
+            threads = len(list(pathlib.Path(f"/proc/{run.pid}/task").iterdir()))
+            run.send_signal(signal.SIGINT)
+        self.assertEqual(run.returncode, 130)
+        self.assertIn("libcholmod", maps)
+        if "libtsan" not in maps: # has a thread of its own
+            self.assertEqual(threads, 1)
+
     def test_quiet(self):
         result = self.run_to("out", "--quiet")
         self.assertEqual((result.returncode, result.stdout, result.stderr), (0, "", ""))
