@@ -102,53 +102,52 @@ void CondensedSolid::make_parts()
             if (!p.dofs.empty()) parts_of_u_.push_back(std::move(p));
         }
 
-    // What each does, everywhere; kept at the touching nodes and as products.
-    const std::size_t n = parts_of_u_.size();
-    std::vector<Eigen::VectorXd> u(n), ku(n);
-    for (std::size_t j = 0; j < n; ++j) {
-        Part& p = parts_of_u_[j];
-        u[j] = Eigen::VectorXd::Zero(size);
-        for (const std::int32_t dof : p.dofs)
-            u[j][dof] = 1;
-        Eigen::VectorXd f = p.prescribed ? Eigen::VectorXd(-(matrix_->K * u[j])) : p.force;
-        Eigen::VectorXd free(Eigen::Index(dofs_.free.size()));
-        for (std::size_t i = 0; i < dofs_.free.size(); ++i)
-            free[Eigen::Index(i)] = f[dofs_.free[i]];
-        free = solved(free);
-        for (std::size_t i = 0; i < dofs_.free.size(); ++i)
-            u[j][dofs_.free[i]] = free[Eigen::Index(i)];
-        ku[j] = matrix_->K * u[j];
-        if (!p.prescribed) ku[j] -= p.force;
-        p.at_touching.resize(at3(touching_.size()));
-        for (std::size_t k = 0; k < touching_.size(); ++k)
-            p.at_touching.segment<3>(at3(k)) = u[j].segment<3>(3 * touching_[k]);
-        p.on_modes = Eigen::VectorXd::Zero(rigid_.R.cols());
-        if (!p.prescribed && rigid_.R.cols() > 0) p.on_modes = rigid_.R.transpose() * p.force;
-        p.mean_motion = mean_motion(u[j]);
+    // What each does, everywhere; kept at the touching nodes and as products. After them, forces
+    // that tell the mean motion (A is symmetric). All are solved for at once.
+    const Eigen::Index n = Eigen::Index(parts_of_u_.size()), modes = rigid_.R.cols();
+    Eigen::MatrixXd U = Eigen::MatrixXd::Zero(size, n + modes);
+    Eigen::MatrixXd free(Eigen::Index(dofs_.free.size()), n + modes);
+    for (Eigen::Index j = 0; j < n + modes; ++j) {
+        Eigen::VectorXd f;
+        if (j >= n)
+            f = rigid_.R.col(j - n) / rigid_.R.col(j - n).squaredNorm();
+        else if (const Part& p = parts_of_u_[std::size_t(j)]; p.prescribed) {
+            for (const std::int32_t dof : p.dofs)
+                U(dof, j) = 1;
+            f = -(matrix_->K * U.col(j));
+        } else
+            f = p.force;
+        free.col(j) = free_part(f);
     }
-    between_.resize(Eigen::Index(n), Eigen::Index(n));
-    for (std::size_t i = 0; i < n; ++i)
-        for (std::size_t j = 0; j < n; ++j) {
-            double sum = 0;
-            if (parts_of_u_[i].prescribed)
-                for (const std::int32_t dof : parts_of_u_[i].dofs)
-                    sum += ku[j][dof];
-            else
-                sum = parts_of_u_[i].force.dot(u[j]);
-            between_(Eigen::Index(i), Eigen::Index(j)) = sum;
+    solve_all(free);
+    for (Eigen::Index j = 0; j < n + modes; ++j)
+        for (std::size_t i = 0; i < dofs_.free.size(); ++i)
+            U(dofs_.free[i], j) = free(Eigen::Index(i), j);
+    const auto at_touching = [&](Eigen::Index j) {
+        Eigen::VectorXd u(at3(touching_.size()));
+        for (std::size_t k = 0; k < touching_.size(); ++k)
+            u.segment<3>(at3(k)) = U.col(j).segment<3>(3 * touching_[k]);
+        return u;
+    };
+    between_.resize(n, n);
+    for (Eigen::Index j = 0; j < n; ++j) {
+        Part& p = parts_of_u_[std::size_t(j)];
+        Eigen::VectorXd held = matrix_->K * U.col(j);
+        if (!p.prescribed) held -= p.force;
+        p.at_touching = at_touching(j);
+        p.on_modes = Eigen::VectorXd::Zero(modes);
+        if (!p.prescribed && modes > 0) p.on_modes = rigid_.R.transpose() * p.force;
+        p.mean_motion = mean_motion(U.col(j));
+        for (Eigen::Index i = 0; i < n; ++i) {
+            const Part& by = parts_of_u_[std::size_t(i)];
+            between_(i, j) = by.prescribed ? 0 : by.force.dot(U.col(j));
+            for (const std::int32_t dof : by.dofs)
+                between_(i, j) += held[dof];
         }
-
-    mean_of_force_.resize(at3(touching_.size()), rigid_.R.cols());
-    for (Eigen::Index m = 0; m < rigid_.R.cols(); ++m) { // A is symmetric
-        Eigen::VectorXd y(Eigen::Index(dofs_.free.size())), whole = Eigen::VectorXd::Zero(size);
-        for (std::size_t i = 0; i < dofs_.free.size(); ++i)
-            y[Eigen::Index(i)] = rigid_.R(dofs_.free[i], m) / rigid_.R.col(m).squaredNorm();
-        y = solved(y);
-        for (std::size_t i = 0; i < dofs_.free.size(); ++i)
-            whole[dofs_.free[i]] = y[Eigen::Index(i)];
-        for (std::size_t k = 0; k < touching_.size(); ++k)
-            mean_of_force_.block<3, 1>(at3(k), m) = whole.segment<3>(3 * touching_[k]);
     }
+    mean_of_force_.resize(at3(touching_.size()), modes);
+    for (Eigen::Index m = 0; m < modes; ++m)
+        mean_of_force_.col(m) = at_touching(n + m);
 }
 
 Eigen::VectorXd CondensedSolid::amounts(double t) const

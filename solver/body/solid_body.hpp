@@ -221,6 +221,7 @@ protected:
     double filtered_loss(const Eigen::VectorXd& momentum) const; ///< [J]
     void end_memory(const Eigen::VectorXd& start_velocity, const Eigen::VectorXd& elastic);
     Eigen::VectorXd solved(const Eigen::VectorXd& f) const;    ///< of the free unknowns
+    void solve_all(Eigen::MatrixXd& F) const;                  ///< the same of every column
     Eigen::VectorXd with_pins(const Eigen::VectorXd& y) const; ///< and 0 at the pins
     std::vector<double> kept_columns() const;
     void keep_columns(std::span<const double> kept);

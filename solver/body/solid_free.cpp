@@ -86,9 +86,8 @@ void SolidBody::find_border()
     Z.leftCols(held) = held_up_;
     for (Eigen::Index m = 0; m < modes; ++m)
         Z.col(held + m) = size * free_part(rigid_.R.col(m));
-    border_.resize(Z.rows(), Z.cols());
-    for (Eigen::Index j = 0; j < Z.cols(); ++j)
-        border_.col(j) = matrix_->factor.solved(Z.col(j));
+    border_ = Z;
+    matrix_->factor.solve(border_);
     Eigen::MatrixXd T = -Z.transpose() * border_;
     T.diagonal().head(held).array() += 1;
     T = (0.5 * (T + T.transpose())).eval();

@@ -333,6 +333,16 @@ Eigen::VectorXd SolidBody::solved(const Eigen::VectorXd& f) const
     return matrix_->constant->factor().solved(f) / matrix_->scale;
 }
 
+void SolidBody::solve_all(Eigen::MatrixXd& F) const
+{
+    if (matrix_->constant && !iterative_ && F.rows() > 0) {
+        matrix_->constant->factor().solve(F);
+        F /= matrix_->scale;
+    } else
+        for (Eigen::Index j = 0; j < F.cols(); ++j)
+            F.col(j) = solved(F.col(j));
+}
+
 bool SolidBody::kept_W(const SparseColumns& C, Eigen::MatrixXd& W) const
 {
     if (last_columns_.cols() == 0 || last_made_ != matrix_->made || !same(C, last_columns_))

@@ -8,10 +8,14 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
 #include <exception>
 #include <limits>
 #include <malloc.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 using namespace amontons;
 
@@ -65,12 +69,26 @@ int report_arguments(const CLI::App& program, const CLI::ParseError& error, Sess
 }
 
 /// A run makes and drops the same large blocks in every step: the system would fill each with zeros
-/// anew, which took a third of the time of large piles.
+/// anew, which took a third of the time of large piles. What it fills for the first time comes in
+/// pages of two megabytes where the system gives them on request: a tenth of the time of solids of
+/// 2000 to 7000 nodes. Small scenes stay below the first of them.
 void keep_memory()
 {
 #ifdef __GLIBC__
     mallopt(M_MMAP_MAX, 0);
     mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+    constexpr std::uintptr_t kPage = std::uintptr_t(2) << 20;
+    constexpr int kReserved = 1 << 29, kUsual = 128 << 10; // of addresses [bytes]
+    const auto end = [] { return reinterpret_cast<std::uintptr_t>(::sbrk(0)); };
+    for (const auto bound : {RLIMIT_AS, RLIMIT_DATA}) // there, addresses count as memory
+        if (rlimit most; ::getrlimit(bound, &most) != 0 || most.rlim_cur != RLIM_INFINITY) return;
+    const std::uintptr_t start = end();
+    mallopt(M_TOP_PAD, kReserved);             // the heap's end moves by that once, if it may
+    void* volatile moves = std::malloc(kPage); // volatile: compilers leave out unused memory
+    std::free(moves);
+    mallopt(M_TOP_PAD, kUsual);
+    const std::uintptr_t first = (start / kPage + 1) * kPage;
+    if (end() > first) ::madvise(reinterpret_cast<void*>(first), end() - first, MADV_HUGEPAGE);
 #endif
 }
 

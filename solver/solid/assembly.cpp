@@ -41,11 +41,16 @@ SolidPattern make_pattern(const VolumeMesh& mesh)
 {
     const auto count = static_cast<std::int32_t>(mesh.nodes.size());
     // Elements of each node first: its neighbours are then found one node at a time.
+    struct Place {
+        std::int32_t element, corner;
+    };
     std::vector<std::int32_t> begin(mesh.nodes.size() + 1, 0);
     std::vector<std::span<const std::int32_t>> elements;
+    std::vector<std::size_t> first_rank;
     std::size_t ranks = 0;
     for_each_element(mesh, [&](std::int32_t, ElementKind, std::span<const std::int32_t> nodes) {
         elements.push_back(nodes);
+        first_rank.push_back(ranks);
         ranks += nodes.size() * nodes.size();
         for (const std::int32_t node : nodes) {
             AMONTONS_ASSERT(node >= 0 && node < count);
@@ -54,38 +59,44 @@ SolidPattern make_pattern(const VolumeMesh& mesh)
     });
     for (std::size_t i = 1; i < begin.size(); ++i)
         begin[i] += begin[i - 1];
-    std::vector<std::int32_t> of_node(std::size_t(begin.back()));
+    std::vector<Place> of_node(std::size_t(begin.back()));
     std::vector<std::int32_t> next(begin.begin(), begin.end() - 1);
     for (std::size_t e = 0; e < elements.size(); ++e)
-        for (const std::int32_t node : elements[e])
-            of_node[std::size_t(next[std::size_t(node)]++)] = std::int32_t(e);
+        for (std::size_t c = 0; c < elements[e].size(); ++c)
+            of_node[std::size_t(next[std::size_t(elements[e][c])]++)] = {std::int32_t(e),
+                                                                         std::int32_t(c)};
 
     SolidPattern pattern;
     pattern.start.push_back(0);
-    std::vector<std::int32_t> around;
+    pattern.rank.resize(ranks);
+    std::vector<std::int32_t> around, rank(mesh.nodes.size(), -1);
     for (std::int32_t j = 0; j < count; ++j) {
+        const std::span<const Place> places(of_node.data() + begin[std::size_t(j)],
+                                            of_node.data() + begin[std::size_t(j) + 1]);
         around.clear();
-        for (std::int32_t k = begin[std::size_t(j)]; k < begin[std::size_t(j) + 1]; ++k) {
-            const std::span<const std::int32_t> nodes =
-                elements[std::size_t(of_node[std::size_t(k)])];
-            around.insert(around.end(), nodes.begin(), nodes.end());
-        }
+        for (const Place& p : places)
+            for (const std::int32_t node : elements[std::size_t(p.element)])
+                if (rank[std::size_t(node)] < 0) {
+                    rank[std::size_t(node)] = 0;
+                    around.push_back(node);
+                }
         std::sort(around.begin(), around.end());
-        around.erase(std::unique(around.begin(), around.end()), around.end());
+        for (std::size_t k = 0; k < around.size(); ++k)
+            rank[std::size_t(around[k])] = std::int32_t(k);
+        for (const Place& p : places) {
+            const std::span<const std::int32_t> nodes = elements[std::size_t(p.element)];
+            std::size_t at =
+                first_rank[std::size_t(p.element)] + std::size_t(p.corner) * nodes.size();
+            for (const std::int32_t node : nodes)
+                pattern.rank[at++] = rank[std::size_t(node)];
+        }
+        for (const std::int32_t node : around)
+            rank[std::size_t(node)] = -1;
         pattern.neighbour.insert(pattern.neighbour.end(), around.begin(), around.end());
         AMONTONS_ASSERT(pattern.neighbour.size() <=
                         std::size_t(std::numeric_limits<std::int32_t>::max()) / 9);
         pattern.start.push_back(std::int32_t(pattern.neighbour.size()));
     }
-
-    pattern.rank.reserve(ranks);
-    for (const std::span<const std::int32_t> nodes : elements)
-        for (const std::int32_t j : nodes) {
-            const auto first = pattern.neighbour.begin() + pattern.start[std::size_t(j)],
-                       last = pattern.neighbour.begin() + pattern.start[std::size_t(j) + 1];
-            for (const std::int32_t i : nodes)
-                pattern.rank.push_back(std::int32_t(std::lower_bound(first, last, i) - first));
-        }
     return pattern;
 }
 
