@@ -35,7 +35,7 @@ for preset in asan tsan; do
     log=$logs/$preset.log
     if cmake --preset $preset -DCMAKE_CXX_COMPILER_LAUNCHER="$launcher" >$log 2>&1 &&
         cmake --build --preset $preset >>$log 2>&1; then
-        ctest --test-dir build/$preset --output-on-failure --no-tests=error >>$log 2>&1
+        ctest --test-dir build/$preset -j 2 --output-on-failure --no-tests=error >>$log 2>&1
         status=$?
         reports=$(grep -cE 'ERROR: AddressSanitizer|runtime error:|WARNING: ThreadSanitizer' $log)
         [[ $reports == 0 ]] || status=1
