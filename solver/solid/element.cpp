@@ -224,8 +224,22 @@ InternalModes solid_internal_modes(ElementKind kind, const ElementPoints& X, con
     check_size(kind, X);
     AMONTONS_ASSERT(u.size() == 3 * X.cols());
     if (kind != ElementKind::H8) return {};
-    const Condensation c(joint_stiffness<ElementKind::H8>(X, C));
-    return -c.factor.solve(c.coupling * u);
+    constexpr int dofs = 24, modes = kMostInternalModes;
+    const Points<ElementKind::H8> places = X;
+    const Mat3 J0 = jacobian(places, table<ElementKind::H8>().at_centre);
+    Eigen::Matrix<double, modes, modes> K = Eigen::Matrix<double, modes, modes>::Zero();
+    Eigen::Matrix<double, modes, 1> f = Eigen::Matrix<double, modes, 1>::Zero();
+    StrainRows<ElementKind::H8> B;
+    std::size_t q = 0;
+    for (const QuadraturePoint& p : stiffness_points(kind)) {
+        const auto& dN = table<ElementKind::H8>().gradients[q++];
+        const double volume = p.weight * strain_rows<ElementKind::H8>(places, dN, J0, p.xi, B);
+        const Eigen::Matrix<double, 6, modes> stress = volume * C * B.rightCols<modes>();
+        const Vec6 strain = B.leftCols<dofs>() * u;
+        K.noalias() += B.rightCols<modes>().transpose() * stress;
+        f.noalias() -= stress.transpose() * strain;
+    }
+    return K.llt().solve(f);
 }
 
 namespace {
