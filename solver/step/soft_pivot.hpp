@@ -4,12 +4,14 @@
 #include "solver/step/pivot_method.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/SparseCore>
 #include <algorithm>
 
 // Pivoting where walls give way: one linearised problem with the whole derivative of wire and
 // walls. Each contact has five ports, rows of the wire's unknowns: its point's motion along
-// (n, t1, t2) and what the section's spin adds to the two slips. With the motions x = U^T d of the
-// ports, forces U p on them, reactions' changes rho, the factor of M = K + U R U^T at hand:
+// (n, t1, t2) and what the section's spin adds to the two slips; those of all points come first.
+// With the motions x = U^T d of the ports, forces U p on them, reactions' changes rho, the factor
+// of M = K + U R U^T at hand:
 //
 //     K d = -g + U (Theta x + Psi rho)      =>  (1 - T (R + Theta)) x = U^T M^-1 (-g) + T Psi rho
 //     gaps and slips                        s = s_0 + L x + A rho = q + W rho
@@ -19,7 +21,8 @@
 //
 //     T = F F^T,  F = P G,      (1 - T A)^-1 = 1 + F (1 - F^T A F)^-1 F^T A
 //
-// so that only systems of the nodes' size are solved. Statuses are then pivoted on W alone.
+// so that only systems of the nodes' size are solved. R and Theta are of the points' ports alone.
+// Statuses are then pivoted on W alone.
 //
 // Stability: K - U Theta U^T + the active rows' stiffness is positive definite. Written as
 // M - U Sigma U^T it is, M being definite, exactly if 1 - F^T Sigma F is.
@@ -38,35 +41,44 @@ constexpr int kMostRounds = 4;         // of contacts that were not thought to m
 struct GivingProblem {
     GivingContacts walls;
     Eigen::MatrixXd F;      ///< of the ports' compliance T = F F^T, 5n x unknowns of their nodes
-    Eigen::MatrixXd inner;  ///< R + Theta
-    Eigen::MatrixXd Psi, L; ///< 5n x 3n, 3n x 5n
-    Eigen::MatrixXd X;      ///< motions of ports by reactions
-    Eigen::VectorXd x0, q;
+    Eigen::MatrixXd inner;  ///< R + Theta, 3n x 3n
+    Eigen::MatrixXd system; ///< 1 - F^T (R + Theta) F
+    Eigen::MatrixXd FPsi;   ///< F^T Psi
+    Eigen::MatrixXd LF;     ///< L F
+    Eigen::MatrixXd answer; ///< system^-1 F^T Psi
+    Eigen::VectorXd x0, q;  ///< 5n, 3n
     Eigen::MatrixXd W;
     bool even = true; ///< number of negative eigenvalues without any contact held
 };
+
+/// The candidate that the j-th port belongs to.
+inline std::size_t contact_of_port(const GivingProblem& p, Eigen::Index j)
+{
+    const auto points = 3 * Eigen::Index(p.walls.which.size());
+    return std::size_t(p.walls.which[std::size_t(j < points ? j / 3 : (j - points) / 2)]);
+}
 
 /// @param port  out: 5 for each contact
 template <class System>
 void solve_ports(System& s, GivingProblem& p, std::vector<typename System::Row>& port)
 {
-    const auto n = Eigen::Index(p.walls.which.size());
+    const auto n = Eigen::Index(p.walls.which.size()), points = 3 * n;
     port.clear();
     for (const int c : p.walls.which) {
         const auto k = std::size_t(c);
         const auto t = s.point_rows(k);
-        port.push_back(s.normal(k));
-        port.push_back(t[0]);
-        port.push_back(t[1]);
+        port.insert(port.end(), {s.normal(k), t[0], t[1]});
+    }
+    for (const int c : p.walls.which) {
+        const auto k = std::size_t(c);
+        const auto t = s.point_rows(k);
         for (int i = 0; i < 2; ++i)
             port.push_back(System::combine(1, s.tangent(k, i), -1, t[std::size_t(i)]));
     }
-    const auto place = [&](Eigen::Index i) {
-        return s.place(std::size_t(p.walls.which[std::size_t(i / 5)]));
-    };
+    const auto place = [&](Eigen::Index j) { return s.place(contact_of_port(p, j)); };
     std::vector<int> node;
     for (Eigen::Index i = 0; i < n; ++i)
-        node.insert(node.end(), {place(5 * i), place(5 * i) + 1});
+        node.insert(node.end(), {place(3 * i), place(3 * i) + 1});
     std::sort(node.begin(), node.end());
     node.erase(std::unique(node.begin(), node.end()), node.end());
     const auto size = 6 * Eigen::Index(node.size());
@@ -76,15 +88,23 @@ void solve_ports(System& s, GivingProblem& p, std::vector<typename System::Row>&
             values[i] = z[std::size_t(node[std::size_t(i / 6)])].value[i % 6];
         return values;
     };
-    Eigen::MatrixXd P = Eigen::MatrixXd::Zero(5 * n, size), N(size, size);
-    for (Eigen::Index j = 0; j < 5 * n; ++j) {
-        const auto first =
-            6 * (std::lower_bound(node.begin(), node.end(), place(j)) - node.begin());
-        for (int i = 0; i < 6; ++i) {
-            P(j, first + i) = port[std::size_t(j)].a.value[i];
-            P(j, first + 6 + i) = port[std::size_t(j)].b.value[i];
+    // P M, of ports that stand on the two nodes of an element each.
+    const auto at_ports = [&](const auto& M) {
+        Eigen::MatrixXd out(5 * n, M.cols());
+        for (Eigen::Index j = 0; j < 5 * n; ++j) {
+            const auto first =
+                6 * (std::lower_bound(node.begin(), node.end(), place(j)) - node.begin());
+            const auto& row = port[std::size_t(j)];
+            Eigen::Matrix<double, 1, 12> values;
+            for (int i = 0; i < 6; ++i) {
+                values[i] = row.a.value[i];
+                values[6 + i] = row.b.value[i];
+            }
+            out.row(j).noalias() = values * M.middleRows(first, 12);
         }
-    }
+        return out;
+    };
+    Eigen::MatrixXd N(size, size);
     std::vector<Node6> z(s.right().size());
     for (Eigen::Index j = 0; j < size; ++j) {
         const int from = node[std::size_t(j / 6)];
@@ -98,51 +118,53 @@ void solve_ports(System& s, GivingProblem& p, std::vector<typename System::Row>&
         s.right()[std::size_t(i)].column = -s.gradient()[std::size_t(i)].column;
     z = s.right();
     s.matrix().solve(z);
-    const Eigen::VectorXd beta = P * at_nodes(z);
+    const Eigen::VectorXd beta = n > 0 ? at_ports(at_nodes(z)) : Eigen::MatrixXd(0, 1);
 
     p.even = true;
     p.x0.resize(0);
-    p.X.resize(0, 0);
-    p.inner = Eigen::MatrixXd::Zero(5 * n, 5 * n);
-    p.Psi = Eigen::MatrixXd::Zero(5 * n, 3 * n);
-    p.L = Eigen::MatrixXd::Zero(3 * n, 5 * n);
-    Eigen::VectorXd s0(3 * n);
+    p.answer.resize(0, 0);
+    p.inner = p.walls.follow;
+    p.q.resize(points);
     for (Eigen::Index i = 0; i < n; ++i) {
-        for (Eigen::Index j = 0; j < n; ++j) {
-            p.inner.block<3, 3>(5 * i, 5 * j) = p.walls.follow.block<3, 3>(3 * i, 3 * j);
-            p.Psi.block<3, 3>(5 * i, 3 * j) = p.walls.share.block<3, 3>(3 * i, 3 * j);
-            p.L.block<3, 3>(3 * i, 5 * j) = p.walls.motion.block<3, 3>(3 * i, 3 * j);
-        }
-        p.Psi.block<2, 2>(5 * i + 3, 3 * i + 1).setIdentity();
-        p.L.block<2, 2>(3 * i + 1, 5 * i + 3).setIdentity();
         const Candidate& c = s.contact(std::size_t(p.walls.which[std::size_t(i)]));
-        s0.segment<3>(3 * i) << c.gap, c.slip[0], c.slip[1];
-        const double rho = kRhoPorts * c.stiffness;
-        p.inner.diagonal().segment<3>(5 * i).array() += rho;
+        p.q.segment<3>(3 * i) << c.gap, c.slip[0], c.slip[1];
+        p.inner.diagonal().segment<3>(3 * i).array() += kRhoPorts * c.stiffness;
     }
-    p.q = s0;
-    p.W.resize(3 * n, 3 * n);
+    p.W.resize(points, points);
     if (n == 0) return;
     // Neighbours move almost alike: what rounding makes of N's least values may be below 0.
     const Eigen::LDLT<Eigen::MatrixXd> ldl(N);
     Eigen::MatrixXd G = ldl.matrixL();
     G = ldl.transpositionsP().transpose() *
         (G * ldl.vectorD().cwiseMax(0).cwiseSqrt().asDiagonal());
-    p.F = P * G;
-    Eigen::MatrixXd system = -p.F.transpose() * p.inner * p.F;
-    system.diagonal().array() += 1;
-    const Eigen::PartialPivLU<Eigen::MatrixXd> lu(system);
-    p.X = p.F * lu.solve(p.F.transpose() * p.Psi);
-    p.x0 = beta + p.F * lu.solve(p.F.transpose() * (p.inner * beta));
-    p.q = s0 + p.L * p.x0;
-    p.W = p.walls.give + p.L * p.X;
+    p.F = at_ports(G);
+    const auto Fp = p.F.topRows(points);
+    const Eigen::MatrixXd carried = p.inner * Fp;
+    p.system.noalias() = -Fp.transpose() * carried;
+    p.system.diagonal().array() += 1;
+    p.FPsi.noalias() = Fp.transpose() * p.walls.share;
+    p.LF.noalias() = p.walls.motion * Fp;
+    const Eigen::PartialPivLU<Eigen::MatrixXd> lu(p.system);
+    p.x0 = beta + p.F * lu.solve(Fp.transpose() * (p.inner * beta.head(points)));
+    p.q += p.walls.motion * p.x0.head(points);
+    for (Eigen::Index i = 0; i < n; ++i)
+        for (Eigen::Index axis = 0; axis < 2; ++axis) { // the spin's part of reactions and slips
+            const auto spin = points + 2 * i + axis, slip = 3 * i + 1 + axis;
+            p.FPsi.col(slip) += p.F.row(spin).transpose();
+            p.LF.row(slip) += p.F.row(spin);
+            p.q[slip] += p.x0[spin];
+        }
+    p.answer = lu.solve(p.FPsi);
+    p.W = p.walls.give;
+    p.W.noalias() += p.LF * p.answer;
     p.even = lu.determinant() > 0;
 }
 
 /// Change of reactions, from statuses: rho = fixed + basis z with (row)(q + W rho) + give z = 0.
 struct TrialSystem {
     Eigen::VectorXd fixed;
-    Eigen::MatrixXd basis, row;
+    Eigen::SparseMatrix<double> basis;
+    Eigen::SparseMatrix<double, Eigen::RowMajor> row;
     Eigen::VectorXd give; ///< 1 / weight: of the multipliers' method, and of slip across [m/N]
 };
 
@@ -151,13 +173,14 @@ template <class System> TrialSystem trial_system(System& s, const std::vector<in
     const auto n = Eigen::Index(which.size());
     TrialSystem t;
     t.fixed = Eigen::VectorXd::Zero(3 * n);
-    t.basis = Eigen::MatrixXd::Zero(3 * n, 3 * n);
-    t.row = t.basis;
     t.give = Eigen::VectorXd::Zero(3 * n);
-    Eigen::Index at = 0;
+    std::vector<Eigen::Triplet<double>> basis, rows;
+    int at = 0;
     const auto add = [&](Eigen::Index k, const Vec3& force, const Vec3& row, double give) {
-        t.basis.block<3, 1>(3 * k, at) = force;
-        t.row.block<1, 3>(at, 3 * k) = row.transpose();
+        for (int i = 0; i < 3; ++i) {
+            if (force[i] != 0) basis.emplace_back(int(3 * k) + i, at, force[i]);
+            if (row[i] != 0) rows.emplace_back(at, int(3 * k) + i, row[i]);
+        }
         t.give[at++] = give;
     };
     for (Eigen::Index k = 0; k < n; ++k) {
@@ -181,8 +204,10 @@ template <class System> TrialSystem trial_system(System& s, const std::vector<in
             }
         }
     }
-    t.basis.conservativeResize(3 * n, at);
-    t.row.conservativeResize(at, 3 * n);
+    t.basis.resize(3 * n, at);
+    t.basis.setFromTriplets(basis.begin(), basis.end());
+    t.row.resize(at, 3 * n);
+    t.row.setFromTriplets(rows.begin(), rows.end());
     t.give.conservativeResize(at);
     return t;
 }
@@ -238,17 +263,16 @@ template <class System> bool stable_together(System& s, const GivingProblem& p)
     const TrialSystem t = trial_system(s, p.walls.which);
     // With the held rows' reactions condensed it is symmetric: that does not depend on which number
     // stands for a reaction.
-    Eigen::MatrixXd Sigma = p.inner;
+    Eigen::MatrixXd left = p.system;
     if (t.give.size() > 0) {
         Eigen::MatrixXd give = t.row * p.walls.give * t.row.transpose();
         give.diagonal() += t.give;
         const Eigen::PartialPivLU<Eigen::MatrixXd> held(give);
         if (!(held.determinant() > 0)) return false;
-        Sigma -= p.Psi * t.row.transpose() * held.solve(t.row * p.L);
+        left +=
+            Eigen::MatrixXd(p.FPsi * t.row.transpose()) * held.solve(Eigen::MatrixXd(t.row * p.LF));
     }
-    Sigma = (0.5 * (Sigma + Sigma.transpose())).eval();
-    Eigen::MatrixXd left = -p.F.transpose() * Sigma * p.F;
-    left.diagonal().array() += 1;
+    left = (0.5 * (left + left.transpose())).eval();
     return left.llt().info() == Eigen::Success;
 }
 
@@ -315,7 +339,7 @@ bool pivot_giving(System& s, const Residual& res, const NewtonOptions& options, 
             rho = t.fixed;
             bool even = p.even;
             if (t.give.size() > 0) {
-                Eigen::MatrixXd G = t.row * p.W * t.basis;
+                Eigen::MatrixXd G = Eigen::MatrixXd(t.row * p.W) * t.basis;
                 G.diagonal() += t.give;
                 const Eigen::PartialPivLU<Eigen::MatrixXd> lu(G);
                 rho -= t.basis * lu.solve(t.row * (p.q + p.W * t.fixed));
@@ -355,12 +379,18 @@ bool pivot_giving(System& s, const Residual& res, const NewtonOptions& options, 
                       [&](std::size_t k) { change(s.contact(k), trials[k], wrong[k].kind); });
         }
         // d = M^-1 (-g + U ((R + Theta) x + Psi rho))
-        const Eigen::VectorXd forces = p.inner * (p.x0 + p.X * rho) + p.Psi * rho;
+        Eigen::VectorXd forces(5 * m);
+        if (m > 0) {
+            const Eigen::VectorXd inward = p.answer * rho;
+            forces.head(3 * m) =
+                p.inner * (p.x0.head(3 * m) + p.F.topRows(3 * m) * inward) + p.walls.share * rho;
+        }
+        for (Eigen::Index i = 0; i < m; ++i)
+            forces.segment<2>(3 * m + 2 * i) = rho.segment<2>(3 * i + 1);
         s.increment() = s.right();
         for (Eigen::Index j = 0; j < 5 * m; ++j)
-            System::add_force(s.increment(),
-                              s.place(std::size_t(p.walls.which[std::size_t(j / 5)])),
-                              port[std::size_t(j)], forces[j]);
+            System::add_force(s.increment(), s.place(contact_of_port(p, j)), port[std::size_t(j)],
+                              forces[j]);
         s.matrix().solve(s.increment());
         if (!found) return false;
         bool more = false;
