@@ -139,10 +139,10 @@ void complete_segment(void* object, const std::function<bool(const char*)>& give
         return 0.0;
     };
     if (!s.layers.empty()) {
-        const SectionStiffness sum = stiffness_of(s.layers);
-        if (!given("EI") && s.bending.empty()) s.EI.fill(sum.EI);
-        if (!given("GJ")) s.GJ.fill(sum.GJ);
-        if (!given("EA") && s.stretching.empty()) s.EA.fill(sum.EA);
+        const SectionStiffness from = stiffness_of(s.layers), to = stiffness_of(s.layers, 1);
+        if (!given("EI") && s.bending.empty()) s.EI = {from.EI, to.EI};
+        if (!given("GJ")) s.GJ = {from.GJ, to.GJ};
+        if (!given("EA") && s.stretching.empty()) s.EA = {from.EA, to.EA};
     }
     if (!given("EI") && !s.bending.empty()) s.EI.fill(at_rest(s.bending));
     if (!given("EA") && !s.stretching.empty()) s.EA.fill(at_rest(s.stretching));
@@ -158,20 +158,28 @@ void complete_segment(void* object, const std::function<bool(const char*)>& give
 ObjectDeclaration declare_layer()
 {
     using L = SectionLayer;
-    return {"Layer of a section: a tube, or a coil of round wire",
-            {field<&L::inner_radius>("inner_radius", "m", at_least(0),
-                                     "Where it begins; 0: in the middle."),
-             required(field<&L::outer_radius>("outer_radius", "m", positive(), "Where it ends.")),
-             required(field<&L::youngs_modulus>("youngs_modulus", "Pa", positive(),
-                                                "Young's modulus E.")),
-             field<&L::poisson_ratio>("poisson_ratio", "", above(-1, 0.5), "Poisson's ratio nu."),
-             fallback("a tube",
-                      field<&L::pitch>("pitch", "m", at_least(0),
-                                       "Of a coil: way along the wire from turn to turn; its own "
-                                       "wire is as thick as the layer. 0: a tube."))},
-            "",
-            {},
-            defaults_of<L>()};
+    return {
+        "Layer of a section: a tube, or a coil of round wire",
+        {field<&L::inner_radius>("inner_radius", "m", at_least(0),
+                                 "Where it begins; 0: in the middle."),
+         required(field<&L::outer_radius>("outer_radius", "m", positive(), "Where it ends.")),
+         fallback("inner_radius",
+                  field<&L::end_inner_radius>("end_inner_radius", "m", at_least(0),
+                                              "The same at the segment's end; in between it "
+                                              "goes linearly.")),
+         fallback("outer_radius", field<&L::end_outer_radius>("end_outer_radius", "m", positive(),
+                                                              "The same at the segment's "
+                                                              "end.")),
+         required(
+             field<&L::youngs_modulus>("youngs_modulus", "Pa", positive(), "Young's modulus E.")),
+         field<&L::poisson_ratio>("poisson_ratio", "", above(-1, 0.5), "Poisson's ratio nu."),
+         fallback("a tube",
+                  field<&L::pitch>("pitch", "m", at_least(0),
+                                   "Of a coil: way along the wire from turn to turn; its own "
+                                   "wire is as thick as the layer. 0: a tube."))},
+        "",
+        {},
+        defaults_of<L>()};
 }
 
 ObjectDeclaration declare_segment(const ObjectDeclaration& layer)

@@ -77,7 +77,9 @@ struct ObstacleInput {
 /// A tube of a section, or a coil of round wire in it.
 struct SectionLayer {
     double inner_radius = 0, outer_radius = 0; ///< [m]
-    double youngs_modulus = 0;                 ///< [Pa]
+    /// ... at the segment's end, reached linearly; nothing: as at its beginning [m]
+    std::optional<double> end_inner_radius, end_outer_radius;
+    double youngs_modulus = 0; ///< [Pa]
     double poisson_ratio = 0.3;
     double pitch = 0; ///< of a coil of round wire as thick as the layer [m]; 0: a tube
 };

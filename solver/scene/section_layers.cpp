@@ -4,13 +4,20 @@
 
 namespace amontons {
 
-SectionStiffness stiffness_of(const std::vector<SectionLayer>& layers)
+std::array<double, 2> radii_of(const SectionLayer& l, double share)
+{
+    const auto between = [&](double from, double to) { return (1 - share) * from + share * to; };
+    return {between(l.inner_radius, l.end_inner_radius.value_or(l.inner_radius)),
+            between(l.outer_radius, l.end_outer_radius.value_or(l.outer_radius))};
+}
+
+SectionStiffness stiffness_of(const std::vector<SectionLayer>& layers, double share)
 {
     constexpr double kPi = 3.14159265358979323846;
     SectionStiffness sum;
     for (const SectionLayer& l : layers) {
-        const double a = l.inner_radius, b = l.outer_radius, E = l.youngs_modulus,
-                     G = E / (2 * (1 + l.poisson_ratio));
+        const auto [a, b] = radii_of(l, share);
+        const double E = l.youngs_modulus, G = E / (2 * (1 + l.poisson_ratio));
         if (l.pitch > 0) {
             const double R = 0.5 * (a + b), I = kPi / 4 * std::pow(0.5 * (b - a), 4);
             sum.EI += l.pitch / (kPi * R * (1 / (E * I) + 1 / (2 * G * I)));

@@ -13,6 +13,10 @@ struct SectionStiffness {
 /// p, its turns apart and flat, has per length of the section
 ///     EI = p / (pi R (1 / EI_w + 1 / GJ_w)),  GJ = p EI_w / (2 pi R),  EA = p GJ_w / (2 pi R^3),
 /// from the bending and twisting of its wire.
-SectionStiffness stiffness_of(const std::vector<SectionLayer>& layers);
+/// @param share  of the way along the segment, 0 to 1
+SectionStiffness stiffness_of(const std::vector<SectionLayer>& layers, double share = 0);
+
+/// Inner and outer radius there [m].
+std::array<double, 2> radii_of(const SectionLayer& layer, double share);
 
 } // namespace amontons

@@ -47,39 +47,52 @@ void check_table(const CurvePoints& table, bool both_ways, const std::string& he
 void check_layers(const BeamSegment& s, const std::string& here, Findings& findings)
 {
     if (s.layers.empty()) return;
+    const bool tapered = s.end_radius > 0 || std::ranges::any_of(s.layers, [](const auto& l) {
+                             return l.end_inner_radius || l.end_outer_radius;
+                         });
+    const int ends = tapered ? 2 : 1;
     for (std::size_t i = 0; i < s.layers.size(); ++i) {
         const SectionLayer& l = s.layers[i];
         const std::string layer = fmt::format("{}/layers/{}", here, i);
-        if (!(l.inner_radius < l.outer_radius))
-            findings.add({layer + "/inner_radius", layer + "/outer_radius"},
-                         fmt::format("{}", l.inner_radius),
-                         fmt::format("< {} [m], its outer radius", l.outer_radius));
-        if (l.outer_radius > s.radius * (1 + kRoundOff))
-            findings.add({layer + "/outer_radius", here + "/radius"},
-                         fmt::format("{}", l.outer_radius),
-                         fmt::format("<= {} [m], the segment's radius", s.radius));
-        if (l.inner_radius < s.inner_radius * (1 - kRoundOff))
-            findings.add({layer + "/inner_radius", here + "/inner_radius"},
-                         fmt::format("{}", l.inner_radius),
-                         fmt::format(">= {} [m], the segment's bore", s.inner_radius));
-        if (l.pitch > 0 && l.pitch < (l.outer_radius - l.inner_radius) * (1 - kRoundOff))
-            findings.add(
-                {layer + "/pitch", layer}, fmt::format("{}", l.pitch),
-                fmt::format(">= {} [m], as thick as its wire is", l.outer_radius - l.inner_radius));
-        if (l.pitch > 0 && !(l.inner_radius > 0))
-            findings.add({layer + "/inner_radius", layer}, fmt::format("{}", l.inner_radius),
-                         "> 0 of a coil");
-        for (std::size_t j = 0; j < i; ++j)
-            if (l.inner_radius < s.layers[j].outer_radius * (1 - kRoundOff) &&
-                s.layers[j].inner_radius < l.outer_radius * (1 - kRoundOff))
-                findings.add({layer}, fmt::format("{} to {}", l.inner_radius, l.outer_radius),
-                             fmt::format("a place beside layer {}, {} to {}", j,
-                                         s.layers[j].inner_radius, s.layers[j].outer_radius));
+        for (int end = 0; end < ends; ++end) {
+            const auto [inner, outer] = radii_of(l, end);
+            const std::string at = end == 1 ? "end_" : "",
+                              inside =
+                                  layer + "/" + (l.end_inner_radius ? at : "") + "inner_radius",
+                              outside =
+                                  layer + "/" + (l.end_outer_radius ? at : "") + "outer_radius";
+            const bool cone = end == 1 && s.end_radius > 0;
+            const double radius = cone ? s.end_radius : s.radius;
+            if (!(inner < outer))
+                findings.add({inside, outside}, fmt::format("{}", inner),
+                             fmt::format("< {} [m], its outer radius", outer));
+            if (outer > radius * (1 + kRoundOff))
+                findings.add({outside, here + (cone ? "/end_radius" : "/radius")},
+                             fmt::format("{}", outer),
+                             fmt::format("<= {} [m], the segment's radius", radius));
+            if (inner < s.inner_radius * (1 - kRoundOff))
+                findings.add({inside, here + "/inner_radius"}, fmt::format("{}", inner),
+                             fmt::format(">= {} [m], the segment's bore", s.inner_radius));
+            if (l.pitch > 0 && l.pitch < (outer - inner) * (1 - kRoundOff))
+                findings.add({layer + "/pitch", layer}, fmt::format("{}", l.pitch),
+                             fmt::format(">= {} [m], as thick as its wire is", outer - inner));
+            if (l.pitch > 0 && !(inner > 0))
+                findings.add({inside, layer}, fmt::format("{}", inner), "> 0 of a coil");
+            for (std::size_t j = 0; j < i; ++j) {
+                const auto [from, to] = radii_of(s.layers[j], end);
+                if (inner < to * (1 - kRoundOff) && from < outer * (1 - kRoundOff))
+                    findings.add({layer}, fmt::format("{} to {}", inner, outer),
+                                 fmt::format("a place beside layer {}, {} to {}", j, from, to));
+            }
+        }
     }
-    const double EI = stiffness_of(s.layers).EI;
-    if (s.bending.empty() && !(std::abs(s.EI[0] / EI - 1) < 1e-6 && s.EI[0] == s.EI[1]))
-        findings.add({here + "/EI", here + "/layers"}, fmt::format("{}", s.EI[0]),
+    for (std::size_t end = 0; end < 2 && s.bending.empty(); ++end) {
+        const double EI = stiffness_of(s.layers, double(end)).EI;
+        if (std::abs(s.EI[end] / EI - 1) < 1e-6) continue;
+        findings.add({here + "/EI", here + "/layers"}, fmt::format("{}", s.EI[end]),
                      fmt::format("nothing beside layers, or {:.9g}, their own", EI));
+        break;
+    }
     if (!s.bending.empty())
         findings.add({here + "/bending", here + "/layers"}, "a table", "nothing beside layers");
 }
@@ -103,9 +116,8 @@ void check_segment(const BeamSegment& s, const std::string& here, const std::str
             findings.add({here + "/end_radius", here + "/inner_radius"},
                          fmt::format("{}", s.end_radius),
                          fmt::format("> {} [m], the bore's radius", s.inner_radius));
-        for (const auto& [given, name] :
-             {std::pair{!s.layers.empty(), "layers"}, std::pair{!s.bending.empty(), "bending"},
-              std::pair{!s.stretching.empty(), "stretching"}, std::pair{s.twist != 0, "twist"}})
+        for (const auto& [given, name] : {std::pair{!s.bending.empty(), "bending"},
+                                          std::pair{!s.stretching.empty(), "stretching"}})
             if (given)
                 findings.add({here + "/end_radius", here + "/" + name}, "a cone",
                              fmt::format("no end_radius beside \"{}\"", name));

@@ -108,7 +108,10 @@ TEST_CASE("cones: pieces between their ends, and what they cannot be")
               "/segments/0/end_radius: found 0.3, allowed: 0 to 0.25 [m]"));
     CHECK(has(bad(given, given + ", \"end_radius\": 0.004, \"inner_radius\": 0.005"),
               "/end_radius: found 0.004, allowed: > 0.005 [m]"));
-    CHECK(has(bad(given, given + ", \"end_radius\": 0.004, \"twist\": 1"), "found a cone"));
+    CHECK(bad(given, cone + ", \"twist\": 1") == "");
+    CHECK(has(bad(given, "\"radius\": 0.01, \"end_radius\": 0.004, \"EA\": 4e7, "
+                         "\"bending\": [[0, 0], [1, 1440]]"),
+              "found a cone"));
     CHECK(has(bad(given, given + ", \"end_radius\": 0"), "/end_radius: found 0"));
 }
 
@@ -154,6 +157,55 @@ TEST_CASE("layers of a section: what they add up to, and what they cannot be")
     CHECK(has(
         issues_of(replaced(kExample, "\"EI\": 1440", "\"EI\": 1440, \"layers\": [" + inner + "]")),
         "/segments/0/EI: found 1440, allowed: nothing beside layers"));
+}
+
+TEST_CASE("layers that taper: a core ground down within a coil")
+{
+    const std::string given = "\"radius\": 0.01, \"EI\": 1440, \"EA\": 4.32e7";
+    const auto with = [&](const std::string& section, const std::string& core) {
+        return replaced(kExample, given, section + ", \"layers\": [" + core + R"(,
+                        {"inner_radius": 0.009, "outer_radius": 0.01, "youngs_modulus": 2e11,
+                         "pitch": 0.002}])");
+    };
+    const std::string plain = "\"radius\": 0.01",
+                      core = R"({"outer_radius": 0.008, "end_outer_radius": 0.002,
+                                 "youngs_modulus": 7e10})";
+    const Scene s = parse_scene(with(plain, core), "s.json", {});
+    const std::vector<BeamSegment>& piece = s.rods[0].segments;
+    REQUIRE(piece.size() == 20);
+    const double pi = 3.14159265358979323846, R = 9.5e-3, wire = pi / 4 * std::pow(0.5e-3, 4),
+                 GJ = 2e11 / 2.6 * 2 * wire, coil = 0.002 / (pi * R * (1 / (2e11 * wire) + 1 / GJ));
+    for (std::size_t i = 0; i < piece.size(); ++i) {
+        CHECK(piece[i].radius == 0.01);
+        for (std::size_t end = 0; end < 2; ++end) {
+            const double r = 0.008 - 0.006 * double(i + end) / 20;
+            CHECK(piece[i].EI[end] ==
+                  doctest::Approx(coil + 7e10 * pi / 4 * std::pow(r, 4)).epsilon(1e-12));
+            CHECK(piece[i].EA[end] ==
+                  doctest::Approx(0.002 * GJ / (2 * pi * R * R * R) + 7e10 * pi * r * r)
+                      .epsilon(1e-12));
+        }
+        if (i > 0) CHECK(piece[i].GJ[0] == piece[i - 1].GJ[1]);
+    }
+    CHECK(resolved_scene(parse_scene(resolved_scene(s), "again.json", {})) == resolved_scene(s));
+    // What is given beside layers goes linearly; a cone of one layer is one of a bar.
+    const Scene given_GJ = parse_scene(with(plain + ", \"GJ\": [4, 2]", core), "s.json", {});
+    CHECK(given_GJ.rods[0].segments[4].GJ[1] == doctest::Approx(3.5));
+    const Scene bar =
+        parse_scene(replaced(kExample, given, R"("radius": 0.01, "end_radius": 0.005, "layers": [
+            {"outer_radius": 0.01, "end_outer_radius": 0.005, "youngs_modulus": 1e10}])"),
+                    "s.json", {});
+    CHECK(bar.rods[0].segments[9].EI[1] ==
+          doctest::Approx(1e10 * pi / 4 * std::pow(0.0075, 4)).epsilon(1e-12));
+
+    CHECK(has(issues_of(with(plain + ", \"end_radius\": 0.008", core)),
+              "/layers/1/outer_radius: found 0.01, allowed: <= 0.008 [m]"));
+    CHECK(has(issues_of(with(plain, R"({"outer_radius": 0.008, "end_outer_radius": 0.0095,
+                                        "youngs_modulus": 7e10})")),
+              "/layers/1: found 0.009 to 0.01, allowed: a place beside layer 0, 0 to 0.0095"));
+    CHECK(has(issues_of(with(plain, R"({"outer_radius": 0.008, "end_inner_radius": 0.008,
+                                        "youngs_modulus": 7e10})")),
+              "/layers/0/end_inner_radius: found 0.008, allowed: < 0.008 [m]"));
 }
 
 TEST_CASE("a rod is not laid in a bend tighter than itself")
