@@ -31,15 +31,23 @@ validation/faults.py build/release/bin/amontons --trials "$trials" --json $logs/
     >$logs/faults.log 2>&1
 note faults "$(tail -n 1 $logs/faults.log)" $?
 
+# Of the preset.
+run_tests() {
+    ctest --test-dir build/$preset -j 2 --output-on-failure --no-tests=error "$@" >>$log 2>&1
+}
+# OpenMPI and the drivers of OpenGL leave memory behind when they end.
+others='^(large.*|vtk|view)$'
+
 for preset in asan tsan; do
     log=$logs/$preset.log
     if cmake --preset $preset -DCMAKE_CXX_COMPILER_LAUNCHER="$launcher" >$log 2>&1 &&
         cmake --build --preset $preset >>$log 2>&1; then
-        ctest --test-dir build/$preset -j 2 --output-on-failure --no-tests=error >>$log 2>&1
+        run_tests -E "$others"
         status=$?
+        ASAN_OPTIONS=detect_leaks=0 run_tests -R "$others" || status=1
         reports=$(grep -cE 'ERROR: AddressSanitizer|runtime error:|WARNING: ThreadSanitizer' $log)
         [[ $reports == 0 ]] || status=1
-        note $preset "$(grep -oE '[0-9]+% tests passed, .*' $log | tail -n 1); $reports reports" $status
+        note $preset "$(grep -oE '[0-9]+% tests passed, .*' $log | paste -sd ';'); $reports reports" $status
     else
         note $preset "does not build, see $log" 1
     fi

@@ -185,9 +185,10 @@ class Tetrahedralise(unittest.TestCase):
         made, _ = self.mesh("cube.obj", "--size", "0.05")
         self.assertLess(abs(math.log(made["predicted"]["elements"] / made["elements"]["T10"])),
                         math.log(1.25))
-        # Rather more than is needed, but no other order of magnitude.
-        self.assertLess(made["peak_memory"], 1.1 * made["predicted"]["memory"])
-        self.assertLess(made["predicted"]["memory"], 3 * made["peak_memory"])
+        # Rather more than is needed, but no other order of magnitude. Sanitizers keep what is freed.
+        if b"__asan_init" not in pathlib.Path(PROGRAM).read_bytes():
+            self.assertLess(made["peak_memory"], 1.1 * made["predicted"]["memory"])
+            self.assertLess(made["predicted"]["memory"], 3 * made["peak_memory"])
         told = self.refused("cube.obj", "--size", "0.02", "--memory", "0.1")
         self.assertIn("memory predicted", told)
         self.assertIn("1e+08 bytes (--memory)", told)

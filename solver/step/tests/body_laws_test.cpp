@@ -486,7 +486,8 @@ TEST_CASE("a solid thrown through the air turns as it did when it was thrown: no
             "time": {{"kind": "dynamic", "step": 0.01, "end": 0.3}})",
             elastic_box("T10", motion)));
         REQUIRE(r.summary.message == "");
-        for (const Field& f : r.simulation->body_records()[0].point_fields)
+        const std::vector<BodyRecord> records = r.simulation->body_records();
+        for (const Field& f : records[0].point_fields)
             if (f.name == "displacement")
                 for (std::size_t i = 3; i < f.values.size(); ++i)
                     CHECK(std::abs(f.values[i] - f.values[i - 3]) < 1e-9);
