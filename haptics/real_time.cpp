@@ -152,6 +152,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
     if (options.scheduler) {
         // First all there is, so that the loop's arrays have their pages whatever was written yet;
         // what the simulation reserves later gets its own where it writes, not in one go.
+        malloc_trim(0); // addresses that the heap has reserved and not used are not locked
         run.locked = mlockall(MCL_CURRENT) == 0;
         mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT);
     }

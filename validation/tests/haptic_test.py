@@ -242,6 +242,16 @@ class Beams(Case):
         self.assertGreater(report["largest_force"], 0.02)
 
 
+class ByTheClock(Case):
+    def test_only_what_is_used_is_locked(self):
+        child = subprocess.Popen([PROGRAM, "haptic", self.scene(), "--duration", "0.2", "--quiet",
+                                  "--output", "out"], cwd=self.folder)
+        _, status, used = os.wait4(child.pid, 0)
+        child.returncode = status
+        self.assertEqual(status, 0)
+        self.assertLess(used.ru_maxrss, 300e3)  # kB; the heap reserves more addresses than that
+
+
 class BadInput(Case):
     def test_unknown_device(self):
         self.refused("--device", "simulted", says=['"simulted"', "nearest: simulated"])
