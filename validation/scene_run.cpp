@@ -156,6 +156,7 @@ Scene scaled(Scene s, double length, double force)
             g.element *= length;
             g.curvature /= length;
             pair(g.EI, force * length * length);
+            pair(g.EI_across, force * length * length);
             pair(g.GJ, force * length * length);
             pair(g.EA, force);
             pair(g.GA, force);

@@ -28,7 +28,8 @@ double blend(const std::array<double, 2>& ends, double t)
 Section segment_section(const BeamSegment& g, double t)
 {
     const double EI = blend(g.EI, t), GA = blend(g.GA, t);
-    return {{blend(g.EA, t), GA, GA, blend(g.GJ, t), EI, EI},
+    const double EI_across = g.EI_across[0] > 0 ? blend(g.EI_across, t) : EI;
+    return {{blend(g.EA, t), GA, GA, blend(g.GJ, t), EI_across, EI},
             {1, 0, 0, g.twist, -g.curvature * std::sin(g.curvature_angle),
              g.curvature * std::cos(g.curvature_angle)}};
 }
@@ -150,12 +151,10 @@ HeldWire held_part(const WireMaterial& m, double a, double b)
                       const double h = end - start;
                       held.axial += integral_of_inverse(first.stiffness[0], last.stiffness[0], h);
                       held.torsion += integral_of_inverse(first.stiffness[3], last.stiffness[3], h);
-                      const auto bending = [](const Section& c) {
-                          return 0.5 * c.stiffness[4] *
-                                 (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]);
-                      };
                       held.bending +=
-                          h / 6 * (bending(first) + 4 * bending(middle) + bending(last));
+                          h / 6 *
+                          (straightening_energy(first) + 4 * straightening_energy(middle) +
+                           straightening_energy(last));
                       if (m.table.empty()) return;
                       const auto beyond = [&](double s, const Section& c) {
                           return beyond_linear(tables_at(m, s), straightened(c)).energy;
@@ -205,7 +204,8 @@ WireMaterial make_material(const std::vector<BeamSegment>& segments, double cont
         m.law.push_back(law_between(m, a, b));
         const double reach =
             std::max(b - a, 5 * segments[std::size_t(segment_of(m, 0.5 * (a + b), true))].radius);
-        m.stiffness.push_back(m.law[i].S[4] / ((b - a) * reach * reach * reach));
+        m.stiffness.push_back(std::min(m.law[i].S[4], m.law[i].S[5]) /
+                              ((b - a) * reach * reach * reach));
         const HeldWire held = held_part(m, a, b);
         m.flexibility_axial.push_back(m.flexibility_axial.back() + held.axial);
         m.flexibility_torsion.push_back(m.flexibility_torsion.back() + held.torsion);
@@ -233,6 +233,12 @@ WireMaterial make_material(const std::vector<BeamSegment>& segments, double cont
 Section section_at(const WireMaterial& m, double s)
 {
     return section_in(stretch_at(m, s), s);
+}
+
+double straightening_energy(const Section& c)
+{
+    return 0.5 * (c.stiffness[4] * c.natural[4] * c.natural[4] +
+                  c.stiffness[5] * c.natural[5] * c.natural[5]);
 }
 
 void share_bending(std::vector<TableShare>& shares, const ElementLaw& law)
@@ -287,9 +293,11 @@ ElementLaw law_between(const WireMaterial& m, double a, double b)
         law.P[i] = law.S[i] * k;
         law.constant += 0.5 * law.P[i] * k;
     }
-    // Residual bending flexibility of a constant-strain element: L^2/12 EI.
-    if (law.S[4] > 0)
-        law.S[1] = law.S[2] = L / (shear_flexibility / L + L * L * L / (12 * law.S[4]));
+    // Residual bending flexibility of a constant-strain element: L^2/12 EI. A shear along axis 2
+    // goes with bending about axis 3.
+    for (const auto& [shear, bend] : {std::pair{1u, 5u}, {2u, 4u}})
+        if (law.S[bend] > 0)
+            law.S[shear] = L / (shear_flexibility / L + L * L * L / (12 * law.S[bend]));
     law.beyond = shares_between(m, a, b);
     share_bending(law.beyond, law);
     return law;

@@ -10,8 +10,9 @@ namespace amontons {
 
 /// Section of a wire at one place: stiffness and natural strain, in the order of ElementLaw.
 struct Section {
-    std::array<double, 6> stiffness{}; ///< EA, GA, GA [N], GJ, EI, EI [N m^2]; GA 0: no shear
-    std::array<double, 6> natural{};   ///< 1, 0, 0, natural twist and curvatures [1/m]
+    std::array<double, 6>
+        stiffness{};                 ///< EA, GA, GA [N], GJ, EI across, EI [N m^2]; GA 0: no shear
+    std::array<double, 6> natural{}; ///< 1, 0, 0, natural twist and curvatures [1/m]
 };
 
 /// A stretch of wire along which stiffness and natural strain are linear.
@@ -42,13 +43,13 @@ struct WireMaterial {
     std::vector<SectionStretch> stretch;
     std::vector<double> node;    ///< s of the nodes, increasing [m]
     std::vector<ElementLaw> law; ///< of the whole elements
-    /// EI / l^3 of each element, l its length or 5 radii, what is longer: what a force scale is
-    /// made of, the same for any fine mesh [N/m]
+    /// Least EI / l^3 of each element, l its length or 5 radii, what is longer: what a force scale
+    /// is made of, the same for any fine mesh [N/m]
     std::vector<double> stiffness;
     std::vector<MaterialPoint> point;        ///< from the tip (0) towards the base
     std::vector<double> flexibility_axial;   ///< integral of ds/EA from 0 to each node [m/N]
     std::vector<double> flexibility_torsion; ///< integral of ds/GJ from 0 to each node [1/(N m)]
-    std::vector<double> bending_energy;      ///< integral of EI k0^2 / 2 from 0 to each node [J]
+    std::vector<double> bending_energy; ///< integral of sum EI k0^2 / 2 from 0 to each node [J]
 };
 
 /// @param contact_spacing  distance of contact points [m]; 0: half the shortest element
@@ -56,6 +57,9 @@ WireMaterial make_material(const std::vector<BeamSegment>& segments, double cont
 
 /// Section at s.
 Section section_at(const WireMaterial& m, double s);
+
+/// Energy per length of a linear section that is straightened [J/m].
+double straightening_energy(const Section& c);
 
 /// Strains of the straight wire less its natural ones.
 inline std::array<double, 6> straightened(const Section& c)
@@ -77,7 +81,7 @@ ElementLaw law_between(const WireMaterial& m, double a, double b);
 struct HeldWire {
     double axial = 0;   ///< integral ds/EA [m/N]
     double torsion = 0; ///< integral ds/GJ [1/(N m)]
-    double bending = 0; ///< integral EI k0^2/2 [J]
+    double bending = 0; ///< integral sum EI k0^2/2 [J]
 };
 HeldWire held_between_base_and(const WireMaterial& m, double s);
 

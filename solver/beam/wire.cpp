@@ -82,8 +82,7 @@ struct Growth {
 double straight_energy(const WireMaterial& m, double s)
 {
     const Section c = section_at(m, s);
-    double energy =
-        0.5 * c.stiffness[4] * (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]);
+    double energy = straightening_energy(c);
     if (!m.table.empty()) energy += beyond_linear(tables_at(m, s), straightened(c)).energy;
     return energy;
 }
@@ -138,10 +137,11 @@ Growth growth(const Wire& wire, const ElementLaw& law, double further)
     for (std::size_t i : {0, 3, 4, 5})
         if (c.stiffness[i] > 0)
             dS[i] = 2 * law.S[i] / L - law.S[i] * law.S[i] / (L * L * c.stiffness[i]);
-    if (law.S[4] > 0) {
-        const double k = law.S[1] / L, EI = law.S[4] / L;
-        const double dEI = (dS[4] - EI) / L;
-        dS[1] = dS[2] = k - L * k * k * (L / (6 * EI) - L * L / (12 * EI * EI) * dEI);
+    for (const auto& [shear, bend] : {std::pair{1u, 5u}, {2u, 4u}}) {
+        if (!(law.S[bend] > 0)) continue;
+        const double k = law.S[shear] / L, EI = law.S[bend] / L;
+        const double dEI = (dS[bend] - EI) / L;
+        dS[shear] = k - L * k * k * (L / (6 * EI) - L * L / (12 * EI * EI) * dEI);
     }
     for (std::size_t i = 0; i < 6; ++i) {
         if (!(law.S[i] > 0)) continue;

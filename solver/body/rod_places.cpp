@@ -106,7 +106,8 @@ void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
     const bool rope = pressed * size_ * size_ > kRope * soft && tension > compression;
     for (const Expected& x : expected_) {
         const int e = x.at.node;
-        const double xi = x.at.weight, L = rod_.law[std::size_t(e)].length;
+        const ElementLaw& law = rod_.law[std::size_t(e)];
+        const double xi = x.at.weight, L = law.length;
         const RodPlace p = rod_place(rod_, now_.nodes, e, xi);
         const double r = x.load.force.dot(x.load.normal);
         Mat12 k = -r * (p.J.transpose() * x.load.curvature * p.J);
@@ -115,7 +116,7 @@ void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
         double rho = 0;
         if (x.load.still && compression > 0) {
             const double wave =
-                3.14159265358979 * std::sqrt(rod_.law[std::size_t(e)].S[4] / L / compression);
+                3.14159265358979 * std::sqrt(std::min(law.S[4], law.S[5]) / L / compression);
             rho = kHold * compression * std::min(wave, size_) / (L * L);
         } else if (!x.load.still && rope) {
             rho = std::min(kLean * x.load.firm, element_stiffness(e));

@@ -147,10 +147,14 @@ void complete_segment(void* object, const std::function<bool(const char*)>& give
     if (!given("EI") && !s.bending.empty()) s.EI.fill(at_rest(s.bending));
     if (!given("EA") && !s.stretching.empty()) s.EA.fill(at_rest(s.stretching));
     for (std::size_t end = 0; end < 2; ++end) {
-        if (!given("GJ") && s.layers.empty()) s.GJ[end] = kTorsionOfBending * s.EI[end];
+        // Of a flattened wire, an ellipse as wide as the radius.
+        const double EI = s.EI[end], across = given("EI_across") ? s.EI_across[end] : EI;
+        if (!given("GJ") && s.layers.empty() && EI > 0)
+            s.GJ[end] = kTorsionOfBending * EI * (2 * across / (EI + across));
         if (!given("EA") && s.stretching.empty() && s.layers.empty() && s.radius > 0) {
             const double radius = end == 1 && s.end_radius > 0 ? s.end_radius : s.radius;
-            s.EA[end] = 4 * s.EI[end] / (radius * radius + s.inner_radius * s.inner_radius);
+            s.EA[end] =
+                4 * std::max(EI, across) / (radius * radius + s.inner_radius * s.inner_radius);
         }
     }
 }
@@ -200,11 +204,17 @@ ObjectDeclaration declare_segment(const ObjectDeclaration& layer)
                          field<&B::EI>("EI", "N m^2", at_least(0),
                                        "Bending stiffness; 0 makes a cable (EA is "
                                        "needed then).")),
+         fallback("EI", field<&B::EI_across>(
+                            "EI_across", "N m^2", positive(),
+                            "Of a flattened wire or a ribbon: bending stiffness across the plane "
+                            "of a curvature at angle 0, EI being that in it. GJ and EA that are "
+                            "not given are an ellipse's as wide as the radius.")),
          list<&B::layers>("layers", layer,
                           "Of tubes and coils one in another, which bend and "
                           "stretch as one: EI, GJ and EA where these are not given."),
-         fallback("0.77 EI", field<&B::GJ>("GJ", "N m^2", at_least(0), "Torsional stiffness.")),
-         fallback("4 EI / (radius^2 + inner_radius^2)",
+         fallback("0.77 EI; with EI_across 1.54 / (1 / EI + 1 / EI_across)",
+                  field<&B::GJ>("GJ", "N m^2", at_least(0), "Torsional stiffness.")),
+         fallback("4 EI / (radius^2 + inner_radius^2), of the larger EI",
                   field<&B::EA>("EA", "N", positive(), "Axial stiffness.")),
          fallback("no shear deformation",
                   field<&B::GA>("GA", "N", at_least(0), "Shear stiffness; 0: rigid in shear.")),

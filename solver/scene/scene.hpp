@@ -91,6 +91,9 @@ struct BeamSegment {
     double end_radius = 0;      ///< ... at the end of a cone; 0: radius; see tapers.hpp [m]
     double inner_radius = 0;    ///< of the bore; 0: solid [m]
     std::array<double, 2> EI{}; ///< bending stiffness [N m^2]
+    /// ... across the plane of a curvature at angle 0, of flattened wires and ribbons; 0: EI
+    /// [N m^2]
+    std::array<double, 2> EI_across{};
     std::array<double, 2> GJ{}; ///< torsional stiffness [N m^2]; default 0.77 EI
     std::array<double, 2> EA{}; ///< axial stiffness [N]; default 4 EI / (radius^2 + inner_radius^2)
     std::array<double, 2> GA{}; ///< shear stiffness [N]; 0: no shear deformation

@@ -135,6 +135,15 @@ void check_segment(const BeamSegment& s, const std::string& here, const std::str
         findings.add({here + "/EA", here + "/EI", here + "/radius"}, "nothing",
                      "a number > 0 [N] where EI is 0");
     if (!stiff.empty() && s.EI[0] * s.EI[1] == 0) findings.add({here + "/EI"}, "0", stiff);
+    if (s.EI_across[0] > 0)
+        for (const auto& [given, name] : {std::pair{s.EI[0] * s.EI[1] == 0, "EI"},
+                                          {!s.layers.empty(), "layers"},
+                                          {!s.bending.empty(), "bending"}})
+            if (given)
+                findings.add({here + "/EI_across", here + "/" + name},
+                             fmt::format("{}", s.EI_across[0]),
+                             std::string("nothing beside ") +
+                                 (std::string("EI") == name ? "a cable's EI of 0" : name));
     if (!stiff.empty() && s.GJ[0] * s.GJ[1] == 0)
         findings.add({here + "/GJ", here + "/EI"}, "0", stiff);
     check_layers(s, here, findings);

@@ -57,6 +57,7 @@ std::vector<BeamSegment> without_tapers(const std::vector<BeamSegment>& segments
         for (int i = 0; i < count; ++i) {
             piece.radius = ends[0] + (i + 0.5) / count * (ends[1] - ends[0]);
             cut(piece.EI, g.EI, i, &SectionStiffness::EI);
+            cut(piece.EI_across, g.EI_across, i);
             cut(piece.GJ, g.GJ, i, &SectionStiffness::GJ);
             cut(piece.EA, g.EA, i, &SectionStiffness::EA);
             cut(piece.GA, g.GA, i);

@@ -53,6 +53,9 @@ bool is_given(const FieldDeclaration& f, void* member)
     case FieldType::number:
         if (f.optional) return static_cast<std::optional<double>*>(member)->has_value();
         return f.fallback.empty() || *static_cast<double*>(member) != 0;
+    case FieldType::pair:
+        return f.fallback.empty() ||
+               *static_cast<std::array<double, 2>*>(member) != std::array<double, 2>{};
     case FieldType::vector:
         return !f.optional || static_cast<std::optional<Vec3>*>(member)->has_value();
     case FieldType::text:

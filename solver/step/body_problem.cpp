@@ -17,9 +17,13 @@ namespace {
 // The part of a body's rigid modes in W is this many times its elastic part: the modes are found by
 // the method of multipliers, whose error falls by about this factor each time. As many digits of
 // the elastic part are lost: where the tolerance asks for them it is less.
-constexpr double kModeWeight = 1e3, kFineModeWeight = 10, kFine = 1e-10;
+constexpr double kModeWeight = 1e2, kFineModeWeight = 10, kFine = 1e-10;
 constexpr double kStressedModeWeight = 10; // over what contacts hold the modes with
 constexpr int kMostModeSteps = 60;
+// Newton's method on a W at hand gains digits for next to nothing: what linear solids are solved
+// beyond the tolerance by, so that uniform pressure comes out uniform.
+constexpr double kFiner = 1e-4;
+constexpr int kFinerIterations = 12;
 constexpr int kNewtonSteps = 60; // and sweeps before them
 constexpr int kManyRows = 1500;  // of many bodies: factors of their W fill up
 constexpr int kMostRescales = 3;
@@ -260,10 +264,18 @@ ContactSolution BodyStepper::solve_contact(const SolverOptions& options) const
     if (!many) quick.max_iterations = kNewtonSteps;
     const ContactSolution first = amontons::solve(problem_, quick, r_);
     const Certificate& found = first.certificate;
-    if (found.status == SolveStatus::converged || found.status == SolveStatus::infeasible ||
-        (many && found.error <= options.acceptable))
+    if (found.status == SolveStatus::infeasible || (many && found.error <= options.acceptable))
         return first;
-    return amontons::solve(problem_, options, first.reaction);
+    if (found.status != SolveStatus::converged)
+        return amontons::solve(problem_, options, first.reaction);
+    if (!linear_ || problem_.W.is_sparse()) return first;
+    quick.tolerance = kFiner * options.tolerance;
+    quick.max_iterations = kFinerIterations;
+    ContactSolution finer = amontons::solve(problem_, quick, first.reaction);
+    if (!(finer.certificate.error < found.error)) return first;
+    finer.certificate.status = SolveStatus::converged;
+    finer.certificate.iterations += found.iterations;
+    return finer;
 }
 
 bool BodyStepper::stressed(std::size_t b) const
@@ -315,7 +327,7 @@ bool BodyStepper::solve_with_modes()
     for (std::size_t b = 0; b < bodies(); ++b)
         modes |= mode_load_[b].size() > 0;
     // The weight of the modes is in W and q, and so in what the error is relative to.
-    options.tolerance = (modes ? 0.1 / mode_weight() : 0.1) * options_.tolerance;
+    options.tolerance = (modes ? 0.01 / mode_weight() : 0.1) * options_.tolerance;
     options.acceptable = 5 * options.tolerance;
     options.patience = kPatience;
     options.stop = options_.stop;
@@ -384,7 +396,7 @@ bool BodyStepper::solve_with_modes()
                 mode_scale_[b] > 0 ? Eigen::VectorXd(mode_gain(b) * e) : Eigen::VectorXd(scale * e);
             growth = std::max(growth, mode_[b].norm() / body(b).size());
         }
-        if (worst <= 0.01 * options_.tolerance) return true;
+        if (worst <= (linear_ ? kFiner : 0.01) * options_.tolerance) return true;
         if (worst <= options_.tolerance && worst > 0.5 * best) return true; // at round-off
         // The forces on a small body may be none beside those that the error is relative to: on.
         constexpr double kLeast = 1e-30;

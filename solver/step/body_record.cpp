@@ -238,6 +238,9 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
             for (std::size_t i = 0; i < nodes.size(); ++i)
                 most = std::max(most, (nodes[i].position() - first[i].position()).norm());
             vector(b.name + "_end", "m", nodes.back().position());
+            vector(b.name + "_end_tangent", "",
+                   rotation_matrix(nodes.back().q) *
+                       b.rod->model().axis(b.rod->model().element_count() - 1, 1));
             told.clear();
             for (const RodLoad& l : input.loads)
                 if (l.at && told.insert(place_of("", l.at)).second)

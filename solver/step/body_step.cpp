@@ -412,6 +412,7 @@ bool BodyStepper::run()
     bool nonlinear = false;
     for (const BodyRef& b : system_.refs)
         nonlinear |= b.body->nonlinear();
+    linear_ = !nonlinear && !step_.dynamic;
     const bool geometry = !step_.dynamic && !system_.finder.all_small();
     double least = std::numeric_limits<double>::infinity();
     for (int i = 0, halved = 0; i < options_.most_iterations; ++i) {

@@ -101,6 +101,7 @@ private:
     bool nothing_ = false;   ///< moves but for rounding
     bool spread_ = false;    ///< contacts stand for areas: forces are to be even
     bool elastic_ = false;   ///< some body of the problem is
+    bool linear_ = false;    ///< all are, at rest: the problem is solved beyond the tolerance
     bool rods_only_ = false; ///< solve_rods() is for them
     std::vector<CouplingRow> joints_;
     std::vector<Vec3> value_;   ///< of every contact and coupling, at the iterate

@@ -90,7 +90,7 @@ WireBody build_wire(const Scene& scene, const BeamInput& beam,
     if (sheath.fade > 0) {
         double EI = 0;
         for (const BeamSegment& g : beam.segments)
-            EI = std::max({EI, g.EI[0], g.EI[1]});
+            EI = std::max({EI, g.EI[0], g.EI[1], g.EI_across[0], g.EI_across[1]});
         sheath.grip = kGripOverBending * EI / std::pow(sheath.fade, 4);
     }
     wire.sheath = sheath;

@@ -142,7 +142,7 @@ Residual residual_of_iterate(const Wire& wire, const NewtonWorkspace& w)
     const double length = wire.material.length;
     double EI = 0;
     for (const ElementLaw& law : wire.material.law)
-        EI = std::max(EI, law.S[4] / law.length);
+        EI = std::max({EI, law.S[4] / law.length, law.S[5] / law.length});
     for (const Vec3& f : wire.dead_force)
         reactions = std::max(reactions, f.norm());
     for (const Vec3& m : wire.dead_moment)

@@ -34,7 +34,7 @@ WireBody make_wire_body(Wire wire, std::vector<WireWall> walls, WireMotion motio
     double EI = 0;
     for (const ElementLaw& law : b.wire.material.law) {
         b.grain = std::max(b.grain, law.length);
-        EI = std::max(EI, law.S[4] / law.length);
+        EI = std::max({EI, law.S[4] / law.length, law.S[5] / law.length});
     }
     b.scale_force = EI / (b.wire.material.length * b.wire.material.length);
     b.work = std::make_unique<NewtonWorkspace>(b.wire, b.walls.size());

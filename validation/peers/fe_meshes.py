@@ -116,9 +116,7 @@ def scene(case, level, meshes):
                                 "poisson_ratio": 0})
         del prism["youngs_modulus"], prism["poisson_ratio"]
         bodies, pair = {"b": prism}, None
-    # The patch test is exact but for what the steps leave: on nodes of small area 1e4 times that.
-    accuracy = {"contact": 1e-13 if case == "patch" else 1e-8}
-    return {"schema": 1, "title": case, "accuracy": accuracy, "bodies": bodies,
+    return {"schema": 1, "title": case, "bodies": bodies,
             "contact": [pair] if pair else [], "time": time,
             "output": {"picture": False, "plots": False, "every": 1000}}
 
@@ -170,16 +168,31 @@ def root(x):
     return math.sqrt(max(0.0, x))
 
 
+def at_centre(places, values):
+    """What a linear function closest to the values (least squares) has in the middle of the section:
+    nodes of a free mesh are not spread evenly, so their mean turns with the section."""
+    centred = [(y - 0.25, z - 0.25) for _, y, z in places]
+    rows = [(1, y, z) for y, z in centred]
+    normal = [[sum(r[i] * r[j] for r in rows) for j in range(3)] +
+              [sum(r[i] * v for r, v in zip(rows, values))] for i in range(3)]
+    for i in range(3):
+        for j in range(3):
+            if j != i:
+                share = normal[j][i] / normal[i][i]
+                normal[j] = [a - share * b for a, b in zip(normal[j], normal[i])]
+    return normal[0][3] / normal[0][0]
+
+
 def measure(case, folder, references):
     if case == "elastica":
         body = read_vtk([f for f in last_file(bodies_of(folder)) if f.endswith(".vtu")][0])
         places = [[a - b for a, b in zip(x, u)]
                   for x, u in zip(body["points"], body["displacement"])]
-        tip = [u for X, u in zip(places, body["displacement"]) if X[0] > 10 - 1e-9]
-        mean = [sum(u[i] for u in tip) / len(tip) for i in range(3)]
+        end = [(X, u) for X, u in zip(places, body["displacement"]) if X[0] > 10 - 1e-9]
+        tip = [at_centre([X for X, _ in end], [u[i] for _, u in end]) for i in range(3)]
         exact = references["elastica_dev"]
-        return {"w_tip": math.hypot(mean[1], mean[2]) / exact["w"] - 1,
-                "u_tip": mean[0] / exact["u"] - 1}
+        return {"w_tip": math.hypot(tip[1], tip[2]) / exact["w"] - 1,
+                "u_tip": tip[0] / exact["u"] - 1}
     contacts = read_vtk(last_file(folder + "/contacts.pvd")[0])
     x, p, area = contacts["points"], contacts["pressure"], contacts["area"]
     force = contacts["force"]

@@ -55,8 +55,8 @@ TEST_CASE("flexibilities and bending energy of the held part are the integrals o
                               })).epsilon(1e-6));
         const double bending = integral(0, s, [&](double x) {
             const Section c = section_at(m, x);
-            return 0.5 * c.stiffness[4] *
-                   (c.natural[4] * c.natural[4] + c.natural[5] * c.natural[5]);
+            return 0.5 * (c.stiffness[4] * c.natural[4] * c.natural[4] +
+                          c.stiffness[5] * c.natural[5] * c.natural[5]);
         });
         CHECK(std::abs(held.bending - bending) < 1e-5 * 0.128);
     }
@@ -74,9 +74,12 @@ TEST_CASE("a tapered element bends and stretches as its sections in series")
     }
     // Closed form of the linear taper from 2 to 0.4 over 1.5.
     const double a = 2 - 1.6 * 0.1 / 1.5, b = 2 - 1.6 * 1.3 / 1.5;
-    CHECK(law.S[4] == test::relative(L * (b - a) / std::log(b / a)).epsilon(1e-12));
+    CHECK(law.S[5] == test::relative(L * (b - a) / std::log(b / a)).epsilon(1e-12));
+    const double c = 1.1 - 0.4 * 0.1 / 1.5, d = 1.1 - 0.4 * 1.3 / 1.5; // across
+    CHECK(law.S[4] == test::relative(L * (d - c) / std::log(d / c)).epsilon(1e-12));
     // The bending flexibility that a constant strain cannot show is in the shear.
-    CHECK(law.S[1] == test::relative(L * 12 * law.S[4] / (L * L * L)).epsilon(1e-12));
+    CHECK(law.S[1] == test::relative(L * 12 * law.S[5] / (L * L * L)).epsilon(1e-12));
+    CHECK(law.S[2] == test::relative(L * 12 * law.S[4] / (L * L * L)).epsilon(1e-12));
 }
 
 TEST_CASE("shear flexibility adds to the residual bending flexibility")

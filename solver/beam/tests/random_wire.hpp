@@ -30,13 +30,14 @@ inline void shake(BeamNode& n, Random& random, double move, double turn)
     rotate_in_body(n.q, random.vector(turn));
 }
 
-/// A shaft, a tapered piece and a curved tip; lengths of order 1.
+/// A shaft, a tapered piece and a curved tip, all flattened; lengths of order 1.
 inline std::vector<BeamSegment> three_segments(double shear = 0)
 {
     BeamSegment shaft;
     shaft.length = 6;
     shaft.radius = 0.05;
     shaft.EI = {2, 2};
+    shaft.EI_across = {1.1, 1.1};
     shaft.GJ = {1.5, 1.5};
     shaft.EA = {900, 900};
     shaft.GA = {shear, shear};
@@ -44,12 +45,14 @@ inline std::vector<BeamSegment> three_segments(double shear = 0)
     BeamSegment taper = shaft;
     taper.length = 1.5;
     taper.EI = {2, 0.4};
+    taper.EI_across = {1.1, 0.7};
     taper.GJ = {1.5, 0.3};
     taper.EA = {900, 300};
     taper.element = 0.25;
     BeamSegment tip = taper;
     tip.length = 1;
     tip.EI = {0.4, 0.4};
+    tip.EI_across = {0.7, 0.7};
     tip.GJ = {0.3, 0.3};
     tip.EA = {300, 300};
     tip.curvature = 0.8;
@@ -66,7 +69,9 @@ inline Wire shaken_wire(double inserted, double fade, unsigned seed, double shea
     Random random(seed);
     Wire w;
     std::vector<BeamSegment> segments = three_segments(shear);
-    if (tables) {
+    if (tables) { // of round sections
+        for (BeamSegment& g : segments)
+            g.EI_across = g.EI;
         segments[0].bending = {{0, 0}, {0.03, 0.06}, {1, 0.5}};
         segments[2].bending = {{0, 0}, {0.05, 0.02}, {0.4, 0.05}, {1, 0.9}};
     }

@@ -44,6 +44,21 @@ TEST_CASE("rods read as they are written, and resolved as the same again")
     CHECK(resolved_scene(parse_scene(resolved, "again.json", {})) == resolved);
 }
 
+TEST_CASE("a flattened rod bends by two stiffnesses")
+{
+    const auto with = [&](const std::string& more) {
+        return replaced(kExample, "\"EI\": 1440", "\"EI\": 1440" + more);
+    };
+    const Scene s = parse_scene(with(", \"EI_across\": [480, 240]"), "s.json", {});
+    const BeamSegment& flat = s.rods[0].segments[0];
+    CHECK(flat.EI_across == std::array<double, 2>{480, 240});
+    CHECK(flat.GJ[0] == doctest::Approx(1.54 / (1 / 1440. + 1 / 480.)).epsilon(1e-14));
+    CHECK(resolved_scene(parse_scene(resolved_scene(s), "again.json", {})) == resolved_scene(s));
+    CHECK(has(issues_of(with(", \"EI_across\": 9, \"bending\": [[0, 0], [1, 1440]]")),
+              "/segments/0/EI_across: found 9, allowed: nothing beside bending"));
+    CHECK(has(issues_of(with(", \"EI_across\": 0")), "/segments/0/EI_across: found 0"));
+}
+
 TEST_CASE("tables of a rod's section: what they are not, and the stiffness that follows")
 {
     const std::string EI = "\"EI\": 1440", corotational = "\"elements\": \"corotational\", ";
