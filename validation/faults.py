@@ -93,9 +93,14 @@ def readable(folder, whole, least=0, killed=False):
     steps = max(0, len(history) - 1)
     assert history == whole[0][:len(history)], "the steps that are left are not those of the undisturbed run"
     assert steps >= least, f"{least} steps were written, {steps} are left"
-    for key, data in frames_of(folder).items():
-        if ".end." not in key[2]:  # where a run that gave up stood: the undisturbed one has none there
-            assert whole[1].get(key) == data, f"another frame {key[2]} is left"
+    by_name = {file: data for (_, _, file), data in whole[1].items()}
+    for (collection, moment, file), data in frames_of(folder).items():
+        if ".end." in file:
+            continue  # where a run that gave up stood: the undisturbed one has none there
+        # What stands still is written anew with the last frame: until then its first file stands for it.
+        last = (collection, moment, file.replace(".start.", ".end."))
+        there = (collection, moment, file) in whole[1] or last in whole[1]
+        assert there and by_name.get(file) == data, f"another frame {file} is left"
     if not (folder / "manifest.json").exists():
         return steps, False
     json.loads((folder / "manifest.json").read_text())
