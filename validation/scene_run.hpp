@@ -9,7 +9,7 @@
 
 namespace amontons::validation {
 
-/// A scene of the examples or of a case, built into the program: "torus", "double-u", "j-tip".
+/// A scene of an example or a case, built into the program: "torus", "double-u", "j-tip-twist".
 /// @param overrides  as on the command line, "PATH=VALUE"
 Scene scene(std::string_view name, const std::vector<std::string>& overrides = {});
 

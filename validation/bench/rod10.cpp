@@ -4,7 +4,7 @@
 //        rod10_bench turning   time of a frame of a rod that turns by a degree each, against the
 //                              error of its deflection, with steps 2 to 7 in every k-th frame only
 
-#include "validation/cases/rod10/turning.hpp"
+#include "validation/families/rod10/turning.hpp"
 
 #include <algorithm>
 #include <cstdlib>

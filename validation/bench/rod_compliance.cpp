@@ -6,7 +6,7 @@
 // nodes. Times, the least of many: a Newton iteration (elements, tangent, factor), and the product
 // W r = C^T (A^-1 (C r)), one forward and one backward sweep between two sparse products.
 
-#include "validation/cases/rods/rods.hpp"
+#include "validation/families/rods/rods.hpp"
 
 #include <chrono>
 #include <cmath>

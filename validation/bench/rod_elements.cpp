@@ -5,7 +5,7 @@
 // many.
 
 #include "solver/rod10/rod10.hpp"
-#include "validation/cases/rods/rods.hpp"
+#include "validation/families/rods/rods.hpp"
 
 #include <chrono>
 #include <cmath>

@@ -5,7 +5,7 @@
 // Every step is looked at from the nodes' places alone: least distance of the middle line from
 // itself, also on the way from step to step, and how far the wire is out of the ball.
 
-#include "validation/cases/rods/nest.hpp"
+#include "validation/families/rods/nest.hpp"
 #include "validation/scene_run.hpp"
 
 #include <exception>

@@ -192,7 +192,7 @@ def cantilever_errors(problem, answer):
 
 
 # u_x [m] on the plane at x [m], mu = 1: two finite-element runs of others on the way to convergence,
-# as in validation/cases/solids.
+# as in validation/families/solids.
 DRAGGED = {0: 2.8602e-05, 0.005: 2.2867e-05, 0.0075: 1.9807e-05}
 
 
