@@ -278,6 +278,13 @@ FolderCase parse_folder_case(std::string_view text, const std::string& file,
     return c;
 }
 
+std::string about_case(const std::string& folder)
+{
+    const fs::path file = fs::path(folder) / "README.md";
+    std::error_code error;
+    return fs::is_regular_file(file, error) ? first_paragraph(read_file(file.string())) : "";
+}
+
 FolderCase read_folder_case(const std::string& folder)
 {
     const fs::path path = fs::weakly_canonical(folder);
@@ -288,7 +295,7 @@ FolderCase read_folder_case(const std::string& folder)
     });
     c.folder = path.string();
     c.name = path.filename().string();
-    c.about = first_paragraph(read_file((path / "README.md").string()));
+    c.about = about_case(c.folder);
     return c;
 }
 

@@ -57,6 +57,8 @@ using RunScene =
 /// @param folder  with a case.json; its last part is the case's name
 /// @throws InputError  with everything that is wrong with it
 FolderCase read_folder_case(const std::string& folder);
+/// What a case is: the first paragraph of the README.md in its folder, "" if there is none.
+std::string about_case(const std::string& folder);
 /// The text of a case.json. @param exists  whether a file lies beside it
 FolderCase parse_folder_case(std::string_view text, const std::string& file,
                              const std::function<bool(const std::string&)>& exists);

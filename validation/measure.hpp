@@ -53,11 +53,13 @@ Measured missed(Measured row, std::string why);
 /// Raises the worst so far to a value that is larger or no number: NaN stays, it never gets lost.
 void raise_to(double& worst, double value);
 
-/// A published or closed-form result, and how it is measured here.
+/// A published or closed-form result, and how it is measured here. What it is says
+/// validation/cases/<name>/README.md.
 struct Case {
     std::string_view name;
-    std::string_view suite;  ///< "benchmarks" | "stability"
-    std::string_view source; ///< of the reference
+    std::string_view suite;    ///< "benchmarks" | "stability"
+    std::string_view source;   ///< of the reference
+    std::string_view verified; ///< how that was checked
     std::vector<Measured> (*measure)();
     std::string_view left_out = ""; ///< why it does not run; then there is no measure
 };
@@ -68,7 +70,8 @@ const std::vector<Case>& cases();
 /// What came of a case.
 struct CaseResult {
     std::string name, suite, source;
-    std::string verified, about; ///< of cases that are folders; else ""
+    std::string verified; ///< how the reference was checked
+    std::string about;    ///< the first paragraph of the case's README.md
     std::vector<Measured> rows;
     std::string left_out; ///< why it did not run, "" if it did
     double seconds = 0;

@@ -1,6 +1,6 @@
 // amontons validate [CASE ...]: published cases, stiff and extreme ones; reference beside result.
 //
-// A case is a function in validation/cases, or a folder with a case.json. Several cases run as
+// A case is a function in validation/families, or a folder with a case.json. Several cases run as
 // children of the program, some at a time: one that crashes is a row that failed.
 
 #include "mesh/base/file.hpp"
@@ -42,10 +42,11 @@ struct ValidateArguments {
 struct Entry {
     std::string name, suite, source;
     const Case* function = nullptr;
-    std::string folder;   ///< of a case that is one
+    std::string folder;   ///< in validation/cases, or where it was named
     std::string mistake;  ///< what is wrong with its case.json, or ""
     std::string word;     ///< how a child is asked for it
     bool by_path = false; ///< a mistake in its case.json is bad input, not a case that failed
+    std::string verified = "", about = "";
 };
 
 /// Where the folders of cases are, in the build as where it is installed.
@@ -53,22 +54,24 @@ std::string folder_of_cases()
 {
     std::error_code error;
     const fs::path program = fs::read_symlink("/proc/self/exe", error).parent_path();
-    return error ? "" : (program / "../share/amontons/cases").string();
+    return error ? "" : fs::weakly_canonical(program / "../share/amontons/cases").string();
 }
 
 Entry entry_of(const std::string& folder)
 {
     const FolderCase c = validation::read_folder_case(folder);
-    return {c.name, c.suite, c.source, nullptr, c.folder, "", c.folder, false};
+    return {c.name, c.suite, c.source, nullptr, c.folder, "", c.folder, false, c.verified, c.about};
 }
 
 /// All cases that go by a name: functions first, then folders.
 std::vector<Entry> known_cases()
 {
     std::vector<Entry> all;
-    for (const Case& c : validation::cases())
-        all.push_back({std::string(c.name), std::string(c.suite), std::string(c.source), &c, "", "",
-                       std::string(c.name)});
+    for (const Case& c : validation::cases()) {
+        const std::string name(c.name), folder = folder_of_cases() + "/" + name;
+        all.push_back({name, std::string(c.suite), std::string(c.source), &c, folder, "", name,
+                       false, std::string(c.verified), validation::about_case(folder)});
+    }
     for (const std::string& folder : validation::case_folders(folder_of_cases())) {
         const std::string name = fs::path(folder).filename().string();
         const bool taken =
@@ -194,9 +197,15 @@ CaseResult run_folder(const Entry& e)
         }
     });
     if (e.by_path && !mistakes.empty()) throw InputError(mistakes);
-    result.verified = c.verified;
-    result.about = c.about;
     return result;
+}
+
+/// With what the case says of itself, whatever came of it.
+CaseResult described(CaseResult r, const Entry& e)
+{
+    r.verified = e.verified;
+    r.about = e.about;
+    return r;
 }
 
 CaseResult run_here(const Entry& e)
@@ -205,7 +214,7 @@ CaseResult run_here(const Entry& e)
         return validation::run_case(
             e.name, e.suite, e.source,
             [&]() -> std::vector<validation::Measured> { throw std::runtime_error(e.mistake); });
-    return e.function ? validation::run_case(*e.function) : run_folder(e);
+    return described(e.function ? validation::run_case(*e.function) : run_folder(e), e);
 }
 
 /// What a child says of its one case; a child without an answer is a case that failed.
@@ -228,7 +237,7 @@ CaseResult result_of(const Entry& e, const ChildResult& child)
             throw std::runtime_error(why);
         });
     r.seconds = child.seconds;
-    return r;
+    return described(std::move(r), e);
 }
 
 /// Runs all, and tells each as soon as those before it are told.
@@ -265,7 +274,8 @@ void print_list(const std::vector<Entry>& list, const Session& session)
     json.open('[');
     for (const Entry& e : list) {
         json.open('{').member("case", e.name).member("suite", e.suite);
-        json.member("source", e.source).member("folder", e.folder);
+        json.member("source", e.source).member("verified", e.verified);
+        json.member("about", e.about).member("folder", e.folder);
         json.member("left_out", e.function ? e.function->left_out : "").close('}');
         text += fmt::format("{:<20} {:<11} {}\n", e.name, e.suite, e.source);
         if (e.function && !e.function->left_out.empty())

@@ -132,6 +132,21 @@ TEST_CASE("all that is wrong with a case is said, with its place")
     CHECK_THROWS_WITH_AS(without_readme(), doctest::Contains("README.md"), InputError);
 }
 
+TEST_CASE("what a case is, its README says in its first paragraph")
+{
+    const std::string folder =
+        (std::filesystem::temp_directory_path() / ("amontons_about" + std::to_string(::getpid())))
+            .string();
+    CHECK(about_case(folder).empty());
+    make_folder(folder);
+    CHECK(about_case(folder).empty());
+    write_file(folder + "/README.md", "# A block\n\nIt slides\non a plane.\n\nMore.\n");
+    CHECK(about_case(folder) == "It slides on a plane.");
+    write_file(folder + "/README.md", "# A block\n");
+    CHECK(about_case(folder).empty());
+    std::filesystem::remove_all(folder);
+}
+
 TEST_CASE("tables of numbers are read by name, their mistakes by line")
 {
     const Columns t = parse_columns("# a\n\"x [m]\", y\n1,2\n\n3,\n", "f.csv");

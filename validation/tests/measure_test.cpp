@@ -24,7 +24,7 @@ TEST_CASE("a row passes within its tolerance and at no other time, not even as N
 
 TEST_CASE("a case that cannot be run fails, with the reason")
 {
-    const Case broken{"broken", "stability", "",
+    const Case broken{"broken", "stability", "", "",
                       []() -> std::vector<Measured> { throw std::runtime_error("stuck at 3 mm"); }};
     const CaseResult r = run_case(broken);
     CHECK(!r.passed());
@@ -53,9 +53,9 @@ TEST_CASE("an error of a run with a step without certificate is no number")
 
 TEST_CASE("a case that measures nothing fails; what it leaves out does not count for it")
 {
-    const Case nothing{"nothing", "stability", "", [] { return std::vector<Measured>{}; }};
+    const Case nothing{"nothing", "stability", "", "", [] { return std::vector<Measured>{}; }};
     CHECK(!run_case(nothing).passed());
-    const Case skipped{"skipped", "stability", "",
+    const Case skipped{"skipped", "stability", "", "",
                        [] { return std::vector<Measured>{left_out("all of it", "no time")}; }};
     const CaseResult r = run_case(skipped);
     CHECK(!r.passed());
@@ -100,6 +100,7 @@ TEST_CASE("cases have names of their own and a suite")
         CHECK(names.insert(c.name).second);
         CHECK((c.suite == "benchmarks" || c.suite == "stability"));
         CHECK(!c.source.empty());
+        CHECK(!c.verified.empty());
     }
 }
 

@@ -9,7 +9,7 @@ import sys
 import tempfile
 
 KEYS = {"case", "suite", "source", "quantity", "reference", "value", "error", "tolerance",
-        "passed", "left_out", "seconds"}
+        "passed", "left_out", "seconds", "verified", "about"}
 
 
 def run(program, *arguments):
