@@ -125,12 +125,12 @@ CaseMeasure read_measure(const Json& json, const std::string& file, const std::s
 {
     CaseMeasure m;
     Fields f(json, file, place, issues);
-    const bool left_out = f.has("left_out");
-    m.scene = f.text("scene", scenes.size() > 1 && !left_out);
+    const bool left_out = f.has("left_out"), no_scene = left_out || f.has("problem");
+    m.scene = f.text("scene", scenes.size() > 1 && !no_scene);
     if (!scenes.empty() &&
         std::none_of(scenes.begin(), scenes.end(),
                      [&](const CaseScene& s) { return s.name == m.scene; }) &&
-        !(scenes.size() > 1 && m.scene.empty()) && !(left_out && m.scene.empty())) {
+        !(scenes.size() > 1 && m.scene.empty()) && !(no_scene && m.scene.empty())) {
         std::string names;
         for (const CaseScene& s : scenes)
             names += (names.empty() ? "one of " : ", ") + quoted_text(s.name);
@@ -138,9 +138,10 @@ CaseMeasure read_measure(const Json& json, const std::string& file, const std::s
     }
     m.what = f.text("what");
     m.note = f.text("note");
-    const int kinds = f.has("quantity") + f.has("curve") + f.has("refused") + left_out;
+    const int kinds =
+        f.has("quantity") + f.has("curve") + f.has("refused") + f.has("problem") + left_out;
     if (kinds != 1 && json.is_object())
-        f.issue("", fmt::format("{} of quantity, curve, refused and left_out", kinds),
+        f.issue("", fmt::format("{} of quantity, curve, refused, problem and left_out", kinds),
                 "one of them");
     if (f.has("quantity")) {
         m.quantity = f.text("quantity", true);
@@ -165,6 +166,14 @@ CaseMeasure read_measure(const Json& json, const std::string& file, const std::s
         m.kind = CaseMeasure::Kind::refusal;
         m.says = f.text("refused", true);
         if (m.what.empty()) m.what = "refused: " + m.says;
+    } else if (f.has("problem")) {
+        m.kind = CaseMeasure::Kind::problem;
+        m.file = f.text("problem", true);
+        if (!m.file.empty() && !exists(m.file))
+            f.issue("problem", quoted_text(m.file), "a file beside case.json");
+        m.says = f.one_of("status", {"converged", "infeasible"}, "converged");
+        m.tolerance = f.number("tolerance", true, 0, 0);
+        if (m.what.empty()) m.what = fs::path(m.file).stem().string();
     } else if (left_out) {
         m.kind = CaseMeasure::Kind::left_out;
         m.says = f.text("left_out", true);
@@ -187,6 +196,26 @@ std::string first_paragraph(const std::string& text)
         if (!blank && line[0] != '#') out += (out.empty() ? "" : " ") + line;
     }
     return out;
+}
+
+/// What `amontons solve` says of a problem: its error, or whether it is infeasible as it must be.
+Measured solved(const CaseMeasure& m, const std::string& what, const SceneAnswer& answer)
+{
+    if (answer.json.empty()) {
+        Measured row = at_most(what, kNaN, m.tolerance);
+        row.note = answer.last_words;
+        return row;
+    }
+    std::vector<Issue> issues;
+    const Json json = parse_json(answer.json, "the solver's answer", issues);
+    if (!issues.empty()) throw InputError(issues);
+    const std::string status = json.value("status", "");
+    const bool right = status == m.says;
+    Measured row = at_most(what + ": " + m.says, right ? 0 : 1, 0);
+    if (m.says == "converged")
+        row = at_most(what + ": error", right ? json.value("error", kNaN) : kNaN, m.tolerance);
+    row.note = fmt::format("{} contacts, {}", json.value("contacts", 0), status);
+    return row;
 }
 
 /// Largest distance of two curves, of the largest |y| of the reference.
@@ -239,6 +268,7 @@ FolderCase parse_folder_case(std::string_view text, const std::string& file,
     c.suite = f.one_of("suite", {"benchmarks", "stability"}, "");
     c.source = f.text("source", true);
     c.verified = f.text("verified", true);
+    c.data = f.text("data");
     const auto scene = [&](const Json& v, const std::string& name, const std::string& place) {
         CaseScene s{name, "", {}};
         if (v.is_string()) {
@@ -253,8 +283,15 @@ FolderCase parse_folder_case(std::string_view text, const std::string& file,
             issues.push_back({file, place, quoted_text(s.file), "a scene beside case.json"});
         c.scenes.push_back(std::move(s));
     };
-    if (const Json* one = f.get("scene", !f.has("scenes"), "a scene beside case.json"))
+    const Json* const list = f.get("measure", true, "a list [...] of measures");
+    const bool runs =
+        !list || !list->is_array() || std::any_of(list->begin(), list->end(), [](const Json& m) {
+            return !m.contains("problem") && !m.contains("left_out");
+        });
+    if (const Json* one = f.get("scene", runs && !f.has("scenes"), "a scene beside case.json"))
         scene(*one, "", "scene");
+    // What lies in the folder of data is looked for when the case runs.
+    const auto is_there = [&](const std::string& name) { return !c.data.empty() || exists(name); };
     if (const Json* all = f.get("scenes", false, "")) {
         if (f.has("scene")) f.issue("scenes", "scene and scenes", "one of them");
         if (!all->is_object() || all->empty())
@@ -263,13 +300,13 @@ FolderCase parse_folder_case(std::string_view text, const std::string& file,
             for (const auto& item : all->items())
                 scene(item.value(), item.key(), "scenes." + item.key());
     }
-    if (const Json* list = f.get("measure", true, "a list [...] of measures")) {
+    if (list) {
         if (!list->is_array() || list->empty())
             f.issue("measure", shown(*list), "a list [...] of measures");
         else
             for (std::size_t i = 0; i < list->size(); ++i)
                 c.measures.push_back(read_measure((*list)[i], file, fmt::format("measure.{}", i),
-                                                  c.scenes, exists, issues));
+                                                  c.scenes, is_there, issues));
     }
     f.done();
     if (!exists("README.md"))
@@ -312,17 +349,28 @@ std::vector<std::string> case_folders(const std::string& folder)
     return list;
 }
 
-std::vector<Measured> measure(const FolderCase& c, const RunScene& run)
+std::vector<Measured> measure(const FolderCase& c, const RunScene& run, const SolveProblem& solve,
+                              const std::string& data)
 {
     std::map<std::string, SceneAnswer> answers;
-    for (const CaseScene& s : c.scenes)
-        answers[s.name] = run((fs::path(c.folder) / s.file).string(), s.set);
+    for (const CaseScene& s : c.scenes) {
+        std::vector<std::string> set = s.set;
+        for (std::string& text : set)
+            if (const std::size_t at = text.find("{data}"); at != std::string::npos)
+                text.replace(at, 6, data);
+        answers[s.name] = run((fs::path(c.folder) / s.file).string(), set);
+    }
     std::vector<Measured> rows;
     for (std::size_t i = 0; i < c.measures.size(); ++i) {
         const CaseMeasure& m = c.measures[i];
         const std::string what = m.scene.empty() ? m.what : m.what + ", " + m.scene;
         if (m.kind == CaseMeasure::Kind::left_out) {
             rows.push_back(left_out(what, m.says));
+            continue;
+        }
+        if (m.kind == CaseMeasure::Kind::problem) {
+            const fs::path folder = data.empty() ? c.folder : data;
+            rows.push_back(solved(m, what, solve((folder / m.file).string(), m.tolerance)));
             continue;
         }
         const SceneAnswer& answer = answers.at(m.scene);

@@ -22,7 +22,7 @@ struct CaseScene {
 
 /// One thing that the case looks at.
 struct CaseMeasure {
-    enum class Kind { number, curve, refusal, left_out } kind = Kind::number;
+    enum class Kind { number, curve, refusal, problem, left_out } kind = Kind::number;
     std::string scene; ///< by its name
     std::string what;  ///< in words
     std::string note;
@@ -34,14 +34,16 @@ struct CaseMeasure {
     double scale = 1;      ///< the quantity is multiplied with this first
     // a curve: columns of history.csv against those of the file
     std::string file, x, y;
-    // a refusal: the run must fail and say this; what is left out: why
+    // a refusal: the run must fail and say this; a problem: its status; what is left out: why
     std::string says;
+    // `file` of a problem: an FCLib file, solved to the tolerance
 };
 
 struct FolderCase {
     std::string name, folder;
     std::string suite, source, verified;
     std::string about; ///< the first paragraph of its README.md
+    std::string data;  ///< folder of the data that it is measured on, below that of --data, or ""
     std::vector<CaseScene> scenes;
     std::vector<CaseMeasure> measures;
 };
@@ -53,6 +55,8 @@ struct SceneAnswer {
 };
 using RunScene =
     std::function<SceneAnswer(const std::string& file, const std::vector<std::string>&)>;
+/// `amontons solve FILE --tolerance T --json`.
+using SolveProblem = std::function<SceneAnswer(const std::string& file, double tolerance)>;
 
 /// @param folder  with a case.json; its last part is the case's name
 /// @throws InputError  with everything that is wrong with it
@@ -66,7 +70,10 @@ FolderCase parse_folder_case(std::string_view text, const std::string& file,
 /// Folders with a case.json in a folder of cases, sorted; nothing if that is not there.
 std::vector<std::string> case_folders(const std::string& folder);
 
-/// Runs the case's scenes, each once, and compares.
-std::vector<Measured> measure(const FolderCase& c, const RunScene& run);
+/// Runs the case's scenes, each once, solves its problems, and compares.
+/// @param data  the folder that c.data names, "" if it names none: "{data}" in the settings of
+///              scenes, and where the problems are (else they are beside case.json)
+std::vector<Measured> measure(const FolderCase& c, const RunScene& run,
+                              const SolveProblem& solve = {}, const std::string& data = "");
 
 } // namespace amontons::validation

@@ -4,6 +4,7 @@
 // children of the program, some at a time: one that crashes is a row that failed.
 
 #include "mesh/base/file.hpp"
+#include "solver/module.hpp"
 #include "solver/output/manifest.hpp"
 #include "solver/output/plot.hpp"
 #include "solver/program/child.hpp"
@@ -33,7 +34,7 @@ using validation::FolderCase;
 
 struct ValidateArguments {
     std::vector<std::string> cases;
-    std::string suite, report;
+    std::string suite, report, data = "../shared/data";
     int jobs = 0;
     bool list = false;
 };
@@ -164,21 +165,31 @@ private:
     std::string path_;
 };
 
-CaseResult run_folder(const Entry& e)
+/// Why a case cannot be measured here, or "".
+std::string lacks(const FolderCase& c, const std::string& data)
+{
+    std::error_code error;
+    if (!c.data.empty() && !fs::is_directory(data, error))
+        return fmt::format("no folder {} here (--data)", data);
+    const bool problems = std::any_of(c.measures.begin(), c.measures.end(), [](const auto& m) {
+        return m.kind == validation::CaseMeasure::Kind::problem;
+    });
+    if (problems && find_module("fclib").empty()) return "it needs the module fclib";
+    return "";
+}
+
+CaseResult run_folder(const Entry& e, const std::string& all_data)
 {
     const FolderCase c = validation::read_folder_case(e.folder);
+    const std::string data =
+        c.data.empty() ? "" : fs::absolute(fs::path(all_data) / c.data).lexically_normal().string();
+    CaseResult result{c.name, c.suite, c.source, c.verified, c.about, {}, lacks(c, data)};
+    if (!result.left_out.empty()) return result;
     const ScratchFolder scratch;
     const std::atomic<bool> never{false}; // a signal ends this process, and its children with it
     int count = 0;
-    const auto run = [&](const std::string& file, const std::vector<std::string>& set) {
+    const auto ask = [&](const ChildJob& job) {
         validation::SceneAnswer answer;
-        answer.folder = fmt::format("{}/{}", scratch.path(), ++count);
-        ChildJob job{{"run", file, "--json", "--quiet", "--output", answer.folder}, 0};
-        std::vector<std::string> all = set;
-        all.insert(all.end(),
-                   {"output.picture=false", "output.plots=false", "output.every=1000000"});
-        for (const std::string& o : all)
-            job.arguments.insert(job.arguments.end(), {"--set", o});
         run_children({job}, 1, never, [&](std::size_t, const ChildResult& r) {
             answer.exit_code = r.exit_code;
             answer.json = r.output;
@@ -187,10 +198,27 @@ CaseResult run_folder(const Entry& e)
         });
         return answer;
     };
+    const auto solve = [&](const std::string& file, double tolerance) {
+        return ask({{"solve", file, "--json", "--quiet", "--max-time", "60", "--tolerance",
+                     fmt::format("{:g}", tolerance)},
+                    0});
+    };
+    const auto run = [&](const std::string& file, const std::vector<std::string>& set) {
+        const std::string folder = fmt::format("{}/{}", scratch.path(), ++count);
+        ChildJob job{{"run", file, "--json", "--quiet", "--output", folder}, 0};
+        std::vector<std::string> all = set;
+        all.insert(all.end(),
+                   {"output.picture=false", "output.plots=false", "output.every=1000000"});
+        for (const std::string& o : all)
+            job.arguments.insert(job.arguments.end(), {"--set", o});
+        validation::SceneAnswer answer = ask(job);
+        answer.folder = folder;
+        return answer;
+    };
     std::vector<Issue> mistakes;
-    CaseResult result = validation::run_case(c.name, c.suite, c.source, [&] {
+    result = validation::run_case(c.name, c.suite, c.source, [&] {
         try {
-            return validation::measure(c, run);
+            return validation::measure(c, run, solve, data);
         } catch (const InputError& error) { // a name that only a run can tell is none
             mistakes = error.issues();
             throw;
@@ -208,13 +236,13 @@ CaseResult described(CaseResult r, const Entry& e)
     return r;
 }
 
-CaseResult run_here(const Entry& e)
+CaseResult run_here(const Entry& e, const std::string& data)
 {
     if (!e.mistake.empty())
         return validation::run_case(
             e.name, e.suite, e.source,
             [&]() -> std::vector<validation::Measured> { throw std::runtime_error(e.mistake); });
-    return described(e.function ? validation::run_case(*e.function) : run_folder(e), e);
+    return described(e.function ? validation::run_case(*e.function) : run_folder(e, data), e);
 }
 
 /// What a child says of its one case; a child without an answer is a case that failed.
@@ -241,22 +269,22 @@ CaseResult result_of(const Entry& e, const ChildResult& child)
 }
 
 /// Runs all, and tells each as soon as those before it are told.
-std::vector<CaseResult> run_all(const std::vector<Entry>& list, int at_once,
-                                const std::function<void(const CaseResult&)>& tell)
+std::vector<CaseResult> run_all(const std::vector<Entry>& list, const std::string& data,
+                                int at_once, const std::function<void(const CaseResult&)>& tell)
 {
     std::vector<CaseResult> results;
     if (list.size() == 1) {
-        results.push_back(run_here(list[0]));
+        results.push_back(run_here(list[0], data));
         tell(results[0]);
         return results;
     }
     std::vector<ChildJob> jobs;
     for (const Entry& e : list)
-        jobs.push_back({{"validate", e.word, "--json", "--quiet"}, 0});
+        jobs.push_back({{"validate", e.word, "--json", "--quiet", "--data", data}, 0});
     std::vector<std::optional<CaseResult>> ended(list.size());
     std::size_t told = 0;
     run_children(jobs, at_once, stop_on_interrupt(), [&](std::size_t k, const ChildResult& child) {
-        ended[k] = list[k].mistake.empty() ? result_of(list[k], child) : run_here(list[k]);
+        ended[k] = list[k].mistake.empty() ? result_of(list[k], child) : run_here(list[k], data);
         for (; told < ended.size() && ended[told]; ++told)
             tell(*ended[told]);
     });
@@ -318,10 +346,11 @@ void validate(const ValidateArguments& arguments, Session& session)
     const int jobs =
         arguments.jobs > 0 ? arguments.jobs : std::max(1, int(std::thread::hardware_concurrency()));
     if (!session.json) session.print(validation::kHeading);
-    const std::vector<CaseResult> results = run_all(list, jobs, [&](const CaseResult& r) {
-        session.detail(fmt::format("{}: {:.2f} s", r.name, r.seconds));
-        if (!session.json) session.print(validation::text_of(r));
-    });
+    const std::vector<CaseResult> results =
+        run_all(list, arguments.data, jobs, [&](const CaseResult& r) {
+            session.detail(fmt::format("{}: {:.2f} s", r.name, r.seconds));
+            if (!session.json) session.print(validation::text_of(r));
+        });
     const auto failed = std::count_if(results.begin(), results.end(),
                                       [](const CaseResult& r) { return !r.passed(); });
     const auto left_out = std::count_if(results.begin(), results.end(),
@@ -355,6 +384,11 @@ void add_validate(CLI::App& program, Session& session)
         ->add_option("--report", arguments->report,
                      "Write a report into this folder: HTML, CSV, SVG plots")
         ->type_name("DIR");
+    command
+        ->add_option("--data", arguments->data,
+                     "Problems and meshes that some cases are measured on, where they are there")
+        ->type_name("DIR")
+        ->capture_default_str();
     command->add_option("--jobs", arguments->jobs, "Cases at a time (default: one a core)")
         ->check(CLI::Range(1, 1024));
     command->add_flag("--json", session.json, "One JSON list on stdout");

@@ -1,3 +1,4 @@
+#include "validation/families/contact/contact.hpp"
 #include "validation/families/haptics/haptics.hpp"
 #include "validation/families/hyperelastic/hyperelastic.hpp"
 #include "validation/families/rigid_bodies/rigid_bodies.hpp"
@@ -76,6 +77,8 @@ const std::vector<Case>& cases()
          "slow dynamics is the quasi-static run; energy balance and certificates",
          "compared with the quasi-static run of the same scene; balance of energy",
          double_u_dynamic},
+        {"generated-problems", "stability", "Signorini's and Coulomb's laws, as written",
+         "the laws are written out once more in the case", generated_problems},
         {"j-tip-twist", "stability", "energy balance and certificates of a spatial run",
          "balance of energy, certificates; no number from elsewhere", j_tip_twist},
 

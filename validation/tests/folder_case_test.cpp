@@ -86,6 +86,55 @@ TEST_CASE("a refusal passes only with its reason")
     CHECK(!row(-1, "ended by signal 11 in penetration").passed());
 }
 
+TEST_CASE("a contact problem passes with its status and an error below its tolerance")
+{
+    FolderCase c = parse(R"({"problem": "tower.hdf5", "tolerance": 1e-8},
+        {"problem": "jam.hdf5", "status": "infeasible", "tolerance": 1e-8})");
+    c.scenes.clear();
+    c.folder = "cases/c";
+    std::string asked;
+    const auto rows = [&](const std::string& first, const std::string& second) {
+        return measure(
+            c, {},
+            [&](const std::string& file, double tolerance) {
+                CHECK(tolerance == 1e-8);
+                asked += file + " ";
+                return answer(file.find("tower") != std::string::npos ? first : second);
+            },
+            "data");
+    };
+    const auto good = rows(R"({"status": "converged", "error": 9e-9, "contacts": 4})",
+                           R"({"status": "infeasible", "error": 1, "contacts": 2})");
+    CHECK(good[0].passed());
+    CHECK(good[0].error == 9e-9);
+    CHECK(good[1].passed());
+    CHECK(asked == "data/tower.hdf5 data/jam.hdf5 ");
+    const auto bad =
+        rows(R"({"status": "stagnated", "error": 9e-9})", R"({"status": "converged", "error": 0})");
+    CHECK(!bad[0].passed());
+    CHECK(!bad[1].passed());
+    CHECK(!rows(R"({"status": "converged", "error": 2e-8})", "")[0].passed());
+    CHECK(!rows(R"({"status": "converged"})", "")[1].passed());
+    CHECK(issues_of(R"({"problem": "missing.csv", "tolerance": 1})").find("measure.0.problem") !=
+          std::string::npos);
+    CHECK(issues_of(R"({"problem": "missing.csv", "tolerance": 1})", R"("data": "fclib",)") == "");
+}
+
+TEST_CASE("scenes of a case on data of elsewhere name its folder")
+{
+    FolderCase c = parse(R"({"quantity": "q", "reference": 2, "tolerance": 1})", R"("data": "d",)");
+    c.scenes[0].set = {"bodies.b.mesh={data}/b.msh"};
+    std::string asked;
+    measure(
+        c,
+        [&](const std::string&, const std::vector<std::string>& set) {
+            asked = set.at(0);
+            return answer(kDone);
+        },
+        {}, "/far/d");
+    CHECK(asked == "bodies.b.mesh=/far/d/b.msh");
+}
+
 TEST_CASE("a curve is held to its largest distance; where the run has no value it fails")
 {
     const std::string folder =
@@ -121,7 +170,7 @@ TEST_CASE("all that is wrong with a case is said, with its place")
                                       R"("sweet": 1,)");
     for (const char* part :
          {"\"reference\" (nearest name)", "measure.0.tolerance", "missing.csv", "measure.2.scene",
-          "2 of quantity, curve, refused and left_out", "measure.4", "\"sweet\""})
+          "2 of quantity, curve, refused, problem and left_out", "measure.4", "\"sweet\""})
         CHECK_MESSAGE(all.find(part) != std::string::npos, part << " in " << all);
     CHECK(issues_of(R"({"quantity": "q", "reference": 0, "error": "relative", "tolerance": 1})")
               .find("absolute") != std::string::npos);
