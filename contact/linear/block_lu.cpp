@@ -392,4 +392,56 @@ void BlockLu::solve(Eigen::VectorXd& x) const
             x[3 * order_[size(k)] + a] = y[3 * k + a];
 }
 
+Eigen::MatrixXd BlockLu::between(const std::vector<int>& blocks, const Eigen::MatrixXd& C) const
+{
+    // A = (L D^-1) (D U): C^T A^-1 C = [(D U)^-T C]^T [(L D^-1)^-1 C], two forward substitutions.
+    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    using Panel = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
+    const Eigen::Index m = C.cols();
+    Rows left(3 * n_, m), right(3 * n_, m); // of what is reached alone
+    std::vector<char> reached(supernodes_.size(), 0);
+    const auto reach = [&](int block) {
+        const auto k = size(supernode_of_[size(block)]);
+        if (reached[k]) return;
+        reached[k] = 1;
+        const Supernode& s = supernodes_[k];
+        left.middleRows(3 * s.first, 3 * s.width).setZero();
+        right.middleRows(3 * s.first, 3 * s.width).setZero();
+    };
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+        const int k = place_[size(blocks[b])];
+        reach(k);
+        right.middleRows<3>(3 * k) = C.middleRows<3>(3 * static_cast<Eigen::Index>(b));
+        left.middleRows<3>(3 * k) = right.middleRows<3>(3 * k);
+    }
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(m, m), own;
+    Rows change;
+    for (std::size_t k = 0; k < supernodes_.size(); ++k) {
+        if (!reached[k]) continue;
+        const Supernode& s = supernodes_[k];
+        const auto of_left = left.middleRows(3 * s.first, 3 * s.width);
+        const auto of_right = right.middleRows(3 * s.first, 3 * s.width);
+        if (s.below == 0 && s.width > kNarrow) {
+            own = of_right;
+            sum.noalias() += of_left.transpose() * dense_[size(s.dense)].solve(own);
+            continue;
+        }
+        own.noalias() = inverse_of(s).transpose() * of_left;
+        sum.noalias() += own.transpose() * of_right;
+        const int* const rows = row_.data() + s.row;
+        for (int i = 0; i < s.below; ++i)
+            reach(rows[i]);
+        const auto pass_on = [&](std::size_t panel, int stride, const auto& value, Rows& to) {
+            change.noalias() = Panel(value_.data() + panel, 3 * s.below, 3 * s.width,
+                                     Eigen::OuterStride<>(stride)) *
+                               value;
+            for (int i = 0; i < s.below; ++i)
+                to.middleRows<3>(3 * rows[i]) -= change.middleRows<3>(3 * i);
+        };
+        pass_on(s.lower(), s.lower_stride(), of_right, right);
+        pass_on(s.upper(), s.upper_stride(), own, left);
+    }
+    return sum;
+}
+
 } // namespace amontons

@@ -48,6 +48,11 @@ public:
     bool factorise();
     /// x <- A^-1 x, 3 n.
     void solve(Eigen::VectorXd& x) const;
+    /// C^T A^-1 C for a C with few rows other than zero: all its columns at once, and only along
+    /// the branches of the elimination tree that lead from those rows to its root.
+    /// @param blocks  block rows of C that may be other than zero, each once
+    /// @param C       3 rows for each of them
+    Eigen::MatrixXd between(const std::vector<int>& blocks, const Eigen::MatrixXd& C) const;
 
     /// Blocks of L, the diagonal blocks of the supernodes included.
     std::size_t fill() const { return fill_; }
@@ -84,6 +89,10 @@ private:
     bool invert(const Supernode& s);
     void scale_panel(const Supernode& s);
     void divide(const Supernode& s, double* y) const;
+    Eigen::Map<const Eigen::MatrixXd> inverse_of(const Supernode& s) const
+    {
+        return {inverse_.data() + s.inverse, 3 * s.width, 3 * s.width};
+    }
 
     int n_ = 0;
     std::size_t fill_ = 0;

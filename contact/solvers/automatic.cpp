@@ -14,6 +14,9 @@ namespace {
 
 constexpr int kBatch = 10;        ///< sweeps between two looks at their rate
 constexpr double kPathSteps = 10; ///< steps that a path is expected to take
+/// The same in a network of bodies. Its sweeps slow down: a digit takes twice as many as the last.
+constexpr int kNetworkBatch = 5;
+constexpr double kNetworkSteps = 7, kSlowing = 2;
 /// Newton on the law itself: three steps where the sweeps have found which contacts do what, and
 /// left as soon as it gets no closer.
 constexpr NewtonPath kQuickNewton{.smooth = false, .steps = 8, .rejections = 1};
@@ -22,9 +25,9 @@ constexpr NewtonPath kQuickNewton{.smooth = false, .steps = 8, .rejections = 1};
 constexpr NewtonPath kFreeNewton{.smooth = false, .free = true, .steps = 12};
 /// In a network of rigid bodies whose reactions W does not tell apart: widely rounded, since the
 /// reactions that say nothing must leave the corners where sweeps have left them, and with every
-/// single contact near the path before it goes on. The mean of ten thousand says nothing of the few
-/// that jam the next step.
-constexpr NewtonPath kNetworkPath{.widest = 1e-2, .worst = 3, .fastest = 0.1};
+/// single contact near the path before it goes on: the mean of ten thousand says nothing of the few
+/// that jam the next step. Those are solved apart.
+constexpr NewtonPath kNetworkPath{.widest = 1e-2, .worst = 3, .fastest = 0.1, .few = 100};
 constexpr double kQuickSteps = 3;  ///< that it takes where it leads to the end
 constexpr double kWarmSweeps = 30; ///< that sweeps take from a warm start
 constexpr double kRoundOff = 1e-15;
@@ -43,6 +46,7 @@ constexpr double kNearly = 1e-9;
 constexpr int kFirstPolish = 100, kPolishes = 5; ///< sweeps, twice as many in each round
 
 constexpr double kCache = 2.5e5; ///< numbers of W that a core has near itself
+constexpr double kFar = 2.5;     ///< times that a sweep over more of bodies takes
 
 /// What a sweep costs [ns on one core of 2024].
 double sweep_cost(const SolverWork& work, Eigen::Index closed_rows)
@@ -53,7 +57,9 @@ double sweep_cost(const SolverWork& work, Eigen::Index closed_rows)
             ? (rows * rows > kCache ? 0.35 : 0.12) * rows * static_cast<double>(closed_rows)
             : 2.5 * static_cast<double>(work.columns.blocks()) * static_cast<double>(closed_rows) /
                   std::max(rows, 1.0);
-    return products + 30 * rows;
+    const double sweep = products + 30 * rows;
+    const bool far = work.columns.is_of_bodies() && 4.0 * double(work.columns.blocks()) > kCache;
+    return far ? kFar * sweep : sweep;
 }
 
 /// What a step of Newton's method costs beside its factor.
@@ -105,9 +111,11 @@ std::optional<InfeasibilityProof> search_proof(const SolverWork& work)
 /// @returns true if the progress ended
 bool sweep_while_cheap(SolverWork& work, AcceleratedNsgs& sweeps, ShiftedDelassus& matrix)
 {
+    const bool network = work.problem.W.is_of_bodies();
+    const int batch = network ? kNetworkBatch : kBatch;
     double before = std::numeric_limits<double>::infinity();
     while (true) {
-        if (sweeps.advance(kBatch)) return true;
+        if (sweeps.advance(batch)) return true;
         const double now = work.progress.best_error();
         const double gained = std::log(before / now);
         before = now;
@@ -115,8 +123,10 @@ bool sweep_while_cheap(SolverWork& work, AcceleratedNsgs& sweeps, ShiftedDelassu
         if (!(gained > 0)) return false;
         const double digits = std::log(now / std::max(work.options.tolerance, kRoundOff));
         const Eigen::Index closed = closed_rows(work);
-        const double left = kBatch * digits / gained * sweep_cost(work, closed);
-        if (!steps_cost_at_least(left, kPathSteps, work, matrix, closed)) return false;
+        const double left =
+            (network ? kSlowing : 1) * batch * digits / gained * sweep_cost(work, closed);
+        if (!steps_cost_at_least(left, network ? kNetworkSteps : kPathSteps, work, matrix, closed))
+            return false;
     }
 }
 
@@ -125,14 +135,14 @@ bool sweep_while_cheap(SolverWork& work, AcceleratedNsgs& sweeps, ShiftedDelassu
 void solve_automatically(SolverWork& work, bool warm)
 {
     ShiftedDelassus matrix(work);
-    if (warm && !work.problem.W.is_matrix_free() && contact_count(work.problem) > 1) {
-        // What sweeps would find out, which contacts do what, the start knows.
+    // What sweeps would find out, which contacts do what, the start knows; not in a network of
+    // rigid bodies, whose reactions are not unique: full steps run away.
+    const bool network = work.problem.W.is_of_bodies();
+    if (warm && !network && !work.problem.W.is_matrix_free() && contact_count(work.problem) > 1) {
         const Eigen::Index closed = closed_rows(work);
         if (!steps_cost_at_least(kWarmSweeps * sweep_cost(work, closed), kQuickSteps, work, matrix,
                                  closed)) {
-            // In a network of rigid bodies, whose reactions are not unique, full steps run away.
-            const bool network = work.problem.W.is_of_bodies();
-            if (follow_path(work, matrix, network ? kQuickNewton : kFreeNewton)) return;
+            if (follow_path(work, matrix, kFreeNewton)) return;
             matrix.trust();
             work.take_best();
         }
@@ -151,7 +161,6 @@ void solve_automatically(SolverWork& work, bool warm)
     }
     work.take_best();
     const bool helped = work.progress.best_error() < kHardlyHelped;
-    const bool network = work.problem.W.is_of_bodies();
     if (helped && !network) {
         if (follow_path(work, matrix, kQuickNewton)) return;
         matrix.trust(); // without rounding, factors of a singular W say nothing about later ones

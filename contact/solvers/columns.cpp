@@ -63,6 +63,10 @@ void Columns::make_pieces()
         at[p] = static_cast<int>(motions_);
         motions_ += W.parts[p].G.rows();
     }
+    std::size_t numbers = 0;
+    for (const DelassusOfBodies::Part& part : W.parts)
+        numbers += static_cast<std::size_t>(part.G.size());
+    number_.reserve(numbers);
     start_.push_back(0);
     for (int i = 0; i < contact_count(problem_); ++i) {
         // All rows of a contact are on the same bodies, one after the other.
@@ -70,9 +74,10 @@ void Columns::make_pieces()
             const Eigen::MatrixXd& G = W.parts[static_cast<std::size_t>(place.part)].G;
             const auto k = static_cast<int>(G.rows());
             if (k == 0) continue;
-            piece_.push_back({G.col(place.column).data(), k,
-                              at[static_cast<std::size_t>(place.part)], place.part});
-            numbers_ += static_cast<std::size_t>(k * rows(i));
+            piece_.push_back(
+                {number_.size(), k, at[static_cast<std::size_t>(place.part)], place.part});
+            const double* const G_i = G.col(place.column).data();
+            number_.insert(number_.end(), G_i, G_i + k * rows(i));
         }
         start_.push_back(piece_.size());
     }
@@ -109,6 +114,22 @@ template <int K> void add_products(const double* G, int k, int rows, const doubl
 
 } // namespace
 
+void Columns::add_to_motion(const Piece& piece, int contact, const double* change, double* v) const
+{
+    if (piece.k == kRigid)
+        add_columns<kRigid>(columns_of(piece), piece.k, rows(contact), change, v);
+    else
+        add_columns<0>(columns_of(piece), piece.k, rows(contact), change, v);
+}
+
+void Columns::add_motion(const Piece& piece, int contact, const double* v, double* u) const
+{
+    if (piece.k == kRigid)
+        add_products<kRigid>(columns_of(piece), piece.k, rows(contact), v, u);
+    else
+        add_products<0>(columns_of(piece), piece.k, rows(contact), v, u);
+}
+
 void Columns::start(const Eigen::VectorXd& r, Eigen::VectorXd& v) const
 {
     v.setZero(motions_);
@@ -123,19 +144,13 @@ void Columns::read(int contact, const Eigen::VectorXd& r, const Eigen::VectorXd&
     for (int a = 0; a < count; ++a)
         u[a] = problem_.q[first + a] + give[first + a] * r[first + a];
     for (const Piece* p = pieces_begin(contact); p != pieces_end(contact); ++p)
-        if (p->k == kRigid)
-            add_products<kRigid>(p->G, p->k, count, v.data() + p->at, u);
-        else
-            add_products<0>(p->G, p->k, count, v.data() + p->at, u);
+        add_motion(*p, contact, v.data() + p->at, u);
 }
 
 void Columns::add_to_bodies(int contact, const double* change, Eigen::VectorXd& v) const
 {
     for (const Piece* p = pieces_begin(contact); p != pieces_end(contact); ++p)
-        if (p->k == kRigid)
-            add_columns<kRigid>(p->G, p->k, rows(contact), change, v.data() + p->at);
-        else
-            add_columns<0>(p->G, p->k, rows(contact), change, v.data() + p->at);
+        add_to_motion(*p, contact, change, v.data() + p->at);
 }
 
 void Columns::spread(const Eigen::VectorXd& u, Eigen::VectorXd& slots) const
@@ -191,7 +206,7 @@ void Columns::add(int contact, const double* change, Eigen::VectorXd& u) const
         Eigen::VectorXd v, own;
         for (const Piece* p = pieces_begin(contact); p != pieces_end(contact); ++p) {
             v.setZero(p->k);
-            add_columns<0>(p->G, p->k, rows(contact), change, v.data());
+            add_columns<0>(columns_of(*p), p->k, rows(contact), change, v.data());
             const DelassusOfBodies::Part& part = W.parts[static_cast<std::size_t>(p->part)];
             own.noalias() = part.G.transpose() * v;
             for (std::size_t i = 0; i < part.rows.size(); ++i)
@@ -231,7 +246,7 @@ void Columns::add_to_slots(int contact, const double* change, Eigen::VectorXd& s
 std::size_t Columns::blocks() const
 {
     const auto n = static_cast<std::size_t>(contact_count(problem_));
-    return is_dense() ? n * n : is_of_bodies() ? numbers_ / 4 : neighbour_.size();
+    return is_dense() ? n * n : is_of_bodies() ? number_.size() / 4 : neighbour_.size();
 }
 
 } // namespace amontons

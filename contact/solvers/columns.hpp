@@ -9,9 +9,9 @@ namespace amontons {
 /// W by the columns of its contacts, as solvers that move one contact at a time read it.
 ///
 /// Dense W is used where it is; sparse W is copied into blocks, one for each pair of contacts
-/// that feel each other, four numbers a column: what a vector register holds. W of bodies stays
-/// as it is: what a contact does is told by the motions v = G r of its bodies. Refers to the
-/// problem. Matrix-free W has no columns.
+/// that feel each other, four numbers a column: what a vector register holds. Of a W of
+/// bodies the columns of G are copied: what a contact does is told by the motions v = G r of its
+/// bodies. Refers to the problem. Matrix-free W has no columns.
 class Columns {
 public:
     /// Numbers from one column of a block of sparse W to the next.
@@ -45,9 +45,15 @@ public:
     bool is_of_bodies() const { return problem_.W.is_of_bodies(); }
     /// A contact on a body: its columns of G, k numbers each, and where the body's v begins.
     struct Piece {
-        const double* G = nullptr;
+        std::size_t G = 0; ///< see columns_of()
         int k = 0, at = 0, part = 0;
     };
+    /// A piece's columns of G, one after the other. They are kept contact by contact: what walks
+    /// over the contacts of a pile would else wait for memory at each of them.
+    const double* columns_of(const Piece& piece) const { return number_.data() + piece.G; }
+    /// v += G change of a piece; u += G^T v. v and u begin at those of the body and the contact.
+    void add_to_motion(const Piece& piece, int contact, const double* change, double* v) const;
+    void add_motion(const Piece& piece, int contact, const double* v, double* u) const;
     const Piece* pieces_begin(int contact) const { return piece_.data() + at(contact); }
     const Piece* pieces_end(int contact) const { return piece_.data() + at(contact + 1); }
     /// The contacts that feel this one, itself among them, ascending; sparse W only.
@@ -76,8 +82,8 @@ private:
     Eigen::VectorXd value_;
     // Of bodies only: pieces of a contact, from start_[contact] to start_[contact + 1].
     std::vector<Piece> piece_;
-    Eigen::Index motions_ = 0; // numbers in v
-    std::size_t numbers_ = 0;  // that a sweep reads
+    std::vector<double> number_; // of G
+    Eigen::Index motions_ = 0;   // numbers in v
 };
 
 } // namespace amontons

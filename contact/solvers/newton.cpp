@@ -1,7 +1,7 @@
 #include "contact/solvers/newton.hpp"
 
 #include "contact/solvers/nsgs.hpp"
-#include "contact/solvers/smoothed_law.hpp"
+#include "contact/solvers/scaled_problem.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,10 +13,14 @@ namespace {
 constexpr int kMemory = 4;
 constexpr int kHalvings = 6;
 constexpr double kEnough = 0.01;
+/// Times that the few contacts that a step would leave off the path are solved apart: others may
+/// join them.
+constexpr int kRounds = 3;
 // The Levenberg-Marquardt shift, relative to the scaled W's diagonal.
 constexpr double kFirstShift = 1e-6, kLargestShift = 1, kSmallestShift = 1e-12;
 constexpr double kRaise = 10, kLower = 0.1;
-constexpr double kFloor = 1e-12; ///< always there: stick contacts of a singular W need it
+constexpr double kHeldShift = 1e-4; ///< least one after a few contacts have not been solved apart
+constexpr double kFloor = 1e-12;    ///< always there: stick contacts of a singular W need it
 /// The same of bodies, whose network has many such: a lower one leaves reactions that nothing tells
 /// apart running past each other.
 constexpr double kFloorOfBodies = 1e-6;
@@ -26,110 +30,6 @@ constexpr double kWiden = 10;
 /// times what they were, and what W's diagonal would ask for. Larger ones would say less than 1e-9
 /// of the motion, and rounding would pass for a solution.
 constexpr double kRunAway = 1e4;
-
-/// The problem in dimensionless numbers: r = s f r', u = f u' / s with one s per contact that
-/// gives each own block the mean diagonal 1, and the force f that gives q' the norm 1.
-class Scaled {
-public:
-    explicit Scaled(const SolverWork& work)
-        : problem_(work.problem)
-        , columns_(work.columns)
-        , scale_(work.scale)
-    {
-        force = problem_.q.cwiseProduct(scale_).norm();
-        if (!(force > 0)) force = 1;
-    }
-
-    double force = 1; ///< f [N]
-
-    struct Merit {
-        double all = 0;   ///< norm of F over all contacts
-        double worst = 0; ///< the largest of one contact
-    };
-    Merit merit(const Eigen::VectorXd& r, const Eigen::VectorXd& u, const Smoothing& s) const
-    {
-        double sum = 0, worst = 0;
-        for (int i = 0; i < contact_count(problem_); ++i) {
-            const int k = columns_.first_row(i);
-            const double a = 1 / (scale_[k] * force), b = scale_[k] / force;
-            double own = 0; // squared
-            switch (kind_of(problem_, i)) {
-            case ContactKind::frictional:
-                own =
-                    smoothed_frictional(problem_.mu[i], a * r.segment<3>(k), b * u.segment<3>(k), s)
-                        .squaredNorm();
-                break;
-            case ContactKind::frictionless: {
-                const double f = smoothed_frictionless(a * r[k], b * u[k], s);
-                own = f * f;
-                break;
-            }
-            case ContactKind::bilateral:
-                own = s.rho * s.rho * b * b * u[k] * u[k];
-                break;
-            }
-            sum += own;
-            worst = std::max(worst, own);
-        }
-        return {std::sqrt(sum), std::sqrt(worst)};
-    }
-
-    double linearise(const Eigen::VectorXd& r, const Eigen::VectorXd& u, const Smoothing& s,
-                     std::vector<LinearisedLaw>& law) const
-    {
-        double sum = 0;
-        for (int i = 0; i < contact_count(problem_); ++i) {
-            const int k = columns_.first_row(i);
-            const double a = 1 / (scale_[k] * force), b = scale_[k] / force;
-            LinearisedLaw& own = law[static_cast<std::size_t>(i)];
-            switch (kind_of(problem_, i)) {
-            case ContactKind::frictional:
-                own = linearise_frictional(problem_.mu[i], a * r.segment<3>(k), b * u.segment<3>(k),
-                                           s);
-                break;
-            case ContactKind::frictionless:
-                own = linearise_frictionless(a * r[k], b * u[k], s);
-                break;
-            case ContactKind::bilateral:
-                own = {};
-                own.residual[0] = s.rho * b * u[k];
-                break;
-            }
-            sum += own.residual.squaredNorm();
-        }
-        return std::sqrt(sum);
-    }
-
-    double size(const Eigen::VectorXd& r) const { return r.cwiseQuotient(scale_).norm() / force; }
-
-    /// The Newton step in real forces, and W times it.
-    /// @returns false if the matrix is singular to working precision
-    bool step(const std::vector<LinearisedLaw>& law, double shift, const Smoothing& s,
-              ShiftedDelassus& matrix, Eigen::VectorXd& direction, Eigen::VectorXd& slope)
-    {
-        if (!matrix.factorise(law, shift)) return false;
-        right_.resize(direction.size());
-        for (int i = 0; i < contact_count(problem_); ++i) {
-            const LinearisedLaw& own = law[static_cast<std::size_t>(i)];
-            const int k = columns_.first_row(i), rows = columns_.rows(i);
-            const Vec3 b = -(own.residual / s.rho + own.D * own.residual);
-            for (int a = 0; a < rows; ++a) {
-                direction[k + a] = own.open ? -own.residual[a] : 0;
-                right_[k + a] = b[a];
-            }
-        }
-        if (!matrix.solve(right_, direction, slope)) return false;
-        direction.array() *= force * scale_.array();
-        slope.array() *= force / scale_.array();
-        return direction.allFinite();
-    }
-
-private:
-    const ContactProblem& problem_;
-    const Columns& columns_;
-    const Eigen::VectorXd& scale_;
-    Eigen::VectorXd right_;
-};
 
 Eigen::Index closed_rows(const Columns& columns, const std::vector<LinearisedLaw>& law)
 {
@@ -153,7 +53,7 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
     Progress& progress = work.progress;
     Eigen::VectorXd &r = work.r, &u = work.u;
     const Columns& columns = work.columns;
-    Scaled scaled(work);
+    ScaledProblem scaled(work);
 
     // What the law sees is v = u + alpha S^-2 (r - centre).
     const bool near_centre = proximal.alpha > 0;
@@ -189,7 +89,7 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
         r.setZero();
         for (int i = 0; i < n; ++i)
             if (const int k = columns.first_row(i); kind_of(problem, i) != ContactKind::bilateral)
-                r[k] = widest * work.scale[k] * scaled.force;
+                r[k] = widest * work.scale[k] * scaled.force();
         u = problem.W * r + problem.q;
     }
 
@@ -199,6 +99,8 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
     int known = 0, rejected = 0;
     double lowest = std::numeric_limits<double>::infinity(); // epsilon, reached at this step
     int lowest_at = 0;
+    std::vector<int> few;
+    bool held = false; // by a few contacts that have not been solved apart
     for (int steps = 0; !progress.ends(r, u, true); ++steps) {
         if (smoothing.epsilon < lowest) {
             lowest = smoothing.epsilon;
@@ -212,11 +114,23 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
         const double reference = *std::max_element(recent, recent + std::min(known, kMemory));
 
         double length = 0;
-        Scaled::Merit reached;
+        ScaledProblem::Merit reached;
         if (scaled.step(law, proximal.alpha + std::max(shift, floor), smoothing, matrix, direction,
                         slope)) {
+            few.clear();
+            held = false;
+            for (int round = 0; path.few > 0 && round < kRounds && !held; ++round) {
+                next_r = r + direction;
+                next_u = u + slope;
+                const double limit = path.worst * smoothing.epsilon;
+                if (!scaled.add_beyond(limit, path.few, next_r, seen(next_r, next_u), smoothing,
+                                       few))
+                    break;
+                held = !scaled.solve_few(few, limit, law, smoothing, r, seen(r, u), matrix,
+                                         direction, slope);
+            }
             double trial = 1;
-            for (int k = 0; k <= kHalvings; ++k, trial /= 2) {
+            for (int k = 0; k <= (held ? 0 : kHalvings); ++k, trial /= 2) {
                 next_r = r + trial * direction;
                 next_u = u + trial * slope;
                 reached = scaled.merit(next_r, seen(next_r, next_u), smoothing);
@@ -227,7 +141,8 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
             }
         }
         if (length == 0) {
-            shift = std::min(std::max(kRaise * shift, kFirstShift), kLargestShift);
+            shift =
+                std::min(std::max(kRaise * shift, held ? kHeldShift : kFirstShift), kLargestShift);
             if (++rejected > path.rejections) {
                 if (!path.smooth) return PathEnd::lost;
                 smoothing.epsilon =
@@ -240,7 +155,9 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
         rejected = 0;
         r.swap(next_r);
         u.swap(next_u);
-        if (length >= kLong) {
+        if (held) {
+            shift = std::max(shift, kHeldShift);
+        } else if (length >= kLong) {
             shift *= kLower;
             if (shift < kSmallestShift) shift = 0;
         } else if (length < kShort) {

@@ -29,10 +29,13 @@ struct NewtonPath {
     double fastest = 1e-3; ///< least reduction at once, when a full step lands far below that [-]
     double rho = 3;        ///< weight of u beside r [-]
     double spread = 3;     ///< rounding of friction's discs over that of the normal law [-]
-    bool free = false;     ///< full steps, whatever they do to ||F||
-    int steps = 100;       ///< at most
-    int rejections = 3;    ///< then the corners are rounded wider; without corners, it is left
-    int patience = 25;     ///< steps without a lower rounding after which it is taken to fold back
+    /// So many contacts at most that a full step leaves further than `worst` from the path are
+    /// solved apart (ScaledProblem::solve_few); W of bodies only.
+    std::size_t few = 0;
+    bool free = false;  ///< full steps, whatever they do to ||F||
+    int steps = 100;    ///< at most
+    int rejections = 3; ///< then the corners are rounded wider; without corners, it is left
+    int patience = 25;  ///< steps without a lower rounding after which it is taken to fold back
 };
 
 /// For where the quick path is lost: these keep much closer to theirs. Each smoothing has another

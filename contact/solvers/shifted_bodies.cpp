@@ -1,9 +1,34 @@
 #include "contact/solvers/shifted_bodies.hpp"
 
 #include <algorithm>
-#include <tuple>
+#include <map>
 
 namespace amontons {
+namespace {
+
+constexpr int kRigid = 6; ///< motions of a rigid body, whose products are laid out ahead
+using RigidColumns = Eigen::Matrix<double, kRigid, 3>;
+using RigidBlock = Eigen::Matrix<double, kRigid, kRigid>;
+
+/// Adds a product of two bodies by blocks; place is that of its first one.
+template <class Product> void add(BlockLu& lu, const Product& product, const BlockLu::Place* place)
+{
+    Mat3 block;
+    for (Eigen::Index j = 0; j < product.cols(); j += 3)
+        for (Eigen::Index i = 0; i < product.rows(); i += 3, ++place) {
+            const auto rows = std::min<Eigen::Index>(3, product.rows() - i);
+            const auto columns = std::min<Eigen::Index>(3, product.cols() - j);
+            if (rows == 3 && columns == 3) {
+                lu.add_at(*place, product.template block<3, 3>(i, j));
+                continue;
+            }
+            block.setZero();
+            block.topLeftCorner(rows, columns) = product.block(i, j, rows, columns);
+            lu.add_at(*place, block);
+        }
+}
+
+} // namespace
 
 ShiftedBodies::ShiftedBodies(const ContactProblem& problem, const Columns& columns,
                              const Eigen::VectorXd& scale)
@@ -17,66 +42,54 @@ void ShiftedBodies::analyse()
 {
     if (analysed_) return;
     analysed_ = true;
-    const DelassusOfBodies& W = problem_.W.of_bodies();
-    const auto parts = static_cast<int>(W.parts.size());
     first_block_.assign(1, 0);
-    for (int p = 0; p < parts; ++p)
-        first_block_.push_back(first_block_.back() + blocks(p));
+    for (const DelassusOfBodies::Part& part : problem_.W.of_bodies().parts)
+        first_block_.push_back(first_block_.back() + (int(part.G.rows()) + 2) / 3);
 
-    // Pairs of bodies by contacts; a body alone is a pair of its own.
-    using Touch = std::tuple<int, int, int, int, int>; // bodies, columns, rows
-    std::vector<Touch> touches;
-    for (int p = 0; p < parts; ++p)
-        touches.emplace_back(p, p, 0, 0, 0);
+    std::map<std::vector<int>, std::vector<int>> groups; // contacts of each set of bodies
+    std::vector<int> bodies;
     for (int i = 0; i < contact_count(problem_); ++i) {
-        const auto places = W.places(columns_.first_row(i));
-        for (std::size_t k = 0; k < places.size(); ++k)
-            for (std::size_t l = k + 1; l < places.size(); ++l) // by ascending bodies
-                touches.emplace_back(places[k].part, places[l].part, places[k].column,
-                                     places[l].column, columns_.rows(i));
+        bodies.clear();
+        for (const Columns::Piece& p : pieces(i))
+            bodies.push_back(p.part);
+        if (!bodies.empty()) groups[bodies].push_back(i);
     }
-    std::sort(touches.begin(), touches.end());
-    std::vector<std::vector<int>> pattern(static_cast<std::size_t>(first_block_.back()));
-    const auto couple = [&](int a, int b) {
-        for (int j = 0; j < blocks(b); ++j)
-            for (int i = 0; i < blocks(a); ++i)
-                pattern[static_cast<std::size_t>(first_block_[std::size_t(b)] + j)].push_back(
-                    first_block_[std::size_t(a)] + i);
+    std::vector<std::vector<int>> pattern(std::size_t(first_block_.back()));
+    for (int j = 0; j < first_block_.back(); ++j)
+        pattern[std::size_t(j)].push_back(j);
+    const auto blocks = [&](const Columns::Piece& column, const Columns::Piece& row,
+                            const auto& work) {
+        for (int j = 0; j < blocks_of(column); ++j)
+            for (int i = 0; i < blocks_of(row); ++i)
+                work(first_block(row) + i, first_block(column) + j);
     };
-    for (const auto& [a, b, column_a, column_b, rows] : touches) {
-        if (pairs_.empty() || pairs_.back().a != a || pairs_.back().b != b) {
-            pairs_.push_back({a, b, shared_.size(), shared_.size(), 0});
-            couple(a, b);
-            if (a != b) couple(b, a);
-        }
-        if (rows == 0) continue;
-        shared_.push_back({column_a, column_b, rows});
-        pairs_.back().end = shared_.size();
+    for (const auto& [key, contacts] : groups) {
+        const auto own = pieces(contacts.front());
+        for (const Columns::Piece& b : own)
+            for (const Columns::Piece& a : own)
+                blocks(b, a, [&](int i, int j) { pattern[std::size_t(j)].push_back(i); });
     }
     std::vector<std::size_t> start{0};
     std::vector<int> neighbour;
     for (std::vector<int>& column : pattern) {
         std::sort(column.begin(), column.end());
-        neighbour.insert(neighbour.end(), column.begin(), column.end());
+        neighbour.insert(neighbour.end(), column.begin(),
+                         std::unique(column.begin(), column.end()));
         start.push_back(neighbour.size());
     }
     lu_.analyse(start, neighbour);
-    const auto keep = [&](int a, int b) {
-        for (int j = 0; j < blocks(b); ++j)
-            for (int i = 0; i < blocks(a); ++i)
-                places_.push_back(
-                    lu_.place(first_block_[std::size_t(a)] + i, first_block_[std::size_t(b)] + j));
-    };
-    for (Pair& pair : pairs_) {
-        pair.places = places_.size();
-        keep(pair.a, pair.b);
-        if (pair.a != pair.b) keep(pair.b, pair.a);
-    }
-    right_.resize(W.parts.size());
-    left_.resize(W.parts.size());
-    for (int p = 0; p < parts; ++p) {
-        const std::vector<int>& rows = W.parts[std::size_t(p)].rows;
-        right_[std::size_t(p)] = G(p) * Eigen::VectorXd(scale_(rows)).asDiagonal();
+    for (int j = 0; j < first_block_.back(); ++j)
+        diagonal_.push_back(lu_.place(j, j));
+    for (const auto& [key, contacts] : groups) {
+        const auto own = pieces(contacts.front());
+        const bool rigid = own.size() <= 2 &&
+                           std::ranges::all_of(own, [](const auto& p) { return p.k == kRigid; });
+        groups_.push_back(
+            {contact_.size(), contact_.size() + contacts.size(), places_.size(), rigid});
+        contact_.insert(contact_.end(), contacts.begin(), contacts.end());
+        for (const Columns::Piece& b : own)
+            for (const Columns::Piece& a : own)
+                blocks(b, a, [&](int i, int j) { places_.push_back(lu_.place(i, j)); });
     }
 }
 
@@ -90,24 +103,67 @@ double ShiftedBodies::filling_cost() const
     return sum;
 }
 
-void ShiftedBodies::add(const Eigen::MatrixXd& product, int blocks_down, int blocks_right,
-                        const BlockLu::Place* place)
+/// G E^-1 G^T of rigid bodies, contact after contact in registers.
+void ShiftedBodies::add_rigid(const Group& group)
 {
-    Mat3 block;
-    for (int j = 0; j < blocks_right; ++j)
-        for (int i = 0; i < blocks_down; ++i, ++place) {
-            const Eigen::Index rows = std::min<Eigen::Index>(3, product.rows() - 3 * i);
-            const Eigen::Index columns = std::min<Eigen::Index>(3, product.cols() - 3 * j);
-            block.setZero();
-            block.topLeftCorner(rows, columns) = product.block(3 * i, 3 * j, rows, columns);
-            lu_.add_at(*place, block);
+    const std::size_t bodies = pieces(contact_[group.begin]).size();
+    RigidBlock product[4]; // of both bodies with both: (a, b) at 2 b + a
+    for (RigidBlock& p : product)
+        p.setZero();
+    for (std::size_t k = group.begin; k < group.end; ++k) {
+        const int contact = contact_[k], rows = columns_.rows(contact);
+        const double scale = scale_[columns_.first_row(contact)];
+        RigidColumns right[2], left[2];
+        for (std::size_t a = 0; a < bodies; ++a) {
+            right[a].setZero();
+            right[a].leftCols(rows) = scale * G(pieces(contact)[a], contact);
+            left[a] = right[a].lazyProduct(inverse_[std::size_t(contact)]);
+        }
+        for (std::size_t b = 0; b < bodies; ++b)
+            for (std::size_t a = 0; a < bodies; ++a)
+                product[2 * b + a] += left[a].lazyProduct(right[b].transpose());
+    }
+    const BlockLu::Place* place = places_.data() + group.places;
+    for (std::size_t b = 0; b < bodies; ++b)
+        for (std::size_t a = 0; a < bodies; ++a, place += 4)
+            add(lu_, product[2 * b + a], place);
+}
+
+void ShiftedBodies::add_any(const Group& group)
+{
+    Eigen::Index columns = 0;
+    for (std::size_t k = group.begin; k < group.end; ++k)
+        columns += columns_.rows(contact_[k]);
+    const std::size_t bodies = pieces(contact_[group.begin]).size();
+    left_.resize(std::max(left_.size(), bodies));
+    right_.resize(left_.size());
+    for (std::size_t a = 0; a < bodies; ++a) {
+        const int motions = pieces(contact_[group.begin])[a].k;
+        left_[a].resize(motions, columns);
+        right_[a].resize(motions, columns);
+        Eigen::Index at = 0;
+        for (std::size_t k = group.begin; k < group.end; ++k) {
+            const int contact = contact_[k], rows = columns_.rows(contact);
+            auto right = right_[a].middleCols(at, rows);
+            right = scale_[columns_.first_row(contact)] * G(pieces(contact)[a], contact);
+            left_[a].middleCols(at, rows) =
+                right.lazyProduct(inverse_[std::size_t(contact)].topLeftCorner(rows, rows));
+            at += rows;
+        }
+    }
+    const BlockLu::Place* place = places_.data() + group.places;
+    for (std::size_t b = 0; b < bodies; ++b)
+        for (std::size_t a = 0; a < bodies; ++a) {
+            product_.noalias() = left_[a] * right_[b].transpose();
+            add(lu_, product_, place);
+            place += ((product_.rows() + 2) / 3) * ((product_.cols() + 2) / 3);
         }
 }
 
 bool ShiftedBodies::factorise(const std::vector<LinearisedLaw>& law, double shift)
 {
     analyse();
-    const DelassusOfBodies& W = problem_.W.of_bodies();
+    const Eigen::VectorXd& give = problem_.W.of_bodies().give;
     inverse_.assign(law.size(), Mat3::Zero());
     for (std::size_t i = 0; i < law.size(); ++i) {
         if (law[i].open) continue;
@@ -116,80 +172,70 @@ bool ShiftedBodies::factorise(const std::vector<LinearisedLaw>& law, double shif
         Mat3 E = law[i].D;
         for (int a = 0; a < 3; ++a)
             E(a, a) =
-                a < rows ? E(a, a) + shift + W.give[first + a] * scale_[first] * scale_[first] : 1;
+                a < rows ? E(a, a) + shift + give[first + a] * scale_[first] * scale_[first] : 1;
         const Mat3 inverse = E.inverse();
         if (!inverse.allFinite()) return false;
         inverse_[i].topLeftCorner(rows, rows) = inverse.topLeftCorner(rows, rows);
     }
-    for (std::size_t p = 0; p < W.parts.size(); ++p)
-        left_[p].resize(right_[p].rows(), right_[p].cols());
-    for (int i = 0; i < contact_count(problem_); ++i) {
-        const int rows = columns_.rows(i);
-        for (const DelassusOfBodies::Place& at : W.places(columns_.first_row(i)))
-            left_[std::size_t(at.part)].middleCols(at.column, rows).noalias() =
-                right_[std::size_t(at.part)]
-                    .middleCols(at.column, rows)
-                    .lazyProduct(inverse_[std::size_t(i)].topLeftCorner(rows, rows));
-    }
     lu_.clear();
-    Eigen::MatrixXd product, left, right, mirrored;
-    for (const Pair& pair : pairs_) {
-        const Eigen::MatrixXd &left_a = left_[std::size_t(pair.a)],
-                              &right_a = right_[std::size_t(pair.a)],
-                              &left_b = left_[std::size_t(pair.b)],
-                              &right_b = right_[std::size_t(pair.b)];
-        const int down = blocks(pair.a), across = blocks(pair.b);
-        if (pair.a == pair.b) {
-            product.setIdentity(3 * down, 3 * down);
-            product.topLeftCorner(left_a.rows(), left_a.rows()).noalias() +=
-                left_a * right_a.transpose();
-            add(product, down, down, places_.data() + pair.places);
-            continue;
-        }
-        Eigen::Index columns = 0;
-        for (std::size_t k = pair.begin; k < pair.end; ++k)
-            columns += shared_[k].rows;
-        const auto gather = [&](const Eigen::MatrixXd& from, int Shared::*column,
-                                Eigen::MatrixXd& to) {
-            to.resize(from.rows(), columns);
-            Eigen::Index at = 0;
-            for (std::size_t k = pair.begin; k < pair.end; at += shared_[k++].rows)
-                to.middleCols(at, shared_[k].rows) =
-                    from.middleCols(shared_[k].*column, shared_[k].rows);
-        };
-        gather(left_a, &Shared::a, left);
-        gather(right_b, &Shared::b, right);
-        product.noalias() = left * right.transpose();
-        add(product, down, across, places_.data() + pair.places);
-        gather(left_b, &Shared::b, left);
-        gather(right_a, &Shared::a, right);
-        product.noalias() = left * right.transpose();
-        add(product, across, down,
-            places_.data() + pair.places + static_cast<std::size_t>(down * across));
-    }
+    for (const BlockLu::Place& place : diagonal_)
+        lu_.add_at(place, Mat3::Identity());
+    for (const Group& group : groups_)
+        if (group.rigid)
+            add_rigid(group);
+        else
+            add_any(group);
     return lu_.factorise();
 }
 
 void ShiftedBodies::solve(const Eigen::VectorXd& b, Eigen::VectorXd& x) const
 {
-    const DelassusOfBodies& W = problem_.W.of_bodies();
-    Eigen::VectorXd z = Eigen::VectorXd::Zero(3 * first_block_.back());
-    for (std::size_t p = 0; p < W.parts.size(); ++p)
-        z.segment(3 * first_block_[p], left_[p].rows()).noalias() =
-            left_[p] * Eigen::VectorXd(b(W.parts[p].rows));
-    lu_.solve(z);
-    x = b;
-    for (std::size_t p = 0; p < W.parts.size(); ++p) {
-        const Eigen::VectorXd moved =
-            right_[p].transpose() * z.segment(3 * first_block_[p], right_[p].rows());
-        for (std::size_t i = 0; i < W.parts[p].rows.size(); ++i)
-            x[W.parts[p].rows[i]] -= moved[static_cast<Eigen::Index>(i)];
-    }
+    z_.setZero(3 * first_block_.back());
+    x.resize(b.size());
+    Vec3 own;
     for (int i = 0; i < contact_count(problem_); ++i) {
         const int row = columns_.first_row(i), rows = columns_.rows(i);
-        x.segment(row, rows) =
-            (inverse_[std::size_t(i)].topLeftCorner(rows, rows) * x.segment(row, rows)).eval();
+        own.setZero();
+        own.head(rows) = scale_[row] * b.segment(row, rows);
+        own = inverse_[std::size_t(i)] * own;
+        for (const Columns::Piece& p : pieces(i))
+            columns_.add_to_motion(p, i, own.data(), z_.data() + 3 * first_block(p));
     }
+    lu_.solve(z_);
+    for (int i = 0; i < contact_count(problem_); ++i) {
+        const int row = columns_.first_row(i), rows = columns_.rows(i);
+        own.setZero();
+        for (const Columns::Piece& p : pieces(i))
+            columns_.add_motion(p, i, z_.data() + 3 * first_block(p), own.data());
+        own.head(rows) = b.segment(row, rows) - scale_[row] * own.head(rows);
+        own = inverse_[std::size_t(i)] * own;
+        x.segment(row, rows) = own.head(rows);
+    }
+}
+
+Eigen::MatrixXd ShiftedBodies::response(const std::vector<int>& contacts) const
+{
+    std::vector<int> touched, first(first_block_.size(), -1); // blocks, and the first of each body
+    Eigen::Index rows = 0;
+    for (const int i : contacts) {
+        rows += columns_.rows(i);
+        for (const Columns::Piece& p : pieces(i)) {
+            int& own = first[std::size_t(p.part)];
+            if (own >= 0) continue;
+            own = static_cast<int>(touched.size());
+            for (int b = 0; b < blocks_of(p); ++b)
+                touched.push_back(first_block(p) + b);
+        }
+    }
+    Eigen::MatrixXd C = Eigen::MatrixXd::Zero(3 * Eigen::Index(touched.size()), rows);
+    Eigen::Index column = 0;
+    for (const int i : contacts) {
+        for (const Columns::Piece& p : pieces(i))
+            C.block(3 * first[std::size_t(p.part)], column, p.k, columns_.rows(i)) =
+                scale_[columns_.first_row(i)] * G(p, i);
+        column += columns_.rows(i);
+    }
+    return lu_.between(touched, C);
 }
 
 } // namespace amontons

@@ -4,6 +4,7 @@
 #include "contact/solvers/smoothed_law.hpp"
 #include "contact/solvers/work.hpp"
 
+#include <span>
 #include <vector>
 
 namespace amontons {
@@ -31,38 +32,46 @@ public:
     bool factorise(const std::vector<LinearisedLaw>& law, double shift);
     /// x on closed rows, 0 on open ones.
     void solve(const Eigen::VectorXd& b, Eigen::VectorXd& x) const;
+    /// How the motions of some contacts follow forces on them that come on top of their reactions,
+    /// while all contacts answer by their E: by rows, those of the contacts one after another.
+    Eigen::MatrixXd response(const std::vector<int>& contacts) const;
+    /// E^-1, 0 of an open contact.
+    const Mat3& inverse(int contact) const { return inverse_[std::size_t(contact)]; }
 
 private:
-    /// Bodies a <= b that touch: the contacts that they share, and where each is among the columns
-    /// of the two.
-    struct Pair {
-        int a = 0, b = 0;
-        std::size_t begin = 0, end = 0; ///< in shared_
-        std::size_t places = 0;         ///< of the blocks (a, b), then (b, a), in places_
+    /// Contacts between the same bodies.
+    struct Group {
+        std::size_t begin = 0, end = 0; ///< in contact_
+        std::size_t places = 0;         ///< in places_: of each pair of its bodies, (a, b) by b
+        bool rigid = false;             ///< one or two bodies of six motions
     };
-    struct Shared {
-        int a = 0, b = 0, rows = 0; ///< first columns
-    };
-    int blocks(int part) const { return (size(part) + 2) / 3; }
-    int size(int part) const { return int(G(part).rows()); }
-    const Eigen::MatrixXd& G(int part) const
+    std::span<const Columns::Piece> pieces(int contact) const
     {
-        return problem_.W.of_bodies().parts[std::size_t(part)].G;
+        return {columns_.pieces_begin(contact), columns_.pieces_end(contact)};
     }
-    void add(const Eigen::MatrixXd& product, int blocks_down, int blocks_right,
-             const BlockLu::Place* place);
+    static int blocks_of(const Columns::Piece& p) { return (p.k + 2) / 3; }
+    int first_block(const Columns::Piece& p) const { return first_block_[std::size_t(p.part)]; }
+    Eigen::Map<const Eigen::MatrixXd> G(const Columns::Piece& p, int contact) const
+    {
+        return {columns_.columns_of(p), p.k, columns_.rows(contact)};
+    }
+    void add_rigid(const Group& group);
+    void add_any(const Group& group);
 
     const ContactProblem& problem_;
     const Columns& columns_;
     const Eigen::VectorXd& scale_;
     bool analysed_ = false;
     std::vector<int> first_block_; ///< of each body
-    std::vector<Pair> pairs_;
-    std::vector<Shared> shared_;
+    std::vector<int> contact_;     ///< by groups
+    std::vector<Group> groups_;
     std::vector<BlockLu::Place> places_;
+    std::vector<BlockLu::Place> diagonal_; ///< of each block
     BlockLu lu_;
-    std::vector<Mat3> inverse_;                 ///< E^-1 of each contact, zero of open ones
-    std::vector<Eigen::MatrixXd> right_, left_; ///< of each body: S G, and S G E^-1
+    std::vector<Mat3> inverse_;                 ///< E^-1 of each contact, 0 of open ones
+    std::vector<Eigen::MatrixXd> left_, right_; ///< workspace: of a group's bodies
+    Eigen::MatrixXd product_;                   ///< workspace
+    mutable Eigen::VectorXd z_;                 ///< workspace
 };
 
 } // namespace amontons

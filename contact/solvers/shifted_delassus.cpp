@@ -12,6 +12,8 @@ constexpr int kGmresSteps = 200;
 // Refinement of a factor without pivoting ends when it is this good, or no longer gets better.
 constexpr double kRefined = 1e-12, kRefining = 0.5;
 constexpr int kRefinements = 6;
+/// Of a W of bodies, whose W x is as dear as the factor's x: a direction needs no more.
+constexpr double kRefinedOfBodies = 1e-5;
 /// Not good enough for a Newton direction: a dense factor, which pivots, is taken from then on...
 constexpr double kPoor = 1;
 /// ... up to this many rows.
@@ -132,6 +134,25 @@ bool ShiftedDelassus::solve(const Eigen::VectorXd& b, Eigen::VectorXd& x, Eigen:
     return true;
 }
 
+ShiftedDelassus::Response ShiftedDelassus::response(const std::vector<int>& contacts) const
+{
+    Response answer;
+    answer.motions = bodies_.response(contacts);
+    answer.reactions.setIdentity(answer.motions.rows(), answer.motions.cols());
+    const Eigen::VectorXd& give = problem_.W.of_bodies().give;
+    Eigen::Index row = 0;
+    for (const int i : contacts) {
+        const int rows = columns_.rows(i), first = columns_.first_row(i);
+        auto motions = answer.motions.middleRows(row, rows);
+        auto reactions = answer.reactions.middleRows(row, rows);
+        reactions -= bodies_.inverse(i).topLeftCorner(rows, rows) * motions;
+        motions +=
+            scale_[first] * scale_[first] * give.segment(first, rows).asDiagonal() * reactions;
+        row += rows;
+    }
+    return answer;
+}
+
 double ShiftedDelassus::refine(const Eigen::VectorXd& b, Eigen::VectorXd& x,
                                Eigen::VectorXd& product)
 {
@@ -146,6 +167,7 @@ double ShiftedDelassus::refine(const Eigen::VectorXd& b, Eigen::VectorXd& x,
     }
     const double size = residual.norm();
     if (size == 0) return 0;
+    const double refined = factor_ == Factor::bodies ? kRefinedOfBodies : kRefined;
     double last = std::numeric_limits<double>::infinity();
     for (int k = 0; k <= kRefinements; ++k) {
         solve_once(residual, correction);
@@ -157,7 +179,7 @@ double ShiftedDelassus::refine(const Eigen::VectorXd& b, Eigen::VectorXd& x,
         x.swap(correction);
         product.swap(next_product);
         last = left;
-        if (last <= kRefined * size || !std::isfinite(last)) break;
+        if (last <= refined * size || !std::isfinite(last)) break;
     }
     return last / size;
 }

@@ -31,6 +31,14 @@ public:
     /// @param product  leaves with S W S x
     /// @returns false if the factor is too inaccurate, and too large for one that is not
     bool solve(const Eigen::VectorXd& b, Eigen::VectorXd& x, Eigen::VectorXd& product);
+    /// Of a factor of W of bodies: what forces on some contacts change of their reactions and
+    /// motions, if they come on top of what all contacts answer by their D; by rows, those of the
+    /// contacts one after another.
+    struct Response {
+        Eigen::MatrixXd reactions, motions;
+    };
+    Response response(const std::vector<int>& contacts) const;
+    double shift() const { return shift_; } ///< of the last factor, no less than was asked for
     /// Forgets that factors without a search of pivots have been too inaccurate.
     void trust() { distrusted_ = false; }
     /// What a factor of this many closed rows costs [ns on one core of 2024]; 0 for a matrix-free

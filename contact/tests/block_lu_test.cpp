@@ -325,3 +325,33 @@ TEST_CASE("the cost grows with the work, and is linear in copies")
     CHECK(cost(60, full(60)) > 4 * cost(30, full(30)));
     CHECK(cost(30, arrow(30)) < cost(30, full(30)));
 }
+
+TEST_CASE("what a matrix's inverse is between a few rows is found along their branches")
+{
+    std::mt19937 rng{7};
+    for (const int side : {3, 9, 16}) { // a net, whose last supernode is wide
+        Pattern pattern;
+        const int n = side * side;
+        for (int i = 0; i < n; ++i) {
+            if (i % side > 0) pattern.emplace_back(i, i - 1);
+            if (i >= side) pattern.emplace_back(i, i - side);
+            if (i >= side && i % side > 0) pattern.emplace_back(i, i - side - 1);
+        }
+        const BlockMatrix A = random_matrix(n, pattern, rng);
+        BlockLu lu;
+        analyse(lu, A);
+        REQUIRE(factorise(lu, A));
+        for (const std::vector<int>& blocks :
+             {std::vector<int>{0}, {n - 1, 1}, {n / 2, n / 3, n - 2, 2}}) {
+            const auto rows = 3 * static_cast<Eigen::Index>(blocks.size());
+            const Eigen::MatrixXd C =
+                Eigen::MatrixXd::NullaryExpr(rows, 5, [&] { return random_vector(1, rng)[0]; });
+            Eigen::MatrixXd whole = Eigen::MatrixXd::Zero(3 * n, 5);
+            for (std::size_t b = 0; b < blocks.size(); ++b)
+                whole.middleRows<3>(3 * blocks[b]) =
+                    C.middleRows<3>(3 * static_cast<Eigen::Index>(b));
+            const Eigen::MatrixXd expected = whole.transpose() * A.dense().lu().solve(whole);
+            CHECK((lu.between(blocks, C) - expected).norm() < 1e-11 * expected.norm());
+        }
+    }
+}

@@ -1,10 +1,11 @@
 #include "contact/solve.hpp"
 #include "contact/solvers/colours.hpp"
-#include "contact/solvers/shifted_delassus.hpp"
+#include "contact/solvers/scaled_problem.hpp"
 
 #include <Eigen/Geometry>
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -200,6 +201,55 @@ TEST_CASE("a Newton step by bodies is that of W + D")
     REQUIRE(blocks.solve(b, y, Wy));
     CHECK((x - y).norm() < 1e-6 * y.norm()); // W is singular: parts of x are known to 1e-8 only
     CHECK((Wx - Wy).norm() < 1e-8 * Wy.norm());
+}
+
+TEST_CASE("a few contacts solved apart end on their law, while the others follow theirs linearised")
+{
+    ContactProblem p = bond(5, 3, 0.2, 1);
+    DelassusOfBodies W = p.W.of_bodies();
+    for (Eigen::Index k = 0; k < W.give.size(); k += 7)
+        W.give[k] = 0.05;
+    p.W = std::move(W);
+    SolverOptions sweeps;
+    sweeps.solver = ContactSolver::anderson;
+    sweeps.tolerance = 1e-2;
+    SolverWork work(p, sweeps, solve(p, sweeps).reaction);
+    ScaledProblem scaled(work);
+    ShiftedDelassus matrix(work);
+    const Smoothing s{.epsilon = 1e-4, .open = 0.3};
+    std::vector<LinearisedLaw> law(std::size_t(p.mu.size()));
+    scaled.linearise(work.r, work.u, s, law);
+    Eigen::VectorXd direction(p.q.size()), slope(p.q.size());
+    REQUIRE(scaled.step(law, 1e-6, s, matrix, direction, slope));
+    const double limit = 3 * s.epsilon;
+    const auto beyond = [&] {
+        std::vector<int> found;
+        scaled.add_beyond(limit, 1000, work.r + direction, work.u + slope, s, found);
+        return found;
+    };
+    std::vector<int> few;
+    for (const int i : beyond())
+        if (i % 3 == 0 || law[std::size_t(i)].open) few.push_back(i);
+    REQUIRE(few.size() > 10);
+    CHECK(std::ranges::any_of(few, [&](int i) { return law[std::size_t(i)].open; }));
+    CHECK(std::ranges::any_of(few, [&](int i) { return !law[std::size_t(i)].open; }));
+    REQUIRE(scaled.solve_few(few, limit, law, s, work.r, work.u, matrix, direction, slope));
+    for (const int i : beyond())
+        CHECK_FALSE(std::ranges::binary_search(few, i));
+    CHECK((p.W * direction - slope).norm() < 1e-10 * slope.norm());
+    const double size = (work.scale.cwiseProduct(slope) / scaled.force()).norm();
+    for (int i = 0; i < contact_count(p); ++i) {
+        if (std::ranges::binary_search(few, i)) continue;
+        const double scale = work.scale[3 * i];
+        const Vec3 dr = direction.segment<3>(3 * i) / (scale * scaled.force());
+        const Vec3 du = slope.segment<3>(3 * i) * scale / scaled.force();
+        const LinearisedLaw& own = law[std::size_t(i)];
+        if (own.open)
+            CHECK((dr + own.residual).norm() < 1e-12 * size);
+        else
+            CHECK((du + own.D * (dr + own.residual) + 1e-6 * dr + own.residual / s.rho).norm() <
+                  1e-4 * size);
+    }
 }
 
 TEST_CASE("what every solver finds of a W of bodies is a solution of the sum")
