@@ -2,7 +2,6 @@
 
 #include "mesh/format/text.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -14,16 +13,30 @@ namespace {
 constexpr MaterialConstant kYoung{"youngs_modulus", "Pa", "Young's modulus at rest.", 0, 0, true};
 constexpr double kMostPoisson = 0.4999999;
 
-Vec6 six(const Mat3& A)
+/// Green's strain with engineering shears.
+template <class Number> std::array<Number, 6> green(const std::array<Number, 6>& C)
 {
-    return {A(0, 0), A(1, 1), A(2, 2), A(0, 1), A(1, 2), A(0, 2)};
+    return {0.5 * (C[0] - 1), 0.5 * (C[1] - 1), 0.5 * (C[2] - 1), C[3], C[4], C[5]};
 }
 
-/// Green's strain with engineering shears.
-Vec6 green(const Mat3& C)
+template <class Number> Number trace(const std::array<Number, 6>& C)
 {
-    return {
-        0.5 * (C(0, 0) - 1), 0.5 * (C(1, 1) - 1), 0.5 * (C(2, 2) - 1), C(0, 1), C(1, 2), C(0, 2)};
+    return C[0] + C[1] + C[2];
+}
+
+/// Adds it to a diagonal of D: v where axes meet themselves, half of it to shears.
+template <class Number> void add_diagonal(double v, Response<Number>& out)
+{
+    for (std::size_t p = 0; p < 6; ++p)
+        out.D[of_triangle(p, p)] += p < 3 ? v : 0.5 * v;
+}
+
+/// Adds it where axes meet each other.
+template <class Number> void add_block(double v, Response<Number>& out)
+{
+    for (std::size_t p = 0; p < 3; ++p)
+        for (std::size_t q = 0; q <= p; ++q)
+            out.D[of_triangle(p, q)] += v;
 }
 
 double shear_of(double E, double nu)
@@ -41,15 +54,18 @@ double lambda_of(double mu, double nu)
 namespace svk {
 constexpr MaterialConstant kPoisson{"poisson_ratio", "",  "Poisson's ratio at rest.", -1,
                                     kMostPoisson,    true};
-void respond(const MaterialConstants& c, const Mat3& C, PointResponse& out)
+template <class Number>
+void respond(const MaterialConstants& c, const Strain<Number>& at, Response<Number>& out)
 {
     const double mu = shear_of(c[0], c[1]), lambda = lambda_of(mu, c[1]);
-    const Vec6 e = green(C);
-    out.D.setZero();
-    out.D.topLeftCorner<3, 3>().setConstant(lambda);
-    out.D.diagonal() += (Vec6{} << 2 * mu, 2 * mu, 2 * mu, mu, mu, mu).finished();
-    out.S = out.D * e;
-    out.energy = 0.5 * e.dot(out.S);
+    const std::array<Number, 6> e = green(at.C);
+    add_block(lambda, out);
+    add_diagonal(2 * mu, out);
+    const Number of_all = lambda * trace(e);
+    for (std::size_t p = 0; p < 6; ++p) {
+        out.S[p] = p < 3 ? of_all + 2 * mu * e[p] : mu * e[p];
+        out.energy += 0.5 * e[p] * out.S[p];
+    }
 }
 double volumetric(const MaterialConstants&)
 {
@@ -66,13 +82,15 @@ SmallStrains small(const MaterialConstants& c)
 namespace neo_hooke {
 constexpr MaterialConstant kPoisson{"poisson_ratio", "",   "Poisson's ratio at rest.", 0,
                                     kMostPoisson,    false};
-void respond(const MaterialConstants& c, const Mat3& C, PointResponse& out)
+template <class Number>
+void respond(const MaterialConstants& c, const Strain<Number>& at, Response<Number>& out)
 {
-    const double mu = shear_of(c[0], c[1]), ln_J = 0.5 * std::log(C.determinant());
-    out.energy = 0.5 * mu * (C.trace() - 3) - mu * ln_J;
-    out.S << mu, mu, mu, 0, 0, 0;
-    out.D.setZero();
-    add_volumetric(C.inverse(), -mu, 0, -mu, out);
+    const double mu = shear_of(c[0], c[1]);
+    out.energy = 0.5 * mu * (trace(at.C) - 3) - mu * at.ln_J;
+    for (std::size_t p = 0; p < 3; ++p)
+        out.S[p] += mu;
+    out.a -= mu;
+    out.c -= mu;
 }
 double volumetric(const MaterialConstants& c)
 {
@@ -87,18 +105,20 @@ SmallStrains small(const MaterialConstants& c)
 // c1 (I1 - 3) + c2 (I2 - 3) - (2 c1 + 4 c2) ln J + lambda/2 (ln J)^2; the first three alone have
 // Lame's lambda 4 c2 at rest.
 namespace mooney_rivlin {
-void respond(const MaterialConstants& c, const Mat3& C, PointResponse& out)
+template <class Number>
+void respond(const MaterialConstants& c, const Strain<Number>& at, Response<Number>& out)
 {
     const double c1 = c[0], c2 = c[1], d = 2 * c1 + 4 * c2;
-    const double ln_J = 0.5 * std::log(C.determinant()), I1 = C.trace();
-    const double I2 = 0.5 * (I1 * I1 - C.squaredNorm());
-    out.energy = c1 * (I1 - 3) + c2 * (I2 - 3) - d * ln_J;
-    out.S = -2 * c2 * six(C);
-    out.S.head<3>().array() += 2 * c1 + 2 * c2 * I1;
-    out.D.setZero();
-    out.D.topLeftCorner<3, 3>().setConstant(4 * c2);
-    out.D.diagonal() -= (Vec6{} << 4, 4, 4, 2, 2, 2).finished() * c2;
-    add_volumetric(C.inverse(), -d, 0, -d, out);
+    const std::array<Number, 6>& C = at.C;
+    const Number I1 = trace(C), I2 = C[0] * C[1] + C[1] * C[2] + C[2] * C[0] - C[3] * C[3] -
+                                     C[4] * C[4] - C[5] * C[5];
+    out.energy = c1 * (I1 - 3) + c2 * (I2 - 3) - d * at.ln_J;
+    for (std::size_t p = 0; p < 6; ++p)
+        out.S[p] = p < 3 ? 2 * c1 + 2 * c2 * (I1 - C[p]) : -2 * c2 * C[p];
+    add_block(4 * c2, out);
+    add_diagonal(-4 * c2, out);
+    out.a -= d;
+    out.c -= d;
 }
 double volumetric(const MaterialConstants& c)
 {
@@ -114,16 +134,26 @@ SmallStrains small(const MaterialConstants& c)
 // c/2 (exp Q - 1) + K/2 (ln J)^2, Q = bf E_ff^2 + bt (E_ss^2 + E_nn^2 + 2 E_sn^2)
 // + 2 bfs (E_fs^2 + E_fn^2): passive muscle, fibres f, sheets s, across them n.
 namespace guccione {
-void respond(const MaterialConstants& c, const Mat3& C, PointResponse& out)
+template <class Number>
+void respond(const MaterialConstants& c, const Strain<Number>& at, Response<Number>& out)
 {
     const double bf = c[1], bt = c[2], bfs = c[3];
-    const Vec6 b{bf, bt, bt, 0.5 * bfs, 0.5 * bt, 0.5 * bfs}, e = green(C);
-    const Vec6 be = b.cwiseProduct(e);
-    const double Q = e.dot(be), w = c[0] * std::exp(Q);
-    out.energy = 0.5 * c[0] * std::expm1(Q);
-    out.S = w * be;
-    out.D = 2 * w * be * be.transpose();
-    out.D.diagonal() += w * b;
+    const std::array<double, 6> b{bf, bt, bt, 0.5 * bfs, 0.5 * bt, 0.5 * bfs};
+    const std::array<Number, 6> e = green(at.C);
+    std::array<Number, 6> be;
+    Number Q{};
+    for (std::size_t p = 0; p < 6; ++p) {
+        be[p] = b[p] * e[p];
+        Q += e[p] * be[p];
+    }
+    const Number rise = exp_less_one(Q), w = c[0] * (rise + 1);
+    out.energy = 0.5 * c[0] * rise;
+    for (std::size_t p = 0; p < 6; ++p) {
+        out.S[p] = w * be[p];
+        for (std::size_t q = 0; q <= p; ++q)
+            out.D[of_triangle(p, q)] = 2 * w * be[p] * be[q];
+        out.D[of_triangle(p, p)] += w * b[p];
+    }
 }
 double volumetric(const MaterialConstants& c)
 {
@@ -143,7 +173,8 @@ const std::array<MaterialLaw, 4>& table()
          "moderate strains.",
          {kYoung, svk::kPoisson},
          false,
-         svk::respond,
+         svk::respond<double>,
+         svk::respond<Four>,
          svk::volumetric,
          svk::small,
          0.57735026918962576},
@@ -151,7 +182,8 @@ const std::array<MaterialLaw, 4>& table()
          "mu/2 (tr C - 3) - mu ln J + lambda/2 (ln J)^2.",
          {kYoung, neo_hooke::kPoisson},
          false,
-         neo_hooke::respond,
+         neo_hooke::respond<double>,
+         neo_hooke::respond<Four>,
          neo_hooke::volumetric,
          neo_hooke::small},
         {"mooney_rivlin",
@@ -161,7 +193,8 @@ const std::array<MaterialLaw, 4>& table()
           {"poisson_ratio", "", "Poisson's ratio at rest; no less than c2 allows.", 0, kMostPoisson,
            false}},
          false,
-         mooney_rivlin::respond,
+         mooney_rivlin::respond<double>,
+         mooney_rivlin::respond<Four>,
          mooney_rivlin::volumetric,
          mooney_rivlin::small},
         {"guccione",
@@ -173,7 +206,8 @@ const std::array<MaterialLaw, 4>& table()
           {"bfs", "", "Of shear along them.", 0, 0, true},
           {"bulk_modulus", "Pa", "K, against a change of volume.", 0, 0, true}},
          true,
-         guccione::respond,
+         guccione::respond<double>,
+         guccione::respond<Four>,
          guccione::volumetric,
          guccione::small},
     }};
@@ -228,31 +262,26 @@ double poissons_ratio(const Hyperelastic& m)
     return s.lambda / (2 * (s.lambda + s.shear));
 }
 
-void add_volumetric(const Mat3& C_inverse, double a, double b, double c, PointResponse& out)
-{
-    constexpr int at[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}};
-    const Vec6 x = six(C_inverse);
-    const Mat3& X = C_inverse;
-    out.S += a * x;
-    for (int p = 0; p < 6; ++p)
-        for (int q = 0; q <= p; ++q) {
-            const int i = at[p][0], j = at[p][1], k = at[q][0], l = at[q][1];
-            const double value = b * x[p] * x[q] - c * (X(i, k) * X(j, l) + X(i, l) * X(j, k));
-            out.D(p, q) += value;
-            if (q < p) out.D(q, p) += value;
-        }
-}
-
 PointResponse point_response(const Hyperelastic& m, const Mat3& F)
 {
+    Gradient<double> columns;
+    std::copy_n(F.data(), 9, columns.begin());
+    const Strain<double> at = strain_of(columns);
+    Response<double> r;
+    m.law->respond(m.constants, at, r);
+    if (const double lambda = m.law->volumetric(m.constants); lambda > 0) {
+        r.energy += 0.5 * lambda * at.ln_J * at.ln_J;
+        r.a += lambda * at.ln_J;
+        r.b += lambda;
+        r.c += lambda * at.ln_J;
+    }
+    r.add_volume(at, true);
     PointResponse out;
-    const Mat3 C = F.transpose() * F;
-    m.law->respond(m.constants, C, out);
-    const double lambda = m.law->volumetric(m.constants);
-    if (lambda > 0) {
-        const double ln_J = std::log(F.determinant());
-        out.energy += 0.5 * lambda * ln_J * ln_J;
-        add_volumetric(C.inverse(), lambda * ln_J, lambda, lambda * ln_J, out);
+    out.energy = r.energy;
+    for (std::size_t p = 0; p < 6; ++p) {
+        out.S[Eigen::Index(p)] = r.S[p];
+        for (std::size_t q = 0; q < 6; ++q)
+            out.D(Eigen::Index(p), Eigen::Index(q)) = r.D[of_triangle(p, q)];
     }
     return out;
 }

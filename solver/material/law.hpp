@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <span>
 #include <string>
 #include <string_view>
@@ -27,6 +28,63 @@ using Mat6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr int kMostConstants = 8;
 using MaterialConstants = std::array<double, kMostConstants>;
+
+#ifdef __GNUC__ // how vectors are passed depends on the registers: here they stay within a file
+#pragma GCC diagnostic ignored "-Wpsabi"
+#endif
+
+/// Of four points, side by side in registers: laws are asked for one point or for four at once.
+typedef double Four __attribute__((vector_size(32)));
+
+inline double ln(double x)
+{
+    return std::log(x);
+}
+inline Four ln(const Four& x)
+{
+    return Four{std::log(x[0]), std::log(x[1]), std::log(x[2]), std::log(x[3])};
+}
+inline double exp_less_one(double x)
+{
+    return std::expm1(x);
+}
+inline Four exp_less_one(const Four& x)
+{
+    return Four{std::expm1(x[0]), std::expm1(x[1]), std::expm1(x[2]), std::expm1(x[3])};
+}
+
+/// A 3 x 3 by columns. @tparam Number  here and below: double or Four
+template <class Number> using Gradient = std::array<Number, 9>;
+
+/// Where entry (i, j) of a symmetric tensor stands in its six numbers.
+constexpr std::size_t kSix[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+/// ... and of a symmetric 6 x 6 in the rows of its lower triangle.
+constexpr std::size_t of_triangle(std::size_t i, std::size_t j)
+{
+    return i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i;
+}
+
+/// What a law is asked: tensors without factors of shear.
+template <class Number> struct Strain {
+    std::array<Number, 6> C, C_inverse;
+    Number J, ln_J;
+};
+/// @param F  det F > 0, or ln_J is no number
+template <class Number> Number determinant(const Gradient<Number>& F);
+template <class Number> Strain<Number> strain_of(const Gradient<Number>& F);
+
+/// What it adds to zeros.
+template <class Number> struct Response {
+    Number energy{};            ///< W, 0 at rest [J/m^3]
+    std::array<Number, 6> S{};  ///< 2 dW/dC, second Piola-Kirchhoff stress [Pa]
+    std::array<Number, 21> D{}; ///< 2 dS/dC [Pa]
+    /// Of S and D what functions of J alone add, left to add_volume: a C^-1, and b C^-1 (x) C^-1
+    /// - 2 c I_(C^-1) with (I_X)_ijkl = (X_ik X_jl + X_il X_jk) / 2.
+    Number a{}, b{}, c{};
+
+    /// @param tangent  to D too
+    void add_volume(const Strain<Number>& at, bool tangent);
+};
 
 /// What a point answers to C.
 struct PointResponse {
@@ -56,7 +114,10 @@ struct MaterialLaw {
     std::vector<MaterialConstant> constants;
     bool directed = false; ///< stiffer along fibres, which a body must then have
     /// The law without what is counted by volumetric().
-    void (*respond)(const MaterialConstants& c, const Mat3& C, PointResponse& out) = nullptr;
+    void (*respond)(const MaterialConstants& c, const Strain<double>& at,
+                    Response<double>& out) = nullptr;
+    void (*respond_four)(const MaterialConstants& c, const Strain<Four>& at,
+                         Response<Four>& out) = nullptr;
     /// lambda of lambda/2 (ln J)^2 [Pa]; 0: the law has no such part.
     double (*volumetric)(const MaterialConstants& c) = nullptr;
     SmallStrains (*small)(const MaterialConstants& c) = nullptr;
@@ -86,8 +147,44 @@ double poissons_ratio(const Hyperelastic& m);
 /// @param F  det F > 0; along a directed law's fibres F = (gradient) Q, Q's first column the fibre
 PointResponse point_response(const Hyperelastic& m, const Mat3& F);
 
-/// Adds a C^-1 to S and b C^-1 (x) C^-1 - 2 c I_(C^-1) to D, with (I_X)_ijkl = (X_ik X_jl + X_il
-/// X_jk) / 2: what any function of J alone adds.
-void add_volumetric(const Mat3& C_inverse, double a, double b, double c, PointResponse& out);
+template <class Number> Number determinant(const Gradient<Number>& F)
+{
+    return F[0] * (F[4] * F[8] - F[5] * F[7]) + F[1] * (F[5] * F[6] - F[3] * F[8]) +
+           F[2] * (F[3] * F[7] - F[4] * F[6]);
+}
+
+template <class Number> Strain<Number> strain_of(const Gradient<Number>& F)
+{
+    Strain<Number> s;
+    std::array<Number, 6>& C = s.C;
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j <= i; ++j)
+            C[kSix[i][j]] =
+                F[3 * i] * F[3 * j] + F[3 * i + 1] * F[3 * j + 1] + F[3 * i + 2] * F[3 * j + 2];
+    s.J = determinant(F);
+    s.ln_J = ln(s.J);
+    s.C_inverse = {C[1] * C[2] - C[4] * C[4], C[0] * C[2] - C[5] * C[5], C[0] * C[1] - C[3] * C[3],
+                   C[4] * C[5] - C[3] * C[2], C[3] * C[5] - C[0] * C[4], C[3] * C[4] - C[1] * C[5]};
+    const Number share =
+        1 / (C[0] * s.C_inverse[0] + C[3] * s.C_inverse[3] + C[5] * s.C_inverse[5]);
+    for (Number& entry : s.C_inverse)
+        entry *= share;
+    return s;
+}
+
+template <class Number> void Response<Number>::add_volume(const Strain<Number>& at, bool tangent)
+{
+    constexpr std::size_t axes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}};
+    const std::array<Number, 6>& X = at.C_inverse;
+    for (std::size_t p = 0; p < 6; ++p)
+        S[p] += a * X[p];
+    if (!tangent) return;
+    for (std::size_t p = 0; p < 6; ++p)
+        for (std::size_t q = 0; q <= p; ++q) {
+            const std::size_t i = axes[p][0], j = axes[p][1], k = axes[q][0], l = axes[q][1];
+            D[of_triangle(p, q)] += b * X[p] * X[q] - c * (X[kSix[i][k]] * X[kSix[j][l]] +
+                                                           X[kSix[i][l]] * X[kSix[j][k]]);
+        }
+}
 
 } // namespace amontons

@@ -6,28 +6,6 @@
 namespace amontons {
 namespace hyperelastic_parts {
 
-bool respond(const Hyperelastic& m, double lambda, const Mat3& F, Point& p)
-{
-    p.J = F.determinant();
-    if (!(p.J > 0)) return false;
-    const Mat3 C = F.transpose() * F;
-    p.C_inverse = C.inverse();
-    m.law->respond(m.constants, C, p.r);
-    if (lambda > 0) {
-        const double ln_J = std::log(p.J);
-        p.r.energy += 0.5 * lambda * ln_J * ln_J;
-        add_volumetric(p.C_inverse, lambda * ln_J, lambda, lambda * ln_J, p.r);
-    }
-    return std::isfinite(p.r.energy) && p.r.D.allFinite();
-}
-
-Mat3 full(const Vec6& s)
-{
-    Mat3 m;
-    m << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
-    return m;
-}
-
 Mat9 tangent(const Mat3& F, const Mat3& S, const Mat6& D)
 {
     constexpr int at[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}};
@@ -57,9 +35,8 @@ Mat3 cofactor(const Mat3& F)
 double softest_shear(const Hyperelastic& m)
 {
     if (!m.law->directed) return m.law->small(m.constants).shear;
-    PointResponse at_rest;
-    m.law->respond(m.constants, Mat3::Identity(), at_rest);
-    return at_rest.D.diagonal().tail<3>().minCoeff();
+    const Mat6 D = point_response(m, Mat3::Identity()).D;
+    return D.diagonal().tail<3>().minCoeff();
 }
 
 } // namespace hyperelastic_parts
@@ -73,42 +50,56 @@ void fill(const ElementPoints& X, const Mat3& axes, std::vector<double>& numbers
 {
     using L = Layout<kind>;
     numbers.resize(L::size);
-    double* at = numbers.data();
     const auto gradients = [&](const Vec3& xi, double& det) {
         const ShapeGradients d = shape_gradients(kind, xi);
         const Mat3 J = X * d.transpose();
         det = J.determinant();
         return typename L::Gradients(axes.transpose() * J.inverse().transpose() * d);
     };
-    const auto put = [&](const auto& m) { at = std::copy_n(m.data(), m.size(), at); };
     Mat3 J0 = Mat3::Identity();
     if constexpr (L::modes) J0 = X * shape_gradients(kind, Vec3::Zero()).transpose();
+    int q = 0;
     for (const QuadraturePoint& p : stiffness_points(kind)) {
         double det = 0;
-        put(gradients(p.xi, det));
-        *at++ = p.weight * det;
+        const typename L::Gradients g = gradients(p.xi, det);
+        double* at = numbers.data() + q / L::width * L::width * L::of_point + q % L::width;
+        const auto put = [&](double v) {
+            *at = v;
+            at += L::width;
+        };
+        for (Eigen::Index k = 0; k < g.size(); ++k)
+            put(g.data()[k]);
+        put(p.weight * det);
         if constexpr (L::modes) {
             const double scale = J0.determinant() / det;
-            const Mat3 turned = axes.transpose() * J0.inverse().transpose();
-            put(Mat3(scale * turned * p.xi.asDiagonal()));
-            put(Vec3(scale * Vec3(p.xi[1] * p.xi[2], p.xi[2] * p.xi[0], p.xi[0] * p.xi[1])));
+            for (int k = 0; k < 3; ++k)
+                put(scale * p.xi[k]);
+            for (int k = 0; k < 3; ++k)
+                put(scale * p.xi[(k + 1) % 3] * p.xi[(k + 2) % 3]);
         }
+        ++q;
     }
     if constexpr (L::modes) {
         double det = 0;
-        put(gradients(Vec3::Zero(), det));
+        const typename L::Gradients g = gradients(Vec3::Zero(), det);
+        const Mat3 turned = axes.transpose() * J0.inverse().transpose();
+        std::copy_n(turned.data(), 9,
+                    std::copy_n(g.data(), g.size(), numbers.data() + L::points * L::of_point));
     }
 }
 
+/// @param visit  of each point: its number, and the law there
 template <ElementKind kind, class Visit>
-bool visit_points(const Numbers<kind>& e, const ElementPoints& x, double lambda,
+bool visit_points(const Numbers<kind>& e, const ElementPoints& x, double lambda, double pressure,
                   const Hyperelastic& m, Visit visit)
 {
-    Point p;
-    for (int q = 0; q < Layout<kind>::points; ++q) {
-        const Mat3 F = x * e.gradients(q).transpose();
-        if (!respond(m, lambda, F, p)) return false;
-        visit(q, F, p);
+    using L = Layout<kind>;
+    Answer<typename L::Number> answer;
+    for (int group = 0; group < L::groups; ++group) {
+        const auto F = gradient(e, group, x);
+        if (!respond(m, lambda, pressure, F, true, answer)) return false;
+        for (int lane = 0; lane < L::width; ++lane)
+            visit(group * L::width + lane, point_of(F, answer, lane));
     }
     return true;
 }
@@ -118,21 +109,27 @@ ElementFault simple_forces(const HyperelasticElement& element, const Hyperelasti
                            const ElementPoints& x, HyperelasticState& state, ElementVector& forces)
 {
     using L = Layout<kind>;
+    using Number = typename L::Number;
     const Numbers<kind> e{element.numbers.data()};
     const VolumeParts lambda = volume_parts<kind>(m);
     const MeanVolume mean = mean_volume<kind>(e, x, lambda.mean);
     if (!(mean.J > 0)) return ElementFault::inverted;
-    typename L::Forces f = L::Forces::Zero();
-    state.energy = mean.energy;
+    std::array<Number, 3 * L::n> f{};
+    Number energy{};
+    Answer<Number> answer;
     state.least_volume = std::numeric_limits<double>::infinity();
-    const bool good = visit_points(e, x, lambda.pointwise, m, [&](int q, const Mat3& F, Point& p) {
-        if (mean.pressure != 0) add_volumetric(p.C_inverse, mean.pressure * p.J, 0, 0, p.r);
-        f.noalias() += (e.volume(q) * F * full(p.r.S)) * e.gradients(q);
-        state.energy += e.volume(q) * p.r.energy;
-        state.least_volume = std::min(state.least_volume, p.J);
-    });
-    if (!good) return ElementFault::inverted;
-    forces = Eigen::Map<const Eigen::VectorXd>(f.data(), f.size());
+    for (int group = 0; group < L::groups; ++group) {
+        const Gradient<Number> F = gradient(e, group, x);
+        if (!respond(m, lambda.pointwise, mean.pressure, F, false, answer))
+            return ElementFault::inverted;
+        const Number volume = e.volumes(group);
+        add_forces(e, group, stress(F, answer.r, volume), f);
+        energy += volume * answer.r.energy;
+        state.least_volume = std::min(state.least_volume, least(answer.at.J));
+    }
+    state.energy = mean.energy + sum(energy);
+    for (std::size_t k = 0; k < f.size(); ++k)
+        forces[Eigen::Index(k)] = sum(f[k]);
     return ElementFault::none;
 }
 
@@ -147,13 +144,10 @@ void simple_tangent(const HyperelasticElement& element, const Hyperelastic& m,
     if (!std::isnan(state.pressure)) mean.pressure = state.pressure;
     NodeBlocks<L::n> blocks;
     typename L::Forces dv = L::Forces::Zero(); // of the volume by the places
-    visit_points(e, x, lambda.pointwise, m, [&](int q, const Mat3& F, Point& p) {
-        const double pJ = mean.pressure * p.J;
-        if (lambda.mean > 0) {
-            add_volumetric(p.C_inverse, pJ, pJ, pJ, p.r);
-            dv.noalias() += (e.volume(q) * p.J * F * p.C_inverse) * e.gradients(q);
-        }
-        blocks.add(e.gradients(q), tangent(F, full(p.r.S), p.r.D), e.volume(q));
+    visit_points(e, x, lambda.pointwise, mean.pressure, m, [&](int q, const Point& p) {
+        const typename L::Gradients g = e.gradients(q);
+        if (lambda.mean > 0) dv.noalias() += (e.volume(q) * p.J * p.F * p.C_inverse) * g;
+        blocks.add(g, tangent(p.F, p.S, p.D), e.volume(q));
     });
     K.resize(3 * L::n, 3 * L::n);
     blocks.scatter(K);
@@ -174,15 +168,19 @@ HyperelasticMean mean(const HyperelasticElement& element, const Hyperelastic& m,
     HyperelasticMean out;
     Mat3 tau = Mat3::Zero();
     double now = 0;
-    Point p;
-    for (int q = 0; q < L::points; ++q) {
-        Mat3 F = x * e.gradients(q).transpose();
+    Answer<typename L::Number> answer;
+    for (int group = 0; group < L::groups; ++group) {
+        auto F = gradient(e, group, x);
         if constexpr (L::modes)
             if (state.modes.size() == kModes)
-                F += (x * e.centre().transpose()) * mode_gradient(e, q, Modes(state.modes));
-        if (!respond(m, lambda.pointwise, F, p)) return out;
-        tau += e.volume(q) * F * full(p.r.S) * F.transpose();
-        now += e.volume(q) * p.J;
+                add_modes(e, group, x * e.centre().transpose(), Modes(state.modes), F);
+        if (!respond(m, lambda.pointwise, 0, F, false, answer)) return out;
+        for (int lane = 0; lane < L::width; ++lane) {
+            const Point p = point_of(F, answer, lane);
+            const double volume = e.volume(group * L::width + lane);
+            tau += volume * p.F * p.S * p.F.transpose();
+            now += volume * p.J;
+        }
     }
     tau.diagonal().array() += all.pressure * all.J * all.V;
     tau /= now;

@@ -33,9 +33,52 @@ constexpr double kModesThere = 1e-8, kModesRounding = 1e-10;
 
 using Brick = Layout<ElementKind::H8>;
 using BrickNumbers = Numbers<ElementKind::H8>;
+using Square = Eigen::Matrix<double, kModes, kModes>;
+
+/// An element at places x, but for its modes.
+struct Places {
+    std::array<Gradient<Four>, Brick::groups> of_nodes; ///< F of the nodes alone
+    Mat3 F0, Y; ///< F at the centre; F0 times the h of xi = 1
+};
+
+Places at_places(const BrickNumbers& e, const ElementPoints& x)
+{
+    Places p;
+    for (int group = 0; group < Brick::groups; ++group)
+        p.of_nodes[std::size_t(group)] = gradient(e, group, x);
+    p.F0 = x * e.centre().transpose();
+    p.Y = p.F0 * e.turned();
+    return p;
+}
+
+/// Adds F0 M: Y = F0 `turned`.
+void add_modes(const BrickNumbers& e, int group, const Mat3& F0, const Mat3& Y, const Modes& a,
+               Gradient<Four>& F)
+{
+    Four shift{};
+    for (int k = 0; k < 3; ++k) {
+        shift += a[9 + k] * e.of_group(group, Brick::c + k);
+        const Four size = e.of_group(group, Brick::e + k);
+        for (int J = 0; J < 3; ++J) {
+            const Four v = a[3 * k + J] * size;
+            for (int c = 0; c < 3; ++c)
+                F[std::size_t(c + 3 * J)] += Y(c, k) * v;
+        }
+    }
+    for (int i = 0; i < 9; ++i)
+        F[std::size_t(i)] += F0.data()[i] * shift;
+}
 
 } // namespace
 
+void add_modes(const BrickNumbers& e, int group, const Mat3& F0, const Modes& a, Gradient<Four>& F)
+{
+    add_modes(e, group, F0, F0 * e.turned(), a, F);
+}
+
+namespace {
+
+/// M at point q.
 Mat3 mode_gradient(const BrickNumbers& e, int q, const Modes& a)
 {
     Mat3 M = e.h(q) * Eigen::Map<const Mat3>(a.data()).transpose();
@@ -43,59 +86,142 @@ Mat3 mode_gradient(const BrickNumbers& e, int q, const Modes& a)
     return M;
 }
 
-namespace {
-
 /// dvec(F)/da.
 Eigen::Matrix<double, 9, kModes> mode_columns(const BrickNumbers& e, int q, const Mat3& F0)
 {
     Eigen::Matrix<double, 9, kModes> B = Eigen::Matrix<double, 9, kModes>::Zero();
+    const Mat3 h = F0 * e.h(q);
     for (int k = 0; k < 3; ++k) {
-        const Vec3 h = F0 * e.h(q).col(k);
         for (int axis = 0; axis < 3; ++axis)
-            B.block<3, 1>(3 * axis, 3 * k + axis) = h;
+            B.block<3, 1>(3 * axis, 3 * k + axis) = h.col(k);
         B.col(9 + k) = e.c(q)[k] * Eigen::Map<const Eigen::Matrix<double, 9, 1>>(F0.data());
     }
     return B;
 }
 
 struct BrickModes {
-    Modes residual;
-    Eigen::Matrix<double, kModes, kModes> K;
+    Modes residual = Modes::Zero();
+    Square K = Square::Zero(); ///< lower triangle
 };
 
-bool brick_modes(const BrickNumbers& e, const ElementPoints& x, double lambda,
-                 const Hyperelastic& m, const Modes& a, BrickModes& out)
+/// The modes' equations. With y_k = F0 t_k, t_k the h of xi_k = 1, a mode (k, J) changes F by xi_k
+/// y_k (x) e_J, hence strains by xi_k times the symmetric part of p_k (x) e_J, p_k = F^T y_k: three
+/// of its six numbers are not 0. The modes of volume change F by c_k F0.
+bool brick_modes(const BrickNumbers& e, const Places& at, double lambda, const Hyperelastic& m,
+                 const Modes& a, BrickModes& out)
 {
-    out.residual.setZero();
-    out.K.setZero();
-    const Mat3 F0 = x * e.centre().transpose();
-    Point p;
-    for (int q = 0; q < Brick::points; ++q) {
-        const Mat3 F = x * e.gradients(q).transpose() + F0 * mode_gradient(e, q, a);
-        if (!respond(m, lambda, F, p)) return false;
-        const Mat3 S = full(p.r.S), P = F * S;
-        const Eigen::Matrix<double, 9, kModes> B = mode_columns(e, q, F0);
-        out.residual.noalias() +=
-            e.volume(q) * B.transpose() * Eigen::Map<const Eigen::Matrix<double, 9, 1>>(P.data());
-        const Eigen::Matrix<double, 9, kModes> AB = e.volume(q) * tangent(F, S, p.r.D) * B;
-        out.K.noalias() += B.transpose() * AB;
+    std::array<Four, kModes> residual{};
+    std::array<Four, kModes*(kModes + 1) / 2> K{};
+    const Mat3 YY = at.Y.transpose() * at.Y, YF0 = at.Y.transpose() * at.F0,
+               F0F0 = at.F0.transpose() * at.F0;
+    Answer<Four> answer;
+    for (int group = 0; group < Brick::groups; ++group) {
+        Gradient<Four> F = at.of_nodes[std::size_t(group)];
+        add_modes(e, group, at.F0, at.Y, a, F);
+        if (!respond(m, lambda, 0, F, true, answer)) return false;
+        const Response<Four>& r = answer.r;
+        const auto D = [&](std::size_t i, std::size_t j) { return r.D[of_triangle(i, j)]; };
+        const Four volume = e.volumes(group);
+        Four size[3], shift[3], p[3][3];
+        for (std::size_t k = 0; k < 3; ++k) {
+            size[k] = e.of_group(group, Brick::e + int(k));
+            shift[k] = e.of_group(group, Brick::c + int(k));
+            const auto y = at.Y.col(Eigen::Index(k));
+            for (std::size_t M = 0; M < 3; ++M)
+                p[k][M] = y[0] * F[3 * M] + y[1] * F[3 * M + 1] + y[2] * F[3 * M + 2];
+        }
+        // Of F0: strain, D times it, and with the stress.
+        Four strain[6], De[6], work{}, stiff{};
+        for (std::size_t i = 0; i < 3; ++i)
+            for (std::size_t j = 0; j <= i; ++j) {
+                const auto dot = [&](std::size_t k, std::size_t l) {
+                    const auto f0 = at.F0.col(Eigen::Index(k));
+                    return f0[0] * F[3 * l] + f0[1] * F[3 * l + 1] + f0[2] * F[3 * l + 2];
+                };
+                strain[kSix[i][j]] = i == j ? dot(i, i) : dot(i, j) + dot(j, i);
+                stiff +=
+                    (i == j ? 1 : 2) * F0F0(Eigen::Index(i), Eigen::Index(j)) * r.S[kSix[i][j]];
+            }
+        for (std::size_t i = 0; i < 6; ++i) {
+            De[i] = Four{};
+            for (std::size_t j = 0; j < 6; ++j)
+                De[i] += D(i, j) * strain[j];
+            work += strain[i] * r.S[i];
+            stiff += strain[i] * De[i];
+        }
+        for (std::size_t k = 0; k < 3; ++k) {
+            residual[9 + k] += volume * shift[k] * work;
+            for (std::size_t l = 0; l <= k; ++l)
+                K[of_triangle(9 + k, 9 + l)] += volume * shift[k] * shift[l] * stiff;
+        }
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Four weight = volume * size[k];
+            for (std::size_t J = 0; J < 3; ++J) {
+                Four force{}, with_volume{}, Dp[6];
+                for (std::size_t M = 0; M < 3; ++M) {
+                    const std::size_t six = kSix[J][M];
+                    force += p[k][M] * r.S[six];
+                    with_volume +=
+                        p[k][M] * De[six] + YF0(Eigen::Index(k), Eigen::Index(M)) * r.S[six];
+                }
+                residual[3 * k + J] += weight * force;
+                for (std::size_t l = 0; l < 3; ++l)
+                    K[of_triangle(9 + l, 3 * k + J)] += weight * shift[l] * with_volume;
+                for (std::size_t i = 0; i < 6; ++i)
+                    Dp[i] = D(i, kSix[J][0]) * p[k][0] + D(i, kSix[J][1]) * p[k][1] +
+                            D(i, kSix[J][2]) * p[k][2];
+                for (std::size_t l = 0; l <= k; ++l)
+                    for (std::size_t L = 0; L < (l < k ? 3 : J + 1); ++L)
+                        K[of_triangle(3 * k + J, 3 * l + L)] +=
+                            weight * size[l] *
+                            (p[l][0] * Dp[kSix[L][0]] + p[l][1] * Dp[kSix[L][1]] +
+                             p[l][2] * Dp[kSix[L][2]] +
+                             YY(Eigen::Index(k), Eigen::Index(l)) * r.S[kSix[J][L]]);
+            }
+        }
+    }
+    for (std::size_t i = 0; i < kModes; ++i) {
+        out.residual[Eigen::Index(i)] = sum(residual[i]);
+        for (std::size_t j = 0; j <= i; ++j)
+            out.K(Eigen::Index(i), Eigen::Index(j)) = sum(K[of_triangle(i, j)]);
     }
     return true;
 }
 
+/// y = K^-1 y by elimination, whole columns at a time: what it does above the diagonal is of no
+/// use.
+/// @param K  lower triangle; lost
+/// @return  false: not positive definite
+bool solve_positive(Square& K, Modes& y)
+{
+    Modes left = y, inverse;
+    for (int j = 0; j < kModes; ++j) {
+        if (!(K(j, j) > 0)) return false;
+        inverse[j] = 1 / K(j, j);
+        y[j] = left[j];
+        left -= (left[j] * inverse[j]) * K.col(j);
+        for (int k = j + 1; k < kModes; ++k)
+            K.col(k) -= (K(k, j) * inverse[j]) * K.col(j);
+    }
+    Modes x = Modes::Zero();
+    for (int j = kModes - 1; j >= 0; --j)
+        x[j] = (y[j] - K.col(j).dot(x)) * inverse[j];
+    y = x;
+    return true;
+}
+
 /// The modes in balance at x, from those given.
-ElementFault balance_modes(const BrickNumbers& e, const ElementPoints& x, double lambda,
+ElementFault balance_modes(const BrickNumbers& e, const Places& places, double lambda,
                            const Hyperelastic& m, Modes& a)
 {
     BrickModes at;
-    if (!brick_modes(e, x, lambda, m, a, at)) {
+    if (!brick_modes(e, places, lambda, m, a, at)) {
         a.setZero(); // those of another place
-        if (!brick_modes(e, x, lambda, m, a, at)) return ElementFault::inverted;
+        if (!brick_modes(e, places, lambda, m, a, at)) return ElementFault::inverted;
     }
     for (int step = 0; step < kMostModeSteps; ++step) {
-        const Eigen::LLT<Eigen::Matrix<double, kModes, kModes>> factor(at.K);
-        if (factor.info() != Eigen::Success) return ElementFault::unstable;
-        const Modes change = -factor.solve(at.residual);
+        Modes change = -at.residual;
+        if (!solve_positive(at.K, change)) return ElementFault::unstable;
         const bool there = change.norm() <= kModesThere * a.norm() + kModesRounding;
         if (there) {
             a += change;
@@ -107,7 +233,7 @@ ElementFault balance_modes(const BrickNumbers& e, const ElementPoints& x, double
         for (;; share *= 0.5) {
             const Modes trial = a + share * change;
             // Not beyond where the energy along the step grows again as steeply as it fell.
-            if (brick_modes(e, x, lambda, m, trial, at) &&
+            if (brick_modes(e, places, lambda, m, trial, at) &&
                 at.residual.dot(change) <= -0.9 * before) {
                 a = trial;
                 break;
@@ -126,30 +252,58 @@ ElementFault brick_forces(const HyperelasticElement& element, const Hyperelastic
     const BrickNumbers e{element.numbers.data()};
     const VolumeParts lambda = volume_parts<ElementKind::H8>(m);
     const MeanVolume mean = mean_volume<ElementKind::H8>(e, x, lambda.mean);
-    const Mat3 F0 = x * e.centre().transpose();
-    if (!(F0.determinant() > 0) || !(mean.J > 0)) return ElementFault::inverted;
+    const Places at = at_places(e, x);
+    if (!(at.F0.determinant() > 0) || !(mean.J > 0)) return ElementFault::inverted;
     Modes a = state.modes.size() == kModes ? Modes(state.modes) : Modes(Modes::Zero());
-    if (const ElementFault fault = balance_modes(e, x, lambda.pointwise, m, a);
+    if (const ElementFault fault = balance_modes(e, at, lambda.pointwise, m, a);
         fault != ElementFault::none)
         return fault;
-    Brick::Forces f = Brick::Forces::Zero();
-    double energy = mean.energy, least = std::numeric_limits<double>::infinity();
-    Point p;
-    for (int q = 0; q < Brick::points; ++q) {
-        const Mat3 M = mode_gradient(e, q, a), of_nodes = x * e.gradients(q).transpose();
-        const Mat3 F = of_nodes + F0 * M;
-        if (!respond(m, lambda.pointwise, F, p)) return ElementFault::inverted;
-        const Brick::Gradients g = e.gradients(q) + M.transpose() * e.centre();
-        f.noalias() += (e.volume(q) * F * full(p.r.S)) * g;
-        if (lambda.mean > 0)
-            f.noalias() += (e.volume(q) * mean.pressure * cofactor(of_nodes)) * e.gradients(q);
-        energy += e.volume(q) * p.r.energy;
-        least = std::min(least, p.J);
+    // g~ = g + M^T g0: what acts on g, and what of all points acts on g0.
+    std::array<Four, 3 * Brick::n> f{};
+    std::array<Four, 9> of_volume{}; // c P
+    std::array<Four, 27> of_mode{};  // e_k P
+    Four energy{}, smallest = Four{} + std::numeric_limits<double>::infinity();
+    Answer<Four> answer;
+    for (int group = 0; group < Brick::groups; ++group) {
+        const Gradient<Four>& of_nodes = at.of_nodes[std::size_t(group)];
+        Gradient<Four> F = of_nodes;
+        add_modes(e, group, at.F0, at.Y, a, F);
+        if (!respond(m, lambda.pointwise, 0, F, false, answer)) return ElementFault::inverted;
+        const Four volume = e.volumes(group);
+        Gradient<Four> P = stress(F, answer.r, volume);
+        Four shift{};
+        for (int k = 0; k < 3; ++k)
+            shift += a[9 + k] * e.of_group(group, Brick::c + k);
+        for (std::size_t i = 0; i < 9; ++i) {
+            of_volume[i] += shift * P[i];
+            for (std::size_t k = 0; k < 3; ++k)
+                of_mode[9 * k + i] += e.of_group(group, Brick::e + int(k)) * P[i];
+        }
+        if (lambda.mean > 0) {
+            const Gradient<Four> c = cofactor(of_nodes);
+            for (std::size_t i = 0; i < 9; ++i)
+                P[i] += mean.pressure * volume * c[i];
+        }
+        add_forces(e, group, P, f);
+        energy += volume * answer.r.energy;
+        smallest = smallest < answer.at.J ? smallest : answer.at.J;
     }
+    // sum P M^T = sum over k of (sum e_k P) v_k (x) t_k, and the c's share.
+    Mat3 on_centre;
+    for (std::size_t i = 0; i < 9; ++i)
+        on_centre.data()[i] = sum(of_volume[i]);
+    for (int k = 0; k < 3; ++k) {
+        Mat3 P;
+        for (std::size_t i = 0; i < 9; ++i)
+            P.data()[i] = sum(of_mode[9 * std::size_t(k) + i]);
+        on_centre += P * a.segment<3>(3 * k) * e.turned().col(k).transpose();
+    }
+    const Brick::Forces by_centre = on_centre * e.centre();
+    for (std::size_t k = 0; k < f.size(); ++k)
+        forces[Eigen::Index(k)] = sum(f[k]) + by_centre.data()[k];
     state.modes = a;
-    state.energy = energy;
-    state.least_volume = least;
-    forces = Eigen::Map<const Eigen::VectorXd>(f.data(), f.size());
+    state.energy = mean.energy + sum(energy);
+    state.least_volume = least(smallest);
     return ElementFault::none;
 }
 
@@ -167,23 +321,33 @@ void brick_tangent(const HyperelasticElement& element, const Hyperelastic& m,
     NodeBlocks<n> blocks;
     Brick::Forces dv = Brick::Forces::Zero(); // of the volume by the places
     Eigen::Matrix<double, 3 * n, kModes> K_ua = Eigen::Matrix<double, 3 * n, kModes>::Zero();
-    Eigen::Matrix<double, kModes, kModes> K_aa = Eigen::Matrix<double, kModes, kModes>::Zero();
-    Point p;
+    Square K_aa = Square::Zero();
+    Answer<Four> answer;
+    Gradient<Four> F_of_group;
     for (int q = 0; q < Brick::points; ++q) {
-        const Mat3 M = mode_gradient(e, q, a), of_nodes = x * e.gradients(q).transpose();
-        const Mat3 F = of_nodes + F0 * M;
-        if (!respond(m, lambda.pointwise, F, p)) return; // the state was in balance: cannot be
+        if (q % Brick::width == 0) {
+            F_of_group = gradient(e, q / Brick::width, x);
+            add_modes(e, q / Brick::width, F0, a, F_of_group);
+            // The state was in balance: cannot be.
+            if (!respond(m, lambda.pointwise, 0, F_of_group, true, answer)) return;
+        }
+        const Point p = point_of(F_of_group, answer, q % Brick::width);
+        const Mat3 M = mode_gradient(e, q, a);
         if (lambda.mean > 0) {
-            PointResponse of_volume;
-            const double pJ = mean.pressure * of_nodes.determinant();
-            add_volumetric((of_nodes.transpose() * of_nodes).inverse(), pJ, pJ, pJ, of_volume);
-            blocks.add(e.gradients(q), tangent(of_nodes, full(of_volume.S), of_volume.D),
-                       e.volume(q));
+            const Mat3 of_nodes = x * e.gradients(q).transpose();
+            Gradient<double> F;
+            std::copy_n(of_nodes.data(), 9, F.begin());
+            Answer<double> of_volume;
+            of_volume.at = strain_of(F);
+            of_volume.r.a = of_volume.r.b = of_volume.r.c = mean.pressure * of_volume.at.J;
+            of_volume.r.add_volume(of_volume.at, true);
+            const Point v = point_of(F, of_volume, 0);
+            blocks.add(e.gradients(q), tangent(v.F, v.S, v.D), e.volume(q));
             dv.noalias() += (e.volume(q) * cofactor(of_nodes)) * e.gradients(q);
         }
         const Brick::Gradients g = e.gradients(q) + M.transpose() * g0;
-        const Mat3 S = full(p.r.S), P = e.volume(q) * F * S;
-        const Mat9 A = tangent(F, S, p.r.D);
+        const Mat3 P = e.volume(q) * p.F * p.S;
+        const Mat9 A = tangent(p.F, p.S, p.D);
         blocks.add(g, A, e.volume(q));
         const Eigen::Matrix<double, 9, kModes> B = mode_columns(e, q, F0), AB = e.volume(q) * A * B;
         K_aa.noalias() += B.transpose() * AB;
@@ -215,7 +379,7 @@ void brick_tangent(const HyperelasticElement& element, const Hyperelastic& m,
         K.noalias() += (mean.stiffness / mean.V) * d * d.transpose();
     }
     // The modes were in stable balance; on its very edge they are left as they are.
-    const Eigen::LLT<Eigen::Matrix<double, kModes, kModes>> factor(K_aa);
+    const Eigen::LLT<Square> factor(K_aa);
     if (factor.info() == Eigen::Success) {
         const Eigen::Matrix<double, kModes, 3 * n> K_au = K_ua.transpose();
         const Eigen::Matrix<double, kModes, 3 * n> taken = factor.matrixL().solve(K_au);

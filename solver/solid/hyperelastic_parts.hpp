@@ -7,6 +7,8 @@
 
 #include <array>
 #include <cmath>
+#include <cstring>
+#include <type_traits>
 
 namespace amontons::hyperelastic_parts {
 
@@ -15,47 +17,191 @@ constexpr int kModes = kMostInternalModes;
 using Modes = Eigen::Matrix<double, kModes, 1>;
 
 /// How the numbers of an element lie: gradients of shapes and volume of each point, of H8 those of
-/// its modes besides.
+/// its modes besides; each number of four points side by side, a group (T4: of its only point).
 template <ElementKind kind> struct Layout {
     static constexpr int n = kind == ElementKind::T4 ? 4 : kind == ElementKind::T10 ? 10 : 8;
     static constexpr int points = kind == ElementKind::T4 ? 1 : 8;
+    static constexpr int width = kind == ElementKind::T4 ? 1 : 4;
+    static constexpr int groups = points / width;
     static constexpr bool modes = kind == ElementKind::H8;
-    static constexpr int point_size = 3 * n + 1 + (modes ? 12 : 0);
-    static constexpr int size = points * point_size + (modes ? 3 * n : 0);
+    static constexpr int volume = 3 * n, e = volume + 1, c = e + 3; ///< after the gradients
+    static constexpr int of_point = modes ? c + 3 : volume + 1;
+    static constexpr int size = points * of_point + (modes ? 3 * n + 9 : 0);
+    using Number = std::conditional_t<kind == ElementKind::T4, double, Four>;
     using Gradients = Eigen::Matrix<double, 3, n>;
     using Forces = Eigen::Matrix<double, 3, n>;
 };
 
 template <ElementKind kind> struct Numbers {
     using L = Layout<kind>;
+    using Number = typename L::Number;
     const double* at;
+    /// Number k of the points of a group.
+    Number of_group(int group, int k) const
+    {
+        Number v;
+        std::memcpy(&v, at + (group * L::of_point + k) * L::width, sizeof v);
+        return v;
+    }
+    Number volumes(int group) const { return of_group(group, L::volume); }
+    /// Of one point.
     auto gradients(int q) const
     {
-        return Eigen::Map<const typename L::Gradients>(at + q * L::point_size);
+        using Apart = Eigen::Stride<3 * L::width, L::width>;
+        return Eigen::Map<const typename L::Gradients, 0, Apart>(of(q, 0));
     }
-    double volume(int q) const { return at[q * L::point_size + 3 * L::n]; }
-    auto h(int q) const { return Eigen::Map<const Mat3>(at + q * L::point_size + 3 * L::n + 1); }
-    auto c(int q) const { return Eigen::Map<const Vec3>(at + q * L::point_size + 3 * L::n + 10); }
+    double volume(int q) const { return *of(q, L::volume); }
+    Mat3 h(int q) const { return turned() * three(q, L::e).asDiagonal(); }
+    Vec3 c(int q) const { return three(q, L::c); }
     auto centre() const
     {
-        return Eigen::Map<const typename L::Gradients>(at + L::points * L::point_size);
+        return Eigen::Map<const typename L::Gradients>(at + L::points * L::of_point);
     }
+    auto turned() const { return Eigen::Map<const Mat3>(at + L::points * L::of_point + 3 * L::n); }
+
+private:
+    const double* of(int q, int k) const
+    {
+        return at + (q / L::width * L::of_point + k) * L::width + q % L::width;
+    }
+    Vec3 three(int q, int k) const { return {*of(q, k), *of(q, k + 1), *of(q, k + 2)}; }
 };
 
-/// The law at a point, with `lambda` of its volumetric part.
+inline double sum(double x)
+{
+    return x;
+}
+inline double sum(const Four& x)
+{
+    return (x[0] + x[1]) + (x[2] + x[3]);
+}
+inline double least(double x)
+{
+    return x;
+}
+inline double least(const Four& x)
+{
+    return std::min(std::min(x[0], x[1]), std::min(x[2], x[3]));
+}
+
+/// sum_i x_i (x) g_i at the points of a group.
+template <ElementKind kind>
+Gradient<typename Layout<kind>::Number> gradient(const Numbers<kind>& e, int group,
+                                                 const ElementPoints& x)
+{
+    Gradient<typename Layout<kind>::Number> F{};
+    for (int i = 0; i < Layout<kind>::n; ++i)
+        for (int J = 0; J < 3; ++J) {
+            const auto g = e.of_group(group, 3 * i + J);
+            for (int c = 0; c < 3; ++c)
+                F[std::size_t(c + 3 * J)] += x(c, i) * g;
+        }
+    return F;
+}
+
+/// The law at the points of a group.
+template <class Number> struct Answer {
+    Strain<Number> at;
+    Response<Number> r;
+};
+/// @param lambda    its volumetric part that acts here
+/// @param pressure  what besides acts on J
+/// @param tangent   D too
+/// @return  false where a point is inverted, or beyond numbers
+template <class Number>
+bool respond(const Hyperelastic& m, double lambda, double pressure, const Gradient<Number>& F,
+             bool tangent, Answer<Number>& out)
+{
+    Strain<Number>& at = out.at;
+    Response<Number>& r = out.r;
+    at = strain_of(F);
+    if (!(least(at.J) > 0)) return false;
+    r = {};
+    if constexpr (std::is_same_v<Number, double>)
+        m.law->respond(m.constants, at, r);
+    else
+        m.law->respond_four(m.constants, at, r);
+    const Number p = lambda * at.ln_J, pJ = pressure * at.J;
+    r.energy += 0.5 * p * at.ln_J;
+    r.a += p + pJ;
+    r.b += lambda + pJ;
+    r.c += p + pJ;
+    r.add_volume(at, tangent);
+    Number all = r.energy;
+    for (const Number& s : r.S)
+        all += s;
+    for (std::size_t k = 0; tangent && k < r.D.size(); ++k)
+        all += r.D[k];
+    return std::isfinite(sum(all));
+}
+
+/// Volume times P = F S.
+template <class Number>
+Gradient<Number> stress(const Gradient<Number>& F, const Response<Number>& r, const Number& volume)
+{
+    Gradient<Number> P;
+    for (std::size_t J = 0; J < 3; ++J) {
+        const Number S[3] = {volume * r.S[kSix[0][J]], volume * r.S[kSix[1][J]],
+                             volume * r.S[kSix[2][J]]};
+        for (std::size_t c = 0; c < 3; ++c)
+            P[c + 3 * J] = F[c] * S[0] + F[c + 3] * S[1] + F[c + 6] * S[2];
+    }
+    return P;
+}
+
+/// Adds P's forces on nodes, at the points of a group.
+template <ElementKind kind, class Number>
+void add_forces(const Numbers<kind>& e, int group, const Gradient<Number>& P,
+                std::array<Number, 3 * Layout<kind>::n>& f)
+{
+    for (std::size_t i = 0; i < Layout<kind>::n; ++i)
+        for (std::size_t J = 0; J < 3; ++J) {
+            const Number g = e.of_group(group, int(3 * i + J));
+            for (std::size_t c = 0; c < 3; ++c)
+                f[3 * i + c] += P[c + 3 * J] * g;
+        }
+}
+
+/// One of them.
 struct Point {
-    double J = 0;
-    Mat3 C_inverse;
-    PointResponse r;
+    double J = 0, energy = 0;
+    Mat3 F, S, C_inverse;
+    Mat6 D;
 };
+template <class Number>
+Point point_of(const Gradient<Number>& F, const Answer<Number>& answer, int lane)
+{
+    const auto number = [&](const Number& x) {
+        if constexpr (std::is_same_v<Number, double>)
+            return x;
+        else
+            return x[lane];
+    };
+    Point p;
+    p.J = number(answer.at.J);
+    p.energy = number(answer.r.energy);
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            p.F(i, j) = number(F[std::size_t(i + 3 * j)]);
+            p.S(i, j) = number(answer.r.S[kSix[i][j]]);
+            p.C_inverse(i, j) = number(answer.at.C_inverse[kSix[i][j]]);
+        }
+    for (std::size_t i = 0; i < 6; ++i)
+        for (std::size_t j = 0; j < 6; ++j)
+            p.D(Eigen::Index(i), Eigen::Index(j)) = number(answer.r.D[of_triangle(i, j)]);
+    return p;
+}
 
-/// False where it is inverted.
-bool respond(const Hyperelastic& m, double lambda, const Mat3& F, Point& p);
-Mat3 full(const Vec6& s);
 /// dP/dF.
 Mat9 tangent(const Mat3& F, const Mat3& S, const Mat6& D);
 /// J F^-T, the derivative of J.
 Mat3 cofactor(const Mat3& F);
+template <class Number> Gradient<Number> cofactor(const Gradient<Number>& F)
+{
+    return {F[4] * F[8] - F[5] * F[7], F[5] * F[6] - F[3] * F[8], F[3] * F[7] - F[4] * F[6],
+            F[7] * F[2] - F[8] * F[1], F[8] * F[0] - F[6] * F[2], F[6] * F[1] - F[7] * F[0],
+            F[1] * F[5] - F[2] * F[4], F[2] * F[3] - F[0] * F[5], F[0] * F[4] - F[1] * F[3]};
+}
 
 /// Adds (gradients)^T A (gradients) for each pair of axes, lower triangle of the pairs.
 template <int n> struct NodeBlocks {
@@ -131,16 +277,17 @@ struct MeanVolume {
 template <ElementKind kind>
 MeanVolume mean_volume(const Numbers<kind>& e, const ElementPoints& x, double lambda)
 {
-    double V = 0, v = 0;
-    for (int q = 0; q < Layout<kind>::points; ++q) {
-        V += e.volume(q);
-        if (lambda > 0) v += e.volume(q) * (x * e.gradients(q).transpose()).determinant();
+    typename Layout<kind>::Number V{}, v{};
+    for (int group = 0; group < Layout<kind>::groups; ++group) {
+        V += e.volumes(group);
+        if (lambda > 0) v += e.volumes(group) * determinant(gradient(e, group, x));
     }
-    return {V, lambda > 0 ? v : V, lambda};
+    return {sum(V), sum(lambda > 0 ? v : V), lambda};
 }
 
-/// F of H8's modes at point q, over F at the centre.
-Mat3 mode_gradient(const Numbers<ElementKind::H8>& e, int q, const Modes& a);
+/// Adds what H8's modes are of F at the points of a group. @param F0  F at the centre
+void add_modes(const Numbers<ElementKind::H8>& e, int group, const Mat3& F0, const Modes& a,
+               Gradient<Four>& F);
 
 ElementFault brick_forces(const HyperelasticElement& element, const Hyperelastic& m,
                           const ElementPoints& x, HyperelasticState& state, ElementVector& forces);

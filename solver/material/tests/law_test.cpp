@@ -129,6 +129,37 @@ Mat3 random_gradient(std::mt19937& rng, double size)
 
 } // namespace
 
+TEST_CASE("four points at once answer as each alone")
+{
+    std::mt19937 rng{5};
+    for (const Hyperelastic& m : samples()) {
+        CAPTURE(m.law->name);
+        Gradient<double> one[4];
+        Gradient<Four> all;
+        for (int k = 0; k < 4; ++k) {
+            const Mat3 F = random_gradient(rng, 0.4);
+            for (std::size_t i = 0; i < 9; ++i)
+                all[i][k] = one[k][i] = F.data()[i];
+        }
+        const Strain<Four> at = strain_of(all);
+        Response<Four> four;
+        m.law->respond_four(m.constants, at, four);
+        four.add_volume(at, true);
+        for (int k = 0; k < 4; ++k) {
+            const Strain<double> alone = strain_of(one[k]);
+            Response<double> r;
+            m.law->respond(m.constants, alone, r);
+            r.add_volume(alone, true);
+            CHECK(at.ln_J[k] == doctest::Approx(alone.ln_J).epsilon(1e-13));
+            CHECK(four.energy[k] == doctest::Approx(r.energy).epsilon(1e-12));
+            for (std::size_t i = 0; i < 6; ++i)
+                CHECK(four.S[i][k] == doctest::Approx(r.S[i]).epsilon(1e-11));
+            for (std::size_t i = 0; i < 21; ++i)
+                CHECK(four.D[i][k] == doctest::Approx(r.D[i]).epsilon(1e-11));
+        }
+    }
+}
+
 TEST_CASE("stress and tangent are the derivatives of the energy, to the last digits")
 {
     std::mt19937 rng{3};
