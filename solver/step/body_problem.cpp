@@ -19,7 +19,6 @@ namespace {
 // the elastic part are lost: where the tolerance asks for them it is less.
 constexpr double kModeWeight = 1e2, kFineModeWeight = 10, kFine = 1e-10;
 constexpr double kStressedModeWeight = 10; // over what contacts hold the modes with
-constexpr int kMostModeSteps = 60;
 // Newton's method on a W at hand gains digits for next to nothing: what linear solids are solved
 // beyond the tolerance by, so that uniform pressure comes out uniform.
 constexpr double kFiner = 1e-4;
@@ -27,12 +26,9 @@ constexpr int kFinerIterations = 12;
 constexpr int kNewtonSteps = 60; // and sweeps before them
 constexpr int kManyRows = 1500;  // of many bodies: factors of their W fill up
 constexpr int kMostRescales = 3;
-constexpr int kMostGrowth = 40;     // of the set of candidates, in one iteration
-constexpr double kRounding = 1e-12; // of a body's size
-constexpr int kMostOfModes = 15000; // iterations of all contact problems of one balance of modes
-constexpr int kPatience = 400;      // a shorter step is another way
-constexpr double kAstray = 1e3;     // sizes of a body that contact does not move it
-constexpr double kUnfelt = 1e-10;   // share of a mode's size that is rounding of normals
+constexpr int kMostGrowth = 40;   // of the set of candidates, in one iteration
+constexpr double kAstray = 1e3;   // sizes of a body that contact does not move it
+constexpr double kUnfelt = 1e-10; // share of a mode's size that is rounding of normals
 
 } // namespace
 
@@ -278,161 +274,6 @@ ContactSolution BodyStepper::solve_contact(const SolverOptions& options) const
     return finer;
 }
 
-bool BodyStepper::stressed(std::size_t b) const
-{
-    const SolidBody* solid = system_.refs[b].solid;
-    return solid && solid->mode_stiffness().size() > 0;
-}
-
-/// What a stressed body's motion takes of the loads on its modes; no more than would leave it
-/// without a hold by contacts, which the next iterations are left with.
-Eigen::MatrixXd BodyStepper::mode_stiffness(std::size_t b) const
-{
-    constexpr double kLeast = -0.7;
-    if (!stressed(b) || !(mode_scale_[b] > 0)) return {};
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
-        system_.refs[b].solid->mode_stiffness());
-    return eigen.eigenvectors() *
-           eigen.eigenvalues().cwiseMax(kLeast / mode_scale_[b]).asDiagonal() *
-           eigen.eigenvectors().transpose();
-}
-
-Eigen::VectorXd BodyStepper::load_on_modes(std::size_t b) const
-{
-    const Eigen::MatrixXd S = mode_stiffness(b);
-    return S.size() > 0 ? mode_load_[b] - S * mode_[b] : mode_load_[b];
-}
-
-/// (1 / s + S)^-1
-Eigen::MatrixXd BodyStepper::mode_gain(std::size_t b) const
-{
-    const Eigen::Index modes = mode_load_[b].size();
-    const Eigen::MatrixXd S = mode_stiffness(b), one = Eigen::MatrixXd::Identity(modes, modes);
-    return S.size() > 0 ? Eigen::MatrixXd((one / mode_scale_[b] + S).inverse())
-                        : Eigen::MatrixXd(mode_scale_[b] * one);
-}
-
-/// Method of multipliers on the balance of the modes: R^T H^T r + g = 0 is the condition, the
-/// modes' amplitudes are its multipliers, and each try is a contact problem with the modes held by
-/// s: W + s B B^T. Its answer is that of the modes as free unknowns, whatever s.
-bool BodyStepper::solve_with_modes()
-{
-    SolverOptions options;
-    options.solver = options_.solver;
-    options.threads = options_.threads;
-    options.scope = ErrorScope::acting_rows;
-    options.least_norm = spread_;
-    const Eigen::VectorXd q = problem_.q;
-    bool modes = false;
-    for (std::size_t b = 0; b < bodies(); ++b)
-        modes |= mode_load_[b].size() > 0;
-    // The weight of the modes is in W and q, and so in what the error is relative to.
-    options.tolerance = (modes ? 0.01 / mode_weight() : 0.1) * options_.tolerance;
-    options.acceptable = 5 * options.tolerance;
-    options.patience = kPatience;
-    options.stop = options_.stop;
-    double best = std::numeric_limits<double>::infinity();
-    const int begun = report_.iterations;
-    for (int step = 0; step < kMostModeSteps; ++step) {
-        problem_.q = q;
-        for (std::size_t b = 0; b < bodies(); ++b) {
-            if (B_[b].size() == 0) continue;
-            const Eigen::VectorXd shift = B_[b] * (mode_[b] + mode_gain(b) * load_on_modes(b));
-            for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
-                problem_.q[rows_.row[b][i]] += shift[Eigen::Index(i)];
-        }
-        if (held_.size() > 0) problem_.q -= taken_ * Eigen::VectorXd(problem_.q);
-        if (rows_.count > 0) {
-            const Stopwatch watch;
-            ContactSolution solution = solve_contact(options);
-            report_.contact_solve += watch.seconds();
-            report_.iterations += solution.certificate.iterations;
-            r_ = std::move(solution.reaction);
-            held_r_ = r_;
-            if (held_.size() > 0) r_ -= held_.cwiseProduct(problem_.W * r_ + problem_.q);
-            certificate_ = solution.certificate;
-            if (certificate_.status != SolveStatus::converged &&
-                (certificate_.status == SolveStatus::infeasible ||
-                 certificate_.error > options_.tolerance)) {
-                report_.refusal = fmt::format("contact problem {} at an error of {:.1e}",
-                                              name(certificate_.status), certificate_.error);
-                if (certificate_.status == SolveStatus::infeasible) {
-                    report_.refusal = "no motion avoids penetration:";
-                    for (const int c : certificate_.proof.contacts)
-                        report_.refusal += " " + who(rows_.chosen[std::size_t(c)]) + ",";
-                    report_.refusal.pop_back();
-                } else if (certificate_.worst_contact >= 0) {
-                    report_.refusal +=
-                        ", worst: " + who(rows_.chosen[std::size_t(certificate_.worst_contact)]);
-                }
-                return false;
-            }
-        }
-        if (!modes) return true;
-        // How far the modes are from balance, of the forces on them.
-        double worst = 0;
-        std::size_t worst_body = 0;
-        Eigen::VectorXd worst_motion;
-        double growth = 0;
-        for (std::size_t b = 0; b < bodies(); ++b) {
-            if (mode_load_[b].size() == 0) continue;
-            Eigen::VectorXd e = load_on_modes(b);
-            double size = e.norm();
-            if (B_[b].size() > 0) {
-                const Eigen::VectorXd r = own(rows_, r_, b);
-                e += B_[b].transpose() * r;
-                size += (B_[b].cwiseAbs().transpose() * r.cwiseAbs()).norm();
-            }
-            if (size == 0) continue;
-            const double scale = mode_scale_[b] > 0 ? mode_scale_[b] : body(b).size() / size;
-            // A force that would not move the body by a rounding is none.
-            const double share = scale * e.norm() > kRounding * mode_way_[b] ? e.norm() / size : 0;
-            if (share > worst) {
-                worst = share;
-                worst_body = b;
-                worst_motion = e;
-            }
-            mode_[b] +=
-                mode_scale_[b] > 0 ? Eigen::VectorXd(mode_gain(b) * e) : Eigen::VectorXd(scale * e);
-            growth = std::max(growth, mode_[b].norm() / body(b).size());
-        }
-        if (worst <= (linear_ ? kFiner : 0.01) * options_.tolerance) return true;
-        if (worst <= options_.tolerance && worst > 0.5 * best) return true; // at round-off
-        // The forces on a small body may be none beside those that the error is relative to: on.
-        constexpr double kLeast = 1e-30;
-        if (worst > 0.5 * best) options.tolerance = std::max(0.1 * options.tolerance, kLeast);
-        best = std::min(best, worst);
-        const bool stuck = (step > 20 && worst > 0.5 * best && growth > 1e3) ||
-                           report_.iterations - begun > kMostOfModes;
-        if (step + 1 == kMostModeSteps || stuck || rows_.count == 0) {
-            report_.refusal = fmt::format(
-                "{} is not in balance ({:.1e} of the forces on it): nothing holds its {}",
-                system_.refs[worst_body].name, worst, body(worst_body).mode_name(worst_motion));
-            return false;
-        }
-    }
-    return false;
-}
-
-/// A rigid body through which far larger forces pass than its own load takes their scale: W r of
-/// all rows is then of one size, and light bodies below heavy ones do not drown the rest in
-/// round-off.
-/// @return  whether a scale has changed, and the problem with it
-bool BodyStepper::rescale_modes()
-{
-    bool changed = false;
-    for (std::size_t b = 0; b < bodies(); ++b) {
-        if (!system_.refs[b].rigid || B_[b].size() == 0) continue;
-        const Eigen::VectorXd r = own(rows_, r_, b);
-        const double force = (B_[b].cwiseAbs().transpose() * r.cwiseAbs()).norm();
-        constexpr double kMuch = 100;
-        if (!(mode_scale_[b] * force > kMuch * mode_way_[b])) continue;
-        mode_scale_[b] = mode_way_[b] / force;
-        changed = true;
-    }
-    return changed;
-}
-
 /// Rows that prescribed places all but fill have a compliance of rounding: their answer is a motion
 /// without bounds.
 bool BodyStepper::goes_astray()
@@ -499,6 +340,10 @@ bool BodyStepper::solve()
     int rescales = 0;
     let_go_.assign(std::size_t(n_contacts), 0);
     leans_only_ = leans_in_step_;
+    tipping_.clear();
+    std::string some_stressed;
+    for (std::size_t b = 0; b < bodies() && some_stressed.empty(); ++b)
+        if (stressed(b)) some_stressed = system_.refs[b].name;
     for (int growth = 0; growth < kMostGrowth; ++growth) {
         rows_.chosen.clear();
         for (int c = 0; c < n; ++c)
@@ -517,8 +362,9 @@ bool BodyStepper::solve()
             report_.refusal.clear();
             continue;
         }
-        if (!solved && !upright_.empty()) {
+        if (!solved && !leans_only_ && (!upright_.empty() || !some_stressed.empty())) {
             leans_only_ = true;
+            tipping_ = some_stressed;
             for (Eigen::VectorXd& m : mode_)
                 m.setZero();
             report_.refusal.clear();

@@ -27,6 +27,8 @@ public:
     bool of_rods_only() const { return rods_only_; }
     /// A rod that its contacts do not keep stable in the last iteration, if there is one.
     const std::string& unheld() const { return unheld_; }
+    /// A solid that its contacts do not hold against what its stress turns it by.
+    const std::string& tipping() const { return tipping_; }
 
 private:
     std::size_t bodies() const { return system_.refs.size(); }
@@ -116,6 +118,7 @@ private:
     bool leans_only_ = false;    ///< that problem had no solution in this iteration
     bool leans_in_step_ = false; ///< that problem's iterations came to nothing
     std::string unheld_;
+    std::string tipping_; ///< what stress takes of a body's hold is more than contacts have
     std::vector<char> upright_; ///< bodies whose true matrix is in W beside the one that leans
     Eigen::VectorXd held_;      ///< Gamma of body_lean.cpp, by rows [N/m]; empty: none leans
     Eigen::VectorXd held_r_;    ///< r' there

@@ -1,0 +1,238 @@
+#include "solver/step/body_stepper.hpp"
+
+#include "contact/solve.hpp"
+#include "mesh/base/phase_timer.hpp"
+#include "solver/body/solid_body.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+// The rigid motions of bodies that contacts alone hold.
+
+namespace amontons {
+namespace {
+
+constexpr int kMostModeSteps = 60;
+constexpr int kMostOfModes = 15000; // iterations of all contact problems of one balance of modes
+constexpr int kPatience = 400;      // a shorter step is another way
+constexpr double kFinest = 1e-4;    // of the tolerance: where a finer answer costs next to nothing
+constexpr double kMostTaken = 0.7;  // of T by S, or (T + S)^-1 is large
+constexpr double kRounding = 1e-12; // of a body's size
+
+/// Where stress takes much of what contacts hold a body with, multipliers converge by a factor near
+/// 1 each: the next ones by those before. Source: Anderson 1965 as in Walker & Ni 2011, eq. 1.1.
+class Extrapolation {
+public:
+    /// @param change  of each body's modes; out: what is to be made
+    void improve(const std::vector<Eigen::VectorXd>& modes, std::vector<Eigen::VectorXd>& change)
+    {
+        constexpr Eigen::Index kMost = 8;
+        constexpr double kLongest =
+            1000; // times the step: where each leaves 0.99, 100 times are due
+        Eigen::Index size = 0;
+        for (const Eigen::VectorXd& c : change)
+            size += c.size();
+        Eigen::VectorXd at(size), step(size);
+        for (std::size_t b = 0, k = 0; b < change.size(); k += std::size_t(change[b++].size())) {
+            step.segment(Eigen::Index(k), change[b].size()) = change[b];
+            if (change[b].size() > 0) at.segment(Eigen::Index(k), change[b].size()) = modes[b];
+        }
+        if (step_.size() != size) {
+            places_.resize(size, 0);
+            steps_.resize(size, 0);
+        } else {
+            const Eigen::Index kept = std::min(kMost - 1, steps_.cols());
+            places_ = places_.rightCols(kept).eval();
+            steps_ = steps_.rightCols(kept).eval();
+            places_.conservativeResize(size, kept + 1);
+            steps_.conservativeResize(size, kept + 1);
+            places_.col(kept) = at - at_;
+            steps_.col(kept) = step - step_;
+        }
+        at_ = at;
+        step_ = step;
+        if (steps_.cols() == 0) return;
+        step -= (places_ + steps_) * steps_.colPivHouseholderQr().solve(step_);
+        if (!(step.norm() <= kLongest * step_.norm())) return;
+        for (std::size_t b = 0, k = 0; b < change.size(); k += std::size_t(change[b++].size()))
+            change[b] = step.segment(Eigen::Index(k), change[b].size());
+    }
+
+private:
+    Eigen::VectorXd at_, step_;
+    Eigen::MatrixXd places_, steps_; ///< changes from one to the next
+};
+
+} // namespace
+
+bool BodyStepper::stressed(std::size_t b) const
+{
+    const SolidBody* solid = system_.refs[b].solid;
+    return solid && solid->mode_stiffness().size() > 0;
+}
+
+/// By how much the loads on a stressed body's modes change with them. Where contacts do not hold it
+/// against all of that, no more than they do, and the next iterations are left with the rest.
+Eigen::MatrixXd BodyStepper::mode_stiffness(std::size_t b) const
+{
+    if (!stressed(b) || !(mode_scale_[b] > 0)) return {};
+    const Eigen::MatrixXd S = system_.refs[b].solid->mode_stiffness();
+    if (!leans_only_) return S;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(S);
+    return eigen.eigenvectors() *
+           eigen.eigenvalues().cwiseMax(-kMostTaken / mode_scale_[b]).asDiagonal() *
+           eigen.eigenvectors().transpose();
+}
+
+Eigen::VectorXd BodyStepper::load_on_modes(std::size_t b) const
+{
+    const Eigen::MatrixXd S = mode_stiffness(b);
+    return S.size() > 0 ? mode_load_[b] - S * mode_[b] : mode_load_[b];
+}
+
+/// (T + S)^-1, T = 1 / s, or what is needed to have it positive.
+Eigen::MatrixXd BodyStepper::mode_gain(std::size_t b) const
+{
+    const Eigen::Index modes = mode_load_[b].size();
+    const Eigen::MatrixXd S = mode_stiffness(b);
+    if (S.size() == 0) return mode_scale_[b] * Eigen::MatrixXd::Identity(modes, modes);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(S);
+    const Eigen::ArrayXd own = eigen.eigenvalues().array();
+    const Eigen::VectorXd gain = (own + (-own / kMostTaken).max(1 / mode_scale_[b])).inverse();
+    return eigen.eigenvectors() * gain.asDiagonal() * eigen.eigenvectors().transpose();
+}
+
+/// Method of multipliers on the balance of the modes: R^T H^T r + g = 0 is the condition, the
+/// modes' amplitudes are its multipliers, and each try is a contact problem with the modes held by
+/// s: W + s B B^T. Its answer is that of the modes as free unknowns, whatever s.
+bool BodyStepper::solve_with_modes()
+{
+    SolverOptions options;
+    options.solver = options_.solver;
+    options.threads = options_.threads;
+    options.scope = ErrorScope::acting_rows;
+    options.least_norm = spread_;
+    const Eigen::VectorXd q = problem_.q;
+    bool modes = false, some_stressed = false;
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        modes |= mode_load_[b].size() > 0;
+        some_stressed |= stressed(b);
+    }
+    Extrapolation extrapolation;
+    // The weight of the modes is in W and q, and so in what the error is relative to.
+    options.tolerance = (modes ? 0.01 / mode_weight() : 0.1) * options_.tolerance;
+    options.acceptable = 5 * options.tolerance;
+    options.patience = kPatience;
+    options.stop = options_.stop;
+    double best = std::numeric_limits<double>::infinity();
+    const int begun = report_.iterations;
+    for (int step = 0; step < kMostModeSteps; ++step) {
+        problem_.q = q;
+        for (std::size_t b = 0; b < bodies(); ++b) {
+            if (B_[b].size() == 0) continue;
+            const Eigen::VectorXd shift = B_[b] * (mode_[b] + mode_gain(b) * load_on_modes(b));
+            for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
+                problem_.q[rows_.row[b][i]] += shift[Eigen::Index(i)];
+        }
+        if (held_.size() > 0) problem_.q -= taken_ * Eigen::VectorXd(problem_.q);
+        if (rows_.count > 0) {
+            const Stopwatch watch;
+            ContactSolution solution = solve_contact(options);
+            report_.contact_solve += watch.seconds();
+            report_.iterations += solution.certificate.iterations;
+            r_ = std::move(solution.reaction);
+            held_r_ = r_;
+            if (held_.size() > 0) r_ -= held_.cwiseProduct(problem_.W * r_ + problem_.q);
+            certificate_ = solution.certificate;
+            if (certificate_.status != SolveStatus::converged &&
+                (certificate_.status == SolveStatus::infeasible ||
+                 certificate_.error > options_.tolerance)) {
+                report_.refusal = fmt::format("contact problem {} at an error of {:.1e}",
+                                              name(certificate_.status), certificate_.error);
+                if (certificate_.status == SolveStatus::infeasible) {
+                    report_.refusal = "no motion avoids penetration:";
+                    for (const int c : certificate_.proof.contacts)
+                        report_.refusal += " " + who(rows_.chosen[std::size_t(c)]) + ",";
+                    report_.refusal.pop_back();
+                } else if (certificate_.worst_contact >= 0) {
+                    report_.refusal +=
+                        ", worst: " + who(rows_.chosen[std::size_t(certificate_.worst_contact)]);
+                }
+                return false;
+            }
+        }
+        if (!modes) return true;
+        // How far the modes are from balance, of the forces on them.
+        double worst = 0;
+        std::size_t worst_body = 0;
+        Eigen::VectorXd worst_motion;
+        double growth = 0;
+        std::vector<Eigen::VectorXd> change(bodies());
+        for (std::size_t b = 0; b < bodies(); ++b) {
+            if (mode_load_[b].size() == 0) continue;
+            Eigen::VectorXd e = load_on_modes(b);
+            double size = e.norm();
+            if (B_[b].size() > 0) {
+                const Eigen::VectorXd r = own(rows_, r_, b);
+                e += B_[b].transpose() * r;
+                size += (B_[b].cwiseAbs().transpose() * r.cwiseAbs()).norm();
+            }
+            if (size == 0) continue;
+            const double scale = mode_scale_[b] > 0 ? mode_scale_[b] : body(b).size() / size;
+            // A force that would not move the body by a rounding is none.
+            const double share = scale * e.norm() > kRounding * mode_way_[b] ? e.norm() / size : 0;
+            if (share > worst) {
+                worst = share;
+                worst_body = b;
+                worst_motion = e;
+            }
+            change[b] =
+                mode_scale_[b] > 0 ? Eigen::VectorXd(mode_gain(b) * e) : Eigen::VectorXd(scale * e);
+        }
+        const bool there = worst <= (linear_ ? kFinest : 0.01) * options_.tolerance;
+        if (some_stressed && !there) extrapolation.improve(mode_, change);
+        for (std::size_t b = 0; b < bodies(); ++b) {
+            if (change[b].size() > 0) mode_[b] += change[b];
+            growth = std::max(growth, mode_[b].norm() / body(b).size());
+        }
+        if (there) return true;
+        if (worst <= options_.tolerance && worst > 0.5 * best) return true; // at round-off
+        // The forces on a small body may be none beside those that the error is relative to: on.
+        constexpr double kLeast = 1e-30;
+        if (worst > 0.5 * best) options.tolerance = std::max(0.1 * options.tolerance, kLeast);
+        best = std::min(best, worst);
+        const bool stuck = (step > 20 && worst > 0.5 * best && growth > 1e3) ||
+                           report_.iterations - begun > kMostOfModes;
+        if (step + 1 == kMostModeSteps || stuck || rows_.count == 0) {
+            report_.refusal = fmt::format(
+                "{} is not in balance ({:.1e} of the forces on it): nothing holds its {}",
+                system_.refs[worst_body].name, worst, body(worst_body).mode_name(worst_motion));
+            return false;
+        }
+    }
+    return false;
+}
+
+/// A rigid body through which far larger forces pass than its own load takes their scale: W r of
+/// all rows is then of one size, and light bodies below heavy ones do not drown the rest in
+/// round-off.
+/// @return  whether a scale has changed, and the problem with it
+bool BodyStepper::rescale_modes()
+{
+    bool changed = false;
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        if (!system_.refs[b].rigid || B_[b].size() == 0) continue;
+        const Eigen::VectorXd r = own(rows_, r_, b);
+        const double force = (B_[b].cwiseAbs().transpose() * r.cwiseAbs()).norm();
+        constexpr double kMuch = 100;
+        if (!(mode_scale_[b] * force > kMuch * mode_way_[b])) continue;
+        mode_scale_[b] = mode_way_[b] / force;
+        changed = true;
+    }
+    return changed;
+}
+
+} // namespace amontons
