@@ -256,6 +256,8 @@ const std::vector<Case>& cases()
          "by hand: frame indifference; the error of a factor that is k frames old is the turn "
          "since then",
          rod10_turning},
+        {"rod10-contact", "benchmarks", "WSCG 2003, section 4; closed form",
+         "closed form, by hand: a spring in series with the tip's compliance", rod10_contact},
         {"rod-refined", "stability", "elliptic integrals",
          "elliptic integrals; for this load recomputed by shooting, to 1e-13", rod_refined},
         {"virtual-wall", "benchmarks", "Colgate & Schenkel 1994; Gil et al. 2004",

@@ -25,6 +25,7 @@ std::vector<Measured> rod_nest();
 std::vector<Measured> rod10_statics();
 std::vector<Measured> rod10_sizes();
 std::vector<Measured> rod10_turning();
+std::vector<Measured> rod10_contact();
 
 /// Deflection and shortening of a cantilever of length 1 and EI 1 under a dead end load, without
 /// extension: elliptic integrals.
