@@ -30,6 +30,19 @@ double material_at(const Wire& w, const WirePlace& p)
     return w.material.node[std::size_t(p.element) + 1] - (1 - p.xi) * p.length;
 }
 
+double length_beyond(const Wire& w, const WirePlace& p)
+{
+    return w.material.length - material_at(w, p);
+}
+
+/// Spacing of the outer's points [m]; 0 if there are too few.
+double spacing_of(const Nesting& n)
+{
+    if (n.points.size() < 3) return 0;
+    const auto& points = n.outer->material.point;
+    return points[std::size_t(n.points[1])].s - points[std::size_t(n.points[2])].s;
+}
+
 std::size_t element_of(const WireMaterial& m, double s)
 {
     const auto it = std::upper_bound(m.node.begin(), m.node.end(), s);
@@ -83,6 +96,14 @@ Vec3 combine(const WireState& s, int element, const Hermite& h)
 // A place further along than this many bores from where it is looked for is another turn of the
 // instrument: both are as long up to a contact, but for their clearance in bends.
 constexpr double kFurthest = 10;
+
+// Where the inner one fills the bore, what ends or begins to bend needs a couple: two forces, the
+// larger the nearer they are. Points of the outer count from this part of their spacing on, from
+// the introducer's end and from the inner one's tip, which touches by itself.
+constexpr double kLeastArm = 0.5;
+
+// A clearance below this part of the bore is none: round-off of two equal radii.
+constexpr double kFills = 1e-9;
 
 /// The place on a wire's centreline nearest to a point, looked for near material coordinate s;
 /// nothing if that is in the sheath or beyond the tip.
@@ -296,7 +317,7 @@ void find_nested(const Nesting& n, const NestingStart& start, double reach,
     const double behind_in = in.material.length - length_out(in),
                  behind_out = out.material.length - length_out(out);
     const int tip = int(n.points.size());
-    const double widest = widest_bore(out);
+    const double widest = widest_bore(out), least = kLeastArm * spacing_of(n);
     for (int k = 0; k <= tip; ++k) {
         NestedContact contact;
         Candidate& c = contact.on_inner;
@@ -326,14 +347,21 @@ void find_nested(const Nesting& n, const NestingStart& start, double reach,
         c.radius = radius_at(in.material, material_at(in, c.place), &BeamSegment::radius);
         contact.bore =
             radius_at(out.material, material_at(out, contact.outer), &BeamSegment::inner_radius);
-        c.gap = contact.bore - c.radius - contact.distance;
+        const double clearance = contact.bore - c.radius;
+        c.bilateral = clearance <= kFills * contact.bore;
+        if (c.bilateral &&
+            (beyond < least || (k > 0 && k < tip && length_beyond(in, c.place) < least)))
+            continue;
+        c.gap = c.bilateral ? 0 : clearance - contact.distance;
         if (c.gap > reach && r.normal == 0) continue;
 
         const Vec3 tangent =
             combine(moving.state, near->element, slope_at(near->xi, near->length).first)
                 .normalized();
         // In the middle of the bore any normal is as good.
-        if (contact.distance > 1e-12 * contact.bore)
+        if (c.bilateral && r.touch.n.squaredNorm() > 0)
+            c.n = r.touch.n;
+        else if (!c.bilateral && contact.distance > 1e-12 * contact.bore)
             c.n = -off / contact.distance;
         else
             c.n = rotation_matrix(section_rotation(in.state, c.place).q).col(1);
@@ -350,6 +378,14 @@ void find_nested(const Nesting& n, const NestingStart& start, double reach,
             c.tangential[0] = r.tangential.dot(c.t1);
             c.tangential[1] = r.tangential.dot(c.t2);
         }
+        if (c.bilateral) c.gap = off.dot(c.n);
+        fill(n, start, contact);
+        contacts.push_back(contact);
+        if (!c.bilateral) continue;
+        std::swap(c.n, c.t2);
+        c.gap = off.dot(c.n);
+        c.mu = c.normal = c.tangential[0] = c.tangential[1] = 0;
+        contact.across = true;
         fill(n, start, contact);
         contacts.push_back(contact);
     }
@@ -359,7 +395,8 @@ void find_nested(const Nesting& n, const NestingStart& start, double reach,
 // one following so that e stays across it (x' = t |x'| there):
 //   d'' = [(b.dr)^2 + (t.dr)^2 - (t.dr + d e.dt)^2 / (1 + d e.x''/|x'|^2)] / d + e.d^2 r,
 // dr at the same place on it, dt = dx'/|x'|, b = t x e. Friction's direction turns with the normal,
-// dn = -b (b.dr) / d + t (e.dt).
+// dn = -b (b.dr) / d + t (e.dt). Of one that fills the bore d is 0 and n does not turn about the
+// bore: the limit of both without their first terms.
 NestedTangent nested_tangent(const Nesting& n, const NestedContact& k)
 {
     const Candidate& c = k.on_inner;
@@ -371,7 +408,7 @@ NestedTangent nested_tangent(const Nesting& n, const NestedContact& k)
     const Slope slope = slope_at(place.xi, place.length);
     const Vec3 x1 = combine(moving.state, place.element, slope.first);
     const Vec3 x2 = combine(moving.state, place.element, slope.second);
-    const double speed = x1.norm(), d = std::max(k.distance, 1e-3 * k.bore);
+    const double speed = x1.norm(), d = std::max(k.distance, 0.5 * (k.bore - c.radius));
 
     const Mat3x12 Ji = jacobian(in, c.place, hermite(c.place.xi, c.place.length));
     const Mat3x12 Jo = jacobian(out, k.outer, hermite(k.outer.xi, k.outer.length));
@@ -385,13 +422,19 @@ NestedTangent nested_tangent(const Nesting& n, const NestedContact& k)
     const double bent = 1 + d * e.dot(x2) / (speed * speed);
 
     // Work of the reaction is r_n gap + f_t.u; the tangent is minus its second derivative.
-    NestedTangent K = (c.normal / d) * (across * across.transpose() + along * along.transpose() -
-                                        mixed * mixed.transpose() / bent);
+    NestedTangent K;
+    if (c.bilateral)
+        K = c.normal * (along * along.transpose() * (e.dot(x2) / (speed * speed)) -
+                        along * turn.transpose() - turn * along.transpose());
+    else
+        K = (c.normal / d) * (across * across.transpose() + along * along.transpose() -
+                              mixed * mixed.transpose() / bent);
     const Vec3 ft = c.tangential[0] * c.t1 + c.tangential[1] * c.t2;
     const Vec3 f = c.normal * c.n + ft;
     if (c.mu > 0) {
         // d f_t = -n (f_t . dn) on the inner, the opposite on the outer. n is -sign e.
-        const Vec24 dn = sign * (-across * (c.tangential[1] / d) + turn * c.tangential[0]);
+        const double spin = c.bilateral ? 0 : c.tangential[1] / d;
+        const Vec24 dn = sign * (turn * c.tangential[0] - across * spin);
         K += (sign * (dr.transpose() * c.n)) * dn.transpose();
     }
     subtract_turning(K, 0, in, c.place, f, Vec3((-c.radius * c.n).cross(ft)));
@@ -403,20 +446,25 @@ void shift_nested_reactions(Nesting& n, double shift)
 {
     if (shift == 0 || n.points.size() < 3) return;
     const std::vector<Reaction> old = n.reaction;
-    const auto& points = n.outer->material.point;
-    const double spacing = points[std::size_t(n.points[1])].s - points[std::size_t(n.points[2])].s;
+    const double spacing = spacing_of(n);
     const std::size_t count = n.points.size();
     // The tip keeps its own.
     for (std::size_t p = 1; p < count; ++p) {
         const double t = double(p) - shift / spacing, down = std::floor(t);
         Reaction r;
+        Vec3 push = Vec3::Zero(); // of one that fills the bore
         for (int side = 0; side < 2; ++side) {
             const double k = down + side, weight = side ? t - down : 1 - (t - down);
             if (k < 1 || k >= double(count) || weight == 0) continue;
             const Reaction& o = old[std::size_t(k)];
             r.normal += weight * o.normal;
             r.tangential += weight * o.tangential;
+            push += weight * o.normal * o.touch.n;
             if (weight >= 0.5) r.sticks = o.sticks;
+        }
+        if (const double size = push.norm(); size > 0) {
+            r.normal = size;
+            r.touch.n = push / size;
         }
         n.reaction[p] = r;
     }

@@ -30,7 +30,8 @@ void lie_along(Wire& wire, const Wire& guide);
 double nested_length(const Nesting& n);
 
 /// A contact in the bore. `on_inner` has the force on the inner instrument and its rows; what acts
-/// on the outer is the opposite.
+/// on the outer is the opposite. An instrument that fills the bore has two at a place: the one's
+/// normal is along the reaction known so far, the other's across it and the bore.
 struct NestedContact {
     Candidate on_inner;
     WirePlace outer;             ///< place on the outer's centreline
@@ -38,6 +39,7 @@ struct NestedContact {
     double bore = 0;             ///< radius [m]
     ContactRow hn, ht[2];        ///< derivatives of gap and slips with the outer's unknowns
     bool moves_on_inner = false; ///< the point is the outer's, its place on the inner moves
+    bool across = false;         ///< the second of two: only its gap counts, no friction of its own
     double distance = 0;         ///< of the centrelines [m]
 };
 

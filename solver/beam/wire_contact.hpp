@@ -59,6 +59,7 @@ struct Candidate {
     double normal = 0;       ///< reaction [N]
     double tangential[2] = {0, 0};
     bool sticks = false;
+    bool bilateral = false;       ///< the gap is closed, whatever the sign of the reaction
     ContactRow hn, ht[2];         ///< derivatives of gap and slips
     double along = 0, around = 0; ///< on a soft wall: as TubePlace's
     double give = 0;              ///< on a foundation: 1 / stiffness along n [m/N]

@@ -173,7 +173,7 @@ void check_nesting(const BeamInput& a, const BeamInput& b, const Scene& scene,
         findings.add({pair, one + "/segments", other + "/segments"},
                      fmt::format("\"{}\" of radius {:.6g} in the bore of \"{}\", radius {:.6g}",
                                  inner.name, widest, outer.name, bore(outer)),
-                     "an instrument that fits in the other: radius < inner_radius [m]");
+                     "an instrument that fits in the other: radius <= inner_radius [m]");
     }
     const IntroducerInput &p = a.introducer, &q = b.introducer;
     const double scale = p.at.norm() + length_of(a.segments);
@@ -315,7 +315,7 @@ bool fits_in(const BeamInput& inner, const BeamInput& outer)
         widest = std::max({widest, s.radius, s.end_radius});
     for (const BeamSegment& s : outer.segments)
         narrowest = std::min(narrowest, s.inner_radius);
-    return widest < narrowest;
+    return widest <= narrowest;
 }
 
 void check_consistency(const Scene& scene, std::vector<Issue>& issues)

@@ -146,7 +146,7 @@ Residual assemble(Coaxial& c, const std::vector<StepStart>& start, const Coaxial
         for (const NestedContact& k : c.contacts[n]) {
             const Candidate& a = k.on_inner;
             reactions = std::max(reactions, a.normal);
-            res.penetration = std::max(res.penetration, -a.gap);
+            res.penetration = std::max(res.penetration, a.bilateral ? std::abs(a.gap) : -a.gap);
             if (!(a.normal > 0)) continue;
             const std::size_t e = std::size_t(a.place.element), f = std::size_t(k.outer.element);
             const auto subtract = [](std::vector<Node6>& g, std::size_t at, const ContactRow& h,
@@ -210,6 +210,22 @@ Residual assemble(Coaxial& c, const std::vector<StepStart>& start, const Coaxial
     return res;
 }
 
+/// The reaction of two contacts at a place where the inner instrument fills the bore: its normal
+/// turns to where both together point. @param across  the second of them
+void take_trials_of_full_bore(const Candidate& c, NewtonWorkspace::Trial t, const Candidate& across,
+                              const NewtonWorkspace::Trial& u, double factor, Reaction& r)
+{
+    const Vec3 n = t.normal * c.n + u.normal * across.n;
+    const double size = n.norm();
+    // Friction of a reaction that has turned about was taken the wrong way round.
+    if (t.normal < 0 && t.status == 2) t.t1 = -t.t1, t.t2 = -t.t2;
+    t.normal = size;
+    const Vec3 push = c.normal * c.n + factor * (n - c.normal * c.n);
+    take_trial(c, t, factor, r);
+    r.normal = push.norm();
+    r.touch.n = r.normal > 0 ? Vec3(push / r.normal) : c.n;
+}
+
 /// Shares the common increment out to the wires.
 void gather(const Coaxial& c, const std::vector<Node6>& common, std::size_t w,
             std::vector<Node6>& own)
@@ -231,6 +247,7 @@ CoaxialStart mark_coaxial_start(const Coaxial& c)
         if (!(n.friction > 0)) continue;
         find_nested(n, start.nestings.back(), -std::numeric_limits<double>::infinity(), contacts);
         for (const NestedContact& k : contacts) {
+            if (k.across) continue;
             const Reaction& r = n.reaction[std::size_t(k.on_inner.index)];
             start.touched.back().push_back(
                 {k.on_inner.index, k.on_inner.n, n.friction * r.normal, r.tangential});
@@ -308,8 +325,16 @@ NewtonReport solve_coaxial(Coaxial& c, const std::vector<StepStart>& start,
             report.residual.equilibrium = std::numeric_limits<double>::infinity();
             return report;
         }
-        for (std::size_t k = 0; k < c.all.size(); ++k)
-            take_trial(*c.all[k].contact, c.trial[k], factor, *c.all[k].reaction);
+        for (std::size_t k = 0; k < c.all.size(); ++k) {
+            const Candidate& contact = *c.all[k].contact;
+            if (!contact.bilateral) {
+                take_trial(contact, c.trial[k], factor, *c.all[k].reaction);
+                continue;
+            }
+            take_trials_of_full_bore(contact, c.trial[k], *c.all[k + 1].contact, c.trial[k + 1],
+                                     factor, *c.all[k].reaction);
+            ++k;
+        }
         for (WireBody* b : c.wires)
             if (b->wire.outside()) move_wire(b->wire, b->work->increment, factor);
         report.seconds_rest += now() - t1;

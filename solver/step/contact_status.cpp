@@ -27,7 +27,7 @@ Change violation(const Candidate& c, const Trial& t, double force, double length
         if (t.gap < -length) return {Change::close, -t.gap};
         return {};
     }
-    if (t.normal < -force) return {Change::open, -t.normal};
+    if (t.normal < -force && !c.bilateral) return {Change::open, -t.normal};
     if (!(c.mu > 0)) return {};
     const double bound = c.mu * std::max(t.normal, 0.0);
     if (t.status == 1) {
@@ -81,7 +81,7 @@ void change(const Candidate& c, Trial& t, Change::Kind kind)
 void initial_status(const Candidate& c, Trial& t)
 {
     t = Trial{};
-    if (!(c.normal > 0) && c.gap >= 0) return;
+    if (!(c.normal > 0) && c.gap >= 0 && !c.bilateral) return;
     t.status = 1;
     if (!(c.mu > 0)) return;
     const double rho = kRhoSlip * c.stiffness;

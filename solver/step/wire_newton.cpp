@@ -102,7 +102,8 @@ void assemble_iterate(const Wire& wire, const std::vector<WireWall>& walls, cons
 double contact_error(const Candidate& c, double& cone)
 {
     const double rho = kCertificateRho * c.stiffness;
-    double f = std::abs(c.normal - std::max(0.0, c.normal - rho * c.gap));
+    double f = c.bilateral ? rho * std::abs(c.gap)
+                           : std::abs(c.normal - std::max(0.0, c.normal - rho * c.gap));
     if (c.mu > 0) {
         const double s1 = c.tangential[0] - rho * c.slip[0], s2 = c.tangential[1] - rho * c.slip[1];
         const double m = std::hypot(s1, s2), bound = c.mu * c.normal;

@@ -49,9 +49,10 @@ std::string in_bend(double mirror, double mu, double step)
                        mirror, 0.5 * mirror, mirror, mu, step);
 }
 
-Steps run(const std::string& text, RunSummary* summary = nullptr)
+Steps run(const std::string& text, RunSummary* summary = nullptr,
+          const std::vector<std::string>& overrides = {})
 {
-    const Scene scene = parse_scene(text, "s.json");
+    const Scene scene = parse_scene(text, "s.json", overrides);
     WireSimulation simulation(scene, build_obstacles(scene));
     Steps steps;
     const std::atomic<bool> never{false};
@@ -146,6 +147,63 @@ TEST_CASE("a run of instruments goes on bit for bit from where it was saved")
     const StepRecord &a = all.all.back(), &b = second.all.back();
     for (std::size_t q = 0; q < a.quantities.size(); ++q)
         CHECK(a.quantities[q].value == b.quantities[q].value);
+}
+
+TEST_CASE("a wire that fills its catheter is held in the middle of the bore")
+{
+    RunSummary sum;
+    const Steps s =
+        run(in_bend(1, 0.1, 0.02), &sum, {"bodies.catheter.segments.0.inner_radius=4.445e-4"});
+    CHECK(sum.uncertified_steps == 0);
+    CHECK(sum.worst_penetration < 1e-9); // the distance of the centrelines
+    CHECK(std::abs(sum.energy.error()) < 0.01 * sum.energy.work_absolute);
+    for (const StepRecord& r : s.all)
+        for (const ContactRecord& c : r.contacts) {
+            const double normal = c.force.dot(c.normal);
+            CHECK(normal >= 0);
+            CHECK((c.force - c.normal * normal).norm() <= 0.1 * normal + 1e-9);
+        }
+    // Where it lies is where it would with next to no clearance.
+    const Steps filled =
+        run(in_bend(1, 0, 0.02), nullptr, {"bodies.catheter.segments.0.inner_radius=4.445e-4"});
+    const Steps narrow =
+        run(in_bend(1, 0, 0.02), nullptr, {"bodies.catheter.segments.0.inner_radius=4.46e-4"});
+    for (const char* name : {"catheter_tip_x", "catheter_tip_y", "catheter_tip_z"})
+        CHECK(std::abs(filled.value(filled.all.size() - 1, name) -
+                       narrow.value(narrow.all.size() - 1, name)) < 2e-5);
+}
+
+TEST_CASE("a wire that fills a curved catheter: the curvature of both")
+{
+    // Pushed out together into free space.
+    const double k1 = 20, k2 = 5, EI1 = 5.2e-4, EI2 = 1.9e-4;
+    const Steps s = run(fmt::format(R"({{"schema": 1, "bodies": {{
+        "wire": {{"kind": "beam", "segments": [{{"length": 0.2, "radius": 4e-4, "EI": {0},
+          "curvature": {2}, "element": 2.5e-3}}], "drive": {{"insertion": [[0, 0.03], [1, 0.1]]}}}},
+        "catheter": {{"kind": "beam", "segments": [{{"length": 0.2, "radius": 8e-4,
+          "inner_radius": 4e-4, "EI": {1}, "curvature": {3}, "element": 2.5e-3}}],
+          "drive": {{"insertion": [[0, 0.03], [1, 0.1]]}}}}}},
+        "contact": [{{"between": ["wire", "catheter"]}}],
+        "time": {{"step": 0.05, "end": 1}}}})",
+                                    EI1, EI2, k1, k2));
+    const double k = (EI1 * k1 + EI2 * k2) / (EI1 + EI2);
+    const Field* curvature = nullptr;
+    const BeamRecord& wire = s.all.back().beams[0];
+    for (const Field& f : wire.fields)
+        if (f.name == "curvature") curvature = &f;
+    REQUIRE(curvature);
+    double sum = 0;
+    int count = 0;
+    for (std::size_t i = wire.points.size() / 4; i < 3 * wire.points.size() / 4; ++i)
+        sum += curvature->values[i], ++count;
+    CHECK(std::abs(sum / count / k - 1) < 1e-3);
+    const auto energy = [&](double EI, double own) {
+        return 0.5 * EI * (std::pow(k - own, 2) - own * own);
+    };
+    const std::size_t last = s.all.size() - 1;
+    CHECK(std::abs((s.value(last, "push_force") + s.value(last, "catheter_push_force")) /
+                       (energy(EI1, k1) + energy(EI2, k2)) -
+                   1) < 5e-3);
 }
 
 TEST_CASE("instruments that cannot be in one another")
