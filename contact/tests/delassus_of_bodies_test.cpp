@@ -343,7 +343,8 @@ TEST_CASE("sweeps of a large W of bodies have the same bits for any number of th
 
 TEST_CASE("in a large network the contacts that are furthest from the path do not stop it")
 {
-    // Judged by all contacts together instead of by the worst, the first of these takes 123.
+    // 23 or 24 sweeps and steps. Without solving those few apart it takes 30 to 46, judged by all
+    // contacts together instead of by the worst 123.
     SolverOptions options;
     options.tolerance = 1e-8;
     for (const double shear : {0.0, 0.2})
@@ -351,6 +352,6 @@ TEST_CASE("in a large network the contacts that are furthest from the path do no
             const ContactProblem p = bond(9, 5, shear, seed);
             const ContactSolution found = solve(p, options);
             CHECK(found.certificate.status == SolveStatus::converged);
-            CHECK(found.certificate.iterations < 90);
+            CHECK(found.certificate.iterations < 28);
         }
 }
