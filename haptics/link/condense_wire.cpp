@@ -23,20 +23,33 @@
 // A wire under compression is not stable without the contacts that hold it, and W of such a body
 // is of no use to Gauss-Seidel. Contacts that are closed are therefore given springs, K + sum of
 // rho h_n h_n^T: as long as such a contact stays closed its u_n is 0 and nothing has changed; one
-// that opens is held back by rho over the way that it opens before the next operator comes.
+// that opens is held back by rho over the way that it opens before the next operator comes. A wire
+// that rolls along a wall opens one contact after another, and two stiff springs side by side would
+// hold its tangent: so those are stiff that stay closed where the hand is going, and the others so
+// weak that it takes a tenth of the operator's way to bear their force.
 
 namespace amontons {
 namespace {
 
 constexpr int kRefinements = 1; // elimination without pivoting
 // rho over EI / l^3 of the wire, along normals and aside, and by 10 until it is stable.
-// Along normals the weakest is stiff enough for Gauss-Seidel to get on; aside it is felt when slip
-// goes on.
+// Along normals that is stiff enough for Gauss-Seidel to get on; aside it is felt when slip goes
+// on.
 constexpr double kFirstHold = 10, kFirstSide = 1e-4;
 constexpr int kHolds = 6;
-constexpr double kMostBend = 0.2; // of the way: more is a jump, of which nothing is foretold
+// Of the operator's way: over it the spring of a contact that opens comes to the force that it had.
+// Over all of the way the tick's problems are close to singular, over a thirtieth they are off.
+constexpr double kGive = 0.1;
+constexpr double kMostBend =
+    0.2; // of the way of the contacts: more is a jump, of which nothing is foretold
 
 using Nodes = std::vector<Node6>;
+
+const Candidate* find(const std::vector<Candidate>& all, std::int64_t index)
+{
+    const auto c = std::ranges::find_if(all, [&](const Candidate& x) { return x.index == index; });
+    return c == all.end() ? nullptr : &*c;
+}
 
 /// K += s h h^T on the two nodes of a contact.
 void add_hold(BlockTridiagonal& K, const Candidate& c, const ContactRow& h, double s)
@@ -164,15 +177,18 @@ double pushes_on(const BlockTridiagonal& K, const BasePart& base)
     return std::max(0.0, -Eigen::SelfAdjointEigenSolver<Mat3>(even).eigenvalues()[0]);
 }
 
-/// Springs at closed contacts until the wire is stable without them: along the normals; if that is
-/// not enough, across the way that it slips (friction's direction holds it there, on a ridge, say);
-/// then where it sticks.
+/// Springs at closed contacts, so that the wire is stable without them: along the normals; if that
+/// is not enough, across the way that it slips (friction's direction holds it there, on a ridge,
+/// say); then where it sticks.
+/// @param ahead  where the hand is going, as far as that is known
+/// @param reach  the way that the operator is for [m]
 /// @param most  [N/m] that it may push the hand on by
 /// @return  false if it is not stable, or pushes more
 bool hold_closed(BlockTridiagonal& K, const std::vector<const Candidate*>& chosen,
-                 const BasePart& base, double most)
+                 const std::vector<WireAhead>& ahead, double reach, const BasePart& base,
+                 double most)
 {
-    enum { normals, across, sticking };
+    enum { opening, normals, across, sticking };
     BlockTridiagonal even = copy_of(K);
     symmetrise(even);
     const auto stable = [&] {
@@ -180,23 +196,41 @@ bool hold_closed(BlockTridiagonal& K, const std::vector<const Candidate*>& chose
         if (trial.factor(trial.first()) != 0) return false;
         return std::isinf(most) || pushes_on(K, base) <= most;
     };
-    if (stable()) return true;
-    for (const int stage : {normals, across, sticking}) {
+    const auto hold = [&](const Candidate& c, const ContactRow& row, double rho) {
+        add_hold(K, c, row, rho);
+        add_hold(even, c, row, rho);
+    };
+    std::vector<const Candidate*> opens;
+    for (const Candidate* c : chosen) {
+        if (!(c->normal > 0)) continue;
+        const bool stays = !ahead.empty() && std::ranges::all_of(ahead, [&](const WireAhead& a) {
+            const Candidate* there = find(a.contact, c->index);
+            return there && there->normal > 0;
+        });
+        if (stays)
+            hold(*c, c->hn, kFirstHold * c->stiffness);
+        else
+            opens.push_back(c);
+    }
+    for (const int stage : {opening, normals, across, sticking}) {
         const BlockTridiagonal K_before = copy_of(K), even_before = copy_of(even);
         const auto hold_by = [&](int level) {
             K = copy_of(K_before);
             even = copy_of(even_before);
-            const double s = (stage == normals ? kFirstHold : kFirstSide) * std::pow(10.0, level);
+            const double s = std::pow(10.0, level);
+            if (stage == opening) {
+                for (const Candidate* c : opens)
+                    hold(*c, c->hn,
+                         std::min(s * c->normal / (kGive * reach), kFirstHold * c->stiffness));
+                return;
+            }
             for (const Candidate* c : chosen) {
-                if (!(c->normal > 0) || (stage != normals && c->sticks != (stage == sticking)))
-                    continue;
-                const auto hold = [&](const ContactRow& row) {
-                    add_hold(K, *c, row, s * c->stiffness);
-                    add_hold(even, *c, row, s * c->stiffness);
-                };
-                if (stage == normals) hold(c->hn);
-                if (stage == across) hold(across_row(*c));
-                if (stage == sticking) hold(c->ht[0]), hold(c->ht[1]);
+                if (!(c->normal > 0)) continue;
+                const double aside = kFirstSide * s * c->stiffness;
+                if (stage == normals) hold(*c, c->hn, kFirstHold * s * c->stiffness);
+                if (stage == across && !c->sticks) hold(*c, across_row(*c), aside);
+                if (stage == sticking && c->sticks)
+                    hold(*c, c->ht[0], aside), hold(*c, c->ht[1], aside);
             }
         };
         for (int level = 0; level < kHolds; ++level) {
@@ -250,7 +284,8 @@ Wrench force_on_hand(const Wire& wire)
     return {-Vec3(g[0], g[1], g[2]), -rotation_matrix(a.q) * Vec3(g[3], g[4], g[5])};
 }
 
-Condensed condense_wire(WireBody& body, const CondenseOptions& options, const Anchor& anchor)
+Condensed condense_wire(WireBody& body, const CondenseOptions& options, const Anchor& anchor,
+                        const std::vector<WireAhead>& ahead)
 {
     Condensed out;
     const Wire& wire = body.wire;
@@ -274,7 +309,7 @@ Condensed condense_wire(WireBody& body, const CondenseOptions& options, const An
     BlockTridiagonal K(0);
     for (const double most : {pressed / out.reach, std::numeric_limits<double>::infinity()}) {
         K = copy_of(body.work->base);
-        out.solvable = hold_closed(K, chosen, base, most);
+        out.solvable = hold_closed(K, chosen, ahead, out.reach, base, most);
         if (out.solvable) break;
     }
     const Solver solve(K);
@@ -346,30 +381,34 @@ bool add_bend(Condensed& condensed, const WireAhead& ahead, const Vec6& way)
     std::vector<const Candidate*> there(n, nullptr);
     for (std::size_t i = 0; i < n; ++i) {
         const CandidateContact& c = condensed.contact[i];
-        const auto same = std::find_if(ahead.contact.begin(), ahead.contact.end(),
-                                       [&](const Candidate& a) { return a.index == c.id; });
-        if (same == ahead.contact.end()) continue;
-        there[i] = &*same;
+        const Candidate* same = there[i] = find(ahead.contact, c.id);
+        if (!same) continue;
         r.segment<3>(static_cast<Eigen::Index>(3 * i)) << same->normal, same->tangential[0],
             same->tangential[1];
     }
     const Eigen::VectorXd given = condensed.W * r;
     std::vector<Vec3> bend(n, Vec3::Zero());
     Vec6 force = condensed.stiffness * way;
-    double most = 0;
+    double most = 0, moved = way.head<3>().norm();
+    // How far along the way a displacement is, as contacts see it: pushes and turns are one then.
+    Mat6 motion = Mat6::Zero();
     for (std::size_t i = 0; i < n; ++i) {
         const CandidateContact& c = condensed.contact[i];
         const auto row = static_cast<Eigen::Index>(3 * i);
         force -= c.J.transpose() * r.segment<3>(row);
+        moved = std::max(moved, (c.J * way).norm());
+        motion += c.J.transpose() * c.J;
         if (!there[i]) continue;
         const Vec3 u(there[i]->gap, there[i]->slip[0], there[i]->slip[1]);
         bend[i] = u - given.segment<3>(row) - c.q - c.J * way;
         most = std::max(most, bend[i].norm());
     }
-    if (most > kMostBend * way.head<3>().norm()) return false;
+    if (n == 0) motion.topLeftCorner<3, 3>().setIdentity();
+    const double square = way.dot(motion * way);
+    if (!(square > 0) || most > kMostBend * moved) return false;
     for (std::size_t i = 0; i < n; ++i)
         condensed.contact[i].bend = bend[i];
-    condensed.ahead.head<3>() = way.head<3>() / way.head<3>().squaredNorm();
+    condensed.ahead = motion * way / square;
     condensed.rest_bend.force = ahead.force.force - condensed.rest.force + force.head<3>();
     condensed.rest_bend.torque = ahead.force.torque - condensed.rest.torque + force.tail<3>();
     return true;

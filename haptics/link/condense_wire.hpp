@@ -16,13 +16,15 @@ struct WireAhead {
 WireAhead look_ahead(WireBody& body, const StepStart& start, double reach);
 
 /// What q(d) and rest are beyond first order on the way to where `ahead` is.
-/// @param way  displacement of the device to there, with a shift
+/// @param way  displacement of the device to there
 /// @return  false, and changes nothing, if that is a jump
 bool add_bend(Condensed& condensed, const WireAhead& ahead, const Vec6& way);
 
 /// Condenses the end of a wire's step on its contacts and those near: see docs/theory/haptics.md.
 /// @param body  in balance; only its work arrays change
 /// @param anchor  of the increment of a snap that the wire is in
-Condensed condense_wire(WireBody& body, const CondenseOptions& options, const Anchor& anchor = {});
+/// @param ahead  where it is going, as far as that is known
+Condensed condense_wire(WireBody& body, const CondenseOptions& options, const Anchor& anchor = {},
+                        const std::vector<WireAhead>& ahead = {});
 
 } // namespace amontons

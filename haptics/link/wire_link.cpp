@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace amontons {
 namespace {
@@ -19,11 +20,13 @@ constexpr double kRelaxPart = 1.0 / 2; // the same in parts: a try less is time 
 // singular. Where it is singular yet, the same again.
 constexpr double kStiffer = 10;
 constexpr int kPulls = 3;
-constexpr double kMostOut = 0.999; // of the wire's length
-constexpr int kLooks = 3;          // ahead: all of the way, half, a quarter
-constexpr double kLeastWay = 0.5;  // of the fastest way in a period: what is looked ahead
-constexpr double kSnapWork = 1e5;  // of a snap in parts: Newton's iterations, times elements,
-                                   // in a second of the simulation
+constexpr double kMostOut = 0.999;  // of the wire's length
+constexpr int kLooks = 3;           // ahead: all of the way, half, a quarter
+constexpr double kLeastWay = 0.5;   // of the fastest way in a period: what is looked ahead
+constexpr double kAtRest = 1e-2;    // of that, and less
+constexpr double kNotTurned = 1e-3; // of that, and less on the wire's surface
+constexpr double kSnapWork = 1e5;   // of a snap in parts: Newton's iterations, times elements,
+                                    // in a second of the simulation
 
 /// What a step may do to be accepted.
 enum class Means {
@@ -68,7 +71,9 @@ struct WireLink::State {
     const BeamInput& beam() const { return scene.beams[0]; }
     BaseTarget target(const HandPose& pose) const;
     StepReport advance(const HandPose& to, double period, Means means);
-    void look_ahead(Condensed& condensed, const CondenseOptions& options);
+    Vec6 way_ahead(const CondenseOptions& options) const;
+    std::optional<WireAhead> look(const Vec6& way, const CondenseOptions& options);
+    Condensed condense(const CondenseOptions& options);
 };
 
 WireLink::State::State(const Scene& s, const std::vector<Obstacle>& obstacles,
@@ -151,27 +156,56 @@ StepReport WireLink::State::advance(const HandPose& to, double period, Means mea
     return r;
 }
 
-// The hand goes on: a step to where it will be, which is taken back. A point of the wire that
-// slides along a curved wall leaves its tangent by s^2 / 2R, which is what the force of the next
-// millimetre is made of; no first derivative knows it.
-void WireLink::State::look_ahead(Condensed& condensed, const CondenseOptions& options)
+/// Where the hand will be by its last motion when the next operator is due.
+Vec6 WireLink::State::way_ahead(const CondenseOptions& options) const
 {
     Vec6 way = displacement(before, device);
-    const double least = kLeastWay * options.speed * options.period, shift = way.head<3>().norm();
-    if (shift < 0.01 * least) // at rest, or turned on the spot
-        way << least * axis, Vec3::Zero();
-    else if (shift < least)
+    const double least = kLeastWay * options.speed * options.period, shift = way.head<3>().norm(),
+                 turned = body.wire.material.segments.front().radius * way.tail<3>().norm();
+    if (shift < kAtRest * least) {
+        if (turned > kNotTurned * least)
+            way.head<3>().setZero();
+        else
+            way << least * axis, Vec3::Zero();
+    } else if (shift < least) {
         way.head<3>() *= least / shift;
-    if (way.isZero() || condensed.contact.empty()) return;
+    }
+    return way;
+}
+
+/// A step to there, which is taken back.
+std::optional<WireAhead> WireLink::State::look(const Vec6& way, const CondenseOptions& options)
+{
     const WireState here = body.wire.state;
     const StepStart from = mark_step_start(body.wire);
-    for (int i = 0; i < kLooks; ++i, way /= 2) {
-        const bool there = advance(moved(device, way), options.period, Means::look).accepted;
-        const bool known =
-            there && add_bend(condensed, amontons::look_ahead(body, from, condensed.reach), way);
-        body.wire.state = here;
-        if (known) return;
+    std::optional<WireAhead> ahead;
+    if (advance(moved(device, way), options.period, Means::look).accepted && body.wire.outside())
+        ahead = look_ahead(body, from, options.reach());
+    body.wire.state = here;
+    return ahead;
+}
+
+// The hand goes on: steps to where it will be until the operator after this one comes, which are
+// taken back. They tell which contacts stay closed. And a point of the wire that slides along a
+// curved wall leaves its tangent by s^2 / 2R, which is what the force of the next millimetre is
+// made of; no first derivative knows it.
+Condensed WireLink::State::condense(const CondenseOptions& options)
+{
+    Vec6 way = way_ahead(options);
+    const double all = options.latency + 1; // periods
+    for (int i = 0; i < kLooks && !way.isZero() && body.wire.outside(); ++i, way /= 2) {
+        std::vector<WireAhead> ahead;
+        bool there = true;
+        for (double far = 1; there && far <= all; far = far < all ? all : 2 * all) {
+            const auto seen = look(far * way, options);
+            there = seen.has_value();
+            if (there) ahead.push_back(*seen);
+        }
+        if (!there) continue;
+        Condensed condensed = condense_wire(body, options, {}, ahead);
+        if (condensed.solvable && add_bend(condensed, ahead.back(), all * way)) return condensed;
     }
+    return condense_wire(body, options);
 }
 
 WireLink::WireLink(const Scene& scene, const std::vector<Obstacle>& obstacles,
@@ -258,12 +292,8 @@ Condensed WireLink::condense_step(int most)
 {
     CondenseOptions options = condense_;
     options.most_contacts = most;
+    if (!state_->snap.under_way) return state_->condense(options);
     Condensed condensed;
-    if (!state_->snap.under_way) {
-        condensed = condense_wire(state_->body, options);
-        if (condensed.solvable) state_->look_ahead(condensed, options);
-        return condensed;
-    }
     Anchor pull = state_->snap.anchor[0];
     for (int i = 0; i < kPulls; ++i) {
         for (std::size_t k = 0; k < pull.linear.size(); ++k) {

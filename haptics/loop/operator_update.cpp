@@ -1,5 +1,7 @@
 #include "haptics/loop/proxy_loop.hpp"
 
+#include "contact/cone.hpp"
+
 #include <algorithm>
 
 // A new operator comes 25 to 100 times a second, made for a pose that the handle has left. Solved
@@ -19,11 +21,16 @@
 // what a change of J does, is bled off as a wrench over the same time.
 //
 // Where the simulation has snapped to another state, offsets are as long as its jump, and contacts
-// would open and close in a tick or two while they fade. Then the new operator is solved by itself,
-// and the whole difference is bled off as a wrench. If one tick has no time for it, the next ones
-// go on, and the force waits for them.
+// would open and close in a tick or two while they fade; or normals have turned so far that a
+// reaction has left its cone, and with that r the premise is gone. Then the new operator is solved
+// by itself, and the whole difference is bled off as a wrench. If one tick has no time for it, the
+// next ones go on, and the force waits for them.
 
 namespace amontons {
+
+namespace {
+constexpr double kOutside = 0.05; // of a reaction: what its cone has no room for
+}
 
 template <class Real> double ProxyLoop<Real>::fading_at(double time) const
 {
@@ -83,11 +90,15 @@ template <class Real> void ProxyLoop<Real>::adopt(double time)
     jump_.torque = before.torque - after.torque;
 }
 
-/// Whether the two operators disagree by more than the handle can have moved bodies meanwhile.
+/// Whether the two operators disagree by more than the handle can have moved bodies meanwhile, or
+/// about where the cones are.
 template <class Real> bool ProxyLoop<Real>::has_jumped() const
 {
-    for (int i = 0; i < op_->contacts; ++i)
-        if (op_->length * fade_[at(i)].norm() > op_->validity) return op_->validity > 0;
+    for (int i = 0; i < op_->contacts; ++i) {
+        const Vec3 r = cone_[at(i)].transpose() * r_[at(i)];
+        if ((project_cone(r, contact(i).mu) - r).norm() > kOutside * r.norm()) return true;
+        if (op_->validity > 0 && op_->length * fade_[at(i)].norm() > op_->validity) return true;
+    }
     return false;
 }
 

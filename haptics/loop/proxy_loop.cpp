@@ -26,6 +26,8 @@ constexpr double kFarthestBend = 4;
 constexpr double kOnCone = 1e-9;
 /// A sweep that met less error than this, in the tolerance, may have been the last one.
 constexpr double kNear = 4;
+constexpr double kBetter = 0.9; // or sweeps and that go round in circles
+constexpr int kFailures = 3;    // of solving the closed contacts together, in a tick
 
 double wall_time()
 {
@@ -51,6 +53,7 @@ ProxyLoop<Real>::ProxyLoop(int most_contacts, const ProxyOptions& options)
     slip_time_.assign(n, 0);
     u_.resize(3 * n * sizeof(Real) / sizeof(Line) + 1);
     memory_.resize(n);
+    reserve_closed();
 }
 
 template <class Real> Vec3 ProxyLoop<Real>::slip(int i) const
@@ -291,9 +294,13 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     result.error = error();
     double least = std::numeric_limits<double>::infinity();
     history_.begin();
-    bool known = true; // the error as it is now
+    bool known = true;     // the error as it is now
+    bool together = false; // the closed contacts were solved together since the last sweep
+    int failed = 0;        // tries of that
+    double best = std::numeric_limits<double>::infinity(); // error of those that did not
     while (result.error > options_.tolerance && result.sweeps < options_.max_sweeps && in_time()) {
-        if (history_.can_extrapolate()) history_.extrapolate(r_.data()->data(), u_.data()->number);
+        if (!together && history_.can_extrapolate())
+            history_.extrapolate(r_.data()->data(), u_.data()->number);
         history_.before_sweep(r_.data()->data(), 3 * op_->contacts);
         const double met = sweep();
         history_.after_sweep(r_.data()->data(), u_.data()->number);
@@ -303,6 +310,21 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
         // Far from the end nobody needs to know how far.
         known = met <= kNear * options_.tolerance;
         if (known) result.error = error();
+        together = false;
+        if (known && result.error <= options_.tolerance) break;
+        if (failed >= kFailures) continue;
+        const double before = known ? result.error : error();
+        if (!solve_closed()) continue;
+        const double after = error();
+        if (after < std::min(before, kBetter * best)) {
+            best = after;
+            known = together = true;
+            result.error = after;
+        } else {
+            restore_closed();
+            ++failed;
+            error();
+        }
     }
     if (!known) result.error = error();
     result.converged = converged_ = result.error <= options_.tolerance;

@@ -41,6 +41,20 @@ struct ProxyTick {
     bool valid = true;   ///< distance <= the operator's validity, if that is set
 };
 
+/// A contact with a force, where those are solved together.
+struct ClosedContact {
+    int contact = 0, first = 0; ///< first: of its unknowns
+    bool sticks = false, open = false;
+    Vec3 before;    ///< its reaction when that began, in the operator's frame
+    Vec3 direction; ///< of its reaction, per normal force, in the turned frame ...
+    Vec3 r;         ///< ... and itself
+};
+/// An equation of theirs, and an unknown.
+struct ClosedRow {
+    int contact = 0;
+    Vec3 equation, force; ///< in the operator's frame
+};
+
 /// Solves u = W r + q(d) for the device pose d, tick after tick.
 ///
 /// Law: Signorini and Coulomb at every contact, with u_t the slip since the tick before: what has
@@ -106,6 +120,14 @@ private:
     Wrench wrench(double fading) const;
     void clear();
 
+    // closed_contacts.cpp: those with a force, all at once
+    void reserve_closed();
+    bool solve_closed();
+    bool solve_statuses();
+    bool leave_cones();
+    bool meet_contacts();
+    void restore_closed();
+
     // operator_update.cpp: from one operator to the next
     void remember();
     void adopt(double time);
@@ -128,6 +150,10 @@ private:
     std::vector<double> slip_time_; // when it last slipped or was open [s]
     std::vector<Line> u_;           // W r + q, rows in one row
     SweepHistory<Real> history_;
+    std::vector<ClosedContact> closed_;
+    std::vector<ClosedRow> row_;
+    std::vector<double> matrix_, right_;
+    int closed_count_ = 0;
     double size_ = 0; // of the acting rows of q
 
     HandPose device_;
