@@ -408,7 +408,7 @@ NestedTangent nested_tangent(const Nesting& n, const NestedContact& k)
     const Slope slope = slope_at(place.xi, place.length);
     const Vec3 x1 = combine(moving.state, place.element, slope.first);
     const Vec3 x2 = combine(moving.state, place.element, slope.second);
-    const double speed = x1.norm(), d = std::max(k.distance, 0.5 * (k.bore - c.radius));
+    const double speed = x1.norm(), d = std::max(k.distance, 1e-3 * (k.bore - c.radius));
 
     const Mat3x12 Ji = jacobian(in, c.place, hermite(c.place.xi, c.place.length));
     const Mat3x12 Jo = jacobian(out, k.outer, hermite(k.outer.xi, k.outer.length));

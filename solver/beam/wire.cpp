@@ -413,6 +413,9 @@ Quaternion held_rotation(const Wire& wire, const WireState& state, double s)
     return q;
 }
 
+// By how much of an element's length the first one may differ from a whole one.
+constexpr double kFurthestLag = 0.75;
+
 void drive_base(Wire& wire, double insertion, double twist)
 {
     if (!wire.sheath) return; // a clamp stands where its node is
@@ -426,6 +429,15 @@ void drive_base(Wire& wire, double insertion, double twist)
     s.inserted_rest = 0;
     s.rotation += turn;
     s.first = first_node(wire.material, insertion);
+    // Compressed or stretched in the sheath by much of an element, the wire is not where its base
+    // says: the element at the sheath's end would have next to no length, or less.
+    if (wire.outside()) {
+        const std::size_t next = std::size_t(s.first) + 1;
+        const double out = wire.material.node[next] - material_at_end(wire, s);
+        const double full = wire.material.node[next] - wire.material.node[next - 1];
+        if (std::abs(out - full) > kFurthestLag * full)
+            s.first = std::min(first_node(wire.material, s.inserted), wire.last() - 1);
+    }
     if (!wire.outside()) {
         s.inserted = insertion;
         s.rotation = twist;

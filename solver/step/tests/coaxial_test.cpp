@@ -221,3 +221,16 @@ TEST_CASE("instruments that cannot be in one another")
     CHECK(
         has(issues_of(good, {"bodies.wire.drive.insertion=[[0,0],[1,0.05],[1,0.06]]"}), "> 1 [s]"));
 }
+
+TEST_CASE("a wire pressed against a wall is compressed as a bar, also by more than an element")
+{
+    // 4 mm of 100 mm; elements of 1 mm, and 80 mm of the wire in the sheath.
+    const Steps s = run(R"({"schema": 1, "bodies": {
+        "wall": {"kind": "obstacle", "surface": {"generate": "plane",
+          "centre": [0.0205, 0, 0], "axis": [-1, 0, 0]}},
+        "wire": {"kind": "beam", "segments": [{"length": 0.1, "radius": 5e-4, "EI": 1e-3, "EA": 100,
+          "element": 1e-3}], "drive": {"insertion": [[0, 0.02], [1, 0.024]]}}},
+        "contact": [{"between": ["wire", "wall"], "friction": 1}],
+        "time": {"step": 0.05, "end": 1}})");
+    CHECK(s.value(s.all.size() - 1, "push_force") == doctest::Approx(100 * 0.04).epsilon(1e-6));
+}
