@@ -27,7 +27,7 @@ constexpr NewtonPath kFreeNewton{.smooth = false, .free = true, .steps = 12};
 /// reactions that say nothing must leave the corners where sweeps have left them, and with every
 /// single contact near the path before it goes on: the mean of ten thousand says nothing of the few
 /// that jam the next step. Those are solved apart.
-constexpr NewtonPath kNetworkPath{.widest = 1e-2, .worst = 3, .fastest = 0.1, .few = 100};
+constexpr NewtonPath kNetworkPath{.widest = 1e-2, .worst = 3, .fastest = 0.1, .few = 80};
 constexpr double kQuickSteps = 3;  ///< that it takes where it leads to the end
 constexpr double kWarmSweeps = 30; ///< that sweeps take from a warm start
 constexpr double kRoundOff = 1e-15;
