@@ -171,6 +171,13 @@ void solve_automatically(SolverWork& work, bool warm)
     first.from_afar = !helped;
     if (follow_path(work, matrix, first)) return;
     work.take_best();
+    if (network && work.progress.best_error() > work.options.acceptable) {
+        // Near round-off short steps of all may yet lead on.
+        first.few = 0;
+        first.from_afar = false;
+        if (follow_path(work, matrix, first)) return;
+        work.take_best();
+    }
     if (follow_path(work, matrix, kFreeNewton)) return;
     matrix.trust();
     if (work.progress.best_error() <= work.options.acceptable) return;
