@@ -36,6 +36,7 @@ constexpr int kMostSweeps = 30;    // until forces and displacement of a soft wa
 constexpr double kSettled = 1e-12; // of places, relative to the wall's radius; of forces
 constexpr int kPatient = 6;        // sweeps that must have led somewhere
 constexpr double kNowhere = 0.1;   // of what they disagree by then
+constexpr double kAstray = 2;      // ... and after one: every further place costs columns
 constexpr double kSlowSweep = 0.2; // of what they disagree by, left by a sweep
 
 /// Geometry of one contact: what a wall's own motion changes in it.
@@ -248,7 +249,8 @@ double settle_wall(const Wire& wire, const std::vector<WireWall>& walls, std::si
                                (now[k].force - forces[k].force).norm() / largest});
         }
         if (!std::isfinite(change)) return std::numeric_limits<double>::infinity();
-        if (sweep >= kPatient && change > kNowhere) break;
+        if ((sweep >= kPatient && change > kNowhere) || (sweep > 0 && change > kAstray))
+            return std::numeric_limits<double>::infinity();
         if (known && change > kSettled && sweep > 0 && change > kSlowSweep * before) {
             std::vector<const Candidate*> contact;
             for (const Candidate& c : carriers)

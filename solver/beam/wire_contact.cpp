@@ -106,7 +106,6 @@ void find_candidates_once(const Wire& wire, const std::vector<WireWall>& walls,
                           const StepStart& start, double reach, std::vector<Proximity>& proximity,
                           std::vector<Candidate>& candidates, double covered)
 {
-    candidates.clear();
     std::vector<double> moves;
     for (const WireWall& w : walls)
         moves.push_back(w.soft ? reach_of(*w.soft) : 0);
@@ -196,7 +195,11 @@ double find_candidates(const Wire& wire, const std::vector<WireWall>& walls, con
     for (std::size_t w = 0; w < walls.size(); ++w)
         if (walls[w].soft)
             unsettled = std::max(unsettled, settle_wall(wire, walls, w, proximity, covered));
-    find_candidates_once(wire, walls, start, reach, proximity, candidates, covered);
+    // Of a wall that has no shape under such forces nothing is near: every answer to where it is
+    // would ask for columns of its compliance there.
+    candidates.clear();
+    if (std::isfinite(unsettled))
+        find_candidates_once(wire, walls, start, reach, proximity, candidates, covered);
     return unsettled;
 }
 

@@ -1,5 +1,6 @@
 #include "solver/beam/soft_contact.hpp"
 
+#include "solver/beam/clamp.hpp"
 #include "solver/beam/tests/held_tube.hpp"
 
 #include <Eigen/Geometry>
@@ -222,4 +223,37 @@ TEST_CASE(
     }
     const Eigen::MatrixXd springs = share * give.partialPivLu().solve(motion) - g.follow;
     CHECK((springs - springs.transpose()).norm() < 1e-9 * springs.norm());
+}
+
+TEST_CASE("forces under which a soft wall has no shape are said to be so, without a look around")
+{
+    SoftTube tube = held_tube(0);
+    BeamSegment g;
+    g.length = 0.02;
+    g.radius = 4e-4;
+    g.EI = {5.2e-4, 5.2e-4};
+    g.GJ = {4e-4, 4e-4};
+    g.EA = {5000, 5000};
+    g.element = 2.5e-3;
+    Wire wire;
+    wire.material = make_material({g}, g.element);
+    wire.state.reaction.assign(wire.material.point.size(), {});
+    start_clamped(wire, Vec3(0, 0.006, 0), Mat3::Identity());
+    std::vector<WireWall> walls(1);
+    walls[0].wall = &tube.undeformed();
+    walls[0].soft = &tube;
+    walls[0].friction.assign(wire.material.point.size(), 0);
+    std::vector<Proximity> near(wire.material.point.size());
+    std::vector<Candidate> candidates;
+    const StepStart start = mark_step_start(wire);
+    for (std::size_t p = 4; p < wire.material.point.size(); p += 3)
+        wire.state.reaction[p].normal = 1e3; // N, on a wall of 0.4 MPa
+    CHECK(std::isinf(find_candidates(wire, walls, start, kRadius, near, candidates)));
+    CHECK(candidates.empty());
+    CHECK(tube.columns_solved() < int(tube.inner_nodes().size()) / 3);
+
+    for (Reaction& r : wire.state.reaction) // forces that it bears
+        r.normal *= 1e-9;
+    CHECK(find_candidates(wire, walls, start, kRadius, near, candidates) < 1e-12);
+    CHECK(candidates.size() == wire.material.point.size());
 }
