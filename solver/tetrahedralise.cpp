@@ -372,7 +372,7 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
         throw InputError(
             {{file, "",
               "about " + number_text(std::round(result.predicted_elements)) + " elements and " +
-                  number_text(result.predicted_memory) + " bytes of memory predicted",
+                  number_text(std::round(result.predicted_memory)) + " bytes of memory predicted",
               "at most " + number_text(limit) + " bytes (--memory) and " +
                   number_text(kMostElements) + " elements: a larger --size" +
                   (o.repair > 0 ? " or --repair" : "")}});
