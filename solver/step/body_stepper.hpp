@@ -118,7 +118,7 @@ private:
     bool leans_only_ = false;    ///< that problem had no solution in this iteration
     bool leans_in_step_ = false; ///< that problem's iterations came to nothing
     std::string unheld_;
-    std::string tipping_; ///< what stress takes of a body's hold is more than contacts have
+    std::string tipping_;       ///< a body whose stress takes more of its hold than contacts have
     std::vector<char> upright_; ///< bodies whose true matrix is in W beside the one that leans
     Eigen::VectorXd held_;      ///< Gamma of body_lean.cpp, by rows [N/m]; empty: none leans
     Eigen::VectorXd held_r_;    ///< r' there
