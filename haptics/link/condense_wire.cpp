@@ -181,12 +181,11 @@ double pushes_on(const BlockTridiagonal& K, const BasePart& base)
 /// is not enough, across the way that it slips (friction's direction holds it there, on a ridge,
 /// say); then where it sticks.
 /// @param ahead  where the hand is going, as far as that is known
-/// @param reach  the way that the operator is for [m]
+/// @param way  that the operator is for [m]
 /// @param most  [N/m] that it may push the hand on by
 /// @return  false if it is not stable, or pushes more
 bool hold_closed(BlockTridiagonal& K, const std::vector<const Candidate*>& chosen,
-                 const std::vector<WireAhead>& ahead, double reach, const BasePart& base,
-                 double most)
+                 const std::vector<WireAhead>& ahead, double way, const BasePart& base, double most)
 {
     enum { opening, normals, across, sticking };
     BlockTridiagonal even = copy_of(K);
@@ -221,7 +220,7 @@ bool hold_closed(BlockTridiagonal& K, const std::vector<const Candidate*>& chose
             if (stage == opening) {
                 for (const Candidate* c : opens)
                     hold(*c, c->hn,
-                         std::min(s * c->normal / (kGive * reach), kFirstHold * c->stiffness));
+                         std::min(s * c->normal / (kGive * way), kFirstHold * c->stiffness));
                 return;
             }
             for (const Candidate* c : chosen) {
@@ -306,10 +305,11 @@ Condensed condense_wire(WireBody& body, const CondenseOptions& options, const An
     for (const Candidate* c : chosen)
         pressed = std::max(pressed, c->normal);
     const BasePart base = base_part(wire);
+    const double way = out.reach * options.periods_ahead() / (options.latency + 1);
     BlockTridiagonal K(0);
     for (const double most : {pressed / out.reach, std::numeric_limits<double>::infinity()}) {
         K = copy_of(body.work->base);
-        out.solvable = hold_closed(K, chosen, ahead, out.reach, base, most);
+        out.solvable = hold_closed(K, chosen, ahead, way, base, most);
         if (out.solvable) break;
     }
     const Solver solve(K);

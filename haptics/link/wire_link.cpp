@@ -192,7 +192,7 @@ std::optional<WireAhead> WireLink::State::look(const Vec6& way, const CondenseOp
 Condensed WireLink::State::condense(const CondenseOptions& options)
 {
     Vec6 way = way_ahead(options);
-    const double all = options.latency + 1; // periods
+    const double all = options.periods_ahead();
     for (int i = 0; i < kLooks && !way.isZero() && body.wire.outside(); ++i, way /= 2) {
         std::vector<WireAhead> ahead;
         bool there = true;
