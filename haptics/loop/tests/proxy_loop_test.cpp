@@ -393,7 +393,7 @@ TEST_CASE("where a new operator's normals have turned, the force goes over to it
     ProxyOptions options;
     options.tolerance = 1e-9;
     ProxyLoop<double> loop(1, options);
-    const ReducedOperator<double> a = made(0, 0), b = made(0.3, 0.009);
+    const ReducedOperator<double> a = made(0, 0), b = made(-0.3, 0.009);
     REQUIRE(loop.take(a, 0));
     Vec3 before = Vec3::Zero(), first = Vec3::Zero();
     double most = 0;
