@@ -59,7 +59,7 @@ template <class Real> struct ReducedOperator {
     Wrench rest;
     Mat6 stiffness = Mat6::Zero(); ///< [N/m], [N], [N m/rad]
     /// What q(d) and rest are beyond first order where the hand is going: with x the displacement
-    /// and s = ahead . x, they get s^2 (3.5 at most) times `bend`. Zero: nothing is known of it.
+    /// and s = ahead . x, they get s^2 (4 at most) times `bend`. Zero: nothing is known of it.
     Vec6 ahead = Vec6::Zero(); ///< [1/m], [1/rad]
     Wrench rest_bend;
 

@@ -21,7 +21,7 @@ namespace {
 /// steer the iteration: the fixed point does not depend on them.
 constexpr double kPreparedTurn = 1e-3;
 /// s^2 of an operator's `ahead` beyond which nothing is foretold any more [-].
-constexpr double kFarthestBend = 3.5;
+constexpr double kFarthestBend = 4;
 /// |r_t| of a contact that slips is mu r_n to round-off; this tells it from one that sticks [-].
 constexpr double kOnCone = 1e-9;
 /// A sweep that met less error than this, in the tolerance, may have been the last one.
