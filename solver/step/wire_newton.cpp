@@ -117,7 +117,7 @@ double contact_error(const Candidate& c, double& cone)
 Residual residual_of_iterate(const Wire& wire, const NewtonWorkspace& w)
 {
     Residual res;
-    double EA = 0, reactions = 0;
+    double EA = 0, across = 0, reactions = 0;
     for (int i = wire.state.first; i <= wire.last(); ++i) {
         const double* r = w.gradient[std::size_t(i)].value;
         const double h = wire.material.law[std::size_t(std::min(i, wire.last() - 1))].length;
@@ -127,7 +127,10 @@ Residual residual_of_iterate(const Wire& wire, const NewtonWorkspace& w)
         res.equilibrium = std::max({res.equilibrium, force, moment / h});
         if (!std::isfinite(r[0] + r[1] + r[2] + r[3] + r[4] + r[5]))
             res.equilibrium = std::numeric_limits<double>::infinity();
-        if (i < wire.last()) EA = std::max(EA, wire.material.law[std::size_t(i)].S[0] / h);
+        if (i == wire.last()) continue;
+        const ElementLaw& law = wire.material.law[std::size_t(i)];
+        EA = std::max(EA, law.S[0] / h);
+        across = std::max(across, 12 * std::max(law.S[4], law.S[5]) / (h * h * h));
     }
     res.contact = w.unsettled;
     for (std::size_t k = 0; k < w.candidates.size(); ++k) {
@@ -150,8 +153,10 @@ Residual residual_of_iterate(const Wire& wire, const NewtonWorkspace& w)
         reactions = std::max(reactions, m.norm() / length);
     if (wire.sheath) reactions = std::max(reactions, std::abs(base_load(wire).push));
     res.scale = std::max(reactions, EI / (length * length));
-    // A rotation rounded at epsilon makes an axial force of EA epsilon.
-    res.floor = 4 * std::numeric_limits<double>::epsilon() * EA / res.scale;
+    // A rotation rounded at epsilon makes an axial force of EA epsilon, and in elements shorter
+    // than the wire's radius a larger one across, 12 EI/h^2 epsilon; a node has two elements.
+    constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+    res.floor = std::max(4 * EA, 2 * across) * kEpsilon / res.scale;
     return res;
 }
 
