@@ -83,12 +83,13 @@ std::vector<Measured> coaxial_concentric()
 {
     std::vector<Measured> rows;
     struct Pair {
-        double wire, catheter;
+        double wire, catheter, clearance = 1e-6;
     };
-    for (const Pair& k : {Pair{20, 5}, Pair{0, 15}, Pair{-5, 5}}) {
-        const History h = run_text(concentric(k.wire, k.catheter, 1e-6));
+    for (const Pair& k : {Pair{20, 5}, Pair{0, 15}, Pair{-5, 5}, Pair{20, 5, 0}}) {
+        const History h = run_text(concentric(k.wire, k.catheter, k.clearance));
         const double both = (kWireEI * k.wire + kCatheterEI * k.catheter) / (kWireEI + kCatheterEI);
-        const std::string name = fmt::format(", {} and {} 1/m", k.wire, k.catheter);
+        const std::string name = fmt::format(", {} and {} 1/m{}", k.wire, k.catheter,
+                                             k.clearance > 0 ? "" : ", no clearance");
         // The free ends have a layer of their own: the middle half, by the angle it turns.
         const BeamRecord& wire = h.last.beams[0];
         const Field* curvature = nullptr;
