@@ -33,11 +33,11 @@ constexpr double kKrylovVectors = 60;      // more with friction: GMRES
 constexpr double kOneRank = 90e6;          // MPI and PETSc themselves [bytes]
 constexpr double kFactorRate = 30e9;       // operations of a factor [1/s]
 constexpr double kSolveRate = 1.2e9;       // entries of L in one solve [1/s]
-constexpr double kDenseRate = 8e9;         // of W and its Newton steps [1/s]
+constexpr double kDenseRate = 4.5e9;       // of W and its Newton steps [1/s]
 constexpr double kAssembly = 4e-6;         // of an element [s]
 // Of a quasi-static step with contact: of a coupling of nodes, and of an iteration that one solve
 // takes (of some 5 Newton steps, and the certificate's solves) [s].
-constexpr double kIterativeStep = 7.5e-7;
+constexpr double kIterativeStep = 5.4e-7;
 constexpr double kColumnShare = 0.15;    // of that: a solve for a column of W
 constexpr double kIterations = 11;       // of one solve, where it was not tried
 constexpr double kDynamicIterations = 3; // the same: better conditioned

@@ -23,6 +23,7 @@ constexpr double kStressedModeWeight = 10; // over what contacts hold the modes 
 // beyond the tolerance by, so that uniform pressure comes out uniform.
 constexpr double kFiner = 1e-4;
 constexpr int kFinerIterations = 12;
+constexpr int kFinerRows = 1000; // of a dense W: a factor of more is no longer next to nothing
 constexpr int kNewtonSteps = 60; // and sweeps before them
 constexpr int kManyRows = 1500;  // of many bodies: factors of their W fill up
 constexpr int kMostRescales = 3;
@@ -264,7 +265,7 @@ ContactSolution BodyStepper::solve_contact(const SolverOptions& options) const
         return first;
     if (found.status != SolveStatus::converged)
         return amontons::solve(problem_, options, first.reaction);
-    if (!linear_ || problem_.W.is_sparse()) return first;
+    if (!linear_ || problem_.W.is_sparse() || problem_.W.rows() > kFinerRows) return first;
     quick.tolerance = kFiner * options.tolerance;
     quick.max_iterations = kFinerIterations;
     ContactSolution finer = amontons::solve(problem_, quick, first.reaction);
