@@ -183,8 +183,8 @@ CaseResult run_folder(const Entry& e, const std::string& all_data)
     const FolderCase c = validation::read_folder_case(e.folder);
     const std::string data =
         c.data.empty() ? "" : fs::absolute(fs::path(all_data) / c.data).lexically_normal().string();
-    CaseResult result{c.name, c.suite, c.source, c.verified, c.about, {}, lacks(c, data)};
-    if (!result.left_out.empty()) return result;
+    if (const std::string why = lacks(c, data); !why.empty())
+        return {c.name, c.suite, c.source, "", "", {}, why};
     const ScratchFolder scratch;
     const std::atomic<bool> never{false}; // a signal ends this process, and its children with it
     int count = 0;
@@ -216,7 +216,7 @@ CaseResult run_folder(const Entry& e, const std::string& all_data)
         return answer;
     };
     std::vector<Issue> mistakes;
-    result = validation::run_case(c.name, c.suite, c.source, [&] {
+    CaseResult result = validation::run_case(c.name, c.suite, c.source, [&] {
         try {
             return validation::measure(c, run, solve, data);
         } catch (const InputError& error) { // a name that only a run can tell is none
