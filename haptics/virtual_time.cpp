@@ -27,6 +27,7 @@ std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, Device& devi
     const auto per_step = std::max(1L, std::lround(options.operator_period / period));
     std::uint64_t sequence = 0;
     int late = 0;
+    bool waited = false;
     HandPose last;
 
     std::vector<TickRecord> records;
@@ -43,10 +44,12 @@ std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, Device& devi
             if (publish(buffer.back(), begun.handle, begun.time, ++sequence)) buffer.publish();
             if (static_cast<int>(steps.size()) > options.operator_latency) steps.pop_front();
         }
-        // The first is in time: with it the device is met.
-        if (late == 0 && options.late_share > 0 && uniform(rng) < options.late_share && k > 0)
+        // The first is in time: with it the device is met. And so is one that was waited for.
+        if (late == 0 && !waited && options.late_share > 0 && uniform(rng) < options.late_share &&
+            k > 0)
             late = options.late_ticks;
-        if (late > 0) {
+        waited = late > 0;
+        if (waited) {
             --late;
         } else {
             const Clock::time_point start = Clock::now();

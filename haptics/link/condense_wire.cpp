@@ -32,11 +32,10 @@ namespace amontons {
 namespace {
 
 constexpr int kRefinements = 1; // elimination without pivoting
-// rho over EI / l^3 of the wire, along normals and aside, and by 10 until it is stable.
-// Along normals that is stiff enough for Gauss-Seidel to get on; aside it is felt when slip goes
-// on.
-constexpr double kFirstHold = 10, kFirstSide = 1e-4;
-constexpr int kHolds = 6;
+constexpr double kHold = 10;    // rho over EI / l^3 of the wire: enough for Gauss-Seidel to get on
+// A pull back to where the wire is, of its stiffest element's EI / l^3: the weakest that is enough.
+constexpr double kLeastPull = 1e-6, kMostPull = 1e3, kNextPull = 3;
+constexpr double kSwing = 0.2; // of the wire's length: what a linear wire may move by
 // Of the operator's way: over it the spring of a contact that opens comes to the force that it had.
 // Over all of the way the tick's problems are close to singular, over a thirtieth they are off.
 constexpr double kGive = 0.1;
@@ -165,8 +164,13 @@ Eigen::MatrixXd condensed_stiffness(const BasePart& base, const std::vector<Node
     return S;
 }
 
-/// By how much the wire pushes the hand on that moves its base [N/m], 0 if nowhere.
-double pushes_on(const BlockTridiagonal& K, const BasePart& base)
+/// What a wire does when the hand shifts its base.
+struct Following {
+    double push = std::numeric_limits<double>::infinity(); ///< by which the hand is pushed on [N/m]
+    double swing = std::numeric_limits<double>::infinity(); ///< a node's way over the hand's [-]
+};
+
+Following following(const BlockTridiagonal& K, const BasePart& base)
 {
     const Solver solve(K);
     std::vector<Nodes> solved;
@@ -174,71 +178,70 @@ double pushes_on(const BlockTridiagonal& K, const BasePart& base)
         solved.push_back(solve(column));
     const Eigen::MatrixXd S = base.T.transpose() * condensed_stiffness(base, solved) * base.T;
     const Mat3 even = 0.5 * (S + S.transpose()).topLeftCorner<3, 3>();
-    return std::max(0.0, -Eigen::SelfAdjointEigenSolver<Mat3>(even).eigenvalues()[0]);
+    Following out{-Eigen::SelfAdjointEigenSolver<Mat3>(even).eigenvalues()[0], 0};
+    const std::size_t shifts = base.B.size() == 6 ? 3 : 1; // of a clamp, or a sheath: not the turns
+    for (std::size_t j = 0; j < shifts; ++j)
+        for (const Node6& node : solved[j])
+            for (int i = 0; i < 3; ++i)
+                out.swing = std::max(out.swing, std::abs(node.value[i]));
+    return out;
 }
 
 /// Springs at closed contacts, so that the wire is stable without them: along the normals; if that
 /// is not enough, across the way that it slips (friction's direction holds it there, on a ridge,
-/// say); then where it sticks.
+/// say). What falls all the same is pulled back as a whole, as if it were slowed down: stiffer
+/// springs at contacts that are about to open would hold a wire that has let go.
 /// @param ahead  where the hand is going, as far as that is known
 /// @param way  that the operator is for [m]
-/// @param most  [N/m] that it may push the hand on by
-/// @return  false if it is not stable, or pushes more
-bool hold_closed(BlockTridiagonal& K, const std::vector<const Candidate*>& chosen,
-                 const std::vector<WireAhead>& ahead, double way, const BasePart& base, double most)
+/// @param most  that it may do
+/// @return  false if it is not stable, or does more
+bool hold(BlockTridiagonal& K, const Wire& wire, const std::vector<const Candidate*>& chosen,
+          const std::vector<WireAhead>& ahead, double way, const BasePart& base,
+          const Following& most)
 {
-    enum { opening, normals, across, sticking };
-    BlockTridiagonal even = copy_of(K);
-    symmetrise(even);
-    const auto stable = [&] {
-        BlockTridiagonal trial = copy_of(even);
-        if (trial.factor(trial.first()) != 0) return false;
-        return std::isinf(most) || pushes_on(K, base) <= most;
-    };
-    const auto hold = [&](const Candidate& c, const ContactRow& row, double rho) {
-        add_hold(K, c, row, rho);
-        add_hold(even, c, row, rho);
-    };
-    std::vector<const Candidate*> opens;
     for (const Candidate* c : chosen) {
         if (!(c->normal > 0)) continue;
         const bool stays = !ahead.empty() && std::ranges::all_of(ahead, [&](const WireAhead& a) {
             const Candidate* there = find(a.contact, c->index);
             return there && there->normal > 0;
         });
-        if (stays)
-            hold(*c, c->hn, kFirstHold * c->stiffness);
-        else
-            opens.push_back(c);
+        const double hard = kHold * c->stiffness;
+        add_hold(K, *c, c->hn, stays ? hard : std::min(c->normal / (kGive * way), hard));
     }
-    for (const int stage : {opening, normals, across, sticking}) {
-        const BlockTridiagonal K_before = copy_of(K), even_before = copy_of(even);
-        const auto hold_by = [&](int level) {
-            K = copy_of(K_before);
-            even = copy_of(even_before);
-            const double s = std::pow(10.0, level);
-            if (stage == opening) {
-                for (const Candidate* c : opens)
-                    hold(*c, c->hn,
-                         std::min(s * c->normal / (kGive * way), kFirstHold * c->stiffness));
-                return;
+    const auto stable = [&] {
+        BlockTridiagonal even = copy_of(K);
+        symmetrise(even);
+        if (even.factor(even.first()) != 0) return false;
+        if (std::isinf(most.swing)) return true;
+        const Following f = following(K, base);
+        return f.push <= most.push && f.swing <= most.swing;
+    };
+    if (stable()) return true;
+    const BlockTridiagonal along_normals = copy_of(K);
+    double before = 0;
+    for (const double side : {1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0}) {
+        for (const Candidate* c : chosen)
+            if (c->normal > 0 && !c->sticks)
+                add_hold(K, *c, across_row(*c), (side - before) * c->stiffness);
+        before = side;
+        if (stable()) return true;
+    }
+    K = copy_of(along_normals);
+    const WireMaterial& m = wire.material;
+    const double stiffest = *std::ranges::max_element(m.stiffness);
+    const double shortest = std::ranges::min_element(m.law, {}, &ElementLaw::length)->length;
+    before = 0;
+    for (double pull = kLeastPull; pull < kMostPull; pull *= kNextPull) {
+        for (int i = wire.state.first + 1; i <= wire.last(); ++i) {
+            const double h = m.law[static_cast<std::size_t>(i) - 1].length;
+            const double more = (pull - before) * stiffest * h / shortest;
+            for (int k = 0; k < 3; ++k) {
+                K.diagonal(i)(k, k) += more;
+                K.diagonal(i)(k + 3, k + 3) += more * h * h / 12;
             }
-            for (const Candidate* c : chosen) {
-                if (!(c->normal > 0)) continue;
-                const double aside = kFirstSide * s * c->stiffness;
-                if (stage == normals) hold(*c, c->hn, kFirstHold * s * c->stiffness);
-                if (stage == across && !c->sticks) hold(*c, across_row(*c), aside);
-                if (stage == sticking && c->sticks)
-                    hold(*c, c->ht[0], aside), hold(*c, c->ht[1], aside);
-            }
-        };
-        for (int level = 0; level < kHolds; ++level) {
-            hold_by(level);
-            if (stable()) return true;
         }
-        // Not these, then: W so stiff along them, and soft across, would leave the reactions to
-        // round-off.
-        hold_by(0);
+        before = pull;
+        if (stable()) return true;
     }
     return false;
 }
@@ -300,18 +303,17 @@ Condensed condense_wire(WireBody& body, const CondenseOptions& options, const An
     const std::vector<const Candidate*> chosen =
         choose(body.work->candidates, out.reach, options, out);
     // What is just stable is as good as singular: near a snap, once a contact opens, the hand would
-    // be pushed on by more on the way that the operator is for than any contact holds.
+    // be pushed on by more on the way that the operator is for than any contact holds, or the wire
+    // swing farther than it is long.
     double pressed = 0;
     for (const Candidate* c : chosen)
         pressed = std::max(pressed, c->normal);
-    const BasePart base = base_part(wire);
+    Following most;
+    if (pressed > 0) most = {pressed / out.reach, kSwing * wire.material.length / out.reach};
     const double way = out.reach * options.periods_ahead() / (options.latency + 1);
-    BlockTridiagonal K(0);
-    for (const double most : {pressed / out.reach, std::numeric_limits<double>::infinity()}) {
-        K = copy_of(body.work->base);
-        out.solvable = hold_closed(K, chosen, ahead, way, base, most);
-        if (out.solvable) break;
-    }
+    const BasePart base = base_part(wire);
+    BlockTridiagonal K = copy_of(body.work->base);
+    out.solvable = hold(K, wire, chosen, ahead, way, base, most);
     const Solver solve(K);
 
     const auto n = static_cast<Eigen::Index>(chosen.size());

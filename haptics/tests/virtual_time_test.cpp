@@ -140,6 +140,23 @@ TEST_CASE("work counted by the loop is the work that the motors did")
           doctest::Approx(loop.passivity().energy() + records.back().sent.force.dot(last)));
 }
 
+TEST_CASE("a late tick comes after its delay, whatever the next one does")
+{
+    Bed bed = wall(800);
+    const HapticOptions o = bare();
+    HapticLoop<double> loop(1, o);
+    SimulatedHand hand(barely_held());
+    VirtualOptions v;
+    v.duration = 1;
+    v.late_share = 0.5;
+    const auto records =
+        run_in_virtual_time<double>(loop, hand, 1, publisher<double>(bed), o.period, v);
+    double longest = 0;
+    for (std::size_t k = 1; k < records.size(); ++k)
+        longest = std::max(longest, records[k].time - records[k - 1].time);
+    CHECK(longest == doctest::Approx((1 + v.late_ticks) * o.period));
+}
+
 TEST_CASE("passivity control keeps the energy given to the hand at or below zero")
 {
     Bed bed;
