@@ -1,36 +1,10 @@
 #include "solver/linear/block_skyline.hpp"
 
-#include "solver/linear/block_invert.hpp"
+#include "solver/linear/block_columns.hpp"
 
 #include <algorithm>
 
 namespace amontons {
-namespace {
-
-/// c -= a b
-inline void subtract_product(Block6& c, const Block6& a, const Block6& b)
-{
-    for (int j = 0; j < 6; ++j) {
-        Column6 sum = c.column[j];
-        for (int k = 0; k < 6; ++k)
-            sum -= a.column[k] * splat6(b(k, j));
-        c.column[j] = sum;
-    }
-}
-
-inline Block6 product(const Block6& a, const Block6& b)
-{
-    Block6 c;
-    for (int j = 0; j < 6; ++j) {
-        Column6 sum = a.column[0] * splat6(b(0, j));
-        for (int k = 1; k < 6; ++k)
-            sum += a.column[k] * splat6(b(k, j));
-        c.column[j] = sum;
-    }
-    return c;
-}
-
-} // namespace
 
 void BlockSkyline::set_pattern(const std::vector<int>& top)
 {
@@ -65,20 +39,26 @@ int BlockSkyline::factor(int from)
 {
     for (int i = from; i < size(); ++i) {
         const int first = top_[std::size_t(i)];
+        const std::size_t row = at(i, 0); // of column 0, which may lie before the row's blocks
         for (int j = first; j < i; ++j) {
-            Block6 l = lower_[at(i, j)], u = upper_[at(i, j)];
-            for (int k = std::max(first, top_[std::size_t(j)]); k < j; ++k) {
-                subtract_product(l, lower_[at(i, k)], upper_[at(j, k)]);
-                subtract_product(u, lower_[at(j, k)], upper_[at(i, k)]);
-            }
-            lower_[at(i, j)] = l;
-            upper_[at(i, j)] = product(lower_[at(j, j)], u);
+            const std::size_t above = at(j, 0);
+            const int start = std::max(first, top_[std::size_t(j)]);
+            Columns6 c = load_columns(lower_[row + std::size_t(j)]);
+            for (std::size_t k = std::size_t(start); k < std::size_t(j); ++k)
+                subtract_product(c, lower_[row + k], upper_[above + k]);
+            store_columns(c, lower_[row + std::size_t(j)]);
+            Block6& u = upper_[row + std::size_t(j)];
+            c = load_columns(u);
+            for (std::size_t k = std::size_t(start); k < std::size_t(j); ++k)
+                subtract_product(c, lower_[above + k], upper_[row + k]);
+            store_columns(c, u);
+            store_product(lower_[above + std::size_t(j)], u, u);
         }
-        Block6 d = lower_[at(i, i)];
-        for (int k = first; k < i; ++k)
-            subtract_product(d, lower_[at(i, k)], upper_[at(i, k)]);
-        const int negative = invert_block(d);
-        lower_[at(i, i)] = d;
+        Columns6 d = load_columns(lower_[row + std::size_t(i)]);
+        for (std::size_t k = std::size_t(first); k < std::size_t(i); ++k)
+            subtract_product(d, lower_[row + k], upper_[row + k]);
+        const int negative = invert_columns(d);
+        store_columns(d, lower_[row + std::size_t(i)]);
         negative_[std::size_t(i) + 1] = negative_[std::size_t(i)] + negative;
         odd_[std::size_t(i) + 1] = odd_[std::size_t(i)] + negative % 2;
     }
@@ -88,14 +68,19 @@ int BlockSkyline::factor(int from)
 void BlockSkyline::solve(std::vector<Node6>& x) const
 {
     for (int i = 0; i < size(); ++i) {
-        Node6 t = x[std::size_t(i)];
+        Column2 t = load_column(x[std::size_t(i)]);
         for (int k = top_[std::size_t(i)]; k < i; ++k)
-            t.column -= multiply(lower_[at(i, k)], x[std::size_t(k)]);
-        x[std::size_t(i)].column = multiply(lower_[at(i, i)], t);
+            subtract(t, product(lower_[at(i, k)], x[std::size_t(k)].value));
+        Node6 sum;
+        store_column(t, sum);
+        store_column(product(lower_[at(i, i)], sum.value), x[std::size_t(i)]);
     }
     for (int i = size() - 1; i > 0; --i)
-        for (int k = top_[std::size_t(i)]; k < i; ++k)
-            x[std::size_t(k)].column -= multiply(upper_[at(i, k)], x[std::size_t(i)]);
+        for (int k = top_[std::size_t(i)]; k < i; ++k) {
+            Column2 t = load_column(x[std::size_t(k)]);
+            subtract(t, product(upper_[at(i, k)], x[std::size_t(i)].value));
+            store_column(t, x[std::size_t(k)]);
+        }
 }
 
 } // namespace amontons

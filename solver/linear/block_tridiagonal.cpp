@@ -1,6 +1,6 @@
 #include "solver/linear/block_tridiagonal.hpp"
 
-#include "solver/linear/block_invert.hpp"
+#include "solver/linear/block_columns.hpp"
 
 #include <cstring>
 #include <new>
@@ -56,31 +56,14 @@ int BlockTridiagonal::factor(int from)
         negative_[static_cast<std::size_t>(first_)] = odd_[static_cast<std::size_t>(first_)] = 0;
     }
     for (int i = from; i < size_; ++i) {
-        Block6 s = diagonal_[i];
-        if (i > first_) {
-            const Block6& l = lower_[i - 1];
-            const Block6& e = eliminated_[i - 1];
-            for (int j = 0; j < 6; ++j) {
-                Column6 sum = s.column[j];
-                for (int k = 0; k < 6; ++k)
-                    sum -= l.column[k] * splat6(e(k, j));
-                s.column[j] = sum;
-            }
-        }
-        const int negative = invert_block(s);
-        inverse_[i] = s;
+        Columns6 s = load_columns(diagonal_[i]);
+        if (i > first_) subtract_product(s, lower_[i - 1], eliminated_[i - 1]);
+        const int negative = invert_columns(s);
+        store_columns(s, inverse_[i]);
         negative_[static_cast<std::size_t>(i) + 1] =
             negative_[static_cast<std::size_t>(i)] + negative;
         odd_[static_cast<std::size_t>(i) + 1] = odd_[static_cast<std::size_t>(i)] + negative % 2;
-        if (i + 1 < size_) {
-            const Block6& u = upper_[i];
-            for (int j = 0; j < 6; ++j) {
-                Column6 sum = s.column[0] * splat6(u(0, j));
-                for (int k = 1; k < 6; ++k)
-                    sum += s.column[k] * splat6(u(k, j));
-                eliminated_[i].column[j] = sum;
-            }
-        }
+        if (i + 1 < size_) store_product(inverse_[i], upper_[i], eliminated_[i]);
     }
     return negative_[static_cast<std::size_t>(size_)];
 }
@@ -93,14 +76,20 @@ void BlockTridiagonal::solve(std::vector<Node6>& x) const
 void BlockTridiagonal::solve_from(std::vector<Node6>& x, int from) const
 {
     from = from < first_ ? first_ : from;
+    const auto at = [&](int i) -> Node6& { return x[static_cast<std::size_t>(i)]; };
     for (int i = from; i < size_; ++i) {
-        Node6 t = x[static_cast<std::size_t>(i)];
-        if (i > from) t.column -= multiply(lower_[i - 1], x[static_cast<std::size_t>(i) - 1]);
-        x[static_cast<std::size_t>(i)].column = multiply(inverse_[i], t);
+        if (i > from) {
+            Column2 t = load_column(at(i));
+            subtract(t, product(lower_[i - 1], at(i - 1).value));
+            store_column(t, at(i));
+        }
+        store_column(product(inverse_[i], at(i).value), at(i));
     }
-    for (int i = size_ - 2; i >= first_; --i)
-        x[static_cast<std::size_t>(i)].column -=
-            multiply(eliminated_[i], x[static_cast<std::size_t>(i) + 1]);
+    for (int i = size_ - 2; i >= first_; --i) {
+        Column2 t = load_column(at(i));
+        subtract(t, product(eliminated_[i], at(i + 1).value));
+        store_column(t, at(i));
+    }
 }
 
 } // namespace amontons

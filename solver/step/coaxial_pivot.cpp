@@ -29,7 +29,7 @@ struct CoaxialSystem : FourNodeRows<CoaxialContact> {
     }
     static Row row(const ContactRow& own, const ContactRow* other)
     {
-        const ContactRow none{{Column6{}}, {Column6{}}};
+        static const ContactRow none{{Column6{}}, {Column6{}}};
         if (!other) other = &none;
         return {{own.a, own.b, other->a, other->b}};
     }

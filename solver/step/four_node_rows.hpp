@@ -19,9 +19,11 @@ template <class Contact> struct FourNodeRows {
     static double apply(const Row& row, const std::vector<Node6>& d, Place at)
     {
         double sum = 0;
+        using Padded =
+            Eigen::Map<const Eigen::Matrix<double, 8, 1>, Eigen::AlignedMax>; // with zeros
         for (int a = 0; a < at.nodes; ++a)
-            for (int i = 0; i < 6; ++i)
-                sum += row.node[a].value[i] * d[std::size_t(at.slot[std::size_t(a)])].value[i];
+            sum += Padded(row.node[a].value)
+                       .dot(Padded(d[std::size_t(at.slot[std::size_t(a)])].value));
         return sum;
     }
     static void add_force(std::vector<Node6>& r, Place at, const Row& h, double s)
