@@ -153,6 +153,15 @@ std::optional<WirePlace> nearest_place(const Wire& w, double s, const Vec3& x, d
     return p;
 }
 
+/// A point that is a node's but for round-off stands on that node alone.
+void settle_on_node(const Wire& w, WirePlace& p)
+{
+    constexpr double kRoundOff = 1e-12;
+    if (p.element == w.state.first) return; // its near end is the sheath's
+    if (p.xi < kRoundOff) p.xi = 0;
+    if (1 - p.xi < kRoundOff) p.xi = 1;
+}
+
 double widest_bore(const Wire& w)
 {
     double r = 0;
@@ -326,11 +335,12 @@ void find_nested(const Nesting& n, const NestingStart& start, double reach,
         contact.moves_on_inner = k < tip;
         const Wire &fixed = k < tip ? out : in, &moving = k < tip ? in : out;
         const MaterialPoint& m = fixed.material.point[std::size_t(std::max(c.point, 0))];
-        const auto at = place_of(fixed, fixed.state, m.s, m.element, m.xi);
+        auto at = place_of(fixed, fixed.state, m.s, m.element, m.xi);
         if (!at) {
             if (k < tip) k = tip - 1; // the rest is in the sheath; the inner's tip comes last
             continue;
         }
+        settle_on_node(fixed, *at);
         const Vec3 x = centreline_point(fixed.state, *at);
         const double beyond = m.s - (k < tip ? behind_out : behind_in);
         const auto near = nearest_place(moving, (k < tip ? behind_in : behind_out) + beyond, x,

@@ -58,6 +58,15 @@ void order_nodes(Coaxial& c)
     }
 }
 
+/// At an element's end the other end's rows are zero: they are added where they widen no row of the
+/// matrix.
+void leave_out_untouched(CoaxialContact& k, const Wire& w, const WirePlace& p, std::size_t at)
+{
+    if (p.element == w.state.first) return; // there the length that is out is an unknown too
+    if (p.xi == 0) k.slot[at + 1] = k.slot[at];
+    if (p.xi == 1) k.slot[at] = k.slot[at + 1];
+}
+
 /// The list of all contacts, with their slots; the matrix's pattern has room for them.
 void list_contacts(Coaxial& c)
 {
@@ -100,6 +109,8 @@ void list_contacts(Coaxial& c)
                               f = std::size_t(contact.outer.element);
             const auto &si = c.slot[std::size_t(inner)], &so = c.slot[std::size_t(outer)];
             k.slot = {si[e], si[e + 1], so[f], so[f + 1]};
+            leave_out_untouched(k, c.wires[std::size_t(inner)]->wire, contact.on_inner.place, 0);
+            leave_out_untouched(k, c.wires[std::size_t(outer)]->wire, contact.outer, 2);
             complete(k);
             for (int s : k.slot)
                 if (c.top[std::size_t(s)] > c.all.back().lowest) {
