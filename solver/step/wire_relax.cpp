@@ -7,7 +7,7 @@
 namespace amontons {
 namespace {
 
-constexpr int kMostRelaxations = 600;
+constexpr int kLeastRelaxations = 600;     // that are made before a flow is given up
 constexpr double kRelaxationShare = 0.001; // of what an increment turned over: its balance misses
 constexpr double kNoJump = 0.25;           // of an increment's way: the wire has not jumped in it
 
@@ -87,6 +87,11 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
     };
     forget_pull();
     const double target = 0.1 * grain;
+    // A jump may take a wire as far as it is long.
+    double way = 0;
+    for (const BaseTarget& t : to)
+        way = std::max(way, t.insertion);
+    const int most = std::max(kLeastRelaxations, int(std::min(1e6, way / target)));
     const double elastic_before = elastic_energy_of(g);
     double weight = 1e-3 * unit, energy = elastic_before;
     bool base_moved = false, pushed_off = false, failed = false;
@@ -100,7 +105,7 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
     }
 
     int taken = 0;
-    for (r.relaxations = 0; r.relaxations < kMostRelaxations; ++r.relaxations) {
+    for (r.relaxations = 0; r.relaxations < most; ++r.relaxations) {
         if (part && taken > 0 && r.newton.iterations >= part->most) break;
         const GroupState before = state_of(g);
         const GroupStart start = start_of(g);
