@@ -38,9 +38,7 @@ double length_beyond(const Wire& w, const WirePlace& p)
 /// Spacing of the outer's points [m]; 0 if there are too few.
 double spacing_of(const Nesting& n)
 {
-    if (n.points.size() < 3) return 0;
-    const auto& points = n.outer->material.point;
-    return points[std::size_t(n.points[1])].s - points[std::size_t(n.points[2])].s;
+    return n.inners_tip() < 3 ? 0 : n.points[1].s - n.points[2].s;
 }
 
 std::size_t element_of(const WireMaterial& m, double s)
@@ -48,6 +46,18 @@ std::size_t element_of(const WireMaterial& m, double s)
     const auto it = std::upper_bound(m.node.begin(), m.node.end(), s);
     return std::size_t(
         std::clamp<std::ptrdiff_t>(it - m.node.begin() - 1, 0, std::ptrdiff_t(m.node.size()) - 2));
+}
+
+/// The contact point at a distance from the tip.
+MaterialPoint point_from_tip(const WireMaterial& m, double distance)
+{
+    MaterialPoint p;
+    p.s = m.length - distance;
+    const std::size_t e = element_of(m, p.s);
+    p.element = int(e);
+    p.xi = (p.s - m.node[e]) / (m.node[e + 1] - m.node[e]);
+    p.radius = radius_at(m, p.s, &BeamSegment::radius);
+    return p;
 }
 
 /// Place of a material point in a state; nothing if it is in the sheath then.
@@ -101,9 +111,6 @@ constexpr double kFurthest = 10;
 // larger the nearer they are. Points of the outer count from this part of their spacing on, from
 // the introducer's end and from the inner one's tip, which touches by itself.
 constexpr double kLeastArm = 0.5;
-
-// A clearance below this part of the bore is none: round-off of two equal radii.
-constexpr double kFills = 1e-9;
 
 /// The place on a wire's centreline nearest to a point, looked for near material coordinate s;
 /// nothing if that is in the sheath or beyond the tip.
@@ -276,20 +283,23 @@ void subtract_turning(NestedTangent& K, int at, const Wire& w, const WirePlace& 
 
 } // namespace
 
+bool fills_bore(double radius, double bore)
+{
+    constexpr double kRoundOff = 1e-9; // of two equal radii
+    return bore - radius <= kRoundOff * bore;
+}
+
 Nesting make_nesting(const Wire& inner, const Wire& outer, double friction, double spacing)
 {
     Nesting n;
     n.inner = &inner;
     n.outer = &outer;
     n.friction = friction;
-    const auto& points = outer.material.point;
-    double last = std::numeric_limits<double>::infinity();
-    for (std::size_t p = 0; p < points.size(); ++p)
-        if (last - points[p].s >= spacing * (1 - 1e-9)) {
-            n.points.push_back(int(p));
-            last = points[p].s;
-        }
-    n.reaction.assign(n.points.size() + 1, {});
+    const WireMaterial& out = outer.material;
+    for (int k = 0; k * spacing < out.length * (1 - 1e-12); ++k)
+        n.points.push_back(point_from_tip(out, k * spacing));
+    n.points.push_back(point_from_tip(inner.material, 0));
+    n.reaction.assign(n.points.size(), {});
     return n;
 }
 
@@ -325,32 +335,34 @@ void find_nested(const Nesting& n, const NestingStart& start, double reach,
     if (!in.outside() || !out.outside()) return;
     const double behind_in = in.material.length - length_out(in),
                  behind_out = out.material.length - length_out(out);
-    const int tip = int(n.points.size());
+    const int count = int(n.points.size());
     const double widest = widest_bore(out), least = kLeastArm * spacing_of(n);
-    for (int k = 0; k <= tip; ++k) {
+    for (int k = 0; k < count; ++k) {
+        const bool outers = k != n.inners_tip();
         NestedContact contact;
         Candidate& c = contact.on_inner;
         c.index = k;
-        c.point = k < tip ? n.points[std::size_t(k)] : -1;
-        contact.moves_on_inner = k < tip;
-        const Wire &fixed = k < tip ? out : in, &moving = k < tip ? in : out;
-        const MaterialPoint& m = fixed.material.point[std::size_t(std::max(c.point, 0))];
+        c.point = -1;
+        contact.moves_on_inner = outers;
+        const Wire &fixed = outers ? out : in, &moving = outers ? in : out;
+        const MaterialPoint& m = n.points[std::size_t(k)];
         auto at = place_of(fixed, fixed.state, m.s, m.element, m.xi);
         if (!at) {
-            if (k < tip) k = tip - 1; // the rest is in the sheath; the inner's tip comes last
+            if (outers)
+                k = n.inners_tip() - 1; // the rest is in the sheath; the inner's tip comes last
             continue;
         }
         settle_on_node(fixed, *at);
         const Vec3 x = centreline_point(fixed.state, *at);
-        const double beyond = m.s - (k < tip ? behind_out : behind_in);
-        const auto near = nearest_place(moving, (k < tip ? behind_in : behind_out) + beyond, x,
+        const double beyond = m.s - (outers ? behind_out : behind_in);
+        const auto near = nearest_place(moving, (outers ? behind_in : behind_out) + beyond, x,
                                         kFurthest * widest);
         if (!near) continue;
         const Vec3 y = centreline_point(moving.state, *near);
-        c.place = k < tip ? *near : *at;
-        contact.outer = k < tip ? *at : *near;
-        c.x = k < tip ? y : x;
-        contact.x_outer = k < tip ? x : y;
+        c.place = outers ? *near : *at;
+        contact.outer = outers ? *at : *near;
+        c.x = outers ? y : x;
+        contact.x_outer = outers ? x : y;
         const Reaction& r = n.reaction[std::size_t(k)];
         const Vec3 off = c.x - contact.x_outer;
         contact.distance = off.norm();
@@ -358,9 +370,9 @@ void find_nested(const Nesting& n, const NestingStart& start, double reach,
         contact.bore =
             radius_at(out.material, material_at(out, contact.outer), &BeamSegment::inner_radius);
         const double clearance = contact.bore - c.radius;
-        c.bilateral = clearance <= kFills * contact.bore;
+        c.bilateral = fills_bore(c.radius, contact.bore);
         if (c.bilateral &&
-            (beyond < least || (k > 0 && k < tip && length_beyond(in, c.place) < least)))
+            (beyond < least || (k > 0 && outers && length_beyond(in, c.place) < least)))
             continue;
         c.gap = c.bilateral ? 0 : clearance - contact.distance;
         if (c.gap > reach && r.normal == 0) continue;
@@ -454,10 +466,10 @@ NestedTangent nested_tangent(const Nesting& n, const NestedContact& k)
 
 void shift_nested_reactions(Nesting& n, double shift)
 {
-    if (shift == 0 || n.points.size() < 3) return;
-    const std::vector<Reaction> old = n.reaction;
     const double spacing = spacing_of(n);
-    const std::size_t count = n.points.size();
+    if (shift == 0 || !(spacing > 0)) return;
+    const std::vector<Reaction> old = n.reaction;
+    const std::size_t count = std::size_t(n.inners_tip());
     // The tip keeps its own.
     for (std::size_t p = 1; p < count; ++p) {
         const double t = double(p) - shift / spacing, down = std::floor(t);
@@ -480,12 +492,13 @@ void shift_nested_reactions(Nesting& n, double shift)
     }
 }
 
-Vec3 nested_slip(const Nesting& n, const NestingStart& start, int point, const Vec3& normal)
+Vec3 nested_slip(const Nesting& n, const NestingStart& start, int k, const Vec3& normal)
 {
     const Wire &in = *n.inner, &out = *n.outer;
     if (!in.outside() || !out.outside()) return Vec3::Zero();
-    const Wire &fixed = point >= 0 ? out : in, &moving = point >= 0 ? in : out;
-    const MaterialPoint& m = fixed.material.point[std::size_t(std::max(point, 0))];
+    const bool outers = k != n.inners_tip();
+    const Wire &fixed = outers ? out : in, &moving = outers ? in : out;
+    const MaterialPoint& m = n.points[std::size_t(k)];
     const auto at = place_of(fixed, fixed.state, m.s, m.element, m.xi);
     if (!at) return Vec3::Zero();
     const Vec3 x = centreline_point(fixed.state, *at);
@@ -494,7 +507,7 @@ Vec3 nested_slip(const Nesting& n, const NestingStart& start, int point, const V
     const auto near =
         nearest_place(moving, behind + m.s - behind_fixed, x, kFurthest * widest_bore(out));
     if (!near) return Vec3::Zero();
-    const WirePlace &pi = point >= 0 ? *near : *at, &po = point >= 0 ? *at : *near;
+    const WirePlace &pi = outers ? *near : *at, &po = outers ? *at : *near;
     const double radius = radius_at(in.material, material_at(in, pi), &BeamSegment::radius);
     const double bore = radius_at(out.material, material_at(out, po), &BeamSegment::inner_radius);
     const Vec3 u =

@@ -14,12 +14,17 @@ namespace amontons {
 struct Nesting {
     const Wire* inner = nullptr;
     const Wire* outer = nullptr;
-    double friction = 0;            ///< [-]
-    std::vector<int> points;        ///< of the outer, from its tip
-    std::vector<Reaction> reaction; ///< on the inner: of `points`, then of the inner's tip
+    double friction = 0;               ///< [-]
+    std::vector<MaterialPoint> points; ///< of the outer from its tip, then the inner's tip
+    std::vector<Reaction> reaction;    ///< on the inner, at the points
+
+    int inners_tip() const { return int(points.size()) - 1; }
 };
 
-/// Every point of the outer that is about `spacing` from the last one; 0: all of them.
+/// An instrument of that radius has no clearance in that bore [m].
+bool fills_bore(double radius, double bore);
+
+/// @param spacing  of the outer's points [m]
 Nesting make_nesting(const Wire& inner, const Wire& outer, double friction, double spacing);
 
 /// Lays what is out of a wire along another's centreline: a first guess for both.
@@ -60,8 +65,8 @@ NestedTangent nested_tangent(const Nesting& n, const NestedContact& c);
 /// Moves the reactions with the outer's points when its base was moved by a length [m].
 void shift_nested_reactions(Nesting& n, double shift);
 
-/// Slip of the two surfaces over the step at a point of the outer (or the inner's tip, -1), for a
-/// contact with a given normal [m].
-Vec3 nested_slip(const Nesting& n, const NestingStart& start, int point, const Vec3& normal);
+/// Slip of the two surfaces over the step at one of the points, for a contact with a given normal
+/// [m].
+Vec3 nested_slip(const Nesting& n, const NestingStart& start, int k, const Vec3& normal);
 
 } // namespace amontons

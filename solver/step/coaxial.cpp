@@ -378,9 +378,7 @@ double coaxial_friction_work(const Coaxial& c, const CoaxialStart& start)
         auto b = start.touched[i].begin();
         const auto end = start.touched[i].end();
         const auto leave = [&] {
-            const int point =
-                b->index < int(n.points.size()) ? n.points[std::size_t(b->index)] : -1;
-            sum -= 0.5 * b->tangential.dot(nested_slip(n, start.nestings[i], point, b->n));
+            sum -= 0.5 * b->tangential.dot(nested_slip(n, start.nestings[i], b->index, b->n));
             ++b;
         };
         for (const NestedContact& k : c.contacts[i]) {

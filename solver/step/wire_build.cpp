@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 namespace amontons {
 namespace {
@@ -49,6 +50,26 @@ template <class Dynamics> auto lists_of(Dynamics& d)
 {
     return std::array{&d.velocity,       &d.spin,          &d.inertia_force,
                       &d.inertia_moment, &d.contact_force, &d.contact_arm};
+}
+
+/// Of contact points in a bore [m]: the outer instrument's own. Where the inner one fills the bore,
+/// no finer than the instrument is thick and the elements are long, whatever the scene asks for:
+/// there a couple is two forces that grow as their arm falls, and a beam knows of no arm shorter
+/// than that.
+double bore_spacing(const Wire& inner, const Wire& outer)
+{
+    const double own = outer.material.point.front().spacing;
+    double widest = 0, bore = std::numeric_limits<double>::infinity(), thick = 0, element = 0;
+    for (const BeamSegment& s : inner.material.segments)
+        widest = std::max(widest, s.radius);
+    for (const BeamSegment& s : outer.material.segments) {
+        bore = std::min(bore, s.inner_radius);
+        thick = std::max(thick, 2 * s.radius);
+    }
+    for (const Wire* w : {&inner, &outer})
+        for (const ElementLaw& law : w->material.law)
+            element = std::max(element, law.length);
+    return fills_bore(widest, bore) ? std::max(thick, element) : own;
 }
 
 /// A wire can be held in a plane only if nothing takes it out.
@@ -203,12 +224,10 @@ std::vector<WireGroup> make_groups(const Scene& scene, std::vector<WireBody>& wi
         c->wires = g.wires;
         for (const Pair& p : pairs) {
             if (place[p.inner] < 0) continue;
-            const BeamInput& outer = scene.beams[p.outer];
             const Wire& bore = wires[p.outer].wire;
-            // One point an element, or those that the scene asks for.
-            const double spacing =
-                outer.contact_spacing > 0 ? 0 : 2 * bore.material.point.front().spacing;
-            c->nestings.push_back(make_nesting(wires[p.inner].wire, bore, p.friction, spacing));
+            const Wire& within = wires[p.inner].wire;
+            c->nestings.push_back(
+                make_nesting(within, bore, p.friction, bore_spacing(within, bore)));
             c->pairs.push_back({place[p.inner], place[p.outer]});
         }
         c->contacts.resize(c->nestings.size());

@@ -64,7 +64,7 @@ struct InBore {
             for (int i = w->state.first + 1; i <= w->last(); ++i)
                 test::shake(w->state.nodes[std::size_t(i)], random, 0.03, 0.03);
         }
-        nesting = make_nesting(inner, outer, friction, 0);
+        nesting = make_nesting(inner, outer, friction, 0.3);
     }
     InBore(const InBore&) = delete;
 

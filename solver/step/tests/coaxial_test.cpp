@@ -173,6 +173,40 @@ TEST_CASE("a wire that fills its catheter is held in the middle of the bore")
                        narrow.value(narrow.all.size() - 1, name)) < 2e-5);
 }
 
+TEST_CASE("how many points there are in a bore does not change what friction takes")
+{
+    // A catheter over a straight wire that is held in a bend, then the wire back into it.
+    const auto scene = [](double bore) {
+        return fmt::format(R"({{"schema": 1, "bodies": {{
+            "tube": {{"kind": "obstacle", "surface": {{"generate": "tube", "radius": 0.003,
+              "centreline": {{"pieces": [{{"length": 0.01}}, {{"radius": 0.03, "angle": 2.2}}]}}}}}},
+            "wire": {{"kind": "beam", "segments": [{{"length": 0.1, "radius": 4.445e-4,
+              "EI": 5.2e-4, "element": 2.5e-3}}],
+              "drive": {{"insertion": [[0, 0], [1, 0.06], [2, 0.06], [3, 0.03]]}}}},
+            "catheter": {{"kind": "beam", "segments": [{{"length": 0.1, "radius": 8.35e-4,
+              "inner_radius": {}, "EI": 1.9e-4, "element": 2.5e-3}}],
+              "drive": {{"insertion": [[1, 0], [2, 0.045]]}}}}}},
+            "contact": [{{"between": ["wire", "tube"], "friction": 0.1}},
+                        {{"between": ["catheter", "tube"], "friction": 0.1}},
+                        {{"between": ["catheter", "wire"], "friction": 0.1}}],
+            "time": {{"step": 0.02, "end": 3}}}})",
+                           bore);
+    };
+    for (const double bore : {5e-4, 4.445e-4}) { // with clearance and with none
+        CAPTURE(bore);
+        RunSummary usual;
+        const Steps a = run(scene(bore), &usual);
+        for (const char* spacing : {"6.25e-4", "3.125e-4"}) {
+            CAPTURE(spacing);
+            RunSummary finer;
+            const Steps b = run(scene(bore), &finer,
+                                {std::string("bodies.catheter.contact_spacing=") + spacing});
+            CHECK(finer.energy.friction == doctest::Approx(usual.energy.friction).epsilon(3e-3));
+            CHECK(finer.uncertified_steps == 0);
+        }
+    }
+}
+
 TEST_CASE("a wire that fills a curved catheter: the curvature of both")
 {
     // Pushed out together into free space.
