@@ -96,6 +96,43 @@ std::string script_of(const Plot& p)
     return s + "\n";
 }
 
+/// What is before `end` in the columns that end so: "" of the first wire, "NAME_" of others.
+std::vector<std::string> prefixes_of(const std::string& header, const std::string& end)
+{
+    std::vector<std::string> found;
+    for (std::size_t at = 0; at < header.size();) {
+        const std::size_t comma = std::min(header.find(',', at), header.size());
+        const std::string column = header.substr(at, comma - at);
+        if (column.ends_with(end)) found.push_back(column.substr(0, column.size() - end.size()));
+        at = comma + 1;
+    }
+    return found;
+}
+
+/// Of wires over time: how far each is turned at its base and at its tip; of instruments that are
+/// driven one by one also the force and the torque that each takes.
+void add_wires(const std::string& header, std::vector<Plot>& plots)
+{
+    const std::string tip = "tip_rotation [rad]";
+    const std::vector<std::string> wires = prefixes_of(header, tip);
+    if (wires.empty()) return;
+    const auto plot = [](const char* name, const char* label) {
+        return Plot{name, "time [s]", "time [s]", label, "", 1, false, {}};
+    };
+    Plot pushes = plot("pushes", "push force [N]"), torques = plot("torques", "torque [N mm]"),
+         turns = plot("turns", "turn [degrees]");
+    constexpr double kDegrees = 180 / 3.14159265358979323846;
+    for (const std::string& wire : wires) {
+        const std::string of = wire.empty() ? "" : " of " + wire.substr(0, wire.size() - 1);
+        pushes.curves.push_back({wire + "push_force [N]", "push" + of, 1, false});
+        torques.curves.push_back({wire + "torque [N m]", "torque" + of, 1000, false});
+        turns.curves.push_back({wire + "base_twist [rad]", "base" + of, kDegrees, false});
+        turns.curves.push_back({wire + tip, "tip" + of, kDegrees, false});
+    }
+    if (wires.size() > 1) plots.insert(plots.end(), {pushes, torques});
+    plots.push_back(turns);
+}
+
 std::vector<Plot> plots_for(const std::string& header)
 {
     const auto has = [&](const std::string& column) {
@@ -115,6 +152,7 @@ std::vector<Plot> plots_for(const std::string& header)
         }
         plots.push_back(p);
     }
+    add_wires(header, plots);
     Plot energy{"energy", "time [s]", "time [s]", "energy [mJ]", "", 1, false, {}};
     for (const char* name : {"work", "elastic", "kinetic", "friction", "released", "energy_error"})
         energy.curves.push_back({std::string(name) + " [J]", name, 1000, false});
