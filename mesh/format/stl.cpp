@@ -133,9 +133,10 @@ SurfaceMesh parse_stl(std::string_view bytes, const std::string& file, double sc
     FileIssues issues(file);
     SurfaceMesh mesh;
     const std::string_view text = without_byte_order_mark(bytes);
+    // Some programs begin binary files with "solid" too: text has no zeros.
     if (bytes.size() >= kHeader && binary_size(bytes) == bytes.size())
         parse_binary(bytes, scale, mesh, issues);
-    else if (same_word(WordReader(text).next(), "solid"))
+    else if (same_word(WordReader(text).next(), "solid") && text.find('\0') == text.npos)
         AsciiReader(text, scale, mesh, issues).read();
     else if (bytes.size() >= kHeader)
         issues.fatal("byte 80",

@@ -117,6 +117,11 @@ TEST_CASE("a damaged STL says where and what")
           "f: byte 80: found 12 triangles in the header, in a file of 300 bytes, allowed: a file "
           "of 684 bytes, or ASCII that begins with \"solid\"");
     CHECK(refused_stl(cube + "x").find("684 bytes") != std::string::npos);
+    std::string named_solid = cube; // binary all the same, as some programs write it
+    named_solid.replace(0, 8, "solid x ");
+    check_same(parse_stl(named_solid, "f"), unit_cube());
+    CHECK(refused_stl(named_solid.substr(0, 300)).find("12 triangles in the header") !=
+          std::string::npos);
     CHECK(refused_stl("abc").find("found 3 bytes") != std::string::npos);
     CHECK(refused_stl("").find("found 0 bytes") != std::string::npos);
     std::string hostile = cube;
