@@ -344,6 +344,15 @@ void SupernodalFactor::Parts::take(std::span<const double> values)
         value[k] = values[std::size_t(source[k])];
 }
 
+void SupernodalFactor::take(std::span<const double> values, std::span<const std::int32_t> where)
+{
+    Parts& p = *parts_;
+    AMONTONS_ASSERT(!p.start.empty() && std::int64_t(where.size()) == p.pattern_entries);
+    p.factored = false;
+    for (std::size_t k = 0; k < p.source.size(); ++k)
+        p.value[k] = values[std::size_t(where[std::size_t(p.source[k])])];
+}
+
 void SupernodalFactor::drop_matrix()
 {
     Parts& p = *parts_;

@@ -81,6 +81,9 @@ public:
 
     /// factor() in two parts: after the first, A may go before L takes its memory.
     void take(const Eigen::SparseMatrix<double>& A);
+    /// Entry k of A is values[where[k]]: A as a part of a larger matrix, never there by itself. Not
+    /// after restore() or drop_matrix().
+    void take(std::span<const double> values, std::span<const std::int32_t> where);
     FactorResult factor_taken();
     /// Gives back the memory of the matrix, about that of A's lower triangle: for factors that
     /// stay. Another matrix of the pattern may still be factored, not by refactor().

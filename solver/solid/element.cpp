@@ -133,17 +133,58 @@ struct Condensation {
     }
 };
 
+/// Where a strain of two axes stands among the six.
+constexpr int kStrain[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+
+/// Of displacements alone. With G_JL = int g_J g_L^T of the shapes' gradients along two axes, the
+/// block of the displacements along c and d is sum_JL C_(cJ)(dL) G_JL: nine products of C for all
+/// pairs of nodes, in place of six strains at each point.
 template <ElementKind kind>
-void stiffness(const ElementPoints& X, const Mat6& C, ElementMatrix& result)
+void simple_stiffness(const ElementPoints& places, const Mat6& C, ElementMatrix& result)
 {
-    constexpr int dofs = 3 * nodes_of(kind);
-    const auto joint = joint_stiffness<kind>(X, C);
-    Eigen::Matrix<double, dofs, dofs> K = joint.template topLeftCorner<dofs, dofs>();
-    if constexpr (kind == ElementKind::H8) {
-        const Condensation c(joint);
-        const auto S = c.factor.matrixL().solve(c.coupling).eval();
-        K.noalias() -= S.transpose() * S;
+    constexpr int n = nodes_of(kind), rows = (n + 3) / 4 * 4; // whole registers
+    using Block = Eigen::Matrix<double, rows, n>;
+    const Points<kind> X = places;
+    std::array<Block, 9> G;
+    for (Block& block : G)
+        block.setZero();
+    Eigen::Matrix<double, rows, 3> left = Eigen::Matrix<double, rows, 3>::Zero();
+    std::size_t q = 0;
+    for (const QuadraturePoint& p : stiffness_points(kind)) {
+        const Points<kind>& dN = table<kind>().gradients[q++];
+        const Mat3 J = jacobian(X, dN);
+        const double j = J.determinant();
+        AMONTONS_ASSERT(j > 0);
+        const Points<kind> g = J.inverse().transpose() * dN;
+        left.template topRows<n>() = (p.weight * j) * g.transpose();
+        for (int L = 0; L < 3; ++L)
+            for (int axis = 0; axis < 3; ++axis)
+                for (int k = 0; k < n; ++k)
+                    G[std::size_t(axis + 3 * L)].col(k) += left.col(axis) * g(L, k);
     }
+    result.resize(3 * n, 3 * n);
+    for (int c = 0; c < 3; ++c)
+        for (int d = c; d < 3; ++d) {
+            Block K = Block::Zero();
+            for (int L = 0; L < 3; ++L)
+                for (int axis = 0; axis < 3; ++axis)
+                    K += C(kStrain[c][axis], kStrain[d][L]) * G[std::size_t(axis + 3 * L)];
+            for (int k = 0; k < n; ++k)
+                for (int i = 0; i < n; ++i) {
+                    const double v = c == d ? 0.5 * (K(i, k) + K(k, i)) : K(i, k);
+                    result(3 * i + c, 3 * k + d) = result(3 * k + d, 3 * i + c) = v;
+                }
+        }
+}
+
+void brick_stiffness(const ElementPoints& X, const Mat6& C, ElementMatrix& result)
+{
+    constexpr int dofs = Condensation::kDofs;
+    const auto joint = joint_stiffness<ElementKind::H8>(X, C);
+    Eigen::Matrix<double, dofs, dofs> K = joint.topLeftCorner<dofs, dofs>();
+    const Condensation c(joint);
+    const auto S = c.factor.matrixL().solve(c.coupling).eval();
+    K.noalias() -= S.transpose() * S;
     result = 0.5 * (K + K.transpose());
 }
 
@@ -168,11 +209,11 @@ void solid_stiffness(ElementKind kind, const ElementPoints& X, const Mat6& C, El
     check_size(kind, X);
     switch (kind) {
     case ElementKind::T4:
-        return stiffness<ElementKind::T4>(X, C, K);
+        return simple_stiffness<ElementKind::T4>(X, C, K);
     case ElementKind::T10:
-        return stiffness<ElementKind::T10>(X, C, K);
+        return simple_stiffness<ElementKind::T10>(X, C, K);
     case ElementKind::H8:
-        return stiffness<ElementKind::H8>(X, C, K);
+        return brick_stiffness(X, C, K);
     }
 }
 

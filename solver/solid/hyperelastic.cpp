@@ -6,24 +6,6 @@
 namespace amontons {
 namespace hyperelastic_parts {
 
-Mat9 tangent(const Mat3& F, const Mat3& S, const Mat6& D)
-{
-    constexpr int at[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}};
-    Eigen::Matrix<double, 6, 9> T = Eigen::Matrix<double, 6, 9>::Zero(); // of E, of vec(F)
-    for (int p = 0; p < 6; ++p) {
-        const int M = at[p][0], N = at[p][1];
-        T.block<1, 3>(p, 3 * N) += F.col(M).transpose();
-        if (M != N) T.block<1, 3>(p, 3 * M) += F.col(N).transpose();
-    }
-    const Eigen::Matrix<double, 6, 9> DT = D * T;
-    Mat9 A;
-    A.noalias() = T.transpose() * DT;
-    for (int J = 0; J < 3; ++J)
-        for (int L = 0; L < 3; ++L)
-            A.block<3, 3>(3 * J, 3 * L).diagonal().array() += S(J, L);
-    return A;
-}
-
 Mat3 cofactor(const Mat3& F)
 {
     Mat3 c;
@@ -88,22 +70,6 @@ void fill(const ElementPoints& X, const Mat3& axes, std::vector<double>& numbers
     }
 }
 
-/// @param visit  of each point: its number, and the law there
-template <ElementKind kind, class Visit>
-bool visit_points(const Numbers<kind>& e, const ElementPoints& x, double lambda, double pressure,
-                  const Hyperelastic& m, Visit visit)
-{
-    using L = Layout<kind>;
-    Answer<typename L::Number> answer;
-    for (int group = 0; group < L::groups; ++group) {
-        const auto F = gradient(e, group, x);
-        if (!respond(m, lambda, pressure, F, true, answer)) return false;
-        for (int lane = 0; lane < L::width; ++lane)
-            visit(group * L::width + lane, point_of(F, answer, lane));
-    }
-    return true;
-}
-
 template <ElementKind kind>
 ElementFault simple_forces(const HyperelasticElement& element, const Hyperelastic& m,
                            const ElementPoints& x, HyperelasticState& state, ElementVector& forces)
@@ -138,21 +104,33 @@ void simple_tangent(const HyperelasticElement& element, const Hyperelastic& m,
                     const ElementPoints& x, const HyperelasticState& state, ElementMatrix& K)
 {
     using L = Layout<kind>;
+    using Number = typename L::Number;
     const Numbers<kind> e{element.numbers.data()};
     const VolumeParts lambda = volume_parts<kind>(m);
     MeanVolume mean = mean_volume<kind>(e, x, lambda.mean);
     if (!std::isnan(state.pressure)) mean.pressure = state.pressure;
     NodeBlocks<L::n> blocks;
-    typename L::Forces dv = L::Forces::Zero(); // of the volume by the places
-    visit_points(e, x, lambda.pointwise, mean.pressure, m, [&](int q, const Point& p) {
-        const typename L::Gradients g = e.gradients(q);
-        if (lambda.mean > 0) dv.noalias() += (e.volume(q) * p.J * p.F * p.C_inverse) * g;
-        blocks.add(g, tangent(p.F, p.S, p.D), e.volume(q));
-    });
+    std::array<Number, 3 * L::n> dv{}; // of the volume by the places
+    Answer<Number> answer;
+    Tangent<Number> A;
+    for (int group = 0; group < L::groups; ++group) {
+        const Gradient<Number> F = gradient(e, group, x);
+        if (!respond(m, lambda.pointwise, mean.pressure, F, true, answer)) break; // cannot be
+        const Number volume = e.volumes(group);
+        tangent(F, answer.r, volume, A);
+        blocks.add(e, group, A);
+        if (!(lambda.mean > 0)) continue;
+        Gradient<Number> c = cofactor(F);
+        for (Number& entry : c)
+            entry *= volume;
+        add_forces(e, group, c, dv);
+    }
     K.resize(3 * L::n, 3 * L::n);
     blocks.scatter(K);
     if (lambda.mean > 0) {
-        const Eigen::Map<const Eigen::Matrix<double, 3 * L::n, 1>> d(dv.data());
+        Eigen::Matrix<double, 3 * L::n, 1> d;
+        for (std::size_t k = 0; k < dv.size(); ++k)
+            d[Eigen::Index(k)] = sum(dv[k]);
         K.noalias() += (mean.stiffness / mean.V) * d * d.transpose();
     }
 }

@@ -319,37 +319,40 @@ void brick_tangent(const HyperelasticElement& element, const Hyperelastic& m,
     const Mat3 F0 = x * e.centre().transpose();
     const Brick::Gradients g0 = e.centre();
     NodeBlocks<n> blocks;
-    Brick::Forces dv = Brick::Forces::Zero(); // of the volume by the places
+    std::array<Four, 3 * n> dv{}; // of the volume by the places
     Eigen::Matrix<double, 3 * n, kModes> K_ua = Eigen::Matrix<double, 3 * n, kModes>::Zero();
     Square K_aa = Square::Zero();
     Answer<Four> answer;
-    Gradient<Four> F_of_group;
+    Gradient<Four> F;
+    Tangent<Four> A_of_group;
     for (int q = 0; q < Brick::points; ++q) {
         if (q % Brick::width == 0) {
-            F_of_group = gradient(e, q / Brick::width, x);
-            add_modes(e, q / Brick::width, F0, a, F_of_group);
+            const int group = q / Brick::width;
+            const Four volume = e.volumes(group);
+            F = gradient(e, group, x);
+            if (lambda.mean > 0) {
+                Answer<Four> of_volume;
+                of_volume.at = strain_of(F);
+                of_volume.r.a = of_volume.r.b = of_volume.r.c = mean.pressure * of_volume.at.J;
+                of_volume.r.add_volume(of_volume.at, true);
+                tangent(F, of_volume.r, volume, A_of_group);
+                blocks.add(e, group, A_of_group);
+                Gradient<Four> c = cofactor(F);
+                for (Four& entry : c)
+                    entry *= volume;
+                add_forces(e, group, c, dv);
+            }
+            add_modes(e, group, F0, a, F);
             // The state was in balance: cannot be.
-            if (!respond(m, lambda.pointwise, 0, F_of_group, true, answer)) return;
+            if (!respond(m, lambda.pointwise, 0, F, true, answer)) return;
+            tangent(F, answer.r, volume, A_of_group);
         }
-        const Point p = point_of(F_of_group, answer, q % Brick::width);
-        const Mat3 M = mode_gradient(e, q, a);
-        if (lambda.mean > 0) {
-            const Mat3 of_nodes = x * e.gradients(q).transpose();
-            Gradient<double> F;
-            std::copy_n(of_nodes.data(), 9, F.begin());
-            Answer<double> of_volume;
-            of_volume.at = strain_of(F);
-            of_volume.r.a = of_volume.r.b = of_volume.r.c = mean.pressure * of_volume.at.J;
-            of_volume.r.add_volume(of_volume.at, true);
-            const Point v = point_of(F, of_volume, 0);
-            blocks.add(e.gradients(q), tangent(v.F, v.S, v.D), e.volume(q));
-            dv.noalias() += (e.volume(q) * cofactor(of_nodes)) * e.gradients(q);
-        }
-        const Brick::Gradients g = e.gradients(q) + M.transpose() * g0;
+        const Point p = point_of(F, answer, q % Brick::width);
+        const Brick::Gradients g = e.gradients(q) + mode_gradient(e, q, a).transpose() * g0;
         const Mat3 P = e.volume(q) * p.F * p.S;
-        const Mat9 A = tangent(p.F, p.S, p.D);
-        blocks.add(g, A, e.volume(q));
-        const Eigen::Matrix<double, 9, kModes> B = mode_columns(e, q, F0), AB = e.volume(q) * A * B;
+        const Mat9 A = tangent_of(A_of_group, q % Brick::width);
+        blocks.add(g, A);
+        const Eigen::Matrix<double, 9, kModes> B = mode_columns(e, q, F0), AB = A * B;
         K_aa.noalias() += B.transpose() * AB;
         Eigen::Matrix<double, 9, 3 * n> B_u = Eigen::Matrix<double, 9, 3 * n>::Zero();
         for (int node = 0; node < n; ++node)
@@ -375,7 +378,9 @@ void brick_tangent(const HyperelasticElement& element, const Hyperelastic& m,
     Eigen::Matrix<double, 3 * n, 3 * n> K;
     blocks.scatter(K);
     if (lambda.mean > 0) {
-        const Eigen::Map<const Eigen::Matrix<double, 3 * n, 1>> d(dv.data());
+        Eigen::Matrix<double, 3 * n, 1> d;
+        for (std::size_t k = 0; k < dv.size(); ++k)
+            d[Eigen::Index(k)] = sum(dv[k]);
         K.noalias() += (mean.stiffness / mean.V) * d * d.transpose();
     }
     // The modes were in stable balance; on its very edge they are left as they are.

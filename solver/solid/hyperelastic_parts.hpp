@@ -75,6 +75,14 @@ inline double sum(const Four& x)
 {
     return (x[0] + x[1]) + (x[2] + x[3]);
 }
+inline double one_of(double x, int)
+{
+    return x;
+}
+inline double one_of(const Four& x, int lane)
+{
+    return x[lane];
+}
 inline double least(double x)
 {
     return x;
@@ -164,36 +172,54 @@ void add_forces(const Numbers<kind>& e, int group, const Gradient<Number>& P,
 
 /// One of them.
 struct Point {
-    double J = 0, energy = 0;
-    Mat3 F, S, C_inverse;
-    Mat6 D;
+    double J = 0;
+    Mat3 F, S;
 };
 template <class Number>
 Point point_of(const Gradient<Number>& F, const Answer<Number>& answer, int lane)
 {
-    const auto number = [&](const Number& x) {
-        if constexpr (std::is_same_v<Number, double>)
-            return x;
-        else
-            return x[lane];
-    };
     Point p;
-    p.J = number(answer.at.J);
-    p.energy = number(answer.r.energy);
+    p.J = one_of(answer.at.J, lane);
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) {
-            p.F(i, j) = number(F[std::size_t(i + 3 * j)]);
-            p.S(i, j) = number(answer.r.S[kSix[i][j]]);
-            p.C_inverse(i, j) = number(answer.at.C_inverse[kSix[i][j]]);
+            p.F(i, j) = one_of(F[std::size_t(i + 3 * j)], lane);
+            p.S(i, j) = one_of(answer.r.S[kSix[i][j]], lane);
         }
-    for (std::size_t i = 0; i < 6; ++i)
-        for (std::size_t j = 0; j < 6; ++j)
-            p.D(Eigen::Index(i), Eigen::Index(j)) = number(answer.r.D[of_triangle(i, j)]);
     return p;
 }
 
-/// dP/dF.
-Mat9 tangent(const Mat3& F, const Mat3& S, const Mat6& D);
+/// Volume times dP/dF at the points of a group, by pairs of components: of P at c + 3 J, of F at
+/// d + 3 L, A[9 (c + 3 J) + d + 3 L].
+template <class Number> using Tangent = std::array<Number, 81>;
+template <class Number>
+void tangent(const Gradient<Number>& F, const Response<Number>& r, const Number& volume,
+             Tangent<Number>& A)
+{
+    for (std::size_t c = 0; c < 3; ++c)
+        for (std::size_t J = 0; J < 3; ++J) {
+            Number by_strain[6]; // dP by the strain of each pair of axes
+            for (std::size_t six = 0; six < 6; ++six)
+                by_strain[six] = volume * (F[c] * r.D[of_triangle(kSix[0][J], six)] +
+                                           F[c + 3] * r.D[of_triangle(kSix[1][J], six)] +
+                                           F[c + 6] * r.D[of_triangle(kSix[2][J], six)]);
+            for (std::size_t L = 0; L <= J; ++L)
+                for (std::size_t d = 0; d < (L < J ? 3 : c + 1); ++d) {
+                    Number a = by_strain[kSix[0][L]] * F[d] + by_strain[kSix[1][L]] * F[d + 3] +
+                               by_strain[kSix[2][L]] * F[d + 6];
+                    if (c == d) a += volume * r.S[kSix[J][L]];
+                    A[9 * (c + 3 * J) + d + 3 * L] = A[9 * (d + 3 * L) + c + 3 * J] = a;
+                }
+        }
+}
+/// That of one of them.
+template <class Number> Mat9 tangent_of(const Tangent<Number>& A, int lane)
+{
+    Mat9 one; // symmetric: rows are columns
+    for (std::size_t k = 0; k < A.size(); ++k)
+        one.data()[k] = one_of(A[k], lane);
+    return one;
+}
+
 /// J F^-T, the derivative of J.
 Mat3 cofactor(const Mat3& F);
 template <class Number> Gradient<Number> cofactor(const Gradient<Number>& F)
@@ -213,24 +239,46 @@ template <int n> struct NodeBlocks {
         for (auto& b : of)
             b.setZero();
     }
-    void add(const Eigen::Matrix<double, 3, n>& g, const Mat9& A, double volume)
+    /// At one point. @param A  dP/dF, with the volume
+    void add(const Eigen::Matrix<double, 3, n>& g, const Mat9& A)
     {
-        Eigen::Matrix<double, rows, 3> left = Eigen::Matrix<double, rows, 3>::Zero();
-        left.template topRows<n>() = g.transpose();
-        std::size_t k = 0;
-        for (int c = 0; c < 3; ++c)
-            for (int d = c; d < 3; ++d) {
-                Mat3 part;
-                for (int L = 0; L < 3; ++L)
-                    for (int J = 0; J < 3; ++J)
-                        part(J, L) = volume * A(c + 3 * J, d + 3 * L);
-                auto& block = of[k++];
-                for (int j = 0; j < n; ++j) {
-                    const Vec3 right = part * g.col(j);
-                    block.col(j) +=
-                        left.col(0) * right[0] + left.col(1) * right[1] + left.col(2) * right[2];
-                }
+        const Left left = rows_of(g);
+        visit([&](int c, int d, auto& block) {
+            Mat3 part;
+            for (int L = 0; L < 3; ++L)
+                for (int J = 0; J < 3; ++J)
+                    part(J, L) = A(c + 3 * J, d + 3 * L);
+            for (int j = 0; j < n; ++j) {
+                const Vec3 right = part * g.col(j);
+                block.col(j) +=
+                    left.col(0) * right[0] + left.col(1) * right[1] + left.col(2) * right[2];
             }
+        });
+    }
+    /// At the points of a group, with the element's own gradients.
+    template <ElementKind kind, class Number>
+    void add(const Numbers<kind>& e, int group, const Tangent<Number>& A)
+    {
+        constexpr int width = Layout<kind>::width;
+        std::array<Left, std::size_t(width)> left;
+        for (int lane = 0; lane < width; ++lane)
+            left[std::size_t(lane)] = rows_of(e.gradients(group * width + lane));
+        visit([&](int c, int d, auto& block) {
+            for (int j = 0; j < n; ++j) {
+                Number right[3];
+                for (int J = 0; J < 3; ++J) {
+                    const Number* const row = A.data() + 9 * (c + 3 * J) + d;
+                    right[J] = row[0] * e.of_group(group, 3 * j) +
+                               row[3] * e.of_group(group, 3 * j + 1) +
+                               row[6] * e.of_group(group, 3 * j + 2);
+                }
+                Eigen::Matrix<double, rows, 1> sum = block.col(j);
+                for (int lane = 0; lane < width; ++lane)
+                    for (int J = 0; J < 3; ++J)
+                        sum += left[std::size_t(lane)].col(J) * one_of(right[J], lane);
+                block.col(j) = sum;
+            }
+        });
     }
     template <class Matrix> void scatter(Matrix& K) const
     {
@@ -242,6 +290,22 @@ template <int n> struct NodeBlocks {
                         K(3 * i + c, 3 * j + d) = of[k](i, j);
                         if (c != d) K(3 * j + d, 3 * i + c) = of[k](i, j);
                     }
+    }
+
+private:
+    using Left = Eigen::Matrix<double, rows, 3>;
+    template <class G> static Left rows_of(const G& g)
+    {
+        Left left = Left::Zero();
+        left.template topRows<n>() = g.transpose();
+        return left;
+    }
+    template <class Work> void visit(Work work)
+    {
+        std::size_t k = 0;
+        for (int c = 0; c < 3; ++c)
+            for (int d = c; d < 3; ++d)
+                work(c, d, of[k++]);
     }
 };
 

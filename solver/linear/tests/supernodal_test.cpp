@@ -244,6 +244,17 @@ TEST_CASE("a factor made again has the bits of a fresh one")
     REQUIRE(again.factor(other));
     REQUIRE(again.refactor({box.K.valuePtr(), std::size_t(box.K.nonZeros())}));
     CHECK(again.solved(b) == fresh.solved(b));
+    // The same values among others.
+    std::vector<double> all(2 * std::size_t(box.K.nonZeros()), 1e30);
+    std::vector<std::int32_t> where;
+    for (Eigen::Index k = 0; k < box.K.nonZeros(); ++k) {
+        where.push_back(std::int32_t(all.size()) - 1 - 2 * std::int32_t(k));
+        all[std::size_t(where.back())] = box.K.valuePtr()[k];
+    }
+    REQUIRE(again.factor(other));
+    again.take(all, where);
+    REQUIRE(again.factor_taken());
+    CHECK(again.solved(b) == fresh.solved(b));
     Eigen::MatrixXd W, V;
     fresh.compliance(C, W);
     again.compliance(C, V);
