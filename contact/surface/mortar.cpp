@@ -44,6 +44,7 @@ constexpr double kNothing = 1e-14;
 /// Faces of one body overlap by no more of their distance at rest: more is the body between them,
 /// which would have to be pressed to this share of its thickness to be taken for an overlap.
 constexpr double kOwnThickness = 0.3;
+constexpr double kBeside = 1.1;  // of both faces' radii
 constexpr double kBehind = 1e-3; // cosine: what lies beside a face, as in a closed slit, does not
 
 /// Quadrilaterals: bent by less they are parallelograms; integrals are right to exp(-kDigits).
@@ -164,8 +165,9 @@ private:
         });
     }
 
-    /// How far a face of one body lies behind another at rest, between their middles [m]: the
-    /// body's thickness there. No number where it lies in front, as across a slit.
+    /// How far a face of one body lies behind another at rest [m]: the body's thickness there, or
+    /// the way between the middles of faces that are not beside each other across it. No number
+    /// where it lies in front, as across a slit.
     std::optional<double> behind_at_rest_(std::int32_t slave_face, std::int32_t master_face) const
     {
         const auto corners_of = [&](const ExternalSurface& surface, std::int32_t face) {
@@ -178,16 +180,27 @@ private:
                 sum += at_rest_[static_cast<std::size_t>(node)];
             return Vec3(sum / double(corners.size()));
         };
-        const auto own = corners_of(slave_, slave_face);
-        const Vec3 middle = middle_of(own),
-                   way = middle_of(corners_of(master_, master_face)) - middle;
+        const auto radius_of = [&](std::span<const std::int32_t> corners, const Vec3& middle) {
+            double most = 0;
+            for (const std::int32_t node : corners)
+                most = std::max(most, (at_rest_[static_cast<std::size_t>(node)] - middle).norm());
+            return most;
+        };
+        const auto own = corners_of(slave_, slave_face), other = corners_of(master_, master_face);
+        const Vec3 middle = middle_of(own), other_middle = middle_of(other),
+                   way = other_middle - middle;
         Vec3 normal = Vec3::Zero();
         for (std::size_t i = 0; i < own.size(); ++i)
             normal +=
                 (at_rest_[static_cast<std::size_t>(own[i])] - middle)
                     .cross(at_rest_[static_cast<std::size_t>(own[(i + 1) % own.size()])] - middle);
         if (!(normal.dot(way) < -kBehind * normal.norm() * way.norm())) return std::nullopt;
-        return way.norm();
+        // Faces wider than the body is thick: their middles are farther apart than its sides.
+        const double thick = -normal.normalized().dot(way);
+        const double beside = (way + thick * normal.normalized()).norm();
+        const bool across =
+            beside <= kBeside * (radius_of(own, middle) + radius_of(other, other_middle));
+        return across ? thick : way.norm();
     }
 
     /// Around all that the slave's facets look at.
