@@ -4,6 +4,7 @@
 #include "contact/rigid/first_touch.hpp"
 #include "contact/rigid/shape_distance.hpp"
 #include "contact/rigid/shape_surface.hpp"
+#include "contact/surface/bulge_contacts.hpp"
 #include "contact/surface/collocation.hpp"
 #include "contact/surface/mortar.hpp"
 #include "mesh/base/threads.hpp"
@@ -50,6 +51,7 @@ ExternalSurface surface_of_triangles(const SurfaceMesh& mesh)
 
 /// Numbers of contacts of sharp features begin here, those of nodes are below.
 constexpr std::int64_t kSharp = std::int64_t(1) << 40;
+constexpr std::int64_t kBulge = std::int64_t(1) << 60;
 
 constexpr double kMargin = 0.002; // of the smaller body: see ContactPair
 constexpr double kReach = 0.2;    // of it: gaps that are looked at, unless it is said
@@ -450,6 +452,7 @@ void ContactFinder::solid_on_wall(const std::vector<BodyRef>& bodies, int pair, 
     add(wall_contacts(p.surface_a->outside, x, sample, reach_), pair, p.a, -1, false, out);
     add(sharp_wall_contacts({p.surface_a->outside, p.surface_a->sharp, x}, sample, reach_), pair,
         p.a, -1, false, out, kSharp);
+    add(bulge_contacts(p.surface_a->outside, x, sample, reach_), pair, p.a, -1, false, out, kBulge);
 }
 
 void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
@@ -496,6 +499,8 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
         add(sharp_wall_contacts({p.surface_a->outside, p.surface_a->sharp, a.places()}, sample,
                                 reach_),
             pair, p.a, p.b, false, out, kSharp);
+        add(bulge_contacts(p.surface_a->outside, a.places(), sample, reach_), pair, p.a, p.b, false,
+            out, kBulge);
     };
     if (std::holds_alternative<Ball>(b.shape()) || std::holds_alternative<Cylinder>(b.shape()))
         return round();

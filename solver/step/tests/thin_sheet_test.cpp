@@ -67,3 +67,54 @@ TEST_CASE("a sheet between two blocks hands on the pressure, on each side its ow
             CHECK(force_on(last, 1, 2).z() == doctest::Approx(-1000).epsilon(1e-6));
         }
 }
+
+TEST_CASE("a small ball on the wide faces of a sheet: nothing passes between nodes")
+{
+    // Of 12.5 mm, wider than the ball; a step of 2.5 mm is more than the sheet is thick.
+    for (const char* element : {"H8", "T10"})
+        for (const double side : {1.0, -1.0})
+            for (const char* shape : {R"("ball", "radius": 0.006)",
+                                      R"("cylinder", "radius": 0.005, "length": 0.009)"}) {
+                CAPTURE(std::string(element));
+                CAPTURE(std::string(shape));
+                CAPTURE(side);
+                const Result r = run(fmt::format(
+                    R"("bodies": {{"ball": {{"kind": "rigid", "density": 500,
+                       "shape": {{"generate": {2}}},
+                       "start": {{"place": [0.0045, 0.0035, {0}], "turn": [1.5707963267948966, 0, 0],
+                                  "velocity": [0, 0, {1}]}}}},
+                       "sheet": {{"kind": "solid", "density": 1100, "mesh": {{"generate": "box",
+                       "size": [0.1, 0.1, 0.001], "cells": [8, 8, 1], "element": "{3}"}},
+                       "material": {{"law": "neo_hooke", "youngs_modulus": 5e7, "poisson_ratio": 0.4}},
+                       "hold": [{{"set": "x_min"}}, {{"set": "x_max"}}]}}}},
+                       "contact": [{{"between": ["ball", "sheet"], "friction": 0.2}}],
+                       "time": {{"kind": "dynamic", "step": 5e-4, "end": 0.008}})",
+                    side * 0.02, -side * 5, shape, element));
+                REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+                CHECK(side * r.value("ball_z") > 0);
+                for (const StepRecord& step : r.records)
+                    CHECK(step.certificate.worst_penetration <= 1e-9);
+            }
+}
+
+TEST_CASE("one wide face pressed onto a small ball that stands still")
+{
+    const auto force = [](int cells) {
+        const Result r = run(fmt::format(
+            R"("bodies": {{"ball": {{"kind": "rigid", "shape": {{"generate": "ball",
+               "radius": 0.02}}, "start": {{"place": [0.004, 0.003, -0.02]}}, "drive": {{"z": 0}}}},
+               "block": {{"kind": "solid", "mesh": {{"generate": "box", "size": [0.1, 0.1, 0.06],
+               "centre": [0, 0, 0.03], "cells": [{0}, {0}, {0}], "element": "H8"}},
+               "material": {{"law": "neo_hooke", "youngs_modulus": 1e5, "poisson_ratio": 0.3}},
+               "hold": [{{"set": "z_max", "x": 0, "y": 0, "z": [[0, 0], [1, -0.01]]}}]}}}},
+               "contact": [{{"between": ["block", "ball"]}}],
+               "time": {{"step": 0.25, "end": 1}})",
+            cells));
+        REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+        return -r.vector("block_z_max_force").z();
+    };
+    const double coarse = force(1), fine = force(10);
+    CHECK(fine > 0);
+    CHECK(coarse > fine); // one element gives way less, and is met all the same
+    CHECK(coarse < 10 * fine);
+}

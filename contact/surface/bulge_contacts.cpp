@@ -1,0 +1,131 @@
+#include "contact/surface/bulge_contacts.hpp"
+
+#include "contact/surface/facets.hpp"
+#include "mesh/closest_point.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace amontons {
+namespace {
+
+/// Flat triangles that stand for a face, by its nodes.
+constexpr std::array<std::array<int, 3>, 4> kQuarters{{{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}}};
+constexpr std::array<std::array<int, 3>, 2> kHalves{{{0, 1, 2}, {0, 2, 3}}};
+constexpr std::array<std::array<int, 3>, 1> kWhole{{{0, 1, 2}}};
+
+std::span<const std::array<int, 3>> triangles_of(int nodes)
+{
+    if (nodes == 6) return kQuarters;
+    if (nodes == 4) return kHalves;
+    return kWhole;
+}
+
+const std::array<Vec2, 6> kTriangle{{{0, 0}, {1, 0}, {0, 1}, {0.5, 0}, {0.5, 0.5}, {0, 0.5}}};
+const std::array<Vec2, 4> kSquare{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}};
+
+constexpr double kAtNode = 0.99; // its weight
+constexpr double kSame = 1e-6;   // of a face's length: one place on two faces
+
+/// A place on a face. On its border it is the surface's nearest one only where the face beside it
+/// has it too.
+struct Candidate {
+    SurfaceContact contact;
+    PerNode values;
+    double length = 0;
+    bool met = false; ///< inside the face, or by two
+};
+
+bool is_inside(int nodes, const Vec2& xi)
+{
+    constexpr double kBorder = 1e-9;
+    if (nodes == 4) return xi.cwiseAbs().maxCoeff() < 1 - kBorder;
+    return xi.minCoeff() > kBorder && xi.sum() < 1 - kBorder;
+}
+
+/// Where the face is nearest to x, on its flat triangles.
+Vec2 nearest(const FaceInPlane& face, const Vec3& x)
+{
+    Vec2 best = Vec2::Zero();
+    double least = std::numeric_limits<double>::infinity();
+    for (const std::array<int, 3>& t : triangles_of(face.nodes)) {
+        const auto node = [&](int k) -> const Vec3& {
+            return face.node[std::size_t(t[std::size_t(k)])];
+        };
+        const TrianglePoint p = closest_on_triangle(x, node(0), node(1), node(2));
+        if (const double d = (p.point - x).squaredNorm(); d < least) {
+            least = d;
+            best.setZero();
+            for (int k = 0; k < 3; ++k) {
+                const auto local = std::size_t(t[std::size_t(k)]);
+                best += p.weights[k] * (face.nodes == 4 ? kSquare[local] : kTriangle[local]);
+            }
+        }
+    }
+    return best;
+}
+
+} // namespace
+
+SurfaceContacts bulge_contacts(const ExternalSurface& slave, std::span<const Vec3> places,
+                               const std::function<WallSample(const Vec3&)>& wall, double reach)
+{
+    SurfaceContacts out;
+    std::vector<Candidate> found;
+    for (std::size_t f = 0; f < slave.faces.size(); ++f) {
+        const std::span<const std::int32_t> nodes = slave.face(f);
+        const FaceInPlane face(nodes, places);
+        const auto corners = std::size_t(slave.corners[f]);
+        Vec3 middle = Vec3::Zero();
+        double longest = 0;
+        for (std::size_t k = 0; k < corners; ++k) {
+            middle += face.node[k] / double(corners);
+            longest = std::max(longest, (face.node[(k + 1) % corners] - face.node[k]).norm());
+        }
+        const double apart = face.nodes == 6 ? 0.5 * longest : longest; // of its multipliers
+        const WallSample at_middle = wall(middle);
+        if (!(std::abs(at_middle.distance) <= reach + longest)) continue;
+        const double curvature =
+            Eigen::SelfAdjointEigenSolver<Mat3>(at_middle.hessian, Eigen::EigenvaluesOnly)
+                .eigenvalues()[2];
+        if (!(curvature > 0)) continue;
+        const double from_centre = 1 / curvature;
+        if (!(from_centre - at_middle.distance < apart)) continue;
+        const Vec2 xi = nearest(face, middle - from_centre * at_middle.normal);
+        const FaceSpot spot = amontons::spot(face, xi);
+        if (spot.values.maxCoeff() > kAtNode) continue;
+        const WallSample sample = wall(spot.place);
+        if (!(std::abs(sample.distance) <= reach)) continue;
+        const auto same = std::ranges::find_if(found, [&](const Candidate& c) {
+            return (c.contact.point - spot.place).norm() <= kSame * std::max(longest, c.length);
+        });
+        if (same != found.end()) {
+            same->met = true;
+            continue;
+        }
+        SurfaceContact c;
+        c.id = std::int64_t(f);
+        c.point = spot.place;
+        c.normal = sample.normal;
+        c.gap = sample.distance;
+        set_tangents(c);
+        found.push_back({c, spot.values, longest, is_inside(face.nodes, xi)});
+    }
+    for (Candidate& candidate : found) {
+        if (!candidate.met) continue;
+        SurfaceContact& c = candidate.contact;
+        const std::span<const std::int32_t> nodes = slave.face(std::size_t(c.id));
+        c.slave_begin = std::int32_t(out.stencil.size());
+        for (std::size_t k = 0; k < nodes.size(); ++k)
+            out.stencil.push_back({nodes[k], candidate.values[Eigen::Index(k)]});
+        std::sort(out.stencil.begin() + c.slave_begin, out.stencil.end(),
+                  [](const StencilEntry& a, const StencilEntry& b) { return a.node < b.node; });
+        c.slave_end = c.master_begin = c.master_end = std::int32_t(out.stencil.size());
+        out.contact.push_back(c);
+    }
+    return out;
+}
+
+} // namespace amontons
