@@ -114,6 +114,8 @@ public:
 
     int unknowns() const override { return int(unknown_.size()); }
     bool nonlinear() const override { return nonlinear_; }
+    /// The last linearise() made no matrix: of hyperelastic solids.
+    bool matrix_kept() const { return matrix_kept_; }
     void begin(const StepInput& step) override;
     bool stand_at_start() override;
     void linearise() override;
@@ -274,6 +276,7 @@ protected:
     void begin_hyperelastic();
     void follow_velocity();
     void linearise_hyperelastic();
+    bool nothing_changed() const; ///< since the accepted state, of what the body's balance is of
     void change_hyperelastic(const Eigen::VectorXd& whole, const Eigen::VectorXd& mode);
     std::string softened(const Eigen::VectorXd& u) const;
     void expect_pressures();
@@ -312,8 +315,10 @@ protected:
     Eigen::PartialPivLU<Eigen::MatrixXd> upright_; ///< 1 - N^T L^-1 N
     double shift_ = 0, last_shift_ = 0;
     double share_made_ = 1, state_energy_ = 0, last_error_ = 0;
+    bool matrix_kept_ = false;
     int stalled_ = 0;
     bool indefinite_ = false; ///< seen in this step
+    bool unstable_ = false;   ///< the accepted state, by its last matrix
     std::string fault_, remark_;
     /// A load that prescribes a volume, by a pressure that is found.
     struct VolumeLoad {

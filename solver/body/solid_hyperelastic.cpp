@@ -247,15 +247,27 @@ void SolidBody::expect_pressures()
     tangent_u_ = known_u_;
 }
 
+/// A held body that touches nothing, under the loads of its balance: the step begins at its end.
+bool SolidBody::nothing_changed() const
+{
+    const bool alone = !step_.dynamic && touching_.empty() && free_modes_.cols() == 0 &&
+                       volumes_.empty() && kind_ == Frame::fixed;
+    if (!alone || std::isfinite(last_error_) || pending_.size() > 0 || unstable_) return false;
+    return load_.size() > 0 ? into_space(last_load_) == load_
+                            : last_load_.isZero(0) && now_.u.isZero(0);
+}
+
 void SolidBody::linearise_hyperelastic()
 {
     Eigen::VectorXd scale;
     const Eigen::VectorXd r = residual(scale);
     mode_load_.resize(0);
-    if (!fault_.empty()) { // said by fault(): the step is not gone on with
+    matrix_kept_ = true;
+    if (!fault_.empty() || nothing_changed()) { // a fault is said, the step not gone on with
         free_change_ = Eigen::VectorXd::Zero(Eigen::Index(unknown_.size()));
         return;
     }
+    matrix_kept_ = false;
     last_shift_ = shift_;
     shift_ = 0;
     expect_pressures();
@@ -377,11 +389,12 @@ void SolidBody::accept_hyperelastic()
         state_modes_[e] = hyper_states_[e].modes;
     for (VolumeLoad& v : volumes_)
         v.state_pressure = v.pressure;
+    unstable_ = shift_ > 0 && volumes_.empty();
     remark_.clear();
     const auto say = [&](const std::string& what) {
         remark_ += (remark_.empty() ? "" : "; ") + input_.name + ": " + what;
     };
-    if (shift_ > 0 && volumes_.empty())
+    if (unstable_)
         say("its balance is not stable: the tangent is not positive");
     else if (shift_ > 0)
         say("beyond the largest load: only the prescribed volume holds it");

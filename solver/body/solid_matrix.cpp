@@ -180,7 +180,11 @@ void SolidBody::make_matrix()
         }
     } else {
         if (matrix_->factor.size() == 0) matrix_->factor.analyse(matrix_->parts.ff, node_of_free());
-        matrix_->factor.take(matrix_->parts.ff);
+        if (hyperelastic_)
+            matrix_->factor.take({matrix_->S.valuePtr(), std::size_t(matrix_->S.nonZeros())},
+                                 matrix_->parts.ff_source);
+        else
+            matrix_->factor.take(matrix_->parts.ff);
         if (!nonlinear_) drop_step_matrix(); // before L is there: it takes all memory
         done = matrix_->factor.factor_taken();
     }
@@ -290,8 +294,8 @@ void SolidBody::make_step_matrix()
     }
     if (m.parts.ff.size() == 0)
         m.parts = make_elimination(m.S, dofs_);
-    else
-        eliminate(m.S, m.parts);
+    else if (!hyperelastic_ || pending_.size() > 0 || skew_.nonZeros() > 0)
+        eliminate(m.S, m.parts); // of others the factor takes the values from S
 }
 
 void SolidBody::make_ready(const StepInput& step, const std::string& cache,

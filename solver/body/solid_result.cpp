@@ -87,6 +87,7 @@ std::vector<double> SolidBody::state() const
     }
     if (hyperelastic_) {
         s.push_back(state_energy_);
+        s.push_back(unstable_ ? 1 : 0);
         for (const VolumeLoad& v : volumes_)
             s.push_back(v.state_pressure);
         add(force_size_);
@@ -143,6 +144,8 @@ void SolidBody::set_state(std::span<const double> s)
             s = s.subspan(1);
         };
         number(state_energy_);
+        unstable_ = s.front() != 0;
+        s = s.subspan(1);
         for (VolumeLoad& v : volumes_) {
             number(v.state_pressure);
             v.pressure = v.state_pressure;

@@ -16,11 +16,12 @@ namespace amontons {
 namespace {
 
 constexpr int kMostModeSteps = 60;
-constexpr int kMostOfModes = 15000; // iterations of all contact problems of one balance of modes
-constexpr int kPatience = 400;      // a shorter step is another way
-constexpr double kFinest = 1e-4;    // of the tolerance: where a finer answer costs next to nothing
-constexpr double kMostTaken = 0.7;  // of T by S, or (T + S)^-1 is large
-constexpr double kRounding = 1e-12; // of a body's size
+constexpr int kMostOfModes = 15000;  // iterations of all contact problems of one balance of modes
+constexpr int kPatience = 400;       // a shorter step is another way
+constexpr double kFinest = 1e-4;     // of the tolerance: where a finer answer costs next to nothing
+constexpr double kMostTaken = 0.7;   // of T by S, or (T + S)^-1 is large
+constexpr double kRounding = 1e-12;  // of a body's size
+constexpr double kSticks = 1 - 1e-6; // of the friction at hand
 
 /// Where stress takes much of what contacts hold a body with, multipliers converge by a factor near
 /// 1 each: the next ones by those before. Source: Anderson 1965 as in Walker & Ni 2011, eq. 1.1.
@@ -103,6 +104,100 @@ Eigen::MatrixXd BodyStepper::mode_gain(std::size_t b) const
     const Eigen::ArrayXd own = eigen.eigenvalues().array();
     const Eigen::VectorXd gain = (own + (-own / kMostTaken).max(1 / mode_scale_[b])).inverse();
     return eigen.eigenvectors() * gain.asDiagonal() * eigen.eigenvectors().transpose();
+}
+
+/// The first body held by contacts alone that these, as they are, do not keep in balance: its
+/// tangent K is not positive on all motions that leave closed contacts closed (and where they
+/// stick). Of its parts w and a (solid_free.cpp), with W of w and B of a in the rows of those
+/// contacts, w is held where W has as many negative eigenvalues as K has there, and a where
+///     S + B^T W^-1 B
+/// is positive. A contact that a small motion would close counts as closed: a round side rolls on
+/// to the next of its nodes.
+/// @returns  "" if there is none, or it cannot be told
+std::string BodyStepper::toppling()
+{
+    constexpr Eigen::Index kMostClosed = 1500; // dense algebra on them
+    constexpr double kNear = 0.1;              // of the body's size
+    constexpr double kSoft = 1e-9;             // of W: rows that repeat others
+    constexpr double kMargin = 0.05;           // of S
+    constexpr double kRound = 1e-9;            // of what holds it
+    std::string some;
+    for (std::size_t b = 0; b < bodies() && some.empty(); ++b)
+        if (stressed(b)) some = system_.refs[b].name;
+    if (some.empty() || step_.dynamic) return "";
+
+    const int n_contacts = int(list_.contact.size());
+    Rows rows;
+    for (int c = 0; c < int(value_.size()); ++c)
+        if (c >= n_contacts || force_.count(key(c)) > 0 ||
+            list_.contact[std::size_t(c)].gap <=
+                kNear * body(std::size_t(list_.contact[std::size_t(c)].a)).size())
+            rows.chosen.push_back(c);
+    make_rows(contacts(), rows);
+    if (rows.count == 0) return "";
+    std::vector<Eigen::Index> closed;
+    std::vector<Eigen::Index> place(std::size_t(rows.count), -1);
+    std::vector<std::pair<int, double>> soft;
+    for (std::size_t i = 0; i < rows.chosen.size(); ++i) {
+        const int c = rows.chosen[i], first = rows.first[i],
+                  end = i + 1 < rows.chosen.size() ? rows.first[i + 1] : rows.count;
+        int count = 1;
+        if (c >= n_contacts) {
+            soft.emplace_back(first, give_of(std::size_t(c - n_contacts)));
+        } else if (const auto known = force_.find(key(c)); known != force_.end()) {
+            const BodyContact& contact = list_.contact[std::size_t(c)];
+            const Vec3 f = contact.frame.transpose() * known->second;
+            const double friction = system_.finder.pairs()[std::size_t(contact.pair)].friction;
+            if (std::hypot(f.y(), f.z()) < kSticks * friction * f.x()) count = end - first;
+        }
+        for (int row = first; row < first + count; ++row) {
+            place[std::size_t(row)] = Eigen::Index(closed.size());
+            closed.push_back(row);
+        }
+    }
+    if (Eigen::Index(closed.size()) > kMostClosed) return "";
+
+    int negative = 0;
+    Eigen::Index modes = 0;
+    std::vector<Eigen::MatrixXd> W(bodies());
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        if (rows.row[b].empty()) continue;
+        SolidBody* const solid = system_.refs[b].solid;
+        if (system_.refs[b].rod || (solid && !stressed(b) && solid->leaning())) return "";
+        body(b).compliance(rows.columns[b], W[b]);
+        modes += body(b).modes().cols();
+        if (!stressed(b)) continue;
+        Eigen::MatrixXd none;
+        negative += solid->upright_compliance(rows.columns[b].leftCols(0), none);
+    }
+    const Delassus sum = sum_of_bodies(rows, W, soft);
+    const Eigen::MatrixXd all = sum.is_dense() ? sum.dense() : Eigen::MatrixXd(sum.as_sparse());
+    Eigen::MatrixXd held = all(closed, closed);
+    held.diagonal().array() += kSoft * held.diagonal().cwiseAbs().mean();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> of_held(held);
+    if (of_held.info() != Eigen::Success) return "";
+    if (int((of_held.eigenvalues().array() < 0).count()) < negative) return some;
+
+    Eigen::MatrixXd S = Eigen::MatrixXd::Zero(modes, modes),
+                    B = Eigen::MatrixXd::Zero(Eigen::Index(closed.size()), modes);
+    Eigen::Index at = 0;
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        const Eigen::MatrixXd& R = body(b).modes();
+        if (rows.row[b].empty() || R.cols() == 0) continue;
+        const Eigen::MatrixXd seen = rows.columns[b].transpose() * R;
+        for (std::size_t i = 0; i < rows.row[b].size(); ++i)
+            if (const Eigen::Index k = place[std::size_t(rows.row[b][i])]; k >= 0)
+                B.row(k).segment(at, R.cols()) += seen.row(Eigen::Index(i));
+        if (stressed(b))
+            S.block(at, at, R.cols(), R.cols()) = system_.refs[b].solid->mode_stiffness();
+        at += R.cols();
+    }
+    const Eigen::MatrixXd turned = of_held.eigenvectors().transpose() * B;
+    const Eigen::MatrixXd hold =
+        turned.transpose() * of_held.eigenvalues().cwiseInverse().asDiagonal() * turned;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> signs(S + hold, Eigen::EigenvaluesOnly);
+    const double least = kMargin * S.cwiseAbs().maxCoeff() + kRound * hold.cwiseAbs().maxCoeff();
+    return signs.eigenvalues()[0] < -least ? some : "";
 }
 
 /// Method of multipliers on the balance of the modes: R^T H^T r + g = 0 is the condition, the

@@ -20,6 +20,7 @@ constexpr int kInMedium = 20; // iterations: a shorter step is surer to lead on
 constexpr int kPatience = 2;  // times the iterations, for steps that are not Newton's
 // Iterations that do not halve the error, before bodies lean to the end of the step.
 constexpr int kUprightPatience = 3;
+constexpr const char* kNotStable = "its balance is not stable"; // of remarks of bodies too
 
 } // namespace
 
@@ -93,6 +94,17 @@ void BodyStepper::tell_firm_contacts()
     const std::vector<Eigen::VectorXd> on = forces_on_bodies(contacts(), firm);
     for (std::size_t b = 0; b < bodies(); ++b)
         if (leans(system_.refs[b])) system_.refs[b].solid->lean_on(on[b]);
+}
+
+/// By the last linearise(), of all bodies that have one.
+bool BodyStepper::matrices_kept() const
+{
+    bool some = false;
+    for (const BodyRef& b : system_.refs) {
+        if (b.rod || (b.solid && !b.solid->matrix_kept())) return false;
+        some |= b.solid != nullptr;
+    }
+    return some;
 }
 
 /// No contact force moves it.
@@ -241,10 +253,13 @@ void BodyStepper::relax()
     // What is left of the motion is the rounding of its solution, which extrapolation blows up.
     const bool there = !errors_.empty() && errors_.back() <= report_.threshold;
     constexpr double kFast = 0.3;
-    const bool fast =
-        motion_before_.size() == size && motion.norm() < kFast * motion_before_.norm() &&
-        std::ranges::any_of(system_.refs,
-                            [](const BodyRef& b) { return b.solid && b.solid->nonlinear(); });
+    // Directions that nothing holds (a ball rolls) do not tell: the motion may grow along them.
+    const bool shrinks =
+        (motion_before_.size() == size && motion.norm() < kFast * motion_before_.norm()) ||
+        (errors_.size() > 1 && errors_.back() < kFast * errors_[errors_.size() - 2]);
+    const bool fast = shrinks && std::ranges::any_of(system_.refs, [](const BodyRef& b) {
+                          return b.solid && b.solid->nonlinear();
+                      });
     relaxing_ = !newton && !there && errors_.size() > 2 &&
                 errors_.back() > 0.5 * errors_[errors_.size() - 2] &&
                 motion_before_.size() == size && motion_before_.dot(motion) < 0;
@@ -422,7 +437,7 @@ bool BodyStepper::run()
         }
         linearise();
         if (faulty()) return false;
-        ++report_.factorisations;
+        if (!matrices_kept()) ++report_.factorisations;
         if (!(rods_only_ ? solve_rods() : solve())) return false;
         if (faulty()) return false;
         if ((!geometry && !nonlinear) || holds_at_end()) {
@@ -448,6 +463,7 @@ bool BodyStepper::run()
             for (const BodyRef& b : system_.refs)
                 if (const std::string soft = b.solid ? b.solid->softened() : ""; !soft.empty())
                     report_.refusal += "; " + b.name + ": " + soft;
+            if (tipping_.empty()) tipping_ = toppling();
             return false;
         }
     }
@@ -461,12 +477,16 @@ bool BodyStepper::run()
     if (!report_.refusal.empty()) return false;
     report_modes();
     if (rods_only_) expect_contacts(true); // their tangent tells stability
+    const std::string toppling_body = toppling();
     fill_report();
     report_.errors = errors_;
     for (std::size_t b = 0; b < bodies(); ++b) {
         const BodyEnergy e = body(b).accept(body_force_[b]);
-        if (const std::string remark = body(b).remark(); !remark.empty())
-            report_.remarks.push_back(remark);
+        const std::string remark = body(b).remark();
+        if (!remark.empty()) report_.remarks.push_back(remark);
+        if (system_.refs[b].name == toppling_body && remark.find(kNotStable) == remark.npos)
+            report_.remarks.push_back(toppling_body + ": " + kNotStable +
+                                      ": its contacts do not keep it from tipping or buckling");
         if (RodBody* rod = system_.refs[b].rod; rod && !upright_.empty() && upright_[b])
             rod->is_held();
         report_.energy.work += e.work;

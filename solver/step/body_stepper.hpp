@@ -42,6 +42,7 @@ private:
     void expect_contacts(bool known_too);
     void tell_firm_contacts();
     bool fixed(std::size_t b) const;
+    bool matrices_kept() const;
     bool all_in_matrix() const;
     void find();
     void follow_contacts();
@@ -92,6 +93,7 @@ private:
     Eigen::MatrixXd mode_stiffness(std::size_t b) const;
     Eigen::VectorXd load_on_modes(std::size_t b) const;
     Eigen::MatrixXd mode_gain(std::size_t b) const;
+    std::string toppling();
 
     BodySystem& system_;
     const StepInput& step_;

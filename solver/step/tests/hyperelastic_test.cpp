@@ -48,6 +48,47 @@ TEST_CASE("a bar under a dead load: work is elastic energy, Newton's last steps 
         }
 }
 
+TEST_CASE("a held body under the loads of its balance: no matrix is made, nothing moves")
+{
+    const auto steps = [&](const std::string& over) -> std::vector<StepRecord> {
+        const Result r = run(
+            bar("T10", kRubber,
+                R"(, "loads": [{"set": "x_max", "traction": [0, 0, 800], "over": )" + over + "}]") +
+            R"(, "time": {"step": 1, "end": 3})");
+        REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+        REQUIRE(r.records.size() == 4);
+        for (const StepRecord& step : r.records)
+            CHECK(step.errors.back() <= 1e-10);
+        return r.records;
+    };
+    const auto made = [](const StepRecord& step) {
+        return step.factorisations == int(step.errors.size()) && step.factorisations >= 4;
+    };
+    const auto constant = steps("1"); // the load is there from the start
+    CHECK(made(constant[0]));
+    for (int k = 1; k < 4; ++k)
+        CHECK(constant[std::size_t(k)].factorisations == 0);
+    CHECK(constant.back().energy.elastic == constant.front().energy.elastic);
+    const auto up = steps("[[0, 0], [1, 1], [2, 1], [3, 1.1]]");
+    CHECK(up[0].factorisations == 0); // at rest
+    CHECK(made(up[1]));
+    CHECK(up[2].factorisations == 0);
+    CHECK(up[3].factorisations >= 2);
+    CHECK(up[3].energy.elastic > up[2].energy.elastic);
+    // What is prescribed moves, loads as they are.
+    const Result held =
+        run(R"("bodies": {"bar": {"kind": "solid", "material": )" + std::string(kRubber) +
+            R"(, "mesh": {"generate": "box", "size": [1, 0.2, 0.2], "cells": [5, 1, 1]},
+           "hold": [{"set": "x_min"}, {"set": "x_max", "x": [[0, 0], [1, 0.1], [2, 0.1], [3, 0.2]]}]}},
+           "time": {"step": 1, "end": 3})");
+    REQUIRE_MESSAGE(held.summary.status == "done", held.summary.message);
+    CHECK(held.records[0].factorisations == 0);
+    CHECK(held.records[1].factorisations >= 2);
+    CHECK(held.records[2].factorisations == 0);
+    CHECK(held.records[3].factorisations >= 2);
+    CHECK(held.value("bar_max_displacement") >= 0.2);
+}
+
 TEST_CASE("nearly incompressible blocks take few iterations, however their volumes answer")
 {
     // Iterations on places alone answer to a change of volume of second order in the step with
