@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace amontons {
@@ -281,6 +282,20 @@ void subtract_turning(NestedTangent& K, int at, const Wire& w, const WirePlace& 
     }
 }
 
+/// Adds a moment on a section, shared by the element's nodes, that changes with all unknowns.
+/// @param at  as subtract_turning's
+void add_moment(NestedTangent& K, int at, const Wire& w, const WirePlace& p,
+                const std::array<double, 2>& weight, const Vec3& moment, const Vec24& change)
+{
+    for (int side = 0; side < 2; ++side) {
+        const int node = p.element + side;
+        const Mat3 R = rotation_matrix(w.state.nodes[std::size_t(node)].q);
+        Vec3 m = weight[std::size_t(side)] * (R.transpose() * moment);
+        if (node == w.state.first) m = w.sheath ? Vec3(m.x(), 0, 0) : Vec3::Zero();
+        K.middleRows<3>(at + 6 * side + 3) += m * change.transpose();
+    }
+}
+
 } // namespace
 
 bool fills_bore(double radius, double bore)
@@ -453,14 +468,25 @@ NestedTangent nested_tangent(const Nesting& n, const NestedContact& k)
                               mixed * mixed.transpose() / bent);
     const Vec3 ft = c.tangential[0] * c.t1 + c.tangential[1] * c.t2;
     const Vec3 f = c.normal * c.n + ft;
+    const Vec3 moment[2] = {(-c.radius * c.n).cross(ft), (k.bore * c.n).cross(ft)};
     if (c.mu > 0) {
+        const Vec24 way = -mixed / bent; // of the place along the moving centreline [m]
+        const Vec24 bends = turn + way * (e.dot(x2) / (speed * speed)); // e . dt at the place
         // d f_t = -n (f_t . dn) on the inner, the opposite on the outer. n is -sign e.
-        const double spin = c.bilateral ? 0 : c.tangential[1] / d;
-        const Vec24 dn = sign * (turn * c.tangential[0] - across * spin);
+        const double spin = c.bilateral ? 0 : 1 / d;
+        const Vec24 dn = sign * (bends * c.tangential[0] - across * (spin * c.tangential[1]));
         K += (sign * (dr.transpose() * c.n)) * dn.transpose();
+        // The arms turn along: d (-r n x f_t) = -r n (f_t2 e.dt + f_t1 b.dr / d), a moment about n.
+        const Vec24 turned = sign * (bends * c.tangential[1] + across * (spin * c.tangential[0]));
+        add_moment(K, 0, in, c.place, {1 - c.place.xi, c.place.xi}, c.radius * c.n, turned);
+        add_moment(K, 12, out, k.outer, {1 - k.outer.xi, k.outer.xi}, -k.bore * c.n, turned);
+        // What acts on the moving one goes from node to node.
+        const int at = k.moves_on_inner ? 0 : 12;
+        K.middleRows<12>(at) -= (sign * (Jd.transpose() * ft)) * (way / speed).transpose();
+        add_moment(K, at, moving, place, {-1, 1}, -moment[k.moves_on_inner ? 0 : 1], way / speed);
     }
-    subtract_turning(K, 0, in, c.place, f, Vec3((-c.radius * c.n).cross(ft)));
-    subtract_turning(K, 12, out, k.outer, -f, Vec3(-(-k.bore * c.n).cross(ft)));
+    subtract_turning(K, 0, in, c.place, f, moment[0]);
+    subtract_turning(K, 12, out, k.outer, -f, moment[1]);
     return K;
 }
 

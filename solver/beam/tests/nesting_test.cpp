@@ -207,3 +207,59 @@ TEST_CASE("the tangent in a bore is the derivative of its forces")
         }
     }
 }
+
+TEST_CASE("the tangent in a bore knows how friction's force and its arm turn with the contact")
+{
+    for (double out_outer : {3.1, 7.9}) {
+        InBore s(6.3, out_outer, 0.5);
+        const NestingStart start = s.now();
+        for (Reaction& r : s.nesting.reaction)
+            r.normal = 0.7;
+        auto here = s.contacts(start);
+        for (const NestedContact& k : here)
+            s.nesting.reaction[std::size_t(k.on_inner.index)].tangential =
+                0.2 * k.on_inner.t1 + 0.15 * k.on_inner.t2;
+        here = s.contacts(start);
+        const double h = 1e-5;
+        for (std::size_t c = 0; c < here.size(); ++c) {
+            const NestedTangent K = nested_tangent(s.nesting, here[c]);
+            const double size = K.cwiseAbs().maxCoeff();
+            double wrong = 0;
+            const auto slot = [&](int which, int node) {
+                const int e = which == 0 ? here[c].on_inner.place.element : here[c].outer.element;
+                return node == e || node == e + 1 ? 12 * which + 6 * (node - e) : -1;
+            };
+            for_unknowns(s, [&](int which, int node, int unknown) {
+                const int col = slot(which, node);
+                Wire& w = s.wire(which);
+                if (col < 0 || node == w.state.first) return;
+                const WireState keep = w.state;
+                Eigen::Matrix<double, 24, 1> force[2];
+                for (int k : {0, 1}) {
+                    move_wire(w, unit_increment(w, node, unknown), k ? h : -h);
+                    const NestedContact at = s.contacts(start)[c];
+                    const Candidate& a = at.on_inner;
+                    for (int i = 0; i < 24; ++i) {
+                        const auto of = [&](const ContactRow& in, const ContactRow& out) {
+                            const ContactRow& row = i < 12 ? in : out;
+                            return (i % 12 < 6 ? row.a : row.b).value[i % 6];
+                        };
+                        force[k][i] = 0.7 * of(a.hn, at.hn) +
+                                      a.tangential[0] * of(a.ht[0], at.ht[0]) +
+                                      a.tangential[1] * of(a.ht[1], at.ht[1]);
+                    }
+                    w.state = keep;
+                }
+                for (int row = 0; row < 24; ++row) {
+                    const Wire& r = s.wire(row / 12);
+                    const int e = row < 12 ? here[c].on_inner.place.element : here[c].outer.element;
+                    if (e + row % 12 / 6 == r.state.first) continue;
+                    if (row % 6 >= 3 && unknown >= 3 && row / 6 == col / 6) continue;
+                    const double g = -(force[1][row] - force[0][row]) / (2 * h);
+                    wrong = std::max(wrong, std::abs(g - K(row, col + unknown)));
+                }
+            });
+            CHECK(wrong < 1e-5 * size);
+        }
+    }
+}

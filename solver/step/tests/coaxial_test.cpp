@@ -207,6 +207,24 @@ TEST_CASE("how many points there are in a bore does not change what friction tak
     }
 }
 
+TEST_CASE("a pigtail comes out of a sheath and back with friction of 0.4")
+{
+    // Newton's method loses half of its error an iteration, and steps become ever shorter, where
+    // the tangent does not know how friction's arms turn about the bore.
+    RunSummary sum;
+    const Steps s = run(R"({"schema": 1, "bodies": {
+        "catheter": {"kind": "beam", "instrument": "catheter-5f",
+          "tip": {"shape": "pigtail", "radius": 0.006},
+          "drive": {"insertion": [[0, 0], [2, 0.08], [4, 0.01]]}},
+        "sheath": {"kind": "beam", "instrument": "sheath-6f", "drive": {"insertion": [[0, 0.02]]}}},
+        "contact": [{"between": ["catheter", "sheath"], "friction": 0.4}],
+        "time": {"step": 0.02, "end": 4}})",
+                        &sum);
+    CHECK(s.all.size() < 350);
+    CHECK(sum.uncertified_steps == 0);
+    CHECK(std::abs(sum.energy.error()) < 0.01 * sum.energy.work_absolute);
+}
+
 TEST_CASE("a wire that fills a curved catheter: the curvature of both")
 {
     // Pushed out together into free space.
