@@ -165,10 +165,14 @@ private:
         });
     }
 
-    /// How far a face of one body lies behind another at rest [m]: the body's thickness there, or
-    /// the way between the middles of faces that are not beside each other across it. No number
-    /// where it lies in front, as across a slit.
-    std::optional<double> behind_at_rest_(std::int32_t slave_face, std::int32_t master_face) const
+    /// How far a face of one body lies behind another at rest: the body's thickness there, or the
+    /// way between the middles of faces that are not beside each other across it.
+    struct Behind {
+        double way = 0; ///< [m]
+        bool across = false;
+    };
+    /// Nothing where it lies in front, as across a slit.
+    std::optional<Behind> behind_at_rest_(std::int32_t slave_face, std::int32_t master_face) const
     {
         const auto corners_of = [&](const ExternalSurface& surface, std::int32_t face) {
             const auto nodes = surface.face(static_cast<std::size_t>(face));
@@ -200,7 +204,7 @@ private:
         const double beside = (way + thick * normal.normalized()).norm();
         const bool across =
             beside <= kBeside * (radius_of(own, middle) + radius_of(other, other_middle));
-        return across ? thick : way.norm();
+        return Behind{across ? thick : way.norm(), across};
     }
 
     /// Around all that the slave's facets look at.
@@ -251,15 +255,24 @@ private:
                 near_.push_back(i);
         });
         std::sort(near_.begin(), near_.end()); // the tree's order is of no meaning
-        for (const std::int32_t number : near_) {
-            const Facet& other = master_facets_[static_cast<std::size_t>(number)];
+        // Behind a face comes first what the body has there itself: no overlap is deeper.
+        behind_.assign(near_.size(), std::nullopt);
+        double own_thickness = range;
+        for (std::size_t k = 0; k < near_.size() && !at_rest_.empty(); ++k) {
+            const Facet& other = master_facets_[static_cast<std::size_t>(near_[k])];
+            if (facet.normal.dot(other.normal) > 0 || joined_(facet.face, other.face)) continue;
+            behind_[k] = behind_at_rest_(facet.face, other.face);
+            if (behind_[k] && behind_[k]->across)
+                own_thickness = std::min(own_thickness, behind_[k]->way);
+        }
+        for (std::size_t k = 0; k < near_.size(); ++k) {
+            const Facet& other = master_facets_[static_cast<std::size_t>(near_[k])];
             const bool hides = facet.normal.dot(other.normal) > 0;
             double deepest = range;
             if (!at_rest_.empty()) {
                 if (joined_(facet.face, other.face)) continue;
-                if (!hides)
-                    if (const auto behind = behind_at_rest_(facet.face, other.face))
-                        deepest = kOwnThickness * *behind;
+                if (!hides) deepest = own_thickness;
+                if (behind_[k]) deepest = std::min(deepest, kOwnThickness * behind_[k]->way);
             }
             double far[2];
             const ConvexPolygon seen = outline(other, plane, !hides, far);
@@ -549,6 +562,7 @@ private:
     const ExternalSurface& slave_;
     const ExternalSurface& master_;
     std::span<const Vec3> slave_places_, master_places_, at_rest_;
+    std::vector<std::optional<Behind>> behind_; ///< of near_
     double reach_ = 0;
     bool of_master_ = false;
     std::vector<Facet> slave_facets_, master_facets_;

@@ -508,3 +508,30 @@ TEST_CASE("a body that is folded meets itself, and not through its own thickness
             CHECK(least > 2 * (kHalf - lean) - 1e-3);
         }
 }
+
+TEST_CASE(
+    "a folded sheet: outer sides that stand out beyond the inner ones do not overlap through it")
+{
+    // In millimetres: 60 long, 20 wide, 2 thick, bent back on itself with 4 between its limbs.
+    TouchingBody sheet = box_body(ElementKind::H8, {0, -10, -1}, {60, 10, 1}, {24, 2, 1});
+    const std::vector<Vec3> flat = sheet.mesh.nodes;
+    const double pi = 3.14159265358979323846, radius = 3, straight = (60 - pi * radius) / 2;
+    for (Vec3& x : sheet.mesh.nodes) {
+        const double s = x.x(), y = x.y() * (1 - 0.01 * x.z()), z = x.z(); // inside: z = 1
+        const double angle = std::clamp((s - straight) / radius, 0.0, pi);
+        const double along = s - straight - angle * radius; // before and behind the bend
+        x = Vec3(straight + (radius - z) * std::sin(angle) + along * std::cos(angle), y,
+                 radius - (radius - z) * std::cos(angle));
+    }
+    MortarOptions options;
+    options.reach = 12;
+    options.at_rest = flat;
+    const SurfaceContacts found =
+        mortar_contacts(sheet.surface, sheet.mesh.nodes, sheet.surface, sheet.mesh.nodes, options);
+    int across = 0;
+    for (const SurfaceContact& c : found.contact) {
+        CHECK(c.gap > -1e-9);
+        across += std::abs(c.gap - 4) < 1e-6;
+    }
+    CHECK(across > 10);
+}
