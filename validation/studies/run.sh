@@ -6,6 +6,11 @@ cd "$(dirname "$0")/../.."
 program=${1:-build/release/bin/amontons}
 results=${2:-docs/results}
 work=${3:-out}
+turning=$(dirname "$program")/rod10_bench
+if [[ ! -x $program || ! -x $turning ]]; then
+    echo "run.sh: found no $program or no $turning, allowed: both (cmake --build --preset release --target amontons rod10_bench)" >&2
+    exit 2
+fi
 
 # ship NAME: the table and the plot of a study
 ship() {
@@ -44,7 +49,7 @@ ship step_length
 ship nodal_mortar
 
 # a rod that turns by a degree a frame, with its matrix re-oriented in every k-th frame
-"$(dirname "$program")/rod10_bench" turning > "$results/rod10_turning.csv"
+"$turning" turning > "$results/rod10_turning.csv"
 gnuplot -e "table='$results/rod10_turning.csv'; plot_file='$results/rod10_turning.svg'" \
     validation/studies/rod10-turning/plot.gp
 
