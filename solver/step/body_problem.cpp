@@ -373,7 +373,10 @@ bool BodyStepper::solve()
         }
         if (!solved) {
             // Pins say nothing of where modes take a body: what was left out may hold it.
-            if (!modes || int(rows_.chosen.size()) == n) return false;
+            if (!modes || int(rows_.chosen.size()) == n) {
+                if (tipping_.empty()) tipping_ = some_stressed; // it leaned from the start
+                return false;
+            }
             std::fill(in.begin(), in.end(), 1);
             for (Eigen::VectorXd& m : mode_)
                 m.setZero();
