@@ -35,7 +35,6 @@ constexpr int kRefinements = 1; // elimination without pivoting
 constexpr double kHold = 10;    // rho over EI / l^3 of the wire: enough for Gauss-Seidel to get on
 // A pull back to where the wire is, of its stiffest element's EI / l^3: the weakest that is enough.
 constexpr double kLeastPull = 1e-6, kMostPull = 1e3, kNextPull = 3;
-constexpr double kSwing = 0.2; // of the wire's length: what a linear wire may move by
 // Of the operator's way: over it the spring of a contact that opens comes to the force that it had.
 // Over all of the way the tick's problems are close to singular, over a thirtieth they are off.
 constexpr double kGive = 0.1;
@@ -164,13 +163,8 @@ Eigen::MatrixXd condensed_stiffness(const BasePart& base, const std::vector<Node
     return S;
 }
 
-/// What a wire does when the hand shifts its base.
-struct Following {
-    double push = std::numeric_limits<double>::infinity(); ///< by which the hand is pushed on [N/m]
-    double swing = std::numeric_limits<double>::infinity(); ///< a node's way over the hand's [-]
-};
-
-Following following(const BlockTridiagonal& K, const BasePart& base)
+/// By how much the wire pushes the hand on that moves its base [N/m], 0 if nowhere.
+double pushes_on(const BlockTridiagonal& K, const BasePart& base)
 {
     const Solver solve(K);
     std::vector<Nodes> solved;
@@ -178,13 +172,7 @@ Following following(const BlockTridiagonal& K, const BasePart& base)
         solved.push_back(solve(column));
     const Eigen::MatrixXd S = base.T.transpose() * condensed_stiffness(base, solved) * base.T;
     const Mat3 even = 0.5 * (S + S.transpose()).topLeftCorner<3, 3>();
-    Following out{-Eigen::SelfAdjointEigenSolver<Mat3>(even).eigenvalues()[0], 0};
-    const std::size_t shifts = base.B.size() == 6 ? 3 : 1; // of a clamp, or a sheath: not the turns
-    for (std::size_t j = 0; j < shifts; ++j)
-        for (const Node6& node : solved[j])
-            for (int i = 0; i < 3; ++i)
-                out.swing = std::max(out.swing, std::abs(node.value[i]));
-    return out;
+    return std::max(0.0, -Eigen::SelfAdjointEigenSolver<Mat3>(even).eigenvalues()[0]);
 }
 
 /// Springs at closed contacts, so that the wire is stable without them: along the normals; if that
@@ -193,11 +181,10 @@ Following following(const BlockTridiagonal& K, const BasePart& base)
 /// springs at contacts that are about to open would hold a wire that has let go.
 /// @param ahead  where the hand is going, as far as that is known
 /// @param way  that the operator is for [m]
-/// @param most  that it may do
-/// @return  false if it is not stable, or does more
+/// @param most  [N/m] that it may push the hand on by
+/// @return  false if it is not stable, or pushes more
 bool hold(BlockTridiagonal& K, const Wire& wire, const std::vector<const Candidate*>& chosen,
-          const std::vector<WireAhead>& ahead, double way, const BasePart& base,
-          const Following& most)
+          const std::vector<WireAhead>& ahead, double way, const BasePart& base, double most)
 {
     for (const Candidate* c : chosen) {
         if (!(c->normal > 0)) continue;
@@ -212,9 +199,7 @@ bool hold(BlockTridiagonal& K, const Wire& wire, const std::vector<const Candida
         BlockTridiagonal even = copy_of(K);
         symmetrise(even);
         if (even.factor(even.first()) != 0) return false;
-        if (std::isinf(most.swing)) return true;
-        const Following f = following(K, base);
-        return f.push <= most.push && f.swing <= most.swing;
+        return std::isinf(most) || pushes_on(K, base) <= most;
     };
     if (stable()) return true;
     const BlockTridiagonal along_normals = copy_of(K);
@@ -230,16 +215,15 @@ bool hold(BlockTridiagonal& K, const Wire& wire, const std::vector<const Candida
     const WireMaterial& m = wire.material;
     const double stiffest = *std::ranges::max_element(m.stiffness);
     const double shortest = std::ranges::min_element(m.law, {}, &ElementLaw::length)->length;
+    const Anchor unit = pull_back(wire, stiffest / shortest);
     before = 0;
     for (double pull = kLeastPull; pull < kMostPull; pull *= kNextPull) {
-        for (int i = wire.state.first + 1; i <= wire.last(); ++i) {
-            const double h = m.law[static_cast<std::size_t>(i) - 1].length;
-            const double more = (pull - before) * stiffest * h / shortest;
+        for (std::size_t i = 0; i < unit.linear.size(); ++i)
             for (int k = 0; k < 3; ++k) {
-                K.diagonal(i)(k, k) += more;
-                K.diagonal(i)(k + 3, k + 3) += more * h * h / 12;
+                Block6& own = K.diagonal(static_cast<int>(i));
+                own(k, k) += (pull - before) * unit.linear[i];
+                own(k + 3, k + 3) += (pull - before) * unit.angular[i][k];
             }
-        }
         before = pull;
         if (stable()) return true;
     }
@@ -303,13 +287,11 @@ Condensed condense_wire(WireBody& body, const CondenseOptions& options, const An
     const std::vector<const Candidate*> chosen =
         choose(body.work->candidates, out.reach, options, out);
     // What is just stable is as good as singular: near a snap, once a contact opens, the hand would
-    // be pushed on by more on the way that the operator is for than any contact holds, or the wire
-    // swing farther than it is long.
+    // be pushed on by more on the way that the operator is for than any contact holds.
     double pressed = 0;
     for (const Candidate* c : chosen)
         pressed = std::max(pressed, c->normal);
-    Following most;
-    if (pressed > 0) most = {pressed / out.reach, kSwing * wire.material.length / out.reach};
+    const double most = pressed > 0 ? pressed / out.reach : std::numeric_limits<double>::infinity();
     const double way = out.reach * options.periods_ahead() / (options.latency + 1);
     const BasePart base = base_part(wire);
     BlockTridiagonal K = copy_of(body.work->base);

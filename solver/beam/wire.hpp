@@ -82,27 +82,6 @@ int first_node(const WireMaterial& material, double insertion);
 /// Law of the element at the held end, for the length that is out.
 ElementLaw held_element_law(const Wire& wire, const WireState& state);
 
-/// A place on the wire's centreline.
-struct WirePlace {
-    int element = 0;
-    double xi = 0;     ///< 0..1 in it
-    double length = 0; ///< rest length of the element [m]
-};
-/// Where a material point is; nothing if it is still in the sheath.
-std::optional<WirePlace> place_of(const Wire& wire, const WireState& state, double s, int element,
-                                  double xi);
-
-/// Position on the smooth (cubic Hermite) centreline.
-Vec3 centreline_point(const WireState& state, const WirePlace& place);
-/// Rotation of the section.
-inline Quaternion section_rotation(const WireState& state, const WirePlace& p)
-{
-    return interpolate(state.nodes[std::size_t(p.element)].q,
-                       state.nodes[std::size_t(p.element) + 1].q, p.xi);
-}
-/// Derivative of centreline_point with respect to the 12 unknowns of the element's nodes, as
-/// assemble_wire orders them.
-Eigen::Matrix<double, 3, 12> point_jacobian(const Wire& wire, const WirePlace& place);
 /// Where a point of the held part is: on the axis of the sheath.
 Vec3 held_point(const Wire& wire, const WireState& state, double s);
 /// Rotation of a section of the held part.

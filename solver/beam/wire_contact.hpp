@@ -1,7 +1,7 @@
 #pragma once
 
 #include "mesh/wall.hpp"
-#include "solver/beam/wire.hpp"
+#include "solver/beam/wire_place.hpp"
 
 #include <array>
 #include <vector>

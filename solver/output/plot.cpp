@@ -121,7 +121,7 @@ void add_wires(const std::string& header, std::vector<Plot>& plots)
     };
     Plot pushes = plot("pushes", "push force [N]"), torques = plot("torques", "torque [N mm]"),
          turns = plot("turns", "turn [degrees]");
-    constexpr double kDegrees = 180 / 3.14159265358979323846;
+    constexpr double kDegrees = 180 / M_PI;
     for (const std::string& wire : wires) {
         const std::string of = wire.empty() ? "" : " of " + wire.substr(0, wire.size() - 1);
         pushes.curves.push_back({wire + "push_force [N]", "push" + of, 1, false});

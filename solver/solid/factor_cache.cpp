@@ -1,6 +1,7 @@
 #include "solver/solid/factor_cache.hpp"
 
 #include "mesh/neighbours.hpp"
+#include "solver/linear/backward_error.hpp"
 #include "solver/linear/factor_file.hpp"
 
 #include <bit>

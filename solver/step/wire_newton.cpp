@@ -62,6 +62,21 @@ void keep_touches(Wire& wire, const NewtonWorkspace& w)
 
 } // namespace
 
+Anchor pull_back(const Wire& wire, double stiffness)
+{
+    Anchor a;
+    a.reference = wire.state.nodes;
+    a.linear.assign(a.reference.size(), 0);
+    a.angular.assign(a.reference.size(), Vec3::Zero());
+    for (int i = wire.state.first + 1; i <= wire.last(); ++i) {
+        const std::size_t k = std::size_t(i);
+        const double h = wire.material.law[k - 1].length;
+        a.linear[k] = stiffness * h;
+        a.angular[k].setConstant(a.linear[k] * h * h / 12);
+    }
+    return a;
+}
+
 NewtonWorkspace::NewtonWorkspace(const Wire& wire, std::size_t walls)
     : base(int(wire.material.node.size()))
     , system(int(wire.material.node.size()))

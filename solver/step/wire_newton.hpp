@@ -18,6 +18,10 @@ struct Anchor {
     std::vector<Vec3> angular;  ///< per node, about the section's axes [N m/rad]
     bool active() const { return !linear.empty(); }
 };
+/// Back to where the wire is, by a stiffness per length; of a section that turns, h^2 / 12 of its
+/// element's.
+/// @param stiffness  [N/m^2]
+Anchor pull_back(const Wire& wire, double stiffness);
 
 /// Errors of a state against the laws, in newtons; all zero at the solution.
 struct Residual {

@@ -148,19 +148,8 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
             until_attempt = 4;
         }
 
-        for (std::size_t w = 0; w < wires; ++w) {
-            const WireBody& b = *g.wires[w];
-            Anchor& anchor = anchors[w];
-            anchor.reference = b.wire.state.nodes;
-            anchor.linear.assign(anchor.reference.size(), 0);
-            anchor.angular.assign(anchor.reference.size(), Vec3::Zero());
-            for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i) {
-                const std::size_t k = std::size_t(i);
-                const double h = b.wire.material.law[k - 1].length;
-                anchor.linear[k] = weight * h / grain;
-                anchor.angular[k].setConstant(anchor.linear[k] * h * h / 12);
-            }
-        }
+        for (std::size_t w = 0; w < wires; ++w)
+            anchors[w] = pull_back(g.wires[w]->wire, weight / grain);
         const NewtonReport newton = solve(g, start, anchors, options);
         add(r.newton, newton);
         double move = 0, viscous = 0;

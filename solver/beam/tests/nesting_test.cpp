@@ -99,6 +99,54 @@ template <class Visit> void for_unknowns(const InBore& s, const Visit& visit)
     }
 }
 
+/// Against differences of the forces that the contact's reaction makes.
+void check_tangent(InBore& s, const NestingStart& start, const std::vector<NestedContact>& here,
+                   std::size_t c)
+{
+    const NestedTangent K = nested_tangent(s.nesting, here[c]);
+    const double size = K.cwiseAbs().maxCoeff(), h = 1e-5;
+    if (s.nesting.friction == 0) CHECK((K - K.transpose()).cwiseAbs().maxCoeff() < 1e-12 * size);
+    const int element[2] = {here[c].on_inner.place.element, here[c].outer.element};
+    const auto force_of = [](const NestedContact& k) {
+        const Candidate& a = k.on_inner;
+        Eigen::Matrix<double, 24, 1> f;
+        for (int i = 0; i < 24; ++i) {
+            const auto of = [&](const ContactRow& in, const ContactRow& out) {
+                const ContactRow& row = i < 12 ? in : out;
+                return (i % 12 < 6 ? row.a : row.b).value[i % 6];
+            };
+            f[i] = a.normal * of(a.hn, k.hn) + a.tangential[0] * of(a.ht[0], k.ht[0]) +
+                   a.tangential[1] * of(a.ht[1], k.ht[1]);
+        }
+        return f;
+    };
+    double wrong = 0;
+    // Nodes that are held have moving lengths of their own second order: left out.
+    for_unknowns(s, [&](int which, int node, int unknown) {
+        Wire& w = s.wire(which);
+        const int of_element = node - element[which];
+        if (of_element < 0 || of_element > 1 || node == w.state.first) return;
+        const int col = 12 * which + 6 * of_element;
+        const WireState keep = w.state;
+        Eigen::Matrix<double, 24, 1> force[2];
+        for (int k : {0, 1}) {
+            move_wire(w, unit_increment(w, node, unknown), k ? h : -h);
+            force[k] = force_of(s.contacts(start)[c]);
+            w.state = keep;
+        }
+        for (int row = 0; row < 24; ++row) {
+            const int side = row / 12;
+            if (element[side] + row % 12 / 6 == s.wire(side).state.first) continue;
+            // Rows of body rotations: the symmetric second derivative differs from the
+            // derivative of the gradient by half a commutator.
+            if (row % 6 >= 3 && unknown >= 3 && row / 6 == col / 6) continue;
+            const double g = -(force[1][row] - force[0][row]) / (2 * h);
+            wrong = std::max(wrong, std::abs(g - K(row, col + unknown)));
+        }
+    });
+    CHECK(wrong < 1e-5 * size);
+}
+
 } // namespace
 
 TEST_CASE("the gap in a bore is the clearance less the distance across the centreline")
@@ -157,109 +205,20 @@ TEST_CASE("rows in a bore are derivatives of gap and slip for all unknowns of bo
 
 TEST_CASE("the tangent in a bore is the derivative of its forces")
 {
-    for (double out_outer : {3.1, 7.9}) {
-        InBore s(6.3, out_outer, 0);
-        const NestingStart start = s.now();
-        for (Reaction& r : s.nesting.reaction)
-            r.normal = 0.7;
-        const auto here = s.contacts(start);
-        const double h = 1e-5;
-        for (std::size_t c = 0; c < here.size(); ++c) {
-            const NestedTangent K = nested_tangent(s.nesting, here[c]);
-            const double size = K.cwiseAbs().maxCoeff();
-            CHECK((K - K.transpose()).cwiseAbs().maxCoeff() < 1e-12 * size);
-            double wrong = 0;
-            const auto slot = [&](int which, int node) {
-                const int e = which == 0 ? here[c].on_inner.place.element : here[c].outer.element;
-                return node == e || node == e + 1 ? 12 * which + 6 * (node - e) : -1;
-            };
-            // Nodes that are held have moving lengths of their own second order: left out.
-            for_unknowns(s, [&](int which, int node, int unknown) {
-                const int col = slot(which, node);
-                Wire& w = s.wire(which);
-                if (col < 0 || node == w.state.first) return;
-                const WireState keep = w.state;
-                Eigen::Matrix<double, 24, 1> force[2];
-                for (int k : {0, 1}) {
-                    move_wire(w, unit_increment(w, node, unknown), k ? h : -h);
-                    const NestedContact at = s.contacts(start)[c];
-                    for (int i = 0; i < 6; ++i) {
-                        force[k][i] = at.on_inner.hn.a.value[i];
-                        force[k][6 + i] = at.on_inner.hn.b.value[i];
-                        force[k][12 + i] = at.hn.a.value[i];
-                        force[k][18 + i] = at.hn.b.value[i];
-                    }
-                    w.state = keep;
-                }
-                for (int row = 0; row < 24; ++row) {
-                    const int element_node = row % 12 / 6;
-                    const Wire& r = s.wire(row / 12);
-                    const int e = row < 12 ? here[c].on_inner.place.element : here[c].outer.element;
-                    if (e + element_node == r.state.first) continue;
-                    // Rows of body rotations: the symmetric second derivative differs from the
-                    // derivative of the gradient by half a commutator.
-                    const double g = -0.7 * (force[1][row] - force[0][row]) / (2 * h);
-                    if (row % 6 >= 3 && unknown >= 3 && row / 6 == col / 6) continue;
-                    wrong = std::max(wrong, std::abs(g - K(row, col + unknown)));
-                }
-            });
-            CHECK(wrong < 1e-5 * size);
+    // With friction its force and its arm turn with the contact.
+    for (const double friction : {0.0, 0.5})
+        for (const double out_outer : {3.1, 7.9}) {
+            CAPTURE(friction);
+            InBore s(6.3, out_outer, friction);
+            const NestingStart start = s.now();
+            for (Reaction& r : s.nesting.reaction)
+                r.normal = 0.7;
+            if (friction > 0)
+                for (const NestedContact& k : s.contacts(start))
+                    s.nesting.reaction[std::size_t(k.on_inner.index)].tangential =
+                        0.2 * k.on_inner.t1 + 0.15 * k.on_inner.t2;
+            const auto here = s.contacts(start);
+            for (std::size_t c = 0; c < here.size(); ++c)
+                check_tangent(s, start, here, c);
         }
-    }
-}
-
-TEST_CASE("the tangent in a bore knows how friction's force and its arm turn with the contact")
-{
-    for (double out_outer : {3.1, 7.9}) {
-        InBore s(6.3, out_outer, 0.5);
-        const NestingStart start = s.now();
-        for (Reaction& r : s.nesting.reaction)
-            r.normal = 0.7;
-        auto here = s.contacts(start);
-        for (const NestedContact& k : here)
-            s.nesting.reaction[std::size_t(k.on_inner.index)].tangential =
-                0.2 * k.on_inner.t1 + 0.15 * k.on_inner.t2;
-        here = s.contacts(start);
-        const double h = 1e-5;
-        for (std::size_t c = 0; c < here.size(); ++c) {
-            const NestedTangent K = nested_tangent(s.nesting, here[c]);
-            const double size = K.cwiseAbs().maxCoeff();
-            double wrong = 0;
-            const auto slot = [&](int which, int node) {
-                const int e = which == 0 ? here[c].on_inner.place.element : here[c].outer.element;
-                return node == e || node == e + 1 ? 12 * which + 6 * (node - e) : -1;
-            };
-            for_unknowns(s, [&](int which, int node, int unknown) {
-                const int col = slot(which, node);
-                Wire& w = s.wire(which);
-                if (col < 0 || node == w.state.first) return;
-                const WireState keep = w.state;
-                Eigen::Matrix<double, 24, 1> force[2];
-                for (int k : {0, 1}) {
-                    move_wire(w, unit_increment(w, node, unknown), k ? h : -h);
-                    const NestedContact at = s.contacts(start)[c];
-                    const Candidate& a = at.on_inner;
-                    for (int i = 0; i < 24; ++i) {
-                        const auto of = [&](const ContactRow& in, const ContactRow& out) {
-                            const ContactRow& row = i < 12 ? in : out;
-                            return (i % 12 < 6 ? row.a : row.b).value[i % 6];
-                        };
-                        force[k][i] = 0.7 * of(a.hn, at.hn) +
-                                      a.tangential[0] * of(a.ht[0], at.ht[0]) +
-                                      a.tangential[1] * of(a.ht[1], at.ht[1]);
-                    }
-                    w.state = keep;
-                }
-                for (int row = 0; row < 24; ++row) {
-                    const Wire& r = s.wire(row / 12);
-                    const int e = row < 12 ? here[c].on_inner.place.element : here[c].outer.element;
-                    if (e + row % 12 / 6 == r.state.first) continue;
-                    if (row % 6 >= 3 && unknown >= 3 && row / 6 == col / 6) continue;
-                    const double g = -(force[1][row] - force[0][row]) / (2 * h);
-                    wrong = std::max(wrong, std::abs(g - K(row, col + unknown)));
-                }
-            });
-            CHECK(wrong < 1e-5 * size);
-        }
-    }
 }

@@ -1,4 +1,4 @@
-#include "solver/beam/wire.hpp"
+#include "solver/beam/wire_place.hpp"
 
 #include "mesh/tests/relative.hpp"
 #include "solver/beam/tests/random_wire.hpp"

@@ -1,6 +1,7 @@
 #include "solver/linear/supernodal.hpp"
 
 #include "mesh/generate/solid_box.hpp"
+#include "solver/linear/backward_error.hpp"
 #include "solver/solid/assembly.hpp"
 
 #include <Eigen/Cholesky>

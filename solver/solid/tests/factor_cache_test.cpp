@@ -2,6 +2,7 @@
 
 #include "mesh/generate/solid_box.hpp"
 #include "mesh/tests/temporary_folder.hpp"
+#include "solver/linear/backward_error.hpp"
 #include "solver/solid/compliance.hpp"
 
 #include <doctest/doctest.h>
