@@ -116,6 +116,8 @@ public:
     bool nonlinear() const override { return nonlinear_; }
     /// The last linearise() made no matrix: of hyperelastic solids.
     bool matrix_kept() const { return matrix_kept_; }
+    /// The tangent of the last linearise() is not positive: the body leaves an unstable balance.
+    bool leaves_balance() const { return shift_ > 0 && volumes_.empty(); }
     void begin(const StepInput& step) override;
     bool stand_at_start() override;
     void linearise() override;
