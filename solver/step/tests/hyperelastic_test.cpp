@@ -239,8 +239,8 @@ TEST_CASE("a slender bar that is pressed buckles, and the run says so")
                     s.remark.find("snapped") != std::string::npos;
         CHECK(said);
         // Euler's load of a bar that is clamped at both ends is 4 pi^2 EI / L^2, and shortened by
-        // 0.6 L the elastica bears (2 K / pi)^2 of it, 2 (1 - E / K) = 0.6: 1.456. Straight it would
-        // be 1e6 side^2 and more, three times that.
+        // 0.6 L the elastica bears (2 K / pi)^2 of it, 2 (1 - E / K) = 0.6: 1.456. Straight it
+        // would be 1e6 side^2 and more, three times that.
         const double buckled = -r.vector("bar_x_max_force")[0],
                      euler = 4 * M_PI * M_PI * 1e6 * std::pow(side, 4) / 12;
         CHECK(buckled > 0.2 * euler);
