@@ -397,9 +397,18 @@ bool BodyStepper::faulty()
     for (std::size_t b = 0; b < bodies(); ++b)
         if (std::string why = body(b).fault(); !why.empty()) {
             report_.refusal = std::move(why);
+            say_softened();
             return true;
         }
     return false;
+}
+
+/// A refusal names the laws that are pressed beyond where they are stable.
+void BodyStepper::say_softened()
+{
+    for (const BodyRef& b : system_.refs)
+        if (const std::string soft = b.solid ? b.solid->softened() : ""; !soft.empty())
+            report_.refusal += "; " + b.name + ": " + soft;
 }
 
 bool BodyStepper::run()
@@ -470,9 +479,7 @@ bool BodyStepper::run()
                                           "error {:.1e} after {} iterations",
                                           report_.error, i + 1);
             if (!deepest_.empty()) report_.refusal += ", " + deepest_;
-            for (const BodyRef& b : system_.refs)
-                if (const std::string soft = b.solid ? b.solid->softened() : ""; !soft.empty())
-                    report_.refusal += "; " + b.name + ": " + soft;
+            say_softened();
             if (tipping_.empty()) tipping_ = toppling();
             return false;
         }

@@ -82,6 +82,7 @@ private:
     bool comes_to_rest();
     bool holds_at_end();
     bool faulty();
+    void say_softened();
     void certify_rows(const Eigen::VectorXd& u);
     Eigen::MatrixXd unfelt_modes(std::size_t b, double share) const;
     void report_modes();

@@ -77,6 +77,10 @@ double exponent(double a, double b, double ratio)
 
 int main(int argc, char** argv)
 {
+    if (argc > 1 && argv[1][0] == '-') {
+        fmt::print(stderr, "rod_compliance_bench [FOLDER]\n");
+        return 2;
+    }
     const std::string directory = argc > 1 ? argv[1] : "docs/results";
     const std::string path = directory + "/rod_compliance.csv";
     std::FILE* file = std::fopen(path.c_str(), "w");

@@ -207,6 +207,10 @@ void family(const std::string& directory, const std::string& name, Family which,
 
 int main(int argc, char** argv)
 {
+    if (argc > 1 && argv[1][0] == '-') {
+        fmt::print(stderr, "wire_step_bench [FOLDER] [most elements]\n");
+        return 2;
+    }
     const std::string directory = argc > 1 ? argv[1] : "docs/results";
     const int most = argc > 2 ? std::atoi(argv[2]) : 3200;
     std::filesystem::create_directories(directory);
