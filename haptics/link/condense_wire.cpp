@@ -40,6 +40,8 @@ constexpr double kLeastPull = 1e-6, kMostPull = 1e3, kNextPull = 3;
 constexpr double kGive = 0.1;
 constexpr double kMostBend =
     0.2; // of the way of the contacts: more is a jump, of which nothing is foretold
+// A wire that lies loose is moved far by little: a tenth of how far its largest reaction moves it.
+constexpr double kLoose = 0.1;
 
 using Nodes = std::vector<Node6>;
 
@@ -373,6 +375,7 @@ bool add_bend(Condensed& condensed, const WireAhead& ahead, const Vec6& way)
     const Eigen::VectorXd given = condensed.W * r;
     std::vector<Vec3> bend(n, Vec3::Zero());
     Vec6 force = condensed.stiffness * way;
+    const double most_force = n > 0 ? r.lpNorm<Eigen::Infinity>() : 0;
     double most = 0, moved = way.head<3>().norm();
     // How far along the way a displacement is, as contacts see it: pushes and turns are one then.
     Mat6 motion = Mat6::Zero();
@@ -385,7 +388,8 @@ bool add_bend(Condensed& condensed, const WireAhead& ahead, const Vec6& way)
         if (!there[i]) continue;
         const Vec3 u(there[i]->gap, there[i]->slip[0], there[i]->slip[1]);
         bend[i] = u - given.segment<3>(row) - c.q - c.J * way;
-        most = std::max(most, bend[i].norm());
+        const Vec3 loose = kLoose * most_force * condensed.W.diagonal().segment<3>(row).cwiseAbs();
+        most = std::max(most, (bend[i].cwiseAbs() - loose).cwiseMax(0).norm());
     }
     if (n == 0) motion.topLeftCorner<3, 3>().setIdentity();
     const double square = way.dot(motion * way);
