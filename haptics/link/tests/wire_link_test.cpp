@@ -286,7 +286,8 @@ TEST_CASE("a rod that lies loosely on balls is foretold as well")
     w.link = make_link(w.scene, w.obstacles, w.set.link);
     const auto device = [&](int millimetre) {
         HandPose pose = w.link->start();
-        pose.position += 1e-3 * Vec3(std::max(0, millimetre - 10), 0, -3 * std::min(millimetre, 10));
+        pose.position +=
+            1e-3 * Vec3(std::max(0, millimetre - 10), 0, -3 * std::min(millimetre, 10));
         return pose;
     };
     double worst = 0;
