@@ -469,8 +469,7 @@ bool BodyStepper::finish_iteration()
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (mode_load_[b].size() > 0) body(b).rest_along(unfelt_modes(b, kUnfelt));
         body(b).change(y_[b], mode_[b], body_force_[b]);
-        if (const double share = body(b).share_made(); share < 1) {
-            left_out_ += (1 - share) * y_[b].norm();
+        if (body(b).share_made() < 1) {
             motion_before_.resize(0); // what is extrapolated from has to be made in full
             changes_.resize(0, 0);
             made_.resize(0, 0);

@@ -275,7 +275,13 @@ void BodyStepper::relax()
             made = extrapolated(motion, change);
         }
     }
-    left_out_ = (motion - made).norm();
+    const Eigen::VectorXd left = motion - made;
+    for (std::size_t b = 0, first = 0; b < bodies(); ++b) {
+        const auto own = Eigen::Index(y_[b].size() + mode_[b].size());
+        if (!body(b).nonlinear()) // of others the balance tells, where they are
+            left_out_ = std::hypot(left_out_, left.segment(Eigen::Index(first), own).norm());
+        first += std::size_t(own);
+    }
     motion_before_ = std::move(motion);
     motion = made_before_ = std::move(made);
     at = 0;

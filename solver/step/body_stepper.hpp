@@ -141,7 +141,8 @@ private:
     std::vector<double> errors_; ///< of the outer iterations
     bool swung_ = false;         ///< rods alone: they went to and fro in this step
     bool relaxing_ = false;
-    double relaxation_ = 1, left_out_ = 0; ///< share of the motion made; the rest [m or m/s]
+    double relaxation_ = 1; ///< share of the motion made
+    double left_out_ = 0;   ///< the rest, of bodies whose balance no one looks at again [m or m/s]
     Eigen::VectorXd made_before_;
     Eigen::MatrixXd changes_, made_; ///< of the motion between iterations, and the motions made
     Eigen::VectorXd motion_before_;
