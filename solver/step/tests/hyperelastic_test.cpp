@@ -1,8 +1,11 @@
+#include "mesh/base/file.hpp"
+#include "mesh/tests/temporary_folder.hpp"
 #include "solver/material/law.hpp"
 #include "solver/step/tests/body_runs.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
+#include <utility>
 
 using namespace amontons;
 
@@ -245,6 +248,87 @@ TEST_CASE("a slender bar that is pressed buckles, and the run says so")
                      euler = 4 * M_PI * M_PI * 1e6 * std::pow(side, 4) / 12;
         CHECK(buckled > 0.2 * euler);
         CHECK(buckled < 1.456 * euler);
+    }
+}
+
+TEST_CASE("a shallow arch that snaps: load, displacement and damped motion find the same balances")
+{
+    const TemporaryFolder folder;
+    const std::string path = folder / "arch";
+    const int along = 24, layers = 2;
+    const double span = 0.2, rise = 0.01, thick = 0.004, width = 0.02;
+    const auto number = [](int i, int j, int k) { return (i * 2 + j) * (layers + 1) + k; };
+    std::string nodes, elements;
+    for (int i = 0; i <= along; ++i)
+        for (int j = 0; j < 2; ++j)
+            for (int k = 0; k <= layers; ++k) {
+                const double s = 2.0 * i / along - 1, slope = -4 * rise * s / span;
+                const double out = thick * (double(k) / layers - 0.5) / std::hypot(1, slope);
+                nodes += fmt::format("{:.17g} {:.17g} {:.17g}\n", 0.5 * span * s - out * slope,
+                                     width * (j - 0.5), rise * (1 - s * s) + out);
+            }
+    for (int i = 0; i < along; ++i)
+        for (int k = 0; k < layers; ++k) {
+            for (const int up : {0, 1})
+                for (const auto& [a, b] : {std::pair(0, 0), {1, 0}, {1, 1}, {0, 1}})
+                    elements += fmt::format("{} ", number(i + a, b, k + up));
+            elements.back() = '\n';
+        }
+    elements += "node_set ends\n";
+    for (const int i : {0, along})
+        for (int n = 0; n < 2 * (layers + 1); ++n)
+            elements += fmt::format("{}\n", number(i, 0, 0) + n);
+    const int crown = number(along / 2, 0, layers);
+    elements += fmt::format("node_set crown\n{}\n{}\n", crown, number(along / 2, 1, layers));
+    write_file(path + ".nodes", nodes);
+    write_file(path + ".elements", elements);
+    const auto arch = [&](const std::string& hold, const std::string& more,
+                          const std::string& time) {
+        Result r = run(fmt::format(
+            R"("bodies": {{"arch": {{"kind": "solid", "density": 1000, "mesh": {{"file": "{}.nodes"}},
+               "material": {{"law": "neo_hooke", "youngs_modulus": 1e6, "poisson_ratio": 0.3}},
+               "hold": [{{"set": "ends"}}, {{"set": "all", "y": 0}}{}]{}}}}}, "time": {{{}}})",
+            path, hold, more, time));
+        REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+        return r;
+    };
+    const double top = rise + 0.5 * thick;
+    const auto down = [&](const Result& r) { // of the crown
+        return top - r.simulation->body_records()[0].points[std::size_t(crown)].z();
+    };
+    const auto loaded = [&](double force, const std::string& more, const std::string& time) {
+        return arch("",
+                    fmt::format(R"(, "loads": [{{"set": "crown", "force": [0, 0, {}],
+                                   "over": [[0, 0], [0.5, 1]]}}]{})",
+                                -force, more),
+                    time);
+    };
+    // What holds the crown where the load alone has led it to is that load.
+    for (const double force : {0.02, 0.03}) {
+        CAPTURE(force);
+        const bool snaps = force > 0.025;
+        const Result by_load = loaded(force, "", R"("step": 0.1, "end": 0.5)");
+        const double way = down(by_load);
+        CHECK((way > rise) == snaps);
+        std::size_t said = 0;
+        for (const StepRecord& s : by_load.records)
+            said += s.remark.find("snapped") != std::string::npos;
+        CHECK(said == (snaps ? 1 : 0));
+        CHECK((by_load.summary.energy.released > 1e-6) == snaps);
+        const Result held =
+            arch(fmt::format(R"(, {{"set": "crown", "z": [[0, 0], [1, {:.17g}]]}})", -way), "",
+                 R"("step": 0.02, "end": 1)");
+        CHECK(held.value("arch_crown_force_z") == doctest::Approx(-force).epsilon(1e-5));
+        // On the way there it passes a largest force, smaller than the load, or none.
+        std::size_t peak = 1;
+        while (peak < held.records.size() &&
+               held.value("arch_crown_force_z", peak) < held.value("arch_crown_force_z", peak - 1))
+            ++peak;
+        CHECK((peak < held.records.size()) == snaps);
+        if (snaps) CHECK(-held.value("arch_crown_force_z", peak - 1) < 0.95 * force);
+        const Result moving = loaded(force, R"(, "mass_damping": 20)",
+                                     R"("kind": "dynamic", "step": 0.01, "end": 2)");
+        CHECK(down(moving) == doctest::Approx(way).epsilon(1e-5));
     }
 }
 
