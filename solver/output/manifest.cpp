@@ -146,6 +146,7 @@ std::string manifest_bytes(const ManifestInput& in, const RunSummary& summary)
     write_strings(json, "command", in.command);
     json.member("threads", in.threads).member("resumed", in.resumed);
     json.member("started", in.started).member("written", now_utc());
+    write_strings(json, "warnings", in.warnings);
     write_summary(json, summary, in.modules);
     if (summary.status != "running") json.member("exit_code", exit_code(summary));
     write_strings(json, "files", in.files);

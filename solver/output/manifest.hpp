@@ -18,8 +18,9 @@ struct ManifestInput {
     std::string started;              ///< date and time, UTC
     int threads = 1;
     bool resumed = false;
-    std::vector<std::string> modules; ///< loaded
-    std::vector<std::string> files;   ///< what to open: collections, history, plots, picture
+    std::vector<std::string> warnings; ///< what may be meant otherwise, also where --quiet hid it
+    std::vector<std::string> modules;  ///< loaded
+    std::vector<std::string> files;    ///< what to open: collections, history, plots, picture
 };
 
 /// "0.1.0", and what `git describe` said when the program was configured ("" if it was no clone).

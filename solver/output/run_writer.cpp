@@ -460,6 +460,7 @@ RunWriter::RunWriter(const Scene& scene, Simulation& simulation, RunWriterOption
     s.manifest.scene_hash = hash_of_run(scene, simulation.obstacles());
     s.manifest.resolved_scene = resolved_scene(scene);
     s.manifest.command = s.options.command;
+    s.manifest.warnings = s.options.warnings;
     s.manifest.threads = s.options.threads;
     s.manifest.resumed = s.options.resume;
     s.manifest.started = now_utc();

@@ -15,8 +15,9 @@ namespace amontons {
 /// Where a run is written, and how it was asked for.
 struct RunWriterOptions {
     std::string directory;
-    std::string name;                 ///< of the collection: NAME.pvd
-    std::vector<std::string> command; ///< for the manifest
+    std::string name;                  ///< of the collection: NAME.pvd
+    std::vector<std::string> command;  ///< for the manifest
+    std::vector<std::string> warnings; ///< for the manifest
     int threads = 1;
     bool resume = false; ///< go on from the folder's checkpoint
 };

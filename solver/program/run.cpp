@@ -198,8 +198,9 @@ void run(RunArguments& arguments, Session& session)
     else
         made = make_simulation(scene, std::move(obstacles), how);
     Simulation& simulation = *made;
+    for (const Issue& w : simulation.warnings())
+        odd.push_back(w);
     session.warn(odd);
-    session.warn(simulation.warnings());
     const double offline_seconds = watch.seconds() - read_seconds;
     const double bodies_memory = peak_memory_so_far();
 
@@ -207,6 +208,8 @@ void run(RunArguments& arguments, Session& session)
     options.name = run_name(scene.file);
     options.directory = arguments.output.empty() ? "out/" + options.name : arguments.output;
     options.command = session.arguments;
+    for (const Issue& w : odd)
+        options.warnings.push_back(InputError({w}).what());
     options.threads = arguments.threads;
     options.resume = arguments.resume;
     const std::string directory = options.directory;

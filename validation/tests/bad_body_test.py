@@ -67,6 +67,10 @@ class BadBodies(unittest.TestCase):
                 self.assertIn(word, result.stderr)
             if not words:
                 self.assertEqual(result.stderr, "")
+        said = [line.removeprefix("warning: ") for line in result.stderr.splitlines() if line.startswith("warning: ")]
+        quiet = self.call("run", "--quiet", "--output", "out")  # hidden, but kept with the results
+        self.assertEqual((quiet.returncode, quiet.stderr), (0, ""))
+        self.assertEqual(json.loads((self.folder / "out/manifest.json").read_text())["warnings"], said)
 
     # ---- meshes
 
