@@ -234,15 +234,19 @@ template <class T> struct Tangent {
     M<T> ee, e1, e2, k11, k12, k22; // blocks; e in space
 };
 
-/// @param S23  couples the two curvatures in the tangent alone; the stress is S e - P
-template <class T> Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], const T P[6], T S23)
+/// @param S23   couples the two curvatures in the tangent alone; the stress is S e - P
+/// @param more  what the geometric part's strains are beyond the pose's
+template <class T>
+Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], const T P[6], T S23, const T more[6])
 {
     const Phi<T> f = half_angle_over_sine(s.w);
     const T il = 1.0 / length;
     const Strain<T> strains = strain(s, f, il);
     const V<T> C1{S[0], S[1], S[2]}, C2{S[3], S[4], S[5]};
-    const V<T> a = il * (scale_rows(C1, strains.gamma) - V<T>{P[0], P[1], P[2]});
-    const V<T> b = il * (scale_rows(C2, strains.kappa) - V<T>{P[3], P[4], P[5]});
+    const V<T> own_a = il * (scale_rows(C1, strains.gamma) - V<T>{P[0], P[1], P[2]});
+    const V<T> own_b = il * (scale_rows(C2, strains.kappa) - V<T>{P[3], P[4], P[5]});
+    const V<T> a = own_a + il * scale_rows(C1, V<T>{more[0], more[1], more[2]});
+    const V<T> b = own_b + il * scale_rows(C2, V<T>{more[3], more[4], more[5]});
     const V<T> y = s.y, p = s.p;
     const T w = s.w;
     const T psi = -f.f1, psi1 = -f.f2, psi2 = -f.f3;
@@ -306,7 +310,7 @@ template <class T> Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], 
     t.ee = s.R1 * (Kyy * transpose(s.R1));
     t.e1 = s.R1 * E1;
     t.e2 = s.R1 * E2;
-    const Gradient9<T> g9 = to_rotations(s, g);
+    const Gradient9<T> g9 = to_rotations(s, gradient(s, f, own_a, own_b));
     t.f = s.R1 * g9.e;
     t.g1 = g9.t1;
     t.g2 = g9.t2;
@@ -424,6 +428,26 @@ std::array<double, 6> element_strain(const BeamNode& a, const BeamNode& b, doubl
     return {e.gamma.x, e.gamma.y, e.gamma.z, e.kappa.x, e.kappa.y, e.kappa.z};
 }
 
+std::array<double, 6> strain_foreseen(const BeamNode& a, const BeamNode& b, double length,
+                                      const double* da, const double* db)
+{
+    const Pose<double> s = pose_of(a, b);
+    const Phi<double> f = half_angle_over_sine(s.w);
+    const V<double> de{db[0] - da[0], db[1] - da[1], db[2] - da[2]};
+    const V<double> t1{da[3], da[4], da[5]}, t2{db[3], db[4], db[5]};
+    const V<double> dy = transpose_times(s.R1, de) + cross(s.y, t1);
+    const double dw = 0.5 * dot(s.p, t1 - t2);
+    const V<double> dp = 0.5 * (s.w * (t2 - t1) + cross(s.p, t1 + t2));
+    const double tau = dot(s.p, s.y), dtau = dot(dp, s.y) + dot(s.p, dy);
+    const Strain<double> e = strain(s, f, 1 / length);
+    const V<double> dg = ((f.f + s.w * f.f1) * dw) * s.y + (s.w * f.f) * dy -
+                         (f.f1 * dw) * cross(s.p, s.y) - f.f * (cross(dp, s.y) + cross(s.p, dy)) -
+                         (f.f2 * dw * tau + f.f1 * dtau) * s.p - (f.f1 * tau) * dp;
+    const V<double> gamma = e.gamma + (1 / length) * dg;
+    const V<double> kappa = e.kappa + (2 / length) * ((f.f1 * dw) * s.p + f.f * dp);
+    return {gamma.x, gamma.y, gamma.z, kappa.x, kappa.y, kappa.z};
+}
+
 BeyondLinear beyond_linear(const std::vector<TableShare>& shares,
                            const std::array<double, 6>& strain)
 {
@@ -483,12 +507,21 @@ std::array<double, 12> element_force(const BeamNode& a, const BeamNode& b, doubl
 }
 
 void add_elements(int first, int last, const std::vector<BeamNode>& nodes,
-                  const std::vector<ElementLaw>& laws, BlockTridiagonal& K, std::vector<Node6>& g)
+                  const std::vector<ElementLaw>& laws, BlockTridiagonal& K, std::vector<Node6>& g,
+                  const std::vector<std::array<double, 6>>* foreseen)
 {
     constexpr int kWidth = 4;
     int k = first;
+    const auto beyond_own = [&](std::size_t n) {
+        std::array<double, 6> more{};
+        if (!foreseen) return more;
+        const std::array<double, 6> own = element_strain(nodes[n], nodes[n + 1], laws[n].length);
+        for (std::size_t j = 0; j < 6; ++j)
+            more[j] = (*foreseen)[n][j] - own[j];
+        return more;
+    };
     for (; k + kWidth <= last; k += kWidth) {
-        double v[25][kWidth];
+        double v[31][kWidth];
         for (int i = 0; i < kWidth; ++i) {
             const std::size_t n = std::size_t(k + i);
             const BeamNode &a = nodes[n], &b = nodes[n + 1];
@@ -505,21 +538,26 @@ void add_elements(int first, int last, const std::vector<BeamNode>& nodes,
             for (std::size_t j = 0; j < 6; ++j)
                 v[18 + j][i] = law.P[j];
             v[24][i] = law.S23;
+            const std::array<double, 6> more = beyond_own(n);
+            for (std::size_t j = 0; j < 6; ++j)
+                v[25 + j][i] = more[j];
         }
         const auto in = [&](int j) { return Lanes{v[j][0], v[j][1], v[j][2], v[j][3]}; };
         const Pose<Lanes> s = relative_pose<Lanes>(
             {in(0), in(1), in(2)}, in(3), {in(4), in(5), in(6)}, in(7), {in(8), in(9), in(10)});
         const Lanes S[6] = {in(12), in(13), in(14), in(15), in(16), in(17)};
         const Lanes P[6] = {in(18), in(19), in(20), in(21), in(22), in(23)};
-        const Tangent<Lanes> t = tangent(s, in(11), S, P, in(24));
+        const Lanes more[6] = {in(25), in(26), in(27), in(28), in(29), in(30)};
+        const Tangent<Lanes> t = tangent(s, in(11), S, P, in(24), more);
         for (int i = 0; i < kWidth; ++i)
             scatter(t, i, k + i, K, g);
     }
     for (; k < last; ++k) {
         const std::size_t n = std::size_t(k);
         const LinearLaw law = law_at(laws[n], nodes[n], nodes[n + 1]);
-        const Tangent<double> t = tangent<double>(pose_of(nodes[n], nodes[n + 1]), law.length,
-                                                  law.S.data(), law.P.data(), law.S23);
+        const Tangent<double> t =
+            tangent<double>(pose_of(nodes[n], nodes[n + 1]), law.length, law.S.data(), law.P.data(),
+                            law.S23, beyond_own(n).data());
         scatter(t, 0, k, K, g);
     }
 }

@@ -518,14 +518,17 @@ double elastic_energy(const Wire& wire)
 }
 
 void assemble_wire(const Wire& wire, std::vector<ElementLaw>& laws, BlockTridiagonal& K,
-                   std::vector<Node6>& g)
+                   std::vector<Node6>& g, const std::vector<std::array<double, 6>>& foreseen)
 {
     const WireState& s = wire.state;
     const std::size_t f = std::size_t(s.first);
     const ElementLaw whole = laws[f];
     laws[f] = held_element_law(wire, s);
-    const auto add_all = wire.cable ? add_cable : add_elements;
-    add_all(s.first, wire.last(), s.nodes, laws, K, g);
+    if (wire.cable)
+        add_cable(s.first, wire.last(), s.nodes, laws, K, g);
+    else
+        add_elements(s.first, wire.last(), s.nodes, laws, K, g,
+                     foreseen.empty() ? nullptr : &foreseen);
     if (wire.sheath) {
         assemble_sheath(wire, laws[f], K, g);
         assemble_grip(wire, K, g);
@@ -541,6 +544,30 @@ void assemble_wire(const Wire& wire, std::vector<ElementLaw>& laws, BlockTridiag
     }
     laws[f] = whole;
     assemble_dead_loads(wire, K, g);
+}
+
+void foresee_strains(const Wire& wire, const std::vector<Node6>& increment, double factor,
+                     std::vector<std::array<double, 6>>& out)
+{
+    const WireState& s = wire.state;
+    out.resize(wire.material.law.size());
+    for (int i = s.first; i < wire.last(); ++i) {
+        const std::size_t n = std::size_t(i);
+        double d[2][6] = {};
+        for (std::size_t side = 0; side < 2; ++side)
+            for (std::size_t k = 0; k < 6; ++k)
+                d[side][k] = factor * increment[n + side].value[k];
+        double length = wire.material.law[n].length, grows = 0;
+        if (i == s.first) {
+            length = held_element_law(wire, s).length;
+            if (wire.sheath) grows = d[0][0], d[0][0] = 0; // its unknown is the length that is out
+        }
+        out[n] = strain_foreseen(s.nodes[n], s.nodes[n + 1], length, d[0], d[1]);
+        if (grows == 0) continue;
+        const std::array<double, 6> own = element_strain(s.nodes[n], s.nodes[n + 1], length);
+        for (std::size_t k = 0; k < 6; ++k)
+            out[n][k] -= own[k] * grows / length;
+    }
 }
 
 void move_wire(Wire& wire, const std::vector<Node6>& increment, double factor)

@@ -9,6 +9,9 @@ namespace amontons {
 namespace {
 
 constexpr int kSlow = 8; // iterations before the active rows are closed exactly
+// An iteration moves less than the one before: what is further off than so many of its moves
+// cannot be touched. Where it moves more after all, what it ran into is a contact of the next one.
+constexpr double kMovesAway = 4;
 
 double now()
 {
@@ -246,6 +249,80 @@ void gather(const Coaxial& c, const std::vector<Node6>& common, std::size_t w,
         own[std::size_t(i)] = common[std::size_t(c.slot[w][std::size_t(i)])];
 }
 
+/// The largest motion of any point of a wire in an increment, or a bound of it [m].
+double largest_motion(const Wire& wire, const std::vector<Node6>& increment)
+{
+    double largest = 0;
+    for (int i = wire.state.first; i <= wire.last(); ++i) {
+        const double* d = increment[std::size_t(i)].value;
+        const double h = wire.material.law[std::size_t(std::min(i, wire.last() - 1))].length;
+        largest = std::max(largest, std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) +
+                                        h * std::sqrt(d[3] * d[3] + d[4] * d[4] + d[5] * d[5]));
+    }
+    return largest;
+}
+
+/// Newton's method on all that are out.
+NewtonReport solve_together(Coaxial& c, const std::vector<StepStart>& start,
+                            const CoaxialStart& nested, const std::vector<Anchor>& anchors,
+                            const NewtonOptions& options)
+{
+    NewtonReport report;
+    NewtonOptions near = options; // with the reach of the next iteration
+    order_nodes(c);
+    double shift = c.shift = 0;
+    for (report.iterations = 0; report.iterations <= options.max_iterations; ++report.iterations) {
+        report.residual = assemble(c, start, nested, anchors, near, report);
+        const Residual& res = report.residual;
+        if (!std::isfinite(res.equilibrium)) return report;
+        if (report.iterations > 0 && res.error() <= std::max(options.tolerance, res.floor)) {
+            report.converged = true;
+            report.stable = shift == 0;
+            return report;
+        }
+        if (report.iterations == options.max_iterations) return report;
+
+        const double t0 = now();
+        shift = 0;
+        solve_linearised(c, res, options, shift, report);
+        if (report.iterations >= kSlow) close_active_rows(c);
+        if (shift > 0) ++report.shifted;
+        const double t1 = now();
+        report.seconds_contact += t1 - t0;
+
+        double factor = 1, motion = 0;
+        for (std::size_t w = 0; w < c.wires.size(); ++w) {
+            WireBody& b = *c.wires[w];
+            if (!b.wire.outside()) continue;
+            gather(c, c.increment, w, b.work->increment);
+            motion = std::max(motion, largest_motion(b.wire, b.work->increment));
+            factor = std::min(factor, step_factor(b.wire, b.work->increment, options.longest_move));
+        }
+        if (!(factor > 0)) {
+            report.residual.equilibrium = std::numeric_limits<double>::infinity();
+            return report;
+        }
+        near.reach = std::min(options.reach, kMovesAway * motion);
+        for (std::size_t k = 0; k < c.all.size(); ++k) {
+            const Candidate& contact = *c.all[k].contact;
+            if (!contact.bilateral) {
+                take_trial(contact, c.trial[k], factor, *c.all[k].reaction);
+                continue;
+            }
+            take_trials_of_full_bore(contact, c.trial[k], *c.all[k + 1].contact, c.trial[k + 1],
+                                     factor, *c.all[k].reaction);
+            ++k;
+        }
+        for (WireBody* b : c.wires)
+            if (b->wire.outside()) {
+                foresee_strains(b->wire, b->work->increment, factor, b->work->foreseen);
+                move_wire(b->wire, b->work->increment, factor);
+            }
+        report.seconds_rest += now() - t1;
+    }
+    return report;
+}
+
 } // namespace
 
 CoaxialStart mark_coaxial_start(const Coaxial& c)
@@ -289,7 +366,6 @@ NewtonReport solve_coaxial(Coaxial& c, const std::vector<StepStart>& start,
                            const CoaxialStart& nested, const std::vector<Anchor>& anchors,
                            const NewtonOptions& options)
 {
-    NewtonReport report;
     const auto out = [](const WireBody* b) { return b->wire.outside(); };
     for (auto& list : c.contacts)
         list.clear();
@@ -299,57 +375,15 @@ NewtonReport solve_coaxial(Coaxial& c, const std::vector<StepStart>& start,
         while (w + 1 < c.wires.size() && !out(c.wires[w]))
             ++w;
         WireBody& b = *c.wires[w];
-        report = solve_equilibrium(b.wire, b.walls, start[w], anchors[w], options, *b.work);
+        const NewtonReport report =
+            solve_equilibrium(b.wire, b.walls, start[w], anchors[w], options, *b.work);
         // Its factor is where the weakest mode is looked for.
         c.base = c.system = BlockSkyline{};
         return report;
     }
-    order_nodes(c);
-    double shift = c.shift = 0;
-    for (report.iterations = 0; report.iterations <= options.max_iterations; ++report.iterations) {
-        report.residual = assemble(c, start, nested, anchors, options, report);
-        const Residual& res = report.residual;
-        if (!std::isfinite(res.equilibrium)) return report;
-        if (report.iterations > 0 && res.error() <= std::max(options.tolerance, res.floor)) {
-            report.converged = true;
-            report.stable = shift == 0;
-            return report;
-        }
-        if (report.iterations == options.max_iterations) return report;
-
-        const double t0 = now();
-        shift = 0;
-        solve_linearised(c, res, options, shift, report);
-        if (report.iterations >= kSlow) close_active_rows(c);
-        if (shift > 0) ++report.shifted;
-        const double t1 = now();
-        report.seconds_contact += t1 - t0;
-
-        double factor = 1;
-        for (std::size_t w = 0; w < c.wires.size(); ++w) {
-            WireBody& b = *c.wires[w];
-            if (!b.wire.outside()) continue;
-            gather(c, c.increment, w, b.work->increment);
-            factor = std::min(factor, step_factor(b.wire, b.work->increment, options.longest_move));
-        }
-        if (!(factor > 0)) {
-            report.residual.equilibrium = std::numeric_limits<double>::infinity();
-            return report;
-        }
-        for (std::size_t k = 0; k < c.all.size(); ++k) {
-            const Candidate& contact = *c.all[k].contact;
-            if (!contact.bilateral) {
-                take_trial(contact, c.trial[k], factor, *c.all[k].reaction);
-                continue;
-            }
-            take_trials_of_full_bore(contact, c.trial[k], *c.all[k + 1].contact, c.trial[k + 1],
-                                     factor, *c.all[k].reaction);
-            ++k;
-        }
-        for (WireBody* b : c.wires)
-            if (b->wire.outside()) move_wire(b->wire, b->work->increment, factor);
-        report.seconds_rest += now() - t1;
-    }
+    const NewtonReport report = solve_together(c, start, nested, anchors, options);
+    for (WireBody* b : c.wires)
+        b->work->foreseen.clear();
     return report;
 }
 

@@ -67,6 +67,20 @@ struct CoaxialSystem : FourNodeRows<CoaxialContact> {
                 least = std::min(least, k);
         return least;
     }
+    void weigh(std::vector<Node6>& x) const
+    {
+        for (std::size_t w = 0; w < c.wires.size(); ++w) {
+            const Wire& wire = c.wires[w]->wire;
+            if (!wire.outside()) continue;
+            x[std::size_t(c.slot[w][std::size_t(wire.state.first)])].column = Column6{};
+            for (int i = wire.state.first + 1; i <= wire.last(); ++i) {
+                const double h = wire.material.law[std::size_t(i) - 1].length;
+                double* turn = x[std::size_t(c.slot[w][std::size_t(i)])].value + 3;
+                for (int a = 0; a < 3; ++a)
+                    turn[a] *= h * h;
+            }
+        }
+    }
     void start_matrix(double shift, int from)
     {
         c.system.copy_from(c.base, from);

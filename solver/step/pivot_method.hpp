@@ -1,6 +1,7 @@
 #pragma once
 
 #include "solver/step/contact_status.hpp"
+#include "solver/step/negative_mode.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -182,9 +183,18 @@ void factor_definite(System& s, int from, double& shift, NewtonReport& report)
     if ((unsymmetric ? s.matrix().negative_determinants() : negative) == 0) return;
     const int first = s.first();
     bool definite = unsymmetric && factor(false, first) == 0;
+    double needed = 0;
+    if constexpr (requires { s.weigh(s.right()); })
+        if (!definite && unsymmetric)
+            needed = 2 * negative_eigenvalue(
+                             s.right(), [&](std::vector<Node6>& x) { s.weigh(x); },
+                             [&](std::vector<Node6>& x) { s.matrix().solve(x); });
     while (!definite) {
         // Where the iterate before ended is a better guess than nothing.
-        shift = shift > 0 ? 4 * shift : std::max(kLeastShift * s.softest(), s.kept_shift() / 16);
+        const double least =
+            needed > 0 ? needed : std::max(kLeastShift * s.softest(), s.kept_shift() / 16);
+        shift = shift > 0 ? std::max(4 * shift, shift + needed) : least;
+        needed = 0;
         if (shift > kLargestShift * s.softest()) return;
         definite = factor(!unsymmetric, first) == 0;
     }

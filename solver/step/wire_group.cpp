@@ -52,6 +52,36 @@ int count_passages(const WireBody& b, const StepStart& start)
 
 } // namespace
 
+namespace {
+
+/// Strains of the elements of a wire that was moved along itself: what they were where these are
+/// now. Their own err where a place passed a node, and times EA that would be a load.
+void strains_along(const Wire& wire, const WireState& before, double shift,
+                   std::vector<std::array<double, 6>>& strains)
+{
+    strains.clear();
+    if (!wire.sheath || !wire.outside() || before.first >= wire.last()) return;
+    const std::vector<double>& node = wire.material.node;
+    const double end = wire.material.length - before.inserted;
+    std::vector<std::array<double, 6>> old(wire.material.law.size());
+    for (int i = before.first; i < wire.last(); ++i) {
+        const std::size_t n = std::size_t(i);
+        const double length = i == before.first ? node[n + 1] - end : node[n + 1] - node[n];
+        old[n] = element_strain(before.nodes[n], before.nodes[n + 1], length);
+    }
+    strains.resize(old.size());
+    int j = before.first;
+    for (int i = wire.state.first; i < wire.last(); ++i) {
+        const std::size_t n = std::size_t(i);
+        const double at = 0.5 * (node[n] + node[n + 1]) + shift;
+        while (j + 1 < wire.last() && node[std::size_t(j) + 1] < at)
+            ++j;
+        strains[n] = old[std::size_t(j)];
+    }
+}
+
+} // namespace
+
 NewtonOptions newton_options(const WireGroup& g, const std::vector<BaseTarget>& to)
 {
     NewtonOptions o;
@@ -137,7 +167,10 @@ void drive(WireGroup& g, const std::vector<BaseTarget>& to)
     for (std::size_t w = 0; w < g.wires.size(); ++w) {
         Wire& wire = g.wires[w]->wire;
         shift.push_back(to[w].insertion - wire.state.base_insertion);
+        const WireState before = wire.state;
         drive_base(wire, to[w].insertion, to[w].twist);
+        if (g.coaxial && shift.back() != 0)
+            strains_along(wire, before, shift.back(), g.wires[w]->work->foreseen);
     }
     if (g.coaxial) shift_coaxial_reactions(*g.coaxial, shift);
 }

@@ -100,7 +100,7 @@ void assemble_iterate(const Wire& wire, const std::vector<WireWall>& walls, cons
     w.base.set_zero();
     for (int i = wire.state.first; i <= wire.last(); ++i)
         w.gradient[std::size_t(i)].column = Column6{};
-    assemble_wire(wire, w.laws, w.base, w.gradient);
+    assemble_wire(wire, w.laws, w.base, w.gradient, w.foreseen);
     if (anchor.active()) assemble_anchor(wire, anchor, w.base, w.gradient);
     const double t1 = now();
     report.seconds_elements += t1 - t0;
@@ -257,6 +257,7 @@ NewtonReport solve_on_tangents(Wire& wire, const std::vector<WireWall>& walls,
             const Candidate& c = w.candidates[k];
             take_trial(c, w.trial[k], factor, wire.state.reaction[std::size_t(c.index)]);
         }
+        foresee_strains(wire, w.increment, factor, w.foreseen);
         move_wire(wire, w.increment, factor);
         report.seconds_rest += now() - t1;
     }
@@ -270,7 +271,9 @@ NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,
                                const NewtonOptions& options, NewtonWorkspace& w)
 {
     return balance_walls(wire, walls, options, [&](const NewtonOptions& o) {
-        return solve_on_tangents(wire, walls, start, anchor, o, w);
+        const NewtonReport report = solve_on_tangents(wire, walls, start, anchor, o, w);
+        w.foreseen.clear();
+        return report;
     });
 }
 

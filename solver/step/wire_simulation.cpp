@@ -9,6 +9,7 @@
 #include "solver/step/wire_build.hpp"
 #include "solver/step/wire_problem.hpp"
 #include "solver/step/wire_record.hpp"
+#include "solver/step/wire_start.hpp"
 #include "solver/step/wire_step.hpp"
 
 #include <algorithm>
@@ -401,19 +402,9 @@ RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& 
         for (std::size_t k = 0; k < s.groups.size(); ++k) {
             WireGroup& g = s.groups[k];
             const std::vector<BaseTarget> to = s.targets(g, 0);
-            for (std::size_t w = 0; w < to.size(); ++w)
-                start_in_sheath(g.wires[w]->wire, to[w].insertion, to[w].twist);
-            // In one another from the beginning, along the one that is out furthest.
-            const WireBody* guide = g.wires[0];
-            for (const WireBody* b : g.wires)
-                if (b->wire.state.inserted > guide->wire.state.inserted) guide = b;
-            for (WireBody* b : g.wires)
-                if (b != guide) lie_along(b->wire, guide->wire);
-            // From the unstressed shape to contact: by relaxation if need be.
             const bool dynamic = g.wires[0]->motion.dynamic;
             g.wires[0]->motion.dynamic = false;
-            StepReport r = try_step(g, to, 0);
-            if (!r.accepted) r = relax_step(g, to);
+            const StepReport r = start_wires(g, to);
             g.wires[0]->motion.dynamic = dynamic;
             if (!r.accepted) return finish("failed", "the initial state: " + r.refusal);
             WireHistory& h = s.history[s.first_of(g)];

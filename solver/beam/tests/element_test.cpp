@@ -97,6 +97,69 @@ Chain moved(const Chain& c, int node, int unknown, double by)
 
 } // namespace
 
+TEST_CASE("strains foreseen are those of the moved nodes to first order")
+{
+    const Chain c = random_chain(1, 11, 0.8);
+    const double length = c.laws[0].length;
+    Random random(3);
+    double d[2][6];
+    for (auto& side : d)
+        for (double& v : side)
+            v = random();
+    const auto at = [&](double t) {
+        Chain m = c;
+        for (int side = 0; side < 2; ++side) {
+            BeamNode& n = m.nodes[std::size_t(side)];
+            for (int k = 0; k < 3; ++k)
+                n.move(k, t * d[side][k]);
+            rotate_in_body(n.q, t * Vec3(d[side][3], d[side][4], d[side][5]));
+        }
+        return element_strain(m.nodes[0], m.nodes[1], length);
+    };
+    const double h = 1e-5;
+    const std::array<double, 6> own = at(0), more = at(h), less = at(-h),
+                                foreseen =
+                                    strain_foreseen(c.nodes[0], c.nodes[1], length, d[0], d[1]);
+    for (std::size_t k = 0; k < 6; ++k) {
+        CAPTURE(k);
+        CHECK(std::abs(foreseen[k] - own[k] - (more[k] - less[k]) / (2 * h)) < 1e-9);
+    }
+}
+
+TEST_CASE("the tangent of foreseen strains is that of their stress, the force is the nodes' own")
+{
+    const Chain c = random_chain(6, 5, 0.4);
+    Random random(8);
+    std::vector<std::array<double, 6>> foreseen;
+    Chain same = c; // whose natural strains make that stress its own
+    for (std::size_t i = 0; i < c.laws.size(); ++i) {
+        foreseen.push_back(element_strain(c.nodes[i], c.nodes[i + 1], c.laws[i].length));
+        for (std::size_t k = 0; k < 6; ++k) {
+            const double more = 0.3 * random();
+            foreseen[i][k] += more;
+            same.laws[i].P[k] -= same.laws[i].S[k] * more;
+        }
+    }
+    System s{BlockTridiagonal(int(c.nodes.size())), std::vector<Node6>(c.nodes.size())};
+    s.tangent.set_zero();
+    for (Node6& n : s.gradient)
+        n.column = Column6{};
+    add_elements(0, int(c.laws.size()), c.nodes, c.laws, s.tangent, s.gradient, &foreseen);
+    const System own = assemble(c), other = assemble(same);
+    for (int i = 0; i < int(c.nodes.size()); ++i)
+        for (int a = 0; a < 6; ++a) {
+            const std::size_t n = std::size_t(i);
+            CHECK(std::abs(s.gradient[n].value[a] - own.gradient[n].value[a]) < 1e-13);
+            for (int b = 0; b < 6; ++b) {
+                CHECK(std::abs(s.tangent.diagonal(i)(a, b) - other.tangent.diagonal(i)(a, b)) <
+                      1e-12);
+                if (n + 1 < c.nodes.size())
+                    CHECK(std::abs(s.tangent.upper(i)(a, b) - other.tangent.upper(i)(a, b)) <
+                          1e-12);
+            }
+        }
+}
+
 TEST_CASE("the force is the derivative of the energy, in random poses bent by up to a radian")
 {
     for (double turn : {0.01, 0.3, 1.0})

@@ -114,6 +114,35 @@ TEST_CASE("a state of another wire, or a cut one, is refused and changes nothing
     CHECK(b.save() == before);
 }
 
+TEST_CASE("a wire that starts beyond a bend lies there as one that was pushed in")
+{
+    // Straight out of its sheath it would lie through the wall.
+    for (const double mu : {0.0, 0.1}) {
+        CAPTURE(mu);
+        const double depth = 0.08;
+        Scene pushed = bent_tube_scene(mu, depth);
+        pushed.time.step = 10.0 / 32; // an element a step
+        Scene there = pushed;
+        there.beams[0].insertion = {{0, depth}, {1, depth}};
+        there.time.step = there.time.end = 1;
+        std::atomic<bool> never{false};
+        Keep way, start;
+        WireSimulation a(pushed, bent_tube()), b(there, bent_tube());
+        REQUIRE(a.run(way, never).status == "done");
+        REQUIRE(b.run(start, never).status == "done");
+        const StepRecord &p = way.records.back(), &s = start.records.front();
+        CHECK(s.certificate.certified);
+        CHECK(s.energy.work == 0);
+        REQUIRE(s.quantities.size() == p.quantities.size());
+        for (std::size_t q = 0; q < p.quantities.size(); ++q) {
+            CAPTURE(p.quantities[q].name);
+            if (p.quantities[q].name == "push_force" || p.quantities[q].name == "tip_x" ||
+                p.quantities[q].name == "tip_y")
+                CHECK(s.quantities[q].value == test::relative(p.quantities[q].value).epsilon(1e-5));
+        }
+    }
+}
+
 TEST_CASE("every step is certified, and work is elastic energy plus friction")
 {
     for (double mu : {0.0, 0.2}) {
