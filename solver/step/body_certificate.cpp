@@ -48,7 +48,13 @@ void BodyStepper::certify_rows(const Eigen::VectorXd& u)
     true_rows.level = problem_.level;
     true_rows.mu = problem_.mu;
     true_rows.kind = problem_.kind;
-    true_rows.q = u - give;
+    // So are single contacts that neither gap nor slip, whatever their forces move.
+    Eigen::VectorXd seen = u;
+    for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
+        auto own = seen.segment(rows_.first[i], amontons::rows_of(problem_.kind[i]));
+        if (own.cwiseAbs().maxCoeff() <= nothing) own.setZero();
+    }
+    true_rows.q = seen - give;
     std::swap(true_rows.W, W); // lent: that of a pile is large
     const Certificate c = certify(true_rows, r_, options_.tolerance, ErrorScope::acting_rows);
     std::swap(true_rows.W, W);

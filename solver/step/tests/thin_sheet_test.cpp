@@ -68,6 +68,34 @@ TEST_CASE("a sheet between two blocks hands on the pressure, on each side its ow
         }
 }
 
+TEST_CASE("a thin sheet between two blocks that nothing presses is at rest")
+{
+    // Round-off of its places, bent, moves it by a hundred times as much: no error of contacts that
+    // neither gap nor slip.
+    for (const double stiffness : {10.0, 1e5, 1e9}) {
+        CAPTURE(stiffness);
+        const auto material = [](double E) {
+            return fmt::format(
+                R"({{"law": "neo_hooke", "youngs_modulus": {}, "poisson_ratio": 0.45}})", E);
+        };
+        const Result r = run(fmt::format(
+            R"("bodies": {{
+            "lower": {{"kind": "solid", "material": {0}, "hold": [{{"set": "z_min"}}], "mesh":
+              {{"generate": "box", "size": [1, 1, 0.4], "centre": [0, 0, -0.2], "cells": [4, 4, 2], "element": "H8"}}}},
+            "sheet": {{"kind": "solid", "material": {1}, "hold": [{{"set": "x_min"}}], "mesh":
+              {{"generate": "box", "size": [1.3, 1.3, 0.002], "centre": [0, 0, 0.001], "cells": [7, 7, 1], "element": "H8"}}}},
+            "upper": {{"kind": "solid", "material": {0}, "hold": [{{"set": "z_max"}}], "mesh":
+              {{"generate": "box", "size": [0.6, 0.6, 0.3], "centre": [0.03, 0.02, 0.152], "cells": [3, 3, 2], "element": "T10"}}}}}},
+            "contact": [{{"between": ["lower", "sheet"], "friction": 0.3}},
+                        {{"between": ["sheet", "upper"], "friction": 0.3}}],
+            "time": {{"step": 1, "end": 1}})",
+            material(1e5), material(stiffness)));
+        REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+        CHECK(r.value("upper_max_displacement") < 1e-12);
+        CHECK(r.vector("upper_z_max_force").norm() < 1e-9 * 1e5);
+    }
+}
+
 TEST_CASE("a small ball on the wide faces of a sheet: nothing passes between nodes")
 {
     // Of 12.5 mm, wider than the ball; a step of 2.5 mm is more than the sheet is thick.
