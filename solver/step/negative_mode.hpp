@@ -38,7 +38,7 @@ double negative_eigenvalue(const std::vector<Node6>& start, const Weigh& weigh, 
                 for (std::size_t i = 0; i < w.size(); ++i)
                     w[i].column -= splat6(along) * v[j][i].column;
             }
-        if (k > 0 && k == kLanczosSteps - 1) break;
+        if (k == kLanczosSteps - 1) break;
         Nodes Mw = w;
         weigh(Mw);
         const double size = std::sqrt(dot(w, Mw));

@@ -28,6 +28,7 @@
 //   shift_levels()               optional: how often it is, kShiftLevels without
 //   softest()                    scale of the shift [N/m]
 //   kept_shift()                 of the last iterate of this solve that needed one [N/m]
+//   weigh(x)                     optional: x <- M x, by which a shift is added; see negative_mode.hpp
 //   bodies(), bodies_of(k)       optional: how many there are, and on which two k is (-1: none)
 //   gives(), pivot_giving(...)   optional: walls that give way, see soft_pivot.hpp
 

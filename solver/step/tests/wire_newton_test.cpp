@@ -2,6 +2,7 @@
 
 #include "mesh/tests/relative.hpp"
 #include "solver/beam/clamp.hpp"
+#include "solver/step/negative_mode.hpp"
 
 #include <cmath>
 #include <doctest/doctest.h>
@@ -194,5 +195,43 @@ TEST_CASE("a compressed straight wire is found unstable above Euler's load, and 
         const NewtonReport r = s.solve(work, mark_step_start(s.wire));
         CHECK(r.converged);
         CHECK(r.stable == (share < 1));
+    }
+}
+
+TEST_CASE("the shift that a tangent with one negative eigenvalue needs is found, and not too small")
+{
+    // K and M diagonal, with positive ones softer than the negative one. One that is stiffer than
+    // all that matters is not seen in six steps: then the shift is climbed to.
+    for (const double negative : {0.3, 2.0, 50.0}) {
+        CAPTURE(negative);
+        constexpr int kNodes = 40;
+        std::vector<Node6> start(kNodes);
+        const auto value = [&](int i, int a) {
+            const int n = 6 * i + a;
+            return n == 77 ? -negative : 0.05 * (n + 1) * (n + 1);
+        };
+        const auto weight = [](int a) { return a < 3 ? 1.0 : 0.25; };
+        for (int i = 0; i < kNodes; ++i) {
+            start[std::size_t(i)].column = Column6{};
+            for (int a = 0; a < 6; ++a)
+                start[std::size_t(i)].value[a] = 1 + std::sin(6 * i + a);
+        }
+        const auto scale = [&](std::vector<Node6>& x, const auto& by) {
+            for (int i = 0; i < kNodes; ++i)
+                for (int a = 0; a < 6; ++a)
+                    x[std::size_t(i)].value[a] *= by(i, a);
+        };
+        const double found = pivoting::negative_eigenvalue(
+            start, [&](std::vector<Node6>& x) { scale(x, [&](int, int a) { return weight(a); }); },
+            [&](std::vector<Node6>& x) {
+                scale(x, [&](int i, int a) { return 1 / value(i, a); });
+            });
+        const double exact = negative / weight(77 % 6);
+        if (negative > 10) {
+            CHECK((found == 0 || found >= exact * (1 - 1e-9)));
+            continue;
+        }
+        CHECK(found >= exact * (1 - 1e-9));
+        CHECK(found <= 1.5 * exact);
     }
 }
