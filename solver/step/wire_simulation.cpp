@@ -404,8 +404,9 @@ RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& 
             const std::vector<BaseTarget> to = s.targets(g, 0);
             const bool dynamic = g.wires[0]->motion.dynamic;
             g.wires[0]->motion.dynamic = false;
-            const StepReport r = start_wires(g, to);
+            const StepReport r = start_wires(g, to, stop);
             g.wires[0]->motion.dynamic = dynamic;
+            if (!r.accepted && stop) return finish("interrupted", "interrupted by the user");
             if (!r.accepted) return finish("failed", "the initial state: " + r.refusal);
             WireHistory& h = s.history[s.first_of(g)];
             h.elastic = h.elastic_start = r.energy.elastic;

@@ -5,6 +5,9 @@
 #include "solver/step/wire_group.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <fmt/format.h>
 #include <numeric>
 
 namespace amontons {
@@ -12,6 +15,7 @@ namespace {
 
 // As in a run: a push that fails is halved, and at these shares of the longest one relaxed.
 constexpr double kRelaxUnstable = 1.0 / 8, kRelaxFailed = 1.0 / 64, kShortest = 1.0 / 1024;
+constexpr double kTries = 3; // times the longest pushes that the way takes: beyond it jams
 
 /// Lays the wires straight out of their sheaths, in one another along the one that is out furthest.
 void lay_straight(WireGroup& g, const std::vector<BaseTarget>& to)
@@ -41,13 +45,19 @@ StepReport settle(WireGroup& g, const std::vector<BaseTarget>& to)
 
 /// Pushes one wire of a group to where its base shall be.
 /// @param at  of all, in and out
-StepReport push_one(WireGroup& g, std::size_t w, double insertion, std::vector<BaseTarget>& at)
+StepReport push_one(WireGroup& g, std::size_t w, double insertion, std::vector<BaseTarget>& at,
+                    const std::atomic<bool>& stop)
 {
     StepReport r;
     r.accepted = true;
     const double longest = g.wires[w]->grain;
-    double push = longest;
+    double push = longest, tries = kTries * std::ceil((insertion - at[w].insertion) / longest);
     while (at[w].insertion < insertion) {
+        if (stop || tries-- <= 0) {
+            r.accepted = false;
+            r.refusal = "it goes on by ever smaller pushes only";
+            return r;
+        }
         std::vector<BaseTarget> next = at;
         next[w].insertion = std::min(insertion, at[w].insertion + push);
         const bool unstable = r.refusal == "unstable";
@@ -67,7 +77,8 @@ StepReport push_one(WireGroup& g, std::size_t w, double insertion, std::vector<B
 
 } // namespace
 
-StepReport start_wires(WireGroup& g, const std::vector<BaseTarget>& to)
+StepReport start_wires(WireGroup& g, const std::vector<BaseTarget>& to,
+                       const std::atomic<bool>& stop)
 {
     StepReport r = settle(g, to);
     if (r.accepted) return r;
@@ -83,10 +94,9 @@ StepReport start_wires(WireGroup& g, const std::vector<BaseTarget>& to)
     });
     for (const std::size_t w : order) {
         if (!(at[w].insertion < to[w].insertion)) continue;
-        pushed = push_one(g, w, to[w].insertion, at);
+        pushed = push_one(g, w, to[w].insertion, at, stop);
         if (pushed.accepted) continue;
-        pushed.refusal =
-            "pushed in by " + std::to_string(at[w].insertion) + " m: " + pushed.refusal;
+        pushed.refusal = fmt::format("pushed in by {:.4g} m: {}", at[w].insertion, pushed.refusal);
         return pushed;
     }
     return pushed;

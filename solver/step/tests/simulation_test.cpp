@@ -143,6 +143,22 @@ TEST_CASE("a wire that starts beyond a bend lies there as one that was pushed in
     }
 }
 
+TEST_CASE("a wire that jams on the way to where it starts is refused; asked to stop it stops")
+{
+    Scene scene = bent_tube_scene(5, 0.08);
+    scene.beams[0].insertion = {{0, 0.08}, {1, 0.08}};
+    scene.time.step = scene.time.end = 1;
+    std::atomic<bool> never{false}, at_once{true};
+    Keep none;
+    WireSimulation a(scene, bent_tube()), b(scene, bent_tube());
+    const RunSummary jammed = a.run(none, never);
+    CHECK(jammed.status == "failed");
+    CAPTURE(jammed.message);
+    CHECK(jammed.message.find("the initial state: pushed in by 0.0") == 0);
+    CHECK(b.run(none, at_once).status == "interrupted");
+    CHECK(none.records.empty());
+}
+
 TEST_CASE("every step is certified, and work is elastic energy plus friction")
 {
     for (double mu : {0.0, 0.2}) {
