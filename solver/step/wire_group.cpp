@@ -50,10 +50,6 @@ int count_passages(const WireBody& b, const StepStart& start)
     return count;
 }
 
-} // namespace
-
-namespace {
-
 /// Strains of the elements of a wire that was moved along itself: what they were where these are
 /// now. Their own err where a place passed a node, and times EA that would be a load.
 void strains_along(const Wire& wire, const WireState& before, double shift,
