@@ -88,10 +88,10 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
     forget_pull();
     const double target = 0.1 * grain;
     // A jump may take a wire as far as it is long.
-    double way = 0;
+    double longest = 0;
     for (const BaseTarget& t : to)
-        way = std::max(way, t.insertion);
-    const int most = std::max(kLeastRelaxations, int(std::min(1e6, way / target)));
+        longest = std::max(longest, t.insertion);
+    const int most = std::max(kLeastRelaxations, int(std::min(1e6, longest / target)));
     const double elastic_before = elastic_energy_of(g);
     double weight = 1e-3 * unit, energy = elastic_before;
     bool base_moved = false, pushed_off = false, failed = false;
