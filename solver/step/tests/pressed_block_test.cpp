@@ -213,7 +213,7 @@ TEST_CASE("soft balls come to rest under their weight: Newton's method where the
     // Extrapolated, the way of a ball along which nothing holds it grew: errors of 2e-6 in the
     // fourth iteration, of 3e-3 in the fifth, and no balance.
     for (const auto& [element, around, E, friction] :
-         {std::tuple("T10", 12, 2e4, 0.0), {"T4", 10, 5e3, 0.5}, {"H8", 10, 5e3, 0.5}}) {
+         {std::tuple("T10", 12, 5e3, 0.0), {"T4", 10, 5e3, 0.5}, {"H8", 10, 5e3, 0.5}}) {
         CAPTURE(std::string(element));
         const Result r = run(fmt::format(
             R"("bodies": {{"floor": {{{}}}, "ball": {{"kind": "solid", "density": 1000,
