@@ -25,6 +25,9 @@ namespace {
 constexpr double kRelaxUnstable = 1.0 / 8;
 constexpr double kRelaxFailed = 1.0 / 64;
 constexpr double kDefaultSmallest = 1.0 / 1024;
+// Half a step of smooth motion misses a quarter of what the whole misses of its balance, relative to
+// what it turns over. What misses more than that has jumped, and is quartered.
+constexpr double kJumped = 4;
 
 double now()
 {
@@ -76,6 +79,13 @@ struct WireSimulation::State {
     {
         return scene.time.smallest_step > 0 ? scene.time.smallest_step
                                             : kDefaultSmallest * longest();
+    }
+    /// The length that is tried after h, which was refused.
+    double shorter(double h, double missed_by) const
+    {
+        const double relaxed = kRelaxFailed * longest();
+        const double least = h > relaxed ? std::max(relaxed, smallest()) : smallest();
+        return std::max((missed_by > kJumped ? 0.25 : 0.5) * h, least);
     }
     double insertion(std::size_t w, double t) const
     {
@@ -148,7 +158,10 @@ bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refu
         const bool may_relax = relax && !g.wires[0]->motion.dynamic;
         const std::vector<BaseTarget> to = targets(g, t);
         const StepReport r = may_relax ? try_or_relax(g, to) : try_step(g, to, h);
-        if (!r.accepted) refusal = scene.beams[first_of(g)].name + ": " + r.refusal;
+        if (!r.accepted) {
+            refusal = scene.beams[first_of(g)].name + ": " + r.refusal;
+            sum.missed_by = r.missed_by;
+        }
         accepted = r.accepted;
         reports.push_back(r);
         sum.newton.iterations += r.newton.iterations;
@@ -439,7 +452,7 @@ RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& 
                 failed = true;
                 break;
             }
-            h = std::max(0.5 * h, s.smallest());
+            h = s.shorter(h, report.missed_by);
         }
         if (failed)
             return finish("failed", "step " + std::to_string(s.step + 1) +

@@ -77,6 +77,7 @@ StepReport try_step(WireGroup& g, const std::vector<BaseTarget>& to, double leng
         turned_over += b.scale_force * (std::abs(shift) + kEnergyFloor * b.grain);
     }
     if (!dynamic && !any_balance && std::abs(r.missed) > kEnergyShare * turned_over) {
+        r.missed_by = std::abs(r.missed) / (kEnergyShare * turned_over);
         refuse(g, old, r, kBalanceRefused);
         return r;
     }

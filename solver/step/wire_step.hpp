@@ -56,6 +56,7 @@ struct StepReport {
     bool snapped = false;
     double released = 0;    ///< in a snap [J]
     double missed = 0;      ///< work that is neither elastic, friction nor released [J]
+    double missed_by = 0;   ///< of what the balance of a refused step may miss; 0: else refused
     int relaxations = 0;    ///< increments of the damped relaxation
     int passed_through = 0; ///< contact points beyond a wall
 };
