@@ -9,6 +9,7 @@ namespace {
 
 constexpr int kLeastRelaxations = 600;     // that are made before a flow is given up
 constexpr double kRelaxationShare = 0.001; // of what an increment turned over: its balance misses
+constexpr int kFirstPause = 4, kLongestPause = 32; // increments between tries of the wires at rest
 constexpr double kNoJump = 0.25;           // of an increment's way: the wire has not jumped in it
 
 /// Lowest mode of the system that contact leaves free, by inverse iteration with the factor of
@@ -95,7 +96,9 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
     const double elastic_before = elastic_energy_of(g);
     double weight = 1e-3 * unit, energy = elastic_before;
     bool base_moved = false, pushed_off = false, failed = false;
-    int until_attempt = 1; // increments before the wires are tried at rest
+    // Increments before the wires are tried at rest. One that fails costs as much as some fifty
+    // increments do: the next comes after twice as many.
+    int until_attempt = 1, pause = kFirstPause;
     double work_of_base = 0;
     if (part && part->under_way) {
         weight = part->weight;
@@ -145,7 +148,8 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
                 continue;
             }
             restore(g, before);
-            until_attempt = 4;
+            until_attempt = pause;
+            pause = std::min(2 * pause, kLongestPause);
         }
 
         for (std::size_t w = 0; w < wires; ++w)
