@@ -174,7 +174,9 @@ double growth_stiffness(const Wire& wire)
     const WireMaterial& m = wire.material;
     const WireState& s = wire.state;
     const double end = material_at_end(wire, s);
-    const double step = std::min(1e-3 * m.segments.back().radius, 0.25 * end);
+    // its strains go with 1/length: short against that as well
+    const double length = law_of_held_element(wire, s, 0).length;
+    const double step = std::min({1e-3 * m.segments.back().radius, 0.25 * end, 0.01 * length});
     const auto slope = [&](double further) {
         return growth(wire, law_of_held_element(wire, s, further), further).slope;
     };
@@ -369,6 +371,16 @@ Quaternion held_rotation(const Wire& wire, const WireState& state, double s)
 // By how much of an element's length the first one may differ from a whole one.
 constexpr double kFurthestLag = 0.75;
 
+bool first_element_lags(const Wire& wire)
+{
+    const WireState& s = wire.state;
+    if (!wire.sheath || !wire.outside()) return false;
+    const std::size_t next = std::size_t(s.first) + 1;
+    const double out = wire.material.node[next] - material_at_end(wire, s);
+    const double full = wire.material.node[next] - wire.material.node[next - 1];
+    return std::abs(out - full) > kFurthestLag * full;
+}
+
 void drive_base(Wire& wire, double insertion, double twist)
 {
     if (!wire.sheath) return; // a clamp stands where its node is
@@ -384,13 +396,8 @@ void drive_base(Wire& wire, double insertion, double twist)
     s.first = first_node(wire.material, insertion);
     // Compressed or stretched in the sheath by much of an element, the wire is not where its base
     // says: the element at the sheath's end would have next to no length, or less.
-    if (wire.outside()) {
-        const std::size_t next = std::size_t(s.first) + 1;
-        const double out = wire.material.node[next] - material_at_end(wire, s);
-        const double full = wire.material.node[next] - wire.material.node[next - 1];
-        if (std::abs(out - full) > kFurthestLag * full)
-            s.first = std::min(first_node(wire.material, s.inserted), wire.last() - 1);
-    }
+    if (first_element_lags(wire))
+        s.first = std::min(first_node(wire.material, s.inserted), wire.last() - 1);
     if (!wire.outside()) {
         s.inserted = insertion;
         s.rotation = twist;

@@ -91,6 +91,10 @@ Quaternion held_rotation(const Wire& wire, const WireState& state, double s);
 /// does: a guess for the next equilibrium. Reactions move along. Adds and removes nodes.
 void drive_base(Wire& wire, double insertion, double twist);
 
+/// Whether the element at the sheath's end has become much shorter or longer than a whole one, as
+/// when a jump draws wire into the sheath: driving the base to where it is makes another.
+bool first_element_lags(const Wire& wire);
+
 /// Forces at the base of a sheath.
 struct BaseLoad {
     double push = 0;   ///< [N], positive in compression

@@ -112,7 +112,11 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
         if (part && taken > 0 && r.newton.iterations >= part->most) break;
         const GroupState before = state_of(g);
         const GroupStart start = start_of(g);
-        if (!base_moved) drive(g, to);
+        const bool lags = std::any_of(g.wires.begin(), g.wires.end(), [](const WireBody* b) {
+            return first_element_lags(b->wire);
+        });
+        if (!base_moved || lags) drive(g, to);
+        if (base_moved && lags) energy = elastic_energy_of(g);
         std::vector<Anchor> anchors(wires);
 
         // At rest already? Only without a further jump.
