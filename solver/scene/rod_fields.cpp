@@ -105,10 +105,11 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
     if (shape.points.size() == 1)
         findings.add({place + "/shape/points"}, "one point", "at least two points");
     double along = 0;
+    for (std::size_t i = 0; i + 1 < shape.points.size(); ++i)
+        along += (shape.points[i + 1].at - shape.points[i].at).norm();
     for (std::size_t i = 0; i + 1 < shape.points.size(); ++i) {
-        const double d = (shape.points[i + 1].at - shape.points[i].at).norm();
-        along += d;
-        if (!(d > 0))
+        // Nearer than round-off of the places can tell a direction, they are one.
+        if (!((shape.points[i + 1].at - shape.points[i].at).norm() > 1e-9 * along))
             findings.add({fmt::format("{}/shape/points/{}", place, i + 1)},
                          "the point before it again", "another place than the point before it");
     }

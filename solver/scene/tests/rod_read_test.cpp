@@ -288,3 +288,14 @@ TEST_CASE("a rod in a sheath is straight and long enough, and neither it nor a m
     CHECK(has(dynamic, "a sheath in a dynamic scene"));
     CHECK(has(dynamic, "/drag"));
 }
+
+TEST_CASE("points of a polyline that are one but for round-off are coincident")
+{
+    const auto with = [](const std::string& point) {
+        return bad(R"({"at": [0, 1.2, 0]}, )", R"({"at": [0, 1.2, 0]}, )" + point);
+    };
+    for (const char* same : {R"({"at": [0, 1.2, 1e-18]}, )", R"({"at": [1e-13, 1.2, 0]}, )"})
+        CHECK(with(same).find("/shape/points/2: found the point before it again") !=
+              std::string::npos);
+    CHECK(with(R"({"at": [1e-3, 1.2, 0]}, )") == "");
+}
