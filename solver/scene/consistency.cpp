@@ -171,7 +171,7 @@ void check_nesting(const BeamInput& a, const BeamInput& b, const Scene& scene,
         for (const BeamSegment& s : inner.segments)
             widest = std::max({widest, s.radius, s.end_radius});
         findings.add({pair, one + "/segments", other + "/segments"},
-                     fmt::format("\"{}\" of radius {:.6g} in the bore of \"{}\", radius {:.6g}",
+                     fmt::format("\"{}\" of radius {} in the bore of \"{}\", radius {}",
                                  inner.name, widest, outer.name, bore(outer)),
                      "an instrument that fits in the other: radius <= inner_radius [m]");
     }

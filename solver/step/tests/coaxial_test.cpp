@@ -281,6 +281,10 @@ TEST_CASE("instruments that cannot be in one another")
     CHECK(issues_of(good, {}).empty());
     CHECK(has(issues_of(good, {"bodies.catheter.segments.0.inner_radius=4.4e-4"}),
               "an instrument that fits in the other"));
+    // too thick by less than six digits show
+    CHECK(has(issues_of(good, {"bodies.wire.segments.0.radius=4.45e-4",
+                               "bodies.catheter.segments.0.inner_radius=4.4499999e-4"}),
+              "of radius 0.000445 in the bore of \"catheter\", radius 0.00044499999"));
     CHECK(has(issues_of(good, {"bodies.catheter.segments.0.inner_radius=9e-4"}),
               "/bodies/catheter/segments/0/inner_radius (--set): found 0.0009"));
     CHECK(has(issues_of(good, {"bodies.catheter.introducer.at=[0,0,0.001]"}), "come out of one"));
