@@ -438,6 +438,7 @@ double SolidBody::imbalance(const Eigen::VectorXd& force)
     const double momentum = step_.dynamic ? lumped_.maxCoeff() * now_.v.cwiseAbs().maxCoeff() : 0;
     const double floor = 1e-14 * (places + momentum) * std::sqrt(double(unknown_.size()));
     const double balance = missing > floor * floor && size > 0 ? std::sqrt(missing / size) : 0;
+    round_off_ = size > 0 ? floor / std::sqrt(size) : 0;
     const double error = std::max(balance, volumes_missing());
     stalled_ = error > 0.5 * last_error_ ? stalled_ + 1 : 0;
     last_error_ = error;

@@ -147,6 +147,10 @@ public:
     /// Where the law has lost its stiffness at the iterate, in words; "" if nowhere.
     std::string softened() const { return softened(now_.u); }
     double imbalance(const Eigen::VectorXd& force) override;
+    /// Where the iterate misses it most, in words.
+    std::string worst_imbalance(const Eigen::VectorXd& force);
+    /// Of imbalance(): what round-off makes of it at the iterate.
+    double round_off() const { return round_off_; }
     void take_moment(const Vec3& moment) override { contact_moment_ = moment; }
     BodyEnergy accept(const Eigen::VectorXd& force) override;
     double size() const override { return size_; }
@@ -319,6 +323,7 @@ protected:
     double share_made_ = 1, state_energy_ = 0, last_error_ = 0;
     bool matrix_kept_ = false;
     int stalled_ = 0;
+    double round_off_ = 0;
     bool indefinite_ = false; ///< seen in this step
     bool unstable_ = false;   ///< the accepted state, by its last matrix
     std::string fault_, remark_;

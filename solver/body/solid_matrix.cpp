@@ -192,7 +192,13 @@ void SolidBody::make_matrix()
     if (done && hyperelastic_ && free_modes_.cols() > 0) find_border();
     if (!done && hyperelastic_) {
         if (next_shift() > 0) return make_matrix();
-        fault_ = input_.name + ": its matrix cannot be made positive definite";
+        std::size_t worst = 0;
+        for (std::size_t e = 0; e < hyper_states_.size(); ++e)
+            if (hyper_states_[e].least_volume < hyper_states_[worst].least_volume) worst = e;
+        fault_ = fmt::format("{}: its matrix cannot be made positive definite: an iterate is too "
+                             "far from balance, {} has {:.2g} of its volume left",
+                             input_.name, element_place(mesh_, std::int32_t(worst)),
+                             hyper_states_[worst].least_volume);
         return;
     }
     if (!done && exact_tangent_) { // W must be positive: leave out what made it indefinite

@@ -1,8 +1,10 @@
 #include "solver/body/solid_body.hpp"
 
 #include "contact/surface/passage.hpp"
+#include "solver/body/node_index.hpp"
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <limits>
 
 // What is told of the accepted state, and the state itself to be kept and read back.
@@ -170,6 +172,19 @@ void SolidBody::set_state(std::span<const double> s)
     }
     find_spin();
     if (material_.density > 0) momentum_ = mass_times(state_.v);
+}
+
+std::string SolidBody::worst_imbalance(const Eigen::VectorXd& force)
+{
+    Eigen::VectorXd scale, missing = Eigen::VectorXd::Zero(3 * Eigen::Index(now_.x.size()));
+    const Eigen::VectorXd r = residual(scale);
+    for (std::size_t i = 0; i < unknown_.size(); ++i)
+        missing[unknown_[i]] = r[unknown_[i]] + force[Eigen::Index(i)];
+    std::size_t worst = 0;
+    for (std::size_t i = 1; i < now_.x.size(); ++i)
+        if (missing.segment<3>(at3(i)).norm() > missing.segment<3>(at3(worst)).norm()) worst = i;
+    const Vec3& x = now_.x[worst];
+    return fmt::format(", most at ({:.4g}, {:.4g}, {:.4g})", x.x(), x.y(), x.z());
 }
 
 } // namespace amontons

@@ -315,6 +315,19 @@ void RunWriter::State::remove_old_files()
     for (fs::directory_iterator entry(path("frames"), error), end; !error && entry != end;
          entry.increment(error))
         if (is_frame_file(entry->path().filename().string(), parts)) old.push_back(entry->path());
+    // A collection of a run by another name that loses frames is none any more.
+    std::vector<fs::path> bare;
+    for (fs::directory_iterator entry(options.directory, error), end; !error && entry != end;
+         entry.increment(error)) {
+        if (entry->path().extension() != ".pvd") continue;
+        const std::string text = read_file(entry->path().string());
+        if (std::ranges::any_of(old, [&](const fs::path& frame) {
+                return text.find("frames/" + frame.filename().string()) != std::string::npos;
+            }))
+            bare.push_back(entry->path());
+    }
+    for (const fs::path& file : bare)
+        fs::remove(file, error);
     for (const fs::path& file : old)
         fs::remove(file, error);
 }

@@ -90,6 +90,7 @@ bool BodyStepper::holds_at_end()
     Eigen::VectorXd r = Eigen::VectorXd::Zero(solved_rows.count);
     Eigen::VectorXd u(solved_rows.count);
     std::vector<ActingForce> acting;
+    std::vector<BodySystem::Key> acting_keys;
     double lost = 0, total = 0;
     for (std::size_t i = 0; i < keys.size(); ++i) {
         const int size = amontons::rows_of(solved.kind[i]);
@@ -118,6 +119,7 @@ bool BodyStepper::holds_at_end()
                   : Vec3(list_.contact[std::size_t(at->second)].frame.leftCols(size) *
                          own.head(size));
         acting.push_back({at->second, along});
+        acting_keys.push_back(keys[i]);
     }
     problem_ = solved;
     rows_ = solved_rows;
@@ -136,14 +138,18 @@ bool BodyStepper::holds_at_end()
     double shift = total > 0 && !nothing_ ? lost / total : 0;
     const std::vector<Eigen::VectorXd> f = forces_on_bodies(contacts(), acting);
     double imbalance = 0;
+    int furthest = -1;
     for (std::size_t b = 0; b < bodies(); ++b) {
         const double size = passing[b];
         // Of rods alone the balance with these forces says it all.
         if (size > 0 && !nothing_ && !rods_only_)
             shift = std::max(shift, (f[b] - old_force[b]).norm() / size);
-        imbalance = std::max(imbalance, body(b).imbalance(f[b]));
+        const double own_imbalance = body(b).imbalance(f[b]);
+        if (own_imbalance > imbalance) furthest = int(b);
+        imbalance = std::max(imbalance, own_imbalance);
     }
     body_force_ = f;
+    note_course(report_.error, shift, imbalance, furthest, std::move(acting_keys));
     report_.error = std::max({report_.error, shift, imbalance});
     double size = 0;
     for (std::size_t b = 0; b < bodies(); ++b)

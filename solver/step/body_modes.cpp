@@ -255,6 +255,7 @@ bool BodyStepper::solve_with_modes()
                 } else if (certificate_.worst_contact >= 0) {
                     report_.refusal +=
                         ", worst: " + who(rows_.chosen[std::size_t(certificate_.worst_contact)]);
+                    report_.refusal += why_no_forces();
                 }
                 return false;
             }

@@ -330,8 +330,12 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
             if (stop) return finish("interrupted", "interrupted by the user");
             if (h <= s.smallest() * (1 + 1e-9)) {
                 if (s.last.rods_alone && !s.in_medium() && s.advance(h, true)) break;
-                return finish("failed", fmt::format("step {} (t = {:.6g} s): {}", s.step + 1,
-                                                    s.time, s.last.refusal));
+                return finish(
+                    "failed",
+                    fmt::format("step {} (t = {:.6g} s): {}{}", s.step + 1, s.time, s.last.refusal,
+                                s.retries == 0
+                                    ? ""
+                                    : fmt::format("; steps down to {:.3g} s were tried", h)));
             }
             h = std::max(0.5 * h, s.smallest());
             ++s.retries;

@@ -19,8 +19,9 @@ namespace {
 constexpr int kInMedium = 20; // iterations: a shorter step is surer to lead on
 constexpr int kDescent = 5;   // times the iterations, from an unstable balance
 constexpr int kPatience = 2;  // times the iterations, for steps that are not Newton's
-// Iterations that do not halve the error, before bodies lean to the end of the step.
-constexpr int kUprightPatience = 3;
+// Iterations that do not halve the error, before bodies lean, and before they are tried upright
+// again; how often they change about in a step.
+constexpr int kUprightPatience = 3, kLeanPatience = 5, kMostTurns = 9;
 constexpr const char* kNotStable = "its balance is not stable"; // of remarks of bodies too
 
 } // namespace
@@ -250,7 +251,7 @@ void BodyStepper::relax()
         for (Eigen::VectorXd* v : {&y_[b], &mode_[b]})
             part(*v, [](const auto& from, auto to) { to = from; });
 
-    const bool newton = all_in_matrix(); // nothing to extrapolate
+    const bool newton = all_in_matrix() || !upright_.empty(); // nothing to extrapolate
     // What is left of the motion is the rounding of its solution, which extrapolation blows up.
     const bool there = !errors_.empty() && errors_.back() <= report_.threshold;
     constexpr double kFast = 0.3;
@@ -447,7 +448,7 @@ bool BodyStepper::run()
     const bool geometry = !step_.dynamic && !system_.finder.all_small();
     double least = std::numeric_limits<double>::infinity();
     int most = options_.most_iterations;
-    for (int i = 0, halved = 0; i < most; ++i) {
+    for (int i = 0, halved = 0, turns = 0; i < most; ++i) {
         if (options_.stop && *options_.stop) {
             report_.refusal = "interrupted";
             return false;
@@ -466,10 +467,11 @@ bool BodyStepper::run()
             least = report_.error;
             halved = i;
         }
-        if (!upright_.empty() &&
-            i - halved >= kUprightPatience) { // bodies that lean damp what jumps
-            leans_in_step_ = true;
+        const int patience = leans_in_step_ ? kLeanPatience : kUprightPatience;
+        if ((leans_in_step_ || !upright_.empty()) && i - halved >= patience && turns < kMostTurns) {
+            leans_in_step_ = !leans_in_step_; // bodies that lean damp what jumps
             halved = i;
+            ++turns;
         }
         // From an unstable balance round-off grows by a share in each iteration: downhill all the
         // same.
@@ -485,13 +487,14 @@ bool BodyStepper::run()
                                           "error {:.1e} after {} iterations",
                                           report_.error, i + 1);
             if (!deepest_.empty()) report_.refusal += ", " + deepest_;
+            report_.refusal += why_no_balance();
             say_softened();
             if (tipping_.empty()) tipping_ = toppling();
             return false;
         }
     }
     if (!(report_.error <= report_.threshold)) {
-        report_.refusal = fmt::format("certificate {:.1e}", report_.error);
+        report_.refusal = fmt::format("certificate {:.1e}", report_.error) + why_no_forces();
         return false;
     }
     report_.refusal = system_.finder.passed(system_.refs);

@@ -83,6 +83,10 @@ private:
     bool holds_at_end();
     bool faulty();
     void say_softened();
+    void note_course(double law, double turned, double imbalance, int body,
+                     std::vector<BodySystem::Key> acting);
+    std::string why_no_balance() const;
+    std::string why_no_forces() const;
     void certify_rows(const Eigen::VectorXd& u);
     Eigen::MatrixXd unfelt_modes(std::size_t b, double share) const;
     void report_modes();
@@ -139,6 +143,14 @@ private:
     Certificate certificate_;
     std::string deepest_;        ///< penetration that no contact of the problem prevented
     std::vector<double> errors_; ///< of the outer iterations
+    /// The parts of one, and how many contacts came to act or ceased to.
+    struct Course {
+        double law, turned, imbalance;
+        int body; ///< that is furthest from its balance, -1: none
+        int changed;
+    };
+    std::vector<Course> course_;
+    std::vector<BodySystem::Key> acting_, changed_; ///< of the last iteration; when last some did
     bool swung_ = false;         ///< rods alone: they went to and fro in this step
     bool relaxing_ = false;
     double relaxation_ = 1; ///< share of the motion made

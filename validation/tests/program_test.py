@@ -480,6 +480,10 @@ class Output(Case):
         names = {f.name for f in (self.folder / "out/frames").iterdir()}
         self.assertNotIn("wire.000007.vtp", names)
         self.assertIn("wire.000010.vtp", names)
+        (self.folder / "out/notes.pvd").write_text("mine")
+        self.call("run", self.scene(name="other.json"), "--output", "out")
+        collections = {f.name for f in (self.folder / "out").glob("*.pvd")}
+        self.assertEqual(collections, {"other.pvd", "contacts.pvd", "notes.pvd"})
 
     def test_check(self):
         result = self.call("check", self.scene(), "--json")

@@ -1,0 +1,96 @@
+// A step that is refused says why.
+
+#include "solver/body/solid_body.hpp"
+#include "solver/step/body_build.hpp"
+#include "solver/step/tests/body_runs.hpp"
+
+#include <fmt/format.h>
+
+using namespace amontons;
+
+namespace {
+
+/// A sheet between two blocks of 100 kPa, pressed by 20 mm within a step.
+std::string scene(double thick, double E, double friction)
+{
+    const auto solid = [](const std::string& name, double modulus, const std::string& mesh,
+                          const std::string& hold) {
+        return fmt::format(
+            R"("{}": {{"kind": "solid", "mesh": {{"generate": "box", "element": "H8", {}}},
+            "material": {{"law": "neo_hooke", "youngs_modulus": {}, "poisson_ratio": 0.45}},
+            "hold": [{{{}}}]}})",
+            name, mesh, modulus, hold);
+    };
+    return fmt::format(
+        R"("bodies": {{{}, {}, {}}},
+           "contact": [{{"between": ["lower", "sheet"], "friction": {}}},
+                       {{"between": ["sheet", "upper"], "friction": {}}}],
+           "time": {{"step": 1, "end": 1, "smallest_step": 0.5}})",
+        solid("lower", 1e5, R"("size": [1, 1, 0.4], "centre": [0, 0, -0.2], "cells": [2, 2, 1])",
+              R"("set": "z_min")"),
+        solid("sheet", E,
+              fmt::format(R"("size": [1.3, 1.3, {}], "centre": [0, 0, {}], "cells": [4, 4, 1])",
+                          thick, thick / 2),
+              R"("set": "x_min")"),
+        solid("upper", 1e5,
+              fmt::format(R"("size": [1, 1, 0.4], "centre": [0.03, 0.02, {}], "cells": [3, 3, 1])",
+                          thick + 0.2),
+              R"("set": "z_max", "x": 0, "y": 0, "z": [[0, 0], [1, -0.02]])"),
+        friction, friction);
+}
+
+/// Why the whole step is refused after some iterations.
+std::string refusal(const std::string& text, int iterations)
+{
+    const Scene scene = parse_scene("{\"schema\": 1, " + text + "}", "test.json", {});
+    const std::vector<Obstacle> obstacles;
+    std::vector<Issue> warnings;
+    const std::unique_ptr<BodySystem> system = build_bodies(scene, obstacles, warnings);
+    std::vector<std::string> messages;
+    StepInput step;
+    step.h = 1;
+    for (const BodyRef& b : system->refs)
+        b.solid->make_ready(step, "", messages);
+    BodyStepOptions options;
+    options.most_iterations = iterations;
+    const BodyStepReport r = try_body_step(*system, step, options);
+    CHECK(!r.accepted);
+    return r.refusal;
+}
+
+bool says(const std::string& message, const char* what)
+{
+    return message.find(what) != std::string::npos;
+}
+
+} // namespace
+
+TEST_CASE("a step without a balance says what body misses it, and where")
+{
+    const std::string why = refusal(scene(0.2, 1e5, 0), 1);
+    CAPTURE(why);
+    CHECK(says(why, "no balance"));
+    CHECK(says(why, " is out of balance, most at ("));
+    CHECK(!says(why, "times as long"));
+}
+
+TEST_CASE("a step without a balance names what a mesh of slivers makes of it")
+{
+    const std::string why = refusal(scene(0.0025, 1e5, 0), 1);
+    CAPTURE(why);
+    CHECK(says(why, "sheet: its elements have edges up to 130 times as long")); // 1.3/4 over 0.0025
+    CHECK(!says(why, "upper: its elements"));
+}
+
+TEST_CASE("a contact problem that rounding leaves unsolved says so")
+{
+    const Result r = run(scene(0.002, 100, 0));
+    CAPTURE(r.summary.message);
+    CHECK(r.summary.status == "failed");
+    CHECK(says(r.summary.message, "contact problem"));
+    CHECK(says(r.summary.message, "times as stiff as others"));
+    CHECK(says(r.summary.message, "steps down to 0.5 s were tried"));
+    const Result many = run(scene(0.002, 10, 0.3));
+    CAPTURE(many.summary.message);
+    CHECK(says(many.summary.message, "contacts outnumber what bodies can do"));
+}
