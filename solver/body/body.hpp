@@ -28,6 +28,7 @@ struct StepInput {
     bool dynamic = false;
     TimeRule rule; ///< dynamic: how places follow velocities, and velocities forces
     Vec3 gravity = Vec3::Zero();
+    double load = 1; ///< share of the bodies' own loads, gravity apart
     double end() const { return start + h; }
 };
 

@@ -166,10 +166,10 @@ Eigen::VectorXd CondensedSolid::amounts(double t) const
         } else {
             const LoadInput& l = input_.loads[p.input];
             if (p.axis < 0) {
-                value = curve_value(l.pressure, t);
+                value = step_.load * curve_value(l.pressure, t);
             } else {
                 const Vec3 v = p.axis < 3 ? *l.traction : *l.force;
-                const double factor = l.over.empty() ? 1 : curve_value(l.over, t);
+                const double factor = step_.load * (l.over.empty() ? 1 : curve_value(l.over, t));
                 value = factor * Vec3(now_.frame.turn.conjugate() * v)[p.axis % 3];
             }
         }

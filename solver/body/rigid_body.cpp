@@ -58,13 +58,13 @@ Mat3 RigidBody::inertia(const Eigen::Quaterniond& turn) const
 
 Vec3 RigidBody::force(double t) const
 {
-    return (input_.over.empty() ? 1.0 : curve_value(input_.over, t)) * input_.force +
+    return step_.load * (input_.over.empty() ? 1.0 : curve_value(input_.over, t)) * input_.force +
            mass_.mass * step_.gravity;
 }
 
 Vec3 RigidBody::torque(double t) const
 {
-    return (input_.over.empty() ? 1.0 : curve_value(input_.over, t)) * input_.torque;
+    return step_.load * (input_.over.empty() ? 1.0 : curve_value(input_.over, t)) * input_.torque;
 }
 
 void RigidBody::begin(const StepInput& step)

@@ -170,7 +170,7 @@ void RodBody::add_loads(const Motion& m, double t, std::vector<Node6>& f, RodMat
 {
     Vec3 line = Vec3::Zero(); // force per length
     for (const Load& l : loads_) {
-        const double factor = value(l.input->over, t, 1);
+        const double factor = step_.load * value(l.input->over, t, 1);
         if (l.input->line) line += factor * *l.input->line;
         if (l.node < 0) continue;
         Map6 own(f[std::size_t(l.node)].value);

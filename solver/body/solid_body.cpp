@@ -126,9 +126,9 @@ Eigen::VectorXd SolidBody::loads(const Motion& m, double t) const
     const auto of_frame = [&](const Vec3& v) { return Vec3(m.frame.turn.conjugate() * v); };
     for (const SolidConditions::Load& load : conditions_.loads) {
         const LoadInput& l = *load.input;
-        const double factor = l.over.empty() ? 1 : curve_value(l.over, t);
+        const double factor = step_.load * (l.over.empty() ? 1 : curve_value(l.over, t));
         if (load.pressure.size() > 0) {
-            const double p = curve_value(l.pressure, t);
+            const double p = step_.load * curve_value(l.pressure, t);
             if (!nonlinear_)
                 f += p * load.pressure;
             else

@@ -136,7 +136,8 @@ void SolidBody::assemble_tangent(SparseMatrix& S)
     };
     const double t = step_.dynamic ? step_.start + step_.rule.end * step_.h : step_.end();
     for (const SolidConditions::Load& load : conditions_.loads)
-        if (!load.input->pressure.empty()) press(*load.faces, curve_value(load.input->pressure, t));
+        if (!load.input->pressure.empty())
+            press(*load.faces, step_.load * curve_value(load.input->pressure, t));
     for (const VolumeLoad& v : volumes_)
         press(*conditions_.loads[v.load].faces, v.pressure);
 

@@ -77,7 +77,6 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
     const Kept start = keep(system);
     StepInput input = step;
     BodyStepReport sum;
-    sum.rods_alone = true;
     const auto count = [&](const BodyStepReport& r) {
         sum.iterations += r.iterations;
         sum.factorisations += r.factorisations;
@@ -118,7 +117,6 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
                 still.energy = sum.energy;
                 still.energy.elastic = elastic;
                 still.energy.kinetic = kinetic;
-                still.rods_alone = true;
                 still.remarks.push_back(
                     fmt::format("snapped: followed against a drag in {} steps, which took {:.3g} J",
                                 k, sum.energy.dissipated));

@@ -95,7 +95,14 @@ struct BodySimulation::State {
         return next;
     }
     void make_ready();
-    bool advance(double h, bool relaxed = false);
+    bool advance(double h, bool relaxed = false, double share = 1);
+    bool find_first_balance();
+    /// Rods that lose their balance can be followed against a drag, whatever they lie on.
+    bool may_snap() const
+    {
+        return !dynamic() &&
+               std::ranges::any_of(system->refs, [](const BodyRef& b) { return b.rod; });
+    }
     bool advance_path();
     StepRecord record(double h, double seconds);
     void finish();
@@ -127,14 +134,16 @@ void BodySimulation::State::make_ready()
 
 /// One step; either all bodies move or none.
 /// @param relaxed  by gradient flow, where no step leads on
-bool BodySimulation::State::advance(double h, bool relaxed)
+/// @param share  of loads and gravity
+bool BodySimulation::State::advance(double h, bool relaxed, double share)
 {
     StepInput input;
     input.start = time;
     input.h = h;
     input.dynamic = dynamic() && h > 0;
     input.rule = time_rule(scene.time);
-    input.gravity = scene.gravity;
+    input.gravity = share * scene.gravity;
+    input.load = share;
     BodyStepOptions settings;
     settings.tolerance = scene.accuracy.contact;
     settings.solver = contact_solver(scene.accuracy.solver);
@@ -155,6 +164,30 @@ bool BodySimulation::State::advance(double h, bool relaxed)
     energy.elastic = last.energy.elastic - elastic_start;
     energy.kinetic = last.energy.kinetic - kinetic_start;
     return true;
+}
+
+/// Quasi-static: the balance that the first loads and places ask for; where it is not found at
+/// once, under shares of the loads that grow to all of them.
+bool BodySimulation::State::find_first_balance()
+{
+    constexpr double kLeast = 1.0 / 256;
+    if (advance(0) || (may_snap() && advance(0, true))) return true;
+    const std::string refusal = last.refusal;
+    double reached = 0;
+    for (double part = 0.25; reached < 1 && part >= kLeast && !*stop;) {
+        const double share = std::min(1.0, reached + part);
+        if (advance(0, false, share)) {
+            reached = share;
+            part *= 2;
+        } else {
+            part /= 2;
+        }
+    }
+    if (reached == 1) return true;
+    last.refusal = reached > 0 ? fmt::format("{}; of its loads {:.3g} were reached, then: {}",
+                                             refusal, reached, last.refusal)
+                               : refusal;
+    return false;
 }
 
 /// One step along the path of a rod's balances.
@@ -294,7 +327,7 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
     s.make_ready();
     if (!s.started) {
         // Quasi-static: the balance that the first loads and places ask for.
-        if (!s.dynamic() && !s.advance(0) && !(s.last.rods_alone && s.advance(0, true))) {
+        if (!s.dynamic() && !s.find_first_balance()) {
             if (stop) return finish("interrupted", "interrupted by the user");
             return finish("failed", "the initial state: " + s.last.refusal);
         }
@@ -329,7 +362,7 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         while (!s.advance(h)) {
             if (stop) return finish("interrupted", "interrupted by the user");
             if (h <= s.smallest() * (1 + 1e-9)) {
-                if (s.last.rods_alone && !s.in_medium() && s.advance(h, true)) break;
+                if (s.may_snap() && !s.in_medium() && s.advance(h, true)) break;
                 return finish(
                     "failed",
                     fmt::format("step {} (t = {:.6g} s): {}{}", s.step + 1, s.time, s.last.refusal,

@@ -553,14 +553,12 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
         report.refusal += fmt::format("; the contacts of {} do not hold it where its loads have "
                                       "moved to: it tips over or buckles",
                                       stepper.tipping());
-    report.rods_alone = stepper.of_rods_only();
-    if (report.accepted || !report.rods_alone || medium) return report;
+    if (report.accepted || !stepper.of_rods_only() || medium) return report;
     // Rods that Newton's method leads astray: the way to a stable balance.
     BodyStepReport again;
     BodyStepOptions patient = options;
     patient.most_iterations *= kPatience;
     again.accepted = BodyStepper(system, step, patient, again, true).run();
-    again.rods_alone = true;
     again.iterations += report.iterations;
     return again;
 }

@@ -48,8 +48,7 @@ struct BodyStepOptions {
 /// What a step found.
 struct BodyStepReport {
     bool accepted = false;
-    bool rods_alone = false; ///< quasi-static, and solved without W
-    std::string refusal;     ///< why not
+    std::string refusal; ///< why not
     int iterations = 0, factorisations = 0;
     BodyContacts contacts;              ///< at the end of the step
     std::vector<Vec3> force;            ///< of each contact on body a, in space [N]
@@ -78,9 +77,9 @@ ContactProblem rods_problem(BodySystem& system, const BodyStepReport& report,
 BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
                              const BodyStepOptions& options);
 
-/// For rods alone where no step leads on, since balances end there: gradient flow against a drag to
-/// the balance that they snap to, in many small steps of try_body_step. What the drag takes is
-/// counted as dissipated. Where it is not accepted, no state has changed.
+/// For rods, whatever else there is, where no step leads on since balances end there: gradient flow
+/// against a drag to the balance that they snap to, in many small steps of try_body_step. What the
+/// drag takes is counted as dissipated. Where it is not accepted, no state has changed.
 BodyStepReport relax_rods(BodySystem& system, const StepInput& step,
                           const BodyStepOptions& options);
 

@@ -215,6 +215,34 @@ TEST_CASE("what is prescribed in one large step does not turn elements inside ou
     }
 }
 
+TEST_CASE("first loads whose balance is not found at once are taken up in parts")
+{
+    // A column of 50 times its width that has to go from upright to hanging upside down: 15 times
+    // Euler's load. All at once its elements are crushed.
+    const auto column = [](const char* over, double step) {
+        return run(fmt::format(
+            R"("bodies": {{"a": {{"kind": "solid", "material": {{"law": "neo_hooke",
+               "youngs_modulus": 1e5, "poisson_ratio": 0.4}},
+               "mesh": {{"generate": "box", "size": [0.02, 0.02, 1], "cells": [1, 1, 20],
+                         "element": "H8"}},
+               "hold": [{{"set": "z_min"}}],
+               "loads": [{{"set": "z_max", "traction": [0, 1, -125]{}}}]}}}},
+               "time": {{"step": {}, "end": 1}})",
+            over, step));
+    };
+    const Result once = column("", 1), ramped = column(R"(, "over": [[0, 0], [1, 1]])", 0.1);
+    REQUIRE_MESSAGE(once.summary.message == "", once.summary.message);
+    REQUIRE_MESSAGE(ramped.summary.message == "", ramped.summary.message);
+    CHECK(once.records.front().energy.work == 0);
+    for (const char* axis : {"_y", "_z"}) {
+        const std::string force = std::string("a_z_min_force") + axis;
+        CHECK(once.value(force, 0) == doctest::Approx(ramped.value(force)).epsilon(1e-7));
+    }
+    CHECK(once.value("a_max_displacement", 0) > 0.5);
+    CHECK(once.value("a_max_displacement", 0) ==
+          doctest::Approx(ramped.value("a_max_displacement")).epsilon(1e-6));
+}
+
 TEST_CASE("a slender bar that is pressed buckles, and the run says so")
 {
     // Straight on, until round-off has grown to a bend: some of these were given up on the way.
