@@ -49,7 +49,6 @@ RodMatrix::RodMatrix(int nodes, bool closed)
 
 void RodMatrix::set_zero()
 {
-    chain.set_first(0);
     chain.set_zero();
     first_with_last = last_with_first = Block6{};
 }
@@ -73,9 +72,8 @@ void RodMatrix::scale(double by)
 
 int RodMatrix::factor()
 {
-    if (!closed_) return chain.factor(0);
-    chain.set_first(1);
-    int negative = chain.factor(1);
+    if (!closed_) return factors_.factor(chain, 0);
+    int negative = factors_.factor(chain, 1);
     const std::size_t n = std::size_t(chain.size());
     Z_.assign(6, std::vector<Node6>(n, Node6{}));
     Mat6 S = dense(chain.diagonal(0));
@@ -85,7 +83,7 @@ int RodMatrix::factor()
             z[1].value[i] += chain.lower(0)(i, j);
             z[n - 1].value[i] += last_with_first(i, j);
         }
-        chain.solve(z);
+        factors_.solve(z);
         S.col(j) -= dense(chain.upper(0)) * view(z[1]) + dense(first_with_last) * view(z[n - 1]);
     }
     const Eigen::SelfAdjointEigenSolver<Mat6> eigen(0.5 * (S + S.transpose()),
@@ -97,7 +95,7 @@ int RodMatrix::factor()
 
 void RodMatrix::solve(std::vector<Node6>& x) const
 {
-    chain.solve(x);
+    factors_.solve(x);
     if (!closed_) return;
     const std::size_t n = std::size_t(chain.size());
     const Vec6 first = inverse_S_ * (view(x[0]) - dense(chain.upper(0)) * view(x[1]) -

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "solver/linear/block_tridiagonal.hpp"
+#include "solver/linear/chain_band.hpp"
 
 // The matrix of a rod: block-tridiagonal along it and, where it is closed, with a block that joins
 // its last node to its first. O(n) to factor and to solve.
@@ -30,6 +31,7 @@ public:
 
 private:
     bool closed_;
+    ChainBand factors_; // of the chain, node 0 of a closed rod left out
     // Node 0 of a closed rod is eliminated last: A of the others, Z = A^-1 (their column of node
     // 0), S what is left of node 0's block.
     std::vector<std::vector<Node6>> Z_;

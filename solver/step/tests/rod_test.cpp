@@ -132,6 +132,30 @@ TEST_CASE("a cantilever carries its load and its weight into the clamp")
     }
 }
 
+TEST_CASE("a rod of 1e5 and 1e6 radii bends as any other")
+{
+    // A dead load across of 12 EI / L^2: the end is at (0.40714723, 0.82859317) L (elastica, by
+    // shooting).
+    for (const double slenderness : {1e4, 1e5, 1e6}) {
+        CAPTURE(slenderness);
+        RodInput input = straight(40);
+        input.segments[0].radius = 1 / slenderness;
+        input.segments[0].EA.fill(4 * slenderness * slenderness);
+        input.hold = {clamp("start")};
+        RodLoad load;
+        load.set = "end";
+        load.force = Vec3(0, -12, 0);
+        load.over = {{0, 0}, {1, 1}};
+        input.loads = {load};
+        RodBody rod(input, nullptr, 0);
+        for (int i = 0; i < 10; ++i)
+            advance(rod, quasi_static(0.1 * i, 0.1));
+        const Vec3 end = rod.nodes().back().position();
+        CHECK(std::abs(end.x() - 0.40714723) < 1e-6);
+        CHECK(std::abs(end.y() + 0.82859317) < 1e-6);
+    }
+}
+
 TEST_CASE("loads that follow, and moments fixed in space, converge quadratically")
 {
     for (const bool follows : {false, true}) {
