@@ -115,9 +115,17 @@ FieldDeclaration list(std::string name, const ObjectDeclaration& fields, std::st
     return f;
 }
 
+/// A list that has this many items or more where it is given.
+inline FieldDeclaration no_fewer(std::size_t least, FieldDeclaration f)
+{
+    f.least = least;
+    return f;
+}
+
 inline FieldDeclaration required(FieldDeclaration f)
 {
     f.required = true;
+    if (f.type == FieldType::list && f.least == 0) f.least = 1;
     return f;
 }
 

@@ -42,7 +42,8 @@ ObjectDeclaration declare_centreline(const ObjectDeclaration& piece)
              fallback("1e-3 for .mrk.json, else 1",
                       field<&C::scale>("scale", "m", positive(),
                                        "Metres per unit of length of the file.")),
-             list<&C::pieces>("pieces", piece, "Straight pieces and arcs, instead of a file."),
+             no_fewer(1, list<&C::pieces>("pieces", piece,
+                                          "Straight pieces and arcs, instead of a file.")),
              field<&C::start>("start", "m", kAny, "Start of the first piece."),
              field<&C::direction>("direction", "", direction(), "Direction of the first piece."),
              field<&C::normal>("normal", "", direction(), "Arcs of direction 0 bend this way.")},
@@ -191,31 +192,35 @@ ObjectDeclaration declare_segment(const ObjectDeclaration& layer)
     using B = BeamSegment;
     ObjectDeclaration d{
         "Segment of a beam, from its base towards its tip",
-        {required(field<&B::length>("length", "m", positive(), "Length.")),
-         required(field<&B::radius>("radius", "m", positive(), "Radius of the round surface.")),
+        {required(field<&B::length>("length", "m", between(1e-9, 1e9), "Length.")),
+         required(
+             field<&B::radius>("radius", "m", between(1e-9, 1e6), "Radius of the round surface.")),
          fallback("radius", field<&B::end_radius>(
-                                "end_radius", "m", positive(),
+                                "end_radius", "m", between(1e-9, 1e6),
                                 "Of a cone: its radius at the segment's end. Stiffnesses of two "
                                 "values follow powers of the radius between its ends.")),
          fallback("solid", field<&B::inner_radius>("inner_radius", "m", at_least(0),
                                                    "Radius of the bore that another instrument "
                                                    "can slide in; 0: solid.")),
          required_unless({"bending", "layers"},
-                         field<&B::EI>("EI", "N m^2", at_least(0),
-                                       "Bending stiffness; 0 makes a cable (EA is "
-                                       "needed then).")),
+                         field<&B::EI>("EI", "N m^2", between(0, 1e24),
+                                       "Bending stiffness, 1e-24 at least; 0 makes a cable (EA "
+                                       "is needed then).")),
          fallback("EI", field<&B::EI_across>(
                             "EI_across", "N m^2", positive(),
                             "Of a flattened wire or a ribbon: bending stiffness across the plane "
                             "of a curvature at angle 0, EI being that in it. GJ and EA that are "
                             "not given are an ellipse's as wide as the radius.")),
-         list<&B::layers>("layers", layer,
-                          "Of tubes and coils one in another, which bend and "
-                          "stretch as one: EI, GJ and EA where these are not given."),
+         no_fewer(1, list<&B::layers>("layers", layer,
+                                      "Of tubes and coils one in another, which bend and "
+                                      "stretch as one: EI, GJ and EA where these are not given.")),
          fallback("0.77 EI; with EI_across 1.54 / (1 / EI + 1 / EI_across)",
-                  field<&B::GJ>("GJ", "N m^2", at_least(0), "Torsional stiffness.")),
+                  field<&B::GJ>("GJ", "N m^2", between(0, 1e24),
+                                "Torsional stiffness, 1e-24 at least or 0 as EI.")),
          fallback("4 EI / (radius^2 + inner_radius^2), of the larger EI",
-                  field<&B::EA>("EA", "N", positive(), "Axial stiffness.")),
+                  field<&B::EA>("EA", "N", between(1e-18, 1e36),
+                                "Axial stiffness; at most 1e13 EI / (length of the beam)^2, or "
+                                "round-off of stretching hides bending.")),
          fallback("no shear deformation",
                   field<&B::GA>("GA", "N", at_least(0), "Shear stiffness; 0: rigid in shear.")),
          fallback("linear, EI", table<&B::bending>("bending", "curvature", "1/m", "N m",
@@ -224,12 +229,15 @@ ObjectDeclaration declare_segment(const ObjectDeclaration& layer)
          fallback("linear, EA", table<&B::stretching>("stretching", "strain", "", "N",
                                                       "Axial force over strain, through [0, 0]; "
                                                       "elastic; of a rod.")),
-         field<&B::curvature>("curvature", "1/m", kAny, "Curvature when free of loads."),
+         field<&B::curvature>("curvature", "1/m", kAny,
+                              "Curvature when free of loads; with `twist` an element's turn is 120 "
+                              "degrees at most."),
          field<&B::curvature_angle>("curvature_angle", "rad", kAny,
                                     "Turns the plane of the curvature about the wire."),
          field<&B::twist>("twist", "rad/m", kAny,
                           "Twist when free of loads: turns that plane along the wire; of a rod."),
-         required(field<&B::element>("element", "m", positive(), "Length of its elements.")),
+         required(
+             field<&B::element>("element", "m", between(1e-9, 1e9), "Length of its elements.")),
          fallback("the pair's", field<&B::friction>("friction", "", at_least(0),
                                                     "Coulomb's coefficient of this segment.")),
          fallback("none (dynamics needs it)",

@@ -49,7 +49,8 @@ struct FieldDeclaration {
     bool optional = false;           ///< the member is a std::optional
     std::vector<std::string> unless; ///< not required beside one of these
     Allowed allowed;
-    std::string unit; ///< SI, "" if none
+    std::size_t least = 0; ///< list: fewest items of one that is given
+    std::string unit;      ///< SI, "" if none
     /// Of a curve: what it is over, and its unit. Over time one number stands for all times.
     std::string over = "time", over_unit = "s";
     std::vector<std::string> choices;

@@ -197,7 +197,10 @@ void Reader::field(const Json& json, const FieldDeclaration& f, void* member,
         return object(json, *f.object, member, place);
     case FieldType::list:
         if (!json.is_array()) return refuse();
-        if (f.required && json.empty()) return wrong(place, "an empty list", "at least one");
+        if (json.size() < f.least)
+            return wrong(place,
+                         json.empty() ? "an empty list" : fmt::format("{} of them", json.size()),
+                         f.least == 1 ? "at least one" : fmt::format("at least {}", f.least));
         for (std::size_t i = 0; i < json.size(); ++i)
             object(json[i], *f.object, f.append(member), fmt::format("{}/{}", place, i));
         return;

@@ -33,7 +33,7 @@ ObjectDeclaration declare_shape(const ObjectDeclaration& point, const ObjectDecl
          fallback("chosen", field<&S::normal>("normal", "", direction(),
                                               "Section axis 2 at the start; curvature of angle 0 "
                                               "bends this way.")),
-         list<&S::points>("points", point, "A polyline; its corners are rigid."),
+         no_fewer(2, list<&S::points>("points", point, "A polyline; its corners are rigid.")),
          object<&S::curve>("curve", centreline, "A smooth curve, instead of points."),
          field<&S::closed>("closed", "", {}, "The end is joined to the start."),
          field<&S::stress_free>("stress_free", "", {},
@@ -102,8 +102,6 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
     if (shape.closed && !shape.has_curve() && shape.points.empty())
         findings.add({place + "/shape/closed"}, "closed without a curve or points",
                      "\"curve\" or \"points\" that lead back to the start");
-    if (shape.points.size() == 1)
-        findings.add({place + "/shape/points"}, "one point", "at least two points");
     double along = 0;
     for (std::size_t i = 0; i + 1 < shape.points.size(); ++i)
         along += (shape.points[i + 1].at - shape.points[i].at).norm();

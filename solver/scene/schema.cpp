@@ -125,7 +125,7 @@ void field_schema(JsonText& out, const FieldDeclaration& f, const void* defaults
         object_schema(out, *f.object);
         break;
     case FieldType::list:
-        list_of(f.required ? 1 : 0, 0);
+        list_of(int(f.least), 0);
         out.open('{');
         object_schema(out, *f.object);
         out.close('}');

@@ -12,6 +12,12 @@ namespace {
 
 constexpr double kMostElements = 1e6; // of one beam: more is a slip of the unit, and 10 GB
 constexpr double kRoundOff = 1e-9;    // of lengths that are meant to be the same, relative
+constexpr double kSoftest = 1e-24;    // N m^2: less than a fibre of 10 nm has is a slip of the unit
+// EA of EI / length^2: forces of a beam are known to some 2e-15 EA, and those of its bending are of
+// the order of EI / length^2. A round wire of 1.6e6 radii.
+constexpr double kStretching = 1e13;
+constexpr double kDegrees = 180 / 3.14159265358979323846;
+constexpr double kMostTurn = 2 * 3.14159265358979323846 / 3; // of an element [rad]
 
 /// A table must begin at [0, 0], or lead through it, and rise.
 /// @param linear  the stiffness beside it
@@ -63,9 +69,10 @@ void check_layers(const BeamSegment& s, const std::string& here, Findings& findi
                                   layer + "/" + (l.end_outer_radius ? at : "") + "outer_radius";
             const bool cone = end == 1 && s.end_radius > 0;
             const double radius = cone ? s.end_radius : s.radius;
-            if (!(inner < outer))
+            if (!(inner < outer * (1 - kRoundOff)))
                 findings.add({inside, outside}, fmt::format("{}", inner),
-                             fmt::format("< {} [m], its outer radius", outer));
+                             fmt::format("< {} [m], its outer radius, by more than {} of it", outer,
+                                         kRoundOff));
             if (outer > radius * (1 + kRoundOff))
                 findings.add({outside, here + (cone ? "/end_radius" : "/radius")},
                              fmt::format("{}", outer),
@@ -97,9 +104,42 @@ void check_layers(const BeamSegment& s, const std::string& here, Findings& findi
         findings.add({here + "/bending", here + "/layers"}, "a table", "nothing beside layers");
 }
 
+/// The length of the elements that a segment is divided into [m].
+double element_of(const BeamSegment& s)
+{
+    return s.length / std::max(1.0, std::round(s.length / s.element));
+}
+
+/// Stiffnesses whose sizes no beam has, alone or together.
+/// @param length  of the whole beam [m]
+void check_stiffness(const BeamSegment& s, const std::string& here, double length,
+                     Findings& findings)
+{
+    for (const auto& [value, name] :
+         {std::pair{s.EI, "/EI"}, {s.EI_across, "/EI_across"}, {s.GJ, "/GJ"}})
+        for (const double v : value)
+            if (v > 0 && v < kSoftest) {
+                findings.add({here + name, here + "/radius"}, fmt::format("{}", v),
+                             fmt::format("0, or >= {} [N m^2]", kSoftest));
+                break;
+            }
+    for (std::size_t end = 0; end < 2; ++end) {
+        const double most = kStretching * s.EI[end] / (length * length);
+        if (!(s.EI[end] >= kSoftest) || !(s.EA[end] > most)) continue;
+        findings.add(
+            {here + "/EA", here + "/radius", here + "/EI"}, fmt::format("{:.6g}", s.EA[end]),
+            fmt::format("<= {:.6g} [N], {:.0e} EI / length^2: beyond it the round-off of "
+                        "stretching hides bending. Without \"EA\" it follows from the radius; a "
+                        "smaller one changes nothing that can be seen",
+                        most, kStretching));
+        break;
+    }
+}
+
 /// @param stiff  what EI and GJ must be; empty for what may be 0
+/// @param length  of the whole beam [m]
 void check_segment(const BeamSegment& s, const std::string& here, const std::string& stiff,
-                   const Scene& scene, Findings& findings)
+                   double length, const Scene& scene, Findings& findings)
 {
     if (s.length > 0 && s.element > s.length * (1 + kRoundOff))
         findings.add({here + "/element", here + "/length"}, fmt::format("{}", s.element),
@@ -112,25 +152,36 @@ void check_segment(const BeamSegment& s, const std::string& here, const std::str
                 fmt::format("{:.6g} to {:.6g} [m], at most {} of the length from the radius",
                             std::max(0.0, s.radius - kSlope * s.length),
                             s.radius + kSlope * s.length, kSlope));
-        if (s.inner_radius >= s.end_radius)
+        if (s.inner_radius >= s.end_radius * (1 - kRoundOff))
             findings.add({here + "/end_radius", here + "/inner_radius"},
                          fmt::format("{}", s.end_radius),
-                         fmt::format("> {} [m], the bore's radius", s.inner_radius));
+                         fmt::format("> {} [m], the bore's radius, by more than {} of it",
+                                     s.inner_radius, kRoundOff));
         for (const auto& [given, name] : {std::pair{!s.bending.empty(), "bending"},
                                           std::pair{!s.stretching.empty(), "stretching"}})
             if (given)
                 findings.add({here + "/end_radius", here + "/" + name}, "a cone",
                              fmt::format("no end_radius beside \"{}\"", name));
     }
-    if (s.inner_radius > 0 && s.inner_radius >= s.radius)
-        findings.add({here + "/inner_radius", here + "/radius"}, fmt::format("{}", s.inner_radius),
-                     fmt::format("< {} [m], the radius", s.radius));
+    if (s.inner_radius > 0 && s.inner_radius >= s.radius * (1 - kRoundOff))
+        findings.add(
+            {here + "/inner_radius", here + "/radius"}, fmt::format("{}", s.inner_radius),
+            fmt::format("< {} [m], the radius, by more than {} of it", s.radius, kRoundOff));
     const double thickest = std::max(s.radius, s.end_radius);
     if (std::abs(s.curvature) * thickest >= 1)
         findings.add(
             {here + "/curvature", here + "/radius"}, fmt::format("{}", s.curvature),
             fmt::format("less than {:.6g} [1/m], or the bend is tighter than the wire's own radius",
                         1 / thickest));
+    const double turn = element_of(s) * std::hypot(s.curvature, s.twist);
+    if (turn > kMostTurn)
+        findings.add({here + "/element", here + (s.curvature != 0 ? "/curvature" : "/twist")},
+                     fmt::format("{}: an element turns by {:.4g} degrees when free of loads",
+                                 s.element, turn * kDegrees),
+                     fmt::format("<= {:.6g} [m]: an element carries a turn of {:.3g} degrees",
+                                 kMostTurn / std::hypot(s.curvature, s.twist),
+                                 kMostTurn * kDegrees));
+    check_stiffness(s, here, length, findings);
     if (s.radius > 0 && !(s.EA[0] > 0 && s.EA[1] > 0))
         findings.add({here + "/EA", here + "/EI", here + "/radius"}, "nothing",
                      "a number > 0 [N] where EI is 0");
@@ -177,9 +228,18 @@ void check_segments(const std::vector<BeamSegment>& segments, const std::string&
     std::string stiff = cables ? "a number > 0 [N m^2], or EI and GJ 0 everywhere"
                                : "a number > 0 [N m^2] of a rod";
     if (cable) stiff.clear();
+    // A beam that is thicker than it is long is a slip of the unit.
+    const double length = length_of(segments);
+    for (std::size_t i = 0; i < segments.size() && length > 0; ++i)
+        if (const double thickest = std::max(segments[i].radius, segments[i].end_radius);
+            thickest > length)
+            findings.add({fmt::format("{}/segments/{}/radius", place, i), place + "/segments"},
+                         fmt::format("{}", thickest),
+                         fmt::format("<= {} [m], the length of the beam", length));
     double elements = 0;
     for (std::size_t i = 0; i < segments.size(); ++i) {
-        check_segment(segments[i], fmt::format("{}/segments/{}", place, i), stiff, scene, findings);
+        check_segment(segments[i], fmt::format("{}/segments/{}", place, i), stiff,
+                      length_of(segments), scene, findings);
         const std::string here = fmt::format("{}/segments/{}", place, i);
         if (cables && !segments[i].stretching.empty())
             findings.add({here + "/stretching"}, "a table",

@@ -133,7 +133,7 @@ class BadInput(Case):
 
     def test_out_of_range(self):
         self.refused(self.scene(lambda s: s["bodies"]["wire"]["segments"][0].update(radius=-1)),
-                     says=["/bodies/wire/segments/0/radius: found -1, allowed: a number > 0 [m]"])
+                     says=["/bodies/wire/segments/0/radius: found -1, allowed: a number >= 1e-09"])
         self.refused(self.scene(lambda s: s["contact"][0].update(friction=-0.1)),
                      says=["/contact/0/friction: found -0.1"])
         self.refused(self.scene(lambda s: s["bodies"]["wire"]["segments"][0].update(EI=-1)),

@@ -299,3 +299,63 @@ TEST_CASE("points of a polyline that are one but for round-off are coincident")
               std::string::npos);
     CHECK(with(R"({"at": [1e-3, 1.2, 0]}, )") == "");
 }
+
+TEST_CASE("lists that are given have something in them")
+{
+    const std::string points =
+        R"("points": [{"at": [0, 0, 0]}, {"at": [0, 1.2, 0]}, {"at": [1.2, 1.2, 0]}])";
+    CHECK(has(bad(points, "\"points\": []"),
+              "s.json: /bodies/frame/shape/points: found an empty list, allowed: at least 2"));
+    CHECK(has(bad(points, R"("curve": {"pieces": []})"),
+              "/shape/curve/pieces: found an empty list, allowed: at least one"));
+    CHECK(has(bad("\"EI\": 1440", "\"EI\": 1440, \"layers\": []"),
+              "/segments/0/layers: found an empty list, allowed: at least one"));
+    CHECK(bad("\"hold\": [{\"set\": \"start\", \"turns\": \"free\"}, {\"at\": 2.4, \"turns\": "
+              "\"free\"}]",
+              "\"hold\": []") == ""); // as none
+}
+
+TEST_CASE("sizes that no beam has are refused, with what is allowed")
+{
+    const std::string radius = "\"radius\": 0.01", EI = "\"EI\": 1440, \"EA\": 4.32e7";
+    for (const char* r : {"1e-30", "1e-10", "1e30"})
+        CHECK(has(bad(radius, std::string("\"radius\": ") + r),
+                  "/segments/0/radius: found " +
+                      std::string(r == std::string("1e30") ? "1e+30" : r) +
+                      ", allowed: a number >= 1e-09 and <= 1000000 [m]"));
+    CHECK(has(bad(radius, "\"radius\": 2.5"),
+              "/segments/0/radius: found 2.5, allowed: <= 2.4 [m], the length of the beam"));
+    CHECK(has(bad(EI, "\"EI\": 1e-30, \"EA\": 1"), "/EI: found 1e-30, allowed: 0, or >= 1e-24"));
+    CHECK(has(bad(EI, "\"EI\": 1e30"), "/EI: found 1e+30"));
+    CHECK(has(bad(EI, "\"EI\": 1, \"GJ\": 1e-30"), "/GJ: found 1e-30"));
+    CHECK(has(bad(EI, "\"EI\": 1, \"EA\": 1e-30"), "/EA: found 1e-30"));
+    // A round wire is stretched beyond round-off from 1.6e6 radii on.
+    const auto thin = [&](const char* r) {
+        return issues_of(replaced(replaced(kExample, EI, "\"EI\": 1440"), radius, r));
+    };
+    CHECK(has(thin("\"radius\": 1e-6"), "round-off of stretching hides bending"));
+    CHECK(thin("\"radius\": 2e-6") == "");
+}
+
+TEST_CASE("a wall of a bore is thicker than round-off")
+{
+    const std::string EI = "\"EI\": 1440";
+    for (const char* bore : {"0.01", "0.00999999999999999", "0.02"})
+        CHECK(has(bad(EI, EI + ", \"inner_radius\": " + bore),
+                  "allowed: < 0.01 [m], the radius, by more than 1e-09 of it"));
+    CHECK(bad(EI, EI + ", \"inner_radius\": 0.0099999") == "");
+    CHECK(has(bad(EI + ", \"EA\": 4.32e7",
+                  R"("layers": [{"inner_radius": 0.00999999999999999, "outer_radius": 0.01,
+                                 "youngs_modulus": 1e9}])"),
+              "/layers/0/inner_radius"));
+}
+
+TEST_CASE("an element turns by at most 120 degrees when free of loads")
+{
+    // Elements of 0.12 m: 17.45 rad/m is 120 degrees.
+    const std::string EI = "\"EI\": 1440";
+    CHECK(bad(EI, EI + ", \"curvature\": 17.4") == "");
+    CHECK(has(bad(EI, EI + ", \"curvature\": -17.6"), "/element: found 0.12: an element turns by"));
+    CHECK(has(bad(EI, EI + ", \"curvature\": 99.9"), "allowed: <= 0.0209649 [m]"));
+    CHECK(has(bad(EI, EI + ", \"twist\": 20, \"curvature\": 1"), "/segments/0/element"));
+}
