@@ -236,8 +236,10 @@ ObjectDeclaration declare_segment(const ObjectDeclaration& layer)
                                     "Turns the plane of the curvature about the wire."),
          field<&B::twist>("twist", "rad/m", kAny,
                           "Twist when free of loads: turns that plane along the wire; of a rod."),
-         required(
-             field<&B::element>("element", "m", between(1e-9, 1e9), "Length of its elements.")),
+         required(field<&B::element>(
+             "element", "m", between(1e-9, 1e9),
+             "Length of its elements; of a rod 1e-5 of its whole length at least, of a "
+             "wire 2e-6.")),
          fallback("the pair's", field<&B::friction>("friction", "", at_least(0),
                                                     "Coulomb's coefficient of this segment.")),
          fallback("none (dynamics needs it)",

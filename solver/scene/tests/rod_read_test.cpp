@@ -337,6 +337,18 @@ TEST_CASE("sizes that no beam has are refused, with what is allowed")
     CHECK(thin("\"radius\": 2e-6") == "");
 }
 
+TEST_CASE("an element that is far shorter than the beam is refused")
+{
+    const std::string first = R"("element": 0.12}])";
+    const auto with = [&](const char* h) {
+        const std::string piece = std::string(R"("element": 0.12}, {"length": )") + h +
+                                  R"(, "radius": 0.01, "EI": 1440, "element": )" + h + "}]";
+        return bad(first, piece);
+    };
+    CHECK(has(with("1e-8"), "/segments/1/element: found 1e-08 m an element, allowed: >= 2.4e-05"));
+    CHECK(with("3e-5") == "");
+}
+
 TEST_CASE("a wall of a bore is thicker than round-off")
 {
     const std::string EI = "\"EI\": 1440";
