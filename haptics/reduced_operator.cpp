@@ -6,6 +6,8 @@
 namespace amontons {
 namespace {
 
+constexpr double kFarthestBack = 4; // of the bend at the first look
+
 template <class Real> constexpr int kPerLine = static_cast<int>(64 / sizeof(Real));
 
 /// Numbers of a column of 3n rows, filled up to whole lines.
@@ -24,6 +26,7 @@ ReducedOperator<Real>::ReducedOperator(int most_contacts)
         static_cast<std::size_t>(stride_of<Real>(most_contacts) / kPerLine<Real>))
     , own(contact.size())
     , block(contact.size())
+    , bend(contact.size() * kMostLooks, Vec3::Zero())
 {
 }
 
@@ -59,6 +62,21 @@ bool set_delassus(ReducedOperator<Real>& op, const Eigen::Ref<const Eigen::Matri
         op.block[static_cast<std::size_t>(i)] = prepare(A);
     }
     return true;
+}
+
+template <class Real> LookShare share_of_looks(const ReducedOperator<Real>& op, double s)
+{
+    if (op.looks == 0) return {};
+    if (s <= op.look_at[0]) {
+        const double share = s / op.look_at[0];
+        return {0, 0, std::min(share * share, kFarthestBack)};
+    }
+    int i = 1;
+    while (i < op.looks && s > op.look_at[std::size_t(i)])
+        ++i;
+    if (i == op.looks) return {i - 1, 0, 1};
+    const double from = op.look_at[std::size_t(i) - 1], to = op.look_at[std::size_t(i)];
+    return {i, (to - s) / (to - from), (s - from) / (to - from)};
 }
 
 Eigen::Matrix<double, 3, 6> rigid_jacobian(const Mat3& frame, const Vec3& arm)
@@ -101,6 +119,8 @@ template struct ReducedOperator<float>;
 template struct ReducedOperator<double>;
 template bool set_delassus(ReducedOperator<float>&, const Eigen::Ref<const Eigen::MatrixXd>&);
 template bool set_delassus(ReducedOperator<double>&, const Eigen::Ref<const Eigen::MatrixXd>&);
+template LookShare share_of_looks(const ReducedOperator<float>&, double);
+template LookShare share_of_looks(const ReducedOperator<double>&, double);
 template ContactProblem contact_problem(const ReducedOperator<float>&);
 template ContactProblem contact_problem(const ReducedOperator<double>&);
 

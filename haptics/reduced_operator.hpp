@@ -4,12 +4,22 @@
 #include "contact/solvers/local.hpp"
 #include "haptics/pose.hpp"
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 // What the simulation hands to the haptic loop after each step.
 
 namespace amontons {
+
+constexpr int kMostLooks = 12; ///< ahead, of an operator
+
+/// Where a displacement lies among an operator's looks: between look - 1 (for 0: the pose itself)
+/// and look, with these weights.
+struct LookShare {
+    int look = 0;
+    double before = 0, there = 0;
+};
 
 /// A contact that is closed, or may close before the next operator comes.
 struct CandidateContact {
@@ -21,7 +31,6 @@ struct CandidateContact {
     /// du / d(handle): 3 x 6, translation [-] and rotation vector [m/rad] about the handle's
     /// origin.
     Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
-    Vec3 bend{0, 0, 0}; ///< of q(d) along the operator's `ahead`: see there [m]
     /// The handle is a rigid body that carries the point: q(d) is then taken by the exact turn of
     /// `arm`, and J is that of the pose, frame^T [1, -[arm]x].
     bool rigid = false;
@@ -59,9 +68,12 @@ template <class Real> struct ReducedOperator {
     Wrench rest;
     Mat6 stiffness = Mat6::Zero(); ///< [N/m], [N], [N m/rad]
     /// What q(d) and rest are beyond first order where the hand is going: with x the displacement
-    /// and s = ahead . x, they get s^2 (4 at most) times `bend`. Zero: nothing is known of it.
-    Vec6 ahead = Vec6::Zero(); ///< [1/m], [1/rad]
-    Wrench rest_bend;
+    /// and s = ahead . x, what they are at the looks, between them linear.
+    Vec6 ahead = Vec6::Zero();                ///< [1/m], [1/rad]
+    int looks = 0;                            ///< 0: nothing is known of it
+    std::array<double, kMostLooks> look_at{}; ///< s of them, rising, > 0 [-]
+    std::array<Wrench, kMostLooks> rest_bend;
+    std::vector<Vec3> bend; ///< of q: kMostLooks of each contact [m]
 
     HandPose handle;            ///< the pose that q, J, frames and r belong to
     double validity = 0;        ///< handle motion within which the set of contacts is complete [m]
@@ -79,6 +91,9 @@ template <class Real> struct ReducedOperator {
 /// @returns  false, with no contacts left, if n exceeds the capacity or W has no positive trace
 template <class Real>
 bool set_delassus(ReducedOperator<Real>& op, const Eigen::Ref<const Eigen::MatrixXd>& W);
+
+/// @param s  ahead . x [-]. Up to the first look, and backwards, the bend is that of a circle.
+template <class Real> LookShare share_of_looks(const ReducedOperator<Real>& op, double s);
 
 /// J of a point that a rigid handle carries: frame^T [1, -[arm]x].
 Eigen::Matrix<double, 3, 6> rigid_jacobian(const Mat3& frame, const Vec3& arm);

@@ -39,7 +39,7 @@ constexpr double kLeastPull = 1e-6, kMostPull = 1e3, kNextPull = 3;
 // Over all of the way the tick's problems are close to singular, over a thirtieth they are off.
 constexpr double kGive = 0.1;
 constexpr double kMostBend =
-    0.2; // of the way of the contacts: more is a jump, of which nothing is foretold
+    0.5; // of the way of the contacts: more is a jump, of which nothing is foretold
 // A wire that lies loose is moved far by little: a tenth of how far its largest reaction moves it.
 constexpr double kLoose = 0.1;
 
@@ -234,11 +234,17 @@ bool hold(BlockTridiagonal& K, const Wire& wire, const std::vector<const Candida
 
 /// Those that count most first: with force, near.
 std::vector<const Candidate*> choose(const std::vector<Candidate>& all, double reach,
+                                     const std::vector<WireAhead>& ahead,
                                      const CondenseOptions& options, Condensed& out)
 {
     std::vector<const Candidate*> chosen;
-    for (const Candidate& c : all)
-        if (c.normal > 0 || c.gap <= reach) chosen.push_back(&c);
+    for (const Candidate& c : all) {
+        const bool will = std::ranges::any_of(ahead, [&](const WireAhead& a) {
+            const Candidate* there = find(a.contact, c.index);
+            return there && there->normal > 0;
+        });
+        if (c.normal > 0 || c.gap <= reach || will) chosen.push_back(&c);
+    }
     const auto most = static_cast<std::size_t>(std::max(options.most_contacts, 0));
     if (chosen.size() <= most) return chosen;
     const auto rank = [](const Candidate* c) {
@@ -251,6 +257,43 @@ std::vector<const Candidate*> choose(const std::vector<Candidate>& all, double r
     std::sort(chosen.begin(), chosen.end(),
               [](const Candidate* a, const Candidate* b) { return a->index < b->index; });
     return chosen;
+}
+
+/// What q(d) and rest are beyond first order where `ahead` is.
+/// @param way  displacement of the device to there
+/// @return  false if that is a jump
+bool find_bend(const Condensed& condensed, const WireAhead& ahead, const Vec6& way,
+               CondensedLook& look)
+{
+    const std::size_t n = condensed.contact.size();
+    Eigen::VectorXd r = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * n));
+    std::vector<const Candidate*> there(n, nullptr);
+    for (std::size_t i = 0; i < n; ++i) {
+        const Candidate* same = there[i] = find(ahead.contact, condensed.contact[i].id);
+        if (!same) continue;
+        r.segment<3>(static_cast<Eigen::Index>(3 * i)) << same->normal, same->tangential[0],
+            same->tangential[1];
+    }
+    const Eigen::VectorXd given = condensed.W * r;
+    look.bend.assign(n, Vec3::Zero());
+    Vec6 force = condensed.stiffness * way;
+    const double most_force = n > 0 ? r.lpNorm<Eigen::Infinity>() : 0;
+    double most = 0, moved = way.head<3>().norm();
+    for (std::size_t i = 0; i < n; ++i) {
+        const CandidateContact& c = condensed.contact[i];
+        const auto row = static_cast<Eigen::Index>(3 * i);
+        force -= c.J.transpose() * r.segment<3>(row);
+        moved = std::max(moved, (c.J * way).norm());
+        if (!there[i]) continue;
+        const Vec3 u(there[i]->gap, there[i]->slip[0], there[i]->slip[1]);
+        look.bend[i] = u - given.segment<3>(row) - c.q - c.J * way;
+        const Vec3 loose = kLoose * most_force * condensed.W.diagonal().segment<3>(row).cwiseAbs();
+        most = std::max(most, (look.bend[i].cwiseAbs() - loose).cwiseMax(0).norm());
+    }
+    if (most > kMostBend * moved) return false;
+    look.rest.force = ahead.force.force - condensed.rest.force + force.head<3>();
+    look.rest.torque = ahead.force.torque - condensed.rest.torque + force.tail<3>();
+    return true;
 }
 
 } // namespace
@@ -284,10 +327,10 @@ Condensed condense_wire(WireBody& body, const CondenseOptions& options, const An
 
     // Slip counts from here.
     NewtonOptions newton;
-    newton.reach = out.reach;
+    newton.reach = options.farthest();
     residual_of(wire, body.walls, mark_step_start(wire), anchor, newton, *body.work);
     const std::vector<const Candidate*> chosen =
-        choose(body.work->candidates, out.reach, options, out);
+        choose(body.work->candidates, out.reach, ahead, options, out);
     // What is just stable is as good as singular: near a snap, once a contact opens, the hand would
     // be pushed on by more on the way that the operator is for than any contact holds.
     double pressed = 0;
@@ -360,46 +403,24 @@ WireAhead look_ahead(WireBody& body, const StepStart& start, double reach)
     return out;
 }
 
-bool add_bend(Condensed& condensed, const WireAhead& ahead, const Vec6& way)
+std::size_t add_bends(Condensed& condensed, const std::vector<WireAhead>& ahead, const Vec6& way)
 {
     const std::size_t n = condensed.contact.size();
-    Eigen::VectorXd r = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * n));
-    std::vector<const Candidate*> there(n, nullptr);
-    for (std::size_t i = 0; i < n; ++i) {
-        const CandidateContact& c = condensed.contact[i];
-        const Candidate* same = there[i] = find(ahead.contact, c.id);
-        if (!same) continue;
-        r.segment<3>(static_cast<Eigen::Index>(3 * i)) << same->normal, same->tangential[0],
-            same->tangential[1];
-    }
-    const Eigen::VectorXd given = condensed.W * r;
-    std::vector<Vec3> bend(n, Vec3::Zero());
-    Vec6 force = condensed.stiffness * way;
-    const double most_force = n > 0 ? r.lpNorm<Eigen::Infinity>() : 0;
-    double most = 0, moved = way.head<3>().norm();
     // How far along the way a displacement is, as contacts see it: pushes and turns are one then.
     Mat6 motion = Mat6::Zero();
-    for (std::size_t i = 0; i < n; ++i) {
-        const CandidateContact& c = condensed.contact[i];
-        const auto row = static_cast<Eigen::Index>(3 * i);
-        force -= c.J.transpose() * r.segment<3>(row);
-        moved = std::max(moved, (c.J * way).norm());
+    for (const CandidateContact& c : condensed.contact)
         motion += c.J.transpose() * c.J;
-        if (!there[i]) continue;
-        const Vec3 u(there[i]->gap, there[i]->slip[0], there[i]->slip[1]);
-        bend[i] = u - given.segment<3>(row) - c.q - c.J * way;
-        const Vec3 loose = kLoose * most_force * condensed.W.diagonal().segment<3>(row).cwiseAbs();
-        most = std::max(most, (bend[i].cwiseAbs() - loose).cwiseMax(0).norm());
-    }
     if (n == 0) motion.topLeftCorner<3, 3>().setIdentity();
     const double square = way.dot(motion * way);
-    if (!(square > 0) || most > kMostBend * moved) return false;
-    for (std::size_t i = 0; i < n; ++i)
-        condensed.contact[i].bend = bend[i];
+    if (!(square > 0)) return 0;
     condensed.ahead = motion * way / square;
-    condensed.rest_bend.force = ahead.force.force - condensed.rest.force + force.head<3>();
-    condensed.rest_bend.torque = ahead.force.torque - condensed.rest.torque + force.tail<3>();
-    return true;
+    for (const WireAhead& there : ahead) {
+        CondensedLook look;
+        if (!find_bend(condensed, there, there.share * way, look)) break;
+        look.at = there.share;
+        condensed.look.push_back(std::move(look));
+    }
+    return condensed.look.size();
 }
 
 } // namespace amontons

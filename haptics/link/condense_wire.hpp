@@ -8,17 +8,18 @@ namespace amontons {
 /// Force of a wire on the hand that holds its base: at the sheath, or at the clamp of node 0.
 Wrench force_on_hand(const Wire& wire);
 
-/// Where a wire's contacts went in a step, for those of its start.
+/// Where a wire's contacts went on the way of its base, for those of its start.
 struct WireAhead {
+    double share = 0;               ///< of that way
     std::vector<Candidate> contact; ///< slip since the start
     Wrench force;                   ///< on the hand
 };
 WireAhead look_ahead(WireBody& body, const StepStart& start, double reach);
 
-/// What q(d) and rest are beyond first order on the way to where `ahead` is.
-/// @param way  displacement of the device to there
-/// @return  false, and changes nothing, if that is a jump
-bool add_bend(Condensed& condensed, const WireAhead& ahead, const Vec6& way);
+/// What q(d) and rest are beyond first order on the way.
+/// @param ahead  looks, the nearest first
+/// @return  those before the first that is a jump away
+std::size_t add_bends(Condensed& condensed, const std::vector<WireAhead>& ahead, const Vec6& way);
 
 /// Condenses the end of a wire's step on its contacts and those near: see docs/theory/haptics.md.
 /// @param body  in balance; only its work arrays change

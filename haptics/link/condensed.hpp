@@ -33,6 +33,13 @@ struct CondenseOptions {
     double farthest() const { return reach() * std::max(1.0, most_speed / speed); }
 };
 
+/// What q and the rest of the force are beyond first order, some way on.
+struct CondensedLook {
+    double at = 0;          ///< of `ahead` [-]
+    std::vector<Vec3> bend; ///< of each contact's q [m]
+    Wrench rest;
+};
+
 /// The reduced problem of a step, in double and in full.
 struct Condensed {
     std::vector<CandidateContact> contact;
@@ -43,7 +50,7 @@ struct Condensed {
     Wrench rest;
     Mat6 stiffness = Mat6::Zero();
     Vec6 ahead = Vec6::Zero();
-    Wrench rest_bend;
+    std::vector<CondensedLook> look; ///< kMostLooks at most
     bool solvable = true; ///< false: W is that of no body in balance; nothing can be handed over
 };
 

@@ -17,7 +17,14 @@ bool HandleLink::publish(ReducedOperator<Real>& op, double time, std::uint64_t s
     op.rest = condensed_.rest;
     op.stiffness = condensed_.stiffness;
     op.ahead = condensed_.ahead;
-    op.rest_bend = condensed_.rest_bend;
+    op.looks = static_cast<int>(condensed_.look.size());
+    for (std::size_t k = 0; k < condensed_.look.size(); ++k) {
+        const CondensedLook& look = condensed_.look[k];
+        op.look_at[k] = look.at;
+        op.rest_bend[k] = look.rest;
+        for (std::size_t i = 0; i < look.bend.size(); ++i)
+            op.bend[kMostLooks * i + k] = look.bend[i];
+    }
     op.validity = condensed_.reach;
     op.period = condense_.period;
     op.time = time;

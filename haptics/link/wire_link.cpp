@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 namespace amontons {
 namespace {
@@ -21,8 +20,8 @@ constexpr double kRelaxPart = 1.0 / 2; // the same in parts: a try less is time 
 constexpr double kStiffer = 10;
 constexpr int kPulls = 3;
 constexpr double kMostOut = 0.999;  // of the wire's length
-constexpr int kLooks = 3;           // ahead: all of the way, half, a quarter
-constexpr double kLeastWay = 0.5;   // of the fastest way in a period: what is looked ahead
+constexpr int kLooks = 4;           // ahead, in a period
+constexpr double kLeastWay = 1.0;   // of the fastest way in a period: what is looked ahead
 constexpr double kAtRest = 1e-2;    // of that, and less
 constexpr double kNotTurned = 1e-3; // of that, and less on the wire's surface
 constexpr double kSnapWork = 1e5;   // of a snap in parts: Newton's iterations, times elements,
@@ -72,7 +71,7 @@ struct WireLink::State {
     BaseTarget target(const HandPose& pose) const;
     StepReport advance(const HandPose& to, double period, Means means);
     Vec6 way_ahead(const CondenseOptions& options) const;
-    std::optional<WireAhead> look(const Vec6& way, const CondenseOptions& options);
+    std::vector<WireAhead> look(const Vec6& way, const CondenseOptions& options);
     Condensed condense(const CondenseOptions& options);
 };
 
@@ -173,14 +172,23 @@ Vec6 WireLink::State::way_ahead(const CondenseOptions& options) const
     return way;
 }
 
-/// A step to there, which is taken back.
-std::optional<WireAhead> WireLink::State::look(const Vec6& way, const CondenseOptions& options)
+/// Steps on the way, which are taken back.
+std::vector<WireAhead> WireLink::State::look(const Vec6& way, const CondenseOptions& options)
 {
+    std::vector<WireAhead> ahead;
     const WireState here = body.wire.state;
+    const HandPose at = device;
     const StepStart from = mark_step_start(body.wire);
-    std::optional<WireAhead> ahead;
-    if (advance(moved(device, way), options.period, Means::look).accepted && body.wire.outside())
-        ahead = look_ahead(body, from, options.reach());
+    const int looks = std::min(kMostLooks, kLooks * options.periods_ahead());
+    for (int i = 1; i <= looks; ++i) {
+        const double share = static_cast<double>(i) / looks;
+        const HandPose next = moved(at, share * way);
+        if (!advance(next, options.period, Means::look).accepted || !body.wire.outside()) break;
+        device = next;
+        ahead.push_back(look_ahead(body, from, options.reach()));
+        ahead.back().share = share;
+    }
+    device = at;
     body.wire.state = here;
     return ahead;
 }
@@ -191,19 +199,14 @@ std::optional<WireAhead> WireLink::State::look(const Vec6& way, const CondenseOp
 // made of; no first derivative knows it.
 Condensed WireLink::State::condense(const CondenseOptions& options)
 {
-    Vec6 way = way_ahead(options);
-    const double all = options.periods_ahead();
-    for (int i = 0; i < kLooks && !way.isZero() && body.wire.outside(); ++i, way /= 2) {
-        std::vector<WireAhead> ahead;
-        bool there = true;
-        for (double far = 1; there && far <= all; far = far < all ? all : 2 * all) {
-            const auto seen = look(far * way, options);
-            there = seen.has_value();
-            if (there) ahead.push_back(*seen);
-        }
-        if (!there) continue;
+    const Vec6 way = options.periods_ahead() * way_ahead(options);
+    std::vector<WireAhead> ahead;
+    if (!way.isZero() && body.wire.outside()) ahead = look(way, options);
+    while (!ahead.empty()) {
         Condensed condensed = condense_wire(body, options, {}, ahead);
-        if (condensed.solvable && add_bend(condensed, ahead.back(), all * way)) return condensed;
+        const std::size_t good = condensed.solvable ? add_bends(condensed, ahead, way) : 0;
+        if (good == ahead.size()) return condensed;
+        ahead.resize(condensed.solvable ? good : ahead.size() / 2);
     }
     return condense_wire(body, options);
 }

@@ -20,8 +20,6 @@ namespace {
 /// A frame that turned further than this gets its local block prepared anew [-]. The blocks only
 /// steer the iteration: the fixed point does not depend on them.
 constexpr double kPreparedTurn = 1e-3;
-/// s^2 of an operator's `ahead` beyond which nothing is foretold any more [-].
-constexpr double kFarthestBend = 4;
 /// |r_t| of a contact that slips is mu r_n to round-off; this tells it from one that sticks [-].
 constexpr double kOnCone = 1e-9;
 /// A sweep that met less error than this, in the tolerance, may have been the last one.
@@ -104,14 +102,19 @@ template <class Real> void ProxyLoop<Real>::free_motion(double fading)
     Real* u = u_.data()->number;
     const double inverse_length = 1 / op_->length;
     const Mat3 tilt = turn_ - Mat3::Identity();
-    const double bent = bent_ = std::min(std::pow(op_->ahead.dot(moved_), 2), kFarthestBend);
+    look_ = share_of_looks(*op_, op_->ahead.dot(moved_));
     for (int i = 0; i < op_->contacts; ++i) {
         const CandidateContact& c = contact(i);
         Vec3 q = c.q;
         if (c.rigid)
             q.noalias() += c.frame.transpose() * (moved_.head<3>() + tilt * c.arm);
         else
-            q.noalias() += c.J * moved_ + bent * c.bend;
+            q.noalias() += c.J * moved_;
+        if (op_->looks > 0) {
+            const Vec3* bend = &op_->bend[at(kMostLooks * i + look_.look)];
+            q += look_.there * bend[0];
+            if (look_.look > 0) q += look_.before * bend[-1];
+        }
         q_[at(i)] = inverse_length * q;
         const Vec3 offset = anchor_[at(i)] + fading * fade_[at(i)];
         if (c.turns)
@@ -229,10 +232,15 @@ template <class Real> Wrench ProxyLoop<Real>::wrench(double fading) const
     }
     const double scale = op_->length / op_->compliance;
     const Vec6 own = op_->stiffness * moved_;
-    w.force = scale * w.force + op_->rest.force - own.head<3>() + bent_ * op_->rest_bend.force +
-              fading * jump_.force;
-    w.torque = scale * w.torque + op_->rest.torque - own.tail<3>() + bent_ * op_->rest_bend.torque +
-               fading * jump_.torque;
+    Wrench rest = op_->rest;
+    const auto add_bend = [&](int look, double share) {
+        rest.force += share * op_->rest_bend[at(look)].force;
+        rest.torque += share * op_->rest_bend[at(look)].torque;
+    };
+    if (op_->looks > 0) add_bend(look_.look, look_.there);
+    if (look_.look > 0) add_bend(look_.look - 1, look_.before);
+    w.force = scale * w.force + rest.force - own.head<3>() + fading * jump_.force;
+    w.torque = scale * w.torque + rest.torque - own.tail<3>() + fading * jump_.torque;
     return w;
 }
 

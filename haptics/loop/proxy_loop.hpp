@@ -159,7 +159,7 @@ private:
     HandPose device_;
     Wrench last_; // of the tick before
     Vec6 moved_ = Vec6::Zero();
-    double bent_ = 0; // s^2 of the operator's `ahead`
+    LookShare look_; // of the operator's, at this pose
     Mat3 turn_ = Mat3::Identity(), prepared_turn_ = Mat3::Identity();
 
     double blend_start_ = 0, blend_time_ = 0; // [s]
