@@ -16,7 +16,7 @@ namespace amontons {
 namespace {
 
 constexpr int kMostHalvings = 4; // of the way to the device
-constexpr int kPatience = 4;     // iterations that get no nearer: the device is sooner met half way
+constexpr int kPatience = 3;     // iterations that get no nearer: the device is sooner met half way
 
 /// The scene with its handle's motion prescribed: by us.
 Scene with_driven_handle(Scene scene)
