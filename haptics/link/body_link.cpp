@@ -160,6 +160,7 @@ bool BodyLink::step(const HandPose& device)
     settings.solver = contact_solver(s.scene.accuracy.solver);
     settings.threads = s.options.threads;
     settings.patience = kPatience;
+    settings.explain = false;
     const double h = s.started ? s.options.condense.period : 0;
     const StepInput input = s.input(count_.time, h);
     if (!s.started && s.scene.time.kind == "dynamic") { // nothing to balance

@@ -18,7 +18,7 @@ constexpr std::size_t kLast = 10;    // iterations that are looked at
 constexpr double kRoundOff = 0.1;    // of the tolerance: round-off matters
 constexpr double kSliver = 2;        // least angle between an element's faces [degrees]
 constexpr double kLongElement = 100; // longest edge / shortest
-constexpr int kMostRows = 1500;      // of W: dense algebra on them
+constexpr int kMostRows = 900;       // of W: dense algebra on them, a fifth of a second
 constexpr double kNoStiffness = 1e-14, kUneven = 1e9; // of eigenvalues of W: least / largest, back
 
 /// What a mesh makes hard for any solver; "" if nothing does.
@@ -52,7 +52,7 @@ void BodyStepper::note_course(double law, double turned, double imbalance, int b
 
 std::string BodyStepper::why_no_balance() const
 {
-    if (course_.empty()) return "";
+    if (course_.empty() || !options_.explain) return "";
     const Course& last = course_.back();
     std::string why;
     if (last.imbalance >= std::max(last.law, last.turned) && last.body >= 0) {
@@ -99,7 +99,7 @@ std::string BodyStepper::why_no_balance() const
 /// Of a contact problem that has not been solved to the tolerance.
 std::string BodyStepper::why_no_forces() const
 {
-    if (rows_.count == 0 || rows_.count > kMostRows) return "";
+    if (rows_.count == 0 || rows_.count > kMostRows || !options_.explain) return "";
     const Eigen::MatrixXd W =
         problem_.W.is_dense() ? problem_.W.dense() : Eigen::MatrixXd(problem_.W.as_sparse());
     const Eigen::VectorXd values =

@@ -41,6 +41,7 @@ struct BodyStepOptions {
     int threads = 1;
     int most_iterations = 60; ///< of the outer loop
     int patience = 30;        ///< iterations that do not halve the least error so far
+    bool explain = true;      ///< why a step is refused, which takes time
     /// Set from outside, it ends the step as not accepted; none if null.
     const std::atomic<bool>* stop = nullptr;
 };
