@@ -17,6 +17,7 @@ namespace {
 
 constexpr int kMostHalvings = 4; // of the way to the device
 constexpr int kPatience = 3;     // iterations that get no nearer: the device is sooner met half way
+constexpr double kMostRise = 5;  // of the error: contacts come and go, as those on an edge do
 
 /// The scene with its handle's motion prescribed: by us.
 Scene with_driven_handle(Scene scene)
@@ -160,6 +161,7 @@ bool BodyLink::step(const HandPose& device)
     settings.solver = contact_solver(s.scene.accuracy.solver);
     settings.threads = s.options.threads;
     settings.patience = kPatience;
+    settings.most_rise = kMostRise;
     settings.explain = false;
     const double h = s.started ? s.options.condense.period : 0;
     const StepInput input = s.input(count_.time, h);

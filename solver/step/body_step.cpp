@@ -481,7 +481,8 @@ bool BodyStepper::run()
             halved = i;
             most = kDescent * options_.most_iterations;
         }
-        if (i + 1 == most || i - halved >= options_.patience) {
+        if (i + 1 == most || i - halved >= options_.patience ||
+            report_.error > options_.most_rise * least) {
             report_.errors = errors_;
             report_.refusal = fmt::format("no balance on the geometry at the end of the step: "
                                           "error {:.1e} after {} iterations",

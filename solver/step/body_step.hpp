@@ -7,6 +7,7 @@
 #include "solver/step/couplings.hpp"
 
 #include <atomic>
+#include <limits>
 #include <map>
 #include <string>
 
@@ -41,7 +42,9 @@ struct BodyStepOptions {
     int threads = 1;
     int most_iterations = 60; ///< of the outer loop
     int patience = 30;        ///< iterations that do not halve the least error so far
-    bool explain = true;      ///< why a step is refused, which takes time
+    /// Of the least error so far: an iteration that leaves more ends the step.
+    double most_rise = std::numeric_limits<double>::infinity();
+    bool explain = true; ///< why a step is refused, which takes time
     /// Set from outside, it ends the step as not accepted; none if null.
     const std::atomic<bool>* stop = nullptr;
 };

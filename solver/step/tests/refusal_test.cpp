@@ -4,6 +4,7 @@
 #include "solver/step/body_build.hpp"
 #include "solver/step/tests/body_runs.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
 
 using namespace amontons;
@@ -39,8 +40,8 @@ std::string scene(double thick, double E, double friction)
         friction, friction);
 }
 
-/// Why the whole step is refused after some iterations.
-std::string refusal(const std::string& text, int iterations)
+/// The whole step, refused.
+BodyStepReport refused(const std::string& text, const BodyStepOptions& options)
 {
     const Scene scene = parse_scene("{\"schema\": 1, " + text + "}", "test.json", {});
     const std::vector<Obstacle> obstacles;
@@ -51,11 +52,16 @@ std::string refusal(const std::string& text, int iterations)
     step.h = 1;
     for (const BodyRef& b : system->refs)
         b.solid->make_ready(step, "", messages);
+    BodyStepReport r = try_body_step(*system, step, options);
+    CHECK(!r.accepted);
+    return r;
+}
+
+std::string refusal(const std::string& text, int iterations)
+{
     BodyStepOptions options;
     options.most_iterations = iterations;
-    const BodyStepReport r = try_body_step(*system, step, options);
-    CHECK(!r.accepted);
-    return r.refusal;
+    return refused(text, options).refusal;
 }
 
 bool says(const std::string& message, const char* what)
@@ -93,4 +99,25 @@ TEST_CASE("a contact problem that rounding leaves unsolved says so")
     const Result many = run(scene(0.002, 10, 0.3));
     CAPTURE(many.summary.message);
     CHECK(says(many.summary.message, "contacts outnumber what bodies can do"));
+}
+
+TEST_CASE("a step whose error rises by more than is allowed ends there")
+{
+    // A soft sheet that buckles: errors fall and rise until patience ends.
+    BodyStepOptions options;
+    const BodyStepReport patient = refused(scene(0.05, 1e4, 0), options);
+    double least = std::numeric_limits<double>::infinity(), rise = 0;
+    for (const double error : patient.errors) {
+        rise = std::max(rise, error / least);
+        least = std::min(least, error);
+    }
+    CHECK(rise > 2);
+    for (const double most : {0.0, 2.0}) { // 0: not even the first one is allowed
+        options.most_rise = most;
+        const BodyStepReport hasty = refused(scene(0.05, 1e4, 0), options);
+        REQUIRE(hasty.errors.size() < patient.errors.size());
+        if (most == 0) CHECK(hasty.errors.size() == 1);
+        for (std::size_t i = 0; i < hasty.errors.size(); ++i)
+            CHECK(hasty.errors[i] == patient.errors[i]);
+    }
 }
