@@ -209,8 +209,10 @@ void CondensedSolid::begin(const StepInput& step)
     const Eigen::VectorXd u = parts_at_touching(amount_now_);
     for (std::size_t k = 0; k < touching_.size(); ++k)
         for (int axis = 0; axis < 3; ++axis)
-            if (unknown_of_[3 * k + std::size_t(axis)] < 0)
+            if (unknown_of_[3 * k + std::size_t(axis)] < 0) {
                 now_.u[3 * touching_[k] + axis] = u[at3(k) + axis];
+                on_touching_now_[at3(k) + axis] = 0; // until carry()
+            }
     place_touching(now_);
 }
 
@@ -362,6 +364,19 @@ void CondensedSolid::move_as_a_whole(const Eigen::VectorXd& mode)
     const Eigen::VectorXd moved = modes_at_touching_ * in_u;
     for (std::size_t k = 0; k < touching_.size(); ++k)
         now_.u.segment<3>(3 * touching_[k]) += moved.segment<3>(at3(k));
+}
+
+/// By reciprocity what a hold needs against them, and the work of it, follow as of other nodes:
+/// there a prescribed part moves by one.
+void CondensedSolid::carry(const BodyPlace& at, const Vec3& force)
+{
+    const Vec3 f = now_.frame.turn.conjugate() * force;
+    for (const StencilEntry& e : at.nodes) {
+        const std::int32_t k = touching_number_[std::size_t(e.node)];
+        for (int axis = 0; axis < 3; ++axis)
+            if (unknown_of_[std::size_t(3 * k + axis)] < 0)
+                on_touching_now_[3 * k + axis] += e.weight * f[axis];
+    }
 }
 
 BodyEnergy CondensedSolid::accept(const Eigen::VectorXd&)

@@ -29,6 +29,7 @@ public:
     void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                 const Eigen::VectorXd& force) override;
     double imbalance(const Eigen::VectorXd&) override { return 0; }
+    void carry(const BodyPlace& at, const Vec3& force) override;
     BodyEnergy accept(const Eigen::VectorXd& force) override;
     std::vector<Vec3> reactions() const override;
     void complete() override;

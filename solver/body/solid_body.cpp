@@ -90,7 +90,7 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
         momentum_ = mass_times(state_.v);
     }
     now_ = state_;
-    contact_ = firm_ = contact_before_ = reaction_ = Eigen::VectorXd::Zero(at3(n));
+    contact_ = contact_held_ = firm_ = contact_before_ = reaction_ = Eigen::VectorXd::Zero(at3(n));
 }
 
 void SolidBody::may_touch(std::span<const char> touching)
@@ -189,6 +189,7 @@ void SolidBody::begin(const StepInput& step)
     step_ = step;
     now_ = state_;
     free_known_ = false;
+    contact_held_.setZero();
     if (hyperelastic_) begin_hyperelastic();
     if (hyperelastic_ && !step.dynamic) { // what is prescribed moves with the first change
         if (kind_ == Frame::driven) now_.frame = frame_at(step.end());
@@ -445,6 +446,15 @@ double SolidBody::imbalance(const Eigen::VectorXd& force)
     return error;
 }
 
+void SolidBody::carry(const BodyPlace& at, const Vec3& force)
+{
+    const Vec3 f = now_.frame.turn.conjugate() * force;
+    for (const StencilEntry& e : at.nodes)
+        for (int axis = 0; axis < 3; ++axis)
+            if (unknown_number_[std::size_t(3 * e.node + axis)] < 0)
+                contact_held_[3 * e.node + axis] += e.weight * f[axis];
+}
+
 BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
 {
     BodyEnergy e;
@@ -453,8 +463,9 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
     const bool filtered = step_.dynamic && step_.rule.filtered;
     // What prescribed nodes need, beside loads, inner forces and contacts.
     if (!conditions_.held.empty() || filtered) {
-        Eigen::VectorXd missing = -residual(scale) - contact_;
+        Eigen::VectorXd missing = -residual(scale);
         if (step_.dynamic) missing /= step_.h;
+        missing -= contact_held_;
         Eigen::VectorXd held = Eigen::VectorXd::Zero(missing.size());
         for (const SolidConditions::Held& h : conditions_.held)
             held[h.dof] = missing[h.dof];
@@ -473,8 +484,9 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
     }
     load_ = load;
     if (!step_.dynamic) {
-        const double contact_work = 0.5 * (contact_ + contact_before_).dot(now_.u - state_.u);
-        contact_before_ = contact_;
+        const Eigen::VectorXd contact = contact_ + contact_held_;
+        const double contact_work = 0.5 * (contact + contact_before_).dot(now_.u - state_.u);
+        contact_before_ = contact;
         state_ = now_;
         e.elastic = inner_forces(now_, inner);
         if (hyperelastic_) {

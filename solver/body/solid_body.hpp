@@ -151,6 +151,10 @@ public:
     std::string worst_imbalance(const Eigen::VectorXd& force);
     /// Of imbalance(): what round-off makes of it at the iterate.
     double round_off() const { return round_off_; }
+    /// Before a step is accepted, of each contact and coupling on the body: what of its force acts
+    /// on nodes that are held, which the unknowns know nothing of.
+    /// @param force  mean over a dynamic step, at the end of a quasi-static one [N]
+    virtual void carry(const BodyPlace& at, const Vec3& force);
     void take_moment(const Vec3& moment) override { contact_moment_ = moment; }
     BodyEnergy accept(const Eigen::VectorXd& force) override;
     double size() const override { return size_; }
@@ -362,9 +366,10 @@ protected:
     std::vector<Vec3> first_;
     Placement first_frame_;
     Eigen::VectorXd free_change_, mode_load_;
-    Eigen::VectorXd contact_;        ///< forces at the accepted state, in the frame, all dofs
+    Eigen::VectorXd contact_;        ///< forces of the last change, in the frame; 0 where held
     Eigen::VectorXd firm_;           ///< of them those of lean_on()
-    Eigen::VectorXd contact_before_; ///< the same of the state before; quasi-static
+    Eigen::VectorXd contact_held_;   ///< of carry(), in the frame; 0 but where held [N]
+    Eigen::VectorXd contact_before_; ///< on all dofs, of the state before; quasi-static
     Eigen::VectorXd reaction_;       ///< of all dofs, in space [N]
     Eigen::VectorXd load_;           ///< of the state, in space [N]
     Eigen::VectorXd last_load_;      ///< of the last residual, in the frame [N]

@@ -344,6 +344,8 @@ void BodyStepper::fill_report()
             const Vec3 on =
                 side.sign * per_force *
                 (c < n_contacts ? f : Vec3(f.x() * joints_[std::size_t(c - n_contacts)].direction));
+            if (SolidBody* solid = system_.refs[std::size_t(side.body)].solid)
+                solid->carry(side.place, on);
             on_body[std::size_t(side.body)] += on;
             moment[std::size_t(side.body)] += step_.h * place.cross(on);
             torque[std::size_t(side.body)] += side.place.point.cross(on);

@@ -76,6 +76,19 @@ TEST_CASE("a large solid pressed and sheared has the forces that its factor give
     }
 }
 
+TEST_CASE("holds of a large solid take the friction on nodes that they hold along it")
+{
+    if (find_module("petsc").empty()) return;
+    const char* const hold = R"(, "hold": [{"set": "z_max", "y": 0, "z": [[0, 0], [1, -1e-3]]},
+                                           {"set": "x_min", "x": [[0, 0], [1, 0], [2, 2e-3]]}])";
+    const Result r = run(block(0.3, hold, R"({"step": 1, "end": 2})"), {"solver.linear=iterative"});
+    REQUIRE_MESSAGE(r.summary.message == "", r.summary.message);
+    const Vec3 floor = r.vector("block_on_plate_force");
+    CHECK(std::abs(floor.x()) > 10);
+    CHECK((floor + r.vector("block_z_max_force") + r.vector("block_x_min_force")).norm() <
+          1e-6 * floor.norm());
+}
+
 TEST_CASE("a large solid that falls and slides moves as by its factor")
 {
     if (find_module("petsc").empty()) return;

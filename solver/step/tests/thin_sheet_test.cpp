@@ -183,4 +183,8 @@ TEST_CASE("a soft sheet that its blocks keep from buckling is pressed and dragge
         CHECK(r.value(std::string("upper_z_max_force") + axis) ==
               doctest::Approx(-r.value(std::string("upper_on_sheet_force") + axis)).epsilon(1e-6));
     }
+    // Of the sheet some are: its hold has 7 N of the 3275 N from them.
+    const Vec3 press = r.vector("upper_z_max_force");
+    CHECK((r.vector("lower_z_min_force") + r.vector("sheet_x_min_force") + press).norm() <
+          1e-6 * press.norm());
 }
