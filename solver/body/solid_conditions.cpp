@@ -3,6 +3,7 @@
 #include "solver/solid/assembly.hpp"
 
 #include <algorithm>
+#include <array>
 #include <fmt/format.h>
 #include <map>
 #include <numeric>
@@ -62,18 +63,15 @@ SolidConditions find_conditions(const SolidInput& input, const VolumeMesh& mesh,
     for (std::size_t i = 0; i < input.hold.size(); ++i) {
         const HoldInput& h = input.hold[i];
         const std::string place = fmt::format("{}/hold/{}/set", body, i);
-        SolidConditions::Hold hold;
-        hold.nodes = nodes_of_set(h.set, place);
-        if (hold.nodes.empty() && issues.empty())
+        const std::vector<std::int32_t> nodes = nodes_of_set(h.set, place);
+        if (nodes.empty() && issues.empty())
             issues.push_back(
                 {file, place, quoted_text(h.set) + ", an empty set", "a set of nodes"});
         const CurvePoints* curve[] = {&h.x, &h.y, &h.z};
         const bool all = h.x.empty() && h.y.empty() && h.z.empty();
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            hold.axis[axis] = all || !curve[axis]->empty();
-        for (const std::int32_t node : hold.nodes)
+        for (const std::int32_t node : nodes)
             for (int axis = 0; axis < 3; ++axis) {
-                if (!hold.axis[std::size_t(axis)]) continue;
+                if (!all && curve[axis]->empty()) continue;
                 const SolidConditions::Held held{3 * node + axis, all ? nullptr : curve[axis], i};
                 const auto [at, is_new] = seen.insert({held.dof, c.held.size()});
                 if (is_new) {
@@ -92,7 +90,6 @@ SolidConditions find_conditions(const SolidInput& input, const VolumeMesh& mesh,
                          X.x(), X.y(), X.z(), first.hold, input.hold[first.hold].set, "xyz"[axis]),
                      "one motion of a node"});
             }
-        c.holds.push_back(std::move(hold));
     }
     for (std::size_t i = 0; i < input.loads.size(); ++i) {
         const LoadInput& l = input.loads[i];

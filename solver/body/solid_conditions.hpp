@@ -5,7 +5,6 @@
 #include "solver/scene/scene.hpp"
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -20,10 +19,6 @@ struct SolidConditions {
         const CurvePoints* curve = nullptr; ///< null: 0
         std::size_t hold = 0;               ///< the first that names it
     };
-    struct Hold { ///< of each of the scene's
-        std::vector<std::int32_t> nodes;
-        std::array<bool, 3> axis{}; ///< held along the frame's axes
-    };
     struct Load { ///< of each of the scene's
         const LoadInput* input = nullptr;
         std::vector<std::int32_t> nodes;
@@ -32,7 +27,6 @@ struct SolidConditions {
         Eigen::VectorXd traction;       ///< of 1 Pa, of each node along one axis, n [m^2]
     };
     std::vector<Held> held;
-    std::vector<Hold> holds;
     std::vector<Load> loads;
     std::vector<Issue> warnings; ///< of nodes that two holds take to different places
 };

@@ -12,17 +12,14 @@
 namespace amontons {
 std::vector<Vec3> SolidBody::reactions() const
 {
-    std::vector<Vec3> sums;
-    for (const SolidConditions::Hold& hold : conditions_.holds) {
-        Vec3 sum = Vec3::Zero();
-        for (const std::int32_t node : hold.nodes) {
-            Vec3 f = state_.frame.turn.conjugate() * Vec3(reaction_.segment<3>(3 * node));
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                if (!hold.axis[axis]) f[Eigen::Index(axis)] = 0;
-            sum += state_.frame.turn * f;
-        }
-        sums.push_back(sum);
+    std::vector<Vec3> sums(input_.hold.size(), Vec3::Zero());
+    for (const SolidConditions::Held& h : conditions_.held) { // of two holds the first takes a node
+        const Vec3 f =
+            state_.frame.turn.conjugate() * Vec3(reaction_.segment<3>(h.dof - h.dof % 3));
+        sums[h.hold][h.dof % 3] += f[h.dof % 3];
     }
+    for (Vec3& sum : sums)
+        sum = state_.frame.turn * sum;
     return sums;
 }
 

@@ -118,6 +118,23 @@ TEST_CASE("the feet of a solid carry its weight and its load")
     }
 }
 
+TEST_CASE("what a node of two holds needs is counted once, of the first")
+{
+    for (const char* motion : {"linear", "corotational", "hyperelastic"}) {
+        CAPTURE(std::string(motion));
+        const Result r = run(fmt::format(
+            R"("bodies": {{"block": {{"kind": "solid", "motion": "{}", "mesh": {{"generate": "box",
+               "size": [1, 1, 1], "cells": [2, 2, 2], "element": "H8"}}, "youngs_modulus": 1e6,
+               "poisson_ratio": 0.3, "hold": [{{"set": "z_min"}}, {{"set": "x_min"}}],
+               "loads": [{{"set": "z_max", "traction": [300, 100, -200]}}]}}}},
+               "time": {{"step": 1, "end": 1}})",
+            motion));
+        REQUIRE_MESSAGE(r.summary.message == "", r.summary.message);
+        const Vec3 sum = r.vector("block_z_min_force") + r.vector("block_x_min_force");
+        CHECK((sum + Vec3(300, 100, -200)).norm() < 1e-5);
+    }
+}
+
 namespace {
 
 /// A slab of 0.3 x 0.3 x 0.1 m below z = 0, of 9 kg, and on it a cube of 0.1 m, of 1 kg, whose side

@@ -161,6 +161,25 @@ TEST_CASE("a rod that lies on an elastic foundation buckles at 2 sqrt(k EI), not
     CHECK(buckled);
 }
 
+TEST_CASE("holds of a rod and of the block that it is pressed into are in balance")
+{
+    // Ends of the rod, and a side of the block, are held where they touch.
+    for (const char* motion : {"linear", "corotational", "hyperelastic"}) {
+        CAPTURE(std::string(motion));
+        const Result r = run(scene(block("[8, 4, 2]", fmt::format(R"(, "motion": "{}")", motion),
+                                         R"("hold": [{"set": "z_min"}, {"set": "x_min", "x": 0,
+                                         "y": [[0, 0], [2, 1e-3]]}], )") +
+                                       ", " + across(0.01, 0.011, 3e-3, 2e-3),
+                                   0.3, 0.5, 2));
+        REQUIRE_MESSAGE(r.summary.message == "", r.summary.message);
+        const Vec3 press = r.vector("rod_on_block_force");
+        const Vec3 sum = r.vector("rod_start_force") + r.vector("rod_end_force") +
+                         r.vector("block_z_min_force") + r.vector("block_x_min_force");
+        CHECK(press.norm() > 1);
+        CHECK(sum.norm() < 1e-6 * press.norm());
+    }
+}
+
 TEST_CASE("a free block between a floor and a rod is in balance, forces and moments")
 {
     // The rod lies askew over it and is pulled sideways: forces in all directions.
