@@ -26,7 +26,6 @@ ReducedOperator<Real>::ReducedOperator(int most_contacts)
         static_cast<std::size_t>(stride_of<Real>(most_contacts) / kPerLine<Real>))
     , own(contact.size())
     , block(contact.size())
-    , bend(contact.size() * kMostLooks, Vec3::Zero())
 {
 }
 
@@ -64,18 +63,18 @@ bool set_delassus(ReducedOperator<Real>& op, const Eigen::Ref<const Eigen::Matri
     return true;
 }
 
-template <class Real> LookShare share_of_looks(const ReducedOperator<Real>& op, double s)
+LookShare share_of_looks(const LookedWay& way, double s)
 {
-    if (op.looks == 0) return {};
-    if (s <= op.look_at[0]) {
-        const double share = s / op.look_at[0];
+    if (way.looks == 0 || (s < 0 && !way.backwards)) return {};
+    if (s <= way.at[0]) {
+        const double share = s / way.at[0];
         return {0, 0, std::min(share * share, kFarthestBack)};
     }
     int i = 1;
-    while (i < op.looks && s > op.look_at[std::size_t(i)])
+    while (i < way.looks && s > way.at[std::size_t(i)])
         ++i;
-    if (i == op.looks) return {i - 1, 0, 1};
-    const double from = op.look_at[std::size_t(i) - 1], to = op.look_at[std::size_t(i)];
+    if (i == way.looks) return {i - 1, 0, 1};
+    const double from = way.at[std::size_t(i) - 1], to = way.at[std::size_t(i)];
     return {i, (to - s) / (to - from), (s - from) / (to - from)};
 }
 
@@ -119,8 +118,6 @@ template struct ReducedOperator<float>;
 template struct ReducedOperator<double>;
 template bool set_delassus(ReducedOperator<float>&, const Eigen::Ref<const Eigen::MatrixXd>&);
 template bool set_delassus(ReducedOperator<double>&, const Eigen::Ref<const Eigen::MatrixXd>&);
-template LookShare share_of_looks(const ReducedOperator<float>&, double);
-template LookShare share_of_looks(const ReducedOperator<double>&, double);
 template ContactProblem contact_problem(const ReducedOperator<float>&);
 template ContactProblem contact_problem(const ReducedOperator<double>&);
 

@@ -6,19 +6,32 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 // What the simulation hands to the haptic loop after each step.
 
 namespace amontons {
 
-constexpr int kMostLooks = 12; ///< ahead, of an operator
+constexpr int kMostLooks = 24; ///< ahead, on a way
+constexpr int kMostWays = 6;   ///< of an operator
 
-/// Where a displacement lies among an operator's looks: between look - 1 (for 0: the pose itself)
-/// and look, with these weights.
+/// Where a displacement lies among a way's looks: between look - 1 (for 0: the pose itself) and
+/// look, with these weights.
 struct LookShare {
     int look = 0;
     double before = 0, there = 0;
+};
+
+/// What q(d) and rest are beyond first order where the hand may go: with x the displacement and
+/// s = ahead . x, what they are at the looks, between them linear.
+struct LookedWay {
+    Vec6 ahead = Vec6::Zero();           ///< [1/m], [1/rad]
+    bool backwards = false;              ///< s < 0 counts, too: as on a circle
+    int looks = 0;                       ///< 0: nothing is known of it
+    std::array<double, kMostLooks> at{}; ///< s of them, rising, > 0 [-]
+    std::array<Wrench, kMostLooks> rest;
+    std::vector<Vec3> bend; ///< of q: kMostLooks of each contact [m]
 };
 
 /// A contact that is closed, or may close before the next operator comes.
@@ -67,13 +80,14 @@ template <class Real> struct ReducedOperator {
     /// the handle's displacement from there. A handle that hangs on nothing but contacts: zero.
     Wrench rest;
     Mat6 stiffness = Mat6::Zero(); ///< [N/m], [N], [N m/rad]
-    /// What q(d) and rest are beyond first order where the hand is going: with x the displacement
-    /// and s = ahead . x, what they are at the looks, between them linear.
-    Vec6 ahead = Vec6::Zero();                ///< [1/m], [1/rad]
-    int looks = 0;                            ///< 0: nothing is known of it
-    std::array<double, kMostLooks> look_at{}; ///< s of them, rising, > 0 [-]
-    std::array<Wrench, kMostLooks> rest_bend;
-    std::vector<Vec3> bend; ///< of q: kMostLooks of each contact [m]
+    /// Where the hand may go, first where it is going: those in use, and memory for as many as were
+    /// needed so far.
+    int ways = 0;
+    std::vector<LookedWay> way;
+    /// Where the body in the hand loses its stability on the way: s of way[0] from which on
+    /// after[0] holds, whatever s is later; infinite: nowhere.
+    double jump_at = std::numeric_limits<double>::infinity();
+    std::vector<ReducedOperator> after; ///< none until one was needed, then one, of this capacity
 
     HandPose handle;            ///< the pose that q, J, frames and r belong to
     double validity = 0;        ///< handle motion within which the set of contacts is complete [m]
@@ -92,8 +106,8 @@ template <class Real> struct ReducedOperator {
 template <class Real>
 bool set_delassus(ReducedOperator<Real>& op, const Eigen::Ref<const Eigen::MatrixXd>& W);
 
-/// @param s  ahead . x [-]. Up to the first look, and backwards, the bend is that of a circle.
-template <class Real> LookShare share_of_looks(const ReducedOperator<Real>& op, double s);
+/// @param s  ahead . x [-]. Up to the first look the bend is that of a circle.
+LookShare share_of_looks(const LookedWay& way, double s);
 
 /// J of a point that a rigid handle carries: frame^T [1, -[arm]x].
 Eigen::Matrix<double, 3, 6> rigid_jacobian(const Mat3& frame, const Vec3& arm);

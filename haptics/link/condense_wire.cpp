@@ -38,10 +38,7 @@ constexpr double kLeastPull = 1e-6, kMostPull = 1e3, kNextPull = 3;
 // Of the operator's way: over it the spring of a contact that opens comes to the force that it had.
 // Over all of the way the tick's problems are close to singular, over a thirtieth they are off.
 constexpr double kGive = 0.1;
-constexpr double kMostBend =
-    0.5; // of the way of the contacts: more is a jump, of which nothing is foretold
-// A wire that lies loose is moved far by little: a tenth of how far its largest reaction moves it.
-constexpr double kLoose = 0.1;
+constexpr double kUnseen = 1e-6; // of what contacts see of a shift: the least
 
 using Nodes = std::vector<Node6>;
 
@@ -234,15 +231,19 @@ bool hold(BlockTridiagonal& K, const Wire& wire, const std::vector<const Candida
 
 /// Those that count most first: with force, near.
 std::vector<const Candidate*> choose(const std::vector<Candidate>& all, double reach,
-                                     const std::vector<WireAhead>& ahead,
+                                     const std::vector<WireWay>& ways,
                                      const CondenseOptions& options, Condensed& out)
 {
-    std::vector<const Candidate*> chosen;
-    for (const Candidate& c : all) {
-        const bool will = std::ranges::any_of(ahead, [&](const WireAhead& a) {
-            const Candidate* there = find(a.contact, c.index);
+    const auto closes = [](const std::vector<WireAhead>& ahead, std::int64_t index) {
+        return std::ranges::any_of(ahead, [&](const WireAhead& a) {
+            const Candidate* there = find(a.contact, index);
             return there && there->normal > 0;
         });
+    };
+    std::vector<const Candidate*> chosen;
+    for (const Candidate& c : all) {
+        const bool will =
+            std::ranges::any_of(ways, [&](const WireWay& w) { return closes(w.ahead, c.index); });
         if (c.normal > 0 || c.gap <= reach || will) chosen.push_back(&c);
     }
     const auto most = static_cast<std::size_t>(std::max(options.most_contacts, 0));
@@ -261,9 +262,7 @@ std::vector<const Candidate*> choose(const std::vector<Candidate>& all, double r
 
 /// What q(d) and rest are beyond first order where `ahead` is.
 /// @param way  displacement of the device to there
-/// @return  false if that is a jump
-bool find_bend(const Condensed& condensed, const WireAhead& ahead, const Vec6& way,
-               CondensedLook& look)
+CondensedLook find_bend(const Condensed& condensed, const WireAhead& ahead, const Vec6& way)
 {
     const std::size_t n = condensed.contact.size();
     Eigen::VectorXd r = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * n));
@@ -275,25 +274,57 @@ bool find_bend(const Condensed& condensed, const WireAhead& ahead, const Vec6& w
             same->tangential[1];
     }
     const Eigen::VectorXd given = condensed.W * r;
+    CondensedLook look;
+    look.at = ahead.share;
     look.bend.assign(n, Vec3::Zero());
     Vec6 force = condensed.stiffness * way;
-    const double most_force = n > 0 ? r.lpNorm<Eigen::Infinity>() : 0;
-    double most = 0, moved = way.head<3>().norm();
     for (std::size_t i = 0; i < n; ++i) {
         const CandidateContact& c = condensed.contact[i];
         const auto row = static_cast<Eigen::Index>(3 * i);
         force -= c.J.transpose() * r.segment<3>(row);
-        moved = std::max(moved, (c.J * way).norm());
         if (!there[i]) continue;
         const Vec3 u(there[i]->gap, there[i]->slip[0], there[i]->slip[1]);
         look.bend[i] = u - given.segment<3>(row) - c.q - c.J * way;
-        const Vec3 loose = kLoose * most_force * condensed.W.diagonal().segment<3>(row).cwiseAbs();
-        most = std::max(most, (look.bend[i].cwiseAbs() - loose).cwiseMax(0).norm());
     }
-    if (most > kMostBend * moved) return false;
     look.rest.force = ahead.force.force - condensed.rest.force + force.head<3>();
     look.rest.torque = ahead.force.torque - condensed.rest.torque + force.tail<3>();
-    return true;
+    return look;
+}
+
+/// What the looks saw. A displacement is split into its parts along the ways, as contacts see it:
+/// pushes and turns are one then.
+void add_ways(Condensed& condensed, const std::vector<WireWay>& ways)
+{
+    Mat6 motion = Mat6::Zero();
+    for (const CandidateContact& c : condensed.contact)
+        motion += c.J.transpose() * c.J;
+    motion.topLeftCorner<3, 3>() +=
+        kUnseen * (motion.topLeftCorner<3, 3>().trace() + 1) * Mat3::Identity();
+    Eigen::Matrix<double, 6, Eigen::Dynamic> along(6, 0); // of two opposite ways the first
+    const auto opposite = [&](const Vec6& way) {
+        for (Eigen::Index j = 0; j < along.cols(); ++j)
+            if (way == -along.col(j)) return j;
+        return Eigen::Index{-1};
+    };
+    for (const WireWay& w : ways) {
+        if (opposite(w.way) >= 0) continue;
+        along.conservativeResize(6, along.cols() + 1);
+        along.rightCols<1>() = w.way;
+    }
+    const Eigen::MatrixXd parts =
+        (along.transpose() * motion * along).ldlt().solve(along.transpose() * motion);
+    Eigen::Index next = 0;
+    for (const WireWay& w : ways) {
+        const Eigen::Index other = opposite(w.way);
+        CondensedWay& out = condensed.way.emplace_back();
+        if (other < 0)
+            out.ahead = parts.row(next++);
+        else
+            out.ahead = -parts.row(other);
+        for (const WireAhead& there : w.ahead)
+            out.look.push_back(find_bend(condensed, there, there.share * w.way));
+    }
+    if (condensed.way.size() == 1) condensed.way[0].backwards = true;
 }
 
 } // namespace
@@ -316,7 +347,7 @@ Wrench force_on_hand(const Wire& wire)
 }
 
 Condensed condense_wire(WireBody& body, const CondenseOptions& options, const Anchor& anchor,
-                        const std::vector<WireAhead>& ahead)
+                        const std::vector<WireWay>& ways)
 {
     Condensed out;
     const Wire& wire = body.wire;
@@ -330,7 +361,7 @@ Condensed condense_wire(WireBody& body, const CondenseOptions& options, const An
     newton.reach = options.farthest();
     residual_of(wire, body.walls, mark_step_start(wire), anchor, newton, *body.work);
     const std::vector<const Candidate*> chosen =
-        choose(body.work->candidates, out.reach, ahead, options, out);
+        choose(body.work->candidates, out.reach, ways, options, out);
     // What is just stable is as good as singular: near a snap, once a contact opens, the hand would
     // be pushed on by more on the way that the operator is for than any contact holds.
     double pressed = 0;
@@ -340,7 +371,8 @@ Condensed condense_wire(WireBody& body, const CondenseOptions& options, const An
     const double way = out.reach * options.periods_ahead() / (options.latency + 1);
     const BasePart base = base_part(wire);
     BlockTridiagonal K = copy_of(body.work->base);
-    out.solvable = hold(K, wire, chosen, ahead, way, base, most);
+    const std::vector<WireAhead> nowhere;
+    out.solvable = hold(K, wire, chosen, ways.empty() ? nowhere : ways[0].ahead, way, base, most);
     const Solver solve(K);
 
     const auto n = static_cast<Eigen::Index>(chosen.size());
@@ -389,6 +421,7 @@ Condensed condense_wire(WireBody& body, const CondenseOptions& options, const An
         out.contact[static_cast<std::size_t>(i)].q = q.segment<3>(3 * i);
     out.rest.force -= pull.head<3>();
     out.rest.torque -= pull.tail<3>();
+    if (!ways.empty()) add_ways(out, ways);
     return out;
 }
 
@@ -401,26 +434,6 @@ WireAhead look_ahead(WireBody& body, const StepStart& start, double reach)
     residual_of(body.wire, body.walls, start, Anchor{}, newton, *body.work);
     out.contact = body.work->candidates;
     return out;
-}
-
-std::size_t add_bends(Condensed& condensed, const std::vector<WireAhead>& ahead, const Vec6& way)
-{
-    const std::size_t n = condensed.contact.size();
-    // How far along the way a displacement is, as contacts see it: pushes and turns are one then.
-    Mat6 motion = Mat6::Zero();
-    for (const CandidateContact& c : condensed.contact)
-        motion += c.J.transpose() * c.J;
-    if (n == 0) motion.topLeftCorner<3, 3>().setIdentity();
-    const double square = way.dot(motion * way);
-    if (!(square > 0)) return 0;
-    condensed.ahead = motion * way / square;
-    for (const WireAhead& there : ahead) {
-        CondensedLook look;
-        if (!find_bend(condensed, there, there.share * way, look)) break;
-        look.at = there.share;
-        condensed.look.push_back(std::move(look));
-    }
-    return condensed.look.size();
 }
 
 } // namespace amontons

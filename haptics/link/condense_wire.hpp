@@ -16,16 +16,17 @@ struct WireAhead {
 };
 WireAhead look_ahead(WireBody& body, const StepStart& start, double reach);
 
-/// What q(d) and rest are beyond first order on the way.
-/// @param ahead  looks, the nearest first
-/// @return  those before the first that is a jump away
-std::size_t add_bends(Condensed& condensed, const std::vector<WireAhead>& ahead, const Vec6& way);
+/// Looks on one way of the hand, the nearest first.
+struct WireWay {
+    Vec6 way = Vec6::Zero(); ///< of the device to its end
+    std::vector<WireAhead> ahead;
+};
 
 /// Condenses the end of a wire's step on its contacts and those near: see docs/theory/haptics.md.
 /// @param body  in balance; only its work arrays change
 /// @param anchor  of the increment of a snap that the wire is in
-/// @param ahead  where it is going, as far as that is known
+/// @param ways  where it may go, as far as that is known, first where it is going
 Condensed condense_wire(WireBody& body, const CondenseOptions& options, const Anchor& anchor = {},
-                        const std::vector<WireAhead>& ahead = {});
+                        const std::vector<WireWay>& ways = {});
 
 } // namespace amontons

@@ -40,6 +40,13 @@ struct CondensedLook {
     Wrench rest;
 };
 
+/// Where the hand may go, and what was seen there.
+struct CondensedWay {
+    Vec6 ahead = Vec6::Zero();       ///< [1/m], [1/rad]
+    bool backwards = false;          ///< the other way round, too
+    std::vector<CondensedLook> look; ///< kMostLooks at most
+};
+
 /// The reduced problem of a step, in double and in full.
 struct Condensed {
     std::vector<CandidateContact> contact;
@@ -49,8 +56,12 @@ struct Condensed {
     // On the hand without contact forces, see ReducedOperator.
     Wrench rest;
     Mat6 stiffness = Mat6::Zero();
-    Vec6 ahead = Vec6::Zero();
-    std::vector<CondensedLook> look; ///< kMostLooks at most
+    std::vector<CondensedWay> way; ///< kMostWays at most; first where the hand is going
+    HandPose handle;               ///< that this is of
+    /// Where the body in the hand jumps on the first way, and what holds from there on: one, if
+    /// any.
+    double jump_at = std::numeric_limits<double>::infinity(); ///< of its `ahead` [-]
+    std::vector<Condensed> after;
     bool solvable = true; ///< false: W is that of no body in balance; nothing can be handed over
 };
 

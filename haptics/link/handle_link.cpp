@@ -7,29 +7,61 @@
 
 namespace amontons {
 
+namespace {
+
+/// Of a pose read at that time [s].
+struct Stamp {
+    double period = 0, time = 0;
+    std::uint64_t sequence = 0;
+};
+
+void fill(LookedWay& way, const CondensedWay& condensed, int capacity)
+{
+    way.ahead = condensed.ahead;
+    way.backwards = condensed.backwards;
+    way.looks = static_cast<int>(condensed.look.size());
+    way.bend.resize(static_cast<std::size_t>(capacity) * kMostLooks);
+    for (std::size_t k = 0; k < condensed.look.size(); ++k) {
+        const CondensedLook& look = condensed.look[k];
+        way.at[k] = look.at;
+        way.rest[k] = look.rest;
+        for (std::size_t i = 0; i < look.bend.size(); ++i)
+            way.bend[kMostLooks * i + k] = look.bend[i];
+    }
+}
+
+template <class Real>
+bool fill(ReducedOperator<Real>& op, const Condensed& condensed, const Stamp& stamp)
+{
+    std::copy(condensed.contact.begin(), condensed.contact.end(), op.contact.begin());
+    op.handle = condensed.handle;
+    op.rest = condensed.rest;
+    op.stiffness = condensed.stiffness;
+    op.ways = static_cast<int>(condensed.way.size());
+    if (op.way.size() < condensed.way.size()) op.way.resize(condensed.way.size());
+    for (std::size_t w = 0; w < condensed.way.size(); ++w)
+        fill(op.way[w], condensed.way[w], op.capacity);
+    op.validity = condensed.reach;
+    op.period = stamp.period;
+    op.time = stamp.time;
+    op.sequence = stamp.sequence;
+    op.jump_at = std::numeric_limits<double>::infinity();
+    if (!condensed.solvable || !set_delassus(op, condensed.W)) return false;
+    if (condensed.after.empty()) return true;
+    if (op.after.empty()) op.after.emplace_back(op.capacity);
+    if (fill(op.after[0], condensed.after[0], stamp) && op.ways > 0) op.jump_at = condensed.jump_at;
+    return true;
+}
+
+} // namespace
+
 template <class Real>
 bool HandleLink::publish(ReducedOperator<Real>& op, double time, std::uint64_t sequence)
 {
     condensed_ = condense_step(std::min(most_contacts_, op.capacity));
+    condensed_.handle = device();
     count_.left_out = std::max(count_.left_out, condensed_.left_out);
-    std::copy(condensed_.contact.begin(), condensed_.contact.end(), op.contact.begin());
-    op.handle = device();
-    op.rest = condensed_.rest;
-    op.stiffness = condensed_.stiffness;
-    op.ahead = condensed_.ahead;
-    op.looks = static_cast<int>(condensed_.look.size());
-    for (std::size_t k = 0; k < condensed_.look.size(); ++k) {
-        const CondensedLook& look = condensed_.look[k];
-        op.look_at[k] = look.at;
-        op.rest_bend[k] = look.rest;
-        for (std::size_t i = 0; i < look.bend.size(); ++i)
-            op.bend[kMostLooks * i + k] = look.bend[i];
-    }
-    op.validity = condensed_.reach;
-    op.period = condense_.period;
-    op.time = time;
-    op.sequence = sequence;
-    return condensed_.solvable && set_delassus(op, condensed_.W);
+    return fill(op, condensed_, {condense_.period, time, sequence});
 }
 
 std::unique_ptr<HandleLink> make_link(const Scene& scene, const std::vector<Obstacle>& obstacles,

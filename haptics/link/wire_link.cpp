@@ -7,6 +7,7 @@
 #include "solver/step/wire_record.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 namespace amontons {
@@ -19,13 +20,21 @@ constexpr double kRelaxPart = 1.0 / 2; // the same in parts: a try less is time 
 // singular. Where it is singular yet, the same again.
 constexpr double kStiffer = 10;
 constexpr int kPulls = 3;
-constexpr double kMostOut = 0.999;  // of the wire's length
-constexpr int kLooks = 4;           // ahead, in a period
-constexpr double kLeastWay = 1.0;   // of the fastest way in a period: what is looked ahead
-constexpr double kAtRest = 1e-2;    // of that, and less
-constexpr double kNotTurned = 1e-3; // of that, and less on the wire's surface
-constexpr double kSnapWork = 1e5;   // of a snap in parts: Newton's iterations, times elements,
-                                    // in a second of the simulation
+constexpr double kMostOut = 0.999; // of the wire's length
+constexpr int kLooks = 10;         // ahead, in a period ...
+constexpr int kAside = 4;          // ... and back and aside
+// The same by the clock, and how much of a period they may take.
+constexpr int kLooksInTime = 4, kAsideInTime = 2;
+constexpr double kLookTime = 0.4;
+constexpr double kLeastWay = 1.0;     // of the fastest way in a period: what is looked ahead
+constexpr double kAtRest = 1e-2;      // of that, and less
+constexpr double kNotTurned = 1e-3;   // of that, and less on the wire's surface
+constexpr int kMostJumps = 4;         // of the wire on the way, that are foreseen
+constexpr double kJumpAt = 1.0 / 128; // of the way looked ahead: that a jump is known to
+constexpr double kSnapWork = 1e5;     // of a snap in parts: Newton's iterations, times elements,
+                                      // in a second of the simulation
+
+using Clock = std::chrono::steady_clock;
 
 /// What a step may do to be accepted.
 enum class Means {
@@ -62,7 +71,9 @@ struct WireLink::State {
     double first = 0;         // insertion at the start [m]
     bool started = false;     // the first step is one of no time
     Relaxation snap;          // that the last step left under way
-    bool in_parts = false;    // snaps are
+    bool in_parts = false;    // snaps are, since the clock counts
+    CondenseOptions options;
+    Clock::time_point began; // condensing
     std::string refusal;
 
     State(const Scene& s, const std::vector<Obstacle>& obstacles, const HandleSpring& spring);
@@ -70,9 +81,13 @@ struct WireLink::State {
     const BeamInput& beam() const { return scene.beams[0]; }
     BaseTarget target(const HandPose& pose) const;
     StepReport advance(const HandPose& to, double period, Means means);
-    Vec6 way_ahead(const CondenseOptions& options) const;
-    std::vector<WireAhead> look(const Vec6& way, const CondenseOptions& options);
-    Condensed condense(const CondenseOptions& options);
+    Vec6 way_ahead() const;
+    bool in_time() const;
+    std::vector<Vec6> ways_aside(const Vec6& way) const;
+    bool go_on(const HandPose& to, Means means);
+    bool look(WireWay& way, double longest);
+    Condensed condense();
+    Condensed condense(const Vec6& way, int jumps);
 };
 
 WireLink::State::State(const Scene& s, const std::vector<Obstacle>& obstacles,
@@ -156,7 +171,7 @@ StepReport WireLink::State::advance(const HandPose& to, double period, Means mea
 }
 
 /// Where the hand will be by its last motion when the next operator is due.
-Vec6 WireLink::State::way_ahead(const CondenseOptions& options) const
+Vec6 WireLink::State::way_ahead() const
 {
     Vec6 way = displacement(before, device);
     const double least = kLeastWay * options.speed * options.period, shift = way.head<3>().norm(),
@@ -172,43 +187,107 @@ Vec6 WireLink::State::way_ahead(const CondenseOptions& options) const
     return way;
 }
 
-/// Steps on the way, which are taken back.
-std::vector<WireAhead> WireLink::State::look(const Vec6& way, const CondenseOptions& options)
+bool WireLink::State::in_time() const
 {
-    std::vector<WireAhead> ahead;
-    const WireState here = body.wire.state;
-    const HandPose at = device;
-    const StepStart from = mark_step_start(body.wire);
-    const int looks = std::min(kMostLooks, kLooks * options.periods_ahead());
-    for (int i = 1; i <= looks; ++i) {
-        const double share = static_cast<double>(i) / looks;
-        const HandPose next = moved(at, share * way);
-        if (!advance(next, options.period, Means::look).accepted || !body.wire.outside()) break;
-        device = next;
-        ahead.push_back(look_ahead(body, from, options.reach()));
-        ahead.back().share = share;
+    return !in_parts || std::chrono::duration<double>(Clock::now() - began).count() <=
+                            kLookTime * options.period;
+}
+
+/// Back, and of a rod, which is held in space, to all sides.
+std::vector<Vec6> WireLink::State::ways_aside(const Vec6& way) const
+{
+    std::vector<Vec6> aside{-way};
+    const double shift = way.head<3>().norm();
+    if (!rod || !(shift > 0)) return aside;
+    const Vec3 left = way.head<3>().unitOrthogonal(), up = way.head<3>().normalized().cross(left);
+    for (const Vec3& side : {left, Vec3(-left), up, Vec3(-up)})
+        aside.emplace_back() << shift * side, Vec3::Zero();
+    return aside;
+}
+
+/// A step on the way.
+bool WireLink::State::go_on(const HandPose& to, Means means)
+{
+    if (!advance(to, options.period, means).accepted || !body.wire.outside()) return false;
+    device = to;
+    return true;
+}
+
+/// Steps on a way, which stay taken; shorter ones where they are refused.
+/// @param longest  of them [-]
+/// @return  true if the wire loses its stability beyond the last of them
+bool WireLink::State::look(WireWay& way, double longest)
+{
+    const HandPose from = device;
+    const StepStart begin = mark_step_start(body.wire);
+    double done = 0, step = longest;
+    while (done < 1 && way.ahead.size() < kMostLooks && in_time()) {
+        const double share = std::min(done + step, 1.0);
+        if (go_on(moved(from, share * way.way), Means::look)) {
+            done = share;
+            step = std::min(2 * step, longest);
+            way.ahead.push_back(look_ahead(body, begin, options.reach()));
+            way.ahead.back().share = share;
+        } else {
+            step /= 2;
+            if (step < kJumpAt) return true;
+        }
     }
-    device = at;
-    body.wire.state = here;
-    return ahead;
+    return false;
 }
 
 // The hand goes on: steps to where it will be until the operator after this one comes, which are
 // taken back. They tell which contacts stay closed. And a point of the wire that slides along a
 // curved wall leaves its tangent by s^2 / 2R, which is what the force of the next millimetre is
-// made of; no first derivative knows it.
-Condensed WireLink::State::condense(const CondenseOptions& options)
+// made of; no first derivative knows it. Where the wire jumps on the way, what holds from there on
+// is handed over with what holds until then.
+Condensed WireLink::State::condense(const Vec6& way, int jumps)
 {
-    const Vec6 way = options.periods_ahead() * way_ahead(options);
-    std::vector<WireAhead> ahead;
-    if (!way.isZero() && body.wire.outside()) ahead = look(way, options);
-    while (!ahead.empty()) {
-        Condensed condensed = condense_wire(body, options, {}, ahead);
-        const std::size_t good = condensed.solvable ? add_bends(condensed, ahead, way) : 0;
-        if (good == ahead.size()) return condensed;
-        ahead.resize(condensed.solvable ? good : ahead.size() / 2);
+    const WireState here = body.wire.state;
+    const HandPose at = device;
+    const auto back = [&] {
+        device = at;
+        body.wire.state = here;
+    };
+    std::vector<WireWay> ways;
+    std::vector<Condensed> after;
+    double jump_at = 0;
+    if (!way.isZero() && body.wire.outside()) {
+        WireWay& main = ways.emplace_back(WireWay{way, {}});
+        const int looks = in_parts ? kLooksInTime : kLooks;
+        if (look(main, 1.0 / (looks * options.periods_ahead())) && jumps > 0) {
+            jump_at = (main.ahead.empty() ? 0 : main.ahead.back().share) + kJumpAt;
+            const HandPose there = moved(at, jump_at * way);
+            if (go_on(there, Means::relax)) {
+                after.push_back(condense(std::max(0.0, 1 - jump_at) * way, jumps - 1));
+                after[0].handle = there;
+            }
+        }
+        back();
+        for (const Vec6& aside : ways_aside(way)) {
+            if (!in_time()) break;
+            WireWay& other = ways.emplace_back(WireWay{aside, {}});
+            look(other, 1.0 / ((in_parts ? kAsideInTime : kAside) * options.periods_ahead()));
+            back();
+            if (other.ahead.empty()) ways.pop_back();
+        }
     }
-    return condense_wire(body, options);
+    for (;;) {
+        Condensed condensed = condense_wire(body, options, {}, ways);
+        if (condensed.solvable && !after.empty() && after[0].solvable) {
+            condensed.jump_at = jump_at;
+            condensed.after = std::move(after);
+        }
+        if (condensed.solvable || ways.empty() || ways[0].ahead.empty()) return condensed;
+        ways[0].ahead.resize(ways[0].ahead.size() / 2);
+        after.clear();
+    }
+}
+
+Condensed WireLink::State::condense()
+{
+    began = Clock::now();
+    return condense(options.periods_ahead() * way_ahead(), in_parts ? 0 : kMostJumps);
 }
 
 WireLink::WireLink(const Scene& scene, const std::vector<Obstacle>& obstacles,
@@ -293,9 +372,9 @@ bool WireLink::step(const HandPose& device)
 
 Condensed WireLink::condense_step(int most)
 {
-    CondenseOptions options = condense_;
+    CondenseOptions& options = state_->options = condense_;
     options.most_contacts = most;
-    if (!state_->snap.under_way) return state_->condense(options);
+    if (!state_->snap.under_way) return state_->condense();
     Condensed condensed;
     Anchor pull = state_->snap.anchor[0];
     for (int i = 0; i < kPulls; ++i) {

@@ -102,7 +102,8 @@ template <class Real> void ProxyLoop<Real>::free_motion(double fading)
     Real* u = u_.data()->number;
     const double inverse_length = 1 / op_->length;
     const Mat3 tilt = turn_ - Mat3::Identity();
-    look_ = share_of_looks(*op_, op_->ahead.dot(moved_));
+    for (int w = 0; w < op_->ways; ++w)
+        look_[at(w)] = share_of_looks(op_->way[at(w)], op_->way[at(w)].ahead.dot(moved_));
     for (int i = 0; i < op_->contacts; ++i) {
         const CandidateContact& c = contact(i);
         Vec3 q = c.q;
@@ -110,10 +111,11 @@ template <class Real> void ProxyLoop<Real>::free_motion(double fading)
             q.noalias() += c.frame.transpose() * (moved_.head<3>() + tilt * c.arm);
         else
             q.noalias() += c.J * moved_;
-        if (op_->looks > 0) {
-            const Vec3* bend = &op_->bend[at(kMostLooks * i + look_.look)];
-            q += look_.there * bend[0];
-            if (look_.look > 0) q += look_.before * bend[-1];
+        for (int w = 0; w < op_->ways; ++w) {
+            const LookShare& look = look_[at(w)];
+            const Vec3* bend = &op_->way[at(w)].bend[at(kMostLooks * i + look.look)];
+            q += look.there * bend[0];
+            if (look.look > 0) q += look.before * bend[-1];
         }
         q_[at(i)] = inverse_length * q;
         const Vec3 offset = anchor_[at(i)] + fading * fade_[at(i)];
@@ -233,12 +235,16 @@ template <class Real> Wrench ProxyLoop<Real>::wrench(double fading) const
     const double scale = op_->length / op_->compliance;
     const Vec6 own = op_->stiffness * moved_;
     Wrench rest = op_->rest;
-    const auto add_bend = [&](int look, double share) {
-        rest.force += share * op_->rest_bend[at(look)].force;
-        rest.torque += share * op_->rest_bend[at(look)].torque;
-    };
-    if (op_->looks > 0) add_bend(look_.look, look_.there);
-    if (look_.look > 0) add_bend(look_.look - 1, look_.before);
+    for (int i = 0; i < op_->ways; ++i) {
+        const auto add_bend = [&](int look, double share) {
+            const Wrench& bend = op_->way[at(i)].rest[at(look)];
+            rest.force += share * bend.force;
+            rest.torque += share * bend.torque;
+        };
+        const LookShare& look = look_[at(i)];
+        add_bend(look.look, look.there);
+        if (look.look > 0) add_bend(look.look - 1, look.before);
+    }
     w.force = scale * w.force + rest.force - own.head<3>() + fading * jump_.force;
     w.torque = scale * w.torque + rest.torque - own.tail<3>() + fading * jump_.torque;
     return w;
@@ -294,6 +300,9 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     begun_ = false;
     if (!op_ || is_broken(device)) return result;
 
+    // The body in the hand jumps, as was foreseen: so does its force.
+    while (has_jumped_by(device))
+        begin_operator(op_->after[0]);
     set_pose(device);
     const double fading = fading_at(time);
     // What a tick did not end has no trend but the solver's.
@@ -366,16 +375,18 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     return result;
 }
 
-template <class Real> bool ProxyLoop<Real>::take(const ReducedOperator<Real>& op, double time)
+/// On the way to this pose the operator's body has jumped.
+template <class Real> bool ProxyLoop<Real>::has_jumped_by(const HandPose& device) const
 {
-    if (!begun_) begin();
-    if (op.contacts > capacity_) return false;
-    const bool first = op_ == nullptr;
-    if (!first) remember();
+    return std::isfinite(op_->jump_at) &&
+           op_->way[0].ahead.dot(displacement(op_->handle, device)) >= op_->jump_at;
+}
+
+/// With its own reactions, and no slip yet.
+template <class Real> void ProxyLoop<Real>::begin_operator(const ReducedOperator<Real>& op)
+{
     op_ = &op;
     history_.forget();
-    taken_ = true;
-    matched_ = 0;
     turn_ = prepared_turn_ = Mat3::Identity();
     for (int i = 0; i < op.contacts; ++i) {
         cone_[at(i)] = Mat3::Identity();
@@ -384,6 +395,19 @@ template <class Real> bool ProxyLoop<Real>::take(const ReducedOperator<Real>& op
         before_[at(i)] = anchor_[at(i)] = fade_[at(i)] = Vec3::Zero();
         slip_time_[at(i)] = op.time;
     }
+}
+
+template <class Real> bool ProxyLoop<Real>::take(const ReducedOperator<Real>& op, double time)
+{
+    if (!begun_) begin();
+    if (op.contacts > capacity_) return false;
+    const bool first = op_ == nullptr;
+    if (!first) remember();
+    begin_operator(op);
+    while (!first && has_jumped_by(device_))
+        begin_operator(op_->after[0]);
+    taken_ = true;
+    matched_ = 0;
     jump_ = {};
     unsettled_ = false;
     blend_start_ = time;

@@ -107,6 +107,8 @@ private:
     bool in_time() const;
 
     // proxy_loop.cpp: one pose
+    void begin_operator(const ReducedOperator<Real>& op);
+    bool has_jumped_by(const HandPose& device) const;
     void set_pose(const HandPose& device);
     void prepare_blocks();
     void extrapolate();
@@ -159,7 +161,7 @@ private:
     HandPose device_;
     Wrench last_; // of the tick before
     Vec6 moved_ = Vec6::Zero();
-    LookShare look_; // of the operator's, at this pose
+    std::array<LookShare, kMostWays> look_; // of the operator's ways, at this pose
     Mat3 turn_ = Mat3::Identity(), prepared_turn_ = Mat3::Identity();
 
     double blend_start_ = 0, blend_time_ = 0; // [s]

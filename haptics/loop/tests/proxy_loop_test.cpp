@@ -248,6 +248,42 @@ TEST_CASE("where the simulation snapped to another state, the force goes there e
     }
 }
 
+TEST_CASE("a jump that was foreseen is followed in its tick, and not taken back")
+{
+    // The floor falls by 2 mm once it is pressed 5 mm deep.
+    constexpr double k = 500, jump = 0.005, fall = 0.002;
+    ReducedOperator<double> op = planes<double>({Vec3::UnitZ()}, 0.3, k);
+    ReducedOperator<double> fallen = op;
+    fallen.contact[0].q[0] += fall;
+    op.ways = 1;
+    LookedWay& way = op.way.emplace_back();
+    way.ahead << 0, 0, -1 / 0.01, 0, 0, 0;
+    way.bend.resize(kMostLooks, Vec3::Zero());
+    op.jump_at = jump / 0.01 - 1e-9;
+    op.after.push_back(fallen);
+
+    ProxyLoop<double> loop(1, exact<double>());
+    loop.take(op, 0);
+    const auto force = [&](double depth, double time) {
+        return loop.tick(at({0, 0, -depth}), time).wrench.force[2];
+    };
+    CHECK(force(0.004, 0) == doctest::Approx(k * 0.004));
+    CHECK(force(0.0049, 1e-3) == doctest::Approx(k * 0.0049));
+    CHECK(force(jump, 2e-3) == doctest::Approx(k * (jump - fall)));
+    CHECK(force(0.004, 3e-3) == doctest::Approx(k * (0.004 - fall)));
+
+    // One that comes when its jump is over already: evenly, as any other.
+    ProxyLoop<double> late(1, exact<double>());
+    const ReducedOperator<double> before = planes<double>({Vec3::UnitZ()}, 0.3, k);
+    late.take(before, 0);
+    CHECK(late.tick(at({0, 0, -0.006}), 0).wrench.force[2] == doctest::Approx(k * 0.006));
+    late.take(op, 0);
+    for (int i = 0; i <= 20; ++i) {
+        const double F = late.tick(at({0, 0, -0.006}), 1e-3 * i).wrench.force[2];
+        CHECK(F == doctest::Approx(k * (0.006 - fall * i / 20)));
+    }
+}
+
 namespace {
 
 /// A clock by which a product takes a microsecond.
