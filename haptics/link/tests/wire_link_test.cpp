@@ -309,53 +309,6 @@ TEST_CASE("contacts of a wire whose turn comes within a period are foretold when
     CHECK(worst < 0.01);
 }
 
-TEST_CASE("a rod among balls is foretold in each tick, where it falls and where the hand turns")
-{
-    // The example's rod pressed 30 mm, which it lies loosely on: friction alone holds it along its
-    // axis, so that in W a contact moves by 20 m for a newton. Then at 0.1 m/s along its axis,
-    // where it falls off balls twice, across it, and back. An operator each 10 ms, the full
-    // simulation in steps of a tick from where that was made.
-    World w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"));
-    w.set.link.condense.latency = 0;
-    w.link = make_link(w.scene, w.obstacles, w.set.link);
-    LinkOptions by_ticks = w.set.link;
-    by_ticks.condense.period = w.set.loop.period;
-    constexpr int press = 100;
-    const auto device = [&](int tick) {
-        const auto leg = [&](int from, int to) {
-            return 1e-4 * std::clamp(tick - from, 0, to - from);
-        };
-        HandPose pose = w.link->start();
-        pose.position += Vec3(leg(100, 300) - leg(400, 450), leg(300, 400),
-                              -3e-2 * std::min(tick, press) / press);
-        return pose;
-    };
-    double worst = 0, largest_fall = 0;
-    for (int k = 0; k < 500; k += 10) {
-        REQUIRE(w.link->step(device(k)));
-        ReducedOperator<double> op(300);
-        REQUIRE(w.link->publish(op, 0, 1));
-        const auto full = make_link(w.scene, w.obstacles, by_ticks);
-        REQUIRE(full->take_over(*w.link));
-        ProxyLoop<double> loop(300, exact());
-        REQUIRE(loop.take(op, 0));
-        Vec3 before = full->force().force;
-        for (int i = 1; i <= 10; ++i) {
-            const Vec3 force = loop.tick(device(k + i), 1e-3 * i).wrench.force;
-            REQUIRE(full->step(device(k + i)));
-            const Vec3 now = full->force().force;
-            CAPTURE(k + i);
-            const double error = (force - now).norm() / std::max(now.norm(), 0.1);
-            CHECK(error < 0.01);
-            worst = std::max(worst, error);
-            if (k >= press) largest_fall = std::max(largest_fall, (now - before).norm());
-            before = now;
-        }
-    }
-    MESSAGE("error " << worst << ", full force falls by " << largest_fall << " N in a tick");
-    CHECK(largest_fall > 0.01);
-}
-
 TEST_CASE("two fingers push and twist a wire, a hand moves a rod: no energy is given to them")
 {
     for (const char* text : {kTube, kRod}) {
