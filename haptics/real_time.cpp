@@ -6,6 +6,7 @@
 #include <cstring>
 #include <ctime>
 #include <exception>
+#include <fstream>
 #include <limits>
 #include <malloc.h>
 #include <pthread.h>
@@ -82,6 +83,16 @@ void flush_denormals()
     volatile unsigned char* at = stack;
     for (std::size_t i = 0; i < kStackTouched; i += 1024)
         at[i] = 0;
+}
+
+/// By the kernel since it started, to make room for larger pieces; 0 where it does not tell.
+long pages_moved()
+{
+    std::ifstream in("/proc/vmstat");
+    std::string name;
+    for (long count = 0; in >> name >> count;)
+        if (name == "pgmigrate_success") return count;
+    return 0;
 }
 
 /// Takes the last force away evenly: the run ends with none, whatever ended it.
@@ -161,6 +172,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
     mallopt(M_MMAP_MAX, 0);
     mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
 
+    const long moved_before = pages_moved();
     const double start = clock_now() + 5 * period; // the threads are there by then
     std::string refusal;
     std::size_t count = 0;
@@ -260,6 +272,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
     haptic.join();
     tell();
     if (bare.joinable()) bare.join();
+    run.pages_moved = pages_moved() - moved_before;
     if (run.locked) munlockall();
     run.records.resize(count);
 

@@ -38,6 +38,9 @@ struct RealTimeRun {
     bool fifo = false, locked = false;
     // Of the loop's thread, after its first ticks:
     long page_faults = 0, waits = 0, preempted = 0; ///< waits: of its own will, one a tick
+    /// By the kernel, on the whole machine, meanwhile: it moves locked pages, too, and one that is
+    /// on its way faults, unless the sysctl vm.compact_unevictable_allowed is 0.
+    long pages_moved = 0;
     // Of the bare thread, at the same time: how late its ticks were [s]; and how many by a period.
     std::vector<double> bare_wake;
     long bare_missed = 0;

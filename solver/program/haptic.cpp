@@ -46,7 +46,7 @@ struct Outcome {
     HapticSummary summary;
     std::string status = "done", scheduling = "virtual time", output;
     bool real_time = false;
-    long page_faults = 0, preempted = 0, bare_missed = 0;
+    long page_faults = 0, pages_moved = 0, preempted = 0, bare_missed = 0;
     Percentiles bare_wake;
     std::optional<Viewer::Counts> shown;       ///< with --view
     int contacts_asked = 0, contacts_left = 0; ///< most that are handed over: at first, at the end
@@ -77,6 +77,7 @@ std::string json_text(const Outcome& o, const HapticSettings& set, const HandleL
         add_percentiles(json, "wake", o.bare_wake);
         json.close('}').key("loop").open('{');
         json.member("page_faults", std::int64_t(o.page_faults));
+        json.member("pages_moved", std::int64_t(o.pages_moved));
         json.member("preempted", std::int64_t(o.preempted)).close('}');
     }
     json.key("contacts").open('{').member("max", s.most_contacts);
@@ -139,6 +140,10 @@ std::string table(const Outcome& o, const HapticSettings& set, const HandleLink&
                         s.missed_compute, s.missed_host, s.missed_wake, s.missed_preempted,
                         s.longest_miss));
         row("page faults", fmt::format("{} in the loop", o.page_faults));
+        if (o.page_faults > 0 && o.pages_moved > 0)
+            row("", fmt::format("meanwhile the kernel moved {} pages, locked ones, too, unless the "
+                                "sysctl vm.compact_unevictable_allowed is 0",
+                                o.pages_moved));
     }
     row("contacts", fmt::format("{} handed over at most, {} closed, {} left out", s.most_contacts,
                                 s.most_closed, link.most_left_out()));
@@ -378,6 +383,7 @@ void haptic(HapticArguments& a, Session& session)
         records = std::move(run.records);
         out.scheduling = run.scheduling;
         out.page_faults = run.page_faults;
+        out.pages_moved = run.pages_moved;
         out.preempted = run.preempted;
         out.bare_missed = run.bare_missed;
         out.bare_wake = percentiles(std::move(run.bare_wake));

@@ -205,7 +205,9 @@ class Beams(Case):
     def test_catheter(self):
         report, trace = self.example("haptic_catheter", 4)
         self.assertEqual(report["profile"], "catheter-2dof")
-        self.assertIn(report["contacts"]["closed"], range(4, 11))  # `amontons run` of it has 6
+        # `amontons run` of it has 6. At the loop's tolerance neighbours share a force in some ticks.
+        closed = sorted(int(row["closed"]) for row in trace[-500:])
+        self.assertIn(closed[len(closed) * 9 // 10], range(4, 8))
         self.assertGreater(report["largest_force"], 0.1)
         self.assertLess(report["force_jump"]["handover"], 0.05)
         for row in trace:  # only along its push, and only against it
