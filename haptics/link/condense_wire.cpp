@@ -38,6 +38,8 @@ constexpr double kLeastPull = 1e-6, kMostPull = 1e3, kNextPull = 3;
 // Of the operator's way: over it the spring of a contact that opens comes to the force that it had.
 // Over all of the way the tick's problems are close to singular, over a thirtieth they are off.
 constexpr double kGive = 0.1;
+// A wire that lies loose is moved far by little: a tenth of how far its largest reaction moves it.
+constexpr double kLoose = 0.1;
 constexpr double kUnseen = 1e-6; // of what contacts see of a shift: the least
 
 using Nodes = std::vector<Node6>;
@@ -278,14 +280,20 @@ CondensedLook find_bend(const Condensed& condensed, const WireAhead& ahead, cons
     look.at = ahead.share;
     look.bend.assign(n, Vec3::Zero());
     Vec6 force = condensed.stiffness * way;
+    const double most_force = n > 0 ? r.lpNorm<Eigen::Infinity>() : 0;
+    double most = 0, moved = way.head<3>().norm();
     for (std::size_t i = 0; i < n; ++i) {
         const CandidateContact& c = condensed.contact[i];
         const auto row = static_cast<Eigen::Index>(3 * i);
         force -= c.J.transpose() * r.segment<3>(row);
+        moved = std::max(moved, (c.J * way).norm());
         if (!there[i]) continue;
         const Vec3 u(there[i]->gap, there[i]->slip[0], there[i]->slip[1]);
         look.bend[i] = u - given.segment<3>(row) - c.q - c.J * way;
+        const Vec3 loose = kLoose * most_force * condensed.W.diagonal().segment<3>(row).cwiseAbs();
+        most = std::max(most, (look.bend[i].cwiseAbs() - loose).cwiseMax(0).norm());
     }
+    look.jump = moved > 0 ? most / moved : 0;
     look.rest.force = ahead.force.force - condensed.rest.force + force.head<3>();
     look.rest.torque = ahead.force.torque - condensed.rest.torque + force.tail<3>();
     return look;
@@ -433,6 +441,7 @@ WireAhead look_ahead(WireBody& body, const StepStart& start, double reach)
     newton.reach = reach;
     residual_of(body.wire, body.walls, start, Anchor{}, newton, *body.work);
     out.contact = body.work->candidates;
+    out.state = body.wire.state;
     return out;
 }
 

@@ -13,6 +13,7 @@ struct WireAhead {
     double share = 0;               ///< of that way
     std::vector<Candidate> contact; ///< slip since the start
     Wrench force;                   ///< on the hand
+    WireState state;
 };
 WireAhead look_ahead(WireBody& body, const StepStart& start, double reach);
 

@@ -38,6 +38,7 @@ struct CondensedLook {
     double at = 0;          ///< of `ahead` [-]
     std::vector<Vec3> bend; ///< of each contact's q [m]
     Wrench rest;
+    double jump = 0; ///< how far it is from what is linear, over the way of the contacts [-]
 };
 
 /// Where the hand may go, and what was seen there.

@@ -26,9 +26,12 @@ constexpr int kAside = 4;          // ... and back and aside
 // The same by the clock, and how much of a period they may take.
 constexpr int kLooksInTime = 4, kAsideInTime = 2;
 constexpr double kLookTime = 0.4;
-constexpr double kLeastWay = 1.0;     // of the fastest way in a period: what is looked ahead
-constexpr double kAtRest = 1e-2;      // of that, and less
-constexpr double kNotTurned = 1e-3;   // of that, and less on the wire's surface
+constexpr double kLeastWay = 1.0;   // of the fastest way in a period: what is looked ahead
+constexpr double kAtRest = 1e-2;    // of that, and less
+constexpr double kNotTurned = 1e-3; // of that, and less on the wire's surface
+// Of q beyond first order, over the way of the contacts: more is a jump. Where the hand is going
+// what holds after it is handed over, too, and it may be called one for little.
+constexpr double kMostBend = 0.5, kMostAside = 2;
 constexpr int kMostJumps = 4;         // of the wire on the way, that are foreseen
 constexpr double kJumpAt = 1.0 / 128; // of the way looked ahead: that a jump is known to
 constexpr double kSnapWork = 1e5;     // of a snap in parts: Newton's iterations, times elements,
@@ -42,6 +45,13 @@ enum class Means {
     relax,  ///< or cross a snap
     look    ///< Newton's method, and whatever its energy balance misses: it is taken back
 };
+
+std::size_t looks_before_jump(const CondensedWay& way, double most)
+{
+    const auto jump =
+        std::ranges::find_if(way.look, [&](const CondensedLook& l) { return l.jump > most; });
+    return static_cast<std::size_t>(jump - way.look.begin());
+}
 
 HandPose moved(const HandPose& from, const Vec6& way)
 {
@@ -250,19 +260,10 @@ Condensed WireLink::State::condense(const Vec6& way, int jumps)
         body.wire.state = here;
     };
     std::vector<WireWay> ways;
-    std::vector<Condensed> after;
-    double jump_at = 0;
+    bool falls = false; // beyond the last look
     if (!way.isZero() && body.wire.outside()) {
-        WireWay& main = ways.emplace_back(WireWay{way, {}});
         const int looks = in_parts ? kLooksInTime : kLooks;
-        if (look(main, 1.0 / (looks * options.periods_ahead())) && jumps > 0) {
-            jump_at = (main.ahead.empty() ? 0 : main.ahead.back().share) + kJumpAt;
-            const HandPose there = moved(at, jump_at * way);
-            if (go_on(there, Means::relax)) {
-                after.push_back(condense(std::max(0.0, 1 - jump_at) * way, jumps - 1));
-                after[0].handle = there;
-            }
-        }
+        falls = look(ways.emplace_back(WireWay{way, {}}), 1.0 / (looks * options.periods_ahead()));
         back();
         for (const Vec6& aside : ways_aside(way)) {
             if (!in_time()) break;
@@ -272,16 +273,45 @@ Condensed WireLink::State::condense(const Vec6& way, int jumps)
             if (other.ahead.empty()) ways.pop_back();
         }
     }
-    for (;;) {
-        Condensed condensed = condense_wire(body, options, {}, ways);
-        if (condensed.solvable && !after.empty() && after[0].solvable) {
-            condensed.jump_at = jump_at;
-            condensed.after = std::move(after);
+    Condensed condensed = condense_wire(body, options, {}, ways);
+    WireAhead landed; // where the wire is after a jump that a step did not notice
+    for (bool again = true; again;) {
+        again = false;
+        for (WireWay& w : ways) {
+            const std::size_t i = static_cast<std::size_t>(&w - ways.data());
+            const std::size_t good =
+                condensed.solvable
+                    ? looks_before_jump(condensed.way[i], i == 0 ? kMostBend : kMostAside)
+                    : w.ahead.size() / 2;
+            if (good == w.ahead.size()) continue;
+            if (i == 0) {
+                falls = false;
+                landed = condensed.solvable ? w.ahead[good] : WireAhead{};
+            }
+            w.ahead.resize(good);
+            again = true;
         }
-        if (condensed.solvable || ways.empty() || ways[0].ahead.empty()) return condensed;
-        ways[0].ahead.resize(ways[0].ahead.size() / 2);
-        after.clear();
+        if (again) condensed = condense_wire(body, options, {}, ways);
     }
+    if (jumps == 0 || !condensed.solvable || (!falls && !(landed.share > 0))) return condensed;
+
+    const double last = ways[0].ahead.empty() ? 0 : ways[0].ahead.back().share;
+    const double there = falls ? last + kJumpAt : landed.share;
+    device = moved(at, last * way);
+    if (falls && !ways[0].ahead.empty()) body.wire.state = ways[0].ahead.back().state;
+    bool met = true;
+    if (falls)
+        met = go_on(moved(at, there * way), Means::relax);
+    else
+        body.wire.state = landed.state;
+    device = moved(at, there * way);
+    if (met) {
+        condensed.after.push_back(condense(std::max(0.0, 1 - there) * way, jumps - 1));
+        condensed.after[0].handle = device;
+        condensed.jump_at = falls ? there : (last + there) / 2;
+    }
+    back();
+    return condensed;
 }
 
 Condensed WireLink::State::condense()
