@@ -9,6 +9,7 @@
 #include "solver/step/body_build.hpp"
 #include "solver/step/body_record.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -18,6 +19,18 @@ namespace {
 constexpr int kMostHalvings = 4; // of the way to the device
 constexpr int kPatience = 3;     // iterations that get no nearer: the device is sooner met half way
 constexpr double kMostRise = 5;  // of the error: contacts come and go, as those on an edge do
+
+bool is_of(const ContactLaw& law, const std::string& name)
+{
+    return law.between[0] == name || law.between[1] == name;
+}
+
+bool is_named(const Scene& scene, const ContactLaw& pair)
+{
+    return std::ranges::any_of(scene.contact, [&](const ContactLaw& law) {
+        return is_of(law, pair.between[0]) && is_of(law, pair.between[1]);
+    });
+}
 
 /// The scene with its handle's motion prescribed: by us.
 Scene with_driven_handle(Scene scene)
@@ -37,8 +50,15 @@ Scene with_driven_handle(Scene scene)
                                "\"quasi_static\", or a rigid handle: an elastic one has no "
                                "dynamics yet"}});
     }
-    for (RigidInput& r : scene.rigids)
-        if (r.name == h.handle) r.drive.given = true;
+    for (RigidInput& r : scene.rigids) {
+        if (r.name != h.handle) continue;
+        // It gives way, on its spring: what "*" leaves out of two bodies that stand still is not
+        // meant, and a law that names the pair stands for it.
+        r.drive.given = false;
+        for (const ContactLaw& law : written_out(scene))
+            if (is_of(law, h.handle) && !is_named(scene, law)) scene.contact.push_back(law);
+        r.drive.given = true;
+    }
     return scene;
 }
 

@@ -103,6 +103,35 @@ TEST_CASE("a rigid handle on a floor hangs on its spring: F = k depth, and slide
     CHECK(w.link.report().error <= w.link.report().threshold);
 }
 
+TEST_CASE("a rigid handle whose pairs are written \"*\" meets what stands still, with their law")
+{
+    // By itself "*" leaves out pairs of what is driven and what stands still.
+    std::string every = kBall, both = kBall, own = kPlate;
+    const auto replace = [](std::string& text, const std::string& what, const std::string& by) {
+        REQUIRE(text.find(what) != std::string::npos);
+        text.replace(text.find(what), what.size(), by);
+    };
+    replace(every, R"("ball", "floor"])", R"("ball", "*"])");
+    replace(both, R"("ball", "floor"])", R"("*", "*"])");
+    replace(own, R"("contact": [)", R"("contact": [{"between": ["*", "*"], "friction": 0}, )");
+    for (const std::string& text : {every, both}) {
+        World w(text.c_str());
+        REQUIRE(w.link.step(w.link.start()));
+        REQUIRE(w.link.step(at(w.link.start(), {0, 0, -0.003})));
+        CHECK(w.link.held().force().force.z() == doctest::Approx(400 * 0.002).epsilon(1e-9));
+        REQUIRE(w.link.step(at(w.link.start(), {0.01, 0, -0.003})));
+        CHECK(w.link.held().force().force.x() ==
+              doctest::Approx(-0.3 * 400 * 0.002).epsilon(1e-6));
+    }
+    World w(own.c_str()); // the friction of the law that names the pair
+    REQUIRE(w.link.step(w.link.start()));
+    const double k = w.set.link.spring.stiffness;
+    REQUIRE(w.link.step(at(w.link.start(), {0, 0, -0.021})));
+    REQUIRE(w.link.step(at(w.link.start(), {0.01, 0, -0.021})));
+    CHECK(w.link.held().force().force.z() == doctest::Approx(k * 0.001).epsilon(1e-6));
+    CHECK(w.link.held().force().force.x() == doctest::Approx(-0.3 * k * 0.001).epsilon(1e-5));
+}
+
 TEST_CASE("the reduced operator gives the force of the full step, at its pose")
 {
     for (const char* text : {kBed, kBall}) {
