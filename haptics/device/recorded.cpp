@@ -13,6 +13,7 @@ namespace {
 constexpr double kLongest = 3600;       // [s]: what one run may last
 constexpr std::size_t kMostIssues = 10; // of one file: more say nothing new
 constexpr const char* kColumns[] = {"time", "x", "y", "z", "turn_x", "turn_y", "turn_z"};
+constexpr const char* kUnits[] = {"s", "m", "m", "m", "rad", "rad", "rad"};
 
 std::string_view trimmed(std::string_view s)
 {
@@ -38,6 +39,15 @@ bool read_number(std::string_view text, double& value)
     return error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
 }
 
+/// Of a heading "name [unit]"; "" where there is none.
+std::string_view unit_of(std::string_view heading)
+{
+    const std::size_t open = heading.find('['), close = heading.find(']');
+    if (open == std::string_view::npos || close == std::string_view::npos || close < open)
+        return "";
+    return trimmed(heading.substr(open + 1, close - open - 1));
+}
+
 std::string short_number(double x)
 {
     std::array<char, 32> text;
@@ -54,12 +64,26 @@ Trajectory parse_trajectory(std::string_view text, const std::string& file)
     column.fill(-1);
     std::string_view rest = text;
     if (rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3); // spreadsheets begin UTF-8 so
+    if (trimmed(rest).empty())
+        throw InputError({{file, "", "an empty file",
+                           "time,x,y,z[,turn_x,turn_y,turn_z] and a line "
+                           "of numbers for each time"}});
     std::string_view header = next_part(rest, '\n');
-    for (int c = 0; !header.empty(); ++c) {
-        std::string_view name = next_part(header, ',');
-        name = trimmed(name.substr(0, name.find('[')));
-        for (std::size_t k = 0; k < column.size(); ++k)
-            if (name == kColumns[k]) column[k] = c;
+    int headings = 0;
+    for (; !header.empty(); ++headings) {
+        const std::string_view heading = next_part(header, ',');
+        const std::string_view name = trimmed(heading.substr(0, heading.find('['))),
+                               unit = unit_of(heading);
+        for (std::size_t k = 0; k < column.size(); ++k) {
+            if (name != kColumns[k]) continue;
+            if (column[k] >= 0)
+                issues.push_back(
+                    {file, "line 1", std::string(kColumns[k]) + " twice", "each column once"});
+            if (!unit.empty() && unit != kUnits[k])
+                issues.push_back({file, "line 1", quoted_text(trimmed(heading)),
+                                  std::string(kColumns[k]) + " [" + kUnits[k] + "]"});
+            column[k] = headings;
+        }
     }
     for (std::size_t k = 0; k < 4; ++k)
         if (column[k] < 0)
@@ -79,7 +103,8 @@ Trajectory parse_trajectory(std::string_view text, const std::string& file)
         std::array<double, 7> value{};
         std::array<bool, 7> known{};
         bool good = true;
-        for (int c = 0; !row.empty() && good; ++c) {
+        int cells = 0;
+        for (int c = 0; !row.empty() && good; ++c, ++cells) {
             const std::string_view cell = trimmed(next_part(row, ','));
             for (std::size_t k = 0; k < column.size(); ++k) {
                 if (column[k] != c || (k >= 4 && !turns)) continue;
@@ -98,6 +123,12 @@ Trajectory parse_trajectory(std::string_view text, const std::string& file)
                                   std::string("no ") + kColumns[k], "a number in each column"});
                 good = false;
             }
+        if (good && cells > headings) { // as commas in numbers make them
+            issues.push_back({file, "line " + std::to_string(line),
+                              std::to_string(cells) + " values",
+                              std::to_string(headings) + ", one for each column"});
+            good = false;
+        }
         if (!good) continue;
         if (!path.time.empty() && !(value[0] > path.time.back())) {
             issues.push_back(

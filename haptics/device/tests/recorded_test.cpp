@@ -40,7 +40,9 @@ TEST_CASE("a recorded trajectory is resampled on straight lines, and ends")
 
 TEST_CASE("a trajectory that is none is refused, line by line")
 {
-    CHECK(refusal("").find("no column time") != std::string::npos);
+    CHECK(refusal("").find("an empty file") != std::string::npos);
+    CHECK(refusal("\n").find("no column time") != std::string::npos);
+    CHECK(refusal("0,0,0,0\n").find("no column time") != std::string::npos);
     CHECK(refusal("time,x,y\n1,2,3\n").find("no column z") != std::string::npos);
     CHECK(refusal("time,x,y,z\n").find("no points") != std::string::npos);
     const std::string two = refusal("time,x,y,z\n0,0,0,0\n0.1,nan,0,0\n0.2,0,0\n");
@@ -58,6 +60,16 @@ TEST_CASE("a trajectory that is none is refused, line by line")
     CHECK(far.find("line 3") != std::string::npos);
     CHECK(far.find("3600 s") != std::string::npos);
     CHECK(refusal("time,x,y,z\n0,0,0,0\n1e9,0,0,0\n").find("1e+09") != std::string::npos);
+    // Millimetres taken for metres would throw the handle through the room.
+    const std::string millimetres = refusal("time [ms],x [mm],y [m],z\n0,0,0,0\n");
+    CHECK(millimetres.find("time [ms]") != std::string::npos);
+    CHECK(millimetres.find("x [m]") != std::string::npos);
+    CHECK(millimetres.find("y [m]") == std::string::npos);
+    CHECK(refusal("time,x,x,y,z\n0,0,0,0,0\n").find("x twice") != std::string::npos);
+    const std::string commas = refusal("time,x,y,z\n0,0,0,0\n0,01,0,0,0\n");
+    CHECK(commas.find("line 3: found 5 values") != std::string::npos);
+    CHECK(refusal("time [s],x [m], y [m] ,z[m],other [mm]\n0,0,0,0,7\n") == "");
+    CHECK(refusal("time,x,y,z,\r\n0,0,0,0,\r\n") == "");
     CHECK(refusal("\xef\xbb\xbftime,x,y,z\n0,0,0,0\n") == ""); // a mark of UTF-8
     CHECK(refusal("time,x,y,z\n0,0,0,0\n") == "");             // one point is a handle at rest
 }
