@@ -89,8 +89,10 @@ HapticSummary summarise(std::span<const TickRecord> records, const HapticLoop<Re
         const long gap = std::lround((b.time - a.time) / period);
         s.longest_miss = std::max(s.longest_miss, gap - 1);
         if (!is_computed(a) || !is_computed(b)) continue;
-        change[k] =
-            (b.computed.force - a.computed.force).norm() / static_cast<double>(std::max(gap, 1L));
+        const auto ticks = static_cast<double>(std::max(gap, 1L));
+        change[k] = (b.computed.force - a.computed.force).norm() / ticks;
+        s.largest_change_sent =
+            std::max(s.largest_change_sent, (b.sent.force - a.sent.force).norm() / ticks);
         event[k] = is_event(a, b);
         s.largest_change = std::max(s.largest_change, change[k]);
     }

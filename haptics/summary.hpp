@@ -34,7 +34,9 @@ struct HapticSummary {
     /// contact closed or opened, less the largest change in the ticks about it where nothing of the
     /// kind happened: what the hand's own motion does not explain [N].
     double handover_jump = 0, contact_jump = 0;
-    double largest_change = 0;  ///< of the force from tick to tick, whatever the cause [N]
+    double largest_change = 0; ///< of the force from tick to tick, whatever the cause [N]
+    /// The same of what was sent: ramp, limits and passivity control included, faults not [N].
+    double largest_change_sent = 0;
     double largest_force = 0;   ///< sent [N]
     double energy_injected = 0; ///< largest net energy given to the hand, 0 if none [J]
     double energy = 0;          ///< given to the hand in all [J]

@@ -261,6 +261,29 @@ TEST_CASE("a tick that is missed is told by what made it late")
     CHECK(s.missed_preempted == 1);
 }
 
+TEST_CASE("a force that control takes away in a tick is told, though none was computed to change")
+{
+    std::vector<TickRecord> records(5);
+    for (std::size_t k = 0; k < records.size(); ++k) {
+        records[k].time = 1e-3 * double(k);
+        records[k].state = SafetyState::running;
+        records[k].computed.force = {0, 0, 0.8};
+        records[k].sent.force = {0, 0, k == 2 ? 0.14 : 0.8};
+    }
+    records[4].state = SafetyState::too_fast; // what a fault takes is not counted
+    records[4].sent.force = {0, 0, 0};
+    const HapticLoop<float> loop(1, {});
+    const HapticSummary s = summarise<float>(records, loop, 1e-3, false);
+    CHECK(s.largest_change == 0);
+    CHECK(s.largest_change_sent == doctest::Approx(0.66));
+    records.erase(records.begin() + 3); // over two ticks: half in each
+    records[2].sent.force = {0, 0, 0.5};
+    records[2].state = records[3].state = SafetyState::running;
+    records[3].sent.force = {0, 0, 0.5};
+    records[1].sent.force = {0, 0, 0.8};
+    CHECK(summarise<float>(records, loop, 1e-3, false).largest_change_sent == doctest::Approx(0.3));
+}
+
 TEST_CASE("percentiles are numbers that occur")
 {
     std::vector<double> x;

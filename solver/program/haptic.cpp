@@ -87,7 +87,8 @@ std::string json_text(const Outcome& o, const HapticSettings& set, const HandleL
     add_percentiles(json, "iterations", s.sweeps);
     json.member("over_tolerance", s.over_tolerance);
     json.key("force_jump").open('{').member("handover", s.handover_jump);
-    json.member("contact", s.contact_jump).member("largest_change", s.largest_change).close('}');
+    json.member("contact", s.contact_jump).member("largest_change", s.largest_change);
+    json.member("sent", s.largest_change_sent).close('}');
     json.member("largest_force", s.largest_force);
     json.member("energy_injected", s.energy_injected).member("energy", s.energy);
     json.member("clamped_ticks", std::int64_t(s.clamped));
@@ -153,8 +154,9 @@ std::string table(const Outcome& o, const HapticSettings& set, const HandleLink&
     row("error", fmt::format("p50 {:.1e}, p99 {:.1e}, max {:.1e}; sweeps p50 {:g}, p99 {:g}",
                              s.error.p50, s.error.p99, s.error.max, s.sweeps.p50, s.sweeps.p99));
     row("force", fmt::format("{:.3f} N at most; jumps {:.4f} N at a hand-over, {:.4f} N at a "
-                             "contact; {:.4f} N from tick to tick",
-                             s.largest_force, s.handover_jump, s.contact_jump, s.largest_change));
+                             "contact; {:.4f} N from tick to tick, {:.4f} N as sent",
+                             s.largest_force, s.handover_jump, s.contact_jump, s.largest_change,
+                             s.largest_change_sent));
     row("energy", fmt::format("{:.3e} J given to the hand in all, {:.3e} J at most", s.energy,
                               s.energy_injected));
     row("limits",
@@ -205,6 +207,20 @@ HapticSettings settings_of(const Scene& scene, int late)
     }
 }
 
+void make_output(const std::string& folder)
+{
+    std::string found;
+    try {
+        make_folder(folder);
+        if (::access(folder.c_str(), W_OK | X_OK) != 0)
+            found = "a folder that may not be written to";
+    } catch (const WriteError& error) {
+        found = error.what();
+    }
+    if (!found.empty())
+        throw InputError({{folder, "", found, "a folder that can be made and written to"}});
+}
+
 /// One push along its x, one twist about it.
 bool pushes_and_twists(const DeviceSpec& device)
 {
@@ -219,6 +235,14 @@ constexpr double kFewer = 0.8;      // of the contacts, then
 constexpr int kFewestContacts = 16;
 /// Of a run: each leaves a record of half a kilobyte.
 constexpr double kMostTicks = 4e6;
+
+/// Why a step was not handed over.
+std::string refused(const HandleLink& link)
+{
+    const std::string why = link.refusal();
+    return why.empty() ? "what the step found has no finite compliance"
+                       : "the simulation found no balance at its start: " + why;
+}
 
 /// The simulation goes on with this value of the scene replaced.
 /// @param line  PATH=VALUE
@@ -274,7 +298,7 @@ void haptic(HapticArguments& a, Session& session)
                            fmt::format("{:g} Hz for {:g} s", scene.haptic.rate, duration),
                            fmt::format("{:g} s at most: every tick is recorded",
                                        kMostTicks / scene.haptic.rate)}});
-    if (!a.output.empty()) make_folder(a.output); // before the run, not after
+    if (!a.output.empty()) make_output(a.output); // before the run, not after
 
     place_introducers(scene);
     const std::vector<Obstacle> obstacles = build_obstacles(scene);
@@ -323,6 +347,7 @@ void haptic(HapticArguments& a, Session& session)
     std::atomic<bool>& stop = stop_on_interrupt();
     const int most = scene.haptic.contacts;
     HapticLoop<float> loop(most, set.loop);
+    bool published = false; // anything
     const Publisher<float> publish = [&](ReducedOperator<float>& op, const HandPose& handle,
                                          double time, std::uint64_t sequence) {
         for (const std::string& line : viewer ? lines.take(session) : std::vector<std::string>())
@@ -332,6 +357,9 @@ void haptic(HapticArguments& a, Session& session)
             }
         const bool done =
             link->step(sequence == 1 ? link->start() : handle) && link->publish(op, time, sequence);
+        // Before the first one nothing is stale, and nobody would tell why there is no force.
+        if (sequence == 1 && !done) session.say("no force yet: " + refused(*link));
+        published |= done;
         if (viewer && viewer->wants())
             viewer->offer(frames.frame(link->time(), link->beam_records(), link->body_records(),
                                        link->contact_records()));
@@ -393,6 +421,11 @@ void haptic(HapticArguments& a, Session& session)
             session.exit_code = kSolveFailed;
             session.error("the simulation stopped: " + run.stopped);
         }
+    }
+    if (!published && out.status == "done") {
+        out.status = "failed";
+        session.exit_code = kSolveFailed;
+        session.error("there was no force: " + refused(*link));
     }
     device->close();
     if (viewer) out.shown = viewer->close();

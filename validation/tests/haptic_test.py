@@ -103,6 +103,9 @@ class Virtual(Case):
         self.assertEqual(report["energy_injected"], 0)
         self.assertEqual(report["faults"], 0)
         self.assertLess(report["force_jump"]["handover"], 0.05)
+        sent = max(math.dist(*([float(r[f"sent_{a} [N]"]) for a in "xyz"] for r in pair))
+                   for pair in zip(trace, trace[1:]))
+        self.assertAlmostEqual(report["force_jump"]["sent"], sent, places=5)
         self.assertLess(report["error"]["p99"], 1e-3)
         # 9 mm below the floor, between two springs of 1000 N/m: hand and coupling.
         self.assertAlmostEqual(self.force(trace[-1]), 4.5, delta=0.2)
@@ -254,6 +257,26 @@ class ByTheClock(Case):
         self.assertLess(used.ru_maxrss, 300e3)  # kB; the heap reserves more addresses than that
 
 
+class NoBalance(Case):
+    def test_a_start_without_a_balance_is_told(self):
+        # A cylinder that begins deep in a block.
+        def deep(scene):
+            scene["bodies"]["block"] = {
+                "kind": "solid", "youngs_modulus": 5e4, "poisson_ratio": 0.3, "hold": [{"set": "z_min"}],
+                "mesh": {"generate": "box", "size": [0.08, 0.06, 0.03], "cells": [12, 9, 4],
+                         "element": "H8"}}
+            scene["bodies"]["ball"] = {
+                "kind": "rigid", "shape": {"generate": "cylinder", "radius": 0.006, "length": 0.05},
+                "start": {"place": [0.03, 0, 0.022], "turn": [0, 1.2, 0]}}
+            scene["contact"] = [{"between": ["ball", "block"], "friction": 0.4}]
+        for clock in (["--virtual-time"], []):
+            result = self.call(self.scene(deep), *clock, "--duration", 0.2, "--json")
+            self.assertEqual(result.returncode, 3, result.stderr)
+            self.assertEqual(json.loads(result.stdout)["status"], "failed")
+            self.assertIn("no force yet: the simulation found no balance", result.stderr)
+            self.assertIn("there was no force", result.stderr)
+
+
 class BadInput(Case):
     def test_unknown_device(self):
         self.refused("--device", "simulted", says=['"simulted"', "nearest: simulated"])
@@ -276,6 +299,9 @@ class BadInput(Case):
                      "--virtual-time", says=["line 4", "increases"])
         self.refused("--device", self.path([(0, 0, 0, 0), (0.2, "nan", 0, 0)]), says=["line 3"])
         self.refused("--device", "recorded:/nowhere.csv", says=["/nowhere.csv"])
+        file = self.folder / "mm.csv"
+        file.write_text("time [ms],x [mm],y [mm],z [mm]\n0,0,0,0\n100,0,0,-1\n")
+        self.refused("--device", f"recorded:{file}", says=["time [ms]", "x [m]"])
         self.refused("--device", self.path([(0, 0, 0, 0)]), says=["path.csv", "one point"])
         self.refused("--device", self.path([(0, 0, 0, 0), (1e9, 0, 0, 0)]),
                      says=["path.csv", "line 3", "3600 s"])
@@ -298,9 +324,9 @@ class BadInput(Case):
 
     def test_output_that_cannot_be_written_is_refused_before_the_run(self):
         begin = time.monotonic()
-        result = self.call(self.scene(), "--duration", 50, "--output", "/proc/nowhere")
-        self.assertNotEqual(result.returncode, 0)
-        self.assertIn("/proc/nowhere", result.stderr)
+        (self.folder / "file").write_text("")
+        for folder in ("/proc/nowhere", str(self.folder / "file")):
+            self.refused("--duration", 50, "--output", folder, says=[folder, "a folder"])
         self.assertLess(time.monotonic() - begin, 45)
 
     def test_a_spring_that_the_device_cannot_render_is_told(self):

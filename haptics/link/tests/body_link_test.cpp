@@ -120,8 +120,7 @@ TEST_CASE("a rigid handle whose pairs are written \"*\" meets what stands still,
         REQUIRE(w.link.step(at(w.link.start(), {0, 0, -0.003})));
         CHECK(w.link.held().force().force.z() == doctest::Approx(400 * 0.002).epsilon(1e-9));
         REQUIRE(w.link.step(at(w.link.start(), {0.01, 0, -0.003})));
-        CHECK(w.link.held().force().force.x() ==
-              doctest::Approx(-0.3 * 400 * 0.002).epsilon(1e-6));
+        CHECK(w.link.held().force().force.x() == doctest::Approx(-0.3 * 400 * 0.002).epsilon(1e-6));
     }
     World w(own.c_str()); // the friction of the law that names the pair
     REQUIRE(w.link.step(w.link.start()));
