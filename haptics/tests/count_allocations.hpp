@@ -3,12 +3,43 @@
 #include <cstdlib>
 #include <new>
 
-// Counts what each thread takes from the heap, by the operators new of the whole test program: to
-// be included by one of its files only.
+// Counts what each thread takes from the heap, by the operators new of the whole test program and,
+// with glibc, by its malloc, which Eigen asks: to be included by one of its files only. Sanitizers
+// have a malloc of their own.
 
 namespace amontons::test {
 inline thread_local long allocations = 0;
 }
+
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t number, std::size_t size);
+void* __libc_realloc(void* p, std::size_t size);
+void* __libc_memalign(std::size_t alignment, std::size_t size);
+
+void* malloc(std::size_t size)
+{
+    ++amontons::test::allocations;
+    return __libc_malloc(size);
+}
+void* calloc(std::size_t number, std::size_t size)
+{
+    ++amontons::test::allocations;
+    return __libc_calloc(number, size);
+}
+void* realloc(void* p, std::size_t size)
+{
+    ++amontons::test::allocations;
+    return __libc_realloc(p, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size)
+{
+    ++amontons::test::allocations;
+    return __libc_memalign(alignment, size);
+}
+}
+#endif
 
 void* operator new(std::size_t size)
 {

@@ -3,6 +3,13 @@
 #include "haptics/real_time.hpp"
 #include "haptics/summary.hpp"
 #include "haptics/tests/count_allocations.hpp"
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#include "haptics/tests/count_locks.hpp"
+#else
+namespace amontons::test {
+inline thread_local long locks = 0;
+}
+#endif
 #include "haptics/tests/scenes.hpp"
 
 #include <algorithm>
@@ -26,6 +33,7 @@ namespace {
 /// A device on a circle in the bed, which looks at the counter of its thread.
 struct Circle final : Device {
     long reads = 0, first = -1, last = -1, writes = 0;
+    long first_locks = -1, last_locks = -1;
     double force = 0;                 // last [N]
     double most_off = 0;              // that one write took away [N]
     std::atomic<bool> pressed{false}; // a force was felt
@@ -34,8 +42,12 @@ struct Circle final : Device {
     DeviceSpec spec() const override { return {}; }
     DeviceSample read(double t) noexcept override
     {
-        if (++reads == 30) first = allocations;
+        if (++reads == 30) {
+            first = allocations;
+            first_locks = locks;
+        }
         last = allocations;
+        last_locks = locks;
         DeviceSample s;
         s.time = t;
         s.valid = true;
@@ -106,7 +118,7 @@ struct Fixture {
 
 } // namespace
 
-TEST_CASE("the loop ticks by the clock, takes operators, and allocates and faults nothing")
+TEST_CASE("the loop ticks by the clock, takes operators, and allocates, locks and faults nothing")
 {
     Fixture f;
     // A force that is felt after five periods is not of the first operator: that one is stale.
@@ -122,6 +134,7 @@ TEST_CASE("the loop ticks by the clock, takes operators, and allocates and fault
     CHECK(f.device.writes >= f.device.reads);
     CHECK(f.device.last == f.device.first); // allocations of the loop's thread
     CHECK(f.device.first >= 0);
+    CHECK(f.device.last_locks == f.device.first_locks);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
     CHECK(run.page_faults == 0);
 #endif

@@ -6,7 +6,9 @@
 #include <doctest/doctest.h>
 
 #if defined(__linux__)
+#include <Eigen/Core>
 #include <linux/seccomp.h>
+#include <mutex>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
@@ -21,12 +23,16 @@
 #endif
 #endif
 
+#if defined(__linux__) && !defined(AMONTONS_SANITIZED)
+#include "haptics/tests/count_locks.hpp"
+#endif
+
 using namespace amontons;
 using namespace amontons::test;
 
-// What must not happen between device and force: memory taken from the heap, and calls to the
-// system. The first is counted in the operators new of this whole test program; the second is
-// forbidden by the kernel itself, which kills the process that tries.
+// What must not happen between device and force: memory taken from the heap, locks, and calls to
+// the system. The first two are counted in malloc and the locks of this whole test program; the
+// last is forbidden by the kernel itself, which kills the process that tries.
 
 namespace {
 
@@ -77,7 +83,34 @@ TEST_CASE("ticks and hand-overs allocate nothing")
     CHECK(copied > after);
 }
 
+#if defined(__GLIBC__) && !defined(AMONTONS_SANITIZED)
+TEST_CASE("the counter of allocations sees those of Eigen, which asks malloc")
+{
+    const long before = allocations;
+    const Eigen::VectorXd some = Eigen::VectorXd::Ones(100);
+    const long after = allocations;
+    CHECK(some.sum() == 100);
+    CHECK(after > before);
+}
+#endif
+
 #if defined(__linux__) && !defined(AMONTONS_SANITIZED)
+TEST_CASE("ticks and hand-overs take no lock, not even one that is free")
+{
+    Run run;
+    const long before = locks;
+    const double sum = run.ticks();
+    const long after = locks;
+    CHECK(after == before);
+    CHECK(sum > 1);
+    std::mutex free;
+    {
+        const std::lock_guard held(free); // the counter works
+    }
+    const long held = locks;
+    CHECK(held > after);
+}
+
 TEST_CASE("ticks and hand-overs make no system call")
 {
     // In a child where the kernel allows read, write and exit, and kills for anything else.
