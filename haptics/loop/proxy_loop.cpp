@@ -401,7 +401,8 @@ template <class Real> bool ProxyLoop<Real>::take(const ReducedOperator<Real>& op
 {
     if (!begun_) begin();
     if (op.contacts > capacity_) return false;
-    const bool first = op_ == nullptr;
+    // Without a tick since the last one there is no force to go on from, nor a pose it was felt at.
+    const bool first = op_ == nullptr || taken_;
     if (!first) remember();
     begin_operator(op);
     while (!first && has_jumped_by(device_))

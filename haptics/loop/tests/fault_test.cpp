@@ -21,6 +21,7 @@ struct Rig {
     HapticLoop<double> loop;
     TripleBuffer<ReducedOperator<double>> buffer{ReducedOperator<double>(1)};
     int k = 0;
+    double validity = 0; // of the operators [m]
     HandPose device;
     TickRecord record;
 
@@ -43,13 +44,16 @@ struct Rig {
         bed.k = 1000;
     }
     double time() const { return k * kPeriod; }
+    void hand_over(const HandPose& handle)
+    {
+        publish(buffer.back(), bed, handle, time(), std::uint64_t(k + 1));
+        buffer.back().validity = validity;
+        buffer.publish();
+    }
     /// @param z  of the device, null: no sample [m]
     double tick(std::optional<double> z)
     {
-        if (k % 20 == 0) {
-            publish(buffer.back(), bed, loop.handle_of(device), time(), std::uint64_t(k + 1));
-            buffer.publish();
-        }
+        if (k % 20 == 0) hand_over(loop.handle_of(device));
         DeviceSample sample;
         sample.time = time();
         sample.valid = z.has_value();
@@ -178,4 +182,23 @@ TEST_CASE("credit outlives an operator that came late")
     while (rig.time() < end)
         rig.tick(-0.004);
     CHECK(rig.record.sent.force[2] == doctest::Approx(held).epsilon(0.01));
+}
+
+TEST_CASE("of operators that came before the device's first pose nothing is bled off")
+{
+    // At the origin, where the loop's pose is before there is one, the tool would be in the floor:
+    // an operator for elsewhere has jumped, the loop solved it by itself there, and the hand was to
+    // feel the difference to no force fade.
+    Rig rig(false);
+    rig.bed.points = {{0, 0, -0.005}};
+    rig.validity = 1e-3;
+    DeviceSample sample;
+    for (; rig.k < 400; ++rig.k) {
+        if (rig.k % 20 == 0) rig.hand_over({{0, 0, 0.011}, {1, 0, 0, 0}});
+        sample.time = rig.time();
+        sample.valid = rig.k >= 50;
+        rig.record = rig.loop.tick(sample, rig.buffer, rig.time());
+        REQUIRE(rig.record.computed.force.norm() < 1e-12);
+    }
+    CHECK(rig.record.state == SafetyState::starting);
 }
