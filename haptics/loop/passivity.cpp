@@ -57,10 +57,13 @@ Wrench Passivity::allow(Wrench wrench, double most_force, double most_torque, bo
 {
     const Vec3 x = step_.head<3>(), t = step_.tail<3>();
     double more = surprise_ + options_.resolution;
-    if (options_.least_mass > 0)
+    // In a fault the force goes away by itself, evenly: what might come is not reason enough to drop it.
+    if (!damp)
+        more = 0;
+    else if (options_.least_mass > 0)
         more += (wrench.force.norm() + sent_.force.norm()) * options_.period * options_.period /
                 options_.least_mass;
-    const double turn_more = turn_surprise_ + options_.turn_resolution;
+    const double turn_more = damp ? turn_surprise_ + options_.turn_resolution : 0;
     // The step may change by `more` in every tick. Convex in the number of ticks: the ends decide.
     const auto work_of = [&](const Wrench& w, double ticks) {
         return ticks * (w.force.dot(x) + w.torque.dot(t) +

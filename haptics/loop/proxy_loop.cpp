@@ -22,6 +22,8 @@ namespace {
 constexpr double kPreparedTurn = 1e-3;
 /// |r_t| of a contact that slips is mu r_n to round-off; this tells it from one that sticks [-].
 constexpr double kOnCone = 1e-9;
+/// A tick that ends with more than this is far from its answer: its force is the solver's own [-].
+constexpr double kLost = 5e-3;
 /// A sweep that met less error than this, in the tolerance, may have been the last one.
 constexpr double kNear = 4;
 constexpr double kBetter = 0.9; // or sweeps and that go round in circles
@@ -346,6 +348,8 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     if (!known) result.error = error();
     result.converged = converged_ = result.error <= options_.tolerance;
     result.wrench = wrench(fading);
+    // Until one tick is nearer, the force is held.
+    unsettled_ |= result.error > kLost;
     if (unsettled_ && !is_broken(result.wrench)) {
         const Wrench own = wrench(0);
         jump_ = {last_.force - own.force, last_.torque - own.torque};
