@@ -46,6 +46,13 @@ enum class Means {
     look    ///< Newton's method, and whatever its energy balance misses: it is taken back
 };
 
+/// What the looks after a step found.
+struct Foresight {
+    std::vector<WireWay> ways; ///< first where the hand is going; none if it is not known
+    bool falls = false;        ///< beyond the last look on the first way
+    WireAhead landed;          ///< where the wire is after a jump that a step did not notice
+};
+
 std::size_t looks_before_jump(const CondensedWay& way, double most)
 {
     const auto jump =
@@ -96,6 +103,8 @@ struct WireLink::State {
     std::vector<Vec6> ways_aside(const Vec6& way) const;
     bool go_on(const HandPose& to, Means means);
     bool look(WireWay& way, double longest);
+    Foresight look_around(const Vec6& way);
+    Condensed condense(Foresight& foresight);
     Condensed condense();
     Condensed condense(const Vec6& way, int jumps);
 };
@@ -246,6 +255,55 @@ bool WireLink::State::look(WireWay& way, double longest)
     return false;
 }
 
+/// Looks where the hand is going, and where else it may go.
+Foresight WireLink::State::look_around(const Vec6& way)
+{
+    Foresight out;
+    if (way.isZero() || !body.wire.outside()) return out;
+    const WireState here = body.wire.state;
+    const HandPose at = device;
+    const auto look_along = [&](const Vec6& along, int looks) {
+        const bool falls = look(out.ways.emplace_back(WireWay{along, {}}),
+                                1.0 / (looks * options.periods_ahead()));
+        device = at;
+        body.wire.state = here;
+        return falls;
+    };
+    out.falls = look_along(way, in_parts ? kLooksInTime : kLooks);
+    for (const Vec6& aside : ways_aside(way)) {
+        if (!in_time()) break;
+        look_along(aside, in_parts ? kAsideInTime : kAside);
+        if (out.ways.back().ahead.empty()) out.ways.pop_back();
+    }
+    return out;
+}
+
+/// Condenses with the looks before the first that is a jump, on each way; half of them at a time
+/// where the operator cannot be solved.
+Condensed WireLink::State::condense(Foresight& foresight)
+{
+    std::vector<WireWay>& ways = foresight.ways;
+    for (;;) {
+        Condensed condensed = condense_wire(body, options, {}, ways);
+        bool cut = false;
+        for (std::size_t i = 0; i < ways.size(); ++i) {
+            std::vector<WireAhead>& ahead = ways[i].ahead;
+            const std::size_t good =
+                condensed.solvable
+                    ? looks_before_jump(condensed.way[i], i == 0 ? kMostBend : kMostAside)
+                    : ahead.size() / 2;
+            if (good == ahead.size()) continue;
+            if (i == 0) {
+                foresight.falls = false;
+                foresight.landed = condensed.solvable ? ahead[good] : WireAhead{};
+            }
+            ahead.resize(good);
+            cut = true;
+        }
+        if (!cut) return condensed;
+    }
+}
+
 // The hand goes on: steps to where it will be until the operator after this one comes, which are
 // taken back. They tell which contacts stay closed. And a point of the wire that slides along a
 // curved wall leaves its tangent by s^2 / 2R, which is what the force of the next millimetre is
@@ -253,64 +311,31 @@ bool WireLink::State::look(WireWay& way, double longest)
 // is handed over with what holds until then.
 Condensed WireLink::State::condense(const Vec6& way, int jumps)
 {
+    Foresight foresight = look_around(way);
+    Condensed condensed = condense(foresight);
+    const bool falls = foresight.falls, landed = foresight.landed.share > 0;
+    if (jumps == 0 || !condensed.solvable || (!falls && !landed)) return condensed;
+
     const WireState here = body.wire.state;
     const HandPose at = device;
-    const auto back = [&] {
-        device = at;
-        body.wire.state = here;
-    };
-    std::vector<WireWay> ways;
-    bool falls = false; // beyond the last look
-    if (!way.isZero() && body.wire.outside()) {
-        const int looks = in_parts ? kLooksInTime : kLooks;
-        falls = look(ways.emplace_back(WireWay{way, {}}), 1.0 / (looks * options.periods_ahead()));
-        back();
-        for (const Vec6& aside : ways_aside(way)) {
-            if (!in_time()) break;
-            WireWay& other = ways.emplace_back(WireWay{aside, {}});
-            look(other, 1.0 / ((in_parts ? kAsideInTime : kAside) * options.periods_ahead()));
-            back();
-            if (other.ahead.empty()) ways.pop_back();
-        }
+    const std::vector<WireAhead>& ahead = foresight.ways[0].ahead;
+    const double last = ahead.empty() ? 0 : ahead.back().share;
+    const double there = falls ? last + kJumpAt : foresight.landed.share;
+    if (falls && !ahead.empty()) {
+        body.wire.state = ahead.back().state;
+        device = moved(at, last * way);
     }
-    Condensed condensed = condense_wire(body, options, {}, ways);
-    WireAhead landed; // where the wire is after a jump that a step did not notice
-    for (bool again = true; again;) {
-        again = false;
-        for (WireWay& w : ways) {
-            const std::size_t i = static_cast<std::size_t>(&w - ways.data());
-            const std::size_t good =
-                condensed.solvable
-                    ? looks_before_jump(condensed.way[i], i == 0 ? kMostBend : kMostAside)
-                    : w.ahead.size() / 2;
-            if (good == w.ahead.size()) continue;
-            if (i == 0) {
-                falls = false;
-                landed = condensed.solvable ? w.ahead[good] : WireAhead{};
-            }
-            w.ahead.resize(good);
-            again = true;
-        }
-        if (again) condensed = condense_wire(body, options, {}, ways);
+    if (landed) {
+        body.wire.state = foresight.landed.state;
+        device = moved(at, there * way);
     }
-    if (jumps == 0 || !condensed.solvable || (!falls && !(landed.share > 0))) return condensed;
-
-    const double last = ways[0].ahead.empty() ? 0 : ways[0].ahead.back().share;
-    const double there = falls ? last + kJumpAt : landed.share;
-    device = moved(at, last * way);
-    if (falls && !ways[0].ahead.empty()) body.wire.state = ways[0].ahead.back().state;
-    bool met = true;
-    if (falls)
-        met = go_on(moved(at, there * way), Means::relax);
-    else
-        body.wire.state = landed.state;
-    device = moved(at, there * way);
-    if (met) {
+    if (landed || go_on(moved(at, there * way), Means::relax)) {
         condensed.after.push_back(condense(std::max(0.0, 1 - there) * way, jumps - 1));
         condensed.after[0].handle = device;
         condensed.jump_at = falls ? there : (last + there) / 2;
     }
-    back();
+    device = at;
+    body.wire.state = here;
     return condensed;
 }
 
