@@ -13,7 +13,7 @@ struct WireAhead {
     double share = 0;               ///< of that way
     std::vector<Candidate> contact; ///< slip since the start
     Wrench force;                   ///< on the hand
-    WireState state;
+    WireState state;                ///< there: the wire goes on from it if it has jumped
 };
 WireAhead look_ahead(WireBody& body, const StepStart& start, double reach);
 

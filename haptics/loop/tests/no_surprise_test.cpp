@@ -49,6 +49,22 @@ struct Run {
         publish(first, bed, {{0, 0, -0.001}, Eigen::Quaterniond::Identity()}, 0, 1);
         bed.points.resize(50);
         publish(second, bed, {{0.001, 0, -0.001}, turn({0, 0.01, 0})}, 0.02, 2);
+        // A fall that is foreseen, within the operator's ticks, and looks on the way to it.
+        const ReducedOperator<float> fallen = first;
+        for (ReducedOperator<float>* op : {&first, &second}) { // the same memory: copies take none
+            op->after.push_back(fallen);
+            op->way.emplace_back().bend.assign(60 * kMostLooks, Vec3(1e-5, 0, 0));
+        }
+        second.ways = 1;
+        second.way[0].ahead << 1e3, 0, 0, 0, 0, 0;
+        second.way[0].looks = 1;
+        second.way[0].at[0] = 1;
+        second.jump_at = 2;
+        for (int slot = 0; slot < 3; ++slot) {
+            buffer.back() = second;
+            buffer.publish();
+            buffer.fetch();
+        }
     }
 
     /// 100 ticks, an operator handed over every 10. @returns the sum of normal forces [N]
