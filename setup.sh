@@ -18,17 +18,29 @@ program=build/release/bin/amontons
 scene=examples/catheter
 results=out/catheter
 
+# Minutes of processor time from nothing, on the machine of docs/build.md.
+demo_minutes=10
+all_minutes=8
+test_minutes=25
+fuzz_minutes=4
+
 usage() {
     cat <<'END'
 usage: ./setup.sh COMMAND
 
   demo       installs what the demo lacks, builds the program, pushes a guidewire through an
              aortic arch and prints what came out; does nothing twice
-  test       the same, then builds everything and runs the whole test suite
+  all        builds the rest: the cases of "amontons validate", and the modules for contact
+             problems in files (fclib), meshing (cgal) and large solids (petsc)
+  install [--prefix P]   does all, and puts program, modules and completion below P
+             (/usr/local as root, else ~/.local), where the shell finds them
+  test       does all, then builds and runs the whole test suite
+  test --all the same with the tests that take minutes each
   packages   only installs: all packages, of the tests and of every module
   help       this text
 
 Packages come from apt, as root or with sudo. On a terminal it asks once before it installs.
+Nothing is compiled twice; docs/build.md says what costs what.
 END
 }
 
@@ -127,6 +139,28 @@ configure() {
     cmake --preset "$1" "${more[@]}"
 }
 
+# Several files are compiled at once as one: up to 2 GB for each compiler.
+jobs_at_once() {
+    local cores memory
+    cores="$(nproc)"
+    memory="$(awk '/^MemAvailable:/ { print int($2 / 2000000) }' /proc/meminfo)"
+    [[ $memory -ge 1 ]] || memory=1
+    say $((cores < memory ? cores : memory))
+}
+
+# build PRESET MINUTES WHAT [TARGET...]: says how long it takes from nothing (processor time, measured as
+# docs/build.md tells), if anything is left to do.
+build() {
+    local preset="$1" minutes="$2" what="$3" at_once
+    shift 3
+    at_once="$(jobs_at_once)"
+    if ! ninja -C "build/$preset" -n "$@" | grep -q 'no work to do'; then
+        say "Building $what: about $minutes min of processor time if nothing is compiled yet," \
+            "$(((minutes + at_once - 1) / at_once)) min with $at_once at a time."
+    fi
+    cmake --build --preset "$preset" -j "$at_once" ${@:+--target "$@"}
+}
+
 files_ending_in() { find "$results" -maxdepth 1 -name "*.$1" -printf '  %p\n' | sort; }
 
 # All that the results depend on is older than they are, and they are of a finished run.
@@ -138,36 +172,33 @@ results_are_current() {
 }
 
 run_demo() {
-    if results_are_current; then
-        say "$results is newer than the program and $scene/scene.json: not run again."
-        cat "$results/summary.txt"
-    else
-        local table status=0
-        table="$(mktemp)"
-        "$program" run "$scene/scene.json" --output "$results" | tee "$table" || status=$?
-        if [[ $status -ne 0 ]]; then
-            rm -f "$table"
-            say "setup.sh: the run of $scene/scene.json ended with exit code $status" >&2
-            exit "$status"
-        fi
-        cat "$table" >"$results/summary.txt"
-        rm -f "$table"
-    fi
+    configure release
+    build release "$demo_minutes" "the program" demo
+    run_demo
     say
-    say "Pictures and plots:"
-    files_ending_in png
-    files_ending_in svg
-    say "VTK files for ParaView:"
-    files_ending_in pvd
-    say "All numbers:"
-    files_ending_in csv
-    files_ending_in json
+    say "The program is $PWD/$program. What to try next:"
+    say "  $program run examples/first_block/scene.json    a soft ball falls on a plate"
+    say "  $program check examples/catheter/scene.json     what the program makes of a scene"
+    say "  ./setup.sh install                              the command amontons, with everything:" \
+        "about $all_minutes min more of processor time"
 }
 
-demo() {
+build_all() {
     configure release
-    cmake --build --preset release --target demo
-    run_demo
+    build release $((demo_minutes + all_minutes)) "the program, the cases of validate and all modules" demo all_programs
+}
+
+install_program() {
+    local prefix="$1" folder
+    build_all
+    mkdir -p build
+    cmake --install build/release --prefix "$prefix" >build/install.log || fail "installing failed, see build/install.log"
+    folder="$(cd "$prefix" && pwd)"
+    say "Installed: $folder/bin/amontons, its modules in $folder/lib*, completion for bash in $folder/share."
+    case ":$PATH:" in
+    *":$folder/bin:"*) ;;
+    *) say "The shell does not look there yet: add  export PATH=\"$folder/bin:\$PATH\"  to your ~/.bashrc" ;;
+    esac
 }
 
 # A test that lacks its tool would be left out without a word, and the suite would look green.
@@ -208,18 +239,37 @@ run_tests() {
 run_suite() {
     passed=0
     failed=0
-    cmake --build --preset release
+    build release "$test_minutes" "everything and its tests"
     compgen -G "build/release/lib/*/libamontons-vtk.so" >/dev/null ||
         fail "the module vtk was not built (libvtk9-dev, libx11-dev), and its tests with it"
-    run_tests build/release
+    run_tests build/release "$@"
     configure fuzz
-    cmake --build --preset fuzz
+    build fuzz "$fuzz_minutes" "the readers with sanitizers, to be fuzzed" fuzz
     run_tests build/fuzz -L fuzz
     say "$passed passed, $failed failed"
     [[ $failed -eq 0 && $passed -gt 0 ]]
 }
 
-case "${1:-help}" in
+command="${1:-help}"
+[[ $# -eq 0 ]] || shift
+option=""
+case "$command $*" in
+"test --all") option=all ;;
+"install --prefix "?*) option="${*:2}" ;;
+*" ") ;;
+*)
+    usage >&2
+    fail "$command: found \"$*\", allowed: $(
+        case "$command" in
+        test) say "nothing, or --all" ;;
+        install) say "nothing, or --prefix FOLDER" ;;
+        *) say "nothing" ;;
+        esac
+    )"
+    ;;
+esac
+
+case "$command" in
 packages)
     install_packages "${build[@]}" "${core[@]}" -- "${pictures[@]}" "${modules[@]}" "${tests[@]}"
     say "All packages are installed."
@@ -228,17 +278,29 @@ demo)
     install_packages "${build[@]}" "${core[@]}" "${pictures[@]}"
     demo
     ;;
+all)
+    install_packages "${build[@]}" "${core[@]}" "${pictures[@]}" -- "${modules[@]}"
+    build_all
+    ;;
+install)
+    install_packages "${build[@]}" "${core[@]}" "${pictures[@]}" -- "${modules[@]}"
+    if [[ -z $option ]]; then
+        option=/usr/local
+        [[ $EUID -eq 0 ]] || option="$HOME/.local"
+    fi
+    install_program "$option"
+    ;;
 test)
     install_packages "${build[@]}" "${core[@]}" "${pictures[@]}" "${tests[@]}" -- "${modules[@]}"
     check_tools
     demo
-    run_suite
+    if [[ $option == all ]]; then run_suite; else run_suite -LE long; fi
     ;;
 help | --help | -h)
     usage
     ;;
 *)
     usage >&2
-    fail "unknown command: $1"
+    fail "unknown command: $command"
     ;;
 esac

@@ -167,7 +167,7 @@ std::vector<std::pair<int, Pattern>> patterns(std::mt19937& rng)
 
 } // namespace
 
-TEST_CASE("the block factor solves what a dense one solves, for every pattern")
+TEST_CASE("the block factor solves what a dense one solves for every pattern")
 {
     std::mt19937 rng(1);
     for (const auto& [n, pattern] : patterns(rng)) {
@@ -181,7 +181,7 @@ TEST_CASE("the block factor solves what a dense one solves, for every pattern")
     }
 }
 
-TEST_CASE("a pattern serves again with other values, after a failure too")
+TEST_CASE("a pattern serves again with other values and after a failure too")
 {
     std::mt19937 rng(2);
     for (const auto& [n, pattern] : patterns(rng)) {
@@ -297,7 +297,7 @@ TEST_CASE("a permutation of the blocks permutes the solution")
               1e-11 * x.norm());
 }
 
-TEST_CASE("add sums, and a place is where add puts its block")
+TEST_CASE("add sums and a place is where add puts its block")
 {
     std::mt19937 rng(6);
     const BlockMatrix A = random_matrix(147, grid(7, 3), rng);
@@ -313,7 +313,7 @@ TEST_CASE("add sums, and a place is where add puts its block")
     check_solution(lu, A, rng);
 }
 
-TEST_CASE("the cost grows with the work, and is linear in copies")
+TEST_CASE("the cost grows with the work and is linear in copies")
 {
     std::mt19937 rng(7);
     const auto cost = [&](int n, const Pattern& pattern) {

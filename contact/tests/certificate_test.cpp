@@ -20,7 +20,7 @@ Eigen::VectorXd random_reaction(std::mt19937& rng, Eigen::Index rows)
 
 } // namespace
 
-TEST_CASE("the certified error is the formula, as long double computes it")
+TEST_CASE("the certified error is the formula as long double computes it")
 {
     std::mt19937 rng{1};
     for (int k = 0; k < 300; ++k) {
@@ -33,7 +33,7 @@ TEST_CASE("the certified error is the formula, as long double computes it")
     }
 }
 
-TEST_CASE("the error has no unit: force, length and scale of W leave it as it is")
+TEST_CASE("the error has no unit: force and length and scale of W leave it as it is")
 {
     std::mt19937 rng{2};
     for (int k = 0; k < 100; ++k) {
@@ -131,7 +131,7 @@ TEST_CASE("a reaction that runs away does not excuse itself by its round-off")
     CHECK(certify(p, Eigen::Vector2d::Constant(NAN), 1e-8).status == SolveStatus::stagnated);
 }
 
-TEST_CASE("nothing, and a motion that is zero, are certified as solved by r = 0")
+TEST_CASE("nothing at all and a motion that is zero are certified as solved by r = 0")
 {
     CHECK(certify({}, Eigen::VectorXd{}, 1e-8).status == SolveStatus::converged);
     ContactProblem p = test::tower({1, 1}, 0, 0.5);

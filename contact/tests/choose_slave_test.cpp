@@ -17,7 +17,8 @@ bool first(const TouchingBody& a, double Ea, const TouchingBody& b, double Eb)
 
 } // namespace
 
-TEST_CASE("the coarser surface is the slave, the softer at a contrast of 30, the order no matter")
+TEST_CASE("the coarser surface is the slave or the softer at a contrast of 30 and the order does "
+          "not matter")
 {
     for (const ElementKind a : kKinds)
         for (const ElementKind b : kKinds) {
@@ -37,7 +38,7 @@ TEST_CASE("the coarser surface is the slave, the softer at a contrast of 30, the
         }
 }
 
-TEST_CASE("alike surfaces: the softer, then the first")
+TEST_CASE("alike surfaces: the softer and else the first")
 {
     const TouchingBody upper = box_body(ElementKind::H8, {0, 0, 0}, {1, 1, 1}, {3, 3, 3});
     const TouchingBody lower = box_body(ElementKind::H8, {0, 0, -1}, {1, 1, 0}, {3, 3, 3});

@@ -27,7 +27,8 @@ TouchingBody ball(ElementKind kind, std::int32_t cells, double radius)
 
 } // namespace
 
-TEST_CASE("on a flat obstacle contacts are those of the mortar: places, areas, gaps, normals")
+TEST_CASE(
+    "on a flat obstacle contacts are those of the mortar: places and areas and gaps and normals")
 {
     for (const ElementKind kind : kKinds) {
         CAPTURE(std::string(shape_of(kind).name));
@@ -72,7 +73,7 @@ TEST_CASE("on a flat obstacle contacts are those of the mortar: places, areas, g
     }
 }
 
-TEST_CASE("a wall is met by each node that is near, from either side, and by no other")
+TEST_CASE("a wall is met by each node that is near from either side and by no other")
 {
     const auto wall = [](const Vec3& x) {
         WallSample s; // the inside of a sphere of radius 2

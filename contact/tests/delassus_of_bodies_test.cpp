@@ -135,7 +135,7 @@ ContactProblem summed_up(ContactProblem p)
 
 } // namespace
 
-TEST_CASE("W of bodies is the sum of their G^T G, in all that it is asked")
+TEST_CASE("W of bodies is the sum of their G^T G in all that it is asked")
 {
     const ContactProblem p = tower(5, 7, true);
     const DelassusOfBodies& bodies = p.W.of_bodies();
@@ -203,7 +203,7 @@ TEST_CASE("a Newton step by bodies is that of W + D")
     CHECK((Wx - Wy).norm() < 1e-8 * Wy.norm());
 }
 
-TEST_CASE("a few contacts solved apart end on their law, while the others follow theirs linearised")
+TEST_CASE("a few contacts solved apart end on their law while the others follow theirs linearised")
 {
     ContactProblem p = bond(5, 3, 0.2, 1);
     DelassusOfBodies W = p.W.of_bodies();
@@ -300,7 +300,7 @@ TEST_CASE("towers that do not touch are solved apart")
     CHECK((certify(summed_up(p), found.reaction, 1e-7).status == SolveStatus::converged));
 }
 
-TEST_CASE("contacts of one colour share no body, and each has one")
+TEST_CASE("contacts of one colour share no body and each has one")
 {
     const ContactProblem p = tower(30, 4, true);
     const Columns columns(p);

@@ -44,7 +44,7 @@ double relative_residual(DenseLu& lu, const Eigen::MatrixXd& A, std::mt19937& rn
 
 } // namespace
 
-TEST_CASE("a dense factor of any size solves to round-off, one object after another")
+TEST_CASE("a dense factor of any size solves to round-off one object after another")
 {
     std::mt19937 rng{1};
     DenseLu lu;

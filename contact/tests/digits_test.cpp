@@ -7,7 +7,7 @@
 
 using namespace amontons;
 
-TEST_CASE("sweeps over a W in single precision end at twelve digits, in any unit")
+TEST_CASE("sweeps over a W in single precision end at twelve digits in any unit")
 {
     std::mt19937 rng{13};
     ContactProblem p = test::random_problem(rng, 190, 2000, 0.4); // 570 rows: beyond the cache

@@ -72,7 +72,7 @@ GlobalProblem one_mass_on_the_ground(bool glued)
 
 } // namespace
 
-TEST_CASE("columns, rows and triplets hold the same matrix")
+TEST_CASE("columns and rows and triplets hold the same matrix")
 {
     Eigen::Matrix3d W;
     W << 1, 2, 0, 2, 3, 0, 0, 0, 4;

@@ -71,7 +71,7 @@ CondenseOptions with(Form form)
 
 } // namespace
 
-TEST_CASE("condensing is H^T M^-1 H and H^T M^-1 f + w, in every form")
+TEST_CASE("condensing is H^T M^-1 H and H^T M^-1 f + w in every form")
 {
     std::mt19937 rng{1};
     for (const int bodies : {1, 2, 40})
@@ -195,7 +195,7 @@ TEST_CASE("the form follows the memory that it would need")
     CHECK(CondensedProblem(p, options).contact().W.is_sparse());
 }
 
-TEST_CASE("a body that can float, and one with negative stiffness, are refused")
+TEST_CASE("a body that can float and one with negative stiffness are refused")
 {
     GlobalProblem p;
     p.M = sparse(2, 2, {{0, 0, 1.0}, {0, 1, -1.0}, {1, 0, -1.0}, {1, 1, 1.0}}); // a free spring
@@ -222,7 +222,7 @@ TEST_CASE("a body that can float, and one with negative stiffness, are refused")
     CHECK(message().find("both triangles") != std::string::npos);
 }
 
-TEST_CASE("wrong sizes and numbers are told together; no contact is a problem")
+TEST_CASE("wrong sizes and numbers are told together and a problem may have no contact")
 {
     std::mt19937 rng{5};
     GlobalProblem p = random_bodies(rng, 2, 3, 2, 0);

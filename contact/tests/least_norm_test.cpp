@@ -33,7 +33,7 @@ ContactProblem table(const Eigen::Vector2d& at, double mu, double push)
 
 } // namespace
 
-TEST_CASE("the least reactions of a table are those of statics, at rest and sliding")
+TEST_CASE("the least reactions of a table are those of statics at rest and sliding")
 {
     // Benchmark B16: W/4 + W (x_i X + y_i Y) / sum x^2.
     SolverOptions options;
@@ -59,7 +59,7 @@ TEST_CASE("the least reactions of a table are those of statics, at rest and slid
     CHECK(sum == doctest::Approx(100));
 }
 
-TEST_CASE("the least reaction of the same motion: no larger than any other, and the law holds")
+TEST_CASE("the least reaction of the same motion: no larger than any other and the law holds")
 {
     const ContactProblem p = table({0.1, 0.2}, 0.3, 0);
     // Another answer of the same motion: forces of opposite signs on the two diagonals.

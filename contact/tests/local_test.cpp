@@ -80,7 +80,7 @@ TEST_CASE("any positive definite block is solved to round-off")
         CHECK(count[state] > 3000);
 }
 
-TEST_CASE("a loose slip from a near guess is on the cone, and off by second order")
+TEST_CASE("a loose slip from a near guess is on the cone and off by second order")
 {
     std::mt19937 rng{7};
     int slips = 0;
@@ -135,7 +135,7 @@ TEST_CASE("a slightly unsymmetric block is solved as it is given")
     }
 }
 
-TEST_CASE("a singular block is solved, or said to be unsolved with r = 0")
+TEST_CASE("a singular block is solved or said to be unsolved with r = 0")
 {
     std::mt19937 rng{3};
     int solved = 0, unsolved = 0;
@@ -161,7 +161,7 @@ TEST_CASE("a singular block is solved, or said to be unsolved with r = 0")
     CHECK(solved > 10000);
 }
 
-TEST_CASE("zero, indefinite and meaningless blocks end in a named state")
+TEST_CASE("zero and indefinite and meaningless blocks end in a named state")
 {
     const Vec3 closing{-1, 0.3, 0};
     CHECK(solve_local(prepare(Mat3::Zero()), 0.5, closing).state == LocalState::unsolved);
@@ -203,7 +203,7 @@ TEST_CASE("turning the tangents turns the answer")
     }
 }
 
-TEST_CASE("the guess changes the effort, not the answer")
+TEST_CASE("the guess changes the effort and not the answer")
 {
     std::mt19937 rng{6};
     for (int k = 0; k < 5000; ++k) {
@@ -218,7 +218,7 @@ TEST_CASE("the guess changes the effort, not the answer")
     }
 }
 
-TEST_CASE("loose answers, each from the one before, become the exact one")
+TEST_CASE("loose answers that each begin from the one before become the exact one")
 {
     std::mt19937 rng{7};
     int slips = 0;

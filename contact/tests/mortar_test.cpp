@@ -105,7 +105,7 @@ double difference(const NodeLoads& expected, NodeLoads found)
 
 } // namespace
 
-TEST_CASE("areas sum to the overlap of flat faces, for all pairs of kinds")
+TEST_CASE("areas sum to the overlap of flat faces for all pairs of kinds")
 {
     const struct {
         const char* name;
@@ -132,7 +132,7 @@ TEST_CASE("areas sum to the overlap of flat faces, for all pairs of kinds")
     }
 }
 
-TEST_CASE("on flat faces both sides of a contact are at the same place, so any affine motion of "
+TEST_CASE("on flat faces both sides of a contact are at the same place so any affine motion of "
           "both bodies gives their exact relative motion")
 {
     const double gap = 0.0123;
@@ -198,7 +198,7 @@ TEST_CASE("middle nodes anywhere on a flat surface: whole areas and linear motio
     }
 }
 
-TEST_CASE("a contact of a whole face is at its node, and no other node of the slave takes part")
+TEST_CASE("a contact of a whole face is at its node and no other node of the slave takes part")
 {
     for_pairs({-0.5, -0.4, -1}, {1.6, 1.5, 0}, kTurn,
               [&](TouchingBody& slave, TouchingBody& master) {
@@ -212,7 +212,7 @@ TEST_CASE("a contact of a whole face is at its node, and no other node of the sl
               });
 }
 
-TEST_CASE("the integral of the gap is the volume between two planes, that of an overlap too")
+TEST_CASE("the integral of the gap is the volume between two planes and that of an overlap too")
 {
     // Seen along the slave's normal; the contact's normal halves the angle between the planes.
     const double tilt = 0.1;
@@ -233,7 +233,7 @@ TEST_CASE("the integral of the gap is the volume between two planes, that of an 
                   });
 }
 
-TEST_CASE("contacts turn and move with the bodies, and do not depend on the order of faces")
+TEST_CASE("contacts turn and move with the bodies and do not depend on the order of faces")
 {
     for_pairs({0.3, -0.4, -1}, {1.6, 1.5, 0}, kTurn,
               [&](TouchingBody& slave, TouchingBody& master) {
@@ -314,7 +314,8 @@ TEST_CASE("quadrilaterals that are no parallelograms take a uniform pressure as 
         }
 }
 
-TEST_CASE("a multiplier that keeps little of its area joins a neighbour; areas and places stay")
+TEST_CASE(
+    "a multiplier that keeps little of its area joins a neighbour while areas and places stay")
 {
     // The slave overhangs: of its row of cells next to the edge 1e-6 of the width remains.
     for (const ElementKind kind : kKinds) {
@@ -338,7 +339,7 @@ TEST_CASE("a multiplier that keeps little of its area joins a neighbour; areas a
     }
 }
 
-TEST_CASE("the far sides of thin bodies do not meet, and of several layers the nearest counts")
+TEST_CASE("the far sides of thin bodies do not meet and of several layers the nearest counts")
 {
     for (const ElementKind kind : kKinds) {
         CAPTURE(std::string(shape_of(kind).name));
@@ -369,7 +370,7 @@ TEST_CASE("the far sides of thin bodies do not meet, and of several layers the n
     }
 }
 
-TEST_CASE("contacts are made as far as asked, for gaps and overlaps")
+TEST_CASE("contacts are made as far as asked for gaps and overlaps")
 {
     for (const ElementKind kind : kKinds)
         for (const double gap : {0.0999, 0.1001, -0.0999, -0.1001}) {
@@ -380,7 +381,7 @@ TEST_CASE("contacts are made as far as asked, for gaps and overlaps")
         }
 }
 
-TEST_CASE("a ball over a plane: heights, normals and areas converge with the mesh")
+TEST_CASE("a ball over a plane: heights and normals and areas converge with the mesh")
 {
     // Of a node at an angle t from the pole: height 1 - cos t, the normal halves the angle, and the
     // gap is seen along the ball's normal. The
@@ -440,7 +441,7 @@ TEST_CASE("a ball over a plane: heights, normals and areas converge with the mes
     }
 }
 
-TEST_CASE("normals of the master alone are its own, however the slave is bent")
+TEST_CASE("normals of the master alone are its own however the slave is bent")
 {
     for_pairs({-1, -1, -0.5}, {2, 2, -0.1}, 0.4, [](TouchingBody& slave, TouchingBody& master) {
         for (Vec3& x : slave.mesh.nodes)
@@ -464,7 +465,7 @@ TEST_CASE("normals of the master alone are its own, however the slave is bent")
     });
 }
 
-TEST_CASE("a body that is folded meets itself, and not through its own thickness")
+TEST_CASE("a body that is folded meets itself and not through its own thickness")
 {
     constexpr double kThick = 0.4, kHalf = 0.05; // the fold's inner radius
     for (const ElementKind kind : kKinds)

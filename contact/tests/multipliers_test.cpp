@@ -71,7 +71,8 @@ double not_dual(const FaceInPlane& face)
 
 } // namespace
 
-TEST_CASE("multipliers are dual to the shape functions: T3, T6 on flat faces, Q4 on any flat one")
+TEST_CASE(
+    "multipliers are dual to the shape functions: T3 and T6 on flat faces and Q4 on any flat one")
 {
     CHECK(not_dual(some_face(3, 0, 0)) < 1e-14);
     CHECK(not_dual(some_face(6, 0, 0)) < 1e-13);
@@ -85,7 +86,7 @@ TEST_CASE("multipliers are dual to the shape functions: T3, T6 on flat faces, Q4
     CHECK(not_dual(some_face(6, 0, 0.05)) > 1e-3); // the law can fail
 }
 
-TEST_CASE("multipliers sum to 1 everywhere, curved faces too")
+TEST_CASE("multipliers sum to 1 everywhere on curved faces too")
 {
     std::mt19937 rng{3};
     std::uniform_real_distribution<double> uniform(-1, 2);
@@ -99,7 +100,7 @@ TEST_CASE("multipliers sum to 1 everywhere, curved faces too")
     }
 }
 
-TEST_CASE("full areas are the integrals of the multipliers; those of a face sum to its area")
+TEST_CASE("full areas are the integrals of the multipliers and those of a face sum to its area")
 {
     for (const int nodes : {3, 4, 6}) {
         const FaceInPlane face = some_face(nodes, 0.05, 0.1);
@@ -114,7 +115,7 @@ TEST_CASE("full areas are the integrals of the multipliers; those of a face sum 
               1e-15);
 }
 
-TEST_CASE("the parts nearest to each node tile the reference face, and hold their node")
+TEST_CASE("the parts nearest to each node tile the reference face and hold their node")
 {
     for (const int nodes : {3, 4, 6}) {
         double sum = 0;

@@ -30,7 +30,7 @@ Eigen::Isometry3d shift(const Vec3& d)
 
 } // namespace
 
-TEST_CASE("a block that jumps through a plate is seen, whichever of the two moves")
+TEST_CASE("a block that jumps through a plate is seen whichever of the two moves")
 {
     const Eigen::Isometry3d still = Eigen::Isometry3d::Identity();
     for (const ElementKind kind : kKinds) {
@@ -51,7 +51,7 @@ TEST_CASE("a block that jumps through a plate is seen, whichever of the two move
     }
 }
 
-TEST_CASE("a node through a face of a larger block, and a block around which a wide one turns")
+TEST_CASE("a node through a face of a larger block and a block around which a wide one turns")
 {
     const TouchingBody anvil = box_body(ElementKind::T4, {-1, -1, -1}, {1, 1, 0}, {2, 2, 2});
     const TouchingBody pin =
@@ -65,7 +65,7 @@ TEST_CASE("a node through a face of a larger block, and a block around which a w
     CHECK(!passes(bar, turn(-1.0, Vec3::UnitZ()), post, Eigen::Isometry3d::Identity(), 0.01));
 }
 
-TEST_CASE("a plate is as thin as it is, through however many elements; slivers make nothing thin")
+TEST_CASE("a plate is as thin as it is through however many elements and slivers make nothing thin")
 {
     for (const ElementKind kind : kKinds) {
         CAPTURE(std::string(shape_of(kind).name));

@@ -50,7 +50,8 @@ TEST_CASE("what two polygons share and what they do not is the whole")
     }
 }
 
-TEST_CASE("a polygon stays whole beside others; pieces under many layers grow with their corners")
+TEST_CASE(
+    "a polygon stays whole beside others and pieces under many layers grow with their corners")
 {
     std::mt19937 random(5);
     ConvexPolygon p;

@@ -45,7 +45,7 @@ Sharp upper_bar(ElementKind kind, std::int32_t cells, double gap, const Vec3& sh
 
 } // namespace
 
-TEST_CASE("two crossed bars touch where their edges cross, wherever nodes are")
+TEST_CASE("two crossed bars touch where their edges cross wherever nodes are")
 {
     for (const ElementKind kind : kKinds)
         for (const std::int32_t cells : {1, 2, 5, 6})
@@ -78,7 +78,7 @@ TEST_CASE("two crossed bars touch where their edges cross, wherever nodes are")
             }
 }
 
-TEST_CASE("a crossing keeps its number while it slides over nodes, and ends with the edge")
+TEST_CASE("a crossing keeps its number while it slides over nodes and ends with the edge")
 {
     const Sharp lower = lower_bar(ElementKind::T4, 7);
     std::set<std::int64_t> ids;
@@ -96,7 +96,7 @@ TEST_CASE("a crossing keeps its number while it slides over nodes, and ends with
     CHECK(ids.size() == 1);
 }
 
-TEST_CASE("a corner on a face, from either body, and none where faces meet")
+TEST_CASE("a corner on a face from either body but none where faces meet")
 {
     for (const ElementKind kind : kKinds) {
         CAPTURE(std::string(shape_of(kind).name));
@@ -142,7 +142,7 @@ TEST_CASE("an edge on a face meets each edge of the mesh below it once")
     }
 }
 
-TEST_CASE("faces on faces are left to integrals; what a contact has flattened stays")
+TEST_CASE("faces on faces are left to integrals and what a contact has flattened stays")
 {
     for (const double tilt : {0.0, 0.03, 0.4}) { // flat, nearly so, on its edge
         const Sharp lower = sharp_body(
@@ -185,7 +185,7 @@ TEST_CASE("a rim below a flat face does not meet the face's other sides")
     }
 }
 
-TEST_CASE("the corner of a quadratic block on an obstacle, which no multiplier of a face has")
+TEST_CASE("the corner of a quadratic block on an obstacle which no multiplier of a face has")
 {
     const auto floor = [](const Vec3& x) {
         WallSample s;
@@ -206,7 +206,7 @@ TEST_CASE("the corner of a quadratic block on an obstacle, which no multiplier o
         }
 }
 
-TEST_CASE("chains: 12 of a box, the rims of a cylinder, none of a ball")
+TEST_CASE("chains: 12 of a box and the rims of a cylinder and none of a ball")
 {
     for (const ElementKind kind : kKinds) {
         const Sharp box = sharp_body(box_body(kind, {0, 0, 0}, {1, 2, 3}, {3, 4, 2}));

@@ -36,7 +36,7 @@ Vec3 normal_at(const TouchingBody& cylinder, double angle, bool smooth)
 
 } // namespace
 
-TEST_CASE("normals of a faceted ball are near those of the sphere, nearer than the facets' own")
+TEST_CASE("normals of a faceted ball are nearer to those of the sphere than the facets' own")
 {
     for (const ElementKind kind : kFlatKinds) {
         CAPTURE(std::string(shape_of(kind).name));
@@ -83,7 +83,7 @@ TEST_CASE("sharp edges stay sharp: a box has the normals of its faces")
     }
 }
 
-TEST_CASE("what is sharp can be chosen; a corner's normal does not know how its faces are split")
+TEST_CASE("what is sharp can be chosen and a corner's normal does not know how its faces are split")
 {
     for (const ElementKind kind : kFlatKinds) {
         CAPTURE(std::string(shape_of(kind).name));

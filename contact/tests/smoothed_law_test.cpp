@@ -23,7 +23,7 @@ Vec3 alart_curnier(double mu, const Vec3& r, const Vec3& u, double rho)
 
 } // namespace
 
-TEST_CASE("without smoothing the law is that of Alart and Curnier, with little of it near to it")
+TEST_CASE("without smoothing the law is that of Alart and Curnier with little of it near to it")
 {
     std::mt19937 rng{1};
     std::normal_distribution<double> normal;

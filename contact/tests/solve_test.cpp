@@ -87,7 +87,7 @@ TEST_CASE("a tower on an incline stands below the friction angle and slides as o
     }
 }
 
-TEST_CASE("random problems are solved, and long double agrees with the certificate")
+TEST_CASE("random problems are solved and long double agrees with the certificate")
 {
     std::mt19937 rng{1};
     int iterations = 0;
@@ -211,7 +211,7 @@ TEST_CASE("turning t1 and t2 at each contact turns the reactions")
     CHECK(std::abs(s.certificate.iterations - t.certificate.iterations) <= 2);
 }
 
-TEST_CASE("frictionless contacts are frictional ones with mu = 0, bilateral rows stay closed")
+TEST_CASE("frictionless contacts are frictional ones with mu = 0 and bilateral rows stay closed")
 {
     std::mt19937 rng{5};
     const ContactProblem p = test::random_problem(rng, 5, 15, 0);
@@ -248,7 +248,7 @@ TEST_CASE("frictionless contacts are frictional ones with mu = 0, bilateral rows
     }
 }
 
-TEST_CASE("walls that close on a body from both sides are infeasible, with the proof")
+TEST_CASE("walls that close on a body from both sides are infeasible with the proof")
 {
     for (double friction : {0.0, 0.5}) {
         // One body, one degree of freedom along n, held apart by less than it must be.
@@ -272,7 +272,7 @@ TEST_CASE("walls that close on a body from both sides are infeasible, with the p
     }
 }
 
-TEST_CASE("dense, sparse and matrix-free W give the same answer")
+TEST_CASE("dense and sparse and matrix-free W give the same answer")
 {
     std::mt19937 rng{9};
     for (int dofs : {40, 20}) { // regular and singular
@@ -351,7 +351,7 @@ TEST_CASE("groups that W does not couple are solved apart")
     }
 }
 
-TEST_CASE("redundant supports: said to be not unique, and shared evenly when asked")
+TEST_CASE("redundant supports: said to be not unique and shared evenly when asked")
 {
     // A table on n legs of one rigid body: three motions (up, two tilts) feel n normal forces.
     for (int n : {4, 8}) {
@@ -396,7 +396,7 @@ TEST_CASE("redundant supports: said to be not unique, and shared evenly when ask
     CHECK(s.reaction.allFinite());
 }
 
-TEST_CASE("a warm start saves sweeps, a bad one costs nothing")
+TEST_CASE("a warm start saves sweeps and a bad one costs nothing")
 {
     std::mt19937 rng{6};
     ContactProblem p = test::random_problem(rng, 10, 30, 0.4, 1);
@@ -478,7 +478,7 @@ TEST_CASE("any patience may be asked for")
     CHECK(solve(p, options).certificate.status == SolveStatus::converged);
 }
 
-TEST_CASE("the least reaction is found from a warm start that solves the problem, too")
+TEST_CASE("the least reaction is found from a warm start that solves the problem too")
 {
     // Two equal contacts below one mass: only the sum of their reactions is felt.
     ContactProblem p;
@@ -522,14 +522,14 @@ TEST_CASE("a sparse W whose columns are not sorted is the same W")
     CHECK((solve(other).reaction - solve(as_sparse(p)).reaction).norm() == 0);
 }
 
-TEST_CASE("no contact is a problem, with nothing to do")
+TEST_CASE("no contact is a problem with nothing to do")
 {
     const ContactSolution s = solve(ContactProblem{});
     CHECK(s.certificate.status == SolveStatus::converged);
     CHECK(s.reaction.size() == 0);
 }
 
-TEST_CASE("bad input is refused, with all that is wrong")
+TEST_CASE("bad input is refused with all that is wrong")
 {
     ContactProblem p = test::tower({1, 1}, 0.1, 0.5);
     const auto count = [&](const ContactProblem& problem, const SolverOptions& options = {},

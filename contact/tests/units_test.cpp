@@ -42,7 +42,7 @@ TEST_CASE("numbers whose squares leave the range of doubles change nothing but t
     }
 }
 
-TEST_CASE("a reaction that no double can hold ends as stagnated, with a finite one")
+TEST_CASE("a reaction that no double can hold ends as stagnated with a finite one")
 {
     std::mt19937 rng{2};
     const ContactProblem p = test::random_problem(rng, 4, 12, 0.4);
@@ -62,7 +62,7 @@ TEST_CASE("a reaction that no double can hold ends as stagnated, with a finite o
         }
 }
 
-TEST_CASE("in other units walls that close stay infeasible, and the proof is in the problem's")
+TEST_CASE("in other units walls that close stay infeasible and the proof is in the problem's")
 {
     // One body, one degree of freedom, held apart by less than it must be.
     ContactProblem p;
@@ -119,7 +119,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "friction without bounds: limits count all tries, and what is returned is the best of them")
+    "friction without bounds: limits count all tries and what is returned is the best of them")
 {
     std::mt19937 rng{4};
     ContactProblem p = test::random_problem(rng, 40, 60, 0.4); // W is singular

@@ -41,7 +41,7 @@ TEST_CASE("a solution follows its contacts into another order")
     CHECK((matched_warm_start(other, moved, warm, p, identity) - s.reaction).norm() == 0);
 }
 
-TEST_CASE("what is new, gone, of another kind or there twice")
+TEST_CASE("what is new or gone or of another kind or there twice")
 {
     ContactProblem old, now;
     old.mu = Eigen::VectorXd::Constant(4, 0.5);
@@ -69,7 +69,7 @@ TEST_CASE("what is new, gone, of another kind or there twice")
     }
 }
 
-TEST_CASE("sizes that do not fit are refused, all at once")
+TEST_CASE("sizes that do not fit are refused all at once")
 {
     const ContactProblem p = test::tower({1, 1}, 0.1, 0.5);
     try {

@@ -5,7 +5,7 @@
 
 using namespace amontons;
 
-TEST_CASE("a displacement leads from one pose to the other, whatever the sign of the quaternions")
+TEST_CASE("a displacement leads from one pose to the other whatever the sign of the quaternions")
 {
     std::mt19937 rng{1};
     std::normal_distribution<double> normal;

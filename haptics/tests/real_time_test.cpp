@@ -118,7 +118,8 @@ struct Fixture {
 
 } // namespace
 
-TEST_CASE("the loop ticks by the clock, takes operators, and allocates, locks and faults nothing")
+TEST_CASE(
+    "the loop ticks by the clock and takes operators and neither allocates nor locks nor faults")
 {
     Fixture f;
     // A force that is felt after five periods is not of the first operator: that one is stale.
@@ -177,7 +178,7 @@ TEST_CASE("devices are read and written without an allocation")
     ::close(from);
 }
 
-TEST_CASE("a simulation that publishes no more takes the force away, and the reason is told")
+TEST_CASE("a simulation that publishes no more takes the force away and the reason is told")
 {
     Fixture f;
     std::vector<SafetyState> told;
@@ -195,7 +196,7 @@ TEST_CASE("a simulation that publishes no more takes the force away, and the rea
     CHECK(told.back() == SafetyState::stale_operator);
 }
 
-TEST_CASE("a simulation that ends with an exception takes the force away, and the reason is told")
+TEST_CASE("a simulation that ends with an exception takes the force away and the reason is told")
 {
     Fixture f;
     std::atomic<bool> stopped{false};
@@ -211,7 +212,7 @@ TEST_CASE("a simulation that ends with an exception takes the force away, and th
     CHECK(f.device.force == 0);
 }
 
-TEST_CASE("whatever ends a run, the last force goes to zero evenly")
+TEST_CASE("whatever ends a run the last force goes to zero evenly")
 {
     Fixture f;
     f.device.enough = [&] { return f.device.reads > 100 && f.device.force > 0.1; };
@@ -274,7 +275,7 @@ TEST_CASE("a tick that is missed is told by what made it late")
     CHECK(s.missed_preempted == 1);
 }
 
-TEST_CASE("a force that control takes away in a tick is told, though none was computed to change")
+TEST_CASE("a force that control takes away in a tick is told though none was computed to change")
 {
     std::vector<TickRecord> records(5);
     for (std::size_t k = 0; k < records.size(); ++k) {

@@ -7,7 +7,7 @@
 
 using namespace amontons;
 
-TEST_CASE("nothing is fetched twice, and the newest counts")
+TEST_CASE("nothing is fetched twice and the newest counts")
 {
     TripleBuffer<int> buffer{7};
     CHECK_FALSE(buffer.fetch());

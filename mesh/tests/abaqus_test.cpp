@@ -84,7 +84,7 @@ TEST_CASE("inp: a file as CalculiX users write it")
               .area_vector == Vec3(0, 0, -1));
 }
 
-TEST_CASE("inp: a part in an assembly, ten nodes, a surface by its internal set")
+TEST_CASE("inp: a part in an assembly and ten nodes and a surface by its internal set")
 {
     const VolumeFile file = parse_abaqus(seed("part.inp"), "f");
     CHECK(file.mesh.nodes.size() == 10);
@@ -97,7 +97,7 @@ TEST_CASE("inp: a part in an assembly, ten nodes, a surface by its internal set"
     CHECK(errors_of(check_volume(file.mesh), file.mesh, "f").empty());
 }
 
-TEST_CASE("inp: members named with their instance, as sets of an assembly may be")
+TEST_CASE("inp: members named with their instance as sets of an assembly may be")
 {
     const VolumeMesh mesh =
         parse_abaqus("*PART,NAME=P\n" + kNodes + kElements +
@@ -110,7 +110,7 @@ TEST_CASE("inp: members named with their instance, as sets of an assembly may be
     CHECK(find_set(mesh.element_sets, "one")->members == std::vector<std::int32_t>{0});
 }
 
-TEST_CASE("inp: each face S1, S2, ... has the nodes of the manual's table")
+TEST_CASE("inp: each face S1 and S2 and so on has the nodes of the manual's table")
 {
     // Nodes from 1, as the manual of CalculiX lists them.
     const std::vector<std::vector<int>> tetra{{1, 2, 3}, {1, 4, 2}, {2, 4, 3}, {3, 4, 1}},
@@ -182,7 +182,7 @@ TEST_CASE("a damaged inp says where and what")
               .find("*PART, allowed: one part") != std::string::npos);
 }
 
-TEST_CASE("inp cut off at any byte is refused, or is the mesh so far with its last line noted")
+TEST_CASE("inp cut off at any byte is refused or is the mesh so far with its last line noted")
 {
     const std::string text = seed("ccx.inp");
     const VolumeMesh whole = parse_abaqus(text, "f").mesh;

@@ -8,7 +8,7 @@
 
 using namespace amontons;
 
-TEST_CASE("the closest point of a triangle is nearer than all others, also of a thin one")
+TEST_CASE("the closest point of a triangle is nearer than all others also where it is thin")
 {
     std::mt19937 rng{1};
     std::uniform_real_distribution<double> uniform{-1, 1};
@@ -31,7 +31,7 @@ TEST_CASE("the closest point of a triangle is nearer than all others, also of a 
     }
 }
 
-TEST_CASE("the tree finds what a search of all triangles finds, with or without a hint")
+TEST_CASE("the tree finds what a search of all triangles finds with or without a hint")
 {
     const SurfaceMesh mesh = make_ball({Vec3{0.2, 0, 0}, 1, true, 0.4}).surface;
     const BoundingTree tree{mesh};

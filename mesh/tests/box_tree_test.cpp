@@ -6,7 +6,7 @@
 
 using namespace amontons;
 
-TEST_CASE("a box tree finds each box that touches, once, and no other")
+TEST_CASE("a box tree finds each box that touches once and no other")
 {
     std::mt19937 rng{5};
     std::uniform_real_distribution<double> uniform(0, 1);
@@ -36,7 +36,7 @@ TEST_CASE("a box tree finds each box that touches, once, and no other")
     }
 }
 
-TEST_CASE("boxes touch at a corner; an empty box touches nothing")
+TEST_CASE("boxes touch at a corner and an empty box touches nothing")
 {
     BoundingBox a, b;
     a.add({0, 0, 0});

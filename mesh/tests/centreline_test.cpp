@@ -64,7 +64,7 @@ TEST_CASE("lines and arcs join without a kink and bend back with turn pi")
     CHECK((full.at(full.length()).position).norm() < 1e-14);
 }
 
-TEST_CASE("the arc length of a spline is that of its points' curve, and its inverse")
+TEST_CASE("the arc length of a spline is that of its points' curve and its inverse")
 {
     const double exact = 9 * std::hypot(0.03, 0.005);
     double error[2];
@@ -82,7 +82,7 @@ TEST_CASE("the arc length of a spline is that of its points' curve, and its inve
     }
 }
 
-TEST_CASE("the nearest point is the nearest of all, and no hint changes a bit of it")
+TEST_CASE("the nearest point is the nearest of all and no hint changes a bit of it")
 {
     std::mt19937 rng{1};
     std::uniform_real_distribution<double> uniform{-1, 1};

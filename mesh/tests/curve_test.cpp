@@ -22,7 +22,7 @@ TEST_CASE("a curve is linear between its points and constant outside")
     CHECK(curve_rate(c, 4) == 0);
 }
 
-TEST_CASE("a curve without points is 0, with one point constant")
+TEST_CASE("a curve without points is 0 and with one point constant")
 {
     CHECK(curve_value({}, 1) == 0);
     CHECK(curve_rate({}, 1) == 0);

@@ -41,7 +41,7 @@ Vec3 direction(std::mt19937& rng)
 
 } // namespace
 
-TEST_CASE("the field of a round wall converges with the fourth order, normals with the third")
+TEST_CASE("the field of a round wall converges with the fourth order and normals with the third")
 {
     struct Round {
         std::function<double(const Vec3&)> distance;
@@ -79,7 +79,7 @@ TEST_CASE("the field of a round wall converges with the fourth order, normals wi
     }
 }
 
-TEST_CASE("cubic polynomials come back exactly, with their derivatives")
+TEST_CASE("cubic polynomials come back exactly with their derivatives")
 {
     const auto cubic = [](const Vec3& x) {
         return 0.3 + x[0] - 2 * x[1] * x[2] + x[0] * x[0] * x[1] - 0.5 * x[2] * x[2] * x[2];
@@ -97,7 +97,7 @@ TEST_CASE("cubic polynomials come back exactly, with their derivatives")
     }
 }
 
-TEST_CASE("normal and Hessian are the derivatives of the field, also across blocks")
+TEST_CASE("normal and Hessian are the derivatives of the field also across blocks")
 {
     const DistanceField wall = field([](const Vec3& x) { return 1 - x.norm(); }, 0.2);
     std::mt19937 rng{11};
@@ -123,7 +123,7 @@ TEST_CASE("normal and Hessian are the derivatives of the field, also across bloc
     }
 }
 
-TEST_CASE("what was asked before, and hints, change no bit of an answer")
+TEST_CASE("neither hints nor what was asked before change a bit of an answer")
 {
     const auto f = [](const Vec3& x) { return 1 - x.norm(); };
     const DistanceField forward = field(f, 0.25), backward = field(f, 0.25);
@@ -164,7 +164,7 @@ TEST_CASE("a wall in mm is a wall in m")
     }
 }
 
-TEST_CASE("finite everywhere: at the centre, outside, and out of all bounds")
+TEST_CASE("finite everywhere: at the centre and outside and out of all bounds")
 {
     const DistanceField wall = field([](const Vec3& x) { return 1 - x.norm(); }, 0.25);
     std::mt19937 rng{19};

@@ -26,7 +26,7 @@ TEST_CASE("divergence theorem: the surface encloses the sum of the elements' vol
     }
 }
 
-TEST_CASE("the same for bodies with nodes moved about, whose faces are curved")
+TEST_CASE("the same for bodies with nodes moved about whose faces are curved")
 {
     for (SampleVolume sample : sample_volumes()) {
         CAPTURE(sample.name);
@@ -69,7 +69,7 @@ TEST_CASE("faces of the surface look outwards and belong to their element")
     }
 }
 
-TEST_CASE("edges of a box: 90 degrees at its 12 edges, 180 elsewhere")
+TEST_CASE("edges of a box: 90 degrees at its 12 edges and 180 elsewhere")
 {
     const double pi = std::numbers::pi;
     for (const ElementKind kind : kAllKinds) {

@@ -48,7 +48,7 @@ private:
 
 } // namespace
 
-TEST_CASE("what was written is read, bytes of any kind")
+TEST_CASE("what was written is read with bytes of any kind")
 {
     const TemporaryFolder folder;
     std::string bytes;
@@ -155,7 +155,7 @@ TEST_CASE("a reader never sees half a file")
     CHECK(torn == 0);
 }
 
-TEST_CASE("the fingerprint is XXH3's, and every byte counts")
+TEST_CASE("the fingerprint is XXH3's and every byte counts")
 {
     CHECK(hash_bytes("") == 0x2d06800538d394c2ULL); // published: XXH3_64bits, seed 0, no input
     // Published: XXH3_128bits.

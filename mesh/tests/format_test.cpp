@@ -91,7 +91,7 @@ TEST_CASE("a scale multiplies every coordinate")
           "f: line 1: found coordinates 1e+300 0 0 times 1e+10, allowed: finite numbers");
 }
 
-TEST_CASE("binary and ASCII STL are told apart by size, not by their first word")
+TEST_CASE("binary and ASCII STL are told apart by size and not by their first word")
 {
     std::string bytes = stl_bytes(unit_cube());
     bytes.replace(0, 5, "solid");
@@ -99,7 +99,7 @@ TEST_CASE("binary and ASCII STL are told apart by size, not by their first word"
     check_same(parse_stl("\xef\xbb\xbf" + stl_text(unit_cube()), "f"), unit_cube());
 }
 
-TEST_CASE("ASCII STL: several solids, any case and line ends, normals of any kind")
+TEST_CASE("ASCII STL: several solids with any case and line ends and normals of any kind")
 {
     const std::string triangle = "FACET NORMAL nan nan nan\r\nOuter Loop\r\nvertex 0 0 0\r\n"
                                  "vertex +1 0 0\r\nvertex 0 1e0 0\r\nendloop\r\nendfacet\r\n";
@@ -371,7 +371,7 @@ TEST_CASE("sizes that a file cannot hold are refused before memory is asked for"
     CHECK(with(binary("uchar"), "vertex 3", "vertex 4").find("at most 3") != std::string::npos);
 }
 
-TEST_CASE("files cut at any byte are refused or read, never more than that")
+TEST_CASE("files cut at any byte are refused or read but never more than that")
 {
     const SurfaceMesh cube = unit_cube();
     for (const std::string& whole :

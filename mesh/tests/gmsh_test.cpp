@@ -48,7 +48,7 @@ const std::string kText2 = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"
 
 } // namespace
 
-TEST_CASE("msh 2.2: groups become sets, inner faces belong to the side they look from")
+TEST_CASE("msh 2.2: groups become sets and inner faces belong to the side they look from")
 {
     const VolumeFile file = parse_gmsh(kText2, "f");
     const VolumeMesh& mesh = file.mesh;
@@ -69,7 +69,7 @@ TEST_CASE("msh 2.2: groups become sets, inner faces belong to the side they look
     CHECK(errors_of(check_volume(mesh), mesh, "f").empty());
 }
 
-TEST_CASE("msh: what is written reads back bit by bit, in every version and encoding")
+TEST_CASE("msh: what is written reads back bit by bit in every version and encoding")
 {
     const VolumeMesh mesh = mesh_with_sets();
     for (const GmshOptions& options : kEncodings) {
@@ -84,7 +84,7 @@ TEST_CASE("msh: what is written reads back bit by bit, in every version and enco
     }
 }
 
-TEST_CASE("msh: binary files of the other byte order, and with sizes of four bytes")
+TEST_CASE("msh: binary files of the other byte order and with sizes of four bytes")
 {
     // A file as a foreign machine writes it, by hand: 4.1, one tetrahedron.
     const VolumeMesh expected =
@@ -130,7 +130,7 @@ TEST_CASE("msh: binary files of the other byte order, and with sizes of four byt
         }
 }
 
-TEST_CASE("msh: a scale multiplies coordinates; numbers of nodes may be large and sparse")
+TEST_CASE("msh: a scale multiplies coordinates and numbers of nodes may be large and sparse")
 {
     std::string text = kText2;
     for (std::size_t at = 0; (at = text.find("50", at)) != std::string::npos;)
@@ -205,7 +205,7 @@ TEST_CASE("msh: faces of no element and other sections are passed over with a no
     CHECK(find_set(lost.mesh.face_sets, "5")->members.empty());
 }
 
-TEST_CASE("meshes of other people's benchmarks: counts, boxes and volumes")
+TEST_CASE("meshes of other people's benchmarks: counts and boxes and volumes")
 {
     const auto files = peer_meshes();
     if (files.empty()) MESSAGE("left out: no meshes beside the sources");

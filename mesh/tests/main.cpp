@@ -1,2 +1,3 @@
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
-#include <doctest/doctest.h>
+#include "mesh/tests/test_program.hpp"
+
+int main(int argc, char** argv) { return amontons::run_tests(argc, argv); }

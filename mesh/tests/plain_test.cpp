@@ -34,7 +34,7 @@ TEST_CASE("plain text: what is written reads back bit by bit")
         check_same(again(sample.mesh), sample.mesh);
 }
 
-TEST_CASE("plain text: counted from 0 or from 1, and what cannot be told is asked for")
+TEST_CASE("plain text: counted from 0 or from 1 and what cannot be told is asked for")
 {
     CHECK(read("0 1 2 3").blocks[0].nodes == std::vector<std::int32_t>{0, 1, 2, 3});
     CHECK(read("1 2 3 4").blocks[0].nodes == std::vector<std::int32_t>{0, 1, 2, 3});
@@ -57,7 +57,7 @@ TEST_CASE("plain text: middle nodes in Gmsh's order on demand")
 }
 
 TEST_CASE(
-    "plain text cut off at any byte is refused, or is the mesh so far with its last line noted")
+    "plain text cut off at any byte is refused or is the mesh so far with its last line noted")
 {
     const PlainText text = plain_text(mesh_with_sets());
     const VolumeMesh whole = mesh_with_sets();

@@ -36,7 +36,7 @@ TEST_CASE("the regular tetrahedron has shape 1 and dihedral angles acos(1/3)")
     }
 }
 
-TEST_CASE("the corner of a cube: dihedral angles 90 and acos(1/sqrt 3), shape by hand")
+TEST_CASE("the corner of a cube: dihedral angles 90 and acos(1/sqrt 3) and shape by hand")
 {
     const ElementQuality q =
         measure_quality(one_tetrahedron({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}))[0];
@@ -46,7 +46,7 @@ TEST_CASE("the corner of a cube: dihedral angles 90 and acos(1/sqrt 3), shape by
     CHECK(q.shape == doctest::Approx(12 * std::pow(0.5, 2. / 3) / 9).epsilon(1e-14));
 }
 
-TEST_CASE("a tetrahedron that flattens loses its shape, turned inside out it is negative")
+TEST_CASE("a tetrahedron that flattens loses its shape and one turned inside out is negative")
 {
     double last = 1;
     for (const double height : {0.5, 0.1, 1e-2, 1e-4}) {
@@ -63,7 +63,7 @@ TEST_CASE("a tetrahedron that flattens loses its shape, turned inside out it is 
     CHECK(inside_out.volume == doctest::Approx(-1. / 6));
 }
 
-TEST_CASE("a parallelepiped has one det J, a trapezium the ratio of its sides")
+TEST_CASE("a parallelepiped has one det J and a trapezium the ratio of its sides")
 {
     VolumeMesh mesh;
     const Vec3 a(2, 0, 0), b(1, 1, 0), c(0.5, 0.5, 3);
@@ -82,7 +82,7 @@ TEST_CASE("a parallelepiped has one det J, a trapezium the ratio of its sides")
     CHECK(q.least_dihedral == doctest::Approx(std::atan2(1, 0.5)).epsilon(1e-14));
 }
 
-TEST_CASE("a T10 with straight edges is its T4; the volume under a moved middle node is exact")
+TEST_CASE("a T10 with straight edges is its T4 and the volume under a moved middle node is exact")
 {
     VolumeMesh t4 = one_tetrahedron({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1});
     VolumeMesh t10;
@@ -104,7 +104,7 @@ TEST_CASE("a T10 with straight edges is its T4; the volume under a moved middle 
     CHECK(measure_quality(t10)[0].least_jacobian < 0);
 }
 
-TEST_CASE("the report has the least, the median and the greatest")
+TEST_CASE("the report has the least and the median and the greatest")
 {
     std::vector<ElementQuality> all(5);
     for (int i = 0; i < 5; ++i) {

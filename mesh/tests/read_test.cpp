@@ -54,7 +54,7 @@ std::string refused_markups(const std::string& text)
 
 } // namespace
 
-TEST_CASE("the suffix picks the format, in any case")
+TEST_CASE("the suffix picks the format in any case")
 {
     const TemporaryFolder folder;
     for (const char* name : {"a.stl", "b.OBJ", "c.x.Ply"}) {
@@ -99,7 +99,7 @@ TEST_CASE(".vtp goes to the reader that is handed in")
           }).find("without triangles") != std::string::npos);
 }
 
-TEST_CASE("a suffix, scale or file that does not fit is refused")
+TEST_CASE("a suffix or scale or file that does not fit is refused")
 {
     CHECK(refusal([] { read_surface("a.step", 1); }) ==
           "a.step: found suffix \".step\", allowed: .stl, .obj, .ply or .vtp");
@@ -134,7 +134,7 @@ TEST_CASE("a centreline reads back as it was written")
     CHECK(parse_centreline_csv(centreline_csv(line), "f").radius.empty());
 }
 
-TEST_CASE("CSV: separators, comments, headers in any order")
+TEST_CASE("CSV: separators and comments and headers in any order")
 {
     const std::vector<Vec3> points = {{0, 0, 0}, {1, 2, 3}};
     for (const char* text : {"0,0,0\n1,2,3", "0;0;0\n1;2;3;\n", "0 0 0\r\n1\t2   3\r\n",
@@ -172,7 +172,7 @@ TEST_CASE("a damaged CSV has all its lines named")
     CHECK(refused_csv("0;0;0\n1,5;2,5;3,5").find("found \"1,5\"") != std::string::npos);
 }
 
-TEST_CASE("size fields keep every place, and a centreline takes no size for its radius")
+TEST_CASE("size fields keep every place and a centreline takes no size for its radius")
 {
     const auto read = [](const char* text) { return parse_size_field_csv(text, "f", 2); };
     const auto one = read("x,y,z,size\n1,2,3,0.5\n");
@@ -203,7 +203,7 @@ TEST_CASE("size fields keep every place, and a centreline takes no size for its 
     CHECK(refusal([] { read_size_field("a.stl", 1); }).find(".mrk.json") != std::string::npos);
 }
 
-TEST_CASE("Slicer's markups: placed points, radii, mm")
+TEST_CASE("Slicer's markups: placed points and radii and mm")
 {
     const Polyline line = parse_slicer_markups(kMarkups, "f", 1);
     CHECK(line.points == std::vector<Vec3>{{-10.5, 20.25, 30}, {-11, 21, 32}});
@@ -215,7 +215,7 @@ TEST_CASE("Slicer's markups: placed points, radii, mm")
     CHECK(default_scale("a.csv") == 1);
 }
 
-TEST_CASE("RAS markups are turned to LPS; radii may be missing")
+TEST_CASE("RAS markups are turned to LPS and radii may be missing")
 {
     const Polyline ras = parse_slicer_markups(with("LPS", "RAS"), "f", 1);
     CHECK(ras.points == std::vector<Vec3>{{10.5, -20.25, 30}, {11, -21, 32}});

@@ -9,7 +9,7 @@
 
 using namespace amontons;
 
-TEST_CASE("solids: the suffix says the format; sets and scale survive every way round")
+TEST_CASE("solids: the suffix says the format and sets and scale survive every way round")
 {
     const TemporaryFolder folder;
     const VolumeMesh mesh = mesh_with_sets();
@@ -26,7 +26,7 @@ TEST_CASE("solids: the suffix says the format; sets and scale survive every way 
     CHECK(find_set(small.face_sets, "skin")->members == mesh.face_sets[0].members);
 }
 
-TEST_CASE("solids: other suffixes and scales are refused, missing files named")
+TEST_CASE("solids: other suffixes and scales are refused and missing files named")
 {
     const TemporaryFolder folder;
     CHECK(refusal([&] { read_volume("a.stl", 1); }) ==

@@ -24,7 +24,7 @@ void check_whole_cube(const SurfaceMesh& mesh)
 
 } // namespace
 
-TEST_CASE("repair leaves a good surface as it is, and says nothing")
+TEST_CASE("repair leaves a good surface as it is and says nothing")
 {
     SurfaceMesh cube = unit_cube();
     const auto before = cube.triangles;
@@ -32,7 +32,7 @@ TEST_CASE("repair leaves a good surface as it is, and says nothing")
     CHECK(cube.triangles == before);
 }
 
-TEST_CASE("vertices nearer than rounding become one, and unused ones go")
+TEST_CASE("vertices nearer than rounding become one and unused ones go")
 {
     SurfaceMesh cube = unit_cube();
     cube.points.push_back(cube.points[6] + Vec3(1e-10, 0, 0)); // used by one triangle
@@ -56,7 +56,7 @@ TEST_CASE("collapsed and repeated triangles go")
     check_whole_cube(cube);
 }
 
-TEST_CASE("a triangle without area is taken into its neighbour, which is divided")
+TEST_CASE("a triangle without area is taken into its neighbour which is divided")
 {
     SurfaceMesh cube = unit_cube(); // the edge 0-1 of triangles {0,1,2} and {1,0,4}
     cube.points.emplace_back(0, 0.3, 0);
@@ -69,7 +69,7 @@ TEST_CASE("a triangle without area is taken into its neighbour, which is divided
     check_whole_cube(cube);
 }
 
-TEST_CASE("turned triangles are turned back, and a surface inside out is turned outwards")
+TEST_CASE("turned triangles are turned back and a surface inside out is turned outwards")
 {
     SurfaceMesh cube = unit_cube();
     std::swap(cube.triangles[2][0], cube.triangles[2][1]);
@@ -87,7 +87,7 @@ TEST_CASE("turned triangles are turned back, and a surface inside out is turned 
     check_whole_cube(cube);
 }
 
-TEST_CASE("each part faces outwards, and inwards where it is a cavity of another")
+TEST_CASE("each part faces outwards but inwards where it is a cavity of another")
 {
     const auto inner = moved(unit_cube(), 0.96, {0.02, 0.02, 0.02});
     const auto innermost = moved(unit_cube(), 0.5, {0.25, 0.25, 0.25});

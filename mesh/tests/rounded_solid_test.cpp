@@ -49,7 +49,7 @@ SurfaceMesh ball(int rounds)
 
 } // namespace
 
-TEST_CASE("a closed surface winds once around its inside, twice where parts overlap")
+TEST_CASE("a closed surface winds once around its inside and twice where parts overlap")
 {
     const SurfaceMesh one = unit_cube(), other = moved(unit_cube(), 1, Vec3(0.5, 0.4, 0.3));
     const WindingNumber number(together(one, other));
@@ -104,7 +104,7 @@ TEST_CASE("a ball shrinks by width^2 / (3 R)")
     }
 }
 
-TEST_CASE("a right angle loses half a width, a cube's corner one width")
+TEST_CASE("a right angle loses half a width and a cube's corner one width")
 {
     const RoundedSolid solid(turned_box(Vec3(1, 1, 1)), 0.1);
     const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
@@ -137,7 +137,7 @@ TEST_CASE("the gradient is that of the value")
     }
 }
 
-TEST_CASE("plates thinner than 0.8 widths vanish, those thicker than 1.1 widths stay")
+TEST_CASE("plates thinner than 0.8 widths vanish and those thicker than 1.1 widths stay")
 {
     const double width = 0.1;
     for (const double thickness : {0.05, 0.08, 0.11, 0.2}) {
@@ -148,7 +148,7 @@ TEST_CASE("plates thinner than 0.8 widths vanish, those thicker than 1.1 widths 
     }
 }
 
-TEST_CASE("a projection ends on the surface, or says that there is none near")
+TEST_CASE("a projection ends on the surface or says that there is none near")
 {
     const RoundedSolid solid(turned_box(Vec3(1, 1, 1)), 0.1);
     for (const Vec3& start : turned_box(Vec3(1, 1, 1)).points) { // corners, which are rounded

@@ -69,7 +69,7 @@ TEST_CASE("the side of a plane is exact where double precision is not")
     CHECK(orientation_along(0, {0, 0, 0}, {0, 1, 0}, {0, 0, 1}) == 1);
 }
 
-TEST_CASE("triangles without a common vertex: through, touching, apart")
+TEST_CASE("triangles without a common vertex: through or touching or apart")
 {
     CHECK(meet(kBase, {Vec3(1, 1, -1), Vec3(1, 1, 1), Vec3(9, 9, 0.5)}));    // through the inside
     CHECK(meet(kBase, {Vec3(1, 1, 0), Vec3(1, 1, 5), Vec3(2, 1, 5)}));       // vertex on the face
@@ -84,7 +84,7 @@ TEST_CASE("triangles without a common vertex: through, touching, apart")
     CHECK(!meet(kBase, {Vec3(2, 2.1, 0), Vec3(4, 4, 0), Vec3(2, 4, 0)}));
 }
 
-TEST_CASE("triangles with one common vertex meet there only, or not only")
+TEST_CASE("triangles with one common vertex meet there only or not only there")
 {
     const Vec3 o = kBase[0];
     CHECK(!meet(kBase, {o, Vec3(-1, 0, 0), Vec3(0, -1, 0)})); // in one plane
@@ -109,7 +109,7 @@ TEST_CASE("triangles with a common edge meet elsewhere only when folded flat")
     CHECK(meet(kBase, {kBase[1], kBase[2], kBase[0]})); // the same triangle twice
 }
 
-TEST_CASE("good surfaces have no self-intersection, at any scale and in any position")
+TEST_CASE("good surfaces have no self-intersection at any scale and in any position")
 {
     const Eigen::AngleAxisd turn(0.7, Vec3(1, 2, 3).normalized());
     for (const double size : {1e-6, 1.0, 1e6}) {
@@ -122,7 +122,7 @@ TEST_CASE("good surfaces have no self-intersection, at any scale and in any posi
     }
 }
 
-TEST_CASE("two cubes: one in the other, apart, and through each other")
+TEST_CASE("two cubes: one in the other or apart or through each other")
 {
     const SurfaceMesh cube = unit_cube();
     CHECK(count(together(cube, moved(cube, 0.5, Vec3(0.25, 0.25, 0.25)))) == 0);
@@ -163,7 +163,7 @@ TEST_CASE("the tree finds all pairs that a search of all pairs finds")
     CHECK(find_self_intersections(mesh, 100000).pairs == brute);
 }
 
-TEST_CASE("100 000 triangles, also all in one plane, take about a second")
+TEST_CASE("100 000 triangles take about a second even if all are in one plane")
 {
     SurfaceMesh tube = open_tube(100, 500, 10), sheet = tube;
     for (Vec3& x : sheet.points) { // unrolled into a skew plane; exact signs are needed all over

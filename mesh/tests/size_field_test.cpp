@@ -11,7 +11,7 @@
 using namespace amontons;
 
 TEST_CASE(
-    "the size is that of the nearest way from a source, and its slope never exceeds the gradation")
+    "the size is that of the nearest way from a source and its slope never exceeds the gradation")
 {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> uniform(0, 1);
@@ -31,7 +31,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("1 / size^3 integrates to volume / size^3, and to the closed form of one source")
+TEST_CASE("1 / size^3 integrates to volume / size^3 and to the closed form of one source")
 {
     const SurfaceMesh cube = unit_cube();
     CHECK(count_by_size(cube, SizeField(0.1, {}, 0.3)) == doctest::Approx(1000).epsilon(1e-6));

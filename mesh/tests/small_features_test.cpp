@@ -34,7 +34,7 @@ double least(const std::vector<SmallFeature>& all, const std::string& what)
 
 } // namespace
 
-TEST_CASE("a plate is a wall of its thickness, to elements that are larger")
+TEST_CASE("a plate is a wall of its thickness to elements that are larger")
 {
     const SurfaceMesh plate = box({1, 1, 0.05});
     CHECK(find(plate, 0.05).empty());
@@ -53,7 +53,7 @@ TEST_CASE("two blocks are a gap apart")
     CHECK(least(found, "a wall") > 1e299);
 }
 
-TEST_CASE("a wedge is no thin wall, a small tooth is a short sharp edge")
+TEST_CASE("a wedge is no thin wall and a small tooth is a short sharp edge")
 {
     SurfaceMesh wedge; // its edge along y; first with sides that all but face each other
     for (const double height : {std::tan(10 * std::numbers::pi / 180), 1.0}) {
@@ -66,7 +66,7 @@ TEST_CASE("a wedge is no thin wall, a small tooth is a short sharp edge")
     CHECK(least(found, "a sharp edge") == doctest::Approx(0.01));
 }
 
-TEST_CASE("sources of small features are as small as they are, few, and near all of them")
+TEST_CASE("sources of small features are as small as they are and few and near all of them")
 {
     const auto found = find(box({1, 1, 0.05}), 0.2);
     const auto sources = sources_of(found);

@@ -37,7 +37,7 @@ template <class Make> double order(Make make, double exact)
 
 } // namespace
 
-TEST_CASE("generated solids have no fault, no warning and one closed part")
+TEST_CASE("generated solids have no fault and no warning and one closed part")
 {
     for (const SampleVolume& sample : sample_volumes()) {
         CAPTURE(sample.name);
@@ -53,7 +53,7 @@ TEST_CASE("generated solids have no fault, no warning and one closed part")
     }
 }
 
-TEST_CASE("each generator covers its surface with its face sets, once")
+TEST_CASE("each generator covers its surface with its face sets once")
 {
     for (const SampleVolume& sample : sample_volumes()) {
         CAPTURE(sample.name);
@@ -69,7 +69,7 @@ TEST_CASE("each generator covers its surface with its face sets, once")
     }
 }
 
-TEST_CASE("a box is exact: volume, sides, graded cells")
+TEST_CASE("a box is exact: volume and sides and graded cells")
 {
     for (const ElementKind kind : kAllKinds) {
         CAPTURE(shape_of(kind).name);
@@ -89,7 +89,7 @@ TEST_CASE("a box is exact: volume, sides, graded cells")
     CHECK(last / first == doctest::Approx(0.25));
 }
 
-TEST_CASE("round solids converge to the true volume: order 2, with T10 order 4")
+TEST_CASE("round solids converge to the true volume with order 2 and with T10 order 4")
 {
     const double pi = std::numbers::pi;
     for (const ElementKind kind : kAllKinds) {

@@ -57,7 +57,7 @@ TEST_CASE("a cube has nothing odd about it")
     CHECK(faults(unit_cube(), kClosed) == "");
 }
 
-TEST_CASE("the enclosed volume has the sign of the normals, wherever the surface is")
+TEST_CASE("the enclosed volume has the sign of the normals wherever the surface is")
 {
     const SurfaceMesh far = moved(unit_cube(), 2e-3, Vec3(1e3, -2e3, 5e2));
     CHECK(enclosed_volume(far) == doctest::Approx(8e-9).epsilon(1e-6));
@@ -67,7 +67,7 @@ TEST_CASE("the enclosed volume has the sign of the normals, wherever the surface
     CHECK(enclosed_volume({}) == 0);
 }
 
-TEST_CASE("an open tube has two holes, each with its place and length")
+TEST_CASE("an open tube has two holes each with its place and length")
 {
     const SurfaceMesh tube = open_tube(64, 10, 5);
     const SurfaceReport r = check_surface(tube);
@@ -121,7 +121,7 @@ TEST_CASE("an edge with three triangles is named with its ends")
                               "(0, 1, 0), allowed: one or two triangles on an edge");
 }
 
-TEST_CASE("a turned triangle is found, and turned back")
+TEST_CASE("a turned triangle is found and turned back")
 {
     SurfaceMesh mesh = unit_cube();
     std::swap(mesh.triangles[3][0], mesh.triangles[3][1]);
@@ -139,7 +139,7 @@ TEST_CASE("a turned triangle is found, and turned back")
     CHECK(enclosed_volume(mesh) == doctest::Approx(1));
 }
 
-TEST_CASE("each component is oriented on its own, by its majority")
+TEST_CASE("each component is oriented on its own by its majority")
 {
     SurfaceMesh inward = moved(unit_cube(), 1, Vec3(5, 0, 0));
     turn_around(inward);
@@ -185,7 +185,7 @@ TEST_CASE("triangles without area are found at any size and place")
     CHECK(check_surface(mesh).closed()); // a collapsed triangle separates no neighbours
 }
 
-TEST_CASE("vertices at the same place, or nearly, and vertices of no triangle are found")
+TEST_CASE("vertices at the same place or nearly and vertices of no triangle are found")
 {
     for (const double size : {1e-6, 1.0, 1e6}) {
         SurfaceMesh mesh = unit_cube();
@@ -210,7 +210,7 @@ TEST_CASE("near vertices are found on whatever side of a cube's wall they are")
     CHECK(check_surface(mesh).coincident.size() == 500);
 }
 
-TEST_CASE("welding closes a soup of triangles, whatever the sign of zero")
+TEST_CASE("welding closes a soup of triangles whatever the sign of zero")
 {
     SurfaceMesh soup;
     const SurfaceMesh cube = unit_cube();
@@ -245,7 +245,7 @@ TEST_CASE("an index of no vertex is a broken invariant")
     CHECK(check_surface({}).closed() == false);
 }
 
-TEST_CASE("a patient's vessels: closed, free side inside")
+TEST_CASE("a patient's vessels: closed and with the free side inside")
 {
     const auto file = vessel_data() / "aorta_supra_aortic.obj";
     if (!std::filesystem::exists(file)) return;

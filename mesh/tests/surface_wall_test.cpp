@@ -132,7 +132,7 @@ TEST_CASE("a coarse open tube becomes a smooth vessel whose free space goes on b
     }
 }
 
-TEST_CASE("sharp edges of a cube stay sharp, rounded by the grid only")
+TEST_CASE("sharp edges of a cube stay sharp and are rounded by the grid only")
 {
     const WallModel model = make_wall_from_surface(cube(), "");
     WallHint hint;
@@ -148,7 +148,7 @@ TEST_CASE("sharp edges of a cube stay sharp, rounded by the grid only")
     CHECK(room.wall.distance({0.5, 0.5, 0.3}, hint) > 0);
 }
 
-TEST_CASE("the side is told from the surface, or must be given")
+TEST_CASE("the side is told from the surface or must be given")
 {
     SurfaceMesh sheet;
     sheet.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};

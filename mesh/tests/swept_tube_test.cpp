@@ -102,7 +102,7 @@ TEST_CASE("the distance in a bend and in a cone is the closed form")
     CHECK((s.normal - Vec3{-1, 0, 0.1} / std::sqrt(1.01)).norm() < 1e-15);
 }
 
-TEST_CASE("a tube goes on beyond its ends, and nothing is ever not a number")
+TEST_CASE("a tube goes on beyond its ends and nothing is ever not a number")
 {
     for (const Case& c : cases(1)) {
         CAPTURE(c.name);
@@ -137,7 +137,7 @@ TEST_CASE("a tube goes on beyond its ends, and nothing is ever not a number")
     }
 }
 
-TEST_CASE("a generated tube is closed but for its two round rims, with normals inwards")
+TEST_CASE("a generated tube is closed but for its two round rims with normals inwards")
 {
     for (const Case& c : cases(1)) {
         CAPTURE(c.name);
@@ -158,7 +158,7 @@ TEST_CASE("a generated tube is closed but for its two round rims, with normals i
     }
 }
 
-TEST_CASE("ball, cylinder and plane: unit normals, exact distances, free side as asked")
+TEST_CASE("ball and cylinder and plane: unit normals and exact distances and free side as asked")
 {
     WallHint hint;
     const Vec3 x{0.3, -0.2, 0.5};

@@ -7,7 +7,7 @@
 
 using namespace amontons;
 
-TEST_CASE("every index is visited once, by any number of threads")
+TEST_CASE("every index is visited once by any number of threads")
 {
     for (const int threads : {0, 1, 2, 3, 7, 64})
         for (const std::size_t count : {0u, 1u, 2u, 5u, 1000u}) {
@@ -20,7 +20,7 @@ TEST_CASE("every index is visited once, by any number of threads")
         }
 }
 
-TEST_CASE("of several failures the lowest index's comes out, by any number of threads")
+TEST_CASE("of several failures the lowest index's comes out by any number of threads")
 {
     for (const int threads : {1, 2, 3, 7}) {
         CAPTURE(threads);

@@ -22,7 +22,8 @@ VesselOptions default_vessel()
 
 } // namespace
 
-TEST_CASE("the vessel's triangles are closed but for round rims, normals inwards, none degenerate")
+TEST_CASE(
+    "the vessel's triangles are closed but for round rims with normals inwards and none degenerate")
 {
     const WallModel model = make_vessel(default_vessel());
     const WallSurfaceReport report = report_surface(model);
@@ -42,7 +43,7 @@ TEST_CASE("the vessel's triangles are closed but for round rims, normals inwards
     CHECK(model.openings[2].radius == doctest::Approx(0.004));
 }
 
-TEST_CASE("away from junctions the sampled wall is the tube, to 1e-4 of the smallest radius")
+TEST_CASE("away from junctions the sampled wall is the tube to 1e-4 of the smallest radius")
 {
     const WallModel model = make_vessel(default_vessel());
     const auto check = [&](const Vec3& centre, const Vec3& axis, double radius, double slope) {

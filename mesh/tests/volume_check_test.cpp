@@ -46,7 +46,7 @@ TEST_CASE("every wrong order of an element's corners is found")
     }
 }
 
-TEST_CASE("a wrong order of a T10's middle nodes is found, an even turn of a T4 is none")
+TEST_CASE("a wrong order of a T10's middle nodes is found and an even turn of a T4 is none")
 {
     const VolumeMesh good = sample_box(ElementKind::T10);
     for (std::size_t i = 4; i < 10; ++i)
@@ -74,7 +74,7 @@ TEST_CASE("messages use the file's numbers and name the first of many")
     CHECK(std::count(text.begin(), text.end(), '\n') == 3);
 }
 
-TEST_CASE("nodes: not finite, unreferenced, at the same place")
+TEST_CASE("nodes: not finite or unreferenced or at the same place")
 {
     VolumeMesh mesh = sample_box(ElementKind::H8);
     mesh.nodes.emplace_back(7, 8, 9);
@@ -91,7 +91,7 @@ TEST_CASE("nodes: not finite, unreferenced, at the same place")
     CHECK(says(errors(mesh), "f: node 6: found coordinates ("));
 }
 
-TEST_CASE("elements: twice, a node twice, three at a face, on the same side of a face")
+TEST_CASE("elements: twice or with a node twice or three at a face or on the same side of a face")
 {
     VolumeMesh twice = sample_box(ElementKind::T4);
     auto& nodes = twice.blocks[0].nodes;
@@ -104,7 +104,7 @@ TEST_CASE("elements: twice, a node twice, three at a face, on the same side of a
     CHECK(says(errors(collapsed), "a node that is used twice"));
 }
 
-TEST_CASE("two cubes that share an edge alone are no manifold; a face in common is fine")
+TEST_CASE("two cubes that share an edge alone are no manifold and a face in common is fine")
 {
     VolumeMesh mesh = make_solid_box({{0, 0, 0}, {2, 2, 1}, {2, 2, 1}, {1, 1, 1}, ElementKind::H8});
     auto& nodes = mesh.blocks[0].nodes;
@@ -114,7 +114,7 @@ TEST_CASE("two cubes that share an edge alone are no manifold; a face in common 
     CHECK(says(errors(mesh), "edge (1, 1, 0) (1, 1, 1): found 4 faces of the surface"));
 }
 
-TEST_CASE("two cubes that share a corner alone are a joint, and whole boxes have none")
+TEST_CASE("two cubes that share a corner alone are a joint and whole boxes have none")
 {
     VolumeMesh mesh = make_solid_box({{0, 0, 0}, {2, 2, 2}, {2, 2, 2}, {1, 1, 1}, ElementKind::H8});
     CHECK(check_volume(mesh).pinched.empty());
@@ -129,7 +129,7 @@ TEST_CASE("two cubes that share a corner alone are a joint, and whole boxes have
         CHECK(check_volume(sample_box(kind)).pinched.empty());
 }
 
-TEST_CASE("a node that one element has for itself tears the surface, and is named as the reason")
+TEST_CASE("a node that one element has for itself tears the surface and is named as the reason")
 {
     VolumeMesh mesh = make_solid_box({{0, 0, 0}, {2, 2, 2}, {2, 2, 2}, {1, 1, 1}, ElementKind::H8});
     mesh.element_sets.clear();
@@ -156,7 +156,8 @@ TEST_CASE("slivers are warned of with their shape and the threshold")
     CHECK(check_volume(mesh, lenient).slivers.empty());
 }
 
-TEST_CASE("a mesh in millimetres is suspected, its size told; sets without members or name too")
+TEST_CASE(
+    "a mesh in millimetres is suspected and its size told and sets without members or name too")
 {
     VolumeMesh mesh = make_solid_ball({{0, 0, 0}, 10, 4, ElementKind::H8});
     CHECK(says(warnings(mesh), "a size of 20 x 20 x 20 m"));

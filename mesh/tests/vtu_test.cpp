@@ -51,7 +51,7 @@ TEST_CASE("files that VTK itself wrote: all encodings hold the same mesh")
     CHECK(count == 28);
 }
 
-TEST_CASE("vtu: a hexahedron, two tetrahedra, faces and regions")
+TEST_CASE("vtu: a hexahedron and two tetrahedra and faces and regions")
 {
     const VolumeFile file = parse_vtu(seed("linear_ascii.vtu"), "f");
     const VolumeMesh& mesh = file.mesh;

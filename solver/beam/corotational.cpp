@@ -28,7 +28,7 @@ struct Frame {
     double across = 0; // of the mean along the element's second axis
 };
 
-Frame frame_of(const BeamNode& a, const BeamNode& b)
+Frame element_frame(const BeamNode& a, const BeamNode& b)
 {
     Frame f;
     f.R[0] = rotation_matrix(a.q);
@@ -50,7 +50,7 @@ Frame frame_of(const BeamNode& a, const BeamNode& b)
     return f;
 }
 
-CorotationalStrain strain_of(const Frame& f, double length)
+CorotationalStrain strain_in(const Frame& f, double length)
 {
     CorotationalStrain s;
     s.stretch = f.chord - length;
@@ -118,7 +118,7 @@ Mat3 turned_moment(const Vec3& v, const Vec3& m, const Mat3& T)
 
 CorotationalStrain corotational_strain(const BeamNode& a, const BeamNode& b, double length)
 {
-    return strain_of(frame_of(a, b), length);
+    return strain_in(element_frame(a, b), length);
 }
 
 CorotationalStrain corotational_natural(const ElementLaw& law)
@@ -152,8 +152,8 @@ double corotational_energy(const BeamNode& a, const BeamNode& b, const ElementLa
 void corotational_element(const BeamNode& a, const BeamNode& b, const ElementLaw& law,
                           const CorotationalStrain& natural, Vec12& gradient, Mat12& hessian)
 {
-    const Frame f = frame_of(a, b);
-    const CorotationalStrain s = strain_of(f, law.length);
+    const Frame f = element_frame(a, b);
+    const CorotationalStrain s = strain_in(f, law.length);
     const Mat7 k = stiffness(law);
     const Vec7 force = k * deformation(s, natural);
 

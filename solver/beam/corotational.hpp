@@ -11,9 +11,6 @@
 
 namespace amontons {
 
-using Vec12 = Eigen::Matrix<double, 12, 1>;
-using Mat12 = Eigen::Matrix<double, 12, 12>;
-
 /// What deforms: the chord's change of length, and the ends' turns in the element's frame.
 struct CorotationalStrain {
     double stretch = 0;                          ///< [m]

@@ -192,10 +192,10 @@ template <class T> Pose<T> relative_pose(V<T> e, T w1, V<T> v1, T w2, V<T> v2)
     return r;
 }
 
-template <class T> struct Strain {
+template <class T> struct BeamStrain {
     V<T> gamma, kappa;
 };
-template <class T> Strain<T> strain(const Pose<T>& s, const Phi<T>& f, T inverse_length)
+template <class T> BeamStrain<T> strain(const Pose<T>& s, const Phi<T>& f, T inverse_length)
 {
     const V<T> g = (s.w * f.f) * s.y - f.f * cross(s.p, s.y) - (f.f1 * dot(s.p, s.y)) * s.p;
     return {inverse_length * g, (2.0 * f.f * inverse_length) * s.p};
@@ -241,7 +241,7 @@ Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], const T P[6], T S23
 {
     const Phi<T> f = half_angle_over_sine(s.w);
     const T il = 1.0 / length;
-    const Strain<T> strains = strain(s, f, il);
+    const BeamStrain<T> strains = strain(s, f, il);
     const V<T> C1{S[0], S[1], S[2]}, C2{S[3], S[4], S[5]};
     const V<T> own_a = il * (scale_rows(C1, strains.gamma) - V<T>{P[0], P[1], P[2]});
     const V<T> own_b = il * (scale_rows(C2, strains.kappa) - V<T>{P[3], P[4], P[5]});
@@ -424,7 +424,7 @@ void scatter(const Tangent<T>& t, int i, int k, BlockTridiagonal& K, std::vector
 std::array<double, 6> element_strain(const BeamNode& a, const BeamNode& b, double length)
 {
     const Pose<double> s = pose_of(a, b);
-    const Strain<double> e = strain(s, half_angle_over_sine(s.w), 1 / length);
+    const BeamStrain<double> e = strain(s, half_angle_over_sine(s.w), 1 / length);
     return {e.gamma.x, e.gamma.y, e.gamma.z, e.kappa.x, e.kappa.y, e.kappa.z};
 }
 
@@ -439,7 +439,7 @@ std::array<double, 6> strain_foreseen(const BeamNode& a, const BeamNode& b, doub
     const double dw = 0.5 * dot(s.p, t1 - t2);
     const V<double> dp = 0.5 * (s.w * (t2 - t1) + cross(s.p, t1 + t2));
     const double tau = dot(s.p, s.y), dtau = dot(dp, s.y) + dot(s.p, dy);
-    const Strain<double> e = strain(s, f, 1 / length);
+    const BeamStrain<double> e = strain(s, f, 1 / length);
     const V<double> dg = ((f.f + s.w * f.f1) * dw) * s.y + (s.w * f.f) * dy -
                          (f.f1 * dw) * cross(s.p, s.y) - f.f * (cross(dp, s.y) + cross(s.p, dy)) -
                          (f.f2 * dw * tau + f.f1 * dtau) * s.p - (f.f1 * tau) * dp;

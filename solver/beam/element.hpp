@@ -15,6 +15,10 @@
 
 namespace amontons {
 
+// Of the unknowns of an element's two nodes: places, turns.
+using Vec12 = Eigen::Matrix<double, 12, 1>;
+using Mat12 = Eigen::Matrix<double, 12, 12>;
+
 /// Position and section rotation of a node.
 struct BeamNode {
     double x[3] = {0, 0, 0}; ///< [m]

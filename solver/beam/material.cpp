@@ -142,7 +142,7 @@ double integral_of_inverse(double a, double b, double length)
                               : length / a * std::log1p(d) / d;
 }
 
-HeldWire held_part(const WireMaterial& m, double a, double b)
+HeldWire held_between(const WireMaterial& m, double a, double b)
 {
     HeldWire held;
     for_stretches(m, a, b,
@@ -206,7 +206,7 @@ WireMaterial make_material(const std::vector<BeamSegment>& segments, double cont
             std::max(b - a, 5 * segments[std::size_t(segment_of(m, 0.5 * (a + b), true))].radius);
         m.stiffness.push_back(std::min(m.law[i].S[4], m.law[i].S[5]) /
                               ((b - a) * reach * reach * reach));
-        const HeldWire held = held_part(m, a, b);
+        const HeldWire held = held_between(m, a, b);
         m.flexibility_axial.push_back(m.flexibility_axial.back() + held.axial);
         m.flexibility_torsion.push_back(m.flexibility_torsion.back() + held.torsion);
         m.bending_energy.push_back(m.bending_energy.back() + held.bending);
@@ -308,7 +308,7 @@ HeldWire held_between_base_and(const WireMaterial& m, double s)
     const auto after = std::upper_bound(m.node.begin(), m.node.end(), s);
     const std::size_t i = std::min(
         std::size_t(std::max<std::ptrdiff_t>(after - m.node.begin() - 1, 0)), m.node.size() - 2);
-    const HeldWire rest = held_part(m, m.node[i], s);
+    const HeldWire rest = held_between(m, m.node[i], s);
     return {m.flexibility_axial[i] + rest.axial, m.flexibility_torsion[i] + rest.torsion,
             m.bending_energy[i] + rest.bending};
 }

@@ -9,7 +9,6 @@ namespace amontons {
 namespace {
 
 using Mat3x12 = Eigen::Matrix<double, 3, 12>;
-using Vec12 = Eigen::Matrix<double, 12, 1>;
 using Vec24 = Eigen::Matrix<double, 24, 1>;
 
 double length_out(const Wire& w)
@@ -42,7 +41,7 @@ double spacing_of(const Nesting& n)
     return n.inners_tip() < 3 ? 0 : n.points[1].s - n.points[2].s;
 }
 
-std::size_t element_of(const WireMaterial& m, double s)
+std::size_t element_at(const WireMaterial& m, double s)
 {
     const auto it = std::upper_bound(m.node.begin(), m.node.end(), s);
     return std::size_t(
@@ -54,7 +53,7 @@ MaterialPoint point_from_tip(const WireMaterial& m, double distance)
 {
     MaterialPoint p;
     p.s = m.length - distance;
-    const std::size_t e = element_of(m, p.s);
+    const std::size_t e = element_at(m, p.s);
     p.element = int(e);
     p.xi = (p.s - m.node[e]) / (m.node[e + 1] - m.node[e]);
     p.radius = radius_at(m, p.s, &BeamSegment::radius);
@@ -64,7 +63,7 @@ MaterialPoint point_from_tip(const WireMaterial& m, double distance)
 /// Place of a material point in a state; nothing if it is in the sheath then.
 std::optional<WirePlace> place_in(const Wire& w, const WireState& state, double s)
 {
-    const std::size_t e = element_of(w.material, s);
+    const std::size_t e = element_at(w.material, s);
     const double a = w.material.node[e], b = w.material.node[e + 1];
     if (!(state.first < w.last())) return {};
     // place_of asks the wire whether it is out: here the state does.
@@ -178,14 +177,6 @@ double widest_bore(const Wire& w)
     return r;
 }
 
-ContactRow row_of(const Vec12& v)
-{
-    ContactRow r;
-    r.a.column = Column6{v[0], v[1], v[2], v[3], v[4], v[5], 0, 0};
-    r.b.column = Column6{v[6], v[7], v[8], v[9], v[10], v[11], 0, 0};
-    return r;
-}
-
 /// Row of the motion along t of a wire's material point at `arm` from its centreline, times sign.
 ContactRow motion_row(const Wire& w, const WirePlace& p, const Mat3x12& J, const Vec3& arm,
                       const Vec3& t, double sign)
@@ -199,7 +190,7 @@ ContactRow motion_row(const Wire& w, const WirePlace& p, const Mat3x12& J, const
     if (p.element == w.state.first) ma = w.sheath ? Vec3(ma.x(), 0, 0) : Vec3::Zero();
     v.segment<3>(3) += ma;
     v.segment<3>(9) += p.xi * (Rb.transpose() * m);
-    return row_of(sign * v);
+    return contact_row(sign * v);
 }
 
 /// Motion of a surface point over the step, for an arm from the centreline as it is now.
@@ -216,8 +207,8 @@ void fill(const Nesting& n, const NestingStart& start, NestedContact& k)
     Candidate& c = k.on_inner;
     const Wire &in = *n.inner, &out = *n.outer;
     const Mat3x12 Ji = point_jacobian(in, c.place), Jo = point_jacobian(out, k.outer);
-    c.hn = row_of(Ji.transpose() * c.n);
-    k.hn = row_of(-(Jo.transpose() * c.n));
+    c.hn = contact_row(Ji.transpose() * c.n);
+    k.hn = contact_row(-(Jo.transpose() * c.n));
     if (!(c.mu > 0)) {
         for (int i = 0; i < 2; ++i)
             c.ht[i] = k.ht[i] = ContactRow{{Column6{}}, {Column6{}}};

@@ -7,8 +7,6 @@
 namespace amontons {
 namespace {
 
-using Map6 = Eigen::Map<Vec6>;
-
 /// The two nodes of an element, as it sees them: turned at rigid corners.
 struct ElementEnds {
     BeamNode node[2];

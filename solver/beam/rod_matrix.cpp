@@ -6,9 +6,6 @@
 namespace amontons {
 namespace {
 
-using Map6 = Eigen::Map<Vec6>;
-using ConstMap6 = Eigen::Map<const Vec6>;
-
 ConstMap6 view(const Node6& n)
 {
     return ConstMap6(n.value);

@@ -8,6 +8,9 @@
 
 namespace amontons {
 
+using Map6 = Eigen::Map<Vec6>;
+using ConstMap6 = Eigen::Map<const Vec6>;
+
 Mat6 dense(const Block6& b);
 void set_block(Block6& b, const Mat6& m);
 void add_to_block(Block6& b, const Mat6& m);

@@ -15,21 +15,11 @@ namespace {
 // Near a medial axis a sampled distance is flat: nothing touches there.
 constexpr double kLeastSlope = 0.5;
 
-using Vec12 = Eigen::Matrix<double, 12, 1>;
-
-ContactRow row_of(const Vec12& v)
-{
-    ContactRow r;
-    r.a.column = Column6{v[0], v[1], v[2], v[3], v[4], v[5], 0, 0};
-    r.b.column = Column6{v[6], v[7], v[8], v[9], v[10], v[11], 0, 0};
-    return r;
-}
-
 void fill_rows(const Wire& wire, Candidate& c)
 {
     const WireState& s = wire.state;
     const Eigen::Matrix<double, 3, 12> J = point_jacobian(wire, c.place);
-    c.hn = row_of(J.transpose() * c.n);
+    c.hn = contact_row(J.transpose() * c.n);
     // The surface point also moves with the section's spin: t.(spin x arm) = spin.(arm x t).
     const Vec3 arm = -c.radius * c.n;
     const std::size_t e = std::size_t(c.place.element);
@@ -42,7 +32,7 @@ void fill_rows(const Wire& wire, Candidate& c)
         if (c.place.element == s.first) ma = wire.sheath ? Vec3(ma.x(), 0, 0) : Vec3::Zero();
         v.segment<3>(3) += ma;
         v.segment<3>(9) += c.place.xi * (Rb.transpose() * m);
-        c.ht[k] = row_of(v);
+        c.ht[k] = contact_row(v);
     }
 }
 
@@ -51,7 +41,8 @@ void fill_rows(const Wire& wire, Candidate& c)
 std::array<ContactRow, 2> point_rows(const Wire& wire, const Candidate& c)
 {
     const Eigen::Matrix<double, 3, 12> J = point_jacobian(wire, c.place);
-    std::array<ContactRow, 2> rows{row_of(J.transpose() * c.t1), row_of(J.transpose() * c.t2)};
+    std::array<ContactRow, 2> rows{contact_row(J.transpose() * c.t1),
+                                   contact_row(J.transpose() * c.t2)};
     if (wire.plane)
         for (ContactRow& row : rows)
             hold_in_plane(wire, c.place.element, row);

@@ -15,6 +15,15 @@ struct ContactRow {
     Node6 a, b;
 };
 
+/// Of the twelve unknowns in their order.
+inline ContactRow contact_row(const Vec12& v)
+{
+    ContactRow r;
+    r.a.column = Column6{v[0], v[1], v[2], v[3], v[4], v[5], 0, 0};
+    r.b.column = Column6{v[6], v[7], v[8], v[9], v[10], v[11], 0, 0};
+    return r;
+}
+
 /// A wall that the wire can touch.
 struct WireWall {
     const Wall* wall = nullptr;   ///< undeformed

@@ -13,12 +13,9 @@
 namespace amontons {
 namespace {
 
-using Map6 = Eigen::Map<Vec6>;
-using ConstMap6 = Eigen::Map<const Vec6>;
-
-constexpr double kRoundOff = 2e-15;     // of the stiffest element's force at a strain of 1
-constexpr double kSettled = 1e-9;       // of the rod's size: Newton's last motion
-constexpr double kStillRounding = 1e-5; // of it: no error of a balance is that large
+constexpr double kForceRoundOff = 2e-15; // of the stiffest element's force at a strain of 1
+constexpr double kSettled = 1e-9;        // of the rod's size: Newton's last motion
+constexpr double kStillRounding = 1e-5;  // of it: no error of a balance is that large
 
 ConstMap6 view(const Node6& n)
 {
@@ -335,7 +332,7 @@ double RodBody::floor() const
     double stiffest = 0;
     for (const ElementLaw& law : rod_.law)
         stiffest = std::max(stiffest, std::max(law.S[0], law.S[1]) / law.length);
-    return kRoundOff * stiffest;
+    return kForceRoundOff * stiffest;
 }
 
 double RodBody::imbalance(const Eigen::VectorXd& force)

@@ -9,8 +9,6 @@
 namespace amontons {
 namespace {
 
-using Map6 = Eigen::Map<Vec6>;
-
 constexpr double kOut = 1e-9; // of the length: a node that is no farther out is at the sheath's end
 
 double value(const CurvePoints& c, double t, double otherwise)
@@ -18,7 +16,7 @@ double value(const CurvePoints& c, double t, double otherwise)
     return c.empty() ? otherwise : curve_value(c, t);
 }
 
-void add(RodMatrix* K, int node, const Mat6& m)
+void add_stiffness(RodMatrix* K, int node, const Mat6& m)
 {
     if (K) add_to_block(K->chain.diagonal(node), m);
 }
@@ -189,7 +187,7 @@ void RodBody::add_loads(const Motion& m, double t, std::vector<Node6>& f, RodMat
             stiffness.bottomRightCorner<3, 3>() +=
                 (l.input->follows ? 0.5 : -0.5) * skew_matrix(body);
         }
-        add(K, l.node, stiffness);
+        add_stiffness(K, l.node, stiffness);
     }
     if (line.isZero(0) && step_.gravity.isZero(0)) return;
     // The work of a load q along an element of cubic middle line:
@@ -209,7 +207,7 @@ void RodBody::add_loads(const Motion& m, double t, std::vector<Node6>& f, RodMat
             stiffness.bottomRightCorner<3, 3>() =
                 -c * (0.5 * (body * a.transpose() + a * body.transpose()) -
                       body.dot(a) * Mat3::Identity());
-            add(K, node[i], stiffness);
+            add_stiffness(K, node[i], stiffness);
         }
     }
 }

@@ -14,12 +14,6 @@
 // theta) or those that the generalised-alpha rule filters.
 
 namespace amontons {
-namespace {
-
-using Map6 = Eigen::Map<Vec6>;
-using ConstMap6 = Eigen::Map<const Vec6>;
-
-} // namespace
 
 Vec3 RodBody::point_velocity(const std::vector<BeamNode>& nodes, const std::vector<Vec6>& velocity,
                              int e, double xi) const

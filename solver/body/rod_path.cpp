@@ -14,8 +14,6 @@
 namespace amontons {
 namespace {
 
-using Map6 = Eigen::Map<Vec6>;
-
 double dot_of_places(const Eigen::VectorXd& a, const Eigen::VectorXd& b)
 {
     double sum = 0;

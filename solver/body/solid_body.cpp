@@ -33,7 +33,7 @@ SparseMatrix scalar_mass(const VolumeMesh& mesh, double density)
     return m;
 }
 
-bool same(const Placement& a, const Placement& b)
+bool same_placement(const Placement& a, const Placement& b)
 {
     return a.turn.coeffs() == b.turn.coeffs() && a.shift == b.shift;
 }
@@ -326,7 +326,8 @@ void SolidBody::add_column(const BodyPlace& at, const Vec3& direction, double sc
 Vec3 SolidBody::displacement(const BodyPlace& at) const
 {
     Vec3 d = Vec3::Zero();
-    if (!step_.dynamic && same(now_.frame, state_.frame)) { // to the digits of u, not of places
+    if (!step_.dynamic &&
+        same_placement(now_.frame, state_.frame)) { // to the digits of u, not of places
         for (const StencilEntry& e : at.nodes)
             d += e.weight * (now_.u.segment<3>(3 * e.node) - state_.u.segment<3>(3 * e.node));
         return now_.frame.turn * d;
@@ -339,7 +340,7 @@ Vec3 SolidBody::displacement(const BodyPlace& at) const
 Vec3 SolidBody::moved_from_first(std::span<const StencilEntry> nodes) const
 {
     Vec3 d = Vec3::Zero();
-    if (!step_.dynamic && same(now_.frame, first_frame_)) {
+    if (!step_.dynamic && same_placement(now_.frame, first_frame_)) {
         for (const StencilEntry& e : nodes)
             d += e.weight * now_.u.segment<3>(3 * e.node);
         return now_.frame.turn * d;

@@ -28,7 +28,7 @@ namespace amontons {
 namespace {
 
 constexpr int kMostHalvings = 12;
-constexpr int kPatience = 4;       // iterations that do not halve the error, before steps shorten
+constexpr int kStepPatience = 4;   // iterations that do not halve the error, before steps shorten
 constexpr double kOvershoot = 0.8; // slope at the end of a shortened step, of that at its start
 // Of GMRES: a share of the last error, so that Newton's steps stay quadratic.
 constexpr double kKrylovShare = 1e-2, kFinestKrylov = 1e-12, kCoarsestKrylov = 1e-5;
@@ -348,7 +348,7 @@ void SolidBody::change_hyperelastic(const Eigen::VectorXd& whole, const Eigen::V
     };
     const Eigen::VectorXd y = free_part(whole), force = free_part(contact_);
     const bool search = !step_.dynamic && volumes_.empty() && pending_.size() == 0 &&
-                        mode.size() == 0 && (shift_ > 0 || stalled_ >= kPatience);
+                        mode.size() == 0 && (shift_ > 0 || stalled_ >= kStepPatience);
     const double slope = search ? y.dot(start_residual_ + force) : 0;
     double share = 1;
     for (int k = 0; k <= kMostHalvings; ++k, share *= 0.5) {

@@ -38,7 +38,7 @@ constexpr std::array<Lean, 11> kLeans{{{true, 1, 0},
                                        {false, 1, 64}}};
 constexpr double kNoForce = 1e-6;  ///< on a node, of the largest on one
 constexpr int kMostColumns = 1500; ///< of N: dense algebra on them
-constexpr double kFirstShift = 1e-3, kLargestShift = 1e3, kShiftGrowth = 10;
+constexpr double kFirstShift = 1e-3, kGreatestShift = 1e3, kShiftGrowth = 10;
 
 } // namespace
 
@@ -63,7 +63,7 @@ double SolidBody::next_shift()
     indefinite_ = true;
     shift_ = shift_ > 0 ? kShiftGrowth * shift_ // last_shift_ may be negative
                         : std::max(kFirstShift, last_shift_ / (kShiftGrowth * kShiftGrowth));
-    return shift_ <= kLargestShift ? shift_ : 0;
+    return shift_ <= kGreatestShift ? shift_ : 0;
 }
 
 /// Adds N N^T to the matrix: of each node with a force, a share of its own stiffness at rest along

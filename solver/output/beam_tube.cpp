@@ -9,13 +9,6 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-const Field* find_field(const std::vector<Field>& fields, const char* name)
-{
-    const auto it =
-        std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.name == name; });
-    return it == fields.end() ? nullptr : &*it;
-}
-
 Vec3 any_orthogonal(const Vec3& t)
 {
     Eigen::Index smallest = 0;

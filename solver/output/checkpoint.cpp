@@ -14,15 +14,15 @@ constexpr std::string_view kMagic = "amontons checkpoint\n"; // so that `head` s
 constexpr std::uint64_t kVersion = 2;
 constexpr std::uint64_t kOrder = 0x0102030405060708; // reads differently on a foreign machine
 
-void put(std::string& bytes, std::uint64_t value)
+void put_number(std::string& bytes, std::uint64_t value)
 {
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
 /// Takes numbers off the front; after a failure all are 0.
-class Reader {
+class NumberReader {
 public:
-    explicit Reader(std::string_view bytes) : rest_(bytes) {}
+    explicit NumberReader(std::string_view bytes) : rest_(bytes) {}
     std::uint64_t number()
     {
         std::uint64_t value = 0;
@@ -53,13 +53,13 @@ std::string checkpoint_bytes(const Checkpoint& c)
          {kVersion, kOrder, c.scene_hash, static_cast<std::uint64_t>(c.step),
           std::bit_cast<std::uint64_t>(c.time), c.history_bytes, c.history_hash,
           static_cast<std::uint64_t>(c.frames.size()), static_cast<std::uint64_t>(c.state.size())})
-        put(bytes, v);
+        put_number(bytes, v);
     for (const Checkpoint::Frame& f : c.frames) {
-        put(bytes, static_cast<std::uint64_t>(f.step));
-        put(bytes, std::bit_cast<std::uint64_t>(f.time));
+        put_number(bytes, static_cast<std::uint64_t>(f.step));
+        put_number(bytes, std::bit_cast<std::uint64_t>(f.time));
     }
     bytes.append(reinterpret_cast<const char*>(c.state.data()), c.state.size());
-    put(bytes, hash_bytes(bytes));
+    put_number(bytes, hash_bytes(bytes));
     return bytes;
 }
 
@@ -71,7 +71,7 @@ Checkpoint read_checkpoint(std::string_view bytes, const std::string& file)
                            "--resume the run starts anew"}});
     };
     if (bytes.substr(0, kMagic.size()) != kMagic) refuse("no checkpoint");
-    Reader in(bytes.substr(kMagic.size()));
+    NumberReader in(bytes.substr(kMagic.size()));
     const std::uint64_t version = in.number(), order = in.number();
     if (in.failed()) refuse("a damaged checkpoint (cut off)");
     if (order != kOrder) refuse("a checkpoint of a machine with another byte order");

@@ -3,6 +3,7 @@
 #include "mesh/surface_mesh.hpp"
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 // What one finished step tells the writers: plain data, no pointers into the simulation.
@@ -16,6 +17,14 @@ struct Field {
     int components = 1;         ///< 1, 3 or 6
     std::vector<double> values; ///< components x points
 };
+
+/// The field of a name, or nullptr.
+inline const Field* find_field(const std::vector<Field>& fields, std::string_view name)
+{
+    for (const Field& f : fields)
+        if (f.name == name) return &f;
+    return nullptr;
+}
 
 /// A beam as a polyline, from the sheath's end to the tip.
 struct BeamRecord {

@@ -8,16 +8,16 @@ namespace {
 
 constexpr std::uint64_t kMost = std::uint64_t(1) << 31; // of a frame [bytes]
 
-template <class T> void put(std::string& out, const T* values, std::size_t count)
+template <class T> void put_array(std::string& out, const T* values, std::size_t count)
 {
     const std::uint64_t n = count;
     out.append(reinterpret_cast<const char*>(&n), sizeof n);
     if (count > 0) out.append(reinterpret_cast<const char*>(values), count * sizeof(T));
 }
 
-class Reader {
+class FrameReader {
 public:
-    explicit Reader(std::string_view bytes) : bytes_(bytes) {}
+    explicit FrameReader(std::string_view bytes) : bytes_(bytes) {}
 
     std::uint64_t number()
     {
@@ -49,19 +49,19 @@ private:
 std::string view_bytes(const ViewFrame& frame)
 {
     std::string body;
-    put(body, frame.caption.data(), frame.caption.size());
-    put(body, frame.contacts.data(), frame.contacts.size());
+    put_array(body, frame.caption.data(), frame.caption.size());
+    put_array(body, frame.contacts.data(), frame.contacts.size());
     const std::uint64_t shapes = frame.shapes.size();
     body.append(reinterpret_cast<const char*>(&shapes), sizeof shapes);
     for (const ViewShape& s : frame.shapes) {
-        put(body, s.name.data(), s.name.size());
-        put(body, &s.kind, 1);
-        put(body, s.points.data(), s.points.size());
-        put(body, s.triangles.data(), s.triangles.size());
-        put(body, s.values.data(), s.values.size());
+        put_array(body, s.name.data(), s.name.size());
+        put_array(body, &s.kind, 1);
+        put_array(body, s.points.data(), s.points.size());
+        put_array(body, s.triangles.data(), s.triangles.size());
+        put_array(body, s.values.data(), s.values.size());
     }
     std::string out;
-    put(out, body.data(), body.size());
+    put_array(out, body.data(), body.size());
     return out;
 }
 
@@ -72,7 +72,7 @@ bool take_view_frame(std::string& bytes, ViewFrame& frame)
     std::memcpy(&size, bytes.data(), sizeof size);
     if (size > kMost) throw std::runtime_error("no frame");
     if (bytes.size() < sizeof size + size) return false;
-    Reader in(std::string_view(bytes).substr(sizeof size, size));
+    FrameReader in(std::string_view(bytes).substr(sizeof size, size));
     frame = {};
     in.array(frame.caption);
     in.array(frame.contacts);

@@ -21,13 +21,6 @@ void add_triangles(std::vector<std::int32_t>& out,
         out.insert(out.end(), t.begin(), t.end());
 }
 
-const Field* find_field(const std::vector<Field>& fields, const std::string& name)
-{
-    const auto at =
-        std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.name == name; });
-    return at == fields.end() ? nullptr : &*at;
-}
-
 } // namespace
 
 const ViewMaker::Outside& ViewMaker::outside_of(const BodyRecord& solid)

@@ -11,14 +11,14 @@
 namespace amontons {
 namespace {
 
-std::string options_of(const CLI::App& app)
+std::string option_words(const CLI::App& app)
 {
     std::string words;
     for (const CLI::Option* option : app.get_options())
         for (const std::string& name : option->get_lnames())
             words += (words.empty() ? "--" : " --") + name;
     for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; }))
-        if (app.get_parent()) words += " " + sub->get_name() + " " + options_of(*sub);
+        if (app.get_parent()) words += " " + sub->get_name() + " " + option_words(*sub);
     return words;
 }
 
@@ -27,8 +27,8 @@ std::string completion(const CLI::App& program)
     std::string commands, cases;
     for (const CLI::App* sub : program.get_subcommands([](const CLI::App*) { return true; })) {
         commands += (commands.empty() ? "" : " ") + sub->get_name();
-        cases += fmt::format("        {}) words=\"{} {}\" ;;\n", sub->get_name(), options_of(*sub),
-                             options_of(program));
+        cases += fmt::format("        {}) words=\"{} {}\" ;;\n", sub->get_name(),
+                             option_words(*sub), option_words(program));
     }
     return fmt::format(R"(# bash completion of amontons; source it, or put it into
 # /usr/share/bash-completion/completions/amontons
@@ -50,7 +50,7 @@ _amontons()
 }}
 complete -o filenames -F _amontons amontons
 )",
-                       commands, options_of(program), cases);
+                       commands, option_words(program), cases);
 }
 
 } // namespace

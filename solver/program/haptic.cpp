@@ -58,7 +58,7 @@ void add_percentiles(JsonText& json, const char* name, const Percentiles& p)
     json.member("max", p.max).close('}');
 }
 
-std::string json_text(const Outcome& o, const HapticSettings& set, const HandleLink& link)
+std::string haptic_json(const Outcome& o, const HapticSettings& set, const HandleLink& link)
 {
     const HapticSummary& s = o.summary;
     JsonText json;
@@ -116,7 +116,7 @@ std::string json_text(const Outcome& o, const HapticSettings& set, const HandleL
     return json.text() + "\n";
 }
 
-std::string table(const Outcome& o, const HapticSettings& set, const HandleLink& link)
+std::string haptic_table(const Outcome& o, const HapticSettings& set, const HandleLink& link)
 {
     const HapticSummary& s = o.summary;
     std::string t = fmt::format("{}: {} ticks at {:.1f} Hz, {} steps\n", o.status, s.ticks, s.rate,
@@ -443,9 +443,9 @@ void haptic(HapticArguments& a, Session& session)
         session.say(std::string(name(out.summary.last_fault)) + ": " +
                     reason(out.summary.last_fault));
     if (session.json)
-        session.print(json_text(out, set, *link));
+        session.print(haptic_json(out, set, *link));
     else if (!session.quiet)
-        session.print(table(out, set, *link));
+        session.print(haptic_table(out, set, *link));
 }
 
 /// CLI::Range takes what is not a number for one within it.

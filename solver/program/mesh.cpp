@@ -293,7 +293,7 @@ Vec3 vector_of(const std::vector<double>& v)
     return {v[0], v[1], v[2]};
 }
 
-ElementKind kind_of(const std::string& name)
+ElementKind element_kind(const std::string& name)
 {
     return name == "T4" ? ElementKind::T4 : name == "T10" ? ElementKind::T10 : ElementKind::H8;
 }
@@ -301,7 +301,7 @@ ElementKind kind_of(const std::string& name)
 VolumeMesh make_box(const GenerateArguments& g)
 {
     const Vec3 origin = vector_of(g.origin);
-    SolidBoxOptions o{origin, origin + vector_of(g.size), {}, {}, kind_of(g.kind)};
+    SolidBoxOptions o{origin, origin + vector_of(g.size), {}, {}, element_kind(g.kind)};
     std::copy(g.cells.begin(), g.cells.end(), o.cells.begin());
     std::copy(g.grading.begin(), g.grading.end(), o.grading.begin());
     return make_solid_box(o);
@@ -309,19 +309,20 @@ VolumeMesh make_box(const GenerateArguments& g)
 
 VolumeMesh make_ball(const GenerateArguments& g)
 {
-    return make_solid_ball({vector_of(g.origin), g.radius, g.across, kind_of(g.kind)});
+    return make_solid_ball({vector_of(g.origin), g.radius, g.across, element_kind(g.kind)});
 }
 
 VolumeMesh make_cylinder(const GenerateArguments& g)
 {
     return make_solid_cylinder({vector_of(g.origin), vector_of(g.axis), g.radius, g.length,
-                                g.across, g.along, kind_of(g.kind)});
+                                g.across, g.along, element_kind(g.kind)});
 }
 
 VolumeMesh make_tube(const GenerateArguments& g, double scale)
 {
     const auto build = [&](const Centreline& line) {
-        return make_solid_tube({line, g.thickness, g.around, g.through, g.along, kind_of(g.kind)});
+        return make_solid_tube(
+            {line, g.thickness, g.around, g.through, g.along, element_kind(g.kind)});
     };
     std::vector<Issue> issues;
     if (g.centreline.empty() == (g.length == 0))

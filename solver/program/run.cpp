@@ -138,8 +138,8 @@ struct Observers : StepObserver {
 
 constexpr std::size_t kMostRows = 24; // of quantities; more are for history.csv
 
-std::string table(const RunSummary& s, const Scene& scene, const std::string& directory,
-                  const std::vector<std::string>& files)
+std::string run_table(const RunSummary& s, const Scene& scene, const std::string& directory,
+                      const std::vector<std::string>& files)
 {
     std::string t;
     const auto row = [&](const char* name, const std::string& value) {
@@ -173,7 +173,7 @@ std::string table(const RunSummary& s, const Scene& scene, const std::string& di
     return t;
 }
 
-void run(RunArguments& arguments, Session& session)
+void run_scene(RunArguments& arguments, Session& session)
 {
     const Stopwatch watch;
     ParallelRun parallel; // outlives the simulation
@@ -283,7 +283,7 @@ void run(RunArguments& arguments, Session& session)
         json.member("output", directory).close('}');
         session.print(json.text() + "\n");
     } else if (!session.quiet) {
-        session.print(table(summary, scene, directory, files));
+        session.print(run_table(summary, scene, directory, files));
     }
 }
 
@@ -312,7 +312,7 @@ void add_run(CLI::App& program, Session& session)
     command->add_flag("--record", arguments->record,
                       "Keep every step's contact problem as an FCLib file, in DIR/record");
     command->add_flag("--json", session.json, "One JSON object on stdout");
-    command->callback([arguments, &session] { run(*arguments, session); });
+    command->callback([arguments, &session] { run_scene(*arguments, session); });
 }
 
 } // namespace amontons

@@ -129,7 +129,7 @@ const char* outcome(const Certificate& c)
     return interrupted(c) ? "interrupted" : name(c.status);
 }
 
-std::string json_text(const SolveArguments& a, const FclibProblem& file, const Solved& s)
+std::string solution_json(const SolveArguments& a, const FclibProblem& file, const Solved& s)
 {
     const Certificate& c = s.solution.certificate;
     JsonText json;
@@ -269,7 +269,7 @@ void run_solve(SolveArguments& a, Session& session)
         session.error((interrupted(c) ? "interrupted: " : "") + report(c));
     }
     if (session.json)
-        session.print(json_text(a, file, *solved));
+        session.print(solution_json(a, file, *solved));
     else if (!session.quiet)
         session.print(human_text(a, file, *solved));
 }

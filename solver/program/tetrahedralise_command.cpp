@@ -76,8 +76,8 @@ TetrahedraliseOptions options_of(const Arguments& a)
     return o;
 }
 
-void report(const Arguments& a, const Tetrahedralised& t, const std::vector<std::string>& notes,
-            Session& session)
+void print_made(const Arguments& a, const Tetrahedralised& t, const std::vector<std::string>& notes,
+                Session& session)
 {
     const QualityReport q = report_of(measure_quality(t.mesh));
     if (!session.json) {
@@ -121,7 +121,7 @@ void report(const Arguments& a, const Tetrahedralised& t, const std::vector<std:
     session.print(json.close('}').text() + "\n");
 }
 
-void run(const Arguments& a, Session& session)
+void run_tetrahedralise(const Arguments& a, Session& session)
 {
     check_output(a.to);
     const TetrahedraliseOptions options = options_of(a);
@@ -149,7 +149,7 @@ void run(const Arguments& a, Session& session)
     }
     write_mesh(a.to, made.mesh, notes);
     tell();
-    report(a, made, notes, session);
+    print_made(a, made, notes, session);
 }
 
 } // namespace
@@ -190,7 +190,7 @@ void add_tetrahedralise(CLI::App& mesh, Session& session)
     c->add_option("--memory", a->memory, "Limit [GB]; default: half of the machine's");
     c->add_option("--scale", a->scale, "Metres per unit of the file, 0.001 for millimetres");
     c->add_flag("--json", session.json, "One JSON object on stdout");
-    c->callback([a, &session] { run(*a, session); });
+    c->callback([a, &session] { run_tetrahedralise(*a, session); });
 }
 
 } // namespace amontons

@@ -1,8 +1,10 @@
 // amontons validate [CASE ...]: published cases, stiff and extreme ones; reference beside result.
 //
 // A case is a function in validation/families, or a folder with a case.json. Several cases run as
-// children of the program, some at a time: one that crashes is a row that failed.
+// children of the program, some at a time: one that crashes is a row that failed. This file is in
+// amontons-validate alone, which has the cases; the command itself is in validate_command.cpp.
 
+#include "solver/program/validate.hpp"
 #include "mesh/base/file.hpp"
 #include "solver/module.hpp"
 #include "solver/output/manifest.hpp"
@@ -14,7 +16,6 @@
 #include "validation/folder_case.hpp"
 #include "validation/report.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
@@ -31,13 +32,6 @@ namespace {
 using validation::Case;
 using validation::CaseResult;
 using validation::FolderCase;
-
-struct ValidateArguments {
-    std::vector<std::string> cases;
-    std::string suite, report, data = "../shared/data";
-    int jobs = 0;
-    bool list = false;
-};
 
 /// A case of either kind.
 struct Entry {
@@ -335,6 +329,8 @@ void write_report(const std::string& folder, const std::vector<CaseResult>& resu
     session.say("report: " + folder + "/index.html");
 }
 
+} // namespace
+
 void validate(const ValidateArguments& arguments, Session& session)
 {
     const std::vector<Entry> list = chosen(arguments);
@@ -367,32 +363,6 @@ void validate(const ValidateArguments& arguments, Session& session)
         session.error(fmt::format("interrupted: {} of {} cases ran", results.size(), list.size()));
         session.exit_code = kInterrupted;
     }
-}
-
-} // namespace
-
-void add_validate(CLI::App& program, Session& session)
-{
-    const auto arguments = std::make_shared<ValidateArguments>();
-    CLI::App* command = program.add_subcommand("validate", "Compare with published results");
-    command->add_option("CASE", arguments->cases,
-                        "Cases by name, or folders with a case.json; all without");
-    command->add_option("--suite", arguments->suite, "benchmarks or stability")
-        ->check(CLI::IsMember({"benchmarks", "stability"}));
-    command->add_flag("--list", arguments->list, "Only list the cases");
-    command
-        ->add_option("--report", arguments->report,
-                     "Write a report into this folder: HTML, CSV, SVG plots")
-        ->type_name("DIR");
-    command
-        ->add_option("--data", arguments->data,
-                     "Problems and meshes that some cases are measured on, where they are there")
-        ->type_name("DIR")
-        ->capture_default_str();
-    command->add_option("--jobs", arguments->jobs, "Cases at a time (default: one a core)")
-        ->check(CLI::Range(1, 1024));
-    command->add_flag("--json", session.json, "One JSON list on stdout");
-    command->callback([arguments, &session] { validate(*arguments, session); });
 }
 
 } // namespace amontons

@@ -17,7 +17,6 @@ namespace amontons {
 namespace {
 
 constexpr double kMostSteps = 1e8; // of a run: more is a slip of the unit
-constexpr double kRoundOff = 1e-9; // of lengths that are meant to be the same, relative
 
 void check_centreline(const CentrelineInput& c, const std::string& place, Findings& findings)
 {
@@ -25,7 +24,7 @@ void check_centreline(const CentrelineInput& c, const std::string& place, Findin
     if (file == pieces)
         findings.add({place}, file ? "a file and pieces" : "neither file nor pieces",
                      "either \"file\" or \"pieces\"");
-    if (pieces && !(c.direction.normalized().cross(c.normal.normalized()).norm() > kRoundOff))
+    if (pieces && !(c.direction.normalized().cross(c.normal.normalized()).norm() > kInputRoundOff))
         findings.add({place + "/normal", place + "/direction"}, "parallel to direction",
                      "another direction than the start's");
     for (std::size_t i = 0; i < c.pieces.size(); ++i) {
@@ -69,7 +68,7 @@ void check_obstacle(const ObstacleInput& o, Findings& findings)
             findings.add({place + "/arch_diameter", place + "/arch_radius"},
                          fmt::format("{}", 2 * widest),
                          fmt::format("< {} [m], twice the arch's radius", 2 * s.arch_radius));
-        if (!(s.axis.normalized().cross(s.arch_towards.normalized()).norm() > kRoundOff))
+        if (!(s.axis.normalized().cross(s.arch_towards.normalized()).norm() > kInputRoundOff))
             findings.add({place + "/arch_towards", place + "/axis"}, "parallel to axis",
                          "another direction than the axis");
         std::set<std::string> names;
@@ -99,25 +98,25 @@ void check_beam(const BeamInput& b, const Scene& scene, Findings& findings)
         deepest = std::max(deepest, p[1]);
     // Something of the wire must stay in the sheath's rigid part: its compliance is the drive's.
     const double most = length - b.introducer.fade;
-    if (!b.segments.empty() && most > 0 && deepest >= most * (1 - kRoundOff))
+    if (!b.segments.empty() && most > 0 && deepest >= most * (1 - kInputRoundOff))
         findings.add({place + "/drive/insertion", segments, place + "/introducer/fade"},
                      fmt::format("{}", deepest),
                      fmt::format("< {:.6g} [m], the length of the wire{}", most,
                                  b.introducer.fade > 0 ? " less the introducer's fade" : ""));
     const bool own = b.introducer.length > 0;
     const double sheath = own ? b.introducer.length : length;
-    if (!b.segments.empty() && b.introducer.fade >= sheath * (own ? 1 + kRoundOff : 1))
+    if (!b.segments.empty() && b.introducer.fade >= sheath * (own ? 1 + kInputRoundOff : 1))
         findings.add({place + "/introducer/fade", own ? place + "/introducer/length" : segments},
                      fmt::format("{}", b.introducer.fade),
                      fmt::format("{} {:.6g} [m], the length of the {}", own ? "<=" : "<", sheath,
                                  own ? "introducer" : "wire"));
     if (b.introducer.normal &&
         !(b.introducer.direction.normalized().cross(b.introducer.normal->normalized()).norm() >
-          kRoundOff))
+          kInputRoundOff))
         findings.add({place + "/introducer/normal", place + "/introducer/direction"},
                      "parallel to direction", "another direction than the introducer's");
     if (b.plane &&
-        std::abs(b.introducer.direction.normalized().dot(b.plane->normalized())) > kRoundOff)
+        std::abs(b.introducer.direction.normalized().dot(b.plane->normalized())) > kInputRoundOff)
         findings.add({place + "/plane", place + "/introducer/direction"},
                      "a plane that the introducer leaves",
                      "a normal across the introducer's direction");
@@ -177,10 +176,10 @@ void check_nesting(const BeamInput& a, const BeamInput& b, const Scene& scene,
     }
     const IntroducerInput &p = a.introducer, &q = b.introducer;
     const double scale = p.at.norm() + length_of(a.segments);
-    const bool same = (p.at - q.at).norm() <= kRoundOff * scale &&
-                      (p.direction.normalized() - q.direction.normalized()).norm() <= kRoundOff &&
-                      p.centreline.file == q.centreline.file &&
-                      p.centreline.along == q.centreline.along;
+    const bool same =
+        (p.at - q.at).norm() <= kInputRoundOff * scale &&
+        (p.direction.normalized() - q.direction.normalized()).norm() <= kInputRoundOff &&
+        p.centreline.file == q.centreline.file && p.centreline.along == q.centreline.along;
     if (!same)
         findings.add({other + "/introducer", one + "/introducer"}, "another introducer",
                      "that of \"" + a.name + "\": instruments in one another come out of one");
@@ -204,19 +203,12 @@ void check_nesting(const BeamInput& a, const BeamInput& b, const Scene& scene,
                      "\"quasi_static\": instruments in one another have no inertia yet");
 }
 
-template <class Bodies> auto* find(Bodies& bodies, const std::string& name)
-{
-    const auto it = std::find_if(bodies.begin(), bodies.end(),
-                                 [&](const auto& body) { return body.name == name; });
-    return it == bodies.end() ? nullptr : &*it;
-}
-
 /// Of a contact law between a body and itself.
 void check_self(const Scene& scene, const ContactLaw& law, const std::string& place,
                 const std::string& pair, Findings& findings)
 {
-    if (find(scene.rods, law.between[0])) return;
-    const SolidInput* solid = find(scene.solids, law.between[0]);
+    if (body_named(scene.rods, law.between[0])) return;
+    const SolidInput* solid = body_named(scene.solids, law.between[0]);
     const std::string with = pair + ", a body and itself";
     if (!solid || !is_hyperelastic(*solid))
         findings.add({place}, with,
@@ -237,8 +229,8 @@ void check_foundation(const Scene& scene, const ContactLaw& law, std::size_t i, 
     const std::string place = fmt::format("/contact/{}/foundation", i);
     const std::string found = fmt::format("{} N/m^2", law.foundation);
     const auto& [a, b] = law.between;
-    if (!(find(scene.beams, a) && find(scene.obstacles, b)) &&
-        !(find(scene.beams, b) && find(scene.obstacles, a)))
+    if (!(body_named(scene.beams, a) && body_named(scene.obstacles, b)) &&
+        !(body_named(scene.beams, b) && body_named(scene.obstacles, a)))
         findings.add({place}, found, "nothing here: springs lie below obstacles that beams touch");
     else if (scene.time.kind == "dynamic")
         findings.add({place, "/time/kind"}, found + ", dynamic",
@@ -246,7 +238,8 @@ void check_foundation(const Scene& scene, const ContactLaw& law, std::size_t i, 
     else if (scene.haptic.given)
         findings.add({place, "/haptic"}, found + ", in the hand", "rigid obstacles");
     else if (std::any_of(scene.contact.begin(), scene.contact.end(), [&](const ContactLaw& other) {
-                 return find(scene.beams, other.between[0]) && find(scene.beams, other.between[1]);
+                 return body_named(scene.beams, other.between[0]) &&
+                        body_named(scene.beams, other.between[1]);
              }))
         findings.add({place}, found + ", and instruments in one another",
                      "one beam: instruments in one another need rigid obstacles");
@@ -283,8 +276,8 @@ void check_pairs(const Scene& scene, Findings& findings)
         }
         if (!known) continue;
         const std::string pair = fmt::format("[{}, {}]", quoted_text(a), quoted_text(b));
-        const bool obstacles = find(scene.obstacles, a) && find(scene.obstacles, b);
-        const bool beams = find(scene.beams, a) && find(scene.beams, b);
+        const bool obstacles = body_named(scene.obstacles, a) && body_named(scene.obstacles, b);
+        const bool beams = body_named(scene.beams, a) && body_named(scene.beams, b);
         if (obstacles)
             findings.add({place}, pair + ", two obstacles", "at least one body that moves");
         else if (beams && a == b)
@@ -293,16 +286,17 @@ void check_pairs(const Scene& scene, Findings& findings)
             findings.add({place}, pair + " again", "each pair once");
         if (a == b && !obstacles && !beams) check_self(scene, law, place, pair, findings);
         const auto body = [&](const std::string& name) {
-            return find(scene.rigids, name) || find(scene.rods, name);
+            return body_named(scene.rigids, name) || body_named(scene.rods, name);
         };
-        if ((find(scene.beams, a) && body(b)) || (find(scene.beams, b) && body(a)))
+        if ((body_named(scene.beams, a) && body(b)) || (body_named(scene.beams, b) && body(a)))
             findings.add({place}, pair, "a beam and an obstacle, or the wall of a vessel");
-        const std::string& beam = find(scene.beams, a) ? a : b;
-        const BeamInput* wire = find(scene.beams, beam);
-        const ObstacleInput* wall = find(scene.obstacles, beam == a ? b : a);
+        const std::string& beam = body_named(scene.beams, a) ? a : b;
+        const BeamInput* wire = body_named(scene.beams, beam);
+        const ObstacleInput* wall = body_named(scene.obstacles, beam == a ? b : a);
         if (wire && wall) check_fit(*wire, *wall, findings);
         if (beams && a != b)
-            check_nesting(*find(scene.beams, a), *find(scene.beams, b), scene, place, findings);
+            check_nesting(*body_named(scene.beams, a), *body_named(scene.beams, b), scene, place,
+                          findings);
     }
 }
 

@@ -8,13 +8,12 @@
 #include "solver/scene/section_layers.hpp"
 
 #include <fmt/format.h>
+#include <numbers>
 
 namespace amontons {
 namespace {
 
 using namespace declare;
-
-constexpr double kPi = 3.14159265358979323846;
 
 // --- The declarations, innermost first. ---
 
@@ -62,7 +61,7 @@ ObjectDeclaration declare_branch()
              required(field<&B::diameter>("diameter", "m", positive(), "At its root and its end.")),
              required(field<&B::length>("length", "m", positive(), "Length.")),
              fallback("pi/2", field<&B::angle>(
-                                  "angle", "rad", above(0, kPi),
+                                  "angle", "rad", above(0, std::numbers::pi),
                                   "Take-off angle from the arch's tangent towards its start."))},
             "",
             {},
@@ -105,7 +104,8 @@ ObjectDeclaration declare_surface(const ObjectDeclaration& centreline,
                                                   "At the inlet and where the arch begins.")),
           required(field<&S::arch_radius>("arch_radius", "m", positive(),
                                           "Radius of the arch's centreline.")),
-          field<&S::arch_angle>("arch_angle", "rad", above(0, 2 * kPi), "Angle of the arch."),
+          field<&S::arch_angle>("arch_angle", "rad", above(0, 2 * std::numbers::pi),
+                                "Angle of the arch."),
           required(field<&S::arch_diameter>("arch_diameter", "m", positive(),
                                             "At the start and the end of the arch.")),
           required(field<&S::ascending_length>("ascending_length", "m", positive(), "Length.")),
@@ -286,7 +286,7 @@ ObjectDeclaration declare_introducer(const ObjectDeclaration& place)
         defaults_of<I>()};
 }
 
-ObjectDeclaration declare_drive()
+ObjectDeclaration declare_beam_drive()
 {
     using B = BeamInput;
     return {"Drive of a beam's base",
@@ -477,7 +477,7 @@ const ObjectDeclaration& scene_declaration()
     static const ObjectDeclaration tip = declare_tip();
     static const ObjectDeclaration place = declare_place();
     static const ObjectDeclaration introducer = declare_introducer(place);
-    static const ObjectDeclaration drive = declare_drive();
+    static const ObjectDeclaration drive = declare_beam_drive();
     static const ObjectDeclaration body =
         declare_bodies(surface, segment, tip, introducer, drive, centreline);
     static const ObjectDeclaration contact = declare_contact();

@@ -7,6 +7,9 @@
 
 namespace amontons {
 
+/// Of lengths that are meant to be the same, relative.
+constexpr double kInputRoundOff = 1e-9;
+
 /// Adds Issues, but none that rests on a field that is wrong in itself.
 class Findings {
 public:

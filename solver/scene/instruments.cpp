@@ -9,7 +9,6 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kTorsionOfBending = 0.77; // GJ / EI, nu = 0.3
-constexpr double kRoundOff = 1e-9;         // of lengths that are meant to be the same, relative
 
 /// EI of a round bar or tube [N m^2].
 double bending_of(double modulus, double outer, double inner)
@@ -97,7 +96,7 @@ std::vector<Instrument> make_library()
     return all;
 }
 
-double length_of(const std::vector<TipPiece>& tip)
+double tip_length(const std::vector<TipPiece>& tip)
 {
     double sum = 0;
     for (const TipPiece& p : tip)
@@ -125,7 +124,7 @@ std::vector<TipPiece> tip_of(const TipInput& in, const Instrument& own)
 std::vector<BeamSegment> segments_of(const Instrument& i, const std::vector<TipPiece>& tip,
                                      double length, double element)
 {
-    const double bent = length_of(tip), soft = std::max(i.taper, bent), shaft = length - soft;
+    const double bent = tip_length(tip), soft = std::max(i.taper, bent), shaft = length - soft;
     // EI at a distance from the tip
     const auto EI_at = [&](double from_tip) {
         const double t = i.taper > 0 ? std::min(from_tip / i.taper, 1.0) : 1;
@@ -149,7 +148,7 @@ std::vector<BeamSegment> segments_of(const Instrument& i, const std::vector<TipP
     add(length, shaft, 0, element);
     double left = soft; // of the tip
     // A taper that ends within a piece of the tip would need another segment.
-    if (left > bent * (1 + kRoundOff)) add(left, left - bent, 0, element / 2), left = bent;
+    if (left > bent * (1 + kInputRoundOff)) add(left, left - bent, 0, element / 2), left = bent;
     for (const TipPiece& p : tip) {
         add(left, p.length, p.curvature, element / 2);
         left -= p.length;
@@ -202,7 +201,7 @@ void make_segments(Scene& scene, Findings& findings)
                          "nothing but \"shape\": \"straight\"");
         const std::vector<TipPiece> tip = tip_of(b.tip, *it);
         const double length = b.length > 0 ? b.length : it->length;
-        const double soft = std::max(it->taper, length_of(tip));
+        const double soft = std::max(it->taper, tip_length(tip));
         double sharpest = 0;
         for (const TipPiece& p : tip)
             sharpest = std::max(sharpest, std::abs(p.curvature));
@@ -210,7 +209,7 @@ void make_segments(Scene& scene, Findings& findings)
             findings.add(
                 {place + "/tip/radius", place + "/tip"}, fmt::format("{:.6g}", 1 / sharpest),
                 fmt::format("> {:.6g} [m], the radius of the instrument itself", it->diameter / 2));
-        else if (!(length > soft * (1 + kRoundOff)))
+        else if (!(length > soft * (1 + kInputRoundOff)))
             findings.add({place + "/length", place + "/tip"}, fmt::format("{:.6g}", length),
                          fmt::format("> {:.6g} [m], its taper and tip", soft));
         else

@@ -1,22 +1,13 @@
 #include "solver/scene/json_input.hpp"
 
+#include "mesh/format/text.hpp"
+
 #include <algorithm>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <set>
 
 namespace amontons {
-namespace {
-
-std::string line_and_column(std::string_view text, std::size_t byte)
-{
-    const std::string_view before = text.substr(0, std::min(byte, text.size()));
-    const auto line = std::count(before.begin(), before.end(), '\n') + 1;
-    const std::size_t start = before.rfind('\n') + 1; // npos + 1 is 0
-    return fmt::format("line {}, column {}", line, before.size() - start + 1);
-}
-
-} // namespace
 
 std::string shown(const Json& value)
 {
@@ -57,15 +48,14 @@ Json parse_json(std::string_view text, const std::string& file, std::vector<Issu
         std::string what = error.what();
         if (const std::size_t colon = what.find(": "); colon != std::string::npos)
             what = what.substr(colon + 2);
-        const std::size_t byte = error.byte > 0 ? error.byte - 1 : 0;
         throw InputError(
-            {{file, line_and_column(text, byte), what, "JSON (// comments are allowed)"}});
+            {{file, line_and_column(text, error.byte), what, "JSON (// comments are allowed)"}});
     } catch (const nlohmann::json::out_of_range& error) {
         // A number like 1e999: the message quotes it, and says nothing of its place.
         const std::string what = error.what();
         const std::size_t first = what.find('\''), last = what.rfind('\'');
         const std::string number = last > first ? what.substr(first + 1, last - first - 1) : "";
-        throw InputError({{file, line_and_column(text, text.find(number)), "number " + number,
+        throw InputError({{file, line_and_column(text, text.find(number) + 1), "number " + number,
                            "a number that a double holds"}});
     }
 }

@@ -23,7 +23,8 @@ ObjectDeclaration declare_point()
             defaults_of<P>()};
 }
 
-ObjectDeclaration declare_shape(const ObjectDeclaration& point, const ObjectDeclaration& centreline)
+ObjectDeclaration declare_rod_shape(const ObjectDeclaration& point,
+                                    const ObjectDeclaration& centreline)
 {
     using S = RodShape;
     return {
@@ -44,7 +45,7 @@ ObjectDeclaration declare_shape(const ObjectDeclaration& point, const ObjectDecl
         defaults_of<S>()};
 }
 
-ObjectDeclaration declare_hold()
+ObjectDeclaration declare_rod_hold()
 {
     using H = RodHold;
     return {
@@ -66,7 +67,7 @@ ObjectDeclaration declare_hold()
         defaults_of<H>()};
 }
 
-ObjectDeclaration declare_load()
+ObjectDeclaration declare_rod_load()
 {
     using L = RodLoad;
     return {
@@ -88,7 +89,7 @@ ObjectDeclaration declare_load()
 
 void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
 {
-    constexpr double kRoundOff = 1e-9, kLengths = 1e-3;
+    constexpr double kLengths = 1e-3;
     const std::string place = "/bodies/" + b.name, segments = place + "/segments";
     const RodShape& shape = b.shape;
     check_segments(b.segments, place, false, scene, findings);
@@ -120,7 +121,7 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
         findings.add({segments, place + "/shape/points"}, fmt::format("{} m in all", length),
                      fmt::format("{:.9g} [m], the length of the polyline, within 0.1 %", along));
     if (shape.normal && !shape.has_curve() && shape.points.empty() &&
-        !(shape.direction.normalized().cross(shape.normal->normalized()).norm() > kRoundOff))
+        !(shape.direction.normalized().cross(shape.normal->normalized()).norm() > kInputRoundOff))
         findings.add({place + "/shape/normal", place + "/shape/direction"}, "parallel to direction",
                      "another direction than the start's");
     if (!shape.curve.file.empty() && !shape.curve.pieces.empty())
@@ -147,7 +148,7 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
         if (set.empty() == !at.has_value())
             findings.add({here}, at ? "a set and a place" : "neither \"set\" nor \"at\"",
                          "either \"set\" or \"at\"");
-        if (at && length > 0 && *at > length * (1 + kRoundOff))
+        if (at && length > 0 && *at > length * (1 + kInputRoundOff))
             findings.add({here + "/at", segments}, fmt::format("{}", *at),
                          fmt::format("<= {:.9g} [m], the rod's length", length));
     };
@@ -214,9 +215,9 @@ VariantDeclaration rod_variant(const ObjectDeclaration& segment,
 {
     using R = RodInput;
     static const ObjectDeclaration point = declare_point();
-    static const ObjectDeclaration shape = declare_shape(point, centreline);
-    static const ObjectDeclaration hold = declare_hold();
-    static const ObjectDeclaration load = declare_load();
+    static const ObjectDeclaration shape = declare_rod_shape(point, centreline);
+    static const ObjectDeclaration hold = declare_rod_hold();
+    static const ObjectDeclaration load = declare_rod_load();
     return {"rod",
             "A beam that no introducer feeds: held and loaded anywhere.",
             {required(list<&R::segments>("segments", segment, "From its start to its end.")),

@@ -406,4 +406,13 @@ struct Scene {
     HapticInput haptic;
 };
 
+/// The body of a name, or nullptr.
+template <class Body>
+const Body* body_named(const std::vector<Body>& bodies, const std::string& name)
+{
+    for (const Body& body : bodies)
+        if (body.name == name) return &body;
+    return nullptr;
+}
+
 } // namespace amontons

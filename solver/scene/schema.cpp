@@ -186,7 +186,8 @@ void object_schema(JsonText& out, const ObjectDeclaration& object)
     out.close(']');
 }
 
-void table(std::string& page, const std::vector<FieldDeclaration>& fields, const void* defaults)
+void field_table(std::string& page, const std::vector<FieldDeclaration>& fields,
+                 const void* defaults)
 {
     page += "| field | allowed | default | meaning |\n|---|---|---|---|\n";
     for (const FieldDeclaration& f : fields) {
@@ -206,12 +207,12 @@ void section(std::string& page, const ObjectDeclaration& object, const std::stri
 {
     if (!done.insert(&object).second) return;
     page += fmt::format("## {}\n`{}`\n\n", object.title, path.empty() ? "the file" : path);
-    if (!object.fields.empty()) table(page, object.fields, object.defaults);
+    if (!object.fields.empty()) field_table(page, object.fields, object.defaults);
     for (const VariantDeclaration& v : object.variants) {
         page += v.value.empty()
                     ? fmt::format("Without `{}`: {}\n\n", object.discriminator, v.doc)
                     : fmt::format("`\"{}\": \"{}\"`: {}\n\n", object.discriminator, v.value, v.doc);
-        table(page, v.fields, object.defaults);
+        field_table(page, v.fields, object.defaults);
     }
     const auto below = [&](const std::vector<FieldDeclaration>& fields) {
         for (const FieldDeclaration& f : fields) {

@@ -11,7 +11,6 @@ namespace amontons {
 namespace {
 
 constexpr double kMostElements = 1e6; // of one beam: more is a slip of the unit, and 10 GB
-constexpr double kRoundOff = 1e-9;    // of lengths that are meant to be the same, relative
 constexpr double kSoftest = 1e-24;    // N m^2: less than a fibre of 10 nm has is a slip of the unit
 // EA of EI / length^2: forces of a beam are known to some 2e-15 EA, and those of its bending are of
 // the order of EI / length^2. A round wire of 1.6e6 radii.
@@ -69,25 +68,25 @@ void check_layers(const BeamSegment& s, const std::string& here, Findings& findi
                                   layer + "/" + (l.end_outer_radius ? at : "") + "outer_radius";
             const bool cone = end == 1 && s.end_radius > 0;
             const double radius = cone ? s.end_radius : s.radius;
-            if (!(inner < outer * (1 - kRoundOff)))
+            if (!(inner < outer * (1 - kInputRoundOff)))
                 findings.add({inside, outside}, fmt::format("{}", inner),
                              fmt::format("< {} [m], its outer radius, by more than {} of it", outer,
-                                         kRoundOff));
-            if (outer > radius * (1 + kRoundOff))
+                                         kInputRoundOff));
+            if (outer > radius * (1 + kInputRoundOff))
                 findings.add({outside, here + (cone ? "/end_radius" : "/radius")},
                              fmt::format("{}", outer),
                              fmt::format("<= {} [m], the segment's radius", radius));
-            if (inner < s.inner_radius * (1 - kRoundOff))
+            if (inner < s.inner_radius * (1 - kInputRoundOff))
                 findings.add({inside, here + "/inner_radius"}, fmt::format("{}", inner),
                              fmt::format(">= {} [m], the segment's bore", s.inner_radius));
-            if (l.pitch > 0 && l.pitch < (outer - inner) * (1 - kRoundOff))
+            if (l.pitch > 0 && l.pitch < (outer - inner) * (1 - kInputRoundOff))
                 findings.add({layer + "/pitch", layer}, fmt::format("{}", l.pitch),
                              fmt::format(">= {} [m], as thick as its wire is", outer - inner));
             if (l.pitch > 0 && !(inner > 0))
                 findings.add({inside, layer}, fmt::format("{}", inner), "> 0 of a coil");
             for (std::size_t j = 0; j < i; ++j) {
                 const auto [from, to] = radii_of(s.layers[j], end);
-                if (inner < to * (1 - kRoundOff) && from < outer * (1 - kRoundOff))
+                if (inner < to * (1 - kInputRoundOff) && from < outer * (1 - kInputRoundOff))
                     findings.add({layer}, fmt::format("{} to {}", inner, outer),
                                  fmt::format("a place beside layer {}, {} to {}", j, from, to));
             }
@@ -141,7 +140,7 @@ void check_stiffness(const BeamSegment& s, const std::string& here, double lengt
 void check_segment(const BeamSegment& s, const std::string& here, const std::string& stiff,
                    double length, const Scene& scene, Findings& findings)
 {
-    if (s.length > 0 && s.element > s.length * (1 + kRoundOff))
+    if (s.length > 0 && s.element > s.length * (1 + kInputRoundOff))
         findings.add({here + "/element", here + "/length"}, fmt::format("{}", s.element),
                      fmt::format("<= {} [m], the segment's length", s.length));
     if (s.end_radius > 0) {
@@ -152,21 +151,21 @@ void check_segment(const BeamSegment& s, const std::string& here, const std::str
                 fmt::format("{:.6g} to {:.6g} [m], at most {} of the length from the radius",
                             std::max(0.0, s.radius - kSlope * s.length),
                             s.radius + kSlope * s.length, kSlope));
-        if (s.inner_radius >= s.end_radius * (1 - kRoundOff))
+        if (s.inner_radius >= s.end_radius * (1 - kInputRoundOff))
             findings.add({here + "/end_radius", here + "/inner_radius"},
                          fmt::format("{}", s.end_radius),
                          fmt::format("> {} [m], the bore's radius, by more than {} of it",
-                                     s.inner_radius, kRoundOff));
+                                     s.inner_radius, kInputRoundOff));
         for (const auto& [given, name] : {std::pair{!s.bending.empty(), "bending"},
                                           std::pair{!s.stretching.empty(), "stretching"}})
             if (given)
                 findings.add({here + "/end_radius", here + "/" + name}, "a cone",
                              fmt::format("no end_radius beside \"{}\"", name));
     }
-    if (s.inner_radius > 0 && s.inner_radius >= s.radius * (1 - kRoundOff))
+    if (s.inner_radius > 0 && s.inner_radius >= s.radius * (1 - kInputRoundOff))
         findings.add(
             {here + "/inner_radius", here + "/radius"}, fmt::format("{}", s.inner_radius),
-            fmt::format("< {} [m], the radius, by more than {} of it", s.radius, kRoundOff));
+            fmt::format("< {} [m], the radius, by more than {} of it", s.radius, kInputRoundOff));
     const double thickest = std::max(s.radius, s.end_radius);
     if (std::abs(s.curvature) * thickest >= 1)
         findings.add(
@@ -240,7 +239,8 @@ void check_segments(const std::vector<BeamSegment>& segments, const std::string&
     // is also the way from contact point to contact point: there are a million of them.
     const double share = cables ? 2e-6 : 1e-5;
     for (std::size_t i = 0; i < segments.size(); ++i)
-        if (const double h = element_of(segments[i]); h > 0 && h < share * length * (1 - kRoundOff))
+        if (const double h = element_of(segments[i]);
+            h > 0 && h < share * length * (1 - kInputRoundOff))
             findings.add(
                 {fmt::format("{}/segments/{}/element", place, i), place + "/segments"},
                 fmt::format("{:.6g} m an element", h),

@@ -8,13 +8,6 @@
 namespace amontons {
 namespace {
 
-template <class Bodies> auto* find(Bodies& bodies, const std::string& name)
-{
-    const auto it = std::find_if(bodies.begin(), bodies.end(),
-                                 [&](const auto& body) { return body.name == name; });
-    return it == bodies.end() ? nullptr : &*it;
-}
-
 bool is_constant(const CurvePoints& curve)
 {
     return std::all_of(curve.begin(), curve.end(),
@@ -69,7 +62,7 @@ void check_vessel(const SolidInput& b, const Scene& scene, Findings& findings)
             if (law.between[side] != b.name) continue;
             const std::string where = fmt::format("/contact/{}/between", i);
             const std::string& other = law.between[1 - side];
-            if (find(scene.beams, other))
+            if (body_named(scene.beams, other))
                 ++pairs;
             else if (other != b.name)
                 findings.add({where}, quoted_text(b.name) + " and " + quoted_text(other),
@@ -95,8 +88,8 @@ void check_vessels(const Scene& scene, Findings& findings)
         findings.add({"/time/kind"}, "\"dynamic\"",
                      "\"quasi_static\": walls that give way have no inertia yet");
     for (std::size_t i = 0; i < scene.contact.size(); ++i)
-        if (find(scene.beams, scene.contact[i].between[0]) &&
-            find(scene.beams, scene.contact[i].between[1]))
+        if (body_named(scene.beams, scene.contact[i].between[0]) &&
+            body_named(scene.beams, scene.contact[i].between[1]))
             findings.add({fmt::format("/contact/{}/between", i)}, "instruments in one another",
                          "one beam: instruments in one another need rigid walls");
 }

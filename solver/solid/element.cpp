@@ -19,7 +19,7 @@
 namespace amontons {
 namespace {
 
-constexpr int nodes_of(ElementKind kind)
+constexpr int node_count(ElementKind kind)
 {
     return kind == ElementKind::T4 ? 4 : kind == ElementKind::T10 ? 10 : 8;
 }
@@ -34,11 +34,11 @@ constexpr int points_of(ElementKind kind)
     return kind == ElementKind::T4 ? 1 : 8;
 }
 
-template <ElementKind kind> using Points = Eigen::Matrix<double, 3, nodes_of(kind)>;
+template <ElementKind kind> using Points = Eigen::Matrix<double, 3, node_count(kind)>;
 
 /// Strains at a point due to the displacements and the internal modes.
 template <ElementKind kind>
-using StrainRows = Eigen::Matrix<double, 6, 3 * nodes_of(kind) + modes_of(kind)>;
+using StrainRows = Eigen::Matrix<double, 6, 3 * node_count(kind) + modes_of(kind)>;
 
 /// J: column k is the derivative of the place with respect to xi_k.
 template <class P, class G> Mat3 jacobian(const P& X, const G& dN)
@@ -62,7 +62,7 @@ template <class Rows> void set_vector_columns(Rows& B, int first, const Vec3& g)
 template <ElementKind kind, class P, class G>
 double strain_rows(const P& X, const G& dN, const Mat3& J0, const Vec3& xi, StrainRows<kind>& B)
 {
-    constexpr int n = nodes_of(kind);
+    constexpr int n = node_count(kind);
     const Mat3 J = jacobian(X, dN);
     const double j = J.determinant();
     AMONTONS_ASSERT(j > 0);
@@ -142,7 +142,7 @@ constexpr int kStrain[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
 template <ElementKind kind>
 void simple_stiffness(const ElementPoints& places, const Mat6& C, ElementMatrix& result)
 {
-    constexpr int n = nodes_of(kind), rows = (n + 3) / 4 * 4; // whole registers
+    constexpr int n = node_count(kind), rows = (n + 3) / 4 * 4; // whole registers
     using Block = Eigen::Matrix<double, rows, n>;
     const Points<kind> X = places;
     std::array<Block, 9> G;
@@ -289,7 +289,7 @@ template <ElementKind kind>
 Vec6 strain(const ElementPoints& places, const ElementVector& u, const InternalModes& modes,
             const Vec3& xi)
 {
-    constexpr int dofs = 3 * nodes_of(kind);
+    constexpr int dofs = 3 * node_count(kind);
     const Points<kind> X = places, dN = shape_gradients(kind, xi);
     StrainRows<kind> B;
     strain_rows<kind>(X, dN, jacobian(X, table<kind>().at_centre), xi, B);

@@ -52,8 +52,8 @@ Places at_places(const BrickNumbers& e, const ElementPoints& x)
 }
 
 /// Adds F0 M: Y = F0 `turned`.
-void add_modes(const BrickNumbers& e, int group, const Mat3& F0, const Mat3& Y, const Modes& a,
-               Gradient<Four>& F)
+void add_mode_gradients(const BrickNumbers& e, int group, const Mat3& F0, const Mat3& Y,
+                        const Modes& a, Gradient<Four>& F)
 {
     Four shift{};
     for (int k = 0; k < 3; ++k) {
@@ -73,7 +73,7 @@ void add_modes(const BrickNumbers& e, int group, const Mat3& F0, const Mat3& Y, 
 
 void add_modes(const BrickNumbers& e, int group, const Mat3& F0, const Modes& a, Gradient<Four>& F)
 {
-    add_modes(e, group, F0, F0 * e.turned(), a, F);
+    add_mode_gradients(e, group, F0, F0 * e.turned(), a, F);
 }
 
 namespace {
@@ -117,7 +117,7 @@ bool brick_modes(const BrickNumbers& e, const Places& at, double lambda, const H
     Answer<Four> answer;
     for (int group = 0; group < Brick::groups; ++group) {
         Gradient<Four> F = at.of_nodes[std::size_t(group)];
-        add_modes(e, group, at.F0, at.Y, a, F);
+        add_mode_gradients(e, group, at.F0, at.Y, a, F);
         if (!respond(m, lambda, 0, F, true, answer)) return false;
         const Response<Four>& r = answer.r;
         const auto D = [&](std::size_t i, std::size_t j) { return r.D[of_triangle(i, j)]; };
@@ -267,7 +267,7 @@ ElementFault brick_forces(const HyperelasticElement& element, const Hyperelastic
     for (int group = 0; group < Brick::groups; ++group) {
         const Gradient<Four>& of_nodes = at.of_nodes[std::size_t(group)];
         Gradient<Four> F = of_nodes;
-        add_modes(e, group, at.F0, at.Y, a, F);
+        add_mode_gradients(e, group, at.F0, at.Y, a, F);
         if (!respond(m, lambda.pointwise, 0, F, false, answer)) return ElementFault::inverted;
         const Four volume = e.volumes(group);
         Gradient<Four> P = stress(F, answer.r, volume);

@@ -3,6 +3,7 @@
 #include "mesh/base/error.hpp"
 
 #include <Eigen/Core>
+#include <cmath>
 
 // Symmetric tensors are vectors of six in VTK's order, XX YY ZZ XY YZ XZ. Stresses hold the
 // tensor's components, strains twice the mixed ones (engineering shears), so that stress . strain
@@ -31,5 +32,12 @@ double bulk_modulus(const SolidMaterial& m);  ///< E / (3 (1 - 2 nu)) [Pa]
 
 /// C in stress = C strain, symmetric positive definite [Pa].
 Mat6 elasticity_matrix(const SolidMaterial& m);
+
+/// Of a stress [Pa].
+inline double von_mises(const Vec6& s)
+{
+    const double a = s[0] - s[1], b = s[1] - s[2], c = s[2] - s[0];
+    return std::sqrt(0.5 * (a * a + b * b + c * c) + 3 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
+}
 
 } // namespace amontons

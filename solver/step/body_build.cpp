@@ -29,7 +29,7 @@
 namespace amontons {
 namespace {
 
-ElementKind kind_of(const std::string& name)
+ElementKind element_kind(const std::string& name)
 {
     return name == "T4" ? ElementKind::T4 : name == "H8" ? ElementKind::H8 : ElementKind::T10;
 }
@@ -158,20 +158,20 @@ VolumeMesh build_mesh(const MeshInput& m, const Scene& scene, std::vector<Issue>
             o.cells[std::size_t(i)] = std::int32_t(m.cells[i]);
             o.grading[std::size_t(i)] = m.grading[i];
         }
-        o.kind = kind_of(m.element);
+        o.kind = element_kind(m.element);
         return make_solid_box(o);
     }
     if (m.generate == "ball")
-        return make_solid_ball({m.centre, m.radius, m.around, kind_of(m.element)});
+        return make_solid_ball({m.centre, m.radius, m.around, element_kind(m.element)});
     if (m.generate == "cylinder")
         return make_solid_cylinder(
-            {m.centre, m.axis, m.radius, m.length, m.around, m.along, kind_of(m.element)});
+            {m.centre, m.axis, m.radius, m.length, m.around, m.along, element_kind(m.element)});
     if (m.generate == "tube") {
         SurfaceInput s;
         s.centreline = m.centreline;
         s.radius = m.radius;
         return make_solid_tube({build_centreline(s, scene), m.thickness, m.around, m.through,
-                                m.along, kind_of(m.element)});
+                                m.along, element_kind(m.element)});
     }
     const std::string path = beside(scene, m.file);
     VolumeFile file = read_volume(path, m.scale);

@@ -19,9 +19,9 @@
 namespace amontons {
 namespace {
 
-Pose pose_of(const RigidBody& body)
+Pose pose_now(const RigidBody& body)
 {
-    return amontons::pose_of(body.placement());
+    return pose_of(body.placement());
 }
 
 /// Where the body would be at the end of the step without contact.
@@ -130,7 +130,7 @@ std::vector<Vec3> moved_points(const SurfaceMesh& mesh, const Placement& at)
 
 AxisBox swept_box(const RigidBody& body)
 {
-    return swept_box(body.shape(), pose_of(body.start_placement()), pose_of(body), 0);
+    return swept_box(body.shape(), pose_of(body.start_placement()), pose_now(body), 0);
 }
 
 Mat3 contact_frame(const Vec3& normal)
@@ -262,7 +262,7 @@ void ContactFinder::find_boxes(const std::vector<BodyRef>& bodies)
     boxes_.clear();
     for (const BodyRef& b : bodies) {
         if (b.rigid) {
-            boxes_.push_back(axis_box(b.rigid->shape(), pose_of(*b.rigid)));
+            boxes_.push_back(axis_box(b.rigid->shape(), pose_now(*b.rigid)));
             continue;
         }
         constexpr double kFar = std::numeric_limits<double>::infinity();
@@ -550,10 +550,10 @@ void ContactFinder::rigid_on_wall(const std::vector<BodyRef>& bodies, int pair, 
     WallHint hint;
     std::vector<RigidContact> found;
     if (p.plane)
-        detect(a.shape(), pose_of(a), Plane{}, *p.plane, reach_, found);
+        detect(a.shape(), pose_now(a), Plane{}, *p.plane, reach_, found);
     else
         detect_wall(
-            a.shape(), pose_of(a), [&](const Vec3& x) { return wall.sample(x, hint); }, reach_,
+            a.shape(), pose_now(a), [&](const Vec3& x) { return wall.sample(x, hint); }, reach_,
             found);
     add(as_body_contacts(found, p, pair), out);
 }
@@ -565,11 +565,11 @@ std::vector<BodyContact> ContactFinder::rigid_on_rigid(const std::vector<BodyRef
     const RigidBody& a = *bodies[std::size_t(p.a)].rigid;
     const RigidBody& b = *bodies[std::size_t(p.b)].rigid;
     std::vector<RigidContact> found;
-    detect(a.shape(), pose_of(a), b.shape(), pose_of(b), reach, found);
+    detect(a.shape(), pose_now(a), b.shape(), pose_now(b), reach, found);
     // Far bodies are here only for their speed: those that will pass each other do not touch.
     const auto near = [&](const RigidContact& c) { return c.gap <= p.reach; };
     if (!found.empty() && std::none_of(found.begin(), found.end(), near) &&
-        first_touch(a.shape(), pose_of(a), pose_after(a, step_), b.shape(), pose_of(b),
+        first_touch(a.shape(), pose_now(a), pose_after(a, step_), b.shape(), pose_now(b),
                     pose_after(b, step_)) >= 1)
         return {};
     return as_body_contacts(found, p, pair);

@@ -14,11 +14,11 @@
 namespace amontons {
 namespace {
 
-constexpr std::size_t kLast = 10;    // iterations that are looked at
-constexpr double kRoundOff = 0.1;    // of the tolerance: round-off matters
-constexpr double kSliver = 2;        // least angle between an element's faces [degrees]
-constexpr double kLongElement = 100; // longest edge / shortest
-constexpr int kMostRows = 900;       // of W: dense algebra on them, a fifth of a second
+constexpr std::size_t kLast = 10;        // iterations that are looked at
+constexpr double kRoundOffMatters = 0.1; // of the tolerance: round-off matters
+constexpr double kSliver = 2;            // least angle between an element's faces [degrees]
+constexpr double kLongElement = 100;     // longest edge / shortest
+constexpr int kMostRowsExplained = 900;  // of W: dense algebra on them, a fifth of a second
 constexpr double kNoStiffness = 1e-14, kUneven = 1e9; // of eigenvalues of W: least / largest, back
 
 /// What a mesh makes hard for any solver; "" if nothing does.
@@ -87,7 +87,7 @@ std::string BodyStepper::why_no_balance() const
         else if (leans)
             why += "; " + b.name + " stands by its contacts alone: without them it would buckle";
         const double round_off = b.solid->round_off();
-        if (round_off > kRoundOff * report_.threshold)
+        if (round_off > kRoundOffMatters * report_.threshold)
             why += fmt::format("; round-off of its places leaves {} an error of {:.1g}", b.name,
                                round_off);
         if (const std::string poor = poor_elements(*b.solid); !poor.empty())
@@ -99,7 +99,7 @@ std::string BodyStepper::why_no_balance() const
 /// Of a contact problem that has not been solved to the tolerance.
 std::string BodyStepper::why_no_forces() const
 {
-    if (rows_.count == 0 || rows_.count > kMostRows || !options_.explain) return "";
+    if (rows_.count == 0 || rows_.count > kMostRowsExplained || !options_.explain) return "";
     const Eigen::MatrixXd W =
         problem_.W.is_dense() ? problem_.W.dense() : Eigen::MatrixXd(problem_.W.as_sparse());
     const Eigen::VectorXd values =

@@ -22,8 +22,7 @@
 namespace amontons {
 namespace {
 
-constexpr int kMostRows = 1500;      // dense algebra on them
-constexpr double kSticks = 1 - 1e-6; // of the friction at hand
+constexpr int kMostRowsHeld = 1500; // dense algebra on them
 constexpr double kHolds[] = {1,   4,    16,  64,
                              256, 1024, 4096}; // Gamma, over the mean compliance of a row
 
@@ -45,7 +44,7 @@ Eigen::VectorXd BodyStepper::closed_rows(bool sticking) const
         if (!(f.x() > 0)) continue;
         closed[rows_.first[i]] = 1;
         if (sticking && let_go_[std::size_t(c)] == 0 &&
-            std::hypot(f.y(), f.z()) < kSticks * problem_.mu[Eigen::Index(i)] * f.x())
+            std::hypot(f.y(), f.z()) < kStickShare * problem_.mu[Eigen::Index(i)] * f.x())
             closed.segment(rows_.first[i], amontons::rows_of(problem_.kind[i])).setOnes();
     }
     return closed;
@@ -65,7 +64,7 @@ bool BodyStepper::lets_go()
         if (!(r[0] > 0))
             now = 2;
         else if (size > 1 && held_[first + 1] > 0 &&
-                 !(std::hypot(r[1], r[2]) < kSticks * problem_.mu[Eigen::Index(i)] * r[0]))
+                 !(std::hypot(r[1], r[2]) < kStickShare * problem_.mu[Eigen::Index(i)] * r[0]))
             now = 1;
         any |= now != before;
     }
@@ -78,7 +77,7 @@ bool BodyStepper::stand_upright(std::vector<Eigen::MatrixXd>& W,
                                 const std::vector<std::pair<int, double>>& soft)
 {
     unheld_.clear();
-    if (step_.dynamic || rows_.count == 0 || rows_.count > kMostRows) return false;
+    if (step_.dynamic || rows_.count == 0 || rows_.count > kMostRowsHeld) return false;
     std::vector<char> leans(bodies(), 0);
     int negative = 0;
     for (std::size_t b = 0; b < bodies(); ++b) {

@@ -16,12 +16,11 @@ namespace amontons {
 namespace {
 
 constexpr int kMostModeSteps = 60;
-constexpr int kMostOfModes = 15000;  // iterations of all contact problems of one balance of modes
-constexpr int kPatience = 400;       // a shorter step is another way
-constexpr double kFinest = 1e-4;     // of the tolerance: where a finer answer costs next to nothing
-constexpr double kMostTaken = 0.7;   // of T by S, or (T + S)^-1 is large
-constexpr double kRounding = 1e-12;  // of a body's size
-constexpr double kSticks = 1 - 1e-6; // of the friction at hand
+constexpr int kMostOfModes = 15000; // iterations of all contact problems of one balance of modes
+constexpr int kModesPatience = 400; // a shorter step is another way
+constexpr double kFinest = 1e-4;    // of the tolerance: where a finer answer costs next to nothing
+constexpr double kMostTaken = 0.7;  // of T by S, or (T + S)^-1 is large
+constexpr double kSizeRounding = 1e-12; // of a body's size
 
 /// Where stress takes much of what contacts hold a body with, multipliers converge by a factor near
 /// 1 each: the next ones by those before. Source: Anderson 1965 as in Walker & Ni 2011, eq. 1.1.
@@ -148,7 +147,7 @@ std::string BodyStepper::toppling()
             const BodyContact& contact = list_.contact[std::size_t(c)];
             const Vec3 f = contact.frame.transpose() * known->second;
             const double friction = system_.finder.pairs()[std::size_t(contact.pair)].friction;
-            if (std::hypot(f.y(), f.z()) < kSticks * friction * f.x()) count = end - first;
+            if (std::hypot(f.y(), f.z()) < kStickShare * friction * f.x()) count = end - first;
         }
         for (int row = first; row < first + count; ++row) {
             place[std::size_t(row)] = Eigen::Index(closed.size());
@@ -220,7 +219,7 @@ bool BodyStepper::solve_with_modes()
     // The weight of the modes is in W and q, and so in what the error is relative to.
     options.tolerance = (modes ? 0.01 / mode_weight() : 0.1) * options_.tolerance;
     options.acceptable = 5 * options.tolerance;
-    options.patience = kPatience;
+    options.patience = kModesPatience;
     options.stop = options_.stop;
     double best = std::numeric_limits<double>::infinity();
     const int begun = report_.iterations;
@@ -279,7 +278,8 @@ bool BodyStepper::solve_with_modes()
             if (size == 0) continue;
             const double scale = mode_scale_[b] > 0 ? mode_scale_[b] : body(b).size() / size;
             // A force that would not move the body by a rounding is none.
-            const double share = scale * e.norm() > kRounding * mode_way_[b] ? e.norm() / size : 0;
+            const double share =
+                scale * e.norm() > kSizeRounding * mode_way_[b] ? e.norm() / size : 0;
             if (share > worst) {
                 worst = share;
                 worst_body = b;

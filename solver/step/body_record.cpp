@@ -14,12 +14,6 @@
 namespace amontons {
 namespace {
 
-double von_mises(const Vec6& s)
-{
-    const double a = s[0] - s[1], b = s[1] - s[2], c = s[2] - s[0];
-    return std::sqrt(0.5 * (a * a + b * b + c * c) + 3 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
-}
-
 Vec6 turned(const Vec6& s, const Mat3& R)
 {
     Mat3 m;

@@ -19,10 +19,9 @@
 namespace amontons {
 namespace {
 
-constexpr double kDefaultSmallest = 1.0 / 1024; // of the longest step
-constexpr std::size_t kQuick = 6;               // iterations of a step in a medium: the next ...
-constexpr double kGrowth = 1.5;                 // ... may be so much longer
-constexpr double kSticks = 1e-9;                // slip per step below this share of the body sticks
+constexpr std::size_t kQuick = 6; // iterations of a step in a medium: the next ...
+constexpr double kGrowth = 1.5;   // ... may be so much longer
+constexpr double kSticks = 1e-9;  // slip per step below this share of the body sticks
 
 /// Every curve whose knots a step must not pass.
 std::vector<const CurvePoints*> curves_of(const Scene& scene)

@@ -16,9 +16,9 @@
 namespace amontons {
 namespace {
 
-constexpr int kInMedium = 20; // iterations: a shorter step is surer to lead on
-constexpr int kDescent = 5;   // times the iterations, from an unstable balance
-constexpr int kPatience = 2;  // times the iterations, for steps that are not Newton's
+constexpr int kInMedium = 20;      // iterations: a shorter step is surer to lead on
+constexpr int kDescent = 5;        // times the iterations, from an unstable balance
+constexpr int kPatienceFactor = 2; // times the iterations, for steps that are not Newton's
 // Iterations that do not halve the error, before bodies lean, and before they are tried upright
 // again; how often they change about in a step.
 constexpr int kUprightPatience = 3, kLeanPatience = 5, kMostTurns = 9;
@@ -560,7 +560,7 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
     // Rods that Newton's method leads astray: the way to a stable balance.
     BodyStepReport again;
     BodyStepOptions patient = options;
-    patient.most_iterations *= kPatience;
+    patient.most_iterations *= kPatienceFactor;
     again.accepted = BodyStepper(system, step, patient, again, true).run();
     again.iterations += report.iterations;
     return again;

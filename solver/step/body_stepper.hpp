@@ -10,6 +10,9 @@
 
 namespace amontons {
 
+/// Of the friction at hand: a contact that takes less sticks.
+constexpr double kStickShare = 1 - 1e-6;
+
 /// One try of a step: what it works on and what it knows so far.
 class BodyStepper {
 public:

@@ -1,23 +1,17 @@
 #include "solver/step/coaxial.hpp"
 
+#include "mesh/base/phase_timer.hpp"
+
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
 namespace amontons {
 namespace {
 
-constexpr int kSlow = 8; // iterations before the active rows are closed exactly
 // An iteration moves less than the one before: what is further off than so many of its moves
 // cannot be touched. Where it moves more after all, what it ran into is a contact of the next one.
 constexpr double kMovesAway = 4;
-
-double now()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 /// Numbers the nodes of all that is out by their length past the introducer.
 void order_nodes(Coaxial& c)
@@ -140,16 +134,16 @@ void scatter(const NestedTangent& K, const CoaxialContact& k, BlockSkyline& base
 }
 
 /// Everything of one iterate.
-Residual assemble(Coaxial& c, const std::vector<StepStart>& start, const CoaxialStart& nested,
-                  const std::vector<Anchor>& anchors, const NewtonOptions& options,
-                  NewtonReport& report)
+Residual assemble_coaxial(Coaxial& c, const std::vector<StepStart>& start,
+                          const CoaxialStart& nested, const std::vector<Anchor>& anchors,
+                          const NewtonOptions& options, NewtonReport& report)
 {
     for (std::size_t w = 0; w < c.wires.size(); ++w) {
         WireBody& b = *c.wires[w];
         if (b.wire.outside())
             assemble_iterate(b.wire, b.walls, start[w], anchors[w], options, *b.work, report);
     }
-    const double t0 = now();
+    const Stopwatch watch;
     Residual res;
     double reactions = 0;
     for (std::size_t n = 0; n < c.nestings.size(); ++n) {
@@ -220,7 +214,7 @@ Residual assemble(Coaxial& c, const std::vector<StepStart>& start, const Coaxial
             const Nesting& n = c.nestings[std::size_t(k.nesting)];
             scatter(nested_tangent(n, *k.nested), k, c.base);
         }
-    report.seconds_detection += now() - t0;
+    report.seconds_detection += watch.seconds();
     return res;
 }
 
@@ -272,7 +266,7 @@ NewtonReport solve_together(Coaxial& c, const std::vector<StepStart>& start,
     order_nodes(c);
     double shift = c.shift = 0;
     for (report.iterations = 0; report.iterations <= options.max_iterations; ++report.iterations) {
-        report.residual = assemble(c, start, nested, anchors, near, report);
+        report.residual = assemble_coaxial(c, start, nested, anchors, near, report);
         const Residual& res = report.residual;
         if (!std::isfinite(res.equilibrium)) return report;
         if (report.iterations > 0 && res.error() <= std::max(options.tolerance, res.floor)) {
@@ -282,13 +276,13 @@ NewtonReport solve_together(Coaxial& c, const std::vector<StepStart>& start,
         }
         if (report.iterations == options.max_iterations) return report;
 
-        const double t0 = now();
+        const Stopwatch solving;
         shift = 0;
         solve_linearised(c, res, options, shift, report);
-        if (report.iterations >= kSlow) close_active_rows(c);
+        if (report.iterations >= kIterationsBeforeClosing) close_active_rows(c);
         if (shift > 0) ++report.shifted;
-        const double t1 = now();
-        report.seconds_contact += t1 - t0;
+        report.seconds_contact += solving.seconds();
+        const Stopwatch moving;
 
         double factor = 1, motion = 0;
         for (std::size_t w = 0; w < c.wires.size(); ++w) {
@@ -318,7 +312,7 @@ NewtonReport solve_together(Coaxial& c, const std::vector<StepStart>& start,
                 foresee_strains(b->wire, b->work->increment, factor, b->work->foreseen);
                 move_wire(b->wire, b->work->increment, factor);
             }
-        report.seconds_rest += now() - t1;
+        report.seconds_rest += moving.seconds();
     }
     return report;
 }

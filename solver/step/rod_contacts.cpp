@@ -14,12 +14,12 @@
 namespace amontons {
 namespace {
 
-constexpr double kRounding = 1e-6; // of a rod's size: of shapes that are read
-constexpr int kHalvings = 10;      // of a piece, however thin the rod is
-constexpr double kParts = 1e4;     // of a way ...
+constexpr double kShapeRounding = 1e-6; // of a rod's size: of shapes that are read
+constexpr int kHalvings = 10;           // of a piece, however thin the rod is
+constexpr double kParts = 1e4;          // of a way ...
 
 /// The stations that may touch: all, or those of one end.
-std::span<const CurvePlace> places_of(const RodBody& rod, const ContactPair& pair)
+std::span<const CurvePlace> touching_stations(const RodBody& rod, const ContactPair& pair)
 {
     const std::span<const CurvePlace> all = rod.stations();
     return pair.end_a == "start" ? all.first(1) : pair.end_a == "end" ? all.last(1) : all;
@@ -160,7 +160,7 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
     std::vector<CurveContact> found;
     std::vector<std::int64_t>& known = sharp_[std::size_t(pair)];
     const auto on = [&](const std::function<WallSample(const Vec3&)>& surface) {
-        touch_surface(own, places_of(rod, p), surface, reach_, known, found);
+        touch_surface(own, touching_stations(rod, p), surface, reach_, known, found);
     };
     if (p.b < 0) {
         const Wall& wall = *walls_[std::size_t(p.obstacle)];
@@ -181,7 +181,7 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
     const auto stuck = [&](const CurveContact& c) {
         // The sheath leads through the wall.
         if (p.b < 0 && rod.in_sheath(c.a)) return true;
-        return c.gap > -kRounding * rod.size() && rod.holds(c.a, c.normal) &&
+        return c.gap > -kShapeRounding * rod.size() && rod.holds(c.a, c.normal) &&
                (still || (other && other->holds(c.b, c.normal)));
     };
     for (const CurveContact& c : found) {
@@ -256,7 +256,7 @@ bool ContactFinder::rod_passed(const std::vector<BodyRef>& bodies, const Contact
             return surface(x).distance;
         };
     }
-    if (!pair.end_a.empty()) return sweep.passes(places_of(rod, pair)[0], 0);
+    if (!pair.end_a.empty()) return sweep.passes(touching_stations(rod, pair)[0], 0);
     for (std::size_t e = 0; e < now.pieces.size(); ++e)
         if (sweep.passes(int(e))) return true;
     return false;

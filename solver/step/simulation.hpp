@@ -47,6 +47,9 @@ struct BodyRecord {
     std::vector<Field> point_fields, cell_fields;
 };
 
+/// The smallest step, of the longest, where the scene does not say.
+constexpr double kDefaultSmallest = 1.0 / 1024;
+
 /// The only owner of bodies: made once from a scene, then advanced step by step.
 class Simulation {
 public:

@@ -1,11 +1,11 @@
 #include "solver/step/soft_balance.hpp"
 
+#include "mesh/base/phase_timer.hpp"
 #include "solver/beam/soft_tube.hpp"
 #include "solver/step/wire_group.hpp"
 
 #include <Eigen/QR>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 // With contact forces f on a wall, u = a + K^-1 f, and g(u) what loads, forces and the material
@@ -16,7 +16,7 @@
 namespace amontons {
 namespace {
 
-constexpr int kMostRounds = 60;
+constexpr int kMostBalanceRounds = 60;
 constexpr std::size_t kMemory = 8;       // of Anderson's rule
 constexpr double kFirstTolerance = 1e-3; // of wire and contacts while the walls are far off
 constexpr double kShare = 0.03;          // ... and of the walls' last error
@@ -44,12 +44,6 @@ struct Search {
         off.resize(0);
     }
 };
-
-double now()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 double largest_force(const Eigen::VectorXd& f)
 {
@@ -140,13 +134,13 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
     NewtonReport sum;
     double error = kFirstTolerance / kShare;
     int with_tangent = 0, halvings = 0, tangents = 0;
-    for (int round = 0; round < kMostRounds; ++round) {
+    for (int round = 0; round < kMostBalanceRounds; ++round) {
         NewtonOptions inner = options;
         inner.tolerance = std::max(options.tolerance, std::min(kFirstTolerance, kShare * error));
         const NewtonReport r = solve(inner);
         add(sum, r);
         if (!r.converged) return sum;
-        const double t0 = now();
+        const Stopwatch watch;
         error = 0;
         std::string fault;
         std::vector<Eigen::VectorXd> off;
@@ -183,7 +177,7 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
                 give(wire, s);
                 wire.state.wall_energy += s.state.energy - s.tube->at_rest()->energy;
             }
-            sum.seconds_rest += now() - t0;
+            sum.seconds_rest += watch.seconds();
             return sum;
         }
         sum.converged = false;
@@ -209,7 +203,7 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
             ++tangents;
             with_tangent = 0;
         }
-        sum.seconds_rest += now() - t0;
+        sum.seconds_rest += watch.seconds();
     }
     return sum;
 }

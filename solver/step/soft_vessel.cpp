@@ -5,6 +5,7 @@
 #include "solver/body/solid_conditions.hpp"
 #include "solver/scene/build.hpp"
 #include "solver/solid/assembly.hpp"
+#include "solver/solid/material.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -55,12 +56,6 @@ SoftTubeSupport support_of(const SolidInput& input, const VolumeMesh& mesh, cons
         add_weight(mesh, {&material, 1}, scene.gravity, s.load);
     }
     return s;
-}
-
-double von_mises(const Vec6& s)
-{
-    const double a = s[0] - s[1], b = s[1] - s[2], c = s[2] - s[0];
-    return std::sqrt(0.5 * (a * a + b * b + c * c) + 3 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
 }
 
 } // namespace

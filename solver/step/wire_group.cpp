@@ -25,7 +25,7 @@ bool way_is_free(const Wall& wall, const Vec3& from, const Vec3& to, double radi
 }
 
 /// Contact points that left the free space in the step, on their way or at its end.
-int count_passages(const WireBody& b, const StepStart& start)
+int count_wire_passages(const WireBody& b, const StepStart& start)
 {
     int count = 0;
     const Wire& w = b.wire;
@@ -216,7 +216,7 @@ int count_passages(const WireGroup& g, const GroupStart& start)
 {
     int count = 0;
     for (std::size_t w = 0; w < g.wires.size(); ++w)
-        if (g.wires[w]->wire.outside()) count += count_passages(*g.wires[w], start.wires[w]);
+        if (g.wires[w]->wire.outside()) count += count_wire_passages(*g.wires[w], start.wires[w]);
     return count;
 }
 

@@ -1,12 +1,12 @@
 #include "solver/step/wire_newton.hpp"
 
+#include "mesh/base/phase_timer.hpp"
 #include "solver/beam/plane_hold.hpp"
 #include "solver/beam/soft_tube.hpp"
 #include "solver/step/soft_balance.hpp"
 #include "solver/step/wire_pivot.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -15,13 +15,6 @@ namespace {
 
 constexpr double kCertificateRho = 1; // of the natural map, relative to WireMaterial::stiffness
 constexpr double kLost = 1e-3;        // of what soft walls are off by, relative
-constexpr int kSlow = 8;              // iterations before the active rows are closed exactly
-
-double now()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 void assemble_anchor(const Wire& wire, const Anchor& anchor, BlockTridiagonal& K,
                      std::vector<Node6>& g)
@@ -95,23 +88,23 @@ void assemble_iterate(const Wire& wire, const std::vector<WireWall>& walls, cons
                       const Anchor& anchor, const NewtonOptions& options, NewtonWorkspace& w,
                       NewtonReport& report)
 {
-    const double t0 = now();
+    const Stopwatch elements;
     w.base.set_first(wire.state.first);
     w.base.set_zero();
     for (int i = wire.state.first; i <= wire.last(); ++i)
         w.gradient[std::size_t(i)].column = Column6{};
     assemble_wire(wire, w.laws, w.base, w.gradient, w.foreseen);
     if (anchor.active()) assemble_anchor(wire, anchor, w.base, w.gradient);
-    const double t1 = now();
-    report.seconds_elements += t1 - t0;
+    report.seconds_elements += elements.seconds();
 
+    const Stopwatch detection;
     w.unsettled =
         find_candidates(wire, walls, start, options.reach, w.proximity, w.candidates, w.covered);
     w.giving = any_soft(walls) ? &walls : nullptr;
     // Of soft walls the linearised problem knows the curvature.
     assemble_reactions(wire, w.candidates, w.base, w.gradient, !w.giving);
     if (wire.plane) hold_in_plane(wire, w.base, w.gradient);
-    report.seconds_detection += now() - t1;
+    report.seconds_detection += detection.seconds();
 }
 
 double contact_error(const Candidate& c, double& cone)
@@ -240,13 +233,13 @@ NewtonReport solve_on_tangents(Wire& wire, const std::vector<WireWall>& walls,
         }
         if (report.iterations == options.max_iterations) return report;
 
-        const double t0 = now();
+        const Stopwatch solving;
         shift = 0;
         solve_linearised(wire, w, res, options, shift, report);
-        if (report.iterations >= kSlow && !w.giving) close_active_rows(wire, w);
+        if (report.iterations >= kIterationsBeforeClosing && !w.giving) close_active_rows(wire, w);
         if (shift > 0) ++report.shifted;
-        const double t1 = now();
-        report.seconds_contact += t1 - t0;
+        report.seconds_contact += solving.seconds();
+        const Stopwatch moving;
 
         const double factor = step_factor(wire, w.increment, options.longest_move);
         if (!(factor > 0)) {
@@ -259,7 +252,7 @@ NewtonReport solve_on_tangents(Wire& wire, const std::vector<WireWall>& walls,
         }
         foresee_strains(wire, w.increment, factor, w.foreseen);
         move_wire(wire, w.increment, factor);
-        report.seconds_rest += now() - t1;
+        report.seconds_rest += moving.seconds();
     }
     return report;
 }

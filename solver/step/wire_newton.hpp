@@ -42,6 +42,9 @@ struct NewtonOptions {
     double longest_move = 0; ///< of a node in one iteration [m]
 };
 
+/// Before the active rows are closed exactly.
+constexpr int kIterationsBeforeClosing = 8;
+
 struct NewtonReport {
     bool converged = false;
     bool stable = false; ///< no negative eigenvalue on the motions that contact leaves free

@@ -2,6 +2,7 @@
 
 #include "mesh/base/curve.hpp"
 #include "mesh/base/error.hpp"
+#include "mesh/base/phase_timer.hpp"
 #include "mesh/bounding_tree.hpp"
 #include "solver/step/coaxial.hpp"
 #include "solver/step/run_summary.hpp"
@@ -13,29 +14,17 @@
 #include "solver/step/wire_step.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
 namespace amontons {
 namespace {
 
-// A step that fails is halved; at these shares of the longest step the reason is taken to be a
-// lost equilibrium, and the wire is relaxed to the next one.
-constexpr double kRelaxUnstable = 1.0 / 8;
-constexpr double kRelaxFailed = 1.0 / 64;
-constexpr double kDefaultSmallest = 1.0 / 1024;
 // Half a step of smooth motion misses a quarter of what the whole misses of its balance, relative to
 // what it turns over. What misses more than that has jumped, and is quartered.
 constexpr double kJumped = 4;
 
-double now()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
-
-void add(EnergyRecord& sum, const EnergyRecord& step)
+void add_energy(EnergyRecord& sum, const EnergyRecord& step)
 {
     sum.work += step.work;
     sum.work_absolute += step.work_absolute;
@@ -189,7 +178,7 @@ bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refu
     for (std::size_t k = 0; k < groups.size(); ++k) {
         const StepReport& r = reports[k];
         const std::size_t w = first_of(groups[k]);
-        add(energy, r.energy);
+        add_energy(energy, r.energy);
         history[w].elastic = r.energy.elastic;
         history[w].kinetic = r.energy.kinetic;
         sum.passed_through += r.passed_through;
@@ -401,12 +390,12 @@ RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& 
         sum.seconds.detection += r.phases.detection;
         sum.seconds.contact_solve += r.phases.contact_solve;
         sum.seconds.correction += r.phases.correction;
-        const double t0 = now();
+        const Stopwatch watch;
         r.phases = sum.seconds;
         s.note_forces(r);
         s.finish(sum);
         observer.on_step(r);
-        sum.seconds.output += now() - t0;
+        sum.seconds.output += watch.seconds();
     };
 
     if (!s.started) {
@@ -432,7 +421,7 @@ RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& 
     const double end = s.scene.time.end;
     while (s.time < end * (1 - 1e-12)) {
         if (stop) return finish("interrupted", "interrupted by the user");
-        const double t0 = now();
+        const Stopwatch watch;
         StepReport report;
         std::string refusal;
         const double reach = s.next_knot() - s.time;
@@ -461,7 +450,7 @@ RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& 
         report.refusal = refusal;
         s.step_length = std::min(2 * h, s.longest());
         s.note_openings(tips);
-        StepRecord r = s.record(report, h, now() - t0);
+        StepRecord r = s.record(report, h, watch.seconds());
         add_step(sum, r);
         s.contacts_sum += double(r.contacts.size());
         ++s.contact_steps;

@@ -13,8 +13,9 @@
 namespace amontons {
 namespace {
 
-// As in a run: a push that fails is halved, and at these shares of the longest one relaxed.
-constexpr double kRelaxUnstable = 1.0 / 8, kRelaxFailed = 1.0 / 64, kShortest = 1.0 / 1024;
+// As in a run, a push that fails is halved or relaxed; at this share of the longest one it is given
+// up.
+constexpr double kShortest = 1.0 / 1024;
 constexpr double kTries = 3; // times the longest pushes that the way takes: beyond it jams
 
 /// Lays the wires straight out of their sheaths, in one another along the one that is out furthest.

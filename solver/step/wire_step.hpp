@@ -108,6 +108,10 @@ StepReport relax_step(WireGroup& group, const std::vector<BaseTarget>& to,
 /// misses more of it (a kink of the forces, a change of the mesh), the step is taken as it was.
 StepReport try_or_relax(WireGroup& group, const std::vector<BaseTarget>& to);
 
+/// A step that fails is halved; at these shares of the longest step the reason is taken to be a
+/// lost equilibrium, and the wire is relaxed to the next one.
+constexpr double kRelaxUnstable = 1.0 / 8, kRelaxFailed = 1.0 / 64;
+
 double kinetic_energy(const WireBody& body);
 
 } // namespace amontons

@@ -86,7 +86,7 @@ FclibProblem a_problem()
 
 } // namespace
 
-TEST_CASE("we read what libfclib writes, in its three forms of matrix")
+TEST_CASE("we read what libfclib writes in its three forms of matrix")
 {
     const TemporaryFolder folder;
     std::mt19937 rng{1};
@@ -201,7 +201,7 @@ TEST_CASE("a problem without contacts goes through a file")
     CHECK(contact_count(*read.local) == 0);
 }
 
-TEST_CASE("a copy with a solution keeps all else, also what is not ours")
+TEST_CASE("a copy with a solution keeps all else and also what is not ours")
 {
     const TemporaryFolder folder;
     const std::string path = folder / "a.hdf5";
@@ -224,7 +224,7 @@ TEST_CASE("a copy with a solution keeps all else, also what is not ours")
     H5Fclose(copy);
 }
 
-TEST_CASE("a file cut anywhere is refused, and ends no process")
+TEST_CASE("a file cut anywhere is refused and ends no process")
 {
     const std::string whole = fclib_bytes(a_problem());
     REQUIRE(refusal(whole).empty());
@@ -234,7 +234,7 @@ TEST_CASE("a file cut anywhere is refused, and ends no process")
     CHECK(refused == n);
 }
 
-TEST_CASE("bytes turned at random end in a problem that makes sense, or in a refusal")
+TEST_CASE("bytes turned at random end in a problem that makes sense or in a refusal")
 {
     const std::string whole = fclib_bytes(a_problem());
     std::mt19937 rng{2};
@@ -255,7 +255,7 @@ TEST_CASE("bytes turned at random end in a problem that makes sense, or in a ref
     CHECK(refused > 10);
 }
 
-TEST_CASE("foreign files, plane problems and promised terabytes are refused by name")
+TEST_CASE("foreign files and plane problems and promised terabytes are refused by name")
 {
     const TemporaryFolder folder;
     CHECK(refusal("").find("empty") != std::string::npos);

@@ -59,7 +59,7 @@ TEST_CASE("a folder's numbers are compared as it says")
     CHECK(!rows[2].passed());
 }
 
-TEST_CASE("an answer without certificate, and a run that failed, pass nothing")
+TEST_CASE("an answer without certificate and a run that failed pass nothing")
 {
     const FolderCase c = parse(R"({"quantity": "q", "reference": 2, "tolerance": 1})");
     const auto uncertified = measure(c, [](const std::string&, const auto&) {
@@ -135,7 +135,7 @@ TEST_CASE("scenes of a case on data of elsewhere name its folder")
     CHECK(asked == "bodies.b.mesh=/far/d/b.msh");
 }
 
-TEST_CASE("a curve is held to its largest distance; where the run has no value it fails")
+TEST_CASE("a curve is held to its largest distance and where the run has no value it fails")
 {
     const std::string folder =
         (std::filesystem::temp_directory_path() / ("amontons_case" + std::to_string(::getpid())))
@@ -161,7 +161,7 @@ TEST_CASE("a curve is held to its largest distance; where the run has no value i
     std::filesystem::remove_all(folder);
 }
 
-TEST_CASE("all that is wrong with a case is said, with its place")
+TEST_CASE("all that is wrong with a case is said with its place")
 {
     CHECK(issues_of(R"({"quantity": "q", "reference": 1, "tolerance": 1})").empty());
     const std::string all = issues_of(R"({"quantity": "q", "refernce": 1, "tolerance": -1},
@@ -181,7 +181,7 @@ TEST_CASE("all that is wrong with a case is said, with its place")
     CHECK_THROWS_WITH_AS(without_readme(), doctest::Contains("README.md"), InputError);
 }
 
-TEST_CASE("what a case is, its README says in its first paragraph")
+TEST_CASE("what a case is its README says in its first paragraph")
 {
     const std::string folder =
         (std::filesystem::temp_directory_path() / ("amontons_about" + std::to_string(::getpid())))
@@ -196,7 +196,7 @@ TEST_CASE("what a case is, its README says in its first paragraph")
     std::filesystem::remove_all(folder);
 }
 
-TEST_CASE("tables of numbers are read by name, their mistakes by line")
+TEST_CASE("tables of numbers are read by name and their mistakes by line")
 {
     const Columns t = parse_columns("# a\n\"x [m]\", y\n1,2\n\n3,\n", "f.csv");
     CHECK(t.names == std::vector<std::string>{"x [m]", "y"});
@@ -210,7 +210,7 @@ TEST_CASE("tables of numbers are read by name, their mistakes by line")
     CHECK(std::isnan(value_at({0, 1}, {0, 1}, 1.1)));
 }
 
-TEST_CASE("results survive the way through JSON, and the report counts them")
+TEST_CASE("results survive the way through JSON and the report counts them")
 {
     CaseResult r;
     r.name = "a<b";

@@ -12,7 +12,7 @@
 using namespace amontons;
 using namespace amontons::validation;
 
-TEST_CASE("a row passes within its tolerance and at no other time, not even as NaN")
+TEST_CASE("a row passes within its tolerance and at no other time and not even as NaN")
 {
     CHECK(relative("", 2, 2.001, 1e-3).passed());
     CHECK(!relative("", 2, 2.003, 1e-3).passed());
@@ -22,7 +22,7 @@ TEST_CASE("a row passes within its tolerance and at no other time, not even as N
     CHECK(!at_most("", std::nan(""), 1e300).passed());
 }
 
-TEST_CASE("a case that cannot be run fails, with the reason")
+TEST_CASE("a case that cannot be run fails with the reason")
 {
     const Case broken{"broken", "stability", "", "",
                       []() -> std::vector<Measured> { throw std::runtime_error("stuck at 3 mm"); }};
@@ -32,7 +32,7 @@ TEST_CASE("a case that cannot be run fails, with the reason")
     CHECK(r.rows[0].note == "stuck at 3 mm");
 }
 
-TEST_CASE("what is no number stays the worst, whatever comes after it")
+TEST_CASE("what is no number stays the worst whatever comes after it")
 {
     double worst = 0;
     raise_to(worst, 2);
@@ -51,7 +51,7 @@ TEST_CASE("an error of a run with a step without certificate is no number")
     CHECK(std::isnan(certified(run, 1e-9)));
 }
 
-TEST_CASE("a case that measures nothing fails; what it leaves out does not count for it")
+TEST_CASE("a case that measures nothing fails and what it leaves out does not count for it")
 {
     const Case nothing{"nothing", "stability", "", "", [] { return std::vector<Measured>{}; }};
     CHECK(!run_case(nothing).passed());
@@ -121,7 +121,7 @@ TEST_CASE("means weigh every step with its length and are NaN where there are no
 }
 
 TEST_CASE(
-    "points of a curve go together into the order of x; references at some places are no line")
+    "points of a curve go together into the order of x but references at some places are no line")
 {
     const double none = std::nan("");
     ReferenceCurve c{"x", "y", {}, {}, {}};

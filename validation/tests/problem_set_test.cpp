@@ -20,7 +20,7 @@ SolverOptions to(double tolerance)
 
 } // namespace
 
-TEST_CASE("every generated problem is symmetric, condenses, and follows its seed")
+TEST_CASE("every generated problem is symmetric and condenses and follows its seed")
 {
     std::set<std::string> names;
     for (const unsigned seed : {1u, 2u}) {
@@ -109,7 +109,7 @@ TEST_CASE("dense packings and towers with a heavy top come out within a number o
     }
 }
 
-TEST_CASE("a beam bends by F L^3 / (3 EI), and a block resists no rigid motion")
+TEST_CASE("a beam bends by F L^3 / (3 EI) and a block resists no rigid motion")
 {
     Catheter c;
     c.nodes = 12;
@@ -159,7 +159,7 @@ TEST_CASE("a wide elastic block under a smooth press has the oedometer's pressur
 }
 
 TEST_CASE(
-    "packings of spheres with much friction are solved in any unit, by some of the close paths")
+    "packings of spheres with much friction are solved in any unit by some of the close paths")
 {
     for (const unsigned seed : {3u, 10u})
         for (const double unit : {1.0, 1.3, 2.7}) { // each has a round-off of its own

@@ -75,7 +75,7 @@ TEST_CASE("sweeps that cannot be meant are refused")
         CHECK_THROWS_AS(parse_shard(text), InputError);
 }
 
-TEST_CASE("shards share out all points, none twice")
+TEST_CASE("shards share out all points and none twice")
 {
     const std::vector<Point> points = all_points({parse_sweep("a=1,2,3"), parse_sweep("b=x,y")});
     CHECK(points.size() == 6);
@@ -88,7 +88,7 @@ TEST_CASE("shards share out all points, none twice")
     }
 }
 
-TEST_CASE("an error of C h^p has the order p, whether h or 1/h is swept")
+TEST_CASE("an error of C h^p has the order p whether h or 1/h is swept")
 {
     const Table by_step = made({"time.step=0.4,0.2,0.1"}, 2, [](const auto& x, PointRecord& r) {
         r.numbers = {{"q", 2 - 0.3 * std::pow(x[0], 1.5)}, {"steps", 1 / x[0]}};
@@ -113,7 +113,7 @@ TEST_CASE("an error of C h^p has the order p, whether h or 1/h is swept")
     CHECK(kinds.series[1].order == doctest::Approx(2));
 }
 
-TEST_CASE("the finest row is the reference, and takes no part in order and front")
+TEST_CASE("the finest row is the reference and takes no part in order and front")
 {
     Table t = made({"n=2,4,8,16"}, 0, [](const auto& x, PointRecord& r) {
         r.numbers = {{"q", 1 + std::pow(x[0], -2)}, {"unknowns", x[0]}};
@@ -128,7 +128,7 @@ TEST_CASE("the finest row is the reference, and takes no part in order and front
     CHECK(t.order < 2.3);
 }
 
-TEST_CASE("the front has every row that no other beats in both, and no row more")
+TEST_CASE("the front has every row that no other beats in both and no row more")
 {
     const double seconds[] = {1, 2, 3, 4, 5}, errors[] = {0.5, 0.6, 0.1, 0.1, 0.01};
     const Table t = made({"k=0,1,2,3,4"}, 1, [&](const auto& x, PointRecord& r) {
@@ -141,7 +141,7 @@ TEST_CASE("the front has every row that no other beats in both, and no row more"
     CHECK(front == "10101");
 }
 
-TEST_CASE("failures are rows with their reason, without value and error")
+TEST_CASE("failures are rows with their reason without value and error")
 {
     Table t = made({"n=1,2,4"}, 1, [](const auto& x, PointRecord& r) {
         r.numbers = {{"quantities.q", 1 + 1 / x[0]}, {"unknowns", x[0]}};
@@ -164,7 +164,7 @@ TEST_CASE("failures are rows with their reason, without value and error")
     CHECK(plot_script(t, "study").empty());
 }
 
-TEST_CASE("numbers are found by path and by the name of a quantity, with the nearest name")
+TEST_CASE("numbers are found by path and by the name of a quantity with the nearest name")
 {
     const Numbers n = numbers_of(
         R"({"seconds": {"total": 2}, "quantities": {"depth": 0.3, "branch": "LCCA"}})", "run");
@@ -176,7 +176,7 @@ TEST_CASE("numbers are found by path and by the name of a quantity, with the nea
     CHECK_THROWS_AS(numbers_of("[1]", "run"), InputError);
 }
 
-TEST_CASE("what a folder keeps reads back the same, and damage is named")
+TEST_CASE("what a folder keeps reads back the same and damage is named")
 {
     const PointRecord r{"ab", {"a=1"}, "done", "odd", "0.1", 0.1, 0.2, {{"q", 1.0 / 3}}};
     const PointRecord back = read_record(record_text(r), "file");

@@ -49,7 +49,7 @@ std::vector<CurveContact> touching(const Curve& a, const Curve& b, double reach,
 
 } // namespace
 
-TEST_CASE("stations are as near to each other as was asked for, however long a piece")
+TEST_CASE("stations are as near to each other as was asked for however long a piece")
 {
     const Curve c = straight({0, 0, 0}, {1, 0, 0}, 2, 0.01);
     CHECK(stations(c, 0).size() == 3);
@@ -57,7 +57,7 @@ TEST_CASE("stations are as near to each other as was asked for, however long a p
     CHECK(stations(c, 1e-3).size() == 1001);
 }
 
-TEST_CASE("straight rods that cross have one contact, where lines are nearest, at any large angle")
+TEST_CASE("straight rods that cross have one contact where lines are nearest at any large angle")
 {
     for (const double degrees : {90.0, 60.0, 35.0})
         for (const double shift : {0.0, 0.03, 0.0711}) { // inside of pieces and on their ends
@@ -75,7 +75,8 @@ TEST_CASE("straight rods that cross have one contact, where lines are nearest, a
         }
 }
 
-TEST_CASE("rods along each other touch at the stations, nearly parallel ones near their crossing")
+TEST_CASE("rods along each other touch at the stations while nearly parallel ones touch near their "
+          "crossing")
 {
     for (const double degrees : {1.0, 0.1, 0.0}) {
         CAPTURE(degrees);
@@ -95,7 +96,8 @@ TEST_CASE("rods along each other touch at the stations, nearly parallel ones nea
     }
 }
 
-TEST_CASE("nearly parallel rods touch at stations or at their crossing, not at both in one place")
+TEST_CASE(
+    "nearly parallel rods touch at stations or at their crossing but not at both in one place")
 {
     // The way sideways between two stations, of the two radii.
     for (const double way : {0.1, 0.25, 0.29, 0.31, 0.5, 0.7, 2.0}) {
@@ -159,7 +161,7 @@ TEST_CASE("a gap changes as its normal says")
     CHECK(compared > 20); // of 30
 }
 
-TEST_CASE("a curve touches itself across a loop, not beside itself")
+TEST_CASE("a curve touches itself across a loop but not beside itself")
 {
     // Once round and a little more, the end lifted by 2.05 radii.
     const double turn = 2 * 3.14159265358979323846;
@@ -180,7 +182,7 @@ TEST_CASE("a curve touches itself across a loop, not beside itself")
     }
 }
 
-TEST_CASE("contacts are seen by the stations nearby, not by those of finer or coarser pieces")
+TEST_CASE("contacts are seen by the stations nearby and not by those of finer or coarser pieces")
 {
     // 0.1 m of 1 mm and 0.1 m of 20 mm, either first; crossed at 15 degrees half-way between two
     // stations.
@@ -212,7 +214,7 @@ TEST_CASE("contacts are seen by the stations nearby, not by those of finer or co
         }
 }
 
-TEST_CASE("a thick part touches beside a crossing of a thin one, though middle lines are farther")
+TEST_CASE("a thick part touches beside a crossing of a thin one though middle lines are farther")
 {
     // Thin up to x = 0, thick from there; crossed 3 mm before.
     const double thin = 1e-3, thick = 3e-3, sine = 0.1;
@@ -274,7 +276,7 @@ TEST_CASE("a closed curve touches itself and others the same wherever its pieces
     }
 }
 
-TEST_CASE("rods that pass through each other are told, those that slide along are not")
+TEST_CASE("rods that pass through each other are told while those that slide along are not")
 {
     const Curve b = straight({-1, 0, 0}, {1, 0, 0}, 10, 0.01);
     const auto across = [](double z, double x) {
@@ -285,7 +287,7 @@ TEST_CASE("rods that pass through each other are told, those that slide along ar
     CHECK_FALSE(pass_through(across(0.02, 0.03), across(0.02, 0.53), b, b));
 }
 
-TEST_CASE("an edge between two stations touches; contacts on a plane are the stations'")
+TEST_CASE("an edge between two stations touches and contacts on a plane are the stations'")
 {
     const Curve a = straight({-0.5, 0, 0.11}, {0.5, 0, 0.11}, 3, 0.01);
     const RigidShape box = Box{{0.02, 0.3, 0.1}};
@@ -362,7 +364,7 @@ TEST_CASE("the distance to a shape has the normal and the second derivative that
     }
 }
 
-TEST_CASE("where curved pieces cross they have a crossing, wherever their chords are nearest")
+TEST_CASE("where curved pieces cross they have a crossing wherever their chords are nearest")
 {
     // Arcs that cross in their middles, or near, on top of each other: as elements bend, and so
     // sharply that a few of more than a thousand may be lost (undamped steps lose 23).
@@ -431,7 +433,8 @@ TEST_CASE("where curved pieces cross they have a crossing, wherever their chords
     CHECK(lost <= 5);
 }
 
-TEST_CASE("curves that lie in each other have no sides; those that touch, or a loop, have")
+TEST_CASE(
+    "curves that lie in each other have no sides but those that touch have them and so has a loop")
 {
     const Curve line = straight({0, 0, 0}, {1, 0, 0}, 7, 0.01);
     CHECK(within_each_other(line, straight({0, 0, 0}, {1, 0, 0}, 7, 0.01)));

@@ -42,7 +42,7 @@ std::vector<CurveOnFaces> touched(const Curve& c, const TouchingBody& body,
 
 } // namespace
 
-TEST_CASE("feet of points are right at faces, edges and corners of a box, inside too")
+TEST_CASE("feet of points are right at faces and edges and corners of a box and inside too")
 {
     for (const ElementKind kind : kKinds) {
         const TouchingBody box = box_body(kind, {-1, -1, -1}, {1, 1, 1}, {3, 4, 2});
@@ -72,7 +72,7 @@ TEST_CASE("feet of points are right at faces, edges and corners of a box, inside
     }
 }
 
-TEST_CASE("over a dent and a bulge feet, normals and distances do not jump")
+TEST_CASE("over a dent and a bulge neither feet nor normals nor distances jump")
 {
     // z = a (x^2 + y^2) of either sign, in faces of 0.25 that turn from one to the next by up to 30
     // degrees: a point that goes 1e-4 at a time.
@@ -114,7 +114,7 @@ TEST_CASE("beside a set of faces nothing is touched")
     CHECK(!feet.find({1.1, 1.1, 1.2}, 2));
 }
 
-TEST_CASE("a curve that crosses a box touches it at stations and at both edges, anywhere in space")
+TEST_CASE("a curve that crosses a box touches it at stations and at both edges anywhere in space")
 {
     const TouchingBody at_rest = box_body(ElementKind::T10, {-1, -1, -1}, {1, 1, 1}, {3, 4, 2});
     const Eigen::Isometry3d motion = anywhere();
@@ -143,7 +143,7 @@ TEST_CASE("a curve that crosses a box touches it at stations and at both edges, 
     }
 }
 
-TEST_CASE("where faces are fine across a curve the solid's nodes touch it, and nothing else does")
+TEST_CASE("where faces are fine across a curve the solid's nodes touch it and nothing else does")
 {
     const TouchingBody box = box_body(ElementKind::H8, {-1, -1, -1}, {1, 1, 1}, {24, 4, 2});
     const double r = 0.4;
@@ -168,7 +168,7 @@ TEST_CASE("where faces are fine across a curve the solid's nodes touch it, and n
     }
 }
 
-TEST_CASE("a curve that goes through faces, or over a sharp edge, has passed")
+TEST_CASE("a curve that goes through faces or over a sharp edge has passed")
 {
     TouchingBody plate = box_body(ElementKind::T4, {-1, -1, -0.01}, {1, 1, 0.01}, {4, 4, 1});
     const SharpFeatures sharp = sharp_features(plate.surface, plate.mesh.nodes);

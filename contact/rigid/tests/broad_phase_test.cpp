@@ -21,7 +21,7 @@ std::vector<BoxPair> all_with_all(const std::vector<AxisBox>& boxes)
 
 } // namespace
 
-TEST_CASE("sort and sweep finds the pairs that all with all finds, in order")
+TEST_CASE("sort and sweep finds the pairs that all with all finds in order")
 {
     std::mt19937 rng{1};
     std::vector<BoxPair> pairs;

@@ -4,7 +4,7 @@
 
 using namespace amontons;
 
-TEST_CASE("turning and moving both bodies turns and moves the contacts, and nothing else")
+TEST_CASE("turning and moving both bodies turns and moves the contacts and nothing else")
 {
     std::mt19937 rng{11};
     const auto shapes = all_shapes();
@@ -106,8 +106,8 @@ TEST_CASE("a gap closes at the rate of approach along its normal")
     CHECK(compared > 1000);
 }
 
-TEST_CASE("along a motion the nearest gap changes no faster than the bodies move, its normal turns "
-          "no faster than the gap allows")
+TEST_CASE("along a motion the nearest gap changes no faster than the bodies move and its normal "
+          "turns no faster than the gap allows")
 {
     std::mt19937 rng{24};
     const auto shapes = all_shapes();
@@ -185,7 +185,7 @@ TEST_CASE("ids stay under small motion")
     CHECK(kept >= all - 1);
 }
 
-TEST_CASE("10000 random pairs of all shapes: finite, unit normals, points along them")
+TEST_CASE("10000 random pairs of all shapes: all finite with unit normals and points along them")
 {
     std::mt19937 rng{15};
     const auto shapes = all_shapes();

@@ -24,7 +24,7 @@ TEST_CASE("balls: the gap is the distance of centres less the radii")
     check_sane(same, 1, 0);
 }
 
-TEST_CASE("ball and box: exact beside faces, edges and corners, and from inside")
+TEST_CASE("ball and box: exact beside faces and edges and corners and from inside")
 {
     const Box box{{1, 2, 3}};
     struct Case {
@@ -45,7 +45,7 @@ TEST_CASE("ball and box: exact beside faces, edges and corners, and from inside"
     }
 }
 
-TEST_CASE("ball and cylinder: exact beside the side, the ends, the rims, and from inside")
+TEST_CASE("ball and cylinder: exact beside the side and the ends and the rims and from inside")
 {
     const Cylinder cylinder{1, 2};
     struct Case {
@@ -70,7 +70,7 @@ TEST_CASE("a ball in the corner of an L touches both walls")
     CHECK(has(c, {1.25, 0.5, 1}, Vec3::UnitZ()));
 }
 
-TEST_CASE("a body on a plane rests on its corners, at their exact heights")
+TEST_CASE("a body on a plane rests on its corners at their exact heights")
 {
     std::mt19937 rng{3};
     for (int i = 0; i < 50; ++i) {
@@ -97,7 +97,7 @@ TEST_CASE("a body on a plane rests on its corners, at their exact heights")
     CHECK(contacts(Box{{1, 2, 3}}, Vec3{0, 0, 3}, Plane{}, 0.1).size() == 4);
 }
 
-TEST_CASE("a cylinder on a plane: standing, lying, and tilted with the exact lowest point")
+TEST_CASE("a cylinder on a plane: standing or lying or tilted with the exact lowest point")
 {
     const double r = 0.4, h = 0.6;
     const Cylinder cylinder{r, h};
@@ -124,8 +124,8 @@ TEST_CASE("a cylinder on a plane: standing, lying, and tilted with the exact low
     }
 }
 
-TEST_CASE(
-    "box and box: exact distance face to face, edge to edge, corner to corner, corner to edge")
+TEST_CASE("box and box: exact distance face to face and edge to edge and corner to corner and "
+          "corner to edge")
 {
     // b is the cube of half 1; a is placed so that the features named are the nearest.
     const double root2 = std::sqrt(2.), root3 = std::sqrt(3.);
@@ -177,7 +177,7 @@ TEST_CASE(
     CHECK(least_gap(c) == doctest::Approx(0.5).epsilon(1e-12));
 }
 
-TEST_CASE("the nearest contact of boxes is their distance; deep inside, the least way out")
+TEST_CASE("the nearest contact of boxes is their distance and deep inside the least way out")
 {
     // The distance by brute force: dense samples of one surface against the other, closed form.
     std::mt19937 rng{5};
@@ -289,7 +289,7 @@ TEST_CASE("a cylinder's nearest contact with boxes and cylinders is their distan
     CHECK(compared > 300);
 }
 
-TEST_CASE("cylinders: standing on each other, lying side by side, crossed")
+TEST_CASE("cylinders: standing on each other or lying side by side or crossed")
 {
     const double r = 0.4, h = 0.6;
     const Cylinder c{r, h};
@@ -337,7 +337,7 @@ TEST_CASE("cylinders: standing on each other, lying side by side, crossed")
     }
 }
 
-TEST_CASE("stacked blocks touch in the corners of their overlap, whose area is exact")
+TEST_CASE("stacked blocks touch in the corners of their overlap whose area is exact")
 {
     for (const RigidShape& top :
          {RigidShape{Box{{1, 1, 0.5}}}, RigidShape{triangle_box({1, 1, 0.5}, 3)}})
@@ -481,7 +481,7 @@ TEST_CASE("card house: planks that lean on each other push apart horizontally at
     check_sane(r, 1, 1e-3);
 }
 
-TEST_CASE("two bodies in one place, and one around the other, have a way out")
+TEST_CASE("two bodies in one place and one around the other have a way out")
 {
     for (const RigidShape& a : all_shapes())
         for (const RigidShape& b : all_shapes()) {

@@ -43,7 +43,7 @@ TEST_CASE("balls touch when the distance of their centres is the sum of radii")
     CHECK(hits > 50);
 }
 
-TEST_CASE("a bullet does not pass a thin wall, however long the step")
+TEST_CASE("a bullet does not pass a thin wall however long the step")
 {
     const Box wall{{0.0005, 1, 1}};
     const TriangleShape triangles = triangle_box({0.0005, 1, 1}, 3);
@@ -88,7 +88,7 @@ TEST_CASE("a turning rod touches when its end comes round")
     CHECK(on_plane == doctest::Approx(phi / 1.5).epsilon(1e-5));
 }
 
-TEST_CASE("at the first touch bodies of all shapes are apart, by little; before it never nearer")
+TEST_CASE("at the first touch bodies of all shapes are apart by little and before it never nearer")
 {
     std::mt19937 rng{2};
     const RigidShape shapes[] = {Box{{0.5, 0.7, 0.3}}, Ball{0.3}, Cylinder{0.4, 0.6}, triangle_l(),

@@ -19,7 +19,7 @@ void check_close(const MassProperties& a, const MassProperties& b, double tolera
 
 } // namespace
 
-TEST_CASE("mass, centre and inertia of primitives are the closed forms")
+TEST_CASE("mass and centre and inertia of primitives are the closed forms")
 {
     const MassProperties box = mass_properties(Box{{0.5, 1, 1.5}}, 10);
     CHECK(box.mass == doctest::Approx(60));
@@ -35,7 +35,7 @@ TEST_CASE("mass, centre and inertia of primitives are the closed forms")
     CHECK(mass_properties(Plane{}, 3).mass == 0);
 }
 
-TEST_CASE("mass properties of triangles are exact, wherever the body is")
+TEST_CASE("mass properties of triangles are exact wherever the body is")
 {
     const Vec3 half{0.5, 1, 1.5};
     check_close(mass_properties(triangle_box(half, 3), 10), mass_properties(Box{half}, 10), 1e-13);
@@ -67,7 +67,7 @@ TEST_CASE("mass properties of triangles are exact, wherever the body is")
     CHECK(e24 / e48 == doctest::Approx(4).epsilon(0.01));
 }
 
-TEST_CASE("coplanar triangles are one face, straight chains of edges one edge")
+TEST_CASE("coplanar triangles are one face and straight chains of edges one edge")
 {
     for (const int n : {1, 2, 5}) {
         CAPTURE(n);

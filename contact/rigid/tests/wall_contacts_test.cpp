@@ -58,7 +58,7 @@ TEST_CASE("against a plane wall a body has the contacts it has with a Plane")
         }
 }
 
-TEST_CASE("a ball obstacle touches faces and edges of a box where they bulge into it, exactly")
+TEST_CASE("a ball obstacle touches faces and edges of a box exactly where they bulge into it")
 {
     std::mt19937 rng{2};
     const Vec3 half{0.5, 0.7, 0.3};
@@ -76,7 +76,7 @@ TEST_CASE("a ball obstacle touches faces and edges of a box where they bulge int
     }
 }
 
-TEST_CASE("a cylinder touches round walls at its rims, its side and its ends")
+TEST_CASE("a cylinder touches round walls at its rims and its side and its ends")
 {
     std::mt19937 rng{3};
     const Cylinder cylinder{0.4, 0.6};
@@ -157,7 +157,7 @@ TEST_CASE("spread: equal cells of a disc have its moments and its torque of spin
     CHECK(moment / n == doctest::Approx(4. / 3).epsilon(0.01));
 }
 
-TEST_CASE("spread: a body flat on a plane rests on its area, a tilted one on its rim")
+TEST_CASE("spread: a body flat on a plane rests on its area and a tilted one on its rim")
 {
     std::vector<RigidContact> c;
     const Pose flat{Vec3{0, 0, 0.01}, Eigen::Quaterniond::Identity()};

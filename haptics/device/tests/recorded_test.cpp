@@ -20,7 +20,7 @@ std::string refusal(std::string_view text)
 
 } // namespace
 
-TEST_CASE("a recorded trajectory is resampled on straight lines, and ends")
+TEST_CASE("a recorded trajectory is resampled on straight lines and ends")
 {
     RecordedDevice device(parse_trajectory("time [s],x [m],y,z,other,turn_x,turn_y,turn_z\n"
                                            "2,0,0,0,7,0,0,0\n"
@@ -38,7 +38,7 @@ TEST_CASE("a recorded trajectory is resampled on straight lines, and ends")
     CHECK(device.read(0.25).pose.position == half.pose.position);
 }
 
-TEST_CASE("a trajectory that is none is refused, line by line")
+TEST_CASE("a trajectory that is none is refused line by line")
 {
     CHECK(refusal("").find("an empty file") != std::string::npos);
     CHECK(refusal("\n").find("no column time") != std::string::npos);

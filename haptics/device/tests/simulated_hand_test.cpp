@@ -23,7 +23,7 @@ TEST_CASE("a released hand swings as the closed form says")
               .epsilon(1e-10));
 }
 
-TEST_CASE("a delayed force acts a tick later, and the motors saturate")
+TEST_CASE("a delayed force acts a tick later and the motors saturate")
 {
     HandOptions o;
     o.mass = o.damping = o.stiffness = 0;
@@ -43,7 +43,7 @@ TEST_CASE("a delayed force acts a tick later, and the motors saturate")
     CHECK(hand.motor_work() == doctest::Approx(0.5 * 2e-3 * 2e-3));
 }
 
-TEST_CASE("friction stops a device, and does not pull it back")
+TEST_CASE("friction stops a device and does not pull it back")
 {
     HandOptions o;
     o.mass = o.damping = o.stiffness = 0;
@@ -60,7 +60,7 @@ TEST_CASE("friction stops a device, and does not pull it back")
     CHECK(std::abs(x - std::round(x)) < 1e-9);
 }
 
-TEST_CASE("profiles are found by name; an unknown one is told the nearest")
+TEST_CASE("profiles are found by name and an unknown one is told the nearest")
 {
     CHECK(device_profile("omega.3").max_stiffness == 5000);
     CHECK(device_profile("touch").max_force == 3.3);

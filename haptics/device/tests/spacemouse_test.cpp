@@ -87,7 +87,7 @@ bool open_or_left_out(SpaceMouse& mouse)
 
 } // namespace
 
-TEST_CASE("3D mouse: a deflection moves the handle, and one that is unplugged is lost")
+TEST_CASE("3D mouse: a deflection moves the handle and one that is unplugged is lost")
 {
     Daemon daemon;
     SpaceMouse mouse;

@@ -88,7 +88,7 @@ HandPose at(const HandPose& start, const Vec3& shift)
 
 } // namespace
 
-TEST_CASE("a rigid handle on a floor hangs on its spring: F = k depth, and slides at mu F")
+TEST_CASE("a rigid handle on a floor hangs on its spring: F = k depth and slides at mu F")
 {
     World w(kBall);
     const double k = w.set.link.spring.stiffness;
@@ -103,7 +103,8 @@ TEST_CASE("a rigid handle on a floor hangs on its spring: F = k depth, and slide
     CHECK(w.link.report().error <= w.link.report().threshold);
 }
 
-TEST_CASE("a rigid handle whose pairs are written \"*\" meets what stands still, with their law")
+TEST_CASE(
+    "a rigid handle whose pairs are written as a wildcard meets what stands still with their law")
 {
     // By itself "*" leaves out pairs of what is driven and what stands still.
     std::string every = kBall, both = kBall, own = kPlate;
@@ -131,7 +132,7 @@ TEST_CASE("a rigid handle whose pairs are written \"*\" meets what stands still,
     CHECK(w.link.held().force().force.x() == doctest::Approx(-0.3 * k * 0.001).epsilon(1e-5));
 }
 
-TEST_CASE("the reduced operator gives the force of the full step, at its pose")
+TEST_CASE("the reduced operator gives the force of the full step at its pose")
 {
     for (const char* text : {kBed, kBall}) {
         World w(text);
@@ -189,7 +190,7 @@ TEST_CASE("the reduced operator foresees the next step of the full simulation")
     CHECK(worst < 0.01);
 }
 
-TEST_CASE("a simulated hand presses the tool into the bed and drags it, in virtual time")
+TEST_CASE("a simulated hand presses the tool into the bed and drags it in virtual time")
 {
     const auto play = [] {
         World w(kBed);
@@ -231,7 +232,7 @@ TEST_CASE("a simulated hand presses the tool into the bed and drags it, in virtu
         REQUIRE(one[k].sent.force == two[k].sent.force);
 }
 
-TEST_CASE("what cannot be held is refused, and why")
+TEST_CASE("what cannot be held is refused and why")
 {
     const auto refusal = [](std::string text, const std::string& from, const std::string& to) {
         const auto at = text.find(from);
@@ -283,7 +284,7 @@ TEST_CASE("a device that begins elsewhere moves the handle from where it is")
     CHECK(farthest < 1e-6);
 }
 
-TEST_CASE("a plate of 1 mm holds a ball of 2 mm from the moment of touch, at any speed allowed")
+TEST_CASE("a plate of 1 mm holds a ball of 2 mm from the moment of touch at any speed allowed")
 {
     for (const double rate : {25.0, 50.0, 100.0})
         for (const double v : {0.1, 0.5, 0.95}) {

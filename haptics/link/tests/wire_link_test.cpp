@@ -160,7 +160,7 @@ TEST_CASE("a wire's base hangs on its spring: pushed against a wall it gives wha
     }
 }
 
-TEST_CASE("the operator of a beam gives the force and torque of the full step, at its pose")
+TEST_CASE("the operator of a beam gives the force and torque of the full step at its pose")
 {
     for (const char* text : {kTube, kRod}) {
         World w(text);
@@ -309,7 +309,7 @@ TEST_CASE("contacts of a wire whose turn comes within a period are foretold when
     CHECK(worst < 0.01);
 }
 
-TEST_CASE("two fingers push and twist a wire, a hand moves a rod: no energy is given to them")
+TEST_CASE("two fingers push and twist a wire and a hand moves a rod: no energy is given to them")
 {
     for (const char* text : {kTube, kRod}) {
         World w(text);
@@ -329,7 +329,7 @@ TEST_CASE("two fingers push and twist a wire, a hand moves a rod: no energy is g
     }
 }
 
-TEST_CASE("where a rod falls off balls, its force jumps no more than in the full simulation")
+TEST_CASE("where a rod falls off balls its force jumps no more than in the full simulation")
 {
     World w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"));
     HapticLoop<float> loop(300, w.set.loop);
@@ -352,7 +352,7 @@ TEST_CASE("where a rod falls off balls, its force jumps no more than in the full
     CHECK(of_loop - of_full < 0.01);
 }
 
-TEST_CASE("a snap in parts ends where it does in one piece, and each part has its bound")
+TEST_CASE("a snap in parts ends where it does in one piece and each part has its bound")
 {
     const Scene scene = read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json");
     const std::vector<Obstacle> obstacles = build_obstacles(scene);
@@ -404,7 +404,7 @@ TEST_CASE("a snap in parts ends where it does in one piece, and each part has it
     CHECK((force - force_on_hand(body.wire).force).norm() < 0.05 * force.norm());
 }
 
-TEST_CASE("by the clock a rod's snaps go on over several steps, and the hand is not jerked")
+TEST_CASE("by the clock a rod's snaps go on over several steps and the hand is not jerked")
 {
     World w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"), true);
     HapticLoop<float> loop(300, w.set.loop);
@@ -488,7 +488,7 @@ TEST_CASE("a base that turns on and on is followed")
     CHECK(w.link->not_met() == 0);
 }
 
-TEST_CASE("a rod in the hand has the friction of the law that names its pair, wherever it stands")
+TEST_CASE("a rod in the hand has the friction of the law that names its pair wherever it stands")
 {
     std::string text = kRod;
     const std::string law = R"({"between": ["rod", "*"], "friction": 0.2})";
@@ -508,7 +508,7 @@ TEST_CASE("a rod in the hand has the friction of the law that names its pair, wh
     CHECK(w.link->warnings().size() == 1); // it does not touch itself
 }
 
-TEST_CASE("a beam that cannot be held is refused, and why")
+TEST_CASE("a beam that cannot be held is refused and why")
 {
     const auto refusal = [](std::string text, const std::string& from, const std::string& to) {
         const auto at = text.find(from);

@@ -92,7 +92,7 @@ TEST_CASE("a device that falls silent while its motion is damped is left with no
     CHECK(rig.record.state == SafetyState::device_lost);
 }
 
-TEST_CASE("in every fault the controller takes away, and adds nothing")
+TEST_CASE("in every fault the controller takes away and adds nothing")
 {
     Rig rig(true);
     while (rig.time() < 0.02)
@@ -109,7 +109,7 @@ TEST_CASE("in every fault the controller takes away, and adds nothing")
     }
 }
 
-TEST_CASE("after a jump of the device the handle is where it was, and the force comes back slowly")
+TEST_CASE("after a jump of the device the handle is where it was and the force comes back slowly")
 {
     for (const double jump : {-1.0, 1.0, -0.06}) {
         CAPTURE(jump);

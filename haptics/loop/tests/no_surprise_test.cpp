@@ -100,7 +100,7 @@ TEST_CASE("ticks and hand-overs allocate nothing")
 }
 
 #if defined(__GLIBC__) && !defined(AMONTONS_SANITIZED)
-TEST_CASE("the counter of allocations sees those of Eigen, which asks malloc")
+TEST_CASE("the counter of allocations sees those of Eigen which asks malloc")
 {
     const long before = allocations;
     const Eigen::VectorXd some = Eigen::VectorXd::Ones(100);
@@ -111,7 +111,7 @@ TEST_CASE("the counter of allocations sees those of Eigen, which asks malloc")
 #endif
 
 #if defined(__linux__) && !defined(AMONTONS_SANITIZED)
-TEST_CASE("ticks and hand-overs take no lock, not even one that is free")
+TEST_CASE("ticks and hand-overs take no lock at all even if it is free")
 {
     Run run;
     const long before = locks;

@@ -178,7 +178,7 @@ TEST_CASE("a frame that belongs to the tool turns with it: the force follows the
     }
 }
 
-TEST_CASE("a point on a rigid handle moves on its circle, not on the tangent")
+TEST_CASE("a point on a rigid handle moves on its circle and not on the tangent")
 {
     Bed bed;
     bed.points = {{0.1, 0, 0}};
@@ -193,7 +193,7 @@ TEST_CASE("a point on a rigid handle moves on its circle, not on the tangent")
     CHECK(w.torque[1] == doctest::Approx(-0.1 * std::cos(angle) * w.force[2]).epsilon(1e-12));
 }
 
-TEST_CASE("a new operator changes the force only step by step, and in the end all the way")
+TEST_CASE("a new operator changes the force only step by step but in the end all the way")
 {
     Bed bed;
     bed.points = grid(16, 6e-3);
@@ -233,7 +233,7 @@ TEST_CASE("a new operator changes the force only step by step, and in the end al
     }
 }
 
-TEST_CASE("where the simulation snapped to another state, the force goes there evenly")
+TEST_CASE("where the simulation snapped to another state the force goes there evenly")
 {
     // What was held 4 mm deep is 26 mm away: farther than the handle can have moved it.
     ReducedOperator<double> old = planes<double>({Vec3::UnitZ()}, 0.3, 500), snapped = old;
@@ -248,7 +248,7 @@ TEST_CASE("where the simulation snapped to another state, the force goes there e
     }
 }
 
-TEST_CASE("a jump that was foreseen is followed in its tick, and not taken back")
+TEST_CASE("a jump that was foreseen is followed in its tick and not taken back")
 {
     // The floor falls by 2 mm once it is pressed 5 mm deep.
     constexpr double k = 500, jump = 0.005, fall = 0.002;
@@ -405,7 +405,7 @@ TEST_CASE("contacts that pass their force from one to the next are solved at onc
     CHECK(tick.closed < n);
 }
 
-TEST_CASE("where a new operator's normals have turned, the force goes over to it and does not drop")
+TEST_CASE("where a new operator's normals have turned the force goes over to it and does not drop")
 {
     // A point slides on a wall and sways easily across it, as the end of a rod on a ball does: 17
     // degrees later its friction lies outside the cone.

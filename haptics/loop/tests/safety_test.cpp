@@ -54,7 +54,7 @@ TEST_CASE("the force comes in over half a second")
     CHECK(s.safety.faults() == 0);
 }
 
-TEST_CASE("every fault takes the force to zero in 50 ms, without a step, and says which")
+TEST_CASE("every fault takes the force to zero in 50 ms without a step and says which")
 {
     double stale_since = 0;
     using Spoil = std::function<void(SafetyInput&, Wrench&)>;
@@ -104,7 +104,7 @@ TEST_CASE("every fault takes the force to zero in 50 ms, without a step, and say
     }
 }
 
-TEST_CASE("a force is gone 50 ms after a fault, however few ticks come")
+TEST_CASE("a force is gone 50 ms after a fault however few ticks come")
 {
     for (const int late : {1, 3, 7, 80}) { // periods from tick to tick
         CAPTURE(late);
@@ -138,7 +138,7 @@ TEST_CASE("a force comes back no faster for ticks that are left out")
     }
 }
 
-TEST_CASE("in a fault the force goes on from what was sent, and never grows")
+TEST_CASE("in a fault the force goes on from what was sent and never grows")
 {
     Scene s;
     while (s.k < 1001)
@@ -168,7 +168,7 @@ TEST_CASE("after a fault the force stays away until all was well for the time of
     CHECK(back <= options.calm + 3 * kPeriod);
 }
 
-TEST_CASE("a turn that is too fast is a fault, one below the limit is none")
+TEST_CASE("a turn that is too fast is a fault and one below the limit is none")
 {
     const SafetyOptions options;
     for (const double share : {0.9, 1.1}) {
@@ -228,7 +228,7 @@ TEST_CASE("one missing sample is no fault")
     CHECK(s.safety.faults() == 0);
 }
 
-TEST_CASE("limits scale a force and keep its direction; each tick that they act is counted")
+TEST_CASE("limits scale a force and keep its direction and each tick that they act is counted")
 {
     LimiterOptions o;
     o.max_force = 3;
@@ -260,7 +260,7 @@ TEST_CASE("interpolation reaches a far force in equal steps and leaves a near on
     CHECK(limiter.ticks_interpolated() == 10);
 }
 
-TEST_CASE("a spring that gives back more than it took is caught, one that does not is let be")
+TEST_CASE("a spring that gives back more than it took is caught and one that does not is let be")
 {
     // Pressed at 0.1 m/s to 5 mm and released: stiffness on the way back 1.5 times that before.
     for (const double back : {1.0, 1.5}) {
@@ -318,7 +318,7 @@ TEST_CASE("a torque has limits of its own")
     CHECK(last.norm() == doctest::Approx(0.3));
 }
 
-TEST_CASE("credit is what the hand has pushed in, and leaks with its time constant")
+TEST_CASE("credit is what the hand has pushed in and leaks with its time constant")
 {
     for (const double leak : {0.0, 0.05}) {
         CAPTURE(leak);
@@ -343,7 +343,7 @@ TEST_CASE("credit is what the hand has pushed in, and leaks with its time consta
     }
 }
 
-TEST_CASE("damping stays within what the device can give, as force and as torque")
+TEST_CASE("damping stays within what the device can give as force and as torque")
 {
     // The first force finds the hand moving on, and gives it energy; it moves on more slowly, so
     // that a large damping is needed to have the energy back.

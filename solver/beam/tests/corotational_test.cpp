@@ -83,7 +83,7 @@ TEST_CASE("the corotational element's forces and tangent are the derivatives of 
     }
 }
 
-TEST_CASE("a corotational element in its natural shape is free of stress, wherever it is")
+TEST_CASE("a corotational element in its natural shape is free of stress wherever it is")
 {
     std::mt19937 rng{2};
     const Sample s = some_element(rng);

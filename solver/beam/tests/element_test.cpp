@@ -8,6 +8,7 @@
 #include <doctest/doctest.h>
 
 using namespace amontons;
+using test::ChainSystem;
 using test::Random;
 
 namespace {
@@ -66,22 +67,11 @@ double energy(const Chain& c)
     return sum;
 }
 
-struct System {
-    BlockTridiagonal tangent;
-    std::vector<Node6> gradient;
-};
-System assemble(const Chain& c, int first, int last)
+ChainSystem chain_system(const Chain& c)
 {
-    System s{BlockTridiagonal(int(c.nodes.size())), std::vector<Node6>(c.nodes.size())};
-    s.tangent.set_zero();
-    for (Node6& n : s.gradient)
-        n.column = Column6{};
-    add_elements(first, last, c.nodes, c.laws, s.tangent, s.gradient);
+    ChainSystem s(c.nodes.size());
+    add_elements(0, int(c.laws.size()), c.nodes, c.laws, s.tangent, s.gradient);
     return s;
-}
-System assemble(const Chain& c)
-{
-    return assemble(c, 0, int(c.laws.size()));
 }
 
 Chain moved(const Chain& c, int node, int unknown, double by)
@@ -126,7 +116,7 @@ TEST_CASE("strains foreseen are those of the moved nodes to first order")
     }
 }
 
-TEST_CASE("the tangent of foreseen strains is that of their stress, the force is the nodes' own")
+TEST_CASE("the tangent of foreseen strains is that of their stress and the force is the nodes' own")
 {
     const Chain c = random_chain(6, 5, 0.4);
     Random random(8);
@@ -140,12 +130,9 @@ TEST_CASE("the tangent of foreseen strains is that of their stress, the force is
             same.laws[i].P[k] -= same.laws[i].S[k] * more;
         }
     }
-    System s{BlockTridiagonal(int(c.nodes.size())), std::vector<Node6>(c.nodes.size())};
-    s.tangent.set_zero();
-    for (Node6& n : s.gradient)
-        n.column = Column6{};
+    ChainSystem s(c.nodes.size());
     add_elements(0, int(c.laws.size()), c.nodes, c.laws, s.tangent, s.gradient, &foreseen);
-    const System own = assemble(c), other = assemble(same);
+    const ChainSystem own = chain_system(c), other = chain_system(same);
     for (int i = 0; i < int(c.nodes.size()); ++i)
         for (int a = 0; a < 6; ++a) {
             const std::size_t n = std::size_t(i);
@@ -160,7 +147,7 @@ TEST_CASE("the tangent of foreseen strains is that of their stress, the force is
         }
 }
 
-TEST_CASE("the force is the derivative of the energy, in random poses bent by up to a radian")
+TEST_CASE("the force is the derivative of the energy in random poses bent by up to a radian")
 {
     for (double turn : {0.01, 0.3, 1.0})
         for (const bool tables : {false, true}) {
@@ -168,7 +155,7 @@ TEST_CASE("the force is the derivative of the energy, in random poses bent by up
             CAPTURE(tables);
             const Chain linear = random_chain(6, 7, turn),
                         c = tables ? with_tables(linear) : linear;
-            const System s = assemble(c);
+            const ChainSystem s = chain_system(c);
             double largest = 0, wrong = 0;
             const double h = 1e-5;
             for (int i = 0; i <= 6; ++i)
@@ -193,13 +180,13 @@ TEST_CASE("the tangent is the symmetric second derivative of the energy")
             const int n = 6;
             const Chain linear = random_chain(n, 8, turn),
                         c = tables ? with_tables(linear) : linear;
-            const System s = assemble(c);
+            const ChainSystem s = chain_system(c);
             double largest = 0, wrong = 0, skewness = 0;
             const double h = 1e-5;
             for (int j = 0; j <= n; ++j)
                 for (int b = 0; b < 6; ++b) {
-                    const System up = assemble(moved(c, j, b, h)),
-                                 down = assemble(moved(c, j, b, -h));
+                    const ChainSystem up = chain_system(moved(c, j, b, h)),
+                                      down = chain_system(moved(c, j, b, -h));
                     for (int i = std::max(0, j - 1); i <= std::min(n, j + 1); ++i)
                         for (int a = 0; a < 6; ++a) {
                             const std::size_t row = std::size_t(i);
@@ -226,7 +213,7 @@ TEST_CASE("the tangent is the symmetric second derivative of the energy")
         }
 }
 
-TEST_CASE("strains do not change when all is moved and turned together, nor when a quaternion "
+TEST_CASE("strains do not change when all is moved and turned together nor when a quaternion "
           "changes its sign")
 {
     Random random(3);
@@ -258,11 +245,8 @@ TEST_CASE("four elements at once give what they give one by one")
 {
     const int n = 11;
     const Chain c = random_chain(n, 11, 0.5);
-    const System all = assemble(c);
-    System sum{BlockTridiagonal(n + 1), std::vector<Node6>(std::size_t(n) + 1)};
-    sum.tangent.set_zero();
-    for (Node6& g : sum.gradient)
-        g.column = Column6{};
+    const ChainSystem all = chain_system(c);
+    ChainSystem sum(c.nodes.size());
     for (int i = 0; i < n; ++i)
         add_elements(i, i + 1, c.nodes, c.laws, sum.tangent, sum.gradient);
     double wrong = 0, largest = 0;
@@ -282,7 +266,7 @@ TEST_CASE("four elements at once give what they give one by one")
     CHECK(wrong < 1e-14 * largest);
 }
 
-TEST_CASE("an element on a circle or a helix has exactly its curvature and twist, however long")
+TEST_CASE("an element on a circle or a helix has exactly its curvature and twist however long")
 {
     // Constant strains (1, 0, 0, twist, k2, k3): the section turns by exp(s strain).
     for (double angle : {1e-6, 0.1, 0.7, 1.3, 2.0}) {

@@ -4,6 +4,9 @@
 
 namespace amontons {
 
+/// Of the tubes of these tests, inside [m].
+inline constexpr double kTubeRadius = 0.01;
+
 inline SoftTubeSupport held_ends(const VolumeMesh& mesh)
 {
     SoftTubeSupport support;

@@ -109,7 +109,7 @@ TEST_CASE("an element across a step of natural curvature can be free of stress")
     CHECK(mean == test::relative(0.6 * 0.8 * std::cos(0.7)).epsilon(1e-6));
 }
 
-TEST_CASE("a step of curvature is spread over a wire radius, and nothing jumps")
+TEST_CASE("a step of curvature is spread over a wire radius and nothing jumps")
 {
     const WireMaterial m = make_material(test::three_segments(), 0);
     const double radius = 0.05, full = 0.8 * std::cos(0.7);

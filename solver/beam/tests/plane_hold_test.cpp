@@ -46,7 +46,7 @@ double out_of(const Vec3& plane, const Node6& n)
 
 } // namespace
 
-TEST_CASE("what is pushed out of the plane moves nothing, and in the plane the wire is the same")
+TEST_CASE("what is pushed out of the plane moves nothing and in the plane the wire is the same")
 {
     const Wire w = planar_wire(3);
     const std::size_t nodes = w.material.node.size();
@@ -95,7 +95,7 @@ TEST_CASE("what is pushed out of the plane moves nothing, and in the plane the w
               1e-12);
 }
 
-TEST_CASE("friction across the plane is none, and rows of contact lie in the plane")
+TEST_CASE("friction across the plane is none and rows of contact lie in the plane")
 {
     Wire w = planar_wire(5);
     // A wall below the wire, across the plane's second axis.

@@ -93,6 +93,25 @@ inline Wire shaken_wire(double inserted, double fade, unsigned seed, double shea
     return w;
 }
 
+/// A chain's tangent and gradient, nothing added yet.
+struct ChainSystem {
+    BlockTridiagonal tangent;
+    std::vector<Node6> gradient;
+    explicit ChainSystem(std::size_t nodes, int first = 0) : tangent(int(nodes)), gradient(nodes)
+    {
+        tangent.set_first(first);
+        tangent.set_zero();
+        for (Node6& n : gradient)
+            n.column = Column6{};
+    }
+};
+
+/// Of the first node that is out only what the sheath lets free.
+inline bool is_free(const Wire& w, int node, int unknown)
+{
+    return node > w.state.first || unknown == 0 || unknown == 3;
+}
+
 /// A unit change of one unknown.
 inline std::vector<Node6> unit_increment(const Wire& w, int node, int unknown)
 {
@@ -101,6 +120,14 @@ inline std::vector<Node6> unit_increment(const Wire& w, int node, int unknown)
         n.column = Column6{};
     d[std::size_t(node)].value[unknown] = 1;
     return d;
+}
+
+/// The wire with one unknown changed.
+inline Wire moved_wire(const Wire& w, int node, int unknown, double by)
+{
+    Wire r = w;
+    move_wire(r, unit_increment(w, node, unknown), by);
+    return r;
 }
 
 } // namespace amontons::test

@@ -11,15 +11,13 @@ using namespace amontons;
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kRadius = 0.01;
-
-SoftTube held_tube(double pressure)
+/// In two arcs of different planes.
+SoftTube twice_bent_tube(double pressure)
 {
-    Centreline line(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), kRadius);
-    line.append_line(0.02, kRadius);
-    line.append_arc(0.04, 1, 0.3, kRadius);
-    line.append_arc(0.05, 0.6, 1.2, kRadius);
+    Centreline line(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), kTubeRadius);
+    line.append_line(0.02, kTubeRadius);
+    line.append_arc(0.04, 1, 0.3, kTubeRadius);
+    line.append_arc(0.05, 0.6, 1.2, kTubeRadius);
     const SolidTubeOptions o{line, 0.0015, 14, 1, 20, ElementKind::H8};
     return held_tube(o, {0.4e6, 0.45, 0}, pressure);
 }
@@ -103,7 +101,7 @@ Pressed some_points(SoftTube& tube)
 
 TEST_CASE("slopes of the wall: gradient and second derivative are those of what is pulled back")
 {
-    SoftTube tube = held_tube(2000);
+    SoftTube tube = twice_bent_tube(2000);
     const Pressed p = some_points(tube);
     settle(tube, p);
     const Vec3 m(0.3, -0.8, 0.5);
@@ -138,7 +136,7 @@ TEST_CASE("slopes of the wall: gradient and second derivative are those of what 
 
 TEST_CASE("contacts with a soft wall: the whole derivative is that of wall and points in balance")
 {
-    SoftTube tube = held_tube(2000);
+    SoftTube tube = twice_bent_tube(2000);
     const Pressed p = some_points(tube);
     const Answer at = settle(tube, p);
     std::vector<WireWall> walls(1);
@@ -199,7 +197,7 @@ TEST_CASE("contacts with a soft wall: the whole derivative is that of wall and p
 TEST_CASE(
     "without friction there is a potential: points held on a soft wall feel symmetric springs")
 {
-    SoftTube tube = held_tube(0);
+    SoftTube tube = twice_bent_tube(0);
     Pressed p = some_points(tube);
     for (Vec3& t : p.ft)
         t *= 1e-14; // for its direction
@@ -225,9 +223,9 @@ TEST_CASE(
     CHECK((springs - springs.transpose()).norm() < 1e-9 * springs.norm());
 }
 
-TEST_CASE("forces under which a soft wall has no shape are said to be so, without a look around")
+TEST_CASE("forces under which a soft wall has no shape are said to be so without a look around")
 {
-    SoftTube tube = held_tube(0);
+    SoftTube tube = twice_bent_tube(0);
     BeamSegment g;
     g.length = 0.02;
     g.radius = 4e-4;
@@ -248,12 +246,12 @@ TEST_CASE("forces under which a soft wall has no shape are said to be so, withou
     const StepStart start = mark_step_start(wire);
     for (std::size_t p = 4; p < wire.material.point.size(); p += 3)
         wire.state.reaction[p].normal = 1e3; // N, on a wall of 0.4 MPa
-    CHECK(std::isinf(find_candidates(wire, walls, start, kRadius, near, candidates)));
+    CHECK(std::isinf(find_candidates(wire, walls, start, kTubeRadius, near, candidates)));
     CHECK(candidates.empty());
     CHECK(tube.columns_solved() < int(tube.inner_nodes().size()) / 3);
 
     for (Reaction& r : wire.state.reaction) // forces that it bears
         r.normal *= 1e-9;
-    CHECK(find_candidates(wire, walls, start, kRadius, near, candidates) < 1e-12);
+    CHECK(find_candidates(wire, walls, start, kTubeRadius, near, candidates) < 1e-12);
     CHECK(candidates.size() == wire.material.point.size());
 }

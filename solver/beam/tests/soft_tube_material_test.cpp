@@ -9,24 +9,24 @@ using namespace amontons;
 
 namespace {
 
-constexpr double kRadius = 0.01, kE = 0.5e6;
+constexpr double kModulus = 0.5e6;
 
-SolidTubeOptions bent(ElementKind kind)
+SolidTubeOptions half_straight(ElementKind kind)
 {
-    Centreline line(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), kRadius);
-    line.append_line(0.02, kRadius);
-    line.append_arc(0.04, 1, 0.3, kRadius);
+    Centreline line(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), kTubeRadius);
+    line.append_line(0.02, kTubeRadius);
+    line.append_arc(0.04, 1, 0.3, kTubeRadius);
     const bool H8 = kind == ElementKind::H8;
     return {line, 0.0015, H8 ? 14 : 8, 1, H8 ? 16 : 8, kind};
 }
 
-SoftTube tube_of(ElementKind kind, double nu, double pressure)
+SoftTube neo_hooke_tube(ElementKind kind, double nu, double pressure)
 {
-    const SolidTubeOptions o = bent(kind);
+    const SolidTubeOptions o = half_straight(kind);
     VolumeMesh mesh = make_solid_tube(o);
     WallMaterial m;
     m.law.law = find_law("neo_hooke");
-    m.law.constants = {kE, nu};
+    m.law.constants = {kModulus, nu};
     for_each_element(mesh, [&](std::int32_t, ElementKind k, auto nodes) {
         m.elements.push_back(make_hyperelastic(k, places_of(mesh, nodes), Mat3::Identity()));
     });
@@ -58,19 +58,19 @@ TEST_CASE("at rest a hyperelastic wall answers as a linear one")
 {
     for (const ElementKind kind : {ElementKind::H8, ElementKind::T10}) {
         const double nu = 0.4;
-        SoftTube large = tube_of(kind, nu, 0), linear = held_tube(bent(kind), {kE, nu, 0}, 0);
+        SoftTube large = neo_hooke_tube(kind, nu, 0),
+                 linear = held_tube(half_straight(kind), {kModulus, nu, 0}, 0);
         const std::vector<TubePlace> places{large.place(0.02, 0.3), large.place(0.03, 1)};
         const Eigen::MatrixXd C = linear.compliance(places);
         CHECK((large.compliance(places) - C).norm() < 1e-9 * C.norm());
     }
 }
 
-TEST_CASE(
-    "a displacement does not depend on where the tangent is taken, forces on the wall are the "
-    "derivative of its energy")
+TEST_CASE("a displacement does not depend on where the tangent is taken and forces on the wall are "
+          "the derivative of its energy")
 {
     for (const ElementKind kind : {ElementKind::H8, ElementKind::T10}) {
-        SoftTube tube = tube_of(kind, 0.45, 2000);
+        SoftTube tube = neo_hooke_tube(kind, 0.45, 2000);
         const TubePlace at = tube.place(0.03, 0.5), other = tube.place(0.035, 1.5);
         const Vec3 f(0.02, 0.03, -0.05);
         const std::vector<TubeForce> forces{{at, f}, {other, Vec3(0, 0.05, 0.02)}};

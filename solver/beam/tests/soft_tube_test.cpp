@@ -6,45 +6,46 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <doctest/doctest.h>
+#include <numbers>
 #include <random>
 
 using namespace amontons;
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kRadius = 0.01, kThickness = 0.0015, kE = 0.6e6, kNu = 0.45;
+constexpr double kThickness = 0.0015, kE = 0.6e6, kNu = 0.45;
 
-SolidTubeOptions bent(ElementKind kind, int around, int along)
+SolidTubeOptions quarter_bend(ElementKind kind, int around, int along)
 {
-    Centreline line(Vec3(0.1, 0, 0), Vec3::UnitX(), Vec3::UnitY(), kRadius);
-    line.append_line(0.03, kRadius);
-    line.append_arc(0.04, kPi / 2, 0.3, kRadius);
+    Centreline line(Vec3(0.1, 0, 0), Vec3::UnitX(), Vec3::UnitY(), kTubeRadius);
+    line.append_line(0.03, kTubeRadius);
+    line.append_arc(0.04, std::numbers::pi / 2, 0.3, kTubeRadius);
     return {line, kThickness, around, 1, along, kind};
 }
 
 SolidTubeOptions straight(int around, int along, double length)
 {
-    Centreline line(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), kRadius);
-    line.append_line(length, kRadius);
+    Centreline line(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), kTubeRadius);
+    line.append_line(length, kTubeRadius);
     return {line, kThickness, around, 2, along, ElementKind::H8};
 }
 
-SoftTube tube_of(const SolidTubeOptions& o, double pressure = 0)
+SoftTube linear_tube(const SolidTubeOptions& o, double pressure = 0)
 {
     return held_tube(o, {kE, kNu, 0}, pressure);
 }
 
 } // namespace
 
-TEST_CASE("weights of a place sum to one, their derivatives to nothing, and those are derivatives")
+TEST_CASE(
+    "weights of a place sum to one and their derivatives to nothing and those are derivatives")
 {
-    const SoftTube tube = tube_of(bent(ElementKind::H8, 12, 16));
+    const SoftTube tube = linear_tube(quarter_bend(ElementKind::H8, 12, 16));
     std::mt19937 random(3);
     std::uniform_real_distribution<double> uniform(0, 1);
     for (int i = 0; i < 20; ++i) {
         const double s = 0.09 * uniform(random), phi = 7 * (uniform(random) - 0.5), h = 1e-6;
-        const TubePlace p = tube.place(s, phi), q = tube.place(s, phi + 2 * kPi);
+        const TubePlace p = tube.place(s, phi), q = tube.place(s, phi + 2 * std::numbers::pi);
         double sum = 0, along = 0, around = 0;
         for (std::size_t a = 0; a < 16; ++a) {
             sum += p.weight[a];
@@ -63,10 +64,10 @@ TEST_CASE("weights of a place sum to one, their derivatives to nothing, and thos
     }
 }
 
-TEST_CASE("the compliance of places is symmetric, positive, and what a whole solve gives")
+TEST_CASE("the compliance of places is symmetric and positive and what a whole solve gives")
 {
     for (const ElementKind kind : {ElementKind::H8, ElementKind::T10}) {
-        SoftTube tube = tube_of(bent(kind, 10, 12));
+        SoftTube tube = linear_tube(quarter_bend(kind, 10, 12));
         const std::vector<TubePlace> places{tube.place(0.031, 0.4), tube.place(0.036, 0.6),
                                             tube.place(0.06, 3.0)};
         const Eigen::MatrixXd C = tube.compliance(places);
@@ -100,16 +101,15 @@ TEST_CASE("the compliance of places is symmetric, positive, and what a whole sol
     }
 }
 
-TEST_CASE(
-    "a point is pulled back to where it was: x = y + u(y), and the gradient is its derivative")
+TEST_CASE("a point is pulled back to where it was: x = y + u(y) and the gradient is its derivative")
 {
-    SoftTube tube = tube_of(bent(ElementKind::H8, 16, 24), 2000);
+    SoftTube tube = linear_tube(quarter_bend(ElementKind::H8, 16, 24), 2000);
     tube.set_forces(
         {{tube.place(0.05, 1), Vec3(0, 0.05, 0.1)}, {tube.place(0.055, 1.2), Vec3(0.05, 0, 0.1)}});
-    const CurvePoint c = tube_sections(bent(ElementKind::H8, 16, 24)).size() > 0
-                             ? bent(ElementKind::H8, 16, 24).centreline.at(0.052)
+    const CurvePoint c = tube_sections(quarter_bend(ElementKind::H8, 16, 24)).size() > 0
+                             ? quarter_bend(ElementKind::H8, 16, 24).centreline.at(0.052)
                              : CurvePoint{};
-    const Vec3 x = c.position + 0.9 * kRadius * c.tangent.unitOrthogonal();
+    const Vec3 x = c.position + 0.9 * kTubeRadius * c.tangent.unitOrthogonal();
     WallHint hint;
     const PulledBack b = tube.pull_back(x, hint);
     CHECK((b.y + b.u - x).norm() < 1e-14);
@@ -127,8 +127,8 @@ TEST_CASE(
 TEST_CASE("pressure widens a long tube as Lame's solution says")
 {
     // Plane strain between its held ends: u(a) of a cylinder under internal pressure p.
-    const double p = 1000, a = kRadius, b = kRadius + kThickness;
-    SoftTube tube = tube_of(straight(48, 60, 0.15), p);
+    const double p = 1000, a = kTubeRadius, b = kTubeRadius + kThickness;
+    SoftTube tube = linear_tube(straight(48, 60, 0.15), p);
     const double expected =
         p * a * (1 + kNu) / kE * ((1 - 2 * kNu) * a * a + b * b) / (b * b - a * a);
     for (const double phi : {0.0, 1.0, 2.5}) {

@@ -7,7 +7,7 @@
 
 using namespace amontons;
 
-TEST_CASE("a table's law is straight between its points, and goes on beyond them")
+TEST_CASE("a table's law is straight between its points and goes on beyond them")
 {
     const TableLaw law = make_table_law({{-3, -4}, {-1, -3}, {0, 0}, {2, 4}, {4, 5}});
     CHECK(law.at_rest == 2);
@@ -26,7 +26,7 @@ TEST_CASE("a table's law is straight between its points, and goes on beyond them
     CHECK(law.at(2).force == test::relative(4 - 1.5 * 0.1 / 4).epsilon(1e-14));
 }
 
-TEST_CASE("a table's force is the slope of its energy, its stiffness that of its force")
+TEST_CASE("a table's force is the slope of its energy and its stiffness that of its force")
 {
     const TableLaw law = make_table_law({{-3, -4}, {-1, -3}, {0, 0}, {2, 4}, {4, 5}});
     const double h = 1e-5;

@@ -9,7 +9,8 @@
 #include <doctest/doctest.h>
 
 using namespace amontons;
-using test::unit_increment;
+using test::is_free;
+using test::moved_wire;
 
 namespace {
 
@@ -39,13 +40,6 @@ std::vector<Candidate> candidates_of(const InBall& s, const Wire& w, const StepS
     return c;
 }
 
-Wire moved(const Wire& w, int node, int unknown, double by)
-{
-    Wire r = w;
-    move_wire(r, unit_increment(w, node, unknown), by);
-    return r;
-}
-
 double row_value(const Candidate& c, const ContactRow& row, int node, int unknown)
 {
     if (node == c.place.element) return row.a.value[unknown];
@@ -53,14 +47,9 @@ double row_value(const Candidate& c, const ContactRow& row, int node, int unknow
     return 0;
 }
 
-bool is_free(const Wire& w, int node, int unknown)
-{
-    return node > w.state.first || unknown == 0 || unknown == 3;
-}
-
 } // namespace
 
-TEST_CASE("a contact's gap is the distance of the wire's surface, its frame orthonormal")
+TEST_CASE("a contact's gap is the distance of the wire's surface and its frame orthonormal")
 {
     const InBall s(0.2, 3);
     for (const Candidate& c : candidates_of(s, s.wire, mark_step_start(s.wire))) {
@@ -71,7 +60,7 @@ TEST_CASE("a contact's gap is the distance of the wire's surface, its frame orth
     }
 }
 
-TEST_CASE("gap rows are the derivatives of the gap, in every element and for the sheath")
+TEST_CASE("gap rows are the derivatives of the gap in every element and for the sheath")
 {
     const InBall s(0.2, 4);
     const StepStart start = mark_step_start(s.wire);
@@ -81,8 +70,8 @@ TEST_CASE("gap rows are the derivatives of the gap, in every element and for the
     for (int i = s.wire.state.first; i <= s.wire.last(); ++i)
         for (int k = 0; k < 6; ++k) {
             if (!is_free(s.wire, i, k)) continue;
-            const auto up = candidates_of(s, moved(s.wire, i, k, h), start);
-            const auto down = candidates_of(s, moved(s.wire, i, k, -h), start);
+            const auto up = candidates_of(s, moved_wire(s.wire, i, k, h), start);
+            const auto down = candidates_of(s, moved_wire(s.wire, i, k, -h), start);
             REQUIRE(up.size() == here.size());
             for (std::size_t c = 0; c < here.size(); ++c)
                 wrong = std::max(wrong, std::abs((up[c].gap - down[c].gap) / (2 * h) -
@@ -118,8 +107,8 @@ TEST_CASE("in contact the gap's row is its derivative also where a sampled dista
     const double h = 1e-6;
     for (int i : {here.place.element, here.place.element + 1})
         for (int k = 0; k < 6; ++k) {
-            const double up = candidates_of(s, moved(s.wire, i, k, h), start)[middle].gap;
-            const double down = candidates_of(s, moved(s.wire, i, k, -h), start)[middle].gap;
+            const double up = candidates_of(s, moved_wire(s.wire, i, k, h), start)[middle].gap;
+            const double down = candidates_of(s, moved_wire(s.wire, i, k, -h), start)[middle].gap;
             CHECK(std::abs((up - down) / (2 * h) - row_value(here, here.hn, i, k)) < 1e-8);
         }
 }
@@ -127,8 +116,8 @@ TEST_CASE("in contact the gap's row is its derivative also where a sampled dista
 // The section between two nodes turns by the interpolated rotation; the rows take the two
 // nodes' spins in proportion, which differs by a share of the element's bend, on an arm as short
 // as the radius.
-TEST_CASE("slip rows are the derivatives of the surface's slip, up to an element's bend times the "
-          "radius")
+TEST_CASE(
+    "slip rows are the derivatives of the surface's slip up to an element's bend times the radius")
 {
     const double h = 1e-6;
     for (double bend : {0.0, 0.02, 0.04, 0.08}) {
@@ -140,8 +129,8 @@ TEST_CASE("slip rows are the derivatives of the surface's slip, up to an element
         for (int i = s.wire.state.first; i <= s.wire.last(); ++i)
             for (int k = 0; k < 6; ++k) {
                 if (!is_free(s.wire, i, k)) continue;
-                const auto up = candidates_of(s, moved(s.wire, i, k, h), start);
-                const auto down = candidates_of(s, moved(s.wire, i, k, -h), start);
+                const auto up = candidates_of(s, moved_wire(s.wire, i, k, h), start);
+                const auto down = candidates_of(s, moved_wire(s.wire, i, k, -h), start);
                 for (std::size_t c = 0; c < here.size(); ++c)
                     for (int t = 0; t < 2; ++t) {
                         const double exact = (up[c].slip[t] - down[c].slip[t]) / (2 * h);
@@ -156,7 +145,7 @@ TEST_CASE("slip rows are the derivatives of the surface's slip, up to an element
     }
 }
 
-TEST_CASE("a wire that only turns about itself slips around: twist times radius, nothing along")
+TEST_CASE("a wire that only turns about itself slips around: twist times radius and nothing along")
 {
     // A plane below a straight wire.
     Wire w;
@@ -210,8 +199,8 @@ TEST_CASE("the tangent of the reactions is the derivative of their force with th
     // Beyond the growing element, whose own second derivatives are left out of the tangent.
     for (int j = s.wire.state.first + 2; j <= s.wire.last(); ++j)
         for (int b = 0; b < 6; ++b) {
-            const auto up = assemble(moved(s.wire, j, b, h), other);
-            const auto down = assemble(moved(s.wire, j, b, -h), other);
+            const auto up = assemble(moved_wire(s.wire, j, b, h), other);
+            const auto down = assemble(moved_wire(s.wire, j, b, -h), other);
             for (int i = std::max(s.wire.state.first + 2, j - 1);
                  i <= std::min(s.wire.last(), j + 1); ++i)
                 for (int a = 0; a < 6; ++a) {

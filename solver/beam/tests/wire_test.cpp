@@ -9,42 +9,23 @@
 #include <limits>
 
 using namespace amontons;
-using test::unit_increment;
+using test::ChainSystem;
+using test::is_free;
+using test::moved_wire;
 
 namespace {
 
-struct System {
-    BlockTridiagonal tangent;
-    std::vector<Node6> gradient;
-};
-
-System assemble(const Wire& w)
+ChainSystem wire_system(const Wire& w)
 {
-    System s{BlockTridiagonal(w.last() + 1), std::vector<Node6>(w.material.node.size())};
-    s.tangent.set_first(w.state.first);
-    s.tangent.set_zero();
-    for (Node6& n : s.gradient)
-        n.column = Column6{};
+    ChainSystem s(w.material.node.size(), w.state.first);
     std::vector<ElementLaw> laws = w.material.law;
     assemble_wire(w, laws, s.tangent, s.gradient);
     return s;
 }
 
-Wire moved(const Wire& w, int node, int unknown, double by)
-{
-    Wire r = w;
-    move_wire(r, unit_increment(w, node, unknown), by);
-    return r;
-}
-
-bool is_free(const Wire& w, int node, int unknown)
-{
-    return node > w.state.first || unknown == 0 || unknown == 3;
-}
-
 } // namespace
 
-TEST_CASE("the wire's gradient is the derivative of its energy, the sheath's two unknowns too")
+TEST_CASE("the wire's gradient is the derivative of its energy and the sheath's two unknowns too")
 {
     // 7.2 ends in the shaft, 1.9 in the taper, 0.7 in the curved tip.
     for (double inserted : {7.2, 1.9, 0.7})
@@ -55,14 +36,14 @@ TEST_CASE("the wire's gradient is the derivative of its energy, the sheath's two
                 CAPTURE(shear);
                 const Wire w = shear < 0 ? test::shaken_wire(inserted, fade, 5, 0, true)
                                          : test::shaken_wire(inserted, fade, 5, shear);
-                const System s = assemble(w);
+                const ChainSystem s = wire_system(w);
                 const double h = 1e-6;
                 double largest = 0, wrong = 0;
                 for (int i = w.state.first; i <= w.last(); ++i)
                     for (int k = 0; k < 6; ++k) {
                         if (!is_free(w, i, k)) continue;
-                        const double exact = (elastic_energy(moved(w, i, k, h)) -
-                                              elastic_energy(moved(w, i, k, -h))) /
+                        const double exact = (elastic_energy(moved_wire(w, i, k, h)) -
+                                              elastic_energy(moved_wire(w, i, k, -h))) /
                                              (2 * h);
                         const double got = s.gradient[std::size_t(i)].value[k];
                         largest = std::max(largest, std::abs(exact));
@@ -81,22 +62,22 @@ TEST_CASE("the wire's gradient is the derivative of its energy, the sheath's two
 // Strains are some percent here, a thousand times those of a wire at work. With a grip terms of
 // that size are left out of the mixed derivatives with the length that is out: Newton's method
 // still converges, and the equilibrium is exact.
-TEST_CASE("the wire's tangent is the derivative of its gradient, but for small terms of the "
-          "length that is out")
+TEST_CASE("the wire's tangent is the derivative of its gradient but for small terms of the length "
+          "that is out")
 {
     for (double inserted : {7.2, 1.9, 0.7})
         for (double fade : {0.0, 0.9, -1.0}) {
             CAPTURE(inserted);
             CAPTURE(fade);
             const Wire w = test::shaken_wire(inserted, std::max(fade, 0.0), 6, 0, fade < 0);
-            const System s = assemble(w);
+            const ChainSystem s = wire_system(w);
             const double h = 1e-6;
             double largest = 0, wrong = 0, growing = 0, grown = 0;
             for (int j = w.state.first; j <= w.last(); ++j)
                 for (int b = 0; b < 6; ++b) {
                     if (!is_free(w, j, b)) continue;
-                    const System up = assemble(moved(w, j, b, h));
-                    const System down = assemble(moved(w, j, b, -h));
+                    const ChainSystem up = wire_system(moved_wire(w, j, b, h));
+                    const ChainSystem down = wire_system(moved_wire(w, j, b, -h));
                     for (int i = std::max(w.state.first, j - 1); i <= std::min(w.last(), j + 1);
                          ++i)
                         for (int a = 0; a < 6; ++a) {
@@ -133,7 +114,7 @@ TEST_CASE("the wire's tangent is the derivative of its gradient, but for small t
 TEST_CASE("held unknowns of the first node have a unit row and no force")
 {
     const Wire w = test::shaken_wire(3, 0, 2);
-    const System s = assemble(w);
+    const ChainSystem s = wire_system(w);
     const int f = w.state.first;
     for (int row : {1, 2, 4, 5}) {
         CHECK(s.gradient[std::size_t(f)].value[row] == 0);
@@ -145,7 +126,7 @@ TEST_CASE("held unknowns of the first node have a unit row and no force")
     }
 }
 
-TEST_CASE("a wire out of its sheath as it is made is free of stress, whatever its shape")
+TEST_CASE("a wire out of its sheath as it is made is free of stress whatever its shape")
 {
     for (double inserted : {0.3, 1.2, 2.7, 8.0}) {
         CAPTURE(inserted);
@@ -154,7 +135,7 @@ TEST_CASE("a wire out of its sheath as it is made is free of stress, whatever it
         start_in_sheath(w, fresh, 0.4);
         const double held = held_between_base_and(w.material, w.material.length - fresh).bending;
         CHECK(std::abs(elastic_energy(w) - held) < 1e-13);
-        const System s = assemble(w);
+        const ChainSystem s = wire_system(w);
         for (int i = w.state.first + 1; i <= w.last(); ++i)
             for (int k = 0; k < 6; ++k)
                 CHECK(std::abs(s.gradient[std::size_t(i)].value[k]) < 1e-11);
@@ -169,14 +150,14 @@ TEST_CASE("the push that holds a curved wire in a frictionless sheath is minus i
     start_in_sheath(w, 0.4, 0);
     const double along = 0.8 * std::cos(0.7), across = 0.8 * std::sin(0.7);
     const double push = -0.5 * (0.4 * along * along + 0.7 * across * across);
-    const System s = assemble(w);
+    const ChainSystem s = wire_system(w);
     CHECK(s.gradient[std::size_t(w.state.first)].value[0] == test::relative(push).epsilon(1e-12));
     w.state.inserted = w.state.base_insertion = 0;
     w.state.first = w.last();
     CHECK(base_load(w).push == test::relative(push).epsilon(1e-12));
 }
 
-TEST_CASE("the Jacobian of a centreline point is its derivative, also in the growing element")
+TEST_CASE("the Jacobian of a centreline point is its derivative also in the growing element")
 {
     const Wire w = test::shaken_wire(4.3, 0, 12);
     const double h = 1e-6;
@@ -192,7 +173,7 @@ TEST_CASE("the Jacobian of a centreline point is its derivative, also in the gro
                 continue;
             }
             const auto at = [&](double by) {
-                const Wire v = moved(w, node, j % 6, by);
+                const Wire v = moved_wire(w, node, j % 6, by);
                 return centreline_point(v.state, *place_of(v, v.state, m.s, m.element, m.xi));
             };
             CHECK((J.col(j) - (at(h) - at(-h)) / (2 * h)).norm() < 1e-8);
@@ -221,7 +202,7 @@ TEST_CASE("the centreline and its tangent are continuous from element to element
     }
 }
 
-TEST_CASE("which nodes are out depends on the insertion alone, not on the way to it")
+TEST_CASE("which nodes are out depends on the insertion alone and not on the way to it")
 {
     Wire w = test::shaken_wire(2, 0, 1);
     start_in_sheath(w, 0.05, 0);
@@ -243,7 +224,8 @@ TEST_CASE("which nodes are out depends on the insertion alone, not on the way to
     CHECK(!w.outside());
 }
 
-TEST_CASE("a straight wire that is driven follows itself: no energy, base and held node in place")
+TEST_CASE(
+    "a straight wire that is driven follows itself: no energy and the base and held node in place")
 {
     Wire w;
     BeamSegment g = test::three_segments()[0];
@@ -266,7 +248,7 @@ TEST_CASE("a straight wire that is driven follows itself: no energy, base and he
     }
 }
 
-TEST_CASE("reactions travel with the place where they act, and their sum is kept")
+TEST_CASE("reactions travel with the place where they act and their sum is kept")
 {
     Wire w = test::shaken_wire(5, 0, 1);
     start_in_sheath(w, 5, 0);
@@ -303,7 +285,7 @@ TEST_CASE("the wire in the sheath carries axial force and torque as a bar")
 // Its length times EA over itself is a force: a rounding of the wire's 10 m would be 1e-8 N here,
 // and the wire at rest only knows smaller ones.
 TEST_CASE(
-    "the growing element's length follows what is out to the last digit, however long the wire")
+    "the growing element's length follows what is out to the last digit however long the wire")
 {
     BeamSegment g;
     g.length = 10;

@@ -134,7 +134,7 @@ bool no_module()
 
 } // namespace
 
-TEST_CASE("solves with the assembled matrix leave no residual, whatever part a rank has")
+TEST_CASE("solves with the assembled matrix leave no residual whatever part a rank has")
 {
     if (no_module()) return;
     for (const ElementKind kind : {ElementKind::T4, ElementKind::T10, ElementKind::H8})
@@ -197,7 +197,7 @@ TEST_CASE("contact without W finds the forces that W gives")
             }
 }
 
-TEST_CASE("a guess and a second problem: fewer iterations, the same forces")
+TEST_CASE("a guess and a second problem: fewer iterations and the same forces")
 {
     if (no_module()) return;
     Pressed block(ElementKind::T4);
@@ -236,7 +236,7 @@ TEST_CASE("a rank without nodes or elements works along")
     CHECK((s.r - exact.reaction).norm() <= 1e-6 * exact.reaction.norm());
 }
 
-TEST_CASE("a linear solve that does not get there says so; what is not a number is an error")
+TEST_CASE("a linear solve that does not get there says so and what is not a number is an error")
 {
     if (no_module()) return;
     Pressed block(ElementKind::T4);
@@ -261,7 +261,7 @@ TEST_CASE("a linear solve that does not get there says so; what is not a number 
     CHECK((again - f).norm() <= 1e-8 * f.norm());
 }
 
-TEST_CASE("a balance that cannot be found is not taken for one, with contacts or without")
+TEST_CASE("a balance that cannot be found is not taken for one with contacts or without")
 {
     if (no_module()) return;
     Pressed block(ElementKind::T4);
@@ -291,7 +291,7 @@ TEST_CASE("a balance that cannot be found is not taken for one, with contacts or
     CHECK_FALSE(lifted.error < 1e-6);
 }
 
-TEST_CASE("a stop is obeyed where nothing touches, too")
+TEST_CASE("a stop is obeyed where nothing touches too")
 {
     if (no_module()) return;
     Pressed block(ElementKind::T4);

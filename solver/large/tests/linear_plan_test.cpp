@@ -40,8 +40,8 @@ TEST_CASE("entries and operations of a factor are foretold from the graph of nod
     CHECK(factor_cost(mesh, false).flops > 3 * cost.flops);
 }
 
-TEST_CASE(
-    "the way that is taken is possible, fits and is the quickest; else it is refused with numbers")
+TEST_CASE("the way that is taken is possible and fits and is the quickest or else is refused with "
+          "numbers")
 {
     const VolumeMesh small = box({3, 3, 3}), large = box({36, 36, 36});
     std::vector<SolidSize> solids(1);

@@ -1,5 +1,7 @@
 #include "solver/linear/block_skyline.hpp"
 
+#include "solver/linear/tests/chain_matrix.hpp"
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <doctest/doctest.h>
@@ -10,12 +12,12 @@ using namespace amontons;
 namespace {
 
 /// The same matrix as blocks and dense; rows begin up to `width` blocks before the diagonal.
-struct Pair {
+struct SkylineMatrix {
     BlockSkyline blocks;
     Eigen::MatrixXd dense;
 };
 
-Pair random_matrix(int nodes, int width, bool symmetric, double diagonal, unsigned seed)
+SkylineMatrix random_skyline(int nodes, int width, bool symmetric, double diagonal, unsigned seed)
 {
     std::mt19937 rng{seed};
     std::uniform_real_distribution<double> uniform{-1, 1};
@@ -23,7 +25,7 @@ Pair random_matrix(int nodes, int width, bool symmetric, double diagonal, unsign
     std::vector<int> top;
     for (int i = 0; i < nodes; ++i)
         top.push_back(std::max(0, i - reach(rng)));
-    Pair m;
+    SkylineMatrix m;
     m.blocks.set_pattern(top);
     m.dense = Eigen::MatrixXd::Zero(6 * nodes, 6 * nodes);
     for (int i = 0; i < nodes; ++i)
@@ -40,19 +42,14 @@ Pair random_matrix(int nodes, int width, bool symmetric, double diagonal, unsign
     return m;
 }
 
-double error_of_solve(const Pair& m, const BlockSkyline& factored)
+double error_of_solve(const SkylineMatrix& m, const BlockSkyline& factored)
 {
     std::mt19937 rng{7};
     std::uniform_real_distribution<double> uniform{-1, 1};
     const Eigen::VectorXd x =
         Eigen::VectorXd::NullaryExpr(m.dense.rows(), [&](Eigen::Index) { return uniform(rng); });
     const Eigen::VectorXd b = m.dense * x;
-    std::vector<Node6> nodes(std::size_t(b.size() / 6));
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-        nodes[i].column = Column6{};
-        for (int k = 0; k < 6; ++k)
-            nodes[i].value[k] = b[6 * Eigen::Index(i) + k];
-    }
+    std::vector<Node6> nodes = test::node_values(b);
     factored.solve(nodes);
     double worst = 0;
     for (std::size_t i = 0; i < nodes.size(); ++i)
@@ -69,7 +66,7 @@ TEST_CASE("a skyline of blocks is solved as the dense matrix is")
         for (bool symmetric : {true, false}) {
             CAPTURE(width);
             CAPTURE(symmetric);
-            Pair m = random_matrix(40, width, symmetric, 12, 3);
+            SkylineMatrix m = random_skyline(40, width, symmetric, 12, 3);
             m.blocks.factor(0);
             CHECK(error_of_solve(m, m.blocks) < 1e-12);
         }
@@ -79,7 +76,7 @@ TEST_CASE("negative pivots of a symmetric skyline are its negative eigenvalues")
 {
     for (double diagonal : {-6.0, 0.0, 2.0, 12.0}) {
         CAPTURE(diagonal);
-        Pair m = random_matrix(20, 4, true, diagonal, 11);
+        SkylineMatrix m = random_skyline(20, 4, true, diagonal, 11);
         const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(m.dense);
         CHECK(m.blocks.factor(0) == (eigen.eigenvalues().array() < 0).count());
     }
@@ -87,7 +84,7 @@ TEST_CASE("negative pivots of a symmetric skyline are its negative eigenvalues")
 
 TEST_CASE("a skyline is factored again from the node that changed")
 {
-    Pair m = random_matrix(30, 4, false, 12, 5);
+    SkylineMatrix m = random_skyline(30, 4, false, 12, 5);
     BlockSkyline work;
     std::vector<int> top;
     for (int i = 0; i < 30; ++i)

@@ -1,5 +1,7 @@
 #include "solver/linear/block_tridiagonal.hpp"
 
+#include "solver/linear/tests/chain_matrix.hpp"
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
@@ -8,24 +10,20 @@
 #include <vector>
 
 using namespace amontons;
+using test::ChainMatrix;
+using test::node_values;
+using test::vector_of;
 
 namespace {
 
-/// The same matrix as blocks and dense.
-struct Pair {
-    BlockTridiagonal blocks;
-    Eigen::MatrixXd dense;
-};
-
-Pair random_matrix(int nodes, bool symmetric, double diagonal, unsigned seed)
+ChainMatrix random_tridiagonal(int nodes, bool symmetric, double diagonal, unsigned seed)
 {
     std::mt19937 rng{seed};
     std::uniform_real_distribution<double> uniform{-1, 1};
     const auto block = [&] {
         return Mat6{Mat6::NullaryExpr([&](Eigen::Index, Eigen::Index) { return uniform(rng); })};
     };
-    Pair m{BlockTridiagonal(nodes), Eigen::MatrixXd::Zero(6 * nodes, 6 * nodes)};
-    m.blocks.set_zero();
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(6 * nodes, 6 * nodes);
     for (int i = 0; i < nodes; ++i) {
         Mat6 d = block() + diagonal * Mat6::Identity();
         const Mat6 u = block();
@@ -34,41 +32,13 @@ Pair random_matrix(int nodes, bool symmetric, double diagonal, unsigned seed)
             d = (0.5 * (d + d.transpose())).eval();
             l = u.transpose();
         }
-        m.dense.block<6, 6>(6 * i, 6 * i) = d;
+        A.block<6, 6>(6 * i, 6 * i) = d;
         if (i + 1 < nodes) {
-            m.dense.block<6, 6>(6 * i, 6 * i + 6) = u;
-            m.dense.block<6, 6>(6 * i + 6, 6 * i) = l;
+            A.block<6, 6>(6 * i, 6 * i + 6) = u;
+            A.block<6, 6>(6 * i + 6, 6 * i) = l;
         }
-        for (int r = 0; r < 6; ++r)
-            for (int c = 0; c < 6; ++c) {
-                m.blocks.diagonal(i)(r, c) = d(r, c);
-                if (i + 1 < nodes) {
-                    m.blocks.upper(i)(r, c) = u(r, c);
-                    m.blocks.lower(i)(r, c) = l(r, c);
-                }
-            }
     }
-    return m;
-}
-
-std::vector<Node6> nodes_of(const Eigen::VectorXd& b)
-{
-    std::vector<Node6> x(std::size_t(b.size()) / 6);
-    for (std::size_t i = 0; i < x.size(); ++i) {
-        x[i].column = Column6{};
-        for (int k = 0; k < 6; ++k)
-            x[i].value[k] = b[6 * Eigen::Index(i) + k];
-    }
-    return x;
-}
-
-Eigen::VectorXd vector_of(const std::vector<Node6>& x)
-{
-    Eigen::VectorXd b(6 * Eigen::Index(x.size()));
-    for (std::size_t i = 0; i < x.size(); ++i)
-        for (int k = 0; k < 6; ++k)
-            b[6 * Eigen::Index(i) + k] = x[i].value[k];
-    return b;
+    return test::chain_matrix(A);
 }
 
 Eigen::VectorXd random_vector(Eigen::Index size, unsigned seed)
@@ -80,15 +50,15 @@ Eigen::VectorXd random_vector(Eigen::Index size, unsigned seed)
 
 } // namespace
 
-TEST_CASE("the block solve gives what a dense LU with pivoting gives, symmetric or not")
+TEST_CASE("the block solve gives what a dense LU with pivoting gives whether symmetric or not")
 {
     for (int n : {1, 2, 3, 7, 40})
         for (bool symmetric : {true, false}) {
             CAPTURE(n);
             CAPTURE(symmetric);
-            Pair m = random_matrix(n, symmetric, 8, unsigned(n));
+            ChainMatrix m = random_tridiagonal(n, symmetric, 8, unsigned(n));
             const Eigen::VectorXd b = random_vector(6 * n, 5);
-            std::vector<Node6> x = nodes_of(b);
+            std::vector<Node6> x = node_values(b);
             m.blocks.factor(0);
             m.blocks.solve(x);
             const Eigen::VectorXd exact = m.dense.partialPivLu().solve(b);
@@ -104,7 +74,7 @@ TEST_CASE("the negative pivots of a symmetric matrix are its negative eigenvalue
     int most = 0;
     for (unsigned seed = 1; seed <= 40; ++seed) {
         CAPTURE(seed);
-        Pair m = random_matrix(6, true, 0.15 * seed, seed);
+        ChainMatrix m = random_tridiagonal(6, true, 0.15 * seed, seed);
         const Eigen::VectorXd values =
             Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(m.dense, Eigen::EigenvaluesOnly)
                 .eigenvalues();
@@ -118,9 +88,9 @@ TEST_CASE("the negative pivots of a symmetric matrix are its negative eigenvalue
 TEST_CASE("a chain that begins later is the matrix without its first nodes")
 {
     const int n = 9, first = 4;
-    Pair m = random_matrix(n, false, 8, 3);
+    ChainMatrix m = random_tridiagonal(n, false, 8, 3);
     const Eigen::VectorXd b = random_vector(6 * n, 4);
-    std::vector<Node6> x = nodes_of(b);
+    std::vector<Node6> x = node_values(b);
     m.blocks.set_first(first);
     m.blocks.factor(first);
     m.blocks.solve(x);
@@ -132,10 +102,10 @@ TEST_CASE("a chain that begins later is the matrix without its first nodes")
     CHECK(got.head(6 * first) == b.head(6 * first)); // not touched
 }
 
-TEST_CASE("factoring again from a changed node, and solving from it, changes no result")
+TEST_CASE("factoring again from a changed node and solving from it change no result")
 {
     const int n = 12, changed = 7;
-    Pair m = random_matrix(n, true, 8, 6);
+    ChainMatrix m = random_tridiagonal(n, true, 8, 6);
     m.blocks.factor(0);
     const int whole_before = m.blocks.factor(0);
     for (int k = 0; k < 6; ++k) {
@@ -145,7 +115,7 @@ TEST_CASE("factoring again from a changed node, and solving from it, changes no 
     const int partly = m.blocks.factor(changed);
     Eigen::VectorXd b = random_vector(6 * n, 8);
     b.head(6 * changed).setZero();
-    std::vector<Node6> all = nodes_of(b), from = nodes_of(b);
+    std::vector<Node6> all = node_values(b), from = node_values(b);
     m.blocks.solve(all);
     m.blocks.solve_from(from, changed);
     const Eigen::VectorXd exact = m.dense.partialPivLu().solve(b);
@@ -155,16 +125,16 @@ TEST_CASE("factoring again from a changed node, and solving from it, changes no 
     CHECK(partly > whole_before);
 }
 
-TEST_CASE("negative determinants of an unsymmetric matrix are the same in all axes of the nodes; "
-          "its pivots' signs are not")
+TEST_CASE("negative determinants of an unsymmetric matrix are the same in all axes of the nodes "
+          "but its pivots' signs are not")
 {
     int pivots_changed = 0, seen = 0;
     for (unsigned seed = 1; seed <= 40; ++seed) {
-        Pair m = random_matrix(6, false, 0.8, seed);
+        ChainMatrix m = random_tridiagonal(6, false, 0.8, seed);
         const int pivots = m.blocks.factor(0), determinants = m.blocks.negative_determinants();
         for (int i = 0; i < 6; ++i) {
             const Mat6 Q = Eigen::HouseholderQR<Mat6>(
-                               random_matrix(1, false, 0, 100 * seed + unsigned(i)).dense)
+                               random_tridiagonal(1, false, 0, 100 * seed + unsigned(i)).dense)
                                .householderQ();
             for (int k = 0; k < 3; ++k) { // diagonal, coupling to the next, coupling to the last
                 if ((k == 1 && i == 5) || (k == 2 && i == 0)) continue;

@@ -1,40 +1,20 @@
 #include "solver/linear/chain_band.hpp"
 
+#include "solver/linear/tests/chain_matrix.hpp"
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <cmath>
 #include <doctest/doctest.h>
+#include <numbers>
 #include <random>
 
 using namespace amontons;
+using test::ChainMatrix;
 
 namespace {
 
-struct Pair {
-    BlockTridiagonal blocks;
-    Eigen::MatrixXd dense;
-};
-
-Pair pair_of(const Eigen::MatrixXd& A)
-{
-    const int n = int(A.rows()) / 6;
-    Pair m{BlockTridiagonal(n), Eigen::MatrixXd::Zero(A.rows(), A.rows())};
-    m.blocks.set_zero();
-    const auto take = [&](Block6& to, int i, int j) {
-        for (int r = 0; r < 6; ++r)
-            for (int c = 0; c < 6; ++c)
-                to(r, c) = m.dense(6 * i + r, 6 * j + c) = A(6 * i + r, 6 * j + c);
-    };
-    for (int i = 0; i < n; ++i) {
-        take(m.blocks.diagonal(i), i, i);
-        if (i + 1 == n) continue;
-        take(m.blocks.upper(i), i, i + 1);
-        take(m.blocks.lower(i), i + 1, i);
-    }
-    return m;
-}
-
-Pair random_matrix(int nodes, bool symmetric, double diagonal, unsigned seed)
+ChainMatrix random_band(int nodes, bool symmetric, double diagonal, unsigned seed)
 {
     std::mt19937 rng{seed};
     std::uniform_real_distribution<double> uniform{-1, 1};
@@ -42,33 +22,25 @@ Pair random_matrix(int nodes, bool symmetric, double diagonal, unsigned seed)
         Eigen::MatrixXd::NullaryExpr(6 * nodes, 6 * nodes, [&] { return uniform(rng); });
     if (symmetric) A = (0.5 * (A + A.transpose())).eval();
     A.diagonal().array() += diagonal;
-    return pair_of(A);
+    return test::chain_matrix(A);
 }
 
 Eigen::VectorXd solved(const ChainBand& band, const Eigen::VectorXd& b)
 {
-    std::vector<Node6> x(std::size_t(b.size()) / 6);
-    for (std::size_t i = 0; i < x.size(); ++i) {
-        x[i].column = Column6{};
-        for (int k = 0; k < 6; ++k)
-            x[i].value[k] = b[6 * Eigen::Index(i) + k];
-    }
+    std::vector<Node6> x = test::node_values(b);
     band.solve(x);
-    Eigen::VectorXd v(b.size());
-    for (Eigen::Index i = 0; i < v.size(); ++i)
-        v[i] = x[std::size_t(i / 6)].value[i % 6];
-    return v;
+    return test::vector_of(x);
 }
 
 } // namespace
 
-TEST_CASE("a band solves as a dense LU with pivoting does, symmetric or not")
+TEST_CASE("a band solves as a dense LU with pivoting does whether symmetric or not")
 {
     for (int n : {1, 2, 3, 7, 40})
         for (bool symmetric : {true, false}) {
             CAPTURE(n);
             CAPTURE(symmetric);
-            const Pair m = random_matrix(n, symmetric, 8, unsigned(n));
+            const ChainMatrix m = random_band(n, symmetric, 8, unsigned(n));
             const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(6 * n, -1, 2);
             ChainBand band;
             band.factor(m.blocks, 0);
@@ -76,7 +48,7 @@ TEST_CASE("a band solves as a dense LU with pivoting does, symmetric or not")
             CHECK((solved(band, b) - exact).norm() < 1e-12 * exact.norm());
         }
     const int n = 9, first = 4;
-    const Pair m = random_matrix(n, false, 8, 3);
+    const ChainMatrix m = random_band(n, false, 8, 3);
     const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(6 * n, -1, 2);
     ChainBand band;
     band.factor(m.blocks, first);
@@ -93,7 +65,7 @@ TEST_CASE("pivots of a band that are not positive are a symmetric matrix' negati
     int most = 0;
     for (unsigned seed = 1; seed <= 40; ++seed) {
         CAPTURE(seed);
-        const Pair m = random_matrix(6, true, 0.15 * seed, seed);
+        const ChainMatrix m = random_band(6, true, 0.15 * seed, seed);
         const Eigen::VectorXd values =
             Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(m.dense, Eigen::EigenvaluesOnly)
                 .eigenvalues();
@@ -105,7 +77,7 @@ TEST_CASE("pivots of a band that are not positive are a symmetric matrix' negati
     CHECK(most > 10); // else the law was tried on positive definite matrices only
 }
 
-TEST_CASE("a band loses the condition of a chain, not its square")
+TEST_CASE("a band loses the condition of a chain and not its square")
 {
     // A chain of springs along a half circle, 1e10 stiff along it and 1 across and in turning, the
     // first node held: right to 1e-16 times the condition and a small factor. Elimination by
@@ -113,7 +85,7 @@ TEST_CASE("a band loses the condition of a chain, not its square")
     const int n = 30;
     Eigen::MatrixXd A = Eigen::MatrixXd::Zero(6 * n, 6 * n);
     for (int i = 0; i < n; ++i) {
-        const double a = 3.14159265358979323846 * i / n;
+        const double a = std::numbers::pi * i / n;
         Vec6 along = Vec6::Zero();
         along[0] = std::cos(a), along[1] = std::sin(a);
         const Mat6 k = Mat6::Identity() + 1e10 * along * along.transpose();
@@ -123,7 +95,7 @@ TEST_CASE("a band loses the condition of a chain, not its square")
         A.block<6, 6>(6 * i - 6, 6 * i) -= k;
         A.block<6, 6>(6 * i, 6 * i - 6) -= k;
     }
-    const Pair m = pair_of(A);
+    const ChainMatrix m = test::chain_matrix(A);
     const Eigen::VectorXd exact = Eigen::VectorXd::LinSpaced(6 * n, 1, 2);
     Eigen::VectorXd b(6 * n);
     for (Eigen::Index i = 0; i < b.size(); ++i) { // rounded once

@@ -59,7 +59,7 @@ std::string refusal(const std::string& bytes, Checksums checksums = Checksums::v
 
 } // namespace
 
-TEST_CASE("a factor that was written is the same, bit by bit, and can be used in every way")
+TEST_CASE("a factor that was written is the same bit by bit and can be used in every way")
 {
     const Matrix A = laplacian(17, 0.01), B = laplacian(17, 2);
     const SupernodalFactor written = factor_of(A);
@@ -112,7 +112,7 @@ TEST_CASE("every changed byte and every missing end is seen")
     CHECK(refusal("") == "cut off");
 }
 
-TEST_CASE("with right hashes, what is no factor is refused, and the rest does no harm")
+TEST_CASE("with right hashes what is no factor is refused and the rest does no harm")
 {
     const SupernodalFactor factor = factor_of(laplacian(5, 1));
     const std::string bytes = factor_bytes({{1, 2}, 3}, factor);

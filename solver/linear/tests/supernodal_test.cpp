@@ -124,7 +124,7 @@ void compare_with_dense(const SparseMatrix& A, std::span<const std::int32_t> nod
 
 } // namespace
 
-TEST_CASE("solve, compliance and parts of the inverse agree with a dense factor")
+TEST_CASE("solve and compliance and parts of the inverse agree with a dense factor")
 {
     for (const int n : {1, 2, 17, 150, 400}) {
         CAPTURE(n);
@@ -148,7 +148,7 @@ TEST_CASE("solve, compliance and parts of the inverse agree with a dense factor"
         }
 }
 
-TEST_CASE("wide supernodes are cut: fewer zeros are stored, the answers stay")
+TEST_CASE("wide supernodes are cut: fewer zeros are stored and the answers stay")
 {
     // A full matrix is one supernode, 90 x 90; of widths 30: 30 x 90, 30 x 60, 30 x 30.
     constexpr int kRows = 90;
@@ -174,7 +174,7 @@ TEST_CASE("wide supernodes are cut: fewer zeros are stored, the answers stay")
     compare_with_dense(box.K, box.node_of_dof, options, 1e-11);
 }
 
-TEST_CASE("the lower triangle is enough, and the upper one is not read")
+TEST_CASE("the lower triangle is enough and the upper one is not read")
 {
     const Solid box = solid(ElementKind::T4, 3);
     const SparseMatrix lower = box.K.triangularView<Eigen::Lower>();
@@ -318,7 +318,7 @@ TEST_CASE("a pivot that is not positive names its degree of freedom")
     CHECK(factor.pivot_ratio() > 1e-3);
 }
 
-TEST_CASE("backward error: zero for the answer, one for a wrong sign")
+TEST_CASE("backward error: zero for the answer and one for a wrong sign")
 {
     const SparseMatrix A = random_matrix(50, 1);
     const Eigen::VectorXd x = random_dense(50, 1, 2), b = A * x;
@@ -327,7 +327,7 @@ TEST_CASE("backward error: zero for the answer, one for a wrong sign")
     CHECK(backward_error(A, -x, b) > 0.01);
 }
 
-TEST_CASE("no unknowns, no rows, and rows that are empty")
+TEST_CASE("no unknowns and no rows and rows that are empty")
 {
     SupernodalFactor factor;
     SparseMatrix none(0, 0);

@@ -46,7 +46,7 @@ HyperDual exp(HyperDual x)
 
 using Dual3 = std::array<std::array<HyperDual, 3>, 3>;
 
-HyperDual determinant(const Dual3& F)
+HyperDual dual_determinant(const Dual3& F)
 {
     HyperDual sum;
     for (std::size_t i = 0; i < 3; ++i)
@@ -69,7 +69,7 @@ HyperDual energy_of(const Hyperelastic& m, const Dual3& F)
         for (std::size_t j = 0; j < 3; ++j)
             CC = CC + C[i][j] * C[i][j];
     }
-    const HyperDual ln_J = log(determinant(F)), half(0.5), three(3), one(1);
+    const HyperDual ln_J = log(dual_determinant(F)), half(0.5), three(3), one(1);
     const HyperDual I2 = half * (I1 * I1 - CC);
     const MaterialConstants& c = m.constants;
     const auto E = [&](std::size_t i, std::size_t j) {
@@ -160,7 +160,7 @@ TEST_CASE("four points at once answer as each alone")
     }
 }
 
-TEST_CASE("stress and tangent are the derivatives of the energy, to the last digits")
+TEST_CASE("stress and tangent are the derivatives of the energy to the last digits")
 {
     std::mt19937 rng{3};
     for (const Hyperelastic& m : samples())
@@ -202,7 +202,7 @@ TEST_CASE("stress and tangent are the derivatives of the energy, to the last dig
         }
 }
 
-TEST_CASE("a turn of space changes neither energy nor S; at rest there is no stress")
+TEST_CASE("a turn of space changes neither energy nor S and at rest there is no stress")
 {
     std::mt19937 rng{4};
     std::normal_distribution<double> number;
@@ -231,7 +231,7 @@ TEST_CASE("a turn of space changes neither energy nor S; at rest there is no str
     }
 }
 
-TEST_CASE("the energy grows without bound as a point is crushed or torn, St. Venant's aside")
+TEST_CASE("the energy grows without bound as a point is crushed or torn but for St. Venant's")
 {
     for (const Hyperelastic& m : samples()) {
         CAPTURE(m.law->name);
@@ -269,7 +269,7 @@ TEST_CASE("at rest the constants are Young's modulus and Poisson's ratio")
     CHECK(poissons_ratio(m) == doctest::Approx(0.49).epsilon(1e-12));
 }
 
-TEST_CASE("constants that are negative, no numbers or do not fit each other are named")
+TEST_CASE("constants that are negative or no numbers or do not fit each other are named")
 {
     for (const Hyperelastic& m : samples())
         CHECK(issues_of(m, "a.json", "/m").empty());

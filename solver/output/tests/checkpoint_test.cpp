@@ -16,7 +16,7 @@ using namespace amontons;
 
 namespace {
 
-Checkpoint example()
+Checkpoint example_checkpoint()
 {
     Checkpoint c;
     c.scene_hash = 0x123456789abcdef0;
@@ -44,7 +44,8 @@ StepRecord record(int step)
 
 TEST_CASE("a checkpoint reads back as it was written")
 {
-    const Checkpoint c = example(), d = read_checkpoint(checkpoint_bytes(c), "checkpoint");
+    const Checkpoint c = example_checkpoint(),
+                     d = read_checkpoint(checkpoint_bytes(c), "checkpoint");
     CHECK(d.scene_hash == c.scene_hash);
     CHECK(d.step == c.step);
     CHECK(d.time == c.time);
@@ -58,7 +59,7 @@ TEST_CASE("a checkpoint reads back as it was written")
 
 TEST_CASE("a checkpoint with any byte changed or cut off is refused")
 {
-    const std::string good = checkpoint_bytes(example());
+    const std::string good = checkpoint_bytes(example_checkpoint());
     for (std::size_t i = 0; i < good.size(); ++i) {
         std::string bad = good;
         bad[i] = static_cast<char>(bad[i] ^ 0x10);
@@ -69,7 +70,7 @@ TEST_CASE("a checkpoint with any byte changed or cut off is refused")
     CHECK_NOTHROW(read_checkpoint(good, "c"));
 }
 
-TEST_CASE("a history goes on where its checkpoint was, to the same bytes")
+TEST_CASE("a history goes on where its checkpoint was to the same bytes")
 {
     const TemporaryFolder folder;
     const std::string whole = folder / "whole.csv", parts = folder / "parts.csv";

@@ -9,7 +9,7 @@
 
 using namespace amontons;
 
-TEST_CASE("instruments that are driven one by one have a curve each of push, torque and turn")
+TEST_CASE("instruments that are driven one by one have a curve each of push and torque and turn")
 {
     const TemporaryFolder folder;
     std::ofstream(folder / "history.csv")

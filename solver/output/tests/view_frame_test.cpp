@@ -5,7 +5,7 @@
 
 using namespace amontons;
 
-TEST_CASE("frames arrive as they were sent, whole, in whatever pieces they come")
+TEST_CASE("frames arrive whole as they were sent in whatever pieces they come")
 {
     ViewFrame sent;
     sent.caption = "t = 1 s";

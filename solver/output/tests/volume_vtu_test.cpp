@@ -10,7 +10,7 @@
 
 using namespace amontons;
 
-TEST_CASE("vtu of solids: what is written reads back bit by bit, with its sets")
+TEST_CASE("vtu of solids: what is written reads back bit by bit with its sets")
 {
     VolumeMesh mesh = mesh_with_sets();
     mesh.node_sets[0].name = "<fixed> & \"so\"";

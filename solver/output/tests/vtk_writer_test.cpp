@@ -32,7 +32,7 @@ std::vector<Number> appended(const std::string& bytes, const std::string& name)
 
 const std::vector<Vec3> kPoints{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0.1}};
 
-PolyData example(const std::vector<double>& scalars, const std::vector<double>& vectors)
+PolyData example_polydata(const std::vector<double>& scalars, const std::vector<double>& vectors)
 {
     PolyData data;
     data.points = kPoints;
@@ -52,7 +52,7 @@ TEST_CASE("what is written to a VTP stands in its bytes")
 {
     const std::vector<double> scalars{1, 2, 3, 4.75},
         vectors{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 0.1};
-    const std::string bytes = vtp_bytes(example(scalars, vectors), 2.5);
+    const std::string bytes = vtp_bytes(example_polydata(scalars, vectors), 2.5);
     CHECK(appended<double>(bytes, "gap") == scalars);
     CHECK(appended<float>(bytes, "force").back() == 0.1f);
     CHECK(appended<std::int32_t>(bytes, "status") == std::vector<std::int32_t>{1, 2, 3, 4});
@@ -73,7 +73,7 @@ TEST_CASE("VTK reads every file without a warning")
     const auto write = [&](const char* name, const std::string& bytes) {
         write_file(folder / name, bytes, Flush::to_system);
     };
-    write("full.vtp", vtp_bytes(example(scalars, vectors), 1.5));
+    write("full.vtp", vtp_bytes(example_polydata(scalars, vectors), 1.5));
     PolyData empty;
     empty.vertices = true;
     empty.point_arrays = {{"gap", "m", 1, {}}, {"force", "N", 3, {}}};
@@ -100,7 +100,8 @@ TEST_CASE("VTK reads every file without a warning")
     };
     CHECK(reads("all.pvd"));
     CHECK(reads("tet.vtu"));
-    std::string broken = vtp_bytes(example(scalars, vectors), 1.5); // the check itself can fail
+    std::string broken =
+        vtp_bytes(example_polydata(scalars, vectors), 1.5); // the check itself can fail
     write("broken.vtp", broken.substr(0, broken.size() - 200));
     CHECK_FALSE(reads("broken.vtp"));
 }

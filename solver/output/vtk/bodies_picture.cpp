@@ -491,8 +491,8 @@ void add_panel(vtkRenderWindow* window, const Rectangle& rectangle, const DrawnR
     window->AddRenderer(above);
 }
 
-vtkSmartPointer<vtkRenderer> legend(const Rectangle& rectangle, const DrawnResult& result,
-                                    const Page& page)
+vtkSmartPointer<vtkRenderer> bodies_legend(const Rectangle& rectangle, const DrawnResult& result,
+                                           const Page& page)
 {
     const auto renderer = renderer_of(rectangle);
     double top = 0.90;
@@ -546,7 +546,7 @@ void add_bodies_page(vtkRenderWindow* window, const DrawnResult& result)
         shown.push_back(time);
         add_panel(window, layout.panels[i], result, i, page);
     }
-    window->AddRenderer(legend(layout.legend, result, page));
+    window->AddRenderer(bodies_legend(layout.legend, result, page));
 }
 
 } // namespace amontons::vtk_module

@@ -14,7 +14,7 @@ constexpr double kClusterOfSize = 1.0 / 45; // contacts this near are drawn as o
 constexpr double kArrowOfSize = 0.11;       // the largest force's arrow, of the walls' box
 constexpr double kFreeMargin = 0.03;        // of a panel, around what it shows
 
-struct Box {
+struct Extent {
     Vec low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
     void include(const Vec& point)
     {
@@ -43,7 +43,7 @@ double round_down(double value)
 
 View choose_view(const DrawnResult& result, Contacts& contacts)
 {
-    Box box;
+    Extent box;
     for (const Poly& wall : result.walls)
         box.include(wall);
     for (const Instant& instant : result.instants)

@@ -115,9 +115,9 @@ double thickening(const DrawnResult& result, double thinnest)
     return factor;
 }
 
-vtkSmartPointer<vtkRenderer> legend(const Layout& layout, const DrawnResult& result,
-                                    const View& view, const Contacts& contacts,
-                                    const Scales& scales)
+vtkSmartPointer<vtkRenderer> wires_legend(const Layout& layout, const DrawnResult& result,
+                                          const View& view, const Contacts& contacts,
+                                          const Scales& scales)
 {
     auto renderer = renderer_of(layout.legend);
     add_scale(renderer, layout.legend, scales.force, "Contact force on the wall [N]", 0.90);
@@ -150,7 +150,7 @@ void add_wires_page(vtkRenderWindow* window, const DrawnResult& result)
         make_force_scale(contacts.largest_force)};
     for (std::size_t i = 0; i < layout.panels.size(); ++i)
         window->AddRenderer(panel(layout.panels[i], result, i, view, contacts, scales));
-    window->AddRenderer(legend(layout, result, view, contacts, scales));
+    window->AddRenderer(wires_legend(layout, result, view, contacts, scales));
 }
 
 void write_picture(const std::filesystem::path& folder, const std::filesystem::path& png)

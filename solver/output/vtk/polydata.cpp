@@ -45,7 +45,7 @@ std::string plain(const std::string& complaint)
 }
 
 template <class Reader, class Data>
-Data* read(const std::filesystem::path& file, const char* kind, std::string& error)
+Data* read_data(const std::filesystem::path& file, const char* kind, std::string& error)
 {
     error.clear();
     if (!std::filesystem::is_regular_file(file)) {
@@ -87,12 +87,12 @@ Data* read(const std::filesystem::path& file, const char* kind, std::string& err
 
 vtkPolyData* read_polydata(const std::filesystem::path& vtp, std::string& error)
 {
-    return read<vtkXMLPolyDataReader, vtkPolyData>(vtp, "polydata", error);
+    return read_data<vtkXMLPolyDataReader, vtkPolyData>(vtp, "polydata", error);
 }
 
 vtkUnstructuredGrid* read_grid(const std::filesystem::path& vtu, std::string& error)
 {
-    return read<vtkXMLUnstructuredGridReader, vtkUnstructuredGrid>(vtu, "grid", error);
+    return read_data<vtkXMLUnstructuredGridReader, vtkUnstructuredGrid>(vtu, "grid", error);
 }
 
 } // namespace amontons::vtk_module

@@ -36,7 +36,7 @@ double compliance(const Rod10& rod)
 
 } // namespace
 
-TEST_CASE("a tip on a post settles where spring and rod balance, not where the post ends")
+TEST_CASE("a tip on a post settles where spring and rod balance and not where the post ends")
 {
     const Rod10 rod;
     const double C = compliance(rod), K = 0.8 / C, depth = 1e-4;
@@ -69,7 +69,7 @@ TEST_CASE("frames never settle where a spring is stiffer than the rod")
     }
 }
 
-TEST_CASE("a force between nodes bends the rod as a force there does, wherever the rod points")
+TEST_CASE("a force between nodes bends the rod as a force there does wherever the rod points")
 {
     const Rod10 rod;
     const double at = 5.5 * rod.element(), depth = 1e-4; // the middle of the sixth element
@@ -102,7 +102,7 @@ TEST_CASE("the damper acts on the speed into the face")
     CHECK(std::abs(f.force.z() / (B * step / frame) - 1) < 1e-4);
 }
 
-TEST_CASE("the hand's force changes by the limit at most in a frame, and arrives")
+TEST_CASE("the hand's force changes by the limit at most in a frame and arrives")
 {
     const Rod10 rod;
     const double K = 0.1 / compliance(rod), depth = 1e-4, limit = K * depth / 10;
@@ -118,7 +118,7 @@ TEST_CASE("the hand's force changes by the limit at most in a frame, and arrives
     CHECK((f.felt - f.force).norm() < 1e-12 * f.force.norm());
 }
 
-TEST_CASE("a point is pushed out of the nearest face, not of the one that it came through")
+TEST_CASE("a point is pushed out of the nearest face and not of the one that it came through")
 {
     const Rod10Object object(box({0, 0, 0}, {1, 2, 3}));
     CHECK(object.contains({0.5, 1, 2.9})->normal.isApprox(Vec3::UnitZ()));
@@ -129,7 +129,7 @@ TEST_CASE("a point is pushed out of the nearest face, not of the one that it cam
     CHECK_FALSE(object.near({4, 1, 2.9}));
 }
 
-TEST_CASE("what is open, turned inside out or not convex is refused")
+TEST_CASE("what is open or turned inside out or not convex is refused")
 {
     SurfaceMesh open = box({0, 0, 0}, {1, 1, 1});
     open.triangles.pop_back();

@@ -21,7 +21,7 @@ Mat3 some_rotation(std::mt19937& rng)
 
 } // namespace
 
-TEST_CASE("the table of a rod's rotation is that of turns about x, y and z in this order")
+TEST_CASE("the table of a rod's rotation is that of turns about x and y and z in this order")
 {
     const Vec3 a(0.3, -0.7, 1.1);
     const Mat3 turn =
@@ -101,7 +101,7 @@ TEST_CASE("a rod answers in its own frame wherever it points")
     }
 }
 
-TEST_CASE("a torque about its axis is refused, as are bad sizes")
+TEST_CASE("a torque about its axis is refused as are bad sizes")
 {
     Rod10Solver s(Rod10{});
     const Mat3 m = rotation_of_angles({0.1, 0.4, -0.8});

@@ -8,7 +8,7 @@ using namespace amontons;
 
 namespace {
 
-const char* const kExample = R"({
+const char* const kBodiesExample = R"({
   "schema": 1,
   "bodies": {
     "floor": {"kind": "obstacle", "surface": {"generate": "plane"}},
@@ -24,16 +24,16 @@ const char* const kExample = R"({
 })";
 
 /// The issues of the example with one piece of text replaced; "" if it is a scene.
-std::string bad(const std::string& old, const std::string& now)
+std::string bad_bodies(const std::string& old, const std::string& now)
 {
-    return issues_of(replaced(kExample, old, now));
+    return issues_of(replaced(kBodiesExample, old, now));
 }
 
 } // namespace
 
-TEST_CASE("solids and rigid bodies read as they are written, and resolved as the same again")
+TEST_CASE("solids and rigid bodies read as they are written and resolved as the same again")
 {
-    const Scene s = parse_scene(kExample, "s.json", {});
+    const Scene s = parse_scene(kBodiesExample, "s.json", {});
     REQUIRE(s.solids.size() == 1);
     CHECK(s.solids[0].mesh.size == Vec3(0.1, 0.2, 0.3));
     CHECK(s.solids[0].mesh.cells == Vec3(1, 2, 3));
@@ -53,44 +53,48 @@ TEST_CASE("every one of three numbers is held to its range")
         CAPTURE(size);
         std::string shown = size;
         std::erase(shown, ' ');
-        CHECK(bad("[0.1, 0.2, 0.3]", size) == "s.json: /bodies/block/mesh/size: found " + shown +
-                                                  ", allowed: three numbers, each > 0 [m]");
+        CHECK(bad_bodies("[0.1, 0.2, 0.3]", size) == "s.json: /bodies/block/mesh/size: found " +
+                                                         shown +
+                                                         ", allowed: three numbers, each > 0 [m]");
     }
-    CHECK(has(bad("[1, 2, 3]", "[1, 0, 3]"),
+    CHECK(has(bad_bodies("[1, 2, 3]", "[1, 0, 3]"),
               "/bodies/block/mesh/cells: found [1,0,3], allowed: three numbers, each >= 1"));
-    CHECK(has(bad("[1, 2, 3]", "[1, 1.5, 3]"), "/bodies/block/mesh/cells: found 1.5"));
-    CHECK(has(bad("[1, 1, 2]", "[1, 1, 0]"), "/bodies/block/mesh/grading"));
-    CHECK(has(bad("[0.1, 0.1, 0.2]", "[0.1, 0.1, 0]"), "/bodies/stone/shape/size"));
-    CHECK(has(bad("\"inertia\": [0.1, 0.2, 0.3]", "\"inertia\": [0.1, 0, 0.3]"),
+    CHECK(has(bad_bodies("[1, 2, 3]", "[1, 1.5, 3]"), "/bodies/block/mesh/cells: found 1.5"));
+    CHECK(has(bad_bodies("[1, 1, 2]", "[1, 1, 0]"), "/bodies/block/mesh/grading"));
+    CHECK(has(bad_bodies("[0.1, 0.1, 0.2]", "[0.1, 0.1, 0]"), "/bodies/stone/shape/size"));
+    CHECK(has(bad_bodies("\"inertia\": [0.1, 0.2, 0.3]", "\"inertia\": [0.1, 0, 0.3]"),
               "/bodies/stone/inertia"));
-    CHECK(has(bad("[0, 1, 0]", "[0, 0, 0]"), "allowed: three numbers, not all 0"));
+    CHECK(has(bad_bodies("[0, 1, 0]", "[0, 0, 0]"), "allowed: three numbers, not all 0"));
 }
 
-TEST_CASE("an inertia that no body has is refused; a flat body's is the limit")
+TEST_CASE("an inertia that no body has is refused and a flat body's is the limit")
 {
-    CHECK(bad("\"inertia\": [0.1, 0.2, 0.3]", "\"inertia\": [0.1, 0.2, 0.31]") ==
+    CHECK(bad_bodies("\"inertia\": [0.1, 0.2, 0.3]", "\"inertia\": [0.1, 0.2, 0.31]") ==
           "s.json: /bodies/stone/inertia: found [0.1, 0.2, 0.31], allowed: none above the sum of "
           "the other two: no body has such an inertia");
-    CHECK(bad("\"inertia\": [0.1, 0.2, 0.3]", "\"inertia\": [0.3, 0.1, 0.2]").empty());
+    CHECK(bad_bodies("\"inertia\": [0.1, 0.2, 0.3]", "\"inertia\": [0.3, 0.1, 0.2]").empty());
 }
 
-TEST_CASE("materials, sets, loads, masses and joints that cannot be are refused with their place")
+TEST_CASE("materials and sets and loads and masses and joints that cannot be are refused with "
+          "their place")
 {
-    CHECK(has(bad("\"poisson_ratio\": 0.3", "\"poisson_ratio\": 0.5"),
+    CHECK(has(bad_bodies("\"poisson_ratio\": 0.3", "\"poisson_ratio\": 0.5"),
               "/bodies/block/poisson_ratio: found 0.5"));
-    CHECK(
-        has(bad("\"poisson_ratio\": 0.3", "\"poisson_ratio\": -1"), "/bodies/block/poisson_ratio"));
-    CHECK(has(bad("\"youngs_modulus\": 1e5", "\"youngs_modulus\": 0"),
+    CHECK(has(bad_bodies("\"poisson_ratio\": 0.3", "\"poisson_ratio\": -1"),
+              "/bodies/block/poisson_ratio"));
+    CHECK(has(bad_bodies("\"youngs_modulus\": 1e5", "\"youngs_modulus\": 0"),
               "/bodies/block/youngs_modulus"));
-    CHECK(has(bad(", \"density\": 1000", ""), "/bodies/block/density"));
-    CHECK(has(bad("\"set\": \"z_min\"", "\"set\": \"\""),
+    CHECK(has(bad_bodies(", \"density\": 1000", ""), "/bodies/block/density"));
+    CHECK(has(bad_bodies("\"set\": \"z_min\"", "\"set\": \"\""),
               "/bodies/block/hold/0/set: found \"\", allowed: a text that is not empty"));
-    CHECK(has(bad(", \"pressure\": 5", ""), "/bodies/block/loads/0"));
-    CHECK(has(bad("\"mass\": 2", "\"mass\": 2, \"density\": 1"), "either \"mass\" or \"density\""));
-    CHECK(has(bad("\"mass\": 2", "\"mass\": 0"), "/bodies/stone/mass"));
-    CHECK(has(bad("\"stone\", \"world\"", "\"stome\", \"world\""), "\"stone\" (nearest name)"));
-    CHECK(has(bad(", \"stiffness\": 10", ""), "/couplings/0/stiffness"));
-    CHECK(has(bad("\"friction\": 0.3", "\"restitution\": 1.1"), "/contact/0/restitution"));
-    CHECK(has(bad("\"kind\": \"dynamic\"", "\"kind\": \"quasi_static\", \"theta\": 0.4"),
+    CHECK(has(bad_bodies(", \"pressure\": 5", ""), "/bodies/block/loads/0"));
+    CHECK(has(bad_bodies("\"mass\": 2", "\"mass\": 2, \"density\": 1"),
+              "either \"mass\" or \"density\""));
+    CHECK(has(bad_bodies("\"mass\": 2", "\"mass\": 0"), "/bodies/stone/mass"));
+    CHECK(has(bad_bodies("\"stone\", \"world\"", "\"stome\", \"world\""),
+              "\"stone\" (nearest name)"));
+    CHECK(has(bad_bodies(", \"stiffness\": 10", ""), "/couplings/0/stiffness"));
+    CHECK(has(bad_bodies("\"friction\": 0.3", "\"restitution\": 1.1"), "/contact/0/restitution"));
+    CHECK(has(bad_bodies("\"kind\": \"dynamic\"", "\"kind\": \"quasi_static\", \"theta\": 0.4"),
               "/time/theta"));
 }

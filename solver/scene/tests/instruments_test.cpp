@@ -4,12 +4,11 @@
 
 #include <cmath>
 #include <doctest/doctest.h>
+#include <numbers>
 
 using namespace amontons;
 
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 std::string scene_with(const std::string& wire)
 {
@@ -77,7 +76,7 @@ TEST_CASE("what the scene says of an instrument overrides the library")
     CHECK(b.segments[3].curvature == 0);
     const BeamInput tail = beam(R"("instrument": "catheter-5f", "tip": {"shape": "pigtail"})");
     CHECK(tail.segments.back().length * tail.segments.back().curvature ==
-          doctest::Approx(1.75 * kPi));
+          doctest::Approx(1.75 * std::numbers::pi));
     CHECK(beam(R"("instrument": "guidewire-stiff", "tip": {"shape": "straight"})")
               .segments.back()
               .curvature == 0);

@@ -11,7 +11,7 @@ using namespace amontons;
 
 namespace {
 
-const char* const kExample = R"({
+const char* const kWireExample = R"({
   // The example of the interface page.
   "schema": 1,
   "title": "A wire in a bent tube",
@@ -33,13 +33,13 @@ const char* const kExample = R"({
 
 Scene read(const std::vector<std::string>& overrides = {})
 {
-    return parse_scene(kExample, "dir/scene.json", overrides);
+    return parse_scene(kWireExample, "dir/scene.json", overrides);
 }
 
 /// The example with one piece of text replaced by another.
 std::string with(const std::string& old, const std::string& now)
 {
-    return replaced(kExample, old, now);
+    return replaced(kWireExample, old, now);
 }
 
 } // namespace
@@ -90,7 +90,7 @@ TEST_CASE("the resolved scene reads to the same scene")
     CHECK(resolved_scene(read({"contact.0.friction=0.2"})) != resolved);
 }
 
-TEST_CASE("an override replaces one value, with dots or with slashes")
+TEST_CASE("an override replaces one value with dots or with slashes")
 {
     CHECK(read({"contact/0/friction=0.2"}).contact[0].friction == 0.2);
     CHECK(read({"contact.0.friction=0.2"}).contact[0].friction == 0.2);
@@ -104,13 +104,13 @@ TEST_CASE("an override replaces one value, with dots or with slashes")
 
 TEST_CASE("an override of an unknown path names the nearest")
 {
-    CHECK(has(issues_of(kExample, {"contact.0.frction=0.2"}), "\"friction\""));
-    CHECK(has(issues_of(kExample, {"bodies.wier.segments.0.EI=1"}), "\"wire\""));
-    CHECK(has(issues_of(kExample, {"bodies.wire.segments.7.EI=1"}), "0 to 2"));
-    CHECK(has(issues_of(kExample, {"tiem.end=1"}), "\"time\""));
-    CHECK(has(issues_of(kExample, {"time.end.x=1"}), "/time/end"));
-    CHECK(has(issues_of(kExample, {"nonsense"}), "PATH=VALUE"));
-    CHECK(has(issues_of(kExample, {"time.end=NaN"}), "(--set): found \"NaN\""));
+    CHECK(has(issues_of(kWireExample, {"contact.0.frction=0.2"}), "\"friction\""));
+    CHECK(has(issues_of(kWireExample, {"bodies.wier.segments.0.EI=1"}), "\"wire\""));
+    CHECK(has(issues_of(kWireExample, {"bodies.wire.segments.7.EI=1"}), "0 to 2"));
+    CHECK(has(issues_of(kWireExample, {"tiem.end=1"}), "\"time\""));
+    CHECK(has(issues_of(kWireExample, {"time.end.x=1"}), "/time/end"));
+    CHECK(has(issues_of(kWireExample, {"nonsense"}), "PATH=VALUE"));
+    CHECK(has(issues_of(kWireExample, {"time.end=NaN"}), "(--set): found \"NaN\""));
 }
 
 TEST_CASE("broken JSON is reported with its line and column")
@@ -131,7 +131,7 @@ TEST_CASE("each wrong value is reported with its place and what is allowed")
     const auto bad = [](const std::string& old, const std::string& now) {
         return issues_of(with(old, now));
     };
-    CHECK(issues_of(kExample).empty());
+    CHECK(issues_of(kWireExample).empty());
     CHECK(bad("\"friction\"", "\"frction\"") ==
           "s.json: /contact/0: found field \"frction\", allowed: \"friction\" (nearest name)");
     CHECK(bad("\"radius\": 0.004", "\"radius\": -0.004") ==
@@ -198,22 +198,22 @@ TEST_CASE("fields that contradict each other are reported")
     CHECK(has(bad("\"EI\": 5.2e-4, \"GJ\": 4.0e-4", "\"EI\": 0, \"GJ\": 0"), "0 everywhere"));
     CHECK(has(bad("\"GJ\": 4.0e-4", "\"GJ\": 0"), "segments/0/GJ: found 0"));
     CHECK(has(bad("[2.7e-4, 2e-5]", "[2.7e-4, 0]"), "segments/2/EI: found 0"));
-    CHECK(issues_of(kExample, {"bodies.wire.segments=[{\"length\":0.33,\"radius\":4.445e-4,"
-                               "\"EI\":0,\"EA\":5000,\"element\":2.5e-3}]"})
+    CHECK(issues_of(kWireExample, {"bodies.wire.segments=[{\"length\":0.33,\"radius\":4.445e-4,"
+                                   "\"EI\":0,\"EA\":5000,\"element\":2.5e-3}]"})
               .empty());
     // What would be ignored is refused: beams have factors only.
     for (const char* linear : {"iterative", "distributed"})
-        CHECK(has(issues_of(kExample, {std::string("solver.linear=") + linear}),
+        CHECK(has(issues_of(kWireExample, {std::string("solver.linear=") + linear}),
                   "/solver/linear (--set): found \"" + std::string(linear) +
                       "\", allowed: \"auto\""));
     for (const char* linear : {"auto", "direct"})
-        CHECK(issues_of(kExample, {std::string("solver.linear=") + linear}).empty());
+        CHECK(issues_of(kWireExample, {std::string("solver.linear=") + linear}).empty());
     CHECK(has(bad("\"radius\": 4.445e-4", "\"radius\": 0.0041"), "the radius of \"tube\""));
     CHECK(has(bad("\"file\": \"double_u.csv\"", "\"pieces\": [{\"radius\": 0.003, \"angle\": 1}]"),
               "the radius of the bend"));
 }
 
-TEST_CASE("all that is wrong is reported together, and nothing twice")
+TEST_CASE("all that is wrong is reported together and nothing twice")
 {
     std::string text = with("\"friction\": 0.1", "\"friction\": -0.1");
     text.replace(text.find("0.004"), 5, "\"x\"  ");
@@ -230,16 +230,16 @@ TEST_CASE("all that is wrong is reported together, and nothing twice")
     CHECK_FALSE(has(issues_of(with("\"length\": 0.30", "\"length\": \"a\"")), "insertion"));
 }
 
-TEST_CASE("a sheath fades within its length, which is the wire's own in any unit of length")
+TEST_CASE("a sheath fades within its length which is the wire's own in any unit of length")
 {
     const std::string fade = "bodies.wire.introducer.fade=",
                       length = "bodies.wire.introducer.length=";
     CHECK(read({fade + "0.02"}).beams[0].introducer.fade == 0.02);
-    CHECK(
-        has(issues_of(kExample, {fade + "0.04"}), "/drive/insertion: found 0.3, allowed: < 0.29"));
-    CHECK(
-        has(issues_of(kExample, {fade + "0.4"}), "/fade (--set): found 0.4, allowed: < 0.33 [m]"));
-    CHECK(has(issues_of(kExample, {fade + "0.02", length + "0.01"}),
+    CHECK(has(issues_of(kWireExample, {fade + "0.04"}),
+              "/drive/insertion: found 0.3, allowed: < 0.29"));
+    CHECK(has(issues_of(kWireExample, {fade + "0.4"}),
+              "/fade (--set): found 0.4, allowed: < 0.33 [m]"));
+    CHECK(has(issues_of(kWireExample, {fade + "0.02", length + "0.01"}),
               "found 0.02, allowed: <= 0.01 [m], the length of the introducer"));
     const std::string millimetres =
         R"([{"length": 330, "radius": 0.4445, "EI": 520, "EA": 5000, "element": 2.5}])";
@@ -270,7 +270,7 @@ TEST_CASE("every kind of surface and an introducer on a centreline read back the
     }
     CHECK_FALSE(has(resolved_scene(read()), "along"));
     // Fields of another generator are unknown here.
-    CHECK(has(issues_of(kExample,
+    CHECK(has(issues_of(kWireExample,
                         {R"(bodies.tube.surface={"generate": "ball", "radius": 1, "blend": 1})"}),
               "field \"blend\""));
 }

@@ -9,7 +9,7 @@ using namespace amontons;
 
 namespace {
 
-const char* const kExample = R"({
+const char* const kFrameExample = R"({
   "schema": 1,
   "bodies": {
     "frame": {"kind": "rod", "elements": "corotational", "plane": [0, 0, 1],
@@ -22,16 +22,16 @@ const char* const kExample = R"({
 })";
 
 /// The issues of the example with one piece of text replaced; "" if it is a scene.
-std::string bad(const std::string& old, const std::string& now)
+std::string bad_frame(const std::string& old, const std::string& now)
 {
-    return issues_of(replaced(kExample, old, now));
+    return issues_of(replaced(kFrameExample, old, now));
 }
 
 } // namespace
 
-TEST_CASE("rods read as they are written, and resolved as the same again")
+TEST_CASE("rods read as they are written and resolved as the same again")
 {
-    const Scene s = parse_scene(kExample, "s.json", {});
+    const Scene s = parse_scene(kFrameExample, "s.json", {});
     REQUIRE(s.rods.size() == 1);
     const RodInput& rod = s.rods[0];
     CHECK(rod.elements == "corotational");
@@ -47,7 +47,7 @@ TEST_CASE("rods read as they are written, and resolved as the same again")
 TEST_CASE("a flattened rod bends by two stiffnesses")
 {
     const auto with = [&](const std::string& more) {
-        return replaced(kExample, "\"EI\": 1440", "\"EI\": 1440" + more);
+        return replaced(kFrameExample, "\"EI\": 1440", "\"EI\": 1440" + more);
     };
     const Scene s = parse_scene(with(", \"EI_across\": [480, 240]"), "s.json", {});
     const BeamSegment& flat = s.rods[0].segments[0];
@@ -59,19 +59,19 @@ TEST_CASE("a flattened rod bends by two stiffnesses")
     CHECK(has(issues_of(with(", \"EI_across\": 0")), "/segments/0/EI_across: found 0"));
 }
 
-TEST_CASE("tables of a rod's section: what they are not, and the stiffness that follows")
+TEST_CASE("tables of a rod's section: what they are not and the stiffness that follows")
 {
     const std::string EI = "\"EI\": 1440", corotational = "\"elements\": \"corotational\", ";
     const auto with = [&](const std::string& table) {
-        return issues_of(replaced(replaced(kExample, corotational, ""), EI, table));
+        return issues_of(replaced(replaced(kFrameExample, corotational, ""), EI, table));
     };
-    const Scene s = parse_scene(replaced(replaced(kExample, corotational, ""), EI,
+    const Scene s = parse_scene(replaced(replaced(kFrameExample, corotational, ""), EI,
                                          "\"bending\": [[0, 0], [2, 3000], [5, 4000]]"),
                                 "s.json", {});
     CHECK(s.rods[0].segments[0].EI == std::array<double, 2>{1500, 1500});
     CHECK(s.rods[0].segments[0].GJ[0] == 0.77 * 1500);
     CHECK(resolved_scene(parse_scene(resolved_scene(s), "again.json", {})) == resolved_scene(s));
-    CHECK(has(bad(EI, "\"bending\": [[0, 0], [2, 3000]]"), "\"exact\" elements"));
+    CHECK(has(bad_frame(EI, "\"bending\": [[0, 0], [2, 3000]]"), "\"exact\" elements"));
     CHECK(
         has(with("\"bending\": 3"), "/segments/0/bending: found 3, allowed: [[curvature, value]"));
     CHECK(has(with("\"bending\": [[0, 0]]"), "a point beyond [0, 0]"));
@@ -84,7 +84,7 @@ TEST_CASE("tables of a rod's section: what they are not, and the stiffness that 
     CHECK(has(with("\"EI\": 4, \"bending\": [[0, 0], [1, 3]]"), "/segments/0/EI: found 4"));
     const std::string EA = "\"EA\": 4.32e7";
     const auto stretching = [&](const std::string& table) {
-        return issues_of(replaced(replaced(kExample, corotational, ""), EA, table));
+        return issues_of(replaced(replaced(kFrameExample, corotational, ""), EA, table));
     };
     CHECK(stretching("\"stretching\": [[-0.01, -1e3], [0, 0], [0.01, 4e3]]") == "");
     CHECK(
@@ -92,12 +92,12 @@ TEST_CASE("tables of a rod's section: what they are not, and the stiffness that 
     CHECK(has(stretching("\"stretching\": [[-0.01, -1e3], [0, 0]]"), "a point beyond [0, 0]"));
 }
 
-TEST_CASE("cones: pieces between their ends, and what they cannot be")
+TEST_CASE("cones: pieces between their ends and what they cannot be")
 {
     const std::string
         given = "\"radius\": 0.01, \"EI\": 1440, \"EA\": 4.32e7",
         cone = "\"radius\": 0.01, \"end_radius\": 0.005, \"EI\": [1440, 90], \"EA\": [4e7, 1e7]";
-    const Scene s = parse_scene(replaced(kExample, given, cone), "s.json", {});
+    const Scene s = parse_scene(replaced(kFrameExample, given, cone), "s.json", {});
     const std::vector<BeamSegment>& piece = s.rods[0].segments;
     REQUIRE(piece.size() == 20);
     for (std::size_t i = 0; i < piece.size(); ++i) {
@@ -113,28 +113,28 @@ TEST_CASE("cones: pieces between their ends, and what they cannot be")
     }
     CHECK(resolved_scene(parse_scene(resolved_scene(s), "again.json", {})) == resolved_scene(s));
     // One number of a stiffness is that of the whole cone; EA is that of each end.
-    const Scene same =
-        parse_scene(replaced(kExample, given, "\"radius\": 0.01, \"end_radius\": 0.005, \"EI\": 1"),
-                    "s.json", {});
+    const Scene same = parse_scene(
+        replaced(kFrameExample, given, "\"radius\": 0.01, \"end_radius\": 0.005, \"EI\": 1"),
+        "s.json", {});
     CHECK(same.rods[0].segments[7].EI == std::array<double, 2>{1, 1});
     CHECK(same.rods[0].segments.back().EA[1] == doctest::Approx(4 / 2.5e-5));
 
-    CHECK(has(bad(given, given + ", \"end_radius\": 0.3"),
+    CHECK(has(bad_frame(given, given + ", \"end_radius\": 0.3"),
               "/segments/0/end_radius: found 0.3, allowed: 0 to 0.25 [m]"));
-    CHECK(has(bad(given, given + ", \"end_radius\": 0.004, \"inner_radius\": 0.005"),
+    CHECK(has(bad_frame(given, given + ", \"end_radius\": 0.004, \"inner_radius\": 0.005"),
               "/end_radius: found 0.004, allowed: > 0.005 [m]"));
-    CHECK(bad(given, cone + ", \"twist\": 1") == "");
-    CHECK(has(bad(given, "\"radius\": 0.01, \"end_radius\": 0.004, \"EA\": 4e7, "
-                         "\"bending\": [[0, 0], [1, 1440]]"),
+    CHECK(bad_frame(given, cone + ", \"twist\": 1") == "");
+    CHECK(has(bad_frame(given, "\"radius\": 0.01, \"end_radius\": 0.004, \"EA\": 4e7, "
+                               "\"bending\": [[0, 0], [1, 1440]]"),
               "found a cone"));
-    CHECK(has(bad(given, given + ", \"end_radius\": 0"), "/end_radius: found 0"));
+    CHECK(has(bad_frame(given, given + ", \"end_radius\": 0"), "/end_radius: found 0"));
 }
 
-TEST_CASE("layers of a section: what they add up to, and what they cannot be")
+TEST_CASE("layers of a section: what they add up to and what they cannot be")
 {
     const std::string given = "\"EI\": 1440, \"EA\": 4.32e7";
     const auto with = [&](const std::string& layers) {
-        return replaced(kExample, given, "\"layers\": [" + layers + "]");
+        return replaced(kFrameExample, given, "\"layers\": [" + layers + "]");
     };
     // Two tubes of one material are one full bar.
     const std::string inner = R"({"outer_radius": 0.004, "youngs_modulus": 2e11})",
@@ -169,16 +169,16 @@ TEST_CASE("layers of a section: what they add up to, and what they cannot be")
     CHECK(has(bad_layers(R"({"outer_radius": 0.006, "youngs_modulus": 1, "pitch": 0.1})"),
               "> 0 of a coil"));
     CHECK(has(bad_layers(R"({"outer_radius": 0.006})"), "/layers/0/youngs_modulus: found nothing"));
-    CHECK(has(
-        issues_of(replaced(kExample, "\"EI\": 1440", "\"EI\": 1440, \"layers\": [" + inner + "]")),
-        "/segments/0/EI: found 1440, allowed: nothing beside layers"));
+    CHECK(has(issues_of(replaced(kFrameExample, "\"EI\": 1440",
+                                 "\"EI\": 1440, \"layers\": [" + inner + "]")),
+              "/segments/0/EI: found 1440, allowed: nothing beside layers"));
 }
 
 TEST_CASE("layers that taper: a core ground down within a coil")
 {
     const std::string given = "\"radius\": 0.01, \"EI\": 1440, \"EA\": 4.32e7";
     const auto with = [&](const std::string& section, const std::string& core) {
-        return replaced(kExample, given, section + ", \"layers\": [" + core + R"(,
+        return replaced(kFrameExample, given, section + ", \"layers\": [" + core + R"(,
                         {"inner_radius": 0.009, "outer_radius": 0.01, "youngs_modulus": 2e11,
                          "pitch": 0.002}])");
     };
@@ -206,10 +206,10 @@ TEST_CASE("layers that taper: a core ground down within a coil")
     // What is given beside layers goes linearly; a cone of one layer is one of a bar.
     const Scene given_GJ = parse_scene(with(plain + ", \"GJ\": [4, 2]", core), "s.json", {});
     CHECK(given_GJ.rods[0].segments[4].GJ[1] == doctest::Approx(3.5));
-    const Scene bar =
-        parse_scene(replaced(kExample, given, R"("radius": 0.01, "end_radius": 0.005, "layers": [
+    const Scene bar = parse_scene(
+        replaced(kFrameExample, given, R"("radius": 0.01, "end_radius": 0.005, "layers": [
             {"outer_radius": 0.01, "end_outer_radius": 0.005, "youngs_modulus": 1e10}])"),
-                    "s.json", {});
+        "s.json", {});
     CHECK(bar.rods[0].segments[9].EI[1] ==
           doctest::Approx(1e10 * pi / 4 * std::pow(0.0075, 4)).epsilon(1e-12));
 
@@ -228,9 +228,9 @@ TEST_CASE("a rod is not laid in a bend tighter than itself")
     const std::string points =
         "\"points\": [{\"at\": [0, 0, 0]}, {\"at\": [0, 1.2, 0]}, {\"at\": [1.2, 1.2, 0]}]";
     const auto bent = [&](double radius) {
-        return bad(points, "\"curve\": {\"pieces\": [{\"length\": 2}, {\"radius\": " +
-                               std::to_string(radius) +
-                               ", \"angle\": " + std::to_string(0.4 / radius) + "}]}");
+        return bad_frame(points, "\"curve\": {\"pieces\": [{\"length\": 2}, {\"radius\": " +
+                                     std::to_string(radius) +
+                                     ", \"angle\": " + std::to_string(0.4 / radius) + "}]}");
     };
     CHECK(bent(0.02) == "");
     CHECK(has(bent(0.01), "/shape/curve/pieces/1/radius: found 0.01, allowed: > 0.01 [m]"));
@@ -238,28 +238,29 @@ TEST_CASE("a rod is not laid in a bend tighter than itself")
 
 TEST_CASE("bad rods are said with their places")
 {
-    CHECK(has(bad("\"element\": 0.12", "\"element\": 3"), "/segments/0/element"));
-    CHECK(has(bad("\"length\": 2.4", "\"length\": -2.4"), "/segments/0/length"));
-    CHECK(has(bad("\"length\": 2.4", "\"length\": 2.6"), "the length of the polyline"));
-    CHECK(has(bad("\"EI\": 1440", "\"EI\": 0"), "/segments/0/EI"));
-    CHECK(has(bad("{\"at\": [0, 1.2, 0]}", "{\"at\": [0, 0, 0]}"), "/shape/points/1"));
-    CHECK(has(bad("\"points\": [", "\"closed\": true, \"points\": ["), "the rod is closed"));
-    CHECK(has(bad("\"at\": 2.4, \"turns\"", "\"turns\""), "either \"set\" or \"at\""));
-    CHECK(has(bad("{\"at\": 2.4, \"turns\": \"free\"}", "{\"at\": 2.5, \"turns\": \"free\"}"),
+    CHECK(has(bad_frame("\"element\": 0.12", "\"element\": 3"), "/segments/0/element"));
+    CHECK(has(bad_frame("\"length\": 2.4", "\"length\": -2.4"), "/segments/0/length"));
+    CHECK(has(bad_frame("\"length\": 2.4", "\"length\": 2.6"), "the length of the polyline"));
+    CHECK(has(bad_frame("\"EI\": 1440", "\"EI\": 0"), "/segments/0/EI"));
+    CHECK(has(bad_frame("{\"at\": [0, 1.2, 0]}", "{\"at\": [0, 0, 0]}"), "/shape/points/1"));
+    CHECK(has(bad_frame("\"points\": [", "\"closed\": true, \"points\": ["), "the rod is closed"));
+    CHECK(has(bad_frame("\"at\": 2.4, \"turns\"", "\"turns\""), "either \"set\" or \"at\""));
+    CHECK(has(bad_frame("{\"at\": 2.4, \"turns\": \"free\"}", "{\"at\": 2.5, \"turns\": \"free\"}"),
               "/hold/1/at"));
-    CHECK(has(bad("\"at\": 2.4, \"turns\": \"free\"",
-                  "\"at\": 2.4, \"places\": \"free\", \"turns\": \"free\""),
+    CHECK(has(bad_frame("\"at\": 2.4, \"turns\": \"free\"",
+                        "\"at\": 2.4, \"places\": \"free\", \"turns\": \"free\""),
               "a hold of nothing"));
-    CHECK(has(bad("\"force\": [0, -1, 0], ", ""), "a load of nothing"));
-    CHECK(has(bad("\"force\": [0, -1, 0]", "\"line\": [0, -1, 0]"), "\"set\": \"all\""));
-    CHECK(has(bad("[[-1, -1], [1, 1]]", "[[1, -1], [1, 1]]"), "/loads/0/over"));
-    CHECK(has(bad("\"path\": 0.01", "\"path\": 0.01, \"kind\": \"dynamic\""), "/time/path"));
-    CHECK(has(bad("\"elements\": \"corotational\"", "\"elements\": \"cubic\""), "/elements"));
-    CHECK(has(bad("\"time\":", "\"contact\": [{\"between\": [\"frame\", \"frame\"]}], \"time\":"),
-              "not one rod alone, without contact"));
+    CHECK(has(bad_frame("\"force\": [0, -1, 0], ", ""), "a load of nothing"));
+    CHECK(has(bad_frame("\"force\": [0, -1, 0]", "\"line\": [0, -1, 0]"), "\"set\": \"all\""));
+    CHECK(has(bad_frame("[[-1, -1], [1, 1]]", "[[1, -1], [1, 1]]"), "/loads/0/over"));
+    CHECK(has(bad_frame("\"path\": 0.01", "\"path\": 0.01, \"kind\": \"dynamic\""), "/time/path"));
+    CHECK(has(bad_frame("\"elements\": \"corotational\"", "\"elements\": \"cubic\""), "/elements"));
+    CHECK(has(
+        bad_frame("\"time\":", "\"contact\": [{\"between\": [\"frame\", \"frame\"]}], \"time\":"),
+        "not one rod alone, without contact"));
 }
 
-TEST_CASE("a rod in a sheath is straight and long enough, and neither it nor a medium is dynamic")
+TEST_CASE("a rod in a sheath is straight and long enough and neither it nor a medium is dynamic")
 {
     const std::string fed = R"({
       "schema": 1,
@@ -292,7 +293,7 @@ TEST_CASE("a rod in a sheath is straight and long enough, and neither it nor a m
 TEST_CASE("points of a polyline that are one but for round-off are coincident")
 {
     const auto with = [](const std::string& point) {
-        return bad(R"({"at": [0, 1.2, 0]}, )", R"({"at": [0, 1.2, 0]}, )" + point);
+        return bad_frame(R"({"at": [0, 1.2, 0]}, )", R"({"at": [0, 1.2, 0]}, )" + point);
     };
     for (const char* same : {R"({"at": [0, 1.2, 1e-18]}, )", R"({"at": [1e-13, 1.2, 0]}, )"})
         CHECK(with(same).find("/shape/points/2: found the point before it again") !=
@@ -304,34 +305,36 @@ TEST_CASE("lists that are given have something in them")
 {
     const std::string points =
         R"("points": [{"at": [0, 0, 0]}, {"at": [0, 1.2, 0]}, {"at": [1.2, 1.2, 0]}])";
-    CHECK(has(bad(points, "\"points\": []"),
+    CHECK(has(bad_frame(points, "\"points\": []"),
               "s.json: /bodies/frame/shape/points: found an empty list, allowed: at least 2"));
-    CHECK(has(bad(points, R"("curve": {"pieces": []})"),
+    CHECK(has(bad_frame(points, R"("curve": {"pieces": []})"),
               "/shape/curve/pieces: found an empty list, allowed: at least one"));
-    CHECK(has(bad("\"EI\": 1440", "\"EI\": 1440, \"layers\": []"),
+    CHECK(has(bad_frame("\"EI\": 1440", "\"EI\": 1440, \"layers\": []"),
               "/segments/0/layers: found an empty list, allowed: at least one"));
-    CHECK(bad("\"hold\": [{\"set\": \"start\", \"turns\": \"free\"}, {\"at\": 2.4, \"turns\": "
-              "\"free\"}]",
-              "\"hold\": []") == ""); // as none
+    CHECK(
+        bad_frame("\"hold\": [{\"set\": \"start\", \"turns\": \"free\"}, {\"at\": 2.4, \"turns\": "
+                  "\"free\"}]",
+                  "\"hold\": []") == ""); // as none
 }
 
-TEST_CASE("sizes that no beam has are refused, with what is allowed")
+TEST_CASE("sizes that no beam has are refused with what is allowed")
 {
     const std::string radius = "\"radius\": 0.01", EI = "\"EI\": 1440, \"EA\": 4.32e7";
     for (const char* r : {"1e-30", "1e-10", "1e30"})
-        CHECK(has(bad(radius, std::string("\"radius\": ") + r),
+        CHECK(has(bad_frame(radius, std::string("\"radius\": ") + r),
                   "/segments/0/radius: found " +
                       std::string(r == std::string("1e30") ? "1e+30" : r) +
                       ", allowed: a number >= 1e-09 and <= 1000000 [m]"));
-    CHECK(has(bad(radius, "\"radius\": 2.5"),
+    CHECK(has(bad_frame(radius, "\"radius\": 2.5"),
               "/segments/0/radius: found 2.5, allowed: <= 2.4 [m], the length of the beam"));
-    CHECK(has(bad(EI, "\"EI\": 1e-30, \"EA\": 1"), "/EI: found 1e-30, allowed: 0, or >= 1e-24"));
-    CHECK(has(bad(EI, "\"EI\": 1e30"), "/EI: found 1e+30"));
-    CHECK(has(bad(EI, "\"EI\": 1, \"GJ\": 1e-30"), "/GJ: found 1e-30"));
-    CHECK(has(bad(EI, "\"EI\": 1, \"EA\": 1e-30"), "/EA: found 1e-30"));
+    CHECK(has(bad_frame(EI, "\"EI\": 1e-30, \"EA\": 1"),
+              "/EI: found 1e-30, allowed: 0, or >= 1e-24"));
+    CHECK(has(bad_frame(EI, "\"EI\": 1e30"), "/EI: found 1e+30"));
+    CHECK(has(bad_frame(EI, "\"EI\": 1, \"GJ\": 1e-30"), "/GJ: found 1e-30"));
+    CHECK(has(bad_frame(EI, "\"EI\": 1, \"EA\": 1e-30"), "/EA: found 1e-30"));
     // A round wire is stretched beyond round-off from 1.6e6 radii on.
     const auto thin = [&](const char* r) {
-        return issues_of(replaced(replaced(kExample, EI, "\"EI\": 1440"), radius, r));
+        return issues_of(replaced(replaced(kFrameExample, EI, "\"EI\": 1440"), radius, r));
     };
     CHECK(has(thin("\"radius\": 1e-6"), "round-off of stretching hides bending"));
     CHECK(thin("\"radius\": 2e-6") == "");
@@ -343,7 +346,7 @@ TEST_CASE("an element that is far shorter than the beam is refused")
     const auto with = [&](const char* h) {
         const std::string piece = std::string(R"("element": 0.12}, {"length": )") + h +
                                   R"(, "radius": 0.01, "EI": 1440, "element": )" + h + "}]";
-        return bad(first, piece);
+        return bad_frame(first, piece);
     };
     CHECK(has(with("1e-8"), "/segments/1/element: found 1e-08 m an element, allowed: >= 2.4e-05"));
     CHECK(with("3e-5") == "");
@@ -353,11 +356,11 @@ TEST_CASE("a wall of a bore is thicker than round-off")
 {
     const std::string EI = "\"EI\": 1440";
     for (const char* bore : {"0.01", "0.00999999999999999", "0.02"})
-        CHECK(has(bad(EI, EI + ", \"inner_radius\": " + bore),
+        CHECK(has(bad_frame(EI, EI + ", \"inner_radius\": " + bore),
                   "allowed: < 0.01 [m], the radius, by more than 1e-09 of it"));
-    CHECK(bad(EI, EI + ", \"inner_radius\": 0.0099999") == "");
-    CHECK(has(bad(EI + ", \"EA\": 4.32e7",
-                  R"("layers": [{"inner_radius": 0.00999999999999999, "outer_radius": 0.01,
+    CHECK(bad_frame(EI, EI + ", \"inner_radius\": 0.0099999") == "");
+    CHECK(has(bad_frame(EI + ", \"EA\": 4.32e7",
+                        R"("layers": [{"inner_radius": 0.00999999999999999, "outer_radius": 0.01,
                                  "youngs_modulus": 1e9}])"),
               "/layers/0/inner_radius"));
 }
@@ -366,8 +369,9 @@ TEST_CASE("an element turns by at most 120 degrees when free of loads")
 {
     // Elements of 0.12 m: 17.45 rad/m is 120 degrees.
     const std::string EI = "\"EI\": 1440";
-    CHECK(bad(EI, EI + ", \"curvature\": 17.4") == "");
-    CHECK(has(bad(EI, EI + ", \"curvature\": -17.6"), "/element: found 0.12: an element turns by"));
-    CHECK(has(bad(EI, EI + ", \"curvature\": 99.9"), "allowed: <= 0.0209649 [m]"));
-    CHECK(has(bad(EI, EI + ", \"twist\": 20, \"curvature\": 1"), "/segments/0/element"));
+    CHECK(bad_frame(EI, EI + ", \"curvature\": 17.4") == "");
+    CHECK(has(bad_frame(EI, EI + ", \"curvature\": -17.6"),
+              "/element: found 0.12: an element turns by"));
+    CHECK(has(bad_frame(EI, EI + ", \"curvature\": 99.9"), "allowed: <= 0.0209649 [m]"));
+    CHECK(has(bad_frame(EI, EI + ", \"twist\": 20, \"curvature\": 1"), "/segments/0/element"));
 }

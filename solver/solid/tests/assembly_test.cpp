@@ -20,12 +20,9 @@ VolumeMesh unit_box(ElementKind kind, std::int32_t cells)
     return make_solid_box(box);
 }
 
-SparseMatrix stiffness(const VolumeMesh& mesh, const SolidMaterial& material)
+SparseMatrix mesh_stiffness(const VolumeMesh& mesh, const SolidMaterial& material)
 {
-    const SolidPattern pattern = make_pattern(mesh);
-    SparseMatrix K = zero_matrix(pattern);
-    assemble_stiffness(mesh, pattern, {&material, 1}, K);
-    return K;
+    return test::assembled_stiffness(mesh, make_pattern(mesh), material);
 }
 
 bool inside(const Vec3& x)
@@ -34,7 +31,7 @@ bool inside(const Vec3& x)
 }
 
 /// Displacements at all nodes.
-template <class Field> Eigen::VectorXd sample(const VolumeMesh& mesh, Field field)
+template <class Field> Eigen::VectorXd nodal_values(const VolumeMesh& mesh, Field field)
 {
     Eigen::VectorXd u(3 * Eigen::Index(mesh.nodes.size()));
     for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
@@ -50,7 +47,7 @@ Vec3 pure_bending(const Vec3& x, double nu)
 
 } // namespace
 
-TEST_CASE("patch test: a constant strain on the surface is there inside, for any material")
+TEST_CASE("patch test: a constant strain on the surface is there inside for any material")
 {
     test::Random random(1);
     for (const ElementKind kind : kAllKinds)
@@ -60,9 +57,10 @@ TEST_CASE("patch test: a constant strain on the surface is there inside, for any
             VolumeMesh mesh = unit_box(kind, 3);
             test::shake_inside(mesh, random, kind == ElementKind::T10 ? 0.02 : 0.05);
             const SolidMaterial material{1e6, nu, 0};
-            const SparseMatrix K = stiffness(mesh, material);
+            const SparseMatrix K = mesh_stiffness(mesh, material);
             const Mat3 G = random.matrix();
-            const Eigen::VectorXd exact = sample(mesh, [&](const Vec3& x) { return Vec3(G * x); });
+            const Eigen::VectorXd exact =
+                nodal_values(mesh, [&](const Vec3& x) { return Vec3(G * x); });
 
             std::vector<std::int32_t> fixed;
             for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
@@ -100,7 +98,8 @@ TEST_CASE("patch test: a constant strain on the surface is there inside, for any
         }
 }
 
-TEST_CASE("pure bending is exact: T10 in any straight mesh, H8 in bricks; displacements alone lock")
+TEST_CASE("pure bending is exact for T10 in any straight mesh and for H8 in bricks while "
+          "displacements alone lock")
 {
     test::Random random(2);
     for (const ElementKind kind : {ElementKind::T10, ElementKind::H8})
@@ -110,7 +109,7 @@ TEST_CASE("pure bending is exact: T10 in any straight mesh, H8 in bricks; displa
             const VolumeMesh mesh = unit_box(kind, 3);
             const SolidMaterial material{1e6, nu, 0};
             const Eigen::VectorXd u =
-                sample(mesh, [&](const Vec3& x) { return pure_bending(x, nu); });
+                nodal_values(mesh, [&](const Vec3& x) { return pure_bending(x, nu); });
             const auto residual = [&](const SparseMatrix& K) {
                 const Eigen::VectorXd f = K * u;
                 double worst = 0;
@@ -119,9 +118,10 @@ TEST_CASE("pure bending is exact: T10 in any straight mesh, H8 in bricks; displa
                         worst = std::max(worst, f.segment<3>(3 * Eigen::Index(i)).norm());
                 return worst / K.coeffs().abs().maxCoeff();
             };
-            CHECK(residual(stiffness(mesh, material)) < 1e-13);
+            CHECK(residual(mesh_stiffness(mesh, material)) < 1e-13);
             // Its energy: E/2 integral of z^2 over the unit cube.
-            CHECK(u.dot(stiffness(mesh, material) * u) == doctest::Approx(1e6 / 3).epsilon(1e-10));
+            CHECK(u.dot(mesh_stiffness(mesh, material) * u) ==
+                  doctest::Approx(1e6 / 3).epsilon(1e-10));
             if (kind == ElementKind::H8) {
                 const SolidPattern pattern = make_pattern(mesh);
                 SparseMatrix plain = zero_matrix(pattern);
@@ -143,12 +143,12 @@ TEST_CASE("pure bending is exact: T10 in any straight mesh, H8 in bricks; displa
         }
 }
 
-TEST_CASE("a sparse matrix is the sum of its elements, with every entry of the pattern once")
+TEST_CASE("a sparse matrix is the sum of its elements with every entry of the pattern once")
 {
     for (const ElementKind kind : kAllKinds) {
         CAPTURE(shape_of(kind).name);
         const VolumeMesh mesh = unit_box(kind, 2);
-        const SparseMatrix K = stiffness(mesh, {1e6, 0.3, 0});
+        const SparseMatrix K = mesh_stiffness(mesh, {1e6, 0.3, 0});
         Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(K.rows(), K.cols()), touched = sum;
         for_each_element(mesh, [&](std::int32_t, ElementKind, std::span<const std::int32_t> n) {
             ElementMatrix block;
@@ -171,7 +171,7 @@ TEST_CASE("a sparse matrix is the sum of its elements, with every entry of the p
     }
 }
 
-TEST_CASE("blocks of several kinds stand side by side, each element with its own material")
+TEST_CASE("blocks of several kinds stand side by side with each element of its own material")
 {
     // Two boxes apart, of H8 and of T4: one mesh. Their matrix is both of theirs.
     const VolumeMesh hexahedra = unit_box(ElementKind::H8, 2),
@@ -191,16 +191,16 @@ TEST_CASE("blocks of several kinds stand side by side, each element with its own
     assemble_mass(both, pattern, materials, M);
     const Eigen::MatrixXd dense = K;
     CHECK(dense.topLeftCorner(3 * shift, 3 * shift) ==
-          Eigen::MatrixXd(stiffness(tetrahedra, soft)));
+          Eigen::MatrixXd(mesh_stiffness(tetrahedra, soft)));
     CHECK(dense.bottomRightCorner(3 * shift, 3 * shift) ==
-          Eigen::MatrixXd(stiffness(hexahedra, hard)));
+          Eigen::MatrixXd(mesh_stiffness(hexahedra, hard)));
     CHECK(dense.topRightCorner(3 * shift, 3 * shift).norm() == 0);
     CHECK(M.sum() == doctest::Approx(3 * (900.0 + 2000)).epsilon(1e-13));
     CHECK(assemble_lumped_mass(both, materials).sum() ==
           doctest::Approx(3 * (900.0 + 2000)).epsilon(1e-13));
 }
 
-TEST_CASE("the mass matrix gives a turning block its kinetic energy, and weight its force")
+TEST_CASE("the mass matrix gives a turning block its kinetic energy and weight its force")
 {
     for (const ElementKind kind : kAllKinds) {
         CAPTURE(shape_of(kind).name);
@@ -211,7 +211,7 @@ TEST_CASE("the mass matrix gives a turning block its kinetic energy, and weight 
         assemble_mass(mesh, pattern, {&material, 1}, M);
         const Vec3 centre = Vec3::Constant(0.5), w{0.3, -1, 2};
         const Eigen::VectorXd v =
-            sample(mesh, [&](const Vec3& x) { return Vec3(w.cross(x - centre)); });
+            nodal_values(mesh, [&](const Vec3& x) { return Vec3(w.cross(x - centre)); });
         // A cube's inertia is m / 6 about any axis.
         CHECK(v.dot(M * v) == doctest::Approx(1200.0 / 6 * w.squaredNorm()).epsilon(1e-13));
         Eigen::VectorXd f = Eigen::VectorXd::Zero(v.size());
@@ -221,7 +221,7 @@ TEST_CASE("the mass matrix gives a turning block its kinetic energy, and weight 
     }
 }
 
-TEST_CASE("values are filled again in place, and prescribed rows leave the rest")
+TEST_CASE("values are filled again in place and prescribed rows leave the rest")
 {
     const VolumeMesh mesh = unit_box(ElementKind::H8, 2);
     const SolidPattern pattern = make_pattern(mesh);
@@ -247,7 +247,7 @@ TEST_CASE("values are filled again in place, and prescribed rows leave the rest"
     CHECK(Eigen::MatrixXd(parts.fc) == Eigen::MatrixXd(dense(dofs.free, dofs.fixed)));
 }
 
-TEST_CASE("nodes of no element are fixed, faults of the caller are refused")
+TEST_CASE("nodes of no element are fixed and faults of the caller are refused")
 {
     VolumeMesh mesh = unit_box(ElementKind::T4, 1);
     mesh.nodes.push_back({5, 5, 5});
@@ -266,7 +266,7 @@ TEST_CASE("nodes of no element are fixed, faults of the caller are refused")
     CHECK_THROWS_AS(make_pattern(mesh), std::logic_error);
 }
 
-TEST_CASE("one, two and three threads give the same matrices and products to the last bit")
+TEST_CASE("one and two and three threads give the same matrices and products to the last bit")
 {
     SolidBoxOptions options;
     options.cells = {9, 9, 9};

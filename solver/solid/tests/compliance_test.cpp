@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kBytesOfPair = 9 * sizeof(double);
 
-struct Body {
+struct HeldBox {
     VolumeMesh mesh;
     SolidPattern pattern;
     SparseMatrix K;
@@ -24,16 +24,14 @@ struct Body {
 };
 
 /// A box held at z_min, and sideways at x_min so that some surface nodes are half prescribed.
-Body body(ElementKind kind, double E = 1e9)
+HeldBox held_box(ElementKind kind, double E = 1e9)
 {
     SolidBoxOptions box;
     box.cells = {3, 4, 3};
     box.kind = kind;
-    Body b{make_solid_box(box), {}, {}, {}, {}};
+    HeldBox b{make_solid_box(box), {}, {}, {}, {}};
     b.pattern = make_pattern(b.mesh);
-    b.K = zero_matrix(b.pattern);
-    const SolidMaterial material{E, 0.3, 0};
-    assemble_stiffness(b.mesh, b.pattern, {&material, 1}, b.K);
+    b.K = test::assembled_stiffness(b.mesh, b.pattern, {E, 0.3, 0});
     std::vector<std::int32_t> fixed;
     for (const std::int32_t node : nodes_of(b.mesh, *find_set(b.mesh.face_sets, "z_min")))
         for (int a = 0; a < 3; ++a)
@@ -45,7 +43,7 @@ Body body(ElementKind kind, double E = 1e9)
     return b;
 }
 
-SolidCompliance compliance_of(const Body& b, std::size_t memory = std::size_t(1) << 30)
+SolidCompliance compliance_of(const HeldBox& b, std::size_t memory = std::size_t(1) << 30)
 {
     SupernodalFactor factor;
     REQUIRE(factor_free(b.K, b.dofs, {}, factor));
@@ -53,7 +51,7 @@ SolidCompliance compliance_of(const Body& b, std::size_t memory = std::size_t(1)
 }
 
 /// Contacts on nodes of the surface, turned, with weights of both signs: free x 3 contacts.
-SparseMatrix rows_on(const Body& b, std::size_t contacts, unsigned seed, int at_each = 4)
+SparseMatrix rows_on(const HeldBox& b, std::size_t contacts, unsigned seed, int at_each = 4)
 {
     test::Random random(seed);
     std::vector<Eigen::Triplet<double>> entries;
@@ -74,7 +72,7 @@ SparseMatrix rows_on(const Body& b, std::size_t contacts, unsigned seed, int at_
     return C;
 }
 
-std::vector<std::int32_t> nodes_of(const Body& b, const SparseMatrix& C)
+std::vector<std::int32_t> nodes_in_rows(const HeldBox& b, const SparseMatrix& C)
 {
     std::vector<std::int32_t> nodes;
     for (Eigen::Index k = 0; k < C.nonZeros(); ++k)
@@ -83,7 +81,7 @@ std::vector<std::int32_t> nodes_of(const Body& b, const SparseMatrix& C)
 }
 
 /// By a dense inverse.
-Eigen::MatrixXd reference(const Body& b, const SparseMatrix& C)
+Eigen::MatrixXd reference(const HeldBox& b, const SparseMatrix& C)
 {
     const Eigen::MatrixXd dense = Eigen::MatrixXd(b.K);
     const Eigen::MatrixXd part = dense(b.dofs.free, b.dofs.free);
@@ -98,13 +96,13 @@ Eigen::MatrixXd by_tree(const SolidCompliance& compliance, const SparseMatrix& C
 }
 
 /// C r on all degrees of freedom, and on those of the surface alone.
-Eigen::VectorXd forces(const Body& b, const SparseMatrix& C, const Eigen::VectorXd& r)
+Eigen::VectorXd forces(const HeldBox& b, const SparseMatrix& C, const Eigen::VectorXd& r)
 {
     Eigen::VectorXd f = Eigen::VectorXd::Zero(b.K.rows());
     f(b.dofs.free) = Eigen::VectorXd(C * r);
     return f;
 }
-Eigen::VectorXd on_surface(const Body& b, const Eigen::VectorXd& of_all)
+Eigen::VectorXd on_surface(const HeldBox& b, const Eigen::VectorXd& of_all)
 {
     Eigen::VectorXd of_surface(3 * Eigen::Index(b.surface.size()));
     for (std::size_t s = 0; s < b.surface.size(); ++s)
@@ -119,10 +117,10 @@ double distance(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b)
 
 } // namespace
 
-TEST_CASE("W from kept columns, from the tree and from a dense inverse are one")
+TEST_CASE("W from kept columns and from the tree and from a dense inverse are one")
 {
     for (const ElementKind kind : test::kAllKinds) {
-        const Body b = body(kind);
+        const HeldBox b = held_box(kind);
         SolidCompliance compliance = compliance_of(b);
         compliance.prepare(b.surface);
         for (const std::size_t contacts : {1, 5, 30}) {
@@ -140,13 +138,13 @@ TEST_CASE("W from kept columns, from the tree and from a dense inverse are one")
     }
 }
 
-TEST_CASE("columns are solved once, and no contact or none is fine")
+TEST_CASE("columns are solved once and no contact or none is fine")
 {
-    const Body b = body(ElementKind::T4);
+    const HeldBox b = held_box(ElementKind::T4);
     SolidCompliance compliance = compliance_of(b);
     const SparseMatrix rows = rows_on(b, 12, 1);
     Eigen::MatrixXd first, second;
-    compliance.prepare(nodes_of(b, rows));
+    compliance.prepare(nodes_in_rows(b, rows));
     compliance.delassus(rows, first);
     const std::int64_t solved = compliance.counts().columns_solved;
     CHECK(solved > 0);
@@ -174,7 +172,7 @@ TEST_CASE("columns are solved once, and no contact or none is fine")
 
 TEST_CASE("columns have the same bits for any number of threads")
 {
-    const Body b = body(ElementKind::H8);
+    const HeldBox b = held_box(ElementKind::H8);
     SolidCompliance one = compliance_of(b), small = compliance_of(b, 20 * b.bytes_of_column());
     one.prepare(b.surface);
     REQUIRE(one.counts().columns_solved > 3 * 16); // several lots, the last not full
@@ -199,16 +197,16 @@ TEST_CASE("columns have the same bits for any number of threads")
     CHECK((V - W).norm() == 0);
 }
 
-TEST_CASE("the bound on memory holds, whatever comes, and W stays right")
+TEST_CASE("the bound on memory holds whatever comes and W stays right")
 {
-    const Body b = body(ElementKind::H8);
+    const HeldBox b = held_box(ElementKind::H8);
     const std::size_t room = 20, bound = room * b.bytes_of_column() + 17;
     SolidCompliance small = compliance_of(b, bound), large = compliance_of(b);
     CHECK(small.most_columns() == room);
     for (unsigned step = 0; step < 60; ++step) {
         const SparseMatrix rows = rows_on(b, 1 + step % 9, step);
         Eigen::MatrixXd W;
-        if (step % 2 == 0) small.prepare(nodes_of(b, rows));
+        if (step % 2 == 0) small.prepare(nodes_in_rows(b, rows));
         small.delassus(rows, W);
         CHECK(distance(W, by_tree(large, rows)) < 1e-13);
         CHECK(small.counts().bytes <= bound);
@@ -230,9 +228,9 @@ TEST_CASE("the bound on memory holds, whatever comes, and W stays right")
     CHECK(distance(none.surface_displacement(f), large.surface_displacement(f)) < 1e-13);
 }
 
-TEST_CASE("columns are solved once the tree has cost as much, and at once for a few new nodes")
+TEST_CASE("columns are solved once the tree has cost as much and at once for a few new nodes")
 {
-    const Body b = body(ElementKind::T10);
+    const HeldBox b = held_box(ElementKind::T10);
     SolidCompliance compliance = compliance_of(b);
     const SparseMatrix rows = rows_on(b, 20, 6);
     Eigen::MatrixXd W, later;
@@ -248,7 +246,7 @@ TEST_CASE("columns are solved once the tree has cost as much, and at once for a 
     compliance.delassus(rows, later);
     CHECK(compliance.counts().from_factor == then.from_factor);
 
-    const std::vector<std::int32_t> known = nodes_of(b, rows);
+    const std::vector<std::int32_t> known = nodes_in_rows(b, rows);
     SparseMatrix more = rows;
     more.conservativeResize(rows.rows(), rows.cols() + 1);
     for (std::size_t k = 0; k < b.dofs.free.size() && more.nonZeros() == rows.nonZeros(); ++k) {
@@ -266,7 +264,7 @@ TEST_CASE("columns are solved once the tree has cost as much, and at once for a 
 
 TEST_CASE("the columns used least recently go first")
 {
-    const Body b = body(ElementKind::T4);
+    const HeldBox b = held_box(ElementKind::T4);
     SolidCompliance compliance = compliance_of(b, 6 * b.bytes_of_column());
     const auto solved_for = [&](std::size_t first, std::size_t count) {
         const std::int64_t before = compliance.counts().columns_solved;
@@ -282,9 +280,9 @@ TEST_CASE("the columns used least recently go first")
     CHECK(compliance.counts().columns_dropped == 4);
 }
 
-TEST_CASE("displacements obey K x = f, and their work is that of W")
+TEST_CASE("displacements obey K x = f and their work is that of W")
 {
-    const Body b = body(ElementKind::T10);
+    const HeldBox b = held_box(ElementKind::T10);
     SolidCompliance compliance = compliance_of(b);
     const SparseMatrix rows = rows_on(b, 8, 3);
     test::Random random(9);
@@ -327,9 +325,9 @@ TEST_CASE("displacements obey K x = f, and their work is that of W")
     CHECK(tight.counts().columns_solved == 0);
 }
 
-TEST_CASE("columns with all rows move the whole body, and who expects solves gets them early")
+TEST_CASE("columns with all rows move the whole body and who expects solves gets them early")
 {
-    const Body b = body(ElementKind::T4);
+    const HeldBox b = held_box(ElementKind::T4);
     SupernodalFactor factor;
     REQUIRE(factor_free(b.K, b.dofs, {}, factor));
     SolidCompliance compliance(std::move(factor), b.dofs, b.surface, SolidCompliance::kColumnMemory,
@@ -366,7 +364,7 @@ TEST_CASE("columns with all rows move the whole body, and who expects solves get
 
 TEST_CASE("a stiffer material of the same ratio is a matter of scale")
 {
-    const Body soft = body(ElementKind::H8, 1e6), stiff = body(ElementKind::H8, 3e11);
+    const HeldBox soft = held_box(ElementKind::H8, 1e6), stiff = held_box(ElementKind::H8, 3e11);
     SolidCompliance scaled = compliance_of(soft), fresh = compliance_of(stiff);
     scaled.set_scale(3e5);
     const SparseMatrix rows = rows_on(soft, 10, 4);

@@ -1,25 +1,29 @@
 #include "solver/solid/corotational.hpp"
 
+#include "solver/solid/tests/solid_samples.hpp"
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <doctest/doctest.h>
+#include <numbers>
 #include <random>
 
 using namespace amontons;
+using test::kAllKinds;
 
 namespace {
 
-struct Sample {
+struct CorotationalSample {
     CorotationalElement element;
     Eigen::Matrix3Xd X, x;
 };
 
 /// An element bent out of shape, strained by some percent and turned.
-Sample sample(ElementKind kind, double strain, double angle, unsigned seed)
+CorotationalSample corotational_sample(ElementKind kind, double strain, double angle, unsigned seed)
 {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> number(-1, 1);
-    Sample s;
+    CorotationalSample s;
     s.X = reference_nodes(kind);
     for (Eigen::Index i = 0; i < s.X.size(); ++i)
         s.X.data()[i] += 0.03 * number(random);
@@ -35,16 +39,14 @@ Sample sample(ElementKind kind, double strain, double angle, unsigned seed)
     return s;
 }
 
-constexpr ElementKind kKinds[] = {ElementKind::T4, ElementKind::T10, ElementKind::H8};
-
 } // namespace
 
-TEST_CASE("a rigid motion by any angle leaves no energy, force or stress")
+TEST_CASE("a rigid motion by any angle leaves no energy or force or stress")
 {
     // Benchmark E07.
-    for (const ElementKind kind : kKinds)
+    for (const ElementKind kind : kAllKinds)
         for (int k = 0; k <= 36; ++k) {
-            const Sample s = sample(kind, 0, k * 3.14159265358979323846 / 18, 5);
+            const CorotationalSample s = corotational_sample(kind, 0, k * std::numbers::pi / 18, 5);
             ElementVector f;
             const CorotationalState state = corotational_forces(s.element, s.x, f);
             CHECK(state.u.norm() < 1e-13);
@@ -52,11 +54,11 @@ TEST_CASE("a rigid motion by any angle leaves no energy, force or stress")
         }
 }
 
-TEST_CASE("forces are the gradient of the energy, and their derivative is the tangent")
+TEST_CASE("forces are the gradient of the energy and their derivative is the tangent")
 {
-    for (const ElementKind kind : kKinds)
+    for (const ElementKind kind : kAllKinds)
         for (unsigned seed = 1; seed < 6; ++seed) {
-            Sample s = sample(kind, 0.1, 2, seed);
+            CorotationalSample s = corotational_sample(kind, 0.1, 2, seed);
             const Eigen::Index n = s.x.size();
             ElementVector f, plus, minus;
             const CorotationalState state = corotational_forces(s.element, s.x, f);
@@ -83,8 +85,8 @@ TEST_CASE("forces are the gradient of the energy, and their derivative is the ta
 
 TEST_CASE("forces and moments of an element are in balance")
 {
-    for (const ElementKind kind : kKinds) {
-        const Sample s = sample(kind, 0.2, 1, 3);
+    for (const ElementKind kind : kAllKinds) {
+        const CorotationalSample s = corotational_sample(kind, 0.2, 1, 3);
         ElementVector f;
         corotational_forces(s.element, s.x, f);
         Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
@@ -97,10 +99,11 @@ TEST_CASE("forces and moments of an element are in balance")
     }
 }
 
-TEST_CASE("the positive part of the tangent is positive, and is the tangent at rest")
+TEST_CASE("the positive part of the tangent is positive and is the tangent at rest")
 {
-    for (const ElementKind kind : kKinds) {
-        const Sample strained = sample(kind, 0.2, 1, 4), rest = sample(kind, 0, 1, 4);
+    for (const ElementKind kind : kAllKinds) {
+        const CorotationalSample strained = corotational_sample(kind, 0.2, 1, 4),
+                                 rest = corotational_sample(kind, 0, 1, 4);
         ElementVector f;
         ElementMatrix part, whole;
         corotational_stiffness(strained.element,

@@ -23,7 +23,7 @@ Eigen::VectorXd eigenvalues(const ElementMatrix& K)
     return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(K, Eigen::EigenvaluesOnly).eigenvalues();
 }
 
-ElementMatrix stiffness(ElementKind kind, const ElementPlaces& X, const Mat6& C)
+ElementMatrix element_stiffness(ElementKind kind, const ElementPlaces& X, const Mat6& C)
 {
     ElementMatrix K;
     solid_stiffness(kind, X, C, K);
@@ -31,8 +31,8 @@ ElementMatrix stiffness(ElementKind kind, const ElementPlaces& X, const Mat6& C)
 }
 
 /// Energy of the strains at the stiffness points.
-double energy(ElementKind kind, const ElementPlaces& X, const Mat6& C, const ElementVector& u,
-              const InternalModes& modes)
+double strain_energy(ElementKind kind, const ElementPlaces& X, const Mat6& C,
+                     const ElementVector& u, const InternalModes& modes)
 {
     double sum = 0;
     for (const QuadraturePoint& p : stiffness_points(kind)) {
@@ -76,7 +76,7 @@ std::vector<Eigen::Index> turned(ElementKind kind, test::Random& random)
 
 } // namespace
 
-TEST_CASE("an element resists all but the six rigid motions, and is symmetric to the last bit")
+TEST_CASE("an element resists all but the six rigid motions and is symmetric to the last bit")
 {
     test::Random random(1);
     for (const ElementKind kind : kAllKinds)
@@ -85,7 +85,7 @@ TEST_CASE("an element resists all but the six rigid motions, and is symmetric to
                 CAPTURE(shape_of(kind).name);
                 CAPTURE(nu);
                 const ElementPlaces X = test::distorted_element(kind, random);
-                const ElementMatrix K = stiffness(kind, X, elasticity(nu));
+                const ElementMatrix K = element_stiffness(kind, X, elasticity(nu));
                 CHECK(K == K.transpose());
                 const Eigen::VectorXd values = eigenvalues(K);
                 CHECK(values.head<6>().cwiseAbs().maxCoeff() < 1e-14 * values.tail<1>()[0]);
@@ -96,7 +96,7 @@ TEST_CASE("an element resists all but the six rigid motions, and is symmetric to
             }
 }
 
-TEST_CASE("a constant strain is what it is, anywhere in any element, and stores its energy")
+TEST_CASE("a constant strain is what it is anywhere in any element and stores its energy")
 {
     test::Random random(2);
     for (const ElementKind kind : kAllKinds)
@@ -111,7 +111,7 @@ TEST_CASE("a constant strain is what it is, anywhere in any element, and stores 
             const InternalModes modes = solid_internal_modes(kind, X, C, u);
             if (kind == ElementKind::H8) CHECK(modes.norm() < 1e-11);
             CHECK((solid_strain(kind, X, u, modes, Vec3::Constant(0.2)) - e).norm() < 1e-11);
-            CHECK(u.dot(stiffness(kind, X, C) * u) ==
+            CHECK(u.dot(element_stiffness(kind, X, C) * u) ==
                   doctest::Approx(e.dot(C * e) * solid_volume(kind, X)).epsilon(1e-11));
         }
 }
@@ -121,12 +121,12 @@ TEST_CASE("the stiffness of T4 and T10 is that of displacements alone")
     test::Random random(3);
     for (const ElementKind kind : {ElementKind::T4, ElementKind::T10}) {
         const ElementPlaces X = test::distorted_element(kind, random);
-        const ElementMatrix K = stiffness(kind, X, elasticity(0.3));
+        const ElementMatrix K = element_stiffness(kind, X, elasticity(0.3));
         CHECK((K - test::plain_stiffness(kind, X, elasticity(0.3))).norm() < 1e-13 * K.norm());
     }
 }
 
-TEST_CASE("internal modes take the amplitudes of least energy, which is that of the stiffness")
+TEST_CASE("internal modes take the amplitudes of least energy which is that of the stiffness")
 {
     test::Random random(4);
     const ElementKind kind = ElementKind::H8;
@@ -138,19 +138,20 @@ TEST_CASE("internal modes take the amplitudes of least energy, which is that of 
         for (double& x : u)
             x = random();
         InternalModes modes = solid_internal_modes(kind, X, C, u);
-        const double least = energy(kind, X, C, u, modes);
-        CHECK(0.5 * u.dot(stiffness(kind, X, C) * u) == doctest::Approx(least).epsilon(1e-11));
+        const double least = strain_energy(kind, X, C, u, modes);
+        CHECK(0.5 * u.dot(element_stiffness(kind, X, C) * u) ==
+              doctest::Approx(least).epsilon(1e-11));
         CHECK(0.5 * u.dot(test::plain_stiffness(kind, X, C) * u) > 1.01 * least);
         for (Eigen::Index k = 0; k < modes.size(); ++k)
             for (const double d : {-1e-3, 1e-3}) {
                 InternalModes other = modes;
                 other[k] += d;
-                CHECK(energy(kind, X, C, u, other) > least);
+                CHECK(strain_energy(kind, X, C, u, other) > least);
             }
     }
 }
 
-TEST_CASE("an element does not depend on rotation, place, order of nodes or unit")
+TEST_CASE("an element does not depend on rotation or place or order of nodes or unit")
 {
     test::Random random(5);
     for (const ElementKind kind : kAllKinds)
@@ -158,12 +159,12 @@ TEST_CASE("an element does not depend on rotation, place, order of nodes or unit
             CAPTURE(shape_of(kind).name);
             const ElementPlaces X = test::distorted_element(kind, random);
             const Mat6 C = elasticity(0.3);
-            const ElementMatrix K = stiffness(kind, X, C);
+            const ElementMatrix K = element_stiffness(kind, X, C);
             const Eigen::Index n = X.cols();
 
             const Mat3 R = random.rotation();
             const ElementPlaces turned_X = (R * X).colwise() + random.vector();
-            const ElementMatrix turned_K = stiffness(kind, turned_X, C);
+            const ElementMatrix turned_K = element_stiffness(kind, turned_X, C);
             ElementMatrix back(3 * n, 3 * n);
             for (Eigen::Index i = 0; i < n; ++i)
                 for (Eigen::Index j = 0; j < n; ++j)
@@ -172,7 +173,7 @@ TEST_CASE("an element does not depend on rotation, place, order of nodes or unit
             CHECK((back - K).norm() < 1e-13 * K.norm());
 
             const std::vector<Eigen::Index> order = turned(kind, random);
-            const ElementMatrix other_K = stiffness(kind, X(Eigen::all, order), C);
+            const ElementMatrix other_K = element_stiffness(kind, X(Eigen::all, order), C);
             for (Eigen::Index i = 0; i < n; ++i)
                 for (Eigen::Index j = 0; j < n; ++j)
                     CHECK((other_K.block<3, 3>(3 * i, 3 * j) -
@@ -180,12 +181,12 @@ TEST_CASE("an element does not depend on rotation, place, order of nodes or unit
                               .norm() < 1e-13 * K.norm());
 
             // Millimetres and N/mm^2 give N/mm.
-            const ElementMatrix in_mm = stiffness(kind, 1e3 * X, 1e-6 * C);
+            const ElementMatrix in_mm = element_stiffness(kind, 1e3 * X, 1e-6 * C);
             CHECK((1e3 * in_mm - K).norm() < 1e-13 * K.norm());
         }
 }
 
-TEST_CASE("an H8 of incompressible material keeps one volume, not seven")
+TEST_CASE("an H8 of incompressible material keeps one volume and not seven")
 {
     // Eigenvalues that grow without bound as nu goes to 1/2 are what locks.
     test::Random random(6);
@@ -196,12 +197,12 @@ TEST_CASE("an H8 of incompressible material keeps one volume, not seven")
         const auto stiff = [](const Eigen::VectorXd& values) {
             return (values.array() > 1e3 * 1e6).count(); // E times a length, 1000 times
         };
-        CHECK(stiff(eigenvalues(stiffness(kind, X, C))) == 1);
+        CHECK(stiff(eigenvalues(element_stiffness(kind, X, C))) == 1);
         CHECK(stiff(eigenvalues(test::plain_stiffness(kind, X, C))) == 7);
     }
 }
 
-TEST_CASE("masses sum to density times volume, are positive, and move a body as they should")
+TEST_CASE("masses sum to density times volume and are positive and move a body as they should")
 {
     test::Random random(7);
     const double density = 1100;

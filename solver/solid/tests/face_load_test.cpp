@@ -7,7 +7,7 @@
 using namespace amontons;
 using test::kAllKinds;
 
-TEST_CASE("an all-round pressure neither pushes nor turns, and works on the volume")
+TEST_CASE("an all-round pressure neither pushes nor turns and works on the volume")
 {
     test::Random random(1);
     for (const ElementKind kind : kAllKinds) {
@@ -32,7 +32,7 @@ TEST_CASE("an all-round pressure neither pushes nor turns, and works on the volu
     }
 }
 
-TEST_CASE("a traction on a flat face sums to its area; a T6 gives it to its middle nodes")
+TEST_CASE("a traction on a flat face sums to its area and a T6 gives it to its middle nodes")
 {
     FaceForces X(3, 6);
     X << 0, 2, 0, 1, 1, 0, //
@@ -48,7 +48,7 @@ TEST_CASE("a traction on a flat face sums to its area; a T6 gives it to its midd
     CHECK((pressure_forces(square, 1).colwise() + Vec3::UnitZ()).norm() < 1e-14);
 }
 
-TEST_CASE("the tangent of a pressure is its derivative, and over a closed surface symmetric")
+TEST_CASE("the tangent of a pressure is its derivative and over a closed surface symmetric")
 {
     test::Random random(9);
     for (const ElementKind kind : test::kAllKinds) {

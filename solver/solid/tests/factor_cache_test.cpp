@@ -33,7 +33,7 @@ struct Folder {
     }
 };
 
-struct Body {
+struct Brick {
     VolumeMesh mesh;
     SolidMaterial material{1e9, 0.3, 1000};
     const char* held = "z_min";
@@ -42,7 +42,7 @@ struct Body {
     SparseMatrix free;
     FreeDofs dofs;
 
-    Body()
+    Brick()
     {
         SolidBoxOptions box;
         box.cells = {3, 3, 4};
@@ -79,81 +79,81 @@ struct Body {
 TEST_CASE("a second start reads the factor and has the bits of the first")
 {
     const Folder folder;
-    Body body;
-    const SolidFactor first = body.factor(folder.path), second = body.factor(folder.path),
-                      without = body.factor("");
+    Brick brick;
+    const SolidFactor first = brick.factor(folder.path), second = brick.factor(folder.path),
+                      without = brick.factor("");
     CHECK(!first.factor_read);
     CHECK(second.factor_read);
     CHECK(!without.factor_read);
     CHECK(first.messages.empty());
     CHECK(second.messages.empty());
-    const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(body.free.rows(), -1, 2);
+    const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(brick.free.rows(), -1, 2);
     CHECK(second.factor.solved(b) == first.factor.solved(b));
     CHECK(without.factor.solved(b) == first.factor.solved(b));
     CHECK(folder.count(".factor") == 1);
     CHECK(folder.count(".order") == 1);
 }
 
-TEST_CASE("Young's modulus alone needs no new factor; all else does")
+TEST_CASE("Young's modulus alone needs no new factor but all else does")
 {
     const Folder folder;
-    Body body;
-    body.kind.mass = 1e8;
-    body.factor(folder.path);
+    Brick brick;
+    brick.kind.mass = 1e8;
+    brick.factor(folder.path);
     const auto change = [&](auto what) {
-        Body other = body;
+        Brick other = brick;
         what(other);
         return other.factor(folder.path).factor_read;
     };
-    CHECK(change([](Body&) {}));
+    CHECK(change([](Brick&) {}));
     // K scales with E, M does not: the ratio must stay.
-    CHECK(change([](Body& b) { b.material.youngs_modulus *= 4, b.material.density *= 4; }));
-    CHECK(change([](Body& b) { b.material.youngs_modulus *= 2, b.kind.mass *= 2; }));
-    CHECK(change([](Body& b) { b.kind.stiffness *= 2, b.kind.mass *= 2; }));
-    CHECK(!change([](Body& b) { b.material.youngs_modulus *= 4; }));
-    CHECK(!change([](Body& b) { b.material.poissons_ratio = 0.31; }));
-    CHECK(!change([](Body& b) { b.material.density = 1001; }));
-    CHECK(!change([](Body& b) { b.kind.mass = 2e8; }));
-    CHECK(!change([](Body& b) { b.held = "x_max"; }));
-    CHECK(!change([](Body& b) { b.kind.scheme = "other"; }));
-    CHECK(!change([](Body& b) { b.mesh.nodes[20] *= 1 + 1e-15; }));
-    CHECK(!change([](Body& b) { // the same brick, numbered from another corner
+    CHECK(change([](Brick& b) { b.material.youngs_modulus *= 4, b.material.density *= 4; }));
+    CHECK(change([](Brick& b) { b.material.youngs_modulus *= 2, b.kind.mass *= 2; }));
+    CHECK(change([](Brick& b) { b.kind.stiffness *= 2, b.kind.mass *= 2; }));
+    CHECK(!change([](Brick& b) { b.material.youngs_modulus *= 4; }));
+    CHECK(!change([](Brick& b) { b.material.poissons_ratio = 0.31; }));
+    CHECK(!change([](Brick& b) { b.material.density = 1001; }));
+    CHECK(!change([](Brick& b) { b.kind.mass = 2e8; }));
+    CHECK(!change([](Brick& b) { b.held = "x_max"; }));
+    CHECK(!change([](Brick& b) { b.kind.scheme = "other"; }));
+    CHECK(!change([](Brick& b) { b.mesh.nodes[20] *= 1 + 1e-15; }));
+    CHECK(!change([](Brick& b) { // the same brick, numbered from another corner
         std::vector<std::int32_t>& n = b.mesh.blocks[0].nodes;
         for (const std::size_t k : {0, 1, 4, 5})
             std::swap(n[k], n[k + 2]);
     }));
-    body.kind.mass = 0;
-    body.factor(folder.path);
-    CHECK(change([](Body& b) { b.material.youngs_modulus = 2.1e11; }));
-    CHECK(change([](Body& b) { b.material.density = 7; }));
+    brick.kind.mass = 0;
+    brick.factor(folder.path);
+    CHECK(change([](Brick& b) { b.material.youngs_modulus = 2.1e11; }));
+    CHECK(change([](Brick& b) { b.material.density = 7; }));
 }
 
-TEST_CASE("the order serves other prescribed dofs, places and materials of the same elements")
+TEST_CASE("the order serves other prescribed dofs and places and materials of the same elements")
 {
     const Folder folder;
-    Body body;
-    CHECK(!body.factor(folder.path).order_read);
-    body.held = "x_min";
-    body.material.poissons_ratio = 0.4;
-    for (Vec3& x : body.mesh.nodes)
+    Brick brick;
+    CHECK(!brick.factor(folder.path).order_read);
+    brick.held = "x_min";
+    brick.material.poissons_ratio = 0.4;
+    for (Vec3& x : brick.mesh.nodes)
         x *= 1.5;
-    const SolidFactor other = body.factor(folder.path);
+    const SolidFactor other = brick.factor(folder.path);
     CHECK(!other.factor_read);
     CHECK(other.order_read);
     CHECK(folder.count(".order") == 1);
     CHECK(folder.count(".factor") == 2);
 }
 
-TEST_CASE("damaged and foreign files are ignored with a message, and replaced")
+TEST_CASE("damaged and foreign files are ignored with a message and replaced")
 {
     const Folder folder;
-    Body body;
-    body.factor(folder.path);
+    Brick brick;
+    brick.factor(folder.path);
     const std::string factor = folder.file(".factor"), order = folder.file(".order");
     const std::string good = read_file(factor);
     const auto spoil = [&](std::string bytes) {
         write_file(factor, bytes);
-        const SolidFactor f = body.factor(folder.path);
+        const SolidFactor f = brick.factor(folder.path);
         CHECK(!f.factor_read);
         REQUIRE(f.messages.size() == 1);
         CHECK(f.messages[0].find(factor + ": ignored: ") == 0);
@@ -168,7 +168,7 @@ TEST_CASE("damaged and foreign files are ignored with a message, and replaced")
 
     // A factor of another matrix, under our name.
     const Folder second;
-    Body softer = body;
+    Brick softer = brick;
     softer.material.poissons_ratio = 0.1;
     softer.factor(second.path);
     spoil(read_file(second.file(".factor")));
@@ -177,21 +177,21 @@ TEST_CASE("damaged and foreign files are ignored with a message, and replaced")
     std::string bytes = read_file(order);
     bytes[20] ^= 1;
     write_file(order, bytes);
-    const SolidFactor f = body.factor(folder.path);
+    const SolidFactor f = brick.factor(folder.path);
     CHECK(!f.order_read);
     REQUIRE(f.messages.size() == 1);
-    CHECK(body.factor(folder.path).factor_read);
+    CHECK(brick.factor(folder.path).factor_read);
 }
 
 TEST_CASE("a folder that cannot be written costs no answer")
 {
-    Body body;
-    const SolidFactor f = body.factor("/dev/null/cache");
+    Brick brick;
+    const SolidFactor f = brick.factor("/dev/null/cache");
     CHECK(!f.messages.empty());
     CHECK(!f.factor_read);
 }
 
-TEST_CASE("an order read back is the one written, or none")
+TEST_CASE("an order read back is the one written or none")
 {
     const std::vector<std::int32_t> order{3, 0, 2, 1};
     const std::string bytes = order_bytes(order);

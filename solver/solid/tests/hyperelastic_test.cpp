@@ -27,15 +27,15 @@ Mat3 some_axes()
 }
 
 /// An element bent out of shape, then moved.
-struct Sample {
+struct HyperelasticSample {
     HyperelasticElement element;
     Eigen::Matrix3Xd X, x;
 };
 
-Sample sample(ElementKind kind, double strain, unsigned seed)
+HyperelasticSample hyperelastic_sample(ElementKind kind, double strain, unsigned seed)
 {
     test::Random random(seed);
-    Sample s;
+    HyperelasticSample s;
     s.X = test::distorted_element(kind, random, 0.08);
     s.element = make_hyperelastic(kind, s.X, some_axes());
     s.x = s.X;
@@ -45,7 +45,8 @@ Sample sample(ElementKind kind, double strain, unsigned seed)
     return s;
 }
 
-double energy(const Sample& s, const Hyperelastic& m, const Eigen::Matrix3Xd& x, ElementVector& f)
+double energy(const HyperelasticSample& s, const Hyperelastic& m, const Eigen::Matrix3Xd& x,
+              ElementVector& f)
 {
     HyperelasticState state;
     REQUIRE(hyperelastic_forces(s.element, m, x, state, f) == ElementFault::none);
@@ -54,14 +55,14 @@ double energy(const Sample& s, const Hyperelastic& m, const Eigen::Matrix3Xd& x,
 
 } // namespace
 
-TEST_CASE("forces are the gradient of the energy, and the tangent is their derivative")
+TEST_CASE("forces are the gradient of the energy and the tangent is their derivative")
 {
     for (const ElementKind kind : test::kAllKinds)
         for (const Hyperelastic& m : materials())
             for (unsigned seed = 1; seed < 4; ++seed) {
                 CAPTURE(m.law->name);
                 CAPTURE(int(kind));
-                const Sample s = sample(kind, 0.06, seed);
+                const HyperelasticSample s = hyperelastic_sample(kind, 0.06, seed);
                 const Eigen::Index n = s.x.size();
                 ElementVector f, plus[2], minus[2];
                 HyperelasticState state;
@@ -105,14 +106,14 @@ double volume(ElementKind kind, const Eigen::Matrix3Xd& x)
 
 } // namespace
 
-TEST_CASE(
-    "the pressure of a mean volume as an unknown of its own: the matrix, and what it leads to")
+TEST_CASE("the pressure of a mean volume as an unknown of its own: the matrix and what it leads to")
 {
     const Hyperelastic rubber{find_law("neo_hooke"), {1e6, 0.4999}};
     const double mu = 1e6 / 2.9998, lambda = 2 * mu * 0.4999 / 0.0002;
     for (const ElementKind kind : {ElementKind::T10, ElementKind::H8}) {
         CAPTURE(int(kind));
-        const Sample s = sample(kind, 0.06, 4), other = sample(kind, 0.06, 5);
+        const HyperelasticSample s = hyperelastic_sample(kind, 0.06, 4),
+                                 other = hyperelastic_sample(kind, 0.06, 5);
         const double V = volume(kind, s.X);
         const double share =
             lambda - mu * (kind == ElementKind::T10 ? kPointwiseLambda : kPointwiseLambdaOfH8);
@@ -164,15 +165,16 @@ TEST_CASE(
         REQUIRE(hyperelastic_forces(s.element, rubber, s.x, state, f) == ElementFault::none);
         CHECK(state.pressure == p + 1e6);
     }
-    const Sample t4 = sample(ElementKind::T4, 0.06, 4);
+    const HyperelasticSample t4 = hyperelastic_sample(ElementKind::T4, 0.06, 4);
     CHECK(std::isnan(pressure_after(t4.element, rubber, t4.x, t4.x)));
 }
 
-TEST_CASE("a rigid motion leaves no force, and a turned state the same one")
+TEST_CASE("a rigid motion leaves no force and a turned state the same one")
 {
     for (const ElementKind kind : test::kAllKinds)
         for (const Hyperelastic& m : materials()) {
-            const Sample rest = sample(kind, 0, 7), s = sample(kind, 0.05, 8);
+            const HyperelasticSample rest = hyperelastic_sample(kind, 0, 7),
+                                     s = hyperelastic_sample(kind, 0.05, 8);
             ElementVector f, turned;
             HyperelasticState state, other;
             REQUIRE(hyperelastic_forces(rest.element, m, rest.x, state, f) == ElementFault::none);
@@ -204,7 +206,7 @@ TEST_CASE("a uniform deformation of a distorted element is that of the point: pa
         for (const Hyperelastic& m : materials()) {
             CAPTURE(m.law->name);
             CAPTURE(int(kind));
-            const Sample s = sample(kind, 0, 11);
+            const HyperelasticSample s = hyperelastic_sample(kind, 0, 11);
             HyperelasticState state;
             ElementVector f;
             const Eigen::Matrix3Xd x = F * s.X;
@@ -234,7 +236,7 @@ TEST_CASE("at rest the tangent is the linear element's stiffness")
     for (const ElementKind kind : test::kAllKinds)
         for (const char* law : {"st_venant_kirchhoff", "neo_hooke"}) {
             const double nu = kind == ElementKind::H8 ? 0.47 : 0.35; // all of lambda at points
-            const Sample s = sample(kind, 0, 12);
+            const HyperelasticSample s = hyperelastic_sample(kind, 0, 12);
             HyperelasticState state;
             ElementVector f;
             const Hyperelastic m{find_law(law), {1e6, nu}};
@@ -246,10 +248,10 @@ TEST_CASE("at rest the tangent is the linear element's stiffness")
         }
 }
 
-TEST_CASE("nearly incompressible elements have one stiff motion each, not four or seven")
+TEST_CASE("nearly incompressible elements have one stiff motion each and not four or seven")
 {
     for (const ElementKind kind : {ElementKind::T10, ElementKind::H8}) {
-        const Sample s = sample(kind, 0.04, 13);
+        const HyperelasticSample s = hyperelastic_sample(kind, 0.04, 13);
         HyperelasticState state;
         ElementVector f;
         const Hyperelastic m{find_law("neo_hooke"), {1e6, 0.4999999}};
@@ -356,11 +358,11 @@ TEST_CASE("a block that its boundary compresses uniformly does not buckle within
             }
 }
 
-TEST_CASE("an element that is turned inside out, or beyond all numbers, is refused")
+TEST_CASE("an element that is turned inside out or beyond all numbers is refused")
 {
     for (const ElementKind kind : test::kAllKinds)
         for (const Hyperelastic& m : materials()) {
-            const Sample s = sample(kind, 0, 14);
+            const HyperelasticSample s = hyperelastic_sample(kind, 0, 14);
             ElementVector f;
             HyperelasticState state;
             Eigen::Matrix3Xd x = s.X;
@@ -372,7 +374,7 @@ TEST_CASE("an element that is turned inside out, or beyond all numbers, is refus
             x = s.X * std::numeric_limits<double>::quiet_NaN();
             CHECK(hyperelastic_forces(s.element, m, x, state, f) != ElementFault::none);
         }
-    const Sample s = sample(ElementKind::T4, 0, 14);
+    const HyperelasticSample s = hyperelastic_sample(ElementKind::T4, 0, 14);
     ElementVector f;
     HyperelasticState state;
     const Hyperelastic tissue{find_law("guccione"), {1e5, 8, 2, 4, 1e7}};

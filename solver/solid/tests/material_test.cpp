@@ -6,7 +6,7 @@
 
 using namespace amontons;
 
-TEST_CASE("the compliance of an isotropic material is 1/E, -nu/E, 1/G")
+TEST_CASE("the compliance of an isotropic material is 1/E and -nu/E and 1/G")
 {
     for (const double nu : {-0.5, 0.0, 0.3, 0.4999}) {
         CAPTURE(nu);
@@ -25,7 +25,7 @@ TEST_CASE("the compliance of an isotropic material is 1/E, -nu/E, 1/G")
     }
 }
 
-TEST_CASE("every fault of a material is named, and none of a good one")
+TEST_CASE("every fault of a material is named and none of a good one")
 {
     CHECK(issues_of({1e6, 0.4999, 0}, "a.json", "/m").empty());
     CHECK(issues_of({1e6, -0.99, 1000}, "a.json", "/m").empty());
@@ -35,7 +35,7 @@ TEST_CASE("every fault of a material is named, and none of a good one")
     CHECK(issues[1].place == "/m/poissons_ratio");
     CHECK(issues[1].found == "0.5");
     CHECK(issues[2].place == "/m/density");
-    CHECK(issues_of({0, -1, 0}, "", "").size() == 2);
+    CHECK(issues_of(SolidMaterial{0, -1, 0}, "", "").size() == 2);
     const double nan = std::numeric_limits<double>::quiet_NaN(),
                  infinite = std::numeric_limits<double>::infinity();
     CHECK(issues_of({infinite, nan, infinite}, "", "").size() == 3);

@@ -11,29 +11,27 @@ using test::kAllKinds;
 
 namespace {
 
-struct Body {
+struct LooseBox {
     VolumeMesh mesh;
     SolidPattern pattern;
     SparseMatrix K;
 };
 
 /// A box of 1 x 0.6 x 0.4, turned, far from the origin.
-Body body(ElementKind kind, double size = 1, std::int32_t cells = 3)
+LooseBox loose_box(ElementKind kind, double size = 1, std::int32_t cells = 3)
 {
     SolidBoxOptions box;
     box.highest = size * Vec3(1, 0.6, 0.4);
     box.cells = {cells, cells, 2};
     box.kind = kind;
-    Body b{make_solid_box(box), {}, {}};
+    LooseBox b{make_solid_box(box), {}, {}};
     b.pattern = make_pattern(b.mesh);
-    b.K = zero_matrix(b.pattern);
-    const SolidMaterial material{1e9, 0.3, 0};
-    assemble_stiffness(b.mesh, b.pattern, {&material, 1}, b.K);
+    b.K = test::assembled_stiffness(b.mesh, b.pattern, {1e9, 0.3, 0});
     return b;
 }
 
 /// All or one of the axes of the nodes of a face.
-void prescribe(const Body& b, const char* face, std::initializer_list<int> axes,
+void prescribe(const LooseBox& b, const char* face, std::initializer_list<int> axes,
                std::vector<std::int32_t>& dofs)
 {
     for (const std::int32_t node : nodes_of(b.mesh, *find_set(b.mesh.face_sets, face)))
@@ -41,14 +39,14 @@ void prescribe(const Body& b, const char* face, std::initializer_list<int> axes,
             dofs.push_back(3 * node + a);
 }
 
-RigidModes modes_of(const Body& b, std::span<const std::int32_t> prescribed,
+RigidModes modes_of(const LooseBox& b, std::span<const std::int32_t> prescribed,
                     std::span<const char> contact = {})
 {
     return find_rigid_modes(b.mesh.nodes, b.pattern, prescribed, contact);
 }
 
 /// What every answer must be.
-void check_laws(const Body& b, const std::vector<std::int32_t>& prescribed, const RigidModes& m)
+void check_laws(const LooseBox& b, const std::vector<std::int32_t>& prescribed, const RigidModes& m)
 {
     const Eigen::Index n = b.K.rows(), k = m.R.cols();
     REQUIRE(Eigen::Index(m.pins.size()) == k);
@@ -87,7 +85,8 @@ void check_laws(const Body& b, const std::vector<std::int32_t>& prescribed, cons
 
 } // namespace
 
-TEST_CASE("rigid modes left by what is prescribed: free 6, a plane 3, two 1, three 0, clamped 0")
+TEST_CASE("rigid modes left by what is prescribed: free 6 and a plane 3 and two 1 and three 0 and "
+          "clamped 0")
 {
     const std::pair<std::vector<std::pair<const char*, int>>, Eigen::Index> cases[] = {
         {{}, 6},
@@ -99,7 +98,7 @@ TEST_CASE("rigid modes left by what is prescribed: free 6, a plane 3, two 1, thr
     };
     for (const ElementKind kind : kAllKinds)
         for (const double size : {1e-6, 1.0, 1e4}) {
-            const Body b = body(kind, size, 2);
+            const LooseBox b = loose_box(kind, size, 2);
             for (const auto& [faces, expected] : cases) {
                 CAPTURE(expected);
                 CAPTURE(size);
@@ -115,7 +114,7 @@ TEST_CASE("rigid modes left by what is prescribed: free 6, a plane 3, two 1, thr
 
 TEST_CASE("three points in a line leave the turn about it")
 {
-    Body b = body(ElementKind::H8, 1, 2);
+    LooseBox b = loose_box(ElementKind::H8, 1, 2);
     std::vector<std::int32_t> on_line, prescribed;
     for (std::size_t i = 0; i < b.mesh.nodes.size(); ++i)
         if (b.mesh.nodes[i][1] == 0 && b.mesh.nodes[i][2] == 0) on_line.push_back(std::int32_t(i));
@@ -137,7 +136,7 @@ TEST_CASE("three points in a line leave the turn about it")
 TEST_CASE("modes turn and move with the body")
 {
     test::Random random(7);
-    Body b = body(ElementKind::T4);
+    LooseBox b = loose_box(ElementKind::T4);
     const Mat3 Q = random.rotation();
     for (Vec3& x : b.mesh.nodes)
         x = Q * x + Vec3(50, -20, 30);
@@ -150,7 +149,7 @@ TEST_CASE("modes turn and move with the body")
 
 TEST_CASE("pins keep away from contact nodes where others can hold the body")
 {
-    const Body b = body(ElementKind::T10);
+    const LooseBox b = loose_box(ElementKind::T10);
     std::vector<char> contact(b.mesh.nodes.size(), 0);
     for (const char* face : {"x_min", "x_max", "y_min", "z_max"})
         for (const std::int32_t node : nodes_of(b.mesh, *find_set(b.mesh.face_sets, face)))
@@ -175,9 +174,9 @@ TEST_CASE("pins keep away from contact nodes where others can hold the body")
     check_laws(b, {}, none);
 }
 
-TEST_CASE("parts that no element connects move apart; nodes of no element hold nothing")
+TEST_CASE("parts that no element connects move apart and nodes of no element hold nothing")
 {
-    Body b = body(ElementKind::T4, 1, 2);
+    LooseBox b = loose_box(ElementKind::T4, 1, 2);
     const auto n = static_cast<std::int32_t>(b.mesh.nodes.size());
     for (std::int32_t i = 0; i < n; ++i)
         b.mesh.nodes.push_back(b.mesh.nodes[std::size_t(i)] + Vec3(5, 0, 0));

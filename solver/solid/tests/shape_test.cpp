@@ -7,7 +7,7 @@
 using namespace amontons;
 using test::kAllKinds;
 
-TEST_CASE("a shape function is 1 at its node and 0 at the others; they sum to 1")
+TEST_CASE("a shape function is 1 at its node and 0 at the others and they sum to 1")
 {
     test::Random random(1);
     for (const ElementKind kind : kAllKinds) {
@@ -52,7 +52,7 @@ TEST_CASE("shape gradients are the differences of shape values")
     }
 }
 
-TEST_CASE("on a face, the element's shape functions are those of the face")
+TEST_CASE("on a face the element's shape functions are those of the face")
 {
     test::Random random(3);
     for (const ElementKind kind : kAllKinds)

@@ -80,6 +80,14 @@ inline ElementMatrix plain_stiffness(ElementKind kind, const ElementPlaces& X, c
     return K;
 }
 
+inline SparseMatrix assembled_stiffness(const VolumeMesh& mesh, const SolidPattern& pattern,
+                                        const SolidMaterial& material)
+{
+    SparseMatrix K = zero_matrix(pattern);
+    assemble_stiffness(mesh, pattern, {&material, 1}, K);
+    return K;
+}
+
 /// Moves all nodes that are not on the surface of the box [0, 1]^3 to and fro; a T10's middle
 /// nodes too, so that its edges inside are curved.
 inline void shake_inside(VolumeMesh& mesh, Random& random, double distance)

@@ -5,12 +5,11 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <fmt/format.h>
+#include <numbers>
 
 using namespace amontons;
 
 namespace {
-
-constexpr double kPi = 3.14159265358979323846, kGravity = 9.81;
 
 std::string dynamic(double step, double end, double theta = 1)
 {
@@ -20,7 +19,7 @@ std::string dynamic(double step, double end, double theta = 1)
 
 } // namespace
 
-TEST_CASE("a damped element under a growing load makes the step of the theta rule, and its energy")
+TEST_CASE("a damped element under a growing load makes the step of the theta rule and its energy")
 {
     // A unit cube of one H8 with nu = 0, clamped below, stretches uniformly: of stiffness E and
     // mass rho / 3, for the velocity of its top. With F(t) = 150 t:
@@ -78,7 +77,7 @@ TEST_CASE("a traction keeps its direction in space where the body begins turned"
             "mesh": {{"generate": "box", "size": [1, 1, 1], "element": "T4"}},
             "start": {{"turn": [0, 0, {:.17g}]}},
             "loads": [{{"set": "x_max", "traction": [3, 0, 0]}}]}}}}, )",
-                                         motion, kPi / 2) +
+                                         motion, std::numbers::pi / 2) +
                              dynamic(0.01, 0.01));
         REQUIRE(r.summary.message == "");
         CHECK((r.vector("momentum") - Vec3(0.03, 0, 0)).norm() < 1e-12);
@@ -127,7 +126,7 @@ TEST_CASE("a drive turns a body about the place that it names")
     CHECK((r.vector("b") - Vec3(std::cos(1), std::sin(1), 0)).norm() < 1e-12);
 }
 
-TEST_CASE("an overlap at the start is undone over several steps, not thrown out at once")
+TEST_CASE("an overlap at the start is undone over several steps and not thrown out at once")
 {
     const double h = 0.01, deep = 1e-3;
     const Result r = run(R"("bodies": {
@@ -175,13 +174,13 @@ TEST_CASE("a joint holds a body that begins turned where it is")
         "shape": {{"generate": "box", "size": [1, 0.05, 0.05]}},
         "start": {{"place": [0, 0.5, 0], "turn": [0, 0, {:.17g}]}}}}}}, "gravity": [0, 0, -9.81],
         "couplings": [{{"kind": "weld", "between": ["rod", "world"], "at": [0, 0, 0]}}], )",
-                                     kPi / 2) +
+                                     std::numbers::pi / 2) +
                          dynamic(0.01, 0.1));
     REQUIRE(r.summary.message == "");
     CHECK((r.vector("rod") - Vec3(0, 0.5, 0)).norm() < 1e-9);
 }
 
-TEST_CASE("a spring has the length that it is given, and makes the step of its rule")
+TEST_CASE("a spring has the length that it is given and makes the step of its rule")
 {
     const std::string bodies = R"("bodies": {"ball": {"kind": "rigid", "mass": 2,
         "shape": {"generate": "ball", "radius": 0.1}}}, "couplings": [{"kind": "spring",
@@ -226,7 +225,7 @@ TEST_CASE("a load that grows has done the work that a solid which lies free unde
     CHECK(std::abs(r.summary.energy.error()) < 1e-8 * r.summary.energy.work);
 }
 
-TEST_CASE("a solid ball that lies free on a plane finds its balance, where it may roll")
+TEST_CASE("a solid ball that lies free on a plane finds its balance where it may roll")
 {
     // Turning it hardly changes the forces: the iterations go on in one direction, a little each.
     const Result r = run(R"("bodies": {
@@ -293,7 +292,7 @@ TEST_CASE("the drive of a rigid body gives what it presses into a solid and what
     }
 }
 
-TEST_CASE("the drive of a rigid body gives what it pushes, lifts and pulls")
+TEST_CASE("the drive of a rigid body gives what it pushes and lifts and pulls")
 {
     // Dynamic: a block on a rough floor, pushed from rest by a driven plate.
     const Result pushed = run(R"("bodies": {
@@ -327,7 +326,7 @@ TEST_CASE("the drive of a rigid body gives what it pushes, lifts and pulls")
     CHECK(std::abs(held) < 1e-6 * 9.81 * 0.2);
 }
 
-TEST_CASE("where pairs have no names, what touches a body carries its weight all the same")
+TEST_CASE("where pairs have no names what touches a body carries its weight all the same")
 {
     const Result r = run(R"("bodies": {
         "floor": {"kind": "obstacle", "surface": {"generate": "plane"}},
@@ -382,7 +381,7 @@ void check_momenta(const Result& r)
 
 } // namespace
 
-TEST_CASE("bodies that fly into each other and rub keep their momenta, whatever they are made of")
+TEST_CASE("bodies that fly into each other and rub keep their momenta whatever they are made of")
 {
     const std::string rub = R"("contact": [{"between": ["a", "b"], "friction": 0.4}])";
     const std::string bodies[] = {kRigidBox, elastic_box("T4", "linear"),
@@ -401,7 +400,7 @@ TEST_CASE("bodies that fly into each other and rub keep their momenta, whatever 
             }
 }
 
-TEST_CASE("bodies that are joined keep their momenta; joints make no energy")
+TEST_CASE("bodies that are joined keep their momenta and joints make no energy")
 {
     for (const char* kind : {"ball", "hinge", "slider", "weld"})
         for (const double theta : {1.0, 0.5}) {
@@ -423,7 +422,7 @@ TEST_CASE("bodies that are joined keep their momenta; joints make no energy")
         }
 }
 
-TEST_CASE("a rail that turns takes along what slides on it, of whatever it is made")
+TEST_CASE("a rail that turns takes along what slides on it whatever it is made of")
 {
     for (const char* motion : {"", "linear", "corotational"}) {
         CAPTURE(std::string(motion));
@@ -465,7 +464,7 @@ TEST_CASE("what a spring holds is in the balance of energy")
     }
 }
 
-TEST_CASE("a corotational solid that spins freely loses nothing, and nothing is said to be lost")
+TEST_CASE("a corotational solid that spins freely loses nothing and nothing is said to be lost")
 {
     const Result r = run(fmt::format(
         R"("bodies": {{"a": {{{}, "start": {{"velocity": [1, 0, 0], "spin": [3, -2, 5]}}}}}},
@@ -522,7 +521,7 @@ TEST_CASE("forces of a system with more joints and contacts than it needs stay o
     }
 }
 
-TEST_CASE("a joint far from its body is refused, once")
+TEST_CASE("a joint far from its body is refused once")
 {
     try {
         run(fmt::format(R"("bodies": {{"a": {{{}}}}}, "couplings":

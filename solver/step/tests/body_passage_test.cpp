@@ -10,14 +10,6 @@
 
 using namespace amontons;
 
-namespace {
-
-constexpr double kGravity = 9.81;
-
-const char* const kFloor = R"("floor": {"kind": "obstacle", "surface": {"generate": "plane"}})";
-
-} // namespace
-
 TEST_CASE("a corner pressed on a stiff face and edges pressed across each other do not pass")
 {
     const auto lowest = [](const BodyRecord& body, const auto& counts) {
@@ -100,7 +92,7 @@ TEST_CASE("a block driven through a plate thinner than a step meets it all the s
     }
 }
 
-TEST_CASE("a free block comes to rest on a plane though all its nodes may touch: pins move, too")
+TEST_CASE("a free block comes to rest on a plane though all its nodes may touch: pins move too")
 {
     for (const char* element : {"T4", "T10", "H8"})
         for (const char* motion : {"linear", "corotational"})

@@ -44,7 +44,7 @@ TEST_CASE("sparse W of many bodies is the sum of what each of them says")
     CHECK(sum.sparse().nonZeros() < rows.count * 10);
 }
 
-TEST_CASE("rows of some contacts are those of all, and in their order")
+TEST_CASE("rows of some contacts are those of all and in their order")
 {
     // Four contacts of 3, 1, 3 and 1 rows: the first on body 0, the second on both, the others on
     // body 1, the third on both of its sides.

@@ -12,6 +12,13 @@
 
 namespace amontons {
 
+inline constexpr double kGravity = 9.81; // [m/s^2]
+
+inline constexpr const char* kFloor =
+    R"("floor": {"kind": "obstacle", "surface": {"generate": "plane"}})";
+inline constexpr const char* kRubber =
+    R"({"law": "neo_hooke", "youngs_modulus": 1e6, "poisson_ratio": 0.45})";
+
 struct Result {
     RunSummary summary;
     std::vector<StepRecord> records;
@@ -31,8 +38,9 @@ struct Result {
 
 /// @param rest  members of the scene beside "schema"
 /// @param stop  asked for before the first state
+/// @param from  a saved state that the run goes on from
 inline Result run(const std::string& rest, const std::vector<std::string>& overrides = {},
-                  bool stop = false)
+                  bool stop = false, const std::vector<std::byte>& from = {})
 {
     const Scene scene = parse_scene("{\"schema\": 1, " + rest + "}", "test.json", overrides);
     std::vector<Obstacle> obstacles;
@@ -40,6 +48,7 @@ inline Result run(const std::string& rest, const std::vector<std::string>& overr
         obstacles.push_back({o.name, make_plane({o.surface.centre, o.surface.axis, 1})});
     Result r;
     r.simulation = make_simulation(scene, std::move(obstacles));
+    if (!from.empty()) r.simulation->restore(from);
     Keep keep;
     const std::atomic<bool> stopped{stop};
     r.summary = r.simulation->run(keep, stopped);

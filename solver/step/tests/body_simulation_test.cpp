@@ -10,24 +10,21 @@
 #include <cmath>
 #include <doctest/doctest.h>
 #include <fmt/format.h>
+#include <numbers>
 
 using namespace amontons;
 
 namespace {
 
-constexpr double kGravity = 9.81;
-
-const char* const kFloor = R"("floor": {"kind": "obstacle", "surface": {"generate": "plane"}})";
-
 std::string gravity_on_incline(double degrees)
 {
-    const double a = degrees * 3.14159265358979323846 / 180;
+    const double a = degrees * std::numbers::pi / 180;
     return fmt::format(R"("gravity": [{:.17g}, 0, {:.17g}])", kGravity * std::sin(a),
                        -kGravity * std::cos(a));
 }
 
 /// A block 0.2 x 0.2 x 0.1 of 1 kg, rigid or elastic, on the floor.
-std::string block(const std::string& kind)
+std::string lying_block(const std::string& kind)
 {
     if (kind == "rigid")
         return R"("block": {"kind": "rigid", "shape": {"generate": "box", "size": [0.2, 0.2, 0.1]},
@@ -41,14 +38,14 @@ std::string block(const std::string& kind)
 
 } // namespace
 
-TEST_CASE("a block on an incline slides with g (sin a - mu cos a), by the rule of the step")
+TEST_CASE("a block on an incline slides with g (sin a - mu cos a) by the rule of the step")
 {
     // Benchmark B01: x = a t (t + h) / 2 for the implicit Euler rule.
     const double a = kGravity * (0.5 - 0.3 * std::sqrt(0.75)), t = 0.2, h = 0.01;
     const Result r = run(fmt::format(R"("bodies": {{{}, {}}}, {},
         "contact": [{{"between": ["block", "floor"], "friction": 0.3}}],
         "time": {{"kind": "dynamic", "step": {}, "end": {}}})",
-                                     block("rigid"), kFloor, gravity_on_incline(30), h, t));
+                                     lying_block("rigid"), kFloor, gravity_on_incline(30), h, t));
     REQUIRE(r.summary.message == "");
     CHECK(std::abs(r.value("block_x") - a * t * (t + h) / 2) < 1e-10);
     CHECK(std::abs(r.value("block_velocity_x") - a * t) < 1e-9);
@@ -63,7 +60,7 @@ TEST_CASE("below the angle of friction a block sticks")
         const Result r = run(fmt::format(R"("bodies": {{{}, {}}}, {},
             "contact": [{{"between": ["block", "floor"], "friction": 0.3}}],
             "time": {{"kind": "dynamic", "step": 0.01, "end": 1}})",
-                                         block(kind), kFloor, gravity_on_incline(16.6)));
+                                         lying_block(kind), kFloor, gravity_on_incline(16.6)));
         REQUIRE(r.summary.message == "");
         if (std::string(kind) == "rigid") {
             CHECK(std::abs(r.value("block_x")) < 1e-10);
@@ -74,12 +71,12 @@ TEST_CASE("below the angle of friction a block sticks")
     }
 }
 
-TEST_CASE("a stop ends the step that is being solved, and not as a failure")
+TEST_CASE("a stop ends the step that is being solved but not as a failure")
 {
     const std::string scene = fmt::format(R"("bodies": {{{}, {}}}, "gravity": [0, 0, -9.81],
         "contact": [{{"between": ["block", "floor"], "friction": 0.5}}],
         "time": {{"kind": "quasi_static", "step": 1, "end": 1}})",
-                                          block("rigid"), kFloor);
+                                          lying_block("rigid"), kFloor);
     CHECK(run(scene).summary.status == "done");
     const Result stopped = run(scene, {}, true);
     CHECK(stopped.summary.status == "interrupted");
@@ -109,7 +106,7 @@ TEST_CASE("bodies left alone keep their momentum and angular momentum")
         }
 }
 
-TEST_CASE("two bodies that collide keep their momentum; friction only takes energy")
+TEST_CASE("two bodies that collide keep their momentum and friction only takes energy")
 {
     const Result r = run(R"("bodies": {
         "a": {"kind": "rigid", "density": 1000, "shape": {"generate": "box", "size": [0.1, 0.2, 0.3]},
@@ -128,7 +125,7 @@ TEST_CASE("two bodies that collide keep their momentum; friction only takes ener
     CHECK(std::abs(r.summary.energy.error()) < 1e-3 * std::abs(r.summary.energy.kinetic));
 }
 
-TEST_CASE("the midpoint rule keeps the energy of a vibrating solid, Euler's does not")
+TEST_CASE("the midpoint rule keeps the energy of a vibrating solid and Euler's does not")
 {
     const auto after = [](const char* theta) {
         return run(fmt::format(R"("bodies": {{"b": {{"kind": "solid",
@@ -216,7 +213,7 @@ TEST_CASE("a spring stretches by the weight over its stiffness")
     CHECK(std::abs(r.value("coupling_0_force") - 2 * kGravity) < 1e-6);
 }
 
-TEST_CASE("a body that contacts alone hold is in balance, and one that nothing holds is named")
+TEST_CASE("a body that contacts alone hold is in balance and one that nothing holds is named")
 {
     const auto pressed = [](const char* load) {
         return run(fmt::format(R"("bodies": {{"block": {{"kind": "solid",
@@ -243,10 +240,11 @@ TEST_CASE("a body that contacts alone hold is in balance, and one that nothing h
 
 TEST_CASE("a run that is stopped and goes on gives the same bits")
 {
-    const std::string dynamic = fmt::format(R"("schema": 1, "bodies": {{{}, {}}}, {},
+    const std::string dynamic =
+        fmt::format(R"("schema": 1, "bodies": {{{}, {}}}, {},
         "contact": [{{"between": ["block", "floor"], "friction": 0.3}}],
         "time": {{"kind": "dynamic", "step": 0.01, "end": 0.2}})",
-                                            block("corotational"), kFloor, gravity_on_incline(30));
+                    lying_block("corotational"), kFloor, gravity_on_incline(30));
     const std::string dragged = fmt::format(R"("schema": 1, "bodies": {{"block": {{"kind": "solid",
         "mesh": {{"generate": "box", "size": [1, 1, 1], "cells": [2, 2, 2], "element": "T10"}},
         "youngs_modulus": 1e6, "poisson_ratio": 0.3, "start": {{"place": [0, 0, 0.5]}},
@@ -327,7 +325,7 @@ TEST_CASE("a run that is stopped and goes on gives the same bits")
     }
 }
 
-TEST_CASE("small sliding: only nodes in contact are kept track of, and the forces stay")
+TEST_CASE("small sliding: only nodes in contact are kept track of and the forces stay")
 {
     // Two blocks alike with a foot at different places; `probe` lets one of them slide elsewhere.
     const auto block = [](const char* name, double x, const char* set) {
@@ -386,7 +384,7 @@ TEST_CASE("small sliding: only nodes in contact are kept track of, and the force
     }
 }
 
-TEST_CASE("an elastic block that floats on another without friction is pressed, and does not drift")
+TEST_CASE("an elastic block that floats on another without friction is pressed and does not drift")
 {
     // Poisson's ratio 0: the state is uniform, and no node moves aside.
     for (const char* element : {"T4", "T10"})
@@ -418,7 +416,8 @@ TEST_CASE("an elastic block that floats on another without friction is pressed, 
         }
 }
 
-TEST_CASE("free rigid bodies move the same whether \"*\" names their pairs or each has its own law")
+TEST_CASE(
+    "free rigid bodies move the same whether a wildcard names their pairs or each has its own law")
 {
     // Wide and fast enough that some are near from the start, some meet later, and some never.
     std::string bodies;
@@ -480,7 +479,7 @@ TEST_CASE("bodies that are alike move as each does alone")
     }
 }
 
-TEST_CASE("a body that nothing can hold is refused before the run, with its free motions")
+TEST_CASE("a body that nothing can hold is refused before the run with its free motions")
 {
     try {
         run(R"("bodies": {"block": {"kind": "solid", "mesh": {"generate": "box", "size": [1, 1, 1]},
@@ -497,7 +496,7 @@ TEST_CASE("a body that nothing can hold is refused before the run, with its free
     }
 }
 
-TEST_CASE("names that the meshes do not have are refused together, with the nearest")
+TEST_CASE("names that the meshes do not have are refused together with the nearest")
 {
     try {
         run(R"("bodies": {"block": {"kind": "solid", "mesh": {"generate": "box", "size": [1, 1, 1]},
@@ -512,7 +511,7 @@ TEST_CASE("names that the meshes do not have are refused together, with the near
     }
 }
 
-TEST_CASE("a path of balances ends at the end of time, however far the table of the load goes")
+TEST_CASE("a path of balances ends at the end of time however far the table of the load goes")
 {
     const auto frame = [](const char* over) {
         return run(std::string(R"("bodies": {"frame": {"kind": "rod", "plane": [0, 0, 1],

@@ -11,13 +11,6 @@
 
 using namespace amontons;
 
-namespace {
-
-constexpr const char* kRubber =
-    R"({"law": "neo_hooke", "youngs_modulus": 1e6, "poisson_ratio": 0.45})";
-
-} // namespace
-
 TEST_CASE("first loads whose balance is not found at once are taken up in parts")
 {
     // A column of 50 times its width that has to go from upright to hanging upside down: 15 times
@@ -46,7 +39,7 @@ TEST_CASE("first loads whose balance is not found at once are taken up in parts"
           doctest::Approx(ramped.value("a_max_displacement")).epsilon(1e-6));
 }
 
-TEST_CASE("a share of the loads is what smaller loads are, for each kind of body")
+TEST_CASE("a share of the loads is what smaller loads are for each kind of body")
 {
     const auto body = [](int kind, double by) {
         const std::string beam = fmt::format(
@@ -89,7 +82,7 @@ TEST_CASE("a share of the loads is what smaller loads are, for each kind of body
     }
 }
 
-TEST_CASE("a slender bar that is pressed buckles, and the run says so")
+TEST_CASE("a slender bar that is pressed buckles and the run says so")
 {
     // Straight on, until round-off has grown to a bend: some of these were given up on the way.
     struct Case {
@@ -125,7 +118,8 @@ TEST_CASE("a slender bar that is pressed buckles, and the run says so")
     }
 }
 
-TEST_CASE("a shallow arch that snaps: load, displacement and damped motion find the same balances")
+TEST_CASE(
+    "a shallow arch that snaps: load and displacement and damped motion find the same balances")
 {
     const TemporaryFolder folder;
     const std::string path = folder / "arch";

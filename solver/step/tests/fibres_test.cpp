@@ -7,7 +7,7 @@
 
 using namespace amontons;
 
-TEST_CASE("fibres are one direction a line, of unit length; what is none is named with its line")
+TEST_CASE("fibres are one direction a line of unit length and what is none is named with its line")
 {
     const std::vector<Vec3> f = parse_fibres("# x y z\n2 0 0\n0, 1e-200, 0\n\n1;1;0\n", "a", 3);
     REQUIRE(f.size() == 3);

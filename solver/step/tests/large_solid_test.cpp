@@ -102,7 +102,7 @@ TEST_CASE("a large solid that falls and slides moves as by its factor")
     }
 }
 
-TEST_CASE("small solids take their factor, and the plan names the other ways")
+TEST_CASE("small solids take their factor and the plan names the other ways")
 {
     const Result r = run(block(0.3, kShear, R"({"step": 1, "end": 1})"));
     const LinearPlan plan = r.simulation->linear_plan();

@@ -21,7 +21,7 @@ double in_use()
 
 } // namespace
 
-TEST_CASE("a linear solid keeps its stiffness and its factor, not what the factor was made from")
+TEST_CASE("a linear solid keeps its stiffness and its factor and not what the factor was made from")
 {
     const Scene scene = parse_scene(R"({"schema": 1, "bodies": {"block": {"kind": "solid",
         "mesh": {"generate": "box", "size": [1, 1, 1], "cells": [16, 16, 16], "element": "T4"},

@@ -57,7 +57,7 @@ std::string free_block(const char* element, double E, double nu, const std::stri
 
 } // namespace
 
-TEST_CASE("the side of a pressed block rolls onto the floor: no step is halved, forces agree")
+TEST_CASE("the side of a pressed block rolls onto the floor: no step is halved and forces agree")
 {
     double bricks = 0;
     for (const auto& [element, cells, rigid] :
@@ -98,7 +98,8 @@ TEST_CASE("a soft block on a slab of larger and far stiffer elements")
     CHECK((on_slab - on_rigid).norm() < 1e-2 * on_rigid.norm());
 }
 
-TEST_CASE("a pressed block that its floor alone keeps stable, whose contacts feel means of the gap")
+TEST_CASE(
+    "a pressed block that its floor alone keeps stable and whose contacts feel means of the gap")
 {
     // Its own tangent has up to six negative eigenvalues. Stiffened at single nodes, which means of
     // the gap do not feel, iterations left 0.95 of the error: refused at 26 % on the rigid box, and
@@ -115,7 +116,8 @@ TEST_CASE("a pressed block that its floor alone keeps stable, whose contacts fee
     }
 }
 
-TEST_CASE("a block that contacts alone hold under a dead load: Newton's method, to the closed form")
+TEST_CASE(
+    "a block that contacts alone hold under a dead load: Newton's method leads to the closed form")
 {
     // Uniform where nothing rubs: mu (a - 1 / a) + lambda ln J / a is the nominal stress along each
     // axis, 0 across the load.
@@ -197,7 +199,7 @@ TEST_CASE("a block that contacts alone hold under a dead load: Newton's method, 
     }
 }
 
-TEST_CASE("a block that its dead load tips over: as far as there is a balance, and then why not")
+TEST_CASE("a block that its dead load tips over: as far as there is a balance and then why not")
 {
     // 5 kPa down and 1.5 kPa across: it lifts off, leans, and the load goes with it. In motion,
     // with damping, it tips over between 0.45 and 0.5 of the load.

@@ -73,7 +73,7 @@ TEST_CASE("a rod's friction is one cone along and around it")
     }
 }
 
-TEST_CASE("more places that may touch do not change what a rod does, and Newton's method is quick")
+TEST_CASE("more places that may touch do not change what a rod does and Newton's method is quick")
 {
     for (const double friction : {0.0, 0.3}) {
         CAPTURE(friction);
@@ -123,7 +123,7 @@ TEST_CASE("rods that cross at a tenth of a degree rub each other as quickly as a
     }
 }
 
-TEST_CASE("rods thrown at each other do not pass, however long the step")
+TEST_CASE("rods thrown at each other do not pass however long the step")
 {
     for (const double h : {0.002, 0.02}) {
         CAPTURE(h);
@@ -143,7 +143,7 @@ TEST_CASE("rods thrown at each other do not pass, however long the step")
     }
 }
 
-TEST_CASE("rods that begin in each other are refused, for no contact would hold them apart")
+TEST_CASE("rods that begin in each other are refused for no contact would hold them apart")
 {
     const char* rod = R"({"kind": "rod", "hold": [{"set": "start"}], "shape": {"start": [0, 0, %]},
         "segments": [{"length": 1, "radius": 0.01, "EI": 1, "element": 0.1}]})";
@@ -245,7 +245,7 @@ TEST_CASE("a free rod that falls on a ball between two of its nodes does not pas
     CHECK(z > -0.065);
 }
 
-TEST_CASE("a cylinder that turns beneath a rod, or takes it along, is not passed")
+TEST_CASE("a cylinder that turns beneath a rod or takes it along is not passed")
 {
     // Along the cylinder's top. A place at rest takes a straight way of space, one that is taken
     // along a straight way of the cylinder's frame: the other one is 1.6 radii inside.
@@ -311,7 +311,7 @@ std::string woven(int rows)
 
 } // namespace
 
-TEST_CASE("places that many wires touch at are settled beside each other, not one by one")
+TEST_CASE("places that many wires touch at are settled beside each other and not one by one")
 {
     const Result few = run(woven(8)), many = run(woven(40));
     REQUIRE(few.summary.status == "done");
@@ -326,7 +326,7 @@ TEST_CASE("places that many wires touch at are settled beside each other, not on
     CHECK(factors(many) < 4 * factors(few)); // of five times the wires
 }
 
-TEST_CASE("where balances end a rod snaps, and what that releases is counted")
+TEST_CASE("where balances end a rod snaps and what that releases is counted")
 {
     // An arch between two clamps, loaded in the middle past its limit: the balance beyond is that
     // at which the path of balances arrives, through loads that fall and rise again.
@@ -394,7 +394,7 @@ TEST_CASE("what has not come out of a sheath is held: a cantilever as long as wh
     CHECK(pressed.value("wire_push_force") == doctest::Approx(1e6 * 1e-6 / 0.31).epsilon(1e-4));
 }
 
-TEST_CASE("a rod sinks through a medium as fast as its weight over the drag, and that is released")
+TEST_CASE("a rod sinks through a medium as fast as its weight over the drag and that is released")
 {
     const Result r = run(R"("bodies": {
         "floor": {"kind": "obstacle", "surface": {"generate": "plane", "centre": [0, 0, -5]}},
@@ -409,7 +409,7 @@ TEST_CASE("a rod sinks through a medium as fast as its weight over the drag, and
     CHECK(std::abs(r.summary.energy.error()) < 1e-3 * r.summary.energy.work);
 }
 
-TEST_CASE("in a medium a rod snaps in its own time, and no step is made up")
+TEST_CASE("in a medium a rod snaps in its own time and no step is made up")
 {
     // The arch of the test before, drawn instead of loaded: work is what is elastic or released.
     const Result r = run(R"("bodies": {

@@ -14,8 +14,8 @@ using namespace amontons;
 namespace {
 
 /// A block of 0.2 x 0.1 x 0.05 m below z = 0, its bottom held.
-std::string block(const std::string& cells, const std::string& more,
-                  const std::string& hold = R"("hold": [{"set": "z_min"}], )")
+std::string soft_block(const std::string& cells, const std::string& more,
+                       const std::string& hold = R"("hold": [{"set": "z_min"}], )")
 {
     return fmt::format(R"("block": {{"kind": "solid", {}
         "mesh": {{"generate": "box", "size": [0.2, 0.1, 0.05], "centre": [0, 0, -0.025], "cells": {}}},
@@ -39,7 +39,7 @@ std::string across(double radius, double y, double down, double along)
                        radius, y, radius + 1e-3, holds);
 }
 
-std::string scene(const std::string& bodies, double friction, double step, double end)
+std::string rod_on_block(const std::string& bodies, double friction, double step, double end)
 {
     return fmt::format(
         R"("bodies": {{{}}}, "contact": [{{"between": ["block", "rod"], "friction": {}}}],
@@ -120,7 +120,8 @@ TEST_CASE("a rod along an elastic foundation gives way as Hetenyi's beam does")
               doctest::Approx(F * lambda / (2 * k)).epsilon(5e-3));
 }
 
-TEST_CASE("a rod that lies on an elastic foundation buckles at 2 sqrt(k EI), not at Euler's load")
+TEST_CASE(
+    "a rod that lies on an elastic foundation buckles at 2 sqrt(k EI) and not at Euler's load")
 {
     // Hinged, four half waves of pi (EI / k)^(1/4) long, pressed on by its line load as far as its
     // ends are held down: with any other number of waves it would carry more. Euler's load is a
@@ -166,11 +167,12 @@ TEST_CASE("holds of a rod and of the block that it is pressed into are in balanc
     // Ends of the rod, and a side of the block, are held where they touch.
     for (const char* motion : {"linear", "corotational", "hyperelastic"}) {
         CAPTURE(std::string(motion));
-        const Result r = run(scene(block("[8, 4, 2]", fmt::format(R"(, "motion": "{}")", motion),
-                                         R"("hold": [{"set": "z_min"}, {"set": "x_min", "x": 0,
+        const Result r =
+            run(rod_on_block(soft_block("[8, 4, 2]", fmt::format(R"(, "motion": "{}")", motion),
+                                        R"("hold": [{"set": "z_min"}, {"set": "x_min", "x": 0,
                                          "y": [[0, 0], [2, 1e-3]]}], )") +
-                                       ", " + across(0.01, 0.011, 3e-3, 2e-3),
-                                   0.3, 0.5, 2));
+                                 ", " + across(0.01, 0.011, 3e-3, 2e-3),
+                             0.3, 0.5, 2));
         REQUIRE_MESSAGE(r.summary.message == "", r.summary.message);
         const Vec3 press = r.vector("rod_on_block_force");
         const Vec3 sum = r.vector("rod_start_force") + r.vector("rod_end_force") +
@@ -180,13 +182,13 @@ TEST_CASE("holds of a rod and of the block that it is pressed into are in balanc
     }
 }
 
-TEST_CASE("a free block between a floor and a rod is in balance, forces and moments")
+TEST_CASE("a free block between a floor and a rod is in balance of forces and moments")
 {
     // The rod lies askew over it and is pulled sideways: forces in all directions.
     const Result r = run(
         R"("bodies": {"floor": {"kind": "obstacle",
             "surface": {"generate": "plane", "centre": [0, 0, -0.05]}}, )" +
-        block("[6, 4, 3]", R"(, "motion": "corotational")", "") + R"(, "rod": {"kind": "rod",
+        soft_block("[6, 4, 3]", R"(, "motion": "corotational")", "") + R"(, "rod": {"kind": "rod",
             "segments": [{"length": 0.4, "radius": 0.004, "EI": 1, "EA": 1e5, "element": 0.02}],
             "shape": {"start": [-0.18, -0.05, 0.004], "direction": [0.96, 0.28, 0], "normal": [0, 0, 1]},
             "hold": [{"set": "start", "x": [[0, 0], [1, 0]], "z": [[0, 0], [1, -0.003]], "y": [[0, 0], [1, 0], [2, 0.004]]},
@@ -212,11 +214,11 @@ TEST_CASE("a free block between a floor and a rod is in balance, forces and mome
     CHECK((r.vector("rod_on_block_force") + held).norm() < 1e-7 * size);
 }
 
-TEST_CASE("a rod that is drawn along a hard block slides at mu N, and sticks before")
+TEST_CASE("a rod that is drawn along a hard block slides at mu N and sticks before")
 {
     for (const char* element : {"H8", "T10", "T4"}) {
         CAPTURE(element);
-        const Result r = run(scene(
+        const Result r = run(rod_on_block(
             fmt::format(R"("block": {{"kind": "solid", "hold": [{{"set": "z_min"}}],
                 "mesh": {{"generate": "box", "size": [0.2, 0.1, 0.05], "centre": [0, 0, -0.025],
                 "cells": [8, 4, 2], "element": "{}"}}, "youngs_modulus": 1e10,
@@ -252,7 +254,8 @@ TEST_CASE("where a rod lies on faces or edges does not matter: the whole turned 
         const auto to = [&](const Vec3& x) { return turned ? Vec3(turn * x) : x; };
         return run(
             R"("bodies": {)" +
-            block("[8, 4, 3]", turned ? fmt::format(R"(, "start": {{"turn": {}}})", list(v)) : "") +
+            soft_block("[8, 4, 3]",
+                       turned ? fmt::format(R"(, "start": {{"turn": {}}})", list(v)) : "") +
             fmt::format(
                 R"(, "rod": {{"kind": "rod", "segments": [{{"length": 0.3, "radius": 0.003, "EI": 0.05,
                 "EA": 1e4, "element": 0.02}}], "shape": {{"start": {}, "direction": {}, "normal": {}}},
@@ -271,17 +274,19 @@ TEST_CASE("where a rod lies on faces or edges does not matter: the whole turned 
     CHECK((turn * plain.vector("rod_end") - other.vector("rod_end")).norm() < 1e-7);
 }
 
-TEST_CASE("rods press on linear, corotational and hyperelastic blocks; work and energy balance")
+TEST_CASE(
+    "rods press on linear and corotational and hyperelastic blocks while work and energy balance")
 {
     for (const char* more : {"", R"(, "motion": "corotational")",
                              R"(, "material": {"law": "neo_hooke", "youngs_modulus": 1e5,
                                 "poisson_ratio": 0.3})"}) {
         CAPTURE(more);
-        std::string solid = block(R"([10, 5, 3], "element": "H8")", more);
+        std::string solid = soft_block(R"([10, 5, 3], "element": "H8")", more);
         if (std::string(more).find("law") != std::string::npos)
             solid.erase(solid.find("\"youngs_modulus\": 1e5"),
                         std::string("\"youngs_modulus\": 1e5, \"poisson_ratio\": 0.3, ").size());
-        const Result r = run(scene(solid + ", " + across(0.002, 0.003, 4e-3, 0), 0.2, 0.1, 1));
+        const Result r =
+            run(rod_on_block(solid + ", " + across(0.002, 0.003, 4e-3, 0), 0.2, 0.1, 1));
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
         const EnergyRecord& e = r.records.back().energy;
         CHECK(r.value("rod_on_block_force_z") > 15);
@@ -293,9 +298,9 @@ TEST_CASE("rods press on linear, corotational and hyperelastic blocks; work and 
 
 TEST_CASE("a rod that strikes a free block takes its momentum from it")
 {
-    const Result r =
-        run(R"("bodies": {)" + block(R"([6, 4, 3], "element": "H8")", R"(, "density": 1000)", "") +
-            R"(, "rod": {"kind": "rod", "segments": [{"length": 0.16, "radius": 0.004, "EI": 0.2,
+    const Result r = run(
+        R"("bodies": {)" + soft_block(R"([6, 4, 3], "element": "H8")", R"(, "density": 1000)", "") +
+        R"(, "rod": {"kind": "rod", "segments": [{"length": 0.16, "radius": 0.004, "EI": 0.2,
             "EA": 1e5, "element": 0.01, "density": 1000}],
             "shape": {"start": [-0.09, 0.02, 0.006], "direction": [1, 0.1, 0], "normal": [0, 0, 1]},
             "velocity": [0.3, 0, -1]}},
@@ -315,7 +320,7 @@ TEST_CASE("a rod that strikes a free block takes its momentum from it")
     CHECK(std::abs(e.work - e.elastic - e.kinetic - e.friction - e.released) < 1e-3 * thrown);
 }
 
-TEST_CASE("a rod does not pass through a thin plate, however long the step")
+TEST_CASE("a rod does not pass through a thin plate however long the step")
 {
     // Thrown, 0.25 to 1 m a step, at 5 mm.
     for (const double speed : {50.0, 200.0}) {
@@ -359,8 +364,8 @@ TEST_CASE("a rod does not pass through a thin plate, however long the step")
 
 TEST_CASE("a step goes on from a state as it would have")
 {
-    const std::string text =
-        scene(block("[8, 4, 3]", "") + ", " + across(0.003, 0.004, 2e-3, 0.01), 0.3, 0.125, 2);
+    const std::string text = rod_on_block(
+        soft_block("[8, 4, 3]", "") + ", " + across(0.003, 0.004, 2e-3, 0.01), 0.3, 0.125, 2);
     const auto made = [&] {
         return make_simulation(parse_scene("{\"schema\": 1, " + text + "}", "test.json"), {});
     };
@@ -388,7 +393,7 @@ TEST_CASE("a rod that begins inside a solid is refused with the place")
                 "EI": 1, "element": 0.05}}], "shape": {{"start": [-0.15, 0, {}], "normal": [0, 0, 1]}},
                 "hold": [{{"set": "start"}}]}}}}, "contact": [{{"between": {}}}],
                 "time": {{"step": 1, "end": 1}})",
-                block("[4, 2, 2]", ""), z, between));
+                soft_block("[4, 2, 2]", ""), z, between));
         } catch (const InputError& error) {
             return error.issues().at(0).place + ": " + error.issues().at(0).found;
         }

@@ -5,12 +5,11 @@
 
 #include <cmath>
 #include <doctest/doctest.h>
+#include <numbers>
 
 using namespace amontons;
 
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 RodInput straight(int elements)
 {
@@ -58,7 +57,7 @@ StepInput quasi_static(double start, double h)
 
 } // namespace
 
-TEST_CASE("a cone bends, twists, stretches and weighs as a solid cone does")
+TEST_CASE("a cone bends and twists and stretches and weighs as a solid cone does")
 {
     // Of modulus E, from radius r0 to r1: its end goes by F L^3 / (3 EI0) r0 / r1 under a force
     // across, (Gere & Goodno, Mechanics of Materials), by F L / (pi E r0 r1) under one along, and
@@ -101,9 +100,9 @@ TEST_CASE("a cone bends, twists, stretches and weighs as a solid cone does")
         StepInput step = quasi_static(0, 1);
         step.gravity = Vec3(0, 0, -weight);
         advance(heavy, step);
-        CHECK(heavy.reactions()[0][0].z() ==
-              doctest::Approx(weight * density * kPi / 3 * (r0 * r0 + r0 * r1 + r1 * r1))
-                  .epsilon(1e-3));
+        CHECK(heavy.reactions()[0][0].z() == doctest::Approx(weight * density * std::numbers::pi /
+                                                             3 * (r0 * r0 + r0 * r1 + r1 * r1))
+                                                 .epsilon(1e-3));
     }
 }
 
@@ -122,7 +121,7 @@ TEST_CASE("a cantilever carries its load and its weight into the clamp")
         StepInput step = quasi_static(0, 1);
         step.gravity = Vec3(0, -1e-4, 0);
         advance(rod, step);
-        const double weight = 1000 * kPi * 1e-4 * 1e-4;
+        const double weight = 1000 * std::numbers::pi * 1e-4 * 1e-4;
         const auto [force, moment] = rod.reactions()[0];
         CHECK((force - Vec3(0, weight, -1e-3)).norm() < 1e-9);
         CHECK((moment - Vec3(0, 0.7e-3, 0.5 * weight)).norm() < 1e-8);
@@ -156,7 +155,7 @@ TEST_CASE("a rod of 1e5 and 1e6 radii bends as any other")
     }
 }
 
-TEST_CASE("loads that follow, and moments fixed in space, converge quadratically")
+TEST_CASE("loads that follow and moments fixed in space converge quadratically")
 {
     for (const bool follows : {false, true}) {
         RodInput input = straight(8);
@@ -185,7 +184,7 @@ TEST_CASE("loads that follow, and moments fixed in space, converge quadratically
     }
 }
 
-TEST_CASE("a rod with prescribed ends closes its energy balance, on its way there and back")
+TEST_CASE("a rod with prescribed ends closes its energy balance on its way there and back")
 {
     for (const char* kind : {"exact", "corotational"}) {
         CAPTURE(kind);
@@ -217,7 +216,7 @@ TEST_CASE("a rod with prescribed ends closes its energy balance, on its way ther
     }
 }
 
-TEST_CASE("a free rod keeps its momentum; by the midpoint rule also nearly its spin and energy")
+TEST_CASE("a free rod keeps its momentum and by the midpoint rule also nearly its spin and energy")
 {
     RodInput input = straight(8);
     input.segments[0].curvature = 1;
@@ -226,7 +225,7 @@ TEST_CASE("a free rod keeps its momentum; by the midpoint rule also nearly its s
     for (const bool filtered : {false, true}) {
         RodBody rod(input, nullptr, 0);
         const Vec3 p = rod.momentum(), L = rod.angular_momentum();
-        const double kinetic = rod.kinetic_energy(), mass = 1000 * kPi * 1e-4;
+        const double kinetic = rod.kinetic_energy(), mass = 1000 * std::numbers::pi * 1e-4;
         CHECK((p - mass * input.velocity).norm() < 1e-9 * p.norm());
         BodyEnergy e;
         StepInput step;
@@ -247,23 +246,24 @@ TEST_CASE("a closed ring pulled at the ends of a diameter opens as Castigliano s
 {
     RodInput input = straight(40);
     const double R = 0.1;
-    input.segments[0].length = 2 * kPi * R;
+    input.segments[0].length = 2 * std::numbers::pi * R;
     input.segments[0].element = input.segments[0].length / 40;
     input.segments[0].EA = {1e7, 1e7};
     input.shape.closed = true;
     input.hold = {clamp("start")};
     RodLoad l;
-    l.at = kPi * R;
+    l.at = std::numbers::pi * R;
     l.force = Vec3(0, 0.1, 0);
     input.loads.push_back(l);
     Centreline circle(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), 1e-6);
-    circle.append_arc(R, 2 * kPi, 0, 1e-6);
+    circle.append_arc(R, 2 * std::numbers::pi, 0, 1e-6);
     RodBody rod(input, &circle, 0);
     CHECK(rod.model().node_count() == 40);
     CHECK(rod.model().element_count() == 40);
     const BodyEnergy e = advance(rod, quasi_static(0, 1));
-    const double exact = (kPi / 4 - 2 / kPi) * 0.1 * R * R * R;
-    const double opened = rod.nodes()[std::size_t(rod.model().node_at(kPi * R))].x[1] - 2 * R;
+    const double exact = (std::numbers::pi / 4 - 2 / std::numbers::pi) * 0.1 * R * R * R;
+    const double opened =
+        rod.nodes()[std::size_t(rod.model().node_at(std::numbers::pi * R))].x[1] - 2 * R;
     CHECK(std::abs(opened / exact - 1) < 0.01);
     CHECK(std::abs(e.elastic / (0.5 * 0.1 * exact) - 1) < 0.01);
     CHECK(rod.negative() == 0);
@@ -294,7 +294,7 @@ TEST_CASE("a rod goes on bit by bit from its state")
     }
 }
 
-TEST_CASE("a rod says what holds it not, and what is wrong with it")
+TEST_CASE("a rod says what holds it not and what is wrong with it")
 {
     RodInput input = straight(4);
     CHECK(RodBody(input, nullptr, 0).free_motions().size() == 6);
@@ -331,7 +331,7 @@ TEST_CASE("a rod says what holds it not, and what is wrong with it")
     CHECK(place_of(beyond) == "/loads/0/at");
 }
 
-TEST_CASE("a rod that bends by a table is bent by an end moment as the table says, in any plane")
+TEST_CASE("a rod that bends by a table is bent by an end moment as the table says in any plane")
 {
     // 2 N m over 1/m up to 1/m, then 0.5: a moment of 2.4 N m bends to 1.8 /m, whatever its axis.
     for (const double angle : {0.0, 0.6, 2.1}) {
@@ -364,7 +364,7 @@ TEST_CASE("a rod that bends by a table is bent by an end moment as the table say
     }
 }
 
-TEST_CASE("a rod that stretches by a table is as long as it says, in tension and in compression")
+TEST_CASE("a rod that stretches by a table is as long as it says in tension and in compression")
 {
     for (const double pull : {300.0, 1500.0, -1100.0}) {
         RodInput input = straight(4);

@@ -2,6 +2,7 @@
 
 #include "mesh/base/file.hpp"
 #include "mesh/tests/temporary_folder.hpp"
+#include "solver/scene/tests/issues_of.hpp"
 #include "solver/step/tests/body_runs.hpp"
 
 #include <cmath>
@@ -60,7 +61,7 @@ void write_arc(const std::string& path, bool half, int turn)
 }
 
 /// Half of the ring between two plates, or a quarter between a plate and its plane of symmetry.
-Result press(bool half, int turn, double friction)
+Result pressed_ring(bool half, int turn, double friction)
 {
     const TemporaryFolder folder;
     const std::string path = folder / "ring";
@@ -128,10 +129,10 @@ std::size_t needless_iterations(const Result& r)
 
 } // namespace
 
-TEST_CASE("a ring pressed until it meets itself is its own mirror image: the quarter's forces and "
-          "places, balance, no overlap; turned axes turn all")
+TEST_CASE("a ring pressed until it meets itself has the forces and places of its quarter and "
+          "balance and no overlap and turned axes turn all")
 {
-    const Result quarter = press(false, 0, 0);
+    const Result quarter = pressed_ring(false, 0, 0);
     REQUIRE_MESSAGE(quarter.summary.status == "done", quarter.summary.message);
     const double force = quarter.vector("ring_on_top_force")[1];
     std::size_t most = 0; // its tangent alone is not positive from half way on: it leans on plates
@@ -141,7 +142,7 @@ TEST_CASE("a ring pressed until it meets itself is its own mirror image: the qua
     const double met = quarter.vector("ring_on_plane_force")[1];
     CHECK(met > 0.2 * std::abs(force));
     for (const double friction : {0.0, 0.4}) {
-        const Result half = press(true, 0, friction);
+        const Result half = pressed_ring(true, 0, friction);
         REQUIRE_MESSAGE(half.summary.status == "done", half.summary.message);
         CAPTURE(friction);
         CHECK(needless_iterations(half) == 0);
@@ -169,7 +170,7 @@ TEST_CASE("a ring pressed until it meets itself is its own mirror image: the qua
         CHECK(least > -1e-4 * kThick);
 
         if (friction == 0) continue;
-        const Result turned = press(true, 1, friction);
+        const Result turned = pressed_ring(true, 1, friction);
         REQUIRE_MESSAGE(turned.summary.status == "done", turned.summary.message);
         // Another processor's round-off chooses otherwise, too: within what held[1] says of it.
         CHECK(turned.vector("ring_on_top_force")[2] == doctest::Approx(top[1]).epsilon(1e-4));
@@ -230,7 +231,7 @@ TEST_CASE("a slit that is closed at rest carries pressure and slides by Coulomb'
     CHECK(held.x() == doctest::Approx(-mu * held.z()).epsilon(0.05));
 }
 
-TEST_CASE("the seal of the examples: where contacts come and go, steps are not halved without end")
+TEST_CASE("the seal of the examples: where contacts come and go steps are not halved without end")
 {
     // With the bodies' true matrices, iterations end in errors of 1e-7 that jump: the run stood
     // still at 99.7 %. Bodies that lean on their contacts damp them.
@@ -333,9 +334,6 @@ TEST_CASE("a solid and itself: what is not possible is said")
         }
         return std::string("nothing");
     };
-    const auto has = [](const std::string& text, const char* part) {
-        return text.find(part) != std::string::npos;
-    };
     CHECK(found("hyperelastic", "", "quasi_static") == "nothing");
     CHECK(has(found("linear", "", "quasi_static"), "a hyperelastic solid and itself"));
     CHECK(has(found("corotational", "", "quasi_static"), "a hyperelastic solid and itself"));
@@ -344,7 +342,7 @@ TEST_CASE("a solid and itself: what is not possible is said")
     CHECK(has(found("hyperelastic", "", "dynamic"), "quasi_static"));
 }
 
-TEST_CASE("a sheet of faces wider than it is thick, which may touch itself anywhere")
+TEST_CASE("a sheet of faces wider than it is thick which may touch itself anywhere")
 {
     // Beside a face of one side lies, behind it, one of the other side: five times as far as the
     // sheet is thick. Taken for an overlap where a sheet gives way by a micrometre, it left no

@@ -10,13 +10,12 @@
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>
+#include <numbers>
 #include <random>
 
 using namespace amontons;
 
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// A wire pushed into a bent tube of radius 4 mm.
 Scene bent_tube_scene(double mu, double depth)
@@ -47,7 +46,7 @@ std::vector<Obstacle> bent_tube()
 {
     Centreline line(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), 4e-3);
     line.append_line(0.02, 4e-3);
-    line.append_arc(0.03, kPi / 2, 0, 4e-3);
+    line.append_arc(0.03, std::numbers::pi / 2, 0, 4e-3);
     line.append_line(0.06, 4e-3);
     std::vector<Obstacle> o;
     o.push_back({"tube", make_tube({line, 0})});
@@ -56,7 +55,7 @@ std::vector<Obstacle> bent_tube()
 
 } // namespace
 
-TEST_CASE("a run that is saved, restored elsewhere and gone on with is the same to the last bit")
+TEST_CASE("a run that is saved and restored elsewhere and gone on with is the same to the last bit")
 {
     Scene scene = bent_tube_scene(0.1, 0.08);
     SUBCASE("quasi-static") {}
@@ -99,7 +98,7 @@ TEST_CASE("a run that is saved, restored elsewhere and gone on with is the same 
     CHECK(end_c.energy.work == end_a.energy.work);
 }
 
-TEST_CASE("a state of another wire, or a cut one, is refused and changes nothing")
+TEST_CASE("a state of another wire or a cut one is refused and changes nothing")
 {
     const Scene scene = bent_tube_scene(0.1, 0.03);
     WireSimulation a(scene, bent_tube());
@@ -143,7 +142,7 @@ TEST_CASE("a wire that starts beyond a bend lies there as one that was pushed in
     }
 }
 
-TEST_CASE("a wire that jams on the way to where it starts is refused; asked to stop it stops")
+TEST_CASE("a wire that jams on the way to where it starts is refused and one asked to stop stops")
 {
     Scene scene = bent_tube_scene(5, 0.08);
     scene.beams[0].insertion = {{0, 0.08}, {1, 0.08}};
@@ -159,7 +158,7 @@ TEST_CASE("a wire that jams on the way to where it starts is refused; asked to s
     CHECK(none.records.empty());
 }
 
-TEST_CASE("every step is certified, and work is elastic energy plus friction")
+TEST_CASE("every step is certified and work is elastic energy plus friction")
 {
     for (double mu : {0.0, 0.2}) {
         CAPTURE(mu);
@@ -206,7 +205,8 @@ TEST_CASE("doubling every stiffness doubles every force and moves nothing")
 }
 
 // Vessels from images: 7 facets around, corners 20 % off the circle at random.
-TEST_CASE("a curved tip in a tube of few and uneven facets: certified, in balance, nothing beyond")
+TEST_CASE(
+    "a curved tip in a tube of few and uneven facets: certified and in balance and nothing beyond")
 {
     std::mt19937 rng{3};
     std::uniform_real_distribution<double> uniform{-1, 1};
@@ -215,7 +215,7 @@ TEST_CASE("a curved tip in a tube of few and uneven facets: certified, in balanc
     const auto add_ring = [&](const Vec3& centre, const Vec3& along) {
         const Vec3 side(-along.y(), along.x(), 0);
         for (int k = 0; k < 7; ++k) {
-            const double a = 2 * kPi * k / 7, r = 5e-3 * (1 + 0.2 * uniform(rng));
+            const double a = 2 * std::numbers::pi * k / 7, r = 5e-3 * (1 + 0.2 * uniform(rng));
             mesh.points.push_back(centre + r * (std::cos(a) * side + std::sin(a) * Vec3::UnitZ()));
         }
     };
@@ -223,7 +223,7 @@ TEST_CASE("a curved tip in a tube of few and uneven facets: certified, in balanc
         add_ring(Vec3(8e-3 * i, 0, 0), Vec3::UnitX());
     Vec3 centre, along;
     for (int i = 1; i <= 12; ++i) {
-        const double a = 0.75 * kPi * i / 12;
+        const double a = 0.75 * std::numbers::pi * i / 12;
         centre = Vec3(0.02 + bend * std::sin(a), bend - bend * std::cos(a), 0);
         along = Vec3(std::cos(a), std::sin(a), 0);
         add_ring(centre, along);
@@ -264,7 +264,7 @@ TEST_CASE("a curved tip in a tube of few and uneven facets: certified, in balanc
 }
 
 // Wires in vessels of their own know nothing of each other but the length of the steps.
-TEST_CASE("two wires in two vessels are the two single runs, to the last bit")
+TEST_CASE("two wires in two vessels are the two single runs to the last bit")
 {
     const Vec3 aside(0.01, 0.3, -0.2);
     const auto pair_of = [&](const std::string& which) {
@@ -283,7 +283,7 @@ TEST_CASE("two wires in two vessels are the two single runs, to the last bit")
         std::vector<Obstacle> tubes = bent_tube();
         Centreline line(aside, Vec3::UnitX(), Vec3::UnitY(), 4e-3);
         line.append_line(0.02, 4e-3);
-        line.append_arc(0.03, kPi / 2, 1, 4e-3);
+        line.append_arc(0.03, std::numbers::pi / 2, 1, 4e-3);
         line.append_line(0.06, 4e-3);
         tubes.push_back({"other_tube", make_tube({line, 0})});
         if (which == "first") {
@@ -330,7 +330,7 @@ TEST_CASE("two wires in two vessels are the two single runs, to the last bit")
     CHECK(touching > 10);
 }
 
-TEST_CASE("where one wire's step is halved the other keeps its path, and none moves alone")
+TEST_CASE("where one wire's step is halved the other keeps its path and none moves alone")
 {
     Scene scene = bent_tube_scene(0, 0.08);
     BeamInput second = scene.beams[0];

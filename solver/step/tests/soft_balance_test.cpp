@@ -36,7 +36,7 @@ void use_T10(Scene& scene)
     m.along = 13;
 }
 
-void press(Scene& scene, double pressure)
+void set_pressure(Scene& scene, double pressure)
 {
     LoadInput load;
     load.set = "inner";
@@ -82,7 +82,7 @@ TEST_CASE("a hyperelastic wall of small strains is the linear one: they differ b
     CHECK(before < 1e-4);
 }
 
-TEST_CASE("a wire in a hyperelastic vessel: certified, in balance, its energy accounted for")
+TEST_CASE("a wire in a hyperelastic vessel: certified and in balance and its energy accounted for")
 {
     struct Kind {
         const char* element;
@@ -103,7 +103,7 @@ TEST_CASE("a wire in a hyperelastic vessel: certified, in balance, its energy ac
         Scene scene = hyperelastic_scene(E, k.mu, 0.08);
         scene.solids[0].material = k.material;
         if (std::string(k.element) == "T10") use_T10(scene);
-        if (k.pressure > 0) press(scene, k.pressure);
+        if (k.pressure > 0) set_pressure(scene, k.pressure);
         const Run r = run(scene);
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
         CHECK(r.summary.uncertified_steps == 0);
@@ -127,7 +127,7 @@ TEST_CASE("a wall under a wire's forces is where a solid alone is under the same
         CAPTURE(element);
         Scene scene = hyperelastic_scene(0.3e6, 0.1, 0.08);
         if (std::string(element) == "T10") use_T10(scene);
-        press(scene, 3000);
+        set_pressure(scene, 3000);
         scene.accuracy.contact = 1e-10;
         const Run r = run(scene);
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
@@ -187,7 +187,7 @@ TEST_CASE("a wall under a wire's forces is where a solid alone is under the same
 TEST_CASE("a hyperelastic vessel does not know how the scene is turned")
 {
     Scene scene = hyperelastic_scene(0.4e6, 0.1, 0.06);
-    press(scene, 2000);
+    set_pressure(scene, 2000);
     scene.beams[0].introducer.normal = Vec3::UnitY();
     const Run one = run(scene);
     const Mat3 Q = Eigen::AngleAxisd(1.1, Vec3(1, -2, 0.5).normalized()).toRotationMatrix();
@@ -203,10 +203,10 @@ TEST_CASE("a hyperelastic vessel does not know how the scene is turned")
           test::relative(value(one.keep.records.back(), "push_force")).epsilon(1e-4));
 }
 
-TEST_CASE("a run in a hyperelastic vessel goes on from a saved state, to the last bit")
+TEST_CASE("a run in a hyperelastic vessel goes on from a saved state to the last bit")
 {
     Scene scene = hyperelastic_scene(0.3e6, 0.1, 0.06);
-    press(scene, 3000);
+    set_pressure(scene, 3000);
     std::atomic<bool> never{false}, stop{false};
     Keep whole, first, rest;
     WireSimulation a(scene, {});
@@ -228,7 +228,7 @@ TEST_CASE("a run in a hyperelastic vessel goes on from a saved state, to the las
 TEST_CASE("a pressure that the wall does not hold is refused by its name")
 {
     Scene scene = hyperelastic_scene(0.3e6, 0.1, 0.06);
-    press(scene, 1e6);
+    set_pressure(scene, 1e6);
     try {
         const WireSimulation s(scene, {});
         FAIL("taken");

@@ -8,14 +8,9 @@
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>
+#include <numbers>
 
 using namespace amontons;
-
-namespace {
-
-constexpr double kPi = 3.14159265358979323846;
-
-} // namespace
 
 TEST_CASE("a beam on a foundation bends as Winkler's: w = q/k + P beta / (2 k) under the load")
 {
@@ -68,7 +63,7 @@ TEST_CASE("a beam on a foundation bends as Winkler's: w = q/k + P beta / (2 k) u
     CHECK(wire.state.wall_energy >= 0.9 * energy); // the ends stand for half a spacing or a whole
 }
 
-TEST_CASE("a wire in a soft vessel: certified, in balance, its energy accounted for")
+TEST_CASE("a wire in a soft vessel: certified and in balance and its energy accounted for")
 {
     for (const double mu : {0.0, 0.1}) {
         CAPTURE(mu);
@@ -109,7 +104,7 @@ Run run_on_springs(double k, double mu, double depth, std::vector<Obstacle>& tub
     Scene scene = vessel_scene(1, mu, depth);
     Centreline line(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), 0.005);
     line.append_line(0.02, 0.005);
-    line.append_arc(0.03, kPi / 2, 0, 0.005);
+    line.append_arc(0.03, std::numbers::pi / 2, 0, 0.005);
     line.append_line(0.03, 0.005);
     scene.solids.clear();
     scene.obstacles.resize(1);
@@ -124,7 +119,7 @@ Run run_on_springs(double k, double mu, double depth, std::vector<Obstacle>& tub
 
 } // namespace
 
-TEST_CASE("a stiffer wall takes the push force to that of a rigid one, and gives less")
+TEST_CASE("a stiffer wall takes the push force to that of a rigid one and gives less")
 {
     const double depth = 0.08;
     std::vector<Obstacle> tube;
@@ -142,8 +137,8 @@ TEST_CASE("a stiffer wall takes the push force to that of a rigid one, and gives
     CHECK(before < 2e-3 * expected);
 }
 
-TEST_CASE("a scene's foundation: the wall gives way by force over stiffness and length, energy is "
-          "accounted for, and stiff springs are a rigid wall")
+TEST_CASE("a scene's foundation: the wall gives way by force over stiffness and length and energy "
+          "is accounted for and stiff springs are a rigid wall")
 {
     const double depth = 0.08, h = 1.25e-3; // two contact points an element
     for (const double mu : {0.0, 0.1}) {
@@ -173,7 +168,7 @@ TEST_CASE("a scene's foundation: the wall gives way by force over stiffness and 
     }
 }
 
-TEST_CASE("a run in a soft vessel goes on from a saved state, to the last bit")
+TEST_CASE("a run in a soft vessel goes on from a saved state to the last bit")
 {
     const Scene scene = vessel_scene(0.6e6, 0.1, 0.06);
     std::atomic<bool> never{false}, stop{false};

@@ -23,7 +23,7 @@ Vec3 force_on(const StepRecord& step, int body, int from)
 
 /// A sheet on z = 0 of a thickness, between a block below and another above that is pressed down
 /// with 1 kPa. All are held sideways.
-std::string scene(double thick, const std::string& motion)
+std::string sheet_between_blocks(double thick, const std::string& motion)
 {
     const auto solid = [&](const std::string& name, const std::string& mesh, double E,
                            const std::string& more) {
@@ -53,13 +53,13 @@ std::string scene(double thick, const std::string& motion)
 
 } // namespace
 
-TEST_CASE("a sheet between two blocks hands on the pressure, on each side its own")
+TEST_CASE("a sheet between two blocks hands on the pressure and on each side its own")
 {
     for (const double thick : {0.05, 0.02})
         for (const char* motion : {"linear", "hyperelastic"}) {
             CAPTURE(thick);
             CAPTURE(motion);
-            const Result r = run(scene(thick, motion));
+            const Result r = run(sheet_between_blocks(thick, motion));
             REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
             const StepRecord& last = r.records.back();
             CHECK(last.certificate.error <= 1e-8);

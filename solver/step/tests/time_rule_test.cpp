@@ -1,8 +1,6 @@
 // The generalised-alpha rule: its published recursion, its order, what it takes and what it keeps.
 
-#include "mesh/generate/plane.hpp"
-#include "solver/scene/read.hpp"
-#include "solver/step/simulation.hpp"
+#include "solver/step/tests/body_runs.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,44 +12,15 @@ using namespace amontons;
 
 namespace {
 
-struct Keep : StepObserver {
-    std::vector<StepRecord> records;
-    void on_step(const StepRecord& r) override { records.push_back(r); }
-};
-
-struct Ran {
-    std::unique_ptr<Simulation> simulation;
-    RunSummary summary;
-    std::vector<StepRecord> records;
-
-    double value(const std::string& name, std::size_t step) const
-    {
-        for (const Quantity& q : records[step].quantities)
-            if (q.name == name) return q.value;
-        FAIL("no quantity " << name);
-        return 0;
-    }
-    double value(const std::string& name) const { return value(name, records.size() - 1); }
-};
-
-Ran run(const std::string& members, const std::vector<std::byte>& from = {})
+/// A run without a message.
+Result completed(const std::string& members, const std::vector<std::byte>& from = {})
 {
-    const Scene scene = parse_scene("{\"schema\": 1, " + members + "}", "test.json");
-    std::vector<Obstacle> obstacles;
-    for (const ObstacleInput& o : scene.obstacles)
-        obstacles.push_back({o.name, make_plane({o.surface.centre, o.surface.axis, 1})});
-    Ran r;
-    r.simulation = make_simulation(scene, std::move(obstacles));
-    if (!from.empty()) r.simulation->restore(from);
-    Keep keep;
-    const std::atomic<bool> never{false};
-    r.summary = r.simulation->run(keep, never);
-    r.records = std::move(keep.records);
+    Result r = run(members, {}, false, from);
     REQUIRE(r.summary.message == "");
     return r;
 }
 
-std::string dynamic(double h, double end, const std::string& rule)
+std::string time_by_rule(double h, double end, const std::string& rule)
 {
     return fmt::format(R"("time": {{"kind": "dynamic", "step": {:.17g}, "end": {:.17g}, {}}})", h,
                        end, rule);
@@ -65,14 +34,14 @@ std::string alpha(double rho)
 /// One brick, a mass on a spring of frequency 1 along x, that a constant load pulls from rest to
 /// oscillate about 0.01 m: u = 0.01 (1 - cos t).
 constexpr double kMiddle = 0.01;
-Ran oscillator(double h, double end, const std::string& rule)
+Result oscillator(double h, double end, const std::string& rule)
 {
-    return run(R"("bodies": {"b": {"kind": "solid",
+    return completed(R"("bodies": {"b": {"kind": "solid",
         "mesh": {"generate": "box", "size": [1, 0.1, 0.1], "cells": [1, 1, 1], "element": "H8"},
         "youngs_modulus": 100, "poisson_ratio": 0, "density": 300,
         "hold": [{"set": "x_min"}, {"set": "all", "y": 0, "z": 0}],
         "loads": [{"set": "x_max", "traction": [1, 0, 0]}]}}, )" +
-               dynamic(h, end, rule));
+                     time_by_rule(h, end, rule));
 }
 
 /// The rule on y. = -i y as published, from y = s / lambda = -1.
@@ -102,7 +71,7 @@ TEST_CASE("generalised-alpha is the published rule at any frequency and radius")
         for (const double h : {0.1, 1.0, 10.0, 1e3}) {
             CAPTURE(rho);
             CAPTURE(h);
-            const Ran r = oscillator(h, 12 * h, alpha(rho));
+            const Result r = oscillator(h, 12 * h, alpha(rho));
             for (const int n : {1, 2, 3, 12}) {
                 const double exact = kMiddle * (1 + published(rho, h, n).real());
                 CHECK(std::abs(r.value("b_max_displacement", std::size_t(n)) - std::abs(exact)) <
@@ -113,7 +82,7 @@ TEST_CASE("generalised-alpha is the published rule at any frequency and radius")
         }
 }
 
-TEST_CASE("generalised-alpha is of second order, implicit Euler of first")
+TEST_CASE("generalised-alpha is of second order and implicit Euler of first")
 {
     const auto error = [](double h, const std::string& rule) {
         const double t = 2;
@@ -134,7 +103,7 @@ TEST_CASE("generalised-alpha is of second order, implicit Euler of first")
 TEST_CASE("generalised-alpha takes high frequencies and leaves low ones")
 {
     const auto energy = [](double h, int steps, double rho) {
-        const Ran r = oscillator(h, steps * h, alpha(rho));
+        const Result r = oscillator(h, steps * h, alpha(rho));
         // Of the oscillation, about the middle; 0.005 J at the start.
         const EnergyRecord& e = r.summary.energy;
         return (e.elastic + e.kinetic - e.work) / (0.5 * kMiddle * 0.01) + 1;
@@ -144,12 +113,12 @@ TEST_CASE("generalised-alpha takes high frequencies and leaves low ones")
     CHECK(energy(0.1, 63, 1) == doctest::Approx(1).epsilon(1e-9));
 }
 
-TEST_CASE("generalised-alpha: a throw is right, a blow is Moreau's, momenta stay")
+TEST_CASE("generalised-alpha: a throw is right and a blow is Moreau's and momenta stay")
 {
-    const Ran thrown = run(R"("bodies": {"b": {"kind": "rigid", "mass": 2,
+    const Result thrown = completed(R"("bodies": {"b": {"kind": "rigid", "mass": 2,
         "shape": {"generate": "ball", "radius": 0.1}, "start": {"velocity": [1, 0, 3]}}},
         "gravity": [0, 0, -9.81], )" +
-                           dynamic(0.02, 0.5, alpha(0.6)));
+                                    time_by_rule(0.02, 0.5, alpha(0.6)));
     // What is carried starts with the first velocity: once, an error of second order.
     CHECK(std::abs(thrown.value("b_x") - 0.5) < 1e-12);
     CHECK(std::abs(thrown.value("b_velocity_z") - (3 - 9.81 * 0.5)) < 1e-12);
@@ -157,14 +126,14 @@ TEST_CASE("generalised-alpha: a throw is right, a blow is Moreau's, momenta stay
           0.03 * 9.81 * 0.02 * 0.02);
     CHECK(std::abs(thrown.summary.energy.error()) < 1e-12 * thrown.summary.energy.work_absolute);
 
-    const Ran blow = run(R"("bodies": {
+    const Result blow = completed(R"("bodies": {
         "a": {"kind": "rigid", "mass": 1, "shape": {"generate": "ball", "radius": 0.5},
               "start": {"velocity": [1, 0, 0]}},
         "b": {"kind": "rigid", "mass": 3, "shape": {"generate": "ball", "radius": 0.5},
               "start": {"place": [1.1, 0, 0]}}},
         "contact": [{"between": ["a", "b"], "restitution": 0.5}],
         "accuracy": {"contact": 1e-11}, )" +
-                         dynamic(0.01, 0.3, alpha(0.8)));
+                                  time_by_rule(0.01, 0.3, alpha(0.8)));
     CHECK(std::abs(blow.value("a_velocity_x") + 0.125) < 1e-10);
     CHECK(std::abs(blow.value("b_velocity_x") - 0.375) < 1e-10);
     CHECK(std::abs(blow.value("momentum_x") - 1) < 1e-12);
@@ -179,10 +148,11 @@ TEST_CASE("generalised-alpha: a throw is right, a blow is Moreau's, momenta stay
              "cells": [1, 2, 3], "element": "T4"}, "youngs_modulus": 1e6, "poisson_ratio": 0.3,
              "density": 1000, "motion": "corotational")"}) {
         CAPTURE(std::string(body));
-        const Ran r = run(fmt::format(R"("bodies": {{"b": {{{}, "start": {{"velocity": [1, 2, 3],
+        const Result r =
+            completed(fmt::format(R"("bodies": {{"b": {{{}, "start": {{"velocity": [1, 2, 3],
             "spin": [3, -2, 5], "place": [0.3, 0, 0]}}}}}}, )",
-                                      body) +
-                          dynamic(0.01, 0.3, alpha(0.8)));
+                                  body) +
+                      time_by_rule(0.01, 0.3, alpha(0.8)));
         for (const char* axis : {"_x", "_y", "_z"})
             for (const char* what : {"momentum", "angular_momentum"}) {
                 const std::string name = std::string(what) + axis;
@@ -195,7 +165,7 @@ TEST_CASE("generalised-alpha: an elastic bar against a wall presses without ripp
 {
     // Benchmark A13, 50 cells: 300 Pa from 0.5 to 1.1667 s. The midpoint rule rings by half of it.
     const auto ripple = [](const std::string& rule) {
-        const Ran r = run(R"("bodies": {"bar": {"kind": "solid",
+        const Result r = completed(R"("bodies": {"bar": {"kind": "solid",
             "mesh": {"generate": "box", "size": [10, 0.2, 0.2], "centre": [10, 0, 0],
                      "cells": [50, 1, 1], "element": "H8"},
             "youngs_modulus": 900, "poisson_ratio": 0, "density": 1,
@@ -203,7 +173,7 @@ TEST_CASE("generalised-alpha: an elastic bar against a wall presses without ripp
             "wall": {"kind": "obstacle", "surface": {"generate": "plane", "axis": [1, 0, 0]}}},
             "contact": [{"between": ["bar", "wall"], "surfaces": ["x_min", ""],
                          "sliding": "small", "reach": 8}], )" +
-                          dynamic(0.2 / 30, 1.1, rule));
+                                   time_by_rule(0.2 / 30, 1.1, rule));
         double worst = 0;
         for (const StepRecord& s : r.records) {
             double f = 0;
@@ -230,9 +200,10 @@ TEST_CASE("generalised-alpha goes on from a saved state with all that it carries
         "contact": [{"between": ["s", "floor"], "friction": 0.3},
                     {"between": ["r", "s"], "friction": 0.3}], )";
     const double h = 1.0 / 512; // times without rounding, wherever a run begins
-    const Ran whole = run(bodies + dynamic(h, 40 * h, alpha(0.7)));
-    const Ran half = run(bodies + dynamic(h, 20 * h, alpha(0.7)));
-    const Ran rest = run(bodies + dynamic(h, 40 * h, alpha(0.7)), half.simulation->save());
+    const Result whole = completed(bodies + time_by_rule(h, 40 * h, alpha(0.7)));
+    const Result half = completed(bodies + time_by_rule(h, 20 * h, alpha(0.7)));
+    const Result rest =
+        completed(bodies + time_by_rule(h, 40 * h, alpha(0.7)), half.simulation->save());
     for (const char* name : {"r_z", "r_spin_x", "s_max_displacement", "momentum_z"})
         CHECK(whole.value(name) == doctest::Approx(rest.value(name)).epsilon(1e-12));
 }
@@ -240,17 +211,17 @@ TEST_CASE("generalised-alpha goes on from a saved state with all that it carries
 namespace {
 
 /// A box of 1 kg on a plane through the origin.
-Ran slide(const std::string& gravity, const std::string& velocity, double friction, double h,
-          double end, const std::string& rule)
+Result slide(const std::string& gravity, const std::string& velocity, double friction, double h,
+             double end, const std::string& rule)
 {
-    return run(fmt::format(R"("bodies": {{"b": {{"kind": "rigid", "mass": 1,
+    return completed(fmt::format(R"("bodies": {{"b": {{"kind": "rigid", "mass": 1,
         "shape": {{"generate": "box", "size": [0.02, 0.02, 1e-5]}},
         "start": {{"place": [0, 0, 5e-6], "velocity": {}}}}},
         "floor": {{"kind": "obstacle", "surface": {{"generate": "plane", "axis": [0, 0, 1]}}}}}},
         "contact": [{{"between": ["b", "floor"], "friction": {:.17g}, "sliding": "finite"}}],
         "gravity": {}, )",
-                           velocity, friction, gravity) +
-               dynamic(h, end, rule));
+                                 velocity, friction, gravity) +
+                     time_by_rule(h, end, rule));
 }
 
 } // namespace
@@ -265,7 +236,7 @@ TEST_CASE("friction of the midpoint rule and of generalised-alpha is of second o
         CAPTURE(rule);
         double off[2];
         for (const int half : {0, 1}) {
-            const Ran r = slide(gravity, "[0, 1, 0]", mu, half ? 5e-3 : 1e-2, 0.3, rule);
+            const Result r = slide(gravity, "[0, 1, 0]", mu, half ? 5e-3 : 1e-2, 0.3, rule);
             const double down = r.value("b_velocity_x");
             off[half] = std::hypot(down, r.value("b_velocity_y")) + down - 1;
             CHECK(std::abs(r.summary.energy.error()) < 1e-8 * r.summary.energy.work_absolute);
@@ -281,7 +252,7 @@ TEST_CASE("a block that slides to rest stays there with the midpoint rule")
     for (const std::string& rule : {std::string(R"("theta": 0.5)"), alpha(0.8)}) {
         CAPTURE(rule);
         const double h = 0.01;
-        const Ran r = slide("[0, 0, -9.81]", "[2, 0, 0]", 0.25, h, 1, rule);
+        const Result r = slide("[0, 0, -9.81]", "[2, 0, 0]", 0.25, h, 1, rule);
         const double way = 2 * 2 / (2 * 0.25 * 9.81);
         CHECK(std::abs(r.value("b_x") - way) < 0.25 * 9.81 * h * h);
         // Its tilt between four corners, when friction ends, dies away by and by.

@@ -6,27 +6,29 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <doctest/doctest.h>
+#include <numbers>
 
 using namespace amontons;
 
 namespace {
 
-constexpr double kLength = 0.2, kRadius = 1e-3, kEI = 1e-3, kEA = 4000, kDensity = 8000;
+constexpr double kStiffLength = 0.2, kStiffRadius = 1e-3, kStiffEI = 1e-3, kEA = 4000,
+                 kDensity = 8000;
 
 /// A wire along x that hangs on its sheath by a first element of next to no stiffness: free.
 WireBody free_wire(std::vector<WireWall> walls = {})
 {
     BeamSegment link;
     link.length = 0.1;
-    link.radius = kRadius;
+    link.radius = kStiffRadius;
     link.EI = link.GJ = {1e-15, 1e-15};
     link.EA = {1e-12, 1e-12};
     link.element = 0.05;
     link.density = 1e-9;
     BeamSegment g = link;
-    g.length = kLength;
-    g.EI = {kEI, kEI};
-    g.GJ = {0.77 * kEI, 0.77 * kEI};
+    g.length = kStiffLength;
+    g.EI = {kStiffEI, kStiffEI};
+    g.GJ = {0.77 * kStiffEI, 0.77 * kStiffEI};
     g.EA = {kEA, kEA};
     g.element = 0.01;
     g.density = kDensity;
@@ -37,7 +39,7 @@ WireBody free_wire(std::vector<WireWall> walls = {})
     for (WireWall& w : walls)
         w.friction.assign(wire.material.point.size(), w.friction.front());
     WireBody b = make_wire_body(std::move(wire), std::move(walls), std::move(motion), 1e-11);
-    start_in_sheath(b.wire, kLength + 0.05, 0);
+    start_in_sheath(b.wire, kStiffLength + 0.05, 0);
     return b;
 }
 
@@ -98,7 +100,7 @@ StepReport step(WireBody& b, double h)
 
 } // namespace
 
-TEST_CASE("a free wire keeps its momentum, and implicit Euler slows its spin as it must")
+TEST_CASE("a free wire keeps its momentum and implicit Euler slows its spin as it must")
 {
     WireBody b = free_wire();
     const Vec3 v(0.3, -0.2, 0.1);
@@ -144,14 +146,13 @@ TEST_CASE("the drift of the angular momentum goes with the step's length")
 
 // Thrown along itself it slides to rest; thrown across, friction sets it rolling: a cylinder keeps
 // 2/3 of its speed. Impact is without rebound: it gives friction an impulse of mu m v_z at once.
-TEST_CASE(
-    "a wire that falls onto a rough plane only loses energy, slides to rest or rolls at 2/3 of "
-    "its speed")
+TEST_CASE("a wire that falls onto a rough plane only loses energy and slides to rest or rolls at "
+          "2/3 of its speed")
 {
     for (const bool along : {true, false}) {
         CAPTURE(along);
         const double mu = 0.3, g = 9.81, h = 2e-4, speed = 0.2, height = 0.003;
-        const Wall plane = make_plane_wall(Vec3(0, 0, -height - kRadius), Vec3::UnitZ());
+        const Wall plane = make_plane_wall(Vec3(0, 0, -height - kStiffRadius), Vec3::UnitZ());
         std::vector<WireWall> walls(1);
         walls[0].wall = &plane;
         walls[0].friction = {mu};
@@ -201,9 +202,9 @@ TEST_CASE("a wire pushed out of its sheath at a steady speed keeps that speed")
 {
     BeamSegment g;
     g.length = 0.3;
-    g.radius = kRadius;
-    g.EI = {kEI, kEI};
-    g.GJ = {0.77 * kEI, 0.77 * kEI};
+    g.radius = kStiffRadius;
+    g.EI = {kStiffEI, kStiffEI};
+    g.GJ = {0.77 * kStiffEI, 0.77 * kStiffEI};
     g.EA = {kEA, kEA};
     g.element = 0.01;
     g.density = kDensity;
@@ -218,7 +219,7 @@ TEST_CASE("a wire pushed out of its sheath at a steady speed keeps that speed")
         v = Vec3(speed, 0, 0);
     EnergyRecord sum;
     double push = 0, kinetic = kinetic_energy(b);
-    const double mass_per_length = kDensity * 3.14159265358979323846 * kRadius * kRadius;
+    const double mass_per_length = kDensity * std::numbers::pi * kStiffRadius * kStiffRadius;
     for (int i = 1; i <= 100; ++i) {
         const StepReport r = try_step(b, 0.1 + speed * h * i, 0, h);
         REQUIRE(r.accepted);
@@ -235,7 +236,7 @@ TEST_CASE("a wire pushed out of its sheath at a steady speed keeps that speed")
     CHECK(std::abs(sum.released) < 1e-3 * sum.work);
 }
 
-TEST_CASE("a refused dynamic step changes nothing, velocities neither")
+TEST_CASE("a refused dynamic step changes nothing and no velocities either")
 {
     WireBody b = free_wire();
     set_motion(b, centre(b), Vec3(0.1, 0.2, 0.3), Vec3(0, 0, 5));

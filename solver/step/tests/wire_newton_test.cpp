@@ -3,28 +3,30 @@
 #include "mesh/tests/relative.hpp"
 #include "solver/beam/clamp.hpp"
 #include "solver/step/negative_mode.hpp"
+#include "solver/step/tests/wire_on_plane.hpp"
 
 #include <cmath>
 #include <doctest/doctest.h>
+#include <numbers>
 
 using namespace amontons;
 
 namespace {
 
-constexpr double kEI = 5.2e-4, kRadius = 4e-4, kLength = 0.1, kMu = 0.3;
+constexpr double kClampedLength = 0.1;
 
 /// A straight wire along x, clamped at the origin, that lies on the plane z = -radius.
 struct OnPlane {
     Wire wire;
-    Wall plane = make_plane_wall(Vec3(0, 0, -kRadius), Vec3::UnitZ());
+    Wall plane = make_plane_wall(Vec3(0, 0, -kLyingRadius), Vec3::UnitZ());
     std::vector<WireWall> walls;
     explicit OnPlane(double mu)
     {
         BeamSegment g;
-        g.length = kLength;
-        g.radius = kRadius;
-        g.EI = {kEI, kEI};
-        g.GJ = {0.77 * kEI, 0.77 * kEI};
+        g.length = kClampedLength;
+        g.radius = kLyingRadius;
+        g.EI = {kLyingEI, kLyingEI};
+        g.GJ = {0.77 * kLyingEI, 0.77 * kLyingEI};
         g.EA = {5000, 5000};
         g.element = 2.5e-3;
         wire.material = make_material({g}, g.element); // contact points at the nodes
@@ -40,7 +42,7 @@ struct OnPlane {
     NewtonReport solve(NewtonWorkspace& work, const StepStart& start)
     {
         NewtonOptions options;
-        options.reach = 1.35 * kRadius;
+        options.reach = 1.35 * kLyingRadius;
         options.longest_move = 2e-3;
         return solve_equilibrium(wire, walls, start, {}, options, work);
     }
@@ -51,13 +53,13 @@ void check_laws(const NewtonWorkspace& work, double force)
 {
     for (const Candidate& c : work.candidates) {
         CHECK(c.normal >= 0);
-        CHECK(c.gap > -1e-7 * kRadius);
-        CHECK(c.normal * std::max(c.gap, 0.0) < 1e-7 * force * kRadius);
+        CHECK(c.gap > -1e-7 * kLyingRadius);
+        CHECK(c.normal * std::max(c.gap, 0.0) < 1e-7 * force * kLyingRadius);
         const double t = std::hypot(c.tangential[0], c.tangential[1]);
         const double slip = std::hypot(c.slip[0], c.slip[1]);
         CHECK(t <= c.mu * c.normal + 1e-7 * force);
-        if (t < c.mu * c.normal * (1 - 1e-4) - 1e-7 * force) CHECK(slip < 1e-7 * kRadius);
-        if (slip > 1e-5 * kRadius && c.mu > 0 && c.normal > 1e-6 * force) {
+        if (t < c.mu * c.normal * (1 - 1e-4) - 1e-7 * force) CHECK(slip < 1e-7 * kLyingRadius);
+        if (slip > 1e-5 * kLyingRadius && c.mu > 0 && c.normal > 1e-6 * force) {
             const double along = c.tangential[0] * c.slip[0] + c.tangential[1] * c.slip[1];
             CHECK(along == test::relative(-t * slip).epsilon(1e-6));
             CHECK(t == test::relative(c.mu * c.normal).epsilon(1e-6));
@@ -75,7 +77,7 @@ double sum_of_normals(const NewtonWorkspace& work)
 
 } // namespace
 
-TEST_CASE("a slender wire that turns far in one go takes few iterations, whatever it turns by")
+TEST_CASE("a slender wire that turns far in one go takes few iterations whatever it turns by")
 {
     // Nodes that turn stretch their elements by the square of it, and times EA that is a load that
     // has nothing to do with the balance: with a tangent of it 6, 14 and 26 iterations, not 4, 8
@@ -83,7 +85,8 @@ TEST_CASE("a slender wire that turns far in one go takes few iterations, whateve
     for (const double load : {0.5, 2.0, 5.0}) {
         CAPTURE(load);
         OnPlane s(0);
-        s.wire.dead_force.back() = Vec3(0, 0, load * kEI / (kLength * kLength)); // off the plane
+        s.wire.dead_force.back() =
+            Vec3(0, 0, load * kLyingEI / (kClampedLength * kClampedLength)); // off the plane
         NewtonWorkspace work(s.wire, 1);
         NewtonOptions options;
         options.longest_move = 1;
@@ -95,7 +98,7 @@ TEST_CASE("a slender wire that turns far in one go takes few iterations, whateve
     }
 }
 
-TEST_CASE("a straight wire pressed on a plane at its tip is carried there, and stays straight")
+TEST_CASE("a straight wire pressed on a plane at its tip is carried there and stays straight")
 {
     OnPlane s(0);
     s.wire.dead_force.back() = Vec3(0, 0, -0.2);
@@ -106,16 +109,16 @@ TEST_CASE("a straight wire pressed on a plane at its tip is carried there, and s
     check_laws(work, 0.2);
     CHECK(sum_of_normals(work) == test::relative(0.2).epsilon(1e-7));
     CHECK(s.wire.state.reaction[0].normal == test::relative(0.2).epsilon(1e-6));
-    CHECK(s.wire.state.nodes.back().position().isApprox(Vec3(kLength, 0, 0), 1e-9));
+    CHECK(s.wire.state.nodes.back().position().isApprox(Vec3(kClampedLength, 0, 0), 1e-9));
 }
 
-TEST_CASE("pulled sideways below the friction limit the tip sticks; above, it bends as a "
+TEST_CASE("pulled sideways the tip sticks below the friction limit and above it bends as a "
           "cantilever under what friction leaves")
 {
     for (double share : {0.9, 1.02}) {
         CAPTURE(share);
-        OnPlane s(kMu);
-        const double press = 0.2, pull = share * kMu * press;
+        OnPlane s(kLyingFriction);
+        const double press = 0.2, pull = share * kLyingFriction * press;
         s.wire.dead_force.back() = Vec3(0, 0, -press);
         NewtonWorkspace work(s.wire, 1);
         CHECK(s.solve(work, mark_step_start(s.wire)).converged);
@@ -124,9 +127,9 @@ TEST_CASE("pulled sideways below the friction limit the tip sticks; above, it be
         CHECK(r.converged);
         check_laws(work, press);
         const double y = s.wire.state.nodes.back().position().y();
-        const double free = pull - kMu * press;
+        const double free = pull - kLyingFriction * press;
         // Friction pulls back along the wire too, by 0.6 y / L of it: stiffer by 0.2 % here.
-        const double bent = free > 0 ? free * std::pow(kLength, 3) / (3 * kEI) : 0;
+        const double bent = free > 0 ? free * std::pow(kClampedLength, 3) / (3 * kLyingEI) : 0;
         if (free > 0)
             CHECK(y == test::relative(bent).epsilon(5e-3));
         else
@@ -136,7 +139,7 @@ TEST_CASE("pulled sideways below the friction limit the tip sticks; above, it be
 
 TEST_CASE("contact opens when the wire is pulled off")
 {
-    OnPlane s(kMu);
+    OnPlane s(kLyingFriction);
     s.wire.dead_force.back() = Vec3(0, 0, -0.2);
     NewtonWorkspace work(s.wire, 1);
     CHECK(s.solve(work, mark_step_start(s.wire)).converged);
@@ -144,7 +147,7 @@ TEST_CASE("contact opens when the wire is pulled off")
     CHECK(s.solve(work, mark_step_start(s.wire)).converged);
     check_laws(work, 0.002);
     CHECK(sum_of_normals(work) < 1e-10);
-    const double lift = 0.002 * std::pow(kLength, 3) / (3 * kEI);
+    const double lift = 0.002 * std::pow(kClampedLength, 3) / (3 * kLyingEI);
     CHECK(s.wire.state.nodes.back().position().z() == test::relative(lift).epsilon(1e-3));
 }
 
@@ -163,15 +166,15 @@ TEST_CASE("a wire pressed on the plane between clamp and tip touches where the b
         CHECK(s.wire.state.reaction[p].normal == test::relative(0.01).epsilon(1e-3));
 }
 
-TEST_CASE("the residual of a solved state is small, and of a disturbed one is not")
+TEST_CASE("the residual of a solved state is small and of a disturbed one is not")
 {
-    OnPlane s(kMu);
+    OnPlane s(kLyingFriction);
     s.wire.dead_force.back() = Vec3(0, 0.05, -0.2);
     NewtonWorkspace work(s.wire, 1);
     const StepStart start = mark_step_start(s.wire);
     CHECK(s.solve(work, start).converged);
     NewtonOptions options;
-    options.reach = 1.35 * kRadius;
+    options.reach = 1.35 * kLyingRadius;
     const Residual good = residual_of(s.wire, s.walls, start, {}, options, work);
     CHECK(good.error() <= std::max(options.tolerance, good.floor));
     s.wire.state.reaction[0].normal *= 1 + 1e-5;
@@ -179,7 +182,7 @@ TEST_CASE("the residual of a solved state is small, and of a disturbed one is no
     CHECK(bad.error() > 1e-6);
 }
 
-TEST_CASE("a compressed straight wire is found unstable above Euler's load, and stable below")
+TEST_CASE("a compressed straight wire is found unstable above Euler's load and stable below")
 {
     for (double share : {0.95, 1.05}) {
         CAPTURE(share);
@@ -187,7 +190,7 @@ TEST_CASE("a compressed straight wire is found unstable above Euler's load, and 
         s.walls.clear();
         s.wire.state.reaction.clear();
         const double euler =
-            3.14159265358979323846 * 3.14159265358979323846 * kEI / (4 * kLength * kLength);
+            std::numbers::pi * std::numbers::pi * kLyingEI / (4 * kClampedLength * kClampedLength);
         s.wire.dead_force.back() = Vec3(-share * euler, 0, 0);
         NewtonWorkspace work(s.wire, 0);
         // Stability is that of the last tangent: of the state that the last iteration began at.
@@ -198,7 +201,8 @@ TEST_CASE("a compressed straight wire is found unstable above Euler's load, and 
     }
 }
 
-TEST_CASE("the shift that a tangent with one negative eigenvalue needs is found, and not too small")
+TEST_CASE(
+    "the shift that a tangent with one negative eigenvalue needs is found and is not too small")
 {
     // K and M diagonal, with positive ones softer than the negative one. One that is stiffer than
     // all that matters is not seen in six steps: then the shift is climbed to.

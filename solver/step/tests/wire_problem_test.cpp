@@ -13,14 +13,14 @@ using namespace amontons;
 
 namespace {
 
-constexpr double kEI = 5.2e-4, kRadius = 4.445e-4;
+constexpr double kGuidewireEI = 5.2e-4, kGuidewireRadius = 4.445e-4;
 
 BeamSegment wire_segment(double length)
 {
     BeamSegment g;
     g.length = length;
-    g.radius = kRadius;
-    g.EI = {kEI, kEI};
+    g.radius = kGuidewireRadius;
+    g.EI = {kGuidewireEI, kGuidewireEI};
     g.GJ = {4e-4, 4e-4};
     g.EA = {5000, 5000};
     g.element = 2.5e-3;
@@ -112,14 +112,14 @@ RecordedProblem lying(double foundation)
     Wire wire;
     wire.material = make_material({wire_segment(0.1)}, 2.5e-3);
     start_clamped(wire, Vec3::Zero(), Mat3::Identity());
-    const Wall plane = make_plane_wall(Vec3(0, 0, -kRadius), Vec3::UnitZ());
+    const Wall plane = make_plane_wall(Vec3(0, 0, -kGuidewireRadius), Vec3::UnitZ());
     std::vector<WireWall> walls(1);
     walls[0].wall = &plane;
     walls[0].foundation = foundation;
     walls[0].friction.assign(wire.material.point.size(), 0.3);
     const WireBody body = make_wire_body(std::move(wire), std::move(walls), {}, 1e-8);
     NewtonOptions options;
-    options.reach = kRadius;
+    options.reach = kGuidewireRadius;
     residual_of(body.wire, body.walls, mark_step_start(body.wire), {}, options, *body.work);
     return contact_problem(body);
 }
@@ -134,12 +134,12 @@ TEST_CASE("the compliance of a clamped wire's tip is L^3 / (3 EI)")
     double W = 0; // the tip is the softest place
     for (Eigen::Index k = 0; k < r.problem.mu.size(); ++k)
         W = std::max(W, r.problem.W.dense()(3 * k, 3 * k));
-    CHECK(W == doctest::Approx(std::pow(0.1, 3) / (3 * kEI)).epsilon(2e-3));
+    CHECK(W == doctest::Approx(std::pow(0.1, 3) / (3 * kGuidewireEI)).epsilon(2e-3));
     CHECK(r.problem.W.asymmetry() < 1e-10);
     CHECK(r.asymmetry < 1e-12);
 }
 
-TEST_CASE("a foundation adds 1 / (k h) to a contact's compliance along its normal, nothing else")
+TEST_CASE("a foundation adds 1 / (k h) to a contact's compliance along its normal and nothing else")
 {
     const double k = 1e3, h = 2.5e-3;
     const RecordedProblem rigid = lying(0), springs = lying(k);

@@ -205,7 +205,7 @@ Colours colours_of(const fs::path& png, double part)
 
 } // namespace
 
-TEST_CASE("a picture shows the wire, and its contact forces if there are any")
+TEST_CASE("a picture shows the wire and its contact forces if there are any")
 {
     const Folder folder;
     write_run(folder, true);
@@ -242,7 +242,7 @@ TEST_CASE("a run in millimetres gives the picture of the same run in metres")
     CHECK(std::abs(metres.red - millimetres.red) < 0.01 * static_cast<double>(metres.red));
 }
 
-TEST_CASE("solids show their stress, rigid bodies are drawn, a plane ends near the bodies")
+TEST_CASE("solids show their stress and rigid bodies are drawn and a plane ends near the bodies")
 {
     const Folder folder;
     const fs::path png = folder.path / "run.png";
@@ -279,7 +279,7 @@ TEST_CASE("solids show their stress, rigid bodies are drawn, a plane ends near t
     CHECK(colours_of(png, 0.6).blue < 0.1 * static_cast<double>(stressed.blue));
 }
 
-TEST_CASE("a damaged solid is refused, its file named")
+TEST_CASE("a damaged solid is refused and its file named")
 {
     const Folder folder;
     const fs::path png = folder.path / "run.png";
@@ -303,7 +303,7 @@ TEST_CASE("a damaged solid is refused, its file named")
     refused_with("UnstructuredGrid", "StructuredGrid");
 }
 
-TEST_CASE("what cannot be drawn is said, and no file is left")
+TEST_CASE("what cannot be drawn is said and no file is left")
 {
     const Folder folder;
     const fs::path png = folder.path / "run.png";

@@ -21,7 +21,7 @@ namespace {
 
 using namespace amontons::vtk_module;
 
-template <typename Reader> std::string read(const std::filesystem::path& file)
+template <typename Reader> std::string read_as(const std::filesystem::path& file)
 {
     std::string complaints;
     vtkNew<vtkCallbackCommand> observer;
@@ -65,9 +65,9 @@ int failures_in(const std::filesystem::path& file)
             failures += failures_in(frame.file);
         if (error.empty()) return failures;
     } else if (file.extension() == ".vtp") {
-        error = read<vtkXMLPolyDataReader>(file);
+        error = read_as<vtkXMLPolyDataReader>(file);
     } else if (file.extension() == ".vtu") {
-        error = read<vtkXMLUnstructuredGridReader>(file);
+        error = read_as<vtkXMLUnstructuredGridReader>(file);
     } else {
         error = "neither .pvd nor .vtp nor .vtu";
     }

@@ -1,0 +1,20 @@
+# What the program is made of, from the system's packages (setup.sh names them). What only a module needs is
+# looked for where that module is: where it is missing, the module is left out.
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(OpenMP COMPONENTS CXX)
+find_package(Threads REQUIRED)
+find_package(fmt REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_library(AMONTONS_XXHASH xxhash REQUIRED)
+find_library(AMONTONS_METIS metis REQUIRED)
+find_library(AMONTONS_ZLIB z REQUIRED)
+find_library(AMONTONS_AMD amd REQUIRED)
+
+# CHOLMOD is opened with its BLAS when the first factor is made (solver/linear/late.hpp): what it is called then.
+find_path(AMONTONS_CHOLMOD_INCLUDE cholmod.h PATH_SUFFIXES suitesparse REQUIRED)
+find_library(AMONTONS_CHOLMOD cholmod REQUIRED)
+execute_process(COMMAND ${CMAKE_READELF} -d ${AMONTONS_CHOLMOD} OUTPUT_VARIABLE dynamic COMMAND_ERROR_IS_FATAL ANY)
+if(NOT dynamic MATCHES "SONAME[^\n]*\\[([^]]+)\\]")
+  message(FATAL_ERROR "${AMONTONS_CHOLMOD} is no shared library")
+endif()
+set(AMONTONS_CHOLMOD_FILE ${CMAKE_MATCH_1})

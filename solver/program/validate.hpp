@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace amontons {
+
+struct Session;
+
+/// What `amontons validate` was called with.
+struct ValidateArguments {
+    std::vector<std::string> cases;
+    std::string suite, report, data = "../shared/data";
+    int jobs = 0;
+    bool list = false;
+};
+
+/// Runs cases and prints their rows. The program amontons-validate does it itself (validate.cpp);
+/// amontons becomes that program (validate_elsewhere.cpp), so that who runs scenes neither builds nor
+/// loads the cases.
+void validate(const ValidateArguments& arguments, Session& session);
+
+} // namespace amontons

@@ -1,0 +1,35 @@
+// amontons validate [CASE ...]: its arguments. The cases are in a program of their own (validate.hpp).
+
+#include "solver/program/session.hpp"
+#include "solver/program/validate.hpp"
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+namespace amontons {
+
+void add_validate(CLI::App& program, Session& session)
+{
+    const auto arguments = std::make_shared<ValidateArguments>();
+    CLI::App* command = program.add_subcommand("validate", "Compare with published results");
+    command->add_option("CASE", arguments->cases,
+                        "Cases by name, or folders with a case.json; all without");
+    command->add_option("--suite", arguments->suite, "benchmarks or stability")
+        ->check(CLI::IsMember({"benchmarks", "stability"}));
+    command->add_flag("--list", arguments->list, "Only list the cases");
+    command
+        ->add_option("--report", arguments->report,
+                     "Write a report into this folder: HTML, CSV, SVG plots")
+        ->type_name("DIR");
+    command
+        ->add_option("--data", arguments->data,
+                     "Problems and meshes that some cases are measured on, where they are there")
+        ->type_name("DIR")
+        ->capture_default_str();
+    command->add_option("--jobs", arguments->jobs, "Cases at a time (default: one a core)")
+        ->check(CLI::Range(1, 1024));
+    command->add_flag("--json", session.json, "One JSON list on stdout");
+    command->callback([arguments, &session] { validate(*arguments, session); });
+}
+
+} // namespace amontons
