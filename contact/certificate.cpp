@@ -2,6 +2,7 @@
 
 #include "contact/cone.hpp"
 #include "contact/units.hpp"
+#include "mesh/base/limits.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +11,6 @@
 namespace amontons {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kFloorFactor = 50 * std::numeric_limits<double>::epsilon();
 /// A reaction that runs away raises its own floor: beyond this, round-off is no excuse.
 constexpr double kFloorLimit = 1e-3;
@@ -26,14 +26,14 @@ double scalar_rho(const Delassus& W, const Eigen::VectorXd& diagonal)
     return 1;
 }
 
-constexpr int kBatch = 8;
-using Batch = Eigen::Array<double, kBatch, 1>;
+constexpr int kContactBatch = 8;
+using Batch = Eigen::Array<double, kContactBatch, 1>;
 
-/// |natural_map| of kBatch contacts at once: the same formulas, all three cases computed.
+/// |natural_map| of kContactBatch contacts at once: the same formulas, all three cases computed.
 Batch natural_maps(const double* r, const double* u, const double* mu_of, const Batch& rho)
 {
     Batch r0, r1, r2, w0, w1, w2;
-    for (int i = 0; i < kBatch; ++i, r += 3, u += 3) {
+    for (int i = 0; i < kContactBatch; ++i, r += 3, u += 3) {
         r0[i] = r[0];
         r1[i] = r[1];
         r2[i] = r[2];
@@ -187,7 +187,7 @@ double NaturalMapError::operator()(const Eigen::VectorXd& r, const Eigen::Vector
     const Batch rho = Batch::Constant(rho_);
     int i = 0;
     if (all_frictional_)
-        for (; i + kBatch <= contact_count(problem_); i += kBatch)
+        for (; i + kContactBatch <= contact_count(problem_); i += kContactBatch)
             Eigen::Map<Batch>(residuals.data() + i) =
                 natural_maps(r.data() + 3 * i, u.data() + 3 * i, problem_.mu.data() + i, rho);
     for (; i < contact_count(problem_); ++i)
@@ -229,7 +229,7 @@ double NaturalMapError::scaled(const Eigen::VectorXd& r, const Eigen::VectorXd& 
     double sum = 0;
     int i = 0;
     if (all_frictional_)
-        for (; i + kBatch <= contact_count(problem_); i += kBatch) {
+        for (; i + kContactBatch <= contact_count(problem_); i += kContactBatch) {
             const Batch own = Eigen::Map<const Batch>(own_rho_.data() + i);
             sum += (natural_maps(r.data() + 3 * i, u.data() + 3 * i, problem_.mu.data() + i, own)
                         .square() /

@@ -9,8 +9,6 @@
 namespace amontons {
 namespace {
 
-using Sparse = Delassus::Sparse;
-
 struct Squares {
     double difference = 0; ///< of |W - W^T|^2
     double size = 0;       ///< of |W|^2
@@ -36,7 +34,7 @@ Squares squares(const Eigen::MatrixXd& W)
 
 /// Column by column. Below the diagonal of column j, row i meets its mirror image in column i at
 /// row j: as j grows, the meetings in each column come in the order in which it is stored.
-Squares squares(const Sparse& W)
+Squares squares(const Delassus::Sparse& W)
 {
     const int* const start = W.outerIndexPtr();
     const int* const row = W.innerIndexPtr();
@@ -65,14 +63,14 @@ Squares squares(const Sparse& W)
     return s;
 }
 
-Eigen::Index column_end(const Sparse& W, Eigen::Index column)
+Eigen::Index column_end(const Delassus::Sparse& W, Eigen::Index column)
 {
     const int* const count = W.innerNonZeroPtr(); // null if it is compressed
     return count ? W.outerIndexPtr()[column] + count[column] : W.outerIndexPtr()[column + 1];
 }
 
 /// The first entry of a sorted column that is in this row or below.
-Eigen::Index place_in_column(const Sparse& W, Eigen::Index row, Eigen::Index column)
+Eigen::Index place_in_column(const Delassus::Sparse& W, Eigen::Index row, Eigen::Index column)
 {
     const int* const begin = W.innerIndexPtr() + W.outerIndexPtr()[column];
     const int* const end = W.innerIndexPtr() + column_end(W, column);
@@ -84,7 +82,7 @@ double largest(const Eigen::MatrixXd& W)
     return W.size() > 0 ? W.cwiseAbs().maxCoeff() : 0;
 }
 
-double largest(const Sparse& W)
+double largest(const Delassus::Sparse& W)
 {
     return W.nonZeros() > 0 ? W.coeffs().abs().maxCoeff() : 0;
 }
@@ -176,7 +174,7 @@ Delassus::Sparse Delassus::as_sparse() const
 {
     if (is_sparse()) return sparse();
     const DelassusOfBodies& W = of_bodies();
-    Sparse sum(rows(), rows());
+    Delassus::Sparse sum(rows(), rows());
     Eigen::VectorXd column = Eigen::VectorXd::Zero(rows());
     std::vector<int> met;
     for (Eigen::Index j = 0; j < rows(); ++j) {
@@ -201,7 +199,7 @@ Delassus::Sparse Delassus::as_sparse() const
     return sum;
 }
 
-Delassus::Delassus(Sparse W)
+Delassus::Delassus(Delassus::Sparse W)
 {
     W.makeCompressed();
     const auto sorted = [&](Eigen::Index j) {
@@ -210,7 +208,7 @@ Delassus::Delassus(Sparse W)
     };
     for (Eigen::Index j = 0; j < W.cols(); ++j)
         if (!sorted(j)) { // entries would not be found; transposing sorts
-            const Sparse mirrored = W.transpose();
+            const Delassus::Sparse mirrored = W.transpose();
             W = mirrored.transpose();
             break;
         }
@@ -264,7 +262,7 @@ Eigen::VectorXd Delassus::absolute_times(const Eigen::VectorXd& r) const
     } else {
         for (Eigen::Index j = 0; j < r.size(); ++j)
             if (r[j] != 0)
-                for (Sparse::InnerIterator it(sparse(), j); it; ++it)
+                for (Delassus::Sparse::InnerIterator it(sparse(), j); it; ++it)
                     out[it.row()] += r[j] * std::abs(it.value());
     }
     return out;
@@ -287,7 +285,8 @@ Eigen::MatrixXd Delassus::part(const std::vector<Eigen::Index>& chosen) const
         for (std::size_t k = 0; k < chosen.size(); ++k)
             place[static_cast<std::size_t>(chosen[k])] = static_cast<Eigen::Index>(k);
         for (Eigen::Index j = 0; j < n; ++j)
-            for (Sparse::InnerIterator it(sparse(), chosen[static_cast<std::size_t>(j)]); it; ++it)
+            for (Delassus::Sparse::InnerIterator it(sparse(), chosen[static_cast<std::size_t>(j)]);
+                 it; ++it)
                 if (const Eigen::Index i = place[static_cast<std::size_t>(it.row())]; i >= 0)
                     out(i, j) = it.value();
         return out;
@@ -321,7 +320,7 @@ Delassus::Block Delassus::block(Eigen::Index first_row, int size) const
         }
         return out;
     }
-    const Sparse& stored = is_sparse() ? sparse() : matrix_free().blocks;
+    const Delassus::Sparse& stored = is_sparse() ? sparse() : matrix_free().blocks;
     for (int j = 0; j < size; ++j)
         for (Eigen::Index k = place_in_column(stored, first_row, first_row + j);
              k < column_end(stored, first_row + j) && stored.innerIndexPtr()[k] < first_row + size;
@@ -340,7 +339,7 @@ Eigen::VectorXd Delassus::diagonal() const
                 sum[part.rows[i]] += part.G.col(static_cast<Eigen::Index>(i)).squaredNorm();
         return sum;
     }
-    const Sparse& stored = is_sparse() ? sparse() : matrix_free().blocks;
+    const Delassus::Sparse& stored = is_sparse() ? sparse() : matrix_free().blocks;
     Eigen::VectorXd out = Eigen::VectorXd::Zero(std::min(stored.rows(), stored.cols()));
     for (Eigen::Index j = 0; j < out.size(); ++j)
         if (const Eigen::Index k = place_in_column(stored, j, j);

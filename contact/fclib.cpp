@@ -19,13 +19,9 @@ const char* const kFclibGroups = "fclib_local fclib_global solution guesses amon
 
 namespace {
 
-using Sparse = Eigen::SparseMatrix<double>;
-using Integers = std::vector<std::int32_t>;
-using Numbers = std::vector<double>;
-
 constexpr Eigen::Index kAnySize = -1;
 
-std::string text(double value)
+std::string full_text(double value)
 {
     std::ostringstream out;
     out.precision(17);
@@ -80,15 +76,15 @@ public:
     }
     const std::string& file() const { return file_; }
 
-    const Integers* integers(const std::string& name)
+    const std::vector<std::int32_t>* integers(const std::string& name)
     {
-        return get<Integers>(name, "integers of 32 bits");
+        return get<std::vector<std::int32_t>>(name, "integers of 32 bits");
     }
 
     /// One integer; 0 and an issue if there is none.
     std::optional<int> integer(const std::string& name)
     {
-        const Integers* values = integers(name);
+        const std::vector<std::int32_t>* values = integers(name);
         if (!values) return {};
         if (values->size() == 1) return values->front();
         tell(name, count(values->size()), "one integer");
@@ -100,13 +96,15 @@ public:
     {
         Eigen::VectorXd v;
         if (const auto it = by_name_.find(name);
-            it != by_name_.end() && std::holds_alternative<Integers>(it->second->value)) {
-            const Integers& whole = std::get<Integers>(it->second->value);
+            it != by_name_.end() &&
+            std::holds_alternative<std::vector<std::int32_t>>(it->second->value)) {
+            const std::vector<std::int32_t>& whole =
+                std::get<std::vector<std::int32_t>>(it->second->value);
             v = Eigen::Map<const Eigen::VectorXi>(whole.data(),
                                                   static_cast<Eigen::Index>(whole.size()))
                     .cast<double>();
         } else {
-            const Numbers* values = get<Numbers>(name, "numbers");
+            const std::vector<double>* values = get<std::vector<double>>(name, "numbers");
             if (!values) return {};
             v = Eigen::Map<const Eigen::VectorXd>(values->data(),
                                                   static_cast<Eigen::Index>(values->size()));
@@ -149,8 +147,8 @@ private:
 };
 
 /// Pointers of a compressed matrix: one more than columns (or rows), from 0, never falling.
-bool check_pointers(Datasets& d, const std::string& name, const Integers& p, std::size_t lines,
-                    std::size_t stored)
+bool check_pointers(Datasets& d, const std::string& name, const std::vector<std::int32_t>& p,
+                    std::size_t lines, std::size_t stored)
 {
     const std::string place = name + "/p";
     if (p.size() != lines + 1) {
@@ -177,15 +175,15 @@ bool check_pointers(Datasets& d, const std::string& name, const Integers& p, std
 }
 
 /// @return  the first that is not in [0, end), or -1
-std::ptrdiff_t first_outside(const Integers& index, std::size_t used, int end)
+std::ptrdiff_t first_outside(const std::vector<std::int32_t>& index, std::size_t used, int end)
 {
     for (std::size_t k = 0; k < used; ++k)
         if (index[k] < 0 || index[k] >= end) return static_cast<std::ptrdiff_t>(k);
     return -1;
 }
 
-bool check_range(Datasets& d, const std::string& place, const Integers& index, std::size_t used,
-                 int end)
+bool check_range(Datasets& d, const std::string& place, const std::vector<std::int32_t>& index,
+                 std::size_t used, int end)
 {
     const std::ptrdiff_t k = first_outside(index, used, end);
     if (k < 0) return true;
@@ -195,8 +193,8 @@ bool check_range(Datasets& d, const std::string& place, const Integers& index, s
     return false;
 }
 
-std::optional<Sparse> matrix(Datasets& d, const std::string& name, Eigen::Index rows,
-                             Eigen::Index columns)
+std::optional<Eigen::SparseMatrix<double>> matrix(Datasets& d, const std::string& name,
+                                                  Eigen::Index rows, Eigen::Index columns)
 {
     const std::size_t before = d.count_issues();
     const std::optional<int> m = d.integer(name + "/m"), n = d.integer(name + "/n"),
@@ -207,15 +205,15 @@ std::optional<Sparse> matrix(Datasets& d, const std::string& name, Eigen::Index 
         d.tell(name + "/n", std::to_string(*n), std::to_string(columns) + " columns");
     if (nz && *nz < -2)
         d.tell(name + "/nz", std::to_string(*nz), "-1 by columns, -2 by rows, >= 0 triplets");
-    const Integers* p = d.integers(name + "/p");
-    const Integers* i = d.integers(name + "/i");
+    const std::vector<std::int32_t>* p = d.integers(name + "/p");
+    const std::vector<std::int32_t>* i = d.integers(name + "/i");
     const std::optional<Eigen::VectorXd> x = d.vector(name + "/x", kAnySize);
     if (!p || !i || !x || d.count_issues() > before) return {};
 
     const std::size_t stored = std::min(i->size(), static_cast<std::size_t>(x->size()));
     const auto line = [](Eigen::Index k) { return static_cast<std::size_t>(k); };
     std::size_t used = 0;
-    Integers row, column; // of each entry
+    std::vector<std::int32_t> row, column; // of each entry
     if (*nz >= 0) {
         used = static_cast<std::size_t>(*nz);
         for (const auto& [part, size] : {std::pair{"/p", p->size()},
@@ -236,7 +234,7 @@ std::optional<Sparse> matrix(Datasets& d, const std::string& name, Eigen::Index 
         if (!check_pointers(d, name, *p, line(by_columns ? columns : rows), stored)) return {};
         used = static_cast<std::size_t>(p->back());
         if (!check_range(d, name + "/i", *i, used, by_columns ? *m : *n)) return {};
-        Integers lines(used);
+        std::vector<std::int32_t> lines(used);
         for (std::size_t k = 0; k + 1 < p->size(); ++k)
             std::fill(lines.begin() + (*p)[k], lines.begin() + (*p)[k + 1],
                       static_cast<std::int32_t>(k));
@@ -245,15 +243,15 @@ std::optional<Sparse> matrix(Datasets& d, const std::string& name, Eigen::Index 
     }
     for (std::size_t k = 0; k < used; ++k)
         if (!std::isfinite((*x)[static_cast<Eigen::Index>(k)])) {
-            d.tell(name + "/x[" + std::to_string(k) + "]", text((*x)[static_cast<Eigen::Index>(k)]),
-                   "finite");
+            d.tell(name + "/x[" + std::to_string(k) + "]",
+                   full_text((*x)[static_cast<Eigen::Index>(k)]), "finite");
             return {};
         }
     std::vector<Eigen::Triplet<double>> entries;
     entries.reserve(used);
     for (std::size_t k = 0; k < used; ++k)
         entries.emplace_back(row[k], column[k], (*x)[static_cast<Eigen::Index>(k)]);
-    Sparse A(rows, columns);
+    Eigen::SparseMatrix<double> A(rows, columns);
     A.setFromTriplets(entries.begin(), entries.end());
     return A;
 }
@@ -291,11 +289,11 @@ Eigen::VectorXd joined(const Eigen::VectorXd& a, const Eigen::VectorXd& b)
     return v;
 }
 
-void put(std::vector<Eigen::Triplet<double>>& entries, const Sparse& A, Eigen::Index row,
-         Eigen::Index column, bool transposed)
+void put(std::vector<Eigen::Triplet<double>>& entries, const Eigen::SparseMatrix<double>& A,
+         Eigen::Index row, Eigen::Index column, bool transposed)
 {
     for (int j = 0; j < A.outerSize(); ++j)
-        for (Sparse::InnerIterator it(A, j); it; ++it) {
+        for (Eigen::SparseMatrix<double>::InnerIterator it(A, j); it; ++it) {
             const Eigen::Index r = transposed ? j : it.row(), c = transposed ? it.row() : j;
             entries.emplace_back(static_cast<int>(row + r), static_cast<int>(column + c),
                                  it.value());
@@ -316,9 +314,9 @@ std::optional<ContactProblem> local_problem(Datasets& d)
     const std::optional<Laws> l = laws(d, group, "q");
     if (!l) return {};
     const Eigen::Index rows = l->q.size();
-    std::optional<Sparse> W = matrix(d, group + "/W", rows, rows);
+    std::optional<Eigen::SparseMatrix<double>> W = matrix(d, group + "/W", rows, rows);
     Eigen::VectorXd s;
-    std::optional<Sparse> V, R;
+    std::optional<Eigen::SparseMatrix<double>> V, R;
     if (d.has_group(group + "/V") || d.has_group(group + "/R")) {
         const auto found = d.vector(group + "/vectors/s", kAnySize);
         if (!found) return {};
@@ -338,7 +336,7 @@ std::optional<ContactProblem> local_problem(Datasets& d)
         put(entries, *V, 0, rows, false);
         put(entries, *V, rows, 0, true);
         put(entries, *R, rows, rows, false);
-        *W = Sparse(p.q.size(), p.q.size());
+        *W = Eigen::SparseMatrix<double>(p.q.size(), p.q.size());
         W->setFromTriplets(entries.begin(), entries.end());
     }
     const auto n = static_cast<double>(p.q.size());
@@ -355,10 +353,10 @@ std::optional<GlobalProblem> global_problem(Datasets& d)
     const std::optional<Laws> l = laws(d, group, "w");
     const auto f = d.vector(group + "/vectors/f", kAnySize);
     if (!l || !f) return {};
-    std::optional<Sparse> M = matrix(d, group + "/M", f->size(), f->size());
-    std::optional<Sparse> H = matrix(d, group + "/H", f->size(), l->q.size());
+    std::optional<Eigen::SparseMatrix<double>> M = matrix(d, group + "/M", f->size(), f->size());
+    std::optional<Eigen::SparseMatrix<double>> H = matrix(d, group + "/H", f->size(), l->q.size());
     Eigen::VectorXd b;
-    std::optional<Sparse> G;
+    std::optional<Eigen::SparseMatrix<double>> G;
     if (d.has_group(group + "/G")) {
         const auto found = d.vector(group + "/vectors/b", kAnySize);
         if (!found) return {};
@@ -376,7 +374,7 @@ std::optional<GlobalProblem> global_problem(Datasets& d)
     std::vector<Eigen::Triplet<double>> entries;
     put(entries, *H, 0, 0, false);
     if (G) put(entries, *G, 0, l->q.size(), false);
-    p.H = Sparse(f->size(), p.w.size());
+    p.H = Eigen::SparseMatrix<double>(f->size(), p.w.size());
     p.H.setFromTriplets(entries.begin(), entries.end());
     return p;
 }
@@ -414,7 +412,7 @@ FclibSolution solution(Datasets& d, const std::string& group, Eigen::Index rows,
 }
 
 /// issues() of the problem, with the file and the datasets in place of its own words.
-template <class Problem> void check(Datasets& d, const Problem& p, const std::string& group)
+template <class Problem> void check_rest(Datasets& d, const Problem& p, const std::string& group)
 {
     for (const Issue& issue : issues(p)) {
         const bool is_matrix =
@@ -449,7 +447,7 @@ FclibProblem fclib_problem(const std::vector<NamedArray>& arrays, const std::str
         p.local = local_problem(d);
         d.throw_issues();
         p.local->level = level;
-        check(d, *p.local, group);
+        check_rest(d, *p.local, group);
         rows = p.local->q.size();
         contacts = p.local->mu.size();
         bilateral = std::ranges::count(p.local->kind, ContactKind::bilateral);
@@ -457,7 +455,7 @@ FclibProblem fclib_problem(const std::vector<NamedArray>& arrays, const std::str
         p.global = global_problem(d);
         d.throw_issues();
         p.global->level = level;
-        check(d, *p.global, group);
+        check_rest(d, *p.global, group);
         rows = p.global->w.size();
         contacts = p.global->mu.size();
         bilateral = std::ranges::count(p.global->kind, ContactKind::bilateral);
@@ -478,7 +476,7 @@ FclibProblem fclib_problem(const std::vector<NamedArray>& arrays, const std::str
         }
     }
     if (d.has("amontons/contact"))
-        if (const Integers* identity = d.integers("amontons/contact")) {
+        if (const std::vector<std::int32_t>* identity = d.integers("amontons/contact")) {
             if (static_cast<Eigen::Index>(identity->size()) != contacts)
                 d.tell("amontons/contact", count(identity->size()), std::to_string(contacts));
             p.identity = *identity;

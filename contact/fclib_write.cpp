@@ -6,19 +6,16 @@
 namespace amontons {
 namespace {
 
-using Sparse = Eigen::SparseMatrix<double>;
-using Integers = std::vector<std::int32_t>;
-using Numbers = std::vector<double>;
-
-void put_matrix(std::vector<NamedArray>& out, const std::string& name, const Sparse& A)
+void put_matrix(std::vector<NamedArray>& out, const std::string& name,
+                const Eigen::SparseMatrix<double>& A)
 {
     if (A.nonZeros() > std::numeric_limits<std::int32_t>::max())
         throw InputError({{"contact problem", name, std::to_string(A.nonZeros()) + " entries",
                            "<= 2147483647: FCLib counts with 32 bits"}});
-    Sparse compressed = A;
+    Eigen::SparseMatrix<double> compressed = A;
     compressed.makeCompressed();
     const auto integer = [&](const char* part, Eigen::Index value) {
-        out.push_back({name + part, Integers{static_cast<std::int32_t>(value)}});
+        out.push_back({name + part, std::vector<std::int32_t>{static_cast<std::int32_t>(value)}});
     };
     const Eigen::Index entries = compressed.nonZeros();
     integer("/nzmax", entries);
@@ -28,14 +25,14 @@ void put_matrix(std::vector<NamedArray>& out, const std::string& name, const Spa
     const int* p = compressed.outerIndexPtr();
     const int* i = compressed.innerIndexPtr();
     const double* x = compressed.valuePtr();
-    out.push_back({name + "/p", Integers(p, p + A.cols() + 1)});
-    out.push_back({name + "/i", Integers(i, i + entries)});
-    out.push_back({name + "/x", Numbers(x, x + entries)});
+    out.push_back({name + "/p", std::vector<std::int32_t>(p, p + A.cols() + 1)});
+    out.push_back({name + "/i", std::vector<std::int32_t>(i, i + entries)});
+    out.push_back({name + "/x", std::vector<double>(x, x + entries)});
 }
 
 NamedArray numbers(std::string name, const Eigen::Ref<const Eigen::VectorXd>& v)
 {
-    return {std::move(name), Numbers(v.data(), v.data() + v.size())};
+    return {std::move(name), std::vector<double>(v.data(), v.data() + v.size())};
 }
 
 /// Rows of bilateral contacts at the end. @throws InputError  where FCLib has no such contact
@@ -53,10 +50,10 @@ Eigen::Index bilateral_rows(const std::vector<ContactKind>& kind)
     return kind.end() - first;
 }
 
-Sparse block(const Sparse& A, Eigen::Index row, Eigen::Index column, Eigen::Index rows,
-             Eigen::Index columns)
+Eigen::SparseMatrix<double> block(const Eigen::SparseMatrix<double>& A, Eigen::Index row,
+                                  Eigen::Index column, Eigen::Index rows, Eigen::Index columns)
 {
-    return Sparse(A.middleCols(column, columns)).middleRows(row, rows);
+    return Eigen::SparseMatrix<double>(A.middleCols(column, columns)).middleRows(row, rows);
 }
 
 void put_local(std::vector<NamedArray>& out, const ContactProblem& p)
@@ -65,8 +62,10 @@ void put_local(std::vector<NamedArray>& out, const ContactProblem& p)
         throw InputError({{"contact problem", "W", "a function", "a matrix"}});
     const std::string group = "fclib_local";
     const Eigen::Index extra = bilateral_rows(p.kind), rows = p.q.size() - extra;
-    const Sparse W = p.W.is_dense() ? Sparse(p.W.dense().sparseView(0, 0)) : p.W.as_sparse();
-    out.push_back({group + "/spacedim", Integers{3}});
+    const Eigen::SparseMatrix<double> W =
+        p.W.is_dense() ? Eigen::SparseMatrix<double>(p.W.dense().sparseView(0, 0))
+                       : p.W.as_sparse();
+    out.push_back({group + "/spacedim", std::vector<std::int32_t>{3}});
     put_matrix(out, group + "/W", block(W, 0, 0, rows, rows));
     if (extra > 0) {
         put_matrix(out, group + "/V", block(W, 0, rows, rows, extra));
@@ -81,7 +80,7 @@ void put_global(std::vector<NamedArray>& out, const GlobalProblem& p)
 {
     const std::string group = "fclib_global";
     const Eigen::Index extra = bilateral_rows(p.kind), rows = p.w.size() - extra;
-    out.push_back({group + "/spacedim", Integers{3}});
+    out.push_back({group + "/spacedim", std::vector<std::int32_t>{3}});
     put_matrix(out, group + "/M", p.M);
     put_matrix(out, group + "/H", p.H.leftCols(rows));
     if (extra > 0) {
@@ -126,8 +125,8 @@ std::vector<NamedArray> fclib_arrays(const FclibProblem& p)
     out.push_back({group + "/info/math_info", p.math_info});
     if (p.solution) put_solution(out, "solution", *p.solution, bilateral);
     if (!p.guesses.empty()) {
-        out.push_back(
-            {"guesses/number_of_guesses", Integers{static_cast<std::int32_t>(p.guesses.size())}});
+        out.push_back({"guesses/number_of_guesses",
+                       std::vector<std::int32_t>{static_cast<std::int32_t>(p.guesses.size())}});
         for (std::size_t k = 0; k < p.guesses.size(); ++k)
             put_solution(out, "guesses/" + std::to_string(k + 1), p.guesses[k], bilateral);
     }

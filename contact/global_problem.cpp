@@ -1,5 +1,7 @@
 #include "contact/global_problem.hpp"
 
+#include "contact/number_text.hpp"
+
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
@@ -19,40 +21,33 @@
 namespace amontons {
 namespace {
 
-using Sparse = Eigen::SparseMatrix<double>;
 using Permutation = Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int>;
 
-constexpr const char* kProblem = "global contact problem"; // stands where a file name would
+constexpr const char* kGlobalProblem = "global contact problem"; // stands where a file name would
 /// A pivot below this times its diagonal entry is what round-off leaves of zero.
 constexpr double kPivot = 64 * std::numeric_limits<double>::epsilon();
 
-std::string text(double value)
-{
-    std::ostringstream out;
-    out << value;
-    return out.str();
-}
-
-std::string size_text(const Sparse& A)
+std::string sparse_size_text(const Eigen::SparseMatrix<double>& A)
 {
     return std::to_string(A.rows()) + " x " + std::to_string(A.cols());
 }
 
-bool all_finite(const Sparse& A)
+bool all_finite(const Eigen::SparseMatrix<double>& A)
 {
-    return A.nonZeros() == 0 || Sparse(A).coeffs().allFinite();
+    return A.nonZeros() == 0 || Eigen::SparseMatrix<double>(A).coeffs().allFinite();
 }
 
-double asymmetry(const Sparse& M)
+double asymmetry(const Eigen::SparseMatrix<double>& M)
 {
-    const double size = M.nonZeros() > 0 ? Sparse(M).coeffs().abs().maxCoeff() : 0;
+    const double size =
+        M.nonZeros() > 0 ? Eigen::SparseMatrix<double>(M).coeffs().abs().maxCoeff() : 0;
     if (size == 0) return 0;
-    const Sparse scaled = M / size; // squares stay in range
-    return (scaled - Sparse(scaled.transpose())).norm() / scaled.norm();
+    const Eigen::SparseMatrix<double> scaled = M / size; // squares stay in range
+    return (scaled - Eigen::SparseMatrix<double>(scaled.transpose())).norm() / scaled.norm();
 }
 
 /// Unknowns that hang together in M carry the same number.
-std::vector<int> components(const Sparse& M)
+std::vector<int> components(const Eigen::SparseMatrix<double>& M)
 {
     std::vector<int> root(static_cast<std::size_t>(M.rows()));
     std::iota(root.begin(), root.end(), 0);
@@ -65,7 +60,7 @@ std::vector<int> components(const Sparse& M)
         return i;
     };
     for (int j = 0; j < M.outerSize(); ++j)
-        for (Sparse::InnerIterator it(M, j); it; ++it) {
+        for (Eigen::SparseMatrix<double>::InnerIterator it(M, j); it; ++it) {
             const int a = find(static_cast<int>(it.row())), b = find(j);
             root[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
         }
@@ -76,13 +71,13 @@ std::vector<int> components(const Sparse& M)
 
 /// How many entries W can have: two rows meet where they touch the same component of M. Counted
 /// where that is quick, else an upper bound.
-double predicted_entries(const Sparse& M, const Sparse& H)
+double predicted_entries(const Eigen::SparseMatrix<double>& M, const Eigen::SparseMatrix<double>& H)
 {
     constexpr double kQuick = 1e8;
     const std::vector<int> component = components(M);
     std::vector<std::vector<int>> rows(component.size()); // that touch a component
     for (int j = 0; j < H.outerSize(); ++j)
-        for (Sparse::InnerIterator it(H, j); it; ++it) {
+        for (Eigen::SparseMatrix<double>::InnerIterator it(H, j); it; ++it) {
             std::vector<int>& here =
                 rows[static_cast<std::size_t>(component[static_cast<std::size_t>(it.row())])];
             if (here.empty() || here.back() != j) here.push_back(j);
@@ -96,7 +91,7 @@ double predicted_entries(const Sparse& M, const Sparse& H)
     entries = 0;
     std::vector<int> met(static_cast<std::size_t>(H.cols()), -1), seen(component.size(), -1);
     for (int j = 0; j < H.outerSize(); ++j)
-        for (Sparse::InnerIterator it(H, j); it; ++it) {
+        for (Eigen::SparseMatrix<double>::InnerIterator it(H, j); it; ++it) {
             const auto c = static_cast<std::size_t>(component[static_cast<std::size_t>(it.row())]);
             if (seen[c] == j) continue;
             seen[c] = j;
@@ -110,7 +105,8 @@ double predicted_entries(const Sparse& M, const Sparse& H)
 }
 
 /// Minimum degree; with `touched_last`, those that H touches come last, else in the same order.
-Permutation order(const Sparse& M, const Sparse& H, bool touched_last)
+Permutation order(const Eigen::SparseMatrix<double>& M, const Eigen::SparseMatrix<double>& H,
+                  bool touched_last)
 {
     const Eigen::Index n = M.rows();
     Permutation by_degree(n);
@@ -119,7 +115,7 @@ Permutation order(const Sparse& M, const Sparse& H, bool touched_last)
     if (!touched_last) return by_degree.inverse(); // AMD gives the old index of each new one
     std::vector<char> touched(static_cast<std::size_t>(n), 0);
     for (int j = 0; j < H.outerSize(); ++j)
-        for (Sparse::InnerIterator it(H, j); it; ++it)
+        for (Eigen::SparseMatrix<double>::InnerIterator it(H, j); it; ++it)
             touched[static_cast<std::size_t>(it.row())] = 1;
     Permutation place(n);
     int next = 0;
@@ -137,7 +133,7 @@ std::vector<Issue> issues(const GlobalProblem& p)
 {
     std::vector<Issue> found;
     const auto tell = [&](std::string place, std::string what, std::string allowed) {
-        found.push_back({kProblem, std::move(place), std::move(what), std::move(allowed)});
+        found.push_back({kGlobalProblem, std::move(place), std::move(what), std::move(allowed)});
     };
     const Eigen::Index dofs = p.M.rows();
     const Eigen::Index n = p.mu.size();
@@ -150,9 +146,9 @@ std::vector<Issue> issues(const GlobalProblem& p)
     laws.mu = p.mu;
     laws.kind = p.kind;
     const Eigen::Index rows = row_offsets(laws).back();
-    if (p.M.cols() != dofs) tell("M", size_text(p.M), "a square matrix");
+    if (p.M.cols() != dofs) tell("M", sparse_size_text(p.M), "a square matrix");
     if (p.H.rows() != dofs || p.H.cols() != rows)
-        tell("H", size_text(p.H), std::to_string(dofs) + " x " + std::to_string(rows));
+        tell("H", sparse_size_text(p.H), std::to_string(dofs) + " x " + std::to_string(rows));
     if (p.f.size() != dofs)
         tell("f", std::to_string(p.f.size()) + " entries", std::to_string(dofs));
     if (p.w.size() != rows)
@@ -162,8 +158,8 @@ std::vector<Issue> issues(const GlobalProblem& p)
         tell("M", number, "finite");
     else if (p.M.cols() == dofs)
         if (const double skew = asymmetry(p.M); skew > kMaxBodyAsymmetry)
-            tell("M", "asymmetry |M - M^T| / |M| = " + text(skew),
-                 "<= " + text(kMaxBodyAsymmetry) + ", both triangles stored");
+            tell("M", "asymmetry |M - M^T| / |M| = " + number_text(skew),
+                 "<= " + number_text(kMaxBodyAsymmetry) + ", both triangles stored");
     if (!all_finite(p.H)) tell("H", number, "finite");
     if (!p.f.allFinite()) tell("f", number, "finite");
     if (!p.w.allFinite()) tell("w", number, "finite");
@@ -173,19 +169,21 @@ std::vector<Issue> issues(const GlobalProblem& p)
 }
 
 struct CondensedProblem::Factor {
-    Eigen::SimplicialLDLT<Sparse, Eigen::Lower, Eigen::NaturalOrdering<int>> ldlt;
+    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::NaturalOrdering<int>>
+        ldlt;
     Permutation place; ///< of an unknown in the factor
     Eigen::VectorXd D;
 
-    Factor(const Sparse& M, const Permutation& order) : place(order)
+    Factor(const Eigen::SparseMatrix<double>& M, const Permutation& order) : place(order)
     {
         if (M.rows() == 0) return;
-        const Sparse symmetric = 0.5 * (M + Sparse(M.transpose()));
-        Sparse permuted(M.rows(), M.cols());
+        const Eigen::SparseMatrix<double> symmetric =
+            0.5 * (M + Eigen::SparseMatrix<double>(M.transpose()));
+        Eigen::SparseMatrix<double> permuted(M.rows(), M.cols());
         permuted = symmetric.twistedBy(place);
         ldlt.compute(permuted);
         const auto refuse = [](const std::string& what) {
-            throw InputError({{kProblem, "M", what,
+            throw InputError({{kGlobalProblem, "M", what,
                                "a positive definite matrix (no body free to move by itself, no "
                                "negative mass or stiffness)"}});
         };
@@ -197,12 +195,15 @@ struct CondensedProblem::Factor {
             if (D[k] > kPivot * diagonal && diagonal > 0) continue;
             refuse("a matrix that is " +
                    std::string(D[k] < -kPivot * std::abs(diagonal) ? "indefinite" : "singular") +
-                   ": pivot " + text(D[k]) + " in row " + std::to_string(old.indices()[k]) +
-                   ", with " + text(diagonal) + " on the diagonal");
+                   ": pivot " + number_text(D[k]) + " in row " + std::to_string(old.indices()[k]) +
+                   ", with " + number_text(diagonal) + " on the diagonal");
         }
     }
 
-    const Sparse& L() const { return ldlt.matrixL().nestedExpression(); } // without the diagonal
+    const Eigen::SparseMatrix<double>& L() const
+    {
+        return ldlt.matrixL().nestedExpression();
+    } // without the diagonal
 
     Eigen::VectorXd solve(const Eigen::VectorXd& x) const
     {
@@ -214,21 +215,22 @@ struct CondensedProblem::Factor {
 
     /// Column after column of Y = L^-1 P H, each with the rows that may be non-zero, ascending.
     /// take(column, rows, values): `values` has all dofs, and is zero elsewhere.
-    template <class Take> void forward(const Sparse& H, int first, int count, Take take) const
+    template <class Take>
+    void forward(const Eigen::SparseMatrix<double>& H, int first, int count, Take take) const
     {
-        const Sparse& lower = L();
+        const Eigen::SparseMatrix<double>& lower = L();
         const auto n = static_cast<std::size_t>(lower.rows());
         std::vector<int> mark(n, -1), rows;
         Eigen::VectorXd y = Eigen::VectorXd::Zero(lower.rows());
         for (int j = first; j < first + count; ++j) {
             rows.clear();
-            for (Sparse::InnerIterator it(H, j); it; ++it) {
+            for (Eigen::SparseMatrix<double>::InnerIterator it(H, j); it; ++it) {
                 int k = place.indices()[it.row()];
                 y[k] = it.value();
                 while (mark[static_cast<std::size_t>(k)] != j) {
                     mark[static_cast<std::size_t>(k)] = j;
                     rows.push_back(k);
-                    const Sparse::InnerIterator below(lower, k);
+                    const Eigen::SparseMatrix<double>::InnerIterator below(lower, k);
                     if (!below) break;
                     k = static_cast<int>(below.row());
                 }
@@ -236,7 +238,7 @@ struct CondensedProblem::Factor {
             std::sort(rows.begin(), rows.end());
             for (const int k : rows)
                 if (y[k] != 0)
-                    for (Sparse::InnerIterator it(lower, k); it; ++it)
+                    for (Eigen::SparseMatrix<double>::InnerIterator it(lower, k); it; ++it)
                         y[it.row()] -= it.value() * y[k];
             take(j, rows, y);
             for (const int k : rows)
@@ -245,7 +247,7 @@ struct CondensedProblem::Factor {
     }
 
     /// Y scaled by D^-1/2, so that W = Y^T Y.
-    Sparse half(const Sparse& H) const
+    Eigen::SparseMatrix<double> half(const Eigen::SparseMatrix<double>& H) const
     {
         std::vector<Eigen::Triplet<double>> entries;
         forward(H, 0, static_cast<int>(H.cols()),
@@ -253,22 +255,22 @@ struct CondensedProblem::Factor {
                     for (const int k : rows)
                         entries.emplace_back(k, j, y[k] / std::sqrt(D[k]));
                 });
-        Sparse Y(H.rows(), H.cols());
+        Eigen::SparseMatrix<double> Y(H.rows(), H.cols());
         Y.setFromTriplets(entries.begin(), entries.end());
         return Y;
     }
 
     /// W where it is mostly full: by the trailing block of L as a dense matrix.
-    Eigen::MatrixXd dense_delassus(const Sparse& H) const
+    Eigen::MatrixXd dense_delassus(const Eigen::SparseMatrix<double>& H) const
     {
         Eigen::Index first = H.rows();
         for (int j = 0; j < H.outerSize(); ++j)
-            for (Sparse::InnerIterator it(H, j); it; ++it)
+            for (Eigen::SparseMatrix<double>::InnerIterator it(H, j); it; ++it)
                 first = std::min<Eigen::Index>(first, place.indices()[it.row()]);
         const Eigen::Index m = H.rows() - first;
         Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(m, H.cols());
         for (int j = 0; j < H.outerSize(); ++j)
-            for (Sparse::InnerIterator it(H, j); it; ++it)
+            for (Eigen::SparseMatrix<double>::InnerIterator it(H, j); it; ++it)
                 Y(place.indices()[it.row()] - first, j) = it.value();
         Eigen::MatrixXd W = Eigen::MatrixXd::Zero(H.cols(), H.cols());
         if (m == 0) return W;
@@ -280,18 +282,20 @@ struct CondensedProblem::Factor {
     }
 
     /// The contacts' own blocks of W, exact.
-    Sparse blocks(const Sparse& H, const std::vector<int>& offset) const
+    Eigen::SparseMatrix<double> blocks(const Eigen::SparseMatrix<double>& H,
+                                       const std::vector<int>& offset) const
     {
         std::vector<Eigen::Triplet<double>> entries;
         for (std::size_t c = 0; c + 1 < offset.size(); ++c) {
             const int first = offset[c], size = offset[c + 1] - first;
-            const Sparse Y = half(H.middleCols(first, size));
-            const Eigen::MatrixXd block = Eigen::MatrixXd(Sparse(Y.transpose() * Y));
+            const Eigen::SparseMatrix<double> Y = half(H.middleCols(first, size));
+            const Eigen::MatrixXd block =
+                Eigen::MatrixXd(Eigen::SparseMatrix<double>(Y.transpose() * Y));
             for (int j = 0; j < size; ++j)
                 for (int i = 0; i < size; ++i)
                     entries.emplace_back(first + i, first + j, block(i, j));
         }
-        Sparse all(H.cols(), H.cols());
+        Eigen::SparseMatrix<double> all(H.cols(), H.cols());
         all.setFromTriplets(entries.begin(), entries.end());
         return all;
     }
@@ -331,8 +335,8 @@ CondensedProblem::CondensedProblem(const GlobalProblem& p, const CondenseOptions
     } else if (dense) {
         contact_.W = factor->dense_delassus(H_);
     } else {
-        const Sparse Y = factor->half(H_);
-        Sparse W = Y.transpose() * Y;
+        const Eigen::SparseMatrix<double> Y = factor->half(H_);
+        Eigen::SparseMatrix<double> W = Y.transpose() * Y;
         contact_.W = std::move(W);
     }
 }

@@ -1,6 +1,7 @@
 #include "contact/infeasible.hpp"
 
 #include "contact/presolve.hpp"
+#include "mesh/base/limits.hpp"
 
 #include <Eigen/Cholesky>
 #include <cmath>
@@ -8,15 +9,14 @@
 namespace amontons {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// Growth below this times the largest is noise around the direction.
 constexpr double kShare = 1e-6;
 /// Shift of the inverse iteration over the mean diagonal: three steps bring any part with an
 /// eigenvalue above 1e-6 of the mean below round-off.
-constexpr double kShift = 1e-12;
+constexpr double kDiagonalShift = 1e-12;
 /// Growth that is felt by more than this share of its size is no recession direction.
 constexpr double kUnfelt = 1e-2;
-constexpr double kRoundOff = 200 * kEpsilon;
+constexpr double kProofRoundOff = 200 * kEpsilon;
 
 } // namespace
 
@@ -46,7 +46,7 @@ std::optional<InfeasibilityProof> prove_infeasible(const ContactProblem& problem
     const double mean = W.trace() / static_cast<double>(rows.size());
     if (mean > 0) {
         W = (W + W.transpose()).eval() / 2;
-        W.diagonal().array() += kShift * mean;
+        W.diagonal().array() += kDiagonalShift * mean;
         const Eigen::LDLT<Eigen::MatrixXd> factor(W);
         for (int k = 0; k < 3; ++k) {
             const Eigen::VectorXd next = factor.solve(d);
@@ -62,7 +62,8 @@ std::optional<InfeasibilityProof> prove_infeasible(const ContactProblem& problem
     const Eigen::VectorXd size = problem.W.absolute_times(full); // symmetric enough for a size
     const double closing = -problem.q.dot(full);
     const double closing_size = problem.q.cwiseAbs().dot(full);
-    if (felt.norm() > kRoundOff * size.norm() || !(closing > kRoundOff * closing_size)) return {};
+    if (felt.norm() > kProofRoundOff * size.norm() || !(closing > kProofRoundOff * closing_size))
+        return {};
 
     InfeasibilityProof proof;
     proof.direction = Eigen::VectorXd::Zero(contact_count(problem));

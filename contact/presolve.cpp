@@ -7,9 +7,9 @@ namespace amontons {
 namespace {
 
 /// Sets of contacts that are joined one by one.
-class Groups {
+class ContactGroups {
 public:
-    explicit Groups(int n) : parent_(static_cast<std::size_t>(n)), count_(n)
+    explicit ContactGroups(int n) : parent_(static_cast<std::size_t>(n)), count_(n)
     {
         std::iota(parent_.begin(), parent_.end(), 0);
     }
@@ -50,10 +50,10 @@ int whole_blocks(const Delassus::Sparse& W, int column, int columns)
 }
 
 /// What W couples. Searched until all is one group.
-Groups coupled(const ContactProblem& problem, const std::vector<int>& offset)
+ContactGroups coupled(const ContactProblem& problem, const std::vector<int>& offset)
 {
     const int n = contact_count(problem);
-    Groups groups(n);
+    ContactGroups groups(n);
     const auto first = [&](int i) { return offset[static_cast<std::size_t>(i)]; };
     if (problem.W.is_matrix_free()) {
         for (int i = 1; i < n; ++i)
@@ -176,7 +176,7 @@ std::optional<std::vector<ProblemPart>> take_apart(const ContactProblem& problem
     for (int i = 0; i < n; ++i)
         rubbing =
             rubbing && !(kind_of(problem, i) == ContactKind::frictional && problem.mu[i] == 0);
-    Groups groups = coupled(problem, offset);
+    ContactGroups groups = coupled(problem, offset);
     if (problem.W.is_matrix_free() || (rubbing && groups.count() <= 1)) return {};
 
     std::vector<ProblemPart> parts;

@@ -1,5 +1,7 @@
 #include "contact/problem.hpp"
 
+#include "contact/number_text.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -8,13 +10,6 @@ namespace amontons {
 namespace {
 
 constexpr const char* kProblem = "contact problem"; // stands where a file name would
-
-std::string text(double value)
-{
-    std::ostringstream out;
-    out << value;
-    return out.str();
-}
 
 std::string size_text(Eigen::Index rows, Eigen::Index columns)
 {
@@ -77,13 +72,13 @@ std::vector<Issue> issues(const ContactProblem& problem)
     int told = 0;
     for (Eigen::Index i = 0; i < n && told < kToldOneByOne; ++i)
         if (!(problem.mu[i] >= 0) || !std::isfinite(problem.mu[i])) {
-            tell("mu[" + std::to_string(i) + "]", text(problem.mu[i]), "finite, >= 0");
+            tell("mu[" + std::to_string(i) + "]", number_text(problem.mu[i]), "finite, >= 0");
             ++told;
         }
     told = 0;
     for (Eigen::Index i = 0; i < problem.q.size() && told < kToldOneByOne; ++i)
         if (!std::isfinite(problem.q[i])) {
-            tell("q[" + std::to_string(i) + "]", text(problem.q[i]), "finite");
+            tell("q[" + std::to_string(i) + "]", number_text(problem.q[i]), "finite");
             ++told;
         }
     if (problem.W.rows() != problem.W.cols()) return found;
@@ -99,13 +94,15 @@ std::vector<Issue> issues(const ContactProblem& problem)
     }
     const double measure = problem.W.asymmetry();
     if (measure > kMaxAsymmetry)
-        tell("W", "asymmetry |W - W^T| / |W| = " + text(measure), "<= " + text(kMaxAsymmetry));
+        tell("W", "asymmetry |W - W^T| / |W| = " + number_text(measure),
+             "<= " + number_text(kMaxAsymmetry));
     // A finite measure needs finite entries: the search for others is for the report only.
     if (std::isfinite(measure)) return found;
     told = 0;
     const auto look = [&](Eigen::Index i, Eigen::Index j, double value) {
         if (std::isfinite(value) || told == kToldOneByOne) return;
-        tell("W(" + std::to_string(i) + ", " + std::to_string(j) + ")", text(value), "finite");
+        tell("W(" + std::to_string(i) + ", " + std::to_string(j) + ")", number_text(value),
+             "finite");
         ++told;
     };
     if (problem.W.is_dense()) {

@@ -18,14 +18,14 @@ namespace amontons {
 namespace {
 
 /// Times that parts are solved closer before the whole is left as it is.
-constexpr int kRounds = 4;
+constexpr int kPartRounds = 4;
 constexpr int kWaysOfAutomatic = 5;
 /// Friction from which on normal forces have units of their own, one try after the other.
-constexpr double kSteep[] = {128, 2048};
+constexpr double kSteepFriction[] = {128, 2048};
 constexpr int kSteepRounds = 3, kSteepPatience = 400;
 
-void check(const ContactProblem& problem, const SolverOptions& options,
-           const Eigen::VectorXd& warm_start)
+void check_arguments(const ContactProblem& problem, const SolverOptions& options,
+                     const Eigen::VectorXd& warm_start)
 {
     std::vector<Issue> found = issues(problem);
     for (Issue& issue : issues(options))
@@ -105,7 +105,8 @@ SolverRun run_plain(const ContactProblem& problem, SolverOptions options, Eigen:
 SolverRun run(const ContactProblem& problem, const SolverOptions& options, Eigen::VectorXd start,
               bool warm)
 {
-    if (options.solver != ContactSolver::automatic || normal_units(problem, kSteep[0]).size() == 0)
+    if (options.solver != ContactSolver::automatic ||
+        normal_units(problem, kSteepFriction[0]).size() == 0)
         return run_plain(problem, options, std::move(start), warm);
     const Stopwatch clock;
     const NaturalMapError error(problem, options.scope);
@@ -123,7 +124,7 @@ SolverRun run(const ContactProblem& problem, const SolverOptions& options, Eigen
         run.history = std::move(history);
         return run;
     };
-    for (const double most : kSteep) {
+    for (const double most : kSteepFriction) {
         const Eigen::VectorXd D = normal_units(problem, most);
         if (D.size() == 0) break;
         const ContactProblem inner = in_normal_units(problem, D);
@@ -204,7 +205,7 @@ SolverRun run_parts(const NaturalMapError& error, const std::vector<ProblemPart>
     const int threads = std::clamp(static_cast<int>(parts.size()), 1, options.threads);
     double factor = 1;
     std::vector<SolverRun> runs(parts.size());
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kPartRounds; ++round) {
         // Each part is on its own: any number of threads computes the same.
 #pragma omp parallel for schedule(dynamic) num_threads(threads) if (threads > 1)
         for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -364,7 +365,7 @@ ContactSolution solve_in_units(const ContactProblem& problem, const Units& units
 ContactSolution solve(const ContactProblem& problem, const SolverOptions& options,
                       const Eigen::VectorXd& warm_start)
 {
-    check(problem, options, warm_start);
+    check_arguments(problem, options, warm_start);
     const Units units = units_of(problem);
     return units.are_one() ? solve_in_range(problem, options, warm_start)
                            : solve_in_units(problem, units, options, warm_start);

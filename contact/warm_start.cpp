@@ -17,7 +17,7 @@ std::vector<int> sorted(const std::vector<std::int32_t>& identity)
     return order;
 }
 
-void check(std::vector<Issue>& found, const char* place, std::size_t size, int wanted)
+void check_size(std::vector<Issue>& found, const char* place, std::size_t size, int wanted)
 {
     if (size != static_cast<std::size_t>(wanted))
         found.push_back({"warm start", place, std::to_string(size), std::to_string(wanted)});
@@ -32,10 +32,10 @@ Eigen::VectorXd matched_warm_start(const ContactProblem& earlier,
 {
     const std::vector<int> from = row_offsets(earlier), to = row_offsets(problem);
     std::vector<Issue> found;
-    check(found, "identities of the earlier problem", earlier_identity.size(),
-          contact_count(earlier));
-    check(found, "identities", identity.size(), contact_count(problem));
-    check(found, "rows of r", static_cast<std::size_t>(r.size()), from.back());
+    check_size(found, "identities of the earlier problem", earlier_identity.size(),
+               contact_count(earlier));
+    check_size(found, "identities", identity.size(), contact_count(problem));
+    check_size(found, "rows of r", static_cast<std::size_t>(r.size()), from.back());
     if (!found.empty()) throw InputError(std::move(found));
 
     Eigen::VectorXd start = Eigen::VectorXd::Zero(to.back());

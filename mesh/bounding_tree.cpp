@@ -1,5 +1,7 @@
 #include "mesh/bounding_tree.hpp"
 
+#include "mesh/base/index.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -10,12 +12,7 @@ namespace amontons {
 
 namespace {
 
-constexpr std::int32_t kLeaf = 4;
-
-std::size_t at(std::int32_t i)
-{
-    return static_cast<std::size_t>(i);
-}
+constexpr std::int32_t kTreeLeaf = 4;
 
 double squared_to_box(const Eigen::Array3d& x, const Eigen::Array3d& low,
                       const Eigen::Array3d& high)
@@ -69,7 +66,7 @@ void BoundingTree::split_(std::int32_t node, std::int32_t first, std::int32_t co
         low = low.min(centres[at(order_[at(i)])].array());
         high = high.max(centres[at(order_[at(i)])].array());
     }
-    if (count <= kLeaf) {
+    if (count <= kTreeLeaf) {
         box.first = first;
         box.count = count;
         nodes_[at(node)] = box;

@@ -7,7 +7,7 @@ namespace amontons {
 
 namespace {
 
-constexpr std::int32_t kLeaf = 4;
+constexpr std::int32_t kBoxLeaf = 4;
 
 } // namespace
 
@@ -38,7 +38,7 @@ void BoxTree::split_(std::size_t node, std::int32_t first, std::int32_t count,
         centres.add(twice_centre(k).matrix());
     }
     nodes_[node].box = box;
-    if (count <= kLeaf) {
+    if (count <= kBoxLeaf) {
         nodes_[node].first = first;
         nodes_[node].count = count;
         return;

@@ -21,9 +21,9 @@ namespace amontons {
 
 namespace {
 
-constexpr int kBlock = 8;               // cells along an edge of a block
+constexpr int kFieldBlock = 8;          // cells along an edge of a block
 constexpr int kBrick = 4;               // samples along an edge of a brick
-constexpr int kRow = kBlock + 3;        // coefficients along an edge of a block
+constexpr int kRow = kFieldBlock + 3;   // coefficients along an edge of a block
 constexpr int kBuffer = 4 * kBrick;     // samples along an edge, gathered for a block
 constexpr double kFarthest = 1 << 22;   // cells from the origin: 2^20 bricks, 21 bits of a key
 constexpr double kLeastGradient = 1e-8; // below it the normal has no meaning
@@ -94,7 +94,7 @@ struct DistanceField::Cache {
 
     std::int32_t fill(const Key& key, const DistanceSource& source, const Vec3& origin, double h)
     {
-        static_assert(kBlock == 2 * kBrick);
+        static_assert(kFieldBlock == 2 * kBrick);
         std::vector<double> a(kBuffer * kBuffer * kBuffer), b(a.size());
         for (int i = 0; i < 4; ++i) // samples -4 .. 11 of the block's cells
             for (int j = 0; j < 4; ++j)
@@ -179,8 +179,8 @@ const double* DistanceField::cell_(const Vec3& x, WallHint& hint, Vec3& fraction
     }
     const Block& block = *cache_->blocks[static_cast<std::size_t>(hint.piece)];
     return &block.c[static_cast<std::size_t>(
-        kRow * (kRow * (cell[0] & (kBlock - 1)) + (cell[1] & (kBlock - 1))) +
-        (cell[2] & (kBlock - 1)))];
+        kRow * (kRow * (cell[0] & (kFieldBlock - 1)) + (cell[1] & (kFieldBlock - 1))) +
+        (cell[2] & (kFieldBlock - 1)))];
 }
 
 double DistanceField::distance(const Vec3& x, WallHint& hint) const

@@ -41,7 +41,7 @@ std::vector<Side> sorted_sides(const ExternalSurface& surface)
     return sides;
 }
 
-const Vec3& at(std::span<const Vec3> places, std::int32_t node)
+const Vec3& place_at(std::span<const Vec3> places, std::int32_t node)
 {
     return places[static_cast<std::size_t>(node)];
 }
@@ -51,8 +51,10 @@ Vec3 normal_of(const ExternalSurface& surface, std::span<const Vec3> places, std
 {
     const auto n = surface.face(static_cast<std::size_t>(face));
     if (surface.corners[static_cast<std::size_t>(face)] == 3)
-        return (at(places, n[1]) - at(places, n[0])).cross(at(places, n[2]) - at(places, n[0]));
-    return (at(places, n[2]) - at(places, n[0])).cross(at(places, n[3]) - at(places, n[1]));
+        return (place_at(places, n[1]) - place_at(places, n[0]))
+            .cross(place_at(places, n[2]) - place_at(places, n[0]));
+    return (place_at(places, n[2]) - place_at(places, n[0]))
+        .cross(place_at(places, n[3]) - place_at(places, n[1]));
 }
 
 Vec3 centre_of(const ExternalSurface& surface, std::span<const Vec3> places, std::int32_t face)
@@ -61,7 +63,7 @@ Vec3 centre_of(const ExternalSurface& surface, std::span<const Vec3> places, std
     const int n = surface.corners[static_cast<std::size_t>(face)];
     Vec3 sum = Vec3::Zero();
     for (int i = 0; i < n; ++i)
-        sum += at(places, nodes[static_cast<std::size_t>(i)]);
+        sum += place_at(places, nodes[static_cast<std::size_t>(i)]);
     return sum / n;
 }
 
@@ -72,7 +74,7 @@ double inner_angle(const ExternalSurface& surface, std::span<const Vec3> places,
                b = normal_of(surface, places, edge.faces[1]).normalized();
     const double turn = std::atan2(a.cross(b).norm(), a.dot(b));
     // Convex if the other face lies behind the plane of this one.
-    const Vec3 across = centre_of(surface, places, edge.faces[1]) - at(places, edge.nodes[0]);
+    const Vec3 across = centre_of(surface, places, edge.faces[1]) - place_at(places, edge.nodes[0]);
     return across.dot(a) <= 0 ? std::numbers::pi - turn : std::numbers::pi + turn;
 }
 

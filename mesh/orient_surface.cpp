@@ -33,7 +33,7 @@ std::vector<std::vector<Neighbour>> neighbours_of(const SurfaceMesh& mesh)
     return neighbours;
 }
 
-void turn(SurfaceMesh& mesh, std::size_t triangle)
+void turn_over(SurfaceMesh& mesh, std::size_t triangle)
 {
     std::swap(mesh.triangles[triangle][1], mesh.triangles[triangle][2]);
 }
@@ -116,7 +116,7 @@ Orienting orient_consistently(SurfaceMesh& mesh)
         const bool turn_the_kept = 2 * turned_count > component.size();
         for (const std::size_t t : component) {
             if ((state[t] == turned) == turn_the_kept) continue;
-            turn(mesh, t);
+            turn_over(mesh, t);
             ++result.turned;
         }
     }
@@ -126,7 +126,7 @@ Orienting orient_consistently(SurfaceMesh& mesh)
 void turn_around(SurfaceMesh& mesh)
 {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-        turn(mesh, t);
+        turn_over(mesh, t);
 }
 
 std::vector<std::int32_t> parts_of(const SurfaceMesh& mesh)
@@ -176,7 +176,7 @@ void orient_parts(SurfaceMesh& mesh)
     }
     for (const std::size_t i : wrong)
         for (const std::size_t t : parts[i].triangles)
-            turn(mesh, t);
+            turn_over(mesh, t);
 }
 
 Vec3 unit_normal(const SurfaceMesh& mesh, const std::array<std::int32_t, 3>& triangle)

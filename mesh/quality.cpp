@@ -38,21 +38,21 @@ Sample t10_sample(double r, double s, double t, double weight)
     return sample;
 }
 
-constexpr std::array<Gradient, 8> kCube{{{-1, -1, -1},
-                                         {1, -1, -1},
-                                         {1, 1, -1},
-                                         {-1, 1, -1},
-                                         {-1, -1, 1},
-                                         {1, -1, 1},
-                                         {1, 1, 1},
-                                         {-1, 1, 1}}};
+constexpr std::array<Gradient, 8> kCubeGradients{{{-1, -1, -1},
+                                                  {1, -1, -1},
+                                                  {1, 1, -1},
+                                                  {-1, 1, -1},
+                                                  {-1, -1, 1},
+                                                  {1, -1, 1},
+                                                  {1, 1, 1},
+                                                  {-1, 1, 1}}};
 
 Sample h8_sample(const Gradient& x, double weight)
 {
     Sample sample;
     sample.weight = weight;
     for (std::size_t i = 0; i < 8; ++i) {
-        const auto& c = kCube[i];
+        const auto& c = kCubeGradients[i];
         const Gradient f{1 + c[0] * x[0], 1 + c[1] * x[1], 1 + c[2] * x[2]};
         sample.gradient[i] = {c[0] * f[1] * f[2] / 8, c[1] * f[0] * f[2] / 8,
                               c[2] * f[0] * f[1] / 8};
@@ -85,7 +85,7 @@ std::vector<Sample> samples_of(ElementKind kind)
         }
     } else {
         const double g = 1 / std::sqrt(3.0);
-        for (const Gradient& c : kCube) {
+        for (const Gradient& c : kCubeGradients) {
             all.push_back(h8_sample({g * c[0], g * c[1], g * c[2]}, 1));
             all.push_back(h8_sample(c, 0));
         }

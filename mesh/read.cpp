@@ -9,6 +9,7 @@
 #include "mesh/format/slicer_markups.hpp"
 #include "mesh/format/stl.hpp"
 #include "mesh/size_field.hpp"
+#include "mesh/suffix.hpp"
 #include "mesh/weld.hpp"
 
 #include <cmath>
@@ -16,22 +17,9 @@
 namespace amontons {
 namespace {
 
-bool has_suffix(const std::string& path, const char* suffix)
-{
-    return lower_case(path).ends_with(suffix);
-}
-
 bool is_table(const std::string& path)
 {
     return has_suffix(path, ".csv") || has_suffix(path, ".txt") || has_suffix(path, ".dat");
-}
-
-[[noreturn]] void refuse_suffix(const std::string& path, const char* allowed)
-{
-    const std::size_t dot = path.find_last_of("./");
-    const bool has_dot = dot != std::string::npos && path[dot] == '.';
-    FileIssues(path).fatal(
-        "", has_dot ? "suffix " + quoted_text(path.substr(dot)) : "a name without suffix", allowed);
 }
 
 void check_scale(const std::string& path, double scale)

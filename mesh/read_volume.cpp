@@ -4,32 +4,20 @@
 #include "mesh/format/abaqus.hpp"
 #include "mesh/format/plain.hpp"
 #include "mesh/format/vtu.hpp"
+#include "mesh/suffix.hpp"
 
 #include <cmath>
 
 namespace amontons {
 namespace {
 
-constexpr std::string_view kNodes = ".nodes";
-
-bool has_suffix(const std::string& path, std::string_view suffix)
-{
-    return lower_case(path).ends_with(suffix);
-}
-
-[[noreturn]] void refuse_suffix(const std::string& path, const char* allowed)
-{
-    const std::size_t dot = path.find_last_of("./");
-    const bool has_dot = dot != std::string::npos && path[dot] == '.';
-    FileIssues(path).fatal(
-        "", has_dot ? "suffix " + quoted_text(path.substr(dot)) : "a name without suffix", allowed);
-}
+constexpr std::string_view kNodesSuffix = ".nodes";
 
 } // namespace
 
 std::string elements_path(const std::string& nodes_path)
 {
-    return nodes_path.substr(0, nodes_path.size() - kNodes.size()) + ".elements";
+    return nodes_path.substr(0, nodes_path.size() - kNodesSuffix.size()) + ".elements";
 }
 
 VolumeFile read_volume(const std::string& path, double scale)
@@ -39,7 +27,7 @@ VolumeFile read_volume(const std::string& path, double scale)
     if (has_suffix(path, ".msh")) return parse_gmsh(read_file(path), path, scale);
     if (has_suffix(path, ".vtu")) return parse_vtu(read_file(path), path, scale);
     if (has_suffix(path, ".inp")) return parse_abaqus(read_file(path), path, scale);
-    if (has_suffix(path, kNodes)) {
+    if (has_suffix(path, kNodesSuffix)) {
         const std::string elements = elements_path(path);
         return parse_plain(read_file(path), read_file(elements), path, elements, scale);
     }
@@ -48,7 +36,7 @@ VolumeFile read_volume(const std::string& path, double scale)
 
 void check_volume_suffix(const std::string& path)
 {
-    if (!has_suffix(path, ".msh") && !has_suffix(path, ".inp") && !has_suffix(path, kNodes))
+    if (!has_suffix(path, ".msh") && !has_suffix(path, ".inp") && !has_suffix(path, kNodesSuffix))
         refuse_suffix(path, ".msh, .vtu, .inp or .nodes");
 }
 

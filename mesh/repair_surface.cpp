@@ -1,5 +1,6 @@
 #include "mesh/repair_surface.hpp"
 
+#include "mesh/check_limits.hpp"
 #include "mesh/near_points.hpp"
 #include "mesh/orient_surface.hpp"
 #include "mesh/surface_check.hpp"
@@ -13,56 +14,48 @@
 namespace amontons {
 namespace {
 
-using Index = std::int32_t;
-using Triangle = std::array<Index, 3>;
+using RepairedTriangle = std::array<std::int32_t, 3>;
 
-constexpr double kCoincident = 1e-9; // distance / diagonal, as check_surface's
-constexpr double kFlat = 1e-12;      // height / diagonal, as check_surface's
-constexpr int kMostRounds = 20;      // of dividing neighbours: chains of flat triangles
-
-const Vec3& point(const SurfaceMesh& mesh, Index i)
-{
-    return mesh.points[static_cast<std::size_t>(i)];
-}
+constexpr int kMostRounds = 20; // of dividing neighbours: chains of flat triangles
 
 double diagonal_of(const SurfaceMesh& mesh)
 {
     Eigen::AlignedBox3d box;
-    for (const Triangle& t : mesh.triangles)
-        for (const Index corner : t)
-            box.extend(point(mesh, corner));
+    for (const RepairedTriangle& t : mesh.triangles)
+        for (const std::int32_t corner : t)
+            box.extend(point_of(mesh, corner));
     return box.isEmpty() ? 0 : box.diagonal().norm();
 }
 
 std::int64_t merge_near(SurfaceMesh& mesh)
 {
     const auto pairs = near_points(mesh.points, kCoincident * diagonal_of(mesh));
-    std::vector<Index> stands_for(mesh.points.size());
+    std::vector<std::int32_t> stands_for(mesh.points.size());
     for (std::size_t i = 0; i < stands_for.size(); ++i)
-        stands_for[i] = static_cast<Index>(i);
+        stands_for[i] = static_cast<std::int32_t>(i);
     for (const auto& [earlier, later] : pairs) // by the later: the earlier one is settled
         stands_for[static_cast<std::size_t>(later)] = stands_for[static_cast<std::size_t>(earlier)];
-    for (Triangle& t : mesh.triangles)
-        for (Index& corner : t)
+    for (RepairedTriangle& t : mesh.triangles)
+        for (std::int32_t& corner : t)
             corner = stands_for[static_cast<std::size_t>(corner)];
     return static_cast<std::int64_t>(pairs.size());
 }
 
 std::int64_t remove_collapsed(SurfaceMesh& mesh)
 {
-    return static_cast<std::int64_t>(std::erase_if(mesh.triangles, [](const Triangle& t) {
+    return static_cast<std::int64_t>(std::erase_if(mesh.triangles, [](const RepairedTriangle& t) {
         return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
     }));
 }
 
-Triangle sorted(Triangle t)
+RepairedTriangle sorted(RepairedTriangle t)
 {
     std::sort(t.begin(), t.end());
     return t;
 }
 
 /// Whether a triangle runs through its vertices as `sorted` does, or the other way around.
-bool ascending(const Triangle& t)
+bool ascending(const RepairedTriangle& t)
 {
     const auto least = static_cast<std::size_t>(std::min_element(t.begin(), t.end()) - t.begin());
     return t[(least + 1) % 3] < t[(least + 2) % 3];
@@ -76,19 +69,19 @@ std::int64_t remove_repeated(SurfaceMesh& mesh)
     struct Copies {
         std::int64_t up = 0, down = 0;
     };
-    std::map<Triangle, Copies> copies;
-    for (const Triangle& t : mesh.triangles) {
+    std::map<RepairedTriangle, Copies> copies;
+    for (const RepairedTriangle& t : mesh.triangles) {
         Copies& c = copies[sorted(t)];
         ++(ascending(t) ? c.up : c.down);
     }
-    const auto edge = [](const Triangle& t, std::size_t k) {
+    const auto edge = [](const RepairedTriangle& t, std::size_t k) {
         return std::array{std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])};
     };
-    std::map<std::array<Index, 2>, int> others; // those of one side only
+    std::map<std::array<std::int32_t, 2>, int> others; // those of one side only
     for (const auto& [t, c] : copies)
         for (std::size_t k = 0; k < 3; ++k)
             others[edge(t, k)] += c.up == 0 || c.down == 0;
-    std::set<Triangle> seen;
+    std::set<RepairedTriangle> seen;
     for (const auto& [t, c] : copies) {
         if (c.up == 0 || c.down == 0) continue;
         bool alone = true;
@@ -97,7 +90,7 @@ std::int64_t remove_repeated(SurfaceMesh& mesh)
         if (alone) seen.insert(t); // as if an earlier one stayed
     }
     return static_cast<std::int64_t>(std::erase_if(
-        mesh.triangles, [&](const Triangle& t) { return !seen.insert(sorted(t)).second; }));
+        mesh.triangles, [&](const RepairedTriangle& t) { return !seen.insert(sorted(t)).second; }));
 }
 
 // A flat triangle has a vertex b on its longest side a c. Left out, it would leave b on the side of
@@ -112,30 +105,31 @@ std::int64_t remove_repeated(SurfaceMesh& mesh)
 std::int64_t divide_beside_flat(SurfaceMesh& mesh, double diagonal)
 {
     std::vector<HalfEdge> sides = sorted_half_edges(mesh);
-    std::map<std::array<Index, 2>, std::vector<Index>> triangles_at;
+    std::map<std::array<std::int32_t, 2>, std::vector<std::int32_t>> triangles_at;
     for (const HalfEdge& e : sides)
         triangles_at[{std::min(e.begin, e.end), std::max(e.begin, e.end)}].push_back(e.triangle);
     std::vector<char> changed(mesh.triangles.size());
-    std::vector<Triangle> added;
+    std::vector<RepairedTriangle> added;
     std::vector<std::size_t> gone;
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-        const Triangle t = mesh.triangles[i];
+        const RepairedTriangle t = mesh.triangles[i];
         if (changed[i]) continue;
         std::array<double, 3> length{};
         for (std::size_t k = 0; k < 3; ++k)
-            length[k] = (point(mesh, t[(k + 1) % 3]) - point(mesh, t[k])).norm();
+            length[k] = (point_of(mesh, t[(k + 1) % 3]) - point_of(mesh, t[k])).norm();
         const auto k = static_cast<std::size_t>(std::max_element(length.begin(), length.end()) -
                                                 length.begin());
-        const Index a = t[k], c = t[(k + 1) % 3], b = t[(k + 2) % 3];
-        const Vec3 along = point(mesh, c) - point(mesh, a);
-        if (along.cross(point(mesh, b) - point(mesh, a)).norm() > kFlat * diagonal * length[k])
+        const std::int32_t a = t[k], c = t[(k + 1) % 3], b = t[(k + 2) % 3];
+        const Vec3 along = point_of(mesh, c) - point_of(mesh, a);
+        if (along.cross(point_of(mesh, b) - point_of(mesh, a)).norm() >
+            kFlatTriangle * diagonal * length[k])
             continue;
-        const std::vector<Index>& both = triangles_at.at({std::min(a, c), std::max(a, c)});
+        const std::vector<std::int32_t>& both = triangles_at.at({std::min(a, c), std::max(a, c)});
         if (both.size() != 2) continue; // a border or a crowded edge: stays, and is told
         const auto other =
-            static_cast<std::size_t>(both[0] == static_cast<Index>(i) ? both[1] : both[0]);
+            static_cast<std::size_t>(both[0] == static_cast<std::int32_t>(i) ? both[1] : both[0]);
         if (changed[other]) continue;
-        Triangle left = mesh.triangles[other], right = left;
+        RepairedTriangle left = mesh.triangles[other], right = left;
         std::replace(left.begin(), left.end(), c, b);
         std::replace(right.begin(), right.end(), a, b);
         if (std::find(mesh.triangles[other].begin(), mesh.triangles[other].end(), b) !=
@@ -154,18 +148,18 @@ std::int64_t divide_beside_flat(SurfaceMesh& mesh, double diagonal)
 
 std::int64_t remove_unused(SurfaceMesh& mesh)
 {
-    std::vector<Index> number(mesh.points.size(), -1);
-    for (const Triangle& t : mesh.triangles)
-        for (const Index corner : t)
+    std::vector<std::int32_t> number(mesh.points.size(), -1);
+    for (const RepairedTriangle& t : mesh.triangles)
+        for (const std::int32_t corner : t)
             number[static_cast<std::size_t>(corner)] = 0;
     std::vector<Vec3> kept;
     for (std::size_t i = 0; i < number.size(); ++i)
         if (number[i] == 0) {
-            number[i] = static_cast<Index>(kept.size());
+            number[i] = static_cast<std::int32_t>(kept.size());
             kept.push_back(mesh.points[i]);
         }
-    for (Triangle& t : mesh.triangles)
-        for (Index& corner : t)
+    for (RepairedTriangle& t : mesh.triangles)
+        for (std::int32_t& corner : t)
             corner = number[static_cast<std::size_t>(corner)];
     const auto gone = static_cast<std::int64_t>(mesh.points.size() - kept.size());
     mesh.points = std::move(kept);
@@ -181,13 +175,14 @@ bool is_closed_and_consistent(const SurfaceMesh& mesh)
     return good;
 }
 
-void count_turned(const std::vector<Triangle>& before, const SurfaceMesh& mesh, SurfaceRepair& done)
+void count_turned(const std::vector<RepairedTriangle>& before, const SurfaceMesh& mesh,
+                  SurfaceRepair& done)
 {
     struct Part {
         std::int64_t triangles = 0, turned = 0;
     };
     std::vector<Part> parts;
-    const std::vector<Index> part_of = parts_of(mesh);
+    const std::vector<std::int32_t> part_of = parts_of(mesh);
     for (std::size_t t = 0; t < before.size(); ++t) {
         const auto i = static_cast<std::size_t>(part_of[t]);
         if (i >= parts.size()) parts.resize(i + 1);
@@ -243,7 +238,7 @@ SurfaceRepair repair_surface(SurfaceMesh& mesh)
         if (flat == 0) break;
     }
     done.repeated = remove_repeated(mesh);
-    const std::vector<Triangle> before = mesh.triangles;
+    const std::vector<RepairedTriangle> before = mesh.triangles;
     orient_consistently(mesh);
     if (is_closed_and_consistent(mesh)) orient_parts(mesh);
     count_turned(before, mesh, done);
@@ -254,17 +249,17 @@ SurfaceRepair repair_surface(SurfaceMesh& mesh)
 std::int64_t close_holes(SurfaceMesh& mesh)
 {
     // Along a border the triangle inside runs one way, the one that is added the other way.
-    std::map<Index, std::vector<Index>> next; // against the triangle's sense
+    std::map<std::int32_t, std::vector<std::int32_t>> next; // against the triangle's sense
     for_each_edge(sorted_half_edges(mesh), [&](std::span<const HalfEdge> sides) {
         if (sides.size() == 1) next[sides[0].end].push_back(sides[0].begin);
     });
     std::int64_t holes = 0;
     for (const BoundaryLoop& loop : check_surface(mesh).boundaries) {
-        const auto centre = static_cast<Index>(mesh.points.size());
+        const auto centre = static_cast<std::int32_t>(mesh.points.size());
         mesh.points.push_back(loop.centre);
         const std::size_t n = loop.vertices.size();
         for (std::size_t i = 0; i < n; ++i) {
-            Index a = loop.vertices[i], b = loop.vertices[(i + 1) % n];
+            std::int32_t a = loop.vertices[i], b = loop.vertices[(i + 1) % n];
             const auto from_a = next.find(a);
             const bool forward =
                 from_a != next.end() &&

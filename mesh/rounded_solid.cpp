@@ -8,14 +8,15 @@
 namespace amontons {
 namespace {
 
-constexpr int kBlock = 4; // samples along an edge of a block that is kept together
+constexpr int kSampleBlock = 4; // samples along an edge of a block that is kept together
 // Distance / width of a block's middle from which all samples that its places need have one sign.
-constexpr double kFar = 7;
+constexpr double kFarSamples = 7;
 constexpr int kRounds = 30;  // of Newton's method
 constexpr double kOn = 1e-6; // value / width: on the surface
 constexpr double kReach = 2; // of a projection / width
 
-using Samples = std::array<double, kBlock * kBlock * kBlock>; // of a block; signed distances [m]
+using Samples = std::array<double, kSampleBlock * kSampleBlock *
+                                       kSampleBlock>; // of a block; signed distances [m]
 
 std::int64_t floor_div(std::int64_t a, std::int64_t b)
 {
@@ -75,7 +76,7 @@ private:
     }
     static Vec3 corner_(const RoundedSolid& solid, const Index& i)
     {
-        return solid.origin_ + solid.width_ * kBlock *
+        return solid.origin_ + solid.width_ * kSampleBlock *
                                    Vec3(static_cast<double>(i[0]), static_cast<double>(i[1]),
                                         static_cast<double>(i[2]));
     }
@@ -88,9 +89,9 @@ private:
 double RoundedSolid::Grid::far(const RoundedSolid& solid, const Index& i)
 {
     return far_.at(i, [&](double& value) {
-        const Vec3 middle = corner_(solid, i) + 0.5 * solid.width_ * kBlock * Vec3::Ones();
+        const Vec3 middle = corner_(solid, i) + 0.5 * solid.width_ * kSampleBlock * Vec3::Ones();
         const double d = distance_(solid, middle);
-        if (d > kFar * solid.width_) value = solid.winding_.at(middle) > 0.5 ? -d : d;
+        if (d > kFarSamples * solid.width_) value = solid.winding_.at(middle) > 0.5 ? -d : d;
     });
 }
 
@@ -99,11 +100,12 @@ const Samples& RoundedSolid::Grid::samples(const RoundedSolid& solid, const Inde
     return samples_.at(i, [&](Samples& samples) {
         const double w = solid.width_;
         double sign = 1, before = 0; // of the sample before, which is one width away
-        for (int n = 0; n < kBlock * kBlock * kBlock; ++n) {
-            const Vec3 x = corner_(solid, i) +
-                           w * Vec3(n / (kBlock * kBlock), n / kBlock % kBlock, n % kBlock);
+        for (int n = 0; n < kSampleBlock * kSampleBlock * kSampleBlock; ++n) {
+            const Vec3 x =
+                corner_(solid, i) + w * Vec3(n / (kSampleBlock * kSampleBlock),
+                                             n / kSampleBlock % kSampleBlock, n % kSampleBlock);
             const double d = distance_(solid, x);
-            const bool same_side = n % kBlock > 0 && std::max(d, before) > 1.001 * w;
+            const bool same_side = n % kSampleBlock > 0 && std::max(d, before) > 1.001 * w;
             if (!same_side) sign = solid.winding_.at(x) > 0.5 ? -1 : 1;
             samples[static_cast<std::size_t>(n)] = sign * d;
             before = d;
@@ -133,8 +135,8 @@ RoundedSolid::Sample RoundedSolid::at(const Vec3& x) const
         cell[a] = static_cast<std::int64_t>(std::floor(along));
         weights(along - static_cast<double>(cell[a]), w[a], d[a]);
     }
-    const Grid::Index middle{floor_div(cell[0], kBlock), floor_div(cell[1], kBlock),
-                             floor_div(cell[2], kBlock)};
+    const Grid::Index middle{floor_div(cell[0], kSampleBlock), floor_div(cell[1], kSampleBlock),
+                             floor_div(cell[2], kSampleBlock)};
     if (const double far = grid_->far(*this, middle); far != 0) return {far, Vec3::Zero()};
     // Samples cell - 1 to cell + 2 lie in one or two blocks along each axis.
     std::array<const Samples*, 8> blocks{};
@@ -143,9 +145,9 @@ RoundedSolid::Sample RoundedSolid::at(const Vec3& x) const
     for (std::size_t a = 0; a < 3; ++a)
         for (std::size_t i = 0; i < 4; ++i) {
             const std::int64_t n = cell[a] - 1 + static_cast<std::int64_t>(i);
-            in[a][i] = floor_div(n, kBlock);
+            in[a][i] = floor_div(n, kSampleBlock);
             second[a][i] = in[a][i] != in[a][0];
-            at[a][i] = static_cast<std::size_t>(n - in[a][i] * kBlock);
+            at[a][i] = static_cast<std::size_t>(n - in[a][i] * kSampleBlock);
         }
     Sample s;
     for (std::size_t i = 0; i < 4; ++i)
@@ -153,7 +155,8 @@ RoundedSolid::Sample RoundedSolid::at(const Vec3& x) const
             for (std::size_t k = 0; k < 4; ++k) {
                 const Samples*& block = blocks[4 * second[0][i] + 2 * second[1][j] + second[2][k]];
                 if (!block) block = &grid_->samples(*this, {in[0][i], in[1][j], in[2][k]});
-                const double c = (*block)[(at[0][i] * kBlock + at[1][j]) * kBlock + at[2][k]];
+                const double c =
+                    (*block)[(at[0][i] * kSampleBlock + at[1][j]) * kSampleBlock + at[2][k]];
                 s.value += w[0][i] * w[1][j] * w[2][k] * c;
                 s.gradient += c * Vec3(d[0][i] * w[1][j] * w[2][k], w[0][i] * d[1][j] * w[2][k],
                                        w[0][i] * w[1][j] * d[2][k]);

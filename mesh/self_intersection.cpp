@@ -15,17 +15,17 @@
 namespace amontons {
 namespace {
 
-using Triangle = std::array<std::int32_t, 3>;
-using Corners = std::array<Vec3, 3>;
+using TriangleCorners = std::array<std::int32_t, 3>;
+using CornerPlaces = std::array<Vec3, 3>;
 using Box = Eigen::AlignedBox3d;
 
-constexpr std::int32_t kLeaf = 4; // triangles
+constexpr std::int32_t kTriangleLeaf = 4;        // triangles
 constexpr std::int64_t kMostCounted = 1'000'000; // a surface folded onto itself has n^2 pairs
 
 // ---- narrow phase ------------------------------------------------------------------------
 
 /// The axis along which a triangle shows the largest area.
-int widest_axis(const Corners& t)
+int widest_axis(const CornerPlaces& t)
 {
     int axis = 0;
     (t[1] - t[0]).cross(t[2] - t[0]).cwiseAbs().maxCoeff(&axis);
@@ -51,7 +51,7 @@ bool segments_meet(int k, const Vec3& p, const Vec3& q, const Vec3& a, const Vec
            (aq == 0 && on(q, a, b));
 }
 
-bool segment_meets_in_plane(const Vec3& p, const Vec3& q, const Corners& t)
+bool segment_meets_in_plane(const Vec3& p, const Vec3& q, const CornerPlaces& t)
 {
     const int k = widest_axis(t);
     for (std::size_t i = 0; i < 3; ++i)
@@ -62,7 +62,7 @@ bool segment_meets_in_plane(const Vec3& p, const Vec3& q, const Corners& t)
 }
 
 /// @param side_p  orientation of the triangle and p; side_q of the triangle and q
-bool segment_meets(const Vec3& p, const Vec3& q, int side_p, int side_q, const Corners& t)
+bool segment_meets(const Vec3& p, const Vec3& q, int side_p, int side_q, const CornerPlaces& t)
 {
     if (side_p * side_q > 0) return false;
     if (side_p == 0 && side_q == 0) return segment_meets_in_plane(p, q, t);
@@ -72,7 +72,7 @@ bool segment_meets(const Vec3& p, const Vec3& q, int side_p, int side_q, const C
     return s0 * s2 >= 0 && s1 * s2 >= 0;
 }
 
-std::array<int, 3> sides(const Corners& plane, const Corners& t)
+std::array<int, 3> sides(const CornerPlaces& plane, const CornerPlaces& t)
 {
     return {orientation(plane[0], plane[1], plane[2], t[0]),
             orientation(plane[0], plane[1], plane[2], t[1]),
@@ -84,7 +84,8 @@ bool one_side(const std::array<int, 3>& s)
     return s[0] != 0 && s[0] == s[1] && s[1] == s[2];
 }
 
-bool any_edge_meets(const Corners& edges_of, const std::array<int, 3>& side, const Corners& t)
+bool any_edge_meets(const CornerPlaces& edges_of, const std::array<int, 3>& side,
+                    const CornerPlaces& t)
 {
     for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t j = (i + 1) % 3;
@@ -93,7 +94,7 @@ bool any_edge_meets(const Corners& edges_of, const std::array<int, 3>& side, con
     return false;
 }
 
-bool apart_meet(const Corners& a, const Corners& b)
+bool apart_meet(const CornerPlaces& a, const CornerPlaces& b)
 {
     const std::array<int, 3> sa = sides(b, a);
     if (one_side(sa)) return false;
@@ -103,7 +104,7 @@ bool apart_meet(const Corners& a, const Corners& b)
 }
 
 /// The edge of a opposite of its corner i, against b.
-bool opposite_edge_meets(const Corners& a, std::size_t i, const Corners& b)
+bool opposite_edge_meets(const CornerPlaces& a, std::size_t i, const CornerPlaces& b)
 {
     const Vec3 &p = a[(i + 1) % 3], &q = a[(i + 2) % 3];
     const int side_p = orientation(b[0], b[1], b[2], p), side_q = orientation(b[0], b[1], b[2], q);
@@ -122,16 +123,16 @@ class Pairs {
 public:
     explicit Pairs(const SurfaceMesh& mesh) : mesh_(mesh) {}
 
-    Corners corners(std::int32_t t) const
+    CornerPlaces corners(std::int32_t t) const
     {
-        const Triangle& v = mesh_.triangles[static_cast<std::size_t>(t)];
+        const TriangleCorners& v = mesh_.triangles[static_cast<std::size_t>(t)];
         return {point(v[0]), point(v[1]), point(v[2])};
     }
 
     bool meet(std::int32_t t, std::int32_t u) const
     {
-        const Triangle& a = mesh_.triangles[static_cast<std::size_t>(t)];
-        const Triangle& b = mesh_.triangles[static_cast<std::size_t>(u)];
+        const TriangleCorners& a = mesh_.triangles[static_cast<std::size_t>(t)];
+        const TriangleCorners& b = mesh_.triangles[static_cast<std::size_t>(u)];
         std::array<std::size_t, 3> in_a{}, in_b{};
         std::size_t shared = 0;
         for (std::size_t i = 0; i < 3; ++i) {
@@ -141,7 +142,7 @@ public:
             in_a[shared] = i;
             in_b[shared++] = j;
         }
-        const Corners ca = corners(t), cb = corners(u);
+        const CornerPlaces ca = corners(t), cb = corners(u);
         if (shared == 0) return apart_meet(ca, cb);
         if (shared == 1)
             return opposite_edge_meets(ca, in_a[0], cb) || opposite_edge_meets(cb, in_b[0], ca);
@@ -221,7 +222,7 @@ private:
             centres.extend(b.center());
         }
         nodes_[n].box = all;
-        if (end - begin <= kLeaf) return;
+        if (end - begin <= kTriangleLeaf) return;
         int axis = 0;
         centres.sizes().maxCoeff(&axis);
         const std::int32_t middle = begin + (end - begin) / 2;
@@ -254,7 +255,7 @@ private:
     std::vector<Node> nodes_;
 };
 
-bool has_area(const Corners& t)
+bool has_area(const CornerPlaces& t)
 {
     for (int k = 0; k < 3; ++k)
         if (orientation_along(k, t[0], t[1], t[2]) != 0) return true;

@@ -29,7 +29,7 @@ constexpr int kFinest = 64;                    // times as many columns at the m
 constexpr std::size_t kEnoughCrossings = 5000; // of columns with triangles, for a mean
 
 /// A body cut into columns along z.
-class Columns {
+class LatticeColumns {
 public:
     using Box = Eigen::AlignedBox3d;
     struct Crossing {
@@ -53,7 +53,7 @@ public:
         return box;
     }
 
-    Columns(const SurfaceMesh& surface, const Box& box, int across)
+    LatticeColumns(const SurfaceMesh& surface, const Box& box, int across)
         : low_(box.min())
         , h_(box.sizes() / across)
         , n_(across)
@@ -161,13 +161,13 @@ double SizeField::at(const Vec3& x) const
 
 double count_by_size(const SurfaceMesh& surface, const SizeField& size, int across)
 {
-    const Columns::Box box = Columns::box_of(surface);
+    const LatticeColumns::Box box = LatticeColumns::box_of(surface);
     const double volume = std::abs(enclosed_volume(surface));
     if (box.isEmpty() || !(box.sizes().minCoeff() > 0 && volume > 0)) return 0;
     for (int n = across; n <= kFinest * across; n *= 4) {
-        const Columns columns(surface, box, n);
+        const LatticeColumns columns(surface, box, n);
         if (columns.crossings().size() < kEnoughCrossings && 4 * n <= kFinest * across) continue;
-        const Columns::Sum sum = columns.sum(size);
+        const LatticeColumns::Sum sum = columns.sum(size);
         if (sum.volume > 0) return sum.count * (volume / sum.volume);
     }
     return volume / std::pow(size.least(), 3); // nothing was met: rather too many

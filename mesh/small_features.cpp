@@ -15,8 +15,6 @@
 namespace amontons {
 namespace {
 
-using Index = std::int32_t;
-
 constexpr double kOpposite = -0.95;        // cosine between normals that face each other
 constexpr double kMostSamples = 2'000'000; // of all triangles together
 constexpr double kTurn = 0.5; // cosine below which a chain of sharp edges has a corner: 60 degrees
@@ -32,7 +30,7 @@ struct Rays {
         for (const auto& t : s.triangles)
             normals.push_back(unit_normal(s, t));
     }
-    const Vec3& corner(const std::array<Index, 3>& t, std::size_t k) const
+    const Vec3& corner(const std::array<std::int32_t, 3>& t, std::size_t k) const
     {
         return surface.points[static_cast<std::size_t>(t[k])];
     }
@@ -41,7 +39,7 @@ struct Rays {
         std::vector<BoundingBox> all;
         for (const auto& t : s.triangles) {
             BoundingBox box;
-            for (const Index i : t)
+            for (const std::int32_t i : t)
                 box.add(s.points[static_cast<std::size_t>(i)]);
             all.push_back(box);
         }
@@ -50,18 +48,18 @@ struct Rays {
 
     /// Distance to the first triangle on a ray that faces against `normal`, or `longest`.
     double first(const Vec3& from, const Vec3& direction, const Vec3& normal, double longest,
-                 Index own) const
+                 std::int32_t own) const
     {
         BoundingBox box;
         box.add(from);
         box.add(Vec3(from + longest * direction));
         double nearest = longest;
-        tree.visit(box, [&](Index i) {
+        tree.visit(box, [&](std::int32_t i) {
             const auto k = static_cast<std::size_t>(i);
             if (i == own || normals[k].dot(normal) > kOpposite) return;
             const auto& t0 = surface.triangles[static_cast<std::size_t>(own)];
-            for (const Index corner_of_own : t0) // neighbours are a sharp edge, no wall
-                for (const Index other : surface.triangles[k])
+            for (const std::int32_t corner_of_own : t0) // neighbours are a sharp edge, no wall
+                for (const std::int32_t other : surface.triangles[k])
                     if (other == corner_of_own) return;
             // Moeller and Trumbore's equations.
             const auto& t = surface.triangles[k];
@@ -101,7 +99,7 @@ public:
     {
         for (std::size_t k = 0; k < surface_.triangles.size(); ++k) {
             const auto& t = surface_.triangles[k];
-            look(static_cast<Index>(k), whole(t));
+            look(static_cast<std::int32_t>(k), whole(t));
         }
     }
 
@@ -110,7 +108,7 @@ private:
     using Piece = std::array<Vec3, 4>;
 
     /// A triangle as a piece: from its shortest edge to the corner opposite.
-    Piece whole(const std::array<Index, 3>& t) const
+    Piece whole(const std::array<std::int32_t, 3>& t) const
     {
         const auto length = [&](std::size_t k) {
             return (rays_.corner(t, (k + 1) % 3) - rays_.corner(t, k)).norm();
@@ -122,7 +120,7 @@ private:
         return {rays_.corner(t, k), rays_.corner(t, (k + 1) % 3), top, top};
     }
 
-    void look(Index k, const Piece& p)
+    void look(std::int32_t k, const Piece& p)
     {
         const Vec3 n = rays_.normals[static_cast<std::size_t>(k)],
                    x = (p[0] + p[1] + p[2] + p[3]) / 4;
@@ -173,34 +171,34 @@ public:
     {
         for (const bool loops : {false, true}) // first what begins at corners, then the rest
             for (const auto& [start, ends] : beside_)
-                for (const Index end : ends)
+                for (const std::int32_t end : ends)
                     if ((loops || is_corner(start)) && !walked_.count(key(start, end)))
                         walk(start, end, visit);
     }
 
 private:
-    const Vec3& at(Index i) const { return surface_.points[static_cast<std::size_t>(i)]; }
-    static std::pair<Index, Index> key(Index a, Index b)
+    const Vec3& at(std::int32_t i) const { return surface_.points[static_cast<std::size_t>(i)]; }
+    static std::pair<std::int32_t, std::int32_t> key(std::int32_t a, std::int32_t b)
     {
         return {std::min(a, b), std::max(a, b)};
     }
-    bool is_corner(Index v) const
+    bool is_corner(std::int32_t v) const
     {
-        const std::vector<Index>& ends = beside_.at(v);
+        const std::vector<std::int32_t>& ends = beside_.at(v);
         if (ends.size() != 2) return true;
         return (at(ends[0]) - at(v)).normalized().dot((at(v) - at(ends[1])).normalized()) < kTurn;
     }
-    template <class Visit> void walk(Index start, Index end, Visit& visit)
+    template <class Visit> void walk(std::int32_t start, std::int32_t end, Visit& visit)
     {
-        std::vector<Index> vertices{start};
+        std::vector<std::int32_t> vertices{start};
         double length = 0;
-        for (Index here = start, next = end;;) {
+        for (std::int32_t here = start, next = end;;) {
             if (!walked_.insert(key(here, next)).second) break; // around
             length += (at(next) - at(here)).norm();
             vertices.push_back(next);
             if (is_corner(next)) break;
-            const std::vector<Index>& ends = beside_.at(next);
-            const Index onward = ends[0] == here ? ends[1] : ends[0];
+            const std::vector<std::int32_t>& ends = beside_.at(next);
+            const std::int32_t onward = ends[0] == here ? ends[1] : ends[0];
             here = next;
             next = onward;
         }
@@ -208,8 +206,8 @@ private:
     }
 
     const SurfaceMesh& surface_;
-    std::map<Index, std::vector<Index>> beside_;
-    std::set<std::pair<Index, Index>> walked_;
+    std::map<std::int32_t, std::vector<std::int32_t>> beside_;
+    std::set<std::pair<std::int32_t, std::int32_t>> walked_;
 };
 
 } // namespace
@@ -220,7 +218,7 @@ std::vector<SmallFeature> find_small_features(const SurfaceMesh& surface, const 
     std::vector<SmallFeature> found;
     ThinParts(surface, size, found).find();
     SharpChains(surface, feature_angle)
-        .visit([&](const std::vector<Index>& vertices, double length) {
+        .visit([&](const std::vector<std::int32_t>& vertices, double length) {
             const Vec3& x = surface.points[static_cast<std::size_t>(vertices[vertices.size() / 2])];
             if (const double here = size.at(x); length < (1 - 1e-6) * here)
                 found.push_back({"a sharp edge", x, length, here});

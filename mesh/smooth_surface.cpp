@@ -1,5 +1,6 @@
 #include "mesh/smooth_surface.hpp"
 
+#include "mesh/base/index.hpp"
 #include "mesh/closest_point.hpp"
 #include "mesh/surface_edges.hpp"
 
@@ -13,13 +14,8 @@ namespace amontons {
 namespace {
 
 constexpr int kMostNewton = 10;
-constexpr double kConverged = 1e-7; // of a patch's parameters, before the last step
-constexpr double kLongest = 0.5;    // of a step, in them
-
-std::size_t at(std::int32_t i)
-{
-    return static_cast<std::size_t>(i);
-}
+constexpr double kPatchConverged = 1e-7; // of a patch's parameters, before the last step
+constexpr double kLongest = 0.5;         // of a step, in them
 
 // Weights of a point of edge k, at t from vertex k to vertex k + 1.
 Vec3 on_edge(int k, double t)
@@ -186,7 +182,7 @@ bool SmoothSurface::inside_(const Patch& p, const Vec3& x, double& u, double& v,
                 v /= over;
             }
             if (++outside > 2) return false;
-        } else if (size <= kConverged) {
+        } else if (size <= kPatchConverged) {
             at = local_(p, u, v);
             return true;
         }
@@ -209,7 +205,7 @@ double SmoothSurface::along_edge_(const Patch& p, const Vec3& x, int edge, doubl
         const double next = std::clamp(t + std::clamp(step, -kLongest, kLongest), 0.0, 1.0);
         const double moved = std::abs(next - t);
         t = next;
-        if (moved <= kConverged) break;
+        if (moved <= kPatchConverged) break;
     }
     const Vec3 w = on_edge(edge, t);
     at = local_(p, w[1], w[2]);

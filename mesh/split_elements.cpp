@@ -9,10 +9,10 @@
 namespace amontons {
 namespace {
 
-using Triangle = std::array<std::int32_t, 3>;
+using SharedTriangle = std::array<std::int32_t, 3>;
 
 /// A quadrilateral, cut through its lowest node; both triangles keep its direction.
-std::array<Triangle, 2> cut(const FaceNodes& face)
+std::array<SharedTriangle, 2> cut(const FaceNodes& face)
 {
     const auto first = static_cast<std::size_t>(
         std::min_element(face.node.begin(), face.node.begin() + 4) - face.node.begin());
@@ -20,12 +20,12 @@ std::array<Triangle, 2> cut(const FaceNodes& face)
     return {{{at(0), at(1), at(2)}, {at(0), at(2), at(3)}}};
 }
 
-std::int32_t face_of(std::span<const std::int32_t> tetra, Triangle corners)
+std::int32_t face_of(std::span<const std::int32_t> tetra, SharedTriangle corners)
 {
     std::sort(corners.begin(), corners.end());
     for (std::int32_t f = 0; f < 4; ++f) {
         const FaceNodes face = face_nodes(ElementView{ElementKind::T4, tetra}, f);
-        Triangle other{face.node[0], face.node[1], face.node[2]};
+        SharedTriangle other{face.node[0], face.node[1], face.node[2]};
         std::sort(other.begin(), other.end());
         if (other == corners) return f;
     }
@@ -78,7 +78,7 @@ VolumeMesh tetrahedra_of(const VolumeMesh& mesh)
     for (const FaceSet& set : mesh.face_sets) {
         FaceSet all{set.name, {}};
         for (const FaceRef& ref : set.members)
-            for (const Triangle& triangle : cut(face_nodes(mesh, ref)))
+            for (const SharedTriangle& triangle : cut(face_nodes(mesh, ref)))
                 for (std::int32_t t = 6 * ref.element; t < 6 * ref.element + 6; ++t)
                     if (const std::int32_t f =
                             face_of(out.blocks[0].element(static_cast<std::size_t>(t)), triangle);

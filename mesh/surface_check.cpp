@@ -1,5 +1,6 @@
 #include "mesh/surface_check.hpp"
 
+#include "mesh/check_limits.hpp"
 #include "mesh/format/text.hpp"
 #include "mesh/near_points.hpp"
 #include "mesh/orient_surface.hpp"
@@ -15,31 +16,23 @@
 namespace amontons {
 namespace {
 
-using Index = std::int32_t;
-
-constexpr double kFlat = 1e-12;        // height of a triangle / diagonal: its normal is noise
-constexpr double kCoincident = 1e-9;   // distance / diagonal: rounding of a file, not geometry
 constexpr std::size_t kMostPairs = 10; // of triangles that intersect, kept in a report
-
-const Vec3& point(const SurfaceMesh& mesh, Index i)
-{
-    return mesh.points[static_cast<std::size_t>(i)];
-}
 
 void check_indices(const SurfaceMesh& mesh)
 {
-    const auto n = static_cast<Index>(mesh.points.size());
+    const auto n = static_cast<std::int32_t>(mesh.points.size());
     for (const auto& triangle : mesh.triangles)
-        for (const Index corner : triangle)
+        for (const std::int32_t corner : triangle)
             AMONTONS_ASSERT(corner >= 0 && corner < n);
 }
 
-bool is_degenerate(const SurfaceMesh& mesh, const std::array<Index, 3>& t, double diagonal)
+bool is_degenerate(const SurfaceMesh& mesh, const std::array<std::int32_t, 3>& t, double diagonal)
 {
-    const Vec3 a = point(mesh, t[1]) - point(mesh, t[0]), b = point(mesh, t[2]) - point(mesh, t[1]),
-               c = point(mesh, t[0]) - point(mesh, t[2]);
+    const Vec3 a = point_of(mesh, t[1]) - point_of(mesh, t[0]),
+               b = point_of(mesh, t[2]) - point_of(mesh, t[1]),
+               c = point_of(mesh, t[0]) - point_of(mesh, t[2]);
     const double longest = std::max({a.norm(), b.norm(), c.norm()});
-    return a.cross(b).norm() <= kFlat * diagonal * longest;
+    return a.cross(b).norm() <= kFlatTriangle * diagonal * longest;
 }
 
 // ---- boundaries --------------------------------------------------------------------------
@@ -54,7 +47,7 @@ public:
         , used_(edges.size())
     {
         for (std::size_t i = 0; i < edges_.size(); ++i)
-            for (const Index v : {edges_[i].begin, edges_[i].end})
+            for (const std::int32_t v : {edges_[i].begin, edges_[i].end})
                 at_vertex_[v].push_back(i);
     }
 
@@ -72,13 +65,13 @@ private:
     BoundaryLoop loop_from(std::size_t i)
     {
         BoundaryLoop loop;
-        const Index start = edges_[i].begin;
-        Index here = start;
+        const std::int32_t start = edges_[i].begin;
+        std::int32_t here = start;
         for (constexpr std::size_t kNone = ~std::size_t{0}; i != kNone;) {
             used_[i] = true;
             loop.vertices.push_back(here);
-            const Index next = edges_[i].begin == here ? edges_[i].end : edges_[i].begin;
-            const Vec3 &a = point(mesh_, here), &b = point(mesh_, next);
+            const std::int32_t next = edges_[i].begin == here ? edges_[i].end : edges_[i].begin;
+            const Vec3 &a = point_of(mesh_, here), &b = point_of(mesh_, next);
             const double length = (b - a).norm();
             loop.length += length;
             loop.centre += 0.5 * length * (a + b);
@@ -94,13 +87,13 @@ private:
         if (loop.length > 0)
             loop.centre /= loop.length;
         else
-            loop.centre = point(mesh_, start);
+            loop.centre = point_of(mesh_, start);
         return loop;
     }
 
     const SurfaceMesh& mesh_;
     const std::vector<HalfEdge>& edges_;
-    std::unordered_map<Index, std::vector<std::size_t>> at_vertex_;
+    std::unordered_map<std::int32_t, std::vector<std::size_t>> at_vertex_;
     std::vector<bool> used_;
 };
 
@@ -113,17 +106,17 @@ public:
     {
         std::iota(parent_.begin(), parent_.end(), 0);
     }
-    Index root(Index t)
+    std::int32_t root(std::int32_t t)
     {
         while (at(t) != t)
             t = at(t) = at(at(t));
         return t;
     }
-    void join(Index t, Index u) { at(root(t)) = root(u); }
+    void join(std::int32_t t, std::int32_t u) { at(root(t)) = root(u); }
 
 private:
-    Index& at(Index t) { return parent_[static_cast<std::size_t>(t)]; }
-    std::vector<Index> parent_;
+    std::int32_t& at(std::int32_t t) { return parent_[static_cast<std::size_t>(t)]; }
+    std::vector<std::int32_t> parent_;
 };
 
 void check_edges(const SurfaceMesh& mesh, SurfaceReport& report)
@@ -153,22 +146,11 @@ void check_edges(const SurfaceMesh& mesh, SurfaceReport& report)
 
 // ---- messages ----------------------------------------------------------------------------
 
-constexpr std::size_t kMostNamed = 3; // faults of one kind that are shown
-
-std::string text_of(const Vec3& x)
-{
-    std::string text = "(";
-    for (int i = 0; i < 3; ++i) {
-        append_number(text, x[i]);
-        text += i < 2 ? ", " : ")";
-    }
-    return text;
-}
-
-std::string text_of(const SurfaceMesh& mesh, Index triangle)
+std::string text_of(const SurfaceMesh& mesh, std::int32_t triangle)
 {
     const auto& [a, b, c] = mesh.triangles[static_cast<std::size_t>(triangle)];
-    return text_of(point(mesh, a)) + " " + text_of(point(mesh, b)) + " " + text_of(point(mesh, c));
+    return place_text(point_of(mesh, a)) + " " + place_text(point_of(mesh, b)) + " " +
+           place_text(point_of(mesh, c));
 }
 
 std::string text_of(const SurfaceMesh& mesh, const EdgeFault& edge)
@@ -177,8 +159,8 @@ std::string text_of(const SurfaceMesh& mesh, const EdgeFault& edge)
     for (std::size_t i = 0; i < edge.triangles.size() && i < 5; ++i)
         text.append(i > 0 ? ", " : "").append(std::to_string(edge.triangles[i]));
     text += edge.triangles.size() > 5 ? ", ...)" : ")";
-    return text + " from " + text_of(point(mesh, edge.vertices[0])) + " to " +
-           text_of(point(mesh, edge.vertices[1]));
+    return text + " from " + place_text(point_of(mesh, edge.vertices[0])) + " to " +
+           place_text(point_of(mesh, edge.vertices[1]));
 }
 
 /// Names the first faults of a kind and counts the others.
@@ -205,16 +187,16 @@ SurfaceReport check_surface(const SurfaceMesh& mesh)
     Eigen::AlignedBox3d box;
     std::vector<bool> used(mesh.points.size());
     for (const auto& triangle : mesh.triangles)
-        for (const Index corner : triangle) {
+        for (const std::int32_t corner : triangle) {
             used[static_cast<std::size_t>(corner)] = true;
-            box.extend(point(mesh, corner));
+            box.extend(point_of(mesh, corner));
         }
     for (std::size_t i = 0; i < used.size(); ++i)
-        if (!used[i]) report.unreferenced.push_back(static_cast<Index>(i));
+        if (!used[i]) report.unreferenced.push_back(static_cast<std::int32_t>(i));
     report.diagonal = box.isEmpty() ? 0 : box.diagonal().norm();
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         if (is_degenerate(mesh, mesh.triangles[t], report.diagonal))
-            report.degenerate.push_back(static_cast<Index>(t));
+            report.degenerate.push_back(static_cast<std::int32_t>(t));
 
     check_edges(mesh, report);
     report.coincident = near_points(mesh.points, kCoincident * report.diagonal);
@@ -244,7 +226,7 @@ std::vector<Issue> issues(const SurfaceReport& report, const SurfaceMesh& mesh,
     if (required.closed)
         add_issues(
             all, file, report.boundaries, count(report.boundaries), "a closed surface",
-            [](const BoundaryLoop& l) { return "hole around " + text_of(l.centre); },
+            [](const BoundaryLoop& l) { return "hole around " + place_text(l.centre); },
             [](const BoundaryLoop& l) {
                 return std::to_string(l.vertices.size()) + " open edges, length " +
                        number_text(l.length);
@@ -252,8 +234,8 @@ std::vector<Issue> issues(const SurfaceReport& report, const SurfaceMesh& mesh,
     if (required.without_degenerate)
         add_issues(
             all, file, report.degenerate, count(report.degenerate), "triangles with an area",
-            [](Index t) { return "triangle " + std::to_string(t); },
-            [&](Index t) { return "no area between " + text_of(mesh, t); });
+            [](std::int32_t t) { return "triangle " + std::to_string(t); },
+            [&](std::int32_t t) { return "no area between " + text_of(mesh, t); });
     if (required.simple)
         add_issues(
             all, file, report.intersections, report.intersection_count,

@@ -1,5 +1,6 @@
 #include "mesh/surface_distance.hpp"
 
+#include "mesh/base/index.hpp"
 #include "mesh/surface_edges.hpp"
 
 #include <Eigen/Geometry>
@@ -9,11 +10,6 @@
 namespace amontons {
 
 namespace {
-
-std::size_t at(std::int32_t i)
-{
-    return static_cast<std::size_t>(i);
-}
 
 } // namespace
 

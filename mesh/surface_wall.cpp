@@ -1,6 +1,7 @@
 #include "mesh/surface_wall.hpp"
 
 #include "mesh/base/error.hpp"
+#include "mesh/base/index.hpp"
 #include "mesh/orient_surface.hpp"
 #include "mesh/surface_distance.hpp"
 #include "mesh/surface_edges.hpp"
@@ -19,18 +20,13 @@ namespace {
 constexpr double kSmoothCrease = 120 * std::numbers::pi / 180;
 constexpr double kSharpCrease = 60 * std::numbers::pi / 180;
 constexpr double kVesselHoles = 0.25; // largest part of a vessel's area that its holes are
-constexpr int kExtension = 6;         // radii that a vessel goes on beyond an opening
-constexpr double kGrid = 0.2;         // spacing over the smallest radius
+constexpr int kOpeningExtension = 6;  // radii that a vessel goes on beyond an opening
+constexpr double kWallSpacing = 0.2;  // spacing over the smallest radius
 constexpr double kFinestGrid = 1.0 / 4000, kWidest = 1.0 / 20; // of the box's diagonal
 constexpr std::size_t kProbes = 600; // places where the radius is looked for
 constexpr double kSmallPart = 0.05;  // of the places may be narrower than the radius taken
-constexpr double kBand = 12;         // grid spacings from the wall: a spline's reach twice
+constexpr double kWallBand = 12;     // grid spacings from the wall: a spline's reach twice
 constexpr int kMostCuts = 4;
-
-std::size_t at(std::int32_t i)
-{
-    return static_cast<std::size_t>(i);
-}
 
 struct Rim {
     std::vector<std::int32_t> vertices; // triangles lie to the left of each step
@@ -127,11 +123,11 @@ void extend(SurfaceMesh& mesh, const Rim& rim, const Vec3& outward, int rings)
 // How many radii a rim's tube may go on without meeting the surface again.
 int clear_rings(const BoundingTree& tree, const Rim& rim, const Vec3& outward)
 {
-    for (int k = 4; k <= 2 * kExtension; ++k) { // nearer than 2 radii it is the rim itself
+    for (int k = 4; k <= 2 * kOpeningExtension; ++k) { // nearer than 2 radii it is the rim itself
         const NearestTriangle n = tree.nearest(rim.centre + 0.5 * k * rim.radius * outward, -1);
         if (std::sqrt(n.squared) < 1.2 * rim.radius) return std::max(1, k / 2 - 2);
     }
-    return kExtension;
+    return kOpeningExtension;
 }
 
 // Radius of the largest ball in the free space that touches the surface at p.
@@ -234,8 +230,9 @@ WallModel make_wall_from_surface(SurfaceMesh mesh, const SurfaceWallOptions& opt
         }
     const double diagonal = (high - low).norm();
     const double radius = smallest_radius(mesh, kWidest * diagonal);
-    const double spacing =
-        options.spacing > 0 ? options.spacing : std::max(kGrid * radius, kFinestGrid * diagonal);
+    const double spacing = options.spacing > 0
+                               ? options.spacing
+                               : std::max(kWallSpacing * radius, kFinestGrid * diagonal);
     const auto wide = edges.begin() + static_cast<std::ptrdiff_t>(edges.size() * 9 / 10);
     std::nth_element(edges.begin(), wide, edges.end());
     const int cuts = std::clamp(static_cast<int>(std::ceil(*wide / radius)), 1, kMostCuts);
@@ -260,7 +257,7 @@ WallModel make_wall_from_surface(SurfaceMesh mesh, const SurfaceWallOptions& opt
         }
     }
     auto source = std::make_unique<SurfaceDistance>(SmoothSurface{std::move(mesh), crease}, cuts,
-                                                    kBand * spacing);
+                                                    kWallBand * spacing);
     SurfaceMesh shown = source->refined();
     shown.triangles.resize(std::min(shown.triangles.size(), own * at(cuts * cuts)));
     // The points of what was added to go on beyond the openings are not needed there.

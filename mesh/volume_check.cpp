@@ -1,5 +1,6 @@
 #include "mesh/volume_check.hpp"
 
+#include "mesh/check_limits.hpp"
 #include "mesh/format/text.hpp"
 #include "mesh/near_points.hpp"
 #include "mesh/neighbours.hpp"
@@ -11,9 +12,7 @@
 namespace amontons {
 namespace {
 
-constexpr double kCoincident = 1e-9; // distance / diagonal: rounding of a file, not geometry
-constexpr double kFlat = 1e-12;      // det J / edge^3: its sign is noise
-constexpr std::size_t kMostNamed = 3;
+constexpr double kFlatElement = 1e-12; // det J / edge^3: its sign is noise
 
 bool has_node_twice(std::span<const std::int32_t> nodes)
 {
@@ -137,16 +136,6 @@ void check_joints(const VolumeMesh& mesh, VolumeReport& report)
 
 // ---- messages ----------------------------------------------------------------------------
 
-std::string text_of(const Vec3& x)
-{
-    std::string text = "(";
-    for (int i = 0; i < 3; ++i) {
-        append_number(text, x[i]);
-        text += i < 2 ? ", " : ")";
-    }
-    return text;
-}
-
 /// Names the first faults of a kind and counts the others.
 template <class Faults, class Place, class Found>
 void add(std::vector<Issue>& issues, const std::string& file, const Faults& faults,
@@ -166,7 +155,7 @@ struct Words {
 
     std::string at(std::int32_t node) const
     {
-        return text_of(mesh.nodes[static_cast<std::size_t>(node)]);
+        return place_text(mesh.nodes[static_cast<std::size_t>(node)]);
     }
     std::string node(std::int32_t i) const { return node_place(mesh, i); }
     std::string element(std::int32_t i) const
@@ -235,7 +224,7 @@ VolumeReport check_volume(const VolumeMesh& mesh, const VolumeCheckOptions& opti
     report.quality = report_of(report.element_quality);
     for_each_element(mesh, [&](std::int32_t e, ElementKind, auto nodes) {
         const ElementQuality& q = report.element_quality[static_cast<std::size_t>(e)];
-        const double noise = kFlat * q.longest_edge * q.longest_edge * q.longest_edge;
+        const double noise = kFlatElement * q.longest_edge * q.longest_edge * q.longest_edge;
         if (has_node_twice(nodes))
             report.collapsed.push_back(e);
         else if (!(q.least_jacobian > noise)) // also if it is not a number

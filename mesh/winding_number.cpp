@@ -8,8 +8,9 @@
 namespace amontons {
 namespace {
 
-constexpr std::int32_t kLeaf = 8;
-constexpr double kFar = 3; // distance / radius from which a group is one: the sum errs by < 0.1
+constexpr std::int32_t kGroupLeaf = 8;
+constexpr double kFarGroup =
+    3; // distance / radius from which a group is one: the sum errs by < 0.1
 
 Vec3 middle(const Vec3& a, const Vec3& b, const Vec3& c)
 {
@@ -53,7 +54,7 @@ void WindingNumber::split_(std::int32_t node, std::int32_t first, std::int32_t c
     for (auto t = begin; t != end; ++t)
         for (const Vec3* p : {&t->a, &t->b, &t->c})
             n.radius = std::max(n.radius, (*p - n.centre).norm());
-    if (count <= kLeaf) {
+    if (count <= kGroupLeaf) {
         n.first = first;
         n.count = count;
         nodes_[static_cast<std::size_t>(node)] = n;
@@ -81,7 +82,7 @@ double WindingNumber::at(const Vec3& x) const
         const Node& n = nodes_[static_cast<std::size_t>(open[last--])];
         const Vec3 to = n.centre - x;
         const double squared = to.squaredNorm();
-        if (squared > kFar * kFar * n.radius * n.radius) {
+        if (squared > kFarGroup * kFarGroup * n.radius * n.radius) {
             sum += to.dot(n.area) / (squared * std::sqrt(squared));
             continue;
         }

@@ -41,7 +41,7 @@ constexpr double kKnife = -0.64;    // cosine between the normals of its two sid
 constexpr double kFlat = 1e-6;      // dihedral angle of an element without volume [rad]
 constexpr double kLeastSlope = 0.1; // of a rounded distance: 1 where nothing is thin
 constexpr int kRounds = 5;          // of halving elements where the surface meets itself
-constexpr std::size_t kMostNamed = 5; // small features that are shown
+constexpr std::size_t kMostFeatures = 5; // small features that are shown
 constexpr const char* kOtherSurface =
     "a surface that can be followed; a smaller --size, --deviation or --feature-angle; or --repair "
     "WIDTH, which rounds what is thinner";
@@ -108,7 +108,7 @@ SizeField field_of(const SurfaceMesh& surface, const TetrahedraliseOptions& o,
         std::vector<Issue> issues;
         std::map<std::string, std::size_t> of_a_kind;
         for (const SmallFeature& f : small)
-            if (of_a_kind[f.what]++ < kMostNamed)
+            if (of_a_kind[f.what]++ < kMostFeatures)
                 issues.push_back({file, place_of(f.at),
                                   std::string(f.what) + " of " + number_text(f.extent) + " m",
                                   "at least the size there, " + number_text(f.size) + " m"});

@@ -22,7 +22,7 @@ constexpr double kSampleBytes = 150;        // in a square of the width; 40 to 1
 constexpr double kFold = 1.5;               // distance / width; a cube's corner moves by 1.1
 constexpr double kApart = 4;                // places / width: nearer ones are one
 constexpr std::size_t kMostPairs = 1000000; // of triangles that cross
-constexpr std::size_t kMostNamed = 5;       // places that are shown
+constexpr std::size_t kMostPlaces = 5;      // places that are shown
 
 /// Vertices, then the middles of triangles.
 std::vector<Vec3> points_of(const SurfaceMesh& mesh)
@@ -73,12 +73,12 @@ std::string sentence(const std::vector<Moved>& places, const char* what, double 
     std::string text = "repaired: rounded at a width of " + number_text(width) + " m, " + what +
                        " by more than 1.5 times that at " + std::to_string(places.size()) +
                        (places.size() == 1 ? " place:" : " places:");
-    for (std::size_t i = 0; i < std::min(places.size(), kMostNamed); ++i) {
+    for (std::size_t i = 0; i < std::min(places.size(), kMostPlaces); ++i) {
         const Moved& p = places[i];
         text += std::string(i > 0 ? "," : "") + " " + short_text(p.distance) + " m at (" +
                 short_text(p.at[0]) + ", " + short_text(p.at[1]) + ", " + short_text(p.at[2]) + ")";
     }
-    return text + (places.size() > kMostNamed ? ", ..." : "");
+    return text + (places.size() > kMostPlaces ? ", ..." : "");
 }
 
 } // namespace

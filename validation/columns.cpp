@@ -1,6 +1,7 @@
 #include "validation/columns.hpp"
 
 #include "mesh/base/error.hpp"
+#include "mesh/base/limits.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -10,7 +11,6 @@
 namespace amontons::validation {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kMostIssues = 10, kMostColumns = 100000;
 
 std::string_view trimmed(std::string_view text)

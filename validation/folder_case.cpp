@@ -2,6 +2,7 @@
 
 #include "mesh/base/error.hpp"
 #include "mesh/base/file.hpp"
+#include "mesh/base/limits.hpp"
 #include "solver/scene/json_input.hpp"
 #include "validation/columns.hpp"
 #include "validation/study/record.hpp"
@@ -18,8 +19,6 @@ namespace fs = std::filesystem;
 
 namespace amontons::validation {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Reads the fields of one object, and in the end says which it did not know.
 class Fields {

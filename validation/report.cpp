@@ -1,6 +1,7 @@
 #include "validation/report.hpp"
 
 #include "mesh/base/error.hpp"
+#include "mesh/base/limits.hpp"
 #include "solver/scene/json_input.hpp"
 #include "solver/scene/json_text.hpp"
 
@@ -12,8 +13,6 @@
 
 namespace amontons::validation {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Also of a row that misses.
 bool was_measured(const Measured& m)

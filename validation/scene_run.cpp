@@ -13,10 +13,10 @@
 namespace amontons::validation {
 namespace {
 
-struct Collect : StepObserver {
+struct CollectWires : StepObserver {
     std::vector<Step>& steps;
     int& halved;
-    Collect(std::vector<Step>& s, int& h) : steps(s), halved(h) {}
+    CollectWires(std::vector<Step>& s, int& h) : steps(s), halved(h) {}
     void on_step(const StepRecord& r) override
     {
         Step s;
@@ -52,7 +52,7 @@ Run run(const Scene& scene)
 {
     Run r;
     const std::unique_ptr<Simulation> simulation = make_simulation(scene, build_obstacles(scene));
-    Collect collect(r.steps, r.halved);
+    CollectWires collect(r.steps, r.halved);
     const std::atomic<bool> never{false};
     r.summary = simulation->run(collect, never);
     if (r.summary.status != "done") throw std::runtime_error(r.summary.message);

@@ -13,10 +13,10 @@
 namespace amontons::validation {
 namespace {
 
-struct Collect : StepObserver {
+struct CollectBodies : StepObserver {
     SolidRun& run;
     bool keep;
-    Collect(SolidRun& r, bool k) : run(r), keep(k) {}
+    CollectBodies(SolidRun& r, bool k) : run(r), keep(k) {}
     void on_step(const StepRecord& record) override
     {
         run.steps.push_back(record);
@@ -160,7 +160,7 @@ SolidRun try_run(const Scene& scene, bool keep_bodies)
 {
     SolidRun r;
     r.simulation = make_simulation(scene, build_obstacles(scene));
-    Collect collect(r, keep_bodies);
+    CollectBodies collect(r, keep_bodies);
     const std::atomic<bool> never{false};
     r.summary = r.simulation->run(collect, never);
     return r;

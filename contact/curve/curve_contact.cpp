@@ -18,8 +18,8 @@ constexpr double kBulge = 1e-6;  // of the radius: what a surface does between t
 constexpr double kSharper = 2;   // ... whose curvature is so many times the curve's
 constexpr double kBeyond = 1e-9; // of a piece: a place at its end is on it
 constexpr double kAcross = 0.3;  // sideways way between stations, of the radii: less is no crossing
-constexpr double kStays = 0.2;   // ... of one that was met
-constexpr double kAlong = 0.6;   // ... and more no line
+constexpr double kMetStays = 0.2; // ... of one that was met
+constexpr double kAlong = 0.6;    // ... and more no line
 constexpr double kOffset = 0.382; // where a number changes: not at nodes, nor half-way
 
 // Kinds of contact within a pair.
@@ -39,19 +39,13 @@ std::int64_t bin(const Curve& c, const CurvePlace& p)
     return c.closed && k == pieces(c) ? 0 : k;
 }
 
-double arc(const Curve& c, const CurvePlace& p)
-{
-    const double s0 = c.start[std::size_t(p.piece)], s1 = c.start[std::size_t(p.piece) + 1];
-    return s0 + p.t * (s1 - s0);
-}
-
 double arc_between(const Curve& c, double s, double t)
 {
     const double d = std::abs(s - t);
     return c.closed ? std::min(d, c.start.back() - d) : d;
 }
 
-BoundingBox box_of(const CurvePiece& p, double more)
+BoundingBox piece_box(const CurvePiece& p, double more)
 {
     BoundingBox box; // of Bézier's points
     box.add(p.x0);
@@ -157,7 +151,7 @@ struct Pair {
         if (!same()) return true;
         const double r =
             0.5 * (a.pieces[std::size_t(p.piece)].radius + b.pieces[std::size_t(q.piece)].radius);
-        return arc_between(a, arc(a, p), arc(b, q)) > kAway * r;
+        return arc_between(a, arc_at(a, p), arc_at(b, q)) > kAway * r;
     }
     double gap_at(const CurvePlace& p, const CurvePlace& q) const
     {
@@ -178,7 +172,7 @@ struct Pair {
     bool beside_crossing(const CurvePlace& p, const CurvePlace& q) const
     {
         if (crossed.empty()) return false;
-        const double s = arc(a, p), t = arc(b, q), near = spacing_at(p), gap = gap_at(p, q);
+        const double s = arc_at(a, p), t = arc_at(b, q), near = spacing_at(p), gap = gap_at(p, q);
         const auto within = [&](double from, double to) {
             for (auto c = crossed.lower_bound(from); c != crossed.end() && c->first <= to; ++c)
                 if (arc_between(b, c->second.arc_b, t) <= near && c->second.gap <= gap) return true;
@@ -192,8 +186,8 @@ struct Pair {
     {
         const double gap = gap_at(p, q);
         if (!(gap <= reach)) return;
-        crossed.emplace(arc(a, p), Crossing{arc(b, q), gap});
-        if (same()) crossed.emplace(arc(b, q), Crossing{arc(a, p), gap});
+        crossed.emplace(arc_at(a, p), Crossing{arc_at(b, q), gap});
+        if (same()) crossed.emplace(arc_at(b, q), Crossing{arc_at(a, p), gap});
         add(p, q, id, true, true);
     }
     void add(const CurvePlace& p, const CurvePlace& q, std::int64_t id, bool slides_a,
@@ -246,7 +240,7 @@ struct Pair {
             const CurvePlace &pa = swapped ? q : p, &pb = swapped ? p : q;
             if (!may_touch(pa, pb)) return;
             if (!all_angles && beside_crossing(pa, pb)) return;
-            if (same() && !all_angles && arc(a, pa) > arc(b, pb)) return; // seen from there
+            if (same() && !all_angles && arc_at(a, pa) > arc_at(b, pb)) return; // seen from there
             if (!all_angles && spacing[std::size_t(p.piece)] * sine(slope, piece.slope(q.t)) >
                                    kAlong * (own.radius + piece.radius))
                 return;
@@ -260,7 +254,7 @@ BoxTree tree_of(const Curve& c, double more)
 {
     std::vector<BoundingBox> boxes;
     for (const CurvePiece& p : c.pieces)
-        boxes.push_back(box_of(p, p.radius + more));
+        boxes.push_back(piece_box(p, p.radius + more));
     return BoxTree(boxes);
 }
 
@@ -425,7 +419,7 @@ void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Cur
     // Crossings.
     for (int e = 0; e < pieces(a); ++e) {
         const CurvePiece& p = a.pieces[std::size_t(e)];
-        tree.visit(box_of(p, 0), [&](std::int32_t f) {
+        tree.visit(piece_box(p, 0), [&](std::int32_t f) {
             if (pair.same() && f <= e) return;
             const CurvePiece& q = b.pieces[std::size_t(f)];
             const auto y = feet(p, q);
@@ -438,7 +432,7 @@ void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Cur
             };
             const bool met = was_there(id) || std::ranges::any_of(neighbours(id), was_there);
             if (pair.spacing[std::size_t(e)] * sine(p.slope(one.t), q.slope(two.t)) <
-                (met ? kStays : kAcross) * (p.radius + q.radius))
+                (met ? kMetStays : kAcross) * (p.radius + q.radius))
                 return;
             pair.cross(one, two, id);
         });
@@ -481,12 +475,12 @@ std::optional<Vec3> within_each_other(const Curve& a, const Curve& b)
     const bool same = &a == &b;
     std::vector<BoundingBox> boxes;
     for (const CurvePiece& q : b.pieces)
-        boxes.push_back(box_of(q, q.radius));
+        boxes.push_back(piece_box(q, q.radius));
     const BoxTree tree(boxes);
     std::optional<Vec3> found;
     for (int e = 0; e < pieces(a) && !found; ++e) {
         const CurvePiece& p = a.pieces[std::size_t(e)];
-        tree.visit(box_of(p, p.radius), [&](std::int32_t f) {
+        tree.visit(piece_box(p, p.radius), [&](std::int32_t f) {
             if (found || (same && f <= e)) return;
             const CurvePiece& q = b.pieces[std::size_t(f)];
             const double r = p.radius + q.radius;
@@ -498,9 +492,11 @@ std::optional<Vec3> within_each_other(const Curve& a, const Curve& b)
                     };
                     if (same) {
                         // From the end of the one to the start of the other.
-                        const double between = std::min(
-                            arc_between(a, arc(a, place(e, i + 1, n)), arc(a, place(f, j, m))),
-                            arc_between(a, arc(a, place(e, i, n)), arc(a, place(f, j + 1, m))));
+                        const double between =
+                            std::min(arc_between(a, arc_at(a, place(e, i + 1, n)),
+                                                 arc_at(a, place(f, j, m))),
+                                     arc_between(a, arc_at(a, place(e, i, n)),
+                                                 arc_at(a, place(f, j + 1, m))));
                         if (between <= kAway * 0.5 * r) continue;
                     }
                     const Vec3 p0 = p.at(double(i) / n), p1 = p.at(double(i + 1) / n);
@@ -530,16 +526,16 @@ bool pass_through(const Curve& a_before, const Curve& a, const Curve& b_before, 
     if (way <= least) return false; // surfaces that only touched still face each other
     std::vector<BoundingBox> boxes;
     for (std::size_t f = 0; f < b.pieces.size(); ++f) {
-        BoundingBox box = box_of(b.pieces[f], b.pieces[f].radius);
-        box.add(box_of(b_before.pieces[f], b.pieces[f].radius));
+        BoundingBox box = piece_box(b.pieces[f], b.pieces[f].radius);
+        box.add(piece_box(b_before.pieces[f], b.pieces[f].radius));
         boxes.push_back(box);
     }
     const BoxTree tree(boxes);
     bool passed = false;
     for (std::size_t e = 0; e < a.pieces.size() && !passed; ++e) {
         const CurvePiece &p0 = a_before.pieces[e], &p1 = a.pieces[e];
-        BoundingBox box = box_of(p1, p1.radius);
-        box.add(box_of(p0, p1.radius));
+        BoundingBox box = piece_box(p1, p1.radius);
+        box.add(piece_box(p0, p1.radius));
         tree.visit(box, [&](std::int32_t f) {
             if (passed || (same && f <= std::int32_t(e))) return;
             const CurvePiece &q0 = b_before.pieces[std::size_t(f)], &q1 = b.pieces[std::size_t(f)];

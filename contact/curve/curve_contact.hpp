@@ -40,6 +40,13 @@ struct CurvePlace {
     double t = 0; ///< 0 to 1
 };
 
+/// Length of the curve up to a place [m].
+inline double arc_at(const Curve& c, const CurvePlace& p)
+{
+    const double s0 = c.start[std::size_t(p.piece)], s1 = c.start[std::size_t(p.piece) + 1];
+    return s0 + p.t * (s1 - s0);
+}
+
 /// The place of a piece where its distance from x is stationary and least nearby.
 /// @return  t, also a little beyond the piece; nothing where it is farther beyond
 std::optional<double> foot(const CurvePiece& piece, const Vec3& x);

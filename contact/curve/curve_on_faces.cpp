@@ -4,6 +4,7 @@
 #include "contact/surface/collocation.hpp"
 #include "contact/surface/feet_on_faces.hpp"
 #include "contact/surface/passage.hpp"
+#include "mesh/base/limits.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -14,17 +15,16 @@
 namespace amontons {
 namespace {
 
-constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr double kFine = 0.7;   // of the radius: between two rows of nodes it sinks by 1/16 of it
 constexpr double kLonger = 1.2; // than a face: a way between stations that is not halved
 constexpr int kMostParts = 1 << 10; // of a piece
-constexpr double kStays = 1.2;      // a node that was met is fine that much longer
+constexpr double kFineStays = 1.2;  // a node that was met is fine that much longer
 // Kinds of contact within a pair: stations by their number, crossings as those of two curves.
 constexpr std::int64_t kChains = std::int64_t(1) << 48; // number of an edge's curve in a crossing's
 constexpr std::int64_t kNodes = std::int64_t(4) << 60, kCorners = kNodes + (std::int64_t(1) << 40),
                        kPoints = kNodes + (std::int64_t(2) << 40);
 
-BoundingBox box_of(const Curve& c, double more)
+BoundingBox curve_box(const Curve& c, double more)
 {
     BoundingBox box;
     for (const CurvePiece& p : c.pieces) {
@@ -38,18 +38,13 @@ BoundingBox box_of(const Curve& c, double more)
     return box;
 }
 
-double arc(const Curve& c, const CurvePlace& p)
-{
-    const double s0 = c.start[std::size_t(p.piece)], s1 = c.start[std::size_t(p.piece) + 1];
-    return s0 + p.t * (s1 - s0);
-}
-
 /// From one station to the next [m].
 double longest_way(const Curve& a, std::span<const FaceStation> stations)
 {
     double longest = 0;
     for (std::size_t i = 0; i + 1 < stations.size(); ++i)
-        longest = std::max(longest, arc(a, stations[i + 1].place) - arc(a, stations[i].place));
+        longest =
+            std::max(longest, arc_at(a, stations[i + 1].place) - arc_at(a, stations[i].place));
     return longest;
 }
 
@@ -65,7 +60,7 @@ public:
             return;
         }
         for (const CurvePiece& p : curve.pieces)
-            boxes.push_back(box_of({{p}, false, {}}, reach));
+            boxes.push_back(curve_box({{p}, false, {}}, reach));
         tree_.emplace(boxes);
     }
 
@@ -76,7 +71,7 @@ public:
     Place operator()(const Vec3& x) const
     {
         Place best;
-        best.sample.distance = kFar;
+        best.sample.distance = kInfinity;
         const auto look = [&](int e, double t) {
             const CurvePiece& p = curve_.pieces[std::size_t(e)];
             const Vec3 d = x - p.at(t);
@@ -111,7 +106,7 @@ private:
 
 double thinnest(const Curve& a)
 {
-    double least = kFar;
+    double least = kInfinity;
     for (const CurvePiece& p : a.pieces)
         least = std::min(least, p.radius);
     return least;
@@ -135,13 +130,13 @@ public:
         const bool met = std::binary_search(known_.begin(), known_.end(), kNodes + node) ||
                          std::binary_search(known_.begin(), known_.end(), kCorners + node);
         const RoundSurface::Place near = round_(x);
-        if (near.sample.distance == kFar) return false;
+        if (near.sample.distance == kInfinity) return false;
         const Vec3 along = a_.pieces[std::size_t(near.at.piece)].slope(near.at.t).normalized();
         const Vec3 across = near.sample.normal.cross(along);
         // Of a round end, all around.
         const bool end = round_.is_ball() || across.norm() < 0.5;
         const double width = feet_.width_at(node, end ? Vec3(Vec3::Zero()) : across.normalized());
-        return width > 0 && width <= (met ? kStays : 1) * fine_;
+        return width > 0 && width <= (met ? kFineStays : 1) * fine_;
     }
     bool has(const FaceFoot& foot, std::span<const Vec3> places) const
     {
@@ -241,7 +236,7 @@ std::vector<FaceStation> face_stations(const Curve& a, const ExternalSurface& su
     std::vector<double> shortest;
     for (std::size_t f = 0; f < surface.faces.size(); ++f) {
         const std::span<const std::int32_t> nodes = surface.face(f).first(surface.corners[f]);
-        double least = kFar;
+        double least = kInfinity;
         for (std::size_t k = 0; k < nodes.size(); ++k)
             least = std::min(least, (places[std::size_t(nodes[k])] -
                                      places[std::size_t(nodes[(k + 1) % nodes.size()])])
@@ -286,7 +281,7 @@ void touch_faces(const Curve& a, std::span<const FaceStation> stations, const Sh
     for (const CurvePiece& p : a.pieces)
         thickest = std::max(thickest, p.radius);
     const double within = reach + thickest;
-    const FeetOnFaces feet(b.surface, b.places, at_rest, box_of(a, within));
+    const FeetOnFaces feet(b.surface, b.places, at_rest, curve_box(a, within));
     if (feet.empty()) return;
     const RoundSurface round(a, stations, within);
     const FineNodes fine(a, feet, round, known);
@@ -295,7 +290,7 @@ void touch_faces(const Curve& a, std::span<const FaceStation> stations, const Sh
     if (whole) touch_edges(a, b, fine, reach, known, out);
     std::vector<double> crossed; // by arc length [m]
     for (std::size_t k = first; k < out.size(); ++k)
-        crossed.push_back(arc(a, out[k].curve.a));
+        crossed.push_back(arc_at(a, out[k].curve.a));
     std::sort(crossed.begin(), crossed.end());
     const double spacing = longest_way(a, stations);
     for (std::size_t i = 0; i < stations.size(); ++i) {
@@ -308,7 +303,7 @@ void touch_faces(const Curve& a, std::span<const FaceStation> stations, const Sh
             continue;
         // A crossing of that edge is nearer to it.
         if (foot->beyond) {
-            const double s = arc(a, p);
+            const double s = arc_at(a, p);
             const auto near = std::lower_bound(crossed.begin(), crossed.end(), s - spacing);
             if (near != crossed.end() && *near <= s + spacing) continue;
         }

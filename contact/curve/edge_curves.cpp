@@ -1,17 +1,14 @@
 #include "contact/curve/edge_curves.hpp"
 
+#include "mesh/base/index.hpp"
+
 #include <Eigen/Geometry>
 #include <map>
 
 namespace amontons {
 namespace {
 
-std::size_t at(std::int32_t i)
-{
-    return static_cast<std::size_t>(i);
-}
-
-Vec3 normal_of(const ExternalSurface& surface, std::span<const Vec3> places, std::int32_t face)
+Vec3 face_normal(const ExternalSurface& surface, std::span<const Vec3> places, std::int32_t face)
 {
     const std::span<const std::int32_t> n = surface.face(at(face));
     const std::size_t last = surface.corners[at(face)] == 4 ? 3 : 2;
@@ -76,7 +73,7 @@ std::vector<EdgeCurve> edge_curves(const SharpSurface& s)
             e.curve.start.push_back(e.curve.start.back() + L);
             Vec3 outwards = Vec3::Zero();
             for (const std::int32_t face : piece(i).faces)
-                outwards += normal_of(s.surface, s.places, face);
+                outwards += face_normal(s.surface, s.places, face);
             e.outwards.push_back(outwards);
         }
         out.push_back(std::move(e));

@@ -76,8 +76,8 @@ inline void subtract_block(const double* a, std::ptrdiff_t a_stride, const doubl
 }
 
 /// Block rows i of product go from block rows at[i] of target: three columns.
-inline void subtract(int blocks, const double* product, std::ptrdiff_t product_stride,
-                     const int* at, double* target, std::ptrdiff_t stride)
+inline void subtract_blocks(int blocks, const double* product, std::ptrdiff_t product_stride,
+                            const int* at, double* target, std::ptrdiff_t stride)
 {
     for (int i = 0; i < blocks;) {
         int end = i + 1;
@@ -171,18 +171,18 @@ void BlockLu::apply(const Update& update, const Supernode& target)
         product.noalias() = part(lower, lower_stride, update.begin, s.below) *
                             part(upper, upper_stride, update.begin, update.end).transpose();
         for (int j = 0; j < columns; ++j)
-            subtract(all, scratch_.data() + 9 * all * j, 3 * all, at + update.begin,
-                     target_lower + 3 * target_lower_stride * at[update.begin + j],
-                     target_lower_stride);
+            subtract_blocks(all, scratch_.data() + 9 * all * j, 3 * all, at + update.begin,
+                            target_lower + 3 * target_lower_stride * at[update.begin + j],
+                            target_lower_stride);
         if (update.end == s.below) return;
         const int rest = s.below - update.end;
         Eigen::Map<Eigen::MatrixXd> other(scratch_.data(), 3 * rest, 3 * columns);
         other.noalias() = part(upper, upper_stride, update.end, s.below) *
                           part(lower, lower_stride, update.begin, update.end).transpose();
         for (int j = 0; j < columns; ++j)
-            subtract(rest, scratch_.data() + 9 * rest * j, 3 * rest, at + update.end,
-                     target_upper + 3 * target_upper_stride * at[update.begin + j],
-                     target_upper_stride);
+            subtract_blocks(rest, scratch_.data() + 9 * rest * j, 3 * rest, at + update.end,
+                            target_upper + 3 * target_upper_stride * at[update.begin + j],
+                            target_upper_stride);
         return;
     }
     alignas(64) double tile[3 * kTileRows];
@@ -192,14 +192,14 @@ void BlockLu::apply(const Update& update, const Supernode& target)
             const int blocks = std::min(kTileBlocks, s.below - i);
             multiply_tile(blocks, lower + 3 * i, lower_stride, upper + 3 * j, upper_stride, depth,
                           tile);
-            subtract(blocks, tile, kTileRows, at + i, lower_column, target_lower_stride);
+            subtract_blocks(blocks, tile, kTileRows, at + i, lower_column, target_lower_stride);
         }
         double* const upper_column = target_upper + 3 * target_upper_stride * at[j];
         for (int i = update.end; i < s.below; i += kTileBlocks) {
             const int blocks = std::min(kTileBlocks, s.below - i);
             multiply_tile(blocks, upper + 3 * i, upper_stride, lower + 3 * j, lower_stride, depth,
                           tile);
-            subtract(blocks, tile, kTileRows, at + i, upper_column, target_upper_stride);
+            subtract_blocks(blocks, tile, kTileRows, at + i, upper_column, target_upper_stride);
         }
     }
 }

@@ -89,14 +89,14 @@ std::vector<std::vector<int>> factor_pattern(const std::vector<int>& place,
 }
 
 /// Groups of columns, each named by its last column, whose rows below are those of the group.
-struct Groups {
+struct ColumnGroups {
     std::vector<int> width;                 // 0: joined to another
     std::vector<std::vector<int>> joined;   // the groups that a group has taken in
     std::vector<std::vector<int>> children; // groups whose parent is a column of this one
 };
 
 /// Joins children to their parents where that is cheaper: only without zeros, or with some.
-void join(Groups& groups, const std::vector<std::vector<int>>& rows, bool with_zeros)
+void join(ColumnGroups& groups, const std::vector<std::vector<int>>& rows, bool with_zeros)
 {
     const int n = static_cast<int>(rows.size());
     for (int parent = 0; parent < n; ++parent) {
@@ -138,8 +138,8 @@ void BlockLu::analyse(const std::vector<std::size_t>& start, const std::vector<i
         place_[size(order_[size(k)])] = k;
     const std::vector<std::vector<int>> rows = factor_pattern(place_, start, neighbour);
 
-    Groups groups{std::vector<int>(size(n_), 1), std::vector<std::vector<int>>(size(n_)),
-                  std::vector<std::vector<int>>(size(n_))};
+    ColumnGroups groups{std::vector<int>(size(n_), 1), std::vector<std::vector<int>>(size(n_)),
+                        std::vector<std::vector<int>>(size(n_))};
     for (int k = 0; k < n_; ++k)
         if (!rows[size(k)].empty()) groups.children[size(rows[size(k)].front())].push_back(k);
     join(groups, rows, false);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kVectors = 24 / kLanes; ///< of a diagonal block's column
 constexpr int kWidth = 24;            ///< columns eliminated at once
-constexpr int kLarge = 96;            ///< columns, a multiple of kWidth, that are ...
+constexpr int kWideBlock = 96;        ///< columns, a multiple of kWidth, that are ...
 constexpr int kSmall = 500; ///< ... eliminated at once where there are more rows than that
 constexpr int kTileVectors = 3, kTileColumns = kLanes == 8 ? 8 : 4; // of 32 or 16 registers
 constexpr std::ptrdiff_t kStrip = kTileVectors * kLanes;
@@ -118,7 +118,7 @@ bool DenseLu::factorise()
 {
     // Small blocks within large ones: what a large one takes from the rest is read and written
     // once.
-    const int large = rows_ > kSmall ? kLarge : rows_;
+    const int large = rows_ > kSmall ? kWideBlock : rows_;
     for (int k = 0; k < rows_; k += large) {
         const int end = std::min(rows_, k + large);
         if (!factorise_block(k, end)) return false;

@@ -1,7 +1,8 @@
-#include "contact/rigid/index.hpp"
 #include "contact/rigid/polyhedron_pair.hpp"
 #include "contact/rigid/spread.hpp"
 #include "contact/rigid/turned_cylinder.hpp"
+#include "mesh/base/index.hpp"
+#include "mesh/base/limits.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,8 +18,6 @@
 namespace amontons {
 
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The points of a cylinder that may touch a flat face with this normal: visit(x, kind, number).
 template <class Visit>
@@ -122,8 +121,8 @@ struct CylinderPair {
     const PairFrame& frame;
 };
 
-void add(CylinderPair& p, const Vec3& x, const Vec3& y, const Vec3& n, double gap, Feature kind_a,
-         std::size_t a, Feature kind_b, std::int32_t b)
+void add_contact(CylinderPair& p, const Vec3& x, const Vec3& y, const Vec3& n, double gap,
+                 Feature kind_a, std::size_t a, Feature kind_b, std::int32_t b)
 {
     if (!(gap <= p.pair.reach) || gap < p.pair.least || !p.pair.agrees(n)) return;
     p.pair.out->push_back({x, y, n, gap, contact_id(kind_a, a, kind_b, at(b))});
@@ -147,7 +146,7 @@ struct Best {
     Vec3 normal = Vec3::UnitZ();
 };
 
-Best separation(const TurnedCylinder& a, const PolyhedronView& b)
+Best cylinder_separation(const TurnedCylinder& a, const PolyhedronView& b)
 {
     Best best;
     const auto take = [&](double distance, const Vec3& n) {
@@ -184,7 +183,7 @@ bool nearest_way(const CylinderPair& p, double depth, double least_depth)
     return p.pair.convex || depth <= kTouching * p.pair.size + least_depth * (1 + 1e-6);
 }
 
-void touch_faces(CylinderPair& p)
+void touch_cylinder_faces(CylinderPair& p)
 {
     const PolyhedronView& b = p.pair.b.view;
     const double slack = kSamePlace * p.pair.size;
@@ -200,7 +199,7 @@ void touch_faces(CylinderPair& p)
                           if (h < -kTouching * p.pair.size && !p.pair.convex &&
                               !nearest_way(p, -h, -signed_distance(p.pair.b, x)))
                               return;
-                          add(p, x, foot, n, h, kind, i, Feature::face, number(f));
+                          add_contact(p, x, foot, n, h, kind, i, Feature::face, number(f));
                       });
     }
 }
@@ -222,12 +221,12 @@ void touch_vertices(CylinderPair& p)
             const double h = p.a.side(end) * z - p.a.half_length;
             if (h <= p.pair.reach && beyond_side <= slack && rises(b, v, m, kLean) &&
                 (h >= 0 || nearest_way(p, -h, std::max(0.0, -beyond_side))))
-                add(p, y - h * m, y, -m, h, Feature::face, end, Feature::vertex, v);
+                add_contact(p, y - h * m, y, -m, h, Feature::face, end, Feature::vertex, v);
         }
         if (beyond_end <= slack && rises(b, v, radial, kStrict, p.a.axis) &&
             (beyond_side >= 0 || nearest_way(p, -beyond_side, std::max(0.0, -beyond_end))))
-            add(p, y - beyond_side * radial, y, -radial, beyond_side, Feature::face, 2,
-                Feature::vertex, v);
+            add_contact(p, y - beyond_side * radial, y, -radial, beyond_side, Feature::face, 2,
+                        Feature::vertex, v);
         if (beyond_side > 0 && beyond_end > 0) {
             const std::size_t end = z < 0 ? 0 : 1;
             const Vec3 x = p.a.end_centre(end) + p.a.radius * radial;
@@ -235,7 +234,7 @@ void touch_vertices(CylinderPair& p)
             if (distance < kTouching * p.pair.size) continue;
             const Vec3 n = (x - y) / distance;
             if (rises(b, v, -n, kStrict))
-                add(p, x, y, n, distance, Feature::rim, end, Feature::vertex, v);
+                add_contact(p, x, y, n, distance, Feature::rim, end, Feature::vertex, v);
         }
     }
 }
@@ -254,7 +253,7 @@ bool behind(const PolyhedronView& b, std::int32_t edge, const Vec3& n, const Vec
     return false;
 }
 
-void touch_edges(CylinderPair& p)
+void touch_cylinder_edges(CylinderPair& p)
 {
     const PolyhedronView& b = p.pair.b.view;
     const double slack = kSamePlace * p.pair.size;
@@ -284,8 +283,8 @@ void touch_edges(CylinderPair& p)
             const Vec3 x = p.a.centre + s * p.a.axis - p.a.radius * n;
             if (std::abs(s) <= p.a.half_length + slack && t >= -slack && t <= edge.length + slack &&
                 n.dot(edge.into[0]) <= kStrict && n.dot(edge.into[1]) <= kStrict && !deep(gap, x))
-                add(p, x, from + t * edge.along, n, gap, Feature::face, 2, Feature::edge,
-                    number(i));
+                add_contact(p, x, from + t * edge.along, n, gap, Feature::face, 2, Feature::edge,
+                            number(i));
         }
 
         // The rims.
@@ -308,15 +307,15 @@ void touch_edges(CylinderPair& p)
                 const bool flat = n.dot(m) < -kOpposed;
                 if (n.dot(radial) > (flat ? kLean : kStrict)) continue;
                 if (!behind(b, number(i), n, m) || deep(gap, c->on_rim)) continue;
-                add(p, c->on_rim, c->on_line, n, gap, Feature::rim,
-                    2 * end + static_cast<std::size_t>(k) + 32, Feature::edge, number(i));
+                add_contact(p, c->on_rim, c->on_line, n, gap, Feature::rim,
+                            2 * end + static_cast<std::size_t>(k) + 32, Feature::edge, number(i));
             }
         }
     }
 }
 
-void touch_polyhedron(const PairFrame& frame, const Cylinder& own, const PolyhedronSide& side,
-                      bool convex, RigidContacts& out)
+void touch_cylinder_polyhedron(const PairFrame& frame, const Cylinder& own,
+                               const PolyhedronSide& side, bool convex, RigidContacts& out)
 {
     CylinderPair p{own,
                    TurnedCylinder(own, frame.turn, frame.shift),
@@ -326,7 +325,7 @@ void touch_polyhedron(const PairFrame& frame, const Cylinder& own, const Polyhed
     const std::size_t begin = out.size();
     Best best;
     if (convex) {
-        best = separation(p.a, side.view);
+        best = cylinder_separation(p.a, side.view);
         if (best.distance > frame.reach) return;
         p.pair.convex = true;
         if (best.distance <= slack)
@@ -334,9 +333,9 @@ void touch_polyhedron(const PairFrame& frame, const Cylinder& own, const Polyhed
         else
             p.pair.least = -kSamePlace * frame.size;
     }
-    touch_faces(p);
+    touch_cylinder_faces(p);
     touch_vertices(p);
-    touch_edges(p);
+    touch_cylinder_edges(p);
     if (!convex || out.size() > begin || best.distance > slack) return;
     // Deep inside each other: the lowest place of the cylinder alone.
     const Vec3& n = best.normal;
@@ -350,16 +349,16 @@ void touch_polyhedron(const PairFrame& frame, const Cylinder& own, const Polyhed
 void touch(const PairFrame& frame, const Cylinder& a, const Box& b, RigidContacts& out)
 {
     const BoxPolyhedron own(b.half_extents);
-    touch_polyhedron(frame, a, {own.view(), nullptr, &b, Mat3::Identity(), Vec3::Zero()}, true,
-                     out);
+    touch_cylinder_polyhedron(frame, a, {own.view(), nullptr, &b, Mat3::Identity(), Vec3::Zero()},
+                              true, out);
 }
 
 void touch(const PairFrame& frame, const Cylinder& a, const TriangleShape& b, RigidContacts& out)
 {
     const PolyhedronTopology topology = b.polyhedron.topology();
-    touch_polyhedron(frame, a,
-                     {b.polyhedron.view(topology), &b, nullptr, Mat3::Identity(), Vec3::Zero()},
-                     b.polyhedron.convex, out);
+    touch_cylinder_polyhedron(
+        frame, a, {b.polyhedron.view(topology), &b, nullptr, Mat3::Identity(), Vec3::Zero()},
+        b.polyhedron.convex, out);
 }
 
 // ---- against each other

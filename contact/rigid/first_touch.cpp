@@ -21,7 +21,7 @@ constexpr double kArrived = 1e-6; // of the smaller body's size
 constexpr int kSteps = 1000;
 
 // A convex piece of a body, in its frame: the points within `radius` of a core.
-struct Piece {
+struct ConvexPiece {
     std::span<const Vec3> points; // the core's corners; none: a cylinder
     double radius = 0;
     double cylinder_radius = 0, half_length = 0;
@@ -89,7 +89,8 @@ Vec3 nearest_of(std::array<Vec3, 4>& corner, std::size_t& count)
 }
 
 // Source: Gilbert, Johnson & Keerthi 1988; every support plane gives a lower bound.
-Apart apart(const Piece& a, const Pose& pa, const Piece& b, const Pose& pb, Vec3 guess)
+Apart pieces_apart(const ConvexPiece& a, const Pose& pa, const ConvexPiece& b, const Pose& pb,
+                   Vec3 guess)
 {
     const Eigen::Quaterniond back_a = pa.turn.conjugate(), back_b = pb.turn.conjugate();
     const Vec3 shift = pa.place - pb.place;
@@ -133,16 +134,16 @@ struct Motion {
     }
 };
 
-double advance(const Piece& a, const Motion& ma, const Piece& b, const Motion& mb, double arrived,
-               double until)
+double advance(const ConvexPiece& a, const Motion& ma, const ConvexPiece& b, const Motion& mb,
+               double arrived, double until)
 {
     const Vec3 velocity = ma.velocity - mb.velocity;
     const double turning = ma.angle * a.farthest + mb.angle * b.farthest;
     double t = 0;
     Vec3 guess = Vec3::UnitZ();
     for (int i = 0; i < kSteps; ++i) {
-        const Apart d =
-            apart(a, pose_between(ma.from, ma.to, t), b, pose_between(mb.from, mb.to, t), guess);
+        const Apart d = pieces_apart(a, pose_between(ma.from, ma.to, t), b,
+                                     pose_between(mb.from, mb.to, t), guess);
         if (d.distance <= 2 * arrived) return t;
         guess = d.normal;
         const double speed = turning - velocity.dot(d.normal);
@@ -154,7 +155,7 @@ double advance(const Piece& a, const Motion& ma, const Piece& b, const Motion& m
 }
 
 // Against the half-space z <= 0 of b.
-double advance_to_plane(const Piece& a, const Motion& ma, const Motion& mb, double arrived,
+double advance_to_plane(const ConvexPiece& a, const Motion& ma, const Motion& mb, double arrived,
                         double until)
 {
     // Points of a are this far from the plane's origin at most.
@@ -182,10 +183,10 @@ double advance_to_plane(const Piece& a, const Motion& ma, const Motion& mb, doub
 // A body as convex pieces. The spans point into `store` and the shape.
 struct Pieces {
     std::vector<Vec3> store;
-    std::vector<Piece> all;
+    std::vector<ConvexPiece> all;
     explicit Pieces(const RigidShape& shape)
     {
-        Piece piece;
+        ConvexPiece piece;
         piece.farthest = bounding_radius(shape);
         if (const auto* box = std::get_if<Box>(&shape)) {
             const BoxPolyhedron corners(box->half_extents);
@@ -217,7 +218,7 @@ struct Pieces {
 };
 
 // Holds a piece all along the motion; see swept_box.
-AxisBox swept(const Piece& piece, const Motion& motion)
+AxisBox swept(const ConvexPiece& piece, const Motion& motion)
 {
     const double room = piece.farthest * motion.angle * motion.angle / 8 + piece.radius;
     Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
@@ -247,7 +248,7 @@ double first_touch(const RigidShape& a, const Pose& a0, const Pose& a1, const Ri
     const Pieces pieces_a(a);
     double first = 1;
     if (plane_b) {
-        for (const Piece& piece : pieces_a.all)
+        for (const ConvexPiece& piece : pieces_a.all)
             first = std::min(first, advance_to_plane(piece, ma, mb, arrived, first));
         return first;
     }
@@ -256,9 +257,9 @@ double first_touch(const RigidShape& a, const Pose& a0, const Pose& a1, const Ri
     std::vector<BoxPair> pairs{{0, count}};
     if (pieces_a.all.size() + pieces_b.all.size() > 2) {
         std::vector<AxisBox> boxes;
-        for (const Piece& piece : pieces_a.all)
+        for (const ConvexPiece& piece : pieces_a.all)
             boxes.push_back(swept(piece, ma));
-        for (const Piece& piece : pieces_b.all)
+        for (const ConvexPiece& piece : pieces_b.all)
             boxes.push_back(swept(piece, mb));
         for (AxisBox& box : boxes) {
             box.low.array() -= arrived;

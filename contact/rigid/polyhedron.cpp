@@ -1,6 +1,6 @@
 #include "contact/rigid/polyhedron.hpp"
 
-#include "contact/rigid/index.hpp"
+#include "mesh/base/index.hpp"
 
 #include "mesh/surface_edges.hpp"
 
@@ -13,7 +13,7 @@ namespace amontons {
 
 namespace {
 
-Vec3 twice_area(const SurfaceMesh& mesh, std::size_t t)
+Vec3 twice_triangle_area(const SurfaceMesh& mesh, std::size_t t)
 {
     const auto& [a, b, c] = mesh.triangles[t];
     return (mesh.points[at(b)] - mesh.points[at(a)]).cross(mesh.points[at(c)] - mesh.points[at(a)]);
@@ -41,7 +41,7 @@ void find_faces(const SurfaceMesh& mesh, Polyhedron& p)
     const std::size_t count = mesh.triangles.size();
     std::vector<Vec3> area(count);
     for (std::size_t t = 0; t < count; ++t)
-        area[t] = twice_area(mesh, t);
+        area[t] = twice_triangle_area(mesh, t);
     std::vector<std::int32_t> order(count);
     std::iota(order.begin(), order.end(), 0);
     std::stable_sort(order.begin(), order.end(), [&](std::int32_t i, std::int32_t j) {
@@ -147,7 +147,7 @@ void join_straight(const SurfaceMesh& mesh, double flat, std::vector<Outline>& e
     }
 }
 
-void find_edges(const SurfaceMesh& mesh, Polyhedron& p)
+void find_polyhedron_edges(const SurfaceMesh& mesh, Polyhedron& p)
 {
     std::vector<Outline> outlines;
     p.edge_of.assign(mesh.triangles.size(), {-1, -1, -1});
@@ -232,7 +232,7 @@ bool outline_is_convex(const Polyhedron& p, std::size_t f)
     return true;
 }
 
-bool is_convex(const Polyhedron& p)
+bool is_convex_polyhedron(const Polyhedron& p)
 {
     if (p.vertices.size() * p.normals.size() > 4'000'000) return false;
     for (std::size_t f = 0; f < p.normals.size(); ++f)
@@ -246,7 +246,7 @@ void find_point_normals(const SurfaceMesh& mesh, Polyhedron& p)
     p.triangle_normals.resize(mesh.triangles.size());
     p.point_normals.assign(mesh.points.size(), Vec3::Zero());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        p.triangle_normals[t] = twice_area(mesh, t).normalized();
+        p.triangle_normals[t] = twice_triangle_area(mesh, t).normalized();
         for (std::size_t k = 0; k < 3; ++k) {
             const auto& tri = mesh.triangles[t];
             const Vec3& o = mesh.points[at(tri[k])];
@@ -287,7 +287,7 @@ Polyhedron make_polyhedron(const SurfaceMesh& mesh)
         }
     });
     find_faces(mesh, p);
-    find_edges(mesh, p);
+    find_polyhedron_edges(mesh, p);
     list_edges(
         p, p.vertices.size(), [](const auto& edge) { return edge.vertex; }, p.vertex_begin,
         p.vertex_edges);
@@ -298,7 +298,7 @@ Polyhedron make_polyhedron(const SurfaceMesh& mesh)
     for (std::size_t f = 0; f < p.normals.size(); ++f)
         p.face_convex[f] = outline_is_convex(p, f) ? 1 : 0;
     find_point_normals(mesh, p);
-    p.convex = is_convex(p);
+    p.convex = is_convex_polyhedron(p);
     return p;
 }
 

@@ -1,6 +1,7 @@
 #include "contact/rigid/polyhedron_pair.hpp"
 
-#include "contact/rigid/index.hpp"
+#include "mesh/base/index.hpp"
+#include "mesh/base/limits.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,8 +13,6 @@ namespace amontons {
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 // ---- convex bodies
 
 // How far two convex bodies are apart along the best direction, or how little they overlap.
@@ -24,7 +23,7 @@ struct Separation {
     std::int32_t face_a = -1, face_b = -1, edge_a = -1, edge_b = -1;
 };
 
-Separation separation(const PolyhedronPair& pair)
+Separation polyhedron_separation(const PolyhedronPair& pair)
 {
     const PolyhedronView &a = pair.a.view, &b = pair.b.view;
     Separation best;
@@ -116,7 +115,7 @@ void add_least_penetration(const PolyhedronPair& pair, const Separation& best)
 
 void touch_convex(PolyhedronPair& pair)
 {
-    const Separation best = separation(pair);
+    const Separation best = polyhedron_separation(pair);
     if (best.distance > pair.reach) return;
     const double slack = kTouching * pair.size;
     pair.convex = true;
@@ -226,7 +225,7 @@ private:
     std::int32_t query_ = 0;
 };
 
-AxisBox box_of(const PolyhedronView& view)
+AxisBox view_box(const PolyhedronView& view)
 {
     AxisBox box{Vec3::Constant(kInfinity), Vec3::Constant(-kInfinity)};
     for (const Vec3& v : view.vertices) {
@@ -284,7 +283,7 @@ void touch_any(PolyhedronPair& pair)
     const std::size_t edges = pair.a.view.edges.size() * pair.b.view.edges.size();
     pair.deepest = edges <= kMany ? std::max(radius, 0.3 * pair.size) : radius;
     NearFeatures near_a(pair.a), near_b(pair.b);
-    const AxisBox box_a = box_of(pair.a.view), box_b = box_of(pair.b.view);
+    const AxisBox box_a = view_box(pair.a.view), box_b = view_box(pair.b.view);
     const Vec3 low = box_a.low.cwiseMax(box_b.low).array() - radius;
     const Vec3 high = box_a.high.cwiseMin(box_b.high).array() + radius;
     if ((low.array() > high.array()).any()) return;

@@ -1,6 +1,6 @@
 #include "contact/rigid/polyhedron_pair.hpp"
 
-#include "contact/rigid/index.hpp"
+#include "mesh/base/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -95,8 +95,9 @@ std::optional<Vec3> touching_normal(const PolyhedronPair& pair, const Polyhedron
     return {};
 }
 
-void add(const PolyhedronPair& pair, bool on_a, const Vec3& x, const Vec3& y, const Vec3& n,
-         double gap, std::uint64_t id_if_on_a, std::uint64_t id_if_on_b)
+void add_contact_of_pair(const PolyhedronPair& pair, bool on_a, const Vec3& x, const Vec3& y,
+                         const Vec3& n, double gap, std::uint64_t id_if_on_a,
+                         std::uint64_t id_if_on_b)
 {
     if (on_a)
         pair.out->push_back({x, y, n, gap, id_if_on_a});
@@ -191,9 +192,9 @@ void add_vertex_face(const PolyhedronPair& pair, bool on_a, std::int32_t vertex,
     const PolyhedronSide &x = on_a ? pair.a : pair.b, &y = on_a ? pair.b : pair.a;
     const Vec3& n = y.view.normals[at(face)];
     const Vec3& place = x.view.vertices[at(vertex)];
-    add(pair, on_a, place, place - height * n, n, height,
-        contact_id(Feature::vertex, at(vertex), Feature::face, at(face)),
-        contact_id(Feature::face, at(face), Feature::vertex, at(vertex)));
+    add_contact_of_pair(pair, on_a, place, place - height * n, n, height,
+                        contact_id(Feature::vertex, at(vertex), Feature::face, at(face)),
+                        contact_id(Feature::face, at(face), Feature::vertex, at(vertex)));
 }
 
 std::optional<Vec3> crossing_normal(const PolyhedronPair& pair, std::int32_t edge_a,
@@ -293,9 +294,9 @@ void add_vertex_edge(const PolyhedronPair& pair, bool on_a, std::int32_t vertex,
     if (distance < kTouching * pair.size) {
         const std::optional<Vec3> n = touching_normal(pair, x.view, vertex, y.view, edge, w);
         if (!n || !pair.agrees(on_a ? *n : Vec3{-*n}) || n->dot(w) > pair.reach) return;
-        add(pair, on_a, place, place - w, *n, n->dot(w),
-            contact_id(Feature::corner, at(vertex), Feature::edge, at(edge)),
-            contact_id(Feature::edge, at(edge), Feature::corner, at(vertex)));
+        add_contact_of_pair(pair, on_a, place, place - w, *n, n->dot(w),
+                            contact_id(Feature::corner, at(vertex), Feature::edge, at(edge)),
+                            contact_id(Feature::edge, at(edge), Feature::corner, at(vertex)));
         return;
     }
     if (w.dot(line.into[0]) > slack || w.dot(line.into[1]) > slack) return;
@@ -303,9 +304,9 @@ void add_vertex_edge(const PolyhedronPair& pair, bool on_a, std::int32_t vertex,
     if (!pair.agrees(on_a ? n : Vec3{-n})) return;
     // Edges of the vertex that run along this edge may lean either way: they will touch both ends.
     if (!rises(x.view, vertex, n, kStrict, line.along)) return;
-    add(pair, on_a, place, place - w, n, distance,
-        contact_id(Feature::vertex, at(vertex), Feature::edge, at(edge)),
-        contact_id(Feature::edge, at(edge), Feature::vertex, at(vertex)));
+    add_contact_of_pair(pair, on_a, place, place - w, n, distance,
+                        contact_id(Feature::vertex, at(vertex), Feature::edge, at(edge)),
+                        contact_id(Feature::edge, at(edge), Feature::vertex, at(vertex)));
 }
 
 void add_vertex_vertex(const PolyhedronPair& pair, std::int32_t vertex_a, std::int32_t vertex_b)

@@ -1,6 +1,6 @@
-#include "contact/rigid/index.hpp"
 #include "contact/rigid/pair_contacts.hpp"
 #include "contact/rigid/spread.hpp"
+#include "mesh/base/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +19,8 @@ std::uint32_t feature(Feature kind, std::size_t i)
 }
 
 // A ball's contact with the place nearest to its centre.
-void add(const PairFrame& pair, const Ball& a, const NearestPlace& b, RigidContacts& out)
+void add_ball_contact(const PairFrame& pair, const Ball& a, const NearestPlace& b,
+                      RigidContacts& out)
 {
     const double gap = b.distance - a.radius;
     if (gap > pair.reach) return;
@@ -115,12 +116,12 @@ NearestPlace nearest_on(const TriangleShape& body, const Vec3& x)
 
 void touch(const PairFrame& pair, const Ball& a, const Box& b, RigidContacts& out)
 {
-    add(pair, a, nearest_on(b, pair.shift), out);
+    add_ball_contact(pair, a, nearest_on(b, pair.shift), out);
 }
 
 void touch(const PairFrame& pair, const Ball& a, const Cylinder& b, RigidContacts& out)
 {
-    add(pair, a, nearest_on(b, pair.shift), out);
+    add_ball_contact(pair, a, nearest_on(b, pair.shift), out);
 }
 
 // Every place whose distance from the centre is a minimum along the surface: a ball in a groove
@@ -134,7 +135,7 @@ void touch(const PairFrame& pair, const Ball& a, const TriangleShape& b, RigidCo
     // From inside, the way out is the shortest; so close to the surface no other place has a
     // direction.
     if (nearest.distance <= kTouching * pair.size || p.convex) {
-        add(pair, a, nearest, out);
+        add_ball_contact(pair, a, nearest, out);
         return;
     }
     std::vector<std::int32_t> near;
@@ -150,7 +151,7 @@ void touch(const PairFrame& pair, const Ball& a, const TriangleShape& b, RigidCo
         const Vec3 w = x - point;
         const double distance = w.norm();
         if (first(kind, i))
-            add(pair, a, {point, w / distance, distance, feature(kind, at(i))}, out);
+            add_ball_contact(pair, a, {point, w / distance, distance, feature(kind, at(i))}, out);
     };
     // Of a face, the foot must lie on it; of an edge or corner, the faces around must fall away.
     constexpr double slack = 1e-9;
@@ -194,7 +195,7 @@ void touch(const PairFrame& pair, const Ball& a, const TriangleShape& b, RigidCo
             if (falls) place(b.mesh.points[at(v)], Feature::vertex, c);
         }
     }
-    if (seen.empty()) add(pair, a, nearest, out);
+    if (seen.empty()) add_ball_contact(pair, a, nearest, out);
 }
 
 // ---- on a plane
@@ -202,7 +203,7 @@ void touch(const PairFrame& pair, const Ball& a, const TriangleShape& b, RigidCo
 void touch(const PairFrame& pair, const Ball& a, const Plane&, RigidContacts& out)
 {
     const Vec3& x = pair.shift;
-    add(pair, a, {Vec3{x[0], x[1], 0}, Vec3::UnitZ(), x[2], 0}, out);
+    add_ball_contact(pair, a, {Vec3{x[0], x[1], 0}, Vec3::UnitZ(), x[2], 0}, out);
 }
 
 namespace {

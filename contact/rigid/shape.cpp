@@ -1,5 +1,6 @@
 #include "contact/rigid/shape.hpp"
 
+#include "mesh/base/limits.hpp"
 #include "mesh/surface_check.hpp"
 
 #include <algorithm>
@@ -10,8 +11,6 @@
 namespace amontons {
 
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 template <class... F> struct Overloaded : F... {
     using F::operator()...;

@@ -1,6 +1,6 @@
 #include "contact/rigid/pair_contacts.hpp"
 
-#include "contact/rigid/index.hpp"
+#include "mesh/base/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -71,7 +71,7 @@ bool bulges(const WallSample& s, const Mat3& flat, double size, int dimensions)
     return bend.trace() > 0 && minors * size * size > 1e-12;
 }
 
-void touch_polyhedron(const WallPair& pair, const PolyhedronView& body)
+void touch_wall_polyhedron(const WallPair& pair, const PolyhedronView& body)
 {
     const PolyhedronTopology& topology = *body.topology;
     const Mat3 turn = pair.pose.turn.toRotationMatrix();
@@ -206,10 +206,10 @@ void detect_wall(const RigidShape& a, const Pose& pose_a, const SampleWall& wall
         if (const auto* cylinder = std::get_if<Cylinder>(&a)) {
             touch_cylinder(pair, *cylinder);
         } else if (const auto* box = std::get_if<Box>(&a)) {
-            touch_polyhedron(pair, BoxPolyhedron(box->half_extents).view());
+            touch_wall_polyhedron(pair, BoxPolyhedron(box->half_extents).view());
         } else if (const auto* body = std::get_if<TriangleShape>(&a)) {
             const PolyhedronTopology topology = body->polyhedron.topology();
-            touch_polyhedron(pair, body->polyhedron.view(topology));
+            touch_wall_polyhedron(pair, body->polyhedron.view(topology));
         }
     }
     drop_repeated(out, begin, size);

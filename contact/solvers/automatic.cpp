@@ -12,7 +12,7 @@
 namespace amontons {
 namespace {
 
-constexpr int kBatch = 10;        ///< sweeps between two looks at their rate
+constexpr int kSweepBatch = 10;   ///< sweeps between two looks at their rate
 constexpr double kPathSteps = 10; ///< steps that a path is expected to take
 /// The same in a network of bodies. Its sweeps slow down: a digit takes twice as many as the last.
 constexpr int kNetworkBatch = 5;
@@ -30,7 +30,7 @@ constexpr NewtonPath kFreeNewton{.smooth = false, .free = true, .steps = 12};
 constexpr NewtonPath kNetworkPath{.widest = 1e-2, .worst = 3, .fastest = 0.1, .few = 80};
 constexpr double kQuickSteps = 3;  ///< that it takes where it leads to the end
 constexpr double kWarmSweeps = 30; ///< that sweeps take from a warm start
-constexpr double kRoundOff = 1e-15;
+constexpr double kSweepRoundOff = 1e-15;
 constexpr double kHardlyHelped = 0.2;            ///< error, beside 1 for no reaction at all
 constexpr int kFewSweeps = 100, kDoublings = 10; ///< between two paths, more in each round
 /// Softness that lets an infeasible problem's reactions grow to 1e10 times their size.
@@ -45,8 +45,8 @@ constexpr double kProximal[] = {0.3, 0.01};
 constexpr double kNearly = 1e-9;
 constexpr int kFirstPolish = 100, kPolishes = 5; ///< sweeps, twice as many in each round
 
-constexpr double kCache = 2.5e5; ///< numbers of W that a core has near itself
-constexpr double kFar = 2.5;     ///< times that a sweep over more of bodies takes
+constexpr double kCache = 2.5e5;     ///< numbers of W that a core has near itself
+constexpr double kDearerSweep = 2.5; ///< times that a sweep over more of bodies takes
 
 /// What a sweep costs [ns on one core of 2024].
 double sweep_cost(const SolverWork& work, Eigen::Index closed_rows)
@@ -59,7 +59,7 @@ double sweep_cost(const SolverWork& work, Eigen::Index closed_rows)
                   std::max(rows, 1.0);
     const double sweep = products + 30 * rows;
     const bool far = work.columns.is_of_bodies() && 4.0 * double(work.columns.blocks()) > kCache;
-    return far ? kFar * sweep : sweep;
+    return far ? kDearerSweep * sweep : sweep;
 }
 
 /// What a step of Newton's method costs beside its factor.
@@ -75,7 +75,7 @@ bool steps_cost_at_least(double limit, double steps, const SolverWork& work,
     return matrix.costs_at_least(limit / steps - linearising_cost(work), closed_rows);
 }
 
-Eigen::Index closed_rows(const SolverWork& work)
+Eigen::Index rows_with_force(const SolverWork& work)
 {
     Eigen::Index count = 0;
     for (int i = 0; i < contact_count(work.problem); ++i) {
@@ -112,7 +112,7 @@ std::optional<InfeasibilityProof> search_proof(const SolverWork& work)
 bool sweep_while_cheap(SolverWork& work, AcceleratedNsgs& sweeps, ShiftedDelassus& matrix)
 {
     const bool network = work.problem.W.is_of_bodies();
-    const int batch = network ? kNetworkBatch : kBatch;
+    const int batch = network ? kNetworkBatch : kSweepBatch;
     double before = std::numeric_limits<double>::infinity();
     while (true) {
         if (sweeps.advance(batch)) return true;
@@ -121,8 +121,8 @@ bool sweep_while_cheap(SolverWork& work, AcceleratedNsgs& sweeps, ShiftedDelassu
         before = now;
         if (!std::isfinite(gained)) continue; // the first batch tells no rate
         if (!(gained > 0)) return false;
-        const double digits = std::log(now / std::max(work.options.tolerance, kRoundOff));
-        const Eigen::Index closed = closed_rows(work);
+        const double digits = std::log(now / std::max(work.options.tolerance, kSweepRoundOff));
+        const Eigen::Index closed = rows_with_force(work);
         const double left =
             (network ? kSlowing : 1) * batch * digits / gained * sweep_cost(work, closed);
         if (!steps_cost_at_least(left, network ? kNetworkSteps : kPathSteps, work, matrix, closed))
@@ -139,7 +139,7 @@ void solve_automatically(SolverWork& work, bool warm)
     // rigid bodies, whose reactions are not unique: full steps run away.
     const bool network = work.problem.W.is_of_bodies();
     if (warm && !network && !work.problem.W.is_matrix_free() && contact_count(work.problem) > 1) {
-        const Eigen::Index closed = closed_rows(work);
+        const Eigen::Index closed = rows_with_force(work);
         if (!steps_cost_at_least(kWarmSweeps * sweep_cost(work, closed), kQuickSteps, work, matrix,
                                  closed)) {
             if (follow_path(work, matrix, kFreeNewton)) return;
@@ -152,7 +152,7 @@ void solve_automatically(SolverWork& work, bool warm)
         sweeps.emplace(work);
         if (sweep_while_cheap(work, *sweeps, matrix)) return;
         if (!work.progress.has_time_for(
-                1e-9 * (matrix.cost(closed_rows(work)) + linearising_cost(work)))) {
+                1e-9 * (matrix.cost(rows_with_force(work)) + linearising_cost(work)))) {
             sweeps->advance(std::numeric_limits<int>::max());
             return;
         }

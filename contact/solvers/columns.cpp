@@ -85,7 +85,7 @@ void Columns::make_pieces()
 
 namespace {
 
-constexpr int kRigid = 6; ///< rows of G of a rigid body, whose loops are laid out ahead
+constexpr int kRigidRows = 6; ///< rows of G of a rigid body, whose loops are laid out ahead
 
 /// v += G x, u += G^T v. @tparam K  rows of G, 0: `k`
 template <int K> void add_columns(const double* G, int k, int rows, const double* x, double* v)
@@ -116,16 +116,16 @@ template <int K> void add_products(const double* G, int k, int rows, const doubl
 
 void Columns::add_to_motion(const Piece& piece, int contact, const double* change, double* v) const
 {
-    if (piece.k == kRigid)
-        add_columns<kRigid>(columns_of(piece), piece.k, rows(contact), change, v);
+    if (piece.k == kRigidRows)
+        add_columns<kRigidRows>(columns_of(piece), piece.k, rows(contact), change, v);
     else
         add_columns<0>(columns_of(piece), piece.k, rows(contact), change, v);
 }
 
 void Columns::add_motion(const Piece& piece, int contact, const double* v, double* u) const
 {
-    if (piece.k == kRigid)
-        add_products<kRigid>(columns_of(piece), piece.k, rows(contact), v, u);
+    if (piece.k == kRigidRows)
+        add_products<kRigidRows>(columns_of(piece), piece.k, rows(contact), v, u);
     else
         add_products<0>(columns_of(piece), piece.k, rows(contact), v, u);
 }

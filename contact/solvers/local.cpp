@@ -1,5 +1,7 @@
 #include "contact/solvers/local.hpp"
 
+#include "mesh/base/limits.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -18,9 +20,8 @@
 namespace amontons {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// Below this times the size of the terms it came from, a number is round-off.
-constexpr double kRoundOff = 8 * kEpsilon;
+constexpr double kLocalRoundOff = 8 * kEpsilon;
 /// Bisection of a bracket of any two doubles ends within this.
 constexpr int kMaxIterations = 200;
 /// Of Newton from the guess, before a bracket is made.
@@ -74,8 +75,8 @@ bool stick_point(const LocalBlock& a, const Eigen::Vector2d& c, double size_of_c
     if (a.large <= 0 || a.small <= 0) {
         // Singular, in one direction or both: there c must vanish, and r_t is free, so 0.
         if (a.skew != 0 || a.small < 0) return false;
-        if (std::abs(c[1]) > kRoundOff * size_of_c) return false;
-        if (a.large <= 0 && std::abs(c[0]) > kRoundOff * size_of_c) return false;
+        if (std::abs(c[1]) > kLocalRoundOff * size_of_c) return false;
+        if (a.large <= 0 && std::abs(c[0]) > kLocalRoundOff * size_of_c) return false;
         rt = {a.large > 0 ? -c[0] / a.large : 0, 0};
     } else if (a.skew == 0) {
         rt = {-c[0] / a.large, -c[1] / a.small};
@@ -140,7 +141,7 @@ LocalBlock prepare(const Mat3& A)
     LocalBlock a;
     const double size = A.cwiseAbs().maxCoeff();
     a.normal = A(0, 0);
-    a.solvable = a.normal > kRoundOff * size && std::isfinite(size);
+    a.solvable = a.normal > kLocalRoundOff * size && std::isfinite(size);
     if (!a.solvable) return a;
     a.inverse_normal = 1 / a.normal;
 
@@ -148,7 +149,7 @@ LocalBlock prepare(const Mat3& A)
     const Eigen::Matrix2d shed = A.block<2, 1>(1, 0) * A.block<1, 2>(0, 1) / a.normal;
     const Eigen::Matrix2d S = A.block<2, 2>(1, 1) - shed;
     const double round_off =
-        kRoundOff * (A.block<2, 2>(1, 1).cwiseAbs().maxCoeff() + shed.cwiseAbs().maxCoeff());
+        kLocalRoundOff * (A.block<2, 2>(1, 1).cwiseAbs().maxCoeff() + shed.cwiseAbs().maxCoeff());
 
     const double off = (S(0, 1) + S(1, 0)) / 2;
     const double half_difference = (S(0, 0) - S(1, 1)) / 2;

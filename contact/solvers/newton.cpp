@@ -15,7 +15,7 @@ constexpr int kHalvings = 6;
 constexpr double kEnough = 0.01;
 /// Times that the few contacts that a step would leave off the path are solved apart: others may
 /// join them.
-constexpr int kRounds = 3;
+constexpr int kNewtonRounds = 3;
 // The Levenberg-Marquardt shift, relative to the scaled W's diagonal.
 constexpr double kFirstShift = 1e-6, kLargestShift = 1, kSmallestShift = 1e-12;
 constexpr double kRaise = 10, kLower = 0.1;
@@ -31,7 +31,7 @@ constexpr double kWiden = 10;
 /// of the motion, and rounding would pass for a solution.
 constexpr double kRunAway = 1e4;
 
-Eigen::Index closed_rows(const Columns& columns, const std::vector<LinearisedLaw>& law)
+Eigen::Index rows_of_closed(const Columns& columns, const std::vector<LinearisedLaw>& law)
 {
     Eigen::Index count = 0;
     for (std::size_t i = 0; i < law.size(); ++i)
@@ -108,7 +108,7 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
         }
         if (steps == path.steps || steps - lowest_at > path.patience) return PathEnd::lost;
         const double merit = scaled.linearise(r, seen(r, u), smoothing, law);
-        if (!progress.has_time_for(1e-9 * matrix.cost(closed_rows(columns, law))))
+        if (!progress.has_time_for(1e-9 * matrix.cost(rows_of_closed(columns, law))))
             return PathEnd::over;
         if (rejected == 0) recent[known++ % kMemory] = merit;
         const double reference = *std::max_element(recent, recent + std::min(known, kMemory));
@@ -119,7 +119,7 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
                         slope)) {
             few.clear();
             held = false;
-            for (int round = 0; path.few > 0 && round < kRounds && !held; ++round) {
+            for (int round = 0; path.few > 0 && round < kNewtonRounds && !held; ++round) {
                 next_r = r + direction;
                 next_u = u + slope;
                 const double limit = path.worst * smoothing.epsilon;

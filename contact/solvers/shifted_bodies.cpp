@@ -6,12 +6,13 @@
 namespace amontons {
 namespace {
 
-constexpr int kRigid = 6; ///< motions of a rigid body, whose products are laid out ahead
-using RigidColumns = Eigen::Matrix<double, kRigid, 3>;
-using RigidBlock = Eigen::Matrix<double, kRigid, kRigid>;
+constexpr int kRigidMotions = 6; ///< motions of a rigid body, whose products are laid out ahead
+using RigidColumns = Eigen::Matrix<double, kRigidMotions, 3>;
+using RigidBlock = Eigen::Matrix<double, kRigidMotions, kRigidMotions>;
 
 /// Adds a product of two bodies by blocks; place is that of its first one.
-template <class Product> void add(BlockLu& lu, const Product& product, const BlockLu::Place* place)
+template <class Product>
+void add_product(BlockLu& lu, const Product& product, const BlockLu::Place* place)
 {
     Mat3 block;
     for (Eigen::Index j = 0; j < product.cols(); j += 3)
@@ -82,8 +83,9 @@ void ShiftedBodies::analyse()
         diagonal_.push_back(lu_.place(j, j));
     for (const auto& [key, contacts] : groups) {
         const auto own = pieces(contacts.front());
-        const bool rigid = own.size() <= 2 &&
-                           std::ranges::all_of(own, [](const auto& p) { return p.k == kRigid; });
+        const bool rigid = own.size() <= 2 && std::ranges::all_of(own, [](const auto& p) {
+                               return p.k == kRigidMotions;
+                           });
         groups_.push_back(
             {contact_.size(), contact_.size() + contacts.size(), places_.size(), rigid});
         contact_.insert(contact_.end(), contacts.begin(), contacts.end());
@@ -126,7 +128,7 @@ void ShiftedBodies::add_rigid(const Group& group)
     const BlockLu::Place* place = places_.data() + group.places;
     for (std::size_t b = 0; b < bodies; ++b)
         for (std::size_t a = 0; a < bodies; ++a, place += 4)
-            add(lu_, product[2 * b + a], place);
+            add_product(lu_, product[2 * b + a], place);
 }
 
 void ShiftedBodies::add_any(const Group& group)
@@ -155,7 +157,7 @@ void ShiftedBodies::add_any(const Group& group)
     for (std::size_t b = 0; b < bodies; ++b)
         for (std::size_t a = 0; a < bodies; ++a) {
             product_.noalias() = left_[a] * right_[b].transpose();
-            add(lu_, product_, place);
+            add_product(lu_, product_, place);
             place += ((product_.rows() + 2) / 3) * ((product_.cols() + 2) / 3);
         }
 }

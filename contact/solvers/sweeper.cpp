@@ -10,9 +10,9 @@ namespace amontons {
 namespace {
 
 /// First shift of a block that has no solution alone, over its largest entry [-].
-constexpr double kShift = 1e-2;
+constexpr double kSweepShift = 1e-2;
 /// Rows from which a dense W leaves the cache that a core has to itself.
-constexpr Eigen::Index kLarge = 550;
+constexpr Eigen::Index kManyRows = 550;
 /// Contacts from which on threads share out a sweep: a colour of them takes longer than its start.
 constexpr int kManyContacts = 3000;
 
@@ -40,7 +40,7 @@ Sweeper::Sweeper(SolverWork& work)
     }
     if (work.columns.is_of_bodies())
         colours_ = colours_of(work.columns, contact_count(work.problem));
-    if (!work.columns.is_dense() || work.r.size() < kLarge) return;
+    if (!work.columns.is_dense() || work.r.size() < kManyRows) return;
     const Eigen::MatrixXd& W = work.problem.W.dense();
     unit_ = std::ldexp(1, std::ilogb(map.rho()));
     rounded_.resize(static_cast<std::size_t>(W.size()));
@@ -189,7 +189,7 @@ LocalReaction Sweeper::solve_shifted(int i, const Vec3& ri, const Vec3& b) const
 {
     const Mat3& A = own(i);
     const double size = A.cwiseAbs().maxCoeff();
-    double alpha = size > 0 ? kShift * size : 1 / work_.progress.natural_map().rho();
+    double alpha = size > 0 ? kSweepShift * size : 1 / work_.progress.natural_map().rho();
     LocalReaction local;
     for (int k = 0; k < 6 && local.state == LocalState::unsolved; ++k, alpha *= 10)
         local =

@@ -12,22 +12,23 @@ namespace amontons {
 namespace {
 
 /// Flat triangles that stand for a face, by its nodes.
-constexpr std::array<std::array<int, 3>, 4> kQuarters{{{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}}};
+constexpr std::array<std::array<int, 3>, 4> kBulgeQuarters{
+    {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}}};
 constexpr std::array<std::array<int, 3>, 2> kHalves{{{0, 1, 2}, {0, 2, 3}}};
-constexpr std::array<std::array<int, 3>, 1> kWhole{{{0, 1, 2}}};
+constexpr std::array<std::array<int, 3>, 1> kWholeFace{{{0, 1, 2}}};
 
-std::span<const std::array<int, 3>> triangles_of(int nodes)
+std::span<const std::array<int, 3>> triangles_of_face(int nodes)
 {
-    if (nodes == 6) return kQuarters;
+    if (nodes == 6) return kBulgeQuarters;
     if (nodes == 4) return kHalves;
-    return kWhole;
+    return kWholeFace;
 }
 
 const std::array<Vec2, 6> kTriangle{{{0, 0}, {1, 0}, {0, 1}, {0.5, 0}, {0.5, 0.5}, {0, 0.5}}};
 const std::array<Vec2, 4> kSquare{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}};
 
-constexpr double kAtNode = 0.99; // its weight
-constexpr double kSame = 1e-6;   // of a face's length: one place on two faces
+constexpr double kAtNode = 0.99;    // its weight
+constexpr double kSameBulge = 1e-6; // of a face's length: one place on two faces
 
 /// A place on a face. On its border it is the surface's nearest one only where the face beside it
 /// has it too.
@@ -50,7 +51,7 @@ Vec2 nearest(const FaceInPlane& face, const Vec3& x)
 {
     Vec2 best = Vec2::Zero();
     double least = std::numeric_limits<double>::infinity();
-    for (const std::array<int, 3>& t : triangles_of(face.nodes)) {
+    for (const std::array<int, 3>& t : triangles_of_face(face.nodes)) {
         const auto node = [&](int k) -> const Vec3& {
             return face.node[std::size_t(t[std::size_t(k)])];
         };
@@ -99,7 +100,8 @@ SurfaceContacts bulge_contacts(const ExternalSurface& slave, std::span<const Vec
         const WallSample sample = wall(spot.place);
         if (!(std::abs(sample.distance) <= reach)) continue;
         const auto same = std::ranges::find_if(found, [&](const Candidate& c) {
-            return (c.contact.point - spot.place).norm() <= kSame * std::max(longest, c.length);
+            return (c.contact.point - spot.place).norm() <=
+                   kSameBulge * std::max(longest, c.length);
         });
         if (same != found.end()) {
             same->met = true;

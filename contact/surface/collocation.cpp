@@ -3,6 +3,7 @@
 #include "contact/surface/multipliers.hpp"
 #include "contact/surface/nearest_face.hpp"
 #include "contact/surface/smooth_normals.hpp"
+#include "mesh/base/index.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -11,11 +12,6 @@
 
 namespace amontons {
 namespace {
-
-std::size_t at(std::int32_t i)
-{
-    return static_cast<std::size_t>(i);
-}
 
 /// What one face adds to a node's multiplier.
 struct Patch {

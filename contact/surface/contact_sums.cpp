@@ -1,5 +1,7 @@
 #include "contact/surface/contact_sums.hpp"
 
+#include "mesh/base/index.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -7,13 +9,8 @@
 namespace amontons {
 namespace {
 
-constexpr double kTiny = 0.05;    ///< of the full area: joins a neighbour
-constexpr double kNothing = 1e-8; ///< of the full area, and no neighbour: left out
-
-std::size_t at(std::int32_t i)
-{
-    return static_cast<std::size_t>(i);
-}
+constexpr double kTiny = 0.05;   ///< of the full area: joins a neighbour
+constexpr double kNoArea = 1e-8; ///< of the full area, and no neighbour: left out
 
 } // namespace
 
@@ -152,7 +149,7 @@ SurfaceContacts ContactSums::contacts(std::span<const Vec3> slave_places,
     };
     for (std::size_t k = 0; k < sums.size(); ++k) {
         const Multiplier& m = sums[k];
-        if (!(m.area > kNothing * m.full) || !(m.area > 0)) continue;
+        if (!(m.area > kNoArea * m.full) || !(m.area > 0)) continue;
         SurfaceContact c;
         c.id = slave_surface_.used_nodes[k];
         c.area = m.area;

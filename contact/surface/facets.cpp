@@ -7,8 +7,8 @@
 namespace amontons {
 namespace {
 
-const Vec2 kTriangle[6] = {{0, 0}, {1, 0}, {0, 1}, {0.5, 0}, {0.5, 0.5}, {0, 0.5}};
-const Vec2 kSquare[4] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+const Vec2 kFacetTriangle[6] = {{0, 0}, {1, 0}, {0, 1}, {0.5, 0}, {0.5, 0.5}, {0, 0.5}};
+const Vec2 kFacetSquare[4] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
 constexpr int kQuarters[4][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}};
 
 /// How far outside of the reference face a point may be located: where facets and the true face
@@ -24,7 +24,7 @@ bool is_on(int nodes, const Vec2& xi)
 }
 
 /// A T6 whose middle nodes are in the middle of straight sides is as flat as its corners' triangle.
-constexpr double kStraight = 1e-9; // of a side
+constexpr double kStraightSide = 1e-9; // of a side
 
 bool is_straight(std::span<const std::int32_t> nodes, std::span<const Vec3> places)
 {
@@ -33,7 +33,8 @@ bool is_straight(std::span<const std::int32_t> nodes, std::span<const Vec3> plac
             return places[static_cast<std::size_t>(nodes[k])];
         };
         const Vec3 &a = at(i), &b = at((i + 1) % 3);
-        if ((2 * at(3 + i) - a - b).squaredNorm() > kStraight * kStraight * (b - a).squaredNorm())
+        if ((2 * at(3 + i) - a - b).squaredNorm() >
+            kStraightSide * kStraightSide * (b - a).squaredNorm())
             return false;
     }
     return true;
@@ -50,7 +51,7 @@ void add_facets(const ExternalSurface& surface, std::span<const Vec3> places, st
         const auto k = static_cast<std::size_t>(i);
         const auto node = static_cast<std::size_t>(nodes[static_cast<std::size_t>(local)]);
         facet.corner[k] = places[node];
-        facet.xi[k] = nodes.size() == 4 ? kSquare[local] : kTriangle[local];
+        facet.xi[k] = nodes.size() == 4 ? kFacetSquare[local] : kFacetTriangle[local];
     };
     const auto add = [&] {
         const auto& c = facet.corner;

@@ -1,5 +1,7 @@
 #include "contact/surface/feet_on_faces.hpp"
 
+#include "mesh/base/index.hpp"
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -11,17 +13,12 @@
 namespace amontons {
 namespace {
 
-constexpr double kOn = 1e-7;   // of a reference face: a foot beyond its border is still on it
-constexpr double kSame = 1e-9; // of a facet's size: two places that are one
+constexpr double kOn = 1e-7;       // of a reference face: a foot beyond its border is still on it
+constexpr double kSameFoot = 1e-9; // of a facet's size: two places that are one
 constexpr double kSharp = std::numbers::pi / 6; // between normals, at rest
 // A foot along a smooth normal may be so many times farther than the nearest point: in a dent, and
 // where that is on a sharp edge.
 constexpr double kDent = 2, kEdge = 1.05;
-
-std::size_t at(std::int32_t i)
-{
-    return static_cast<std::size_t>(i);
-}
 
 std::array<std::int32_t, 2> edge(std::int32_t a, std::int32_t b)
 {
@@ -29,7 +26,7 @@ std::array<std::int32_t, 2> edge(std::int32_t a, std::int32_t b)
 }
 
 /// Of a T3 or Q4, unit.
-Vec3 normal_of(std::span<const std::int32_t> nodes, std::span<const Vec3> places)
+Vec3 normal_of_nodes(std::span<const std::int32_t> nodes, std::span<const Vec3> places)
 {
     const auto x = [&](std::size_t k) -> const Vec3& { return places[at(nodes[k])]; };
     const bool four = nodes.size() == 4;
@@ -125,8 +122,8 @@ FeetOnFaces::FeetOnFaces(const ExternalSurface& surface, std::span<const Vec3> p
         };
         if (end == i + 1)
             add(border_);
-        else if (normal_of(surface_.face(at(sides[i].face)), at_rest)
-                     .dot(normal_of(surface_.face(at(sides[i + 1].face)), at_rest)) <
+        else if (normal_of_nodes(surface_.face(at(sides[i].face)), at_rest)
+                     .dot(normal_of_nodes(surface_.face(at(sides[i + 1].face)), at_rest)) <
                  std::cos(kSharp))
             add(sharp_);
         i = end;
@@ -141,7 +138,7 @@ bool FeetOnFaces::is_on(const Edges& edges, const FaceFoot& foot) const
     std::array<std::int32_t, 4> ends{};
     std::size_t count = 0;
     for (int k = 0; k < foot.nodes; ++k)
-        if (foot.node[std::size_t(k)].weight > kSame)
+        if (foot.node[std::size_t(k)].weight > kSameFoot)
             ends[count++] = foot.node[std::size_t(k)].node;
     if (count == 1) return edges.has[at(surface_.surface_nodes[at(ends[0])])] != 0;
     return count == 2 &&
@@ -259,7 +256,7 @@ std::optional<FaceFoot> FeetOnFaces::find(const Vec3& x, double within) const
         return a.distance != b.distance ? a.distance < b.distance : a.facet < b.facet;
     });
     const double nearest = candidates.front().distance;
-    const double rounding = kSame * candidates.front().facet->size;
+    const double rounding = kSameFoot * candidates.front().facet->size;
     std::optional<FaceFoot> best;
     const Candidate& first = candidates.front();
     const bool at_edge = is_on(sharp_, foot_at(*first.facet, first.point.xi));

@@ -32,7 +32,7 @@ namespace {
 /// A face is whole if this part of it is covered. Between the two shares the functions of a whole
 /// face pass into those of a partly covered one: where bodies slide, a contact that changed them at
 /// once would have no balance between the two.
-constexpr double kWhole = 0.995, kPart = 0.9;
+constexpr double kWholeOverlap = 0.995, kPart = 0.9;
 /// Faces that look at each other by kFacing count from nothing on, by this cosine as a whole: the
 /// side of a block that is pressed until it rolls onto the floor would else be there at once, with
 /// the gap of all of it.
@@ -40,7 +40,7 @@ constexpr double kFullyFacing = 0.6;
 /// More than the facet's area is covered: the master has layers.
 constexpr double kTwice = 1e-9;
 /// Segments with less of the facet's area are round-off.
-constexpr double kNothing = 1e-14;
+constexpr double kNoOverlap = 1e-14;
 /// Faces of one body overlap by no more of their distance at rest: more is the body between them,
 /// which would have to be pressed to this share of its thickness to be taken for an overlap.
 constexpr double kOwnThickness = 0.3;
@@ -48,7 +48,7 @@ constexpr double kBeside = 1.1;  // of both faces' radii
 constexpr double kBehind = 1e-3; // cosine: what lies beside a face, as in a closed slit, does not
 
 /// Quadrilaterals: bent by less they are parallelograms; integrals are right to exp(-kDigits).
-constexpr double kStraight = 1e-3, kMostBend = 0.99, kDigits = 23;
+constexpr double kStraightEdge = 1e-3, kMostBend = 0.99, kDigits = 23;
 constexpr int kLeastAlong = 4, kMostAlong = 12;
 
 struct Segment {
@@ -77,7 +77,7 @@ ConvexPolygon outline(const Facet& facet, const FacetPlane& plane, bool from_bac
 }
 
 /// Whether the boxes around two polygons do not touch.
-bool apart(const ConvexPolygon& p, const ConvexPolygon& q)
+bool polygons_apart(const ConvexPolygon& p, const ConvexPolygon& q)
 {
     const auto box = [](const ConvexPolygon& of) {
         Eigen::AlignedBox2d all;
@@ -88,7 +88,7 @@ bool apart(const ConvexPolygon& p, const ConvexPolygon& q)
     return !box(p).intersects(box(q));
 }
 
-bool is_convex(const ConvexPolygon& p)
+bool is_convex_polygon(const ConvexPolygon& p)
 {
     for (int i = 0; i < p.count; ++i)
         if (twice_area(p[i], p[(i + 1) % p.count], p[(i + 2) % p.count]) < 0) return false;
@@ -99,7 +99,7 @@ bool is_convex(const ConvexPolygon& p)
 /// the side, and is two triangles then.
 template <class Visit> void for_convex_parts(const ConvexPolygon& p, Visit visit)
 {
-    if (p.count == 3 || is_convex(p)) {
+    if (p.count == 3 || is_convex_polygon(p)) {
         visit(p);
         return;
     }
@@ -230,7 +230,8 @@ private:
         if (segments_.empty()) return;
         const auto face = static_cast<std::size_t>(facets[0].face);
         const FaceMultipliers multipliers = face_multipliers({slave_.face(face), slave_places_});
-        const double dual = std::clamp((covered / whole - kPart) / (kWhole - kPart), 0.0, 1.0);
+        const double dual =
+            std::clamp((covered / whole - kPart) / (kWholeOverlap - kPart), 0.0, 1.0);
         face_sums_.clear();
         for (const Segment& segment : segments_)
             integrate_(segment, multipliers, dual, facing_(segment));
@@ -243,7 +244,7 @@ private:
     {
         double heights[2];
         const ConvexPolygon own = outline(facet, plane, false, heights);
-        const double whole = area(own), least = kNothing * whole;
+        const double whole = area(own), least = kNoOverlap * whole;
         const double range = range_(facet);
         const std::size_t first = segments_.size();
         double covered = 0;
@@ -276,7 +277,7 @@ private:
             }
             double far[2];
             const ConvexPolygon seen = outline(other, plane, !hides, far);
-            if (far[0] > range || far[1] < -range || apart(own, seen)) continue;
+            if (far[0] > range || far[1] < -range || polygons_apart(own, seen)) continue;
             const Vec3 normal = plane.axes * other.normal, middle_place = plane(other.middle);
             for_convex_parts(seen, [&](const ConvexPolygon& part) {
                 intersect(own, part, shared_);
@@ -406,7 +407,7 @@ private:
         // A product of two linear functions needs no more.
         if (sides.slave.nodes == 3 && sides.master.nodes == 3) return triangle_points(2);
         const double bend = std::max(bend_(sides.slave, polygon), bend_(sides.master, polygon));
-        if (!(bend > kStraight)) return triangle_points(4);
+        if (!(bend > kStraightEdge)) return triangle_points(4);
         // With a singularity at 1/bend a power is rho times smaller than the one before; n points
         // are right to the power 2 n - 2.
         const double rho = 1 / bend + std::sqrt(1 / (bend * bend) - 1);
@@ -422,7 +423,7 @@ private:
         if (face.nodes != 4) return 0;
         const Vec2 twist = (face.node[0] - face.node[1] + face.node[2] - face.node[3]).head<2>(),
                    across = (face.node[2] - face.node[0]).head<2>();
-        if (!(twist.norm() > kStraight * across.norm())) return 0;
+        if (!(twist.norm() > kStraightEdge * across.norm())) return 0;
         double least = std::numeric_limits<double>::infinity(), most = 0;
         for (int i = 0; i < polygon.count; ++i)
             if (const auto at = locate(face, polygon[i], Vec2::Zero())) {

@@ -9,7 +9,7 @@ namespace {
 
 /// Off the normal by this part of the distance, and of a facet's size for round-off.
 constexpr double kOblique = 0.6;
-constexpr double kRoundOff = 1e-9;
+constexpr double kFootRoundOff = 1e-9;
 
 } // namespace
 
@@ -30,7 +30,7 @@ bool NearestFace::is_over(const Vec3& apart, const Vec3& normal, const Facet& fa
 {
     const double gap = normal.dot(apart);
     const double beside = (apart - gap * normal).norm();
-    return beside <= kOblique * std::abs(gap) + kRoundOff * facet.size;
+    return beside <= kOblique * std::abs(gap) + kFootRoundOff * facet.size;
 }
 
 } // namespace amontons

@@ -13,7 +13,7 @@ struct Triangle {
     std::array<std::int32_t, 3> nodes;
 };
 
-std::vector<Triangle> triangles_of(const ExternalSurface& surface)
+std::vector<Triangle> triangles_of_surface(const ExternalSurface& surface)
 {
     std::vector<Triangle> all;
     for (std::size_t f = 0; f < surface.faces.size(); ++f) {
@@ -82,7 +82,7 @@ std::optional<Vec3> nodes_through_faces(const MovedSurface& of_nodes, const Move
     std::vector<Triangle> triangles;
     std::vector<BoundingBox> boxes;
     if (!near.touches(both(of_faces, of_faces.surface.used_nodes))) return {};
-    for (const Triangle& t : triangles_of(of_faces.surface)) {
+    for (const Triangle& t : triangles_of_surface(of_faces.surface)) {
         const BoundingBox box = both(of_faces, t.nodes);
         if (!near.touches(box)) continue;
         triangles.push_back(t);
@@ -132,7 +132,7 @@ double least_thickness(const ExternalSurface& surface, std::span<const Vec3> pla
     std::vector<Corners> all;
     std::vector<BoundingBox> boxes;
     double longest = 0;
-    for (const Triangle& t : triangles_of(surface)) {
+    for (const Triangle& t : triangles_of_surface(surface)) {
         const Vec3 &a = places[std::size_t(t.nodes[0])], &b = places[std::size_t(t.nodes[1])],
                    &c = places[std::size_t(t.nodes[2])];
         const double edge = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});

@@ -15,18 +15,18 @@ namespace {
 using Piece = SharpFeatures::Piece;
 
 /// Faces lead away from what is touched by more than this (sine), at first and once met.
-constexpr double kAway = 0.1, kStillAway = -0.05;
+constexpr double kLeadsAway = 0.1, kStillAway = -0.05;
 /// Edges that cross at less have no common normal (sine).
-constexpr double kParallel = 0.05;
+constexpr double kParallelEdges = 0.05;
 /// An edge that leans by more against a face (sine) meets it with its lower node.
-constexpr double kSteep = 0.7;
+constexpr double kSteepEdge = 0.7;
 /// Within a chain a point may lie beyond its piece by this share: chains bend a little at nodes.
-constexpr double kBeyond = 0.05;
+constexpr double kBeyondFace = 0.05;
 /// Ids: nodes of the slave, of the master, then chains and what they cross, so many times at most.
-constexpr std::int64_t kMasterNodes = std::int64_t(1) << 32, kCrossings = std::int64_t(1) << 34,
+constexpr std::int64_t kMasterNodes = std::int64_t(1) << 32, kCrossingIds = std::int64_t(1) << 34,
                        kMostCrossings = 8;
 
-const Vec3& at(std::span<const Vec3> places, std::int32_t node)
+const Vec3& place_at(std::span<const Vec3> places, std::int32_t node)
 {
     return places[static_cast<std::size_t>(node)];
 }
@@ -37,15 +37,15 @@ Vec3 centre_of(const SharpSurface& s, std::int32_t face)
     const std::uint8_t corners = s.surface.corners[std::size_t(face)];
     Vec3 centre = Vec3::Zero();
     for (std::size_t i = 0; i < corners; ++i)
-        centre += at(s.places, nodes[i]) / corners;
+        centre += place_at(s.places, nodes[i]) / corners;
     return centre;
 }
 
 /// Of the mean plane of the corners.
-Vec3 normal_of(const SharpSurface& s, std::int32_t face)
+Vec3 sharp_face_normal(const SharpSurface& s, std::int32_t face)
 {
     const auto n = s.surface.face(std::size_t(face));
-    const auto x = [&](std::size_t i) { return at(s.places, n[i]); };
+    const auto x = [&](std::size_t i) { return place_at(s.places, n[i]); };
     return s.surface.corners[std::size_t(face)] == 3
                ? (x(1) - x(0)).cross(x(2) - x(0)).normalized()
                : (x(2) - x(0)).cross(x(3) - x(1)).normalized();
@@ -55,7 +55,7 @@ BoundingBox around(std::span<const Vec3> places, std::span<const std::int32_t> n
 {
     BoundingBox box;
     for (const std::int32_t node : nodes)
-        box.add(at(places, node));
+        box.add(place_at(places, node));
     box.low -= margin;
     box.high += margin;
     return box;
@@ -88,7 +88,7 @@ private:
     /// How far faces must lead away for this contact.
     double away(std::int64_t id) const
     {
-        return std::binary_search(known_.begin(), known_.end(), id) ? kStillAway : kAway;
+        return std::binary_search(known_.begin(), known_.end(), id) ? kStillAway : kLeadsAway;
     }
 
     const SharpSurface &slave_, &master_;
@@ -103,12 +103,13 @@ private:
 bool leads_away(const SharpSurface& s, std::size_t sharp_node, const Vec3& n, double by)
 {
     const SharpFeatures& f = s.features;
-    const Vec3& x = at(s.places, f.nodes[sharp_node]);
+    const Vec3& x = place_at(s.places, f.nodes[sharp_node]);
     const auto rise = [&](const Vec3& place) { return n.dot((place - x).normalized()); };
     for (std::size_t k = f.begin[sharp_node]; k < f.begin[sharp_node + 1]; ++k) {
         if (!(rise(centre_of(s, f.faces[k])) > by)) return false;
         for (const std::int32_t node : s.surface.face(std::size_t(f.faces[k])))
-            if (node != f.nodes[sharp_node] && rise(at(s.places, node)) < -kSteep) return false;
+            if (node != f.nodes[sharp_node] && rise(place_at(s.places, node)) < -kSteepEdge)
+                return false;
     }
     return true;
 }
@@ -118,15 +119,15 @@ bool looks_at(const SharpSurface& s, std::size_t sharp_node, const Vec3& n)
 {
     const SharpFeatures& f = s.features;
     for (std::size_t k = f.begin[sharp_node]; k < f.begin[sharp_node + 1]; ++k)
-        if (normal_of(s, f.faces[k]).dot(n) < -kFacing) return true;
+        if (sharp_face_normal(s, f.faces[k]).dot(n) < -kFacing) return true;
     return false;
 }
 
 /// As for a node, of the two faces beside an edge, across it.
 bool leads_away(const SharpSurface& s, const Piece& p, const Vec3& n, double by)
 {
-    const Vec3& a = at(s.places, p.nodes[0]);
-    const Vec3 tangent = (at(s.places, p.nodes[1]) - a).normalized();
+    const Vec3& a = place_at(s.places, p.nodes[0]);
+    const Vec3 tangent = (place_at(s.places, p.nodes[1]) - a).normalized();
     const auto away = [&](std::int32_t face) {
         const Vec3 d = centre_of(s, face) - a;
         return n.dot((d - tangent.dot(d) * tangent).normalized()) > by;
@@ -151,7 +152,7 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
     std::optional<NearestFace> faces; // once one is needed
     std::optional<SmoothNormals> smooth;
     for (std::size_t i = 0; i < f.nodes.size(); ++i) {
-        const Vec3& x = at(own.places, f.nodes[i]);
+        const Vec3& x = place_at(own.places, f.nodes[i]);
         BoundingBox point;
         point.add(x);
         if (!all.touches(point)) continue;
@@ -206,7 +207,7 @@ std::vector<std::array<Vec3, 2>> tangents(const SharpSurface& s)
     for (const Piece& p : pieces)
         for (const std::int32_t node : p.nodes)
             sum.try_emplace({p.chain, node}, Vec3::Zero()).first->second +=
-                (at(s.places, p.nodes[1]) - at(s.places, p.nodes[0])).normalized();
+                (place_at(s.places, p.nodes[1]) - place_at(s.places, p.nodes[0])).normalized();
     std::vector<std::array<Vec3, 2>> out;
     for (const Piece& p : pieces)
         out.push_back({sum.at({p.chain, p.nodes[0]}).normalized(),
@@ -218,11 +219,12 @@ std::vector<std::array<Vec3, 2>> tangents(const SharpSurface& s)
 Vec3 normal_on(const SharpSurface& s, const Piece& p, const SmoothNormals& smooth,
                const SharpSurface& other, const Piece& edge)
 {
-    const Vec3 mean = (normal_of(s, p.faces[0]) + normal_of(s, p.faces[1])).normalized();
+    const Vec3 mean =
+        (sharp_face_normal(s, p.faces[0]) + sharp_face_normal(s, p.faces[1])).normalized();
     if (!smooth.has(p.faces[0])) return mean;
-    const Vec3 &a = at(s.places, p.nodes[0]), &b = at(other.places, edge.nodes[0]);
+    const Vec3 &a = place_at(s.places, p.nodes[0]), &b = place_at(other.places, edge.nodes[0]);
     Mat3 basis;
-    basis << at(s.places, p.nodes[1]) - a, b - at(other.places, edge.nodes[1]), mean;
+    basis << place_at(s.places, p.nodes[1]) - a, b - place_at(other.places, edge.nodes[1]), mean;
     const double t = std::clamp((basis.inverse() * (b - a))[0], 0.0, 1.0);
     PerNode values = PerNode::Zero();
     const auto nodes = s.surface.face(std::size_t(p.faces[0]));
@@ -249,7 +251,7 @@ struct Crossing {
 
 bool on_piece(const Piece& p, double s)
 {
-    return s >= (p.ends[0] ? 0 : -kBeyond) && s <= (p.ends[1] ? 1 : 1 + kBeyond);
+    return s >= (p.ends[0] ? 0 : -kBeyondFace) && s <= (p.ends[1] ? 1 : 1 + kBeyondFace);
 }
 
 void Finder::edges_across_edges()
@@ -260,8 +262,9 @@ void Finder::edges_across_edges()
     std::vector<std::int32_t> near; // pieces of the master
     std::vector<BoundingBox> boxes;
     const auto box_of = [](const SharpSurface& s, const Piece& p, double margin) {
-        const double length = (at(s.places, p.nodes[1]) - at(s.places, p.nodes[0])).norm();
-        return around(s.places, p.nodes, margin + kBeyond * length);
+        const double length =
+            (place_at(s.places, p.nodes[1]) - place_at(s.places, p.nodes[0])).norm();
+        return around(s.places, p.nodes, margin + kBeyondFace * length);
     };
     for (std::size_t j = 0; j < of_master.pieces.size(); ++j) {
         if (j >= of_master.sharp && of_slave.sharp == 0) break;
@@ -278,11 +281,13 @@ void Finder::edges_across_edges()
     std::vector<Crossing> found;
     const auto add = [&](std::size_t i, std::size_t j, const Vec3& normal, std::int64_t id) {
         const Piece &p = of_slave.pieces[i], &q = of_master.pieces[j];
-        const Vec3 &a = at(slave_.places, p.nodes[0]), &b = at(master_.places, q.nodes[0]);
-        const Vec3 u = at(slave_.places, p.nodes[1]) - a, v = at(master_.places, q.nodes[1]) - b;
+        const Vec3 &a = place_at(slave_.places, p.nodes[0]),
+                   &b = place_at(master_.places, q.nodes[0]);
+        const Vec3 u = place_at(slave_.places, p.nodes[1]) - a,
+                   v = place_at(master_.places, q.nodes[1]) - b;
         Mat3 basis; // a + s u - (b + t v) = gap normal
         basis << u, -v, -normal;
-        if (std::abs(basis.determinant()) <= kParallel * u.norm() * v.norm()) return;
+        if (std::abs(basis.determinant()) <= kParallelEdges * u.norm() * v.norm()) return;
         const Vec3 x = basis.inverse() * (b - a);
         if (!on_piece(p, x[0]) || !on_piece(q, x[1]) || std::abs(x[2]) > reach_) return;
         found.push_back({id, {i, j}, {x[0], x[1]}, a + x[0] * u, normal, x[2]});
@@ -290,20 +295,20 @@ void Finder::edges_across_edges()
     const auto both_sharp = [&](std::size_t i, std::size_t j) {
         const Piece &p = of_slave.pieces[i], &q = of_master.pieces[j];
         const std::int64_t id =
-            kCrossings + kMostCrossings * (std::int64_t(p.chain) * of_master.chains + q.chain);
+            kCrossingIds + kMostCrossings * (std::int64_t(p.chain) * of_master.chains + q.chain);
         const double by = away(id);
         if (directions[0].empty()) {
             directions[0] = tangents(slave_);
             directions[1] = tangents(master_);
         }
-        const Vec3 u = at(slave_.places, p.nodes[1]) - at(slave_.places, p.nodes[0]);
-        const Vec3 v = at(master_.places, q.nodes[1]) - at(master_.places, q.nodes[0]);
+        const Vec3 u = place_at(slave_.places, p.nodes[1]) - place_at(slave_.places, p.nodes[0]);
+        const Vec3 v = place_at(master_.places, q.nodes[1]) - place_at(master_.places, q.nodes[0]);
         const Vec3 across = u.cross(v);
-        if (across.norm() <= kParallel * u.norm() * v.norm()) return;
+        if (across.norm() <= kParallelEdges * u.norm() * v.norm()) return;
         Mat3 basis;
         basis << u, -v, -across;
-        const Vec3 x =
-            basis.inverse() * (at(master_.places, q.nodes[0]) - at(slave_.places, p.nodes[0]));
+        const Vec3 x = basis.inverse() *
+                       (place_at(master_.places, q.nodes[0]) - place_at(slave_.places, p.nodes[0]));
         const auto direction = [](const std::array<Vec3, 2>& ends, double s) {
             const double share = std::clamp(s, 0.0, 1.0);
             return Vec3((1 - share) * ends[0] + share * ends[1]);
@@ -315,10 +320,10 @@ void Finder::edges_across_edges()
                 return add(i, j, sign * n, id);
         // A face beside one of them is what the other lies on.
         for (const std::int32_t face : q.faces)
-            if (const Vec3 m = normal_of(master_, face); leads_away(slave_, p, m, by))
+            if (const Vec3 m = sharp_face_normal(master_, face); leads_away(slave_, p, m, by))
                 return add(i, j, m, id);
         for (const std::int32_t face : p.faces)
-            if (const Vec3 m = -normal_of(slave_, face); leads_away(master_, q, -m, by))
+            if (const Vec3 m = -sharp_face_normal(slave_, face); leads_away(master_, q, -m, by))
                 return add(i, j, m, id);
     };
     const std::int64_t pairs_of_chains = std::int64_t(of_slave.chains) * of_master.chains;
@@ -340,13 +345,14 @@ void Finder::edges_across_edges()
             if (!smooth[sharp]) smooth[sharp].emplace(flat.surface, flat.places);
             const Vec3 n = normal_on(flat, f, *smooth[sharp], edge, e);
             const Vec3 along =
-                (at(edge.places, e.nodes[1]) - at(edge.places, e.nodes[0])).normalized();
+                (place_at(edge.places, e.nodes[1]) - place_at(edge.places, e.nodes[0]))
+                    .normalized();
             const std::int64_t crossed =
                 sharp
                     ? p.chain * std::int64_t(of_master.pieces.size()) + std::int64_t(j)
                     : on_master + q.chain * std::int64_t(of_slave.pieces.size()) + std::int64_t(i);
-            const std::int64_t id = kCrossings + kMostCrossings * (pairs_of_chains + crossed);
-            if (std::abs(along.dot(n)) > kSteep || !leads_away(edge, e, n, away(id))) return;
+            const std::int64_t id = kCrossingIds + kMostCrossings * (pairs_of_chains + crossed);
+            if (std::abs(along.dot(n)) > kSteepEdge || !leads_away(edge, e, n, away(id))) return;
             add(i, j, sharp ? n : Vec3(-n), id);
         });
     }
@@ -360,7 +366,8 @@ void Finder::edges_across_edges()
     for (const Crossing& c : found) {
         const Piece& p = of_slave.pieces[c.piece[0]];
         const double near_by =
-            4 * kBeyond * (at(slave_.places, p.nodes[1]) - at(slave_.places, p.nodes[0])).norm();
+            4 * kBeyondFace *
+            (place_at(slave_.places, p.nodes[1]) - place_at(slave_.places, p.nodes[0])).norm();
         auto same = kept.rbegin();
         while (same != kept.rend() && same->id == c.id && (same->point - c.point).norm() >= near_by)
             ++same;
@@ -410,7 +417,7 @@ SurfaceContacts sharp_wall_contacts(const SharpSurface& slave,
     for (std::size_t i = 0; i < f.nodes.size(); ++i) {
         if (!is_bare(slave, i)) continue;
         SurfaceContact c;
-        c.point = at(slave.places, f.nodes[i]);
+        c.point = place_at(slave.places, f.nodes[i]);
         const WallSample sample = wall(c.point);
         if (!(std::abs(sample.distance) <= reach)) continue;
         c.id = f.nodes[i];

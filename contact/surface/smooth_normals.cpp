@@ -1,5 +1,7 @@
 #include "contact/surface/smooth_normals.hpp"
 
+#include "mesh/base/index.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -7,11 +9,6 @@
 
 namespace amontons {
 namespace {
-
-std::size_t at(std::int32_t i)
-{
-    return static_cast<std::size_t>(i);
-}
 
 /// A corner of a face, seen from its node.
 struct Corner {

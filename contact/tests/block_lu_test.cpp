@@ -31,7 +31,7 @@ struct BlockMatrix {
 };
 
 /// W + D: W a sum of semidefinite pairs, D of positive definite symmetric part with a skew one.
-BlockMatrix random_matrix(int n, const Pattern& pattern, std::mt19937& rng)
+BlockMatrix random_blocks(int n, const Pattern& pattern, std::mt19937& rng)
 {
     std::normal_distribution<double> normal;
     const auto random = [&] { return Mat3(Mat3::NullaryExpr([&] { return normal(rng); })); };
@@ -73,7 +73,7 @@ bool factorise(BlockLu& lu, const BlockMatrix& A)
     return lu.factorise();
 }
 
-Eigen::VectorXd random_vector(int n, std::mt19937& rng)
+Eigen::VectorXd random_right_side(int n, std::mt19937& rng)
 {
     std::normal_distribution<double> normal;
     return Eigen::VectorXd::NullaryExpr(3 * n, [&] { return normal(rng); });
@@ -83,7 +83,7 @@ Eigen::VectorXd random_vector(int n, std::mt19937& rng)
 void check_solution(const BlockLu& lu, const BlockMatrix& A, std::mt19937& rng)
 {
     const Eigen::MatrixXd dense = A.dense();
-    const Eigen::VectorXd b = random_vector(A.n, rng), expected = dense.partialPivLu().solve(b);
+    const Eigen::VectorXd b = random_right_side(A.n, rng), expected = dense.partialPivLu().solve(b);
     Eigen::VectorXd x = b;
     lu.solve(x);
     CHECK((b - dense * x).norm() <= 1e-12 * b.norm());
@@ -106,7 +106,7 @@ Pattern arrow(int n)
     return pattern;
 }
 
-Pattern full(int n)
+Pattern full_pattern(int n)
 {
     Pattern pattern;
     for (int i = 0; i < n; ++i)
@@ -144,7 +144,7 @@ Pattern grid(int side, int k)
 Pattern two_components(int n, std::mt19937& rng)
 {
     Pattern pattern = random_graph(n / 2, n, rng);
-    for (const auto& [i, j] : full(n - n / 2))
+    for (const auto& [i, j] : full_pattern(n - n / 2))
         pattern.emplace_back(i + n / 2, j + n / 2);
     return pattern;
 }
@@ -155,8 +155,8 @@ std::vector<std::pair<int, Pattern>> patterns(std::mt19937& rng)
             {7, {}},
             {40, chain(40)},
             {30, arrow(30)},
-            {25, full(25)},
-            {60, full(60)},
+            {25, full_pattern(25)},
+            {60, full_pattern(60)},
             {50, random_graph(50, 40, rng)},
             {80, random_graph(80, 200, rng)},
             {100, random_graph(100, 800, rng)},
@@ -173,7 +173,7 @@ TEST_CASE("the block factor solves what a dense one solves for every pattern")
     for (const auto& [n, pattern] : patterns(rng)) {
         CAPTURE(n);
         CAPTURE(pattern.size());
-        const BlockMatrix A = random_matrix(n, pattern, rng);
+        const BlockMatrix A = random_blocks(n, pattern, rng);
         BlockLu lu;
         analyse(lu, A);
         REQUIRE(factorise(lu, A));
@@ -186,7 +186,7 @@ TEST_CASE("a pattern serves again with other values and after a failure too")
     std::mt19937 rng(2);
     for (const auto& [n, pattern] : patterns(rng)) {
         CAPTURE(n);
-        BlockMatrix A = random_matrix(n, pattern, rng);
+        BlockMatrix A = random_blocks(n, pattern, rng);
         BlockLu lu;
         analyse(lu, A);
         REQUIRE(factorise(lu, A));
@@ -194,11 +194,11 @@ TEST_CASE("a pattern serves again with other values and after a failure too")
         for (auto& [at, value] : zero.block)
             value.setZero();
         CHECK_FALSE(factorise(lu, zero));
-        A = random_matrix(n, pattern, rng);
+        A = random_blocks(n, pattern, rng);
         REQUIRE(factorise(lu, A));
         check_solution(lu, A, rng);
         // And the object serves another pattern.
-        const BlockMatrix other = random_matrix(12, chain(12), rng);
+        const BlockMatrix other = random_blocks(12, chain(12), rng);
         analyse(lu, other);
         REQUIRE(factorise(lu, other));
         check_solution(lu, other, rng);
@@ -210,7 +210,7 @@ TEST_CASE("a pattern that is not symmetric is completed")
     std::mt19937 rng{21};
     std::uniform_int_distribution<int> any(0, 39);
     for (int k = 0; k < 20; ++k) {
-        BlockMatrix A = random_matrix(40, {}, rng); // then one-sided couplings, weak ones
+        BlockMatrix A = random_blocks(40, {}, rng); // then one-sided couplings, weak ones
         for (int e = 0; e < 60; ++e)
             if (const int i = any(rng), j = any(rng); i != j && !A.block.count({j, i}))
                 A.block[{i, j}] = 0.02 * Mat3::Random();
@@ -239,7 +239,7 @@ TEST_CASE("a singular pivot and one that is not finite are refused")
         for (double bad : {0.0, std::numeric_limits<double>::quiet_NaN()}) {
             CAPTURE(n);
             // Row and column 1 of a contact vanish: no order of elimination saves it.
-            BlockMatrix A = random_matrix(n, pattern, rng);
+            BlockMatrix A = random_blocks(n, pattern, rng);
             const int contact = n / 2;
             for (auto& [at, value] : A.block) {
                 if (at.first == contact) value.row(1).setConstant(bad);
@@ -273,8 +273,8 @@ TEST_CASE("a permutation of the blocks permutes the solution")
 {
     std::mt19937 rng(5);
     const int n = 100;
-    const BlockMatrix A = random_matrix(n, random_graph(n, 300, rng), rng);
-    const Eigen::VectorXd b = random_vector(n, rng);
+    const BlockMatrix A = random_blocks(n, random_graph(n, 300, rng), rng);
+    const Eigen::VectorXd b = random_right_side(n, rng);
     std::vector<int> to(n);
     std::iota(to.begin(), to.end(), 0);
     std::shuffle(to.begin(), to.end(), rng);
@@ -300,7 +300,7 @@ TEST_CASE("a permutation of the blocks permutes the solution")
 TEST_CASE("add sums and a place is where add puts its block")
 {
     std::mt19937 rng(6);
-    const BlockMatrix A = random_matrix(147, grid(7, 3), rng);
+    const BlockMatrix A = random_blocks(147, grid(7, 3), rng);
     BlockLu lu;
     analyse(lu, A);
     lu.clear();
@@ -318,12 +318,12 @@ TEST_CASE("the cost grows with the work and is linear in copies")
     std::mt19937 rng(7);
     const auto cost = [&](int n, const Pattern& pattern) {
         BlockLu lu;
-        analyse(lu, random_matrix(n, pattern, rng));
+        analyse(lu, random_blocks(n, pattern, rng));
         return lu.cost();
     };
     CHECK(cost(40, {}) == doctest::Approx(10 * cost(4, {})));
-    CHECK(cost(60, full(60)) > 4 * cost(30, full(30)));
-    CHECK(cost(30, arrow(30)) < cost(30, full(30)));
+    CHECK(cost(60, full_pattern(60)) > 4 * cost(30, full_pattern(30)));
+    CHECK(cost(30, arrow(30)) < cost(30, full_pattern(30)));
 }
 
 TEST_CASE("what a matrix's inverse is between a few rows is found along their branches")
@@ -337,7 +337,7 @@ TEST_CASE("what a matrix's inverse is between a few rows is found along their br
             if (i >= side) pattern.emplace_back(i, i - side);
             if (i >= side && i % side > 0) pattern.emplace_back(i, i - side - 1);
         }
-        const BlockMatrix A = random_matrix(n, pattern, rng);
+        const BlockMatrix A = random_blocks(n, pattern, rng);
         BlockLu lu;
         analyse(lu, A);
         REQUIRE(factorise(lu, A));
@@ -345,7 +345,7 @@ TEST_CASE("what a matrix's inverse is between a few rows is found along their br
              {std::vector<int>{0}, {n - 1, 1}, {n / 2, n / 3, n - 2, 2}}) {
             const auto rows = 3 * static_cast<Eigen::Index>(blocks.size());
             const Eigen::MatrixXd C =
-                Eigen::MatrixXd::NullaryExpr(rows, 5, [&] { return random_vector(1, rng)[0]; });
+                Eigen::MatrixXd::NullaryExpr(rows, 5, [&] { return random_right_side(1, rng)[0]; });
             Eigen::MatrixXd whole = Eigen::MatrixXd::Zero(3 * n, 5);
             for (std::size_t b = 0; b < blocks.size(); ++b)
                 whole.middleRows<3>(3 * blocks[b]) =

@@ -16,7 +16,7 @@ SurfaceContacts nodal(const TouchingBody& slave, const TouchingBody& master, dou
                            {reach, true});
 }
 
-TouchingBody ball(ElementKind kind, std::int32_t cells, double radius)
+TouchingBody pressing_ball(ElementKind kind, std::int32_t cells, double radius)
 {
     SolidBallOptions options;
     options.radius = radius;
@@ -148,7 +148,7 @@ TEST_CASE("collocation on a curved master: gaps and normals are those of the sph
         double last = 0, last_tilt = 0;
         std::size_t count = 0;
         for (const std::int32_t cells : {12, 24}) {
-            const SurfaceContacts contacts = nodal(slave, ball(kind, cells, 1), 0.2);
+            const SurfaceContacts contacts = nodal(slave, pressing_ball(kind, cells, 1), 0.2);
             double worst = 0, tilt = 0;
             for (const SurfaceContact& c : contacts.contact) {
                 const double r = c.point.norm();

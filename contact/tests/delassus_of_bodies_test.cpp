@@ -15,7 +15,7 @@ namespace {
 
 /// Bodies one on the other, with `corners` contacts between neighbours and below the lowest: more
 /// rows than the six that a body can move by. Some are soft, with 40 numbers of motion.
-ContactProblem tower(int bodies, int corners, bool soft, unsigned seed = 1)
+ContactProblem tower_of_bodies(int bodies, int corners, bool soft, unsigned seed = 1)
 {
     std::mt19937 rng{seed};
     std::normal_distribution<double> normal;
@@ -137,7 +137,7 @@ ContactProblem summed_up(ContactProblem p)
 
 TEST_CASE("W of bodies is the sum of their G^T G in all that it is asked")
 {
-    const ContactProblem p = tower(5, 7, true);
+    const ContactProblem p = tower_of_bodies(5, 7, true);
     const DelassusOfBodies& bodies = p.W.of_bodies();
     Eigen::MatrixXd W = bodies.give.asDiagonal();
     for (const DelassusOfBodies::Part& part : bodies.parts) {
@@ -165,12 +165,12 @@ TEST_CASE("W of bodies is the sum of their G^T G in all that it is asked")
 
 TEST_CASE("what is wrong with a W of bodies is said")
 {
-    ContactProblem p = tower(2, 4, false);
+    ContactProblem p = tower_of_bodies(2, 4, false);
     DelassusOfBodies W = p.W.of_bodies();
     W.parts[0].G(2, 3) = std::nan("");
     p.W = W;
     CHECK(issues(p).size() == 1);
-    W = tower(2, 4, false).W.of_bodies();
+    W = tower_of_bodies(2, 4, false).W.of_bodies();
     W.parts[0].rows.erase(W.parts[0].rows.begin()); // a contact's normal alone is elsewhere
     W.parts[0].G = W.parts[0].G.rightCols(W.parts[0].G.cols() - 1).eval();
     p.W = W;
@@ -179,7 +179,7 @@ TEST_CASE("what is wrong with a W of bodies is said")
 
 TEST_CASE("a Newton step by bodies is that of W + D")
 {
-    const ContactProblem p = tower(6, 6, true), sum = summed_up(p);
+    const ContactProblem p = tower_of_bodies(6, 6, true), sum = summed_up(p);
     SolverOptions options;
     SolverWork by_bodies(p, options, Eigen::VectorXd::Zero(p.q.size()));
     SolverWork by_W(sum, options, Eigen::VectorXd::Zero(p.q.size()));
@@ -255,7 +255,7 @@ TEST_CASE("a few contacts solved apart end on their law while the others follow 
 TEST_CASE("what every solver finds of a W of bodies is a solution of the sum")
 {
     for (const bool soft : {false, true}) {
-        const ContactProblem p = tower(8, 5, soft), sum = summed_up(p);
+        const ContactProblem p = tower_of_bodies(8, 5, soft), sum = summed_up(p);
         for (const ContactSolver solver :
              {ContactSolver::automatic, ContactSolver::nsgs, ContactSolver::anderson,
               ContactSolver::uzawa, ContactSolver::newton, ContactSolver::path}) {
@@ -275,7 +275,7 @@ TEST_CASE("what every solver finds of a W of bodies is a solution of the sum")
 
 TEST_CASE("towers that do not touch are solved apart")
 {
-    ContactProblem p = tower(4, 5, true);
+    ContactProblem p = tower_of_bodies(4, 5, true);
     const ContactProblem alone = p;
     DelassusOfBodies W = p.W.of_bodies();
     const int rows = static_cast<int>(p.q.size());
@@ -302,7 +302,7 @@ TEST_CASE("towers that do not touch are solved apart")
 
 TEST_CASE("contacts of one colour share no body and each has one")
 {
-    const ContactProblem p = tower(30, 4, true);
+    const ContactProblem p = tower_of_bodies(30, 4, true);
     const Columns columns(p);
     const int contacts = contact_count(p);
     const Colours colours = colours_of(columns, contacts);
@@ -329,7 +329,7 @@ TEST_CASE("contacts of one colour share no body and each has one")
 
 TEST_CASE("sweeps of a large W of bodies have the same bits for any number of threads")
 {
-    const ContactProblem p = tower(800, 5, true);
+    const ContactProblem p = tower_of_bodies(800, 5, true);
     for (const ContactSolver solver : {ContactSolver::nsgs, ContactSolver::anderson}) {
         SolverOptions options;
         options.solver = solver;

@@ -9,7 +9,7 @@ using namespace amontons;
 namespace {
 
 /// Some entries, some of them without their mirror image, some zeros that are stored.
-Eigen::MatrixXd random_matrix(int rows, std::mt19937& rng)
+Eigen::MatrixXd random_positive(int rows, std::mt19937& rng)
 {
     std::normal_distribution<double> normal;
     Eigen::MatrixXd W = Eigen::MatrixXd::Zero(rows, rows);
@@ -31,7 +31,7 @@ TEST_CASE("a sparse W tells the same of itself as the dense one")
         for (int k = 0; k < 10; ++k) {
             CAPTURE(rows);
             CAPTURE(k);
-            const Eigen::MatrixXd W = random_matrix(rows, rng);
+            const Eigen::MatrixXd W = random_positive(rows, rng);
             Delassus::Sparse entries = W.sparseView();
             entries.coeffRef(rows - 1, 0) += 0; // stored, and often zero
             const Delassus dense{Eigen::MatrixXd(W)}, sparse{Delassus::Sparse(entries)};

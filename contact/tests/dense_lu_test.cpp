@@ -11,7 +11,7 @@ namespace {
 
 /// W + D: W of the given rank, D's 3 x 3 blocks of positive definite symmetric part with a skew
 /// one.
-Eigen::MatrixXd random_matrix(int rows, int rank, double stiff, std::mt19937& rng)
+Eigen::MatrixXd random_of_rank(int rows, int rank, double stiff, std::mt19937& rng)
 {
     std::normal_distribution<double> normal;
     const auto random = [&] { return normal(rng); };
@@ -51,7 +51,7 @@ TEST_CASE("a dense factor of any size solves to round-off one object after anoth
     // Around whole blocks of columns, whole vectors, and once smaller than before.
     for (const int rows : {1, 2, 3, 7, 8, 9, 23, 24, 25, 47, 48, 49, 100, 201, 30, 4}) {
         CAPTURE(rows);
-        CHECK(relative_residual(lu, random_matrix(rows, rows, 1, rng), rng) <= 1e-13);
+        CHECK(relative_residual(lu, random_of_rank(rows, rows, 1, rng), rng) <= 1e-13);
     }
 }
 
@@ -63,7 +63,7 @@ TEST_CASE("a dense factor bears a W of low rank beside stiff contacts")
         for (const int rank : {1, 10, 60}) {
             CAPTURE(stiff);
             CAPTURE(rank);
-            CHECK(relative_residual(lu, random_matrix(120, rank, stiff, rng), rng) <= 1e-9);
+            CHECK(relative_residual(lu, random_of_rank(120, rank, stiff, rng), rng) <= 1e-9);
         }
 }
 

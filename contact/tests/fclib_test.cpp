@@ -38,7 +38,7 @@ NamedArray& of(std::vector<NamedArray>& arrays, const std::string& name)
                          [&](const NamedArray& a) { return a.name == name; });
 }
 
-Eigen::MatrixXd full(const Delassus& W)
+Eigen::MatrixXd full_matrix(const Delassus& W)
 {
     return W.is_dense() ? W.dense() : Eigen::MatrixXd(W.sparse());
 }
@@ -79,7 +79,7 @@ TEST_CASE("columns and rows and triplets hold the same matrix")
     for (const int nz : {-1, -2, 6}) {
         const FclibProblem p = fclib_problem(small(nz), "a.hdf5");
         REQUIRE(p.local);
-        CHECK((full(p.local->W) - W).norm() == 0);
+        CHECK((full_matrix(p.local->W) - W).norm() == 0);
         CHECK(p.local->W.is_dense()); // 5 of 9
         CHECK(p.local->level == ContactLevel::velocity);
         CHECK_FALSE(p.says_level);
@@ -119,7 +119,7 @@ TEST_CASE("what is written is what is read")
         const FclibProblem q = again(p);
         REQUIRE(q.local);
         CHECK(q.local->W.is_sparse() == velocity);
-        CHECK((full(q.local->W) - full(p.local->W)).norm() == 0);
+        CHECK((full_matrix(q.local->W) - full_matrix(p.local->W)).norm() == 0);
         CHECK(q.local->q == p.local->q);
         CHECK(q.local->mu == p.local->mu);
         CHECK(q.local->level == p.local->level);
@@ -170,7 +170,7 @@ TEST_CASE("bilateral equations of a local problem are bilateral contacts at its 
     CHECK(u[0] == doctest::Approx(1 * 5 + 2 * 6 + 8 - 1));
     CHECK(u[3] == doctest::Approx(5 + 2 * 8 - 1));
     const FclibProblem q = again(p);
-    CHECK((full(q.local->W) - full(p.local->W)).norm() == 0);
+    CHECK((full_matrix(q.local->W) - full_matrix(p.local->W)).norm() == 0);
     CHECK(q.local->q == p.local->q);
 }
 

@@ -62,7 +62,7 @@ Eigen::MatrixXd reference(const GlobalProblem& p)
     return H.transpose() * Eigen::MatrixXd(p.M).ldlt().solve(H);
 }
 
-CondenseOptions with(Form form)
+CondenseOptions in_form(Form form)
 {
     CondenseOptions options;
     options.form = form;
@@ -81,7 +81,7 @@ TEST_CASE("condensing is H^T M^-1 H and H^T M^-1 f + w in every form")
             const Eigen::MatrixXd W = reference(p);
             const Eigen::VectorXd q =
                 Eigen::MatrixXd(p.H).transpose() * Eigen::MatrixXd(p.M).ldlt().solve(p.f) + p.w;
-            const CondensedProblem matrix(p, with(Form::matrix));
+            const CondensedProblem matrix(p, in_form(Form::matrix));
             const Delassus& made = matrix.contact().W;
             CHECK(made.is_dense() == (bodies < 3));
             CHECK(made.is_sparse() == (bodies > 3));
@@ -90,7 +90,7 @@ TEST_CASE("condensing is H^T M^-1 H and H^T M^-1 f + w in every form")
             CHECK((full - full.transpose()).norm() <= 1e-15 * W.norm());
             CHECK((matrix.contact().q - q).norm() <= 1e-12 * q.norm());
 
-            const CondensedProblem function(p, with(Form::matrix_free));
+            const CondensedProblem function(p, in_form(Form::matrix_free));
             REQUIRE(function.contact().W.is_matrix_free());
             for (int k = 0; k < 5; ++k) {
                 const Eigen::VectorXd r = Eigen::VectorXd::Random(W.cols());
@@ -140,7 +140,7 @@ TEST_CASE("the solution of the condensed problem solves the global one")
         SolverOptions options;
         options.tolerance = 1e-10;
         const ContactSolution s = solve(CondensedProblem(p).contact(), options);
-        const CondensedProblem condensed(p, with(form));
+        const CondensedProblem condensed(p, in_form(form));
         CHECK(certify(condensed.contact(), s.reaction, 1e-9).status == SolveStatus::converged);
         REQUIRE(s.certificate.status == SolveStatus::converged);
         const Eigen::VectorXd v = condensed.motion(s.reaction);
@@ -175,7 +175,7 @@ TEST_CASE("a stiff clamped chain is condensed as its closed form says")
     p.mu = Eigen::VectorXd::Zero(2);
     p.kind.assign(2, ContactKind::frictionless);
     for (const Form form : {Form::matrix, Form::matrix_free}) {
-        const CondensedProblem c(p, with(form));
+        const CondensedProblem c(p, in_form(form));
         const Eigen::VectorXd column = c.contact().W * Eigen::VectorXd::Unit(2, 0);
         CHECK(column[0] == doctest::Approx(n / k).epsilon(1e-11));
         CHECK(column[1] == doctest::Approx((n - 1) / k).epsilon(1e-11));

@@ -12,7 +12,7 @@ namespace {
 
 constexpr ElementKind kFlatKinds[] = {ElementKind::T4, ElementKind::H8};
 
-TouchingBody ball(ElementKind kind, std::int32_t cells)
+TouchingBody round_ball(ElementKind kind, std::int32_t cells)
 {
     SolidBallOptions options;
     options.radius = 1;
@@ -42,7 +42,7 @@ TEST_CASE("normals of a faceted ball are nearer to those of the sphere than the 
         CAPTURE(std::string(shape_of(kind).name));
         double last = 0;
         for (const std::int32_t cells : {16, 32, 64}) {
-            const TouchingBody body = ball(kind, cells);
+            const TouchingBody body = round_ball(kind, cells);
             const SmoothNormals normals(body.surface, body.mesh.nodes);
             double worst = 0, flat = 0;
             for (std::size_t f = 0; f < body.surface.faces.size(); ++f) {
@@ -101,7 +101,7 @@ TEST_CASE("what is sharp can be chosen and a corner's normal does not know how i
 
 TEST_CASE("faces T6 keep their own normals")
 {
-    const TouchingBody body = ball(ElementKind::T10, 8);
+    const TouchingBody body = round_ball(ElementKind::T10, 8);
     const SmoothNormals normals(body.surface, body.mesh.nodes);
     for (std::size_t f = 0; f < body.surface.faces.size(); ++f)
         CHECK(!normals.has(static_cast<std::int32_t>(f)));
@@ -135,7 +135,7 @@ TEST_CASE("the normal does not jump where a contact slides over facets")
 TEST_CASE("smooth normals of a ball over a plane: tilts are nearer to those of the sphere")
 {
     for (const ElementKind kind : kFlatKinds) {
-        const TouchingBody slave = ball(kind, 16);
+        const TouchingBody slave = round_ball(kind, 16);
         const TouchingBody master = box_body(kind, {-2, -2, -2}, {2, 2, -1}, {7, 6, 1});
         double tilt[2] = {0, 0};
         for (const bool smooth : {false, true}) {

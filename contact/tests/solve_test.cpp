@@ -11,7 +11,7 @@ using namespace amontons;
 
 namespace {
 
-SolverOptions with(ContactSolver solver, double tolerance = 1e-10)
+SolverOptions options_of(ContactSolver solver, double tolerance = 1e-10)
 {
     SolverOptions options;
     options.solver = solver;
@@ -24,8 +24,8 @@ std::vector<SolverOptions> all_solvers(double tolerance = 1e-10)
 {
     std::vector<SolverOptions> all;
     for (ContactSolver solver : kContactSolvers)
-        all.push_back(with(solver, tolerance));
-    all.push_back(with(ContactSolver::uzawa, tolerance));
+        all.push_back(options_of(solver, tolerance));
+    all.push_back(options_of(ContactSolver::uzawa, tolerance));
     all.back().uzawa.rho = SolverOptions::Uzawa::Rho::adaptive;
     return all;
 }
@@ -205,7 +205,7 @@ TEST_CASE("turning t1 and t2 at each contact turns the reactions")
     ContactProblem other = p;
     other.W = Eigen::MatrixXd(Q * p.W.dense() * Q.transpose());
     other.q = Q * p.q;
-    const SolverOptions options = with(ContactSolver::nsgs, 1e-12);
+    const SolverOptions options = options_of(ContactSolver::nsgs, 1e-12);
     const ContactSolution s = solve(p, options), t = solve(other, options);
     CHECK((Q * s.reaction - t.reaction).norm() <= 1e-8 * s.reaction.norm());
     CHECK(std::abs(s.certificate.iterations - t.certificate.iterations) <= 2);
@@ -287,8 +287,8 @@ TEST_CASE("dense and sparse and matrix-free W give the same answer")
         for (ContactSolver solver :
              {ContactSolver::automatic, ContactSolver::path, ContactSolver::uzawa}) {
             CAPTURE(name(solver));
-            const ContactSolution dense = solve(p, with(solver, 1e-9));
-            const ContactSolution function = solve(as_function(p), with(solver, 1e-9));
+            const ContactSolution dense = solve(p, options_of(solver, 1e-9));
+            const ContactSolution function = solve(as_function(p), options_of(solver, 1e-9));
             REQUIRE(function.certificate.status == SolveStatus::converged);
             CHECK((dense.u - function.u).norm() <= 1e-6 * p.q.norm());
         }
@@ -303,7 +303,7 @@ TEST_CASE("heavy on light: the path does not feel the ratio of masses")
         std::vector<double> mass(8, 1.0);
         mass.back() = ratio;
         ContactProblem p = test::tower(mass, 0.3, 0.5);
-        const ContactSolution s = solve(p, with(ContactSolver::path, 1e-10));
+        const ContactSolution s = solve(p, options_of(ContactSolver::path, 1e-10));
         CAPTURE(ratio);
         REQUIRE(s.certificate.status == SolveStatus::converged);
         steps = std::max(steps, s.certificate.iterations);
@@ -339,9 +339,9 @@ TEST_CASE("groups that W does not couple are solved apart")
     both.q(row_b) = b.q;
     both.W = W;
     for (const ContactProblem& p : {both, as_sparse(both)}) {
-        const ContactSolution whole = solve(p, with(ContactSolver::automatic));
+        const ContactSolution whole = solve(p, options_of(ContactSolver::automatic));
         REQUIRE(whole.certificate.status == SolveStatus::converged);
-        SolverOptions threads = with(ContactSolver::automatic);
+        SolverOptions threads = options_of(ContactSolver::automatic);
         threads.threads = 4;
         CHECK((solve(p, threads).reaction - whole.reaction).norm() == 0);
         CHECK(whole.reaction.segment<3>(15).norm() == 0);
@@ -422,7 +422,7 @@ TEST_CASE("limits end a solve with the best reaction so far")
 {
     std::mt19937 rng{8};
     const ContactProblem p = test::random_problem(rng, 12, 20, 0.4, 6);
-    SolverOptions options = with(ContactSolver::nsgs, 1e-14);
+    SolverOptions options = options_of(ContactSolver::nsgs, 1e-14);
     options.max_iterations = 3;
     const ContactSolution few = solve(p, options);
     CHECK(few.certificate.status == SolveStatus::stagnated);
@@ -443,7 +443,7 @@ TEST_CASE("a stop from outside ends every solver with the best reaction so far")
     const std::atomic<bool> stop = true;
     for (const ContactSolver solver : kContactSolvers) {
         CAPTURE(name(solver));
-        SolverOptions options = with(solver, 0);
+        SolverOptions options = options_of(solver, 0);
         options.stop = &stop;
         const ContactSolution s = solve(p, options);
         CHECK(s.certificate.status == SolveStatus::out_of_time);
@@ -499,7 +499,7 @@ TEST_CASE("a Newton step that takes longer than the time allowed is not begun")
     // 900 rows: a factor is reckoned at 13 ms, more than three times the limit.
     std::mt19937 rng{13};
     const ContactProblem p = test::random_problem(rng, 300, 900, 0.8, 2);
-    SolverOptions options = with(ContactSolver::path);
+    SolverOptions options = options_of(ContactSolver::path);
     options.max_seconds = 4e-3;
     const ContactSolution s = solve(p, options);
     CHECK(s.certificate.status == SolveStatus::out_of_time);
@@ -570,7 +570,7 @@ TEST_CASE("bad input is refused with all that is wrong")
     options.uzawa.factor = 0;
     CHECK(count(p, options) == 4);
     for (ContactSolver sweeps : {ContactSolver::nsgs, ContactSolver::anderson})
-        CHECK(count(as_function(p), with(sweeps)) == 1);
+        CHECK(count(as_function(p), options_of(sweeps)) == 1);
     CHECK(contact_solver("uzawa") == ContactSolver::uzawa);
     CHECK_THROWS_AS(contact_solver("uzava"), InputError);
 }

@@ -52,7 +52,7 @@ bool eliminate(double* A, double* b, int n, int stride)
 }
 
 /// W_ij
-template <class Real> Mat3 coupling(const ReducedOperator<Real>& op, int i, int j)
+template <class Real> Mat3 coupling_block(const ReducedOperator<Real>& op, int i, int j)
 {
     Mat3 W;
     for (int k = 0; k < 3; ++k)
@@ -120,7 +120,7 @@ template <class Real> bool ProxyLoop<Real>::solve_statuses()
         right_[at(i)] = -at_i.equation.dot(q_[at(at_i.contact)]);
         for (int j = 0; j < n; ++j)
             matrix_[at(i * kMostUnknowns + j)] = at_i.equation.dot(
-                coupling(*op_, at_i.contact, row_[at(j)].contact) * row_[at(j)].force);
+                coupling_block(*op_, at_i.contact, row_[at(j)].contact) * row_[at(j)].force);
     }
     if (!eliminate(matrix_.data(), right_.data(), n, kMostUnknowns)) return false;
     for (int k = 0; k < closed_count_; ++k) {

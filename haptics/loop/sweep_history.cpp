@@ -15,7 +15,7 @@ constexpr double kRegular = 1e-6;
 /// [-].
 constexpr double kMostShares = 100;
 
-template <class Real> constexpr int kPerLine = static_cast<int>(64 / sizeof(Real));
+template <class Real> constexpr int kNumbersPerLine = static_cast<int>(64 / sizeof(Real));
 
 /// Written by lanes: compilers may not reorder a sum.
 template <class Line> double dot(const std::vector<Line>& a, const std::vector<Line>& b, int lines)
@@ -23,7 +23,7 @@ template <class Line> double dot(const std::vector<Line>& a, const std::vector<L
     using Real = std::remove_cvref_t<decltype(a[0].number[0])>;
     Line sum{};
     for (std::size_t l = 0; l < static_cast<std::size_t>(lines); ++l)
-        for (int k = 0; k < kPerLine<Real>; ++k)
+        for (int k = 0; k < kNumbersPerLine<Real>; ++k)
             sum.number[k] += a[l].number[k] * b[l].number[k];
     double all = 0;
     for (const Real x : sum.number)
@@ -35,7 +35,8 @@ template <class Line> double dot(const std::vector<Line>& a, const std::vector<L
 
 template <class Real> SweepHistory<Real>::SweepHistory(int most_rows)
 {
-    const auto lines = static_cast<std::size_t>((most_rows + kPerLine<Real> - 1) / kPerLine<Real>);
+    const auto lines =
+        static_cast<std::size_t>((most_rows + kNumbersPerLine<Real> - 1) / kNumbersPerLine<Real>);
     for (Vector* v : {&residual_, &last_residual_, &last_u_})
         v->resize(lines);
     for (int k = 0; k < kDepth; ++k)
@@ -55,7 +56,7 @@ template <class Real> void SweepHistory<Real>::forget()
 template <class Real> void SweepHistory<Real>::before_sweep(const double* r, int rows)
 {
     rows_ = rows;
-    lines_ = (rows + kPerLine<Real> - 1) / kPerLine<Real>;
+    lines_ = (rows + kNumbersPerLine<Real> - 1) / kNumbersPerLine<Real>;
     std::copy_n(r, rows, before_.data());
 }
 
@@ -65,7 +66,7 @@ template <class Real> void SweepHistory<Real>::after_sweep(const double* r, cons
     Real* g = numbers(residual_);
     for (int i = 0; i < rows_; ++i)
         g[i] = static_cast<Real>(r[i] - before_[static_cast<std::size_t>(i)]);
-    std::fill(g + rows_, g + lines_ * kPerLine<Real>, Real{0});
+    std::fill(g + rows_, g + lines_ * kNumbersPerLine<Real>, Real{0});
     if (has_last_) {
         newest_ = (newest_ + 1) % kDepth;
         known_ = std::min(known_ + 1, kDepth);
@@ -75,7 +76,7 @@ template <class Real> void SweepHistory<Real>::after_sweep(const double* r, cons
         const Real *last_g = numbers(last_residual_), *last_u = numbers(last_u_);
         for (int i = 0; i < rows_; ++i)
             dr[i] = static_cast<Real>(r[i] - last_r_[static_cast<std::size_t>(i)]);
-        for (int i = 0; i < lines_ * kPerLine<Real>; ++i) {
+        for (int i = 0; i < lines_ * kNumbersPerLine<Real>; ++i) {
             dg[i] = g[i] - last_g[i];
             du[i] = u[i] - last_u[i];
         }
@@ -85,7 +86,7 @@ template <class Real> void SweepHistory<Real>::after_sweep(const double* r, cons
     }
     std::swap(residual_, last_residual_);
     std::copy_n(r, rows_, last_r_.data());
-    std::copy_n(u, lines_ * kPerLine<Real>, numbers(last_u_));
+    std::copy_n(u, lines_ * kNumbersPerLine<Real>, numbers(last_u_));
     has_last_ = true;
 }
 
@@ -106,7 +107,7 @@ template <class Real> void SweepHistory<Real>::extrapolate(double* r, Real* u)
         const auto b = static_cast<Real>(a);
         for (int i = 0; i < rows_; ++i)
             r[i] -= a * static_cast<double>(dr[i]);
-        for (int i = 0; i < lines_ * kPerLine<Real>; ++i)
+        for (int i = 0; i < lines_ * kNumbersPerLine<Real>; ++i)
             u[i] -= b * du[i];
     }
 }

@@ -10,8 +10,6 @@
 namespace amontons {
 namespace {
 
-using Label = VolumeBuilder::Label;
-
 char upper(char c)
 {
     return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
@@ -44,27 +42,27 @@ std::string_view next_field(std::string_view& line)
 }
 
 struct Range {
-    Label first = 0, last = 0, step = 1;
+    VolumeBuilder::Label first = 0, last = 0, step = 1;
 };
 
 /// Members as a file gives them, in the order of its lines.
 struct RawSet {
     std::string name; // as first spelled
-    std::vector<Label> labels;
+    std::vector<VolumeBuilder::Label> labels;
     std::vector<Range> ranges;
     std::size_t line = 0;
 };
 
 struct RawFace {
     std::string set; // of elements, "" if one element
-    Label element = 0;
+    VolumeBuilder::Label element = 0;
     std::string face; // S1, ...
     std::size_t line = 0;
 };
 
-class Reader {
+class AbaqusReader {
 public:
-    Reader(std::string_view text, FileIssues& issues, VolumeBuilder& builder)
+    AbaqusReader(std::string_view text, FileIssues& issues, VolumeBuilder& builder)
         : rest_(text)
         , issues_(issues)
         , builder_(builder)
@@ -300,7 +298,7 @@ private:
         }
     }
 
-    bool read_label(std::string_view field, Label& value, const char* what)
+    bool read_label(std::string_view field, VolumeBuilder::Label& value, const char* what)
     {
         const auto [stop, error] =
             std::from_chars(field.data(), field.data() + field.size(), value);
@@ -311,7 +309,7 @@ private:
 
     void read_node(std::string_view line)
     {
-        Label label = 0;
+        VolumeBuilder::Label label = 0;
         if (!read_label(next_field(line), label, "the number of a node")) return;
         Vec3 x = Vec3::Zero();
         for (int k = 0; k < 3 && !line.empty(); ++k) {
@@ -344,7 +342,7 @@ private:
         while (!line.empty()) {
             const std::string_view field = next_field(line);
             if (field.empty() && line.empty()) break;
-            Label value = 0;
+            VolumeBuilder::Label value = 0;
             if (!read_label(field, value, "the number of an element or a node")) {
                 record_.clear();
                 return;
@@ -355,8 +353,8 @@ private:
         if (goes_on && (type_.nodes == 0 || record_.size() < type_.nodes + 1)) return;
         if (record_.size() < 2 || (type_.nodes > 0 && record_.size() != type_.nodes + 1))
             refuse_record();
-        const Label label = record_[0];
-        const auto nodes = std::span<const Label>(record_).subspan(1);
+        const VolumeBuilder::Label label = record_[0];
+        const auto nodes = std::span<const VolumeBuilder::Label>(record_).subspan(1);
         if (type_.use == AbaqusType::Use::solid)
             builder_.add_element(type_.kind, label, nodes);
         else if (type_.use == AbaqusType::Use::facet)
@@ -398,14 +396,14 @@ private:
             const std::string_view field = next_field(line);
             if (field.empty()) continue;
             if (std::isdigit(static_cast<unsigned char>(field[0])) || field[0] == '-') {
-                Label label = 0;
+                VolumeBuilder::Label label = 0;
                 if (read_label(field, label, "a number or the name of a set"))
                     set.labels.push_back(label);
                 continue;
             }
             const RawSet* const other = find(sets, field);
             const std::string_view tail = field.substr(field.rfind('.') + 1);
-            Label label = 0;
+            VolumeBuilder::Label label = 0;
             if (const auto [stop, error] =
                     std::from_chars(tail.data(), tail.data() + tail.size(), label);
                 !other && error == std::errc{} && stop == tail.data() + tail.size() &&
@@ -455,9 +453,10 @@ private:
     // ---- the end
 
     /// All labels of a set; those of a range that no thing has are left out.
-    std::vector<Label> members(const RawSet& set, const LabelMap& map, std::size_t things)
+    std::vector<VolumeBuilder::Label> members(const RawSet& set, const LabelMap& map,
+                                              std::size_t things)
     {
-        std::vector<Label> all = set.labels;
+        std::vector<VolumeBuilder::Label> all = set.labels;
         std::size_t missing = 0;
         for (const Range& r : set.ranges) {
             const auto count =
@@ -470,7 +469,7 @@ private:
                             "no more than there are nodes or elements");
                 continue;
             }
-            Label label = r.first;
+            VolumeBuilder::Label label = r.first;
             for (std::uint64_t k = 0; k < count; ++k, label += k < count ? r.step : 0) {
                 if (map.find(label) >= 0)
                     all.push_back(label);
@@ -490,12 +489,12 @@ private:
         const LabelMap nodes(node_labels_), elements(element_labels_);
         for (const auto& [key, set] : node_sets_) {
             const std::size_t to = builder_.node_set(set.name);
-            for (const Label label : members(set, nodes, node_labels_.size()))
+            for (const VolumeBuilder::Label label : members(set, nodes, node_labels_.size()))
                 builder_.add_to_node_set(to, label);
         }
         for (const auto& [key, set] : element_sets_) {
             const std::size_t to = builder_.group(set.name, 3);
-            for (const Label label : members(set, elements, element_labels_.size()))
+            for (const VolumeBuilder::Label label : members(set, elements, element_labels_.size()))
                 builder_.add_label_to_group(to, label);
         }
         std::size_t added = 0;
@@ -508,18 +507,20 @@ private:
                                 "a set of elements");
                     continue;
                 }
-                const std::vector<Label> of = set ? members(*set, elements, element_labels_.size())
-                                                  : std::vector<Label>{raw.element};
+                const std::vector<VolumeBuilder::Label> of =
+                    set ? members(*set, elements, element_labels_.size())
+                        : std::vector<VolumeBuilder::Label>{raw.element};
                 if ((added += of.size()) > kMostMembers)
                     issues_.fatal(line_place(raw.line), "surfaces that grow without bound",
                                   "fewer faces");
-                for (const Label label : of)
+                for (const VolumeBuilder::Label label : of)
                     add_face(to, label, raw, elements);
             }
         }
     }
 
-    void add_face(std::size_t set, Label label, const RawFace& raw, const LabelMap& elements)
+    void add_face(std::size_t set, VolumeBuilder::Label label, const RawFace& raw,
+                  const LabelMap& elements)
     {
         const std::int32_t e = elements.find(label);
         if (e < 0) {
@@ -550,9 +551,9 @@ private:
     Section section_ = Section::skipped;
     AbaqusType type_;
     std::string type_name_;
-    std::vector<Label> record_; // of an element that goes on in the next line
+    std::vector<VolumeBuilder::Label> record_; // of an element that goes on in the next line
     std::size_t record_line_ = 0;
-    std::vector<Label> node_labels_, element_labels_;
+    std::vector<VolumeBuilder::Label> node_labels_, element_labels_;
     std::vector<AbaqusType> element_types_;
     std::map<std::string, RawSet> node_sets_, element_sets_; // by upper case name
     RawSet* current_node_set_ = nullptr;
@@ -571,7 +572,7 @@ VolumeFile parse_abaqus(std::string_view text, const std::string& file, double s
     FileIssues issues(file);
     VolumeBuilder builder(issues, scale);
     builder.set_element_words("elements C3D4, C3D10 or C3D8");
-    if (Reader(without_byte_order_mark(text), issues, builder).read()) builder.note_cut(file);
+    if (AbaqusReader(without_byte_order_mark(text), issues, builder).read()) builder.note_cut(file);
     return builder.finish();
 }
 

@@ -15,18 +15,18 @@ namespace {
 using Cells = std::vector<std::string_view>;
 
 /// Where in a row the numbers stand; -1 if nowhere.
-struct Columns {
+struct ColumnNumbers {
     std::array<int, 3> x = {0, 1, 2};
     int value = -1;        ///< the radius or size
     std::size_t count = 0; ///< cells in a row
 };
 
 /// What the number beside a place may be called, the likeliest first.
-using Names = std::vector<std::string_view>;
-const Names kRadius = {"radius", "r", "maximuminscribedsphereradius"};
-const Names kSize = {"size", "radius", "r", "maximuminscribedsphereradius"};
+using ColumnNames = std::vector<std::string_view>;
+const ColumnNames kRadius = {"radius", "r", "maximuminscribedsphereradius"};
+const ColumnNames kSize = {"size", "radius", "r", "maximuminscribedsphereradius"};
 
-std::string_view trimmed(std::string_view text)
+std::string_view unquoted(std::string_view text)
 {
     constexpr std::string_view kBlanks = " \t\r\v\f\"'"; // ParaView puts names into quotes
     const std::size_t begin = text.find_first_not_of(kBlanks);
@@ -47,12 +47,12 @@ Cells split(std::string_view line, char separator)
     if (separator == ' ') {
         WordReader words(line);
         for (std::string_view word = words.next(); !word.empty(); word = words.next())
-            cells.push_back(trimmed(word));
+            cells.push_back(unquoted(word));
         return cells;
     }
     for (;;) {
         const std::size_t end = line.find(separator);
-        cells.push_back(trimmed(line.substr(0, end)));
+        cells.push_back(unquoted(line.substr(0, end)));
         if (end == std::string_view::npos) break;
         line.remove_prefix(end + 1);
     }
@@ -70,13 +70,13 @@ bool is_header(const Cells& cells)
 /// "X [mm]" -> "x"
 std::string plain_name(std::string_view cell)
 {
-    return lower_case(trimmed(cell.substr(0, cell.find_first_of("[("))));
+    return lower_case(unquoted(cell.substr(0, cell.find_first_of("[("))));
 }
 
-Columns columns_of_header(const Cells& cells, const Names& names, std::size_t line,
-                          FileIssues& issues)
+ColumnNumbers columns_of_header(const Cells& cells, const ColumnNames& names, std::size_t line,
+                                FileIssues& issues)
 {
-    Columns columns;
+    ColumnNumbers columns;
     columns.x = {-1, -1, -1};
     columns.count = cells.size();
     std::ptrdiff_t rank = std::ssize(names);
@@ -104,22 +104,22 @@ Columns columns_of_header(const Cells& cells, const Names& names, std::size_t li
     return columns;
 }
 
-Columns columns_of_numbers(const Cells& cells, const Names& names, std::size_t line,
-                           FileIssues& issues)
+ColumnNumbers columns_of_numbers(const Cells& cells, const ColumnNames& names, std::size_t line,
+                                 FileIssues& issues)
 {
     if (cells.size() != 3 && cells.size() != 4)
         issues.fatal(line_place(line), std::to_string(cells.size()) + " numbers",
                      names == kSize
                          ? "x, y, z, size; or a header that names the columns"
                          : "x, y, z and, if known, the radius; or a header that names the columns");
-    Columns columns;
+    ColumnNumbers columns;
     columns.count = cells.size();
     columns.value = cells.size() == 4 ? 3 : -1;
     return columns;
 }
 
 template <class Add>
-void add_row(const Cells& cells, const Columns& columns, const std::string& place, Add& add,
+void add_row(const Cells& cells, const ColumnNumbers& columns, const std::string& place, Add& add,
              FileIssues& issues)
 {
     if (cells.size() != columns.count) {
@@ -147,14 +147,14 @@ void add_row(const Cells& cells, const Columns& columns, const std::string& plac
 
 /// Calls add(place in space, value if there is a column of it, place in the file) for each row.
 template <class Add>
-void read_rows(std::string_view text, const Names& names, FileIssues& issues, Add add)
+void read_rows(std::string_view text, const ColumnNames& names, FileIssues& issues, Add add)
 {
     WordReader lines(without_byte_order_mark(text));
-    std::optional<Columns> columns;
+    std::optional<ColumnNumbers> columns;
     char separator = ' ';
     while (!lines.at_end()) {
         const std::size_t number = lines.line();
-        const std::string_view line = trimmed(lines.rest_of_line());
+        const std::string_view line = unquoted(lines.rest_of_line());
         if (line.empty() || line[0] == '#' || line[0] == '%') continue;
         if (!columns) {
             separator = separator_of(line);

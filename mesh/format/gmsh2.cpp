@@ -10,9 +10,9 @@ namespace {
 
 constexpr std::int64_t kMostTags = 1000;
 
-class Reader {
+class Gmsh2Reader {
 public:
-    Reader(GmshInput& in, VolumeBuilder& builder)
+    Gmsh2Reader(GmshInput& in, VolumeBuilder& builder)
         : in_(in)
         , builder_(builder)
         , cells_(builder, names_)
@@ -144,7 +144,7 @@ private:
 
 void read_gmsh_2(GmshInput& in, VolumeBuilder& builder)
 {
-    Reader(in, builder).read();
+    Gmsh2Reader(in, builder).read();
 }
 
 } // namespace amontons

@@ -16,9 +16,9 @@
 namespace amontons {
 namespace {
 
-class Reader {
+class Gmsh4Reader {
 public:
-    Reader(GmshInput& in, VolumeBuilder& builder)
+    Gmsh4Reader(GmshInput& in, VolumeBuilder& builder)
         : in_(in)
         , builder_(builder)
         , cells_(builder, names_)
@@ -178,7 +178,7 @@ private:
 
 void read_gmsh_4(GmshInput& in, VolumeBuilder& builder)
 {
-    Reader(in, builder).read();
+    Gmsh4Reader(in, builder).read();
 }
 
 } // namespace amontons

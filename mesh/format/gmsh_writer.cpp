@@ -112,31 +112,31 @@ Groups write_names(Output& out, const VolumeMesh& mesh)
 }
 
 /// A cell to write: its type, and its nodes in Gmsh's order.
-struct Cell {
+struct GmshCell {
     int type = 0;
     std::size_t count = 0;
     std::array<std::int32_t, kMostElementNodes> nodes{};
 };
 
-Cell cell_of(const ElementView& element)
+GmshCell gmsh_cell(const ElementView& element)
 {
-    Cell cell{gmsh_type(element.kind), element.nodes.size(), {}};
+    GmshCell cell{gmsh_type(element.kind), element.nodes.size(), {}};
     std::copy(element.nodes.begin(), element.nodes.end(), cell.nodes.begin());
     swap_gmsh_order(std::span(cell.nodes).first(cell.count));
     return cell;
 }
 
-Cell cell_of(const VolumeMesh& mesh, const FaceRef& face)
+GmshCell gmsh_cell(const VolumeMesh& mesh, const FaceRef& face)
 {
     const FaceNodes on = face_nodes(mesh, face);
-    Cell cell{gmsh_face_type(element_of(mesh, face.element).kind),
-              static_cast<std::size_t>(on.count),
-              {}};
+    GmshCell cell{gmsh_face_type(element_of(mesh, face.element).kind),
+                  static_cast<std::size_t>(on.count),
+                  {}};
     std::copy(on.nodes().begin(), on.nodes().end(), cell.nodes.begin());
     return cell;
 }
 
-Cell cell_of(std::int32_t node)
+GmshCell gmsh_cell(std::int32_t node)
 {
     return {kGmshPoint, 1, {node}};
 }
@@ -173,7 +173,7 @@ void write_2(Output& out, const VolumeMesh& mesh)
     out.line("$Elements");
     out.line(std::to_string(count));
     std::int64_t label = 0;
-    const auto write = [&](const Cell& cell, std::size_t group) {
+    const auto write = [&](const GmshCell& cell, std::size_t group) {
         ++label;
         if (out.binary()) { // a block of one
             out.integer(cell.type);
@@ -192,7 +192,7 @@ void write_2(Output& out, const VolumeMesh& mesh)
         out.end();
     };
     for_each_element(mesh, [&](std::int32_t e, ElementKind kind, auto nodes) {
-        const Cell cell = cell_of({kind, nodes});
+        const GmshCell cell = gmsh_cell({kind, nodes});
         const std::int32_t c = combination[static_cast<std::size_t>(e)];
         if (c < 0) write(cell, 0);
         if (c >= 0)
@@ -201,10 +201,10 @@ void write_2(Output& out, const VolumeMesh& mesh)
     });
     for (std::size_t s = 0; s < mesh.face_sets.size(); ++s)
         for (const FaceRef& face : mesh.face_sets[s].members)
-            write(cell_of(mesh, face), first.faces + s);
+            write(gmsh_cell(mesh, face), first.faces + s);
     for (std::size_t s = 0; s < mesh.node_sets.size(); ++s)
         for (const std::int32_t node : mesh.node_sets[s].members)
-            write(cell_of(node), first.nodes + s);
+            write(gmsh_cell(node), first.nodes + s);
     out.end_section("Elements");
 }
 
@@ -255,12 +255,12 @@ public:
     {
         for (std::size_t c = 0; c < nodes_.sets.size(); ++c)
             for (const std::int32_t node : nodes_.members[c])
-                visit(entities[c], cell_of(node));
+                visit(entities[c], gmsh_cell(node));
         for (std::size_t c = 0; c < faces_.sets.size(); ++c)
             for (const FaceRef& face : faces_.members[c])
-                visit(entities[first_face_ + c], cell_of(mesh_, face));
+                visit(entities[first_face_ + c], gmsh_cell(mesh_, face));
         for_each_element(mesh_, [&](std::int32_t e, ElementKind kind, auto of) {
-            visit(entities[entity_of_[static_cast<std::size_t>(e)] - 1], cell_of({kind, of}));
+            visit(entities[entity_of_[static_cast<std::size_t>(e)] - 1], gmsh_cell({kind, of}));
         });
     }
 
@@ -342,13 +342,13 @@ void write_elements(Output& out, const Model& model)
     std::int64_t cells = 0;
     const Entity* entity = nullptr;
     int type = 0;
-    const auto begins_block = [&](const Entity& e, const Cell& cell) {
+    const auto begins_block = [&](const Entity& e, const GmshCell& cell) {
         const bool begins = &e != entity || cell.type != type;
         entity = &e;
         type = cell.type;
         return begins;
     };
-    model.for_each_cell([&](const Entity& e, const Cell& cell) {
+    model.for_each_cell([&](const Entity& e, const GmshCell& cell) {
         if (begins_block(e, cell)) blocks.push_back(0);
         ++blocks.back();
         ++cells;
@@ -361,7 +361,7 @@ void write_elements(Output& out, const Model& model)
     entity = nullptr;
     auto block = blocks.begin();
     std::int64_t label = 0;
-    model.for_each_cell([&](const Entity& e, const Cell& cell) {
+    model.for_each_cell([&](const Entity& e, const GmshCell& cell) {
         if (begins_block(e, cell)) {
             for (const std::int64_t value :
                  {std::int64_t{e.dimension}, e.tag, std::int64_t{cell.type}})

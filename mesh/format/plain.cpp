@@ -7,8 +7,6 @@
 namespace amontons {
 namespace {
 
-using Label = VolumeBuilder::Label;
-
 /// Calls visit(line number, words) for each line with content; commas are blanks.
 template <class Visit> void for_each_line(std::string_view text, Visit visit)
 {
@@ -74,13 +72,14 @@ public:
 
     void build(const std::vector<Vec3>& nodes, VolumeBuilder& builder)
     {
-        const Label first = first_label(static_cast<Label>(nodes.size()));
+        const VolumeBuilder::Label first =
+            first_label(static_cast<VolumeBuilder::Label>(nodes.size()));
         builder.set_first_label(first);
         builder.reserve_nodes(nodes.size());
         for (std::size_t i = 0; i < nodes.size(); ++i)
-            builder.add_node(first + static_cast<Label>(i), nodes[i]);
+            builder.add_node(first + static_cast<VolumeBuilder::Label>(i), nodes[i]);
         std::size_t start = 0;
-        Label label = first;
+        VolumeBuilder::Label label = first;
         for (const std::size_t end : ends_) {
             const auto count = end - start;
             const auto of = std::span(nodes_).subspan(start, count);
@@ -103,7 +102,8 @@ public:
                 else if (i % 2 == 1) // a face out of range is none of the element
                     builder.add_to_face_set(
                         to, set.members[i - 1],
-                        static_cast<std::int32_t>(std::clamp<Label>(set.members[i], -1, 99)));
+                        static_cast<std::int32_t>(
+                            std::clamp<VolumeBuilder::Label>(set.members[i], -1, 99)));
         }
     }
 
@@ -111,14 +111,14 @@ private:
     struct Set {
         char kind; // n, e, f
         std::string name;
-        std::vector<Label> members;
+        std::vector<VolumeBuilder::Label> members;
     };
 
     void read_keyword(std::size_t line, NumberScanner& words)
     {
         const std::string_view word = words.word();
         if (word == "index_from") {
-            Label value = -1;
+            VolumeBuilder::Label value = -1;
             if (!words.integer(value) || (value != 0 && value != 1))
                 issues_.add(line_place(line), "index_from " + quoted_text(words.refused()),
                             "0 or 1");
@@ -145,11 +145,11 @@ private:
 
     void read_numbers(std::size_t line, NumberScanner& words)
     {
-        std::vector<Label>& to = sets_.empty() ? nodes_ : sets_.back().members;
+        std::vector<VolumeBuilder::Label>& to = sets_.empty() ? nodes_ : sets_.back().members;
         const std::size_t before = to.size(); // a line is taken whole or not at all
         std::size_t count = 0;
         for (; !words.at_end(); ++count) {
-            Label value = 0;
+            VolumeBuilder::Label value = 0;
             if (!words.integer(value)) {
                 to.resize(before);
                 issues_.add(line_place(line), quoted_text(words.refused()), "a whole number");
@@ -172,7 +172,7 @@ private:
         }
     }
 
-    Label first_label(Label count)
+    VolumeBuilder::Label first_label(VolumeBuilder::Label count)
     {
         if (first_ >= 0 || nodes_.empty()) return first_ < 0 ? 0 : first_;
         const auto [low, high] = std::minmax_element(nodes_.begin(), nodes_.end());
@@ -186,10 +186,10 @@ private:
     }
 
     FileIssues& issues_;
-    std::vector<Label> nodes_; // of all elements
+    std::vector<VolumeBuilder::Label> nodes_; // of all elements
     std::vector<std::size_t> ends_;
     std::vector<Set> sets_;
-    Label first_ = -1;
+    VolumeBuilder::Label first_ = -1;
     bool gmsh_order_ = false;
 };
 

@@ -16,7 +16,7 @@ struct TypeName {
     const char* name;
     Type type;
 };
-constexpr TypeName kTypes[] = {
+constexpr TypeName kPlyTypes[] = {
     {"char", Type::int8},      {"uchar", Type::uint8},    {"short", Type::int16},
     {"ushort", Type::uint16},  {"int", Type::int32},      {"uint", Type::uint32},
     {"float", Type::float32},  {"double", Type::float64}, {"int8", Type::int8},
@@ -66,7 +66,7 @@ struct Header {
 Type parse_type(std::string_view word, std::size_t line, FileIssues& issues)
 {
     std::string names;
-    for (const TypeName& t : kTypes) {
+    for (const TypeName& t : kPlyTypes) {
         if (word == t.name) return t.type;
         names.append(names.empty() ? "" : " ").append(t.name);
     }

@@ -11,59 +11,60 @@
 namespace amontons {
 namespace {
 
-using Corners = std::vector<std::int32_t>;
+using CornerList = std::vector<std::int32_t>;
 constexpr std::size_t kMostCorners = 1024; // bounds the time, at worst O(corners^3)
 
-const Vec3& at(const SurfaceMesh& mesh, std::int32_t corner)
+const Vec3& corner_at(const SurfaceMesh& mesh, std::int32_t corner)
 {
     return mesh.points[static_cast<std::size_t>(corner)];
 }
 
 /// Area vector of a polygon, twice. Taken about its first corner, so that a polygon far from the
 /// origin loses no digits.
-Vec3 newell_normal(const SurfaceMesh& mesh, const Corners& polygon)
+Vec3 newell_normal(const SurfaceMesh& mesh, const CornerList& polygon)
 {
     Vec3 sum = Vec3::Zero();
-    const Vec3& o = at(mesh, polygon[0]);
+    const Vec3& o = corner_at(mesh, polygon[0]);
     for (std::size_t i = 1; i + 1 < polygon.size(); ++i)
-        sum += (at(mesh, polygon[i]) - o).cross(at(mesh, polygon[i + 1]) - o);
+        sum += (corner_at(mesh, polygon[i]) - o).cross(corner_at(mesh, polygon[i + 1]) - o);
     return sum;
 }
 
-double turn(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& normal)
+double turn_of(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& normal)
 {
     return (b - a).cross(c - a).dot(normal);
 }
 
-bool is_ear(const SurfaceMesh& mesh, const Corners& polygon, std::size_t i, const Vec3& normal)
+bool is_ear(const SurfaceMesh& mesh, const CornerList& polygon, std::size_t i, const Vec3& normal)
 {
     const std::size_t n = polygon.size();
     const std::size_t before = (i + n - 1) % n, after = (i + 1) % n;
-    const Vec3 &a = at(mesh, polygon[before]), &b = at(mesh, polygon[i]),
-               &c = at(mesh, polygon[after]);
-    if (!(turn(a, b, c, normal) > 0)) return false;
+    const Vec3 &a = corner_at(mesh, polygon[before]), &b = corner_at(mesh, polygon[i]),
+               &c = corner_at(mesh, polygon[after]);
+    if (!(turn_of(a, b, c, normal) > 0)) return false;
     for (std::size_t j = 0; j < n; ++j) {
         if (j == before || j == i || j == after) continue;
-        const Vec3& p = at(mesh, polygon[j]);
+        const Vec3& p = corner_at(mesh, polygon[j]);
         if (p == a || p == b || p == c) continue; // a polygon that touches itself at a corner
-        if (turn(a, b, p, normal) >= 0 && turn(b, c, p, normal) >= 0 && turn(c, a, p, normal) >= 0)
+        if (turn_of(a, b, p, normal) >= 0 && turn_of(b, c, p, normal) >= 0 &&
+            turn_of(c, a, p, normal) >= 0)
             return false;
     }
     return true;
 }
 
-void append_quadrilateral(SurfaceMesh& mesh, const Corners& q)
+void append_quadrilateral(SurfaceMesh& mesh, const CornerList& q)
 {
     const Vec3 normal = newell_normal(mesh, q);
     const auto smaller_turn = [&](int i, int j, int k, int l) { // of the two triangles
         const auto x = [&](int c) -> const Vec3& {
-            return at(mesh, q[static_cast<std::size_t>(c)]);
+            return corner_at(mesh, q[static_cast<std::size_t>(c)]);
         };
-        return std::min(turn(x(i), x(j), x(k), normal), turn(x(i), x(k), x(l), normal));
+        return std::min(turn_of(x(i), x(j), x(k), normal), turn_of(x(i), x(k), x(l), normal));
     };
     const bool fits_02 = smaller_turn(0, 1, 2, 3) > 0, fits_13 = smaller_turn(1, 2, 3, 0) > 0;
-    const double diagonal_02 = (at(mesh, q[0]) - at(mesh, q[2])).squaredNorm();
-    const double diagonal_13 = (at(mesh, q[1]) - at(mesh, q[3])).squaredNorm();
+    const double diagonal_02 = (corner_at(mesh, q[0]) - corner_at(mesh, q[2])).squaredNorm();
+    const double diagonal_13 = (corner_at(mesh, q[1]) - corner_at(mesh, q[3])).squaredNorm();
     if (fits_02 == fits_13 ? diagonal_02 <= diagonal_13 : fits_02) {
         mesh.triangles.push_back({q[0], q[1], q[2]});
         mesh.triangles.push_back({q[0], q[2], q[3]});
@@ -73,7 +74,7 @@ void append_quadrilateral(SurfaceMesh& mesh, const Corners& q)
     }
 }
 
-void append_polygon(SurfaceMesh& mesh, Corners polygon)
+void append_polygon(SurfaceMesh& mesh, CornerList polygon)
 {
     if (polygon.size() == 4) return append_quadrilateral(mesh, polygon);
     const Vec3 normal = polygon.size() > 3 ? newell_normal(mesh, polygon) : Vec3::Zero();
@@ -102,7 +103,7 @@ void append_faces(SurfaceMesh& mesh, const PolygonList& faces, const FaceWords& 
 {
     const auto vertices = static_cast<std::int64_t>(mesh.points.size());
     mesh.triangles.reserve(mesh.triangles.size() + faces.ends.size());
-    Corners polygon;
+    CornerList polygon;
     std::size_t begin = 0;
     for (std::size_t f = 0; f < faces.ends.size(); ++f) {
         const std::size_t end = faces.ends[f];

@@ -16,7 +16,7 @@ struct CellType {
     const char* name = "";
 };
 
-constexpr CellType kTypes[] = {
+constexpr CellType kVtuTypes[] = {
     {1, 0, 1, 0, -1, "vertex"},
     {2, 0, 0, 0, -1, "poly vertex"},
     {3, 1, 2, 0, -1, "line"},
@@ -44,7 +44,7 @@ constexpr CellType kTypes[] = {
 
 const CellType* cell_type(std::int64_t number)
 {
-    for (const CellType& t : kTypes)
+    for (const CellType& t : kVtuTypes)
         if (t.number == number) return &t;
     return nullptr;
 }
@@ -52,9 +52,9 @@ const CellType* cell_type(std::int64_t number)
 constexpr const char* kRegionArrays[] = {"gmsh:physical", "medit:ref", "ElementBlockIds",
                                          "MaterialIDs", "CellEntityIds"};
 
-class Reader {
+class VtuReader {
 public:
-    Reader(const VtkXmlFile& file, FileIssues& issues, VolumeBuilder& builder)
+    VtuReader(const VtkXmlFile& file, FileIssues& issues, VolumeBuilder& builder)
         : file_(file)
         , issues_(issues)
         , builder_(builder)
@@ -246,7 +246,7 @@ VolumeFile parse_vtu(std::string_view bytes, const std::string& file, double sca
     builder.set_first_label(0);
     builder.set_element_words("cells of type tetra (10, 24) or hexahedron (12)");
     const VtkXmlFile xml = parse_vtk_xml(bytes, "UnstructuredGrid", issues);
-    Reader(xml, issues, builder).read();
+    VtuReader(xml, issues, builder).read();
     return builder.finish();
 }
 

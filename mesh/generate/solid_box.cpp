@@ -10,7 +10,7 @@
 namespace amontons {
 namespace {
 
-std::vector<Issue> issues_of(const SolidBoxOptions& o)
+std::vector<Issue> box_issues(const SolidBoxOptions& o)
 {
     std::vector<Issue> issues;
     double count = 1;
@@ -51,7 +51,7 @@ std::vector<double> graded(double low, double high, std::int32_t n, double gradi
 
 VolumeMesh make_solid_box(const SolidBoxOptions& o)
 {
-    if (std::vector<Issue> issues = issues_of(o); !issues.empty())
+    if (std::vector<Issue> issues = box_issues(o); !issues.empty())
         throw InputError(std::move(issues));
     std::array<std::vector<double>, 3> at;
     for (std::size_t i = 0; i < 3; ++i) {

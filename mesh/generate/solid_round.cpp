@@ -24,7 +24,7 @@
 namespace amontons {
 namespace {
 
-constexpr double kCube = 0.4, kRound = 0.55, kBlend = 0.5; // h, s, b above
+constexpr double kCubeShare = 0.4, kRound = 0.55, kBlend = 0.5; // h, s, b above
 
 struct Counts {
     std::int32_t core = 1, layers = 1;
@@ -50,7 +50,7 @@ Vec3 direction(const Vec3& c)
 Vec3 round_point(const Vec3& c, double shell)
 {
     const Vec3 d = direction(c);
-    const Vec3 core = (1 - kBlend) * kCube * c + kBlend * kRound * c.cwiseAbs().maxCoeff() * d;
+    const Vec3 core = (1 - kBlend) * kCubeShare * c + kBlend * kRound * c.cwiseAbs().maxCoeff() * d;
     return shell <= 0 ? core : Vec3{(1 - shell) * core + shell * d};
 }
 

@@ -29,7 +29,7 @@ void check_bends(const SolidTubeOptions& o, std::vector<Issue>& issues)
     }
 }
 
-std::vector<Issue> issues_of(const SolidTubeOptions& o)
+std::vector<Issue> tube_issues(const SolidTubeOptions& o)
 {
     std::vector<Issue> issues;
     const auto count = [&](std::int32_t value, std::int32_t least, const char* name) {
@@ -120,7 +120,7 @@ Vec3 tube_point(const SolidTubeOptions& o, const std::vector<TubeSection>& secti
 
 VolumeMesh make_solid_tube(const SolidTubeOptions& o)
 {
-    std::vector<Issue> issues = issues_of(o);
+    std::vector<Issue> issues = tube_issues(o);
     if (!issues.empty()) throw InputError(std::move(issues));
     check_bends(o, issues);
     if (!issues.empty()) throw InputError(std::move(issues));

@@ -1,5 +1,7 @@
 #include "mesh/generate/surface_nets.hpp"
 
+#include "mesh/base/index.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -10,9 +12,9 @@ namespace amontons {
 
 namespace {
 
-constexpr int kBlock = 4; // cells along an edge of a block that is skipped or searched whole
-constexpr int kNodes = kBlock + 1;
-constexpr int kSweeps = 2;      // of relaxation; more gain little
+constexpr int kNetBlock = 4; // cells along an edge of a block that is skipped or searched whole
+constexpr int kNetNodes = kNetBlock + 1;
+constexpr int kNetSweeps = 2;   // of relaxation; more gain little
 constexpr double kMargin = 1.1; // functions that change a little faster than distance
 constexpr double kRelax = 0.6;
 
@@ -29,14 +31,9 @@ std::uint64_t cell_key(std::int64_t x, std::int64_t y, std::int64_t z)
            static_cast<std::uint64_t>(y + shift) << 21 | static_cast<std::uint64_t>(z + shift);
 }
 
-std::size_t at(std::int32_t i)
-{
-    return static_cast<std::size_t>(i);
-}
-
 int node_index(int i, int j, int k)
 {
-    return kNodes * (kNodes * i + j) + k;
+    return kNetNodes * (kNetNodes * i + j) + k;
 }
 
 } // namespace
@@ -52,27 +49,28 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
     std::int32_t blocks[3];
     for (int a = 0; a < 3; ++a)
         blocks[a] =
-            static_cast<std::int32_t>(std::ceil((high[a] - origin[a]) / (kBlock * edge) + 0.2));
-    std::vector<double> f(kNodes * kNodes * kNodes);
-    const double reach = kMargin * 0.5 * std::sqrt(3.0) * kBlock * edge;
+            static_cast<std::int32_t>(std::ceil((high[a] - origin[a]) / (kNetBlock * edge) + 0.2));
+    std::vector<double> f(kNetNodes * kNetNodes * kNetNodes);
+    const double reach = kMargin * 0.5 * std::sqrt(3.0) * kNetBlock * edge;
     for (std::int32_t bx = 0; bx < blocks[0]; ++bx)
         for (std::int32_t by = 0; by < blocks[1]; ++by)
             for (std::int32_t bz = 0; bz < blocks[2]; ++bz) {
-                const Vec3 corner = origin + kBlock * edge * Vec3{1.0 * bx, 1.0 * by, 1.0 * bz};
-                const double middle = surface.value(corner + Vec3::Constant(0.5 * kBlock * edge));
+                const Vec3 corner = origin + kNetBlock * edge * Vec3{1.0 * bx, 1.0 * by, 1.0 * bz};
+                const double middle =
+                    surface.value(corner + Vec3::Constant(0.5 * kNetBlock * edge));
                 if (std::abs(middle) > reach) continue;
-                for (int i = 0; i < kNodes; ++i)
-                    for (int j = 0; j < kNodes; ++j)
-                        for (int k = 0; k < kNodes; ++k)
+                for (int i = 0; i < kNetNodes; ++i)
+                    for (int j = 0; j < kNetNodes; ++j)
+                        for (int k = 0; k < kNetNodes; ++k)
                             f[at(node_index(i, j, k))] =
                                 surface.value(corner + edge * Vec3{1.0 * i, 1.0 * j, 1.0 * k});
-                constexpr int stride[3] = {kNodes * kNodes, kNodes, 1};
-                for (int i = 0; i < kBlock; ++i)
-                    for (int j = 0; j < kBlock; ++j)
-                        for (int k = 0; k < kBlock; ++k) {
+                constexpr int stride[3] = {kNetNodes * kNetNodes, kNetNodes, 1};
+                for (int i = 0; i < kNetBlock; ++i)
+                    for (int j = 0; j < kNetBlock; ++j)
+                        for (int k = 0; k < kNetBlock; ++k) {
                             const int node = node_index(i, j, k);
-                            const std::int32_t x = kBlock * bx + i, y = kBlock * by + j,
-                                               z = kBlock * bz + k;
+                            const std::int32_t x = kNetBlock * bx + i, y = kNetBlock * by + j,
+                                               z = kNetBlock * bz + k;
                             // Crossings of the 12 edges of this cell; the three at its first
                             // node are recorded, each edge is so by one cell.
                             Vec3 sum = Vec3::Zero();
@@ -130,7 +128,7 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
             mesh.triangles.push_back({quad[1], quad[2], quad[3]});
         }
     }
-    relax_on_surface(mesh, surface, std::vector<char>(mesh.points.size(), 0), kSweeps);
+    relax_on_surface(mesh, surface, std::vector<char>(mesh.points.size(), 0), kNetSweeps);
     return mesh;
 }
 

@@ -1,5 +1,7 @@
 #include "mesh/generate/trim_openings.hpp"
 
+#include "mesh/base/index.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -10,12 +12,7 @@ namespace {
 
 constexpr double kSnap = 0.35;  // of an edge: nearer vertices are moved onto the plane
 constexpr double kAround = 1.5; // of the radius: farther from the axis is another vessel
-constexpr int kSweeps = 2;      // of relaxation after the cut
-
-std::size_t at(std::int32_t i)
-{
-    return static_cast<std::size_t>(i);
-}
+constexpr int kTrimSweeps = 2;  // of relaxation after the cut
 
 // A point of the opening's plane, put on its circle.
 Vec3 on_circle(const Opening& o, const Vec3& x)
@@ -120,7 +117,7 @@ SurfaceMesh trim_openings(const SurfaceMesh& mesh, const ImplicitSurface& surfac
         }
     }
     used.triangles = std::move(result.triangles);
-    relax_on_surface(used, surface, fixed, kSweeps);
+    relax_on_surface(used, surface, fixed, kTrimSweeps);
     return used;
 }
 

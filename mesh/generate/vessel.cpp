@@ -13,14 +13,14 @@ namespace amontons {
 
 namespace {
 
-constexpr double kExtension = 8;                  // radii that a tube goes on beyond its opening
+constexpr double kTubeExtension = 8;              // radii that a tube goes on beyond its opening
 constexpr double kMostTaper = 1.0 / 16;           // slope that goes on there; a steeper one stops
-constexpr double kGrid = 0.2;                     // spacing of the field over the smallest radius
+constexpr double kFieldSpacing = 0.2;             // spacing of the field over the smallest radius
 constexpr double kGridOfBlend = 0.4;              // and over the blend radius
 constexpr double kEdge = 0.3, kEdgeOfBlend = 0.6; // the same for triangles
 constexpr double kShallowest = 0.35;              // angle between a branch and its parent [rad]
 
-std::vector<Issue> issues_of(const VesselOptions& o)
+std::vector<Issue> vessel_issues(const VesselOptions& o)
 {
     std::vector<Issue> issues;
     const auto positive = [&](const std::string& place, double value) {
@@ -230,7 +230,7 @@ std::vector<VesselBranch> default_branches()
 
 WallModel make_vessel(const VesselOptions& o)
 {
-    if (std::vector<Issue> issues = issues_of(o); !issues.empty())
+    if (std::vector<Issue> issues = vessel_issues(o); !issues.empty())
         throw InputError(std::move(issues));
 
     Centreline line = aorta(o, o.descending_diameter[0] / 2);
@@ -254,7 +254,7 @@ WallModel make_vessel(const VesselOptions& o)
 
     std::vector<double> extension;
     for (const Opening& opening : openings)
-        extension.push_back(kExtension * opening.radius);
+        extension.push_back(kTubeExtension * opening.radius);
     check_clear(o, vessel_shape(o, roots, extension), openings, extension);
 
     // Triangles: only a little of what lies beyond the openings, to be cut off.
@@ -269,7 +269,7 @@ WallModel make_vessel(const VesselOptions& o)
     SurfaceMesh seeds = triangles_of(stubs, openings, reach, fine);
     SurfaceMesh mesh = o.resolution > 0 ? triangles_of(stubs, openings, reach, edge) : seeds;
 
-    const double spacing = std::min(kGrid * smallest, kGridOfBlend * o.blend);
+    const double spacing = std::min(kFieldSpacing * smallest, kGridOfBlend * o.blend);
     auto source = std::make_unique<VesselDistance>(vessel_shape(o, roots, extension), seeds);
     double deviation = 0; // of the triangles' middles; their corners are on the wall
     for (const auto& t : mesh.triangles) {

@@ -11,11 +11,11 @@ namespace amontons {
 
 namespace {
 
-constexpr int kMostProjections = 8, kMostNewton = 12;
-constexpr double kOnSurface = 1e-7; // of the radius of curvature
-constexpr double kConverged = 1e-3; // of the lengths at hand: a step of Newton's squares it
-constexpr double kSlack = 0.01;     // of the distance, of a nearest triangle to begin with
-constexpr double kBand = 12;        // grid spacings; a spline's reach twice, no contact is farther
+constexpr int kMostProjections = 8, kMostFootSteps = 12;
+constexpr double kOnSurface = 1e-7;     // of the radius of curvature
+constexpr double kFootConverged = 1e-3; // of the lengths at hand: a step of Newton's squares it
+constexpr double kSlack = 0.01;         // of the distance, of a nearest triangle to begin with
+constexpr double kSampledBand = 12; // grid spacings; a spline's reach twice, no contact is farther
 constexpr double kSteepest = 1.05;  // no tube's distance changes faster than this (slopes)
 
 } // namespace
@@ -112,7 +112,7 @@ double VesselDistance::near_junction_(const Vec3& x, double sign, std::int32_t& 
     ImplicitSample s = shape_.sample(p);
     double mu = (x - p).dot(s.gradient) / s.gradient.squaredNorm();
     const double longest = std::max(shape_.blend_width(), 0.0);
-    for (int k = 0; k < kMostNewton; ++k) {
+    for (int k = 0; k < kMostFootSteps; ++k) {
         Eigen::Matrix4d a;
         a.topLeftCorner<3, 3>() = Mat3::Identity() + mu * s.hessian;
         a.topRightCorner<3, 1>() = s.gradient;
@@ -125,7 +125,7 @@ double VesselDistance::near_junction_(const Vec3& x, double sign, std::int32_t& 
         if (!(length <= longest)) break; // also when it is not a number
         p -= step.head<3>();
         mu -= step[3];
-        if (length <= kConverged * (length + seed_distance + longest)) {
+        if (length <= kFootConverged * (length + seed_distance + longest)) {
             const double found = (x - p).norm();
             // Beyond a centre of curvature it may have found a farthest point.
             if (found <= seed_distance + longest / 4) return sign * found;
@@ -203,7 +203,8 @@ void VesselDistance::sample_cube(const Vec3& corner, double h, int n, double* ou
         for (int j = 0; j < n; ++j)
             for (int l = 0; l < n; ++l) {
                 const Vec3 x = corner + h * Vec3{1.0 * i, 1.0 * j, 1.0 * l};
-                *out++ = alone ? tubes[best].distance(x, hint) : distance_(x, kBand * h, near);
+                *out++ =
+                    alone ? tubes[best].distance(x, hint) : distance_(x, kSampledBand * h, near);
             }
 }
 

@@ -11,18 +11,18 @@ using namespace amontons;
 
 namespace {
 
-std::string seed(const char* name)
+std::string abaqus_seed(const char* name)
 {
     return read_file(
         (std::filesystem::path(AMONTONS_SOURCE_DIR) / "mesh/fuzz/seeds/abaqus" / name).string());
 }
 
-std::string refused(const std::string& text)
+std::string abaqus_refusal(const std::string& text)
 {
     return refusal([&] { parse_abaqus(text, "f"); });
 }
 
-const std::string kNodes = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n5,1,1,1\n";
+const std::string kAbaqusNodes = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n5,1,1,1\n";
 const std::string kElements = "*ELEMENT,TYPE=C3D4\n1,1,2,3,4\n";
 
 } // namespace
@@ -55,7 +55,7 @@ TEST_CASE("inp: names that are alike but for their case stay apart")
 
 TEST_CASE("inp: a file as CalculiX users write it")
 {
-    const VolumeFile file = parse_abaqus(seed("ccx.inp"), "f");
+    const VolumeFile file = parse_abaqus(abaqus_seed("ccx.inp"), "f");
     const VolumeMesh& mesh = file.mesh;
     CHECK(mesh.nodes.size() == 9);
     CHECK(mesh.nodes[8] == Vec3(0.5, 0.5, 2));
@@ -86,7 +86,7 @@ TEST_CASE("inp: a file as CalculiX users write it")
 
 TEST_CASE("inp: a part in an assembly and ten nodes and a surface by its internal set")
 {
-    const VolumeFile file = parse_abaqus(seed("part.inp"), "f");
+    const VolumeFile file = parse_abaqus(abaqus_seed("part.inp"), "f");
     CHECK(file.mesh.nodes.size() == 10);
     CHECK(file.mesh.blocks[0].kind == ElementKind::T10);
     CHECK(find_set(file.mesh.face_sets, "Surf-1")->members == std::vector<FaceRef>{{0, 0}});
@@ -100,7 +100,7 @@ TEST_CASE("inp: a part in an assembly and ten nodes and a surface by its interna
 TEST_CASE("inp: members named with their instance as sets of an assembly may be")
 {
     const VolumeMesh mesh =
-        parse_abaqus("*PART,NAME=P\n" + kNodes + kElements +
+        parse_abaqus("*PART,NAME=P\n" + kAbaqusNodes + kElements +
                          "*END PART\n*ASSEMBLY,NAME=A\n*INSTANCE,NAME=P-1.b,"
                          "PART=P\n*END INSTANCE\n*NSET,NSET=some\nP-1.b.2, "
                          "P-1.b.4, 1\n*ELSET,ELSET=one\nP-1.b.1\n*END ASSEMBLY\n",
@@ -135,56 +135,60 @@ TEST_CASE("inp: each face S1 and S2 and so on has the nodes of the manual's tabl
 
 TEST_CASE("a damaged inp says where and what")
 {
-    CHECK(refused("") == "f: found no solid element (0 nodes, 0 faces), allowed: elements C3D4, "
-                         "C3D10 or C3D8");
-    CHECK(refused(kNodes + "*ELEMENT,TYPE=C3D20R\n1,1,2,3,4\n") ==
+    CHECK(abaqus_refusal("") ==
+          "f: found no solid element (0 nodes, 0 faces), allowed: elements C3D4, "
+          "C3D10 or C3D8");
+    CHECK(abaqus_refusal(kAbaqusNodes + "*ELEMENT,TYPE=C3D20R\n1,1,2,3,4\n") ==
           "f: line 7: found elements of type \"C3D20R\", allowed: C3D4, C3D10, C3D8 and their "
           "variants");
-    CHECK(refused(kNodes + "*ELEMENT,TYPE=C3D6\n1,1,2,3,4,5,5\n").find("C3D6") !=
+    CHECK(abaqus_refusal(kAbaqusNodes + "*ELEMENT,TYPE=C3D6\n1,1,2,3,4,5,5\n").find("C3D6") !=
           std::string::npos);
-    CHECK(refused(kNodes + "*ELEMENT,TYPE=C3D4\n7,1,2,3\n") ==
+    CHECK(abaqus_refusal(kAbaqusNodes + "*ELEMENT,TYPE=C3D4\n7,1,2,3\n") ==
           "f: line 8: found an element of type C3D4 with 3 nodes, allowed: 4 nodes");
-    CHECK(refused(kNodes + "*ELEMENT,TYPE=C3D4\n7,1,2,3,4,5\n").find("5 nodes") !=
+    CHECK(abaqus_refusal(kAbaqusNodes + "*ELEMENT,TYPE=C3D4\n7,1,2,3,4,5\n").find("5 nodes") !=
           std::string::npos);
-    CHECK(refused(kNodes + "*ELEMENT,TYPE=C3D4\n7,1,2,3,\n*NSET,NSET=a\n1\n").find("line 8") !=
-          std::string::npos);
-    CHECK(refused(kNodes + "*ELEMENT,TYPE=C3D4\n7,1,2,3,6\n") ==
+    CHECK(abaqus_refusal(kAbaqusNodes + "*ELEMENT,TYPE=C3D4\n7,1,2,3,\n*NSET,NSET=a\n1\n")
+              .find("line 8") != std::string::npos);
+    CHECK(abaqus_refusal(kAbaqusNodes + "*ELEMENT,TYPE=C3D4\n7,1,2,3,6\n") ==
           "f: element 7: found node 6, allowed: a node of the file");
     CHECK(
-        refused(kNodes + kElements + "*INCLUDE,INPUT=more.inp\n") ==
+        abaqus_refusal(kAbaqusNodes + kElements + "*INCLUDE,INPUT=more.inp\n") ==
         "f: line 9: found *INCLUDE from the file \"more.inp\", allowed: a file that is whole: put "
         "the content of the other in its place");
-    CHECK(refused("*NODE,INPUT=nodes.txt\n" + kElements) ==
+    CHECK(abaqus_refusal("*NODE,INPUT=nodes.txt\n" + kElements) ==
           "f: line 1: found *NODE from the file \"nodes.txt\", allowed: a file that is whole: put "
           "the "
           "content of the other in its place");
-    CHECK(refused(kNodes + kElements + "*NSET,NSET=a,INPUT=a.txt\n").find("line 9: found *NSET") !=
+    CHECK(abaqus_refusal(kAbaqusNodes + kElements + "*NSET,NSET=a,INPUT=a.txt\n")
+              .find("line 9: found *NSET") != std::string::npos);
+    CHECK(abaqus_refusal(kAbaqusNodes + "*NGEN\n1,5\n" + kElements).find("*NGEN") !=
           std::string::npos);
-    CHECK(refused(kNodes + "*NGEN\n1,5\n" + kElements).find("*NGEN") != std::string::npos);
-    CHECK(refused("*NODE,SYSTEM=C\n" + kNodes + kElements).find("SYSTEM=C") != std::string::npos);
-    CHECK(refused(kNodes + "6,0,x,0\n" + kElements) ==
+    CHECK(abaqus_refusal("*NODE,SYSTEM=C\n" + kAbaqusNodes + kElements).find("SYSTEM=C") !=
+          std::string::npos);
+    CHECK(abaqus_refusal(kAbaqusNodes + "6,0,x,0\n" + kElements) ==
           "f: line 7: found \"x\", allowed: a coordinate");
-    CHECK(refused(kNodes + "6,0,nan,0\n" + kElements).find("finite") != std::string::npos);
-    CHECK(refused(kNodes + kElements + "*NSET,NSET=a\n1,b\n") ==
+    CHECK(abaqus_refusal(kAbaqusNodes + "6,0,nan,0\n" + kElements).find("finite") !=
+          std::string::npos);
+    CHECK(abaqus_refusal(kAbaqusNodes + kElements + "*NSET,NSET=a\n1,b\n") ==
           "f: line 10: found set \"b\", allowed: a set that was defined before");
-    CHECK(refused(kNodes + kElements + "*NSET,NSET=a\n99\n") ==
+    CHECK(abaqus_refusal(kAbaqusNodes + kElements + "*NSET,NSET=a\n99\n") ==
           "f: node set \"a\": found node 99, allowed: a node of the file");
-    CHECK(refused(kNodes + kElements + "*ELSET,ELSET=a\n99\n") ==
+    CHECK(abaqus_refusal(kAbaqusNodes + kElements + "*ELSET,ELSET=a\n99\n") ==
           "f: element set \"a\": found element 99, allowed: an element of the file");
-    CHECK(refused(kNodes + kElements + "*SURFACE,NAME=a\n1,S5\n") ==
+    CHECK(abaqus_refusal(kAbaqusNodes + kElements + "*SURFACE,NAME=a\n1,S5\n") ==
           "f: line 10: found face \"S5\" of element 1, allowed: S1 to S4 of a tetrahedron, S1 to "
           "S6 of a hexahedron");
-    CHECK(refused(kNodes + kElements + "*NSET,NSET=a,GENERATE\n1,2000000000000\n")
+    CHECK(abaqus_refusal(kAbaqusNodes + kElements + "*NSET,NSET=a,GENERATE\n1,2000000000000\n")
               .find("a range of 2000000000000 numbers") != std::string::npos);
-    CHECK(refused(kNodes + kElements + "*NSET,NSET=a,GENERATE\n5,1\n").find("does not go up") !=
-          std::string::npos);
-    CHECK(refused("*PART,NAME=a\n*END PART\n*PART,NAME=b\n" + kNodes + kElements)
+    CHECK(abaqus_refusal(kAbaqusNodes + kElements + "*NSET,NSET=a,GENERATE\n5,1\n")
+              .find("does not go up") != std::string::npos);
+    CHECK(abaqus_refusal("*PART,NAME=a\n*END PART\n*PART,NAME=b\n" + kAbaqusNodes + kElements)
               .find("*PART, allowed: one part") != std::string::npos);
 }
 
 TEST_CASE("inp cut off at any byte is refused or is the mesh so far with its last line noted")
 {
-    const std::string text = seed("ccx.inp");
+    const std::string text = abaqus_seed("ccx.inp");
     const VolumeMesh whole = parse_abaqus(text, "f").mesh;
     for (std::size_t n = 0; n < text.size(); ++n) {
         try {

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-Issue refused(const std::string& path)
+Issue refused_file(const std::string& path)
 {
     try {
         read_file(path);
@@ -67,17 +67,17 @@ TEST_CASE("a file that cannot be read says why")
 {
     const TemporaryFolder folder;
     write_file(folder / "vessel.stl", "x");
-    const Issue missing = refused(folder / "vesel.stl");
+    const Issue missing = refused_file(folder / "vesel.stl");
     CHECK(missing.file == folder / "vesel.stl");
     CHECK(missing.found == "no such file");
     CHECK(missing.allowed.find("\"vessel.stl\"") != std::string::npos);
-    CHECK(refused(folder / "nowhere/a").found == "no such file");
-    CHECK(refused(folder.path().string()).found == "a folder");
-    CHECK(refused("/dev/null").found == "a device");
-    CHECK(refused(folder / "vessel.stl/a").found == "Not a directory");
+    CHECK(refused_file(folder / "nowhere/a").found == "no such file");
+    CHECK(refused_file(folder.path().string()).found == "a folder");
+    CHECK(refused_file("/dev/null").found == "a device");
+    CHECK(refused_file(folder / "vessel.stl/a").found == "Not a directory");
     if (::geteuid() != 0) { // root may read everything
         ::chmod((folder / "vessel.stl").c_str(), 0);
-        CHECK(refused(folder / "vessel.stl").found == "Permission denied");
+        CHECK(refused_file(folder / "vessel.stl").found == "Permission denied");
     }
 }
 

@@ -32,7 +32,7 @@ std::string refused_ply(const std::string& bytes)
     return refusal([&] { parse_ply(bytes, "f"); });
 }
 
-void check_same(const SurfaceMesh& a, const SurfaceMesh& b)
+void check_same_surface(const SurfaceMesh& a, const SurfaceMesh& b)
 {
     CHECK(a.points == b.points);
     CHECK(a.triangles == b.triangles);
@@ -60,20 +60,20 @@ constexpr const char* kPlyVertices = "0 0 0\n1 0 0\n0 1 0\n";
 TEST_CASE("a cube is the same mesh in every format")
 {
     const SurfaceMesh cube = unit_cube();
-    check_same(parse_stl(stl_bytes(cube), "f"), cube);
-    check_same(parse_stl(stl_text(cube), "f"), cube);
-    check_same(parse_obj(obj_text(cube), "f"), cube);
+    check_same_surface(parse_stl(stl_bytes(cube), "f"), cube);
+    check_same_surface(parse_stl(stl_text(cube), "f"), cube);
+    check_same_surface(parse_obj(obj_text(cube), "f"), cube);
     for (const auto e : {PlyEncoding::ascii, PlyEncoding::little_endian, PlyEncoding::big_endian})
-        check_same(parse_ply(ply_bytes(cube, e), "f"), cube);
+        check_same_surface(parse_ply(ply_bytes(cube, e), "f"), cube);
 }
 
 TEST_CASE("what is written reads back bit by bit")
 {
     const SurfaceMesh mesh = random_surface();
-    check_same(parse_stl(stl_text(mesh), "f"), mesh);
-    check_same(parse_obj(obj_text(mesh), "f"), mesh);
+    check_same_surface(parse_stl(stl_text(mesh), "f"), mesh);
+    check_same_surface(parse_obj(obj_text(mesh), "f"), mesh);
     for (const auto e : {PlyEncoding::ascii, PlyEncoding::little_endian, PlyEncoding::big_endian})
-        check_same(parse_ply(ply_bytes(mesh, e), "f"), mesh);
+        check_same_surface(parse_ply(ply_bytes(mesh, e), "f"), mesh);
     const SurfaceMesh rounded = parse_stl(stl_bytes(mesh), "f"); // floats
     REQUIRE(rounded.points.size() == mesh.points.size());
     for (std::size_t i = 0; i < mesh.points.size(); ++i)
@@ -83,10 +83,10 @@ TEST_CASE("what is written reads back bit by bit")
 TEST_CASE("a scale multiplies every coordinate")
 {
     const SurfaceMesh cube = unit_cube(), small = moved(cube, 1e-3, Vec3::Zero());
-    check_same(parse_stl(stl_bytes(cube), "f", 1e-3), small);
-    check_same(parse_stl(stl_text(cube), "f", 1e-3), small);
-    check_same(parse_obj(obj_text(cube), "f", 1e-3), small);
-    check_same(parse_ply(ply_bytes(cube), "f", 1e-3), small);
+    check_same_surface(parse_stl(stl_bytes(cube), "f", 1e-3), small);
+    check_same_surface(parse_stl(stl_text(cube), "f", 1e-3), small);
+    check_same_surface(parse_obj(obj_text(cube), "f", 1e-3), small);
+    check_same_surface(parse_ply(ply_bytes(cube), "f", 1e-3), small);
     CHECK(refusal([&] { parse_obj("v 1e300 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3", "f", 1e10); }) ==
           "f: line 1: found coordinates 1e+300 0 0 times 1e+10, allowed: finite numbers");
 }
@@ -95,8 +95,8 @@ TEST_CASE("binary and ASCII STL are told apart by size and not by their first wo
 {
     std::string bytes = stl_bytes(unit_cube());
     bytes.replace(0, 5, "solid");
-    check_same(parse_stl(bytes, "f"), unit_cube());
-    check_same(parse_stl("\xef\xbb\xbf" + stl_text(unit_cube()), "f"), unit_cube());
+    check_same_surface(parse_stl(bytes, "f"), unit_cube());
+    check_same_surface(parse_stl("\xef\xbb\xbf" + stl_text(unit_cube()), "f"), unit_cube());
 }
 
 TEST_CASE("ASCII STL: several solids with any case and line ends and normals of any kind")
@@ -119,7 +119,7 @@ TEST_CASE("a damaged STL says where and what")
     CHECK(refused_stl(cube + "x").find("684 bytes") != std::string::npos);
     std::string named_solid = cube; // binary all the same, as some programs write it
     named_solid.replace(0, 8, "solid x ");
-    check_same(parse_stl(named_solid, "f"), unit_cube());
+    check_same_surface(parse_stl(named_solid, "f"), unit_cube());
     CHECK(refused_stl(named_solid.substr(0, 300)).find("12 triangles in the header") !=
           std::string::npos);
     CHECK(refused_stl("abc").find("found 3 bytes") != std::string::npos);
@@ -301,7 +301,7 @@ TEST_CASE("PLY: other elements and properties are passed over")
         for (const std::uint32_t corner : {0U, 1U, 2U, 3U})
             append_bytes(b, corner, big);
         append_bytes(b, std::uint8_t{0}, big);
-        check_same(parse_ply(b, "f"), ascii);
+        check_same_surface(parse_ply(b, "f"), ascii);
     }
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 constexpr GmshOptions kEncodings[] = {{false, false}, {false, true}, {true, false}, {true, true}};
 
-std::string refused(const std::string& bytes)
+std::string gmsh_refusal(const std::string& bytes)
 {
     return refusal([&] { parse_gmsh(bytes, "f"); });
 }
@@ -149,7 +149,7 @@ TEST_CASE("msh cut off at any byte is refused or whole")
         const std::string bytes = gmsh_bytes(mesh, options);
         std::size_t accepted = 0;
         for (std::size_t n = 0; n < bytes.size(); ++n)
-            if (refused(bytes.substr(0, n)).empty()) {
+            if (gmsh_refusal(bytes.substr(0, n)).empty()) {
                 ++accepted;
                 check_same(parse_gmsh(bytes.substr(0, n), "f").mesh, parse_gmsh(bytes, "f").mesh);
             }
@@ -160,9 +160,9 @@ TEST_CASE("msh cut off at any byte is refused or whole")
 TEST_CASE("a damaged msh says where and what")
 {
     const auto with = [&](const char* what, const char* by) {
-        return refused(replaced(kText2, what, by));
+        return gmsh_refusal(replaced(kText2, what, by));
     };
-    CHECK(refused("") == "f: line 1: found \"\", allowed: $MeshFormat");
+    CHECK(gmsh_refusal("") == "f: line 1: found \"\", allowed: $MeshFormat");
     CHECK(with("2.2 0", "4 0") == "f: line 2: found version 4, allowed: version 2.2 or 4.1 (gmsh "
                                   "-save -format msh41 FILE converts)");
     CHECK(with("2.2 0", "2.2 3").find("file type 3") != std::string::npos);
@@ -182,12 +182,11 @@ TEST_CASE("a damaged msh says where and what")
           "(types 4, 11), hexahedra of 8 (type 5)");
     CHECK(with("7 4 2", "7 99 2").find("an element of type 99") != std::string::npos);
     CHECK(with("\"bottom\"", "bottom").find("a name in quotes") != std::string::npos);
-    CHECK(refused("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + kNodes2 +
-                  "$Elements\n1\n1 2 2 1 1 10 20 30\n$EndElements\n")
+    CHECK(gmsh_refusal("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + kNodes2 +
+                       "$Elements\n1\n1 2 2 1 1 10 20 30\n$EndElements\n")
               .find("no solid element (5 nodes, 1 faces)") != std::string::npos);
-    CHECK(
-        refused("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + kNodes2).find("no section $Elements") !=
-        std::string::npos);
+    CHECK(gmsh_refusal("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + kNodes2)
+              .find("no section $Elements") != std::string::npos);
 }
 
 TEST_CASE("msh: faces of no element and other sections are passed over with a note")

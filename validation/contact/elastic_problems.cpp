@@ -9,7 +9,6 @@
 namespace amontons {
 namespace {
 
-using Place = ProblemBuilder::Place;
 using Mat12 = Eigen::Matrix<double, 12, 12>;
 
 constexpr double kPi = 3.14159265358979323846;

@@ -9,8 +9,6 @@
 namespace amontons {
 namespace {
 
-using Place = ProblemBuilder::Place;
-
 /// Mass and inertia of a new body, its momentum before the step and its weight.
 int add_body(ProblemBuilder& p, double mass, const Mat3& inertia, const Vec3& velocity)
 {
@@ -158,7 +156,7 @@ GlobalProblem spheres(const Spheres& s)
     }
     for (std::size_t a = 0; a < all.size(); ++a) {
         const double r = all[a].radius;
-        const auto touch = [&](const Vec3& n, double gap, const Place& other) {
+        const auto touch = [&](const Vec3& n, double gap, const ProblemBuilder::Place& other) {
             if (gap < kNear * r)
                 p.add_contact({body[a], -r * n}, other, n, std::max(gap, 0.0) / kProblemStep, s.mu);
         };

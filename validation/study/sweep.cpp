@@ -1,6 +1,7 @@
 #include "validation/study/sweep.hpp"
 
 #include "mesh/base/error.hpp"
+#include "mesh/base/limits.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -14,7 +15,6 @@ namespace amontons::study {
 namespace {
 
 constexpr std::size_t kMostPoints = 100000;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 [[noreturn]] void refuse(const std::string& text, const std::string& found,
                          const std::string& allowed)
@@ -49,7 +49,7 @@ std::vector<std::string> split(const std::string& text, const std::string& whole
 }
 
 /// The numbers of a value: one, or those of a list; empty if it is something else.
-std::vector<double> numbers_of(const std::string& value)
+std::vector<double> numbers_in(const std::string& value)
 {
     const nlohmann::json v = nlohmann::json::parse(value, nullptr, false);
     std::vector<double> out;
@@ -122,10 +122,10 @@ std::vector<std::string> overrides(const std::vector<Sweep>& sweeps, const Point
 
 double size_of(const Sweep& sweep, const std::string& value)
 {
-    const std::vector<double> mine = numbers_of(value);
+    const std::vector<double> mine = numbers_in(value);
     std::vector<bool> varies(mine.size(), sweep.values.size() == 1);
     for (const std::string& v : sweep.values) {
-        const std::vector<double> other = numbers_of(v);
+        const std::vector<double> other = numbers_in(v);
         if (other.size() != mine.size()) return kNaN;
         for (std::size_t i = 0; i < mine.size(); ++i)
             if (other[i] != mine[i]) varies[i] = true;

@@ -1,5 +1,6 @@
 #include "validation/study/table.hpp"
 
+#include "mesh/base/limits.hpp"
 #include "solver/scene/json_text.hpp"
 
 #include <algorithm>
@@ -12,8 +13,6 @@
 
 namespace amontons::study {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 bool is_done(const Row& r)
 {

@@ -23,7 +23,7 @@ FolderCase parse(const std::string& measures, const std::string& more = "")
         "case.json", [](const std::string& f) { return f != "missing.csv"; });
 }
 
-std::string issues_of(const std::string& measures, const std::string& more = "")
+std::string issues_of_case(const std::string& measures, const std::string& more = "")
 {
     try {
         parse(measures, more);
@@ -115,9 +115,11 @@ TEST_CASE("a contact problem passes with its status and an error below its toler
     CHECK(!bad[1].passed());
     CHECK(!rows(R"({"status": "converged", "error": 2e-8})", "")[0].passed());
     CHECK(!rows(R"({"status": "converged"})", "")[1].passed());
-    CHECK(issues_of(R"({"problem": "missing.csv", "tolerance": 1})").find("measure.0.problem") !=
-          std::string::npos);
-    CHECK(issues_of(R"({"problem": "missing.csv", "tolerance": 1})", R"("data": "fclib",)") == "");
+    CHECK(
+        issues_of_case(R"({"problem": "missing.csv", "tolerance": 1})").find("measure.0.problem") !=
+        std::string::npos);
+    CHECK(issues_of_case(R"({"problem": "missing.csv", "tolerance": 1})", R"("data": "fclib",)") ==
+          "");
 }
 
 TEST_CASE("scenes of a case on data of elsewhere name its folder")
@@ -163,17 +165,18 @@ TEST_CASE("a curve is held to its largest distance and where the run has no valu
 
 TEST_CASE("all that is wrong with a case is said with its place")
 {
-    CHECK(issues_of(R"({"quantity": "q", "reference": 1, "tolerance": 1})").empty());
-    const std::string all = issues_of(R"({"quantity": "q", "refernce": 1, "tolerance": -1},
+    CHECK(issues_of_case(R"({"quantity": "q", "reference": 1, "tolerance": 1})").empty());
+    const std::string all = issues_of_case(R"({"quantity": "q", "refernce": 1, "tolerance": -1},
         {"curve": "missing.csv", "x": "t", "y": "y", "tolerance": 1}, {"scene": "b", "refused": "x"},
         {"quantity": "q", "curve": "r", "reference": 1, "tolerance": 1}, 7)",
-                                      R"("sweet": 1,)");
+                                           R"("sweet": 1,)");
     for (const char* part :
          {"\"reference\" (nearest name)", "measure.0.tolerance", "missing.csv", "measure.2.scene",
           "2 of quantity, curve, refused, problem and left_out", "measure.4", "\"sweet\""})
         CHECK_MESSAGE(all.find(part) != std::string::npos, part << " in " << all);
-    CHECK(issues_of(R"({"quantity": "q", "reference": 0, "error": "relative", "tolerance": 1})")
-              .find("absolute") != std::string::npos);
+    CHECK(
+        issues_of_case(R"({"quantity": "q", "reference": 0, "error": "relative", "tolerance": 1})")
+            .find("absolute") != std::string::npos);
     const auto without_readme = [] {
         parse_folder_case(R"({"suite": "x", "measure": []})", "case.json",
                           [](const std::string&) { return false; });

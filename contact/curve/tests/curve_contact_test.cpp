@@ -11,7 +11,7 @@ using namespace amontons;
 namespace {
 
 /// A straight curve in equal pieces.
-Curve straight(const Vec3& from, const Vec3& to, int pieces, double radius)
+Curve straight_curve(const Vec3& from, const Vec3& to, int pieces, double radius)
 {
     Curve c;
     c.start.push_back(0);
@@ -51,7 +51,7 @@ std::vector<CurveContact> touching(const Curve& a, const Curve& b, double reach,
 
 TEST_CASE("stations are as near to each other as was asked for however long a piece")
 {
-    const Curve c = straight({0, 0, 0}, {1, 0, 0}, 2, 0.01);
+    const Curve c = straight_curve({0, 0, 0}, {1, 0, 0}, 2, 0.01);
     CHECK(stations(c, 0).size() == 3);
     CHECK(stations(c, 0.3).size() == 5);
     CHECK(stations(c, 1e-3).size() == 1001);
@@ -65,8 +65,8 @@ TEST_CASE("straight rods that cross have one contact where lines are nearest at 
             CAPTURE(shift);
             const double t = degrees * 3.14159265358979323846 / 180;
             const Vec3 d(std::cos(t), std::sin(t), 0), middle(shift, 0, 0.021);
-            const Curve a = straight(middle - d, middle + d, 20, 0.01),
-                        b = straight({-1, 0, 0}, {1, 0, 0}, 20, 0.01);
+            const Curve a = straight_curve(middle - d, middle + d, 20, 0.01),
+                        b = straight_curve({-1, 0, 0}, {1, 0, 0}, 20, 0.01);
             const std::vector<CurveContact> found = touching(a, b, 0.01);
             CHECK(found.size() == 1);
             CHECK(found[0].gap == doctest::Approx(0.001).epsilon(1e-9));
@@ -82,8 +82,8 @@ TEST_CASE("rods along each other touch at the stations while nearly parallel one
         CAPTURE(degrees);
         const double t = degrees * 3.14159265358979323846 / 180;
         const Vec3 d(std::cos(t), std::sin(t), 0), middle(0, 0, 0.02);
-        const Curve a = straight(middle - d, middle + d, 21, 0.01),
-                    b = straight({-1, 0, 0}, {1, 0, 0}, 20, 0.01);
+        const Curve a = straight_curve(middle - d, middle + d, 21, 0.01),
+                    b = straight_curve({-1, 0, 0}, {1, 0, 0}, 20, 0.01);
         const std::vector<CurveContact> found = touching(a, b, 1e-4);
         REQUIRE(found.size() > 1);
         for (const CurveContact& c : found) {
@@ -104,8 +104,8 @@ TEST_CASE(
         CAPTURE(way);
         const double t = std::asin(way * 0.02 / 0.1);
         const Vec3 d(std::cos(t), std::sin(t), 0), middle(0.013, 0, 0.02);
-        const Curve a = straight(middle - d, middle + d, 20, 0.01),
-                    b = straight({-1, 0, 0}, {1, 0, 0}, 20, 0.01);
+        const Curve a = straight_curve(middle - d, middle + d, 20, 0.01),
+                    b = straight_curve({-1, 0, 0}, {1, 0, 0}, 20, 0.01);
         const std::vector<CurveContact> found = touching(a, b, 0.02);
         std::vector<std::int64_t> crossings;
         for (const CurveContact& c : found) {
@@ -121,7 +121,7 @@ TEST_CASE(
         const Vec3 e(std::cos(turned), std::sin(turned), 0);
         int still = 0;
         for (const CurveContact& c :
-             touching(straight(middle - e, middle + e, 20, 0.01), b, 0.02, crossings))
+             touching(straight_curve(middle - e, middle + e, 20, 0.01), b, 0.02, crossings))
             still += c.slides_a && c.slides_b ? 1 : 0;
         CHECK(still == (way > 0.3 ? 1 : 0));
     }
@@ -134,8 +134,8 @@ TEST_CASE("a gap changes as its normal says")
     std::uniform_real_distribution<double> some(-1, 1);
     const auto noise = [&] { return Vec3(some(random), some(random), some(random)); };
     for (int k = 0; k < 30; ++k) {
-        Curve a = straight({-0.1, -0.2, 0.03}, {0.2, 0.15, 0.03}, 2, 0.01),
-              b = straight({-0.2, 0.1, 0}, {0.2, -0.1, 0}, 2, 0.01);
+        Curve a = straight_curve({-0.1, -0.2, 0.03}, {0.2, 0.15, 0.03}, 2, 0.01),
+              b = straight_curve({-0.2, 0.1, 0}, {0.2, -0.1, 0}, 2, 0.01);
         for (Curve* c : {&a, &b})
             for (CurvePiece& p : c->pieces) {
                 p.d0 += 0.03 * noise();
@@ -191,15 +191,15 @@ TEST_CASE("contacts are seen by the stations nearby and not by those of finer or
         for (const bool fine : {true, false}) {
             CAPTURE(fine_first);
             CAPTURE(fine);
-            Curve a = straight({0, 0, 0}, {0.1, 0, 0}, fine_first ? 100 : 5, r);
-            const Curve rest = straight({0.1, 0, 0}, {0.2, 0, 0}, fine_first ? 5 : 100, r);
+            Curve a = straight_curve({0, 0, 0}, {0.1, 0, 0}, fine_first ? 100 : 5, r);
+            const Curve rest = straight_curve({0.1, 0, 0}, {0.2, 0, 0}, fine_first ? 5 : 100, r);
             a.pieces.insert(a.pieces.end(), rest.pieces.begin(), rest.pieces.end());
             for (std::size_t i = 1; i < rest.start.size(); ++i)
                 a.start.push_back(0.1 + rest.start[i]);
             const Vec3 d(0.3 * std::cos(t), 0.3 * std::sin(t), 0),
                 at((fine == fine_first ? 0 : 0.1) + (fine ? 0.0505 : 0.05), 0, -2 * r - gap);
             const std::vector<CurveContact> found =
-                touching(a, straight(at - d, at + d, 7, r), 3 * gap);
+                touching(a, straight_curve(at - d, at + d, 7, r), 3 * gap);
             REQUIRE(!found.empty());
             double least = 1;
             for (const CurveContact& c : found)
@@ -218,11 +218,11 @@ TEST_CASE("a thick part touches beside a crossing of a thin one though middle li
 {
     // Thin up to x = 0, thick from there; crossed 3 mm before.
     const double thin = 1e-3, thick = 3e-3, sine = 0.1;
-    Curve a = straight({-0.1, 0, 0}, {0.1, 0, 0}, 20, thin);
+    Curve a = straight_curve({-0.1, 0, 0}, {0.1, 0, 0}, 20, thin);
     for (std::size_t i = 10; i < 20; ++i)
         a.pieces[i].radius = thick;
     const Vec3 d(0.2 * std::sqrt(1 - sine * sine), 0.2 * sine, 0), middle(-0.003, 0, -4e-3);
-    const Curve b = straight(middle - d, middle + d, 11, thin);
+    const Curve b = straight_curve(middle - d, middle + d, 11, thin);
     for (const double reach : {1e-4, 3e-3}) { // the crossing's gap is 2 mm
         CAPTURE(reach);
         double least = 1;
@@ -261,8 +261,8 @@ TEST_CASE("a closed curve touches itself and others the same wherever its pieces
         return c;
     };
     const Vec3 along(std::cos(0.75), std::sin(0.75), 0);
-    const Curve other =
-        straight(Vec3(0, 0, C + 0.0078) - 0.3 * along, Vec3(0, 0, C + 0.0078) + 0.3 * along, 9, r);
+    const Curve other = straight_curve(Vec3(0, 0, C + 0.0078) - 0.3 * along,
+                                       Vec3(0, 0, C + 0.0078) + 0.3 * along, 9, r);
     for (const int first : {-2, -1, 0, 1, n / 2 - 1, n / 2, 17}) {
         CAPTURE(first);
         const Curve c = eight(first);
@@ -278,9 +278,9 @@ TEST_CASE("a closed curve touches itself and others the same wherever its pieces
 
 TEST_CASE("rods that pass through each other are told while those that slide along are not")
 {
-    const Curve b = straight({-1, 0, 0}, {1, 0, 0}, 10, 0.01);
+    const Curve b = straight_curve({-1, 0, 0}, {1, 0, 0}, 10, 0.01);
     const auto across = [](double z, double x) {
-        return straight({x, -1, z}, {x, 1, z}, 10, 0.01);
+        return straight_curve({x, -1, z}, {x, 1, z}, 10, 0.01);
     };
     CHECK(pass_through(across(0.05, 0.03), across(-0.05, 0.03), b, b));
     CHECK_FALSE(pass_through(across(0.05, 0.03), across(0.02, 0.03), b, b));
@@ -289,7 +289,7 @@ TEST_CASE("rods that pass through each other are told while those that slide alo
 
 TEST_CASE("an edge between two stations touches and contacts on a plane are the stations'")
 {
-    const Curve a = straight({-0.5, 0, 0.11}, {0.5, 0, 0.11}, 3, 0.01);
+    const Curve a = straight_curve({-0.5, 0, 0.11}, {0.5, 0, 0.11}, 3, 0.01);
     const RigidShape box = Box{{0.02, 0.3, 0.1}};
     std::int32_t near = -1;
     std::vector<CurveContact> found;
@@ -436,14 +436,14 @@ TEST_CASE("where curved pieces cross they have a crossing wherever their chords 
 TEST_CASE(
     "curves that lie in each other have no sides but those that touch have them and so has a loop")
 {
-    const Curve line = straight({0, 0, 0}, {1, 0, 0}, 7, 0.01);
-    CHECK(within_each_other(line, straight({0, 0, 0}, {1, 0, 0}, 7, 0.01)));
-    CHECK(within_each_other(line, straight({0.4, -1, 0.003}, {0.4, 1, 0.003}, 5, 0.01)));
-    const auto at = within_each_other(line, straight({0.4, -1, 0}, {0.4, 1, 0}, 5, 0.01));
+    const Curve line = straight_curve({0, 0, 0}, {1, 0, 0}, 7, 0.01);
+    CHECK(within_each_other(line, straight_curve({0, 0, 0}, {1, 0, 0}, 7, 0.01)));
+    CHECK(within_each_other(line, straight_curve({0.4, -1, 0.003}, {0.4, 1, 0.003}, 5, 0.01)));
+    const auto at = within_each_other(line, straight_curve({0.4, -1, 0}, {0.4, 1, 0}, 5, 0.01));
     REQUIRE(at);
     CHECK(std::abs(at->x() - 0.4) < 0.5 / 7 + 1e-12);
-    CHECK(!within_each_other(line, straight({0.4, -1, 0.011}, {0.4, 1, 0.011}, 5, 0.01)));
-    CHECK(!within_each_other(line, straight({0, 0, 0.02}, {1, 0, 0.02}, 9, 0.01)));
+    CHECK(!within_each_other(line, straight_curve({0.4, -1, 0.011}, {0.4, 1, 0.011}, 5, 0.01)));
+    CHECK(!within_each_other(line, straight_curve({0, 0, 0.02}, {1, 0, 0.02}, 9, 0.01)));
     // A ring in few pieces and one in it, a pair of radii smaller: their chords meet, they do not.
     CHECK(!within_each_other(arc(0, 6, 5, 0.1, 0.01), arc(1, 7, 5, 0.08, 0.01)));
     CHECK(!within_each_other(line, line));

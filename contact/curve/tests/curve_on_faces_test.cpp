@@ -10,7 +10,7 @@ using namespace amontons::test;
 
 namespace {
 
-Curve straight(const Vec3& from, const Vec3& to, double radius, int pieces)
+Curve straight_rod(const Vec3& from, const Vec3& to, double radius, int pieces)
 {
     Curve c;
     c.start.push_back(0);
@@ -123,8 +123,8 @@ TEST_CASE("a curve that crosses a box touches it at stations and at both edges a
         const Eigen::Isometry3d to = moved ? motion : Eigen::Isometry3d::Identity();
         box.move(to);
         const double r = 0.05, gap = 0.01;
-        const Curve c =
-            straight(to * Vec3(-1.7, 0.2, 1 + r + gap), to * Vec3(1.7, 0.3, 1 + r + gap), r, 17);
+        const Curve c = straight_rod(to * Vec3(-1.7, 0.2, 1 + r + gap),
+                                     to * Vec3(1.7, 0.3, 1 + r + gap), r, 17);
         int crossings = 0, on_top = 0;
         for (const CurveOnFaces& t : touched(c, box, box.mesh.nodes, 0.1)) {
             CHECK(t.curve.gap == doctest::Approx(gap).epsilon(1e-9));
@@ -148,7 +148,7 @@ TEST_CASE("where faces are fine across a curve the solid's nodes touch it and no
     const TouchingBody box = box_body(ElementKind::H8, {-1, -1, -1}, {1, 1, 1}, {24, 4, 2});
     const double r = 0.4;
     // Along y: faces of 0.05 to 0.13 across it, of 0.5 along it.
-    const Curve c = straight({0.1, -1.4, 1 + r}, {0.1, 1.4, 1 + r}, r, 7);
+    const Curve c = straight_rod({0.1, -1.4, 1 + r}, {0.1, 1.4, 1 + r}, r, 7);
     const std::vector<CurveOnFaces> found = touched(c, box, box.mesh.nodes, 0.1);
     double area = 0;
     for (const CurveOnFaces& t : found) {
@@ -161,7 +161,7 @@ TEST_CASE("where faces are fine across a curve the solid's nodes touch it and no
     CHECK(found.size() > 20);
     CHECK(area > 0.5);
     // Along x they are too long: a line.
-    const Curve other = straight({-1.4, 0.1, 1 + r}, {1.4, 0.1, 1 + r}, r, 7);
+    const Curve other = straight_rod({-1.4, 0.1, 1 + r}, {1.4, 0.1, 1 + r}, r, 7);
     for (const CurveOnFaces& t : touched(other, box, box.mesh.nodes, 0.1)) {
         CHECK(t.nodes == 4);
         CHECK(t.area == 0);
@@ -174,8 +174,9 @@ TEST_CASE("a curve that goes through faces or over a sharp edge has passed")
     const SharpFeatures sharp = sharp_features(plate.surface, plate.mesh.nodes);
     const SharpSurface surface{plate.surface, sharp, plate.mesh.nodes};
     const auto passes = [&](const Vec3& a0, const Vec3& a1, const Vec3& way) {
-        return pass_through_faces(straight(a0, a1, 0.05, 4), straight(a0 + way, a1 + way, 0.05, 4),
-                                  plate.mesh.nodes, surface);
+        return pass_through_faces(straight_rod(a0, a1, 0.05, 4),
+                                  straight_rod(a0 + way, a1 + way, 0.05, 4), plate.mesh.nodes,
+                                  surface);
     };
     CHECK(passes({-0.5, 0.1, 0.1}, {0.5, 0.1, 0.1}, {0, 0, -0.2}));
     CHECK(!passes({-0.5, 0.1, 0.1}, {0.5, 0.1, 0.1}, {0.3, 0, -0.04}));
@@ -187,7 +188,7 @@ TEST_CASE("a curve that goes through faces or over a sharp edge has passed")
     std::vector<Vec3> before = plate.mesh.nodes;
     for (Vec3& x : before)
         x.z() -= 1;
-    const Curve still = straight({-0.5, 0.1, -0.1}, {0.5, 0.1, -0.1}, 0.05, 4);
+    const Curve still = straight_rod({-0.5, 0.1, -0.1}, {0.5, 0.1, -0.1}, 0.05, 4);
     CHECK(pass_through_faces(still, still, before, surface));
 }
 

@@ -12,8 +12,8 @@ using namespace amontons;
 
 namespace {
 
-std::vector<RigidContact> contacts(const RigidShape& a, const Pose& pose, const Wall& wall,
-                                   double reach)
+std::vector<RigidContact> contacts_with_wall(const RigidShape& a, const Pose& pose,
+                                             const Wall& wall, double reach)
 {
     std::vector<RigidContact> out;
     WallHint hint;
@@ -28,7 +28,7 @@ std::vector<RigidContact> contacts(const RigidShape& a, const Pose& pose, const 
     return out;
 }
 
-double least_gap(const std::vector<RigidContact>& all)
+double least_wall_gap(const std::vector<RigidContact>& all)
 {
     double least = 1e300;
     for (const RigidContact& c : all)
@@ -45,8 +45,8 @@ TEST_CASE("against a plane wall a body has the contacts it has with a Plane")
                                     RigidShape{triangle_l()}, RigidShape{Cylinder{0.4, 0.6}}})
         for (int i = 0; i < 50; ++i) {
             const Pose plane = random_pose(rng), pose = random_pose(rng);
-            const auto a =
-                contacts(shape, pose, make_plane_wall(plane.place, plane.turn * Vec3::UnitZ()), 1);
+            const auto a = contacts_with_wall(
+                shape, pose, make_plane_wall(plane.place, plane.turn * Vec3::UnitZ()), 1);
             std::vector<RigidContact> b;
             detect(shape, pose, Plane{}, plane, 1, b);
             REQUIRE(a.size() == b.size());
@@ -69,9 +69,10 @@ TEST_CASE("a ball obstacle touches faces and edges of a box exactly where they b
         detect(Box{half}, pose, Ball{radius}, {}, 0.3, exact);
         if (exact.empty() || exact[0].gap < -0.2) continue; // its centre inside the box
         for (const RigidShape& shape : {RigidShape{Box{half}}, RigidShape{triangle_box(half)}}) {
-            const auto c = contacts(shape, pose, make_ball_wall(Vec3::Zero(), radius, false), 0.3);
+            const auto c =
+                contacts_with_wall(shape, pose, make_ball_wall(Vec3::Zero(), radius, false), 0.3);
             REQUIRE_FALSE(c.empty());
-            CHECK(least_gap(c) == doctest::Approx(exact[0].gap).epsilon(1e-10));
+            CHECK(least_wall_gap(c) == doctest::Approx(exact[0].gap).epsilon(1e-10));
         }
     }
 }
@@ -86,9 +87,10 @@ TEST_CASE("a cylinder touches round walls at its rims and its side and its ends"
         std::vector<RigidContact> exact;
         detect(cylinder, pose, Ball{0.25}, {}, 0.3, exact);
         if (exact.empty() || exact[0].gap < -0.2) continue;
-        const auto c = contacts(cylinder, pose, make_ball_wall(Vec3::Zero(), 0.25, false), 0.3);
+        const auto c =
+            contacts_with_wall(cylinder, pose, make_ball_wall(Vec3::Zero(), 0.25, false), 0.3);
         REQUIRE_FALSE(c.empty());
-        CHECK(least_gap(c) == doctest::Approx(exact[0].gap).epsilon(1e-9));
+        CHECK(least_wall_gap(c) == doctest::Approx(exact[0].gap).epsilon(1e-9));
         side += std::any_of(c.begin(), c.end(), [](const RigidContact& one) {
             return std::abs(one.point_a.norm() - one.point_b.norm() - one.gap) < 1e-12;
         });
@@ -97,7 +99,7 @@ TEST_CASE("a cylinder touches round walls at its rims and its side and its ends"
     // In a tube it lies on a line; its rims touch.
     const Wall tube = make_cylinder_wall(Vec3::Zero(), Vec3::UnitZ(), 1, true);
     const auto c =
-        contacts(cylinder, {Vec3{0.55, 0, 0}, Eigen::Quaterniond::Identity()}, tube, 0.1);
+        contacts_with_wall(cylinder, {Vec3{0.55, 0, 0}, Eigen::Quaterniond::Identity()}, tube, 0.1);
     CHECK(c.size() == 2);
     for (const RigidContact& one : c) {
         CHECK(one.gap == doctest::Approx(0.05));
@@ -109,7 +111,7 @@ TEST_CASE("a ball in a tube: its gap is what the tube leaves")
 {
     const Wall tube = make_cylinder_wall(Vec3::Zero(), Vec3::UnitZ(), 1, true);
     const auto c =
-        contacts(Ball{0.3}, {Vec3{0.3, 0.4, 7}, Eigen::Quaterniond::Identity()}, tube, 1);
+        contacts_with_wall(Ball{0.3}, {Vec3{0.3, 0.4, 7}, Eigen::Quaterniond::Identity()}, tube, 1);
     REQUIRE(c.size() == 1);
     CHECK(c[0].gap == doctest::Approx(0.2));
     CHECK((c[0].point_a - Vec3{0.48, 0.64, 7}).norm() < 1e-12);

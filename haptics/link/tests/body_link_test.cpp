@@ -60,13 +60,13 @@ const char* const kPlate = R"({
   "time": {"step": 0.02, "end": 1}
 })";
 
-struct World {
+struct BodyWorld {
     Scene scene;
     std::vector<Obstacle> obstacles;
     HapticSettings set;
     BodyLink link;
 
-    explicit World(const char* text, double rate = 50)
+    explicit BodyWorld(const char* text, double rate = 50)
         : scene(parse_scene(text, "test.json"))
         , obstacles(build_obstacles(scene))
         , set(settings(scene, rate))
@@ -90,7 +90,7 @@ HandPose at(const HandPose& start, const Vec3& shift)
 
 TEST_CASE("a rigid handle on a floor hangs on its spring: F = k depth and slides at mu F")
 {
-    World w(kBall);
+    BodyWorld w(kBall);
     const double k = w.set.link.spring.stiffness;
     CHECK(k == 400); // of the profile
     REQUIRE(w.link.step(w.link.start()));
@@ -116,14 +116,14 @@ TEST_CASE(
     replace(both, R"("ball", "floor"])", R"("*", "*"])");
     replace(own, R"("contact": [)", R"("contact": [{"between": ["*", "*"], "friction": 0}, )");
     for (const std::string& text : {every, both}) {
-        World w(text.c_str());
+        BodyWorld w(text.c_str());
         REQUIRE(w.link.step(w.link.start()));
         REQUIRE(w.link.step(at(w.link.start(), {0, 0, -0.003})));
         CHECK(w.link.held().force().force.z() == doctest::Approx(400 * 0.002).epsilon(1e-9));
         REQUIRE(w.link.step(at(w.link.start(), {0.01, 0, -0.003})));
         CHECK(w.link.held().force().force.x() == doctest::Approx(-0.3 * 400 * 0.002).epsilon(1e-6));
     }
-    World w(own.c_str()); // the friction of the law that names the pair
+    BodyWorld w(own.c_str()); // the friction of the law that names the pair
     REQUIRE(w.link.step(w.link.start()));
     const double k = w.set.link.spring.stiffness;
     REQUIRE(w.link.step(at(w.link.start(), {0, 0, -0.021})));
@@ -135,7 +135,7 @@ TEST_CASE(
 TEST_CASE("the reduced operator gives the force of the full step at its pose")
 {
     for (const char* text : {kBed, kBall}) {
-        World w(text);
+        BodyWorld w(text);
         REQUIRE(w.link.step(w.link.start()));
         for (int k = 1; k <= 12; ++k) {
             const Vec3 shift(k > 6 ? 2e-4 * (k - 6) : 0, 0, -3e-4 * std::min(k, 8));
@@ -161,7 +161,7 @@ TEST_CASE("the reduced operator foresees the next step of the full simulation")
 {
     // 1 mm and 10 ms ahead, 0.1 m/s: within 1 % of the full step there. Contacts that close on the
     // way are among the candidates.
-    World w(kBed, 100);
+    BodyWorld w(kBed, 100);
     REQUIRE(w.link.step(w.link.start()));
     double worst = 0;
     for (int k = 1; k <= 6; ++k) {
@@ -193,7 +193,7 @@ TEST_CASE("the reduced operator foresees the next step of the full simulation")
 TEST_CASE("a simulated hand presses the tool into the bed and drags it in virtual time")
 {
     const auto play = [] {
-        World w(kBed);
+        BodyWorld w(kBed);
         HandOptions hand = w.set.hand;
         hand.path = [&](double t) { return w.link.path(t); };
         SimulatedHand simulated(hand);
@@ -239,7 +239,7 @@ TEST_CASE("what cannot be held is refused and why")
         REQUIRE(at != std::string::npos);
         text.replace(at, from.size(), to);
         try {
-            World w(text.c_str());
+            BodyWorld w(text.c_str());
         } catch (const InputError& error) {
             return std::string(error.what());
         }
@@ -261,7 +261,7 @@ TEST_CASE("what cannot be held is refused and why")
 
 TEST_CASE("a device that begins elsewhere moves the handle from where it is")
 {
-    World w(kBall);
+    BodyWorld w(kBall);
     HapticLoop<float> loop(300, w.set.loop);
     HandOptions hand = w.set.hand;
     hand.friction = 0;
@@ -290,7 +290,7 @@ TEST_CASE("a plate of 1 mm holds a ball of 2 mm from the moment of touch at any 
         for (const double v : {0.1, 0.5, 0.95}) {
             CAPTURE(rate);
             CAPTURE(v);
-            World w(kPlate, rate);
+            BodyWorld w(kPlate, rate);
             const double k = w.set.link.spring.stiffness, calm = 0.6, down = 0.025;
             RecordedDevice device({{0, calm, calm + down / v, calm + down / v + 0.2},
                                    {{}, {}, at({}, {0, 0, -down}), at({}, {0, 0, -down})}});

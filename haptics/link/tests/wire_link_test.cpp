@@ -68,14 +68,14 @@ const char* const kRod = R"({
   "time": {"step": 0.01, "end": 2}
 })";
 
-struct World {
+struct WireWorld {
     Scene scene;
     std::vector<Obstacle> obstacles;
     HapticSettings set;
     std::unique_ptr<HandleLink> link;
 
-    explicit World(const std::string& text) : World(parse_scene(text, "test.json")) {}
-    explicit World(Scene given, bool snap_in_parts = false)
+    explicit WireWorld(const std::string& text) : WireWorld(parse_scene(text, "test.json")) {}
+    explicit WireWorld(Scene given, bool snap_in_parts = false)
         : scene(std::move(given))
         , obstacles(build_obstacles(scene))
         , set(make_settings(scene.haptic, device_profile(scene.haptic.device), 0))
@@ -110,7 +110,7 @@ ProxyOptions exact()
 
 /// Moved by the simulated hand that wants the scene's path.
 /// @param latency  periods that a step takes
-std::vector<TickRecord> play(World& w, HapticLoop<float>& loop, int latency = 1)
+std::vector<TickRecord> play(WireWorld& w, HapticLoop<float>& loop, int latency = 1)
 {
     HandOptions hand = w.set.hand;
     hand.start.head<3>() = w.link->start().position;
@@ -136,7 +136,7 @@ std::vector<TickRecord> play(World& w, HapticLoop<float>& loop, int latency = 1)
 
 TEST_CASE("a wire's base hangs on its spring: pushed against a wall it gives what both give")
 {
-    World w(kStub);
+    WireWorld w(kStub);
     const double k = w.set.link.spring.stiffness;
     REQUIRE(w.link->step(w.link->start()));
     CHECK(w.link->force().force.norm() < 1e-9);
@@ -163,7 +163,7 @@ TEST_CASE("a wire's base hangs on its spring: pushed against a wall it gives wha
 TEST_CASE("the operator of a beam gives the force and torque of the full step at its pose")
 {
     for (const char* text : {kTube, kRod}) {
-        World w(text);
+        WireWorld w(text);
         const double end = w.scene.time.end;
         w.follow(0.4 * end);
         double most = 0;
@@ -187,7 +187,7 @@ TEST_CASE("the operator of a beam gives the force and torque of the full step at
 TEST_CASE("the operator of a beam foresees the next step of the full simulation")
 {
     for (const char* text : {kTube, kRod}) {
-        World w(text), finer(text); // finer: stops half way, too
+        WireWorld w(text), finer(text); // finer: stops half way, too
         w.follow(0.5 * w.scene.time.end);
         finer.follow(0.5 * w.scene.time.end);
         const HandPose start = w.link->device();
@@ -239,9 +239,9 @@ TEST_CASE("a contact of a wire that opens lets go of it")
     // hold both of them hold its tangent: an error of 0.68 after this millimetre.
     Scene scene = read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_catheter/scene.json");
     place_introducers(scene);
-    World w(scene), finer(scene);
+    WireWorld w(scene), finer(scene);
     HandPose pose;
-    for (World* one : {&w, &finer}) {
+    for (WireWorld* one : {&w, &finer}) {
         one->follow(3.6);
         pose = one->link->device();
         for (int k = 0; k < 21; ++k) {
@@ -283,7 +283,7 @@ TEST_CASE("contacts of a wire whose turn comes within a period are foretold when
     // contact to the next. One look, at the period's end, is off by 3 % between.
     Scene scene = read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_catheter/scene.json");
     place_introducers(scene);
-    World w(scene);
+    WireWorld w(scene);
     w.set.link.condense.latency = 0;
     w.link = make_link(w.scene, w.obstacles, w.set.link);
     w.follow(3.6);
@@ -312,7 +312,7 @@ TEST_CASE("contacts of a wire whose turn comes within a period are foretold when
 TEST_CASE("two fingers push and twist a wire and a hand moves a rod: no energy is given to them")
 {
     for (const char* text : {kTube, kRod}) {
-        World w(text);
+        WireWorld w(text);
         HapticLoop<float> loop(300, w.set.loop);
         const auto records = play(w, loop);
         const HapticSummary s = summarise<float>(records, loop, w.set.loop.period, false);
@@ -331,7 +331,7 @@ TEST_CASE("two fingers push and twist a wire and a hand moves a rod: no energy i
 
 TEST_CASE("where a rod falls off balls its force jumps no more than in the full simulation")
 {
-    World w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"));
+    WireWorld w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"));
     HapticLoop<float> loop(300, w.set.loop);
     const std::vector<TickRecord> records = play(w, loop);
     // The same poses, the full simulation in each tick.
@@ -406,7 +406,7 @@ TEST_CASE("a snap in parts ends where it does in one piece and each part has its
 
 TEST_CASE("by the clock a rod's snaps go on over several steps and the hand is not jerked")
 {
-    World w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"), true);
+    WireWorld w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"), true);
     HapticLoop<float> loop(300, w.set.loop);
     const HapticSummary s = summarise<float>(play(w, loop), loop, w.set.loop.period, false);
     MESSAGE(w.link->snapping() << " steps within snaps, largest change " << s.largest_change);
@@ -421,7 +421,7 @@ TEST_CASE("no operator is singular where a rod is about to fall off a ball")
     // Pressed into the balls and across them in steps so short that they meet every balance that
     // ends on the way. Springs that are just enough to hold the rod there give a stiffness of
     // -440 N/m; the force of the full simulation changes by 0.06 N in all.
-    World w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"));
+    WireWorld w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"));
     HandPose pose = w.link->start();
     double softest = 0, sways = 0;
     int published = 0;
@@ -451,7 +451,7 @@ TEST_CASE("operators that are 50 ms old do not swing a rod that is about to fall
     // One was made 40 ms before the fall: stable by so little that 1 mm of the hand moved nodes by
     // metres, and where its contact opened the force changed by 0.44 N in a tick.
     constexpr int latency = 5;
-    World w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"));
+    WireWorld w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"));
     w.set.link.condense.latency = latency;
     w.link = make_link(w.scene, w.obstacles, w.set.link);
     HapticLoop<float> loop(300, w.set.loop);
@@ -464,7 +464,7 @@ TEST_CASE("operators that are 50 ms old do not swing a rod that is about to fall
 
 TEST_CASE("a base that turns on and on is followed")
 {
-    World w(kTube);
+    WireWorld w(kTube);
     w.follow(1);
     HandPose pose = w.link->device();
     constexpr std::size_t kTurn = 32;
@@ -495,7 +495,7 @@ TEST_CASE("a rod in the hand has the friction of the law that names its pair whe
     text.replace(text.find(law), law.size(),
                  R"({"between": ["*", "*"], "friction": 0.1},
                     {"between": ["near", "rod"], "friction": 0.5})");
-    World w(text);
+    WireWorld w(text);
     w.follow(1);
     ReducedOperator<double> op(300);
     REQUIRE(w.link->publish(op, 1, 1));
@@ -515,7 +515,7 @@ TEST_CASE("a beam that cannot be held is refused and why")
         REQUIRE(at != std::string::npos);
         text.replace(at, from.size(), to);
         try {
-            World w(text);
+            WireWorld w(text);
         } catch (const InputError& error) {
             return std::string(error.what());
         }

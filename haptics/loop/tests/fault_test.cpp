@@ -12,7 +12,7 @@ using namespace amontons::test;
 
 namespace {
 
-constexpr double kPeriod = 1e-3;
+constexpr double kTick = 1e-3;
 constexpr double kMostForce = 12; // [N]
 
 /// A point on a spring over a rigid floor at z = 0, operators at 50 Hz for where the loop has it.
@@ -28,7 +28,7 @@ struct Rig {
     static HapticOptions options(bool control)
     {
         HapticOptions o;
-        o.period = kPeriod;
+        o.period = kTick;
         o.clutch = true;
         o.limiter.max_force = kMostForce;
         o.limiter.max_slew = kMostForce / 2e-3;
@@ -43,7 +43,7 @@ struct Rig {
         bed.points = {{0, 0, 0}};
         bed.k = 1000;
     }
-    double time() const { return k * kPeriod; }
+    double time() const { return k * kTick; }
     void hand_over(const HandPose& handle)
     {
         publish(buffer.back(), bed, handle, time(), std::uint64_t(k + 1));
@@ -123,7 +123,7 @@ TEST_CASE("after a jump of the device the handle is where it was and the force c
         while (rig.time() < 2) {
             const double f = rig.tick(z);
             CHECK(f <= held + 1e-9);
-            CHECK(f - last <= held * kPeriod / 0.5 + 1e-9);
+            CHECK(f - last <= held * kTick / 0.5 + 1e-9);
             if (rig.time() > 0.86 && rig.time() < 0.99) CHECK(f == 0);
             last = f;
         }
@@ -132,7 +132,7 @@ TEST_CASE("after a jump of the device the handle is where it was and the force c
         CHECK(last == doctest::Approx(held));
         // And it moves on with the device.
         while (rig.time() < 2.1)
-            last = rig.tick(z - 1e-5 * (rig.time() - 2) / kPeriod);
+            last = rig.tick(z - 1e-5 * (rig.time() - 2) / kTick);
         CHECK(last == doctest::Approx(5).epsilon(0.01));
         CHECK(rig.loop.safety().faults() == 1);
     }
@@ -154,7 +154,7 @@ TEST_CASE("a force above the device's largest comes back as a ramp of what the d
         CHECK(last == 0);
         while (rig.time() < 3) {
             const double f = rig.tick(-0.06);
-            CHECK(f - last <= kMostForce * kPeriod / 0.5 + 1e-9);
+            CHECK(f - last <= kMostForce * kTick / 0.5 + 1e-9);
             last = f;
         }
         CHECK(rig.record.computed.force[2] == doctest::Approx(60).epsilon(0.01));

@@ -154,7 +154,7 @@ const char* const kBlocks = R"({
 })";
 
 /// Reduced against full forces of a scene, at the operator's pose and a way further on.
-struct Blocks {
+struct StackedBlocks {
     Scene scene = parse_scene(kBlocks, "(haptics)");
     std::vector<Obstacle> obstacles = build_obstacles(scene);
     HapticSettings set = make_settings(scene.haptic, device_profile(scene.haptic.device), 0);
@@ -228,7 +228,7 @@ std::vector<Measured> reduced_operator()
     add_same_state<float>(rows);
     const std::pair<const char*, double> ways[] = {{"same state", 0}, {"1 mm further on", 1e-3}};
     for (const auto& [where, way] : ways) {
-        const auto [force, torque] = Blocks().errors(way);
+        const auto [force, torque] = StackedBlocks().errors(way);
         rows.push_back(at_most(fmt::format("two elastic blocks, {}: force", where), force, 1e-8));
         rows.push_back(at_most(fmt::format("two elastic blocks, {}: torque", where), torque, 1e-8));
     }

@@ -19,7 +19,7 @@ VolumeMesh membrane(int n, double thick, ElementKind kind, double finer = 1)
                         });
 }
 
-const char* name(ElementKind kind)
+const char* cook_element_name(ElementKind kind)
 {
     return kind == ElementKind::H8 ? "H8" : kind == ElementKind::T10 ? "T10" : "T4";
 }
@@ -43,9 +43,9 @@ std::vector<Measured> cook_plane_stress()
             const BodyRecord& plate = run.bodies.back()[0];
             values.push_back(displacements(plate)[nearest_node(plate, {48, 52, 0})].y());
         }
-        rows.push_back(relative(
-            fmt::format("u_y at (48, 52), {} {} x {}", name(kind), meshes.back(), meshes.back()),
-            kReference, values.back(), 5e-3));
+        rows.push_back(relative(fmt::format("u_y at (48, 52), {} {} x {}", cook_element_name(kind),
+                                            meshes.back(), meshes.back()),
+                                kReference, values.back(), 5e-3));
         rows.back().note = orders(values, kReference);
         if (kind == ElementKind::T10) {
             rows.push_back(relative("u_y at (48, 52), T10 32 x 32, at the bar of Q2 16 x 16",
@@ -92,11 +92,13 @@ std::vector<Measured> cook_finite_strain()
                 const BodyRecord& plate = run.bodies.back()[0];
                 values.push_back(displacements(plate)[nearest_node(plate, {48, 52, 0})].y());
                 if (row.hyperelastic)
-                    tail = newton_row(run, fmt::format("{}, {}", row.what, name(kind)));
+                    tail =
+                        newton_row(run, fmt::format("{}, {}", row.what, cook_element_name(kind)));
             }
-            rows.push_back(relative(fmt::format("u_y at (48, 52), {}, {} {} x {}", row.what,
-                                                name(kind), meshes.back(), meshes.back()),
-                                    row.reference, values.back(), row.tolerance));
+            rows.push_back(
+                relative(fmt::format("u_y at (48, 52), {}, {} {} x {}", row.what,
+                                     cook_element_name(kind), meshes.back(), meshes.back()),
+                         row.reference, values.back(), row.tolerance));
             rows.back().note = orders(values, row.reference);
             if (row.hyperelastic) rows.push_back(tail);
         }

@@ -8,13 +8,13 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <fstream>
+#include <numbers>
 
 namespace amontons::validation {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 // Bending adds forces of the order of EI / R^2, whatever the pull: it is in no slope.
-constexpr double kEI = 1e-4, kBend = 0.05, kThin = 5e-5;
+constexpr double kRodEI = 1e-4, kRodBend = 0.05, kThinRod = 5e-5;
 
 RodInput& add_rod(SolidScene& s, const std::string& name, double length, double radius, double EI,
                   double EA, double element)
@@ -54,13 +54,14 @@ void touch(SolidScene& s, const std::string& a, const std::string& b, double fri
 
 /// A rod along pieces of lines and arcs, drawn at its end against a pull at its start: what the
 /// end needs [N].
-double drawn(SolidScene& s, const std::string& wall, const std::vector<CentrelinePiece>& pieces,
-             const Vec3& start, double radius, double mu, double pull, double way, double element)
+double drawn_rod(SolidScene& s, const std::string& wall, const std::vector<CentrelinePiece>& pieces,
+                 const Vec3& start, double radius, double mu, double pull, double way,
+                 double element)
 {
     double length = 0;
     for (const CentrelinePiece& p : pieces)
         length += p.length + p.radius * p.angle;
-    RodInput& rod = add_rod(s, "rope", length * (1 - 1e-9), radius, kEI, 1e4, element);
+    RodInput& rod = add_rod(s, "rope", length * (1 - 1e-9), radius, kRodEI, 1e4, element);
     rod.shape.curve.pieces = pieces;
     rod.shape.curve.start = start;
     rod.plane = Vec3::UnitZ();
@@ -112,32 +113,33 @@ Coil coil_between(const std::vector<ContactRecord>& contacts, double from, doubl
         turned += std::atan2(y0 * z1 - z0 * y1, y0 * y1 + z0 * z1);
     }
     const double length = in.back()->point.x() - in.front()->point.x();
-    return {force / length, 2 * kPi * length / std::abs(turned)};
+    return {force / length, 2 * std::numbers::pi * length / std::abs(turned)};
 }
 
 } // namespace
 
 std::vector<Measured> rod_capstan()
 {
-    const double mu = 0.1, middle = kBend + kThin;
+    const double mu = 0.1, middle = kRodBend + kThinRod;
     std::vector<Measured> rows;
     for (const int wraps : {1, 5}) {
         std::vector<CentrelinePiece> pieces{{0.02}};
         for (int i = 0; i < wraps; ++i)
-            pieces.push_back({0, middle, 2 * kPi});
+            pieces.push_back({0, middle, 2 * std::numbers::pi});
         pieces.push_back({0.02});
         std::vector<double> force;
         for (const double pull : {1.0, 2.0}) {
             SolidScene s("capstan");
             SurfaceInput drum;
             drum.generate = "cylinder";
-            drum.radius = kBend;
+            drum.radius = kRodBend;
             add_obstacle(s, "drum", drum, "outside");
-            force.push_back(drawn(s, "drum", pieces, Vec3(-0.02, -middle, 0), kThin, mu, pull,
-                                  wraps == 1 ? 0.002 : 0.01, 3e-3));
+            force.push_back(drawn_rod(s, "drum", pieces, Vec3(-0.02, -middle, 0), kThinRod, mu,
+                                      pull, wraps == 1 ? 0.002 : 0.01, 3e-3));
         }
         rows.push_back(relative(fmt::format("slope of the pull, {} wraps, mu {}", wraps, mu),
-                                std::exp(mu * 2 * kPi * wraps), force[1] - force[0], 0.01));
+                                std::exp(mu * 2 * std::numbers::pi * wraps), force[1] - force[0],
+                                0.01));
     }
     return rows;
 }
@@ -151,7 +153,7 @@ std::vector<Measured> rod_bent_tube()
             std::vector<CentrelinePiece> pieces{{straight}};
             for (std::size_t i = 0; i < b.angles.size(); ++i) {
                 if (i > 0) pieces.push_back({between});
-                pieces.push_back({0, kBend, b.angles[i], i % 2 == 0 ? 0 : kPi});
+                pieces.push_back({0, kRodBend, b.angles[i], i % 2 == 0 ? 0 : std::numbers::pi});
             }
             std::vector<CentrelinePiece> tube = pieces;
             pieces.push_back({straight});
@@ -161,11 +163,11 @@ std::vector<Measured> rod_bent_tube()
                 SolidScene s("bent tube");
                 SurfaceInput surface;
                 surface.generate = "tube";
-                surface.radius = kThin + clearance;
+                surface.radius = kThinRod + clearance;
                 surface.centreline.pieces = tube;
                 add_obstacle(s, "tube", surface, "inside");
-                force.push_back(drawn(s, "tube", pieces, Vec3::Zero(), kThin, mu, pull,
-                                      0.003 * double(b.angles.size() + 1), 2.5e-3));
+                force.push_back(drawn_rod(s, "tube", pieces, Vec3::Zero(), kThinRod, mu, pull,
+                                          0.003 * double(b.angles.size() + 1), 2.5e-3));
             }
             rows.push_back(relative(fmt::format("slope of the pull, {}, mu {}", b.name, mu),
                                     std::exp(mu * b.all()), (force[1] - force[0]) / 3, 0.02));
@@ -186,7 +188,7 @@ std::vector<Measured> rod_helix()
             g = std::hypot(1, clearance * beta);
             beta = std::sqrt(force * g * g * g / (2 * EI));
         }
-        const double pitch = 2 * kPi / beta, slope = clearance * beta;
+        const double pitch = 2 * std::numbers::pi / beta, slope = clearance * beta;
         SolidScene s("helix");
         SurfaceInput tube;
         tube.generate = "cylinder";
@@ -197,7 +199,7 @@ std::vector<Measured> rod_helix()
         std::ofstream csv(file);
         csv << "x,y,z\n";
         for (int i = 0; i <= turns * per_turn; ++i) {
-            const double angle = 2 * kPi * i / per_turn;
+            const double angle = 2 * std::numbers::pi * i / per_turn;
             csv << fmt::format("{:.15g},{:.15g},{:.15g}\n", wound * angle / beta,
                                clearance * std::cos(angle), clearance * std::sin(angle));
         }
@@ -223,8 +225,9 @@ std::vector<Measured> rod_helix()
         const double length = turns * pitch;
         const Coil coil = coil_between(run.last().contacts, 0.25 * length, 0.75 * length);
         const std::string at = fmt::format(", {} N", force);
-        rows.push_back(relative("pitch of the helix [m]" + at, 2 * kPi * std::sqrt(2 * EI / force),
-                                coil.pitch, 0.03));
+        rows.push_back(relative("pitch of the helix [m]" + at,
+                                2 * std::numbers::pi * std::sqrt(2 * EI / force), coil.pitch,
+                                0.03));
         rows.push_back(relative("force on the tube [N/m]" + at,
                                 clearance * force * force / (4 * EI), coil.load, 0.03));
         rows.push_back(relative("exact pitch [m]" + at, pitch, coil.pitch, 1e-4));

@@ -14,7 +14,7 @@
 namespace amontons::validation {
 namespace {
 
-constexpr double kRadius = 1e-3, kEI = 1e-4, kElement = 2e-3, kTail = 0.08, kSize = 0.012;
+constexpr double kKnotRadius = 1e-3, kKnotEI = 1e-4, kElement = 2e-3, kTail = 0.08, kSize = 0.012;
 constexpr double kPull = 0.08, kStep = 0.01; // of each end [m]; of the pull
 
 /// A trefoil that is opened where it is outermost, with straight ends along its tangent there, side
@@ -26,7 +26,7 @@ std::vector<Vec3> knotted_line()
         const double r = kSize * (2 + std::cos(3 * f));
         return Vec3(r * std::cos(2 * f), r * std::sin(2 * f), kSize * std::sin(3 * f));
     };
-    const double apart = 1.5 * kRadius;
+    const double apart = 1.5 * kKnotRadius;
     const auto fades = [&](double f) { // of an end's way aside, over the curve
         const double x = std::min(1.0, f / 1.2);
         return apart * (1 - x * x * (3 - 2 * x));
@@ -93,7 +93,7 @@ std::vector<Measured> rod_knot()
     // A line that only rises is no knot: what the steps are judged by can tell.
     std::vector<Vec3> rising = line;
     for (std::size_t i = 0; i < rising.size(); ++i)
-        rising[i].z() = kRadius * double(i);
+        rising[i].z() = kKnotRadius * double(i);
     rows.push_back(absolute("determinant of the line at the start", 3, determinant(line), 0));
     rows.push_back(
         absolute("determinant of the line with heights that rise", 1, determinant(rising), 0));
@@ -107,10 +107,10 @@ std::vector<Measured> rod_knot()
         s.scene.order.push_back(rod.name);
         BeamSegment segment;
         segment.length = length * (1 - 1e-4); // of chords: the curve's is longer by less
-        segment.radius = kRadius;
-        segment.EI = {kEI, kEI};
-        segment.GJ = {kEI / 1.3, kEI / 1.3};
-        const double EA = 4 * kEI / (kRadius * kRadius); // of a round section
+        segment.radius = kKnotRadius;
+        segment.EI = {kKnotEI, kKnotEI};
+        segment.GJ = {kKnotEI / 1.3, kKnotEI / 1.3};
+        const double EA = 4 * kKnotEI / (kKnotRadius * kKnotRadius); // of a round section
         segment.EA = {EA, EA};
         segment.element = kElement;
         rod.segments = {segment};
@@ -141,7 +141,7 @@ std::vector<Measured> rod_knot()
         for (const StepRecord& step : run.steps) {
             if (!step.certificate.certified) ++refused;
             const std::vector<Vec3> now = refined(refined(step.beams.at(0).points));
-            nearest = std::min(nearest, least_distance(now, kRadius) / (2 * kRadius));
+            nearest = std::min(nearest, least_distance(now, kKnotRadius) / (2 * kKnotRadius));
             if (determinant(now) != 3) ++untied;
         }
         const std::string at = fmt::format(", friction {}", friction);

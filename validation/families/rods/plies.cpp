@@ -13,7 +13,7 @@ namespace amontons::validation {
 
 namespace {
 
-double least_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b)
+double least_ply_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b)
 {
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i + 1 < a.size(); ++i)
@@ -24,7 +24,7 @@ double least_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b)
 }
 
 /// Where a ply meets the plane x; plies go along x.
-Vec3 at(const std::vector<Vec3>& ply, double x)
+Vec3 ply_at(const std::vector<Vec3>& ply, double x)
 {
     for (std::size_t i = 0; i + 1 < ply.size(); ++i)
         if (ply[i + 1].x() >= x)
@@ -41,7 +41,7 @@ double winding(const std::vector<Vec3>& a, const std::vector<Vec3>& b)
     double sum = 0;
     Vec3 before = b.front() - a.front();
     for (int k = 1; k <= kPlanes; ++k) {
-        const Vec3 now = at(b, end * k / kPlanes) - at(a, end * k / kPlanes);
+        const Vec3 now = ply_at(b, end * k / kPlanes) - ply_at(a, end * k / kPlanes);
         sum += std::atan2(before.y() * now.z() - before.z() * now.y(),
                           before.y() * now.y() + before.z() * now.z());
         before = now;
@@ -63,7 +63,7 @@ std::vector<Measured> rod_plies()
             for (std::size_t i = 0; i < 3; ++i) {
                 const std::vector<Vec3>&a = s.beams.at(i).points,
                       &b = s.beams.at((i + 1) % 3).points;
-                nearest = std::min(nearest, least_distance(a, b) / diameter);
+                nearest = std::min(nearest, least_ply_distance(a, b) / diameter);
                 raise_to(astray, std::abs(winding(a, b) / (2 * std::numbers::pi) - turns * s.time));
             }
         }

@@ -2,16 +2,16 @@
 
 #include "validation/families/rods/rods.hpp"
 
+#include "mesh/base/limits.hpp"
+
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 
 namespace amontons::validation {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// The time at which the balance of a rod that follows it loses its stability.
 /// @param width  of the answer [s]
@@ -102,7 +102,7 @@ std::vector<Measured> lee_frame()
                 }
                 return sum;
             }
-            return kNone;
+            return kNaN;
         };
         double most = 0, least = 0, v_most = 0, v_least = 0;
         double v_turn[2] = {0, 0};
@@ -125,11 +125,11 @@ std::vector<Measured> lee_frame()
             fmt::format("at v = {:.4f} m (0.48735), {} steps on the path", v_most, P.size() - 1);
         ReferenceCurve& path = rows.back().curve;
         path = {"deflection [m]", "load [N]; reference: its turns", {}, {}, {}};
-        path.add(0, 0, kNone);
-        path.add(0.48735, 18556.73, kNone);
-        path.add(0.58219, -9414.5, kNone);
+        path.add(0, 0, kNaN);
+        path.add(0.48735, 18556.73, kNaN);
+        path.add(0.58219, -9414.5, kNaN);
         for (std::size_t i = 0; i < P.size(); i += 3)
-            path.add(v[i], kNone, P[i]);
+            path.add(v[i], kNaN, P[i]);
         rows.push_back(relative("least load [N]" + of, -9414.5, least, tolerance));
         rows.push_back(relative("deflection at the largest load [m]" + of, 0.48735, v_most, 2e-3));
         rows.push_back(relative("deflection at the least load [m]" + of, 0.58219, v_least, 2e-3));
@@ -261,7 +261,7 @@ std::vector<Measured> twisted_ring()
     for (const int elements : {30, 60, 120})
         for (const double ratio : {1.0, 1.5}) { // B / C
             if (elements != 60 && ratio != 1) continue;
-            RodInput ring = uniform_rod(2 * kPi * R, 1, 1 / ratio, 1e6, 0, elements);
+            RodInput ring = uniform_rod(2 * std::numbers::pi * R, 1, 1 / ratio, 1e6, 0, elements);
             ring.shape.stress_free = false;
             // One cross-section held in space is the ring but for its rigid motions; the other side
             // of the cut is turned against it.
@@ -273,13 +273,13 @@ std::vector<Measured> twisted_ring()
             // A ring of round section that is straight by nature turns about the held cross-section
             // for nothing: one place of its far side stops that.
             RodHold far_side;
-            far_side.at = kPi * R;
+            far_side.at = std::numbers::pi * R;
             far_side.z = {{0, 0}};
             far_side.turns = "free";
             ring.hold.push_back(far_side);
             Centreline curve(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), 1e-6);
-            curve.append_arc(R, 2 * kPi, 0, 1e-6);
-            const double exact = 2 * kPi * std::sqrt(3.0) * ratio;
+            curve.append_arc(R, 2 * std::numbers::pi, 0, 1e-6);
+            const double exact = 2 * std::numbers::pi * std::sqrt(3.0) * ratio;
             rows.push_back(relative(
                 fmt::format(
                     "critical twist of a naturally straight ring, B/C {}, {} elements [rad]", ratio,
@@ -299,7 +299,7 @@ std::vector<Measured> rod_frequencies_case()
         RodInput rod = uniform_rod(1, 1, 1, 1e7, 0, n);
         rod.plane = Vec3::UnitZ();
         rod.segments[0].radius = 1e-4; // no rotary inertia
-        rod.segments[0].density = 1 / (kPi * 1e-8);
+        rod.segments[0].density = 1 / (std::numbers::pi * 1e-8);
         RodBody body(rod, nullptr, 0);
         double t = 0;
         bring_to(body, t, 1, 1);

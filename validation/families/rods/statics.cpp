@@ -5,17 +5,16 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <fmt/format.h>
+#include <numbers>
 #include <stdexcept>
 
 namespace amontons::validation {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
-constexpr double kExtension = 1e8; // EA over EI/L^2: as good as none
+constexpr double kRodExtension = 1e8; // EA over EI/L^2: as good as none
 
 /// A cantilever under a load across it that grows with time.
-RodInput loaded(int elements, double EA = kExtension)
+RodInput loaded_rod(int elements, double EA = kRodExtension)
 {
     RodInput rod = uniform_rod(1, 1, 0.77, EA, 0, elements);
     rod.loads.push_back(end_load({0, 1, 0}));
@@ -28,9 +27,9 @@ Vec3 end_of(const RodBody& rod)
 }
 
 /// Its end, the load reached in steps of 1/4.
-Vec3 bent_end(int elements, double load, double EA = kExtension)
+Vec3 bent_end(int elements, double load, double EA = kRodExtension)
 {
-    RodBody rod(loaded(elements, EA), nullptr, 0);
+    RodBody rod(loaded_rod(elements, EA), nullptr, 0);
     double t = 0;
     bring_to(rod, t, load, int(std::lround(4 * load)));
     return end_of(rod);
@@ -41,7 +40,7 @@ Vec3 bent_end(int elements, double load, double EA = kExtension)
 Elastica elastica_of(double alpha)
 {
     // k^2 = (1 + sin a)/2 with a the slope of the end; sqrt(alpha) = K(k) - F(f, k)
-    double low = 0, high = kPi / 2;
+    double low = 0, high = std::numbers::pi / 2;
     const auto modulus = [](double a) { return std::sqrt(0.5 * (1 + std::sin(a))); };
     const auto start = [&](double a) {
         return std::asin(std::min(1.0, std::sqrt(0.5) / modulus(a)));
@@ -116,7 +115,7 @@ void bring_to(RodBody& rod, double& t, double to, int steps)
 std::vector<Measured> rod_rollup()
 {
     std::vector<Measured> rows;
-    const double L = 10, EI = 100, one = 2 * kPi * EI / L;
+    const double L = 10, EI = 100, one = 2 * std::numbers::pi * EI / L;
     const Mat3 skew = Eigen::AngleAxisd(0.8, Vec3(1, 2, 3).normalized()).toRotationMatrix();
     for (const double turns : {0.5, 1.0, 2.0})
         for (const int elements : {10, 40})
@@ -135,7 +134,7 @@ std::vector<Measured> rod_rollup()
                     RodBody body(rod, nullptr, 0);
                     double t = 0;
                     bring_to(body, t, 1, steps);
-                    const double angle = turns * 2 * kPi;
+                    const double angle = turns * 2 * std::numbers::pi;
                     const Vec3 tip =
                         R * Vec3(L * std::sin(angle) / angle, L * (1 - std::cos(angle)) / angle, 0);
                     rows.push_back(
@@ -167,7 +166,7 @@ std::vector<Measured> rod_elastica()
                                          {10, 0.810609025, 0.554995598, 1.43028554},
                                          {15, 0.847715674, 0.63528578, 1.50184015}};
     std::vector<Measured> rows;
-    RodBody rod(loaded(20), nullptr, 0);
+    RodBody rod(loaded_rod(20), nullptr, 0);
     double t = 0;
     for (const Reference& r : kReferences) {
         bring_to(rod, t, r.alpha, int(std::ceil(4 * (r.alpha - t))));
@@ -207,10 +206,10 @@ std::vector<Measured> rod_bend()
     std::vector<Measured> rows;
     std::vector<double> error;
     for (const int n : {8, 16, 32, 64}) {
-        RodInput rod = uniform_rod(R * kPi / 4, E / 12, E / 2 / 6, E, E / 2, n);
+        RodInput rod = uniform_rod(R * std::numbers::pi / 4, E / 12, E / 2 / 6, E, E / 2, n);
         rod.loads.push_back(end_load({0, 0, 1}));
         Centreline curve(Vec3::Zero(), Vec3::UnitY(), Vec3::UnitX(), 1e-6);
-        curve.append_arc(R, kPi / 4, 0, 1e-6);
+        curve.append_arc(R, std::numbers::pi / 4, 0, 1e-6);
         RodBody body(rod, &curve, 0);
         const Vec3 start = end_of(body);
         double t = 0;
@@ -249,11 +248,11 @@ std::vector<Measured> rod_bend()
                                   {18.36928, 51.96972, 48.70479},
                                   {15.55779, 46.89192, 53.60737}}}};
     for (const Section& section : sections) {
-        RodInput rod =
-            uniform_rod(R * kPi / 4, E / 12, E / 2 * section.J, E, E / 2 * section.shear, 64);
+        RodInput rod = uniform_rod(R * std::numbers::pi / 4, E / 12, E / 2 * section.J, E,
+                                   E / 2 * section.shear, 64);
         rod.loads.push_back(end_load({0, 0, 1}));
         Centreline curve(Vec3::Zero(), Vec3::UnitY(), Vec3::UnitX(), 1e-6);
-        curve.append_arc(R, kPi / 4, 0, 1e-6);
+        curve.append_arc(R, std::numbers::pi / 4, 0, 1e-6);
         RodBody body(rod, &curve, 0);
         const Vec3 start = end_of(body);
         double t = 0;

@@ -5,15 +5,16 @@
 
 #include <cmath>
 #include <fmt/format.h>
+#include <numbers>
 
 namespace amontons::validation {
 namespace {
 
-constexpr double kEI = 0.157079633, kWeight = 0.241929338, kLength = 20, kRadius = 1e-3;
+constexpr double kLongRodEI = 0.157079633, kWeight = 0.241929338, kLength = 20,
+                 kLongRodRadius = 1e-3;
 constexpr int kElements = 200;
 constexpr double kDrag = 0.02;  // the push grows by 1 N/s: slow against w / (clearance drag)
 constexpr double kAside = 1e-3; // [N], at a place: straight, the rod would be in balance
-constexpr double kPi = 3.14159265358979323846;
 
 /// The largest angle from below at which a rod on a wall along x stands, by way of the rod.
 double farthest_round(const std::vector<Vec3>& line)
@@ -32,18 +33,18 @@ double farthest_round(const std::vector<Vec3>& line)
 /// The push at which some place of the rod first goes over the top [N].
 double helical_push(double clearance)
 {
-    const double straight = 2 * std::sqrt(kEI * kWeight / clearance);
+    const double straight = 2 * std::sqrt(kLongRodEI * kWeight / clearance);
     SolidScene s("tube");
     ObstacleInput& tube = s.scene.obstacles.emplace_back();
     tube.name = "tube";
     tube.side = "inside";
     tube.surface.generate = "cylinder";
     tube.surface.axis = Vec3::UnitX();
-    tube.surface.radius = clearance + kRadius;
+    tube.surface.radius = clearance + kLongRodRadius;
     s.scene.order.push_back(tube.name);
-    RodInput& rod =
-        s.scene.rods.emplace_back(uniform_rod(kLength, kEI, 0.77 * kEI, 628000, 0, kElements));
-    rod.segments[0].radius = kRadius;
+    RodInput& rod = s.scene.rods.emplace_back(
+        uniform_rod(kLength, kLongRodEI, 0.77 * kLongRodEI, 628000, 0, kElements));
+    rod.segments[0].radius = kLongRodRadius;
     rod.shape.start = Vec3(0, 0, -clearance);
     rod.drag = kDrag;
     rod.hold.clear();
@@ -69,7 +70,7 @@ double helical_push(double clearance)
     s.scene.time.end = 2 * straight;
     const SolidRun run = run_solids(s.scene);
     for (const StepRecord& step : run.steps)
-        if (farthest_round(step.beams.at(0).points) > kPi) return step.time;
+        if (farthest_round(step.beams.at(0).points) > std::numbers::pi) return step.time;
     return std::nan("");
 }
 
@@ -79,7 +80,8 @@ std::vector<Measured> rod_helical()
 {
     std::vector<Measured> rows;
     for (const double clearance : {0.005, 0.01, 0.02}) {
-        const double F = helical_push(clearance), unit = std::sqrt(kEI * kWeight / clearance);
+        const double F = helical_push(clearance),
+                     unit = std::sqrt(kLongRodEI * kWeight / clearance);
         const std::string at = fmt::format(", clearance {} m", clearance);
         rows.push_back(relative("push at which the rod goes round the tube [N]" + at,
                                 2 * std::sqrt(2) * unit, F, 0.1));

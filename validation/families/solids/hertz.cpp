@@ -12,7 +12,6 @@
 namespace amontons::validation {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kRim = kRimOfHemisphere;
 
 struct Profile {
@@ -33,7 +32,7 @@ Profile profile_of(const StepRecord& step, bool line)
         raise_to(p.largest, c.pressure);
     }
     p.a = std::sqrt((line ? 4 : 2.5) * moment / p.force);
-    p.p0 = (line ? 3 * kPi / 8 : 4.0 / 3) * square / p.force;
+    p.p0 = (line ? 3 * std::numbers::pi / 8 : 4.0 / 3) * square / p.force;
     return p;
 }
 
@@ -71,7 +70,7 @@ std::vector<Measured> hertz_sphere()
     const double cell = a / 4; // of T10: multipliers every a / 8
     SolidInput& b = s.solid("ball", E, nu, hemisphere(R, a, cell, false, false));
     b.hold = {hold("x_min", still(), {}, {}), hold("y_min", {}, still(), {})};
-    LoadInput push = traction("high", {0, 0, -F / (kPi * kRim * kRim * R * R)});
+    LoadInput push = traction("high", {0, 0, -F / (std::numbers::pi * kRim * kRim * R * R)});
     push.over = {{0, 1.0 / 64}, {1, 1.0 / 8}, {2, 1}};
     b.loads = {push};
     s.plane("plane", Vec3::Zero(), Vec3::UnitZ());
@@ -198,7 +197,8 @@ struct Sheared {
 ReferenceCurve tractions(const StepRecord& step, double mu, double a, double P, double share)
 {
     ReferenceCurve curve{"r [m]", fmt::format("traction [Pa], Q = {:.2f} mu P", share), {}, {}, {}};
-    const double p0 = 1.5 * P / (kPi * a * a), c = a * std::cbrt(1 - std::min(share, 1.0));
+    const double p0 = 1.5 * P / (std::numbers::pi * a * a),
+                 c = a * std::cbrt(1 - std::min(share, 1.0));
     const auto dome = [](double r, double of) {
         return of > r ? std::sqrt(1 - r * r / (of * of)) : 0;
     };
@@ -246,7 +246,7 @@ Sheared sheared(double R, double E, double nu, double mu, double a, double cell,
         if (nearest + 1 == out.share.end())
             out.traction = tractions(run.steps[k], mu, p.a, std::abs(f.z()), out.share.back());
         out.shift.push_back(end * (run.steps[k].time - 1) / steps);
-        out.c.push_back(std::sqrt(2 * stick / kPi) / p.a);
+        out.c.push_back(std::sqrt(2 * stick / std::numbers::pi) / p.a);
     }
     return out;
 }

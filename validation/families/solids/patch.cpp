@@ -12,7 +12,7 @@
 namespace amontons::validation {
 namespace {
 
-constexpr double kE = 1e6, kP = 1e3;
+constexpr double kPatchModulus = 1e6, kPatchPressure = 1e3;
 
 struct Worst {
     double u = 0, p = 0, force = 0;
@@ -22,13 +22,15 @@ struct Worst {
 Worst patch(const std::string& element, double nu, double mu, double turn, double accuracy)
 {
     SolidScene s("patch");
-    SolidInput* lower = &s.block("lower", kE, nu, {0, 0, 0}, {1, 1, 0.5}, {4, 4, 2}, element);
+    SolidInput* lower =
+        &s.block("lower", kPatchModulus, nu, {0, 0, 0}, {1, 1, 0.5}, {4, 4, 2}, element);
     lower->hold = {hold("z_min", {}, {}, still()), hold("x_min", still(), {}, {}),
                    hold("y_min", {}, still(), {})};
     lower->start.turn = {0, 0, turn};
-    SolidInput& upper = s.block("upper", kE, nu, {0, 0, 0.5}, {1, 1, 1}, {3, 3, 2}, element);
+    SolidInput& upper =
+        s.block("upper", kPatchModulus, nu, {0, 0, 0.5}, {1, 1, 1}, {3, 3, 2}, element);
     upper.hold = {hold("x_min", still(), {}, {}), hold("y_min", {}, still(), {})};
-    upper.loads = {pressure("z_max", kP)};
+    upper.loads = {pressure("z_max", kPatchPressure)};
     upper.start.turn = {0, 0, turn};
     s.touch("upper", "lower", mu, "z_min", "z_max").sliding = "small";
     if (accuracy > 0) s.scene.accuracy.contact = accuracy;
@@ -40,18 +42,19 @@ Worst patch(const std::string& element, double nu, double mu, double turn, doubl
         const std::vector<Vec3> u = displacements(b), x = first_places(b);
         for (std::size_t i = 0; i < u.size(); ++i) {
             const Vec3 X = R.transpose() * x[i];
-            const Vec3 exact =
-                R * Vec3(nu * kP / kE * X.x(), nu * kP / kE * X.y(), -kP / kE * X.z());
-            raise_to(w.u, (u[i] - exact).norm() / (kP / kE));
+            const Vec3 exact = R * Vec3(nu * kPatchPressure / kPatchModulus * X.x(),
+                                        nu * kPatchPressure / kPatchModulus * X.y(),
+                                        -kPatchPressure / kPatchModulus * X.z());
+            raise_to(w.u, (u[i] - exact).norm() / (kPatchPressure / kPatchModulus));
         }
     }
     double sum = 0;
     if (run.last().contacts.empty()) w.p = 1;
     for (const ContactRecord& c : run.last().contacts) {
-        raise_to(w.p, std::abs(c.pressure - kP) / kP);
+        raise_to(w.p, std::abs(c.pressure - kPatchPressure) / kPatchPressure);
         sum += c.normal_force;
     }
-    w.force = std::abs(sum - kP) / kP;
+    w.force = std::abs(sum - kPatchPressure) / kPatchPressure;
     for (double* x : {&w.u, &w.p, &w.force})
         *x = certified(run, *x);
     return w;

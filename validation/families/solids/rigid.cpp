@@ -20,7 +20,7 @@ ShapeInput box_shape(const Vec3& size)
     return shape;
 }
 
-constexpr double kG = 9.81;
+constexpr double kGravity = 9.81;
 
 } // namespace
 
@@ -39,7 +39,7 @@ std::vector<Measured> wedge()
             if (rigid) {
                 RigidInput& b = s.rigid("block", box_shape(size));
                 b.mass = mass;
-                b.force = {mass * kG, 0, 0};
+                b.force = {mass * kGravity, 0, 0};
                 b.over = over;
                 b.start.turn = {0, -slope, 0};
                 b.start.place = 0.5 * size.z() * normal;
@@ -51,14 +51,14 @@ std::vector<Measured> wedge()
                 // On the whole volume, as the weight: shared by the nodes of the middle layers.
                 LoadInput push;
                 push.set = "all";
-                push.force = Vec3(mass * kG, 0, 0);
+                push.force = Vec3(mass * kGravity, 0, 0);
                 push.over = over;
                 b.loads = {push};
             }
             s.plane("wedge", Vec3::Zero(), normal);
             ContactLaw& law = s.touch("block", "wedge", mu, rigid ? "" : "z_min");
             if (rigid) law.sliding = "finite";
-            s.scene.gravity = {0, 0, -kG};
+            s.scene.gravity = {0, 0, -kGravity};
             s.scene.time.step = 0.02;
             s.scene.time.smallest_step = 1e-7;
             const SolidRun run = try_run(s.scene);
@@ -75,12 +75,12 @@ std::vector<Measured> wedge()
         const Vec3 normal(-std::sin(slope), 0, std::cos(slope)), size(0.4, 0.2, 0.05);
         RigidInput& b = s.rigid("block", box_shape(size));
         b.mass = 1;
-        b.force = {push * kG, 0, 0};
+        b.force = {push * kGravity, 0, 0};
         b.start.turn = {0, -slope, 0};
         b.start.place = 0.5 * size.z() * normal;
         s.plane("wedge", Vec3::Zero(), normal);
         s.touch("block", "wedge", 0).sliding = "finite";
-        s.scene.gravity = {0, 0, -kG};
+        s.scene.gravity = {0, 0, -kGravity};
         s.scene.time.kind = "dynamic";
         s.scene.time.step = s.scene.time.end = 0.01;
         return run_solids(s.scene).quantity("block_velocity_x");
@@ -106,7 +106,7 @@ std::vector<Measured> friction_limits()
             b.start.place = 0.05 * normal;
             s.plane("incline", Vec3::Zero(), normal);
             s.touch("block", "incline", mu).sliding = "finite";
-            s.scene.gravity = {0, 0, -kG};
+            s.scene.gravity = {0, 0, -kGravity};
             s.scene.time.smallest_step = 0.5;
             return try_run(s.scene).summary.status == "done";
         };

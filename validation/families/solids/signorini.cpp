@@ -1,5 +1,6 @@
 // A09, A16: elastic blocks on a rigid plane with friction.
 
+#include "mesh/base/limits.hpp"
 #include "validation/families/solids/blocks.hpp"
 #include "validation/families/solids/solids.hpp"
 
@@ -12,7 +13,6 @@
 namespace amontons::validation {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPoints[] = {0.0, 1.25e-3, 5e-3, 7.5e-3, 11.25e-3}; // A to E [m]
 
 Mat3 turn_of(const RaousOptions& o)
@@ -98,9 +98,9 @@ void add_raous(std::vector<Measured>& rows, const std::string& of, const Raous& 
     const char* points[] = {"A", "B", "C", "D", "E"};
     ReferenceCurve curve{"x along the plane [m]", "u_x [m]", {}, {}, {}};
     for (std::size_t i = 0; i < r.x.size(); ++i)
-        curve.add(r.x[i], kNone, r.u_x[i]);
+        curve.add(r.x[i], kNaN, r.u_x[i]);
     for (std::size_t i = 0; i < 5; ++i)
-        if (ux[i] != 0) curve.add(kPoints[i], ux[i], kNone);
+        if (ux[i] != 0) curve.add(kPoints[i], ux[i], kNaN);
     const std::size_t first = rows.size();
     for (std::size_t i = 0; i < 5; ++i)
         if (ux[i] != 0)

@@ -12,22 +12,22 @@
 namespace amontons::validation {
 namespace {
 
-constexpr double kE = 1e6, kP = 1e3;
+constexpr double kBlockModulus = 1e6, kBlockPressure = 1e3;
 
-struct Blocks {
+struct PressedBlocks {
     ElementKind kind = ElementKind::T4;
     bool small = true;
-    double lower_E = kE, upper_E = kE, nu = 0.3, mu = 0, length = 1;
+    double lower_E = kBlockModulus, upper_E = kBlockModulus, nu = 0.3, mu = 0, length = 1;
     int lower_cells = 4, upper_cells = 3;
     double shift = 0;                    ///< of the upper block, up [m]
     double shear = 0;                    ///< along x on its top, of the pressure
-    double load = kP;                    ///< pressure on its top [Pa]
+    double load = kBlockPressure;        ///< pressure on its top [Pa]
     bool held_aside = true;              ///< both by symmetry planes; else the lower is clamped
     std::vector<HoldInput> lower, upper; ///< further ones
     double layer = 0;                    ///< the lower block's top layer of elements is this thin
 };
 
-SolidRun run_blocks(const Blocks& o)
+SolidRun run_blocks(const PressedBlocks& o)
 {
     const double s1 = o.length;
     SolidScene s("two blocks");
@@ -70,7 +70,7 @@ Vec3 force_of(const SolidRun& run)
 struct Miss {
     double u = 0, p = 0;
 };
-Miss miss_of(const SolidRun& run, const Blocks& o, double p)
+Miss miss_of(const SolidRun& run, const PressedBlocks& o, double p)
 {
     Miss m;
     const double scale = p * o.length * (0.5 / o.lower_E + 0.5 / o.upper_E);
@@ -99,8 +99,8 @@ const char* name_of(ElementKind kind)
 
 /// The uniform state, in the geometry of the start to rounding and in that of the end to the
 /// strains.
-void uniform(std::vector<Measured>& rows, const std::string& what, Blocks o, double p = kP,
-             double tolerance = 1e-8)
+void uniform(std::vector<Measured>& rows, const std::string& what, PressedBlocks o,
+             double p = kBlockPressure, double tolerance = 1e-8)
 {
     for (const ElementKind kind : {ElementKind::T4, ElementKind::T10})
         for (const bool small : {true, false}) {
@@ -124,7 +124,7 @@ void uniform(std::vector<Measured>& rows, const std::string& what, Blocks o, dou
 }
 
 /// The run must end with a reason that says `word`.
-void refused(std::vector<Measured>& rows, const std::string& what, Blocks o,
+void refused(std::vector<Measured>& rows, const std::string& what, PressedBlocks o,
              const std::string& word)
 {
     for (const ElementKind kind : {ElementKind::T4, ElementKind::T10})
@@ -146,8 +146,9 @@ void refused(std::vector<Measured>& rows, const std::string& what, Blocks o,
 std::vector<Measured> stiff_blocks()
 {
     std::vector<Measured> rows;
-    Blocks o;
-    for (const auto& [lower, upper] : {std::pair{kE, 1e6 * kE}, {1e6 * kE, kE}})
+    PressedBlocks o;
+    for (const auto& [lower, upper] :
+         {std::pair{kBlockModulus, 1e6 * kBlockModulus}, {1e6 * kBlockModulus, kBlockModulus}})
         for (const auto& [below, above] : {std::pair{4, 3}, {3, 4}}) {
             o.lower_E = lower;
             o.upper_E = upper;
@@ -160,7 +161,7 @@ std::vector<Measured> stiff_blocks()
         }
     o = {};
     o.nu = 0.49999;
-    uniform(rows, "Poisson's ratio 0.49999", o, kP, 1e-6);
+    uniform(rows, "Poisson's ratio 0.49999", o, kBlockPressure, 1e-6);
     o = {};
     o.layer = 1e-5;
     uniform(rows, "slivers: a layer 1e-5 thin", o);
@@ -175,7 +176,7 @@ std::vector<Measured> stiff_blocks()
 std::vector<Measured> gaps_and_overlaps()
 {
     std::vector<Measured> rows;
-    Blocks o;
+    PressedBlocks o;
     o.shift = 1e-12;
     uniform(rows, "gap 1e-12", o);
     o.shift = 1e-3;
@@ -186,7 +187,7 @@ std::vector<Measured> gaps_and_overlaps()
     o.load = 0;
     o.upper = {hold("z_max", {}, {}, still())};
     {
-        const double p = 1e-2 * kE;
+        const double p = 1e-2 * kBlockModulus;
         for (const ElementKind kind : {ElementKind::T4, ElementKind::T10})
             for (const bool small : {true, false}) {
                 o.kind = kind;
@@ -227,7 +228,7 @@ std::vector<Measured> gaps_and_overlaps()
             rows.back().note = run.summary.message;
         }
     o.upper.clear();
-    o.load = -kP;
+    o.load = -kBlockPressure;
     refused(rows, "pulled away by a load", o, "upper");
     return rows;
 }
@@ -235,7 +236,7 @@ std::vector<Measured> gaps_and_overlaps()
 std::vector<Measured> floating_blocks()
 {
     std::vector<Measured> rows;
-    Blocks o;
+    PressedBlocks o;
     o.held_aside = false;
     o.nu = 0; // a clamped foot leaves the state uniform
     uniform(rows, "floating, without friction", o);
@@ -256,7 +257,8 @@ std::vector<Measured> floating_blocks()
                 double worst = std::nan("");
                 if (run.summary.status == "done") {
                     const Vec3 f = force_of(run);
-                    worst = (f - Vec3(-0.1 * kP, 0, kP)).norm() / kP;
+                    worst = (f - Vec3(-0.1 * kBlockPressure, 0, kBlockPressure)).norm() /
+                            kBlockPressure;
                     worst = certified(run, worst);
                 }
                 rows.push_back(at_most(fmt::format("floating, sheared, mu {}: balance, {}{}", mu,
@@ -270,7 +272,7 @@ std::vector<Measured> floating_blocks()
 std::vector<Measured> prescribed_faces()
 {
     std::vector<Measured> rows;
-    Blocks o;
+    PressedBlocks o;
     o.nu = 0;
     o.upper = {hold("z_min", still(), still(), {})};
     uniform(rows, "one face held along itself", o);
@@ -296,7 +298,8 @@ std::vector<Measured> prescribed_faces()
                 const SolidRun run = run_blocks(o);
                 double worst = std::nan("");
                 if (run.summary.status == "done") {
-                    worst = certified(run, std::abs(force_of(run).z() / (2e-3 * kE) - 1));
+                    worst =
+                        certified(run, std::abs(force_of(run).z() / (2e-3 * kBlockModulus) - 1));
                 }
                 rows.push_back(
                     at_most(fmt::format("{} face prescribed, {} cells on {}, {}: force",

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <numbers>
 
 // Of the cable the answer is that of a polygon with equal turns: n corners on the cylinder, half a
 // turn's chord beyond the tangent points at either end, so that the ends leave along the tangents.
@@ -16,7 +17,6 @@
 namespace amontons::validation {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kStrain = 1e-3; // of the stretched cable, everywhere about the same
 
 /// Tension before a corner that turns the cable by d over that after it, where it slides.
@@ -186,7 +186,7 @@ std::vector<Measured> capstan_cable()
           Kind{3, 0.3, 16, 309.664853}, Kind{3, 0.3, 32, 291.417418}, Kind{3, 0.3, 160, 285.90484},
           Kind{5, 0.3, 24}, Kind{10, 0.3, 24}, Kind{10, 0.5, 24}}) {
         Capstan c;
-        const double angle = 2 * kPi * kind.wraps;
+        const double angle = 2 * std::numbers::pi * kind.wraps;
         make(c, angle, int(kind.wraps * kind.per_wrap), kind.mu, 0);
         const std::string name =
             fmt::format("{} wraps, mu {}, {} corners a wrap", kind.wraps, kind.mu, kind.per_wrap);
@@ -244,7 +244,7 @@ std::vector<Measured> capstan_beam()
     for (double wraps : {0.5, 1.0})
         for (int per_wrap : {3000, 6000, 12000}) {
             Capstan c;
-            const double angle = 2 * kPi * wraps;
+            const double angle = 2 * std::numbers::pi * wraps;
             make(c, angle, int(wraps * per_wrap), mu, kBending);
             c.wire.plane = Vec3::UnitZ();
             const std::string name = fmt::format("{} wrap{}, {} elements", wraps,
@@ -258,7 +258,8 @@ std::vector<Measured> capstan_beam()
             const Vec3 last = force_in(c.wire, c.wire.material.law.size() - 1);
             // What the force turns by on its way, near the angle of contact.
             const double part = std::atan2(last.cross(first).z(), first.dot(last));
-            const double turned = part + 2 * kPi * std::round((angle - part) / (2 * kPi));
+            const double turned =
+                part + 2 * std::numbers::pi * std::round((angle - part) / (2 * std::numbers::pi));
             rows.push_back(relative("tension ratio, " + name, std::exp(mu * turned),
                                     first.norm() / last.norm(), 1e-5));
             rows.back().note = fmt::format("force turns by {:.6f} rad; exp(mu 2 pi wraps) {:.9g}",

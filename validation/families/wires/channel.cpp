@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <numbers>
 #include <stdexcept>
 
 // One wire in a curved channel: whip, torque lost to friction, tension lost to friction.
@@ -18,8 +19,7 @@
 namespace amontons::validation {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kRadius = 4.445e-4;
+constexpr double kGuidewireRadius = 4.445e-4;
 
 /// Complete elliptic integral of the first kind, modulus k, by the arithmetic-geometric mean.
 double elliptic(double k)
@@ -30,14 +30,14 @@ double elliptic(double k)
         b = std::sqrt(a * b);
         a = c;
     }
-    return kPi / (a + b);
+    return std::numbers::pi / (a + b);
 }
 
 /// Amplitude of the pendulum that swings a quarter of its period over the length: half the jump.
 double amplitude(double lambda)
 {
-    if (lambda <= kPi / 2) return 0;
-    double low = 0, high = kPi;
+    if (lambda <= std::numbers::pi / 2) return 0;
+    double low = 0, high = std::numbers::pi;
     for (int i = 0; i < 200; ++i) {
         const double a = 0.5 * (low + high);
         (elliptic(std::sin(0.5 * a)) < lambda ? low : high) = a;
@@ -85,9 +85,9 @@ struct Turned {
     RunSummary summary;
 };
 
-struct Collect : StepObserver {
+struct CollectTips : StepObserver {
     Turned& turned;
-    explicit Collect(Turned& t) : turned(t) {}
+    explicit CollectTips(Turned& t) : turned(t) {}
     void on_step(const StepRecord& r) override
     {
         double base = 0, tip = 0;
@@ -101,7 +101,7 @@ struct Collect : StepObserver {
 };
 
 /// A wire of natural curvature in a channel, turned by 360 degrees and back to 180.
-Turned turn(double lambda)
+Turned turn_in_channel(double lambda)
 {
     const double EI = 5.2e-4, GJ = 4e-4, bend = 0.038, k0 = 50, clearance = 1e-7;
     const double length = lambda / std::sqrt(EI / bend * k0 / GJ);
@@ -114,12 +114,13 @@ Turned turn(double lambda)
           "drive": {{"insertion": [[0, 0], [4, {8}]],
                      "twist": [[4, 0], [14, {9}], [24, {10}], [34, {9}]]}}}}}},
         "contact": [{{"between": ["wire", "tube"]}}], "time": {{"step": 0.1, "end": 34}}}})",
-                                          kRadius + clearance, bend, length / bend + 0.5,
-                                          length + 2e-5, kRadius, EI, GJ, k0, length, kPi, 2 * kPi),
+                                          kGuidewireRadius + clearance, bend, length / bend + 0.5,
+                                          length + 2e-5, kGuidewireRadius, EI, GJ, k0, length,
+                                          std::numbers::pi, 2 * std::numbers::pi),
                               "whip");
     const auto simulation = make_simulation(scene, build_obstacles(scene));
     Turned t;
-    Collect collect(t);
+    CollectTips collect(t);
     const std::atomic<bool> never{false};
     t.summary = simulation->run(collect, never);
     if (t.summary.status != "done") throw std::runtime_error(t.summary.message);
@@ -131,14 +132,14 @@ Turned turn(double lambda)
 std::vector<Measured> whip()
 {
     std::vector<Measured> rows;
-    const double degree = kPi / 180;
+    const double degree = std::numbers::pi / 180;
     for (double lambda : {1.55, 1.6, 2.0}) {
-        const Turned t = turn(lambda);
+        const Turned t = turn_in_channel(lambda);
         const std::string name = fmt::format(", lambda {}", lambda);
         // At a base rotation of 180 degrees on the way there and on the way back.
         double there = 0;
         for (std::size_t i = 0; i + 1 < t.base.size(); ++i)
-            if (there == 0 && t.base[i] >= kPi * (1 - 1e-9)) there = t.tip[i];
+            if (there == 0 && t.base[i] >= std::numbers::pi * (1 - 1e-9)) there = t.tip[i];
         const double jump = t.tip.back() - there, exact = 2 * amplitude(lambda);
         if (exact == 0)
             rows.push_back(at_most("hysteresis [rad]" + name, std::abs(jump), 1e-3));
@@ -167,7 +168,7 @@ std::vector<Measured> whip()
 std::vector<Measured> torque_lag()
 {
     // The torus example with friction, turned in place until every contact slips around.
-    const double EI = 5.2e-4, mu = 0.1, R = 0.050 + 1e-3 - kRadius, GJ = 0.77 * EI;
+    const double EI = 5.2e-4, mu = 0.1, R = 0.050 + 1e-3 - kGuidewireRadius, GJ = 0.77 * EI;
     Scene s = scene("torus", {"contact=[{\"between\":[\"wire\",\"tube\"],\"friction\":0.1}]",
                               "bodies/wire={\"kind\":\"beam\",\"segments\":[{\"length\":0.260,"
                               "\"radius\":4.445e-4,\"EI\":5.2e-4,\"EA\":5000,"
@@ -213,9 +214,10 @@ std::vector<Measured> torque_lag()
     }
     std::vector<Measured> rows;
     rows.push_back(relative("torque lost over 35 mm: mu q r L [N m]",
-                            mu * line * kRadius * (to - from), T1 - T2, 0.03));
+                            mu * line * kGuidewireRadius * (to - from), T1 - T2, 0.03));
     rows.push_back(relative("torque lag over 35 mm: mu q r L^2/(2 GJ) [rad]",
-                            mu * line * kRadius * std::pow(to - from, 2) / (2 * GJ), lag, 0.03));
+                            mu * line * kGuidewireRadius * std::pow(to - from, 2) / (2 * GJ), lag,
+                            0.03));
     rows.push_back(at_most("steps without certificate", summary.uncertified_steps, 0));
     return rows;
 }
@@ -251,7 +253,7 @@ Vec3 on_bends(const std::vector<double>& angles, double s, Vec3& tangent)
 }
 
 /// Force at the base when a wire is drawn back through bends against a pull at its tip [N].
-double drawn(const std::vector<double>& angles, double mu, double pull)
+double drawn_wire(const std::vector<double>& angles, double mu, double pull)
 {
     std::string pieces = fmt::format("{{\"length\": {}}}", kStraight);
     double along = kStraight + kEnd, side = 0;
@@ -261,7 +263,7 @@ double drawn(const std::vector<double>& angles, double mu, double pull)
             along += kEnd;
         }
         pieces += fmt::format(", {{\"radius\": {}, \"angle\": {}, \"direction\": {}}}", kBend, a,
-                              side * kPi);
+                              side * std::numbers::pi);
         along += kBend * a;
         side = 1 - side;
     }
@@ -316,7 +318,7 @@ std::vector<Measured> belt_friction()
     std::vector<Measured> rows;
     for (const Bends& b : bent_tubes())
         for (double mu : {0.1, 0.2, 0.3}) {
-            const double slope = drawn(b.angles, mu, 2) - drawn(b.angles, mu, 1);
+            const double slope = drawn_wire(b.angles, mu, 2) - drawn_wire(b.angles, mu, 1);
             rows.push_back(relative(fmt::format("slope of the pull, {}, mu {}", b.name, mu),
                                     std::exp(mu * b.all()), slope, 0.02));
         }

@@ -4,12 +4,12 @@
 
 #include <cmath>
 #include <fmt/format.h>
+#include <numbers>
 #include <stdexcept>
 
 namespace amontons::validation {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kRoot = 1.87510406871196; // first of cosh x cos x = -1
 
 double frequency(const VibratingWire& w)
@@ -42,7 +42,7 @@ Oscillation vibrate(const VibratingWire& w, double omega, double h, Mode mode = 
     b.wire.dead_force.clear();
     b.wire.dead_moment.clear();
     // Higher modes die out first: 3 periods, then 2 to measure.
-    const double period = 2 * kPi / omega;
+    const double period = 2 * std::numbers::pi / omega;
     std::vector<double> tip;
     for (int i = 0; i < int(std::lround(5 * period / h)); ++i) {
         step();
@@ -66,7 +66,7 @@ std::vector<Measured> cantilever_frequency()
     std::vector<Measured> rows;
     VibratingWire w;
     w.radius = 1e-3 * w.length; // rotary inertia of the sections: 6e-7 of the frequency
-    const double omega = frequency(w), period = 2 * kPi / omega;
+    const double omega = frequency(w), period = 2 * std::numbers::pi / omega;
 
     double miss[3];
     for (int k = 0; k < 3; ++k) {
@@ -103,14 +103,14 @@ std::vector<Measured> cantilever_frequency()
     t.held = 0.05 * t.length;
     t.radius = 0.02 * t.length;
     t.elements = 40;
-    double low = 0, high = 0.5 * kPi / t.length;
+    double low = 0, high = 0.5 * std::numbers::pi / t.length;
     for (int i = 0; i < 60; ++i) {
         const double middle = 0.5 * (low + high);
         (middle * std::tan(middle * t.length) < 1 / t.held ? low : high) = middle;
     }
     const double polar = 0.5 * t.mass_per_length() * t.radius * t.radius;
     const double twist = low * std::sqrt(t.torsion_of_bending * t.EI / polar);
-    const double dt = 2 * kPi / twist / 40;
+    const double dt = 2 * std::numbers::pi / twist / 40;
     rows.push_back(relative("frequency of torsion, 40 elements [rad/s]", twist,
                             std::tan(vibrate(t, twist, dt, Mode::torsion).angle) / dt, 2e-4));
 

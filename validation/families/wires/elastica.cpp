@@ -8,8 +8,8 @@
 namespace amontons::validation {
 namespace {
 
-// EA this large: the reference is inextensible, and extension shortens by alpha / kExtension.
-constexpr double kExtension = 1e8;
+// EA this large: the reference is inextensible, and extension shortens by alpha / kStiffExtension.
+constexpr double kStiffExtension = 1e8;
 
 struct Reference {
     double alpha, w, u;
@@ -20,7 +20,7 @@ constexpr Reference kReferences[] = {
 Vec3 tip(double alpha, int elements)
 {
     LoadedWire wire;
-    wire.EA = kExtension;
+    wire.EA = kStiffExtension;
     wire.elements = elements;
     wire.force = Vec3(0, alpha, 0);
     return solve(wire).state.nodes.back().position();

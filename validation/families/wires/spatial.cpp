@@ -6,7 +6,7 @@
 namespace amontons::validation {
 namespace {
 
-std::vector<Measured> rows_of(const Run& r)
+std::vector<Measured> spatial_rows(const Run& r)
 {
     std::vector<Measured> rows;
     add_energy_and_certificates(rows, r, 0.01);
@@ -33,19 +33,19 @@ constexpr const char* kSpatialWire =
 
 std::vector<Measured> double_u_curved()
 {
-    return rows_of(run(scene(
+    return spatial_rows(run(scene(
         "double-u",
         {fmt::format(kSpatialWire, ",\"curvature\":1,\"curvature_angle\":1.5707963267948966")})));
 }
 
 std::vector<Measured> double_u_unheld()
 {
-    return rows_of(run(scene("double-u", {fmt::format(kSpatialWire, "")})));
+    return spatial_rows(run(scene("double-u", {fmt::format(kSpatialWire, "")})));
 }
 
 std::vector<Measured> j_tip_twist()
 {
-    return rows_of(run(scene("j-tip-twist")));
+    return spatial_rows(run(scene("j-tip-twist")));
 }
 
 } // namespace amontons::validation

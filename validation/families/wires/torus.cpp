@@ -8,7 +8,7 @@
 namespace amontons::validation {
 namespace {
 
-constexpr double kEI = 5.2e-4, kBend = 0.050, kClearance = 1e-3 - 4.445e-4;
+constexpr double kTorusEI = 5.2e-4, kTorusBend = 0.050, kTorusClearance = 1e-3 - 4.445e-4;
 constexpr double kWindow = 0.020;
 
 } // namespace
@@ -16,8 +16,8 @@ constexpr double kWindow = 0.020;
 std::vector<Measured> torus()
 {
     const Run r = run(scene("torus"));
-    const double R = kBend + kClearance;
-    const double force = kEI / (2 * R * R), growth = kEI / (R * R * R) * kWindow;
+    const double R = kTorusBend + kTorusClearance;
+    const double force = kTorusEI / (2 * R * R), growth = kTorusEI / (R * R * R) * kWindow;
     std::vector<Measured> rows;
     // The steady part: from 150 mm on the tip's end of the wire has the form that it keeps.
     const double from = 0.150, to = 0.230;

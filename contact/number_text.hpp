@@ -1,0 +1,17 @@
+#pragma once
+
+#include <sstream>
+#include <string>
+
+// How messages write numbers; for .cpp files alone.
+
+namespace amontons {
+
+inline std::string number_text(double value)
+{
+    std::ostringstream out;
+    out << value;
+    return out.str();
+}
+
+} // namespace amontons

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "mesh/base/types.hpp"
+#include "mesh/format/text.hpp"
+#include "mesh/surface_mesh.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+// What the checks and repairs of meshes have in common; for .cpp files alone.
+
+namespace amontons {
+
+constexpr double kCoincident = 1e-9;    ///< distance / diagonal: rounding of a file, not geometry
+constexpr double kFlatTriangle = 1e-12; ///< height of a triangle / diagonal: its normal is noise
+constexpr std::size_t kMostNamed = 3;   ///< faults of one kind that are shown
+
+inline const Vec3& point_of(const SurfaceMesh& mesh, std::int32_t i)
+{
+    return mesh.points[static_cast<std::size_t>(i)];
+}
+
+/// "(1, 2, 3)".
+inline std::string place_text(const Vec3& x)
+{
+    std::string text = "(";
+    for (int i = 0; i < 3; ++i) {
+        append_number(text, x[i]);
+        text += i < 2 ? ", " : ")";
+    }
+    return text;
+}
+
+} // namespace amontons
