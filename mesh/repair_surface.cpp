@@ -178,10 +178,10 @@ bool is_closed_and_consistent(const SurfaceMesh& mesh)
 void count_turned(const std::vector<RepairedTriangle>& before, const SurfaceMesh& mesh,
                   SurfaceRepair& done)
 {
-    struct Part {
+    struct TurnedPart {
         std::int64_t triangles = 0, turned = 0;
     };
-    std::vector<Part> parts;
+    std::vector<TurnedPart> parts;
     const std::vector<std::int32_t> part_of = parts_of(mesh);
     for (std::size_t t = 0; t < before.size(); ++t) {
         const auto i = static_cast<std::size_t>(part_of[t]);
@@ -189,7 +189,7 @@ void count_turned(const std::vector<RepairedTriangle>& before, const SurfaceMesh
         ++parts[i].triangles;
         parts[i].turned += before[t] != mesh.triangles[t];
     }
-    for (const Part& part : parts)
+    for (const TurnedPart& part : parts)
         if (part.turned == part.triangles)
             ++done.turned_parts;
         else

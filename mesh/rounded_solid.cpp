@@ -15,8 +15,8 @@ constexpr int kRounds = 30;  // of Newton's method
 constexpr double kOn = 1e-6; // value / width: on the surface
 constexpr double kReach = 2; // of a projection / width
 
-using Samples = std::array<double, kSampleBlock * kSampleBlock *
-                                       kSampleBlock>; // of a block; signed distances [m]
+/// Signed distances of a block [m].
+using Samples = std::array<double, kSampleBlock * kSampleBlock * kSampleBlock>;
 
 std::int64_t floor_div(std::int64_t a, std::int64_t b)
 {

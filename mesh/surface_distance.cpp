@@ -9,10 +9,6 @@
 
 namespace amontons {
 
-namespace {
-
-} // namespace
-
 SurfaceDistance::SurfaceDistance(SmoothSurface smooth, int cuts, double band)
     : smooth_{std::move(smooth)}
     , cuts_{cuts}

@@ -9,8 +9,8 @@ namespace amontons {
 namespace {
 
 constexpr std::int32_t kGroupLeaf = 8;
-constexpr double kFarGroup =
-    3; // distance / radius from which a group is one: the sum errs by < 0.1
+// Distance / radius from which a group is one: the sum errs by < 0.1.
+constexpr double kFarGroup = 3;
 
 Vec3 middle(const Vec3& a, const Vec3& b, const Vec3& c)
 {

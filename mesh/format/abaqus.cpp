@@ -84,6 +84,7 @@ public:
     }
 
 private:
+    using Label = VolumeBuilder::Label;
     using Parameters = std::map<std::string, std::string>;
     enum class Section { skipped, nodes, elements, node_set, element_set, surface, instance };
 
@@ -298,7 +299,7 @@ private:
         }
     }
 
-    bool read_label(std::string_view field, VolumeBuilder::Label& value, const char* what)
+    bool read_label(std::string_view field, Label& value, const char* what)
     {
         const auto [stop, error] =
             std::from_chars(field.data(), field.data() + field.size(), value);
@@ -309,7 +310,7 @@ private:
 
     void read_node(std::string_view line)
     {
-        VolumeBuilder::Label label = 0;
+        Label label = 0;
         if (!read_label(next_field(line), label, "the number of a node")) return;
         Vec3 x = Vec3::Zero();
         for (int k = 0; k < 3 && !line.empty(); ++k) {
@@ -342,7 +343,7 @@ private:
         while (!line.empty()) {
             const std::string_view field = next_field(line);
             if (field.empty() && line.empty()) break;
-            VolumeBuilder::Label value = 0;
+            Label value = 0;
             if (!read_label(field, value, "the number of an element or a node")) {
                 record_.clear();
                 return;
@@ -353,8 +354,8 @@ private:
         if (goes_on && (type_.nodes == 0 || record_.size() < type_.nodes + 1)) return;
         if (record_.size() < 2 || (type_.nodes > 0 && record_.size() != type_.nodes + 1))
             refuse_record();
-        const VolumeBuilder::Label label = record_[0];
-        const auto nodes = std::span<const VolumeBuilder::Label>(record_).subspan(1);
+        const Label label = record_[0];
+        const auto nodes = std::span<const Label>(record_).subspan(1);
         if (type_.use == AbaqusType::Use::solid)
             builder_.add_element(type_.kind, label, nodes);
         else if (type_.use == AbaqusType::Use::facet)
@@ -396,14 +397,14 @@ private:
             const std::string_view field = next_field(line);
             if (field.empty()) continue;
             if (std::isdigit(static_cast<unsigned char>(field[0])) || field[0] == '-') {
-                VolumeBuilder::Label label = 0;
+                Label label = 0;
                 if (read_label(field, label, "a number or the name of a set"))
                     set.labels.push_back(label);
                 continue;
             }
             const RawSet* const other = find(sets, field);
             const std::string_view tail = field.substr(field.rfind('.') + 1);
-            VolumeBuilder::Label label = 0;
+            Label label = 0;
             if (const auto [stop, error] =
                     std::from_chars(tail.data(), tail.data() + tail.size(), label);
                 !other && error == std::errc{} && stop == tail.data() + tail.size() &&
@@ -453,10 +454,9 @@ private:
     // ---- the end
 
     /// All labels of a set; those of a range that no thing has are left out.
-    std::vector<VolumeBuilder::Label> members(const RawSet& set, const LabelMap& map,
-                                              std::size_t things)
+    std::vector<Label> members(const RawSet& set, const LabelMap& map, std::size_t things)
     {
-        std::vector<VolumeBuilder::Label> all = set.labels;
+        std::vector<Label> all = set.labels;
         std::size_t missing = 0;
         for (const Range& r : set.ranges) {
             const auto count =
@@ -469,7 +469,7 @@ private:
                             "no more than there are nodes or elements");
                 continue;
             }
-            VolumeBuilder::Label label = r.first;
+            Label label = r.first;
             for (std::uint64_t k = 0; k < count; ++k, label += k < count ? r.step : 0) {
                 if (map.find(label) >= 0)
                     all.push_back(label);
@@ -489,12 +489,12 @@ private:
         const LabelMap nodes(node_labels_), elements(element_labels_);
         for (const auto& [key, set] : node_sets_) {
             const std::size_t to = builder_.node_set(set.name);
-            for (const VolumeBuilder::Label label : members(set, nodes, node_labels_.size()))
+            for (const Label label : members(set, nodes, node_labels_.size()))
                 builder_.add_to_node_set(to, label);
         }
         for (const auto& [key, set] : element_sets_) {
             const std::size_t to = builder_.group(set.name, 3);
-            for (const VolumeBuilder::Label label : members(set, elements, element_labels_.size()))
+            for (const Label label : members(set, elements, element_labels_.size()))
                 builder_.add_label_to_group(to, label);
         }
         std::size_t added = 0;
@@ -507,20 +507,18 @@ private:
                                 "a set of elements");
                     continue;
                 }
-                const std::vector<VolumeBuilder::Label> of =
-                    set ? members(*set, elements, element_labels_.size())
-                        : std::vector<VolumeBuilder::Label>{raw.element};
+                const std::vector<Label> of = set ? members(*set, elements, element_labels_.size())
+                                                  : std::vector<Label>{raw.element};
                 if ((added += of.size()) > kMostMembers)
                     issues_.fatal(line_place(raw.line), "surfaces that grow without bound",
                                   "fewer faces");
-                for (const VolumeBuilder::Label label : of)
+                for (const Label label : of)
                     add_face(to, label, raw, elements);
             }
         }
     }
 
-    void add_face(std::size_t set, VolumeBuilder::Label label, const RawFace& raw,
-                  const LabelMap& elements)
+    void add_face(std::size_t set, Label label, const RawFace& raw, const LabelMap& elements)
     {
         const std::int32_t e = elements.find(label);
         if (e < 0) {
@@ -551,9 +549,9 @@ private:
     Section section_ = Section::skipped;
     AbaqusType type_;
     std::string type_name_;
-    std::vector<VolumeBuilder::Label> record_; // of an element that goes on in the next line
+    std::vector<Label> record_; // of an element that goes on in the next line
     std::size_t record_line_ = 0;
-    std::vector<VolumeBuilder::Label> node_labels_, element_labels_;
+    std::vector<Label> node_labels_, element_labels_;
     std::vector<AbaqusType> element_types_;
     std::map<std::string, RawSet> node_sets_, element_sets_; // by upper case name
     RawSet* current_node_set_ = nullptr;

@@ -72,14 +72,13 @@ public:
 
     void build(const std::vector<Vec3>& nodes, VolumeBuilder& builder)
     {
-        const VolumeBuilder::Label first =
-            first_label(static_cast<VolumeBuilder::Label>(nodes.size()));
+        const Label first = first_label(static_cast<Label>(nodes.size()));
         builder.set_first_label(first);
         builder.reserve_nodes(nodes.size());
         for (std::size_t i = 0; i < nodes.size(); ++i)
-            builder.add_node(first + static_cast<VolumeBuilder::Label>(i), nodes[i]);
+            builder.add_node(first + static_cast<Label>(i), nodes[i]);
         std::size_t start = 0;
-        VolumeBuilder::Label label = first;
+        Label label = first;
         for (const std::size_t end : ends_) {
             const auto count = end - start;
             const auto of = std::span(nodes_).subspan(start, count);
@@ -102,23 +101,23 @@ public:
                 else if (i % 2 == 1) // a face out of range is none of the element
                     builder.add_to_face_set(
                         to, set.members[i - 1],
-                        static_cast<std::int32_t>(
-                            std::clamp<VolumeBuilder::Label>(set.members[i], -1, 99)));
+                        static_cast<std::int32_t>(std::clamp<Label>(set.members[i], -1, 99)));
         }
     }
 
 private:
+    using Label = VolumeBuilder::Label;
     struct Set {
         char kind; // n, e, f
         std::string name;
-        std::vector<VolumeBuilder::Label> members;
+        std::vector<Label> members;
     };
 
     void read_keyword(std::size_t line, NumberScanner& words)
     {
         const std::string_view word = words.word();
         if (word == "index_from") {
-            VolumeBuilder::Label value = -1;
+            Label value = -1;
             if (!words.integer(value) || (value != 0 && value != 1))
                 issues_.add(line_place(line), "index_from " + quoted_text(words.refused()),
                             "0 or 1");
@@ -145,11 +144,11 @@ private:
 
     void read_numbers(std::size_t line, NumberScanner& words)
     {
-        std::vector<VolumeBuilder::Label>& to = sets_.empty() ? nodes_ : sets_.back().members;
+        std::vector<Label>& to = sets_.empty() ? nodes_ : sets_.back().members;
         const std::size_t before = to.size(); // a line is taken whole or not at all
         std::size_t count = 0;
         for (; !words.at_end(); ++count) {
-            VolumeBuilder::Label value = 0;
+            Label value = 0;
             if (!words.integer(value)) {
                 to.resize(before);
                 issues_.add(line_place(line), quoted_text(words.refused()), "a whole number");
@@ -172,7 +171,7 @@ private:
         }
     }
 
-    VolumeBuilder::Label first_label(VolumeBuilder::Label count)
+    Label first_label(Label count)
     {
         if (first_ >= 0 || nodes_.empty()) return first_ < 0 ? 0 : first_;
         const auto [low, high] = std::minmax_element(nodes_.begin(), nodes_.end());
@@ -186,10 +185,10 @@ private:
     }
 
     FileIssues& issues_;
-    std::vector<VolumeBuilder::Label> nodes_; // of all elements
+    std::vector<Label> nodes_; // of all elements
     std::vector<std::size_t> ends_;
     std::vector<Set> sets_;
-    VolumeBuilder::Label first_ = -1;
+    Label first_ = -1;
     bool gmsh_order_ = false;
 };
 

@@ -46,11 +46,10 @@ std::vector<Member>& members_of(std::vector<NamedSet<Member>>& sets,
 }
 
 /// Labels that only count on are not kept.
-std::vector<VolumeBuilder::Label> kept(std::vector<VolumeBuilder::Label> labels,
-                                       VolumeBuilder::Label first)
+std::vector<std::int64_t> kept(std::vector<std::int64_t> labels, std::int64_t first)
 {
     for (std::size_t i = 0; i < labels.size(); ++i)
-        if (labels[i] != first + static_cast<VolumeBuilder::Label>(i)) return labels;
+        if (labels[i] != first + static_cast<std::int64_t>(i)) return labels;
     return {};
 }
 
@@ -72,7 +71,7 @@ bool same_direction(const std::array<std::int32_t, 4>& corners, const FaceNodes&
 
 // ---- labels ------------------------------------------------------------------------------
 
-LabelMap::LabelMap(std::span<const VolumeBuilder::Label> labels)
+LabelMap::LabelMap(std::span<const std::int64_t> labels)
 {
     if (labels.empty()) return;
     const auto [low, high] = std::minmax_element(labels.begin(), labels.end());
@@ -95,7 +94,7 @@ LabelMap::LabelMap(std::span<const VolumeBuilder::Label> labels)
         if (sorted_[i].first == sorted_[i - 1].first) duplicate_ = sorted_[i].second;
 }
 
-std::int32_t LabelMap::find(VolumeBuilder::Label label) const
+std::int32_t LabelMap::find(std::int64_t label) const
 {
     if (!table_.empty()) {
         const auto slot = static_cast<std::uint64_t>(label) - static_cast<std::uint64_t>(first_);
@@ -114,7 +113,7 @@ void VolumeBuilder::reserve_nodes(std::size_t n)
     node_labels_.reserve(n);
 }
 
-void VolumeBuilder::add_node(VolumeBuilder::Label label, const Vec3& x)
+void VolumeBuilder::add_node(Label label, const Vec3& x)
 {
     const Vec3 scaled = scale_ * x;
     if (!scaled.allFinite())
@@ -126,8 +125,7 @@ void VolumeBuilder::add_node(VolumeBuilder::Label label, const Vec3& x)
     node_labels_.push_back(label);
 }
 
-Cell VolumeBuilder::add_(int type, VolumeBuilder::Label label,
-                         std::span<const VolumeBuilder::Label> nodes)
+Cell VolumeBuilder::add_(int type, Label label, std::span<const Label> nodes)
 {
     Cells& cells = cells_[static_cast<std::size_t>(type)];
     cells.labels.push_back(label);
@@ -135,23 +133,20 @@ Cell VolumeBuilder::add_(int type, VolumeBuilder::Label label,
     return cell_of(type, cells.labels.size() - 1);
 }
 
-Cell VolumeBuilder::add_element(ElementKind kind, VolumeBuilder::Label label,
-                                std::span<const VolumeBuilder::Label> nodes)
+Cell VolumeBuilder::add_element(ElementKind kind, Label label, std::span<const Label> nodes)
 {
     return add_(static_cast<int>(kind), label, nodes);
 }
 
-Cell VolumeBuilder::add_facet(VolumeBuilder::Label label,
-                              std::span<const VolumeBuilder::Label> corners)
+Cell VolumeBuilder::add_facet(Label label, std::span<const Label> corners)
 {
     // The fourth of a triangle is the first again, which no quadrilateral has.
-    const std::array<VolumeBuilder::Label, 4> four{corners[0], corners[1], corners[2],
-                                                   corners.size() > 3 ? corners[3] : corners[0]};
+    const std::array<Label, 4> four{corners[0], corners[1], corners[2],
+                                    corners.size() > 3 ? corners[3] : corners[0]};
     return add_(kFacets, label, four);
 }
 
-Cell VolumeBuilder::add_line_or_point(VolumeBuilder::Label label,
-                                      std::span<const VolumeBuilder::Label> nodes)
+Cell VolumeBuilder::add_line_or_point(Label label, std::span<const Label> nodes)
 {
     const Cell cell = add_(kLines, label, nodes);
     cells_[kLines].ends.push_back(cells_[kLines].nodes.size());
@@ -170,7 +165,7 @@ void VolumeBuilder::add_to_group(std::size_t group, Cell cell)
     groups_[group].cells.push_back(cell);
 }
 
-void VolumeBuilder::add_label_to_group(std::size_t group, VolumeBuilder::Label cell)
+void VolumeBuilder::add_label_to_group(std::size_t group, Label cell)
 {
     groups_[group].labels.push_back(cell);
 }
@@ -178,11 +173,11 @@ void VolumeBuilder::add_label_to_group(std::size_t group, VolumeBuilder::Label c
 std::size_t VolumeBuilder::node_set(const std::string& name)
 {
     const auto [at, fresh] = node_set_names_.try_emplace(name, node_sets_.size());
-    if (fresh) node_sets_.emplace_back(name, std::vector<VolumeBuilder::Label>{});
+    if (fresh) node_sets_.emplace_back(name, std::vector<Label>{});
     return at->second;
 }
 
-void VolumeBuilder::add_to_node_set(std::size_t set, VolumeBuilder::Label node)
+void VolumeBuilder::add_to_node_set(std::size_t set, Label node)
 {
     node_sets_[set].second.push_back(node);
 }
@@ -194,16 +189,14 @@ std::size_t VolumeBuilder::face_set(const std::string& name)
     return at->second;
 }
 
-void VolumeBuilder::add_to_face_set(std::size_t set, VolumeBuilder::Label element,
-                                    std::int32_t face)
+void VolumeBuilder::add_to_face_set(std::size_t set, Label element, std::int32_t face)
 {
     face_sets_[set].second.emplace_back(element, face);
 }
 
 // ---- building ----------------------------------------------------------------------------
 
-std::int32_t VolumeBuilder::known_node_(const LabelMap& nodes, VolumeBuilder::Label node,
-                                        const std::string& place)
+std::int32_t VolumeBuilder::known_node_(const LabelMap& nodes, Label node, const std::string& place)
 {
     const std::int32_t i = nodes.find(node);
     if (i < 0) issues_.add(place, "node " + std::to_string(node), "a node of the file");
@@ -216,10 +209,10 @@ void VolumeBuilder::resolve_labels_()
     if (std::all_of(groups_.begin(), groups_.end(),
                     [](const Group& g) { return g.labels.empty(); }))
         return;
-    std::vector<VolumeBuilder::Label> labels;
+    std::vector<Label> labels;
     std::vector<Cell> cells;
     for (int type = 0; type <= kLines; ++type)
-        for (const VolumeBuilder::Label label : cells_[static_cast<std::size_t>(type)].labels) {
+        for (const Label label : cells_[static_cast<std::size_t>(type)].labels) {
             const std::size_t before =
                 cells.empty() || type_of(cells.back()) != type ? 0 : index_of(cells.back()) + 1;
             labels.push_back(label);
@@ -230,7 +223,7 @@ void VolumeBuilder::resolve_labels_()
         issues_.add("element " + std::to_string(labels[static_cast<std::size_t>(map.duplicate())]),
                     "two elements with this number", "a number of its own for each element");
     for (Group& g : groups_)
-        for (const VolumeBuilder::Label label : g.labels) {
+        for (const Label label : g.labels) {
             const std::int32_t i = map.find(label);
             if (i < 0)
                 issues_.add("element set " + quoted_text(g.name),
@@ -247,7 +240,7 @@ void VolumeBuilder::merge_()
         Cells& cells = cells_[static_cast<std::size_t>(kind)];
         const auto n = static_cast<std::size_t>(shape_of(static_cast<ElementKind>(kind)).nodes);
         const auto nodes_of_cell = [&](std::size_t i) {
-            return std::span<const VolumeBuilder::Label>(cells.nodes).subspan(i * n, n);
+            return std::span<const Label>(cells.nodes).subspan(i * n, n);
         };
         std::vector<std::size_t> order(cells.labels.size());
         std::iota(order.begin(), order.end(), std::size_t{0});
@@ -384,7 +377,7 @@ void VolumeBuilder::build_sets_(VolumeMesh& mesh, const LabelMap& nodes)
     std::map<std::string, std::size_t> node_names, element_names, face_names;
     for (const auto& [name, labels] : node_sets_) {
         auto& members = members_of(mesh.node_sets, node_names, name);
-        for (const VolumeBuilder::Label label : labels)
+        for (const Label label : labels)
             members.push_back(known_node_(nodes, label, "node set " + quoted_text(name)));
     }
     if (!face_sets_.empty()) {
@@ -430,7 +423,7 @@ void VolumeBuilder::build_sets_(VolumeMesh& mesh, const LabelMap& nodes)
             } else if (type == kFacets) {
                 Facet facet;
                 facet.set = facet_sets.size() - 1;
-                const VolumeBuilder::Label* const c = &cells_[kFacets].nodes[4 * i];
+                const Label* const c = &cells_[kFacets].nodes[4 * i];
                 for (std::size_t k = 0; k < (c[3] == c[0] ? 3U : 4U); ++k)
                     facet.corners[k] = known_node_(nodes, c[k], place);
                 facets.push_back(facet);
@@ -464,8 +457,7 @@ VolumeFile VolumeBuilder::finish()
                       "at most 2^31 - 1");
     const LabelMap nodes(node_labels_);
     if (nodes.duplicate() >= 0) {
-        const VolumeBuilder::Label label =
-            node_labels_[static_cast<std::size_t>(nodes.duplicate())];
+        const Label label = node_labels_[static_cast<std::size_t>(nodes.duplicate())];
         issues_.add("node " + std::to_string(label), "two nodes with this number",
                     "a number of its own for each node");
     }

@@ -29,14 +29,14 @@ std::string unescaped(std::string_view text)
     return out;
 }
 
-bool is_blank_or_end(char c)
+bool is_white_space(char c)
 {
     return static_cast<unsigned char>(c) <= ' ';
 }
 
 bool is_name(char c)
 {
-    return !is_blank_or_end(c) && c != '>' && c != '/' && c != '=' && c != '<' && c != '"';
+    return !is_white_space(c) && c != '>' && c != '/' && c != '=' && c != '<' && c != '"';
 }
 
 class XmlReader {
@@ -94,7 +94,7 @@ private:
     void keep_text(std::string_view text)
     {
         if (open_.empty() || open_.back() != "DataArray" || !in_array_) return;
-        if (std::all_of(text.begin(), text.end(), is_blank)) return;
+        if (std::all_of(text.begin(), text.end(), is_white_space)) return;
         if (text.size() > array_.text.size()) array_.text = text;
     }
 
@@ -108,7 +108,7 @@ private:
             return text_.substr(start, i - start);
         };
         const auto skip_blanks = [&] {
-            while (i < text_.size() && is_blank_or_end(text_[i]))
+            while (i < text_.size() && is_white_space(text_[i]))
                 ++i;
         };
         const std::string name(name_at());
@@ -149,7 +149,7 @@ private:
         const std::size_t close = text_.find('>', at_);
         if (close == std::string_view::npos) refuse("the end of the file", "\">\"");
         std::string_view name = text_.substr(at_ + 2, close - at_ - 2);
-        while (!name.empty() && is_blank_or_end(name.back()))
+        while (!name.empty() && is_white_space(name.back()))
             name.remove_suffix(1);
         if (open_.empty() || open_.back() != name)
             refuse("</" + std::string(name.substr(0, 40)) + ">",
@@ -227,7 +227,7 @@ private:
             refuse("encoding " + quoted_text(encoding), "raw or base64");
         const std::size_t mark = text_.find('_', behind);
         std::string_view end = text_;
-        while (!end.empty() && is_blank_or_end(end.back()))
+        while (!end.empty() && is_white_space(end.back()))
             end.remove_suffix(1);
         const std::size_t close = end.rfind("</AppendedData");
         if (mark == std::string_view::npos || close == std::string_view::npos || close <= mark ||
@@ -309,7 +309,7 @@ private:
     {
         std::array<int, 4> v{};
         for (std::size_t i = 0; i < 4; ++i) {
-            while (!data_.empty() && is_blank_or_end(data_[0]))
+            while (!data_.empty() && is_white_space(data_[0]))
                 data_.remove_prefix(1);
             if (data_.empty()) return false;
             v[i] = value_of(data_[0]);

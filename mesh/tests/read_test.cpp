@@ -41,7 +41,7 @@ const std::string kMarkups = R"({
   ]
 })";
 
-std::string box_with(const char* what, const char* by)
+std::string markups_with(const char* what, const char* by)
 {
     std::string text = kMarkups;
     return text.replace(text.find(what), std::strlen(what), by);
@@ -217,10 +217,10 @@ TEST_CASE("Slicer's markups: placed points and radii and mm")
 
 TEST_CASE("RAS markups are turned to LPS and radii may be missing")
 {
-    const Polyline ras = parse_slicer_markups(box_with("LPS", "RAS"), "f", 1);
+    const Polyline ras = parse_slicer_markups(markups_with("LPS", "RAS"), "f", 1);
     CHECK(ras.points == std::vector<Vec3>{{10.5, -20.25, 30}, {11, -21, 32}});
-    CHECK(parse_slicer_markups(box_with("\"Radius\"", "\"Other\""), "f").radius.empty());
-    CHECK(parse_slicer_markups(box_with("\"measurements\"", "\"others\""), "f").radius.empty());
+    CHECK(parse_slicer_markups(markups_with("\"Radius\"", "\"Other\""), "f").radius.empty());
+    CHECK(parse_slicer_markups(markups_with("\"measurements\"", "\"others\""), "f").radius.empty());
 }
 
 TEST_CASE("damaged markups say where and what")
@@ -231,27 +231,28 @@ TEST_CASE("damaged markups say where and what")
     CHECK(refused_markups("[1e999]").find("numbers that a double can hold") != std::string::npos);
     CHECK(refused_markups("[]") == "f: found \"[]\", allowed: an object {...}");
     CHECK(refused_markups("{}") == "f: /markups: found nothing, allowed: an array [...]");
-    CHECK(box_with("\"Curve\"", "\"Line\"").size() > 0);
-    CHECK(refused_markups(box_with("\"Curve\"", "\"Line\"")) ==
+    CHECK(markups_with("\"Curve\"", "\"Line\"").size() > 0);
+    CHECK(refused_markups(markups_with("\"Curve\"", "\"Line\"")) ==
           "f: /markups: found \"Fiducial\", \"Line\", allowed: a markup of type \"Curve\"");
-    CHECK(refused_markups(box_with("\"Fiducial\"", "\"Curve\"")).find("a second curve") !=
+    CHECK(refused_markups(markups_with("\"Fiducial\"", "\"Curve\"")).find("a second curve") !=
           std::string::npos);
-    CHECK(refused_markups(box_with("\"LPS\"", "\"XYZ\"")) ==
+    CHECK(refused_markups(markups_with("\"LPS\"", "\"XYZ\"")) ==
           "f: /markups/1/coordinateSystem: found \"XYZ\", allowed: LPS or RAS");
-    CHECK(refused_markups(box_with("\"LPS\"", "3")).find("allowed: a string") != std::string::npos);
-    CHECK(refused_markups(box_with("\"mm\"", "\"m\"")) ==
-          "f: /markups/1/coordinateUnits: found \"m\", allowed: mm");
-    CHECK(refused_markups(box_with("-10.5, 20.25, 30.0", "1, 2")) ==
-          "f: /markups/1/controlPoints/0/position: found \"[1,2]\", allowed: 3 numbers [x, y, z]");
-    CHECK(refused_markups(box_with("20.25", "\"a\"")).find("3 numbers") != std::string::npos);
-    CHECK(refused_markups(box_with("[-11, 21, 32]", "null")).find("found \"null\"") !=
+    CHECK(refused_markups(markups_with("\"LPS\"", "3")).find("allowed: a string") !=
           std::string::npos);
-    CHECK(refused_markups(box_with("[12.5, 99, 13]", "[12.5, 13]")) ==
+    CHECK(refused_markups(markups_with("\"mm\"", "\"m\"")) ==
+          "f: /markups/1/coordinateUnits: found \"m\", allowed: mm");
+    CHECK(refused_markups(markups_with("-10.5, 20.25, 30.0", "1, 2")) ==
+          "f: /markups/1/controlPoints/0/position: found \"[1,2]\", allowed: 3 numbers [x, y, z]");
+    CHECK(refused_markups(markups_with("20.25", "\"a\"")).find("3 numbers") != std::string::npos);
+    CHECK(refused_markups(markups_with("[-11, 21, 32]", "null")).find("found \"null\"") !=
+          std::string::npos);
+    CHECK(refused_markups(markups_with("[12.5, 99, 13]", "[12.5, 13]")) ==
           "f: /markups/1/measurements/1/controlPointValues: found 2 radii, allowed: 3, one for "
           "each control point");
-    CHECK(refused_markups(box_with("[12.5, 99, 13]", "[12.5, 99, null]")).find("radius \"null\"") !=
-          std::string::npos);
-    CHECK(refused_markups(box_with("[12.5, 99, 13]", "[0, 99, -1]")) ==
+    CHECK(refused_markups(markups_with("[12.5, 99, 13]", "[12.5, 99, null]"))
+              .find("radius \"null\"") != std::string::npos);
+    CHECK(refused_markups(markups_with("[12.5, 99, 13]", "[0, 99, -1]")) ==
           "f: /markups/1/controlPoints/0: found radius 0, allowed: > 0 and finite\n"
           "f: /markups/1/controlPoints/2: found radius -1, allowed: > 0 and finite");
     for (std::size_t n = 0; n < kMarkups.size(); n += 5) // cut anywhere

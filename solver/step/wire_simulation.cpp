@@ -32,6 +32,8 @@ void add_energy(EnergyRecord& sum, const EnergyRecord& step)
     sum.released += step.released;
 }
 
+} // namespace
+
 /// Plain numbers that a wire's history needs; copied to and from checkpoints as they are.
 struct WireHistory {
     double elastic_start = 0; ///< J, of the initial state
@@ -41,8 +43,6 @@ struct WireHistory {
     int opening = -1, opening_wall = -1;
     int branch = -1, branch_wall = -1; ///< where the tip was when it was deepest
 };
-
-} // namespace
 
 struct WireSimulation::State {
     Scene scene;

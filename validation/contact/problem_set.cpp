@@ -32,7 +32,7 @@ std::vector<NamedProblem> problem_set(unsigned seed, double size)
     t.top_mass = 1e6;
     add("tower", "heavy1e6", tower(t));
 
-    Wall w;
+    BrickWall w;
     w.rows = w.columns = times(4, 2);
     w.mu = between(0.5, 0.9);
     w.seed = static_cast<unsigned>(rng());

@@ -89,7 +89,7 @@ GlobalProblem tower(const Tower& t)
     return p.finish(ContactLevel::velocity);
 }
 
-GlobalProblem wall(const Wall& w)
+GlobalProblem wall(const BrickWall& w)
 {
     const Vec3 size(0.2, 0.1, 0.1);
     std::mt19937 rng{w.seed};

@@ -21,14 +21,14 @@ struct Tower {
 GlobalProblem tower(const Tower& t);
 
 /// Bricks in running bond: each on the halves of two, 4 contacts a half; one is kicked.
-struct Wall {
+struct BrickWall {
     int rows = 4, columns = 4;
     double mass_ratio = 1; ///< masses are spread over this ratio, by the seed [-]
     double kick = 1;       ///< of a brick in the middle, out of the wall [m/s]
     double mu = 0.7;
     unsigned seed = 1;
 };
-GlobalProblem wall(const Wall& w);
+GlobalProblem wall(const BrickWall& w);
 
 /// Spheres that fell into a box without a lid: contacts with each other, floor and sides.
 struct Spheres {

@@ -16,8 +16,10 @@ struct Bends {
 
 inline std::vector<Bends> bent_tubes()
 {
-    constexpr double kPi = std::numbers::pi;
-    return {{"90 degrees", {kPi / 2}}, {"180 degrees", {kPi}}, {"360 degrees", {kPi, kPi}}};
+    constexpr double half_turn = std::numbers::pi;
+    return {{"90 degrees", {half_turn / 2}},
+            {"180 degrees", {half_turn}},
+            {"360 degrees", {half_turn, half_turn}}};
 }
 
 } // namespace amontons::validation

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <fmt/format.h>
+#include <numbers>
 
 namespace amontons::validation {
 
@@ -15,10 +16,9 @@ std::vector<Measured> bend45()
     const Reference references[] = {{300, {22.24478, 58.77912, 40.19189}},
                                     {450, {18.50818, 52.23856, 48.50293}},
                                     {600, {15.6848, 47.15044, 53.47486}}};
-    constexpr double kPi = 3.14159265358979323846;
     const double E = 1e7, R = 100;
     LoadedWire wire;
-    wire.length = R * kPi / 4;
+    wire.length = R * std::numbers::pi / 4;
     wire.EI = E / 12;
     wire.GJ = E / 2 / 6; // J = 1/6, as in the literature
     wire.EA = E;

@@ -5,12 +5,12 @@
 
 #include <cmath>
 #include <fmt/format.h>
+#include <numbers>
 
 namespace amontons::validation {
 
 std::vector<Measured> rollup()
 {
-    constexpr double kPi = 3.14159265358979323846;
     std::vector<Measured> rows;
     Quaternion skew;
     rotate_in_body(skew.q, Vec3(0.7, -1.1, 0.4));
@@ -25,7 +25,7 @@ std::vector<Measured> rollup()
             wire.elements = 10;
             wire.planar = true; // a moment fixed in space makes the circle unstable out of it
             if (skewed) wire.frame = rotation_matrix(skew.q);
-            const double curvature = 2 * kPi * turns / wire.length;
+            const double curvature = 2 * std::numbers::pi * turns / wire.length;
             wire.moment = wire.EI * curvature * wire.frame.col(2);
             const double angle = curvature * wire.length;
             const Vec3 exact = wire.frame * Vec3(std::sin(angle) / curvature,
