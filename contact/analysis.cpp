@@ -1,6 +1,7 @@
 #include "contact/analysis.hpp"
 
-#include <Eigen/Cholesky>
+#include "mesh/base/dense.hpp"
+
 #include <Eigen/SparseCholesky>
 #include <cmath>
 
@@ -15,7 +16,7 @@ constexpr double kZero = 1e-10;
 bool is_positive(Eigen::MatrixXd S, double shift)
 {
     S.diagonal().array() += shift;
-    return Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>>(S).info() == Eigen::Success;
+    return is_positive_definite(std::move(S));
 }
 
 bool is_positive(Delassus::Sparse S, double shift)

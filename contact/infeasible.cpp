@@ -1,9 +1,9 @@
 #include "contact/infeasible.hpp"
 
 #include "contact/presolve.hpp"
+#include "mesh/base/dense.hpp"
 #include "mesh/base/limits.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 namespace amontons {
@@ -47,7 +47,7 @@ std::optional<InfeasibilityProof> prove_infeasible(const ContactProblem& problem
     if (mean > 0) {
         W = (W + W.transpose()).eval() / 2;
         W.diagonal().array() += kDiagonalShift * mean;
-        const Eigen::LDLT<Eigen::MatrixXd> factor(W);
+        const LdltFactor factor(W);
         for (int k = 0; k < 3; ++k) {
             const Eigen::VectorXd next = factor.solve(d);
             const double size = next.maxCoeff();

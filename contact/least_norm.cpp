@@ -1,6 +1,7 @@
 #include "contact/least_norm.hpp"
 
-#include <Eigen/QR>
+#include "mesh/base/dense.hpp"
+
 #include <cmath>
 
 namespace amontons {
@@ -44,10 +45,7 @@ std::optional<Eigen::VectorXd> least_norm_of_same_motion(const ContactProblem& p
     }
     if (count == 0) return std::nullopt;
     const auto ways = S.leftCols(count);
-    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> least;
-    least.setThreshold(kRank);
-    least.compute(problem.W.dense() * ways);
-    Eigen::VectorXd out = ways * least.solve(give);
+    Eigen::VectorXd out = ways * shortest_least_squares(problem.W.dense() * ways, give, kRank);
 
     const double broken = kBroken * out.cwiseAbs().maxCoeff();
     for (int i = 0; i < contact_count(problem); ++i) {

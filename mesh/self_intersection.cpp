@@ -183,16 +183,19 @@ public:
 
     /// Calls visit(t, u), t < u, for all pairs of triangles whose boxes meet, until it returns
     /// false.
-    template <class Visit> void for_each_pair(Visit visit) const
+    /// @return  how many pairs of boxes were looked at
+    template <class Visit> std::int64_t for_each_pair(Visit visit) const
     {
+        std::int64_t looked_at = 0;
         std::vector<std::array<std::int32_t, 2>> todo = {{0, 0}};
         while (!todo.empty()) {
             const auto [m, n] = todo.back();
             todo.pop_back();
+            ++looked_at;
             const Node &a = node(m), &b = node(n);
             if (m != n && !a.box.intersects(b.box)) continue;
             if (a.left < 0 && b.left < 0) {
-                if (!leaf_pairs(a, b, visit)) return;
+                if (!leaf_pairs(a, b, visit, looked_at)) break;
             } else if (m == n) {
                 todo.push_back({a.left, a.left});
                 todo.push_back({a.left + 1, a.left + 1});
@@ -205,6 +208,7 @@ public:
                 todo.push_back({m, b.left + 1});
             }
         }
+        return looked_at;
     }
 
 private:
@@ -237,12 +241,14 @@ private:
         nodes_.push_back({{}, middle, end, -1});
     }
 
-    template <class Visit> bool leaf_pairs(const Node& a, const Node& b, Visit& visit) const
+    template <class Visit>
+    bool leaf_pairs(const Node& a, const Node& b, Visit& visit, std::int64_t& looked_at) const
     {
         for (std::int32_t i = a.begin; i < a.end; ++i) {
             const std::int32_t t = order_[static_cast<std::size_t>(i)];
             for (std::int32_t j = &a == &b ? i + 1 : b.begin; j < b.end; ++j) {
                 const std::int32_t u = order_[static_cast<std::size_t>(j)];
+                ++looked_at;
                 if (box(t).intersects(box(u)) && !visit(std::min(t, u), std::max(t, u)))
                     return false;
             }
@@ -273,7 +279,7 @@ SelfIntersections find_self_intersections(const SurfaceMesh& mesh, std::size_t m
     const Tree tree(pairs, std::move(triangles));
 
     SelfIntersections found;
-    tree.for_each_pair([&](std::int32_t t, std::int32_t u) {
+    found.compared = tree.for_each_pair([&](std::int32_t t, std::int32_t u) {
         if (!pairs.meet(t, u)) return true;
         ++found.count;
         // A heap of the smallest ones: what is shown does not depend on the walk.

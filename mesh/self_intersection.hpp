@@ -11,7 +11,8 @@ namespace amontons {
 /// Pairs of triangles of one surface that have more in common than the vertices they share.
 struct SelfIntersections {
     std::vector<std::array<std::int32_t, 2>> pairs; ///< the first ones; ascending
-    std::int64_t count = 0; ///< of all pairs; counting stops at a million
+    std::int64_t count = 0;                         ///< of all pairs; counting stops at a million
+    std::int64_t compared = 0; ///< pairs of boxes that were looked at, of triangles and of groups
 };
 
 /// Finds where a surface passes through or touches itself.

@@ -50,7 +50,7 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
                     const Proximal& proximal)
 {
     const ContactProblem& problem = work.problem;
-    Progress& progress = work.progress;
+    SolveProgress& progress = work.progress;
     Eigen::VectorXd &r = work.r, &u = work.u;
     const Columns& columns = work.columns;
     ScaledProblem scaled(work);

@@ -1,6 +1,7 @@
 #include "contact/solvers/nsgs.hpp"
 
-#include <Eigen/Cholesky>
+#include "mesh/base/dense.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -97,7 +98,7 @@ void AcceleratedNsgs::extrapolate()
     Eigen::MatrixXd matrix = normal_.topLeftCorner(known_, known_);
     matrix.diagonal() *= 1 + kRegular;
     const Eigen::VectorXd share =
-        matrix.ldlt().solve(residual_change_.leftCols(known_).transpose() * residual_);
+        LdltFactor(matrix).solve(residual_change_.leftCols(known_).transpose() * residual_);
     if (!share.allFinite()) return;
     work_.r.noalias() -= r_change_.leftCols(known_) * share;
     work_.u.noalias() -= u_change_.leftCols(known_) * share;

@@ -15,7 +15,7 @@ constexpr double kProgress = 0.9;
 
 } // namespace
 
-Progress::Progress(const ContactProblem& problem, const SolverOptions& options)
+SolveProgress::SolveProgress(const ContactProblem& problem, const SolverOptions& options)
     : problem_(problem)
     , options_(options)
     , natural_map_(problem, options.scope)
@@ -25,7 +25,7 @@ Progress::Progress(const ContactProblem& problem, const SolverOptions& options)
     run_.history.reserve(256);
 }
 
-bool Progress::converged(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact)
+bool SolveProgress::converged(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact)
 {
     error_ = natural_map_(r, u, residuals_);
     const bool due = exact || looks_ >= next_refresh_;
@@ -49,7 +49,7 @@ bool Progress::converged(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exac
 }
 
 /// Where the last digit of r is more than the tolerance, another last digit may be right.
-bool Progress::converged_by_rounding(const Eigen::VectorXd& r, const Eigen::VectorXd& u)
+bool SolveProgress::converged_by_rounding(const Eigen::VectorXd& r, const Eigen::VectorXd& u)
 {
     if (!(error_ < kRoundings * natural_map_.rounding(r, u))) return false;
     Eigen::VectorXd other = natural_map_.rounded(r, u), own = u;
@@ -64,7 +64,7 @@ bool Progress::converged_by_rounding(const Eigen::VectorXd& r, const Eigen::Vect
     return true;
 }
 
-bool Progress::ends(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact)
+bool SolveProgress::ends(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact)
 {
     const bool success = converged(r, u, exact);
     run_.iterations = looks_++;
@@ -99,14 +99,14 @@ bool Progress::ends(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact)
            run_.iterations - stall_start_ >= options_.patience;
 }
 
-bool Progress::has_time_for(double seconds)
+bool SolveProgress::has_time_for(double seconds)
 {
     if (clock_.seconds() + seconds <= 2 * options_.max_seconds) return true;
     run_.status = SolveStatus::out_of_time;
     return false;
 }
 
-void Progress::prove(InfeasibilityProof proof)
+void SolveProgress::prove(InfeasibilityProof proof)
 {
     run_.status = SolveStatus::infeasible;
     run_.proof = std::move(proof);

@@ -21,9 +21,9 @@ struct SolverRun {
 /// Watches the iterates of a solver: error, best reaction, limits, stagnation.
 ///
 /// Allocates when made and seldom after: the thinned history is the only thing that grows.
-class Progress {
+class SolveProgress {
 public:
-    Progress(const ContactProblem& problem, const SolverOptions& options);
+    SolveProgress(const ContactProblem& problem, const SolverOptions& options);
 
     /// Looks at an iterate and says whether to end; call it with every iterate, the start first.
     /// @param u  W r + q as the solver keeps it; replaced now and then by the exact product,

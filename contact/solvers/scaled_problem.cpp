@@ -1,5 +1,7 @@
 #include "contact/solvers/scaled_problem.hpp"
 
+#include "mesh/base/dense.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -198,7 +200,7 @@ bool ScaledProblem::solve_few(const std::vector<int>& few, double limit,
                 right.segment(k, n) = -(l.residual / s.rho + l.D * l.residual).head(n);
             }
         });
-        const Eigen::VectorXd change = system.partialPivLu().solve(right);
+        const Eigen::VectorXd change = LuFactor(system).solve(right);
         double length = 1, next = 0;
         int halvings = 0;
         for (; halvings <= kFewHalvings; ++halvings, length /= 2) {

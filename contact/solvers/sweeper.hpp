@@ -16,8 +16,8 @@ namespace amontons {
 /// contact, which costs the same whether anything changes or not.
 ///
 /// A dense W that leaves the cache is read in single precision: half of what a sweep waits for.
-/// What u then lacks is 6e-8 of its change since Progress computed it in full, as it does before
-/// success.
+/// What u then lacks is 6e-8 of its change since SolveProgress computed it in full, as it does
+/// before success.
 ///
 /// Of a W of bodies the motions of these are kept up to date instead: a contact reads those of its
 /// own, and of a pile a sweep stays in cache. Its contacts are visited by colours of bodies: the

@@ -36,7 +36,7 @@ struct SolverWork {
     const ContactProblem& problem;
     const SolverOptions& options;
     const Columns columns;
-    Progress progress;
+    SolveProgress progress;
     Eigen::VectorXd r; ///< reaction of the current iterate, rows
     Eigen::VectorXd u; ///< W r + q, rows
     /// S, rows: r / s and s u are of one size for all contacts, S W S has own blocks of mean

@@ -1,9 +1,9 @@
 #include "contact/surface/bulge_contacts.hpp"
 
 #include "contact/surface/facets.hpp"
+#include "mesh/base/dense.hpp"
 #include "mesh/closest_point.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -88,9 +88,7 @@ SurfaceContacts bulge_contacts(const ExternalSurface& slave, std::span<const Vec
         const double apart = face.nodes == 6 ? 0.5 * longest : longest; // of its multipliers
         const WallSample at_middle = wall(middle);
         if (!(std::abs(at_middle.distance) <= reach + longest)) continue;
-        const double curvature =
-            Eigen::SelfAdjointEigenSolver<Mat3>(at_middle.hessian, Eigen::EigenvaluesOnly)
-                .eigenvalues()[2];
+        const double curvature = symmetric_eigenvalues(at_middle.hessian)[2];
         if (!(curvature > 0)) continue;
         const double from_centre = 1 / curvature;
         if (!(from_centre - at_middle.distance < apart)) continue;

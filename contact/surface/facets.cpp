@@ -1,6 +1,7 @@
 #include "contact/surface/facets.hpp"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 

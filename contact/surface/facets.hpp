@@ -5,7 +5,6 @@
 #include "mesh/extract_surface.hpp"
 #include "mesh/face_shape.hpp"
 
-#include <Eigen/LU>
 #include <optional>
 
 // Faces seen along a direction. For finding where two of them face each other, a face T3, Q4 or

@@ -1,9 +1,9 @@
 #include "contact/surface/feet_on_faces.hpp"
 
+#include "mesh/base/dense.hpp"
 #include "mesh/base/index.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -202,7 +202,7 @@ std::optional<FaceFoot> FeetOnFaces::over(const Candidate& c, const Vec3& x) con
         const FaceSpot y = spot(face, xi), n = spot(normal, xi);
         Mat3 J;
         J << y.along[0] + s * n.along[0], y.along[1] + s * n.along[1], n.place;
-        const Vec3 step = J.partialPivLu().solve(x - y.place - s * n.place);
+        const Vec3 step = solve_small(J, x - y.place - s * n.place);
         if (!step.allFinite() || step.head<2>().cwiseAbs().maxCoeff() > 10) return {};
         xi += step.head<2>();
         s += step.z();

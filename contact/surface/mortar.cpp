@@ -5,6 +5,7 @@
 #include "contact/surface/smooth_normals.hpp"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numeric>

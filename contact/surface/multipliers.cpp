@@ -1,7 +1,9 @@
 #include "contact/surface/multipliers.hpp"
 
-#include <Eigen/Cholesky>
+#include "mesh/base/dense.hpp"
+
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 
 namespace amontons {
 namespace {
@@ -18,7 +20,7 @@ Functions middle_functions()
         M += p.weight * N * N.transpose();
         D += p.weight * N;
     }
-    const Eigen::Matrix<double, 6, 6> inverse = M.inverse();
+    const Mat6 inverse = inverse_of(M);
     Functions functions = Functions::Zero();
     functions.topRows<3>() = (D.asDiagonal() * inverse).bottomRows<3>();
     return functions;

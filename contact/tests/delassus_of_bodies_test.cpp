@@ -352,6 +352,6 @@ TEST_CASE("in a large network the contacts that are furthest from the path do no
             const ContactProblem p = bond(9, 5, shear, seed);
             const ContactSolution found = solve(p, options);
             CHECK(found.certificate.status == SolveStatus::converged);
-            CHECK(found.certificate.iterations < 28);
+            CHECK(found.certificate.iterations < 28); // [regression] 23 or 24 were taken
         }
 }

@@ -79,9 +79,9 @@ TEST_CASE(
     CHECK(not_dual(some_face(4, 0, 0)) < 1e-14);
     CHECK(not_dual(some_face(4, 0, 0.5)) < 1e-14);
     // A warped Q4 up to the points of integration, a curved T6 up to its curvature.
-    CHECK(not_dual(some_face(4, 0.1, 0.3)) < 1e-5);
+    CHECK(not_dual(some_face(4, 0.1, 0.3)) < 1e-5); // [regression] our points of integration
     const double once = not_dual(some_face(6, 0.02, 0)), twice = not_dual(some_face(6, 0.04, 0));
-    CHECK(once < 0.02);
+    CHECK(once < 0.02); // [regression] our own run
     CHECK(twice / once == doctest::Approx(4).epsilon(0.1));
     CHECK(not_dual(some_face(6, 0, 0.05)) > 1e-3); // the law can fail
 }

@@ -105,7 +105,7 @@ TEST_CASE(
         const ContactProblem p = strip(mu);
         const ContactSolution s = solve(p);
         CHECK(s.certificate.status == SolveStatus::converged);
-        CHECK(s.certificate.iterations < 4000); // 8000 in the problem's own units
+        CHECK(s.certificate.iterations < 4000); // [regression] 8000 in the problem's own units
         CHECK(static_cast<double>(test::reference_error(p, s.reaction)) <= 1e-8);
         int sliding = 0;
         for (int i = 0; i < n; ++i) {
@@ -139,7 +139,7 @@ TEST_CASE(
         CHECK(s.certificate.error <= before);
         before = s.certificate.error;
     }
-    CHECK(before < 0.1);
+    CHECK(before < 0.1); // [regression] our own run
 }
 
 TEST_CASE("units of normal forces are powers of two and leave Coulomb's law as it is")

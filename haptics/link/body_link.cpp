@@ -215,7 +215,7 @@ bool BodyLink::step(const HandPose& device)
 Condensed BodyLink::condense_step(int most)
 {
     State& s = *state_;
-    CondenseOptions options = condense_;
+    ReductionOptions options = condense_;
     options.most_contacts = most;
     return condense(*s.system, s.handle, *s.held, s.last_step, s.report, options);
 }

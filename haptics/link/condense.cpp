@@ -1,9 +1,9 @@
 #include "haptics/link/condense.hpp"
 
+#include "mesh/base/dense.hpp"
 #include "solver/body/solid_body.hpp"
 #include "solver/step/body_rows.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -73,7 +73,7 @@ void sort_by_participation(std::vector<int>& contacts, int handle, const BodySte
 } // namespace
 
 Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInput& step,
-                   const BodyStepReport& report, const CondenseOptions& options)
+                   const BodyStepReport& report, const ReductionOptions& options)
 {
     Condensed out;
     const BodyContacts& all = report.contacts;
@@ -151,9 +151,9 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
         const HandleSpring& spring = held.spring();
         Eigen::MatrixXd with = W;
         add_coupling(with, J, spring.stiffness, spring.turn_stiffness);
-        const Eigen::LDLT<Eigen::MatrixXd> factor(with.bottomRightCorner(joint_rows, joint_rows));
+        const LdltFactor factor(with.bottomRightCorner(joint_rows, joint_rows));
         const Eigen::MatrixXd cross = with.bottomLeftCorner(joint_rows, contact_rows);
-        const Eigen::MatrixXd solved = factor.solve(cross);
+        const Eigen::MatrixXd solved = factor.solve_all(cross);
         // J seen through the joints; the rest of W is what the spring's own part leaves.
         const Contacts6 through =
             J.topRows(contact_rows) - solved.transpose() * J.bottomRows(joint_rows);

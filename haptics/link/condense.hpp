@@ -11,6 +11,6 @@ namespace amontons {
 /// @param system  after the accepted step; body `handle` of it is `held`
 /// @param step    the step that led there
 Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInput& step,
-                   const BodyStepReport& report, const CondenseOptions& options);
+                   const BodyStepReport& report, const ReductionOptions& options);
 
 } // namespace amontons

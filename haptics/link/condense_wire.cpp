@@ -1,9 +1,9 @@
 #include "haptics/link/condense_wire.hpp"
 
+#include "mesh/base/dense.hpp"
 #include "solver/linear/block_refine.hpp"
 #include "solver/step/contact_row.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -173,7 +173,7 @@ double pushes_on(const BlockTridiagonal& K, const BasePart& base)
         solved.push_back(solve(column));
     const Eigen::MatrixXd S = base.T.transpose() * condensed_stiffness(base, solved) * base.T;
     const Mat3 even = 0.5 * (S + S.transpose()).topLeftCorner<3, 3>();
-    return std::max(0.0, -Eigen::SelfAdjointEigenSolver<Mat3>(even).eigenvalues()[0]);
+    return std::max(0.0, -symmetric_eigenvalues(even)[0]);
 }
 
 /// Springs at closed contacts, so that the wire is stable without them: along the normals; if that
@@ -234,7 +234,7 @@ bool hold(BlockTridiagonal& K, const Wire& wire, const std::vector<const Candida
 /// Those that count most first: with force, near.
 std::vector<const Candidate*> choose(const std::vector<Candidate>& all, double reach,
                                      const std::vector<WireWay>& ways,
-                                     const CondenseOptions& options, Condensed& out)
+                                     const ReductionOptions& options, Condensed& out)
 {
     const auto closes = [](const std::vector<WireAhead>& ahead, std::int64_t index) {
         return std::ranges::any_of(ahead, [&](const WireAhead& a) {
@@ -320,7 +320,7 @@ void add_ways(Condensed& condensed, const std::vector<WireWay>& ways)
         along.rightCols<1>() = w.way;
     }
     const Eigen::MatrixXd parts =
-        (along.transpose() * motion * along).ldlt().solve(along.transpose() * motion);
+        LdltFactor(along.transpose() * motion * along).solve_all(along.transpose() * motion);
     Eigen::Index next = 0;
     for (const WireWay& w : ways) {
         const Eigen::Index other = opposite(w.way);
@@ -354,7 +354,7 @@ Wrench force_on_hand(const Wire& wire)
     return {-Vec3(g[0], g[1], g[2]), -rotation_matrix(a.q) * Vec3(g[3], g[4], g[5])};
 }
 
-Condensed condense_wire(WireBody& body, const CondenseOptions& options, const Anchor& anchor,
+Condensed condense_wire(WireBody& body, const ReductionOptions& options, const Anchor& anchor,
                         const std::vector<WireWay>& ways)
 {
     Condensed out;

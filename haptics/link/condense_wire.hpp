@@ -27,7 +27,7 @@ struct WireWay {
 /// @param body  in balance; only its work arrays change
 /// @param anchor  of the increment of a snap that the wire is in
 /// @param ways  where it may go, as far as that is known, first where it is going
-Condensed condense_wire(WireBody& body, const CondenseOptions& options, const Anchor& anchor = {},
+Condensed condense_wire(WireBody& body, const ReductionOptions& options, const Anchor& anchor = {},
                         const std::vector<WireWay>& ways = {});
 
 } // namespace amontons

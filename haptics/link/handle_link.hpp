@@ -11,8 +11,8 @@ namespace amontons {
 /// How the simulation's side is run.
 struct LinkOptions {
     HandleSpring spring;
-    CondenseOptions condense; ///< its period is the simulation's step
-    std::string cache;        ///< folder of factors; "": none
+    ReductionOptions condense; ///< its period is the simulation's step
+    std::string cache;         ///< folder of factors; "": none
     int threads = 1;
     /// A wire in space that snaps does so over several steps, so that each is in time. Else within
     /// the step that meets the snap, however long it takes.
@@ -73,7 +73,7 @@ protected:
         int steps = 0, refused = 0, not_met = 0, snapping = 0, left_out = 0;
         double time = 0; ///< [s]
     };
-    HandleLink(const CondenseOptions& condense)
+    HandleLink(const ReductionOptions& condense)
         : condense_(condense)
         , most_contacts_(condense.most_contacts)
     {
@@ -81,7 +81,7 @@ protected:
     /// @param most  contacts to hand over
     virtual Condensed condense_step(int most) = 0;
 
-    CondenseOptions condense_;
+    ReductionOptions condense_;
     Count count_;
 
 private:

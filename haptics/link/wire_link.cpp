@@ -89,7 +89,7 @@ struct WireLink::State {
     bool started = false;     // the first step is one of no time
     Relaxation snap;          // that the last step left under way
     bool in_parts = false;    // snaps are, since the clock counts
-    CondenseOptions options;
+    ReductionOptions options;
     Clock::time_point began; // condensing
     std::string refusal;
 
@@ -427,7 +427,7 @@ bool WireLink::step(const HandPose& device)
 
 Condensed WireLink::condense_step(int most)
 {
-    CondenseOptions& options = state_->options = condense_;
+    ReductionOptions& options = state_->options = condense_;
     options.most_contacts = most;
     if (!state_->snap.under_way) return state_->condense();
     Condensed condensed;

@@ -119,7 +119,7 @@ TEST_CASE("operators at 50 Hz render five times the stiffness of a force held at
                  every_tick = clean_stiffness(1e-3, 1e-3);
     MESSAGE("clean up to " << handed_over << " N/m with operators at 50 Hz, " << every_tick
                            << " with one a tick, " << held << " with a force held at 50 Hz");
-    CHECK(handed_over >= 5 * held);
+    CHECK(handed_over >= 5 * held); // [regression] our own run
 }
 
 TEST_CASE("work counted by the loop is the work that the motors did")

@@ -4,9 +4,10 @@
 
 #include <memory>
 
-// Factors, eigenvalues and least squares of dense matrices: Eigen's, compiled once (dense.cpp). Each of Eigen's
-// classes costs a file that uses it one to seven seconds of compiling, so no other file of the program uses them
-// (docs/build.md). Digits are those of Eigen's class that is named with each function.
+// Factors, eigenvalues and least squares of dense matrices: Eigen's, compiled once (dense_*.cpp).
+// Each of Eigen's classes costs a file that uses it one to seven seconds of compiling, so no other
+// file of the program uses them (docs/build.md). Digits are those of Eigen's class that is named
+// with each function.
 
 namespace amontons {
 
@@ -24,6 +25,7 @@ Vec6 symmetric_eigenvalues(const Mat6& S);
 struct SymmetricEigen {
     Eigen::VectorXd values;  ///< n
     Eigen::MatrixXd vectors; ///< n x n, a column each
+    bool converged = true;   ///< never false where S is finite
 };
 struct SymmetricEigen3 {
     Vec3 values;
@@ -66,7 +68,8 @@ private:
     std::unique_ptr<Factor> factor_;
 };
 
-/// P A P^T = L D L^T of a symmetric matrix, with exchange of rows and columns by the diagonal (LDLT).
+/// P A P^T = L D L^T of a symmetric matrix, with exchange of rows and columns by the diagonal
+/// (LDLT).
 class LdltFactor {
 public:
     explicit LdltFactor(const Eigen::MatrixXd& A);
@@ -76,7 +79,7 @@ public:
 
     Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
     Eigen::MatrixXd solve_all(const Eigen::MatrixXd& B) const;
-    /// G with G G^T = A, where negative entries of D, which rounding leaves, are taken for 0: n x n.
+    /// G with G G^T = A, n x n; negative entries of D, which rounding leaves, are taken for 0.
     Eigen::MatrixXd root() const;
 
 private:
@@ -103,8 +106,10 @@ Mat6 inverse_of(const Mat6& A);
 Eigen::VectorXd solve_full_pivots(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 /// The x that makes |A x - b| least (ColPivHouseholderQR).
 Eigen::VectorXd least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
-/// Of these the shortest; pivots below `threshold` times the largest count as 0 (CompleteOrthogonalDecomposition).
-Eigen::VectorXd shortest_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double threshold);
+/// Of these the shortest; pivots below `threshold` times the largest count as 0
+/// (CompleteOrthogonalDecomposition).
+Eigen::VectorXd shortest_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
+                                       double threshold);
 
 /// The shortest rotation that turns one direction into another; none need be of length one
 /// (Quaternion::FromTwoVectors).

@@ -1,5 +1,6 @@
 #include "mesh/generate/solid_tube.hpp"
 
+#include "mesh/base/dense.hpp"
 #include "mesh/base/error.hpp"
 #include "mesh/format/text.hpp"
 #include "mesh/generate/solid_box.hpp"
@@ -58,7 +59,7 @@ namespace {
 /// The least turn that takes one tangent into another: none about the line itself.
 Vec3 carried(const Vec3& across, const Vec3& from, const Vec3& to)
 {
-    const Vec3 v = Eigen::Quaterniond::FromTwoVectors(from, to) * across;
+    const Vec3 v = rotation_between(from, to) * across;
     return (v - to * to.dot(v)).normalized();
 }
 

@@ -1,6 +1,7 @@
 #include "mesh/generate/vessel_shape.hpp"
 
-#include <Eigen/LU>
+#include "mesh/base/dense.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -120,7 +121,7 @@ double VesselDistance::near_junction_(const Vec3& x, double sign, std::int32_t& 
         a(3, 3) = 0;
         Eigen::Vector4d residual;
         residual << p - x + mu * s.gradient, s.value;
-        const Eigen::Vector4d step = a.partialPivLu().solve(residual);
+        const Eigen::Vector4d step = solve_small(a, residual);
         const double length = step.head<3>().norm();
         if (!(length <= longest)) break; // also when it is not a number
         p -= step.head<3>();

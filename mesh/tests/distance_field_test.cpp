@@ -70,10 +70,11 @@ TEST_CASE("the field of a round wall converges with the fourth order and normals
             }
             ++level;
         }
-        CHECK(zero[0] < 1e-4); // a spacing of a fifth of the radius, as walls are sampled
+        CHECK(zero[0] <
+              1e-4); // [regression] a spacing of a fifth of the radius, as walls are sampled
         CHECK(zero[0] / zero[1] > 12);
         CHECK(zero[1] / zero[2] > 12);
-        CHECK(turned[0] < 1e-3);
+        CHECK(turned[0] < 1e-3); // [regression] of that spacing, too
         CHECK(turned[1] / turned[2] > 7);
         CHECK(bent[1] / bent[2] > 3);
     }
@@ -145,7 +146,7 @@ TEST_CASE("neither hints nor what was asked before change a bit of an answer")
     }
     CHECK(differences == 0);
     CHECK(forward.block_count() == backward.block_count());
-    CHECK(forward.memory() < 40000 * forward.block_count());
+    CHECK(forward.memory() < 40000 * forward.block_count()); // [regression] bytes of our blocks
 }
 
 TEST_CASE("a wall in mm is a wall in m")

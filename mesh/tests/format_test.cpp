@@ -2,7 +2,6 @@
 #include "mesh/format/ply.hpp"
 #include "mesh/format/stl.hpp"
 
-#include "mesh/base/phase_timer.hpp"
 #include "mesh/format/byte_order.hpp"
 #include "mesh/orient_surface.hpp"
 #include "mesh/tests/sample_surfaces.hpp"
@@ -386,17 +385,13 @@ TEST_CASE("files cut at any byte are refused or read but never more than that")
     }
 }
 
-TEST_CASE("100 000 triangles are read in a fraction of a second")
+TEST_CASE("100 000 triangles are read whole")
 {
     const SurfaceMesh tube = open_tube(100, 500, 10);
     const std::string stl = stl_text(tube), obj = obj_text(tube), ply = ply_bytes(tube);
-    double seconds = 0;
-    {
-        const PhaseTimer timer(seconds);
-        CHECK(parse_stl(stl, "f").points.size() == tube.points.size());
-        CHECK(parse_obj(obj, "f").points.size() == tube.points.size());
-        CHECK(parse_ply(ply, "f").points.size() == tube.points.size());
+    for (const SurfaceMesh& read :
+         {parse_stl(stl, "f"), parse_obj(obj, "f"), parse_ply(ply, "f")}) {
+        CHECK(read.points.size() == tube.points.size());
+        CHECK(read.triangles.size() == tube.triangles.size());
     }
-    // Measured 0.14 s for the three; a sanitizer or a loaded machine may need 20 times that.
-    CHECK(seconds < 3);
 }

@@ -3,6 +3,7 @@
 #include "mesh/base/file.hpp"
 #include "mesh/format/byte_order.hpp"
 #include "mesh/tests/sample_surfaces.hpp"
+#include "mesh/tests/test_program.hpp"
 #include "mesh/tests/volume_laws.hpp"
 
 #include <algorithm>
@@ -207,7 +208,10 @@ TEST_CASE("msh: faces of no element and other sections are passed over with a no
 TEST_CASE("meshes of other people's benchmarks: counts and boxes and volumes")
 {
     const auto files = peer_meshes();
-    if (files.empty()) MESSAGE("left out: no meshes beside the sources");
+    if (files.empty()) {
+        skip_test("no meshes in ../shared/data/fe/meshes");
+        return;
+    }
     for (const auto& path : files) {
         CAPTURE(path.filename().string());
         const std::string text = read_file(path.string());

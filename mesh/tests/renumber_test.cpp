@@ -70,6 +70,7 @@ TEST_CASE("nested dissection: the factor of a cube fills in less than in the ord
     const VolumeMesh cube =
         make_solid_box({{0, 0, 0}, {1, 1, 1}, {12, 12, 12}, {1, 1, 1}, ElementKind::T4});
     const VolumeMesh now = renumbered(cube, nested_dissection(cube));
-    CHECK(fill(now) < 0.6 * static_cast<double>(fill(cube)));
+    CHECK(fill(now) <
+          0.6 * static_cast<double>(fill(cube))); // [regression] of METIS as it is set here
     CHECK(nested_dissection(cube).old_node == nested_dissection(cube).old_node);
 }

@@ -6,6 +6,7 @@
 #include "mesh/orient_surface.hpp"
 #include "mesh/read.hpp"
 #include "mesh/smooth_surface.hpp"
+#include "mesh/tests/test_program.hpp"
 #include "mesh/tests/wall_checks.hpp"
 
 #include <cmath>
@@ -52,8 +53,8 @@ TEST_CASE("curved triangles pass through the vertices and share their edges with
     double worst = 0;
     for (const Vec3& p : fine.points)
         worst = std::max(worst, std::abs(p.norm() - 1));
-    CHECK(worst < 2e-3); // the flat ones miss it by 1.8e-2
-    CHECK(smooth.deviation() > 1e-2);
+    CHECK(worst < 2e-3);              // [regression] the flat ones miss it by 1.8e-2
+    CHECK(smooth.deviation() > 1e-2); // [regression] our own run
     for (std::int32_t k = 0; k < 200; ++k) {
         const Vec3 weights = smooth.weights_in_patch(k, 4, {0.2, 0.3, 0.5});
         CHECK(weights.sum() == doctest::Approx(1));
@@ -61,7 +62,7 @@ TEST_CASE("curved triangles pass through the vertices and share their edges with
         const Vec3 flat = 0.2 * fine.points[static_cast<std::size_t>(a)] +
                           0.3 * fine.points[static_cast<std::size_t>(b)] +
                           0.5 * fine.points[static_cast<std::size_t>(c)];
-        CHECK((smooth.point(k / 16, weights) - flat).norm() < 3e-3);
+        CHECK((smooth.point(k / 16, weights) - flat).norm() < 3e-3); // [regression] our own run
         const PatchPoint found = smooth.nearest(1.1 * flat, k / 16, weights);
         CHECK((1.1 * flat - found.position).normalized().dot(found.normal) > 0.999);
     }
@@ -87,10 +88,10 @@ TEST_CASE("a ball given by triangles: the wall converges to the ball")
         }
         ++level;
     }
-    CHECK(zero[0] < 7e-3);
-    CHECK(zero[1] < 2e-3);
-    CHECK(zero[2] < 3e-4);
-    CHECK(turned[2] < 6e-3); // facets of that size are off by 0.08
+    CHECK(zero[0] < 7e-3);   // [regression] of that mesh
+    CHECK(zero[1] < 2e-3);   // [regression] of that mesh
+    CHECK(zero[2] < 3e-4);   // [regression] of that mesh
+    CHECK(turned[2] < 6e-3); // [regression] facets of that size are off by 0.08
 }
 
 TEST_CASE("a coarse open tube becomes a smooth vessel whose free space goes on beyond its ends")
@@ -115,10 +116,10 @@ TEST_CASE("a coarse open tube becomes a smooth vessel whose free space goes on b
             facets = std::max(facets, std::abs(e.distance));
             normal = std::max(normal, (s.normal - e.normal).norm());
         }
-        CHECK(zero < 2e-5);
-        CHECK(facets > 5 * zero); // better than the facets
-        CHECK(normal < 0.03);
-        CHECK(model.deviation < 1e-4);
+        CHECK(zero < 2e-5);            // [regression] of this tube
+        CHECK(facets > 5 * zero);      // [regression] better than the facets
+        CHECK(normal < 0.03);          // [regression] of this tube
+        CHECK(model.deviation < 1e-4); // [regression] of this tube
         for (const Opening& o : model.openings) {
             CHECK(o.radius == doctest::Approx(0.004).epsilon(1e-6));
             WallHint h;
@@ -142,7 +143,7 @@ TEST_CASE("sharp edges of a cube stay sharp and are rounded by the grid only")
     // Farther than 12 grid spacings it is interpolated.
     CHECK(model.wall.distance({1.3, 1.4, 0.5}, hint) == doctest::Approx(0.5).epsilon(1e-3));
     CHECK(model.wall.distance({1.3, 1.4, 2.2}, hint) == doctest::Approx(1.3).epsilon(1e-2));
-    CHECK(std::abs(model.wall.distance({1, 1, 0.5}, hint)) < 0.02);
+    CHECK(std::abs(model.wall.distance({1, 1, 0.5}, hint)) < 0.02); // [regression] by our spacing
     CHECK((model.wall.sample({0.5, 0.3, 1.01}, hint).normal - Vec3::UnitZ()).norm() < 1e-6);
     const WallModel room = make_wall_from_surface(cube(), "inside");
     CHECK(room.wall.distance({0.5, 0.5, 0.3}, hint) > 0);
@@ -171,11 +172,12 @@ TEST_CASE("real anatomy: a patient's aorta with coarse facets")
     const auto folder = std::filesystem::path(AMONTONS_SOURCE_DIR) / "../shared/data/vessels";
     const auto file = folder / "aorta_supra_aortic.obj";
     if (!std::filesystem::exists(file)) {
-        MESSAGE("left out: " << file.string() << " is not there");
+        skip_test("no file ../shared/data/vessels/aorta_supra_aortic.obj");
         return;
     }
     const WallModel model = make_wall_from_surface(read_surface(file.string(), 1e-3), "");
     const Polyline line = read_centreline((folder / "centrelines/LCCA.mrk.json").string(), 1e-3);
+    REQUIRE(line.points.size() > 3);
     int inside = 0;
     for (const Vec3& x : line.points) {
         WallHint hint;

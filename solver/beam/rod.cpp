@@ -1,5 +1,6 @@
 #include "solver/beam/rod.hpp"
 
+#include "mesh/base/dense.hpp"
 #include "mesh/base/error.hpp"
 #include "solver/beam/clamp.hpp"
 
@@ -47,8 +48,7 @@ Mat3 frame_of(const Vec3& tangent, const Vec3& near)
 /// The frame carried from one tangent to another without twist.
 Mat3 carried(const Mat3& frame, const Vec3& tangent)
 {
-    const Eigen::Quaterniond turn =
-        Eigen::Quaterniond::FromTwoVectors(frame.col(0), tangent.normalized());
+    const Eigen::Quaterniond turn = rotation_between(frame.col(0), tangent.normalized());
     return frame_of(tangent, turn * Vec3(frame.col(1)));
 }
 

@@ -1,6 +1,7 @@
 #include "solver/beam/rod_elements.hpp"
 
-#include <Eigen/Eigenvalues>
+#include "mesh/base/dense.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -235,15 +236,15 @@ std::vector<double> rod_frequencies(const RodMatrix& K, const RodMatrix& M, int 
             }
         k = 0.5 * (k + k.transpose()).eval();
         m = 0.5 * (m + m.transpose()).eval();
-        const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(m, k); // 1/omega^2
-        Eigen::VectorXd now = eigen.eigenvalues().reverse();
+        const SymmetricEigen eigen = generalised_eigen(m, k); // 1/omega^2
+        Eigen::VectorXd now = eigen.values.reverse();
         for (int i = 0; i < size; ++i) {
             std::vector<Node6> sum = empty;
             double largest = 0;
             for (int j = 0; j < size; ++j)
                 for (std::size_t n = 0; n < sum.size(); ++n)
                     sum[n].column +=
-                        splat6(eigen.eigenvectors()(j, size - 1 - i)) * y[std::size_t(j)][n].column;
+                        splat6(eigen.vectors(j, size - 1 - i)) * y[std::size_t(j)][n].column;
             for (const Node6& n : sum)
                 for (int c = 0; c < 6; ++c)
                     largest = std::max(largest, std::abs(n.value[c]));

@@ -1,7 +1,6 @@
 #include "solver/beam/rod_matrix.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
+#include "mesh/base/dense.hpp"
 
 namespace amontons {
 namespace {
@@ -83,10 +82,8 @@ int RodMatrix::factor()
         factors_.solve(z);
         S.col(j) -= dense(chain.upper(0)) * view(z[1]) + dense(first_with_last) * view(z[n - 1]);
     }
-    const Eigen::SelfAdjointEigenSolver<Mat6> eigen(0.5 * (S + S.transpose()),
-                                                    Eigen::EigenvaluesOnly);
-    negative += int((eigen.eigenvalues().array() <= 0).count());
-    inverse_S_ = S.partialPivLu().inverse();
+    negative += int((symmetric_eigenvalues(Mat6(0.5 * (S + S.transpose()))).array() <= 0).count());
+    inverse_S_ = inverse_of(S);
     return negative;
 }
 

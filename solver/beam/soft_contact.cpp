@@ -1,5 +1,6 @@
 #include "solver/beam/soft_contact.hpp"
 
+#include "mesh/base/dense.hpp"
 #include "solver/beam/soft_tube.hpp"
 
 #include <Eigen/Geometry>
@@ -173,12 +174,11 @@ GivingContacts linearise_walls(const std::vector<WireWall>& walls,
         rows.block<1, 3>(at + 1, at) = c.t1.transpose() * t.Fs;
         rows.block<1, 3>(at + 2, at) = c.t2.transpose() * t.Fs;
     }
-    const Eigen::PartialPivLU<Matrix> lu(l.S);
-    const Matrix SE = lu.solve(E), SC = lu.solve(l.C);
+    const LuFactor lu(l.S);
+    const Matrix SE = lu.solve_all(E), SC = lu.solve_all(l.C);
     const Matrix turn = blocks(l.B, l.turn + l.dipole);
-    const Eigen::PartialPivLU<Matrix> through(Matrix::Identity(3 * n, 3 * n) - turn * SC -
-                                              blocks(l.B, l.tilt));
-    const Matrix follow = through.solve(turn * SE), share = through.solve(E);
+    const LuFactor through(Matrix::Identity(3 * n, 3 * n) - turn * SC - blocks(l.B, l.tilt));
+    const Matrix follow = through.solve_all(turn * SE), share = through.solve_all(E);
     const Matrix Et = E.transpose();
     out.follow = blocks(Et, follow);
     out.share = blocks(Et, share);
@@ -262,18 +262,16 @@ double settle_wall(const Wire& wire, const std::vector<WireWall>& walls, std::si
                 const Touch& t = l.touch[std::size_t(k)];
                 Mat3 numbers;
                 numbers << t.along, t.around, t.along.cross(t.around).normalized();
-                const Vec3 d =
-                    numbers.transpose().partialPivLu().solve(Vec3(D[3 * k], D[3 * k + 1], 0));
+                const Vec3 d = solve_small(numbers.transpose(), Vec3(D[3 * k], D[3 * k + 1], 0));
                 D.segment<3>(3 * k) = d;
                 FD.segment<3>(3 * k) = t.F * d;
             }
-            const Eigen::PartialPivLU<Matrix> lu(l.S);
-            const Matrix SC = lu.solve(l.C), turn = blocks(l.B, l.turn + l.dipole);
+            const LuFactor lu(l.S);
+            const Matrix SC = lu.solve_all(l.C), turn = blocks(l.B, l.turn + l.dipole);
             const Eigen::VectorXd Y0 = lu.solve(FD);
             const Eigen::VectorXd right = df + turn * Y0 - blocks(l.B, Matrix(l.turn)) * D;
             const Eigen::VectorXd phi =
-                (Matrix::Identity(3 * n, 3 * n) - turn * SC - blocks(l.B, l.tilt))
-                    .partialPivLu()
+                LuFactor(Matrix::Identity(3 * n, 3 * n) - turn * SC - blocks(l.B, l.tilt))
                     .solve(right);
             const Eigen::VectorXd Y = Y0 + SC * phi;
             for (std::size_t k = 0; k < carriers.size(); ++k) {

@@ -1,6 +1,7 @@
 #include "solver/body/rigid_body.hpp"
 
 #include "mesh/base/curve.hpp"
+#include "mesh/base/dense.hpp"
 #include "solver/body/drive.hpp"
 
 #include <cmath>
@@ -126,7 +127,7 @@ void RigidBody::begin_memory()
     mean_torque_ = rule.end * torque(step_.end()) + rule.past(m, memory_.torque);
     past_velocity_ = rule.past(state_.velocity, memory_.velocity);
     past_angular_ = rule.past(angular_, memory_.angular);
-    past_spin_ = inertia(state_.turn).ldlt().solve(past_angular_);
+    past_spin_ = solve_symmetric(inertia(state_.turn), past_angular_);
 }
 
 /// The place that the velocity of the iterate leads to.
@@ -185,7 +186,7 @@ Eigen::VectorXd RigidBody::free_change() const
     const double h = step_.h;
     const Vec3 momentum = angular_ + h * mean_torque_;
     y.head<3>() = state_.velocity + h / mass_.mass * mean_force_ - now_.velocity;
-    y.tail<3>() = inertia(now_.turn).ldlt().solve(momentum) - now_.spin;
+    y.tail<3>() = solve_symmetric(inertia(now_.turn), momentum) - now_.spin;
     return y;
 }
 
@@ -208,7 +209,7 @@ Eigen::VectorXd RigidBody::solve(const Eigen::VectorXd& f)
     Eigen::VectorXd y = Eigen::VectorXd::Zero(unknowns());
     if (driven() || !step_.dynamic) return y;
     y.head<3>() = f.head<3>() / mass_.mass;
-    y.tail<3>() = inertia(now_.turn).ldlt().solve(f.tail<3>());
+    y.tail<3>() = solve_symmetric(inertia(now_.turn), f.tail<3>());
     return y;
 }
 
@@ -281,15 +282,16 @@ BodyEnergy RigidBody::accept(const Eigen::VectorXd& contact)
             constexpr int kTurns = 8; // each brings h |spin| of the error's digits
             Eigen::Quaterniond half = now_.turn;
             for (int i = 0; i < kTurns; ++i)
-                half = rotation(0.5 * step_.h * inertia(half).ldlt().solve(momentum)) * state_.turn;
-            const Vec3 spin = inertia(half).ldlt().solve(momentum);
+                half = rotation(0.5 * step_.h * solve_symmetric(inertia(half), momentum)) *
+                       state_.turn;
+            const Vec3 spin = solve_symmetric(inertia(half), momentum);
             now_.turn = (rotation(step_.h * spin) * state_.turn).normalized();
-            now_.spin = inertia(now_.turn).ldlt().solve(angular_);
+            now_.spin = solve_symmetric(inertia(now_.turn), angular_);
             // What the rule takes: the change of momentum times the excess of the mean velocity.
             const Vec3 dv = now_.velocity - state_.velocity, dL = angular_ - before;
             const Vec3 faster = moved / step_.h - state_.velocity - 0.5 * dv;
             e.dissipated = mass_.mass * dv.dot(faster) +
-                           dL.dot(inertia(half).ldlt().solve(momentum - before - 0.5 * dL));
+                           dL.dot(solve_symmetric(inertia(half), momentum - before - 0.5 * dL));
             if (step_.rule.filtered) {
                 const TimeRule& rule = step_.rule;
                 const Vec3 f0 = force(step_.start), m0 = torque(step_.start);

@@ -1,11 +1,11 @@
 #include "solver/body/rod_body.hpp"
+#include "mesh/base/dense.hpp"
 #include "solver/body/node_index.hpp"
 
 #include "mesh/base/curve.hpp"
 #include "mesh/base/error.hpp"
 #include "solver/body/drive.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -183,12 +183,12 @@ std::vector<std::string> RodBody::free_motions() const
         const Mat6 taken = (Mat6::Identity() - h.free) * rigid;
         seen += taken.transpose() * taken;
     }
-    const Eigen::SelfAdjointEigenSolver<Mat6> eigen(seen);
+    const SymmetricEigen6 eigen = symmetric_eigen(seen);
     std::vector<std::string> names;
     for (int k = 0; k < 6; ++k)
-        if (eigen.eigenvalues()[k] < 1e-10)
-            names.push_back(name_of_motion(eigen.eigenvectors().col(k).head<3>(),
-                                           eigen.eigenvectors().col(k).tail<3>()));
+        if (eigen.values[k] < 1e-10)
+            names.push_back(
+                name_of_motion(eigen.vectors.col(k).head<3>(), eigen.vectors.col(k).tail<3>()));
     return names;
 }
 

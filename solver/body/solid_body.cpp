@@ -6,8 +6,6 @@
 #include "solver/solid/face_load.hpp"
 #include "solver/solid/factor_cache.hpp"
 
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "mesh/base/dense.hpp"
 #include "mesh/extract_surface.hpp"
 #include "mesh/volume_mesh.hpp"
 #include "solver/body/body.hpp"
@@ -13,7 +14,6 @@
 #include "solver/solid/hyperelastic.hpp"
 #include "solver/solid/rigid_modes.hpp"
 
-#include <Eigen/LU>
 #include <array>
 #include <memory>
 #include <optional>
@@ -322,7 +322,7 @@ protected:
     Eigen::MatrixXd mode_stiffness_;         ///< S
     Eigen::MatrixXd border_, border_matrix_; ///< X and the inverse of T; empty: no border
     int border_negative_ = 0;                ///< eigenvalues of K among motions without a mean
-    Eigen::PartialPivLU<Eigen::MatrixXd> upright_; ///< 1 - N^T L^-1 N
+    LuFactor upright_;                       ///< 1 - N^T L^-1 N
     double shift_ = 0, last_shift_ = 0;
     double share_made_ = 1, state_energy_ = 0, last_error_ = 0;
     bool matrix_kept_ = false;

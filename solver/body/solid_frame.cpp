@@ -1,10 +1,10 @@
+#include "mesh/base/dense.hpp"
 #include "solver/body/node_index.hpp"
 #include "solver/body/solid_body.hpp"
 
 #include "solver/body/drive.hpp"
 
 #include <Eigen/LU>
-#include <Eigen/SVD>
 
 // The frame that carries a solid, its motion as a whole and its momenta.
 
@@ -37,7 +37,7 @@ WholeMotion nearest_motion(const std::vector<Vec3>& X, const Vec3& middle,
         moment += arm.cross(d);
         inertia += arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose();
     }
-    return {shift, inertia.ldlt().solve(moment)};
+    return {shift, solve_symmetric(inertia, moment)};
 }
 
 /// Forces or motions of all nodes, turned.
@@ -179,7 +179,7 @@ void SolidBody::find_spin()
         momentum += m * arm.cross(Vec3(state_.v.segment<3>(at3(i))));
         inertia += m * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
     }
-    spin_ = inertia.ldlt().solve(momentum);
+    spin_ = solve_symmetric(inertia, momentum);
 }
 
 /// The rules of time-stepping lose some angular momentum of a body that turns; what loads and

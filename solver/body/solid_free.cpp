@@ -1,8 +1,7 @@
+#include "mesh/base/dense.hpp"
 #include "solver/body/node_index.hpp"
 #include "solver/body/solid_body.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -91,9 +90,8 @@ void SolidBody::find_border()
     Eigen::MatrixXd T = -Z.transpose() * border_;
     T.diagonal().head(held).array() += 1;
     T = (0.5 * (T + T.transpose())).eval();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> signs(T, Eigen::EigenvaluesOnly);
-    border_matrix_ = T.inverse();
-    border_negative_ = int((signs.eigenvalues().array() < 0).count() - modes);
+    border_matrix_ = LuFactor(T).inverse();
+    border_negative_ = int((symmetric_eigenvalues(T).array() < 0).count() - modes);
 }
 
 /// R' = R - P K R, and S = (K R)^T R'.

@@ -1,3 +1,4 @@
+#include "mesh/base/dense.hpp"
 #include "solver/body/node_index.hpp"
 #include "solver/body/solid_body.hpp"
 
@@ -6,7 +7,6 @@
 #include "solver/linear/gmres.hpp"
 #include "solver/solid/face_load.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -228,7 +228,7 @@ void SolidBody::find_volumes()
         volume_force_.col(k) = free_part(follower_pressure(mesh_, load.faces->members, now_.u, 1));
         volume_give_.col(k) = newton_solved(volume_force_.col(k));
     }
-    volume_matrix_ = (volume_force_.transpose() * volume_give_).inverse();
+    volume_matrix_ = LuFactor(volume_force_.transpose() * volume_give_).inverse();
 }
 
 /// Newton's method on places and mean pressures together, of which the tangent at places has taken
@@ -415,9 +415,8 @@ std::string SolidBody::softened(const Eigen::VectorXd& u) const
         const Vec3 centre = kind == ElementKind::H8 ? Vec3(0, 0, 0) : Vec3(0.25, 0.25, 0.25);
         const ShapeGradients d = shape_gradients(kind, centre);
         const Mat3 J = X * d.transpose(), F = x * (J.inverse().transpose() * d).transpose();
-        const double l = std::sqrt(std::max(
-            0.0, Eigen::SelfAdjointEigenSolver<Mat3>(F.transpose() * F, Eigen::EigenvaluesOnly)
-                     .eigenvalues()[0]));
+        const double l =
+            std::sqrt(std::max(0.0, symmetric_eigenvalues(Mat3(F.transpose() * F))[0]));
         if (l < least) {
             least = l;
             where = e;

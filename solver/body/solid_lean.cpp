@@ -1,8 +1,8 @@
 #include "solver/body/solid_body.hpp"
 
-#include <Eigen/Eigenvalues>
+#include "mesh/base/dense.hpp"
+
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -132,11 +132,10 @@ int SolidBody::upright_compliance(const SparseColumns& C, Eigen::MatrixXd& more)
     matrix_->factor.compliance(both, all);
     const Eigen::MatrixXd open =
         Eigen::MatrixXd::Identity(columns, columns) - all.bottomRightCorner(columns, columns);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> signs(open, Eigen::EigenvaluesOnly);
-    const int negative = int((signs.eigenvalues().array() < 0).count());
+    const int negative = int((symmetric_eigenvalues(open).array() < 0).count());
     upright_.compute(open);
     const Eigen::MatrixXd seen = all.bottomLeftCorner(columns, rows);
-    more = seen.transpose() * upright_.solve(seen);
+    more = seen.transpose() * upright_.solve_all(seen);
     more = (0.5 * (more + more.transpose())).eval();
     return negative;
 }

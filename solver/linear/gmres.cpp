@@ -1,6 +1,6 @@
 #include "solver/linear/gmres.hpp"
 
-#include <Eigen/QR>
+#include "mesh/base/dense.hpp"
 
 namespace amontons {
 
@@ -30,7 +30,7 @@ GmresResult gmres(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& 
         ++out.products;
         const Eigen::MatrixXd part = H.topLeftCorner(k + 2, k + 1);
         const Eigen::VectorXd right = size * Eigen::VectorXd::Unit(k + 2, 0);
-        y = part.colPivHouseholderQr().solve(right);
+        y = least_squares(part, right);
         out.residual = (part * y - right).norm() / size;
         if (out.residual <= tolerance || !(H(k + 1, k) > 0)) break;
     }

@@ -8,6 +8,7 @@
 #include "haptics/real_time.hpp"
 #include "haptics/summary.hpp"
 #include "haptics/virtual_time.hpp"
+#include "mesh/base/dense.hpp"
 #include "mesh/base/file.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/output/view_maker.hpp"
@@ -334,8 +335,8 @@ void haptic(HapticArguments& a, Session& session)
         hand = simulated.get();
         device = std::move(simulated);
     } else if (pushes_and_twists(set.device) && !first->axis().isZero()) {
-        device = std::make_unique<TurnedDevice>(
-            std::move(device), Eigen::Quaterniond::FromTwoVectors(Vec3::UnitX(), first->axis()));
+        device = std::make_unique<TurnedDevice>(std::move(device),
+                                                rotation_between(Vec3::UnitX(), first->axis()));
     }
     device->open();
 

@@ -1,8 +1,9 @@
 #include "solver/solid/corotational.hpp"
 
+#include "mesh/base/dense.hpp"
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <cmath>
 
 namespace amontons {
@@ -83,10 +84,10 @@ Mat3 polar_rotation(const Mat3& F)
         }
         return R;
     }
-    const Eigen::JacobiSVD<Mat3> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const SingularValues3 svd = singular_values(F);
     Mat3 D = Mat3::Identity();
-    D(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-    return svd.matrixU() * D * svd.matrixV().transpose();
+    D(2, 2) = (svd.U * svd.V.transpose()).determinant() < 0 ? -1 : 1;
+    return svd.U * D * svd.V.transpose();
 }
 
 CorotationalState corotational_forces(const CorotationalElement& e, const ElementPoints& x,

@@ -1,6 +1,7 @@
 #include "solver/solid/rigid_modes.hpp"
 
-#include <Eigen/Eigenvalues>
+#include "mesh/base/dense.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -70,24 +71,24 @@ ModesOfPart modes_of_part(std::span<const Vec3> places, std::span<const std::int
             if (is_prescribed[3 * std::size_t(node) + std::size_t(a)])
                 held += M.row(a).transpose() * M.row(a);
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(held);
-    const double limit = kRigidThreshold * eigen.eigenvalues()[5];
+    const SymmetricEigen6 eigen = symmetric_eigen(held);
+    const double limit = kRigidThreshold * eigen.values[5];
     Eigen::Index free = 0; // eigenvalues ascend
-    while (free < 6 && eigen.eigenvalues()[free] <= limit)
+    while (free < 6 && eigen.values[free] <= limit)
         ++free;
 
     ModesOfPart R(3 * count, free);
     for (Eigen::Index i = 0; i < count; ++i)
         R.middleRows(3 * i, 3) = motions(places[std::size_t(part[std::size_t(i)])], centre, size) *
-                                 eigen.eigenvectors().leftCols(free);
+                                 eigen.vectors.leftCols(free);
     for (Eigen::Index i = 0; i < count; ++i)
         for (int a = 0; a < 3; ++a)
             if (is_prescribed[3 * std::size_t(part[std::size_t(i)]) + std::size_t(a)])
                 R.row(3 * i + a).setZero(); // rounding
     if (free == 0) return R;
     const Eigen::MatrixXd gram = R.transpose() * R / double(count);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(gram);
-    R = R * (axes.eigenvectors() * axes.eigenvalues().cwiseSqrt().cwiseInverse().asDiagonal());
+    const SymmetricEigen axes = symmetric_eigen(gram);
+    R = R * (axes.vectors * axes.values.cwiseSqrt().cwiseInverse().asDiagonal());
     return R;
 }
 

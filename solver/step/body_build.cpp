@@ -1,6 +1,7 @@
 #include "solver/step/body_build.hpp"
 
 #include "contact/surface/choose_slave.hpp"
+#include "mesh/base/dense.hpp"
 #include "mesh/generate/solid_box.hpp"
 #include "mesh/generate/solid_round.hpp"
 #include "mesh/generate/solid_tube.hpp"
@@ -473,8 +474,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     for (const ObstacleInput& o : scene.obstacles)
         if (o.surface.generate == "plane")
             planes[o.name] =
-                Pose{o.surface.centre,
-                     Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), o.surface.axis)};
+                Pose{o.surface.centre, rotation_between(Vec3::UnitZ(), o.surface.axis)};
     std::vector<ContactPair> pairs;
     pairs.reserve(laws.size());
     for (std::size_t k = 0; k < laws.size(); ++k) {

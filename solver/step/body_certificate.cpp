@@ -1,8 +1,8 @@
 #include "solver/step/body_stepper.hpp"
 
 #include "contact/certificate.hpp"
+#include "mesh/base/dense.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -175,11 +175,11 @@ Eigen::MatrixXd BodyStepper::unfelt_modes(std::size_t b, double share) const
         Eigen::MatrixXd::Zero(std::max(Eigen::Index(acting.size()), modes), modes);
     for (std::size_t i = 0; i < acting.size(); ++i)
         felt.row(Eigen::Index(i)) = B_[b].row(acting[i]);
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(felt, Eigen::ComputeThinV); // descending
+    const RightSingular svd = right_singular(felt);
     Eigen::Index first = modes;
-    while (first > 0 && svd.singularValues()[first - 1] <= share * scale)
+    while (first > 0 && svd.values[first - 1] <= share * scale)
         --first;
-    return svd.matrixV().rightCols(modes - first);
+    return svd.V.rightCols(modes - first);
 }
 
 /// Modes that no contact sees: they stay where they are, and that is said.

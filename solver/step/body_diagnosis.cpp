@@ -1,9 +1,9 @@
 #include "solver/step/body_stepper.hpp"
 
+#include "mesh/base/dense.hpp"
 #include "mesh/quality.hpp"
 #include "solver/body/solid_body.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -102,8 +102,7 @@ std::string BodyStepper::why_no_forces() const
     if (rows_.count == 0 || rows_.count > kMostRowsExplained || !options_.explain) return "";
     const Eigen::MatrixXd W =
         problem_.W.is_dense() ? problem_.W.dense() : Eigen::MatrixXd(problem_.W.as_sparse());
-    const Eigen::VectorXd values =
-        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(W, Eigen::EigenvaluesOnly).eigenvalues();
+    const Eigen::VectorXd values = symmetric_eigenvalues(W);
     const double most = values.cwiseAbs().maxCoeff();
     if (!(most > 0)) return "; nothing that its contacts touch gives way";
     const auto rigid = (values.array() <= kNoStiffness * most).count();

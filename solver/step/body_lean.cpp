@@ -1,10 +1,9 @@
 #include "solver/step/body_stepper.hpp"
 
+#include "mesh/base/dense.hpp"
 #include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -110,10 +109,8 @@ bool BodyStepper::stand_upright(std::vector<Eigen::MatrixXd>& W,
             const Eigen::MatrixXd right = root.asDiagonal() * all;
             Eigen::MatrixXd inner = right * root.asDiagonal();
             inner.diagonal().array() += 1;
-            const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> signs(inner,
-                                                                       Eigen::EigenvaluesOnly);
-            if (int((signs.eigenvalues().array() < 0).count()) != negative) continue;
-            const Eigen::MatrixXd taken = right.transpose() * inner.partialPivLu().inverse();
+            if (int((symmetric_eigenvalues(inner).array() < 0).count()) != negative) continue;
+            const Eigen::MatrixXd taken = right.transpose() * LuFactor(inner).inverse();
             const Eigen::MatrixXd held = all - taken * right;
             problem_.W = Delassus(Eigen::MatrixXd(0.5 * (held + held.transpose())));
             taken_ = taken * root.asDiagonal();

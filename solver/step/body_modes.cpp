@@ -1,11 +1,10 @@
 #include "solver/step/body_stepper.hpp"
 
 #include "contact/solve.hpp"
+#include "mesh/base/dense.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/body/solid_body.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -55,7 +54,7 @@ public:
         at_ = at;
         step_ = step;
         if (steps_.cols() == 0) return;
-        step -= (places_ + steps_) * steps_.colPivHouseholderQr().solve(step_);
+        step -= (places_ + steps_) * least_squares(steps_, step_);
         if (!(step.norm() <= kLongest * step_.norm())) return;
         for (std::size_t b = 0, k = 0; b < change.size(); k += std::size_t(change[b++].size()))
             change[b] = step.segment(Eigen::Index(k), change[b].size());
@@ -81,10 +80,9 @@ Eigen::MatrixXd BodyStepper::mode_stiffness(std::size_t b) const
     if (!stressed(b) || !(mode_scale_[b] > 0)) return {};
     const Eigen::MatrixXd S = system_.refs[b].solid->mode_stiffness();
     if (!leans_only_) return S;
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(S);
-    return eigen.eigenvectors() *
-           eigen.eigenvalues().cwiseMax(-kMostTaken / mode_scale_[b]).asDiagonal() *
-           eigen.eigenvectors().transpose();
+    const SymmetricEigen eigen = symmetric_eigen(S);
+    return eigen.vectors * eigen.values.cwiseMax(-kMostTaken / mode_scale_[b]).asDiagonal() *
+           eigen.vectors.transpose();
 }
 
 Eigen::VectorXd BodyStepper::load_on_modes(std::size_t b) const
@@ -99,10 +97,10 @@ Eigen::MatrixXd BodyStepper::mode_gain(std::size_t b) const
     const Eigen::Index modes = mode_load_[b].size();
     const Eigen::MatrixXd S = mode_stiffness(b);
     if (S.size() == 0) return mode_scale_[b] * Eigen::MatrixXd::Identity(modes, modes);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(S);
-    const Eigen::ArrayXd own = eigen.eigenvalues().array();
+    const SymmetricEigen eigen = symmetric_eigen(S);
+    const Eigen::ArrayXd own = eigen.values.array();
     const Eigen::VectorXd gain = (own + (-own / kMostTaken).max(1 / mode_scale_[b])).inverse();
-    return eigen.eigenvectors() * gain.asDiagonal() * eigen.eigenvectors().transpose();
+    return eigen.vectors * gain.asDiagonal() * eigen.vectors.transpose();
 }
 
 /// The first body held by contacts alone that these, as they are, do not keep in balance: its
@@ -173,9 +171,9 @@ std::string BodyStepper::toppling()
     const Eigen::MatrixXd all = sum.is_dense() ? sum.dense() : Eigen::MatrixXd(sum.as_sparse());
     Eigen::MatrixXd held = all(closed, closed);
     held.diagonal().array() += kSoft * held.diagonal().cwiseAbs().mean();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> of_held(held);
-    if (of_held.info() != Eigen::Success) return "";
-    if (int((of_held.eigenvalues().array() < 0).count()) < negative) return some;
+    const SymmetricEigen of_held = symmetric_eigen(held);
+    if (!of_held.converged) return "";
+    if (int((of_held.values.array() < 0).count()) < negative) return some;
 
     Eigen::MatrixXd S = Eigen::MatrixXd::Zero(modes, modes),
                     B = Eigen::MatrixXd::Zero(Eigen::Index(closed.size()), modes);
@@ -191,12 +189,12 @@ std::string BodyStepper::toppling()
             S.block(at, at, R.cols(), R.cols()) = system_.refs[b].solid->mode_stiffness();
         at += R.cols();
     }
-    const Eigen::MatrixXd turned = of_held.eigenvectors().transpose() * B;
+    const Eigen::MatrixXd turned = of_held.vectors.transpose() * B;
     const Eigen::MatrixXd hold =
-        turned.transpose() * of_held.eigenvalues().cwiseInverse().asDiagonal() * turned;
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> signs(S + hold, Eigen::EigenvaluesOnly);
+        turned.transpose() * of_held.values.cwiseInverse().asDiagonal() * turned;
+    const Eigen::VectorXd signs = symmetric_eigenvalues(Eigen::MatrixXd(S + hold));
     const double least = kMargin * S.cwiseAbs().maxCoeff() + kRound * hold.cwiseAbs().maxCoeff();
-    return signs.eigenvalues()[0] < -least ? some : "";
+    return signs[0] < -least ? some : "";
 }
 
 /// Method of multipliers on the balance of the modes: R^T H^T r + g = 0 is the condition, the

@@ -4,8 +4,6 @@
 #include "mesh/base/phase_timer.hpp"
 #include "solver/body/solid_body.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>

@@ -1,8 +1,8 @@
 #include "solver/step/body_rows.hpp"
 
+#include "mesh/base/dense.hpp"
 #include "solver/linear/semidefinite_root.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <numeric>
 
@@ -320,8 +320,8 @@ Eigen::MatrixXd compliance_root(Body& body, const SparseColumns& C)
         Eigen::MatrixXd inverse(kRigid, kRigid);
         for (int i = 0; i < kRigid; ++i)
             inverse.col(i) = body.solve(Eigen::VectorXd(Eigen::VectorXd::Unit(kRigid, i)));
-        const Eigen::LLT<Eigen::MatrixXd> root(0.5 * (inverse + inverse.transpose()));
-        if (root.info() == Eigen::Success) return Eigen::MatrixXd(root.matrixU()) * C;
+        const Eigen::MatrixXd root = cholesky_root(0.5 * (inverse + inverse.transpose()));
+        if (root.size() > 0) return root * C;
     }
     Eigen::MatrixXd W;
     body.compliance(C, W);

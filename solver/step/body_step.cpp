@@ -1,12 +1,12 @@
 #include "solver/step/body_stepper.hpp"
 
 #include "contact/curve/curve_contact.hpp"
+#include "mesh/base/dense.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -320,7 +320,7 @@ Eigen::VectorXd BodyStepper::extrapolated(const Eigen::VectorXd& motion,
     made_.conservativeResize(motion.size(), made_.cols() + 1);
     changes_.rightCols<1>() = change;
     made_.rightCols<1>() = made_before_;
-    const Eigen::VectorXd share = changes_.colPivHouseholderQr().solve(motion);
+    const Eigen::VectorXd share = least_squares(changes_, motion);
     const Eigen::VectorXd made = motion - (made_ + changes_) * share;
     return made.norm() <= kLongest * motion.norm() ? made : motion;
 }

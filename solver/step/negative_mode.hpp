@@ -1,8 +1,8 @@
 #pragma once
 
+#include "mesh/base/dense.hpp"
 #include "solver/linear/block_tridiagonal.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <vector>
 
@@ -52,8 +52,7 @@ double negative_eigenvalue(const std::vector<Node6>& start, const Weigh& weigh, 
     }
     const auto n = Eigen::Index(v.size());
     const Eigen::MatrixXd S = T.topLeftCorner(n, n).selfadjointView<Eigen::Upper>();
-    const double least =
-        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(S, Eigen::EigenvaluesOnly).eigenvalues()[0];
+    const double least = symmetric_eigenvalues(S)[0];
     return least < 0 ? -1 / least : 0;
 }
 

@@ -1,9 +1,9 @@
 #pragma once
 
+#include "mesh/base/dense.hpp"
 #include "solver/step/contact_status.hpp"
 #include "solver/step/negative_mode.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,7 +28,7 @@
 //   shift_levels()               optional: how often it is, kShiftLevels without
 //   softest()                    scale of the shift [N/m]
 //   kept_shift()                 of the last iterate of this solve that needed one [N/m]
-//   weigh(x)                     optional: x <- M x, by which a shift is added; see negative_mode.hpp
+//   weigh(x)                     optional: x <- M x, by which a shift is added (negative_mode.hpp)
 //   bodies(), bodies_of(k)       optional: how many there are, and on which two k is (-1: none)
 //   gives(), pivot_giving(...)   optional: walls that give way, see soft_pivot.hpp
 
@@ -360,7 +360,7 @@ template <class System> void close_active(System& s)
         }
         if (r.which == 0) S(j, j) += s.contact(r.candidate).give;
     }
-    const Eigen::VectorXd change = S.fullPivLu().solve(-gap);
+    const Eigen::VectorXd change = solve_full_pivots(S, -gap);
     if (!change.allFinite()) return;
     for (Eigen::Index j = 0; j < n; ++j)
         for (int i = s.first(); i <= s.last(); ++i)

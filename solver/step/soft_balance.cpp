@@ -1,10 +1,10 @@
 #include "solver/step/soft_balance.hpp"
 
+#include "mesh/base/dense.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/beam/soft_tube.hpp"
 #include "solver/step/wire_group.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -84,10 +84,9 @@ void improve(Search& s, Eigen::VectorXd off)
                 M(i, j) = p.off.dot(s.past[std::size_t(j)].answer);
         }
         size = M.diagonal().cwiseMax(0).cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
-        Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr;
-        qr.setThreshold(kDependent);
-        qr.compute(size.asDiagonal() * M * size.asDiagonal());
-        const Eigen::VectorXd share = size.asDiagonal() * qr.solve(size.asDiagonal() * right);
+        const Eigen::VectorXd share =
+            size.asDiagonal() * shortest_least_squares(size.asDiagonal() * M * size.asDiagonal(),
+                                                       size.asDiagonal() * right, kDependent);
         for (Eigen::Index i = 0; i < m; ++i)
             next -= share[i] * (s.past[std::size_t(i)].offset + s.past[std::size_t(i)].answer);
     }

@@ -1,9 +1,9 @@
 #pragma once
 
+#include "mesh/base/dense.hpp"
 #include "solver/beam/soft_contact.hpp"
 #include "solver/step/pivot_method.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/SparseCore>
 #include <algorithm>
 
@@ -133,18 +133,14 @@ void solve_ports(System& s, GivingProblem& p, std::vector<typename System::Row>&
     p.W.resize(points, points);
     if (n == 0) return;
     // Neighbours move almost alike: what rounding makes of N's least values may be below 0.
-    const Eigen::LDLT<Eigen::MatrixXd> ldl(N);
-    Eigen::MatrixXd G = ldl.matrixL();
-    G = ldl.transpositionsP().transpose() *
-        (G * ldl.vectorD().cwiseMax(0).cwiseSqrt().asDiagonal());
-    p.F = at_ports(G);
+    p.F = at_ports(LdltFactor(N).root());
     const auto Fp = p.F.topRows(points);
     const Eigen::MatrixXd carried = p.inner * Fp;
     p.system.noalias() = -Fp.transpose() * carried;
     p.system.diagonal().array() += 1;
     p.FPsi.noalias() = Fp.transpose() * p.walls.share;
     p.LF.noalias() = p.walls.motion * Fp;
-    const Eigen::PartialPivLU<Eigen::MatrixXd> lu(p.system);
+    const LuFactor lu(p.system);
     p.x0 = beta + p.F * lu.solve(Fp.transpose() * (p.inner * beta.head(points)));
     p.q += p.walls.motion * p.x0.head(points);
     for (Eigen::Index i = 0; i < n; ++i)
@@ -154,7 +150,7 @@ void solve_ports(System& s, GivingProblem& p, std::vector<typename System::Row>&
             p.LF.row(slip) += p.F.row(spin);
             p.q[slip] += p.x0[spin];
         }
-    p.answer = lu.solve(p.FPsi);
+    p.answer = lu.solve_all(p.FPsi);
     p.W = p.walls.give;
     p.W.noalias() += p.LF * p.answer;
     p.even = lu.determinant() > 0;
@@ -267,13 +263,12 @@ template <class System> bool stable_together(System& s, const GivingProblem& p)
     if (t.give.size() > 0) {
         Eigen::MatrixXd give = t.row * p.walls.give * t.row.transpose();
         give.diagonal() += t.give;
-        const Eigen::PartialPivLU<Eigen::MatrixXd> held(give);
+        const LuFactor held(give);
         if (!(held.determinant() > 0)) return false;
-        left +=
-            Eigen::MatrixXd(p.FPsi * t.row.transpose()) * held.solve(Eigen::MatrixXd(t.row * p.LF));
+        left += Eigen::MatrixXd(p.FPsi * t.row.transpose()) * held.solve_all(t.row * p.LF);
     }
     left = (0.5 * (left + left.transpose())).eval();
-    return left.llt().info() == Eigen::Success;
+    return is_positive_definite(std::move(left));
 }
 
 /// As pivot(), with walls that give way.
@@ -341,7 +336,7 @@ bool pivot_giving(System& s, const Residual& res, const NewtonOptions& options, 
             if (t.give.size() > 0) {
                 Eigen::MatrixXd G = Eigen::MatrixXd(t.row * p.W) * t.basis;
                 G.diagonal() += t.give;
-                const Eigen::PartialPivLU<Eigen::MatrixXd> lu(G);
+                const LuFactor lu(G);
                 rho -= t.basis * lu.solve(t.row * (p.q + p.W * t.fixed));
                 even = even == (lu.determinant() > 0);
             }

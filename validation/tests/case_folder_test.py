@@ -123,14 +123,18 @@ class CaseFolder(unittest.TestCase):
             for name in ("index.html", "validation.csv", "validation.json", "validation.md",
                          "plots/errors.gp", "plots/counted-1.gp"):
                 self.assertIn(pathlib.Path(name), files)
-            if shutil.which("gnuplot"):
-                self.assertIn('<img src="plots/counted-1.svg"', files[pathlib.Path("index.html")])
-                self.assertIn(pathlib.Path("plots/errors.svg"), files)
             self.assertIn("Ten steps &amp; nothing else.", files[pathlib.Path("index.html")])
             texts.append({n: self.without_times(t) for n, t in files.items()})
         self.assertEqual(texts[0], texts[1])
         rows = list(csv.DictReader((self.folder / "a/validation.csv").read_text().splitlines()))
         self.assertEqual([r["verdict"] for r in rows], ["passed", "passed", "FAILED"])
+
+    @unittest.skipUnless(shutil.which("gnuplot"), "no gnuplot")
+    def test_the_report_shows_its_plots(self):
+        other = self.make("other", measure=[{"quantity": "contacts.max", "reference": 99, "tolerance": 1e-3}])
+        self.call("./counted", other, "--report", "shown", code=1)
+        self.assertIn('<img src="plots/counted-1.svg"', (self.folder / "shown/index.html").read_text())
+        self.assertTrue((self.folder / "shown/plots/errors.svg").exists())
 
     @staticmethod
     def without_times(text):

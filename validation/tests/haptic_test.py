@@ -216,7 +216,7 @@ class Virtual(Case):
         report = json.loads(result.stdout)
         self.assertGreater(report["error"]["max"], 0.1)  # there are such ticks
         self.assertGreater(report["largest_force"], 1)
-        self.assertLess(report["force_jump"]["largest_change"], 0.1)
+        self.assertLess(report["force_jump"]["largest_change"], 0.1)  # [regression] our own run
 
 
 class Beams(Case):
@@ -234,7 +234,7 @@ class Beams(Case):
     def test_catheter(self):
         report, trace = self.example("haptic_catheter", 4)
         self.assertEqual(report["profile"], "catheter-2dof")
-        # `amontons run` of it has 6. At the loop's tolerance neighbours share a force in some ticks.
+        # [regression] `amontons run` of it has 6. At the loop's tolerance neighbours share a force in some ticks.
         closed = sorted(int(row["closed"]) for row in trace[-500:])
         self.assertIn(closed[len(closed) * 9 // 10], range(4, 8))
         self.assertGreater(report["largest_force"], 0.1)
@@ -273,7 +273,7 @@ class Beams(Case):
         self.assertGreater(report["largest_force"], 0.02)
 
     def test_a_jump_that_a_step_accepts(self):
-        # At 2.037 s. Taken for a smooth way it was felt as 0.14 N by an operator without delay; the
+        # [regression] At 2.037 s. Taken for a smooth way it was felt as 0.14 N by an operator without delay; the
         # full simulation's largest change is 0.0125 N.
         result = self.call(ROOT / "examples/haptic_rod/scene.json", "--virtual-time", "--duration", 2.2,
                            "--latency", 0, "--late", 0.1, "--set", "bodies.rod.segments.0.EI=1e-4", "--json")
@@ -288,7 +288,7 @@ class ByTheClock(Case):
         _, status, used = os.wait4(child.pid, 0)
         child.returncode = status
         self.assertEqual(status, 0)
-        self.assertLess(used.ru_maxrss, 300e3)  # kB; the heap reserves more addresses than that
+        self.assertLess(used.ru_maxrss, 300e3)  # [regression] kB; the heap reserves more addresses than that
 
 
 class NoBalance(Case):
@@ -357,11 +357,9 @@ class BadInput(Case):
                      change=lambda s: s["haptic"].update(rate=20000), says=["/haptic/rate", "200 s"])
 
     def test_output_that_cannot_be_written_is_refused_before_the_run(self):
-        begin = time.monotonic()
         (self.folder / "file").write_text("")
-        for folder in ("/proc/nowhere", str(self.folder / "file")):
-            self.refused("--duration", 50, "--output", folder, says=[folder, "a folder"])
-        self.assertLess(time.monotonic() - begin, 45)
+        for folder in ("/proc/nowhere", str(self.folder / "file")):  # a run would outlast the call
+            self.refused("--duration", 3600, "--output", folder, says=[folder, "a folder"])
 
     def test_a_spring_that_the_device_cannot_render_is_told(self):
         result = self.call(self.scene(lambda s: s["haptic"].update(stiffness=1e9)),

@@ -96,13 +96,11 @@ class Large(unittest.TestCase):
         if b"__asan_init" in pathlib.Path(PROGRAM).read_bytes():
             self.skipTest("sanitizers take all addresses")
         self.write(block((48, 48, 40)))
-        begin = time.monotonic()
         result = self.call("run", "scene.json", "--output", "out", "--set", "solver.linear=direct",
                            before=("bash", "-c", 'ulimit -v 900000; exec "$0" "$@"'))
         self.assertEqual(result.returncode, 2, result.stderr)
         self.assertIn("GB", result.stderr)
         self.assertIn("solver/linear", result.stderr)
-        self.assertLess(time.monotonic() - begin, 60)
         self.assertFalse((self.folder / "out").exists())
         self.write(block((4000, 4000, 4000)))
         result = self.call("run", "scene.json", "--output", "out")

@@ -12,6 +12,7 @@ import tempfile
 
 RUN = pathlib.Path(__file__).resolve().parents[1] / "peers" / "run.py"
 # (case, error): largest allowed at the second level, of the last setting (the midpoint rule of the thrown block)
+# [regression] what coarse meshes miss their references by, and some more
 LIMITS = {("patch", "displacement"): 1e-6, ("patch", "pressure"): 1e-6, ("hertz", "pressure"): 0.2, ("cantilever", "deflection"): 2e-4, ("raous", "displacement"): 1e-3,
           ("hertz", "largest pressure"): 0.05, ("braking-block", "stop"): 1e-4}
 
@@ -40,8 +41,11 @@ def main(program):
         rows = list(csv.DictReader(open(folder + "/side_by_side.csv")))
         assert {r["case"] for r in rows} == {case for case, _ in LIMITS}
         bent = {r["who"]: float(r["value"]) for r in rows if r["case"] == "cantilever" and r["status"] == "ok"}
+        assert "amontons" in bent, rows
         for who, error in bent.items():
             assert abs(error / bent["amontons"] - 1) < 1e-2, bent
+        if len(bent) == 1:
+            print("no peer is installed: amontons was compared with its references alone")
         print(done.stdout)
 
 

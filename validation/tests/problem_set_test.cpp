@@ -91,7 +91,7 @@ TEST_CASE("impulses between spheres cancel: only floor and sides give momentum")
 TEST_CASE("dense packings and towers with a heavy top come out within a number of steps")
 {
     SolverOptions options;
-    options.max_iterations = 4000; // not a time: the same on every machine
+    options.max_iterations = 4000; // [regression] not a time: the same on every machine
     const auto solved = [&](const GlobalProblem& p) {
         const CondensedProblem c(p);
         const ContactSolution s = solve(c.contact(), options);

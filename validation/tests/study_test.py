@@ -65,8 +65,12 @@ class Study(unittest.TestCase):
         rows = list(csv.DictReader(text.splitlines()))
         self.assertEqual([r["steps"] for r in rows], ["5", "10", "20"])
         self.assertEqual([r["time.step"] for r in rows], ["0.2", "0.1", "0.05"])
-        if shutil.which("gnuplot"):
-            self.assertTrue(xml.parse(self.folder / "out/study.svg").getroot().tag.endswith("svg"))
+        self.assertTrue((self.folder / "out/study.gp").exists())
+
+    @unittest.skipUnless(shutil.which("gnuplot"), "no gnuplot")
+    def test_the_plot_is_a_picture(self):
+        self.study("--reference", "20")
+        self.assertTrue(xml.parse(self.folder / "out/study.svg").getroot().tag.endswith("svg"))
 
     def test_goes_on_where_it_was_killed(self):
         process = self.start("scene.json", "--sweep", STEPS, "--quantity", "steps", "--output", "out",

@@ -430,7 +430,7 @@ TEST_CASE("where curved pieces cross they have a crossing wherever their chords 
         CHECK(found > least - 1e-2);
     }
     CHECK(looked_at > 1000);
-    CHECK(lost <= 5);
+    CHECK(lost <= 5); // [regression] undamped steps lose 23
 }
 
 TEST_CASE(

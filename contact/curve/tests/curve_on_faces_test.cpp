@@ -162,7 +162,9 @@ TEST_CASE("where faces are fine across a curve the solid's nodes touch it and no
     CHECK(area > 0.5);
     // Along x they are too long: a line.
     const Curve other = straight_rod({-1.4, 0.1, 1 + r}, {1.4, 0.1, 1 + r}, r, 7);
-    for (const CurveOnFaces& t : touched(other, box, box.mesh.nodes, 0.1)) {
+    const std::vector<CurveOnFaces> line = touched(other, box, box.mesh.nodes, 0.1);
+    REQUIRE(!line.empty());
+    for (const CurveOnFaces& t : line) {
         CHECK(t.nodes == 4);
         CHECK(t.area == 0);
     }

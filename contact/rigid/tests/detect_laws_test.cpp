@@ -8,6 +8,7 @@ TEST_CASE("turning and moving both bodies turns and moves the contacts and nothi
 {
     std::mt19937 rng{11};
     const auto shapes = all_shapes();
+    std::size_t compared = 0;
     for (const RigidShape& a : shapes)
         for (const RigidShape& b : shapes)
             for (int i = 0; i < 30; ++i) {
@@ -18,6 +19,7 @@ TEST_CASE("turning and moving both bodies turns and moves the contacts and nothi
                 CAPTURE(a.index());
                 CAPTURE(b.index());
                 REQUIRE(c.size() == d.size());
+                compared += c.size();
                 for (std::size_t k = 0; k < c.size(); ++k) {
                     CHECK(c[k].id == d[k].id);
                     CHECK(std::abs(c[k].gap - d[k].gap) < 1e-12);
@@ -25,12 +27,14 @@ TEST_CASE("turning and moving both bodies turns and moves the contacts and nothi
                     CHECK((all.place + all.turn * c[k].point_a - d[k].point_a).norm() < 1e-12);
                 }
             }
+    CHECK(compared > 500);
 }
 
 TEST_CASE("swapping the bodies swaps the points and turns the normals round")
 {
     std::mt19937 rng{12};
     const auto shapes = all_shapes();
+    std::size_t compared = 0;
     for (const RigidShape& a : shapes)
         for (const RigidShape& b : shapes)
             for (int i = 0; i < 30; ++i) {
@@ -40,6 +44,7 @@ TEST_CASE("swapping the bodies swaps the points and turns the normals round")
                 CAPTURE(a.index());
                 CAPTURE(b.index());
                 REQUIRE(c.size() == d.size());
+                compared += c.size();
                 for (const RigidContact& one : c) {
                     const bool found =
                         std::any_of(d.begin(), d.end(), [&](const RigidContact& two) {
@@ -52,6 +57,7 @@ TEST_CASE("swapping the bodies swaps the points and turns the normals round")
                     CHECK(found);
                 }
             }
+    CHECK(compared > 500);
 }
 
 TEST_CASE("cylinders: the same laws where rims meet")
@@ -182,7 +188,7 @@ TEST_CASE("ids stay under small motion")
                         CHECK(c[k].id != c[l].id);
             }
     CHECK(all > 1000);
-    CHECK(kept >= all - 1);
+    CHECK(kept >= all - 1); // [regression] our own run, one changes
 }
 
 TEST_CASE("10000 random pairs of all shapes: all finite with unit normals and points along them")

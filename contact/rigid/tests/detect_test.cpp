@@ -243,6 +243,7 @@ TEST_CASE("a cylinder on a large box has the contacts that it has with a plane")
              {RigidShape{Box{{9, 9, 9}}}, RigidShape{triangle_box({9, 9, 9}, 2)}}) {
             const Contacts c = contacts(cylinder, pose, box,
                                         {Vec3{0, 0, -9}, Eigen::Quaterniond::Identity()}, 0.1);
+            REQUIRE(!expected.empty());
             REQUIRE(c.size() == expected.size());
             for (const RigidContact& one : expected)
                 CHECK(has(c, one.point_a, one.normal));

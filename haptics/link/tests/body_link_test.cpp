@@ -223,8 +223,8 @@ TEST_CASE("a simulated hand presses the tool into the bed and drags it in virtua
     };
     const std::vector<TickRecord> one = play(), two = play();
     const Vec3 f = one.back().computed.force;
-    CHECK(f.z() > 0.2);
-    CHECK(f.x() < -0.05); // friction against the drag
+    CHECK(f.z() > 0.2);   // [regression] our own run
+    CHECK(f.x() < -0.05); // [regression] friction against the drag
     CHECK(std::abs(f.x()) < 0.35 * f.z());
     // The same bits again.
     CHECK(one.size() == two.size());

@@ -351,7 +351,8 @@ TEST_CASE("a tick that meets a new operator keeps to the budget of a tick")
         // The force waits for that, and goes there evenly over the period.
         CHECK((before - exact_force).norm() < 0.05 * exact_force.norm());
         CHECK((before - first).norm() > 0.5);
-        CHECK(most < 1.3 / 20 * (before - first).norm()); // 4.4 / 20 if it does not wait
+        CHECK(most <
+              1.3 / 20 * (before - first).norm()); // [regression] 4.4 / 20 if it does not wait
     }
 }
 
@@ -444,5 +445,5 @@ TEST_CASE("where a new operator's normals have turned the force goes over to it 
     MESSAGE("force " << first.transpose() << " to " << before.transpose() << ", largest change "
                      << most);
     CHECK(all > 0.01);
-    CHECK(most < 0.15 * all); // a tenth in each tick of the period
+    CHECK(most < 0.15 * all); // [regression] a tenth in each tick of the period
 }

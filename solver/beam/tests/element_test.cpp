@@ -9,7 +9,7 @@
 
 using namespace amontons;
 using test::ChainSystem;
-using test::Random;
+using test::RandomNumbers;
 
 namespace {
 
@@ -21,7 +21,7 @@ struct Chain {
 
 Chain random_chain(int elements, unsigned seed, double turn)
 {
-    Random random(seed);
+    RandomNumbers random(seed);
     Chain c;
     for (int i = 0; i <= elements; ++i) {
         BeamNode n;
@@ -91,7 +91,7 @@ TEST_CASE("strains foreseen are those of the moved nodes to first order")
 {
     const Chain c = random_chain(1, 11, 0.8);
     const double length = c.laws[0].length;
-    Random random(3);
+    RandomNumbers random(3);
     double d[2][6];
     for (auto& side : d)
         for (double& v : side)
@@ -119,7 +119,7 @@ TEST_CASE("strains foreseen are those of the moved nodes to first order")
 TEST_CASE("the tangent of foreseen strains is that of their stress and the force is the nodes' own")
 {
     const Chain c = random_chain(6, 5, 0.4);
-    Random random(8);
+    RandomNumbers random(8);
     std::vector<std::array<double, 6>> foreseen;
     Chain same = c; // whose natural strains make that stress its own
     for (std::size_t i = 0; i < c.laws.size(); ++i) {
@@ -216,7 +216,7 @@ TEST_CASE("the tangent is the symmetric second derivative of the energy")
 TEST_CASE("strains do not change when all is moved and turned together nor when a quaternion "
           "changes its sign")
 {
-    Random random(3);
+    RandomNumbers random(3);
     const Chain c = random_chain(1, 9, 0.6);
     const auto before = element_strain(c.nodes[0], c.nodes[1], 2);
     for (int k = 0; k < 20; ++k) {

@@ -14,7 +14,7 @@ namespace {
 /// A wire in a skew plane, bent at random within it, natural curvature of the tip in it too.
 Wire planar_wire(unsigned seed)
 {
-    test::Random random(seed);
+    test::RandomNumbers random(seed);
     std::vector<BeamSegment> segments = test::three_segments();
     segments.back().curvature_angle = 0;
     Wire w;
@@ -61,7 +61,7 @@ TEST_CASE("what is pushed out of the plane moves nothing and in the plane the wi
         assemble_wire(w, laws, *K, gradient);
     }
     hold_in_plane(w, held, gradient);
-    test::Random random(4);
+    test::RandomNumbers random(4);
     std::vector<Node6> in(nodes), x(nodes);
     for (std::size_t i = 0; i < nodes; ++i) {
         in[i].column = Column6{};

@@ -8,9 +8,9 @@
 
 namespace amontons::test {
 
-class Random {
+class RandomNumbers {
 public:
-    explicit Random(unsigned seed) : rng_(seed) {}
+    explicit RandomNumbers(unsigned seed) : rng_(seed) {}
     double operator()(double size = 1) { return size * uniform_(rng_); }
     Vec3 vector(double size = 1)
     {
@@ -23,7 +23,7 @@ private:
     std::uniform_real_distribution<double> uniform_{-1, 1};
 };
 
-inline void shake(BeamNode& n, Random& random, double move, double turn)
+inline void shake(BeamNode& n, RandomNumbers& random, double move, double turn)
 {
     for (int k = 0; k < 3; ++k)
         n.move(k, random(move));
@@ -66,7 +66,7 @@ inline std::vector<BeamSegment> three_segments(double shear = 0)
 inline Wire shaken_wire(double inserted, double fade, unsigned seed, double shear = 0,
                         bool tables = false)
 {
-    Random random(seed);
+    RandomNumbers random(seed);
     Wire w;
     std::vector<BeamSegment> segments = three_segments(shear);
     if (tables) { // of round sections

@@ -21,7 +21,7 @@ struct InBall {
     std::vector<WireWall> walls;
     explicit InBall(double bend, unsigned seed) : wire(test::shaken_wire(6.3, 0, seed))
     {
-        test::Random random(seed);
+        test::RandomNumbers random(seed);
         start_in_sheath(wire, 6.3, 0.1);
         for (int i = wire.state.first + 1; i <= wire.last(); ++i)
             test::shake(wire.state.nodes[std::size_t(i)], random, 0.3 * bend, bend);
@@ -52,7 +52,9 @@ double row_value(const Candidate& c, const ContactRow& row, int node, int unknow
 TEST_CASE("a contact's gap is the distance of the wire's surface and its frame orthonormal")
 {
     const InBall s(0.2, 3);
-    for (const Candidate& c : candidates_of(s, s.wire, mark_step_start(s.wire))) {
+    const std::vector<Candidate> all = candidates_of(s, s.wire, mark_step_start(s.wire));
+    REQUIRE(!all.empty());
+    for (const Candidate& c : all) {
         CHECK(c.gap == test::relative(4 - (c.x - Vec3(2, 0.5, -0.5)).norm() - 0.05));
         CHECK(std::abs(c.n.norm() - 1) < 1e-14);
         CHECK(std::abs(c.t1.norm() - 1) < 1e-14);
@@ -65,6 +67,7 @@ TEST_CASE("gap rows are the derivatives of the gap in every element and for the 
     const InBall s(0.2, 4);
     const StepStart start = mark_step_start(s.wire);
     const auto here = candidates_of(s, s.wire, start);
+    REQUIRE(!here.empty());
     const double h = 1e-6;
     double wrong = 0;
     for (int i = s.wire.state.first; i <= s.wire.last(); ++i)
@@ -73,6 +76,7 @@ TEST_CASE("gap rows are the derivatives of the gap in every element and for the 
             const auto up = candidates_of(s, moved_wire(s.wire, i, k, h), start);
             const auto down = candidates_of(s, moved_wire(s.wire, i, k, -h), start);
             REQUIRE(up.size() == here.size());
+            REQUIRE(down.size() == here.size());
             for (std::size_t c = 0; c < here.size(); ++c)
                 wrong = std::max(wrong, std::abs((up[c].gap - down[c].gap) / (2 * h) -
                                                  row_value(here[c], here[c].hn, i, k)));
@@ -131,6 +135,8 @@ TEST_CASE(
                 if (!is_free(s.wire, i, k)) continue;
                 const auto up = candidates_of(s, moved_wire(s.wire, i, k, h), start);
                 const auto down = candidates_of(s, moved_wire(s.wire, i, k, -h), start);
+                REQUIRE(up.size() == here.size());
+                REQUIRE(down.size() == here.size());
                 for (std::size_t c = 0; c < here.size(); ++c)
                     for (int t = 0; t < 2; ++t) {
                         const double exact = (up[c].slip[t] - down[c].slip[t]) / (2 * h);

@@ -214,11 +214,12 @@ TEST_CASE("masses sum to density times volume and are positive and move a body a
         solid_mass(kind, X, density, M);
         CHECK(M.sum() == doctest::Approx(density * volume).epsilon(1e-14));
         CHECK(M == M.transpose());
-        CHECK(eigenvalues(M)[0] > 1e-4 * eigenvalues(M).tail<1>()[0]);
+        CHECK(eigenvalues(M)[0] >
+              1e-4 * eigenvalues(M).tail<1>()[0]); // [regression] of these shapes
         const ShapeValues lumped = solid_lumped_mass(kind, X, density);
         CHECK(lumped.sum() == doctest::Approx(density * volume).epsilon(1e-14));
-        CHECK(lumped.minCoeff() > 0.01 * lumped.maxCoeff());
-        if (kind != ElementKind::T10) // the centre of mass stays
+        CHECK(lumped.minCoeff() > 0.01 * lumped.maxCoeff()); // [regression] of these shapes
+        if (kind != ElementKind::T10)                        // the centre of mass stays
             CHECK((X * (lumped - M.rowwise().sum())).norm() < 1e-12 * density * volume);
         else // and rows would sum to less than nothing at a corner
             CHECK(M.rowwise().sum().minCoeff() < 0);

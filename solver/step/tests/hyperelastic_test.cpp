@@ -126,7 +126,7 @@ TEST_CASE("nearly incompressible blocks take few iterations however their volume
             for (const StepRecord& step : r.records)
                 most = std::max(most, step.errors.size());
             CHECK(most >= 3);
-            CHECK(most <= 8);
+            CHECK(most <= 8); // [regression] our own run
         }
 }
 
@@ -321,6 +321,7 @@ TEST_CASE("a run that is resumed goes on with the same bits")
     second->restore(first->save());
     Keep rest;
     REQUIRE(second->run(rest, never).status == "done");
+    REQUIRE(!rest.records.empty());
     const StepRecord &a = all.records.back(), &b = rest.records.back();
     REQUIRE(a.quantities.size() == b.quantities.size());
     for (std::size_t i = 0; i < a.quantities.size(); ++i)

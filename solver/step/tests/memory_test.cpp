@@ -1,6 +1,7 @@
 // What a run keeps of its matrices.
 
 #include "mesh/generate/solid_box.hpp"
+#include "mesh/tests/test_program.hpp"
 #include "solver/linear/supernodal.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/solid/assembly.hpp"
@@ -23,6 +24,10 @@ double in_use()
 
 TEST_CASE("a linear solid keeps its stiffness and its factor and not what the factor was made from")
 {
+    if (in_use() == 0) {
+        skip_test("a sanitizer keeps the heap: it does not say how much is in use");
+        return;
+    }
     const Scene scene = parse_scene(R"({"schema": 1, "bodies": {"block": {"kind": "solid",
         "mesh": {"generate": "box", "size": [1, 1, 1], "cells": [16, 16, 16], "element": "T4"},
         "youngs_modulus": 1e6, "poisson_ratio": 0.3,
@@ -43,7 +48,6 @@ TEST_CASE("a linear solid keeps its stiffness and its factor and not what the fa
     Keep keep;
     const std::atomic<bool> never{false};
     REQUIRE(simulation->run(keep, never).status == "done");
-    if (before == 0) return;
     const double factor = 8 * double(whole.stored_entries()), matrix = 12 * double(K.nonZeros()),
                  held = in_use() - before;
     CHECK(held > factor / 2);

@@ -71,7 +71,8 @@ TEST_CASE("the side of a pressed block rolls onto the floor: no step is halved a
         // Gaps are zero at nodes on a plane, in means on a rigid body; T10 bend more easily.
         const double force = r.value("block_z_max_force_z");
         if (bricks == 0) bricks = force;
-        CHECK(force == doctest::Approx(bricks).epsilon(rigid ? 0.01 : 0.05));
+        CHECK(force ==
+              doctest::Approx(bricks).epsilon(rigid ? 0.01 : 0.05)); // [regression] of these meshes
     }
 }
 
@@ -95,7 +96,7 @@ TEST_CASE("a soft block on a slab of larger and far stiffer elements")
         return r.vector("block_z_max_force");
     };
     const Vec3 on_slab = force(slab("T10", "[6, 6, 1]")), on_rigid = force(kRigid);
-    CHECK((on_slab - on_rigid).norm() < 1e-2 * on_rigid.norm());
+    CHECK((on_slab - on_rigid).norm() < 1e-2 * on_rigid.norm()); // [regression] of these meshes
 }
 
 TEST_CASE(
@@ -182,7 +183,7 @@ TEST_CASE(
         if (p <
             4e4) { // quadratic: 6e-2, 2e-3, 3e-6, 1e-10; more than that is tried again by halves
             CHECK(r.records.size() == 2);
-            CHECK(r.records.back().factorisations <= 5);
+            CHECK(r.records.back().factorisations <= 5); // [regression] of the errors above
         }
         // Twice the load at which a column of that length on a smooth floor buckles, if it is thin;
         // half of it.
@@ -206,8 +207,8 @@ TEST_CASE("a block that its dead load tips over: as far as there is a balance an
     const Result r = run(free_block("H8", 1e5, 0.3, "1500, 0, -5000", 0.5));
     CHECK(r.summary.status == "failed");
     CHECK(r.summary.message.find("tips over") != std::string::npos);
-    CHECK(r.records.back().time > 0.48);
-    CHECK(r.records.back().time < 0.51);
+    CHECK(r.records.back().time > 0.48); // [regression] by Newton, see above
+    CHECK(r.records.back().time < 0.51); // [regression] by Newton, see above
 }
 
 TEST_CASE("soft balls come to rest under their weight: Newton's method where they may roll")
@@ -228,7 +229,7 @@ TEST_CASE("soft balls come to rest under their weight: Newton's method where the
             kPlane, around, element, E, friction));
         REQUIRE_MESSAGE(r.summary.message == "", r.summary.message);
         CHECK(r.records.size() == 2);
-        CHECK(r.records.front().errors.size() <= 9);
+        CHECK(r.records.front().errors.size() <= 9); // [regression] our own run
         CHECK(r.records.back().remark.find("not stable") == std::string::npos);
     }
 }

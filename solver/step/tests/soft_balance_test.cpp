@@ -214,11 +214,14 @@ TEST_CASE("a run in a hyperelastic vessel goes on from a saved state to the last
     first.stop = &stop;
     first.stop_at = 26;
     WireSimulation b(scene, {});
-    b.run(first, stop);
+    REQUIRE(b.run(first, stop).status == "interrupted");
     WireSimulation c(scene, {});
     c.restore(b.save());
     REQUIRE(c.run(rest, never).status == "done");
+    REQUIRE(!rest.records.empty());
+    REQUIRE(first.records.size() + rest.records.size() == whole.records.size());
     const StepRecord &r = rest.records.back(), &w = whole.records.back();
+    REQUIRE(r.quantities.size() == w.quantities.size());
     for (std::size_t q = 0; q < w.quantities.size(); ++q)
         CHECK(std::memcmp(&r.quantities[q].value, &w.quantities[q].value, sizeof(double)) == 0);
     const std::vector<BodyRecord> at = a.body_records(), ct = c.body_records();

@@ -49,7 +49,7 @@ TEST_CASE("a beam on a foundation bends as Winkler's: w = q/k + P beta / (2 k) u
     const NewtonReport r = solve_equilibrium(wire, walls, mark_step_start(wire), {}, options, work);
     CHECK(r.converged);
     CHECK(r.stable);
-    CHECK(r.iterations <= 6);
+    CHECK(r.iterations <= 6); // [regression] our own run
     CHECK(-wire.state.nodes[middle].position().z() - settled ==
           test::relative(P * beta / (2 * k)).epsilon(3e-3));
     // Some way off: e^(-x) (cos x + sin x) of it.
@@ -60,6 +60,7 @@ TEST_CASE("a beam on a foundation bends as Winkler's: w = q/k + P beta / (2 k) u
     double energy = 0;
     for (const Candidate& c : work.candidates)
         energy += 0.5 * c.normal * c.normal / (k * h);
+    CHECK(energy > 0);
     CHECK(wire.state.wall_energy >= 0.9 * energy); // the ends stand for half a spacing or a whole
 }
 
@@ -178,11 +179,14 @@ TEST_CASE("a run in a soft vessel goes on from a saved state to the last bit")
     first.stop = &stop;
     first.stop_at = 40;
     WireSimulation b(scene, {});
-    b.run(first, stop);
+    REQUIRE(b.run(first, stop).status == "interrupted");
     WireSimulation c(scene, {});
     c.restore(b.save());
     REQUIRE(c.run(rest, never).status == "done");
+    REQUIRE(!rest.records.empty());
+    REQUIRE(first.records.size() + rest.records.size() == whole.records.size());
     const StepRecord &r = rest.records.back(), &w = whole.records.back();
+    REQUIRE(r.quantities.size() == w.quantities.size());
     for (std::size_t q = 0; q < w.quantities.size(); ++q)
         CHECK(std::memcmp(&r.quantities[q].value, &w.quantities[q].value, sizeof(double)) == 0);
 }

@@ -51,6 +51,7 @@ struct OnPlane {
 /// The laws of Signorini and Coulomb at every candidate, each against the solver's tolerance.
 void check_laws(const NewtonWorkspace& work, double force)
 {
+    REQUIRE(!work.candidates.empty());
     for (const Candidate& c : work.candidates) {
         CHECK(c.normal >= 0);
         CHECK(c.gap > -1e-7 * kLyingRadius);
@@ -94,7 +95,7 @@ TEST_CASE("a slender wire that turns far in one go takes few iterations whatever
         const NewtonReport report =
             solve_equilibrium(s.wire, s.walls, mark_step_start(s.wire), {}, options, work);
         CHECK(report.converged);
-        CHECK(report.iterations <= 12);
+        CHECK(report.iterations <= 12); // [regression] 10 at most, see above
     }
 }
 
@@ -236,6 +237,6 @@ TEST_CASE(
             continue;
         }
         CHECK(found >= exact * (1 - 1e-9));
-        CHECK(found <= 1.5 * exact);
+        CHECK(found <= 1.5 * exact); // [regression] our own run
     }
 }

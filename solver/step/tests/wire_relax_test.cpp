@@ -34,6 +34,6 @@ TEST_CASE("a jump as long as eighty fine elements comes to rest and its energy i
     INFO(sum.message);
     CHECK(sum.status == "done");
     CHECK(sum.snaps.size() > 0);
-    CHECK(sum.energy.released > 0.01 * sum.energy.work_absolute);
+    CHECK(sum.energy.released > 0.01 * sum.energy.work_absolute); // [regression] our own run
     CHECK(std::abs(sum.energy.error()) < 5e-3 * sum.energy.work_absolute);
 }

@@ -1,5 +1,6 @@
 // D01, D02, D03: the rod of WSCG 2003.
 
+#include "mesh/base/dense.hpp"
 #include "validation/families/rod10/turning.hpp"
 #include "validation/families/rods/rods.hpp"
 
@@ -14,7 +15,7 @@ namespace {
 /// Rows: axes of a rod that points along x turned into d.
 Mat3 pointing(const Vec3& d)
 {
-    return Eigen::Quaterniond::FromTwoVectors(Vec3::UnitX(), d).toRotationMatrix().transpose();
+    return rotation_between(Vec3::UnitX(), d).toRotationMatrix().transpose();
 }
 
 } // namespace

@@ -1,9 +1,9 @@
 // An overhand knot drawn together: it stays that knot, and nothing passes.
 
+#include "mesh/base/dense.hpp"
 #include "validation/families/rods/rods.hpp"
 #include "validation/solid_run.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -81,7 +81,8 @@ int determinant(const std::vector<Vec3>& line)
         colours(k, k) -= 1;
         colours(k, (k + 1) % count) -= 1;
     }
-    return int(std::lround(std::abs(colours.topLeftCorner(count - 1, count - 1).determinant())));
+    const LuFactor minor(colours.topLeftCorner(count - 1, count - 1));
+    return int(std::lround(std::abs(minor.determinant())));
 }
 
 } // namespace

@@ -1,3 +1,4 @@
+#include "mesh/tests/test_program.hpp"
 #include "solver/output/vtk/vtk_module.hpp"
 
 #include <doctest/doctest.h>
@@ -45,6 +46,14 @@ const Module& module()
 {
     static const Module opened; // VTK cannot be unloaded and loaded again
     return opened;
+}
+
+/// The test is skipped where there is nothing to draw on.
+bool no_screen()
+{
+    if (std::getenv("DISPLAY") || std::system("command -v Xvfb >/dev/null 2>&1") == 0) return false;
+    amontons::skip_test("no screen to draw on: neither DISPLAY nor Xvfb (xvfb)");
+    return true;
 }
 
 /// A folder of its own, removed at the end.
@@ -207,6 +216,7 @@ Colours colours_of(const fs::path& png, double part)
 
 TEST_CASE("a picture shows the wire and its contact forces if there are any")
 {
+    if (no_screen()) return;
     const Folder folder;
     write_run(folder, true);
     const fs::path png = folder.path / "run.png";
@@ -230,6 +240,7 @@ TEST_CASE("a picture shows the wire and its contact forces if there are any")
 
 TEST_CASE("a run in millimetres gives the picture of the same run in metres")
 {
+    if (no_screen()) return;
     const Folder folder;
     const fs::path png = folder.path / "run.png";
     write_run(folder, true);
@@ -244,6 +255,7 @@ TEST_CASE("a run in millimetres gives the picture of the same run in metres")
 
 TEST_CASE("solids show their stress and rigid bodies are drawn and a plane ends near the bodies")
 {
+    if (no_screen()) return;
     const Folder folder;
     const fs::path png = folder.path / "run.png";
     write_bodies(folder, 2e6, 2, 1);
