@@ -98,6 +98,8 @@ Eigen::MatrixXd cholesky_root(const Eigen::MatrixXd& A);
 Eigen::Vector2d solve_small(const Eigen::Matrix2d& A, const Eigen::Vector2d& b);
 Vec3 solve_small(const Mat3& A, const Vec3& b);
 Eigen::Vector4d solve_small(const Eigen::Matrix4d& A, const Eigen::Vector4d& b);
+/// A^-T b (PartialPivLU of a matrix stored by rows, whose digits are others).
+Vec3 solve_transposed(const Mat3& A, const Vec3& b);
 /// A^-1 b, A symmetric and positive (LDLT).
 Vec3 solve_symmetric(const Mat3& A, const Vec3& b);
 /// A^-1 (PartialPivLU).

@@ -97,6 +97,10 @@ Eigen::Vector4d solve_small(const Eigen::Matrix4d& A, const Eigen::Vector4d& b)
 {
     return A.partialPivLu().solve(b);
 }
+Vec3 solve_transposed(const Mat3& A, const Vec3& b)
+{
+    return A.transpose().partialPivLu().solve(b);
+}
 Vec3 solve_symmetric(const Mat3& A, const Vec3& b)
 {
     return A.ldlt().solve(b);

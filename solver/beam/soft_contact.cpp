@@ -262,7 +262,7 @@ double settle_wall(const Wire& wire, const std::vector<WireWall>& walls, std::si
                 const Touch& t = l.touch[std::size_t(k)];
                 Mat3 numbers;
                 numbers << t.along, t.around, t.along.cross(t.around).normalized();
-                const Vec3 d = solve_small(numbers.transpose(), Vec3(D[3 * k], D[3 * k + 1], 0));
+                const Vec3 d = solve_transposed(numbers, Vec3(D[3 * k], D[3 * k + 1], 0));
                 D.segment<3>(3 * k) = d;
                 FD.segment<3>(3 * k) = t.F * d;
             }
