@@ -140,7 +140,8 @@ TEST_CASE("nothing at all and a motion that is zero are certified as solved by r
     CHECK(certify(p, Eigen::VectorXd::Ones(6), 1e-8).status == SolveStatus::stagnated);
 }
 
-TEST_CASE("sweeps that creep below a tolerance are below it in long double too")
+TEST_CASE("sweeps that creep below a tolerance are below it in long double too" *
+          doctest::test_suite("slow"))
 {
     // Heavy on light: sweeps end within a fiftieth of the tolerance, u is known to a thousandth.
     std::mt19937 rng{7};

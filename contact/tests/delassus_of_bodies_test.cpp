@@ -341,7 +341,8 @@ TEST_CASE("sweeps of a large W of bodies have the same bits for any number of th
     }
 }
 
-TEST_CASE("in a large network the contacts that are furthest from the path do not stop it")
+TEST_CASE("in a large network the contacts that are furthest from the path do not stop it" *
+          doctest::test_suite("slow"))
 {
     // 23 or 24 sweeps and steps. Without solving those few apart it takes 30 to 46, judged by all
     // contacts together instead of by the worst 123.

@@ -384,7 +384,8 @@ TEST_CASE("contacts are made as far as asked for gaps and overlaps")
         }
 }
 
-TEST_CASE("a ball over a plane: heights and normals and areas converge with the mesh")
+TEST_CASE("a ball over a plane: heights and normals and areas converge with the mesh" *
+          doctest::test_suite("slow"))
 {
     // Of a node at an angle t from the pole: height 1 - cos t, the normal halves the angle, and the
     // gap is seen along the ball's normal. The

@@ -36,7 +36,8 @@ Vec3 normal_at(const TouchingBody& cylinder, double angle, bool smooth)
 
 } // namespace
 
-TEST_CASE("normals of a faceted ball are nearer to those of the sphere than the facets' own")
+TEST_CASE("normals of a faceted ball are nearer to those of the sphere than the facets' own" *
+          doctest::test_suite("slow"))
 {
     for (const ElementKind kind : kFlatKinds) {
         CAPTURE(std::string(shape_of(kind).name));

@@ -56,7 +56,7 @@ HandOptions barely_held()
 
 } // namespace
 
-TEST_CASE("F01: the virtual wall becomes unstable where theory says")
+TEST_CASE("F01: the virtual wall becomes unstable where theory says" * doctest::test_suite("slow"))
 {
     // Eigenvalues of the exact zero-order hold; mass 0.1 kg, 0.5 N s/m, 1 kHz.
     CHECK(stable_limit({0, 0.1, 0.5, 0}) == doctest::Approx(1000.83).epsilon(0.01));

@@ -27,16 +27,11 @@ struct SymmetricEigen {
     Eigen::MatrixXd vectors; ///< n x n, a column each
     bool converged = true;   ///< never false where S is finite
 };
-struct SymmetricEigen3 {
-    Vec3 values;
-    Mat3 vectors;
-};
 struct SymmetricEigen6 {
     Vec6 values;
     Mat6 vectors;
 };
 SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& S);
-SymmetricEigen3 symmetric_eigen(const Mat3& S);
 SymmetricEigen6 symmetric_eigen(const Mat6& S);
 
 /// A v = value B v, A symmetric and B positive definite; values ascend, V^T B V = 1.
@@ -94,8 +89,7 @@ Eigen::MatrixXd cholesky_root(const Eigen::MatrixXd& A);
 
 // ---- single systems
 
-/// A^-1 b, A of 2 to 4 unknowns (PartialPivLU).
-Eigen::Vector2d solve_small(const Eigen::Matrix2d& A, const Eigen::Vector2d& b);
+/// A^-1 b, A of 3 or 4 unknowns (PartialPivLU).
 Vec3 solve_small(const Mat3& A, const Vec3& b);
 Eigen::Vector4d solve_small(const Eigen::Matrix4d& A, const Eigen::Vector4d& b);
 /// A^-T b (PartialPivLU of a matrix stored by rows, whose digits are others).

@@ -31,12 +31,6 @@ SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& S)
     return {eigen.eigenvalues(), eigen.eigenvectors(), eigen.info() == Eigen::Success};
 }
 
-SymmetricEigen3 symmetric_eigen(const Mat3& S)
-{
-    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(S);
-    return {eigen.eigenvalues(), eigen.eigenvectors()};
-}
-
 SymmetricEigen6 symmetric_eigen(const Mat6& S)
 {
     const Eigen::SelfAdjointEigenSolver<Mat6> eigen(S);

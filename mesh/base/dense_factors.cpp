@@ -85,10 +85,6 @@ Eigen::MatrixXd cholesky_root(const Eigen::MatrixXd& A)
     return root.matrixU();
 }
 
-Eigen::Vector2d solve_small(const Eigen::Matrix2d& A, const Eigen::Vector2d& b)
-{
-    return A.partialPivLu().solve(b);
-}
 Vec3 solve_small(const Mat3& A, const Vec3& b)
 {
     return A.partialPivLu().solve(b);

@@ -205,7 +205,8 @@ TEST_CASE("msh: faces of no element and other sections are passed over with a no
     CHECK(find_set(lost.mesh.face_sets, "5")->members.empty());
 }
 
-TEST_CASE("meshes of other people's benchmarks: counts and boxes and volumes")
+TEST_CASE("meshes of other people's benchmarks: counts and boxes and volumes" *
+          doctest::test_suite("slow"))
 {
     const auto files = peer_meshes();
     if (files.empty()) {

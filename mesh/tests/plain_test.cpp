@@ -58,7 +58,8 @@ TEST_CASE("plain text: middle nodes in Gmsh's order on demand")
 }
 
 TEST_CASE(
-    "plain text cut off at any byte is refused or is the mesh so far with its last line noted")
+    "plain text cut off at any byte is refused or is the mesh so far with its last line noted" *
+    doctest::test_suite("slow"))
 {
     const PlainText text = plain_text(mesh_with_sets());
     const VolumeMesh whole = mesh_with_sets();

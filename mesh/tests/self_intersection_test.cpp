@@ -187,7 +187,8 @@ std::int64_t compared_of_tube(int along, bool unrolled)
 
 } // namespace
 
-TEST_CASE("comparisons grow with the number of triangles even if all are in one plane")
+TEST_CASE("comparisons grow with the number of triangles even if all are in one plane" *
+          doctest::test_suite("slow"))
 {
     for (const bool unrolled : {false, true}) {
         CAPTURE(unrolled);

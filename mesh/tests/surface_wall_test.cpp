@@ -68,7 +68,7 @@ TEST_CASE("curved triangles pass through the vertices and share their edges with
     }
 }
 
-TEST_CASE("a ball given by triangles: the wall converges to the ball")
+TEST_CASE("a ball given by triangles: the wall converges to the ball" * doctest::test_suite("slow"))
 {
     double zero[3], turned[3];
     int level = 0;
@@ -94,7 +94,8 @@ TEST_CASE("a ball given by triangles: the wall converges to the ball")
     CHECK(turned[2] < 6e-3); // [regression] facets of that size are off by 0.08
 }
 
-TEST_CASE("a coarse open tube becomes a smooth vessel whose free space goes on beyond its ends")
+TEST_CASE("a coarse open tube becomes a smooth vessel whose free space goes on beyond its ends" *
+          doctest::test_suite("slow"))
 {
     WallModel exact = make_ball({Vec3::Zero(), 1, true, 1});
     const SurfaceMesh mesh = coarse_bend(0.002, &exact);
@@ -167,7 +168,7 @@ TEST_CASE("the side is told from the surface or must be given")
     CHECK_THROWS_AS(make_wall_from_surface(bad, ""), InputError);
 }
 
-TEST_CASE("real anatomy: a patient's aorta with coarse facets")
+TEST_CASE("real anatomy: a patient's aorta with coarse facets" * doctest::test_suite("slow"))
 {
     const auto folder = std::filesystem::path(AMONTONS_SOURCE_DIR) / "../shared/data/vessels";
     const auto file = folder / "aorta_supra_aortic.obj";

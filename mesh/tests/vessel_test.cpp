@@ -22,8 +22,9 @@ VesselOptions default_vessel()
 
 } // namespace
 
-TEST_CASE(
-    "the vessel's triangles are closed but for round rims with normals inwards and none degenerate")
+TEST_CASE("the vessel's triangles are closed but for round rims with normals inwards and none "
+          "degenerate" *
+          doctest::test_suite("slow"))
 {
     const WallModel model = make_vessel(default_vessel());
     const WallSurfaceReport report = report_surface(model);
@@ -78,7 +79,7 @@ TEST_CASE("away from junctions the sampled wall is the tube to 1e-4 of the small
     CHECK(model.wall.distance({0.038, 0, 0.12}, hint) < 0); // in the middle of the arch's bend
 }
 
-TEST_CASE("beside junctions the wall's distance is the true one")
+TEST_CASE("beside junctions the wall's distance is the true one" * doctest::test_suite("slow"))
 {
     // From a vertex straight into the free space the way back is the nearest: where the wall
     // bends towards the free space (the rounded edges) for any length.
@@ -125,7 +126,7 @@ TEST_CASE("a vessel knows its branches and when a point leaves through an openin
     CHECK(opening_passed(model, {0, 0, -0.01}, {0, 0, 0.01}) == nullptr); // inwards
 }
 
-TEST_CASE("the vessel in mm is the vessel in m")
+TEST_CASE("the vessel in mm is the vessel in m" * doctest::test_suite("slow"))
 {
     VesselOptions o = default_vessel();
     const WallModel in_m = make_vessel(o);

@@ -224,7 +224,7 @@ TEST_CASE("a copy with a solution keeps all else and also what is not ours")
     H5Fclose(copy);
 }
 
-TEST_CASE("a file cut anywhere is refused and ends no process")
+TEST_CASE("a file cut anywhere is refused and ends no process" * doctest::test_suite("slow"))
 {
     const std::string whole = fclib_bytes(a_problem());
     REQUIRE(refusal(whole).empty());
@@ -234,7 +234,8 @@ TEST_CASE("a file cut anywhere is refused and ends no process")
     CHECK(refused == n);
 }
 
-TEST_CASE("bytes turned at random end in a problem that makes sense or in a refusal")
+TEST_CASE("bytes turned at random end in a problem that makes sense or in a refusal" *
+          doctest::test_suite("slow"))
 {
     const std::string whole = fclib_bytes(a_problem());
     std::mt19937 rng{2};

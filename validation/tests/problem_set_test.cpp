@@ -20,7 +20,8 @@ SolverOptions to(double tolerance)
 
 } // namespace
 
-TEST_CASE("every generated problem is symmetric and condenses and follows its seed")
+TEST_CASE("every generated problem is symmetric and condenses and follows its seed" *
+          doctest::test_suite("slow"))
 {
     std::set<std::string> names;
     for (const unsigned seed : {1u, 2u}) {
@@ -88,7 +89,8 @@ TEST_CASE("impulses between spheres cancel: only floor and sides give momentum")
     CHECK(p.mu.size() - with_ground > 60);
 }
 
-TEST_CASE("dense packings and towers with a heavy top come out within a number of steps")
+TEST_CASE("dense packings and towers with a heavy top come out within a number of steps" *
+          doctest::test_suite("slow"))
 {
     SolverOptions options;
     options.max_iterations = 4000; // [regression] not a time: the same on every machine
@@ -133,7 +135,8 @@ TEST_CASE("a beam bends by F L^3 / (3 EI) and a block resists no rigid motion")
         CHECK((v.segment<3>(k) - Vec3(b.shear, 0, -b.press)).norm() < 1e-12);
 }
 
-TEST_CASE("a wide elastic block under a smooth press has the oedometer's pressure")
+TEST_CASE("a wide elastic block under a smooth press has the oedometer's pressure" *
+          doctest::test_suite("slow"))
 {
     // mu = 0 on the plane, sides free: with a height much below the width the middle is held
     // sideways, and sigma = E (1 - nu) / ((1 + nu)(1 - 2 nu)) press / height.
@@ -159,7 +162,8 @@ TEST_CASE("a wide elastic block under a smooth press has the oedometer's pressur
 }
 
 TEST_CASE(
-    "packings of spheres with much friction are solved in any unit by some of the close paths")
+    "packings of spheres with much friction are solved in any unit by some of the close paths" *
+    doctest::test_suite("slow"))
 {
     for (const unsigned seed : {3u, 10u})
         for (const double unit : {1.0, 1.3, 2.7}) { // each has a round-off of its own

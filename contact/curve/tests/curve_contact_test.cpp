@@ -364,7 +364,8 @@ TEST_CASE("the distance to a shape has the normal and the second derivative that
     }
 }
 
-TEST_CASE("where curved pieces cross they have a crossing wherever their chords are nearest")
+TEST_CASE("where curved pieces cross they have a crossing wherever their chords are nearest" *
+          doctest::test_suite("slow"))
 {
     // Arcs that cross in their middles, or near, on top of each other: as elements bend, and so
     // sharply that a few of more than a thousand may be lost (undamped steps lose 23).

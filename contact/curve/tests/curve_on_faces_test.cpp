@@ -72,7 +72,8 @@ TEST_CASE("feet of points are right at faces and edges and corners of a box and 
     }
 }
 
-TEST_CASE("over a dent and a bulge neither feet nor normals nor distances jump")
+TEST_CASE("over a dent and a bulge neither feet nor normals nor distances jump" *
+          doctest::test_suite("slow"))
 {
     // z = a (x^2 + y^2) of either sign, in faces of 0.25 that turn from one to the next by up to 30
     // degrees: a point that goes 1e-4 at a time.

@@ -251,7 +251,8 @@ TEST_CASE("a cylinder on a large box has the contacts that it has with a plane")
     }
 }
 
-TEST_CASE("a cylinder's nearest contact with boxes and cylinders is their distance")
+TEST_CASE("a cylinder's nearest contact with boxes and cylinders is their distance" *
+          doctest::test_suite("slow"))
 {
     std::mt19937 rng{22};
     const Vec3 half{0.5, 0.7, 0.3};

@@ -190,7 +190,8 @@ TEST_CASE("the reduced operator foresees the next step of the full simulation")
     CHECK(worst < 0.01);
 }
 
-TEST_CASE("a simulated hand presses the tool into the bed and drags it in virtual time")
+TEST_CASE("a simulated hand presses the tool into the bed and drags it in virtual time" *
+          doctest::test_suite("slow"))
 {
     const auto play = [] {
         BodyWorld w(kBed);

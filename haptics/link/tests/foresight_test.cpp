@@ -67,7 +67,8 @@ template <class Shift> Foretold foretell(const Shift& shift)
 
 } // namespace
 
-TEST_CASE("a rod among balls is foretold in each tick where it falls and where the hand turns")
+TEST_CASE("a rod among balls is foretold in each tick where it falls and where the hand turns" *
+          doctest::test_suite("slow"))
 {
     // Along its axis, across, and back, with as long a way in a tick as looks are apart.
     const auto leg = [](int tick, int from, int to) {
@@ -80,7 +81,8 @@ TEST_CASE("a rod among balls is foretold in each tick where it falls and where t
     CHECK(f.worst < 0.01);
 }
 
-TEST_CASE("a rod among balls is foretold on an arc but for the tick in which it falls")
+TEST_CASE("a rod among balls is foretold on an arc but for the tick in which it falls" *
+          doctest::test_suite("slow"))
 {
     // Where it falls a tick sooner or later the whole fall is the error.
     constexpr double radius = 0.02, way = 9e-5;

@@ -309,7 +309,8 @@ TEST_CASE("contacts of a wire whose turn comes within a period are foretold when
     CHECK(worst < 0.01);
 }
 
-TEST_CASE("two fingers push and twist a wire and a hand moves a rod: no energy is given to them")
+TEST_CASE("two fingers push and twist a wire and a hand moves a rod: no energy is given to them" *
+          doctest::test_suite("slow"))
 {
     for (const char* text : {kTube, kRod}) {
         WireWorld w(text);
@@ -329,7 +330,8 @@ TEST_CASE("two fingers push and twist a wire and a hand moves a rod: no energy i
     }
 }
 
-TEST_CASE("where a rod falls off balls its force jumps no more than in the full simulation")
+TEST_CASE("where a rod falls off balls its force jumps no more than in the full simulation" *
+          doctest::test_suite("slow"))
 {
     WireWorld w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"));
     HapticLoop<float> loop(300, w.set.loop);
@@ -352,7 +354,8 @@ TEST_CASE("where a rod falls off balls its force jumps no more than in the full 
     CHECK(of_loop - of_full < 0.01);
 }
 
-TEST_CASE("a snap in parts ends where it does in one piece and each part has its bound")
+TEST_CASE("a snap in parts ends where it does in one piece and each part has its bound" *
+          doctest::test_suite("slow"))
 {
     const Scene scene = read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json");
     const std::vector<Obstacle> obstacles = build_obstacles(scene);
@@ -406,7 +409,8 @@ TEST_CASE("a snap in parts ends where it does in one piece and each part has its
           0.05 * force.norm()); // [regression] our own run
 }
 
-TEST_CASE("by the clock a rod's snaps go on over several steps and the hand is not jerked")
+TEST_CASE("by the clock a rod's snaps go on over several steps and the hand is not jerked" *
+          doctest::test_suite("slow"))
 {
     WireWorld w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"), true);
     HapticLoop<float> loop(300, w.set.loop);
@@ -418,7 +422,8 @@ TEST_CASE("by the clock a rod's snaps go on over several steps and the hand is n
     CHECK(s.energy_injected < 1e-15);
 }
 
-TEST_CASE("no operator is singular where a rod is about to fall off a ball")
+TEST_CASE("no operator is singular where a rod is about to fall off a ball" *
+          doctest::test_suite("slow"))
 {
     // Pressed into the balls and across them in steps so short that they meet every balance that
     // ends on the way. Springs that are just enough to hold the rod there give a stiffness of
@@ -448,7 +453,8 @@ TEST_CASE("no operator is singular where a rod is about to fall off a ball")
     CHECK(softest > -100);  // [regression] -440 without, see above
 }
 
-TEST_CASE("operators that are 50 ms old do not swing a rod that is about to fall")
+TEST_CASE("operators that are 50 ms old do not swing a rod that is about to fall" *
+          doctest::test_suite("slow"))
 {
     // One was made 40 ms before the fall: stable by so little that 1 mm of the hand moved nodes by
     // metres, and where its contact opened the force changed by 0.44 N in a tick.

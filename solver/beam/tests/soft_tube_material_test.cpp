@@ -67,7 +67,8 @@ TEST_CASE("at rest a hyperelastic wall answers as a linear one")
 }
 
 TEST_CASE("a displacement does not depend on where the tangent is taken and forces on the wall are "
-          "the derivative of its energy")
+          "the derivative of its energy" *
+          doctest::test_suite("slow"))
 {
     for (const ElementKind kind : {ElementKind::H8, ElementKind::T10}) {
         SoftTube tube = neo_hooke_tube(kind, 0.45, 2000);

@@ -135,7 +135,8 @@ bool no_module()
 
 } // namespace
 
-TEST_CASE("solves with the assembled matrix leave no residual whatever part a rank has")
+TEST_CASE("solves with the assembled matrix leave no residual whatever part a rank has" *
+          doctest::test_suite("slow"))
 {
     if (no_module()) return;
     for (const ElementKind kind : {ElementKind::T4, ElementKind::T10, ElementKind::H8})
@@ -170,7 +171,7 @@ TEST_CASE("solves with the assembled matrix leave no residual whatever part a ra
         }
 }
 
-TEST_CASE("contact without W finds the forces that W gives")
+TEST_CASE("contact without W finds the forces that W gives" * doctest::test_suite("slow"))
 {
     if (no_module()) return;
     for (const ElementKind kind : {ElementKind::T4, ElementKind::H8})
@@ -198,7 +199,8 @@ TEST_CASE("contact without W finds the forces that W gives")
             }
 }
 
-TEST_CASE("a guess and a second problem: fewer iterations and the same forces")
+TEST_CASE("a guess and a second problem: fewer iterations and the same forces" *
+          doctest::test_suite("slow"))
 {
     if (no_module()) return;
     Pressed block(ElementKind::T4);
@@ -212,7 +214,7 @@ TEST_CASE("a guess and a second problem: fewer iterations and the same forces")
     CHECK((warm.r - cold.r).norm() <= 1e-6 * cold.r.norm());
 }
 
-TEST_CASE("a block pulled off the plane keeps no force")
+TEST_CASE("a block pulled off the plane keeps no force" * doctest::test_suite("slow"))
 {
     if (no_module()) return;
     Pressed block(ElementKind::T4);
@@ -224,7 +226,7 @@ TEST_CASE("a block pulled off the plane keeps no force")
     CHECK(s.r.norm() == 0);
 }
 
-TEST_CASE("a rank without nodes or elements works along")
+TEST_CASE("a rank without nodes or elements works along" * doctest::test_suite("slow"))
 {
     if (no_module()) return;
     Pressed block(ElementKind::H8, 1); // 12 nodes, 8 of them free or held
@@ -237,7 +239,8 @@ TEST_CASE("a rank without nodes or elements works along")
     CHECK((s.r - exact.reaction).norm() <= 1e-6 * exact.reaction.norm());
 }
 
-TEST_CASE("a linear solve that does not get there says so and what is not a number is an error")
+TEST_CASE("a linear solve that does not get there says so and what is not a number is an error" *
+          doctest::test_suite("slow"))
 {
     if (no_module()) return;
     Pressed block(ElementKind::T4);
@@ -262,7 +265,8 @@ TEST_CASE("a linear solve that does not get there says so and what is not a numb
     CHECK((again - f).norm() <= 1e-8 * f.norm());
 }
 
-TEST_CASE("a balance that cannot be found is not taken for one with contacts or without")
+TEST_CASE("a balance that cannot be found is not taken for one with contacts or without" *
+          doctest::test_suite("slow"))
 {
     if (no_module()) return;
     Pressed block(ElementKind::T4);
@@ -292,7 +296,7 @@ TEST_CASE("a balance that cannot be found is not taken for one with contacts or 
     CHECK_FALSE(lifted.error < 1e-6);
 }
 
-TEST_CASE("a stop is obeyed where nothing touches too")
+TEST_CASE("a stop is obeyed where nothing touches too" * doctest::test_suite("slow"))
 {
     if (no_module()) return;
     Pressed block(ElementKind::T4);
@@ -316,7 +320,7 @@ TEST_CASE("a stop is obeyed where nothing touches too")
     CHECK(done.error <= options.tolerance);
 }
 
-TEST_CASE("matrices that are gone leave nothing behind")
+TEST_CASE("matrices that are gone leave nothing behind" * doctest::test_suite("slow"))
 {
     if (no_module()) return;
     const Pressed block(ElementKind::H8, 16);

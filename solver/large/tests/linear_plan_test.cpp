@@ -22,7 +22,8 @@ VolumeMesh box(std::array<std::int32_t, 3> cells)
 
 } // namespace
 
-TEST_CASE("entries and operations of a factor are foretold from the graph of nodes")
+TEST_CASE("entries and operations of a factor are foretold from the graph of nodes" *
+          doctest::test_suite("slow"))
 {
     // Flat, so that a formula for cubes would be far off.
     const VolumeMesh mesh = box({100, 100, 2});
@@ -78,7 +79,8 @@ struct PlannedBlock {
 
 } // namespace
 
-TEST_CASE("the way that is taken is possible and fits or else is refused with numbers")
+TEST_CASE("the way that is taken is possible and fits or else is refused with numbers" *
+          doctest::test_suite("slow"))
 {
     PlannedBlock block;
     LinearPlan plan = block.plan("auto", false, 10);
@@ -101,7 +103,7 @@ TEST_CASE("the way that is taken is possible and fits or else is refused with nu
     CHECK(plan.path("direct")->memory > plan.available);
 }
 
-TEST_CASE("a trial shows which way is the quickest")
+TEST_CASE("a trial shows which way is the quickest" * doctest::test_suite("slow"))
 {
     PlannedBlock block;
     block.take_large();

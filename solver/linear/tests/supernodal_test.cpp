@@ -124,7 +124,8 @@ void compare_with_dense(const SparseMatrix& A, std::span<const std::int32_t> nod
 
 } // namespace
 
-TEST_CASE("solve and compliance and parts of the inverse agree with a dense factor")
+TEST_CASE("solve and compliance and parts of the inverse agree with a dense factor" *
+          doctest::test_suite("slow"))
 {
     for (const int n : {1, 2, 17, 150, 400}) {
         CAPTURE(n);

@@ -266,7 +266,8 @@ TEST_CASE("nodes of no element are fixed and faults of the caller are refused")
     CHECK_THROWS_AS(make_pattern(mesh), std::logic_error);
 }
 
-TEST_CASE("one and two and three threads give the same matrices and products to the last bit")
+TEST_CASE("one and two and three threads give the same matrices and products to the last bit" *
+          doctest::test_suite("slow"))
 {
     SolidBoxOptions options;
     options.cells = {9, 9, 9};

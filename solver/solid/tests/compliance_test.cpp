@@ -117,7 +117,8 @@ double distance(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b)
 
 } // namespace
 
-TEST_CASE("W from kept columns and from the tree and from a dense inverse are one")
+TEST_CASE("W from kept columns and from the tree and from a dense inverse are one" *
+          doctest::test_suite("slow"))
 {
     for (const ElementKind kind : test::kAllKinds) {
         const HeldBox b = held_box(kind);

@@ -154,7 +154,8 @@ TEST_CASE("one layer of T10 bends as Timoshenko's beam")
                    1) < 0.01);
 }
 
-TEST_CASE("a thick tube under pressure converges to Lame's: order 2 for T4 and H8 and 3 for T10")
+TEST_CASE("a thick tube under pressure converges to Lame's: order 2 for T4 and H8 and 3 for T10" *
+          doctest::test_suite("slow"))
 {
     const auto order = [](ElementKind kind, double nu) {
         return std::log2(lame_error(kind, 4, nu, with_internal_modes) /
@@ -168,7 +169,8 @@ TEST_CASE("a thick tube under pressure converges to Lame's: order 2 for T4 and H
     }
 }
 
-TEST_CASE("a thick tube of incompressible material does not lock with H8 and T10")
+TEST_CASE("a thick tube of incompressible material does not lock with H8 and T10" *
+          doctest::test_suite("slow"))
 {
     const double compressible = lame_error(ElementKind::H8, 8, 0.3, with_internal_modes);
     for (const double nu : {0.49, 0.4999})

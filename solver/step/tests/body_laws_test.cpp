@@ -225,7 +225,8 @@ TEST_CASE("a load that grows has done the work that a solid which lies free unde
     CHECK(std::abs(r.summary.energy.error()) < 1e-8 * r.summary.energy.work);
 }
 
-TEST_CASE("a solid ball that lies free on a plane finds its balance where it may roll")
+TEST_CASE("a solid ball that lies free on a plane finds its balance where it may roll" *
+          doctest::test_suite("slow"))
 {
     // Turning it hardly changes the forces: the iterations go on in one direction, a little each.
     const Result r = run(R"("bodies": {
@@ -382,7 +383,8 @@ void check_momenta(const Result& r)
 
 } // namespace
 
-TEST_CASE("bodies that fly into each other and rub keep their momenta whatever they are made of")
+TEST_CASE("bodies that fly into each other and rub keep their momenta whatever they are made of" *
+          doctest::test_suite("slow"))
 {
     const std::string rub = R"("contact": [{"between": ["a", "b"], "friction": 0.4}])";
     const std::string bodies[] = {kRigidBox, elastic_box("T4", "linear"),

@@ -238,7 +238,7 @@ TEST_CASE("a body that contacts alone hold is in balance and one that nothing ho
           std::string::npos);
 }
 
-TEST_CASE("a run that is stopped and goes on gives the same bits")
+TEST_CASE("a run that is stopped and goes on gives the same bits" * doctest::test_suite("slow"))
 {
     const std::string dynamic =
         fmt::format(R"("schema": 1, "bodies": {{{}, {}}}, {},

@@ -213,7 +213,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "holds and weight and momentum are in balance where held nodes touch in each law and rule")
+    "holds and weight and momentum are in balance where held nodes touch in each law and rule" *
+    doctest::test_suite("slow"))
 {
     for (const char* motion : {"linear", "corotational", "hyperelastic"})
         for (const auto& [time, end] : kRules)
@@ -256,7 +257,8 @@ TEST_CASE("what a spring pulls at a held node is in the force of its hold")
     }
 }
 
-TEST_CASE("the work of held nodes that touch is in the balance of energy")
+TEST_CASE("the work of held nodes that touch is in the balance of energy" *
+          doctest::test_suite("slow"))
 {
     // Of contacts that stay as they are at the start nothing is lost: they do no work.
     const Result small = run(pressed_by_edge("linear", held_side(1), 0, R"(, "sliding": "small")") +

@@ -11,7 +11,8 @@
 
 using namespace amontons;
 
-TEST_CASE("first loads whose balance is not found at once are taken up in parts")
+TEST_CASE("first loads whose balance is not found at once are taken up in parts" *
+          doctest::test_suite("slow"))
 {
     // A column of 50 times its width that has to go from upright to hanging upside down: 15 times
     // Euler's load. All at once its elements are crushed.
@@ -82,7 +83,7 @@ TEST_CASE("a share of the loads is what smaller loads are for each kind of body"
     }
 }
 
-TEST_CASE("a slender bar that is pressed buckles and the run says so")
+TEST_CASE("a slender bar that is pressed buckles and the run says so" * doctest::test_suite("slow"))
 {
     // Straight on, until round-off has grown to a bend: some of these were given up on the way.
     struct Case {
@@ -119,7 +120,8 @@ TEST_CASE("a slender bar that is pressed buckles and the run says so")
 }
 
 TEST_CASE(
-    "a shallow arch that snaps: load and displacement and damped motion find the same balances")
+    "a shallow arch that snaps: load and displacement and damped motion find the same balances" *
+    doctest::test_suite("slow"))
 {
     const TemporaryFolder folder;
     const std::string path = folder / "arch";
@@ -200,7 +202,8 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("a bar that a box presses until it is not stable: what was set free closes the energy")
+TEST_CASE("a bar that a box presses until it is not stable: what was set free closes the energy" *
+          doctest::test_suite("slow"))
 {
     const Result r =
         run(R"("bodies": {"bar": {"kind": "solid", "material": )" + std::string(kRubber) +

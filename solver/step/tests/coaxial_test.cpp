@@ -93,7 +93,8 @@ TEST_CASE("a wire in a catheter in a bent tube: certified and nothing passes and
     CHECK(value(s.back(), "depth") < value(s.back(), "catheter_depth"));
 }
 
-TEST_CASE("the mirror image of a scene of instruments has the mirrored result")
+TEST_CASE("the mirror image of a scene of instruments has the mirrored result" *
+          doctest::test_suite("slow"))
 {
     const std::vector<StepRecord> a = steps_of(in_bend(1, 0.1, 0.02)),
                                   b = steps_of(in_bend(-1, 0.1, 0.02));
@@ -108,7 +109,8 @@ TEST_CASE("the mirror image of a scene of instruments has the mirrored result")
     }
 }
 
-TEST_CASE("a run of instruments goes on bit for bit from where it was saved")
+TEST_CASE("a run of instruments goes on bit for bit from where it was saved" *
+          doctest::test_suite("slow"))
 {
     const Scene scene = parse_scene(in_bend(1, 0.1, 0.05), "s.json");
     WireSimulation whole(scene, build_obstacles(scene)), part(scene, build_obstacles(scene)),
@@ -139,7 +141,8 @@ TEST_CASE("a run of instruments goes on bit for bit from where it was saved")
         CHECK(a.quantities[q].value == b.quantities[q].value);
 }
 
-TEST_CASE("a wire that fills its catheter is held in the middle of the bore")
+TEST_CASE("a wire that fills its catheter is held in the middle of the bore" *
+          doctest::test_suite("slow"))
 {
     RunSummary sum;
     const std::vector<StepRecord> s =
@@ -166,7 +169,8 @@ TEST_CASE("a wire that fills its catheter is held in the middle of the bore")
               2e-5); // [regression] our own run
 }
 
-TEST_CASE("how many points there are in a bore does not change what friction takes")
+TEST_CASE("how many points there are in a bore does not change what friction takes" *
+          doctest::test_suite("slow"))
 {
     // A catheter over a straight wire that is held in a bend, then the wire back into it.
     const auto scene = [](double bore) {
@@ -200,7 +204,8 @@ TEST_CASE("how many points there are in a bore does not change what friction tak
     }
 }
 
-TEST_CASE("a pigtail comes out of a sheath and back with friction of 0.4")
+TEST_CASE("a pigtail comes out of a sheath and back with friction of 0.4" *
+          doctest::test_suite("slow"))
 {
     // Newton's method loses half of its error an iteration, and steps become ever shorter, where
     // the tangent does not know how friction's arms turn about the bore.
@@ -218,7 +223,8 @@ TEST_CASE("a pigtail comes out of a sheath and back with friction of 0.4")
     CHECK(std::abs(sum.energy.error()) < 0.01 * sum.energy.work_absolute);
 }
 
-TEST_CASE("a jump that draws a wire into its sheath by more than an element")
+TEST_CASE("a jump that draws a wire into its sheath by more than an element" *
+          doctest::test_suite("slow"))
 {
     // The first element came to 10 um: its stiffness by differences was off, and the jump crept.
     RunSummary sum;
@@ -304,7 +310,8 @@ TEST_CASE("a wire pressed against a wall is compressed as a bar also by more tha
 }
 
 TEST_CASE(
-    "elements of a fiftieth of the radius: round-off is in the certificate and not in the push")
+    "elements of a fiftieth of the radius: round-off is in the certificate and not in the push" *
+    doctest::test_suite("slow"))
 {
     std::vector<double> push;
     for (const double element : {1e-3, 1e-5}) {

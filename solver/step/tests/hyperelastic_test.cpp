@@ -22,7 +22,8 @@ std::string bar(const std::string& element, const std::string& material, const s
 
 } // namespace
 
-TEST_CASE("a bar under a dead load: work is elastic energy and Newton's last steps are quadratic")
+TEST_CASE("a bar under a dead load: work is elastic energy and Newton's last steps are quadratic" *
+          doctest::test_suite("slow"))
 {
     for (const char* element : {"H8", "T10"})
         for (const char* law :
@@ -131,7 +132,8 @@ TEST_CASE("nearly incompressible blocks take few iterations however their volume
 }
 
 TEST_CASE(
-    "a block of St. Venant's material that is pressed too far: the refusal names its softening")
+    "a block of St. Venant's material that is pressed too far: the refusal names its softening" *
+    doctest::test_suite("slow"))
 {
     const Result r = run(
         R"("bodies": {"floor": {"kind": "obstacle", "surface": {"generate": "plane"}}, "block":
@@ -188,7 +190,8 @@ TEST_CASE("a pressure on a face with a free rim on a block that contacts hold up
     CHECK(r.records.back().certificate.error <= 1e-8);
 }
 
-TEST_CASE("what is prescribed in one large step does not turn elements inside out")
+TEST_CASE("what is prescribed in one large step does not turn elements inside out" *
+          doctest::test_suite("slow"))
 {
     // By 60 % in a single step, and by 150 %: the nodes next to the end would be run over.
     for (const char* way : {"-0.6", "1.5"}) {
@@ -261,7 +264,8 @@ TEST_CASE("a bar that is let go swings: the midpoint rule keeps its energy and m
     CHECK(std::abs(d.error()) < 1e-6 * d.work_absolute);
 }
 
-TEST_CASE("a block of tissue that is thrown on the floor: no energy is made")
+TEST_CASE("a block of tissue that is thrown on the floor: no energy is made" *
+          doctest::test_suite("slow"))
 {
     // The law stiffens so much that the midpoint rule's force is not what it stores: without a look
     // at the energy, 4.6 J became 70 J and an element was turned inside out.

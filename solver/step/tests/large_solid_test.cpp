@@ -57,7 +57,8 @@ bool no_module_petsc()
 
 } // namespace
 
-TEST_CASE("a large solid pressed and sheared has the forces that its factor gives")
+TEST_CASE("a large solid pressed and sheared has the forces that its factor gives" *
+          doctest::test_suite("slow"))
 {
     if (no_module_petsc()) return;
     const std::string time = R"({"step": 1, "end": 2})";
@@ -81,7 +82,8 @@ TEST_CASE("a large solid pressed and sheared has the forces that its factor give
     }
 }
 
-TEST_CASE("holds of a large solid take the friction on nodes that they hold along it")
+TEST_CASE("holds of a large solid take the friction on nodes that they hold along it" *
+          doctest::test_suite("slow"))
 {
     if (no_module_petsc()) return;
     const char* const hold = R"(, "hold": [{"set": "z_max", "y": 0, "z": [[0, 0], [1, -1e-3]]},
@@ -94,7 +96,8 @@ TEST_CASE("holds of a large solid take the friction on nodes that they hold alon
           1e-6 * floor.norm());
 }
 
-TEST_CASE("a large solid that falls and slides moves as by its factor")
+TEST_CASE("a large solid that falls and slides moves as by its factor" *
+          doctest::test_suite("slow"))
 {
     if (no_module_petsc()) return;
     for (const double friction : {0.0, 0.2, 1.0}) {

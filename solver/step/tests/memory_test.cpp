@@ -22,7 +22,9 @@ double in_use()
 
 } // namespace
 
-TEST_CASE("a linear solid keeps its stiffness and its factor and not what the factor was made from")
+TEST_CASE(
+    "a linear solid keeps its stiffness and its factor and not what the factor was made from" *
+    doctest::test_suite("slow"))
 {
     if (in_use() == 0) {
         skip_test("a sanitizer keeps the heap: it does not say how much is in use");

@@ -74,7 +74,7 @@ TEST_CASE("a pile with elastic bricks among rigid ones is solved at rest where i
         CHECK(std::abs(r.value(fmt::format("{}_velocity_z", name))) < 3 * kStep * kGravity);
 }
 
-TEST_CASE("a large pile has the same bits for any number of threads")
+TEST_CASE("a large pile has the same bits for any number of threads" * doctest::test_suite("slow"))
 {
     const std::string text = "{\"schema\": 1, " + pile(10, 5, 40, 1) + "}";
     const Scene scene = parse_scene(text, "pile.json", {});

@@ -76,7 +76,7 @@ TEST_CASE("the side of a pressed block rolls onto the floor: no step is halved a
     }
 }
 
-TEST_CASE("a soft block on a slab of larger and far stiffer elements")
+TEST_CASE("a soft block on a slab of larger and far stiffer elements" * doctest::test_suite("slow"))
 {
     // The slab's few nodes know little of a face that bulges between them: the soft side carries
     // the multipliers.
@@ -100,7 +100,8 @@ TEST_CASE("a soft block on a slab of larger and far stiffer elements")
 }
 
 TEST_CASE(
-    "a pressed block that its floor alone keeps stable and whose contacts feel means of the gap")
+    "a pressed block that its floor alone keeps stable and whose contacts feel means of the gap" *
+    doctest::test_suite("slow"))
 {
     // Its own tangent has up to six negative eigenvalues. Stiffened at single nodes, which means of
     // the gap do not feel, iterations left 0.95 of the error: refused at 26 % on the rigid box, and
@@ -118,7 +119,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "a block that contacts alone hold under a dead load: Newton's method leads to the closed form")
+    "a block that contacts alone hold under a dead load: Newton's method leads to the closed form" *
+    doctest::test_suite("slow"))
 {
     // Uniform where nothing rubs: mu (a - 1 / a) + lambda ln J / a is the nominal stress along each
     // axis, 0 across the load.
@@ -211,7 +213,8 @@ TEST_CASE("a block that its dead load tips over: as far as there is a balance an
     CHECK(r.records.back().time < 0.51); // [regression] by Newton, see above
 }
 
-TEST_CASE("soft balls come to rest under their weight: Newton's method where they may roll")
+TEST_CASE("soft balls come to rest under their weight: Newton's method where they may roll" *
+          doctest::test_suite("slow"))
 {
     // Extrapolated, the way of a ball along which nothing holds it grew: errors of 2e-6 in the
     // fourth iteration, of 3e-3 in the fifth, and no balance.

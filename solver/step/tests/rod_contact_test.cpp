@@ -313,7 +313,8 @@ std::string woven(int rows)
 
 } // namespace
 
-TEST_CASE("places that many wires touch at are settled beside each other and not one by one")
+TEST_CASE("places that many wires touch at are settled beside each other and not one by one" *
+          doctest::test_suite("slow"))
 {
     const Result few = run(woven(8)), many = run(woven(40));
     REQUIRE(few.summary.status == "done");

@@ -49,7 +49,7 @@ std::string rod_on_block(const std::string& bodies, double friction, double step
 
 } // namespace
 
-TEST_CASE("a stiff rod in a block is a rigid cylinder")
+TEST_CASE("a stiff rod in a block is a rigid cylinder" * doctest::test_suite("slow"))
 {
     // Pressed in by 1.5 mm, faces of a third of its radius.
     for (const char* element : {"H8", "T10"}) {
@@ -126,7 +126,8 @@ TEST_CASE("a rod along an elastic foundation gives way as Hetenyi's beam does")
 }
 
 TEST_CASE(
-    "a rod that lies on an elastic foundation buckles at 2 sqrt(k EI) and not at Euler's load")
+    "a rod that lies on an elastic foundation buckles at 2 sqrt(k EI) and not at Euler's load" *
+    doctest::test_suite("slow"))
 {
     // Hinged, four half waves of pi (EI / k)^(1/4) long, pressed on by its line load as far as its
     // ends are held down: with any other number of waves it would carry more. Euler's load is a
@@ -167,7 +168,8 @@ TEST_CASE(
     CHECK(buckled);
 }
 
-TEST_CASE("holds of a rod and of the block that it is pressed into are in balance")
+TEST_CASE("holds of a rod and of the block that it is pressed into are in balance" *
+          doctest::test_suite("slow"))
 {
     // Ends of the rod, and a side of the block, are held where they touch.
     for (const char* motion : {"linear", "corotational", "hyperelastic"}) {
@@ -187,7 +189,8 @@ TEST_CASE("holds of a rod and of the block that it is pressed into are in balanc
     }
 }
 
-TEST_CASE("a free block between a floor and a rod is in balance of forces and moments")
+TEST_CASE("a free block between a floor and a rod is in balance of forces and moments" *
+          doctest::test_suite("slow"))
 {
     // The rod lies askew over it and is pulled sideways: forces in all directions.
     const Result r = run(
@@ -373,7 +376,7 @@ TEST_CASE("a rod does not pass through a thin plate however long the step")
     CHECK(led.records.size() > 2);
 }
 
-TEST_CASE("a step goes on from a state as it would have")
+TEST_CASE("a step goes on from a state as it would have" * doctest::test_suite("slow"))
 {
     const std::string text = rod_on_block(
         soft_block("[8, 4, 3]", "") + ", " + across(0.003, 0.004, 2e-3, 0.01), 0.3, 0.125, 2);
@@ -417,7 +420,8 @@ TEST_CASE("a rod that begins inside a solid is refused with the place")
     CHECK(issue(0.003, R"(["rod", "block"])") == "");
 }
 
-TEST_CASE("a rope over an elastic drum is drawn as a belt: exp(mu theta) at its surface")
+TEST_CASE("a rope over an elastic drum is drawn as a belt: exp(mu theta) at its surface" *
+          doctest::test_suite("slow"))
 {
     // It hangs a little off it, takes up 10 N at its end, some of it before the first step, and is
     // drawn over it. It is never slack: then round-off would say where it lies.

@@ -130,7 +130,8 @@ std::size_t needless_iterations(const Result& r)
 } // namespace
 
 TEST_CASE("a ring pressed until it meets itself has the forces and places of its quarter and "
-          "balance and no overlap and turned axes turn all")
+          "balance and no overlap and turned axes turn all" *
+          doctest::test_suite("slow"))
 {
     const Result quarter = pressed_ring(false, 0, 0);
     REQUIRE_MESSAGE(quarter.summary.status == "done", quarter.summary.message);
@@ -231,7 +232,8 @@ TEST_CASE("a slit that is closed at rest carries pressure and slides by Coulomb'
     CHECK(held.x() == doctest::Approx(-mu * held.z()).epsilon(0.05));
 }
 
-TEST_CASE("the seal of the examples: where contacts come and go steps are not halved without end")
+TEST_CASE("the seal of the examples: where contacts come and go steps are not halved without end" *
+          doctest::test_suite("slow"))
 {
     // With the bodies' true matrices, iterations end in errors of 1e-7 that jump: the run stood
     // still at 99.7 %. Bodies that lean on their contacts damp them.
@@ -254,7 +256,8 @@ TEST_CASE("the seal of the examples: where contacts come and go steps are not ha
     CHECK(r.summary.worst_penetration < 1e-9);
 }
 
-TEST_CASE("a strip folded back and pressed on itself: a balance that is met ends the step")
+TEST_CASE("a strip folded back and pressed on itself: a balance that is met ends the step" *
+          doctest::test_suite("slow"))
 {
     // A share of a motion that is left out is no error of a balance that is measured at the places
     // reached. Counted as one it took steps on from errors below the tolerance, where iterations
@@ -342,7 +345,8 @@ TEST_CASE("a solid and itself: what is not possible is said")
     CHECK(has(found("hyperelastic", "", "dynamic"), "quasi_static"));
 }
 
-TEST_CASE("a sheet of faces wider than it is thick which may touch itself anywhere")
+TEST_CASE("a sheet of faces wider than it is thick which may touch itself anywhere" *
+          doctest::test_suite("slow"))
 {
     // Beside a face of one side lies, behind it, one of the other side: five times as far as the
     // sheet is thick. Taken for an overlap where a sheet gives way by a micrometre, it left no

@@ -55,7 +55,9 @@ std::vector<Obstacle> bent_tube()
 
 } // namespace
 
-TEST_CASE("a run that is saved and restored elsewhere and gone on with is the same to the last bit")
+TEST_CASE(
+    "a run that is saved and restored elsewhere and gone on with is the same to the last bit" *
+    doctest::test_suite("slow"))
 {
     Scene scene = bent_tube_scene(0.1, 0.08);
     SUBCASE("quasi-static") {}
@@ -142,7 +144,8 @@ TEST_CASE("a wire that starts beyond a bend lies there as one that was pushed in
     }
 }
 
-TEST_CASE("a wire that jams on the way to where it starts is refused and one asked to stop stops")
+TEST_CASE("a wire that jams on the way to where it starts is refused and one asked to stop stops" *
+          doctest::test_suite("slow"))
 {
     Scene scene = bent_tube_scene(5, 0.08);
     scene.beams[0].insertion = {{0, 0.08}, {1, 0.08}};
@@ -209,7 +212,8 @@ TEST_CASE("doubling every stiffness doubles every force and moves nothing")
 
 // Vessels from images: 7 facets around, corners 20 % off the circle at random.
 TEST_CASE(
-    "a curved tip in a tube of few and uneven facets: certified and in balance and nothing beyond")
+    "a curved tip in a tube of few and uneven facets: certified and in balance and nothing beyond" *
+    doctest::test_suite("slow"))
 {
     std::mt19937 rng{3};
     std::uniform_real_distribution<double> uniform{-1, 1};
@@ -269,7 +273,8 @@ TEST_CASE(
 }
 
 // Wires in vessels of their own know nothing of each other but the length of the steps.
-TEST_CASE("two wires in two vessels are the two single runs to the last bit")
+TEST_CASE("two wires in two vessels are the two single runs to the last bit" *
+          doctest::test_suite("slow"))
 {
     const Vec3 aside(0.01, 0.3, -0.2);
     const auto pair_of = [&](const std::string& which) {
@@ -335,7 +340,8 @@ TEST_CASE("two wires in two vessels are the two single runs to the last bit")
     CHECK(touching > 10);
 }
 
-TEST_CASE("where one wire's step is halved the other keeps its path and none moves alone")
+TEST_CASE("where one wire's step is halved the other keeps its path and none moves alone" *
+          doctest::test_suite("slow"))
 {
     Scene scene = bent_tube_scene(0, 0.08);
     BeamInput second = scene.beams[0];

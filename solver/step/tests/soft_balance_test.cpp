@@ -63,7 +63,8 @@ double largest_displacement(const Run& r)
 
 } // namespace
 
-TEST_CASE("a hyperelastic wall of small strains is the linear one: they differ by the strain")
+TEST_CASE("a hyperelastic wall of small strains is the linear one: they differ by the strain" *
+          doctest::test_suite("slow"))
 {
     double before = 0;
     for (const double E : {6e6, 6e7, 6e8}) {
@@ -82,7 +83,8 @@ TEST_CASE("a hyperelastic wall of small strains is the linear one: they differ b
     CHECK(before < 1e-4);
 }
 
-TEST_CASE("a wire in a hyperelastic vessel: certified and in balance and its energy accounted for")
+TEST_CASE("a wire in a hyperelastic vessel: certified and in balance and its energy accounted for" *
+          doctest::test_suite("slow"))
 {
     struct Kind {
         const char* element;
@@ -121,7 +123,8 @@ TEST_CASE("a wire in a hyperelastic vessel: certified and in balance and its ene
     }
 }
 
-TEST_CASE("a wall under a wire's forces is where a solid alone is under the same forces")
+TEST_CASE("a wall under a wire's forces is where a solid alone is under the same forces" *
+          doctest::test_suite("slow"))
 {
     for (const char* element : {"H8", "T10"}) {
         CAPTURE(element);
@@ -184,7 +187,8 @@ TEST_CASE("a wall under a wire's forces is where a solid alone is under the same
     }
 }
 
-TEST_CASE("a hyperelastic vessel does not know how the scene is turned")
+TEST_CASE("a hyperelastic vessel does not know how the scene is turned" *
+          doctest::test_suite("slow"))
 {
     Scene scene = hyperelastic_scene(0.4e6, 0.1, 0.06);
     set_pressure(scene, 2000);
@@ -203,7 +207,8 @@ TEST_CASE("a hyperelastic vessel does not know how the scene is turned")
           test::relative(value(one.keep.records.back(), "push_force")).epsilon(1e-4));
 }
 
-TEST_CASE("a run in a hyperelastic vessel goes on from a saved state to the last bit")
+TEST_CASE("a run in a hyperelastic vessel goes on from a saved state to the last bit" *
+          doctest::test_suite("slow"))
 {
     Scene scene = hyperelastic_scene(0.3e6, 0.1, 0.06);
     set_pressure(scene, 3000);

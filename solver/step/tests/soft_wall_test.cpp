@@ -64,7 +64,8 @@ TEST_CASE("a beam on a foundation bends as Winkler's: w = q/k + P beta / (2 k) u
     CHECK(wire.state.wall_energy >= 0.9 * energy); // the ends stand for half a spacing or a whole
 }
 
-TEST_CASE("a wire in a soft vessel: certified and in balance and its energy accounted for")
+TEST_CASE("a wire in a soft vessel: certified and in balance and its energy accounted for" *
+          doctest::test_suite("slow"))
 {
     for (const double mu : {0.0, 0.1}) {
         CAPTURE(mu);
@@ -88,7 +89,7 @@ TEST_CASE("a wire in a soft vessel: certified and in balance and its energy acco
     }
 }
 
-TEST_CASE("forces scale with all stiffnesses together")
+TEST_CASE("forces scale with all stiffnesses together" * doctest::test_suite("slow"))
 {
     const Run one = run(vessel_scene(0.6e6, 0.1, 0.07)),
               two = run(vessel_scene(0.6e6, 0.1, 0.07, 2));
@@ -120,7 +121,8 @@ Run run_on_springs(double k, double mu, double depth, std::vector<Obstacle>& tub
 
 } // namespace
 
-TEST_CASE("a stiffer wall takes the push force to that of a rigid one and gives less")
+TEST_CASE("a stiffer wall takes the push force to that of a rigid one and gives less" *
+          doctest::test_suite("slow"))
 {
     const double depth = 0.08;
     std::vector<Obstacle> tube;

@@ -53,7 +53,8 @@ std::string sheet_between_blocks(double thick, const std::string& motion)
 
 } // namespace
 
-TEST_CASE("a sheet between two blocks hands on the pressure and on each side its own")
+TEST_CASE("a sheet between two blocks hands on the pressure and on each side its own" *
+          doctest::test_suite("slow"))
 {
     for (const double thick : {0.05, 0.02})
         for (const char* motion : {"linear", "hyperelastic"}) {
@@ -96,7 +97,8 @@ TEST_CASE("a thin sheet between two blocks that nothing presses is at rest")
     }
 }
 
-TEST_CASE("a small ball on the wide faces of a sheet: nothing passes between nodes")
+TEST_CASE("a small ball on the wide faces of a sheet: nothing passes between nodes" *
+          doctest::test_suite("slow"))
 {
     // Of 12.5 mm, wider than the ball; a step of 2.5 mm is more than the sheet is thick.
     for (const char* element : {"H8", "T10"})
@@ -125,7 +127,7 @@ TEST_CASE("a small ball on the wide faces of a sheet: nothing passes between nod
             }
 }
 
-TEST_CASE("one wide face pressed onto a small ball that stands still")
+TEST_CASE("one wide face pressed onto a small ball that stands still" * doctest::test_suite("slow"))
 {
     const auto force = [](int cells) {
         const Result r = run(fmt::format(
@@ -147,7 +149,8 @@ TEST_CASE("one wide face pressed onto a small ball that stands still")
     CHECK(coarse < 10 * fine); // [regression] our own run
 }
 
-TEST_CASE("a soft sheet that its blocks keep from buckling is pressed and dragged")
+TEST_CASE("a soft sheet that its blocks keep from buckling is pressed and dragged" *
+          doctest::test_suite("slow"))
 {
     // Of rubber, 20 mm thick and wider than the blocks, which squeeze it. Extrapolated, and with a
     // matrix that leans on contacts from the third iteration on, no step led beyond 0.94 s.

@@ -7,7 +7,8 @@
 
 using namespace amontons;
 
-TEST_CASE("a jump as long as eighty fine elements comes to rest and its energy is accounted for")
+TEST_CASE("a jump as long as eighty fine elements comes to rest and its energy is accounted for" *
+          doctest::test_suite("slow"))
 {
     // A J-tipped wire in an aortic arch, whose loop falls over.
     const Scene scene = parse_scene(R"({"schema": 1, "bodies": {

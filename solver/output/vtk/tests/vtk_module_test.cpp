@@ -214,7 +214,8 @@ Colours colours_of(const fs::path& png, double part)
 
 } // namespace
 
-TEST_CASE("a picture shows the wire and its contact forces if there are any")
+TEST_CASE("a picture shows the wire and its contact forces if there are any" *
+          doctest::test_suite("slow"))
 {
     if (no_screen()) return;
     const Folder folder;
@@ -238,7 +239,8 @@ TEST_CASE("a picture shows the wire and its contact forces if there are any")
     CHECK(colours_of(png, 0.6).blue > 2000);
 }
 
-TEST_CASE("a run in millimetres gives the picture of the same run in metres")
+TEST_CASE("a run in millimetres gives the picture of the same run in metres" *
+          doctest::test_suite("slow"))
 {
     if (no_screen()) return;
     const Folder folder;
@@ -253,7 +255,8 @@ TEST_CASE("a run in millimetres gives the picture of the same run in metres")
     CHECK(std::abs(metres.red - millimetres.red) < 0.01 * static_cast<double>(metres.red));
 }
 
-TEST_CASE("solids show their stress and rigid bodies are drawn and a plane ends near the bodies")
+TEST_CASE("solids show their stress and rigid bodies are drawn and a plane ends near the bodies" *
+          doctest::test_suite("slow"))
 {
     if (no_screen()) return;
     const Folder folder;
@@ -315,7 +318,7 @@ TEST_CASE("a damaged solid is refused and its file named")
     refused_with("UnstructuredGrid", "StructuredGrid");
 }
 
-TEST_CASE("what cannot be drawn is said and no file is left")
+TEST_CASE("what cannot be drawn is said and no file is left" * doctest::test_suite("slow"))
 {
     const Folder folder;
     const fs::path png = folder.path / "run.png";
