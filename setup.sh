@@ -148,9 +148,9 @@ jobs_at_once() {
     say $((cores < memory ? cores : memory))
 }
 
-# build PRESET MINUTES WHAT [TARGET...]: says how long it takes from nothing (processor time, measured as
+# compile PRESET MINUTES WHAT [TARGET...]: says how long it takes from nothing (processor time, measured as
 # docs/build.md tells), if anything is left to do.
-build() {
+compile() {
     local preset="$1" minutes="$2" what="$3" at_once
     shift 3
     at_once="$(jobs_at_once)"
@@ -172,8 +172,35 @@ results_are_current() {
 }
 
 run_demo() {
+    if results_are_current; then
+        say "$results is newer than the program and $scene/scene.json: not run again."
+        cat "$results/summary.txt"
+    else
+        local table status=0
+        table="$(mktemp)"
+        "$program" run "$scene/scene.json" --output "$results" | tee "$table" || status=$?
+        if [[ $status -ne 0 ]]; then
+            rm -f "$table"
+            say "setup.sh: the run of $scene/scene.json ended with exit code $status" >&2
+            exit "$status"
+        fi
+        cat "$table" >"$results/summary.txt"
+        rm -f "$table"
+    fi
+    say
+    say "Pictures and plots:"
+    files_ending_in png
+    files_ending_in svg
+    say "VTK files for ParaView:"
+    files_ending_in pvd
+    say "All numbers:"
+    files_ending_in csv
+    files_ending_in json
+}
+
+demo() {
     configure release
-    build release "$demo_minutes" "the program" demo
+    compile release "$demo_minutes" "the program" demo
     run_demo
     say
     say "The program is $PWD/$program. What to try next:"
@@ -185,7 +212,7 @@ run_demo() {
 
 build_all() {
     configure release
-    build release $((demo_minutes + all_minutes)) "the program, the cases of validate and all modules" demo all_programs
+    compile release $((demo_minutes + all_minutes)) "the program, the cases of validate and all modules" demo all_programs
 }
 
 install_program() {
@@ -239,12 +266,12 @@ run_tests() {
 run_suite() {
     passed=0
     failed=0
-    build release "$test_minutes" "everything and its tests"
+    compile release "$test_minutes" "everything and its tests"
     compgen -G "build/release/lib/*/libamontons-vtk.so" >/dev/null ||
         fail "the module vtk was not built (libvtk9-dev, libx11-dev), and its tests with it"
     run_tests build/release "$@"
     configure fuzz
-    build fuzz "$fuzz_minutes" "the readers with sanitizers, to be fuzzed" fuzz
+    compile fuzz "$fuzz_minutes" "the readers with sanitizers, to be fuzzed" fuzz
     run_tests build/fuzz -L fuzz
     say "$passed passed, $failed failed"
     [[ $failed -eq 0 && $passed -gt 0 ]]
