@@ -19,9 +19,9 @@ scene=examples/catheter
 results=out/catheter
 
 # Minutes of processor time from nothing, on the machine of docs/build.md.
-demo_minutes=10
-all_minutes=8
-test_minutes=25
+demo_minutes=9
+all_minutes=5
+test_minutes=22
 fuzz_minutes=4
 
 usage() {
