@@ -180,20 +180,23 @@ CurveDerivatives Centreline::derivatives(std::int32_t piece, double parameter) c
     return derivatives_(pieces_[at_(piece)], parameter);
 }
 
-// Nearest point of one piece: squared distance, and the parameter in u.
-double Centreline::nearest_(const Piece& p, const Vec3& x, double& u)
+// Nearest point of one piece: squared distance, and the parameter in u. Of one that is farther than
+// `beyond`, squared, any distance that is farther too.
+double Centreline::nearest_(const Piece& p, const Vec3& x, double beyond, double& u)
 {
     if (p.kind == Piece::Kind::arc) {
         const Vec3 e = x - p.a0;
         const double along = e.dot(p.a1), out = -e.dot(p.a2);
         const double angle = p.range / p.bend_radius;
+        const double in_plane = std::sqrt(along * along + out * out) - p.bend_radius,
+                     off = e.dot(p.a3);
+        const double to_circle = in_plane * in_plane + off * off;
+        if (to_circle > beyond * (1 + 1e-12)) return to_circle;
         double theta = std::atan2(along, out);
         if (theta < 0) theta += 2 * std::numbers::pi;
         if (theta <= angle) { // over the arc itself: no need for the point
             u = std::min(theta * p.bend_radius, p.range);
-            const double in_plane = std::sqrt(along * along + out * out) - p.bend_radius,
-                         off = e.dot(p.a3);
-            return in_plane * in_plane + off * off;
+            return to_circle;
         }
         // Beyond the end: the nearer of the two ends, the first on a tie.
         u = theta - angle < 2 * std::numbers::pi - theta ? p.range : 0.0;
@@ -242,7 +245,7 @@ CurveLocation Centreline::nearest(const Vec3& x, std::int32_t hint) const
     double best_squared = std::numeric_limits<double>::infinity(), reach = best_squared;
     const auto look_at = [&](std::size_t i) {
         double u = 0;
-        const double squared = nearest_(pieces_[i], x, u);
+        const double squared = nearest_(pieces_[i], x, best_squared, u);
         const auto piece = static_cast<std::int32_t>(i);
         // The smaller index wins a tie, so that the order of the search shows in nothing.
         if (squared < best_squared || (squared == best_squared && piece < best.piece)) {

@@ -102,7 +102,7 @@ private:
     static std::size_t at_(std::int32_t i) { return static_cast<std::size_t>(i); }
     void add_(Piece piece);
     static CurveDerivatives derivatives_(const Piece& piece, double u);
-    static double nearest_(const Piece& piece, const Vec3& x, double& u);
+    static double nearest_(const Piece& piece, const Vec3& x, double beyond, double& u);
     static double length_to_(const Piece& piece, double u);
 
     std::vector<Piece> pieces_;

@@ -133,19 +133,21 @@ Spread spread_of(std::vector<double> values)
 ElementQuality quality_of(const VolumeMesh& mesh, const ElementView& element)
 {
     std::array<Vec3, kMostElementNodes> x;
+    std::array<Eigen::Vector4d, kMostElementNodes> from_first; // four numbers: whole registers
     for (std::size_t i = 0; i < element.nodes.size(); ++i) {
         AMONTONS_ASSERT(static_cast<std::size_t>(element.nodes[i]) < mesh.nodes.size());
         x[i] = mesh.nodes[static_cast<std::size_t>(element.nodes[i])];
+        from_first[i] << x[i] - x[0], 0;
     }
     ElementQuality q;
     q.least_jacobian = std::numeric_limits<double>::infinity();
     q.greatest_jacobian = -q.least_jacobian;
     for (const Sample& sample : cached_samples(element.kind)) {
-        Mat3 jacobian = Mat3::Zero();
+        Eigen::Matrix<double, 4, 3> jacobian = Eigen::Matrix<double, 4, 3>::Zero();
         for (std::size_t i = 0; i < element.nodes.size(); ++i)
             for (int k = 0; k < 3; ++k)
-                jacobian.col(k) += sample.gradient[i][static_cast<std::size_t>(k)] * (x[i] - x[0]);
-        const double det = jacobian.determinant();
+                jacobian.col(k) += sample.gradient[i][static_cast<std::size_t>(k)] * from_first[i];
+        const double det = jacobian.topRows<3>().determinant();
         q.volume += sample.weight * det;
         q.least_jacobian = std::min(q.least_jacobian, det);
         q.greatest_jacobian = std::max(q.greatest_jacobian, det);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "mesh/base/late.hpp"
 #include "mesh/surface_mesh.hpp"
 
 #include <memory>
@@ -82,13 +83,21 @@ struct Branch {
     std::vector<double> radius;   ///< at each point of the centreline [m]
 };
 
+/// How many triangles a surface has, which is then made.
+inline Late<std::size_t> triangles_in(Late<SurfaceMesh> surface)
+{
+    return Late<std::size_t>{[surface = std::move(surface)] { return surface->triangles.size(); }};
+}
+
 /// Everything an obstacle's geometry knows.
 struct WallModel {
-    SurfaceMesh surface;           ///< for pictures, files and passage tests
+    Late<SurfaceMesh> surface;     ///< for pictures, files and passage tests
     Wall wall;                     ///< for contact
     std::vector<Opening> openings; ///< inlet first where there is one
     std::vector<Branch> branches;
-    double deviation = 0; ///< largest distance between `surface` and the wall's zero set [m]
+    Late<double> deviation; ///< largest distance between `surface` and the wall's zero set [m]
+    Late<std::size_t> triangle_count =
+        triangles_in(surface); ///< without it, where that is less work
 };
 
 /// Name of the branch that holds x, "" in the main vessel or in none. A branch goes on

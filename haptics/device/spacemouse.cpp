@@ -5,9 +5,12 @@
 
 #include <atomic>
 #include <cmath>
+#include <string>
 #include <thread>
+#include <type_traits>
 
 #if AMONTONS_SPNAV
+#include <dlfcn.h>
 #include <poll.h>
 #include <spnav.h>
 #include <unistd.h>
@@ -23,10 +26,47 @@ constexpr double kTurnSpeed = 1;  // [rad/s]
 constexpr unsigned kPause = 2000; // between two looks at the daemon [us]
 constexpr double kCentred = 0.2;  // without an event the cap has sprung back [s]
 
+/// libspnav, opened with the first mouse: linked, it and X11 behind it would cost every start of
+/// the program 1 ms.
+struct Spnav {
+    decltype(&::spnav_open) open;
+    decltype(&::spnav_close) close;
+    decltype(&::spnav_fd) fd;
+    decltype(&::spnav_poll_event) poll_event;
+};
+
+Spnav opened_spnav()
+{
+    const auto refuse = [](const std::string& found) {
+        const char* reason = ::dlerror();
+        throw InputError(
+            {{"(--device)", "spacemouse", reason ? reason : found, AMONTONS_SPNAV_FILE}});
+    };
+    void* const library = ::dlopen(AMONTONS_SPNAV_FILE, RTLD_LAZY | RTLD_LOCAL);
+    if (!library) refuse("a library that cannot be loaded");
+    Spnav l{};
+    const auto find = [&](const char* name, auto& function) {
+        function = reinterpret_cast<std::decay_t<decltype(function)>>(::dlsym(library, name));
+        if (!function) refuse(std::string("a library without ") + name);
+    };
+    find("spnav_open", l.open);
+    find("spnav_close", l.close);
+    find("spnav_fd", l.fd);
+    find("spnav_poll_event", l.poll_event);
+    return l;
+}
+
+/// @throws InputError  if it is not there
+const Spnav& spnav()
+{
+    static const Spnav library = opened_spnav();
+    return library;
+}
+
 /// A mouse at rest is silent, and so is a daemon that has ended: the socket tells them apart.
 bool daemon_is_gone()
 {
-    pollfd connection{spnav_fd(), POLLIN, 0};
+    pollfd connection{spnav().fd(), POLLIN, 0};
     return connection.fd < 0 ||
            (::poll(&connection, 1, 0) > 0 && (connection.revents & (POLLHUP | POLLERR)) != 0);
 }
@@ -70,7 +110,7 @@ DeviceSpec SpaceMouse::spec() const
 
 bool SpaceMouse::open()
 {
-    if (spnav_open() != 0)
+    if (spnav().open() != 0)
         throw InputError({{"(--device)", "spacemouse", "no answer from spacenavd",
                            "the daemon running, with a 3D mouse plugged in"}});
     reader_ = std::make_unique<Reader>();
@@ -79,7 +119,7 @@ bool SpaceMouse::open()
         Reader::Deflection now;
         while (!r.stop) {
             spnav_event event;
-            while (spnav_poll_event(&event) != 0) {
+            while (spnav().poll_event(&event) != 0) {
                 if (event.type == SPNAV_EVENT_MOTION) {
                     // The daemon's y is up and its z towards the user; ours are z and -y.
                     const auto& m = event.motion;
@@ -128,7 +168,7 @@ void SpaceMouse::close() noexcept
     if (!reader_) return;
     reader_->stop = true;
     reader_->thread.join();
-    spnav_close();
+    spnav().close();
     reader_.reset();
 }
 

@@ -13,7 +13,8 @@ public:
     SpaceMouse();
     ~SpaceMouse() override;
     DeviceSpec spec() const override;
-    /// @throws InputError  if amontons was built without libspnav, or the daemon does not answer
+    /// @throws InputError  if amontons was built without libspnav or does not find it, or the
+    ///                     daemon does not answer
     bool open() override;
     DeviceSample read(double time) noexcept override;
     void write(const Wrench&, double) noexcept override {}

@@ -8,13 +8,11 @@
 
 namespace amontons {
 
-WallModel make_ball(const BallOptions& options)
+namespace {
+
+SurfaceMesh ball_triangles(const BallOptions& options)
 {
-    WallModel model{{}, make_ball_wall(options.centre, options.radius, options.inside), {}, {}, 0};
-    if (!(options.resolution >= 0))
-        throw InputError(
-            {Issue{"", "/resolution", std::to_string(options.resolution), ">= 0 [m]"}});
-    SurfaceMesh& mesh = model.surface;
+    SurfaceMesh mesh;
     const double g = (1 + std::sqrt(5.0)) / 2;
     mesh.points = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
                    {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
@@ -51,16 +49,40 @@ WallModel make_ball(const BallOptions& options)
     }
     for (Vec3& p : mesh.points)
         p = options.centre + options.radius * p;
+    if (options.inside)
+        for (auto& t : mesh.triangles)
+            std::swap(t[1], t[2]);
+    return mesh;
+}
+
+double ball_deviation(const SurfaceMesh& mesh, const Wall& wall)
+{
+    double deviation = 0;
     WallHint hint;
-    for (auto& t : mesh.triangles) {
+    for (const auto& t : mesh.triangles) {
         const Vec3 centroid = (mesh.points[static_cast<std::size_t>(t[0])] +
                                mesh.points[static_cast<std::size_t>(t[1])] +
                                mesh.points[static_cast<std::size_t>(t[2])]) /
                               3;
-        model.deviation = std::max(model.deviation, std::abs(model.wall.distance(centroid, hint)));
-        if (options.inside) std::swap(t[1], t[2]);
+        deviation = std::max(deviation, std::abs(wall.distance(centroid, hint)));
     }
-    return model;
+    return deviation;
+}
+
+} // namespace
+
+WallModel make_ball(const BallOptions& options)
+{
+    const auto wall = [options] {
+        return make_ball_wall(options.centre, options.radius, options.inside);
+    };
+    Wall own = wall();
+    if (!(options.resolution >= 0))
+        throw InputError(
+            {Issue{"", "/resolution", std::to_string(options.resolution), ">= 0 [m]"}});
+    const Late<SurfaceMesh> mesh{[options] { return ball_triangles(options); }};
+    const Late<double> deviation{[mesh, wall] { return ball_deviation(*mesh, wall()); }};
+    return {mesh, std::move(own), {}, {}, deviation};
 }
 
 } // namespace amontons

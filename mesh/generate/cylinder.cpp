@@ -13,11 +13,14 @@ WallModel make_cylinder(const CylinderOptions& options)
     const Vec3 axis = options.axis.normalized();
     Centreline line{options.point - length / 2 * axis, axis, axis.unitOrthogonal(), options.radius};
     line.append_line(length, options.radius);
-    WallModel tube = make_tube({line, 0});
-    if (!options.inside)
-        for (auto& t : tube.surface.triangles)
+    const WallModel tube = make_tube({line, 0});
+    const Late<SurfaceMesh> outside{[inside = tube.surface] {
+        SurfaceMesh turned = *inside;
+        for (auto& t : turned.triangles)
             std::swap(t[1], t[2]);
-    return {std::move(tube.surface), std::move(wall), {}, {}, tube.deviation};
+        return turned;
+    }};
+    return {options.inside ? tube.surface : outside, std::move(wall), {}, {}, tube.deviation};
 }
 
 } // namespace amontons

@@ -6,17 +6,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <unordered_map>
 
 namespace amontons {
 
 namespace {
 
-constexpr int kNetBlock = 4; // cells along an edge of a block that is skipped or searched whole
-constexpr int kNetNodes = kNetBlock + 1;
+constexpr int kNetBlock = 4;    // cells along an edge of a block that is skipped or searched whole
+constexpr int kNetCube = 16;    // the same, where signs alone are asked for; whole blocks
 constexpr int kNetSweeps = 2;   // of relaxation; more gain little
 constexpr double kMargin = 1.1; // functions that change a little faster than distance
 constexpr double kRelax = 0.6;
+constexpr double kSignAlone = 1e-300; // stands for a value of which only the sign is known
 
 struct Crossing { // of a grid edge, from node (x, y, z) along an axis
     std::int32_t x, y, z;
@@ -31,44 +33,117 @@ std::uint64_t cell_key(std::int64_t x, std::int64_t y, std::int64_t z)
            static_cast<std::uint64_t>(y + shift) << 21 | static_cast<std::uint64_t>(z + shift);
 }
 
-int node_index(int i, int j, int k)
+// The first node of the grid, which does not pass through the corners and planes a user thinks in.
+Vec3 net_origin(const Vec3& low, double edge)
 {
-    return kNetNodes * (kNetNodes * i + j) + k;
+    return low - edge * Vec3{1.3137, 1.4241, 1.2713};
+}
+
+// Along an axis.
+std::int32_t net_blocks(double length, double edge)
+{
+    return static_cast<std::int32_t>(std::ceil(length / (kNetBlock * edge) + 0.2));
+}
+
+// A function at the nodes of a cube of grid cells. Where all around has one sign, only that is
+// looked for.
+template <int cells> struct NetNodes { // along an edge, a power of two
+    static constexpr int kStride[3] = {(cells + 1) * (cells + 1), cells + 1, 1};
+    static constexpr std::size_t kCount = (cells + 1) * (cells + 1) * (cells + 1);
+    std::vector<double> f = std::vector<double>(kCount);
+
+    static int index(int i, int j, int k) { return kStride[0] * i + kStride[1] * j + k; }
+    static double reach(double edge) { return kMargin * 0.5 * std::sqrt(3.0) * cells * edge; }
+    void forget() { std::fill(f.begin(), f.end(), std::numeric_limits<double>::quiet_NaN()); }
+};
+
+// Of the signs in the part of a cube that begins at a node and is `size` cells wide.
+// @param reach    as far as that from zero at its middle, they are all the same [m]
+// @param value    of a node
+// @param crossed  is called with the first node of each part of two cells that may have both signs
+template <int size, int cells, class Value, class Crossed>
+void find_signs(NetNodes<cells>& nodes, int i, int j, int k, double reach, const Value& value,
+                const Crossed& crossed)
+{
+    constexpr int half = size / 2;
+    constexpr const int* stride = NetNodes<cells>::kStride;
+    double* const first = &nodes.f[at(nodes.index(i, j, k))];
+    double& middle = first[half * (stride[0] + stride[1] + 1)];
+    if (std::isnan(middle)) middle = value(i + half, j + half, k + half);
+    if (std::abs(middle) > reach) {
+        const double sign = std::copysign(kSignAlone, middle);
+        for (int a = 0; a <= size; ++a)
+            for (int b = 0; b <= size; ++b)
+                for (int c = 0; c <= size; ++c)
+                    if (double& f = first[stride[0] * a + stride[1] * b + c]; std::isnan(f))
+                        f = sign;
+        return;
+    }
+    if constexpr (size > 2) {
+        for (int part = 0; part < 8; ++part)
+            find_signs<half>(nodes, i + half * (part >> 2), j + half * (part >> 1 & 1),
+                             k + half * (part & 1), reach / 2, value, crossed);
+    } else {
+        const double step = reach / std::sqrt(3.0); // of one edge of the grid
+        for (int a = 0; a <= size; ++a)
+            for (int b = 0; b <= size; ++b)
+                for (int c = 0; c <= size; ++c) {
+                    double* const f = first + stride[0] * a + stride[1] * b + c;
+                    if (!std::isnan(*f)) continue;
+                    const auto is_sure = [&](const double* neighbour) {
+                        if (!(std::abs(*neighbour) > step)) return false;
+                        *f = std::copysign(kSignAlone, *neighbour);
+                        return true;
+                    };
+                    const bool sure =
+                        (a > 0 && is_sure(f - stride[0])) || (a < size && is_sure(f + stride[0])) ||
+                        (b > 0 && is_sure(f - stride[1])) || (b < size && is_sure(f + stride[1])) ||
+                        (c > 0 && is_sure(f - 1)) || (c < size && is_sure(f + 1));
+                    if (!sure) *f = value(i + a, j + b, k + c);
+                }
+        crossed(i, j, k);
+    }
 }
 
 } // namespace
 
 SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const Vec3& high,
-                         double edge)
+                         double edge, const std::function<bool(const Vec3&)>& part)
 {
     SurfaceMesh mesh;
     std::unordered_map<std::uint64_t, std::int32_t> vertex_of;
     std::vector<Crossing> crossings;
-    // A grid that does not pass through the corners and planes a user thinks in.
-    const Vec3 origin = low - edge * Vec3{1.3137, 1.4241, 1.2713};
+    const Vec3 origin = net_origin(low, edge);
     std::int32_t blocks[3];
     for (int a = 0; a < 3; ++a)
-        blocks[a] =
-            static_cast<std::int32_t>(std::ceil((high[a] - origin[a]) / (kNetBlock * edge) + 0.2));
-    std::vector<double> f(kNetNodes * kNetNodes * kNetNodes);
-    const double reach = kMargin * 0.5 * std::sqrt(3.0) * kNetBlock * edge;
+        blocks[a] = net_blocks(high[a] - origin[a], edge);
+    NetNodes<kNetBlock> nodes;
+    std::vector<double>& f = nodes.f;
+    constexpr const int* stride = NetNodes<kNetBlock>::kStride;
+    const double reach = nodes.reach(edge);
     for (std::int32_t bx = 0; bx < blocks[0]; ++bx)
         for (std::int32_t by = 0; by < blocks[1]; ++by)
             for (std::int32_t bz = 0; bz < blocks[2]; ++bz) {
                 const Vec3 corner = origin + kNetBlock * edge * Vec3{1.0 * bx, 1.0 * by, 1.0 * bz};
-                const double middle =
-                    surface.value(corner + Vec3::Constant(0.5 * kNetBlock * edge));
+                const Vec3 centre = corner + Vec3::Constant(0.5 * kNetBlock * edge);
+                if (part && !part(centre)) continue;
+                const double middle = surface.value(centre);
                 if (std::abs(middle) > reach) continue;
-                for (int i = 0; i < kNetNodes; ++i)
-                    for (int j = 0; j < kNetNodes; ++j)
-                        for (int k = 0; k < kNetNodes; ++k)
-                            f[at(node_index(i, j, k))] =
-                                surface.value(corner + edge * Vec3{1.0 * i, 1.0 * j, 1.0 * k});
-                constexpr int stride[3] = {kNetNodes * kNetNodes, kNetNodes, 1};
+                nodes.forget();
+                f[at(nodes.index(kNetBlock / 2, kNetBlock / 2, kNetBlock / 2))] = middle;
+                const auto value_at = [&](int i, int j, int k) {
+                    return surface.value(corner + edge * Vec3{1.0 * i, 1.0 * j, 1.0 * k});
+                };
+                find_signs<kNetBlock>(nodes, 0, 0, 0, reach, value_at, [](int, int, int) {});
+                const auto value = [&](const std::array<int, 3>& n) {
+                    double& of_node = f[at(nodes.index(n[0], n[1], n[2]))];
+                    if (std::abs(of_node) == kSignAlone) of_node = value_at(n[0], n[1], n[2]);
+                    return of_node;
+                };
                 for (int i = 0; i < kNetBlock; ++i)
                     for (int j = 0; j < kNetBlock; ++j)
                         for (int k = 0; k < kNetBlock; ++k) {
-                            const int node = node_index(i, j, k);
+                            const int node = nodes.index(i, j, k);
                             const std::int32_t x = kNetBlock * bx + i, y = kNetBlock * by + j,
                                                z = kNetBlock * bz + k;
                             // Crossings of the 12 edges of this cell; the three at its first
@@ -80,8 +155,14 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
                                     const int b = (a + 1) % 3, c = (a + 2) % 3;
                                     const int n0 =
                                         node + (side & 1) * stride[b] + (side >> 1) * stride[c];
-                                    const double f0 = f[at(n0)], f1 = f[at(n0 + stride[a])];
-                                    if ((f0 > 0) == (f1 > 0)) continue;
+                                    const bool rising = f[at(n0 + stride[a])] > 0;
+                                    if ((f[at(n0)] > 0) == rising) continue;
+                                    std::array<int, 3> end{i, j, k};
+                                    end[at(b)] += side & 1;
+                                    end[at(c)] += side >> 1;
+                                    const double f0 = value(end);
+                                    ++end[at(a)];
+                                    const double f1 = value(end);
                                     Vec3 p = Vec3::Zero();
                                     p[a] = f0 / (f0 - f1);
                                     p[b] = side & 1;
@@ -90,7 +171,7 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
                                     ++count;
                                     if (side == 0)
                                         crossings.push_back(
-                                            {x, y, z, static_cast<std::int8_t>(a), f1 > 0});
+                                            {x, y, z, static_cast<std::int8_t>(a), rising});
                                 }
                             if (count == 0) continue;
                             vertex_of.emplace(cell_key(x, y, z),
@@ -130,6 +211,53 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
     }
     relax_on_surface(mesh, surface, std::vector<char>(mesh.points.size(), 0), kNetSweeps);
     return mesh;
+}
+
+// Each edge of the grid that the surface crosses makes two triangles. Their sides, but for the one
+// between them, cross the faces of the grid at that edge: where all four edges of a face are
+// crossed, four triangles have a side in common.
+NetsForecast foresee_nets(const ImplicitSurface& surface, const Vec3& low, const Vec3& high,
+                          double edge)
+{
+    const Vec3 origin = net_origin(low, edge);
+    std::int32_t cubes[3];
+    for (int a = 0; a < 3; ++a)
+        cubes[a] = (net_blocks(high[a] - origin[a], edge) * kNetBlock + kNetCube - 1) / kNetCube;
+    NetNodes<kNetCube> nodes;
+    NetsForecast found;
+    const auto look_at = [&](int i, int j, int k) {
+        constexpr const int* stride = NetNodes<kNetCube>::kStride;
+        const double* const first = &nodes.f[at(nodes.index(i, j, k))];
+        const auto inside = [&](int node) { return first[node] > 0; };
+        for (int a = 0; a < 3; ++a) {
+            const int along = stride[a], b = stride[(a + 1) % 3], c = stride[(a + 2) % 3];
+            for (int place = 0; place < 12; ++place) { // twelve faces across this axis
+                const int node = place / 4 * along + place % 2 * b + place / 2 % 2 * c;
+                const bool here = inside(node);
+                if (here == inside(node + b + c) && here != inside(node + b) &&
+                    here != inside(node + c))
+                    found.manifold = false; // signs alternate
+                if (place < 8 && here != inside(node + along)) found.triangles += 2;
+            }
+        }
+    };
+    for (std::int32_t x = 0; x < cubes[0] && found.manifold; ++x)
+        for (std::int32_t y = 0; y < cubes[1] && found.manifold; ++y)
+            for (std::int32_t z = 0; z < cubes[2] && found.manifold; ++z) {
+                nodes.forget();
+                const auto value = [&](int i, int j, int k) { // at a node of surface_nets()
+                    const auto block = [](std::int32_t cube, int n) {
+                        return 1.0 * (kNetCube / kNetBlock * cube + n / kNetBlock);
+                    };
+                    const Vec3 corner =
+                        origin + kNetBlock * edge * Vec3{block(x, i), block(y, j), block(z, k)};
+                    return surface.value(corner + edge * Vec3{1.0 * (i % kNetBlock),
+                                                              1.0 * (j % kNetBlock),
+                                                              1.0 * (k % kNetBlock)});
+                };
+                find_signs<kNetCube>(nodes, 0, 0, 0, nodes.reach(edge), value, look_at);
+            }
+    return found;
 }
 
 void relax_on_surface(SurfaceMesh& mesh, const ImplicitSurface& surface,

@@ -12,7 +12,9 @@ namespace {
 
 constexpr double kSnap = 0.35;  // of an edge: nearer vertices are moved onto the plane
 constexpr double kAround = 1.5; // of the radius: farther from the axis is another vessel
-constexpr int kTrimSweeps = 2;  // of relaxation after the cut
+constexpr double kBelow = 2;    // edges: so far below a plane nothing is cut
+constexpr double kHalo = 8; // edges: vertices that a cut one depends on, and half a cube of cells
+constexpr int kTrimSweeps = 2; // of relaxation after the cut
 
 // A point of the opening's plane, put on its circle.
 Vec3 on_circle(const Opening& o, const Vec3& x)
@@ -30,8 +32,8 @@ void trim(SurfaceMesh& mesh, const Opening& o, double edge, double reach, std::v
         const Vec3 e = mesh.points[v] - o.centre;
         height[v] = e.dot(o.outward);
         const double off = (e - height[v] * o.outward).norm();
-        if (off > kAround * o.radius || height[v] > reach || height[v] < -2 * edge)
-            height[v] = -2 * edge;
+        if (off > kAround * o.radius || height[v] > reach || height[v] < -kBelow * edge)
+            height[v] = -kBelow * edge;
         else if (std::abs(height[v]) < kSnap * edge) {
             height[v] = 0;
             mesh.points[v] = on_circle(o, mesh.points[v]);
@@ -91,16 +93,24 @@ void trim(SurfaceMesh& mesh, const Opening& o, double edge, double reach, std::v
         if (height[v] == 0) rim[v] = 1;
 }
 
+// @return  whether a vertex stays where it is from now on: it lies on an opening's circle
+std::vector<char> trim(SurfaceMesh& mesh, const std::vector<Opening>& openings, double edge,
+                       const std::vector<double>& reach)
+{
+    std::vector<char> rim(mesh.points.size(), 0);
+    for (std::size_t i = 0; i < openings.size(); ++i)
+        trim(mesh, openings[i], edge, reach[i], rim);
+    return rim;
+}
+
 } // namespace
 
-SurfaceMesh trim_openings(const SurfaceMesh& mesh, const ImplicitSurface& surface,
+SurfaceMesh trim_openings(SurfaceMesh mesh, const ImplicitSurface& surface,
                           const std::vector<Opening>& openings, double edge,
                           const std::vector<double>& reach)
 {
-    SurfaceMesh result = mesh;
-    std::vector<char> rim(mesh.points.size(), 0);
-    for (std::size_t i = 0; i < openings.size(); ++i)
-        trim(result, openings[i], edge, reach[i], rim);
+    SurfaceMesh result = std::move(mesh);
+    const std::vector<char> rim = trim(result, openings, edge, reach);
 
     // Vertices beyond the planes are left over: renumber.
     std::vector<std::int32_t> number(result.points.size(), -1);
@@ -119,6 +129,27 @@ SurfaceMesh trim_openings(const SurfaceMesh& mesh, const ImplicitSurface& surfac
     used.triangles = std::move(result.triangles);
     relax_on_surface(used, surface, fixed, kTrimSweeps);
     return used;
+}
+
+std::size_t count_trimmed(std::size_t all, const ImplicitSurface& surface, const Vec3& low,
+                          const Vec3& high, const std::vector<Opening>& openings, double edge,
+                          const std::vector<double>& reach)
+{
+    const auto is_near = [&](const Vec3& x) {
+        for (std::size_t i = 0; i < openings.size(); ++i) {
+            const Opening& o = openings[i];
+            const Vec3 e = x - o.centre;
+            const double height = e.dot(o.outward), off = (e - height * o.outward).norm();
+            if (height > -(kBelow + kHalo) * edge && height < reach[i] + kHalo * edge &&
+                off < kAround * o.radius + kHalo * edge)
+                return true;
+        }
+        return false;
+    };
+    SurfaceMesh near = surface_nets(surface, low, high, edge, is_near);
+    const std::size_t elsewhere = all - near.triangles.size();
+    trim(near, openings, edge, reach);
+    return elsewhere + near.triangles.size();
 }
 
 } // namespace amontons

@@ -12,8 +12,15 @@ namespace amontons {
 /// no sliver is left; the rims lie on the openings' circles.
 /// @param edge   typical edge of the triangles [m]
 /// @param reach  one length per opening: how far its tube goes on [m]
-SurfaceMesh trim_openings(const SurfaceMesh& mesh, const ImplicitSurface& surface,
+SurfaceMesh trim_openings(SurfaceMesh mesh, const ImplicitSurface& surface,
                           const std::vector<Opening>& openings, double edge,
+                          const std::vector<double>& reach);
+
+/// How many triangles trim_openings() leaves of those of surface_nets(), without making others
+/// than those around the openings.
+/// @param all  triangles of surface_nets(surface, low, high, edge)
+std::size_t count_trimmed(std::size_t all, const ImplicitSurface& surface, const Vec3& low,
+                          const Vec3& high, const std::vector<Opening>& openings, double edge,
                           const std::vector<double>& reach);
 
 } // namespace amontons

@@ -16,18 +16,9 @@ constexpr double kChordError = 3e-3;               // of the radius
 constexpr std::int32_t kFewest = 12, kMost = 2000; // vertices around
 constexpr std::size_t kMostRings = 200000;
 
-} // namespace
-
-WallModel make_tube(const TubeOptions& options)
+SurfaceMesh tube_triangles(const TubeOptions& options)
 {
     const Centreline& line = options.centreline;
-    std::vector<Issue> issues;
-    if (line.piece_count() == 0)
-        issues.push_back({"", "/centreline/pieces", "no pieces", "at least one"});
-    if (!(options.resolution >= 0) || !std::isfinite(options.resolution))
-        issues.push_back({"", "/resolution", std::to_string(options.resolution), ">= 0 [m]"});
-    if (!issues.empty()) throw InputError(std::move(issues));
-
     double widest = line.at(0.0).radius;
     for (int k = 0; k <= 200; ++k)
         widest = std::max(widest, line.at(line.length() * k / 200).radius);
@@ -54,8 +45,8 @@ WallModel make_tube(const TubeOptions& options)
         rings.push_back(left < 1.5 * step ? line.length() : rings.back() + step);
     }
 
-    WallModel model{{}, make_wall(SweptTube{line}), {}, {}, 0};
-    std::vector<Vec3>& points = model.surface.points;
+    SurfaceMesh mesh;
+    std::vector<Vec3>& points = mesh.points;
     points.reserve(rings.size() * static_cast<std::size_t>(around));
     CurvePoint p = line.at(0.0);
     Vec3 across = p.tangent.unitOrthogonal(), tangent = p.tangent;
@@ -75,17 +66,41 @@ WallModel make_tube(const TubeOptions& options)
             const std::int32_t next = (k + 1) % around;
             const std::int32_t a = i * around + k, b = i * around + next, c = a + around,
                                d = b + around;
-            model.surface.triangles.push_back({a, c, d});
-            model.surface.triangles.push_back({a, d, b});
+            mesh.triangles.push_back({a, c, d});
+            mesh.triangles.push_back({a, d, b});
         }
+    return mesh;
+}
+
+double tube_deviation(const SurfaceMesh& mesh, const SweptTube& tube)
+{
+    double deviation = 0;
     WallHint hint;
-    for (const auto& t : model.surface.triangles) {
-        const Vec3 &a = points[static_cast<std::size_t>(t[0])],
-                   &b = points[static_cast<std::size_t>(t[1])],
-                   &c = points[static_cast<std::size_t>(t[2])];
+    for (const auto& t : mesh.triangles) {
+        const Vec3 &a = mesh.points[static_cast<std::size_t>(t[0])],
+                   &b = mesh.points[static_cast<std::size_t>(t[1])],
+                   &c = mesh.points[static_cast<std::size_t>(t[2])];
         for (const Vec3& x : {Vec3{(a + b + c) / 3}, Vec3{(a + b) / 2}, Vec3{(b + c) / 2}})
-            model.deviation = std::max(model.deviation, std::abs(model.wall.distance(x, hint)));
+            deviation = std::max(deviation, std::abs(tube.distance(x, hint)));
     }
+    return deviation;
+}
+
+} // namespace
+
+WallModel make_tube(const TubeOptions& options)
+{
+    const Centreline& line = options.centreline;
+    std::vector<Issue> issues;
+    if (line.piece_count() == 0)
+        issues.push_back({"", "/centreline/pieces", "no pieces", "at least one"});
+    if (!(options.resolution >= 0) || !std::isfinite(options.resolution))
+        issues.push_back({"", "/resolution", std::to_string(options.resolution), ">= 0 [m]"});
+    if (!issues.empty()) throw InputError(std::move(issues));
+
+    const Late<SurfaceMesh> mesh{[options] { return tube_triangles(options); }};
+    const Late<double> deviation{[mesh, line] { return tube_deviation(*mesh, SweptTube{line}); }};
+    WallModel model{mesh, make_wall(SweptTube{line}), {}, {}, deviation};
     const CurvePoint first = line.at(0.0), last = line.at(line.length());
     model.openings = {{"inlet", first.position, -first.tangent, first.radius},
                       {"outlet", last.position, last.tangent, last.radius}};

@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <set>
 
 namespace amontons {
@@ -184,38 +185,77 @@ void check_clear(const VesselOptions& o, const VesselShape& shape,
     if (!issues.empty()) throw InputError(std::move(issues));
 }
 
-bool is_manifold(const SurfaceMesh& mesh)
-{
-    std::vector<std::pair<std::int32_t, std::int32_t>> edges;
-    edges.reserve(3 * mesh.triangles.size());
-    for (const auto& t : mesh.triangles)
-        for (std::size_t k = 0; k < 3; ++k)
-            edges.emplace_back(t[k], t[(k + 1) % 3]);
-    std::sort(edges.begin(), edges.end());
-    return std::adjacent_find(edges.begin(), edges.end()) == edges.end();
-}
+// What the triangles are made of, of which a little beyond the openings is cut off.
+struct Stubs {
+    VesselShape shape;
+    std::vector<Opening> openings;
+    std::vector<double> reach; // of what is cut off there [m]
+    Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
 
-SurfaceMesh triangles_of(const VesselShape& shape, const std::vector<Opening>& openings,
-                         const std::vector<double>& reach, double edge)
-{
-    Vec3 low = Vec3::Constant(1e300), high = -low;
-    for (const SweptTube& tube : shape.tubes()) {
-        const Centreline& line = tube.centreline();
-        for (int k = 0; k <= 128; ++k) {
-            const CurvePoint p = line.at(line.length() * k / 128);
-            const double r = 1.1 * p.radius + line.length() / 256;
-            low = low.cwiseMin(p.position - Vec3::Constant(r));
-            high = high.cwiseMax(p.position + Vec3::Constant(r));
+    Stubs(VesselShape joined, std::vector<Opening> ways_out, std::vector<double> cut_off)
+        : shape{std::move(joined)}
+        , openings{std::move(ways_out)}
+        , reach{std::move(cut_off)}
+    {
+        for (const SweptTube& tube : shape.tubes()) {
+            const Centreline& line = tube.centreline();
+            for (int k = 0; k <= 128; ++k) {
+                const CurvePoint p = line.at(line.length() * k / 128);
+                const double r = 1.1 * p.radius + line.length() / 256;
+                low = low.cwiseMin(p.position - Vec3::Constant(r));
+                high = high.cwiseMax(p.position + Vec3::Constant(r));
+            }
         }
     }
-    const ImplicitSurface surface{[&](const Vec3& x) { return shape.value(x); },
-                                  [&](const Vec3& x) { return shape.project(x); }};
+    /// For one thread.
+    ImplicitSurface surface() const
+    {
+        const auto hints = std::make_shared<VesselShape::Hints>(shape.no_hints());
+        return {[this, hints](const Vec3& x) { return shape.value(x, *hints); },
+                [this, hints](const Vec3& x) { return shape.project(x, *hints); }};
+    }
+};
+
+struct VesselTriangles {
+    Late<SurfaceMesh> mesh;
+    Late<std::size_t> count;
+};
+
+// Made when they are asked for; that they can be made is found out at once.
+VesselTriangles triangles_of(const std::shared_ptr<const Stubs>& stubs, double edge)
+{
     for (int attempt = 0; attempt < 3; ++attempt, edge *= 0.7) {
-        SurfaceMesh mesh = surface_nets(surface, low, high, edge);
-        if (is_manifold(mesh)) return trim_openings(mesh, surface, openings, edge, reach);
+        const NetsForecast all = foresee_nets(stubs->surface(), stubs->low, stubs->high, edge);
+        if (!all.manifold) continue;
+        return {Late<SurfaceMesh>{[stubs, edge] {
+                    const Stubs& s = *stubs;
+                    const ImplicitSurface surface = s.surface();
+                    return trim_openings(surface_nets(surface, s.low, s.high, edge), surface,
+                                         s.openings, edge, s.reach);
+                }},
+                Late<std::size_t>{[stubs, edge, all] {
+                    const Stubs& s = *stubs;
+                    return count_trimmed(all.triangles, s.surface(), s.low, s.high, s.openings,
+                                         edge, s.reach);
+                }}};
     }
     throw InputError({Issue{"", "/branches", "two walls nearer to each other than the triangles",
                             "a smaller resolution, or branches farther apart"}});
+}
+
+// The largest distance of triangles' middles from the wall; their corners are on it.
+double deviation_of(const SurfaceMesh& mesh, const VesselShape& shape)
+{
+    VesselShape::Hints hints = shape.no_hints();
+    double deviation = 0;
+    for (const auto& t : mesh.triangles) {
+        const Vec3 middle = (mesh.points[static_cast<std::size_t>(t[0])] +
+                             mesh.points[static_cast<std::size_t>(t[1])] +
+                             mesh.points[static_cast<std::size_t>(t[2])]) /
+                            3;
+        deviation = std::max(deviation, std::abs(shape.value(middle, hints)));
+    }
+    return deviation;
 }
 
 } // namespace
@@ -265,27 +305,21 @@ WallModel make_vessel(const VesselOptions& o)
         stub.push_back(3 * std::max(edge, fine));
         reach.push_back(stub.back() + 2 * opening.radius);
     }
-    const VesselShape stubs = vessel_shape(o, roots, stub);
-    SurfaceMesh seeds = triangles_of(stubs, openings, reach, fine);
-    SurfaceMesh mesh = o.resolution > 0 ? triangles_of(stubs, openings, reach, edge) : seeds;
+    const auto stubs = std::make_shared<const Stubs>(vessel_shape(o, roots, stub), openings, reach);
+    const VesselTriangles seeds = triangles_of(stubs, fine);
+    const auto [mesh, count] = o.resolution > 0 ? triangles_of(stubs, edge) : seeds;
 
     const double spacing = std::min(kFieldSpacing * smallest, kGridOfBlend * o.blend);
-    auto source = std::make_unique<VesselDistance>(vessel_shape(o, roots, extension), seeds);
-    double deviation = 0; // of the triangles' middles; their corners are on the wall
-    for (const auto& t : mesh.triangles) {
-        const Vec3 middle = (mesh.points[static_cast<std::size_t>(t[0])] +
-                             mesh.points[static_cast<std::size_t>(t[1])] +
-                             mesh.points[static_cast<std::size_t>(t[2])]) /
-                            3;
-        deviation = std::max(deviation, std::abs(stubs.value(middle)));
-    }
+    auto source = std::make_unique<VesselDistance>(vessel_shape(o, roots, extension), seeds.mesh);
     // The grid keeps off the planes and axes of symmetry, where rounding would decide.
     const Vec3 origin = o.inlet + spacing * Vec3{0.217, 0.331, 0.273};
-    WallModel model{std::move(mesh),
-                    make_wall(DistanceField{std::move(source), origin, spacing}),
-                    std::move(openings),
-                    {},
-                    deviation};
+    WallModel model{
+        mesh,
+        make_wall(DistanceField{std::move(source), origin, spacing}),
+        std::move(openings),
+        {},
+        Late<double>{[mesh = mesh, stubs] { return deviation_of(*mesh, stubs->shape); }},
+        count};
     for (std::size_t i = 0; i < roots.size(); ++i) {
         const VesselBranch& b = o.branches[i];
         Branch branch;

@@ -17,7 +17,8 @@ constexpr double kOnSurface = 1e-7;     // of the radius of curvature
 constexpr double kFootConverged = 1e-3; // of the lengths at hand: a step of Newton's squares it
 constexpr double kSlack = 0.01;         // of the distance, of a nearest triangle to begin with
 constexpr double kSampledBand = 12; // grid spacings; a spline's reach twice, no contact is farther
-constexpr double kSteepest = 1.05;  // no tube's distance changes faster than this (slopes)
+constexpr double kRounding = 1e-9;
+constexpr double kSteepest = 1.05; // no tube's distance changes faster than this (slopes)
 
 } // namespace
 
@@ -25,29 +26,40 @@ VesselShape::VesselShape(std::vector<SweptTube> tubes, double blend_radius)
     : tubes_{std::move(tubes)}
     , width_{std::numbers::sqrt2 * blend_radius}
 {
-    for (const SweptTube& tube : tubes_) {
-        const Centreline& line = tube.centreline();
-        Ball ball{line.at(line.length() / 2).position, 0};
-        for (std::int32_t i = 0; i < line.piece_count(); ++i)
-            for (int k = 0; k <= 8; ++k) {
-                const double range = line.parameter_range(i);
-                const CurveDerivatives c = line.derivatives(i, range * k / 8);
-                // Between the points looked at a curve gets no farther than half their spacing.
-                ball.radius = std::max(ball.radius, (c.value - ball.centre).norm() + c.radius +
-                                                        c.first.norm() * range / 16);
-            }
-        balls_.push_back(ball);
-    }
+    for (const SweptTube& tube : tubes_)
+        around_.push_back(around(tube));
 }
 
-double VesselShape::value(const Vec3& x) const
+VesselShape::Around VesselShape::around(const SweptTube& tube)
 {
-    WallHint hint;
-    double f = tubes_[0].distance(x, hint);
+    const Centreline& line = tube.centreline();
+    const CurveDerivatives start = line.derivatives(0, 0);
+    Around straight{start.value, start.first.normalized(), line.length(), 0, 1};
+    Around ball{line.at(line.length() / 2).position, Vec3::UnitX(), 0, 0, 1};
+    bool is_straight = true;
+    for (std::int32_t i = 0; i < line.piece_count(); ++i)
+        for (int k = 0; k <= 8; ++k) {
+            const double range = line.parameter_range(i);
+            const CurveDerivatives c = line.derivatives(i, range * k / 8);
+            // Between the points looked at a curve gets no farther than half their spacing.
+            ball.radius = std::max(ball.radius, (c.value - ball.start).norm() + c.radius +
+                                                    c.first.norm() * range / 16);
+            is_straight = is_straight && c.first == start.first && c.second.isZero(0) &&
+                          c.third.isZero(0) && c.radius_second == 0;
+            straight.radius = std::max(straight.radius, c.radius);
+            straight.steepness =
+                std::max(straight.steepness, std::hypot(1.0, c.radius_first / c.first.norm()));
+        }
+    straight.radius += kRounding * (straight.radius + line.length());
+    return is_straight ? straight : ball;
+}
+
+double VesselShape::value(const Vec3& x, Hints& hints) const
+{
+    double f = tubes_[0].distance(x, hints[0]);
     for (std::size_t i = 1; i < tubes_.size(); ++i) {
         if (upper_bound(i, x) <= f - width_) continue;
-        hint = {};
-        const double b = tubes_[i].distance(x, hint);
+        const double b = tubes_[i].distance(x, hints[i]);
         const double left = width_ - std::abs(f - b);
         f = std::max(f, b);
         if (left > 0) f += left * left / (4 * width_);
@@ -55,19 +67,17 @@ double VesselShape::value(const Vec3& x) const
     return f;
 }
 
-ImplicitSample VesselShape::sample(const Vec3& x) const
+ImplicitSample VesselShape::sample(const Vec3& x, Hints& hints) const
 {
-    const auto take = [&](const SweptTube& tube) {
-        WallHint hint;
-        const WallSample w = tube.sample(x, hint);
+    const auto take = [&](std::size_t i) {
+        const WallSample w = tubes_[i].sample(x, hints[i]);
         return ImplicitSample{w.distance, w.normal, w.hessian};
     };
-    ImplicitSample s = take(tubes_[0]);
+    ImplicitSample s = take(0);
     for (std::size_t i = 1; i < tubes_.size(); ++i) {
         if (upper_bound(i, x) <= s.value - width_) continue;
-        WallHint hint;
-        if (tubes_[i].distance(x, hint) <= s.value - width_) continue;
-        const ImplicitSample other = take(tubes_[i]);
+        if (tubes_[i].distance(x, hints[i]) <= s.value - width_) continue;
+        const ImplicitSample other = take(i);
         const double u = s.value - other.value;
         if (u <= -width_) {
             s = other;
@@ -83,11 +93,11 @@ ImplicitSample VesselShape::sample(const Vec3& x) const
     return s;
 }
 
-Vec3 VesselShape::project(const Vec3& x) const
+Vec3 VesselShape::project(const Vec3& x, Hints& hints) const
 {
     Vec3 p = x;
     for (int k = 0; k < kMostProjections; ++k) {
-        const ImplicitSample s = sample(p);
+        const ImplicitSample s = sample(p, hints);
         const double steep = s.gradient.squaredNorm();
         if (!(steep > 0)) break;
         p -= s.value / steep * s.gradient;
@@ -97,20 +107,20 @@ Vec3 VesselShape::project(const Vec3& x) const
     return p;
 }
 
-VesselDistance::VesselDistance(VesselShape shape, const SurfaceMesh& surface)
+VesselDistance::VesselDistance(VesselShape shape, Late<SurfaceMesh> surface)
     : shape_{std::move(shape)}
-    , tree_{surface}
+    , tree_{[surface = std::move(surface)] { return BoundingTree{*surface}; }}
 {
 }
 
 // Nearest point p of {F = 0} to x: p - x + mu grad F(p) = 0, F(p) = 0.
-double VesselDistance::near_junction_(const Vec3& x, double sign, std::int32_t& near) const
+double VesselDistance::near_junction_(const Vec3& x, double sign, Near& near) const
 {
-    const NearestTriangle seed = tree_.nearest(x, near, kSlack);
-    near = seed.triangle;
+    const NearestTriangle seed = tree_->nearest(x, near.triangle, kSlack);
+    near.triangle = seed.triangle;
     const double seed_distance = std::sqrt(seed.squared);
     Vec3 p = seed.at.point;
-    ImplicitSample s = shape_.sample(p);
+    ImplicitSample s = shape_.sample(p, near.hints);
     double mu = (x - p).dot(s.gradient) / s.gradient.squaredNorm();
     const double longest = std::max(shape_.blend_width(), 0.0);
     for (int k = 0; k < kMostFootSteps; ++k) {
@@ -132,18 +142,18 @@ double VesselDistance::near_junction_(const Vec3& x, double sign, std::int32_t& 
             if (found <= seed_distance + longest / 4) return sign * found;
             break;
         }
-        s = shape_.sample(p);
+        s = shape_.sample(p, near.hints);
     }
     return sign * seed_distance;
 }
 
 double VesselDistance::distance(const Vec3& x) const
 {
-    std::int32_t near = -1;
+    Near near{-1, shape_.no_hints()};
     return distance_(x, std::numeric_limits<double>::infinity(), near);
 }
 
-double VesselDistance::distance_(const Vec3& x, double band, std::int32_t& near) const
+double VesselDistance::distance_(const Vec3& x, double band, Near& near) const
 {
     const std::vector<SweptTube>& tubes = shape_.tubes();
     const double k = shape_.blend_width();
@@ -151,8 +161,7 @@ double VesselDistance::distance_(const Vec3& x, double band, std::int32_t& near)
     double f = -std::numeric_limits<double>::infinity(), second = f;
     for (std::size_t i = 0; i < tubes.size(); ++i) {
         if (shape_.upper_bound(i, x) < second) continue;
-        WallHint hint;
-        const double v = tubes[i].distance(x, hint);
+        const double v = tubes[i].distance(x, near.hints[i]);
         if (v > f) {
             second = f;
             f = v;
@@ -162,16 +171,16 @@ double VesselDistance::distance_(const Vec3& x, double band, std::int32_t& near)
         }
     }
     if (std::abs(f) > band) return f;
-    if (second > f - k) return near_junction_(x, shape_.value(x) > 0 ? 1.0 : -1.0, near);
+    if (second > f - k)
+        return near_junction_(x, shape_.value(x, near.hints) > 0 ? 1.0 : -1.0, near);
     // The foot on this tube is on the wall when no other tube reaches it. Then the ball around
     // x through it holds no other point of the wall.
     if (second + kSteepest * std::abs(f) <= -k) return f;
-    WallHint hint;
-    const Vec3 foot = x - f * tubes[best].sample(x, hint).normal;
+    const Vec3 foot = x - f * tubes[best].sample(x, near.hints[best]).normal;
     for (std::size_t i = 0; i < tubes.size(); ++i) {
         if (i == best || shape_.upper_bound(i, foot) <= -k) continue;
-        hint = {};
-        if (tubes[i].distance(foot, hint) > -k) return near_junction_(x, f > 0 ? 1.0 : -1.0, near);
+        if (tubes[i].distance(foot, near.hints[i]) > -k)
+            return near_junction_(x, f > 0 ? 1.0 : -1.0, near);
     }
     return f;
 }
@@ -198,7 +207,7 @@ void VesselDistance::sample_cube(const Vec3& corner, double h, int n, double* ou
     // The reasons of `distance`, for all points of the cube at once.
     const bool alone = second + 2 * reach <= f - shape_.blend_width() &&
                        second + kSteepest * std::abs(f) + 2 * reach <= -shape_.blend_width();
-    std::int32_t near = -1;
+    Near near{-1, shape_.no_hints()};
     WallHint hint;
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j)

@@ -1,9 +1,11 @@
 #pragma once
 
+#include "mesh/base/late.hpp"
 #include "mesh/bounding_tree.hpp"
 #include "mesh/distance_field.hpp"
 #include "mesh/swept_tube.hpp"
 
+#include <algorithm>
 #include <vector>
 
 namespace amontons {
@@ -25,11 +27,15 @@ class VesselShape {
 public:
     VesselShape(std::vector<SweptTube> tubes, double blend_radius);
 
-    double value(const Vec3& x) const;
-    ImplicitSample sample(const Vec3& x) const;
+    /// What is remembered of each tube: as a WallHint, it changes no result.
+    using Hints = std::vector<WallHint>;
+    Hints no_hints() const { return Hints(tubes_.size()); }
+
+    double value(const Vec3& x, Hints& hints) const;
+    ImplicitSample sample(const Vec3& x, Hints& hints) const;
 
     /// The zero of the function that is found from x along its gradient.
-    Vec3 project(const Vec3& x) const;
+    Vec3 project(const Vec3& x, Hints& hints) const;
 
     const std::vector<SweptTube>& tubes() const { return tubes_; }
     double blend_width() const { return width_; } ///< k [m]
@@ -37,16 +43,23 @@ public:
     /// No less than the distance of tube i at x, in a few operations [m].
     double upper_bound(std::size_t i, const Vec3& x) const
     {
-        return balls_[i].radius - (x - balls_[i].centre).norm();
+        const Around& a = around_[i];
+        const Vec3 e = x - a.start;
+        const double along = std::clamp(e.dot(a.along), 0.0, a.length);
+        const double depth = a.radius - (e - along * a.along).norm();
+        return depth > 0 ? depth : depth / a.steepness;
     }
 
 private:
-    struct Ball { // around a tube
-        Vec3 centre;
-        double radius;
+    struct Around { // all balls of a tube: they are within `radius` of a line
+        Vec3 start, along;
+        double length, radius;
+        double steepness; // the gap to the tube over its distance is no more than that
     };
+    static Around around(const SweptTube& tube);
+
     std::vector<SweptTube> tubes_;
-    std::vector<Ball> balls_;
+    std::vector<Around> around_;
     double width_;
 };
 
@@ -56,7 +69,7 @@ private:
 class VesselDistance : public DistanceSource {
 public:
     /// @param surface  triangles of the shape's wall, vertices on it
-    VesselDistance(VesselShape shape, const SurfaceMesh& surface);
+    VesselDistance(VesselShape shape, Late<SurfaceMesh> surface);
 
     /// Farther from the wall than 12 h the distance may be too small beside a junction.
     void sample_cube(const Vec3& corner, double h, int n, double* out) const override;
@@ -65,11 +78,16 @@ public:
     double distance(const Vec3& x) const;
 
 private:
-    double distance_(const Vec3& x, double band, std::int32_t& near) const;
-    double near_junction_(const Vec3& x, double sign, std::int32_t& near) const;
+    /// Of the last point, which is probably near; it changes no result.
+    struct Near {
+        std::int32_t triangle = -1;
+        VesselShape::Hints hints;
+    };
+    double distance_(const Vec3& x, double band, Near& near) const;
+    double near_junction_(const Vec3& x, double sign, Near& near) const;
 
     VesselShape shape_;
-    BoundingTree tree_;
+    Late<BoundingTree> tree_; ///< beside a junction alone
 };
 
 } // namespace amontons

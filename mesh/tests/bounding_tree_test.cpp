@@ -33,7 +33,7 @@ TEST_CASE("the closest point of a triangle is nearer than all others also where 
 
 TEST_CASE("the tree finds what a search of all triangles finds with or without a hint")
 {
-    const SurfaceMesh mesh = make_ball({Vec3{0.2, 0, 0}, 1, true, 0.4}).surface;
+    const SurfaceMesh mesh = *make_ball({Vec3{0.2, 0, 0}, 1, true, 0.4}).surface;
     const BoundingTree tree{mesh};
     std::mt19937 rng{2};
     std::uniform_real_distribution<double> uniform{-1.5, 1.5};

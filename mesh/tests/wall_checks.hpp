@@ -50,13 +50,13 @@ struct WallSurfaceReport {
 inline WallSurfaceReport report_surface(const WallModel& model)
 {
     WallSurfaceReport report;
-    const auto& points = model.surface.points;
+    const auto& points = model.surface->points;
     const auto at = [&](std::int32_t i) -> const Vec3& {
         return points[static_cast<std::size_t>(i)];
     };
     std::map<std::pair<std::int32_t, std::int32_t>, int> edges;
     WallHint hint;
-    for (const auto& t : model.surface.triangles) {
+    for (const auto& t : model.surface->triangles) {
         const Vec3 &a = at(t[0]), &b = at(t[1]), &c = at(t[2]);
         const Vec3 area = 0.5 * (b - a).cross(c - a);
         const Vec3 centroid = (a + b + c) / 3;

@@ -32,10 +32,10 @@ void CondensedSolid::make_ready(const StepInput& step, const std::string& cache,
                 unknown_of_[3 * k + std::size_t(axis)] = std::int32_t(free_touching_.size());
                 free_touching_.push_back(std::int32_t(3 * k) + axis);
             }
-    const Eigen::Index modes = rigid_.R.cols();
+    const Eigen::Index modes = rigid_->R.cols();
     modes_at_touching_.resize(at3(touching_.size()), modes);
     for (std::size_t k = 0; k < touching_.size() && modes > 0; ++k)
-        modes_at_touching_.middleRows<3>(at3(k)) = rigid_.R.middleRows<3>(3 * touching_[k]);
+        modes_at_touching_.middleRows<3>(at3(k)) = rigid_->R.middleRows<3>(3 * touching_[k]);
     free_modes_.resize(unknowns(), modes);
     for (std::size_t i = 0; i < free_touching_.size() && modes > 0; ++i)
         free_modes_.row(Eigen::Index(i)) = modes_at_touching_.row(free_touching_[i]);
@@ -87,8 +87,8 @@ void CondensedSolid::make_parts()
     if (material_.density > 0 && !step_.gravity.isZero(0))
         for (int axis = 0; axis < 3; ++axis) {
             Eigen::VectorXd f = Eigen::VectorXd::Zero(size);
-            for (Eigen::Index i = 0; i < weights_.size(); ++i)
-                f[3 * i + axis] = weights_[i];
+            for (Eigen::Index i = 0; i < weights_->size(); ++i)
+                f[3 * i + axis] = (*weights_)[i];
             load(input_.loads.size(), axis, f);
         }
     for (std::size_t k = 0; k < input_.hold.size(); ++k)
@@ -104,13 +104,13 @@ void CondensedSolid::make_parts()
 
     // What each does, everywhere; kept at the touching nodes and as products. After them, forces
     // that tell the mean motion (A is symmetric). All are solved for at once.
-    const Eigen::Index n = Eigen::Index(parts_of_u_.size()), modes = rigid_.R.cols();
+    const Eigen::Index n = Eigen::Index(parts_of_u_.size()), modes = rigid_->R.cols();
     Eigen::MatrixXd U = Eigen::MatrixXd::Zero(size, n + modes);
     Eigen::MatrixXd free(Eigen::Index(dofs_.free.size()), n + modes);
     for (Eigen::Index j = 0; j < n + modes; ++j) {
         Eigen::VectorXd f;
         if (j >= n)
-            f = rigid_.R.col(j - n) / rigid_.R.col(j - n).squaredNorm();
+            f = rigid_->R.col(j - n) / rigid_->R.col(j - n).squaredNorm();
         else if (const Part& p = parts_of_u_[std::size_t(j)]; p.prescribed) {
             for (const std::int32_t dof : p.dofs)
                 U(dof, j) = 1;
@@ -136,7 +136,7 @@ void CondensedSolid::make_parts()
         if (!p.prescribed) held -= p.force;
         p.at_touching = at_touching(j);
         p.on_modes = Eigen::VectorXd::Zero(modes);
-        if (!p.prescribed && modes > 0) p.on_modes = rigid_.R.transpose() * p.force;
+        if (!p.prescribed && modes > 0) p.on_modes = rigid_->R.transpose() * p.force;
         p.mean_motion = mean_motion(U.col(j));
         for (Eigen::Index i = 0; i < n; ++i) {
             const Part& by = parts_of_u_[std::size_t(i)];
@@ -197,7 +197,7 @@ void CondensedSolid::place_touching(Motion& m)
 void CondensedSolid::begin(const StepInput& step)
 {
     step_ = step;
-    now_.frame = kind_ == Frame::driven ? frame_at(step.end()) : state_.frame;
+    now_.frame = frame_kind() == Frame::driven ? frame_at(step.end()) : state_.frame;
     for (const std::int32_t node : touching_)
         now_.u.segment<3>(3 * node) = state_.u.segment<3>(3 * node);
     amount_now_ = amounts(step.end());
@@ -218,7 +218,8 @@ void CondensedSolid::begin(const StepInput& step)
 
 void CondensedSolid::linearise()
 {
-    if (kind_ == Frame::floating) amount_now_ = amounts(step_.end()); // loads turn against it
+    if (frame_kind() == Frame::floating)
+        amount_now_ = amounts(step_.end()); // loads turn against it
     Eigen::VectorXd u = parts_at_touching(amount_now_);
     if (mode_now_.size() > 0) u += modes_at_touching_ * mode_now_;
     free_change_.resize(unknowns());
@@ -231,7 +232,7 @@ void CondensedSolid::linearise()
 
 Eigen::VectorXd CondensedSolid::load_on_modes(const Eigen::VectorXd& amounts) const
 {
-    Eigen::VectorXd load = Eigen::VectorXd::Zero(rigid_.R.cols());
+    Eigen::VectorXd load = Eigen::VectorXd::Zero(rigid_->R.cols());
     for (std::size_t i = 0; i < parts_of_u_.size() && load.size() > 0; ++i)
         load += amounts[Eigen::Index(i)] * parts_of_u_[i].on_modes;
     return load;
@@ -349,7 +350,7 @@ void CondensedSolid::move_as_a_whole(const Eigen::VectorXd& mode)
 {
     const Eigen::VectorXd mean = mean_with_pins(amount_now_, on_touching_now_);
     Eigen::VectorXd in_u; // what the modes' part of u changes by
-    if (kind_ == Frame::floating) {
+    if (frame_kind() == Frame::floating) {
         in_u = -(mean + mode_now_);
         const Eigen::VectorXd motion = felt(mode - in_u);
         // By the rule of the trapezoid.
@@ -416,7 +417,7 @@ BodyEnergy CondensedSolid::accept(const Eigen::VectorXd&)
         const Vec3 f = on_touching_now_.segment<3>(at3(k)), old = on_touching_.segment<3>(at3(k));
         const Vec3 u = now_.u.segment<3>(3 * touching_[k]);
         e.elastic += 0.5 * f.dot(u - rigid.segment<3>(at3(k)));
-        if (kind_ == Frame::driven && (!f.isZero(0) || !old.isZero(0))) {
+        if (frame_kind() == Frame::driven && (!f.isZero(0) || !old.isZero(0))) {
             // What drives the frame balances the contacts on its way.
             const Vec3 X = mesh_.nodes[std::size_t(touching_[k])] + u;
             const Vec3 moved = now_.frame * X - state_.frame * X;
@@ -469,7 +470,7 @@ void CondensedSolid::complete()
     free = solved(free);
     for (std::size_t i = 0; i < dofs_.free.size(); ++i)
         u[dofs_.free[i]] = free[Eigen::Index(i)];
-    if (mode_.size() > 0) u += rigid_.R * mode_;
+    if (mode_.size() > 0) u += rigid_->R * mode_;
     // Touching nodes keep the bits that the steps gave them.
     for (const std::int32_t node : touching_)
         u.segment<3>(3 * node) = state_.u.segment<3>(3 * node);

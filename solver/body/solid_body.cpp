@@ -47,27 +47,29 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
     , corotational_(input.motion == "corotational")
     , hyperelastic_(is_hyperelastic(input))
     , nonlinear_(corotational_ || hyperelastic_)
+    , pattern_([this] { return make_pattern(mesh_); })
+    , m_([this] {
+        return material_.density > 0 ? scalar_mass(mesh_, material_.density) : SparseMatrix();
+    })
+    , weights_([this] { return Eigen::VectorXd(*m_ * Eigen::VectorXd::Ones(m_->cols())); })
+    , first_momentum_(
+          [this] { return material_.density > 0 ? mass_times(state_.v) : Eigen::VectorXd(); })
+    , lumped_([this] {
+        SolidMaterial unit = material_;
+        if (!(unit.density > 0)) unit.density = 1; // weights of the mean motion need no true mass
+        return assemble_lumped_mass(mesh_, std::span(&unit, 1));
+    })
     , exact_tangent_(corotational_)
 {
     const std::size_t n = mesh_.nodes.size();
     conditions_ = find_conditions(input_, mesh_, file);
     if (hyperelastic_) make_hyperelastic_elements(file);
-    pattern_ = make_pattern(mesh_);
     for (const Vec3& X : mesh_.nodes)
         middle_ += X / double(n);
     for (const Vec3& X : mesh_.nodes)
         size_ = std::max(size_, (X - middle_).norm());
 
-    SolidMaterial unit = material_;
-    if (!(unit.density > 0)) unit.density = 1; // weights of the mean motion need no true mass
-    lumped_ = assemble_lumped_mass(mesh_, std::span(&unit, 1));
-    mass_ = material_.density > 0 ? lumped_.sum() / 3 : 0;
-
     may_touch(touching);
-    // Floating: the frame carries the rigid motion that nothing prescribes.
-    kind_ = input.drive.given                              ? Frame::driven
-            : rigid_.R.cols() > 0 && !small && !nonlinear_ ? Frame::floating
-                                                           : Frame::fixed;
     state_.frame = frame_at(0);
     state_.u = Eigen::VectorXd::Zero(at3(n));
     state_.v = Eigen::VectorXd::Zero(at3(n));
@@ -77,15 +79,14 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
     first_frame_ = state_.frame;
     hold(state_, 0);
     update_places(state_);
-    const Vec3 c = centre(state_.x);
-    for (std::size_t i = 0; i < n; ++i)
-        state_.v.segment<3>(at3(i)) =
-            input.start.velocity + input.start.spin.cross(state_.x[i] - c);
-    find_spin();
-    if (material_.density > 0) {
-        m_ = scalar_mass(mesh_, material_.density);
-        weights_ = m_ * Eigen::VectorXd::Ones(m_.cols());
-        momentum_ = mass_times(state_.v);
+    if (input.start.spin.isZero(0)) {
+        for (std::size_t i = 0; i < n; ++i)
+            state_.v.segment<3>(at3(i)) = input.start.velocity;
+    } else {
+        const Vec3 c = centre(state_.x);
+        for (std::size_t i = 0; i < n; ++i)
+            state_.v.segment<3>(at3(i)) =
+                input.start.velocity + input.start.spin.cross(state_.x[i] - c);
     }
     now_ = state_;
     contact_ = contact_held_ = firm_ = contact_before_ = reaction_ = Eigen::VectorXd::Zero(at3(n));
@@ -96,10 +97,13 @@ void SolidBody::may_touch(std::span<const char> touching)
     touching_.clear();
     for (std::size_t i = 0; i < touching.size(); ++i)
         if (touching[i]) touching_.push_back(std::int32_t(i));
-    std::vector<std::int32_t> prescribed;
-    for (const SolidConditions::Held& h : conditions_.held)
-        prescribed.push_back(h.dof);
-    rigid_ = find_rigid_modes(mesh_.nodes, pattern_, prescribed, touching);
+    rigid_ =
+        Late<RigidModes>([this, avoided = std::vector<char>(touching.begin(), touching.end())] {
+            std::vector<std::int32_t> prescribed;
+            for (const SolidConditions::Held& h : conditions_.held)
+                prescribed.push_back(h.dof);
+            return find_rigid_modes(mesh_.nodes, *pattern_, prescribed, avoided);
+        });
 }
 
 void SolidBody::also_touch(std::span<const StencilEntry> nodes)
@@ -145,7 +149,7 @@ Eigen::VectorXd SolidBody::loads(const Motion& m, double t) const
         f += follower_pressure(mesh_, conditions_.loads[v.load].faces->members, m.u, v.pressure);
     if (material_.density > 0 && !step_.gravity.isZero(0))
         Eigen::Map<Eigen::Matrix3Xd>(f.data(), 3, f.size() / 3).noalias() +=
-            of_frame(step_.gravity) * weights_.transpose();
+            of_frame(step_.gravity) * weights_->transpose();
     return f; // along the frame's axes
 }
 
@@ -190,7 +194,7 @@ void SolidBody::begin(const StepInput& step)
     contact_held_.setZero();
     if (hyperelastic_) begin_hyperelastic();
     if (hyperelastic_ && !step.dynamic) { // what is prescribed moves with the first change
-        if (kind_ == Frame::driven) now_.frame = frame_at(step.end());
+        if (frame_kind() == Frame::driven) now_.frame = frame_at(step.end());
         Motion end = now_;
         hold(end, step.end());
         pending_ = end.u - now_.u;
@@ -199,28 +203,30 @@ void SolidBody::begin(const StepInput& step)
         return;
     }
     if (!step.dynamic) {
-        if (kind_ == Frame::driven) now_.frame = frame_at(step.end());
+        if (frame_kind() == Frame::driven) now_.frame = frame_at(step.end());
         hold(now_, step.end());
         update_places(now_);
         return;
     }
+    if (momentum_.size() == 0) momentum_ = *first_momentum_;
     // The iterate stands where the step starts, but for what is prescribed.
     const double h = step.h;
     if (step.rule.filtered)
         begin_memory();
     else
         past_velocity_ = step.rule.start * state_.v;
-    if (kind_ == Frame::driven) now_.frame = frame_at(step.end());
+    if (frame_kind() == Frame::driven) now_.frame = frame_at(step.end());
     hold(now_, step.end());
-    if (kind_ == Frame::floating) {
+    if (frame_kind() == Frame::floating) {
         // Where the frame will be if the body turns on as it does: elastic forces of the step are
         // linear in it, and the turn left for u is of second order.
-        const Eigen::Quaterniond turn = rotation(h * spin_);
+        if (!spin_) find_spin();
+        const Eigen::Quaterniond turn = rotation(h * *spin_);
         const Vec3 x = centre(state_.x), X = centre(mesh_.nodes);
         now_.frame.turn = (turn * state_.frame.turn).normalized();
         now_.frame.shift = x - now_.frame.turn * X;
         into_frame_displacements(now_);
-    } else if (kind_ == Frame::driven || !conditions_.held.empty()) {
+    } else if (frame_kind() == Frame::driven || !conditions_.held.empty()) {
         update_places(now_);
     }
     for (std::size_t i = 0; i < now_.x.size(); ++i)
@@ -249,7 +255,7 @@ Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
         middle.version = ++last_version_;
         for (std::size_t i = 0; i < middle.x.size(); ++i)
             middle.x[i] = (1 - theta) * state_.x[i] + theta * now_.x[i];
-        if (kind_ == Frame::driven) middle.frame = frame_at(step_.start + theta * h);
+        if (frame_kind() == Frame::driven) middle.frame = frame_at(step_.start + theta * h);
         into_frame_displacements(middle);
     }
     const Motion& middle = theta < 1 ? between : now_;
@@ -277,7 +283,7 @@ Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
 bool SolidBody::stand_at_start()
 {
     const bool prescribed =
-        kind_ == Frame::driven ||
+        frame_kind() == Frame::driven ||
         std::ranges::any_of(conditions_.held, [](const auto& h) { return h.curve != nullptr; });
     if (prescribed) now_ = state_;
     return prescribed;
@@ -305,7 +311,7 @@ void SolidBody::linearise()
         rf[Eigen::Index(i)] = r[dofs_.free[i]];
     free_change_ = with_pins(solved(rf));
     if (free_modes_.cols() > 0)
-        mode_load_ = rigid_.R.transpose() * r;
+        mode_load_ = rigid_->R.transpose() * r;
     else
         mode_load_.resize(0);
 }
@@ -387,17 +393,17 @@ void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
         // A linear body: the residual has changed by A y, so what is left of y_free is known. Not
         // where loads turn against the frame.
         const bool turns =
-            kind_ == Frame::floating && (!input_.loads.empty() || !step_.gravity.isZero(0));
+            frame_kind() == Frame::floating && (!input_.loads.empty() || !step_.gravity.isZero(0));
         free_known_ = !nonlinear_ && !turns && !iterative_;
         if (free_known_) free_change_ -= y;
         if (mode.size() > 0) {
             // Pins take the body as a whole with what they hold.
-            if (kind_ != Frame::floating) {
+            if (frame_kind() != Frame::floating) {
                 const Eigen::VectorXd by_pins = mean_motion(whole);
-                now_.u += rigid_.R * (felt(mode + by_pins) - by_pins);
+                now_.u += rigid_->R * (felt(mode + by_pins) - by_pins);
             } else { // loads turn with the frame alone
                 const Eigen::VectorXd in_u = mean_motion(now_.u);
-                now_.u -= rigid_.R * in_u;
+                now_.u -= rigid_->R * in_u;
                 move_frame(now_, felt(mode + in_u));
             }
         }
@@ -435,7 +441,7 @@ double SolidBody::imbalance(const Eigen::VectorXd& force)
     }
     // What the round-off of places makes of forces, and that of velocities of momentum.
     const double places = stiffest_ * size_ * (step_.dynamic ? step_.h : 1);
-    const double momentum = step_.dynamic ? lumped_.maxCoeff() * now_.v.cwiseAbs().maxCoeff() : 0;
+    const double momentum = step_.dynamic ? lumped_->maxCoeff() * now_.v.cwiseAbs().maxCoeff() : 0;
     const double floor = 1e-14 * (places + momentum) * std::sqrt(double(unknown_.size()));
     const double balance = missing > floor * floor && size > 0 ? std::sqrt(missing / size) : 0;
     round_off_ = size > 0 ? floor / std::sqrt(size) : 0;
@@ -503,14 +509,14 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
     if (conditions_.held.empty() && !input_.drive.given)
         put_back = keep_angular_momentum(load, reached);
     contact_moment_.reset();
-    if (kind_ == Frame::floating) float_frame(now_);
+    if (frame_kind() == Frame::floating) float_frame(now_);
     const Eigen::VectorXd momentum = mass_times(now_.v);
     if (filtered) {
         e.dissipated = filtered_loss(momentum);
         const Eigen::VectorXd start_velocity = state_.v;
         momentum_ = momentum;
         state_ = now_;
-        if (kind_ == Frame::floating) find_spin();
+        if (frame_kind() == Frame::floating) find_spin();
         e.elastic = inner_forces(now_, inner);
         e.kinetic = kinetic_energy();
         end_memory(start_velocity, inner);
@@ -539,7 +545,7 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
     }
     momentum_ = momentum;
     state_ = now_;
-    if (kind_ == Frame::floating) find_spin();
+    if (frame_kind() == Frame::floating) find_spin();
     e.elastic = inner_forces(now_, inner);
     e.kinetic = kinetic_energy();
     if (nonlinear_) {

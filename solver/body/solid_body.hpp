@@ -1,6 +1,7 @@
 #pragma once
 
 #include "mesh/base/dense.hpp"
+#include "mesh/base/late.hpp"
 #include "mesh/extract_surface.hpp"
 #include "mesh/volume_mesh.hpp"
 #include "solver/body/body.hpp"
@@ -200,6 +201,17 @@ protected:
     };
     enum class Frame { fixed, driven, floating };
 
+    /// Floating: it carries the rigid motion that nothing prescribes.
+    Frame frame_kind() const
+    {
+        return input_.drive.given                               ? Frame::driven
+               : !small_ && !nonlinear_ && rigid_->R.cols() > 0 ? Frame::floating
+                                                                : Frame::fixed;
+    }
+    const Eigen::VectorXd& momenta() const
+    {
+        return momentum_.size() > 0 ? momentum_ : *first_momentum_;
+    }
     void hold(Motion& m, double t) const;
     Placement frame_at(double t) const;
     virtual void place_in_frame(Motion& m) { update_places(m); } ///< from m.frame and m.u
@@ -257,21 +269,22 @@ protected:
     int threads_ = 1;
     Eigen::VectorXd large_load_; ///< see large_load()
     Eigen::MatrixXd unfelt_;     ///< see rest_along()
-    Frame kind_ = Frame::fixed;
-    double size_ = 0, mass_ = 0;
+    double size_ = 0;
     double stiffest_ = 0;        ///< largest entry of K [N/m]
     Vec3 middle_ = Vec3::Zero(); ///< mean of the reference places [m]
 
     SolidConditions conditions_; ///< points into input_ and mesh_
 
-    SolidPattern pattern_;
+    // What only steps ask for is made then: a scene can be checked without.
+    Late<SolidPattern> pattern_;
     std::shared_ptr<SolidMatrix> matrix_ = std::make_shared<SolidMatrix>();
     bool prepared_ = false;
-    SparseMatrix m_;                     ///< mass between nodes, of each axis [kg]
-    Eigen::VectorXd weights_;            ///< of each node in the weight [kg]
-    std::optional<Vec3> contact_moment_; ///< take_moment
-    Eigen::VectorXd momentum_;           ///< of each node's shape function, of the state [kg m/s]
-    Eigen::VectorXd lumped_;             ///< 3n [kg]
+    Late<SparseMatrix> m_;          ///< mass between nodes, of each axis [kg]; 0 x 0: no density
+    Late<Eigen::VectorXd> weights_; ///< of each node in the weight [kg]
+    std::optional<Vec3> contact_moment_;   ///< take_moment
+    Late<Eigen::VectorXd> first_momentum_; ///< momentum_ before the first step
+    Eigen::VectorXd momentum_; ///< of each node's shape function, of the state [kg m/s]; momenta()
+    Late<Eigen::VectorXd> lumped_; ///< 3n [kg]
     std::vector<CorotationalElement> elements_;
     std::vector<CorotationalState> element_states_;
     std::int64_t last_version_ = 0, known_version_ = -1; ///< inner forces of a version are kept
@@ -348,7 +361,7 @@ protected:
     std::string cache_;                            ///< folder of factors
     std::vector<std::string>* messages_ = nullptr; ///< while make_ready runs
     double expected_steps_ = 1;
-    RigidModes rigid_;
+    Late<RigidModes> rigid_;
     Eigen::MatrixXd free_modes_; ///< rows of unknowns
 
     SparseColumns last_columns_; ///< W of the last columns is kept with the factor
@@ -362,7 +375,7 @@ protected:
     StepInput step_;
     Motion state_, now_;
     std::optional<Placement> driven_to_;
-    Vec3 spin_ = Vec3::Zero(); ///< of the state's body as a whole [rad/s]
+    std::optional<Vec3> spin_; ///< of the state's body as a whole [rad/s]; none: find_spin()
     std::vector<Vec3> first_;
     Placement first_frame_;
     Eigen::VectorXd free_change_, mode_load_;

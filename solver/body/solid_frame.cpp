@@ -53,11 +53,12 @@ Eigen::VectorXd turned(const Mat3& R, const Eigen::VectorXd& f)
 
 Vec3 SolidBody::centre(const std::vector<Vec3>& x) const
 {
+    const Eigen::VectorXd& lumped = *lumped_;
     Vec3 sum = Vec3::Zero();
     double total = 0;
     for (std::size_t i = 0; i < x.size(); ++i) {
-        sum += lumped_[at3(i)] * x[i];
-        total += lumped_[at3(i)];
+        sum += lumped[at3(i)] * x[i];
+        total += lumped[at3(i)];
     }
     return sum / total;
 }
@@ -95,7 +96,7 @@ void SolidBody::into_frame_displacements(Motion& m) const
 void SolidBody::float_frame(Motion& m) const
 {
     const Vec3 X = centre(mesh_.nodes), x = centre(m.x);
-    const Mat3 R = nearest_turn(mesh_.nodes, m.x, X, x, lumped_);
+    const Mat3 R = nearest_turn(mesh_.nodes, m.x, X, x, *lumped_);
     m.frame.turn = Eigen::Quaterniond(R).normalized();
     m.frame.shift = x - m.frame.turn * X;
     into_frame_displacements(m);
@@ -115,23 +116,23 @@ Eigen::VectorXd SolidBody::into_space(const Eigen::VectorXd& f) const
 
 std::string SolidBody::mode_name(const Eigen::VectorXd& a) const
 {
-    const WholeMotion motion = nearest_motion(mesh_.nodes, middle_, rigid_.R * a);
+    const WholeMotion motion = nearest_motion(mesh_.nodes, middle_, rigid_->R * a);
     return name_of_motion(motion.shift, size_ * motion.turn);
 }
 
 std::vector<std::string> SolidBody::free_motions() const
 {
     constexpr Eigen::Index kAll = 6; // their axes would be any
-    if (conditions_.held.empty() && rigid_.R.cols() == kAll) return {"every shift and turn"};
+    if (conditions_.held.empty() && rigid_->R.cols() == kAll) return {"every shift and turn"};
     std::vector<std::string> names;
-    for (Eigen::Index m = 0; m < rigid_.R.cols(); ++m)
-        names.push_back(mode_name(Eigen::VectorXd::Unit(rigid_.R.cols(), m)));
+    for (Eigen::Index m = 0; m < rigid_->R.cols(); ++m)
+        names.push_back(mode_name(Eigen::VectorXd::Unit(rigid_->R.cols(), m)));
     return names;
 }
 
 Eigen::VectorXd SolidBody::mean_motion(const Eigen::VectorXd& u) const
 {
-    return (rigid_.R.transpose() * u).cwiseQuotient(rigid_.R.colwise().squaredNorm().transpose());
+    return (rigid_->R.transpose() * u).cwiseQuotient(rigid_->R.colwise().squaredNorm().transpose());
 }
 
 Eigen::VectorXd SolidBody::felt(const Eigen::VectorXd& mode) const
@@ -142,7 +143,7 @@ Eigen::VectorXd SolidBody::felt(const Eigen::VectorXd& mode) const
 
 void SolidBody::move_frame(Motion& m, const Eigen::VectorXd& mode) const
 {
-    const WholeMotion motion = nearest_motion(mesh_.nodes, middle_, rigid_.R * mode);
+    const WholeMotion motion = nearest_motion(mesh_.nodes, middle_, rigid_->R * mode);
     const Eigen::Quaterniond turn = rotation(motion.turn);
     // x = frame (turn (X + u - middle) + middle + shift)
     m.frame.shift = m.frame * (middle_ + motion.shift - turn * middle_);
@@ -151,31 +152,34 @@ void SolidBody::move_frame(Motion& m, const Eigen::VectorXd& mode) const
 
 Eigen::VectorXd SolidBody::stiffness_times(const Eigen::VectorXd& u) const
 {
-    return symmetric_times(pattern_, matrix_->K, u, threads_);
+    return symmetric_times(*pattern_, matrix_->K, u, threads_);
 }
 
 Eigen::VectorXd SolidBody::mass_times(const Eigen::VectorXd& v) const
 {
     Eigen::VectorXd out(v.size());
     Eigen::Map<Eigen::Matrix3Xd>(out.data(), 3, v.size() / 3).noalias() =
-        Eigen::Map<const Eigen::Matrix3Xd>(v.data(), 3, v.size() / 3) * m_;
+        Eigen::Map<const Eigen::Matrix3Xd>(v.data(), 3, v.size() / 3) * *m_;
     return out;
 }
 
 double SolidBody::kinetic_energy() const
 {
-    return momentum_.size() > 0 ? 0.5 * state_.v.dot(momentum_) : 0;
+    if (momentum_.size() == 0 && state_.v.isZero(0)) return 0; // the mass is not asked for
+    const Eigen::VectorXd& p = momenta();
+    return p.size() > 0 ? 0.5 * state_.v.dot(p) : 0;
 }
 
 /// The turn of the whole that has the velocities' angular momentum, by lumped masses.
 void SolidBody::find_spin()
 {
+    const Eigen::VectorXd& lumped = *lumped_;
     const Vec3 x = centre(state_.x);
     Vec3 momentum = Vec3::Zero();
     Mat3 inertia = Mat3::Zero();
     for (std::size_t i = 0; i < state_.x.size(); ++i) {
         const Vec3 arm = state_.x[i] - x;
-        const double m = lumped_[at3(i)];
+        const double m = lumped[at3(i)];
         momentum += m * arm.cross(Vec3(state_.v.segment<3>(at3(i))));
         inertia += m * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
     }
@@ -196,10 +200,10 @@ double SolidBody::keep_angular_momentum(const Eigen::VectorXd& load, const Eigen
         return Vec3(Eigen::Map<const Eigen::Matrix3Xd>(v.data(), 3, v.size() / 3).rowwise().sum());
     };
     // The centre of the consistent mass: a turn about it has no momentum.
-    const double mass = weights_.sum();
+    const double mass = weights_->sum();
     const auto centre_of = [&](const std::vector<Vec3>& x) {
-        return Vec3(Eigen::Map<const Eigen::Matrix3Xd>(x.front().data(), 3, weights_.size()) *
-                    weights_ / mass);
+        return Vec3(Eigen::Map<const Eigen::Matrix3Xd>(x.front().data(), 3, weights_->size()) *
+                    *weights_ / mass);
     };
     const Vec3 x0 = centre_of(state_.x), x1 = centre_of(now_.x);
     const Eigen::VectorXd contact = into_space(contact_);
@@ -243,17 +247,19 @@ double SolidBody::speed() const
 
 Vec3 SolidBody::momentum() const
 {
+    const Eigen::VectorXd& of_nodes = momenta();
     Vec3 p = Vec3::Zero();
-    for (Eigen::Index i = 0; i < momentum_.size(); i += 3)
-        p += momentum_.segment<3>(i);
+    for (Eigen::Index i = 0; i < of_nodes.size(); i += 3)
+        p += of_nodes.segment<3>(i);
     return p;
 }
 
 Vec3 SolidBody::angular_momentum() const
 {
+    const Eigen::VectorXd& of_nodes = momenta();
     Vec3 L = Vec3::Zero();
-    for (Eigen::Index i = 0; i < momentum_.size(); i += 3)
-        L += state_.x[std::size_t(i / 3)].cross(Vec3(momentum_.segment<3>(i)));
+    for (Eigen::Index i = 0; i < of_nodes.size(); i += 3)
+        L += state_.x[std::size_t(i / 3)].cross(Vec3(of_nodes.segment<3>(i)));
     return L;
 }
 

@@ -79,12 +79,12 @@ void SolidBody::hold_up(SparseMatrix& S)
 /// X and T of the factor as it is.
 void SolidBody::find_border()
 {
-    const Eigen::Index held = held_up_.cols(), modes = rigid_.R.cols();
+    const Eigen::Index held = held_up_.cols(), modes = rigid_->R.cols();
     const double size = std::sqrt(stiffest_ / double(mesh_.nodes.size()));
     Eigen::MatrixXd Z(held_up_.rows(), held + modes);
     Z.leftCols(held) = held_up_;
     for (Eigen::Index m = 0; m < modes; ++m)
-        Z.col(held + m) = size * free_part(rigid_.R.col(m));
+        Z.col(held + m) = size * free_part(rigid_->R.col(m));
     border_ = Z;
     matrix_->factor.solve(border_);
     Eigen::MatrixXd T = -Z.transpose() * border_;
@@ -99,7 +99,7 @@ void SolidBody::bend_modes()
 {
     mode_stiffness_.resize(free_modes_.cols(), free_modes_.cols());
     for (Eigen::Index m = 0; m < free_modes_.cols(); ++m) {
-        free_modes_.col(m) = free_part(rigid_.R.col(m)) - solved(free_part(turning_.col(m)));
+        free_modes_.col(m) = free_part(rigid_->R.col(m)) - solved(free_part(turning_.col(m)));
         for (Eigen::Index l = 0; l < free_modes_.cols(); ++l)
             mode_stiffness_(l, m) = free_part(turning_.col(l)).dot(free_modes_.col(m));
     }

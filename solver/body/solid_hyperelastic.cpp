@@ -144,7 +144,7 @@ void SolidBody::assemble_tangent(SparseMatrix& S)
     std::vector<Eigen::Triplet<double>> skew;
     std::vector<Mat3> blocks;
     assemble(
-        mesh_, pattern_,
+        mesh_, *pattern_,
         [&](std::int32_t e, ElementKind kind, std::span<const std::int32_t> nodes,
             ElementMatrix& K) {
             const ElementPlaces x = displaced_places(mesh_, nodes, known_u_);
@@ -190,7 +190,7 @@ void SolidBody::assemble_tangent(SparseMatrix& S)
     } else {
         true_part_.resize(0, 0);
     }
-    if (free_modes_.cols() > 0) turning_ = S * rigid_.R;
+    if (free_modes_.cols() > 0) turning_ = S * rigid_->R;
     if (shift_ > 0) S.coeffs() += shift_ * matrix_->K.coeffs();
     if (shift_ != 0) lean(S);
     if (free_modes_.cols() > 0) hold_up(S);
@@ -252,7 +252,7 @@ void SolidBody::expect_pressures()
 bool SolidBody::nothing_changed() const
 {
     const bool alone = !step_.dynamic && touching_.empty() && free_modes_.cols() == 0 &&
-                       volumes_.empty() && kind_ == Frame::fixed;
+                       volumes_.empty() && frame_kind() == Frame::fixed;
     if (!alone || std::isfinite(last_error_) || pending_.size() > 0 || unstable_) return false;
     return load_.size() > 0 ? into_space(last_load_) == load_
                             : last_load_.isZero(0) && now_.u.isZero(0);

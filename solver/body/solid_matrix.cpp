@@ -60,7 +60,7 @@ bool SolidBody::share_matrix(const SolidBody& other)
         material_.density != other.material_.density ||
         input_.mass_damping != other.input_.mass_damping ||
         input_.stiffness_damping != other.input_.stiffness_damping ||
-        touching_ != other.touching_ || rigid_.pins != other.rigid_.pins ||
+        touching_ != other.touching_ || rigid_->pins != other.rigid_->pins ||
         dofs(*this) != dofs(other))
         return false;
     matrix_ = other.matrix_;
@@ -73,8 +73,8 @@ void SolidBody::prepare()
     prepared_ = true;
     const bool first = matrix_->K.size() == 0; // of those that share it
     if (first) {
-        matrix_->K = zero_matrix(pattern_);
-        assemble_stiffness(mesh_, pattern_, std::span(&material_, 1), matrix_->K, threads_);
+        matrix_->K = zero_matrix(*pattern_);
+        assemble_stiffness(mesh_, *pattern_, std::span(&material_, 1), matrix_->K, threads_);
     }
     if (hyperelastic_) stiffest_ = matrix_->K.coeffs().cwiseAbs().maxCoeff();
     if (corotational_) {
@@ -88,13 +88,13 @@ void SolidBody::prepare()
     for (const SolidConditions::Held& h : conditions_.held)
         fixed.push_back(h.dof);
     const bool pinned = !step_.dynamic && !hyperelastic_; // those: solid_free.cpp
-    if (pinned) fixed.insert(fixed.end(), rigid_.pins.begin(), rigid_.pins.end());
-    dofs_ = make_free_dofs(pattern_, fixed);
+    if (pinned) fixed.insert(fixed.end(), rigid_->pins.begin(), rigid_->pins.end());
+    dofs_ = make_free_dofs(*pattern_, fixed);
     const std::vector<std::int32_t> node = node_of_free();
     if (first) {
         if (step_.dynamic && !iterative_) {
-            matrix_->M = zero_matrix(pattern_);
-            assemble_mass(mesh_, pattern_, std::span(&material_, 1), matrix_->M, threads_);
+            matrix_->M = zero_matrix(*pattern_);
+            assemble_mass(mesh_, *pattern_, std::span(&material_, 1), matrix_->M, threads_);
         }
         if (nonlinear_ && !node.empty()) {
             make_step_matrix();
@@ -102,13 +102,13 @@ void SolidBody::prepare()
         }
     }
     unknown_ = dofs_.free;
-    if (pinned) unknown_.insert(unknown_.end(), rigid_.pins.begin(), rigid_.pins.end());
+    if (pinned) unknown_.insert(unknown_.end(), rigid_->pins.begin(), rigid_->pins.end());
     unknown_number_.assign(dofs_.number.size(), -1);
     for (std::size_t i = 0; i < unknown_.size(); ++i)
         unknown_number_[std::size_t(unknown_[i])] = std::int32_t(i);
-    free_modes_.resize(Eigen::Index(unknown_.size()), step_.dynamic ? 0 : rigid_.R.cols());
+    free_modes_.resize(Eigen::Index(unknown_.size()), step_.dynamic ? 0 : rigid_->R.cols());
     for (std::size_t i = 0; i < unknown_.size() && free_modes_.cols() > 0; ++i)
-        free_modes_.row(Eigen::Index(i)) = rigid_.R.row(unknown_[i]);
+        free_modes_.row(Eigen::Index(i)) = rigid_->R.row(unknown_[i]);
 }
 
 void SolidBody::turn_modes()
@@ -119,11 +119,12 @@ void SolidBody::turn_modes()
     std::vector<std::int32_t> prescribed;
     for (const SolidConditions::Held& h : conditions_.held)
         prescribed.push_back(h.dof);
-    Eigen::MatrixXd R = find_rigid_modes(places, pattern_, prescribed).R;
-    if (R.cols() != rigid_.R.cols()) return; // nearly aligned nodes: the modes at rest do
-    rigid_.R = std::move(R);
+    RigidModes turned = *rigid_;
+    turned.R = find_rigid_modes(places, *pattern_, prescribed).R;
+    if (turned.R.cols() != rigid_->R.cols()) return; // nearly aligned nodes: the modes at rest do
+    rigid_ = std::move(turned);
     for (std::size_t i = 0; i < unknown_.size(); ++i)
-        free_modes_.row(Eigen::Index(i)) = rigid_.R.row(unknown_[i]);
+        free_modes_.row(Eigen::Index(i)) = rigid_->R.row(unknown_[i]);
 }
 
 std::vector<std::int32_t> SolidBody::node_of_free() const
@@ -145,7 +146,7 @@ void SolidBody::make_matrix()
         if (matrix_->large && (!step_.dynamic || same_step)) return;
         matrix_->large.reset(); // its memory first
         const auto [of_mass, of_stiffness] = shares();
-        matrix_->large = std::make_unique<LargeMatrix>(mesh_, pattern_, material_, of_mass,
+        matrix_->large = std::make_unique<LargeMatrix>(mesh_, *pattern_, material_, of_mass,
                                                        of_stiffness, dofs_.fixed, on_all_ranks_);
         ++matrix_->made;
         matrix_->h = h;
@@ -266,7 +267,7 @@ Eigen::VectorXd SolidBody::step_diagonal() const
     Eigen::VectorXd d = of_stiffness * matrix_->K.diagonal();
     if (of_mass != 0)
         for (Eigen::Index i = 0; i < d.size(); ++i)
-            d[i] += of_mass * m_.coeff(i / 3, i / 3);
+            d[i] += of_mass * m_->coeff(i / 3, i / 3);
     return d;
 }
 
@@ -288,7 +289,7 @@ void SolidBody::make_step_matrix()
     if (corotational_ && !element_states_.empty()) {
         const auto matrix = exact_tangent_ ? corotational_tangent : corotational_stiffness;
         assemble(
-            mesh_, pattern_,
+            mesh_, *pattern_,
             [&](std::int32_t e, ElementKind, auto, ElementMatrix& K) {
                 matrix(elements_[std::size_t(e)], element_states_[std::size_t(e)], K);
             },

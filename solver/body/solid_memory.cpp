@@ -64,7 +64,7 @@ double SolidBody::filtered_loss(const Eigen::VectorXd& momentum) const
         const Vec3 moved = now_.x[i] - state_.x[i];
         const Vec3 faster =
             moved / step_.h - 0.5 * Vec3(now_.v.segment<3>(at) + state_.v.segment<3>(at));
-        loss += faster.dot(Vec3(momentum.segment<3>(at) - momentum_.segment<3>(at)));
+        loss += faster.dot(Vec3(momentum.segment<3>(at) - momenta().segment<3>(at)));
         loss +=
             moved.dot(Vec3(last_inner_.segment<3>(at) -
                            0.5 * (last_elastic_.segment<3>(at) + memory_.elastic.segment<3>(at))));

@@ -208,8 +208,8 @@ std::uint64_t hash_of_run(const Scene& scene, const std::vector<Obstacle>& obsta
         bytes.append(reinterpret_cast<const char*>(&hash), sizeof hash);
     };
     for (const Obstacle& o : obstacles) {
-        add(o.model.surface.points);
-        add(o.model.surface.triangles);
+        add(o.model.surface->points);
+        add(o.model.surface->triangles);
     }
     return hash_bytes(bytes);
 }
@@ -396,7 +396,7 @@ void RunWriter::State::write_obstacles(const char* suffix, double time, bool wit
 {
     const std::vector<Obstacle>& obstacles = simulation.obstacles();
     for (std::size_t i = 0; i < obstacles.size(); ++i) {
-        const SurfaceMesh& surface = obstacles[i].model.surface;
+        const SurfaceMesh& surface = *obstacles[i].model.surface;
         std::vector<double> force(surface.points.size(), 0.0);
         if (with_forces) {
             const std::vector<double> largest = simulation.max_contact_force(i);

@@ -42,9 +42,9 @@ ViewFrame ViewMaker::frame(double time, const std::vector<BeamRecord>& beams,
     if (!begun_)
         for (const Obstacle& o : obstacles_) {
             ViewShape& s = f.shapes.emplace_back(ViewShape{o.name, ViewShape::wall, {}, {}, {}});
-            for (const Vec3& x : o.model.surface.points)
+            for (const Vec3& x : o.model.surface->points)
                 add_point(s.points, x);
-            add_triangles(s.triangles, o.model.surface.triangles);
+            add_triangles(s.triangles, o.model.surface->triangles);
         }
     for (const BeamRecord& b : beams) {
         ViewShape& s = f.shapes.emplace_back(ViewShape{b.name, ViewShape::wire, {}, {}, {}});

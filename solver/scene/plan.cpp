@@ -165,7 +165,7 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
                                                                   : kPerUnknown * b.unknowns;
     if (const LinearPath* taken = linear.path(linear.taken)) plan.memory += taken->memory;
     for (const Obstacle& o : obstacles)
-        plan.memory += kPerTriangle * static_cast<double>(o.model.surface.triangles.size());
+        plan.memory += kPerTriangle * static_cast<double>(*o.model.triangle_count);
     plan.memory += kSampledWall * static_cast<double>(std::count_if(
                                       scene.obstacles.begin(), scene.obstacles.end(), is_sampled));
     if (!beams) {

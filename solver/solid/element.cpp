@@ -236,7 +236,9 @@ ShapeValues solid_lumped_mass(ElementKind kind, const ElementPoints& X, double d
         total += density * volume;
         mass += density * volume * (kind == ElementKind::T10 ? N.cwiseAbs2().eval() : N);
     });
-    if (kind == ElementKind::T10 && total > 0) mass *= total / mass.sum();
+    // 1 *: the sum of a vector itself begins where its address is that of a register, and the stack
+    // has its values now here, now there.
+    if (kind == ElementKind::T10 && total > 0) mass *= total / (1 * mass).sum();
     return mass;
 }
 

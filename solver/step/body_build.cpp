@@ -87,17 +87,19 @@ struct Built {
         return at == number.end() ? -1 : at->second;
     }
     /// Made once for all pairs; null if the mesh has no such set.
+    /// @param outside  all of the mesh's
     const ContactSurface* surface(const std::string& body, const VolumeMesh& mesh,
-                                  const std::string& set, std::size_t law, std::size_t side)
+                                  const ExternalSurface& outside, const std::string& set,
+                                  std::size_t law, std::size_t side)
     {
         const auto known = system.surfaces.find({body, set});
         if (known != system.surfaces.end()) return &known->second;
-        const auto keep = [&](ExternalSurface outside) {
+        const auto keep = [&](ExternalSurface of_set) {
             ContactSurface& s = system.surfaces[{body, set}];
-            s.outside = std::move(outside);
+            s.outside = std::move(of_set);
             return &s;
         };
-        if (set.empty()) return keep(extract_surface(mesh));
+        if (set.empty()) return keep(outside);
         if (const FaceSet* faces = find_set(mesh.face_sets, set))
             return keep(surface_of(mesh, faces->members));
         std::vector<std::string> names;
@@ -300,6 +302,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     auto system = std::make_unique<BodySystem>();
     std::vector<std::size_t> order; // of scene.order: solids, rigids in the scene's order
     std::vector<VolumeMesh> meshes(scene.solids.size());
+    std::vector<ExternalSurface> outsides(scene.solids.size());
     for (std::size_t i = 0; i < scene.solids.size(); ++i) {
         const SolidInput& input = scene.solids[i];
         const std::string place = "/bodies/" + input.name + "/mesh";
@@ -309,11 +312,12 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
             meshes[i] = build_mesh(input.mesh, scene, warnings);
             const std::string file =
                 input.mesh.file.empty() ? scene.file : beside(scene, input.mesh.file);
-            const VolumeReport report = check_volume(meshes[i]);
+            VolumeReport report = check_volume(meshes[i]);
             add_issues(errors_of(report, meshes[i], file), scene, place, issues);
             const std::vector<Issue> odd = warnings_of(report, meshes[i], file);
             warnings.insert(warnings.end(), odd.begin(), odd.end());
             check_locking(input, meshes[i], scene.file, warnings, issues);
+            outsides[i] = std::move(report.surface);
         } catch (const InputError& error) {
             add_issues(error.issues(), scene, place, issues);
         }
@@ -350,8 +354,8 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
             if (i < 0) continue;
             const VolumeMesh& mesh = meshes[std::size_t(i)];
             const std::size_t before = system->surfaces.size();
-            const ContactSurface* s =
-                built.surface(law.between[side], mesh, law.surfaces[side], k, side);
+            const ContactSurface* s = built.surface(
+                law.between[side], mesh, outsides[std::size_t(i)], law.surfaces[side], k, side);
             surfaces[k][side] = s;
             touching[std::size_t(i)].resize(mesh.nodes.size(), 0);
             if (s && system->surfaces.size() > before)

@@ -412,7 +412,7 @@ LinearPlan BodySimulation::linear_plan() const
 
 std::vector<double> BodySimulation::max_contact_force(std::size_t obstacle) const
 {
-    return std::vector<double>(state_->obstacles[obstacle].model.surface.points.size(), 0);
+    return std::vector<double>(state_->obstacles[obstacle].model.surface->points.size(), 0);
 }
 
 std::vector<Issue> BodySimulation::warnings() const

@@ -20,8 +20,8 @@
 namespace amontons {
 namespace {
 
-// Half a step of smooth motion misses a quarter of what the whole misses of its balance, relative to
-// what it turns over. What misses more than that has jumped, and is quartered.
+// Half a step of smooth motion misses a quarter of what the whole misses of its balance, relative
+// to what it turns over. What misses more than that has jumped, and is quartered.
 constexpr double kJumped = 4;
 
 void add_energy(EnergyRecord& sum, const EnergyRecord& step)
@@ -261,7 +261,7 @@ void WireSimulation::State::note_forces(const StepRecord& r)
     for (const ContactRecord& c : r.contacts) {
         const std::size_t o = std::size_t(c.body_b);
         if (o >= obstacles.size()) continue; // in a bore
-        const SurfaceMesh& mesh = obstacles[o].model.surface;
+        const SurfaceMesh& mesh = *obstacles[o].model.surface;
         if (mesh.triangles.empty()) continue;
         if (!tree[o]) tree[o] = std::make_unique<BoundingTree>(mesh);
         if (max_force[o].empty()) max_force[o].assign(mesh.points.size(), 0);
@@ -498,7 +498,7 @@ std::vector<double> WireSimulation::max_contact_force(std::size_t obstacle) cons
 {
     const State& s = *state_;
     if (!s.max_force[obstacle].empty()) return s.max_force[obstacle];
-    return std::vector<double>(s.obstacles[obstacle].model.surface.points.size(), 0);
+    return std::vector<double>(s.obstacles[obstacle].model.surface->points.size(), 0);
 }
 
 std::vector<std::byte> WireSimulation::save() const
@@ -554,7 +554,7 @@ void WireSimulation::restore(const std::vector<std::byte>& state)
             nested.push_back(read_reactions(n.reaction.size(), in));
     std::vector<std::vector<double>> force;
     for (const Obstacle& o : s.obstacles)
-        force.push_back(in.vector<double>(o.model.surface.points.size()));
+        force.push_back(in.vector<double>(o.model.surface->points.size()));
     RunSummary sum = read_summary(in);
     in.end();
 

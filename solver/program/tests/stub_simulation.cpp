@@ -64,7 +64,7 @@ std::vector<BodyPlan> StubSimulation::plan() const
 
 std::vector<double> StubSimulation::max_contact_force(std::size_t obstacle) const
 {
-    return std::vector<double>(state_->obstacles[obstacle].model.surface.points.size(), 0.25);
+    return std::vector<double>(state_->obstacles[obstacle].model.surface->points.size(), 0.25);
 }
 
 std::vector<std::byte> StubSimulation::save() const

@@ -202,6 +202,29 @@ TEST_CASE("an H8 of incompressible material keeps one volume and not seven")
     }
 }
 
+namespace {
+
+/// A T10's masses from so many bytes deeper in the stack.
+[[gnu::noinline]] ShapeValues masses_below(std::size_t bytes, const ElementPlaces& X)
+{
+    volatile char* const room = static_cast<char*>(__builtin_alloca(bytes));
+    room[0] = 0;
+    return solid_lumped_mass(ElementKind::T10, X, 1100);
+}
+
+} // namespace
+
+TEST_CASE("lumped masses are the same bits wherever the stack is")
+{
+    test::Random random(11);
+    for (int k = 0; k < 20; ++k) {
+        const ElementPlaces X = test::distorted_element(ElementKind::T10, random);
+        const ShapeValues first = masses_below(16, X);
+        for (const std::size_t bytes : {32, 48, 64})
+            CHECK(masses_below(bytes, X) == first);
+    }
+}
+
 TEST_CASE("masses sum to density times volume and are positive and move a body as they should")
 {
     test::Random random(7);

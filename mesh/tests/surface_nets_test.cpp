@@ -1,0 +1,85 @@
+#include "mesh/generate/surface_nets.hpp"
+
+#include <algorithm>
+#include <doctest/doctest.h>
+#include <set>
+
+using namespace amontons;
+
+namespace {
+
+/// Free within two balls of radius 1.
+ImplicitSurface two_balls(const Vec3& a, const Vec3& b)
+{
+    return {[=](const Vec3& x) { return 1 - std::min((x - a).norm(), (x - b).norm()); },
+            [=](const Vec3& x) {
+                const Vec3& c = (x - a).norm() < (x - b).norm() ? a : b;
+                return Vec3{c + (x - c).normalized()};
+            }};
+}
+
+bool is_manifold(const SurfaceMesh& mesh)
+{
+    std::set<std::pair<std::int32_t, std::int32_t>> edges;
+    for (const auto& t : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k)
+            if (!edges.emplace(t[k], t[(k + 1) % 3]).second) return false;
+    return true;
+}
+
+} // namespace
+
+TEST_CASE("of nets it is foreseen how many triangles they have and whether an edge has four")
+{
+    int manifold = 0, others = 0;
+    for (const double edge : {0.13, 0.1, 0.077})
+        for (int k = 0; k < 12; ++k) {
+            const Vec3 a{0.1, 0.2, 0.3}, towards = Vec3{1, 0.17 * k, 0.9 - 0.2 * k}.normalized();
+            const ImplicitSurface balls = two_balls(a, a + (1.96 + 0.02 * k) * towards);
+            const Vec3 low = Vec3::Constant(-3.2), high = Vec3::Constant(3.5);
+            const SurfaceMesh mesh = surface_nets(balls, low, high, edge);
+            const NetsForecast foreseen = foresee_nets(balls, low, high, edge);
+            CHECK(foreseen.manifold == is_manifold(mesh));
+            if (foreseen.manifold) CHECK(foreseen.triangles == mesh.triangles.size());
+            ++(foreseen.manifold ? manifold : others);
+        }
+    CHECK(manifold > 5);
+    CHECK(others > 5);
+}
+
+TEST_CASE("nets are the same bits whether values far from the surface are looked at or not")
+{
+    const ImplicitSurface steep = two_balls({0, 0, 0}, {1.2, 0.1, 0});
+    ImplicitSurface flat = steep; // so small that it may be zero anywhere
+    flat.value = [&](const Vec3& x) { return steep.value(x) / 64; };
+    const Vec3 low{-1.2, -1.2, -1.2}, high{2.5, 1.3, 1.2};
+    for (const double edge : {0.3, 0.1}) {
+        const SurfaceMesh mesh = surface_nets(steep, low, high, edge),
+                          all = surface_nets(flat, low, high, edge);
+        CHECK(mesh.points == all.points);
+        CHECK(mesh.triangles == all.triangles);
+        CHECK(foresee_nets(steep, low, high, edge).triangles == all.triangles.size());
+        CHECK(foresee_nets(flat, low, high, edge).triangles == all.triangles.size());
+    }
+}
+
+TEST_CASE("a part of nets is the whole there")
+{
+    const ImplicitSurface balls = two_balls({0, 0, 0}, {1.2, 0.1, 0});
+    const Vec3 low{-1.2, -1.2, -1.2}, high{2.5, 1.3, 1.2};
+    const double edge = 0.1;
+    const SurfaceMesh whole = surface_nets(balls, low, high, edge);
+    const SurfaceMesh part =
+        surface_nets(balls, low, high, edge, [](const Vec3& x) { return x[0] > 0.5; });
+    CHECK(part.triangles.size() < whole.triangles.size());
+    // Not beside what is left out: sweeps of relaxation look at neighbours.
+    const auto within = [](const SurfaceMesh& mesh) {
+        std::vector<std::array<double, 3>> points;
+        for (const Vec3& p : mesh.points)
+            if (p[0] > 1.2) points.push_back({p[0], p[1], p[2]});
+        std::sort(points.begin(), points.end());
+        return points;
+    };
+    CHECK(within(part).size() > 300);
+    CHECK(within(part) == within(whole));
+}
