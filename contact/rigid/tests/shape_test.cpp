@@ -95,7 +95,7 @@ TEST_CASE("coplanar triangles are one face and straight chains of edges one edge
     CHECK(not_convex == 2); // the two Ls
 
     // A ball of triangles keeps every one of them.
-    const SurfaceMesh ball = make_ball({.radius = 1}).surface;
+    const SurfaceMesh ball = *make_ball({.radius = 1}).surface;
     const Polyhedron b = make_polyhedron(ball);
     CHECK(b.normals.size() == ball.triangles.size());
     CHECK(b.convex);
