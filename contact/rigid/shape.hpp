@@ -72,6 +72,11 @@ struct MassProperties {
 /// Source: divergence theorem; a tetrahedron's second moments as in Tonon 2004, J. Math. Stat. 1.
 MassProperties mass_properties(const RigidShape& shape, double density);
 
+inline bool is_round(const RigidShape& shape)
+{
+    return std::holds_alternative<Ball>(shape) || std::holds_alternative<Cylinder>(shape);
+}
+
 /// Of a ball around the frame's origin that holds the shape [m]; infinite for a Plane.
 double bounding_radius(const RigidShape& shape);
 

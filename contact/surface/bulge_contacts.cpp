@@ -1,5 +1,6 @@
 #include "contact/surface/bulge_contacts.hpp"
 
+#include "contact/surface/faceted_surface.hpp"
 #include "contact/surface/facets.hpp"
 #include "mesh/base/dense.hpp"
 #include "mesh/closest_point.hpp"
@@ -10,22 +11,6 @@
 
 namespace amontons {
 namespace {
-
-/// Flat triangles that stand for a face, by its nodes.
-constexpr std::array<std::array<int, 3>, 4> kBulgeQuarters{
-    {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}}};
-constexpr std::array<std::array<int, 3>, 2> kHalves{{{0, 1, 2}, {0, 2, 3}}};
-constexpr std::array<std::array<int, 3>, 1> kWholeFace{{{0, 1, 2}}};
-
-std::span<const std::array<int, 3>> triangles_of_face(int nodes)
-{
-    if (nodes == 6) return kBulgeQuarters;
-    if (nodes == 4) return kHalves;
-    return kWholeFace;
-}
-
-const std::array<Vec2, 6> kTriangle{{{0, 0}, {1, 0}, {0, 1}, {0.5, 0}, {0.5, 0.5}, {0, 0.5}}};
-const std::array<Vec2, 4> kSquare{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}};
 
 constexpr double kAtNode = 0.99;    // its weight
 constexpr double kSameBulge = 1e-6; // of a face's length: one place on two faces
@@ -51,7 +36,8 @@ Vec2 nearest(const FaceInPlane& face, const Vec3& x)
 {
     Vec2 best = Vec2::Zero();
     double least = std::numeric_limits<double>::infinity();
-    for (const std::array<int, 3>& t : triangles_of_face(face.nodes)) {
+    const FlatParts parts = flat_parts(std::size_t(face.nodes));
+    for (const std::array<int, 3>& t : parts.triangles) {
         const auto node = [&](int k) -> const Vec3& {
             return face.node[std::size_t(t[std::size_t(k)])];
         };
@@ -61,7 +47,7 @@ Vec2 nearest(const FaceInPlane& face, const Vec3& x)
             best.setZero();
             for (int k = 0; k < 3; ++k) {
                 const auto local = std::size_t(t[std::size_t(k)]);
-                best += p.weights[k] * (face.nodes == 4 ? kSquare[local] : kTriangle[local]);
+                best += p.weights[k] * parts.xi[local];
             }
         }
     }

@@ -1,5 +1,6 @@
 #include "contact/surface/passage.hpp"
 
+#include "contact/surface/faceted_surface.hpp"
 #include "mesh/box_tree.hpp"
 
 #include <Eigen/Geometry>
@@ -18,13 +19,8 @@ std::vector<Triangle> triangles_of_surface(const ExternalSurface& surface)
     std::vector<Triangle> all;
     for (std::size_t f = 0; f < surface.faces.size(); ++f) {
         const auto n = surface.face(f);
-        if (n.size() == 6) {
-            all.insert(all.end(), {Triangle{{n[0], n[3], n[5]}}, Triangle{{n[3], n[1], n[4]}},
-                                   Triangle{{n[5], n[4], n[2]}}, Triangle{{n[3], n[4], n[5]}}});
-        } else {
-            all.push_back({{n[0], n[1], n[2]}});
-            if (n.size() == 4) all.push_back({{n[0], n[2], n[3]}});
-        }
+        for (const std::array<int, 3>& t : flat_parts(n.size()).triangles)
+            all.push_back({{n[std::size_t(t[0])], n[std::size_t(t[1])], n[std::size_t(t[2])]}});
     }
     return all;
 }
@@ -123,7 +119,10 @@ std::optional<Vec3> passage(const MovedSurface& a, const MovedSurface& b, double
     return nodes_through_faces(b, a, depth);
 }
 
-double least_thickness(const ExternalSurface& surface, std::span<const Vec3> places)
+namespace {
+
+/// @param bound  what is returned where nothing is thinner; 0: half the longest edge
+double thickness_below(const ExternalSurface& surface, std::span<const Vec3> places, double bound)
 {
     constexpr double kFlat = 1e-9; // of a triangle: it has no normal, or the ray meets its edge
     struct Corners {
@@ -146,7 +145,7 @@ double least_thickness(const ExternalSurface& surface, std::span<const Vec3> pla
         boxes.push_back(box);
     }
     const BoxTree tree(boxes);
-    double least = 0.5 * longest;
+    double least = bound > 0 ? bound : 0.5 * longest;
     for (const Corners& own : all) {
         const Vec3 from = (own.a + own.b + own.c) / 3;
         BoundingBox way;
@@ -167,6 +166,23 @@ double least_thickness(const ExternalSurface& surface, std::span<const Vec3> pla
         });
     }
     return least;
+}
+
+} // namespace
+
+double least_thickness(const ExternalSurface& surface, std::span<const Vec3> places)
+{
+    return thickness_below(surface, places, 0);
+}
+
+double least_thickness(const ExternalSurface& surface, std::span<const Vec3> places, double most)
+{
+    // Long rays meet many boxes: a short one first.
+    const double first = thickness_below(surface, places, 0);
+    for (double bound = first;; bound *= 2) {
+        const double found = thickness_below(surface, places, std::min(bound, most));
+        if (found < bound || bound >= most) return std::min(found, most);
+    }
 }
 
 } // namespace amontons

@@ -61,6 +61,9 @@ public:
     virtual int unknowns() const = 0;
     virtual bool nonlinear() const = 0; ///< its forces are not linear in the places
 
+    /// What is prescribed moves no place farther from one time to another [m].
+    virtual double prescribed_motion(double /*from*/, double /*to*/) const { return 0; }
+
     /// Begins a step (or, after a refusal, the same one anew): the iterate is the state, moved as
     /// what is prescribed says.
     virtual void begin(const StepInput& step) = 0;
@@ -121,6 +124,10 @@ public:
     virtual double kinetic_energy() const = 0; ///< of the state [J]
     virtual Vec3 momentum() const = 0;         ///< linear [kg m/s]
     virtual Vec3 angular_momentum() const = 0; ///< about the origin [kg m^2/s]
+
+    /// Velocities of the state, of as many numbers as the body has; before its first step.
+    virtual std::vector<double> velocities() const { return {}; }
+    virtual void set_velocities(std::span<const double> /*velocities*/) {}
 
     /// Everything that the next step depends on.
     virtual std::vector<double> state() const = 0;

@@ -51,6 +51,26 @@ RigidBody::Motion RigidBody::driven_motion(double t) const
     return m;
 }
 
+double RigidBody::prescribed_motion(double from, double to) const
+{
+    if (!driven()) return 0;
+    const Motion a = driven_motion(from), b = driven_motion(to);
+    return (b.centre - a.centre).norm() + a.turn.angularDistance(b.turn) * 2 * size_;
+}
+
+std::vector<double> RigidBody::velocities() const
+{
+    const Vec3 &v = state_.velocity, &w = state_.spin;
+    return {v.x(), v.y(), v.z(), w.x(), w.y(), w.z()};
+}
+
+void RigidBody::set_velocities(std::span<const double> v)
+{
+    state_.velocity = Vec3(v[0], v[1], v[2]);
+    state_.spin = Vec3(v[3], v[4], v[5]);
+    angular_ = inertia(state_.turn) * state_.spin;
+}
+
 Mat3 RigidBody::inertia(const Eigen::Quaterniond& turn) const
 {
     const Mat3 R = turn.toRotationMatrix();

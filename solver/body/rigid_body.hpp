@@ -39,6 +39,7 @@ public:
     /// @param force   mean over a dynamic step, at the end of a quasi-static one [N]
     /// @param torque  about the origin [N m]
     void carry(const Vec3& force, const Vec3& torque);
+    double prescribed_motion(double from, double to) const override;
     void begin(const StepInput& step) override;
     bool stand_at_start() override;
     void linearise() override {}
@@ -68,6 +69,8 @@ public:
     double kinetic_energy() const override;
     Vec3 momentum() const override;
     Vec3 angular_momentum() const override;
+    std::vector<double> velocities() const override;
+    void set_velocities(std::span<const double> velocities) override;
     std::vector<double> state() const override;
     void set_state(std::span<const double> state) override;
 

@@ -53,6 +53,7 @@ public:
     bool in_medium() const { return input_.drag > 0; }
     /// True at a node whose place cannot move in this direction.
     bool holds(const CurvePlace& at, const Vec3& direction) const;
+    double least_radius() const;  ///< of its segments [m]
     double contact_reach() const; ///< of gaps that are looked at [m]
     /// Where it may touch what runs along it.
     const std::vector<CurvePlace>& stations() const { return stations_; }

@@ -59,6 +59,14 @@ bool RodBody::holds(const CurvePlace& at, const Vec3& direction) const
     return left.norm() < 1e-6;
 }
 
+double RodBody::least_radius() const
+{
+    double least = std::numeric_limits<double>::infinity();
+    for (const CurvePiece& p : curve().pieces)
+        least = std::min(least, p.radius);
+    return least;
+}
+
 double RodBody::contact_reach() const
 {
     double longest = 0;

@@ -109,6 +109,15 @@ public:
     std::span<const Vec3> first_places() const { return first_; }    ///< when the run began
     /// The least height of an element: no part of the body is thinner [m].
     double thinnest() const;
+    double thickness() const; ///< at rest, from any face straight in to where the body ends [m]
+    /// Where the body would be without strain: moved by its frame, and within it as what is
+    /// prescribed moves on average along each axis.
+    struct Unstrained {
+        Placement frame;
+        Vec3 shift = Vec3::Zero(); ///< in the frame [m]
+        Vec3 place(const Vec3& X) const { return frame * (X + shift); }
+    };
+    Unstrained unstrained() const; ///< of the iterate
     Vec3 moved_from_first(std::span<const StencilEntry> nodes) const; ///< the iterate [m]
     /// Young's modulus, for choosing slaves [Pa].
     double stiffness() const { return material_.youngs_modulus; }
@@ -119,6 +128,7 @@ public:
     bool matrix_kept() const { return matrix_kept_; }
     /// The tangent of the last linearise() is not positive: the body leaves an unstable balance.
     bool leaves_balance() const { return shift_ > 0 && volumes_.empty(); }
+    double prescribed_motion(double from, double to) const override;
     void begin(const StepInput& step) override;
     bool stand_at_start() override;
     void linearise() override;
@@ -163,6 +173,8 @@ public:
     double kinetic_energy() const override;
     Vec3 momentum() const override;
     Vec3 angular_momentum() const override;
+    std::vector<double> velocities() const override;
+    void set_velocities(std::span<const double> velocities) override;
     std::vector<double> state() const override;
     void set_state(std::span<const double> state) override;
 

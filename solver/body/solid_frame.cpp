@@ -1,3 +1,4 @@
+#include "mesh/base/curve.hpp"
 #include "mesh/base/dense.hpp"
 #include "solver/body/node_index.hpp"
 #include "solver/body/solid_body.hpp"
@@ -75,6 +76,39 @@ Placement SolidBody::frame_at(double t) const
     if (driven_to_) return *driven_to_;
     const Placement start = start_placement(input_.start);
     return input_.drive.given ? driven_placement(input_.drive, start, middle_, t) : start;
+}
+
+double SolidBody::prescribed_motion(double from, double to) const
+{
+    Vec3 held = Vec3::Zero(); // along each axis
+    for (const SolidConditions::Held& h : conditions_.held)
+        if (h.curve) {
+            double& most = held[h.dof % 3];
+            most = std::max(most, std::abs(curve_value(*h.curve, to) - curve_value(*h.curve, from)));
+        }
+    if (!input_.drive.given) return held.norm();
+    const Placement a = frame_at(from), b = frame_at(to);
+    return held.norm() + (b * middle_ - a * middle_).norm() +
+           a.turn.angularDistance(b.turn) * 2 * size_;
+}
+
+SolidBody::Unstrained SolidBody::unstrained() const
+{
+    Unstrained whole{now_.frame, Vec3::Zero()};
+    Vec3 sum = Vec3::Zero(), count = Vec3::Zero();
+    for (const SolidConditions::Held& h : conditions_.held) {
+        // What is held where nothing touches is not kept in u.
+        sum[h.dof % 3] += h.curve ? curve_value(*h.curve, step_.end()) : 0;
+        count[h.dof % 3] += 1;
+    }
+    for (int k = 0; k < 3; ++k)
+        if (count[k] > 0) whole.shift[k] = sum[k] / count[k];
+    if (count.isZero(0) && !input_.drive.given) { // nothing says where it would be but itself
+        Motion floating = now_;
+        float_frame(floating);
+        whole.frame = floating.frame;
+    }
+    return whole;
 }
 
 void SolidBody::update_places(Motion& m)
@@ -234,6 +268,18 @@ double SolidBody::keep_angular_momentum(const Eigen::VectorXd& load, const Eigen
     for (std::size_t i = 0; i < now_.x.size(); ++i)
         now_.v.segment<3>(at3(i)) += spin.cross(Vec3(arms.segment<3>(at3(i))));
     return spin.dot(momentum + 0.5 * missing);
+}
+
+std::vector<double> SolidBody::velocities() const
+{
+    return {state_.v.data(), state_.v.data() + state_.v.size()};
+}
+
+void SolidBody::set_velocities(std::span<const double> v)
+{
+    std::ranges::copy(v, state_.v.data());
+    if (material_.density > 0) momentum_ = mass_times(state_.v);
+    spin_.reset();
 }
 
 double SolidBody::speed() const

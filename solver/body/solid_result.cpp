@@ -34,6 +34,11 @@ double SolidBody::thinnest() const
     return least_thickness(extract_surface(mesh_), mesh_.nodes);
 }
 
+double SolidBody::thickness() const
+{
+    return least_thickness(extract_surface(mesh_), mesh_.nodes, 2 * size_);
+}
+
 void SolidBody::stresses(std::vector<Vec6>& stress, std::vector<double>& energy) const
 {
     const Mat6 C = elasticity_matrix(material_);

@@ -28,6 +28,7 @@ constexpr Column kLast[] = {
     {"certificate_error", [](const StepRecord& r) { return r.certificate.error; }},
     {"certificate_tolerance", [](const StepRecord& r) { return r.certificate.tolerance; }},
     {"worst_penetration [m]", [](const StepRecord& r) { return r.certificate.worst_penetration; }},
+    {"worst_overlap [m]", [](const StepRecord& r) { return r.certificate.worst_overlap.depth; }},
     {"worst_cone_violation [N]",
      [](const StepRecord& r) { return r.certificate.worst_cone_violation; }},
     {"work [J]", [](const StepRecord& r) { return r.energy.work; }},

@@ -79,9 +79,13 @@ int exit_code(const RunSummary& summary)
     return summary.status == "done" ? 0 : summary.status == "interrupted" ? 130 : 3;
 }
 
-void write_summary(JsonText& json, const RunSummary& s, const std::vector<std::string>& modules)
+void write_summary(JsonText& json, const RunSummary& s, const std::vector<std::string>& modules,
+                   const std::vector<std::string>& warnings)
 {
     json.member("status", s.status).member("message", s.message);
+    std::vector<std::string> all = warnings;
+    all.insert(all.end(), s.warnings.begin(), s.warnings.end());
+    write_strings(json, "warnings", all);
     json.member("steps", s.steps).member("time", s.time);
     const PhaseSeconds& t = s.seconds;
     json.key("seconds").open('{');
@@ -96,6 +100,14 @@ void write_summary(JsonText& json, const RunSummary& s, const std::vector<std::s
         .close('}');
     json.key("certificate").open('{').member("worst_error", s.worst_error);
     json.member("worst_penetration", s.worst_penetration);
+    json.member("worst_overlap", s.worst_overlap.depth);
+    if (s.worst_overlap.depth > 0) {
+        const Vec3& x = s.worst_overlap.point;
+        json.key("worst_overlap_at").open('{');
+        json.member("a", s.worst_overlap.a).member("b", s.worst_overlap.b);
+        json.key("point").open('[').value(x.x()).value(x.y()).value(x.z()).close(']');
+        json.member("step", s.worst_overlap.step).close('}');
+    }
     json.member("worst_cone_violation", s.worst_cone_violation);
     json.member("uncertified_steps", s.uncertified_steps).close('}');
     const EnergyRecord& e = s.energy;
@@ -146,8 +158,7 @@ std::string manifest_bytes(const ManifestInput& in, const RunSummary& summary)
     write_strings(json, "command", in.command);
     json.member("threads", in.threads).member("resumed", in.resumed);
     json.member("started", in.started).member("written", now_utc());
-    write_strings(json, "warnings", in.warnings);
-    write_summary(json, summary, in.modules);
+    write_summary(json, summary, in.modules, in.warnings);
     if (summary.status != "running") json.member("exit_code", exit_code(summary));
     write_strings(json, "files", in.files);
     json.key("scene").open('{').member("file", in.scene_file);

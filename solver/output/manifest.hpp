@@ -40,8 +40,10 @@ double peak_memory();
 int exit_code(const RunSummary& summary);
 
 /// Adds the members of `amontons run --json` to an open object.
+/// @param warnings  of the scene; those of the steps are in the summary
 void write_summary(JsonText& json, const RunSummary& summary,
-                   const std::vector<std::string>& modules);
+                   const std::vector<std::string>& modules,
+                   const std::vector<std::string>& warnings = {});
 
 /// The bytes of manifest.json.
 std::string manifest_bytes(const ManifestInput& input, const RunSummary& summary);

@@ -48,11 +48,20 @@ struct ContactRecord {
     int body_a = 0, body_b = 0; ///< obstacles first, then others, in the scene's order
 };
 
+/// The place where two bodies stand deepest in each other, measured on their surfaces.
+struct OverlapRecord {
+    double depth = 0;     ///< [m]; 0: nowhere
+    std::string a, b;     ///< names of the bodies
+    Vec3 point = Vec3::Zero();
+    int step = 0;
+};
+
 /// Errors of an accepted state, recomputed from the state alone.
 struct StepCertificate {
     double error = 0;                ///< natural map and equilibrium, relative [-]
     double tolerance = 0;            ///< [-]
-    double worst_penetration = 0;    ///< [m], >= 0
+    double worst_penetration = 0;    ///< of the contacts' gaps [m], >= 0
+    OverlapRecord worst_overlap;
     double worst_cone_violation = 0; ///< [N], >= 0
     int worst_contact = -1;          ///< index into StepRecord::contacts
     bool certified = true;           ///< error <= tolerance
@@ -120,6 +129,8 @@ struct RunSummary {
     int contacts_max = 0;
     double contacts_mean = 0;
     double worst_error = 0, worst_penetration = 0, worst_cone_violation = 0;
+    OverlapRecord worst_overlap;
+    std::vector<std::string> warnings; ///< of the steps, a sentence each
     int uncertified_steps = 0;
     EnergyRecord energy;
     std::vector<SnapRecord> snaps;

@@ -157,6 +157,10 @@ std::string run_table(const RunSummary& s, const Scene& scene, const std::string
         fmt::format("error {:.2e}, penetration {:.2e} m, cone {:.2e} N, {} steps without",
                     s.worst_error, s.worst_penetration, s.worst_cone_violation,
                     s.uncertified_steps));
+    const OverlapRecord& o = s.worst_overlap;
+    row("worst overlap",
+        o.depth > 0 ? fmt::format("{:.2e} m of {} and {} in step {}", o.depth, o.a, o.b, o.step)
+                    : "none");
     row("energy", fmt::format("work {:.4e} J = elastic {:.4e} + kinetic {:.4e} + friction {:.4e} + "
                               "released {:.4e} + error {:.1e}",
                               s.energy.work, s.energy.elastic, s.energy.kinetic, s.energy.friction,
@@ -267,11 +271,13 @@ void run_scene(RunArguments& arguments, Session& session)
 
     Viewer::Counts shown;
     if (viewer) shown = viewer->close();
+    for (const std::string& w : summary.warnings)
+        session.say("warning: " + w);
     if (summary.status != "done") session.error(summary.status + ": " + summary.message);
     if (session.json) {
         JsonText json;
         json.open('{');
-        write_summary(json, summary, {});
+        write_summary(json, summary, {}, options.warnings);
         std::int64_t unknowns = 0;
         for (const BodyPlan& b : simulation.plan())
             unknowns += b.unknowns;

@@ -288,8 +288,16 @@ ObjectDeclaration declare_contact()
                     text<&C::discretisation>("discretisation",
                                              "Of solids: \"mortar\" integrates over the faces, "
                                              "\"nodal\" takes the other face at one point.")),
-             fallback("chosen", field<&C::reach>("reach", "m", at_least(0),
-                                                 "Gaps beyond are not looked at.")),
+             fallback("chosen",
+                      field<&C::reach>("reach", "m", at_least(0),
+                                       "How far contacts are looked for: a hint for the cost.")),
+             choice({"refuse", "resolve", "close"},
+                    text<&C::start_overlap>(
+                        "start_overlap",
+                        "Bodies that stand in each other when the run begins: \"refuse\" such a "
+                        "scene; \"resolve\" presses them out of each other before the first "
+                        "step; \"close\" takes gaps and overlaps of surfaces that should fit "
+                        "out of the gap.")),
              fallback("rigid",
                       field<&C::foundation>("foundation", "N/m^2", positive(),
                                             "Of a beam and an obstacle: springs along the normal "

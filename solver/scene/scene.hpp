@@ -328,7 +328,8 @@ struct ContactLaw {
     std::array<std::string, 2> surfaces{}; ///< face sets of the two; "": all of the outside
     std::string sliding = "finite";        ///< "finite" | "small": on the geometry of the start
     std::string discretisation = "mortar"; ///< "mortar" | "nodal"
-    double reach = 0;                      ///< gaps beyond are not looked at [m]; 0: chosen
+    double reach = 0;                      ///< how far contacts are looked for [m]; 0: chosen
+    std::string start_overlap = "refuse";  ///< "refuse" | "resolve" | "close"
     /// Of a beam and an obstacle: springs along the normal instead of a rigid wall, force per
     /// length of beam and depth [N/m^2]; 0: rigid.
     double foundation = 0;

@@ -2,6 +2,7 @@
 
 #include "contact/rigid/detect.hpp"
 #include "contact/rigid/first_touch.hpp"
+#include "contact/rigid/overlap.hpp"
 #include "contact/rigid/shape_distance.hpp"
 #include "contact/rigid/shape_surface.hpp"
 #include "contact/surface/bulge_contacts.hpp"
@@ -15,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <numbers>
 
 namespace amontons {
 namespace {
@@ -31,28 +33,13 @@ Pose pose_after(const RigidBody& body, const StepInput& step)
     return {free.shift, free.turn};
 }
 
-ExternalSurface surface_of_triangles(const SurfaceMesh& mesh)
-{
-    ExternalSurface s;
-    s.starts.push_back(0);
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-        for (const int p : mesh.triangles[i])
-            s.nodes.push_back(p);
-        s.starts.push_back(std::int64_t(s.nodes.size()));
-        s.corners.push_back(3);
-        s.faces.push_back({std::int32_t(i), 0});
-    }
-    for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-        s.used_nodes.push_back(std::int32_t(i));
-        s.surface_nodes.push_back(std::int32_t(i));
-    }
-    return s;
-}
-
 /// Numbers of contacts of sharp features begin here, those of nodes are below.
-constexpr std::int64_t kSharp = std::int64_t(1) << 40;
+constexpr std::int64_t kSharp = kNodeNumbers;
+constexpr std::int64_t kCaps = std::int64_t(1) << 50;
 constexpr std::int64_t kBulge = std::int64_t(1) << 60;
 
+constexpr double kCapsOfThickness = 0.4; // how far flat ends look: beyond are far sides
+constexpr int kCapPieces = 64;           // of a flat end: 0.2 % of its area are left out
 constexpr double kMargin = 0.002; // of the smaller body: see ContactPair
 constexpr double kReach = 0.2;    // of it: gaps that are looked at, unless it is said
 /// Pairs from which on threads share them out: starting some takes as long as ten pairs.
@@ -102,6 +89,25 @@ std::vector<BodyContact> as_body_contacts(const std::vector<RigidContact>& found
         out.push_back(k);
     }
     return out;
+}
+
+/// The flat ends of a cylinder.
+SurfaceMesh caps_of(const Cylinder& c)
+{
+    SurfaceMesh m;
+    for (const int side : {-1, 1}) {
+        const auto centre = int(m.points.size());
+        m.points.emplace_back(0, 0, side * c.half_length);
+        for (int i = 0; i < kCapPieces; ++i) {
+            const double angle = 2 * std::numbers::pi * i / kCapPieces;
+            m.points.emplace_back(c.radius * std::cos(angle), c.radius * std::sin(angle),
+                                  side * c.half_length);
+            const int here = centre + 1 + i, next = centre + 1 + (i + 1) % kCapPieces;
+            m.triangles.push_back(side > 0 ? std::array{centre, here, next}
+                                           : std::array{centre, next, here});
+        }
+    }
+    return m;
 }
 
 /// Contacts that no nodes carry.
@@ -171,8 +177,7 @@ void ContactFinder::look_farther(const std::vector<BodyRef>& bodies, int body, d
 {
     const auto round = [&](int b) {
         const RigidBody* rigid = b >= 0 ? bodies[std::size_t(b)].rigid : nullptr;
-        return rigid && (std::holds_alternative<Ball>(rigid->shape()) ||
-                         std::holds_alternative<Cylinder>(rigid->shape()));
+        return rigid && is_round(rigid->shape());
     };
     for (ContactPair& p : pairs_) {
         if (p.small || (p.a != body && p.b != body)) continue;
@@ -222,9 +227,8 @@ int ContactFinder::pair_of_rest(int a, int b, const std::vector<BodyRef>& bodies
     return at->second;
 }
 
-template <class BoxOf>
 std::vector<BoxPair> ContactFinder::rest_meeting(const std::vector<BodyRef>& bodies,
-                                                 const BoxOf& box) const
+                                                 const std::function<AxisBox(int)>& box) const
 {
     std::vector<int> body;
     std::vector<AxisBox> boxes;
@@ -411,6 +415,15 @@ void ContactFinder::find_large(const std::vector<BodyRef>& bodies, int pair, Bod
             std::remove_if(out.contact.begin() + first, out.contact.end(),
                            [&](const BodyContact& c) { return c.gap > p.margin + closed; }),
             out.contact.end());
+    add_place_rows(bodies, pair, out);
+    if (inside_.empty()) return;
+    const auto& fitted = closed_[std::size_t(pair)];
+    for (std::size_t c = std::size_t(first); c < out.contact.size(); ++c) {
+        BodyContact& contact = out.contact[c];
+        contact.gap += left_in(pair);
+        if (const auto known = fitted.find(contact.id); known != fitted.end())
+            contact.gap += known->second;
+    }
 }
 
 /// Of the two sides of a contact against each other since the run began.
@@ -502,8 +515,24 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
         add(bulge_contacts(p.surface_a->outside, a.places(), sample, reach_), pair, p.a, p.b, false,
             out, kBulge);
     };
-    if (std::holds_alternative<Ball>(b.shape()) || std::holds_alternative<Cylinder>(b.shape()))
-        return round();
+    if (const auto* cylinder = std::get_if<Cylinder>(&b.shape())) {
+        // Flat ends meet faces that no node of theirs tells of: by integrals, as flat bodies do.
+        caps_.resize(bodies.size());
+        std::unique_ptr<Facets>& caps = caps_[std::size_t(p.b)];
+        if (!caps) {
+            caps = std::make_unique<Facets>();
+            caps->mesh = caps_of(*cylinder);
+            caps->surface = surface_of_triangles(caps->mesh);
+        }
+        MortarOptions options;
+        options.reach = std::min(reach_, kCapsOfThickness * std::min(thickness(bodies, p.a),
+                                                                     thickness(bodies, p.b)));
+        options.master_normals = true;
+        add(mortar_contacts(p.surface_a->outside, a.places(), caps->surface,
+                            moved_points(caps->mesh, at), options),
+            pair, p.a, p.b, false, out, kCaps);
+    }
+    if (is_round(b.shape())) return round();
     const Facets& facets = facets_of(bodies, p.b);
     const std::vector<Vec3> x = moved_points(facets.mesh, at);
     MortarOptions options;
@@ -525,6 +554,7 @@ const ContactFinder::Facets& ContactFinder::facets_of(const std::vector<BodyRef>
         facets->mesh = surface_of(bodies[std::size_t(body)].rigid->shape());
         facets->surface = surface_of_triangles(facets->mesh);
         facets->sharp = sharp_features(facets->surface, facets->mesh.points);
+        facets->flat.emplace(facets->surface);
     }
     return *facets;
 }

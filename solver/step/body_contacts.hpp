@@ -3,7 +3,9 @@
 #include "contact/curve/curve_on_faces.hpp"
 #include "contact/rigid/broad_phase.hpp"
 #include "contact/rigid/detect.hpp"
+#include "contact/surface/faceted_surface.hpp"
 #include "contact/surface/sharp_contacts.hpp"
+#include "mesh/base/late.hpp"
 #include "mesh/extract_surface.hpp"
 #include "mesh/wall.hpp"
 #include "solver/body/body.hpp"
@@ -20,6 +22,8 @@
 
 namespace amontons {
 
+class ByteReader;
+class ByteWriter;
 class RigidBody;
 class RodBody;
 class SolidBody;
@@ -68,11 +72,18 @@ struct BodyRef {
     RodBody* rod = nullptr;
 };
 
+/// No part of a body is thinner [m]. Of a solid: at rest.
+double thickness_of(const BodyRef& body);
+
 /// A solid's outside, or a set of its faces, as pairs see it.
 struct ContactSurface {
     ExternalSurface outside;
     SharpFeatures sharp; ///< at rest
+    Late<FacetedSurface> facets; ///< for measuring overlaps
 };
+
+/// What becomes of bodies that stand in each other when the run begins.
+enum class StartOverlap { refuse, resolve, close };
 
 /// Two bodies that a law lets meet. There may be millions.
 struct ContactPair {
@@ -87,9 +98,31 @@ struct ContactPair {
     /// farther apart may not be those of the touch, and stay for the step.
     double margin = 0;
     std::vector<FaceStation> stations; ///< of a rod on a solid
+    StartOverlap start_overlap = StartOverlap::refuse;
     std::string end_a;                 ///< of a rod that touches with an end alone: "start", "end"
     std::optional<Pose> plane;         ///< of an obstacle that is one: exact for every rigid shape
     const ContactSurface *surface_a = nullptr, *surface_b = nullptr; ///< of solids; outlive it
+};
+
+/// Where two bodies stand in each other.
+struct BodyOverlap {
+    int a = 0, b = -1, obstacle = -1; ///< as in ContactPair
+    int pair = -1;                    ///< of those given; -1: of the rest
+    double depth = 0;                 ///< of the place in the other body [m], > 0
+    Vec3 point = Vec3::Zero();
+    bool of_b = false; ///< the place is on b
+    SurfacePlace own;  ///< its nodes; none on a rigid body
+    double allowed = 0, most = 0; ///< more is warned of, ends the step [m]
+    double rows_beyond = 0;       ///< more gets a row, also where `allowed` is more [m]
+    double give = 0;              ///< what such a row leaves of it [m]
+};
+
+/// A row at a place of a mesh, beside those of multipliers.
+struct PlaceRow {
+    std::int64_t id = 0;
+    bool of_b = false;
+    SurfacePlace own;
+    double give = 0; ///< the overlap that it leaves [m]
 };
 
 /// What a law of "*" and "*" says of free rigid bodies. Of n of them there are n^2 pairs, and most
@@ -97,8 +130,15 @@ struct ContactPair {
 struct RestLaw {
     double friction = 0, restitution = 0;
     double reach = 0;                     ///< of ContactPair [m]; 0: chosen
+    StartOverlap start_overlap = StartOverlap::refuse;
     std::set<std::pair<int, int>> others; ///< pairs with a law of their own, lower number first
 };
+
+/// The number of a contact that stands for an area is that of the node which carries its multiplier,
+/// beside multiples of this.
+constexpr std::int64_t kNodeNumbers = std::int64_t(1) << 40;
+/// Numbers of contacts of such places begin here.
+constexpr std::int64_t kFirstPlaceRow = std::int64_t(1) << 61;
 
 /// How far a pair looks. @param given  by its law, 0: chosen [m]; size of the smaller body [m]
 void set_reach(ContactPair& pair, double given, double size);
@@ -129,6 +169,10 @@ public:
     /// Those given, and after them those of the rest that have come near so far.
     const std::vector<ContactPair>& pairs() const { return pairs_; }
     bool has_rest() const { return rest_.has_value(); }
+    StartOverlap start_overlap_of_rest() const
+    {
+        return rest_ ? rest_->start_overlap : StartOverlap::refuse;
+    }
     /// Bodies of the pairs of the rest, two numbers each: numbers of pairs depend on their order.
     std::vector<std::int64_t> met() const;
     /// Makes pairs of the rest anew. @returns  false, and does nothing, if there are no such pairs
@@ -153,6 +197,35 @@ public:
     void find(const std::vector<BodyRef>& bodies, const StepInput& step, BodyContacts& out,
               int threads = 1);
 
+    /// Where bodies stand in each other at the iterate: measured on their surfaces, whatever contacts
+    /// were found. Not of small pairs.
+    void overlaps(const std::vector<BodyRef>& bodies, std::vector<BodyOverlap>& out);
+    /// Gives the places of meshes that stand deep in another body rows of their own, from the next
+    /// find() on.
+    /// @return  true if some are new
+    bool add_rows(std::span<const BodyOverlap> overlaps);
+    /// Before a step: it begins without such rows, so that its end does not depend on those of steps
+    /// before. Under friction it does anyway, and they stay.
+    void begin_rows();
+    /// After a step: forgets rows that do not act.
+    void keep_rows(const std::function<bool(int pair, std::int64_t id)>& acts);
+    void save_rows(ByteWriter& out) const;
+    /// @throws InputError  if they are none of these bodies' meshes
+    std::vector<std::vector<PlaceRow>> read_rows(ByteReader& in) const;
+    void set_rows(std::vector<std::vector<PlaceRow>> rows) { rows_ = std::move(rows); }
+    double thickness(const std::vector<BodyRef>& bodies, int body); ///< thickness_of, kept
+    /// Of pairs whose bodies stand in each other at the start and are to be pressed out of each other
+    /// or taken as they fit: how deep. Before the first step.
+    void begin_inside(const std::vector<BodyRef>& bodies, std::span<const double> depths);
+    bool begins_inside() const { return !inside_.empty(); }
+    /// This share of the depths at the start is left in the gaps of those pairs.
+    void leave_inside(double share) { left_inside_ = share; }
+
+    /// What is prescribed in [from, to] moves pairs that are near by this times what contacts are
+    /// looked for, or less. Of quasi-static steps.
+    double share_searched(const std::vector<BodyRef>& bodies, double from, double to);
+
+
     /// Bodies that have passed through each other between the start of the step and the iterate, so
     /// far that contacts no longer tell; "" if none has.
     std::string passed(const std::vector<BodyRef>& bodies);
@@ -162,12 +235,13 @@ private:
         SurfaceMesh mesh;
         ExternalSurface surface;
         SharpFeatures sharp;
+        std::optional<FacetedSurface> flat;
     };
     const Facets& facets_of(const std::vector<BodyRef>& bodies, int body);
     int pair_of_rest(int a, int b, const std::vector<BodyRef>& bodies);
     /// Pairs of free rigid bodies whose boxes meet, without those that have a law of their own.
-    template <class BoxOf>
-    std::vector<BoxPair> rest_meeting(const std::vector<BodyRef>& bodies, const BoxOf& box) const;
+    std::vector<BoxPair> rest_meeting(const std::vector<BodyRef>& bodies,
+                                      const std::function<AxisBox(int)>& box) const;
     double most_closed(int body) const;
     void find_boxes(const std::vector<BodyRef>& bodies);
     void find_kept(const std::vector<BodyRef>& bodies, int pair);
@@ -181,6 +255,16 @@ private:
                                             double reach) const;
     std::vector<BodyContact> rest_contacts(const std::vector<BodyRef>& bodies, int pair) const;
     bool apart(const ContactPair& p, double reach) const;
+    // body_overlap.cpp
+    void overlaps_of_pair(const std::vector<BodyRef>& bodies, int pair,
+                          std::vector<BodyOverlap>& out);
+    void overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair,
+                         std::vector<BodyOverlap>& out);
+    std::optional<BodyOverlap> rigid_overlap(const std::vector<BodyRef>& bodies, int a, int b);
+    std::function<WallSample(const Vec3&)> distance_from_obstacle(const ContactPair& p) const;
+    const FacetedSurface* facets_if_triangles(const std::vector<BodyRef>& bodies, int body);
+    double left_in(int pair) const;
+    void add_place_rows(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     // body_passage.cpp
     bool passed(const std::vector<BodyRef>& bodies, const ContactPair& pair);
     // rod_contacts.cpp
@@ -207,6 +291,13 @@ private:
     std::vector<double> speed_;                    // of the bodies at the start of the step [m/s]
     std::vector<double> thinnest_; // no part of a body is thinner, once asked for [m]
     std::vector<std::unique_ptr<Facets>> facets_; // of the bodies, once one is needed
+    std::vector<std::unique_ptr<Facets>> caps_;   // of the bodies: flat ends of cylinders
+    std::vector<double> thickness_;               // of the bodies, once asked for [m]
+    std::vector<std::vector<PlaceRow>> rows_; // of the given pairs, once there are some
+    std::vector<double> inside_; // of each pair at the start, if some begin inside [m]
+    std::vector<double> slack_;  // of each pair: what is closed stays an overlap [m]
+    double left_inside_ = 0;     // share of it that gaps leave
+    std::vector<std::map<std::int64_t, double>> closed_; // of each pair's contacts: not in the gap
     StepInput step_;
     double reach_ = 0; // of the present pair and step
 };

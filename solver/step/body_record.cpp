@@ -146,7 +146,7 @@ BodyRecord record_solid(SolidBody& solid, int b, const BodySystem& system,
     for (std::size_t c = 0; c < step.contacts.contact.size(); ++c) {
         const BodyContact& k = step.contacts.contact[c];
         if (k.a != b || !(k.area > 0)) continue;
-        const auto node = std::size_t(k.id);
+        const auto node = std::size_t(k.id % kNodeNumbers);
         pressure.values[node] += k.frame.col(0).dot(force[c]) / k.area;
         for (std::size_t i = 0; i < 3; ++i)
             traction.values[3 * node + i] += force[c][Eigen::Index(i)] / k.area;

@@ -8,19 +8,23 @@
 #include "solver/body/solid_body.hpp"
 #include "solver/step/body_build.hpp"
 #include "solver/step/body_record.hpp"
+#include "solver/step/contact_size.hpp"
 #include "solver/step/couplings.hpp"
 #include "solver/step/recorded_problem.hpp"
 #include "solver/step/run_summary.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <array>
 #include <fmt/format.h>
+#include <map>
 
 namespace amontons {
 namespace {
 
 constexpr std::size_t kQuick = 6; // iterations of a step in a medium: the next ...
 constexpr double kGrowth = 1.5;   // ... may be so much longer
+constexpr double kWorse = 1.5;    // of a pair's overlap: it is told again
 constexpr double kSticks = 1e-9;  // slip per step below this share of the body sticks
 
 /// Every curve whose knots a step must not pass.
@@ -73,6 +77,8 @@ struct BodySimulation::State {
     EnergyRecord energy;
     double elastic_start = 0, kinetic_start = 0;
     RunSummary summary;
+    std::map<int, ContactSize> largest;          ///< of each pair, when its force was largest
+    std::map<std::array<int, 3>, double> warned; ///< overlaps told, by bodies and obstacle [m]
 
     double smallest() const
     {
@@ -96,6 +102,8 @@ struct BodySimulation::State {
     void make_ready();
     bool advance(double h, bool relaxed = false, double share = 1);
     bool find_first_balance();
+    bool press_out();
+    bool shift_apart();
     /// Rods that lose their balance can be followed against a drag, whatever they lie on.
     bool may_snap() const
     {
@@ -103,6 +111,10 @@ struct BodySimulation::State {
                std::ranges::any_of(system->refs, [](const BodyRef& b) { return b.rod; });
     }
     bool advance_path();
+    double within_reach(double h) const;
+    void warn_of_overlaps();
+    void note_contact_sizes();
+    std::vector<std::string> small_contacts() const;
     StepRecord record(double h, double seconds);
     void finish();
 };
@@ -165,11 +177,67 @@ bool BodySimulation::State::advance(double h, bool relaxed, double share)
     return true;
 }
 
+/// A quasi-static step so short that what is prescribed moves no farther than contacts are looked
+/// for: of a longer one equal parts.
+double BodySimulation::State::within_reach(double h) const
+{
+    if (dynamic() || h <= 0) return h;
+    const double share = system->finder.share_searched(system->refs, time, time + h);
+    return share > 1 ? h / std::ceil(share) : h;
+}
+
+/// Overlaps that the mesh leaves and its user should know of: each pair once, at its worst.
+void BodySimulation::State::warn_of_overlaps()
+{
+    for (const BodyOverlap& o : last.overlaps) {
+        bool much = o.depth > o.allowed;
+        if (const auto size = largest.find(o.pair); size != largest.end())
+            much |= o.depth > 0.5 * size->second.indentation;
+        if (!much) continue;
+        double& told = warned[{o.a, o.b, o.obstacle}];
+        if (!(o.depth > kWorse * told)) continue;
+        told = o.depth;
+        summary.warnings.push_back(fmt::format(
+            "step {}: {}, {}; finer faces there leave less", step, says(o, *system),
+            o.depth > o.allowed ? fmt::format("and such meshes should leave {:.3g} m", o.allowed)
+                                : "more than half of the indentation"));
+    }
+}
+
+/// Contacts that are smaller than a face when their force is largest: no mesh of such faces has the
+/// right force.
+void BodySimulation::State::note_contact_sizes()
+{
+    for (const ContactSize& now : contact_sizes(*system, last)) {
+        ContactSize& most = largest[now.pair];
+        if (now.force > most.force) most = now;
+    }
+}
+
+std::vector<std::string> BodySimulation::State::small_contacts() const
+{
+    std::vector<std::string> sentences;
+    for (const auto& [pair, c] : largest) {
+        if (!(c.width < c.face)) continue;
+        const ContactPair& p = system->finder.pairs()[std::size_t(pair)];
+        const std::string other = p.b >= 0 ? system->refs[std::size_t(p.b)].name
+                                           : obstacles[std::size_t(p.obstacle)].name;
+        sentences.push_back(fmt::format(
+            "{} and {}: the contact at ({:.4g}, {:.4g}, {:.4g}) is smaller than a face: about "
+            "{:.2g} m wide on faces of {:.2g} m, and its force too large, by up to some times; "
+            "faces of half its width tell it",
+            system->refs[std::size_t(p.a)].name, other, c.point.x(), c.point.y(), c.point.z(),
+            c.width, c.face));
+    }
+    return sentences;
+}
+
 /// Quasi-static: the balance that the first loads and places ask for; where it is not found at
 /// once, under shares of the loads that grow to all of them.
 bool BodySimulation::State::find_first_balance()
 {
     constexpr double kLeast = 1.0 / 256;
+    if (system->finder.begins_inside()) return press_out();
     if (advance(0) || (may_snap() && advance(0, true))) return true;
     const std::string refusal = last.refusal;
     double reached = 0;
@@ -187,6 +255,62 @@ bool BodySimulation::State::find_first_balance()
                                              refusal, reached, last.refusal)
                                : refusal;
     return false;
+}
+
+/// Bodies that begin inside each other are pressed out, in parts of the depth. Quasi-static: with the
+/// first balance. In motion: without speed, weight and loads, by the least motion that masses allow.
+bool BodySimulation::State::press_out()
+{
+    constexpr double kLeast = 1.0 / 256;
+    constexpr int kMost = 200;
+    const auto press = [&](double left) {
+        system->finder.leave_inside(left);
+        return dynamic() ? shift_apart() : advance(0);
+    };
+    double left = 1;
+    if (!dynamic() && !press(left)) return false;
+    for (double part = 0.25; left > 0 && !*stop;) {
+        const double next = std::max(0.0, left - part);
+        if (press(next)) {
+            left = next;
+            part *= 2;
+        } else if ((part /= 2) < kLeast) {
+            break;
+        }
+    }
+    system->finder.leave_inside(left);
+    // In motion a step takes a share of what is left.
+    for (int i = 0; dynamic() && left == 0 && i < kMost && last.overlap.depth > 0; ++i) {
+        const double before = last.overlap.depth;
+        if (!press(0) || !(last.overlap.depth < before)) break;
+    }
+    return left == 0;
+}
+
+/// A step of a second up to the start of the run, of bodies at rest, which rest after it.
+bool BodySimulation::State::shift_apart()
+{
+    StepInput input;
+    input.h = 1;
+    input.start = -input.h;
+    input.dynamic = true;
+    input.load = 0;
+    BodyStepOptions settings;
+    settings.tolerance = scene.accuracy.contact;
+    settings.solver = contact_solver(scene.accuracy.solver);
+    settings.threads = options.threads;
+    settings.stop = stop;
+    std::vector<std::vector<double>> velocities;
+    for (const auto& b : system->bodies) {
+        velocities.push_back(b->velocities());
+        b->set_velocities(std::vector<double>(velocities.back().size(), 0));
+    }
+    last = try_body_step(*system, input, settings);
+    for (std::size_t b = 0; b < velocities.size(); ++b)
+        system->bodies[b]->set_velocities(velocities[b]);
+    system->warm.clear(); // impulses of another length of time
+    system->warm_sticks.clear();
+    return last.accepted;
 }
 
 /// One step along the path of a rod's balances.
@@ -242,6 +366,16 @@ StepRecord BodySimulation::State::record(double h, double seconds)
     out.certificate.tolerance = std::max(last.threshold, scene.accuracy.contact);
     out.certificate.worst_penetration = last.penetration;
     out.certificate.worst_cone_violation = last.cone;
+    if (const BodyOverlap& o = last.overlap; o.depth > 0) {
+        OverlapRecord& worst = out.certificate.worst_overlap;
+        worst.depth = o.depth;
+        worst.a = system->refs[std::size_t(o.a)].name;
+        worst.b = o.b >= 0          ? system->refs[std::size_t(o.b)].name
+                  : o.obstacle >= 0 ? obstacles[std::size_t(o.obstacle)].name
+                                    : "";
+        worst.point = o.point;
+        worst.step = step;
+    }
     out.certificate.certified = out.certificate.error <= out.certificate.tolerance;
     const auto number = [&](int body, int obstacle) { // obstacles first, then bodies
         return body < 0 ? obstacle : int(obstacles.size()) + body;
@@ -311,6 +445,8 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
     const auto finish = [&](const char* status, std::string message) {
         sum.status = status;
         sum.message = std::move(message);
+        for (std::string& sentence : s.small_contacts())
+            sum.warnings.push_back(std::move(sentence));
         s.finish();
         return sum;
     };
@@ -329,6 +465,17 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         if (!s.dynamic() && !s.find_first_balance()) {
             if (stop) return finish("interrupted", "interrupted by the user");
             return finish("failed", "the initial state: " + s.last.refusal);
+        }
+        if (s.dynamic() && s.system->finder.begins_inside()) {
+            if (!s.press_out()) {
+                if (stop) return finish("interrupted", "interrupted by the user");
+                return finish("failed", "the initial state: " + s.last.refusal);
+            }
+            sum.warnings.push_back(fmt::format("bodies that began inside each other were pressed "
+                                               "out before the first step; elastic energy of it: "
+                                               "{:.6g} J",
+                                               s.last.energy.elastic));
+            s.energy.elastic = s.last.energy.elastic;
         }
         if (s.dynamic()) {
             for (const BodyRef& b : s.system->refs)
@@ -355,12 +502,14 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
             continue;
         }
         const double reach = s.next_stop() - s.time;
-        double h = std::min(s.step_length, reach);
+        const double whole = std::min(s.step_length, reach);
+        double h = s.within_reach(whole);
+        const double smallest = h / whole * s.smallest();
         if (reach - h < 1e-6 * s.scene.time.step) h = reach; // no sliver before a knot
         s.retries = 0;
         while (!s.advance(h)) {
             if (stop) return finish("interrupted", "interrupted by the user");
-            if (h <= s.smallest() * (1 + 1e-9)) {
+            if (h <= smallest * (1 + 1e-9)) {
                 if (s.may_snap() && !s.in_medium() && s.advance(h, true)) break;
                 return finish(
                     "failed",
@@ -369,10 +518,12 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
                                     ? ""
                                     : fmt::format("; steps down to {:.3g} s were tried", h)));
             }
-            h = std::max(0.5 * h, s.smallest());
+            h = std::max(0.5 * h, smallest);
             ++s.retries;
         }
         ++s.step;
+        s.note_contact_sizes();
+        s.warn_of_overlaps();
         if (std::abs(s.time - (s.next_stop())) < 1e-12 * end) s.time = s.next_stop();
         // In a medium a step that is too long costs more than some that are shorter.
         const double growth = !s.in_medium() ? 2 : s.last.errors.size() <= kQuick ? kGrowth : 1;
@@ -479,6 +630,15 @@ std::vector<std::byte> BodySimulation::save() const
         if (sticking) sticks.insert(sticks.end(), {key.pair, key.id});
     out.vector(sticks);
     out.vector(s.system->finder.met());
+    s.system->finder.save_rows(out);
+    std::vector<double> told, sizes;
+    for (const auto& [key, depth] : s.warned)
+        told.insert(told.end(), {double(key[0]), double(key[1]), double(key[2]), depth});
+    for (const auto& [pair, c] : s.largest)
+        sizes.insert(sizes.end(), {double(pair), c.force, c.indentation, c.width, c.face,
+                                   c.point.x(), c.point.y(), c.point.z()});
+    out.vector(told);
+    out.vector(sizes);
     save_summary(s.summary, out);
     return out.take();
 }
@@ -505,11 +665,25 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
     const auto forces = in.vector<double>(1u << 28);
     const auto sticks = in.vector<std::int64_t>(1u << 28);
     const auto met = in.vector<std::int64_t>(1u << 28);
+    auto rows = s.system->finder.read_rows(in);
+    const auto told = in.vector<double>(1u << 20), sizes = in.vector<double>(1u << 20);
+    if (told.size() % 4 != 0 || sizes.size() % 8 != 0) ByteReader::refuse("an impossible size");
     if (keys.size() % 2 != 0 || forces.size() * 2 != keys.size() * 3)
         ByteReader::refuse("another number of contacts");
     RunSummary sum = read_summary(in);
     in.end();
     if (!s.system->finder.meet(met, s.system->refs)) ByteReader::refuse("pairs of other bodies");
+    s.system->finder.set_rows(std::move(rows));
+    s.warned.clear();
+    for (std::size_t i = 0; i < told.size(); i += 4)
+        s.warned[{int(told[i]), int(told[i + 1]), int(told[i + 2])}] = told[i + 3];
+    s.largest.clear();
+    for (std::size_t i = 0; i < sizes.size(); i += 8) {
+        const double* c = sizes.data() + i;
+        if (!(c[0] >= 0 && c[0] < double(s.system->finder.pairs().size())))
+            ByteReader::refuse("a pair of another scene");
+        s.largest[int(c[0])] = {int(c[0]), c[1], c[2], c[3], c[4], Vec3(c[5], c[6], c[7])};
+    }
 
     s.started = started;
     s.time = time;

@@ -400,6 +400,28 @@ Vec3 BodyStepper::common_place(int c) const
     return place + step_.h / std::max(sides, 1) * moved;
 }
 
+/// Measures how far bodies stand in each other and gives the deep places rows of their own.
+/// @return  true if some are new
+bool BodyStepper::adds_rows()
+{
+    constexpr int kMostRounds = 8;
+    const Stopwatch watch;
+    system_.finder.overlaps(system_.refs, overlaps_);
+    const bool some = options_.add_rows && rounds_ < kMostRounds && system_.finder.add_rows(overlaps_);
+    rounds_ += some;
+    report_.detection += watch.seconds();
+    return some;
+}
+
+/// Says which bodies stand so deep in each other that the step is none; "" if none do.
+std::string BodyStepper::stands_in() const
+{
+    const BodyOverlap* worst = nullptr;
+    for (const BodyOverlap& o : overlaps_)
+        if (o.depth > o.most && (!worst || o.depth > worst->depth)) worst = &o;
+    return worst ? says(*worst, system_) : "";
+}
+
 /// Some body's iterate is none: the step is refused with its words.
 bool BodyStepper::faulty()
 {
@@ -461,8 +483,19 @@ bool BodyStepper::run()
         if (!(rods_only_ ? solve_rods() : solve())) return false;
         if (faulty()) return false;
         if ((!geometry && !nonlinear) || holds_at_end()) {
-            if (!comes_to_rest()) break;
+            const bool rests = comes_to_rest();
+            if (!rests && !adds_rows()) break;
+            if (!rests && step_.dynamic) { // contacts are found where the step starts
+                again_ = true;
+                report_.refusal = "bodies overlap";
+                return false;
+            }
             find();
+            if (!rests) {
+                least = std::numeric_limits<double>::infinity();
+                halved = i;
+                most = i + 1 + options_.most_iterations;
+            }
             continue;
         }
         if (report_.error < 0.5 * least) {
@@ -501,6 +534,7 @@ bool BodyStepper::run()
         return false;
     }
     report_.refusal = system_.finder.passed(system_.refs);
+    if (report_.refusal.empty()) report_.refusal = stands_in();
     for (const BodyRef& b : system_.refs)
         if (b.solid && report_.refusal.empty()) report_.refusal = b.solid->made_energy();
     if (!report_.refusal.empty()) return false;
@@ -527,6 +561,13 @@ bool BodyStepper::run()
     report_.energy.elastic += spring_energy(system_.refs, system_.couplings);
     system_.warm = force_;
     system_.warm_sticks = sticks_;
+    system_.finder.keep_rows([&](int pair, std::int64_t id) {
+        const auto known = force_.find({pair, id});
+        return known != force_.end() && !known->second.isZero(0);
+    });
+    for (const BodyOverlap& o : overlaps_)
+        if (o.depth > report_.overlap.depth) report_.overlap = o;
+    report_.overlaps = std::move(overlaps_);
     report_.recorded = std::move(problem_);
     report_.recorded_reaction = r_;
     for (const int c : rows_.chosen)
@@ -534,21 +575,40 @@ bool BodyStepper::run()
     return true;
 }
 
+std::string says(const BodyOverlap& o, const BodySystem& system)
+{
+    const std::string other = o.b >= 0          ? system.refs[std::size_t(o.b)].name
+                              : o.obstacle >= 0 ? system.obstacles[std::size_t(o.obstacle)]
+                                                : "an obstacle";
+    return fmt::format("{} and {} overlap by {:.4g} m at ({:.4g}, {:.4g}, {:.4g})",
+                       system.refs[std::size_t(o.a)].name, other, o.depth, o.point.x(),
+                       o.point.y(), o.point.z());
+}
+
 BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
                              const BodyStepOptions& options)
 {
+    constexpr int kMostTries = 8; // each with rows that the one before has added
     BodyStepReport report;
     const bool medium = std::ranges::any_of(
         system.refs, [](const BodyRef& b) { return b.rod && b.rod->in_medium(); });
     BodyStepOptions own = options;
     if (medium) own.most_iterations = std::min(own.most_iterations, kInMedium);
-    BodyStepper stepper(system, step, own, report);
+    std::optional<BodyStepper> tried;
+    system.finder.begin_rows();
     try {
-        report.accepted = stepper.run();
+        for (int i = 0; i < kMostTries; ++i) {
+            report = {};
+            own.add_rows = options.add_rows && i + 1 < kMostTries;
+            tried.emplace(system, step, own, report);
+            report.accepted = tried->run();
+            if (!tried->again()) break;
+        }
     } catch (const LinearFault& fault) {
         report.refusal = fault.what();
         return report;
     }
+    BodyStepper& stepper = *tried;
     if (!report.accepted && !stepper.unheld().empty())
         report.refusal +=
             fmt::format("; the contacts of {} do not keep it from buckling", stepper.unheld());

@@ -33,6 +33,7 @@ struct BodySystem {
     std::map<Key, Vec3> warm;        ///< forces of the last step, in space [N or N s]
     std::map<Key, bool> warm_sticks; ///< of rods' contacts
     LinearPlan linear;
+    std::vector<std::string> obstacles; ///< their names
     std::vector<double> mean_give; ///< of large solids: see LargeContactSolution
 };
 
@@ -44,6 +45,7 @@ struct BodyStepOptions {
     int patience = 30;        ///< iterations that do not halve the least error so far
     /// Of the least error so far: an iteration that leaves more ends the step.
     double most_rise = std::numeric_limits<double>::infinity();
+    bool add_rows = true; ///< at places that stand deep in another body
     bool explain = true; ///< why a step is refused, which takes time
     /// Set from outside, it ends the step as not accepted; none if null.
     const std::atomic<bool>* stop = nullptr;
@@ -58,6 +60,8 @@ struct BodyStepReport {
     std::vector<Vec3> force;            ///< of each contact on body a, in space [N]
     std::vector<Vec3> slip;             ///< of each contact over the step, in space [m]
     std::vector<double> coupling_force; ///< of each coupling's rows, in order [N]
+    BodyOverlap overlap;               ///< the deepest of the accepted step; depth 0: none
+    std::vector<BodyOverlap> overlaps; ///< all of them
     double error = 0, threshold = 0, penetration = 0, cone = 0;
     int worst = -1;
     std::vector<double> errors;       ///< of each iteration, where one is not enough
@@ -76,6 +80,9 @@ struct BodyStepReport {
 /// tangent at the end of the step, with contact forces' share of it. The bodies are as accepted.
 ContactProblem rods_problem(BodySystem& system, const BodyStepReport& report,
                             Eigen::VectorXd& reaction);
+
+/// "a and b overlap by 0.001 m at (0, 0, 0)".
+std::string says(const BodyOverlap& overlap, const BodySystem& system);
 
 /// Tries a step; where it is not accepted, no state has changed.
 BodyStepReport try_body_step(BodySystem& system, const StepInput& step,

@@ -28,6 +28,8 @@ public:
 
     bool run();
     bool of_rods_only() const { return rods_only_; }
+    /// The step is to be tried again, with rows that this try has added.
+    bool again() const { return again_; }
     /// A rod that its contacts do not keep stable in the last iteration, if there is one.
     const std::string& unheld() const { return unheld_; }
     /// A solid that its contacts do not hold against what its stress turns it by.
@@ -84,6 +86,8 @@ private:
     void find_sliding();
     bool comes_to_rest();
     bool holds_at_end();
+    bool adds_rows();
+    std::string stands_in() const;
     bool faulty();
     void say_softened();
     void note_course(double law, double turned, double imbalance, int body,
@@ -109,6 +113,9 @@ private:
     BodyStepReport& report_;
 
     BodyContacts list_;
+    std::vector<BodyOverlap> overlaps_; ///< at the last iterate that was measured
+    int rounds_ = 0;                    ///< of rows added to it
+    bool again_ = false;                ///< rows were added to a step that finds contacts once
     bool found_ = false;
     bool nothing_ = false;   ///< moves but for rounding
     bool spread_ = false;    ///< contacts stand for areas: forces are to be even

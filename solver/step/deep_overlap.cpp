@@ -1,19 +1,20 @@
 #include "solver/step/deep_overlap.hpp"
 
 #include "mesh/box_tree.hpp"
-#include "mesh/closest_point.hpp"
 #include "mesh/split_elements.hpp"
+#include "contact/surface/overlap.hpp"
+#include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
 
 #include <Eigen/LU>
 #include <array>
+#include <map>
 #include <fmt/format.h>
 
 namespace amontons {
 namespace {
 
-constexpr std::size_t kMostNodes = 500;     // of a solid: of more a part is asked
 constexpr std::size_t kMostPlaces = 20'000; // of a rod
 
 using Corners = std::array<std::int32_t, 4>;
@@ -33,14 +34,6 @@ public:
         tree_.emplace(boxes);
     }
 
-    Vec3 middle(const Corners& t) const
-    {
-        Vec3 sum = Vec3::Zero();
-        for (const std::int32_t n : t)
-            sum += x_[std::size_t(n)] / 4;
-        return sum;
-    }
-    const std::vector<Corners>& tetrahedra() const { return tetrahedra_; }
     bool has(const Vec3& x) const
     {
         BoundingBox box;
@@ -66,45 +59,6 @@ private:
     std::optional<BoxTree> tree_;
 };
 
-/// From x to the faces of a surface, by their corners [m].
-double distance(const Vec3& x, const ExternalSurface& surface, std::span<const Vec3> places)
-{
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t f = 0; f < surface.faces.size(); ++f) {
-        const std::span<const std::int32_t> nodes = surface.face(f);
-        const int corners = nodes.size() == 6 ? 3 : int(nodes.size());
-        const auto at = [&](int k) { return places[std::size_t(nodes[std::size_t(k)])]; };
-        for (int k = 1; k + 1 < corners; ++k)
-            least =
-                std::min(least, (closest_on_triangle(x, at(0), at(k), at(k + 1)).point - x).norm());
-    }
-    return least;
-}
-
-struct Deepest {
-    double depth = 0;
-    Vec3 place = Vec3::Zero();
-};
-
-/// The deepest of some places in something. @param depth_of  > 0 inside [m]
-template <class Place, class Depth> Deepest deepest(std::size_t count, Place place, Depth depth_of)
-{
-    Deepest d;
-    for (std::size_t i = 0; i < count; i += 1 + count / kMostNodes) {
-        const Vec3 x = place(i);
-        if (const double depth = depth_of(x); depth > d.depth) d = {depth, x};
-    }
-    return d;
-}
-
-/// The same of a surface's nodes.
-template <class Depth>
-Deepest deepest(const ExternalSurface& surface, std::span<const Vec3> places, Depth depth_of)
-{
-    const auto node = [&](std::size_t i) { return places[std::size_t(surface.used_nodes[i])]; };
-    return deepest(surface.used_nodes.size(), node, depth_of);
-}
-
 BoundingBox box_of(const SolidBody& solid)
 {
     BoundingBox box;
@@ -115,52 +69,99 @@ BoundingBox box_of(const SolidBody& solid)
 
 } // namespace
 
-std::vector<Issue> deep_overlaps(const std::vector<BodyRef>& bodies,
-                                 const std::vector<ContactPair>& pairs,
-                                 const std::vector<const Wall*>& walls, const std::string& file)
+namespace {
+
+/// Places within a body: of a solid middles of its elements, of a rigid body that of its shape.
+std::vector<Vec3> places_inside(const BodyRef& body)
 {
-    std::vector<Issue> found;
-    for (const ContactPair& p : pairs) {
-        if (p.a == p.b) continue; // a body and itself
-        const BodyRef& a = bodies[std::size_t(p.a)];
-        if (!a.solid || (p.b >= 0 && !bodies[std::size_t(p.b)].solid)) continue;
-        Deepest d;
-        std::string in = "an obstacle";
-        if (p.b < 0) {
-            WallHint hint;
-            d = deepest(p.surface_a->outside, a.solid->places(), [&](const Vec3& x) {
-                return -walls[std::size_t(p.obstacle)]->sample(x, hint).distance;
-            });
-        } else {
-            const BodyRef& b = bodies[std::size_t(p.b)];
-            in = b.name;
-            if (!box_of(*a.solid).touches(box_of(*b.solid))) continue;
-            const Inside in_a(*a.solid), in_b(*b.solid);
-            const auto depth_in = [](const Inside& inside, const ExternalSurface& surface,
-                                     const SolidBody& solid) {
-                return [&](const Vec3& x) {
-                    return inside.has(x) ? distance(x, surface, solid.places()) : 0;
-                };
-            };
-            const auto depth_a = depth_in(in_a, p.surface_a->outside, *a.solid),
-                       depth_b = depth_in(in_b, p.surface_b->outside, *b.solid);
-            // Elements too: of two solids in one place no node of a surface is inside the other.
-            const auto middle = [&](std::size_t i) { return in_a.middle(in_a.tetrahedra()[i]); };
-            for (const Deepest& found_here :
-                 {deepest(p.surface_a->outside, a.solid->places(), depth_b),
-                  deepest(p.surface_b->outside, b.solid->places(), depth_a),
-                  deepest(in_a.tetrahedra().size(), middle, depth_b)})
-                if (found_here.depth > d.depth) d = found_here;
+    constexpr std::size_t kMost = 500; // of more elements a part is asked
+    if (body.rigid) return {body.rigid->placement() * Vec3(Vec3::Zero())};
+    std::vector<Vec3> middles;
+    const std::span<const Vec3> x = body.solid->places();
+    for_each_element(body.solid->mesh(), [&](std::int32_t, ElementKind, auto nodes) {
+        Vec3 sum = Vec3::Zero();
+        for (const std::int32_t n : nodes)
+            sum += x[std::size_t(n)] / double(nodes.size());
+        middles.push_back(sum);
+    });
+    std::vector<Vec3> some;
+    for (std::size_t i = 0; i < middles.size(); i += 1 + middles.size() / kMost)
+        some.push_back(middles[i]);
+    return some;
+}
+
+/// Whether a pair that begins inside can be pressed out or taken as fitting: of rods it cannot,
+/// nor where contacts of meshes no longer tell their near sides from their far ones.
+bool can_begin(BodySystem& system, const BodyOverlap& o)
+{
+    constexpr double kOfThickness = 0.5;
+    if (system.refs[std::size_t(o.a)].rod) return false;
+    if (o.b < 0) return true;
+    return o.depth < kOfThickness * std::min(system.finder.thickness(system.refs, o.a),
+                                             system.finder.thickness(system.refs, o.b));
+}
+
+} // namespace
+
+std::vector<Issue> start_overlaps(BodySystem& system, const std::string& file)
+{
+    constexpr double kRounded = 1 + 1e-6; // a limit that a scene meets exactly
+    std::vector<BodyOverlap> overlaps;
+    system.finder.overlaps(system.refs, overlaps);
+    const std::vector<ContactPair>& pairs = system.finder.pairs();
+    // What is inside of a solid altogether, or fills the place of one like it, meets none of its faces.
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+        const ContactPair& p = pairs[k];
+        if (p.b < 0 || p.a == p.b) continue;
+        for (const bool of_b : {false, true}) {
+            const BodyRef &inner = system.refs[std::size_t(of_b ? p.b : p.a)],
+                          &outer = system.refs[std::size_t(of_b ? p.a : p.b)];
+            const ContactSurface* surface = of_b ? p.surface_a : p.surface_b;
+            if (!outer.solid || !surface || inner.rod) continue;
+            const BoundingBox box = box_of(*outer.solid);
+            std::optional<FaceDistance> distance;
+            BodyOverlap o;
+            std::int32_t hint = -1;
+            for (const Vec3& x : places_inside(inner)) {
+                if ((x.array() < box.low).any() || (x.array() > box.high).any()) continue;
+                if (!distance) distance.emplace(PlacedSurface{*surface->facets, outer.solid->places()}, box);
+                if (distance->empty()) break;
+                const auto foot = distance->at(x, hint);
+                if (!foot || !(-foot->distance > o.depth)) continue;
+                o.depth = -foot->distance;
+                o.point = x;
+            }
+            if (!(o.depth > 0)) continue;
+            o.a = p.a;
+            o.b = p.b;
+            o.pair = int(k);
+            overlaps.push_back(o);
         }
-        if (d.depth > p.reach)
-            found.push_back(
-                {file, "/contact",
-                 fmt::format("{} and {} overlap by {:.4g} m at ({:.4g}, {:.4g}, {:.4g}), deeper "
-                             "than contacts are looked for",
-                             a.name, in, d.depth, d.place.x(), d.place.y(), d.place.z()),
-                 fmt::format("<= {:.4g} m, or a \"reach\" of more than {:.4g} m", p.reach,
-                             d.depth)});
     }
+    std::map<std::array<int, 3>, const BodyOverlap*> worst; // of each pair of bodies
+    std::vector<double> inside(pairs.size(), 0);
+    std::vector<Issue> found;
+    bool some = false;
+    for (const BodyOverlap& o : overlaps) {
+        const StartOverlap how = o.pair >= 0 ? pairs[std::size_t(o.pair)].start_overlap
+                                             : system.finder.start_overlap_of_rest();
+        if (how != StartOverlap::refuse && o.pair >= 0 && can_begin(system, o)) {
+            inside[std::size_t(o.pair)] = std::max(inside[std::size_t(o.pair)], o.depth);
+            continue;
+        }
+        if (!(o.depth > kRounded * o.allowed)) continue;
+        const BodyOverlap*& known = worst[{o.a, o.b, o.obstacle}];
+        if (!known || o.depth > known->depth) known = &o;
+    }
+    for (const ContactPair& p : pairs)
+        some |= p.start_overlap != StartOverlap::refuse;
+    if (some && worst.empty()) system.finder.begin_inside(system.refs, inside);
+    for (const auto& [bodies, o] : worst)
+        found.push_back({file, "/contact", says(*o, system) + " when the run begins",
+                         fmt::format("<= {:.3g} m; \"start_overlap\": \"resolve\" presses them out "
+                                     "of each other, \"close\" takes gaps and overlaps of surfaces "
+                                     "that should fit for none",
+                                     o->allowed)});
     return found;
 }
 

@@ -28,6 +28,8 @@ void add_step(RunSummary& summary, const StepRecord& step)
     summary.worst_error = std::max(summary.worst_error, step.certificate.error);
     summary.worst_penetration =
         std::max(summary.worst_penetration, step.certificate.worst_penetration);
+    if (step.certificate.worst_overlap.depth > summary.worst_overlap.depth)
+        summary.worst_overlap = step.certificate.worst_overlap;
     summary.worst_cone_violation =
         std::max(summary.worst_cone_violation, step.certificate.worst_cone_violation);
     if (!step.certificate.certified) ++summary.uncertified_steps;
@@ -40,6 +42,16 @@ void save_summary(const RunSummary& summary, ByteWriter& out)
     out.value(summary.worst_error);
     out.value(summary.worst_penetration);
     out.value(summary.worst_cone_violation);
+    const OverlapRecord& o = summary.worst_overlap;
+    out.value(o.depth);
+    save_text(o.a, out);
+    save_text(o.b, out);
+    for (const double x : o.point)
+        out.value(x);
+    out.value(o.step);
+    out.value(std::uint64_t(summary.warnings.size()));
+    for (const std::string& w : summary.warnings)
+        save_text(w, out);
     out.value(summary.uncertified_steps);
     out.vector(summary.snaps);
     out.vector(summary.step_seconds);
@@ -60,6 +72,17 @@ RunSummary read_summary(ByteReader& in)
     summary.worst_error = in.value<double>();
     summary.worst_penetration = in.value<double>();
     summary.worst_cone_violation = in.value<double>();
+    OverlapRecord& o = summary.worst_overlap;
+    o.depth = in.value<double>();
+    o.a = read_text(in);
+    o.b = read_text(in);
+    for (double& x : o.point)
+        x = in.value<double>();
+    o.step = in.value<int>();
+    const auto warnings = in.value<std::uint64_t>();
+    if (warnings > kMostQuantities) ByteReader::refuse("an impossible size");
+    for (std::uint64_t i = 0; i < warnings; ++i)
+        summary.warnings.push_back(read_text(in));
     summary.uncertified_steps = in.value<int>();
     summary.snaps = in.vector<SnapRecord>(1u << 24);
     summary.step_seconds = in.vector<double>(1u << 28);

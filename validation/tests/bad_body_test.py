@@ -190,14 +190,14 @@ class BadBodies(unittest.TestCase):
             self.scene(join, one=ball(0, speed, spin), two=ball(1, 0, 0))
             self.warned(*(["/couplings/0: found bodies that start 1 m/s apart"] if told else []))
 
-    def test_solids_that_fill_the_same_place_are_warned_of(self):
+    def test_solids_that_fill_the_same_place_are_refused(self):
         block = {"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3, "hold": [{"set": "z_min"}]}
         for element, kind in ((2, "H8"), (1, "T10"), (3, "T4")):
             mesh = {"generate": "box", "size": [1, 1, 1], "cells": [element] * 3, "element": kind}
             law = {"between": ["one", "two"], "friction": 0.3}
             self.scene(lambda scene, _: scene.update(contact=[law]), one=block | {"mesh": mesh},
                        two=block | {"mesh": mesh})
-            self.assertIn("one and two overlap by", self.call("check").stderr)
+            self.refused("a.json", "/contact", "one and two overlap by", "start_overlap")
 
     def test_a_body_that_can_fly_is_named_with_its_free_motions(self):
         self.write(*box())

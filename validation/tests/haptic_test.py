@@ -302,7 +302,8 @@ class NoBalance(Case):
             scene["bodies"]["ball"] = {
                 "kind": "rigid", "shape": {"generate": "cylinder", "radius": 0.006, "length": 0.05},
                 "start": {"place": [0.03, 0, 0.022], "turn": [0, 1.2, 0]}}
-            scene["contact"] = [{"between": ["ball", "block"], "friction": 0.4}]
+            scene["contact"] = [{"between": ["ball", "block"], "friction": 0.4,
+                                 "start_overlap": "resolve"}]
         for clock in (["--virtual-time"], []):
             result = self.call(self.scene(deep), *clock, "--duration", 0.2, "--json")
             self.assertEqual(result.returncode, 3, result.stderr)

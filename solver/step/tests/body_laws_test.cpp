@@ -126,19 +126,26 @@ TEST_CASE("a drive turns a body about the place that it names")
     CHECK((r.vector("b") - Vec3(std::cos(1), std::sin(1), 0)).norm() < 1e-12);
 }
 
-TEST_CASE("an overlap at the start is undone over several steps and not thrown out at once")
+TEST_CASE("an overlap at the start is refused, or pressed out without speed whatever the step")
 {
-    const double h = 0.01, deep = 1e-3;
-    const Result r = run(R"("bodies": {
+    const auto scene = [](const std::string& how, double h) {
+        return R"("bodies": {
         "floor": {"kind": "obstacle", "surface": {"generate": "plane"}},
         "b": {"kind": "rigid", "mass": 1, "shape": {"generate": "ball", "radius": 0.1},
-              "start": {"place": [0, 0, 0.099]}}}, "contact": [{"between": ["b", "floor"]}], )" +
-                         dynamic(h, 0.1));
-    REQUIRE(r.summary.message == "");
-    for (std::size_t step = 1; step < r.records.size(); ++step)
-        CHECK(r.value("b_velocity_z", step) < 0.5 * deep / h);
-    CHECK(r.value("b_z", 1) > 0.099);
-    CHECK(r.value("b_z") > 0.1 - 1e-12);
+              "start": {"place": [0, 0, 0.099], "velocity": [0.3, 0, 0]}}},
+        "contact": [{"between": ["b", "floor"])" +
+               how + "}], " + dynamic(h, 0.1);
+    };
+    CHECK_THROWS_WITH_AS(run(scene("", 0.01)), doctest::Contains("overlap by 0.001 m"), InputError);
+    for (const double h : {0.01, 1e-3, 1e-4}) {
+        const Result r = run(scene(R"(, "start_overlap": "resolve")", h));
+        REQUIRE(r.summary.message == "");
+        REQUIRE(r.records.size() > 1);
+        for (std::size_t step = 1; step < r.records.size(); ++step)
+            CHECK(std::abs(r.value("b_velocity_z", step)) < 1e-9);
+        CHECK(r.value("b_z") == doctest::Approx(0.1).epsilon(1e-12));
+        CHECK(r.value("b_x") == doctest::Approx(0.03).epsilon(1e-9));
+    }
 }
 
 TEST_CASE("what a blow with restitution takes is in the balance of energy")
@@ -260,10 +267,11 @@ TEST_CASE("nodes that rest on edges between the other's faces find their balance
       "time": {"step": 0.25, "end": 2})");
     REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
     const Vec3 f = r.vector("lower_on_upper_force");
-    CHECK(f[2] < 0);
-    CHECK(std::abs(f[1]) < 1e-6 * f.norm());
-    for (const StepRecord& record : r.records)
-        CHECK(record.retries == 0);
+    // Nodes of the upper block stand in faces of the lower one that its own nodes do not see: left
+    // alone, a third of the force was lost. 133.8 kN by integrals on 12 x 12 x 6 cells [regression].
+    CHECK(f[2] == doctest::Approx(-133.8e3).epsilon(0.03));
+    CHECK(std::abs(f[1]) < 1e-3 * f.norm());
+    CHECK(r.summary.worst_overlap.depth < 0.01 * 0.025 * (1 + 1e-9)); // of the smaller face
 }
 
 TEST_CASE("the drive of a rigid body gives what it presses into a solid and what friction takes")

@@ -8,7 +8,7 @@ using namespace amontons;
 
 namespace {
 
-constexpr double kDensity = 1200;
+constexpr double kBoxDensity = 1200;
 const Vec3 kSize{0.3, 0.2, 0.1}, kVelocity{0.3, -0.1, 0.7}, kSpin{2, -1, 3};
 
 /// A box of bricks that flies and turns, or does not.
@@ -18,7 +18,7 @@ std::unique_ptr<SolidBody> box(bool moves)
     input.name = "box";
     input.youngs_modulus = 1e6;
     input.poisson_ratio = 0.3;
-    input.density = kDensity;
+    input.density = kBoxDensity;
     input.motion = "linear";
     if (moves) {
         input.start.velocity = kVelocity;
@@ -46,7 +46,7 @@ StepInput first_step()
 TEST_CASE("a box that starts to fly has the momenta and the energy of a rigid box")
 {
     const auto body = box(true);
-    const double mass = kDensity * kSize.prod();
+    const double mass = kBoxDensity * kSize.prod();
     const Vec3 square = kSize.cwiseAbs2();
     const Vec3 inertia = mass / 12 * (Vec3::Constant(square.sum()) - square);
     CHECK((body->momentum() - mass * kVelocity).norm() < 1e-13 * mass);

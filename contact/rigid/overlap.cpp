@@ -1,0 +1,158 @@
+#include "contact/rigid/overlap.hpp"
+
+#include "contact/rigid/shape_surface.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace amontons {
+namespace {
+
+using Distance = std::function<WallSample(const Vec3&)>;
+
+constexpr int kRimPlaces = 48, kAxisPlaces = 17, kGoldenSteps = 30;
+
+/// Least of f on [low, high] around the best of some places, by the golden section.
+template <class F> double least_near(F f, double low, double high)
+{
+    constexpr double kGolden = 0.6180339887498949;
+    double p = high - kGolden * (high - low), q = low + kGolden * (high - low);
+    double at_p = f(p), at_q = f(q);
+    for (int i = 0; i < kGoldenSteps; ++i) {
+        if (at_p < at_q) {
+            high = q;
+            q = p;
+            at_q = at_p;
+            at_p = f(p = high - kGolden * (high - low));
+        } else {
+            low = p;
+            p = q;
+            at_p = at_q;
+            at_q = f(q = low + kGolden * (high - low));
+        }
+    }
+    return at_p < at_q ? p : q;
+}
+
+void deepen(ShapeOverlap& deepest, const Vec3& x, double distance)
+{
+    if (-distance > deepest.depth) deepest = {-distance, x};
+}
+
+ShapeOverlap of_ball(const Ball& ball, const Pose& pose, const Distance& distance)
+{
+    ShapeOverlap o;
+    const WallSample s = distance(pose.place);
+    deepen(o, pose.place - ball.radius * s.normal, s.distance - ball.radius);
+    return o;
+}
+
+ShapeOverlap of_cylinder(const Cylinder& c, const Pose& pose, const Distance& distance)
+{
+    ShapeOverlap o;
+    const Vec3 axis = pose.turn * Vec3::UnitZ(), x = pose.turn * Vec3::UnitX(),
+               y = pose.turn * Vec3::UnitY();
+    const auto least_of = [&](const auto& at, double low, double high, int places) {
+        const double spacing = (high - low) / places;
+        double best = 0, least = std::numeric_limits<double>::infinity();
+        for (int k = 0; k <= places; ++k)
+            if (const double d = at(low + k * spacing).second; d < least) {
+                least = d;
+                best = low + k * spacing;
+            }
+        const auto value = [&](double t) { return at(t).second; };
+        const double t = least_near(value, std::max(low, best - spacing),
+                                    std::min(high, best + spacing));
+        for (const double place : {best, t}) {
+            const auto [where, d] = at(place);
+            deepen(o, where, d);
+        }
+    };
+    for (const double end : {-c.half_length, c.half_length}) {
+        const Vec3 middle = pose.place + end * axis;
+        if (distance(middle).distance > c.radius) continue;
+        deepen(o, middle, distance(middle).distance);
+        least_of(
+            [&](double angle) {
+                const Vec3 p =
+                    middle + c.radius * (std::cos(angle) * x + std::sin(angle) * y);
+                return std::pair(p, distance(p).distance);
+            },
+            0, 2 * std::numbers::pi, kRimPlaces);
+    }
+    least_of(
+        [&](double z) {
+            const Vec3 middle = pose.place + z * axis;
+            const Vec3 n = distance(middle).normal;
+            const Vec3 across = n - n.dot(axis) * axis;
+            if (!(across.norm() > 1e-9)) return std::pair(middle, distance(middle).distance);
+            const Vec3 p = middle - c.radius * across.normalized();
+            return std::pair(p, distance(p).distance);
+        },
+        -c.half_length, c.half_length, kAxisPlaces);
+    return o;
+}
+
+ShapeOverlap of_faces(const PlacedSurface& surface, const Distance& distance,
+                      const BoundingBox& near)
+{
+    std::vector<OverlapSpot> spots;
+    overlap_spots(surface, distance, near, 0, spots);
+    ShapeOverlap o;
+    for (const OverlapSpot& s : spots)
+        deepen(o, s.point, -s.depth);
+    return o;
+}
+
+/// The faces of a box of any size.
+struct BoxFaces {
+    ExternalSurface surface;
+    FacetedSurface facets;
+
+    BoxFaces() : surface(surface_of_triangles(surface_of(Box{}))), facets(surface) {}
+};
+
+} // namespace
+
+ExternalSurface surface_of_triangles(const SurfaceMesh& mesh)
+{
+    ExternalSurface s;
+    s.starts.push_back(0);
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        for (const int p : mesh.triangles[i])
+            s.nodes.push_back(p);
+        s.starts.push_back(std::int64_t(s.nodes.size()));
+        s.corners.push_back(3);
+        s.faces.push_back({std::int32_t(i), 0});
+    }
+    for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+        s.used_nodes.push_back(std::int32_t(i));
+        s.surface_nodes.push_back(std::int32_t(i));
+    }
+    return s;
+}
+
+ShapeOverlap deepest_in(const RigidShape& shape, const Pose& pose, const FacetedSurface* facets,
+                        const Distance& distance, const BoundingBox& near)
+{
+    if (const auto* ball = std::get_if<Ball>(&shape)) return of_ball(*ball, pose, distance);
+    if (const auto* cylinder = std::get_if<Cylinder>(&shape))
+        return of_cylinder(*cylinder, pose, distance);
+    std::vector<Vec3> places;
+    if (const auto* box = std::get_if<Box>(&shape)) {
+        static const BoxFaces faces;
+        for (int i = 0; i < 8; ++i)
+            places.push_back(pose.place + pose.turn * Vec3((i & 1 ? 1 : -1) * box->half_extents.x(),
+                                                           (i & 2 ? 1 : -1) * box->half_extents.y(),
+                                                           (i & 4 ? 1 : -1) * box->half_extents.z()));
+        return of_faces({faces.facets, places}, distance, near);
+    }
+    const auto* triangles = std::get_if<TriangleShape>(&shape);
+    if (!triangles || !facets) return {};
+    for (const Vec3& p : triangles->mesh.points)
+        places.push_back(pose.place + pose.turn * p);
+    return of_faces({*facets, places}, distance, near);
+}
+
+} // namespace amontons

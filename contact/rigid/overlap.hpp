@@ -1,0 +1,30 @@
+#pragma once
+
+#include "contact/rigid/shape.hpp"
+#include "contact/surface/overlap.hpp"
+
+// How far a rigid shape stands in something whose distance is known: measured on the shape itself,
+// whatever contacts were found.
+
+namespace amontons {
+
+/// Where a shape's surface is deepest in something.
+struct ShapeOverlap {
+    double depth = 0; ///< [m]; 0: nowhere inside
+    Vec3 place = Vec3::Zero();
+};
+
+/// Balls and boxes exactly against anything convex. A cylinder by its rims and, between them, by
+/// the lines of its side that face the other body: to 1e-3 of its radius. Triangles by their faces.
+/// Nothing for a Plane.
+/// @param facets    of a TriangleShape: its triangles; not used for others
+/// @param distance  from the other body, < 0 inside
+/// @param near      a box around it
+ShapeOverlap deepest_in(const RigidShape& shape, const Pose& pose, const FacetedSurface* facets,
+                        const std::function<WallSample(const Vec3&)>& distance,
+                        const BoundingBox& near);
+
+/// A triangle mesh as a surface of faces.
+ExternalSurface surface_of_triangles(const SurfaceMesh& mesh);
+
+} // namespace amontons

@@ -1,0 +1,65 @@
+#pragma once
+
+#include "contact/surface/contact_points.hpp"
+#include "contact/surface/polygon.hpp"
+#include "mesh/extract_surface.hpp"
+#include "mesh/face_shape.hpp"
+
+namespace amontons {
+
+/// How a face falls into flat triangles, by its own nodes.
+struct FlatParts {
+    std::span<const std::array<int, 3>> triangles;
+    std::span<const Vec2> xi; ///< of the nodes on the reference face
+    std::span<const std::array<int, 2>> edges;
+};
+/// @param nodes  3, 4 (two triangles) or 6 (four, through the middle nodes)
+FlatParts flat_parts(std::size_t nodes);
+
+/// The flat triangles of a surface and what lies around each. Made once; places come with every
+/// measurement.
+class FacetedSurface {
+public:
+    struct Triangle {
+        std::array<std::int32_t, 3> nodes{}; ///< of the mesh
+        std::int32_t face = 0;               ///< of the surface
+        std::array<Vec2, 3> xi;              ///< of the nodes on the reference face
+        std::array<std::int32_t, 3> beside{-1, -1, -1}; ///< across edge k to k + 1; -1: a border
+    };
+    struct Edge {
+        std::array<std::int32_t, 2> nodes{};
+        std::int32_t face = 0; ///< one of those that have it
+    };
+
+    FacetedSurface() = default;
+    /// @param surface  outlives it
+    explicit FacetedSurface(const ExternalSurface& surface);
+
+    const ExternalSurface& surface() const { return *surface_; }
+    const std::vector<Triangle>& triangles() const { return triangles_; }
+    const std::vector<Edge>& edges() const { return edges_; } ///< of the faces, each once
+    std::span<const std::int32_t> around(std::int32_t node) const; ///< triangles
+    /// Those of a face follow one another.
+    std::span<const Triangle> of_face(std::size_t face) const
+    {
+        return std::span(triangles_).subspan(first_[face], first_[face + 1] - first_[face]);
+    }
+
+private:
+    const ExternalSurface* surface_ = nullptr;
+    std::vector<Triangle> triangles_;
+    std::vector<std::size_t> first_; // of each face, and the end
+    std::vector<Edge> edges_;
+    std::vector<std::size_t> begin_; // of each node of the mesh in around_, and the end
+    std::vector<std::int32_t> around_;
+};
+
+/// A place on a surface by its nodes; weights sum to 1.
+struct SurfacePlace {
+    int count = 0;
+    std::array<StencilEntry, kMostSolidFaceNodes> node{};
+
+    std::span<const StencilEntry> nodes() const { return std::span(node).first(std::size_t(count)); }
+};
+
+} // namespace amontons

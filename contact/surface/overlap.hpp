@@ -1,0 +1,92 @@
+#pragma once
+
+#include "contact/surface/faceted_surface.hpp"
+#include "mesh/box_tree.hpp"
+#include "mesh/bounding_tree.hpp"
+#include "mesh/wall.hpp"
+
+#include <functional>
+#include <optional>
+
+// How far surfaces stand in each other: measured on the surfaces themselves, whatever contacts were
+// found between them.
+//
+// Two meshes overlap where a node of one is inside the other, or an edge of one goes in and out
+// again. A mesh and an exact shape overlap where the distance from the shape is negative somewhere
+// on a face. Faces T3 and Q4 count as flat triangles, T6 as four through their middle nodes; what
+// this leaves out of a face that bends is h^2/32 times its curvature.
+
+namespace amontons {
+
+/// A surface where it is now.
+struct PlacedSurface {
+    const FacetedSurface& facets;
+    std::span<const Vec3> places; ///< of all nodes of the mesh [m]
+};
+
+/// A place of one surface that is inside the body behind another.
+struct OverlapSpot {
+    double depth = 0; ///< its distance from that body's surface [m], > 0
+    Vec3 point = Vec3::Zero();
+    SurfacePlace own;
+    double face = 0;  ///< the smaller of the faces that meet, by its longest edge [m]
+    double bulge = 0; ///< h^2/8 times the curvatures of both: what flat faces leave [m]
+    /// Of an exact shape: the least distance of the face's nodes, those that carry multipliers [m].
+    double node_gap = 0;
+};
+
+/// The signed distance from a surface, < 0 behind it.
+class FaceDistance {
+public:
+    struct Foot {
+        double distance = 0;
+        Vec3 point = Vec3::Zero();  ///< on the surface
+        /// Unit: the gradient of the distance; close to the surface that of the face, or the mean
+        /// of those that meet there.
+        Vec3 normal = Vec3::Zero();
+        std::int32_t triangle = 0;
+        SurfacePlace place; ///< of the point
+    };
+
+    /// @param near  triangles that do not touch this box are left out
+    FaceDistance(const PlacedSurface& surface, const BoundingBox& near);
+    bool empty() const { return !tree_; }
+    /// Nothing where the nearest place is on a border: there the surface has no sides.
+    /// @param hint  a triangle that is probably near, or -1; that of x on return
+    std::optional<Foot> at(const Vec3& x, std::int32_t& hint) const;
+    /// Where the way from a to b goes through the surface, as shares of it, ascending.
+    void crossings(const Vec3& a, const Vec3& b, std::vector<double>& shares) const;
+
+private:
+    Vec3 normal_(std::int32_t triangle) const;
+
+    PlacedSurface surface_;
+    std::vector<std::int32_t> number_; // of the tree's triangles
+    std::optional<BoundingTree> tree_;
+    std::optional<BoxTree> boxes_;
+};
+
+/// The longest edge between the corners of a face [m].
+double longest_edge(const ExternalSurface& surface, std::size_t face, std::span<const Vec3> places);
+
+/// Of the surface around a face, by how its triangles turn against those beside them; across an edge
+/// of the body there is none [1/m].
+double curvature_of_face(const PlacedSurface& surface, std::size_t face);
+
+/// The box around some of a surface's nodes.
+BoundingBox box_around(const PlacedSurface& surface);
+
+/// Places of a that are inside the body of b.
+/// Cost: O(n log n) where their boxes meet.
+void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<OverlapSpot>& spots);
+
+/// Places of a surface inside an exact shape, at most one of each face, the deepest there: exact to
+/// a twentieth of it for convex shapes.
+/// @param distance  from the shape, < 0 inside
+/// @param near      a box around the shape
+/// @param depth     shallower faces may be left out [m], >= 0
+/// Cost: one sample for each face near the shape, some more where it enters the face.
+void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const Vec3&)>& distance,
+                   const BoundingBox& near, double depth, std::vector<OverlapSpot>& spots);
+
+} // namespace amontons

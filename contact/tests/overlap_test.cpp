@@ -1,0 +1,169 @@
+#include "contact/rigid/overlap.hpp"
+#include "contact/rigid/shape_distance.hpp"
+#include "contact/surface/passage.hpp"
+
+#include "contact/tests/contact_surfaces.hpp"
+
+#include <cmath>
+#include <doctest/doctest.h>
+#include <limits>
+
+using namespace amontons;
+using namespace amontons::test;
+
+namespace {
+
+double deepest_spot(const std::vector<OverlapSpot>& spots)
+{
+    double depth = 0;
+    for (const OverlapSpot& s : spots)
+        depth = std::max(depth, s.depth);
+    return depth;
+}
+
+/// Both ways, as the bodies are.
+double mesh_overlap(const TouchingBody& a, const TouchingBody& b)
+{
+    const FacetedSurface of_a(a.surface), of_b(b.surface);
+    std::vector<OverlapSpot> spots;
+    overlap_spots({of_a, a.mesh.nodes}, {of_b, b.mesh.nodes}, spots);
+    overlap_spots({of_b, b.mesh.nodes}, {of_a, a.mesh.nodes}, spots);
+    for (const OverlapSpot& s : spots) {
+        double sum = 0;
+        for (const StencilEntry& e : s.own.nodes())
+            sum += e.weight;
+        CHECK(sum == doctest::Approx(1).epsilon(1e-12));
+    }
+    return deepest_spot(spots);
+}
+
+BoundingBox all_space()
+{
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    return {Eigen::Array3d::Constant(-kFar), Eigen::Array3d::Constant(kFar)};
+}
+
+} // namespace
+
+TEST_CASE("two blocks overlap by what one was pushed into the other however they stand and are cut")
+{
+    for (const ElementKind kind : kKinds)
+        for (const double depth : {1e-6, 0.003, 0.02}) {
+            CAPTURE(depth);
+            TouchingBody lower = box_body(kind, {-0.5, -0.5, -0.4}, {0.5, 0.5, 0}, {3, 4, 2});
+            TouchingBody upper =
+                box_body(kind, {-0.21, -0.17, -depth}, {0.23, 0.19, 0.3}, {2, 1, 1});
+            const Eigen::Isometry3d there = anywhere();
+            lower.move(there);
+            upper.move(there);
+            CHECK(mesh_overlap(lower, upper) == doctest::Approx(depth).epsilon(1e-9));
+        }
+}
+
+TEST_CASE("bars that cross overlap though no node of one is inside the other")
+{
+    for (const ElementKind kind : kKinds)
+        for (const double depth : {-1e-4, 1e-4, 0.01}) {
+            TouchingBody lower = box_body(kind, {-0.03, -0.5, -0.05}, {0.02, 0.5, 0}, {1, 1, 1});
+            TouchingBody upper =
+                box_body(kind, {-0.5, -0.02, -depth}, {0.5, 0.03, 0.05 - depth}, {1, 1, 1});
+            const Eigen::Isometry3d there = anywhere();
+            lower.move(there);
+            upper.move(there);
+            CHECK(mesh_overlap(lower, upper) ==
+                  doctest::Approx(std::max(depth, 0.0)).epsilon(1e-6));
+        }
+}
+
+TEST_CASE("a set of faces has no sides beyond its border")
+{
+    const TouchingBody block = box_body(ElementKind::H8, {-1, -1, -1}, {1, 1, 0}, {2, 2, 2});
+    std::vector<FaceRef> top;
+    for (std::size_t f = 0; f < block.surface.faces.size(); ++f) {
+        bool up = true;
+        for (const std::int32_t n : block.surface.face(f))
+            up = up && block.mesh.nodes[std::size_t(n)].z() == 0;
+        if (up) top.push_back(block.surface.faces[f]);
+    }
+    REQUIRE(top.size() == 4);
+    const ExternalSurface set = surface_of(block.mesh, top);
+    const FacetedSurface faces(set);
+    const FaceDistance distance({faces, block.mesh.nodes}, all_space());
+    std::int32_t hint = -1;
+    const auto below = distance.at({0.3, 0.2, -0.1}, hint);
+    REQUIRE(below);
+    CHECK(below->distance == doctest::Approx(-0.1));
+    CHECK((below->normal - Vec3::UnitZ()).norm() < 1e-12);
+    CHECK(!distance.at({1.2, 0.2, -0.1}, hint));
+}
+
+TEST_CASE("a ball between the nodes of a wide face is as deep as it stands in it")
+{
+    const double radius = 0.1;
+    for (const ElementKind kind : kKinds)
+        for (const double depth : {0.001, 0.02, 0.05}) {
+            CAPTURE(depth);
+            const TouchingBody block = box_body(kind, {-1, -1, -1}, {1, 1, 0}, {1, 1, 1});
+            const FacetedSurface faces(block.surface);
+            const Vec3 centre(0.31, 0.17, radius - depth);
+            const auto ball = [&](const Vec3& x) {
+                std::int32_t near = -1;
+                return shape_distance(Ball{radius}, x - centre, near);
+            };
+            std::vector<OverlapSpot> spots;
+            overlap_spots({faces, block.mesh.nodes}, ball, all_space(), 0, spots);
+            REQUIRE(!spots.empty());
+            CHECK(std::abs(deepest_spot(spots) - depth) <= std::max(0.05 * depth, 2e-3));
+            CHECK(spots[0].bulge > 0);
+        }
+}
+
+TEST_CASE("rigid shapes: closed forms of how deep one stands in the other wherever they are")
+{
+    const auto depth = [](const RigidShape& a, const Pose& at, const RigidShape& b, const Pose& to) {
+        const auto distance = [&](const Vec3& x) {
+            std::int32_t near = -1;
+            WallSample s = shape_distance(b, to.turn.conjugate() * (x - to.place), near);
+            s.normal = to.turn * s.normal;
+            return s;
+        };
+        return deepest_in(a, at, nullptr, distance, all_space()).depth;
+    };
+    const Eigen::Quaterniond turned(Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()));
+    const auto pose = [&](const Vec3& x) { return Pose{turned * x + Vec3(3, -2, 1), turned}; };
+    const Box box{{0.1, 0.2, 0.3}, 0};
+    CHECK(depth(Ball{0.1}, pose({0.15, 0, 0}), box, pose({0, 0, 0})) ==
+          doctest::Approx(0.05).epsilon(1e-9));
+    CHECK(depth(box, pose({0.19, 0, 0}), box, pose({0, 0, 0})) ==
+          doctest::Approx(0.01).epsilon(1e-9));
+    CHECK(depth(box, pose({0.21, 0, 0}), box, pose({0, 0, 0})) == 0);
+    // Two cylinders whose axes cross at right angles.
+    const Cylinder bar{0.05, 1, 0};
+    Pose across = pose({0, 0.09, 0});
+    across.turn = across.turn * Eigen::AngleAxisd(std::acos(0.0), Vec3::UnitY());
+    CHECK(depth(bar, across, bar, pose({0, 0, 0})) == doctest::Approx(0.01).epsilon(1e-6));
+    across.place = pose({0, 0.101, 0}).place;
+    CHECK(depth(bar, across, bar, pose({0, 0, 0})) == 0);
+    // An upright one by its rim in a half-space, tilted.
+    const double tilt = 0.2, height = 1 * std::cos(tilt) + 0.05 * std::sin(tilt) - 0.004;
+    const Pose leaning{{0, 0, height}, Eigen::Quaterniond(Eigen::AngleAxisd(tilt, Vec3::UnitX()))};
+    const auto plane = [](const Vec3& x) {
+        WallSample s;
+        s.distance = x.z();
+        s.normal = Vec3::UnitZ();
+        return s;
+    };
+    CHECK(deepest_in(bar, leaning, nullptr, plane, all_space()).depth ==
+          doctest::Approx(0.004).epsilon(1e-6));
+}
+
+TEST_CASE("how thick a body is at its thinnest, also where its faces are wide")
+{
+    for (const ElementKind kind : kKinds) {
+        const TouchingBody plate = box_body(kind, {-1, -1, -0.03}, {1, 1, 0}, {2, 2, 1});
+        CHECK(least_thickness(plate.surface, plate.mesh.nodes, 10) == doctest::Approx(0.03));
+        const TouchingBody cube = box_body(kind, {0, 0, 0}, {1, 1, 1}, {4, 4, 4});
+        CHECK(least_thickness(cube.surface, cube.mesh.nodes, 10) == doctest::Approx(1));
+        CHECK(least_thickness(cube.surface, cube.mesh.nodes, 0.4) == doctest::Approx(0.4));
+    }
+}

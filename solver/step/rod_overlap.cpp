@@ -1,0 +1,134 @@
+#include "contact/surface/overlap.hpp"
+#include "mesh/box_tree.hpp"
+#include "solver/body/rigid_body.hpp"
+#include "solver/body/rod_body.hpp"
+#include "solver/body/solid_body.hpp"
+#include "solver/step/body_contacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+// How far rods stand in other bodies: the surface around their middle lines, looked at from place to
+// place half a radius apart.
+
+namespace amontons {
+namespace {
+
+constexpr double kAllowedOfRadius = 0.01, kNeverOfRadius = 0.2; // of the thinner rod's
+constexpr double kMostSamples = 20'000;                         // of a rod
+constexpr double kBesides = 4; // radii of arc: nearer places of one rod are neighbours
+
+struct Sample {
+    Vec3 x;
+    double radius, arc;
+    bool free; ///< not in its sheath
+};
+
+std::vector<Sample> samples_of(const RodBody& rod)
+{
+    const Curve curve = rod.curve();
+    double spacing = curve.start.back() / kMostSamples;
+    for (const CurvePiece& p : curve.pieces)
+        spacing = std::max(spacing, 0.5 * p.radius);
+    std::vector<Sample> all;
+    for (const CurvePlace& at : stations(curve, spacing)) {
+        const CurvePiece& p = curve.pieces[std::size_t(at.piece)];
+        all.push_back({p.at(at.t), p.radius, arc_at(curve, at), !rod.in_sheath(at)});
+    }
+    return all;
+}
+
+/// The chords between samples, each with the larger radius of its ends.
+BoxTree chords_of(const std::vector<Sample>& samples)
+{
+    std::vector<BoundingBox> boxes;
+    for (std::size_t i = 0; i + 1 < samples.size(); ++i) {
+        BoundingBox box;
+        for (const Sample* s : {&samples[i], &samples[i + 1]}) {
+            box.add(Vec3(s->x.array() - s->radius));
+            box.add(Vec3(s->x.array() + s->radius));
+        }
+        boxes.push_back(box);
+    }
+    return BoxTree(boxes);
+}
+
+double distance_to_chord(const Vec3& x, const Vec3& a, const Vec3& b)
+{
+    const double length = (b - a).squaredNorm();
+    const double t = length > 0 ? std::clamp((x - a).dot(b - a) / length, 0.0, 1.0) : 0;
+    return (x - a - t * (b - a)).norm();
+}
+
+} // namespace
+
+void ContactFinder::overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair,
+                                    std::vector<BodyOverlap>& out)
+{
+    const ContactPair& p = pairs_[std::size_t(pair)];
+    const RodBody& rod = *bodies[std::size_t(p.a)].rod;
+    if (!p.end_a.empty()) return; // that end alone, which its contact has
+    const std::vector<Sample> own = samples_of(rod);
+    BodyOverlap deepest;
+    double radius = rod.least_radius();
+    const auto deepen = [&](const Vec3& x, double depth) {
+        if (depth > deepest.depth) {
+            deepest.depth = depth;
+            deepest.point = x;
+        }
+    };
+    const auto in_shape = [&](const auto& distance) {
+        for (const Sample& s : own)
+            if (s.free) deepen(s.x, s.radius - distance(s.x).distance);
+    };
+    if (p.b < 0) {
+        in_shape(distance_from_obstacle(p));
+    } else if (const RigidBody* rigid = bodies[std::size_t(p.b)].rigid) {
+        in_shape(distance_from(*rigid, rigid->placement()));
+    } else if (const SolidBody* solid = bodies[std::size_t(p.b)].solid) {
+        BoundingBox near;
+        for (const Sample& s : own) {
+            near.add(Vec3(s.x.array() - 2 * s.radius));
+            near.add(Vec3(s.x.array() + 2 * s.radius));
+        }
+        const FaceDistance distance({*p.surface_b->facets, solid->places()}, near);
+        if (distance.empty()) return;
+        std::int32_t hint = -1;
+        for (const Sample& s : own) {
+            if (!s.free) continue;
+            if (const auto foot = distance.at(s.x, hint)) deepen(s.x, s.radius - foot->distance);
+        }
+    } else if (const RodBody* second = bodies[std::size_t(p.b)].rod) {
+        const bool itself = p.a == p.b;
+        const std::vector<Sample> others = itself ? own : samples_of(*second);
+        radius = std::min(radius, second->least_radius());
+        const BoxTree tree = chords_of(others);
+        const double closed = second->curve().closed ? others.back().arc : 0;
+        for (const Sample& s : own) {
+            BoundingBox box;
+            box.add(Vec3(s.x.array() - s.radius));
+            box.add(Vec3(s.x.array() + s.radius));
+            tree.visit(box, [&](std::int32_t k) {
+                const Sample &a = others[std::size_t(k)], &b = others[std::size_t(k) + 1];
+                if (!(s.free && a.free && b.free)) return;
+                if (itself) {
+                    double between = std::min(std::abs(s.arc - a.arc), std::abs(s.arc - b.arc));
+                    if (closed > 0) between = std::min(between, closed - between);
+                    if (between <= kBesides * s.radius) return;
+                }
+                deepen(s.x, s.radius + std::max(a.radius, b.radius) -
+                                distance_to_chord(s.x, a.x, b.x));
+            });
+        }
+    }
+    if (!(deepest.depth > 0)) return;
+    deepest.a = p.a;
+    deepest.b = p.b;
+    deepest.obstacle = p.obstacle;
+    deepest.pair = pair;
+    deepest.allowed = kAllowedOfRadius * radius;
+    deepest.most = kNeverOfRadius * radius;
+    out.push_back(deepest);
+}
+
+} // namespace amontons

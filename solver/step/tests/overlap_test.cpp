@@ -1,0 +1,225 @@
+// What bodies do that would stand in each other: no contact is lost, whatever the number of steps,
+// the reach and the meshes; what remains is told.
+
+#include "solver/step/tests/body_runs.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+
+using namespace amontons;
+
+namespace {
+
+std::string block(const std::string& name, const std::string& mesh, const std::string& hold,
+                  const std::string& more = "")
+{
+    return fmt::format(R"("{}": {{"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+        "mesh": {{"generate": "box", {}}}, "hold": [{}]{}}})",
+                       name, mesh, hold, more);
+}
+
+std::string quasi_static(int steps)
+{
+    return fmt::format(R"("time": {{"step": {:.17g}, "end": 1}})", 1.0 / steps);
+}
+
+/// A rigid tool that is driven 50 mm into a block.
+std::string tool_in_block(const std::string& shape, const std::string& element, int steps,
+                          const std::string& law = "")
+{
+    return R"("bodies": {"tool": {"kind": "rigid", "shape": {)" + shape +
+           R"(}, "start": {"place": [0.013, 0.011, 0.1]}, "drive": {"x": 0, "y": 0, "z": [[0, 0], [1, -0.05]]}}, )" +
+           block("blk",
+                 R"("size": [1, 1, 0.5], "cells": [10, 10, 5], "centre": [0, 0, -0.25], "element": ")" +
+                     element + "\"",
+                 R"({"set": "z_min"})") +
+           R"(}, "contact": [{"between": ["tool", "blk"])" + law + "}], " + quasi_static(steps);
+}
+
+double tool_force(const std::string& scene)
+{
+    const Result r = run(scene);
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    return -r.value("blk_on_tool_force_z");
+}
+
+} // namespace
+
+TEST_CASE("a block driven on a plane ends with one force in any number of steps" *
+          doctest::test_suite("slow"))
+{
+    const auto force = [](int steps, const std::string& law) {
+        const Result r = run(
+            R"("bodies": {"plane": {"kind": "obstacle", "surface": {"generate": "plane"}}, )" +
+            block("box",
+                  R"("size": [0.3, 0.25, 0.2], "cells": [4, 3, 3], "centre": [0, 0, 0.101], "element": "H8")",
+                  R"({"set": "z_max", "x": 0, "y": 0, "z": [[0, 0], [1, -0.06]]})") +
+            R"(}, "contact": [{"between": ["box", "plane"])" + law + "}], " + quasi_static(steps));
+        REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+        CHECK(r.summary.worst_overlap.depth < 1e-9);
+        return r.value("box_on_plane_force_z");
+    };
+    const double one = force(1, "");
+    CHECK(one > 1000);
+    for (const int steps : {2, 3, 5, 10, 20})
+        CHECK(force(steps, "") == doctest::Approx(one).epsilon(1e-6));
+    CHECK(force(3, R"(, "reach": 1e-4)") == doctest::Approx(one).epsilon(1e-6));
+    CHECK(force(3, R"(, "reach": 0.15)") == doctest::Approx(one).epsilon(1e-6));
+}
+
+TEST_CASE("a rigid tool driven into a block: one force in any number of steps" *
+          doctest::test_suite("slow"))
+{
+    for (const std::string shape : {R"("generate": "box", "size": [0.2, 0.2, 0.2])",
+                                    R"("generate": "cylinder", "radius": 0.109, "length": 0.2)"}) {
+        CAPTURE(shape);
+        const double many = tool_force(tool_in_block(shape, "H8", 10));
+        CHECK(many > 15e3); // a flat punch of that size on a half-space: E* d 2 a = 12 kN and more
+        for (const int steps : {1, 3})
+            CHECK(tool_force(tool_in_block(shape, "H8", steps)) ==
+                  doctest::Approx(many).epsilon(1e-3));
+    }
+}
+
+TEST_CASE("a start inside is refused with depth and place, or pressed out")
+{
+    const std::string deep =
+        R"("bodies": {"tool": {"kind": "rigid", "shape": {"generate": "box", "size": [0.2, 0.2, 0.2]},
+        "start": {"place": [0.013, 0.011, 0.05]}, "drive": {"x": 0, "y": 0, "z": 0}}, )" +
+        block("blk",
+              R"("size": [1, 1, 0.5], "cells": [10, 10, 5], "centre": [0, 0, -0.25], "element": "H8")",
+              R"({"set": "z_min"})");
+    const auto scene = [&](const std::string& law) {
+        return deep + R"(}, "contact": [{"between": ["tool", "blk"])" + law + "}], " +
+               quasi_static(1);
+    };
+    CHECK_THROWS_WITH_AS(run(scene("")), doctest::Contains("blk and tool overlap by 0.05 m"),
+                         InputError);
+    const double driven =
+        tool_force(tool_in_block(R"("generate": "box", "size": [0.2, 0.2, 0.2])", "H8", 5));
+    CHECK(tool_force(scene(R"(, "start_overlap": "resolve")")) ==
+          doctest::Approx(driven).epsilon(1e-3));
+}
+
+TEST_CASE("what lies inside of a body altogether is found at the start")
+{
+    for (const std::string kind : {"T4", "T10", "H8"}) {
+        const std::string outer =
+            block("outer", R"("size": [1, 1, 1], "cells": [3, 3, 3], "element": ")" + kind + "\"",
+                  R"({"set": "z_min"})");
+        const std::string inner =
+            block("inner", R"("size": [0.3, 0.3, 0.3], "cells": [2, 2, 2], "element": ")" + kind + "\"",
+                  R"({"set": "z_min"})");
+        const std::string ball =
+            R"("inner": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.05}, "drive": {}})";
+        const std::string same =
+            block("inner", R"("size": [1, 1, 1], "cells": [3, 3, 3], "element": ")" + kind + "\"",
+                  R"({"set": "z_min"})");
+        for (const std::string& second : {inner, ball, same}) {
+            CAPTURE(second);
+            CHECK_THROWS_WITH_AS(run("\"bodies\": {" + outer + ", " + second +
+                                     R"(}, "contact": [{"between": ["inner", "outer"]}], )" +
+                                     quasi_static(1)),
+                                 doctest::Contains("overlap by"), InputError);
+        }
+    }
+}
+
+TEST_CASE("crossed bars and stacked plates of any thickness work without a reach" *
+          doctest::test_suite("slow"))
+{
+    // Clamped at both ends and pressed at the middle: 192 EI / L^3 each, two in series.
+    for (const double thick : {0.02, 0.05}) {
+        CAPTURE(thick);
+        const double drive = 0.2 * thick, gap = 0.01 * thick;
+        const auto bar = [&](const char* name, bool along_x, double z, const std::string& hold) {
+            return block(name,
+                         fmt::format(R"("size": [{}, {}, {}], "cells": [{}, {}, 1], "centre": [0.003, 0.002, {}], "element": "H8")",
+                                     along_x ? 1 : thick, along_x ? thick : 1, thick,
+                                     along_x ? 20 : 1, along_x ? 1 : 20, z),
+                         hold);
+        };
+        const std::string down = fmt::format(R"("x": 0, "y": 0, "z": [[0, 0], [1, -{}]])", drive);
+        const Result r =
+            run("\"bodies\": {" +
+                bar("up", true, thick / 2 + gap,
+                    R"({"set": "x_min", )" + down + R"(}, {"set": "x_max", )" + down + "}") +
+                ", " +
+                bar("lo", false, -thick / 2, R"({"set": "y_min"}, {"set": "y_max"})") +
+                R"(}, "contact": [{"between": ["up", "lo"]}], )" + quasi_static(4));
+        REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+        const double EI = 1e6 * std::pow(thick, 4) / 12;
+        CHECK(r.value("up_on_lo_force_z") ==
+              doctest::Approx(0.5 * 192 * EI * (drive - gap)).epsilon(0.05).scale(0));
+        // Contact begins within a step: its work is that of a straight line.
+        CHECK(std::abs(r.summary.energy.error()) < 0.02 * r.summary.energy.work);
+    }
+}
+
+TEST_CASE("a fine ball on a coarse block presses it, and the contact that is smaller than a face "
+          "is warned of" *
+          doctest::test_suite("slow"))
+{
+    const auto pressed = [](int cells) {
+        return run(
+            R"("bodies": {"ball": {"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+            "mesh": {"generate": "ball", "radius": 0.1, "around": 16, "element": "T10"},
+            "start": {"place": [0.011, 0.007, 0.1]},
+            "hold": [{"set": "all", "x": 0, "y": 0, "z": [[0, 0], [1, -0.01]]}]}, )" +
+            block("blk",
+                  fmt::format(R"("size": [0.5, 0.5, 0.25], "cells": [{}, {}, {}], "centre": [0, 0, -0.125], "element": "H8")",
+                              cells, cells, cells / 2),
+                  R"({"set": "z_min"})") +
+            R"(}, "contact": [{"between": ["ball", "blk"]}], )" + quasi_static(1));
+    };
+    const double fine = 537; // of 16 cells [regression]; Hertz on a half-space: 463 N
+    for (const int cells : {4, 8}) {
+        CAPTURE(cells);
+        const Result r = pressed(cells);
+        REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+        const double force = -r.value("blk_on_ball_force_z");
+        CHECK(force > 0.85 * fine);
+        CHECK(r.summary.worst_overlap.depth < 0.0025);
+        bool told = false;
+        for (const std::string& w : r.summary.warnings)
+            told = told || w.find("smaller than a face") != w.npos;
+        CHECK(told == (cells == 4));
+    }
+}
+
+TEST_CASE("a rigid ball in the middle of a wide quadratic face is not lost")
+{
+    const Result r = run(
+        R"("bodies": {"ball": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.1},
+        "start": {"place": [0.061, 0.047, 0.1]}, "drive": {"x": 0, "y": 0, "z": [[0, 0], [1, -0.01]]}}, )" +
+        block("blk",
+              R"("size": [0.5, 0.5, 0.25], "cells": [2, 2, 1], "centre": [0, 0, -0.125], "element": "T10")",
+              R"({"set": "z_min"})") +
+        R"(}, "contact": [{"between": ["ball", "blk"]}], )" + quasi_static(1));
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    CHECK(-r.value("blk_on_ball_force_z") > 0.85 * 463); // Hertz
+    CHECK(!r.summary.warnings.empty());
+    CHECK(r.summary.worst_overlap.depth < 0.005);
+}
+
+TEST_CASE("a body that is struck is followed through its step with restitution and without")
+{
+    for (const double restitution : {0.0, 0.5})
+        for (const double step : {2e-3, 5e-4}) {
+            CAPTURE(restitution);
+            CAPTURE(step);
+            const Result r = run(fmt::format(
+                R"("bodies": {{
+                "light": {{"kind": "rigid", "shape": {{"generate": "ball", "radius": 0.005}}, "mass": 0.001,
+                           "start": {{"place": [0, 0, 0.011]}}}},
+                "heavy": {{"kind": "rigid", "shape": {{"generate": "ball", "radius": 0.02}}, "mass": 1,
+                           "start": {{"place": [0, 0, 0.037], "velocity": [0, 0, -10]}}}},
+                "bar": {{"kind": "rigid", "shape": {{"generate": "cylinder", "radius": 0.003, "length": 0.1}},
+                         "start": {{"place": [0, 0, -0.003], "turn": [1.5707963267948966, 0, 0]}}, "drive": {{}}}}}},
+                "contact": [{{"between": ["*", "*"], "restitution": {}}}],
+                "time": {{"kind": "dynamic", "step": {}, "end": 0.02}})",
+                restitution, step));
+            REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+            CHECK(r.value("light_z") > 0);
+        }
+}
