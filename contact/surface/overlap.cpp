@@ -263,9 +263,10 @@ struct DeepestPlace {
     Vec3 place;
     Vec2 xi = Vec2::Zero();
     Mat3 hessian = Mat3::Zero();
+    double size = 0; ///< of the face [m]
     int samples = 0;
 
-    static constexpr int kMostSamples = 400, kMostLevels = 12;
+    static constexpr int kMostSamples = 400, kMostLevels = 12, kBentLevels = 2;
 
     void look(const std::array<Vec2, 3>& corner, double tolerance, int level)
     {
@@ -283,7 +284,9 @@ struct DeepestPlace {
         for (const Vec2& c : corner)
             below = std::min(below, s.distance + s.normal.dot(spot(face, c).place - at.place));
         const double goal = std::min(least, 0.0) + std::min(0.05 * least, -tolerance);
-        if (below >= goal || level >= kMostLevels || samples >= kMostSamples) return;
+        // Quadratic faces leave the planes of their corners: of near ones parts are looked at anyway.
+        const bool bent = face.nodes == 6 && level < kBentLevels && s.distance < size;
+        if ((below >= goal && !bent) || level >= kMostLevels || samples >= kMostSamples) return;
         const std::array<Vec2, 3> half{(corner[0] + corner[1]) / 2, (corner[1] + corner[2]) / 2,
                                        (corner[2] + corner[0]) / 2};
         look(half, tolerance, level + 1);
@@ -320,8 +323,9 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
             deepest.xi = parts.xi[k];
             deepest.hessian = s.hessian;
         }
+        deepest.size = longest_edge(surface, f, a.places);
         for (const FacetedSurface::Triangle& t : a.facets.of_face(f))
-            deepest.look(t.xi, std::max(depth, kShallow * longest_edge(surface, f, a.places)), 0);
+            deepest.look(t.xi, std::max(depth, kShallow * deepest.size), 0);
         if (!(deepest.least < 0)) continue;
         OverlapSpot s;
         s.depth = -deepest.least;
@@ -333,7 +337,7 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
         std::sort(s.own.node.begin(), s.own.node.begin() + s.own.count,
                   [](const StencilEntry& p, const StencilEntry& q) { return p.node < q.node; });
         s.node_gap = node_gap;
-        s.face = longest_edge(surface, f, a.places);
+        s.face = deepest.size;
         const Vec3 bends = symmetric_eigenvalues(deepest.hessian);
         s.bulge = s.face * s.face / 8 *
                   (curvature_of_face(a, f) + std::max(std::abs(bends[0]), std::abs(bends[2])));

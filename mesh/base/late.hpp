@@ -2,11 +2,23 @@
 
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <utility>
 
 namespace amontons {
+
+/// Work that is done once, whichever of several threads asks first; again if it throws. (Here, since
+/// <mutex> would be 2000 lines in every file.)
+class Once {
+public:
+    Once();
+    ~Once();
+    void run(void (*work)(void*), void* of);
+
+private:
+    struct Flag;
+    std::unique_ptr<Flag> flag_;
+};
 
 /// A value that is made when it is first asked for, once, whichever of several threads asks first.
 /// Copies are of the same value.
@@ -24,11 +36,14 @@ public:
     const Value& operator*() const
     {
         State& s = *of_;
-        std::call_once(s.once, [&s] {
-            if (!s.make) return;
-            s.value = s.make();
-            s.make = nullptr; // with what it holds
-        });
+        s.once.run(
+            [](void* of) {
+                State& own = *static_cast<State*>(of);
+                if (!own.make) return;
+                own.value = own.make();
+                own.make = nullptr; // with what it holds
+            },
+            &s);
         return *s.value;
     }
     const Value* operator->() const { return &**this; }
@@ -38,7 +53,7 @@ private:
         State() = default;
         explicit State(Value known) : value(std::move(known)) {}
 
-        std::once_flag once;
+        Once once;
         std::function<Value()> make;
         std::optional<Value> value;
     };

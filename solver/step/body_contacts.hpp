@@ -200,14 +200,16 @@ public:
     /// Where bodies stand in each other at the iterate: measured on their surfaces, whatever contacts
     /// were found. Not of small pairs.
     void overlaps(const std::vector<BodyRef>& bodies, std::vector<BodyOverlap>& out);
+    /// Appends the rows of such places to contacts that a try of the same step has found.
+    void find_rows(const std::vector<BodyRef>& bodies, const StepInput& step, BodyContacts& out);
     /// Gives the places of meshes that stand deep in another body rows of their own, from the next
     /// find() on.
     /// @return  true if some are new
     bool add_rows(std::span<const BodyOverlap> overlaps);
-    /// Before a step: it begins without such rows, so that its end does not depend on those of steps
-    /// before. Under friction it does anyway, and they stay.
-    void begin_rows();
-    /// After a step: forgets rows that do not act.
+    /// Before a step: one at rest begins without such rows, so that its end does not depend on those
+    /// of steps before. Under friction and in motion it does anyway, and they stay.
+    void begin_rows(bool dynamic);
+    /// After a step: forgets others.
     void keep_rows(const std::function<bool(int pair, std::int64_t id)>& acts);
     void save_rows(ByteWriter& out) const;
     /// @throws InputError  if they are none of these bodies' meshes

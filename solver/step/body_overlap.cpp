@@ -363,8 +363,19 @@ double ContactFinder::share_searched(const std::vector<BodyRef>& bodies, double 
     return share;
 }
 
-void ContactFinder::begin_rows()
+void ContactFinder::find_rows(const std::vector<BodyRef>& bodies, const StepInput& step,
+                              BodyContacts& out)
 {
+    step_ = step;
+    for (std::size_t p = 0; p < rows_.size(); ++p) {
+        reach_ = pairs_[p].reach + most_closed(pairs_[p].a) + most_closed(pairs_[p].b);
+        add_place_rows(bodies, int(p), out);
+    }
+}
+
+void ContactFinder::begin_rows(bool dynamic)
+{
+    if (dynamic) return;
     for (std::size_t p = 0; p < rows_.size(); ++p)
         if (!(pairs_[p].friction > 0)) rows_[p].clear();
 }

@@ -115,6 +115,22 @@ bool BodyStepper::fixed(std::size_t b) const
     return body(b).unknowns() == 0 && body(b).modes().cols() == 0;
 }
 
+/// Contacts by the finder, or of a try before with the rows that are new.
+void BodyStepper::find_at_start()
+{
+    if (!at_start_.contact.empty()) {
+        list_ = at_start_;
+        system_.finder.find_rows(system_.refs, step_, list_);
+        return;
+    }
+    system_.finder.find(system_.refs, step_, list_, options_.threads);
+    if (!step_.dynamic) return;
+    at_start_ = list_;
+    std::erase_if(at_start_.contact, [&](const BodyContact& k) {
+        return k.id >= kFirstPlaceRow && !system_.refs[std::size_t(k.a)].rod; // rods number their own
+    });
+}
+
 /// Contacts at the iterate. Dynamic steps find them once, where the step starts; later iterations
 /// move them along their normals.
 void BodyStepper::find()
@@ -127,7 +143,7 @@ void BodyStepper::find()
             contact.gap += now - moved_[c];
         }
     } else {
-        system_.finder.find(system_.refs, step_, list_, options_.threads);
+        find_at_start();
         found_ = true;
         follow_contacts();
         if (step_.dynamic && step_.rule.end < 1) find_sliding();
@@ -405,9 +421,14 @@ Vec3 BodyStepper::common_place(int c) const
 bool BodyStepper::adds_rows()
 {
     constexpr int kMostRounds = 8;
+    constexpr double kNearlyRefused = 0.5;
     const Stopwatch watch;
     system_.finder.overlaps(system_.refs, overlaps_);
-    const bool some = options_.add_rows && rounds_ < kMostRounds && system_.finder.add_rows(overlaps_);
+    std::vector<BodyOverlap> deep = overlaps_;
+    if (options_.add_rows == BodyStepOptions::AddRows::refused)
+        std::erase_if(deep, [](const BodyOverlap& o) { return !(o.depth > kNearlyRefused * o.most); });
+    const bool some = options_.add_rows != BodyStepOptions::AddRows::none &&
+                      rounds_ < kMostRounds && system_.finder.add_rows(deep);
     rounds_ += some;
     report_.detection += watch.seconds();
     return some;
@@ -456,7 +477,7 @@ bool BodyStepper::run()
         for (std::size_t b = 0; b < bodies(); ++b)
             if (body(b).stand_at_start()) prescribed.push_back(b);
         if (!prescribed.empty()) {
-            system_.finder.find(system_.refs, step_, list_, options_.threads);
+            find_at_start();
             found_ = true;
             moved_.assign(list_.contact.size(), 0);
             for (const std::size_t b : prescribed)
@@ -562,6 +583,8 @@ bool BodyStepper::run()
     system_.warm = force_;
     system_.warm_sticks = sticks_;
     system_.finder.keep_rows([&](int pair, std::int64_t id) {
+        // In motion those that are near, which the next step would ask for again.
+        if (step_.dynamic) return motion_.count({pair, id}) > 0;
         const auto known = force_.find({pair, id});
         return known != force_.end() && !known->second.isZero(0);
     });
@@ -595,12 +618,17 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
     BodyStepOptions own = options;
     if (medium) own.most_iterations = std::min(own.most_iterations, kInMedium);
     std::optional<BodyStepper> tried;
-    system.finder.begin_rows();
+    system.finder.begin_rows(step.dynamic);
     try {
         for (int i = 0; i < kMostTries; ++i) {
+            const BodyContacts at_start = i > 0 ? tried->at_start() : BodyContacts();
             report = {};
-            own.add_rows = options.add_rows && i + 1 < kMostTries;
+            // Steps in motion find contacts once, and are done again from their start with rows that are
+            // new: once. What slides on is met by the next step.
+            if (i > 0) own.add_rows = BodyStepOptions::AddRows::refused;
+            if (i + 1 == kMostTries) own.add_rows = BodyStepOptions::AddRows::none;
             tried.emplace(system, step, own, report);
+            tried->take_contacts(at_start);
             report.accepted = tried->run();
             if (!tried->again()) break;
         }

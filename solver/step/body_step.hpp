@@ -45,7 +45,9 @@ struct BodyStepOptions {
     int patience = 30;        ///< iterations that do not halve the least error so far
     /// Of the least error so far: an iteration that leaves more ends the step.
     double most_rise = std::numeric_limits<double>::infinity();
-    bool add_rows = true; ///< at places that stand deep in another body
+    /// Rows at places that stand deep in another body: where the meshes leave less, only where the
+    /// step would else be refused, or nowhere.
+    enum class AddRows { deep, refused, none } add_rows = AddRows::deep;
     bool explain = true; ///< why a step is refused, which takes time
     /// Set from outside, it ends the step as not accepted; none if null.
     const std::atomic<bool>* stop = nullptr;

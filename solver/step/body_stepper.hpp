@@ -30,6 +30,9 @@ public:
     bool of_rods_only() const { return rods_only_; }
     /// The step is to be tried again, with rows that this try has added.
     bool again() const { return again_; }
+    /// Contacts where a dynamic step starts, without rows of places: the same for all tries of it.
+    const BodyContacts& at_start() const { return at_start_; }
+    void take_contacts(const BodyContacts& at_start) { at_start_ = at_start; }
     /// A rod that its contacts do not keep stable in the last iteration, if there is one.
     const std::string& unheld() const { return unheld_; }
     /// A solid that its contacts do not hold against what its stress turns it by.
@@ -112,7 +115,9 @@ private:
     const BodyStepOptions& options_;
     BodyStepReport& report_;
 
-    BodyContacts list_;
+    void find_at_start();
+
+    BodyContacts list_, at_start_;
     std::vector<BodyOverlap> overlaps_; ///< at the last iterate that was measured
     int rounds_ = 0;                    ///< of rows added to it
     bool again_ = false;                ///< rows were added to a step that finds contacts once

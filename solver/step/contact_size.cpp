@@ -3,6 +3,7 @@
 #include "contact/surface/overlap.hpp"
 #include "mesh/base/dense.hpp"
 #include "solver/body/rigid_body.hpp"
+#include "solver/step/body_step.hpp"
 #include "solver/body/solid_body.hpp"
 
 #include <algorithm>
@@ -24,19 +25,6 @@ Vec3 strained(const SolidBody& solid, const SolidBody::Unstrained& unstrained,
     return d;
 }
 
-/// Between the corners of a face: a contact along a line is to be wider than that.
-double shortest_edge(const ExternalSurface& surface, std::size_t face, std::span<const Vec3> places)
-{
-    const std::span<const std::int32_t> nodes = surface.face(face);
-    const std::size_t corners = surface.corners[face];
-    double shortest = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < corners; ++k)
-        shortest = std::min(shortest, (places[std::size_t(nodes[(k + 1) % corners])] -
-                                       places[std::size_t(nodes[k])])
-                                          .norm());
-    return shortest;
-}
-
 struct FaceThere {
     double size = 0, curvature = 0;
 };
@@ -51,7 +39,7 @@ FaceThere face_at(const ContactSurface& surface, const SolidBody& solid,
     FaceThere f;
     for (const std::int32_t t : placed.facets.around(most->node)) {
         const auto face = std::size_t(placed.facets.triangles()[std::size_t(t)].face);
-        f.size = std::max(f.size, shortest_edge(surface.outside, face, placed.places));
+        f.size = std::max(f.size, longest_edge(surface.outside, face, placed.places));
         f.curvature = std::max(f.curvature, curvature_of_face(placed, face));
     }
     return f;

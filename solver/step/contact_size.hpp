@@ -1,8 +1,13 @@
 #pragma once
 
-#include "solver/step/body_step.hpp"
+#include "mesh/base/types.hpp"
+
+#include <vector>
 
 namespace amontons {
+
+struct BodyStepReport;
+struct BodySystem;
 
 /// How large the contact of a pair is against the faces that carry it.
 struct ContactSize {
