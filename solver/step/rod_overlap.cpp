@@ -14,8 +14,10 @@
 namespace amontons {
 namespace {
 
-constexpr double kAllowedOfRadius = 0.01, kNeverOfRadius = 0.2; // of the thinner rod's
-constexpr double kMostSamples = 20'000;                         // of a rod
+// Of the thinner radius. Between stations a rod that bends leaves the arc over their chord; beyond
+// half a radius nothing tells its sides apart.
+constexpr double kAllowedOfRadius = 0.01, kNeverOfRadius = 0.5;
+constexpr double kMostSamples = 20'000; // of a rod
 constexpr double kBesides = 4; // radii of arc: nearer places of one rod are neighbours
 
 struct Sample {
