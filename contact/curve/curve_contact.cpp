@@ -463,51 +463,6 @@ bool is_crossing(std::int64_t id)
     return id >= kCrossings && id < kEnds;
 }
 
-std::optional<Vec3> within_each_other(const Curve& a, const Curve& b)
-{
-    constexpr double kSag = 0.125; // of a chord, of the radius
-    constexpr int kMost = 64;      // chords of a piece
-    const auto chords = [&](const CurvePiece& p) {
-        const double bend = std::max(p.bend(0).norm(), p.bend(1).norm());
-        return int(
-            std::clamp(std::ceil(std::sqrt(bend / (8 * kSag * p.radius))), 1.0, double(kMost)));
-    };
-    const bool same = &a == &b;
-    std::vector<BoundingBox> boxes;
-    for (const CurvePiece& q : b.pieces)
-        boxes.push_back(piece_box(q, q.radius));
-    const BoxTree tree(boxes);
-    std::optional<Vec3> found;
-    for (int e = 0; e < pieces(a) && !found; ++e) {
-        const CurvePiece& p = a.pieces[std::size_t(e)];
-        tree.visit(piece_box(p, p.radius), [&](std::int32_t f) {
-            if (found || (same && f <= e)) return;
-            const CurvePiece& q = b.pieces[std::size_t(f)];
-            const double r = p.radius + q.radius;
-            const int n = chords(p), m = chords(q);
-            for (int i = 0; i < n && !found; ++i)
-                for (int j = 0; j < m && !found; ++j) {
-                    const auto place = [](int piece, int k, int of) {
-                        return CurvePlace{piece, double(k) / of};
-                    };
-                    if (same) {
-                        // From the end of the one to the start of the other.
-                        const double between =
-                            std::min(arc_between(a, arc_at(a, place(e, i + 1, n)),
-                                                 arc_at(a, place(f, j, m))),
-                                     arc_between(a, arc_at(a, place(e, i, n)),
-                                                 arc_at(a, place(f, j + 1, m))));
-                        if (between <= kAway * 0.5 * r) continue;
-                    }
-                    const Vec3 p0 = p.at(double(i) / n), p1 = p.at(double(i + 1) / n);
-                    if (distance(p0, p1, q.at(double(j) / m), q.at(double(j + 1) / m)) < 0.5 * r)
-                        found = 0.5 * (p0 + p1);
-                }
-        });
-    }
-    return found;
-}
-
 bool pass_through(const Curve& a_before, const Curve& a, const Curve& b_before, const Curve& b)
 {
     const auto motion = [](const Curve& before, const Curve& now) {

@@ -89,10 +89,6 @@ std::vector<std::int64_t> neighbours(std::int64_t id);
 /// Whether a contact of that id is of two curves that cross, and follows them.
 bool is_crossing(std::int64_t id);
 
-/// A place where the middle lines of two curves (or of one and itself: &a == &b) are nearer to each
-/// other than half the sum of the radii: no contact can tell on which sides of each other they are.
-std::optional<Vec3> within_each_other(const Curve& a, const Curve& b);
-
 /// True if two curves (or one and itself: &a == &b) go through each other between `before` and
 /// `now`, all places moving in straight lines: their middle lines come nearer than half the sum of
 /// the radii. Exact for chords of the pieces, within an eighth of the radii.

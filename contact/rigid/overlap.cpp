@@ -35,7 +35,7 @@ template <class F> double least_near(F f, double low, double high)
     return at_p < at_q ? p : q;
 }
 
-void deepen(ShapeOverlap& deepest, const Vec3& x, double distance)
+void keep_deepest(ShapeOverlap& deepest, const Vec3& x, double distance)
 {
     if (-distance > deepest.depth) deepest = {-distance, x};
 }
@@ -44,7 +44,7 @@ ShapeOverlap of_ball(const Ball& ball, const Pose& pose, const Distance& distanc
 {
     ShapeOverlap o;
     const WallSample s = distance(pose.place);
-    deepen(o, pose.place - ball.radius * s.normal, s.distance - ball.radius);
+    keep_deepest(o, pose.place - ball.radius * s.normal, s.distance - ball.radius);
     return o;
 }
 
@@ -66,13 +66,13 @@ ShapeOverlap of_cylinder(const Cylinder& c, const Pose& pose, const Distance& di
                                     std::min(high, best + spacing));
         for (const double place : {best, t}) {
             const auto [where, d] = at(place);
-            deepen(o, where, d);
+            keep_deepest(o, where, d);
         }
     };
     for (const double end : {-c.half_length, c.half_length}) {
         const Vec3 middle = pose.place + end * axis;
         if (distance(middle).distance > c.radius) continue;
-        deepen(o, middle, distance(middle).distance);
+        keep_deepest(o, middle, distance(middle).distance);
         least_of(
             [&](double angle) {
                 const Vec3 p =
@@ -98,10 +98,10 @@ ShapeOverlap of_faces(const PlacedSurface& surface, const Distance& distance,
                       const BoundingBox& near)
 {
     std::vector<OverlapSpot> spots;
-    overlap_spots(surface, distance, near, 0, spots);
+    overlap_spots(surface, distance, near, spots);
     ShapeOverlap o;
     for (const OverlapSpot& s : spots)
-        deepen(o, s.point, -s.depth);
+        keep_deepest(o, s.point, -s.depth);
     return o;
 }
 
@@ -114,24 +114,6 @@ struct BoxFaces {
 };
 
 } // namespace
-
-ExternalSurface surface_of_triangles(const SurfaceMesh& mesh)
-{
-    ExternalSurface s;
-    s.starts.push_back(0);
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-        for (const int p : mesh.triangles[i])
-            s.nodes.push_back(p);
-        s.starts.push_back(std::int64_t(s.nodes.size()));
-        s.corners.push_back(3);
-        s.faces.push_back({std::int32_t(i), 0});
-    }
-    for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-        s.used_nodes.push_back(std::int32_t(i));
-        s.surface_nodes.push_back(std::int32_t(i));
-    }
-    return s;
-}
 
 ShapeOverlap deepest_in(const RigidShape& shape, const Pose& pose, const FacetedSurface* facets,
                         const Distance& distance, const BoundingBox& near)

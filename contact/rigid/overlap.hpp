@@ -24,7 +24,4 @@ ShapeOverlap deepest_in(const RigidShape& shape, const Pose& pose, const Faceted
                         const std::function<WallSample(const Vec3&)>& distance,
                         const BoundingBox& near);
 
-/// A triangle mesh as a surface of faces.
-ExternalSurface surface_of_triangles(const SurfaceMesh& mesh);
-
 } // namespace amontons

@@ -68,4 +68,41 @@ SurfaceMesh surface_of(const RigidShape& shape)
     return m;
 }
 
+SurfaceMesh flat_ends(const Cylinder& c)
+{
+    constexpr int kCorners = 64;
+    SurfaceMesh m;
+    for (const int side : {-1, 1}) {
+        const auto centre = int(m.points.size());
+        m.points.emplace_back(0, 0, side * c.half_length);
+        for (int i = 0; i < kCorners; ++i) {
+            const double angle = 2 * std::numbers::pi * i / kCorners;
+            m.points.emplace_back(c.radius * std::cos(angle), c.radius * std::sin(angle),
+                                  side * c.half_length);
+            const int here = centre + 1 + i, next = centre + 1 + (i + 1) % kCorners;
+            m.triangles.push_back(side > 0 ? std::array{centre, here, next}
+                                           : std::array{centre, next, here});
+        }
+    }
+    return m;
+}
+
+ExternalSurface surface_of_triangles(const SurfaceMesh& mesh)
+{
+    ExternalSurface s;
+    s.starts.push_back(0);
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        for (const int p : mesh.triangles[i])
+            s.nodes.push_back(p);
+        s.starts.push_back(std::int64_t(s.nodes.size()));
+        s.corners.push_back(3);
+        s.faces.push_back({std::int32_t(i), 0});
+    }
+    for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+        s.used_nodes.push_back(std::int32_t(i));
+        s.surface_nodes.push_back(std::int32_t(i));
+    }
+    return s;
+}
+
 } // namespace amontons

@@ -10,8 +10,8 @@
 namespace amontons {
 namespace {
 
-constexpr double kShallow = 1e-3;     // of a face: depths that may be left out
-constexpr double kNearFace = 0.1;         // of a face: nearer places take the surface's normal
+constexpr double kShallow = 1e-3;    // of a face: depths that may be left out
+constexpr double kNearFace = 0.1;    // of a face: nearer places take the surface's normal
 constexpr double kSharpEdge = 0.7071; // cosine of the angle between faces of one bent surface
 
 Vec3 middle_of(const FacetedSurface::Triangle& t, std::span<const Vec3> x)
@@ -26,20 +26,25 @@ Vec3 area_vector(const FacetedSurface::Triangle& t, std::span<const Vec3> x)
     return (x[std::size_t(t.nodes[1])] - a).cross(x[std::size_t(t.nodes[2])] - a);
 }
 
-/// By the shape functions of the triangle's face.
+/// @param values  shape functions of a face's nodes
+template <class Values>
+SurfacePlace place_of(std::span<const std::int32_t> nodes, const Values& values)
+{
+    SurfacePlace p;
+    for (std::size_t k = 0; k < nodes.size(); ++k)
+        if (std::abs(values[Eigen::Index(k)]) > 1e-14)
+            p.node[std::size_t(p.count++)] = {nodes[k], values[Eigen::Index(k)]};
+    std::sort(p.node.begin(), p.node.begin() + p.count,
+              [](const StencilEntry& a, const StencilEntry& b) { return a.node < b.node; });
+    return p;
+}
+
 SurfacePlace place_on(const ExternalSurface& surface, const FacetedSurface::Triangle& t,
                       const Vec3& weights)
 {
     const std::span<const std::int32_t> nodes = surface.face(std::size_t(t.face));
     const Vec2 xi = weights[0] * t.xi[0] + weights[1] * t.xi[1] + weights[2] * t.xi[2];
-    const FaceValues N = face_shape_values(int(nodes.size()), Vec3(xi.x(), xi.y(), 0));
-    SurfacePlace p;
-    for (std::size_t k = 0; k < nodes.size(); ++k)
-        if (std::abs(N[Eigen::Index(k)]) > 1e-14)
-            p.node[std::size_t(p.count++)] = {nodes[k], N[Eigen::Index(k)]};
-    std::sort(p.node.begin(), p.node.begin() + p.count,
-              [](const StencilEntry& a, const StencilEntry& b) { return a.node < b.node; });
-    return p;
+    return place_of(nodes, face_shape_values(int(nodes.size()), Vec3(xi.x(), xi.y(), 0)));
 }
 
 BoundingBox box_of_triangle(const FacetedSurface::Triangle& t, std::span<const Vec3> x)
@@ -207,7 +212,8 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
     std::int32_t hint = -1;
     const auto note = [&](const SurfacePlace& own, const Vec3& x, std::int32_t own_face) {
         const std::optional<FaceDistance::Foot> foot = distance.at(x, hint);
-        if (!foot || !(foot->distance < 0)) return;
+        // Deeper places may be nearer to a triangle that was left out.
+        if (!foot || !(foot->distance < 0) || -foot->distance > room) return;
         const auto other =
             std::size_t(b.facets.triangles()[std::size_t(foot->triangle)].face);
         OverlapSpot s;
@@ -299,7 +305,7 @@ struct DeepestPlace {
 } // namespace
 
 void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const Vec3&)>& distance,
-                   const BoundingBox& near, double depth, std::vector<OverlapSpot>& spots)
+                   const BoundingBox& near, std::vector<OverlapSpot>& spots)
 {
     const ExternalSurface& surface = a.facets.surface();
     for (std::size_t f = 0; f < surface.faces.size(); ++f) {
@@ -325,17 +331,12 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
         }
         deepest.size = longest_edge(surface, f, a.places);
         for (const FacetedSurface::Triangle& t : a.facets.of_face(f))
-            deepest.look(t.xi, std::max(depth, kShallow * deepest.size), 0);
+            deepest.look(t.xi, kShallow * deepest.size, 0);
         if (!(deepest.least < 0)) continue;
         OverlapSpot s;
         s.depth = -deepest.least;
         s.point = deepest.place;
-        const FaceSpot at = spot(face, deepest.xi);
-        for (std::size_t k = 0; k < nodes.size(); ++k)
-            if (std::abs(at.values[Eigen::Index(k)]) > 1e-14)
-                s.own.node[std::size_t(s.own.count++)] = {nodes[k], at.values[Eigen::Index(k)]};
-        std::sort(s.own.node.begin(), s.own.node.begin() + s.own.count,
-                  [](const StencilEntry& p, const StencilEntry& q) { return p.node < q.node; });
+        s.own = place_of(nodes, spot(face, deepest.xi).values);
         s.node_gap = node_gap;
         s.face = deepest.size;
         const Vec3 bends = symmetric_eigenvalues(deepest.hessian);

@@ -84,9 +84,8 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
 /// a twentieth of it for convex shapes.
 /// @param distance  from the shape, < 0 inside
 /// @param near      a box around the shape
-/// @param depth     shallower faces may be left out [m], >= 0
-/// Cost: one sample for each face near the shape, some more where it enters the face.
+/// Depths below 1e-3 of a face may be left out. Cost: one sample for each face near the shape, some more where it enters the face.
 void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const Vec3&)>& distance,
-                   const BoundingBox& near, double depth, std::vector<OverlapSpot>& spots);
+                   const BoundingBox& near, std::vector<OverlapSpot>& spots);
 
 } // namespace amontons

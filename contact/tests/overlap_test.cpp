@@ -111,7 +111,7 @@ TEST_CASE("a ball between the nodes of a wide face is as deep as it stands in it
                 return shape_distance(Ball{radius}, x - centre, near);
             };
             std::vector<OverlapSpot> spots;
-            overlap_spots({faces, block.mesh.nodes}, ball, all_space(), 0, spots);
+            overlap_spots({faces, block.mesh.nodes}, ball, all_space(), spots);
             REQUIRE(!spots.empty());
             CHECK(std::abs(deepest_spot(spots) - depth) <= std::max(0.05 * depth, 2e-3));
             CHECK(spots[0].bulge > 0);
@@ -146,14 +146,14 @@ TEST_CASE("rigid shapes: closed forms of how deep one stands in the other wherev
     CHECK(depth(bar, across, bar, pose({0, 0, 0})) == 0);
     // An upright one by its rim in a half-space, tilted.
     const double tilt = 0.2, height = 1 * std::cos(tilt) + 0.05 * std::sin(tilt) - 0.004;
-    const Pose leaning{{0, 0, height}, Eigen::Quaterniond(Eigen::AngleAxisd(tilt, Vec3::UnitX()))};
+    const Pose tilted{{0, 0, height}, Eigen::Quaterniond(Eigen::AngleAxisd(tilt, Vec3::UnitX()))};
     const auto plane = [](const Vec3& x) {
         WallSample s;
         s.distance = x.z();
         s.normal = Vec3::UnitZ();
         return s;
     };
-    CHECK(deepest_in(bar, leaning, nullptr, plane, all_space()).depth ==
+    CHECK(deepest_in(bar, tilted, nullptr, plane, all_space()).depth ==
           doctest::Approx(0.004).epsilon(1e-6));
 }
 

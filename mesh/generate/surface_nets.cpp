@@ -216,7 +216,7 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
 // Each edge of the grid that the surface crosses makes two triangles. Their sides, but for the one
 // between them, cross the faces of the grid at that edge: where all four edges of a face are
 // crossed, four triangles have a side in common.
-NetsForecast foresee_nets(const ImplicitSurface& surface, const Vec3& low, const Vec3& high,
+NetsPrediction predict_nets(const ImplicitSurface& surface, const Vec3& low, const Vec3& high,
                           double edge)
 {
     const Vec3 origin = net_origin(low, edge);
@@ -224,7 +224,7 @@ NetsForecast foresee_nets(const ImplicitSurface& surface, const Vec3& low, const
     for (int a = 0; a < 3; ++a)
         cubes[a] = (net_blocks(high[a] - origin[a], edge) * kNetBlock + kNetCube - 1) / kNetCube;
     NetNodes<kNetCube> nodes;
-    NetsForecast found;
+    NetsPrediction found;
     const auto look_at = [&](int i, int j, int k) {
         constexpr const int* stride = NetNodes<kNetCube>::kStride;
         const double* const first = &nodes.f[at(nodes.index(i, j, k))];

@@ -25,11 +25,11 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
                          double edge, const std::function<bool(const Vec3&)>& part = nullptr);
 
 /// What surface_nets() makes, by the signs at the grid's nodes alone: a tenth of its work.
-struct NetsForecast {
+struct NetsPrediction {
     bool manifold = true;      ///< no edge gets four triangles
     std::size_t triangles = 0; ///< of one that is
 };
-NetsForecast foresee_nets(const ImplicitSurface& surface, const Vec3& low, const Vec3& high,
+NetsPrediction predict_nets(const ImplicitSurface& surface, const Vec3& low, const Vec3& high,
                           double edge);
 
 /// Moves free vertices along the surface towards the mean of their neighbours.

@@ -225,7 +225,7 @@ struct VesselTriangles {
 VesselTriangles triangles_of(const std::shared_ptr<const Stubs>& stubs, double edge)
 {
     for (int attempt = 0; attempt < 3; ++attempt, edge *= 0.7) {
-        const NetsForecast all = foresee_nets(stubs->surface(), stubs->low, stubs->high, edge);
+        const NetsPrediction all = predict_nets(stubs->surface(), stubs->low, stubs->high, edge);
         if (!all.manifold) continue;
         return {Late<SurfaceMesh>{[stubs, edge] {
                     const Stubs& s = *stubs;

@@ -29,7 +29,7 @@ bool is_manifold(const SurfaceMesh& mesh)
 
 } // namespace
 
-TEST_CASE("of nets it is foreseen how many triangles they have and whether an edge has four")
+TEST_CASE("the number of triangles of nets and edges of four faces are predicted")
 {
     int manifold = 0, others = 0;
     for (const double edge : {0.13, 0.1, 0.077})
@@ -38,10 +38,10 @@ TEST_CASE("of nets it is foreseen how many triangles they have and whether an ed
             const ImplicitSurface balls = two_balls(a, a + (1.96 + 0.02 * k) * towards);
             const Vec3 low = Vec3::Constant(-3.2), high = Vec3::Constant(3.5);
             const SurfaceMesh mesh = surface_nets(balls, low, high, edge);
-            const NetsForecast foreseen = foresee_nets(balls, low, high, edge);
-            CHECK(foreseen.manifold == is_manifold(mesh));
-            if (foreseen.manifold) CHECK(foreseen.triangles == mesh.triangles.size());
-            ++(foreseen.manifold ? manifold : others);
+            const NetsPrediction predicted = predict_nets(balls, low, high, edge);
+            CHECK(predicted.manifold == is_manifold(mesh));
+            if (predicted.manifold) CHECK(predicted.triangles == mesh.triangles.size());
+            ++(predicted.manifold ? manifold : others);
         }
     CHECK(manifold > 5);
     CHECK(others > 5);
@@ -58,8 +58,8 @@ TEST_CASE("nets are the same bits whether values far from the surface are looked
                           all = surface_nets(flat, low, high, edge);
         CHECK(mesh.points == all.points);
         CHECK(mesh.triangles == all.triangles);
-        CHECK(foresee_nets(steep, low, high, edge).triangles == all.triangles.size());
-        CHECK(foresee_nets(flat, low, high, edge).triangles == all.triangles.size());
+        CHECK(predict_nets(steep, low, high, edge).triangles == all.triangles.size());
+        CHECK(predict_nets(flat, low, high, edge).triangles == all.triangles.size());
     }
 }
 

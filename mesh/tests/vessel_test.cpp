@@ -197,8 +197,8 @@ TEST_CASE("a vessel knows how many triangles it has before they are made")
             o.resolution = resolution;
             o.axis = {std::sin(turn), 0.3 * turn, std::cos(turn)};
             const WallModel model = make_vessel(o);
-            const std::size_t foreseen = *model.triangle_count;
-            CHECK(foreseen == model.surface->triangles.size());
+            const std::size_t predicted = *model.triangle_count;
+            CHECK(predicted == model.surface->triangles.size());
         }
 }
 

@@ -108,6 +108,7 @@ void write_summary(JsonText& json, const RunSummary& s, const std::vector<std::s
         json.key("point").open('[').value(x.x()).value(x.y()).value(x.z()).close(']');
         json.member("step", s.worst_overlap.step).close('}');
     }
+    write_strings(json, "overlap_not_measured", s.not_measured);
     json.member("worst_cone_violation", s.worst_cone_violation);
     json.member("uncertified_steps", s.uncertified_steps).close('}');
     const EnergyRecord& e = s.energy;

@@ -50,7 +50,7 @@ struct ContactRecord {
 
 /// The place where two bodies stand deepest in each other, measured on their surfaces.
 struct OverlapRecord {
-    double depth = 0;     ///< [m]; 0: nowhere
+    double depth = 0;     ///< [m]; 0: nowhere, not a number: not measured
     std::string a, b;     ///< names of the bodies
     Vec3 point = Vec3::Zero();
     int step = 0;
@@ -130,7 +130,8 @@ struct RunSummary {
     double contacts_mean = 0;
     double worst_error = 0, worst_penetration = 0, worst_cone_violation = 0;
     OverlapRecord worst_overlap;
-    std::vector<std::string> warnings; ///< of the steps, a sentence each
+    std::vector<std::string> not_measured; ///< what worst_overlap leaves out, a sentence each
+    std::vector<std::string> warnings;     ///< of the steps, a sentence each
     int uncertified_steps = 0;
     EnergyRecord energy;
     std::vector<SnapRecord> snaps;

@@ -159,8 +159,11 @@ std::string run_table(const RunSummary& s, const Scene& scene, const std::string
                     s.uncertified_steps));
     const OverlapRecord& o = s.worst_overlap;
     row("worst overlap",
-        o.depth > 0 ? fmt::format("{:.2e} m of {} and {} in step {}", o.depth, o.a, o.b, o.step)
-                    : "none");
+        o.depth > 0    ? fmt::format("{:.2e} m of {} and {} in step {}", o.depth, o.a, o.b, o.step)
+        : o.depth == 0 ? "none"
+                       : "not measured");
+    for (const std::string& left_out : s.not_measured)
+        row("", "not measured: " + left_out);
     row("energy", fmt::format("work {:.4e} J = elastic {:.4e} + kinetic {:.4e} + friction {:.4e} + "
                               "released {:.4e} + error {:.1e}",
                               s.energy.work, s.energy.elastic, s.energy.kinetic, s.energy.friction,

@@ -17,7 +17,7 @@
 #include "solver/large/large_matrix.hpp"
 #include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
-#include "solver/step/deep_overlap.hpp"
+#include "solver/step/start_overlap.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -232,9 +232,6 @@ bool gives_way(const Scene& scene, const std::string& name, const std::string& b
            std::ranges::any_of(
                scene.rigids, [&](const RigidInput& r) { return meant(r.name) && !r.drive.given; });
 }
-
-// How far meshes look for each other: of the thinner body, and of the smaller one.
-constexpr double kReachOfThickness = 0.4, kLeastReach = 0.02;
 
 StartOverlap start_overlap(const ContactLaw& law)
 {
@@ -492,7 +489,6 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                 Pose{o.surface.centre, rotation_between(Vec3::UnitZ(), o.surface.axis)};
     std::vector<ContactPair> pairs;
     pairs.reserve(laws.size());
-    std::vector<double> thickness(system->refs.size(), 0); // of the bodies, once asked for
     for (std::size_t k = 0; k < laws.size(); ++k) {
         const ContactLaw& law = laws[k];
         ContactPair p;
@@ -531,23 +527,6 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         double size = system->refs[std::size_t(p.a)].body->size();
         if (p.b >= 0) size = std::min(size, system->refs[std::size_t(p.b)].body->size());
         set_reach(p, law.reach, size);
-        // Between meshes the far side of a body is an overlap, too.
-        const BodyRef& first = system->refs[std::size_t(p.a)];
-        if (first.solid && p.b >= 0 && p.a != p.b && !p.small) {
-            const BodyRef& second = system->refs[std::size_t(p.b)];
-            double thinner = std::numeric_limits<double>::infinity();
-            if (!second.rigid || !is_round(second.rigid->shape()))
-                for (const int i : {p.a, p.b}) {
-                    double& own = thickness[std::size_t(i)];
-                    if (!(own > 0)) own = thickness_of(system->refs[std::size_t(i)]);
-                    thinner = std::min(thinner, own);
-                }
-            p.reach = std::clamp(p.reach, std::min(kLeastReach * size, kReachOfThickness * thinner),
-                                 kReachOfThickness * thinner);
-            p.margin = std::min(p.margin, p.reach);
-        } else if (!first.rod && scene.time.kind != "dynamic") {
-            p.reach = std::max(p.reach, kLeastReach * size);
-        }
         if (const RodBody* rod = system->refs[std::size_t(p.a)].rod; rod && !(law.reach > 0)) {
             p.reach = rod->contact_reach();
             if (p.b >= 0 && system->refs[std::size_t(p.b)].rod)
@@ -566,9 +545,6 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         }
         pairs.push_back(std::move(p));
     }
-    if (std::vector<Issue> lost = rods_in_each_other(system->refs, pairs, scene.file);
-        !lost.empty())
-        throw InputError(std::move(lost));
     std::optional<RestLaw> rest;
     if (rest_law) {
         rest = RestLaw{rest_law->friction, rest_law->restitution, rest_law->reach,
@@ -584,10 +560,12 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         if (rest->others.size() == n * (n - 1) / 2) rest.reset(); // nothing is left
     }
     system->finder = ContactFinder(std::move(pairs), std::move(walls), std::move(rest));
-    if (scene.time.kind != "dynamic") system->finder.keep_to_contacts(system->refs);
+    const bool dynamic = scene.time.kind == "dynamic";
+    system->finder.limit_reach(system->refs, dynamic);
+    if (!dynamic) system->finder.keep_to_contacts(system->refs);
     for (const Obstacle& o : obstacles)
         system->obstacles.push_back(o.name);
-    if (std::vector<Issue> inside = start_overlaps(*system, scene.file); !inside.empty())
+    if (std::vector<Issue> inside = start_overlaps(*system, dynamic, scene.file); !inside.empty())
         throw InputError(std::move(inside));
     system->couplings = make_couplings(scene, system->refs);
     if (scene.time.kind == "dynamic" && time_rule(scene.time).end < 1)

@@ -16,7 +16,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <numbers>
 
 namespace amontons {
 namespace {
@@ -38,8 +37,6 @@ constexpr std::int64_t kSharp = kNodeNumbers;
 constexpr std::int64_t kCaps = std::int64_t(1) << 50;
 constexpr std::int64_t kBulge = std::int64_t(1) << 60;
 
-constexpr double kCapsOfThickness = 0.4; // how far flat ends look: beyond are far sides
-constexpr int kCapPieces = 64;           // of a flat end: 0.2 % of its area are left out
 constexpr double kMargin = 0.002; // of the smaller body: see ContactPair
 constexpr double kReach = 0.2;    // of it: gaps that are looked at, unless it is said
 /// Pairs from which on threads share them out: starting some takes as long as ten pairs.
@@ -89,25 +86,6 @@ std::vector<BodyContact> as_body_contacts(const std::vector<RigidContact>& found
         out.push_back(k);
     }
     return out;
-}
-
-/// The flat ends of a cylinder.
-SurfaceMesh caps_of(const Cylinder& c)
-{
-    SurfaceMesh m;
-    for (const int side : {-1, 1}) {
-        const auto centre = int(m.points.size());
-        m.points.emplace_back(0, 0, side * c.half_length);
-        for (int i = 0; i < kCapPieces; ++i) {
-            const double angle = 2 * std::numbers::pi * i / kCapPieces;
-            m.points.emplace_back(c.radius * std::cos(angle), c.radius * std::sin(angle),
-                                  side * c.half_length);
-            const int here = centre + 1 + i, next = centre + 1 + (i + 1) % kCapPieces;
-            m.triangles.push_back(side > 0 ? std::array{centre, here, next}
-                                           : std::array{centre, next, here});
-        }
-    }
-    return m;
 }
 
 /// Contacts that no nodes carry.
@@ -416,11 +394,11 @@ void ContactFinder::find_large(const std::vector<BodyRef>& bodies, int pair, Bod
                            [&](const BodyContact& c) { return c.gap > p.margin + closed; }),
             out.contact.end());
     add_place_rows(bodies, pair, out);
-    if (inside_.empty()) return;
-    const auto& fitted = closed_[std::size_t(pair)];
+    if (start_depth_.empty()) return;
+    const auto& fitted = gap_offset_[std::size_t(pair)];
     for (std::size_t c = std::size_t(first); c < out.contact.size(); ++c) {
         BodyContact& contact = out.contact[c];
-        contact.gap += left_in(pair);
+        contact.gap += start_overlap_left(pair);
         if (const auto known = fitted.find(contact.id); known != fitted.end())
             contact.gap += known->second;
     }
@@ -521,11 +499,11 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
         std::unique_ptr<Facets>& caps = caps_[std::size_t(p.b)];
         if (!caps) {
             caps = std::make_unique<Facets>();
-            caps->mesh = caps_of(*cylinder);
+            caps->mesh = flat_ends(*cylinder);
             caps->surface = surface_of_triangles(caps->mesh);
         }
         MortarOptions options;
-        options.reach = std::min(reach_, kCapsOfThickness * std::min(thickness(bodies, p.a),
+        options.reach = std::min(reach_, kReachOfThickness * std::min(thickness(bodies, p.a),
                                                                      thickness(bodies, p.b)));
         options.master_normals = true;
         add(mortar_contacts(p.surface_a->outside, a.places(), caps->surface,
@@ -603,27 +581,6 @@ std::vector<BodyContact> ContactFinder::rigid_on_rigid(const std::vector<BodyRef
                     pose_after(b, step_)) >= 1)
         return {};
     return as_body_contacts(found, p, pair);
-}
-
-std::string ContactFinder::passed(const std::vector<BodyRef>& bodies)
-{
-    sweep_rods(bodies);
-    for (std::size_t k = 0; k < given_; ++k) {
-        const ContactPair& p = pairs_[k];
-        if (!p.small &&
-            (bodies[std::size_t(p.a)].rod ? rod_passed(bodies, p) : p.b >= 0 && passed(bodies, p)))
-            return fmt::format("{} passes through {}", bodies[std::size_t(p.a)].name,
-                               p.b < 0      ? "an obstacle"
-                               : p.b == p.a ? "itself"
-                                            : bodies[std::size_t(p.b)].name);
-    }
-    if (!rest_) return "";
-    const auto swept = [&](int b) { return swept_box(*bodies[std::size_t(b)].rigid); };
-    for (const BoxPair& p : rest_meeting(bodies, swept))
-        if (passed(bodies, pairs_[std::size_t(pair_of_rest(p.a, p.b, bodies))]))
-            return fmt::format("{} passes through {}", bodies[std::size_t(p.a)].name,
-                               bodies[std::size_t(p.b)].name);
-    return "";
 }
 
 } // namespace amontons

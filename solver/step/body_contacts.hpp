@@ -11,6 +11,7 @@
 #include "solver/body/body.hpp"
 #include "solver/scene/scene.hpp"
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <optional>
@@ -114,7 +115,7 @@ struct BodyOverlap {
     SurfacePlace own;  ///< its nodes; none on a rigid body
     double allowed = 0, most = 0; ///< more is warned of, ends the step [m]
     double rows_beyond = 0;       ///< more gets a row, also where `allowed` is more [m]
-    double give = 0;              ///< what such a row leaves of it [m]
+    double tolerance = 0;              ///< what such a row leaves of it [m]
 };
 
 /// A row at a place of a mesh, beside those of multipliers.
@@ -122,7 +123,7 @@ struct PlaceRow {
     std::int64_t id = 0;
     bool of_b = false;
     SurfacePlace own;
-    double give = 0; ///< the overlap that it leaves [m]
+    double tolerance = 0; ///< the overlap that it leaves [m]
 };
 
 /// What a law of "*" and "*" says of free rigid bodies. Of n of them there are n^2 pairs, and most
@@ -134,6 +135,8 @@ struct RestLaw {
     std::set<std::pair<int, int>> others; ///< pairs with a law of their own, lower number first
 };
 
+/// How far contacts between meshes are looked for, of the thinner body: beyond lie far sides.
+constexpr double kReachOfThickness = 0.4;
 /// The number of a contact that stands for an area is that of the node which carries its multiplier,
 /// beside multiples of this.
 constexpr std::int64_t kNodeNumbers = std::int64_t(1) << 40;
@@ -200,6 +203,8 @@ public:
     /// Where bodies stand in each other at the iterate: measured on their surfaces, whatever contacts
     /// were found. Not of small pairs.
     void overlaps(const std::vector<BodyRef>& bodies, std::vector<BodyOverlap>& out);
+    /// Pairs that overlaps() leaves out, a sentence each.
+    std::vector<std::string> not_measured(const std::vector<BodyRef>& bodies) const;
     /// Appends the rows of such places to contacts that a try of the same step has found.
     void find_rows(const std::vector<BodyRef>& bodies, const StepInput& step, BodyContacts& out);
     /// Gives the places of meshes that stand deep in another body rows of their own, from the next
@@ -216,16 +221,23 @@ public:
     std::vector<std::vector<PlaceRow>> read_rows(ByteReader& in) const;
     void set_rows(std::vector<std::vector<PlaceRow>> rows) { rows_ = std::move(rows); }
     double thickness(const std::vector<BodyRef>& bodies, int body); ///< thickness_of, kept
+    double thinner_of(const std::vector<BodyRef>& bodies, const ContactPair& p);
+    /// Reaches as chosen or given, within what bodies' thickness and steps allow. Before the first step.
+    void limit_reach(const std::vector<BodyRef>& bodies, bool dynamic);
     /// Of pairs whose bodies stand in each other at the start and are to be pressed out of each other
     /// or taken as they fit: how deep. Before the first step.
-    void begin_inside(const std::vector<BodyRef>& bodies, std::span<const double> depths);
-    bool begins_inside() const { return !inside_.empty(); }
+    void set_start_overlaps(const std::vector<BodyRef>& bodies, std::span<const double> depths);
+    /// Some are to be pressed out.
+    bool has_start_overlaps() const
+    {
+        return std::ranges::any_of(start_depth_, [](double d) { return d > 0; });
+    }
     /// This share of the depths at the start is left in the gaps of those pairs.
-    void leave_inside(double share) { left_inside_ = share; }
+    void set_start_overlap_share(double share) { start_share_ = share; }
 
     /// What is prescribed in [from, to] moves pairs that are near by this times what contacts are
     /// looked for, or less. Of quasi-static steps.
-    double share_searched(const std::vector<BodyRef>& bodies, double from, double to);
+    double motion_over_reach(const std::vector<BodyRef>& bodies, double from, double to);
 
 
     /// Bodies that have passed through each other between the start of the step and the iterate, so
@@ -262,10 +274,12 @@ private:
                           std::vector<BodyOverlap>& out);
     void overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair,
                          std::vector<BodyOverlap>& out);
+    std::optional<BodyOverlap> overlap_with_obstacle(const std::vector<BodyRef>& bodies,
+                                                     const ContactPair& p);
     std::optional<BodyOverlap> rigid_overlap(const std::vector<BodyRef>& bodies, int a, int b);
     std::function<WallSample(const Vec3&)> distance_from_obstacle(const ContactPair& p) const;
     const FacetedSurface* facets_if_triangles(const std::vector<BodyRef>& bodies, int body);
-    double left_in(int pair) const;
+    double start_overlap_left(int pair) const;
     void add_place_rows(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     // body_passage.cpp
     bool passed(const std::vector<BodyRef>& bodies, const ContactPair& pair);
@@ -296,10 +310,10 @@ private:
     std::vector<std::unique_ptr<Facets>> caps_;   // of the bodies: flat ends of cylinders
     std::vector<double> thickness_;               // of the bodies, once asked for [m]
     std::vector<std::vector<PlaceRow>> rows_; // of the given pairs, once there are some
-    std::vector<double> inside_; // of each pair at the start, if some begin inside [m]
-    std::vector<double> slack_;  // of each pair: what is closed stays an overlap [m]
-    double left_inside_ = 0;     // share of it that gaps leave
-    std::vector<std::map<std::int64_t, double>> closed_; // of each pair's contacts: not in the gap
+    std::vector<double> start_depth_; // of each pair at the start, if some begin inside [m]
+    std::vector<double> start_tolerance_;  // of each pair: what is closed stays an overlap [m]
+    double start_share_ = 0;     // share of it that gaps leave
+    std::vector<std::map<std::int64_t, double>> gap_offset_; // of each pair's contacts: not in the gap
     StepInput step_;
     double reach_ = 0; // of the present pair and step
 };

@@ -26,6 +26,7 @@ constexpr double kNever = 0.1;           // of the thinner body, of the smaller 
 constexpr double kMeanBulge = 2.0 / 3;   // of h^2/8 times the curvature: a chord's mean distance
 constexpr double kLoose = 0.3;           // of the depth: nodes of a face are off what enters it
 constexpr double kThinnest = 1e-3;       // of a rigid body's length: thinner ones count as lines
+constexpr double kLeastReach = 0.02;     // of the smaller body: what a given reach is raised to
 constexpr double kSameRow = 0.05;        // of weights
 
 BoundingBox everywhere()
@@ -68,6 +69,34 @@ double ContactFinder::thickness(const std::vector<BodyRef>& bodies, int body)
     return own;
 }
 
+double ContactFinder::thinner_of(const std::vector<BodyRef>& bodies, const ContactPair& p)
+{
+    const double own = thickness(bodies, p.a);
+    return p.b >= 0 ? std::min(own, thickness(bodies, p.b)) : own;
+}
+
+void ContactFinder::limit_reach(const std::vector<BodyRef>& bodies, bool dynamic)
+{
+    for (std::size_t k = 0; k < given_; ++k) {
+        ContactPair& p = pairs_[k];
+        const BodyRef& a = bodies[std::size_t(p.a)];
+        if (a.rod) continue;
+        double size = a.body->size();
+        if (p.b >= 0) size = std::min(size, bodies[std::size_t(p.b)].body->size());
+        if (a.solid && p.b >= 0 && p.a != p.b && !p.small) {
+            // Between meshes the far side of a body is an overlap, too.
+            const RigidBody* rigid = bodies[std::size_t(p.b)].rigid;
+            const double most = rigid && is_round(rigid->shape())
+                                    ? std::numeric_limits<double>::infinity()
+                                    : kReachOfThickness * thinner_of(bodies, p);
+            p.reach = std::clamp(p.reach, std::min(kLeastReach * size, most), most);
+            p.margin = std::min(p.margin, p.reach);
+        } else if (!dynamic) {
+            p.reach = std::max(p.reach, kLeastReach * size);
+        }
+    }
+}
+
 void ContactFinder::overlaps(const std::vector<BodyRef>& bodies, std::vector<BodyOverlap>& out)
 {
     out.clear();
@@ -75,7 +104,7 @@ void ContactFinder::overlaps(const std::vector<BodyRef>& bodies, std::vector<Bod
     for (std::size_t p = 0; p < given_; ++p) {
         const std::size_t first = out.size();
         overlaps_of_pair(bodies, int(p), out);
-        const double left = left_in(int(p)) + (slack_.empty() ? 0 : slack_[p]);
+        const double left = start_overlap_left(int(p)) + (start_tolerance_.empty() ? 0 : start_tolerance_[p]);
         for (std::size_t i = first; left > 0 && i < out.size(); ++i)
             for (double* limit : {&out[i].allowed, &out[i].most, &out[i].rows_beyond})
                 *limit += left;
@@ -86,6 +115,22 @@ void ContactFinder::overlaps(const std::vector<BodyRef>& bodies, std::vector<Bod
         if (const auto o = rigid_overlap(bodies, p.a, p.b)) out.push_back(*o);
 }
 
+std::vector<std::string> ContactFinder::not_measured(const std::vector<BodyRef>& bodies) const
+{
+    std::vector<std::string> sentences;
+    for (std::size_t k = 0; k < given_; ++k) {
+        const ContactPair& p = pairs_[k];
+        const char* why = p.small ? "\"sliding\" is \"small\""
+                          : p.a == p.b && bodies[std::size_t(p.a)].solid ? "a body and itself"
+                          : !p.end_a.empty() ? "an end of a rod alone touches"
+                                             : nullptr;
+        if (!why) continue;
+        sentences.push_back(bodies[std::size_t(p.a)].name + " and " +
+                            (p.b >= 0 ? bodies[std::size_t(p.b)].name : "an obstacle") + ": " + why);
+    }
+    return sentences;
+}
+
 void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pair,
                                      std::vector<BodyOverlap>& out)
 {
@@ -94,8 +139,7 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
     if (p.small || (p.b >= 0 && apart(p, 0))) return;
     if (a.rod) return overlaps_of_rod(bodies, pair, out);
     if (p.a == p.b) return;
-    double thinner = thickness(bodies, p.a);
-    if (p.b >= 0) thinner = std::min(thinner, thickness(bodies, p.b));
+    const double thinner = thinner_of(bodies, p);
     const bool meshes = p.b >= 0 && bodies[std::size_t(p.b)].solid;
     std::vector<OverlapSpot> spots;
     const auto keep = [&](bool of_b) {
@@ -115,46 +159,28 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
             // What is smaller than a face touches none of its nodes.
             if (!meshes && s.node_gap > kLoose * s.depth) o.rows_beyond = kAllowedOfFace * s.face;
             o.rows_beyond = std::min(o.rows_beyond, 0.5 * o.most); // room to slide on
-            if (meshes) o.give = std::min(kMeanBulge * s.bulge, kMeanBulge * o.allowed);
+            if (meshes) o.tolerance = std::min(kMeanBulge * s.bulge, kMeanBulge * o.allowed);
             out.push_back(o);
         }
         spots.clear();
     };
     if (!a.solid) {
-        if (p.b >= 0) {
-            if (auto o = rigid_overlap(bodies, p.a, p.b)) {
-                o->pair = pair;
-                out.push_back(*o);
-            }
-            return;
+        if (auto found = p.b >= 0 ? rigid_overlap(bodies, p.a, p.b)
+                                  : overlap_with_obstacle(bodies, p)) {
+            found->pair = pair;
+            out.push_back(*found);
         }
-        const Pose pose = pose_of(a.rigid->placement());
-        const auto distance = distance_from_obstacle(p);
-        if (distance(pose.place).distance > bounding_radius(a.rigid->shape())) return;
-        const ShapeOverlap found =
-            deepest_in(a.rigid->shape(), pose, facets_if_triangles(bodies, p.a), distance,
-                       everywhere());
-        if (!(found.depth > 0)) return;
-        BodyOverlap o;
-        o.a = p.a;
-        o.obstacle = p.obstacle;
-        o.pair = pair;
-        o.depth = found.depth;
-        o.point = found.place;
-        o.allowed = kAllowedOfBody * thinner;
-        o.most = kNever * thinner;
-        out.push_back(o);
         return;
     }
     const PlacedSurface own{*p.surface_a->facets, a.solid->places()};
     if (p.b < 0) {
-        overlap_spots(own, distance_from_obstacle(p), everywhere(), 0, spots);
+        overlap_spots(own, distance_from_obstacle(p), everywhere(), spots);
         return keep(false);
     }
     const BodyRef& b = bodies[std::size_t(p.b)];
     if (b.rigid) {
         const AxisBox box = boxes_[std::size_t(p.b)];
-        overlap_spots(own, distance_from(*b.rigid, b.rigid->placement()), as_bounding(box), 0,
+        overlap_spots(own, distance_from(*b.rigid, b.rigid->placement()), as_bounding(box),
                       spots);
         return keep(false);
     }
@@ -188,31 +214,58 @@ const FacetedSurface* ContactFinder::facets_if_triangles(const std::vector<BodyR
     return &*facets_of(bodies, body).flat;
 }
 
+namespace {
+
+/// Limits where neither side has faces.
+std::optional<BodyOverlap> overlap_of_shapes(const ShapeOverlap& deepest, double thinner)
+{
+    if (!(deepest.depth > 0)) return {};
+    BodyOverlap o;
+    o.depth = deepest.depth;
+    o.point = deepest.place;
+    o.allowed = kAllowedOfBody * thinner;
+    o.most = kNever * thinner;
+    return o;
+}
+
+} // namespace
+
+std::optional<BodyOverlap> ContactFinder::overlap_with_obstacle(const std::vector<BodyRef>& bodies,
+                                                                const ContactPair& p)
+{
+    const RigidBody& rigid = *bodies[std::size_t(p.a)].rigid;
+    const Pose pose = pose_of(rigid.placement());
+    const auto distance = distance_from_obstacle(p);
+    if (distance(pose.place).distance > bounding_radius(rigid.shape())) return {};
+    auto o = overlap_of_shapes(deepest_in(rigid.shape(), pose, facets_if_triangles(bodies, p.a),
+                                          distance, everywhere()),
+                               thickness(bodies, p.a));
+    if (!o) return {};
+    o->a = p.a;
+    o->obstacle = p.obstacle;
+    return o;
+}
+
 std::optional<BodyOverlap> ContactFinder::rigid_overlap(const std::vector<BodyRef>& bodies, int a,
                                                         int b)
 {
     const RigidBody *one = bodies[std::size_t(a)].rigid, *two = bodies[std::size_t(b)].rigid;
     if (!one || !two) return {};
     ShapeOverlap deepest;
-    // A ball says all by its centre.
-    const auto round = [](const RigidBody* r) { return std::holds_alternative<Ball>(r->shape()); };
-    const auto look = [&](int from, const RigidBody& own, int to, const RigidBody& other) {
+    const auto measure = [&](int from, const RigidBody& own, int to, const RigidBody& other) {
         const ShapeOverlap found = deepest_in(
             own.shape(), pose_of(own.placement()), facets_if_triangles(bodies, from),
             distance_from(other, other.placement()), as_bounding(boxes_[std::size_t(to)]));
         if (found.depth > deepest.depth) deepest = found;
     };
-    if (round(one) || !round(two)) look(a, *one, b, *two);
-    if (!round(one)) look(b, *two, a, *one);
-    if (!(deepest.depth > 0)) return {};
-    const double thinner = std::min(thickness(bodies, a), thickness(bodies, b));
-    BodyOverlap o;
-    o.a = a;
-    o.b = b;
-    o.depth = deepest.depth;
-    o.point = deepest.place;
-    o.allowed = kAllowedOfBody * thinner;
-    o.most = kNever * thinner;
+    // The distance of a ball's centre is exact.
+    const auto ball = [](const RigidBody* r) { return std::holds_alternative<Ball>(r->shape()); };
+    if (ball(one) || !ball(two)) measure(a, *one, b, *two);
+    if (!ball(one)) measure(b, *two, a, *one);
+    auto o = overlap_of_shapes(deepest, std::min(thickness(bodies, a), thickness(bodies, b)));
+    if (!o) return {};
+    o->a = a;
+    o->b = b;
     return o;
 }
 
@@ -227,7 +280,7 @@ bool ContactFinder::add_rows(std::span<const BodyOverlap> overlaps)
             return r.of_b == o.of_b && same_place(r.own, o.own);
         };
         if (std::ranges::any_of(rows, known)) continue;
-        rows.push_back({rows.empty() ? kFirstPlaceRow : rows.back().id + 1, o.of_b, o.own, o.give});
+        rows.push_back({rows.empty() ? kFirstPlaceRow : rows.back().id + 1, o.of_b, o.own, o.tolerance});
         some = true;
     }
     return some;
@@ -278,12 +331,12 @@ void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair,
                 normal = s.normal;
             } else {
                 const auto foot = faces->at(k.point, hint);
-                if (!foot) continue;
+                if (!foot || std::abs(foot->distance) > 2 * reach_) continue;
                 k.gap = foot->distance;
                 normal = foot->normal;
                 foot_place = foot->place;
             }
-            k.gap += r.give;
+            k.gap += r.tolerance;
             if (k.gap > reach_) continue;
             k.frame = contact_frame(of_b ? Vec3(-normal) : normal);
             const auto add_side = [&](const SurfacePlace& place, std::int32_t& begin,
@@ -300,19 +353,19 @@ void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair,
     }
 }
 
-void ContactFinder::begin_inside(const std::vector<BodyRef>& bodies, std::span<const double> depths)
+void ContactFinder::set_start_overlaps(const std::vector<BodyRef>& bodies, std::span<const double> depths)
 {
     constexpr double kBeyond = 1.2; // of the depth: what is pressed out is seen all the way
     constexpr double kFit = 0.1;    // of the width that a contact stands for: gaps that fit
-    inside_.assign(depths.begin(), depths.end());
-    closed_.resize(given_);
+    start_depth_.assign(depths.begin(), depths.end());
+    gap_offset_.resize(given_);
     find_boxes(bodies);
     for (std::size_t k = 0; k < given_; ++k) {
         ContactPair& p = pairs_[k];
         if (p.start_overlap == StartOverlap::refuse) continue;
-        p.reach = std::max(p.reach, kBeyond * inside_[k]);
+        p.reach = std::max(p.reach, kBeyond * start_depth_[k]);
         if (p.start_overlap != StartOverlap::close) continue;
-        const double depth = std::exchange(inside_[k], 0);
+        const double depth = std::exchange(start_depth_[k], 0);
         BodyContacts found;
         if (p.small)
             find_kept(bodies, int(k));
@@ -320,25 +373,24 @@ void ContactFinder::begin_inside(const std::vector<BodyRef>& bodies, std::span<c
             find_large(bodies, int(k), found);
         for (const BodyContact& c : p.small ? kept_[k].contact : found.contact) {
             const double fits = std::max(kBeyond * depth, kFit * std::sqrt(c.area));
-            if (std::abs(c.gap) <= fits) closed_[k][c.id] = -c.gap;
+            if (std::abs(c.gap) <= fits) gap_offset_[k][c.id] = -c.gap;
         }
         for (BodyContact& c : kept_[k].contact)
-            if (const auto known = closed_[k].find(c.id); known != closed_[k].end())
+            if (const auto known = gap_offset_[k].find(c.id); known != gap_offset_[k].end())
                 c.gap += known->second;
-        slack_.resize(given_, 0);
-        slack_[k] = kBeyond * depth;
+        start_tolerance_.resize(given_, 0);
+        start_tolerance_[k] = kBeyond * depth;
     }
 }
 
 /// What the gaps of a pair leave of the depth at its start.
-double ContactFinder::left_in(int pair) const
+double ContactFinder::start_overlap_left(int pair) const
 {
-    return inside_.empty() ? 0 : left_inside_ * inside_[std::size_t(pair)];
+    return start_depth_.empty() ? 0 : start_share_ * start_depth_[std::size_t(pair)];
 }
 
-double ContactFinder::share_searched(const std::vector<BodyRef>& bodies, double from, double to)
+double ContactFinder::motion_over_reach(const std::vector<BodyRef>& bodies, double from, double to)
 {
-    constexpr double kOfReach = 1;
     std::vector<double> motion;
     for (const BodyRef& b : bodies)
         motion.push_back(b.body->prescribed_motion(from, to));
@@ -350,7 +402,7 @@ double ContactFinder::share_searched(const std::vector<BodyRef>& bodies, double 
         if (p.small || bodies[std::size_t(p.a)].rod) continue;
         const double way =
             motion[std::size_t(p.a)] + (p.b >= 0 ? motion[std::size_t(p.b)] : 0.0);
-        if (way <= kOfReach * p.reach || (p.b >= 0 && apart(p, way + p.reach))) continue;
+        if (way <= p.reach || (p.b >= 0 && apart(p, way + p.reach))) continue;
         if (p.b < 0) {
             const AxisBox& box = boxes_[std::size_t(p.a)];
             const double far =
@@ -358,7 +410,7 @@ double ContactFinder::share_searched(const std::vector<BodyRef>& bodies, double 
                 0.5 * (box.high - box.low).norm();
             if (far > way + p.reach) continue;
         }
-        share = std::max(share, way / (kOfReach * p.reach));
+        share = std::max(share, way / (p.reach));
     }
     return share;
 }
@@ -395,7 +447,7 @@ void ContactFinder::save_rows(ByteWriter& out) const
         for (const PlaceRow& r : rows) {
             out.value(r.id);
             out.value(r.of_b);
-            out.value(r.give);
+            out.value(r.tolerance);
             out.value(r.own.count);
             for (const StencilEntry& e : r.own.nodes()) {
                 out.value(e.node);
@@ -416,7 +468,7 @@ std::vector<std::vector<PlaceRow>> ContactFinder::read_rows(ByteReader& in) cons
             PlaceRow r;
             r.id = in.value<std::int64_t>();
             r.of_b = in.value<bool>();
-            r.give = in.value<double>();
+            r.tolerance = in.value<double>();
             r.own.count = in.value<int>();
             const ContactSurface* s = r.of_b ? pairs_[p].surface_b : pairs_[p].surface_a;
             if (!s || r.own.count < 1 || r.own.count > int(r.own.node.size()))

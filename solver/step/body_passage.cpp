@@ -6,6 +6,7 @@
 #include "solver/step/body_contacts.hpp"
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <limits>
 
 namespace amontons {
@@ -61,6 +62,27 @@ bool ContactFinder::passed(const std::vector<BodyRef>& bodies, const ContactPair
     return passage(moved(pair.a, pair.surface_a, before_a, after_a),
                    moved(pair.b, pair.surface_b, before_b, after_b), 0.5 * thinnest)
         .has_value();
+}
+
+std::string ContactFinder::passed(const std::vector<BodyRef>& bodies)
+{
+    sweep_rods(bodies);
+    for (std::size_t k = 0; k < given_; ++k) {
+        const ContactPair& p = pairs_[k];
+        if (!p.small &&
+            (bodies[std::size_t(p.a)].rod ? rod_passed(bodies, p) : p.b >= 0 && passed(bodies, p)))
+            return fmt::format("{} passes through {}", bodies[std::size_t(p.a)].name,
+                               p.b < 0      ? "an obstacle"
+                               : p.b == p.a ? "itself"
+                                            : bodies[std::size_t(p.b)].name);
+    }
+    if (!rest_) return "";
+    const auto swept = [&](int b) { return swept_box(*bodies[std::size_t(b)].rigid); };
+    for (const BoxPair& p : rest_meeting(bodies, swept))
+        if (passed(bodies, pairs_[std::size_t(pair_of_rest(p.a, p.b, bodies))]))
+            return fmt::format("{} passes through {}", bodies[std::size_t(p.a)].name,
+                               bodies[std::size_t(p.b)].name);
+    return "";
 }
 
 } // namespace amontons

@@ -8,23 +8,21 @@
 #include "solver/body/solid_body.hpp"
 #include "solver/step/body_build.hpp"
 #include "solver/step/body_record.hpp"
-#include "solver/step/contact_size.hpp"
 #include "solver/step/couplings.hpp"
+#include "solver/step/overlap_log.hpp"
 #include "solver/step/recorded_problem.hpp"
 #include "solver/step/run_summary.hpp"
+#include "solver/step/start_overlap.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <array>
 #include <fmt/format.h>
-#include <map>
 
 namespace amontons {
 namespace {
 
 constexpr std::size_t kQuick = 6; // iterations of a step in a medium: the next ...
 constexpr double kGrowth = 1.5;   // ... may be so much longer
-constexpr double kWorse = 1.5;    // of a pair's overlap: it is told again
 constexpr double kSticks = 1e-9;  // slip per step below this share of the body sticks
 
 /// Every curve whose knots a step must not pass.
@@ -77,8 +75,7 @@ struct BodySimulation::State {
     EnergyRecord energy;
     double elastic_start = 0, kinetic_start = 0;
     RunSummary summary;
-    std::map<int, ContactSize> largest;          ///< of each pair, when its force was largest
-    std::map<std::array<int, 3>, double> warned; ///< overlaps told, by bodies and obstacle [m]
+    OverlapLog overlaps;
 
     double smallest() const
     {
@@ -102,8 +99,27 @@ struct BodySimulation::State {
     void make_ready();
     bool advance(double h, bool relaxed = false, double share = 1);
     bool find_first_balance();
-    bool press_out();
-    bool shift_apart();
+    /// Presses bodies that begin inside each other apart.
+    bool resolve_start()
+    {
+        return resolve_start_overlaps(system->finder, dynamic(), *stop,
+                                      [&]() -> const BodyStepReport& {
+                                          if (dynamic())
+                                              last = separation_step(*system, step_options());
+                                          else
+                                              advance(0);
+                                          return last;
+                                      });
+    }
+    BodyStepOptions step_options() const
+    {
+        BodyStepOptions o;
+        o.tolerance = scene.accuracy.contact;
+        o.solver = contact_solver(scene.accuracy.solver);
+        o.threads = options.threads;
+        o.stop = stop;
+        return o;
+    }
     /// Rods that lose their balance can be followed against a drag, whatever they lie on.
     bool may_snap() const
     {
@@ -112,9 +128,6 @@ struct BodySimulation::State {
     }
     bool advance_path();
     double within_reach(double h) const;
-    void warn_of_overlaps();
-    void note_contact_sizes();
-    std::vector<std::string> small_contacts() const;
     StepRecord record(double h, double seconds);
     void finish();
 };
@@ -155,11 +168,7 @@ bool BodySimulation::State::advance(double h, bool relaxed, double share)
     input.rule = time_rule(scene.time);
     input.gravity = share * scene.gravity;
     input.load = share;
-    BodyStepOptions settings;
-    settings.tolerance = scene.accuracy.contact;
-    settings.solver = contact_solver(scene.accuracy.solver);
-    settings.threads = options.threads;
-    settings.stop = stop;
+    const BodyStepOptions settings = step_options();
     last = relaxed ? relax_rods(*system, input, settings) : try_body_step(*system, input, settings);
     summary.seconds.free_motion += last.free_motion;
     summary.seconds.detection += last.detection;
@@ -182,54 +191,8 @@ bool BodySimulation::State::advance(double h, bool relaxed, double share)
 double BodySimulation::State::within_reach(double h) const
 {
     if (dynamic() || h <= 0) return h;
-    const double share = system->finder.share_searched(system->refs, time, time + h);
+    const double share = system->finder.motion_over_reach(system->refs, time, time + h);
     return share > 1 ? h / std::ceil(share) : h;
-}
-
-/// Overlaps that the mesh leaves and its user should know of: each pair once, at its worst.
-void BodySimulation::State::warn_of_overlaps()
-{
-    for (const BodyOverlap& o : last.overlaps) {
-        bool much = o.depth > o.allowed;
-        if (const auto size = largest.find(o.pair); size != largest.end())
-            much |= o.depth > 0.5 * size->second.indentation;
-        if (!much) continue;
-        double& told = warned[{o.a, o.b, o.obstacle}];
-        if (!(o.depth > kWorse * told)) continue;
-        told = o.depth;
-        summary.warnings.push_back(fmt::format(
-            "step {}: {}, {}; finer faces there leave less", step, says(o, *system),
-            o.depth > o.allowed ? fmt::format("and such meshes should leave {:.3g} m", o.allowed)
-                                : "more than half of the indentation"));
-    }
-}
-
-/// Contacts that are smaller than a face when their force is largest: no mesh of such faces has the
-/// right force.
-void BodySimulation::State::note_contact_sizes()
-{
-    for (const ContactSize& now : contact_sizes(*system, last)) {
-        ContactSize& most = largest[now.pair];
-        if (now.force > most.force) most = now;
-    }
-}
-
-std::vector<std::string> BodySimulation::State::small_contacts() const
-{
-    std::vector<std::string> sentences;
-    for (const auto& [pair, c] : largest) {
-        if (!(c.width < c.face)) continue;
-        const ContactPair& p = system->finder.pairs()[std::size_t(pair)];
-        const std::string other = p.b >= 0 ? system->refs[std::size_t(p.b)].name
-                                           : obstacles[std::size_t(p.obstacle)].name;
-        sentences.push_back(fmt::format(
-            "{} and {}: the contact at ({:.4g}, {:.4g}, {:.4g}) is smaller than a face: about "
-            "{:.2g} m wide on faces of {:.2g} m, and its force too large, by up to some times; "
-            "faces of half its width tell it",
-            system->refs[std::size_t(p.a)].name, other, c.point.x(), c.point.y(), c.point.z(),
-            c.width, c.face));
-    }
-    return sentences;
 }
 
 /// Quasi-static: the balance that the first loads and places ask for; where it is not found at
@@ -237,7 +200,7 @@ std::vector<std::string> BodySimulation::State::small_contacts() const
 bool BodySimulation::State::find_first_balance()
 {
     constexpr double kLeast = 1.0 / 256;
-    if (system->finder.begins_inside()) return press_out();
+    if (system->finder.has_start_overlaps()) return resolve_start();
     if (advance(0) || (may_snap() && advance(0, true))) return true;
     const std::string refusal = last.refusal;
     double reached = 0;
@@ -255,62 +218,6 @@ bool BodySimulation::State::find_first_balance()
                                              refusal, reached, last.refusal)
                                : refusal;
     return false;
-}
-
-/// Bodies that begin inside each other are pressed out, in parts of the depth. Quasi-static: with the
-/// first balance. In motion: without speed, weight and loads, by the least motion that masses allow.
-bool BodySimulation::State::press_out()
-{
-    constexpr double kLeast = 1.0 / 256;
-    constexpr int kMost = 200;
-    const auto press = [&](double left) {
-        system->finder.leave_inside(left);
-        return dynamic() ? shift_apart() : advance(0);
-    };
-    double left = 1;
-    if (!dynamic() && !press(left)) return false;
-    for (double part = 0.25; left > 0 && !*stop;) {
-        const double next = std::max(0.0, left - part);
-        if (press(next)) {
-            left = next;
-            part *= 2;
-        } else if ((part /= 2) < kLeast) {
-            break;
-        }
-    }
-    system->finder.leave_inside(left);
-    // In motion a step takes a share of what is left.
-    for (int i = 0; dynamic() && left == 0 && i < kMost && last.overlap.depth > 0; ++i) {
-        const double before = last.overlap.depth;
-        if (!press(0) || !(last.overlap.depth < before)) break;
-    }
-    return left == 0;
-}
-
-/// A step of a second up to the start of the run, of bodies at rest, which rest after it.
-bool BodySimulation::State::shift_apart()
-{
-    StepInput input;
-    input.h = 1;
-    input.start = -input.h;
-    input.dynamic = true;
-    input.load = 0;
-    BodyStepOptions settings;
-    settings.tolerance = scene.accuracy.contact;
-    settings.solver = contact_solver(scene.accuracy.solver);
-    settings.threads = options.threads;
-    settings.stop = stop;
-    std::vector<std::vector<double>> velocities;
-    for (const auto& b : system->bodies) {
-        velocities.push_back(b->velocities());
-        b->set_velocities(std::vector<double>(velocities.back().size(), 0));
-    }
-    last = try_body_step(*system, input, settings);
-    for (std::size_t b = 0; b < velocities.size(); ++b)
-        system->bodies[b]->set_velocities(velocities[b]);
-    system->warm.clear(); // impulses of another length of time
-    system->warm_sticks.clear();
-    return last.accepted;
 }
 
 /// One step along the path of a rod's balances.
@@ -365,6 +272,12 @@ StepRecord BodySimulation::State::record(double h, double seconds)
     out.certificate.error = last.error;
     out.certificate.tolerance = std::max(last.threshold, scene.accuracy.contact);
     out.certificate.worst_penetration = last.penetration;
+    if (dynamic()) { // the laws of its steps are of velocities: where gaps ended, instead
+        out.certificate.worst_penetration = 0;
+        for (const BodyContact& k : last.contacts.contact)
+            out.certificate.worst_penetration =
+                std::max(out.certificate.worst_penetration, -k.gap);
+    }
     out.certificate.worst_cone_violation = last.cone;
     if (const BodyOverlap& o = last.overlap; o.depth > 0) {
         OverlapRecord& worst = out.certificate.worst_overlap;
@@ -416,6 +329,7 @@ void BodySimulation::State::finish()
     summary.time = time;
     summary.energy = energy;
     summary.contacts_mean = step > 0 ? contacts_sum / step : 0;
+    summary.not_measured = system->finder.not_measured(system->refs);
 }
 
 BodySimulation::BodySimulation(const Scene& scene, std::vector<Obstacle> obstacles,
@@ -445,10 +359,11 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
     const auto finish = [&](const char* status, std::string message) {
         sum.status = status;
         sum.message = std::move(message);
-        for (std::string& sentence : s.small_contacts())
-            sum.warnings.push_back(std::move(sentence));
         s.finish();
-        return sum;
+        RunSummary whole = sum; // a run that goes on says it at its own end
+        for (std::string& sentence : s.overlaps.small_contacts(*s.system))
+            whole.warnings.push_back(std::move(sentence));
+        return whole;
     };
     const auto observe = [&](StepRecord r) {
         const Stopwatch watch;
@@ -466,8 +381,8 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
             if (stop) return finish("interrupted", "interrupted by the user");
             return finish("failed", "the initial state: " + s.last.refusal);
         }
-        if (s.dynamic() && s.system->finder.begins_inside()) {
-            if (!s.press_out()) {
+        if (s.dynamic() && s.system->finder.has_start_overlaps()) {
+            if (!s.resolve_start()) {
                 if (stop) return finish("interrupted", "interrupted by the user");
                 return finish("failed", "the initial state: " + s.last.refusal);
             }
@@ -522,8 +437,7 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
             ++s.retries;
         }
         ++s.step;
-        s.note_contact_sizes();
-        s.warn_of_overlaps();
+        s.overlaps.add(*s.system, s.last, s.step, sum.warnings);
         if (std::abs(s.time - (s.next_stop())) < 1e-12 * end) s.time = s.next_stop();
         // In a medium a step that is too long costs more than some that are shorter.
         const double growth = !s.in_medium() ? 2 : s.last.errors.size() <= kQuick ? kGrowth : 1;
@@ -631,14 +545,7 @@ std::vector<std::byte> BodySimulation::save() const
     out.vector(sticks);
     out.vector(s.system->finder.met());
     s.system->finder.save_rows(out);
-    std::vector<double> told, sizes;
-    for (const auto& [key, depth] : s.warned)
-        told.insert(told.end(), {double(key[0]), double(key[1]), double(key[2]), depth});
-    for (const auto& [pair, c] : s.largest)
-        sizes.insert(sizes.end(), {double(pair), c.force, c.indentation, c.width, c.face,
-                                   c.point.x(), c.point.y(), c.point.z()});
-    out.vector(told);
-    out.vector(sizes);
+    s.overlaps.save(out);
     save_summary(s.summary, out);
     return out.take();
 }
@@ -666,24 +573,12 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
     const auto sticks = in.vector<std::int64_t>(1u << 28);
     const auto met = in.vector<std::int64_t>(1u << 28);
     auto rows = s.system->finder.read_rows(in);
-    const auto told = in.vector<double>(1u << 20), sizes = in.vector<double>(1u << 20);
-    if (told.size() % 4 != 0 || sizes.size() % 8 != 0) ByteReader::refuse("an impossible size");
-    if (keys.size() % 2 != 0 || forces.size() * 2 != keys.size() * 3)
-        ByteReader::refuse("another number of contacts");
+    OverlapLog overlaps = OverlapLog::read(in, s.system->finder.pairs().size());
     RunSummary sum = read_summary(in);
     in.end();
     if (!s.system->finder.meet(met, s.system->refs)) ByteReader::refuse("pairs of other bodies");
     s.system->finder.set_rows(std::move(rows));
-    s.warned.clear();
-    for (std::size_t i = 0; i < told.size(); i += 4)
-        s.warned[{int(told[i]), int(told[i + 1]), int(told[i + 2])}] = told[i + 3];
-    s.largest.clear();
-    for (std::size_t i = 0; i < sizes.size(); i += 8) {
-        const double* c = sizes.data() + i;
-        if (!(c[0] >= 0 && c[0] < double(s.system->finder.pairs().size())))
-            ByteReader::refuse("a pair of another scene");
-        s.largest[int(c[0])] = {int(c[0]), c[1], c[2], c[3], c[4], Vec3(c[5], c[6], c[7])};
-    }
+    s.overlaps = std::move(overlaps);
 
     s.started = started;
     s.time = time;

@@ -341,108 +341,6 @@ Eigen::VectorXd BodyStepper::extrapolated(const Eigen::VectorXd& motion,
     return made.norm() <= kLongest * motion.norm() ? made : motion;
 }
 
-void BodyStepper::fill_report()
-{
-    const int n_contacts = int(list_.contact.size());
-    report_.contacts = list_;
-    report_.force.assign(std::size_t(n_contacts), Vec3::Zero());
-    report_.slip.assign(std::size_t(n_contacts), Vec3::Zero());
-    report_.coupling_force.assign(system_.couplings.size(), 0);
-    const double per_force = step_.dynamic ? 1 / step_.h : 1;
-    std::vector<Vec3> on_body(bodies(), Vec3::Zero()), torque(bodies(), Vec3::Zero());
-    std::vector<Vec3> moment(bodies(), Vec3::Zero());
-    for (int c = 0; c < n_contacts + int(system_.couplings.size()); ++c) {
-        const auto at = force_.find(key(c));
-        const Vec3 f = at == force_.end() ? Vec3(Vec3::Zero()) : at->second;
-        const Vec3 place = step_.dynamic && !f.isZero(0) ? common_place(c) : Vec3(Vec3::Zero());
-        for (const Side& side : sides_of(contacts(), c)) {
-            if (side.body < 0 || f.isZero(0)) continue;
-            const Vec3 on =
-                side.sign * per_force *
-                (c < n_contacts ? f : Vec3(f.x() * joints_[std::size_t(c - n_contacts)].direction));
-            if (SolidBody* solid = system_.refs[std::size_t(side.body)].solid)
-                solid->carry(side.place, on);
-            on_body[std::size_t(side.body)] += on;
-            moment[std::size_t(side.body)] += step_.h * place.cross(on);
-            torque[std::size_t(side.body)] += side.place.point.cross(on);
-        }
-        if (c >= n_contacts) {
-            const Coupling& joint = system_.couplings[std::size_t(c - n_contacts)];
-            if (step_.dynamic && joint.softness > 0) { // its force is that of the end of the step
-                double stretched = 0;
-                for (const Side& side : sides_of(contacts(), c))
-                    if (side.body >= 0)
-                        stretched +=
-                            side.sign * joints_[std::size_t(c - n_contacts)].direction.dot(
-                                            body(std::size_t(side.body)).displacement(side.place));
-                report_.energy.dissipated += 0.5 * stretched * stretched / joint.softness;
-            }
-            report_.coupling_force[std::size_t(c - n_contacts)] = per_force * f.x();
-            continue;
-        }
-        BodyContact& contact = report_.contacts.contact[std::size_t(c)];
-        const Vec3 d = moved(contact);
-        const Vec3 n = contact.frame.col(0);
-        contact.gap += n.dot(d) - moved_[std::size_t(c)];
-        report_.slip[std::size_t(c)] = d - n.dot(d) * n;
-        report_.force[std::size_t(c)] = per_force * f;
-        const Vec3 force = per_force * f;
-        const Vec3 tangential = force - n.dot(force) * n;
-        report_.friction -= tangential.dot(d);
-        report_.normal_work += n.dot(force) * n.dot(d);
-    }
-    for (std::size_t b = 0; b < bodies(); ++b) {
-        if (RigidBody* rigid = system_.refs[b].rigid) rigid->carry(on_body[b], torque[b]);
-        if (step_.dynamic) body(b).take_moment(moment[b]);
-    }
-}
-
-/// Where a contact's force, or a joint's, acts on both of its bodies: where they met, moved on as
-/// both were moving. Of one rigid body alone, against what stands or is led, as its centre was.
-Vec3 BodyStepper::common_place(int c) const
-{
-    Vec3 place = Vec3::Zero(), moved = Vec3::Zero();
-    int sides = 0;
-    const RigidBody* rigid = nullptr;
-    for (const Side& side : sides_of(contacts(), c)) {
-        if (side.body < 0 || fixed(std::size_t(side.body))) continue;
-        place = side.place.point;
-        moved += body(std::size_t(side.body)).past_velocity(side.place);
-        rigid = system_.refs[std::size_t(side.body)].rigid;
-        ++sides;
-    }
-    if (sides == 1 && rigid) moved = rigid->past_velocity({{}, rigid->centre()});
-    if (c < int(list_.contact.size())) place = list_.contact[std::size_t(c)].point;
-    return place + step_.h / std::max(sides, 1) * moved;
-}
-
-/// Measures how far bodies stand in each other and gives the deep places rows of their own.
-/// @return  true if some are new
-bool BodyStepper::adds_rows()
-{
-    constexpr int kMostRounds = 8;
-    constexpr double kNearlyRefused = 0.5;
-    const Stopwatch watch;
-    system_.finder.overlaps(system_.refs, overlaps_);
-    std::vector<BodyOverlap> deep = overlaps_;
-    if (options_.add_rows == BodyStepOptions::AddRows::refused)
-        std::erase_if(deep, [](const BodyOverlap& o) { return !(o.depth > kNearlyRefused * o.most); });
-    const bool some = options_.add_rows != BodyStepOptions::AddRows::none &&
-                      rounds_ < kMostRounds && system_.finder.add_rows(deep);
-    rounds_ += some;
-    report_.detection += watch.seconds();
-    return some;
-}
-
-/// Says which bodies stand so deep in each other that the step is none; "" if none do.
-std::string BodyStepper::stands_in() const
-{
-    const BodyOverlap* worst = nullptr;
-    for (const BodyOverlap& o : overlaps_)
-        if (o.depth > o.most && (!worst || o.depth > worst->depth)) worst = &o;
-    return worst ? says(*worst, system_) : "";
-}
-
 /// Some body's iterate is none: the step is refused with its words.
 bool BodyStepper::faulty()
 {
@@ -555,7 +453,7 @@ bool BodyStepper::run()
         return false;
     }
     report_.refusal = system_.finder.passed(system_.refs);
-    if (report_.refusal.empty()) report_.refusal = stands_in();
+    if (report_.refusal.empty()) report_.refusal = deepest_overlap_message();
     for (const BodyRef& b : system_.refs)
         if (b.solid && report_.refusal.empty()) report_.refusal = b.solid->made_energy();
     if (!report_.refusal.empty()) return false;
@@ -596,16 +494,6 @@ bool BodyStepper::run()
     for (const int c : rows_.chosen)
         report_.recorded_identity.push_back(c);
     return true;
-}
-
-std::string says(const BodyOverlap& o, const BodySystem& system)
-{
-    const std::string other = o.b >= 0          ? system.refs[std::size_t(o.b)].name
-                              : o.obstacle >= 0 ? system.obstacles[std::size_t(o.obstacle)]
-                                                : "an obstacle";
-    return fmt::format("{} and {} overlap by {:.4g} m at ({:.4g}, {:.4g}, {:.4g})",
-                       system.refs[std::size_t(o.a)].name, other, o.depth, o.point.x(),
-                       o.point.y(), o.point.z());
 }
 
 BodyStepReport try_body_step(BodySystem& system, const StepInput& step,

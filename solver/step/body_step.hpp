@@ -84,7 +84,7 @@ ContactProblem rods_problem(BodySystem& system, const BodyStepReport& report,
                             Eigen::VectorXd& reaction);
 
 /// "a and b overlap by 0.001 m at (0, 0, 0)".
-std::string says(const BodyOverlap& overlap, const BodySystem& system);
+std::string describe(const BodyOverlap& overlap, const BodySystem& system);
 
 /// Tries a step; where it is not accepted, no state has changed.
 BodyStepReport try_body_step(BodySystem& system, const StepInput& step,

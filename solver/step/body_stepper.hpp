@@ -90,7 +90,7 @@ private:
     bool comes_to_rest();
     bool holds_at_end();
     bool adds_rows();
-    std::string stands_in() const;
+    std::string deepest_overlap_message() const;
     bool faulty();
     void say_softened();
     void note_course(double law, double turned, double imbalance, int body,

@@ -73,7 +73,7 @@ void ContactFinder::overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair
     const std::vector<Sample> own = samples_of(rod);
     BodyOverlap deepest;
     double radius = rod.least_radius();
-    const auto deepen = [&](const Vec3& x, double depth) {
+    const auto keep_deepest = [&](const Vec3& x, double depth) {
         if (depth > deepest.depth) {
             deepest.depth = depth;
             deepest.point = x;
@@ -81,7 +81,7 @@ void ContactFinder::overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair
     };
     const auto in_shape = [&](const auto& distance) {
         for (const Sample& s : own)
-            if (s.free) deepen(s.x, s.radius - distance(s.x).distance);
+            if (s.free) keep_deepest(s.x, s.radius - distance(s.x).distance);
     };
     if (p.b < 0) {
         in_shape(distance_from_obstacle(p));
@@ -93,12 +93,18 @@ void ContactFinder::overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair
             near.add(Vec3(s.x.array() - 2 * s.radius));
             near.add(Vec3(s.x.array() + 2 * s.radius));
         }
-        const FaceDistance distance({*p.surface_b->facets, solid->places()}, near);
-        if (distance.empty()) return;
+        const PlacedSurface surface{*p.surface_b->facets, solid->places()};
+        std::optional<FaceDistance> distance(std::in_place, surface, near);
+        // A rod that is nowhere near the surface may lie inside as a whole.
+        const bool all = distance->empty();
+        if (all) distance.emplace(surface, box_around(surface));
         std::int32_t hint = -1;
         for (const Sample& s : own) {
             if (!s.free) continue;
-            if (const auto foot = distance.at(s.x, hint)) deepen(s.x, s.radius - foot->distance);
+            const auto foot = distance->at(s.x, hint);
+            // Beyond, the nearest triangle may have been left out.
+            if (foot && (all || std::abs(foot->distance) <= 2 * s.radius))
+                keep_deepest(s.x, s.radius - foot->distance);
         }
     } else if (const RodBody* second = bodies[std::size_t(p.b)].rod) {
         const bool itself = p.a == p.b;
@@ -118,7 +124,7 @@ void ContactFinder::overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair
                     if (closed > 0) between = std::min(between, closed - between);
                     if (between <= kBesides * s.radius) return;
                 }
-                deepen(s.x, s.radius + std::max(a.radius, b.radius) -
+                keep_deepest(s.x, s.radius + std::max(a.radius, b.radius) -
                                 distance_to_chord(s.x, a.x, b.x));
             });
         }

@@ -433,22 +433,3 @@ TEST_CASE("where curved pieces cross they have a crossing wherever their chords 
     CHECK(looked_at > 1000);
     CHECK(lost <= 5); // [regression] undamped steps lose 23
 }
-
-TEST_CASE(
-    "curves that lie in each other have no sides but those that touch have them and so has a loop")
-{
-    const Curve line = straight_curve({0, 0, 0}, {1, 0, 0}, 7, 0.01);
-    CHECK(within_each_other(line, straight_curve({0, 0, 0}, {1, 0, 0}, 7, 0.01)));
-    CHECK(within_each_other(line, straight_curve({0.4, -1, 0.003}, {0.4, 1, 0.003}, 5, 0.01)));
-    const auto at = within_each_other(line, straight_curve({0.4, -1, 0}, {0.4, 1, 0}, 5, 0.01));
-    REQUIRE(at);
-    CHECK(std::abs(at->x() - 0.4) < 0.5 / 7 + 1e-12);
-    CHECK(!within_each_other(line, straight_curve({0.4, -1, 0.011}, {0.4, 1, 0.011}, 5, 0.01)));
-    CHECK(!within_each_other(line, straight_curve({0, 0, 0.02}, {1, 0, 0.02}, 9, 0.01)));
-    // A ring in few pieces and one in it, a pair of radii smaller: their chords meet, they do not.
-    CHECK(!within_each_other(arc(0, 6, 5, 0.1, 0.01), arc(1, 7, 5, 0.08, 0.01)));
-    CHECK(!within_each_other(line, line));
-    const Curve open = arc(0, 6.1, 40, 0.1, 0.01), shut = arc(0, 6.4, 40, 0.1, 0.01);
-    CHECK(!within_each_other(open, open));
-    CHECK(within_each_other(shut, shut));
-}

@@ -162,7 +162,7 @@ TEST_CASE("rods that begin in each other are refused for no contact would hold t
         }
         return std::string();
     };
-    CHECK(issue("0").find("one and other lie in each other at (") == 0);
+    CHECK(issue("0").find("one and other overlap by ") == 0);
     CHECK(issue("0.009") != "");
     CHECK(issue("0.02") == "");
 }

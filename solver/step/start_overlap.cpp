@@ -1,0 +1,174 @@
+#include "solver/step/start_overlap.hpp"
+
+#include "mesh/box_tree.hpp"
+#include "contact/surface/overlap.hpp"
+#include "solver/body/rigid_body.hpp"
+#include "solver/body/solid_body.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
+#include <fmt/format.h>
+
+namespace amontons {
+namespace {
+
+BoundingBox box_of(const SolidBody& solid)
+{
+    BoundingBox box;
+    for (const Vec3& x : solid.places())
+        box.add(x);
+    return box;
+}
+
+/// Places within a body: of a solid middles of its elements, of a rigid body that of its shape.
+std::vector<Vec3> places_inside(const BodyRef& body)
+{
+    constexpr std::size_t kMost = 500; // of more elements a part is asked
+    if (body.rigid) return {body.rigid->placement() * Vec3(Vec3::Zero())};
+    std::vector<Vec3> middles;
+    const std::span<const Vec3> x = body.solid->places();
+    for_each_element(body.solid->mesh(), [&](std::int32_t, ElementKind, auto nodes) {
+        Vec3 sum = Vec3::Zero();
+        for (const std::int32_t n : nodes)
+            sum += x[std::size_t(n)] / double(nodes.size());
+        middles.push_back(sum);
+    });
+    std::vector<Vec3> some;
+    for (std::size_t i = 0; i < middles.size(); i += 1 + middles.size() / kMost)
+        some.push_back(middles[i]);
+    return some;
+}
+
+/// True if the overlap can be pressed out or taken as a fit: not of rods, nor where contacts between
+/// meshes do not distinguish their near sides from their far ones.
+bool can_resolve(BodySystem& system, const BodyOverlap& o, bool dynamic)
+{
+    constexpr double kOfThickness = 0.5;
+    if (system.refs[std::size_t(o.a)].rod) return false;
+    if (dynamic && std::ranges::any_of(system.refs, [](const BodyRef& b) { return b.rod; }))
+        return false; // a rod in motion would go on while others are pressed apart
+    if (o.b < 0) return true;
+    return o.depth < kOfThickness * std::min(system.finder.thickness(system.refs, o.a),
+                                             system.finder.thickness(system.refs, o.b));
+}
+
+} // namespace
+
+std::vector<Issue> start_overlaps(BodySystem& system, bool dynamic, const std::string& file)
+{
+    constexpr double kRounded = 1 + 1e-6; // a limit that a scene meets exactly
+    std::vector<BodyOverlap> overlaps;
+    system.finder.overlaps(system.refs, overlaps);
+    const std::vector<ContactPair>& pairs = system.finder.pairs();
+    // What is inside of a solid altogether, or fills the place of one like it, meets none of its faces.
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+        const ContactPair& p = pairs[k];
+        if (p.b < 0 || p.a == p.b) continue;
+        for (const bool of_b : {false, true}) {
+            const BodyRef &inner = system.refs[std::size_t(of_b ? p.b : p.a)],
+                          &outer = system.refs[std::size_t(of_b ? p.a : p.b)];
+            const ContactSurface* surface = of_b ? p.surface_a : p.surface_b;
+            if (!outer.solid || !surface || inner.rod) continue;
+            const BoundingBox box = box_of(*outer.solid);
+            std::optional<FaceDistance> distance;
+            BodyOverlap o;
+            std::int32_t hint = -1;
+            for (const Vec3& x : places_inside(inner)) {
+                if ((x.array() < box.low).any() || (x.array() > box.high).any()) continue;
+                if (!distance) distance.emplace(PlacedSurface{*surface->facets, outer.solid->places()}, box);
+                if (distance->empty()) break;
+                const auto foot = distance->at(x, hint);
+                if (!foot || !(-foot->distance > o.depth)) continue;
+                o.depth = -foot->distance;
+                o.point = x;
+            }
+            if (!(o.depth > 0)) continue;
+            o.a = p.a;
+            o.b = p.b;
+            o.pair = int(k);
+            overlaps.push_back(o);
+        }
+    }
+    std::map<std::array<int, 3>, const BodyOverlap*> worst; // of each pair of bodies
+    std::vector<double> inside(pairs.size(), 0);
+    std::vector<Issue> found;
+    bool some = false;
+    for (const BodyOverlap& o : overlaps) {
+        const StartOverlap how = o.pair >= 0 ? pairs[std::size_t(o.pair)].start_overlap
+                                             : system.finder.start_overlap_of_rest();
+        if (how != StartOverlap::refuse && o.pair >= 0 && can_resolve(system, o, dynamic)) {
+            inside[std::size_t(o.pair)] = std::max(inside[std::size_t(o.pair)], o.depth);
+            continue;
+        }
+        if (!(o.depth > kRounded * o.allowed)) continue;
+        const BodyOverlap*& known = worst[{o.a, o.b, o.obstacle}];
+        if (!known || o.depth > known->depth) known = &o;
+    }
+    for (const ContactPair& p : pairs)
+        some |= p.start_overlap != StartOverlap::refuse;
+    if (some && worst.empty()) system.finder.set_start_overlaps(system.refs, inside);
+    for (const auto& [bodies, o] : worst)
+        found.push_back({file, "/contact", describe(*o, system) + " when the run begins",
+                         fmt::format("<= {:.3g} m{}", o->allowed,
+                                     o->pair >= 0 && can_resolve(system, *o, dynamic)
+                                         ? "; \"start_overlap\": \"resolve\" presses them out of "
+                                           "each other, \"close\" takes gaps and overlaps of "
+                                           "surfaces that should fit for none"
+                                         : "")});
+    return found;
+}
+
+BodyStepReport separation_step(BodySystem& system, const BodyStepOptions& options)
+{
+    StepInput input;
+    input.h = 1;
+    input.start = -input.h; // drives stand where they begin
+    input.dynamic = true;
+    input.load = 0;
+    std::vector<std::vector<double>> velocities;
+    for (const auto& b : system.bodies) {
+        velocities.push_back(b->velocities());
+        b->set_velocities(std::vector<double>(velocities.back().size(), 0));
+    }
+    BodyStepReport report = try_body_step(system, input, options);
+    for (std::size_t b = 0; b < velocities.size(); ++b)
+        system.bodies[b]->set_velocities(velocities[b]);
+    system.warm.clear(); // impulses of another length of time
+    system.warm_sticks.clear();
+    return report;
+}
+
+bool resolve_start_overlaps(ContactFinder& finder, bool dynamic, const std::atomic<bool>& stop,
+                            const std::function<const BodyStepReport&()>& step)
+{
+    constexpr double kLeast = 1.0 / 256; // part of the depth
+    constexpr int kMost = 200;
+    const auto accepted = [&](double share) {
+        finder.set_start_overlap_share(share);
+        return step().accepted;
+    };
+    double share = 1;
+    if (!dynamic && !accepted(share)) return false;
+    for (double part = 0.25; share > 0 && !stop;) {
+        const double next = std::max(0.0, share - part);
+        if (accepted(next)) {
+            share = next;
+            part *= 2;
+        } else if ((part /= 2) < kLeast) {
+            break;
+        }
+    }
+    if (share > 0) return false;
+    // A step in motion undoes a share of what is left.
+    double depth = std::numeric_limits<double>::infinity();
+    for (int i = 0; dynamic && i < kMost && depth > 0; ++i) {
+        const BodyStepReport& report = step();
+        if (!report.accepted || !(report.overlap.depth < depth)) break;
+        depth = report.overlap.depth;
+    }
+    return true;
+}
+
+} // namespace amontons

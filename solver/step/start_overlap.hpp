@@ -1,0 +1,25 @@
+#pragma once
+
+#include "solver/step/body_step.hpp"
+
+#include <string>
+
+namespace amontons {
+
+/// Bodies that stand in each other when the run begins, deeper than their meshes leave, and are not
+/// said to be pressed out: one finding for each pair, with depth and place.
+/// @param file  of the scene, for messages
+std::vector<Issue> start_overlaps(BodySystem& system, bool dynamic, const std::string& file);
+
+/// Of bodies in motion that begin inside each other: a step of a second up to the start of the run,
+/// at rest, without weight and loads, so that places change by the least motion that masses and
+/// stiffness allow. Velocities are kept.
+BodyStepReport separation_step(BodySystem& system, const BodyStepOptions& options);
+
+/// Presses bodies that begin inside each other apart, in parts of the depth.
+/// @param step  a step at the start, of which at rest the first balance comes
+/// @return  false if some step is not accepted, or `stop` is set
+bool resolve_start_overlaps(ContactFinder& finder, bool dynamic, const std::atomic<bool>& stop,
+                            const std::function<const BodyStepReport&()>& step);
+
+} // namespace amontons
