@@ -3,6 +3,7 @@
 
 #include "solver/step/tests/body_runs.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -41,6 +42,17 @@ double tool_force(const std::string& scene)
     const Result r = run(scene);
     REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
     return -r.value("blk_on_tool_force_z");
+}
+
+/// A rigid ball that is pressed 10 mm into the middle of a quadratic face of 250 mm.
+std::string ball_on_wide_face(int steps)
+{
+    return R"("bodies": {"ball": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.1},
+        "start": {"place": [0.061, 0.047, 0.1]}, "drive": {"x": 0, "y": 0, "z": [[0, 0], [1, -0.01]]}}, )" +
+           block("blk",
+                 R"("size": [0.5, 0.5, 0.25], "cells": [2, 2, 1], "centre": [0, 0, -0.125], "element": "T10")",
+                 R"({"set": "z_min"})") +
+           R"(}, "contact": [{"between": ["ball", "blk"]}], )" + quasi_static(steps);
 }
 
 } // namespace
@@ -160,7 +172,7 @@ TEST_CASE("surfaces that should fit: gaps and overlaps at the start are taken ou
 
 TEST_CASE("what worst_overlap leaves out is listed, and a run that goes on warns once")
 {
-    const std::string scene = tool_in_block(R"("generate": "ball", "radius": 0.05)", "T10", 2);
+    const std::string scene = ball_on_wide_face(2);
     const Result whole = run(scene);
     REQUIRE(whole.summary.status == "done");
     CHECK(whole.summary.not_measured.empty());
@@ -264,15 +276,9 @@ TEST_CASE("a fine ball on a coarse block presses it, and the contact that is sma
 
 TEST_CASE("a rigid ball in the middle of a wide quadratic face is not lost")
 {
-    const Result r = run(
-        R"("bodies": {"ball": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.1},
-        "start": {"place": [0.061, 0.047, 0.1]}, "drive": {"x": 0, "y": 0, "z": [[0, 0], [1, -0.01]]}}, )" +
-        block("blk",
-              R"("size": [0.5, 0.5, 0.25], "cells": [2, 2, 1], "centre": [0, 0, -0.125], "element": "T10")",
-              R"({"set": "z_min"})") +
-        R"(}, "contact": [{"between": ["ball", "blk"]}], )" + quasi_static(1));
+    const Result r = run(ball_on_wide_face(1));
     REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
-    CHECK(-r.value("blk_on_ball_force_z") > 0.85 * 463); // Hertz
+    CHECK(-r.value("blk_on_ball_force_z") > 0.85 * 463); // Hertz, on a half-space
     CHECK(!r.summary.warnings.empty());
     CHECK(r.summary.worst_overlap.depth < 0.005);
 }

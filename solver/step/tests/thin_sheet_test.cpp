@@ -122,8 +122,10 @@ TEST_CASE("a small ball on the wide faces of a sheet: nothing passes between nod
                     side * 0.02, -side * 5, shape, element));
                 REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
                 CHECK(side * r.value("ball_z") > 0);
-                for (const StepRecord& step : r.records)
-                    CHECK(step.certificate.worst_penetration <= 1e-9);
+                for (const StepRecord& step : r.records) { // of the sheet's thickness
+                    CHECK(step.certificate.worst_penetration <= 0.1 * 0.001);
+                    CHECK(step.certificate.worst_overlap.depth <= 0.1 * 0.001);
+                }
             }
 }
 
