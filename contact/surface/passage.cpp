@@ -121,8 +121,10 @@ std::optional<Vec3> passage(const MovedSurface& a, const MovedSurface& b, double
 
 namespace {
 
-/// @param bound  what is returned where nothing is thinner; 0: half the longest edge
-double thickness_below(const ExternalSurface& surface, std::span<const Vec3> places, double bound)
+/// @param bound   what is returned where nothing is thinner; 0: half the longest edge
+/// @param facing  cosine from which on faces are two sides of a body, not of a corner
+double thickness_below(const ExternalSurface& surface, std::span<const Vec3> places, double bound,
+                       double facing)
 {
     constexpr double kFlat = 1e-9; // of a triangle: it has no normal, or the ray meets its edge
     struct Corners {
@@ -154,7 +156,7 @@ double thickness_below(const ExternalSurface& surface, std::span<const Vec3> pla
         tree.visit(way, [&](std::int32_t k) {
             const Corners& t = all[std::size_t(k)];
             const double towards = -t.normal.dot(own.normal);
-            if (!(towards > 0)) return;
+            if (!(towards > facing)) return;
             const double depth = t.normal.dot(t.a - from) / towards;
             if (!(depth > 0 && depth < least)) return;
             const Vec3 x = from - depth * own.normal;
@@ -172,15 +174,16 @@ double thickness_below(const ExternalSurface& surface, std::span<const Vec3> pla
 
 double least_thickness(const ExternalSurface& surface, std::span<const Vec3> places)
 {
-    return thickness_below(surface, places, 0);
+    return thickness_below(surface, places, 0, 0);
 }
 
 double least_thickness(const ExternalSurface& surface, std::span<const Vec3> places, double most)
 {
     // Long rays meet many boxes: a short one first.
-    const double first = thickness_below(surface, places, 0);
+    constexpr double kTwoSides = 0.7;
+    const double first = thickness_below(surface, places, 0, kTwoSides);
     for (double bound = first;; bound *= 2) {
-        const double found = thickness_below(surface, places, std::min(bound, most));
+        const double found = thickness_below(surface, places, std::min(bound, most), kTwoSides);
         if (found < bound || bound >= most) return std::min(found, most);
     }
 }

@@ -25,7 +25,7 @@ std::optional<Vec3> passage(const MovedSurface& a, const MovedSurface& b, double
 /// @return  at most half the longest edge of any face [m]
 /// Cost: O(n log n).
 double least_thickness(const ExternalSurface& surface, std::span<const Vec3> places);
-/// The same without that bound. @param most  what is returned where the body is thicker [m]
+/// The same without that bound, of sides that face each other: corners are not thin. @param most  what is returned where the body is thicker [m]
 double least_thickness(const ExternalSurface& surface, std::span<const Vec3> places, double most);
 
 } // namespace amontons

@@ -27,6 +27,8 @@ constexpr double kMeanBulge = 2.0 / 3;   // of h^2/8 times the curvature: a chor
 constexpr double kLoose = 0.3;           // of the depth: nodes of a face are off what enters it
 constexpr double kThinnest = 1e-3;       // of a rigid body's length: thinner ones count as lines
 constexpr double kLeastReach = 0.02;     // of the smaller body: what a given reach is raised to
+// Deeper places get rows whatever the curvature: less than kNever, since places slide on within a step.
+constexpr double kRowsOfThickness = 0.05, kRowsOfFace = 0.08;
 constexpr double kSameRow = 0.05;        // of weights
 
 BoundingBox everywhere()
@@ -156,10 +158,15 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
             o.most = kNever * std::min(thinner, s.face);
             o.allowed = std::min(std::max(kAllowedOfFace * s.face, s.bulge), o.most);
             o.rows_beyond = o.allowed;
-            // What is smaller than a face touches none of its nodes.
-            if (!meshes && s.node_gap > kLoose * s.depth) o.rows_beyond = kAllowedOfFace * s.face;
-            o.rows_beyond = std::min(o.rows_beyond, 0.5 * o.most); // room to slide on
-            if (meshes) o.tolerance = std::min(kMeanBulge * s.bulge, kMeanBulge * o.allowed);
+            // What is smaller than a face touches none of its nodes: nothing is left of it. Else rows
+            // leave what integrals over the faces, or their nodes, leave on average.
+            const bool loose = !meshes && s.node_gap > kLoose * s.depth;
+            if (loose)
+                o.rows_beyond = kAllowedOfFace * s.face;
+            else
+                o.tolerance = kMeanBulge * std::min(s.bulge, o.allowed);
+            o.rows_beyond =
+                std::min({o.rows_beyond, kRowsOfThickness * thinner, kRowsOfFace * s.face});
             out.push_back(o);
         }
         spots.clear();
