@@ -1,6 +1,5 @@
 #include "solver/step/body_simulation.hpp"
 
-#include "mesh/base/curve.hpp"
 #include "mesh/base/memory.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/body/rigid_body.hpp"
@@ -9,6 +8,7 @@
 #include "solver/step/body_build.hpp"
 #include "solver/step/body_record.hpp"
 #include "solver/step/couplings.hpp"
+#include "solver/step/knots.hpp"
 #include "solver/step/overlap_log.hpp"
 #include "solver/step/recorded_problem.hpp"
 #include "solver/step/run_summary.hpp"
@@ -24,35 +24,6 @@ namespace {
 constexpr std::size_t kQuick = 6; // iterations of a step in a medium: the next ...
 constexpr double kGrowth = 1.5;   // ... may be so much longer
 constexpr double kSticks = 1e-9;  // slip per step below this share of the body sticks
-
-/// Every curve whose knots a step must not pass.
-std::vector<const CurvePoints*> curves_of(const Scene& scene)
-{
-    std::vector<const CurvePoints*> all;
-    const auto drive = [&](const DriveInput& d) {
-        all.insert(all.end(), {&d.x, &d.y, &d.z, &d.angle});
-    };
-    for (const SolidInput& s : scene.solids) {
-        drive(s.drive);
-        for (const HoldInput& h : s.hold)
-            all.insert(all.end(), {&h.x, &h.y, &h.z});
-        for (const LoadInput& l : s.loads)
-            all.insert(all.end(), {&l.pressure, &l.volume, &l.over});
-    }
-    for (const RodInput& r : scene.rods) {
-        for (const RodHold& h : r.hold)
-            all.insert(all.end(), {&h.x, &h.y, &h.z, &h.angle});
-        for (const RodLoad& l : r.loads)
-            all.push_back(&l.over);
-        all.push_back(&r.fed);
-    }
-    for (const RigidInput& r : scene.rigids) {
-        drive(r.drive);
-        all.push_back(&r.over);
-    }
-    std::erase_if(all, [](const CurvePoints* c) { return c->empty(); });
-    return all;
-}
 
 } // namespace
 
@@ -88,14 +59,7 @@ struct BodySimulation::State {
                                    [](const BodyRef& b) { return b.rod && b.rod->in_medium(); });
     }
     bool dynamic() const { return scene.time.kind == "dynamic"; }
-    double next_stop() const
-    {
-        double next = scene.time.end;
-        for (const CurvePoints* c : curves)
-            for (const auto& p : *c)
-                if (p[0] > time * (1 + 1e-12) && p[0] < next) next = p[0];
-        return next;
-    }
+    double next_stop() const { return next_knot(curves, time, scene.time.end); }
     void make_ready();
     bool advance(double h, bool relaxed = false, double share = 1);
     bool find_first_balance();
@@ -363,6 +327,8 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         RunSummary whole = sum; // a run that goes on says it at its own end
         for (std::string& sentence : s.overlaps.small_contacts(*s.system))
             whole.warnings.push_back(std::move(sentence));
+        if (std::string gain = energy_gain(s.energy, s.kinetic_start); s.dynamic() && !gain.empty())
+            whole.warnings.push_back(std::move(gain));
         return whole;
     };
     const auto observe = [&](StepRecord r) {

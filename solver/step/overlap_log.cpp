@@ -3,11 +3,13 @@
 #include "solver/step/body_step.hpp"
 #include "solver/step/byte_stream.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
 
 namespace amontons {
 namespace {
 
+constexpr std::size_t kMostSentences = 8; // of a kind; the others are counted
 constexpr double kWorse = 1.5;          // of a pair's overlap: it is reported again
 constexpr double kOfIndentation = 0.5;  // more is always reported
 constexpr std::size_t kMostPairs = 1u << 20, kPerReport = 4, kPerSize = 8; // numbers
@@ -29,18 +31,25 @@ void OverlapLog::add(const BodySystem& system, const BodyStepReport& report, int
         double& last = reported[{o.a, o.b, o.obstacle}];
         if (!(o.depth > kWorse * last)) continue;
         last = o.depth;
+        if (reported.size() > kMostSentences) continue;
         warnings.push_back(fmt::format(
-            "step {}: {}, {}; a finer mesh there leaves less", step, describe(o, system),
-            o.depth > o.allowed ? fmt::format("more than the {:.3g} m of such meshes", o.allowed)
-                                : "more than half of the indentation"));
+            "step {}: {}, {}; {} leaves less", step, describe(o, system),
+            o.depth > o.allowed ? fmt::format("more than {:.3g} m", o.allowed)
+                                : "more than half of the indentation",
+            o.own.count > 0 ? "a finer mesh there" : "a shorter step"));
     }
 }
 
 std::vector<std::string> OverlapLog::small_contacts(const BodySystem& system) const
 {
     std::vector<std::string> sentences;
+    std::size_t more = 0;
     for (const auto& [pair, c] : largest) {
         if (!(c.width < c.face)) continue;
+        if (sentences.size() == kMostSentences) {
+            ++more;
+            continue;
+        }
         const ContactPair& p = system.finder.pairs()[std::size_t(pair)];
         sentences.push_back(fmt::format(
             "{} and {}: the contact at ({:.4g}, {:.4g}, {:.4g}) is smaller than a face: about "
@@ -50,6 +59,16 @@ std::vector<std::string> OverlapLog::small_contacts(const BodySystem& system) co
             p.b >= 0 ? system.refs[std::size_t(p.b)].name
                      : system.obstacles[std::size_t(p.obstacle)],
             c.point.x(), c.point.y(), c.point.z(), c.width, c.face));
+    }
+    if (more > 0)
+        sentences.push_back(fmt::format("{} more pairs have contacts smaller than a face", more));
+    if (reported.size() > kMostSentences) {
+        double worst = 0;
+        for (const auto& [key, depth] : reported)
+            worst = std::max(worst, depth);
+        sentences.push_back(fmt::format("{} pairs of bodies overlapped by more than they should, at "
+                                        "the worst by {:.4g} m",
+                                        reported.size(), worst));
     }
     return sentences;
 }

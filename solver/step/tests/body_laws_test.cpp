@@ -1,5 +1,6 @@
 // Single steps of solids, rigid bodies and couplings against the rule's own closed forms.
 
+#include "solver/step/run_summary.hpp"
 #include "solver/step/tests/body_runs.hpp"
 
 #include <Eigen/Geometry>
@@ -146,6 +147,18 @@ TEST_CASE("an overlap at the start is refused, or pressed out without speed what
         CHECK(r.value("b_z") == doctest::Approx(0.1).epsilon(1e-12));
         CHECK(r.value("b_x") == doctest::Approx(0.03).epsilon(1e-9));
     }
+}
+
+TEST_CASE("an energy that grows without a cause is warned of")
+{
+    EnergyRecord e;
+    e.work_absolute = 1;
+    e.released = 0.5; // damping
+    CHECK(energy_gain(e, 2).empty());
+    e.released = -0.02;
+    CHECK(energy_gain(e, 2).empty());
+    e.released = -0.04;
+    CHECK(!energy_gain(e, 2).empty());
 }
 
 TEST_CASE("what a blow with restitution takes is in the balance of energy")
