@@ -561,7 +561,6 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     }
     system->finder = ContactFinder(std::move(pairs), std::move(walls), std::move(rest));
     const bool dynamic = scene.time.kind == "dynamic";
-    system->finder.limit_reach(system->refs, dynamic);
     if (!dynamic) system->finder.keep_to_contacts(system->refs);
     for (const Obstacle& o : obstacles)
         system->obstacles.push_back(o.name);

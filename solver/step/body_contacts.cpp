@@ -316,6 +316,7 @@ void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& st
 {
     out.contact.clear();
     out.stencil.clear();
+    limit_reach(bodies, step.dynamic);
     find_boxes(bodies);
     step_ = step;
     for (std::size_t p = 0; p < given_; ++p) {

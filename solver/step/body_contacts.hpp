@@ -222,11 +222,10 @@ public:
     void set_rows(std::vector<std::vector<PlaceRow>> rows) { rows_ = std::move(rows); }
     double thickness(const std::vector<BodyRef>& bodies, int body); ///< thickness_of, kept
     double thinner_of(const std::vector<BodyRef>& bodies, const ContactPair& p);
-    /// Reaches as chosen or given, within what bodies' thickness and steps allow. Before the first step.
-    void limit_reach(const std::vector<BodyRef>& bodies, bool dynamic);
     /// Of pairs whose bodies stand in each other at the start and are to be pressed out of each other
     /// or taken as they fit: how deep. Before the first step.
-    void set_start_overlaps(const std::vector<BodyRef>& bodies, std::span<const double> depths);
+    void set_start_overlaps(const std::vector<BodyRef>& bodies, bool dynamic,
+                            std::span<const double> depths);
     /// Some are to be pressed out.
     bool has_start_overlaps() const
     {
@@ -280,6 +279,9 @@ private:
     std::function<WallSample(const Vec3&)> distance_from_obstacle(const ContactPair& p) const;
     const FacetedSurface* facets_if_triangles(const std::vector<BodyRef>& bodies, int body);
     double start_overlap_left(int pair) const;
+    /// Reaches as chosen or given, within what bodies' thickness and steps allow: with the first
+    /// search, since a scene is checked without.
+    void limit_reach(const std::vector<BodyRef>& bodies, bool dynamic);
     void add_place_rows(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     // body_passage.cpp
     bool passed(const std::vector<BodyRef>& bodies, const ContactPair& pair);
@@ -312,6 +314,7 @@ private:
     std::vector<std::vector<PlaceRow>> rows_; // of the given pairs, once there are some
     std::vector<double> start_depth_; // of each pair at the start, if some begin inside [m]
     std::vector<double> start_tolerance_;  // of each pair: what is closed stays an overlap [m]
+    bool reach_limited_ = false;
     double start_share_ = 0;     // share of it that gaps leave
     std::vector<std::map<std::int64_t, double>> gap_offset_; // of each pair's contacts: not in the gap
     StepInput step_;

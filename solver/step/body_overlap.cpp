@@ -79,6 +79,7 @@ double ContactFinder::thinner_of(const std::vector<BodyRef>& bodies, const Conta
 
 void ContactFinder::limit_reach(const std::vector<BodyRef>& bodies, bool dynamic)
 {
+    if (std::exchange(reach_limited_, true)) return;
     for (std::size_t k = 0; k < given_; ++k) {
         ContactPair& p = pairs_[k];
         const BodyRef& a = bodies[std::size_t(p.a)];
@@ -141,10 +142,10 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
     if (p.small || (p.b >= 0 && apart(p, 0))) return;
     if (a.rod) return overlaps_of_rod(bodies, pair, out);
     if (p.a == p.b) return;
-    const double thinner = thinner_of(bodies, p);
     const bool meshes = p.b >= 0 && bodies[std::size_t(p.b)].solid;
     std::vector<OverlapSpot> spots;
     const auto keep = [&](bool of_b) {
+        const double thinner = spots.empty() ? 0 : thinner_of(bodies, p);
         for (const OverlapSpot& s : spots) {
             BodyOverlap o;
             o.a = p.a;
@@ -224,9 +225,11 @@ const FacetedSurface* ContactFinder::facets_if_triangles(const std::vector<BodyR
 namespace {
 
 /// Limits where neither side has faces.
-std::optional<BodyOverlap> overlap_of_shapes(const ShapeOverlap& deepest, double thinner)
+template <class Thinner>
+std::optional<BodyOverlap> overlap_of_shapes(const ShapeOverlap& deepest, Thinner thinner_of_both)
 {
     if (!(deepest.depth > 0)) return {};
+    const double thinner = thinner_of_both();
     BodyOverlap o;
     o.depth = deepest.depth;
     o.point = deepest.place;
@@ -246,7 +249,7 @@ std::optional<BodyOverlap> ContactFinder::overlap_with_obstacle(const std::vecto
     if (distance(pose.place).distance > bounding_radius(rigid.shape())) return {};
     auto o = overlap_of_shapes(deepest_in(rigid.shape(), pose, facets_if_triangles(bodies, p.a),
                                           distance, everywhere()),
-                               thickness(bodies, p.a));
+                               [&] { return thickness(bodies, p.a); });
     if (!o) return {};
     o->a = p.a;
     o->obstacle = p.obstacle;
@@ -269,7 +272,8 @@ std::optional<BodyOverlap> ContactFinder::rigid_overlap(const std::vector<BodyRe
     const auto ball = [](const RigidBody* r) { return std::holds_alternative<Ball>(r->shape()); };
     if (ball(one) || !ball(two)) measure(a, *one, b, *two);
     if (!ball(one)) measure(b, *two, a, *one);
-    auto o = overlap_of_shapes(deepest, std::min(thickness(bodies, a), thickness(bodies, b)));
+    auto o = overlap_of_shapes(
+        deepest, [&] { return std::min(thickness(bodies, a), thickness(bodies, b)); });
     if (!o) return {};
     o->a = a;
     o->b = b;
@@ -360,8 +364,10 @@ void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair,
     }
 }
 
-void ContactFinder::set_start_overlaps(const std::vector<BodyRef>& bodies, std::span<const double> depths)
+void ContactFinder::set_start_overlaps(const std::vector<BodyRef>& bodies, bool dynamic,
+                                       std::span<const double> depths)
 {
+    limit_reach(bodies, dynamic); // what is pressed out is looked for farther
     constexpr double kBeyond = 1.2; // of the depth: what is pressed out is seen all the way
     constexpr double kFit = 0.1;    // of the width that a contact stands for: gaps that fit
     start_depth_.assign(depths.begin(), depths.end());
@@ -402,6 +408,7 @@ double ContactFinder::motion_over_reach(const std::vector<BodyRef>& bodies, doub
     for (const BodyRef& b : bodies)
         motion.push_back(b.body->prescribed_motion(from, to));
     if (std::ranges::all_of(motion, [](double m) { return m == 0; })) return 0;
+    limit_reach(bodies, false);
     find_boxes(bodies);
     double share = 0;
     for (std::size_t k = 0; k < given_; ++k) {

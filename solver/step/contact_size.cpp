@@ -47,7 +47,8 @@ FaceThere face_at(const ContactSurface& surface, const SolidBody& solid,
 
 } // namespace
 
-std::vector<ContactSize> contact_sizes(const BodySystem& system, const BodyStepReport& step)
+std::vector<ContactSize> contact_sizes(const BodySystem& system, const BodyStepReport& step,
+                                       const std::map<int, ContactSize>& known)
 {
     const std::vector<ContactPair>& pairs = system.finder.pairs();
     std::map<int, SolidBody::Unstrained> unstrained;
@@ -63,14 +64,27 @@ std::vector<ContactSize> contact_sizes(const BodySystem& system, const BodyStepR
         std::size_t deepest = 0;
     };
     std::map<int, Found> found;
-    for (std::size_t c = 0; c < step.contacts.contact.size(); ++c) {
+    const auto force_of = [&](std::size_t c) {
         const BodyContact& k = step.contacts.contact[c];
         const ContactPair& p = pairs[std::size_t(k.pair)];
-        const double force = k.frame.col(0).dot(step.force[c]);
-        if (!(force > 0) || p.small || p.a == p.b || !p.surface_a) continue;
-        Found& f = found[k.pair];
-        f.size.pair = k.pair;
-        f.size.force += force;
+        const bool measured = !p.small && p.a != p.b && p.surface_a;
+        return measured ? std::max(0.0, k.frame.col(0).dot(step.force[c])) : 0;
+    };
+    for (std::size_t c = 0; c < step.contacts.contact.size(); ++c)
+        if (const double force = force_of(c); force > 0) {
+            Found& f = found[step.contacts.contact[c].pair];
+            f.size.pair = step.contacts.contact[c].pair;
+            f.size.force += force;
+        }
+    std::erase_if(found, [&](const auto& f) {
+        const auto at = known.find(f.first);
+        return at != known.end() && !(f.second.size.force > at->second.force);
+    });
+    for (std::size_t c = 0; c < step.contacts.contact.size() && !found.empty(); ++c) {
+        const BodyContact& k = step.contacts.contact[c];
+        const auto at = found.find(k.pair);
+        if (at == found.end() || !(force_of(c) > 0)) continue;
+        Found& f = at->second;
         const Vec3 strain = strain_of(k.a, step.contacts.place_a(k).nodes) -
                             strain_of(k.b, step.contacts.place_b(k).nodes);
         const double indentation = k.frame.col(0).dot(strain) - k.gap;

@@ -2,6 +2,7 @@
 
 #include "mesh/base/types.hpp"
 
+#include <map>
 #include <vector>
 
 namespace amontons {
@@ -20,8 +21,10 @@ struct ContactSize {
 };
 
 /// Of the pairs of solids with anything but rods whose contacts act in an accepted step.
+/// @param known  by pair: only contacts with a larger force are looked at
 /// Cost: one sum over the stencils of the contacts.
 /// Source: Hertz 1881 (half-width sqrt(R d) of a ball that approaches by d).
-std::vector<ContactSize> contact_sizes(const BodySystem& system, const BodyStepReport& step);
+std::vector<ContactSize> contact_sizes(const BodySystem& system, const BodyStepReport& step,
+                                       const std::map<int, ContactSize>& known = {});
 
 } // namespace amontons

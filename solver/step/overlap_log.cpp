@@ -19,10 +19,8 @@ constexpr std::size_t kMostPairs = 1u << 20, kPerReport = 4, kPerSize = 8; // nu
 void OverlapLog::add(const BodySystem& system, const BodyStepReport& report, int step,
                      std::vector<std::string>& warnings)
 {
-    for (const ContactSize& now : contact_sizes(system, report)) {
-        ContactSize& most = largest[now.pair];
-        if (now.force > most.force) most = now;
-    }
+    for (const ContactSize& now : contact_sizes(system, report, largest))
+        largest[now.pair] = now;
     for (const BodyOverlap& o : report.overlaps) {
         bool much = o.depth > o.allowed;
         if (const auto size = largest.find(o.pair); size != largest.end())

@@ -108,7 +108,7 @@ std::vector<Issue> start_overlaps(BodySystem& system, bool dynamic, const std::s
     }
     for (const ContactPair& p : pairs)
         some |= p.start_overlap != StartOverlap::refuse;
-    if (some && worst.empty()) system.finder.set_start_overlaps(system.refs, inside);
+    if (some && worst.empty()) system.finder.set_start_overlaps(system.refs, dynamic, inside);
     for (const auto& [bodies, o] : worst)
         found.push_back({file, "/contact", describe(*o, system) + " when the run begins",
                          fmt::format("<= {:.3g} m{}", o->allowed,
