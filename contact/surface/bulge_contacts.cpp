@@ -12,7 +12,10 @@
 namespace amontons {
 namespace {
 
-constexpr double kAtNode = 0.99;    // its weight
+constexpr double kAtNode = 0.99; // its weight
+/// A ball as large as the cells is common: it must not be left to round-off which of the two is
+/// larger.
+constexpr double kSmaller = 0.9;
 constexpr double kSameBulge = 1e-6; // of a face's length: one place on two faces
 
 /// A place on a face. On its border it is the surface's nearest one only where the face beside it
@@ -54,9 +57,20 @@ Vec2 nearest(const FaceInPlane& face, const Vec3& x)
     return best;
 }
 
+/// The same on the face itself: flat triangles that fold towards x have two places that are as near.
+/// Places on its border stay.
+Vec2 nearest_on_curved(const FaceInPlane& face, const Vec3& x)
+{
+    const Vec2 start = nearest(face, x);
+    if (face.nodes == 3) return start;
+    const Vec2 xi = nearest_xi(face, x, start);
+    return is_inside(face.nodes, xi) ? xi : start;
+}
+
 } // namespace
 
 SurfaceContacts bulge_contacts(const ExternalSurface& slave, std::span<const Vec3> places,
+                               std::span<const Vec3> at_rest,
                                const std::function<WallSample(const Vec3&)>& wall, double reach)
 {
     SurfaceContacts out;
@@ -66,19 +80,22 @@ SurfaceContacts bulge_contacts(const ExternalSurface& slave, std::span<const Vec
         const FaceInPlane face(nodes, places);
         const auto corners = std::size_t(slave.corners[f]);
         Vec3 middle = Vec3::Zero();
-        double longest = 0;
+        double longest = 0, rest = 0;
         for (std::size_t k = 0; k < corners; ++k) {
             middle += face.node[k] / double(corners);
             longest = std::max(longest, (face.node[(k + 1) % corners] - face.node[k]).norm());
+            rest = std::max(rest, (at_rest[std::size_t(nodes[(k + 1) % corners])] -
+                                   at_rest[std::size_t(nodes[k])])
+                                      .norm());
         }
-        const double apart = face.nodes == 6 ? 0.5 * longest : longest; // of its multipliers
+        const double apart = face.nodes == 6 ? 0.5 * rest : rest; // of its multipliers
         const WallSample at_middle = wall(middle);
         if (!(std::abs(at_middle.distance) <= reach + longest)) continue;
         const double curvature = symmetric_eigenvalues(at_middle.hessian)[2];
         if (!(curvature > 0)) continue;
         const double from_centre = 1 / curvature;
-        if (!(from_centre - at_middle.distance < apart)) continue;
-        const Vec2 xi = nearest(face, middle - from_centre * at_middle.normal);
+        if (!(kSmaller * (from_centre - at_middle.distance) < apart)) continue;
+        const Vec2 xi = nearest_on_curved(face, middle - from_centre * at_middle.normal);
         const FaceSpot spot = amontons::spot(face, xi);
         if (spot.values.maxCoeff() > kAtNode) continue;
         const WallSample sample = wall(spot.place);

@@ -10,8 +10,8 @@
 namespace amontons {
 namespace {
 
-constexpr double kShallow = 1e-3;    // of a face: depths that may be left out
-constexpr double kNearFace = 0.1;    // of a face: nearer places take the surface's normal
+constexpr double kShallow = 1e-3;     // of a face: depths that may be left out
+constexpr double kNearFace = 0.1;     // of a face: nearer places take the surface's normal
 constexpr double kSharpEdge = 0.7071; // cosine of the angle between faces of one bent surface
 
 Vec3 middle_of(const FacetedSurface::Triangle& t, std::span<const Vec3> x)
@@ -63,9 +63,9 @@ double longest_edge(const ExternalSurface& surface, std::size_t face, std::span<
     const std::size_t corners = surface.corners[face];
     double longest = 0;
     for (std::size_t k = 0; k < corners; ++k)
-        longest = std::max(longest, (places[std::size_t(nodes[(k + 1) % corners])] -
-                                     places[std::size_t(nodes[k])])
-                                        .norm());
+        longest = std::max(
+            longest,
+            (places[std::size_t(nodes[(k + 1) % corners])] - places[std::size_t(nodes[k])]).norm());
     return longest;
 }
 
@@ -122,15 +122,13 @@ std::optional<FaceDistance::Foot> FaceDistance::at(const Vec3& x, std::int32_t& 
     hint = found.triangle;
     Foot foot;
     foot.triangle = number_[std::size_t(found.triangle)];
-    const FacetedSurface::Triangle& t =
-        surface_.facets.triangles()[std::size_t(foot.triangle)];
+    const FacetedSurface::Triangle& t = surface_.facets.triangles()[std::size_t(foot.triangle)];
     foot.point = found.at.point;
     Vec3 side = normal_(foot.triangle);
     const Vec3 own = side;
     const int feature = int(found.at.feature);
     if (feature >= int(TriangleFeature::vertex0)) {
-        const std::int32_t node =
-            t.nodes[std::size_t(feature - int(TriangleFeature::vertex0))];
+        const std::int32_t node = t.nodes[std::size_t(feature - int(TriangleFeature::vertex0))];
         side.setZero();
         for (const std::int32_t k : surface_.facets.around(node)) {
             const FacetedSurface::Triangle& other = surface_.facets.triangles()[std::size_t(k)];
@@ -147,19 +145,18 @@ std::optional<FaceDistance::Foot> FaceDistance::at(const Vec3& x, std::int32_t& 
             side += std::atan2(p.cross(q).norm(), p.dot(q)) * normal_(k);
         }
     } else if (feature >= int(TriangleFeature::edge0)) {
-        const std::int32_t beside =
-            t.beside[std::size_t(feature - int(TriangleFeature::edge0))];
+        const std::int32_t beside = t.beside[std::size_t(feature - int(TriangleFeature::edge0))];
         if (beside < 0) return {};
         side += normal_(beside);
     }
     const Vec3 way = x - foot.point;
     const double length = way.norm();
     foot.distance = way.dot(side) < 0 ? -length : length;
-    const double size = longest_edge(surface_.facets.surface(), std::size_t(t.face),
-                                     surface_.places);
+    const double size =
+        longest_edge(surface_.facets.surface(), std::size_t(t.face), surface_.places);
     foot.normal = length > kNearFace * size ? Vec3(way / foot.distance)
-                  : side.norm() > 0     ? Vec3(side.normalized())
-                                        : own;
+                  : side.norm() > 0         ? Vec3(side.normalized())
+                                            : own;
     foot.place = place_on(surface_.facets.surface(), t, found.at.weights);
     return foot;
 }
@@ -188,6 +185,26 @@ void FaceDistance::crossings(const Vec3& a, const Vec3& b, std::vector<double>& 
     std::sort(shares.begin(), shares.end());
 }
 
+Vec3 outward_normal_at(const PlacedSurface& surface, const SurfacePlace& place)
+{
+    const std::span<const StencilEntry> nodes = place.nodes();
+    if (nodes.empty()) return Vec3::Zero();
+    Vec3 sum = Vec3::Zero();
+    for (const std::int32_t t : surface.facets.around(nodes[0].node)) {
+        const FacetedSurface::Triangle& triangle = surface.facets.triangles()[std::size_t(t)];
+        const auto face = surface.facets.surface().face(std::size_t(triangle.face));
+        const bool on_it = std::ranges::all_of(nodes, [&](const StencilEntry& e) {
+            return std::ranges::find(face, e.node) != face.end();
+        });
+        if (!on_it) continue;
+        const auto x = [&](int k) -> const Vec3& {
+            return surface.places[std::size_t(triangle.nodes[std::size_t(k)])];
+        };
+        sum += (x(1) - x(0)).cross(x(2) - x(0));
+    }
+    return sum.norm() > 0 ? Vec3(sum.normalized()) : Vec3(Vec3::Zero());
+}
+
 BoundingBox box_around(const PlacedSurface& surface)
 {
     BoundingBox box;
@@ -214,8 +231,7 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
         const std::optional<FaceDistance::Foot> foot = distance.at(x, hint);
         // Deeper places may be nearer to a triangle that was left out.
         if (!foot || !(foot->distance < 0) || -foot->distance > room) return;
-        const auto other =
-            std::size_t(b.facets.triangles()[std::size_t(foot->triangle)].face);
+        const auto other = std::size_t(b.facets.triangles()[std::size_t(foot->triangle)].face);
         OverlapSpot s;
         s.depth = -foot->distance;
         s.point = x;
@@ -235,8 +251,7 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
         SurfacePlace own;
         own.count = 1;
         own.node[0] = {n, 1};
-        note(own, x,
-             a.facets.triangles()[std::size_t(a.facets.around(n).front())].face);
+        note(own, x, a.facets.triangles()[std::size_t(a.facets.around(n).front())].face);
     }
     std::vector<double> shares;
     for (const FacetedSurface::Edge& e : a.facets.edges()) {
@@ -260,8 +275,8 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
 
 namespace {
 
-/// The deepest place of a flat triangle in a convex shape: parts of it whose tangent plane says that
-/// they may be deeper than the deepest so far are cut in four.
+/// The deepest place of a flat triangle in a convex shape: parts of it whose tangent plane says
+/// that they may be deeper than the deepest so far are cut in four.
 struct DeepestPlace {
     const FaceInPlane& face;
     const std::function<WallSample(const Vec3&)>& distance;
@@ -290,7 +305,8 @@ struct DeepestPlace {
         for (const Vec2& c : corner)
             below = std::min(below, s.distance + s.normal.dot(spot(face, c).place - at.place));
         const double goal = std::min(least, 0.0) + std::min(0.05 * least, -tolerance);
-        // Quadratic faces leave the planes of their corners: of near ones parts are looked at anyway.
+        // Quadratic faces leave the planes of their corners: of near ones parts are looked at
+        // anyway.
         const bool bent = face.nodes == 6 && level < kBentLevels && s.distance < size;
         if ((below >= goal && !bent) || level >= kMostLevels || samples >= kMostSamples) return;
         const std::array<Vec2, 3> half{(corner[0] + corner[1]) / 2, (corner[1] + corner[2]) / 2,

@@ -73,6 +73,9 @@ double longest_edge(const ExternalSurface& surface, std::size_t face, std::span<
 /// of the body there is none [1/m].
 double curvature_of_face(const PlacedSurface& surface, std::size_t face);
 
+/// Outward and unit, of the faces that a place lies on; zero where they fold onto each other.
+Vec3 outward_normal_at(const PlacedSurface& surface, const SurfacePlace& place);
+
 /// The box around some of a surface's nodes.
 BoundingBox box_around(const PlacedSurface& surface);
 

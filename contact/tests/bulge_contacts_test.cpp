@@ -37,8 +37,8 @@ TEST_CASE("a ball between the nodes of a face: one contact where the face is nea
             const TouchingBody b = with_surface(make_solid_box(box));
             const Vec3 centre(over.x(), over.y(), 0.04 + radius + gap);
             const SurfaceContacts found = bulge_contacts(
-                b.surface, b.mesh.nodes, [&](const Vec3& x) { return ball_at(centre, radius, x); },
-                0.002);
+                b.surface, b.mesh.nodes, b.mesh.nodes,
+                [&](const Vec3& x) { return ball_at(centre, radius, x); }, 0.002);
             REQUIRE(found.contact.size() == 1);
             const SurfaceContact& c = found.contact.front();
             CHECK(std::abs(c.gap - gap) < 1e-15);
@@ -61,7 +61,7 @@ TEST_CASE("no contact between nodes where the nodes themselves feel a wall")
     const TouchingBody b = with_surface(make_solid_box(box));
     const auto found = [&](double radius, const Eigen::Vector2d& over) {
         return bulge_contacts(
-                   b.surface, b.mesh.nodes,
+                   b.surface, b.mesh.nodes, b.mesh.nodes,
                    [&](const Vec3& x) {
                        return ball_at({over.x(), over.y(), 0.04 + radius}, radius, x);
                    },
@@ -78,5 +78,21 @@ TEST_CASE("no contact between nodes where the nodes themselves feel a wall")
         s.hessian = -s.hessian;
         return s;
     };
-    CHECK(bulge_contacts(b.surface, b.mesh.nodes, hollow, 0.1).contact.empty());
+    CHECK(bulge_contacts(b.surface, b.mesh.nodes, b.mesh.nodes, hollow, 0.1).contact.empty());
+}
+
+TEST_CASE("a ball as large as the faces keeps its contact when what it presses shrinks")
+{
+    SolidBoxOptions box;
+    box.highest = Vec3(0.08, 0.08, 0.04);
+    box.cells = {2, 2, 1};
+    box.kind = ElementKind::H8;
+    const TouchingBody b = with_surface(make_solid_box(box));
+    for (const double stretch : {0.999, 1.0, 1.001}) {
+        std::vector<Vec3> x = b.mesh.nodes;
+        for (Vec3& place : x)
+            place.head<2>() *= stretch;
+        const auto ball = [&](const Vec3& at) { return ball_at({0.013, 0.011, 0.08}, 0.04, at); };
+        CHECK(bulge_contacts(b.surface, x, b.mesh.nodes, ball, 0.002).contact.size() == 1);
+    }
 }

@@ -86,6 +86,14 @@ public:
     Mat12 force_stiffness(const BodyPlace& at, const Vec3& force) const;
     /// EI / l^3 of an element [N/m].
     double element_stiffness(int element) const;
+    /// Integral of EA over its length [N m]: energies below 1e-16 of it are rounding.
+    double energy_scale() const
+    {
+        double sum = 0;
+        for (const ElementLaw& law : rod_.law)
+            sum += law.S[0];
+        return sum;
+    }
     double element_length(int element) const { return rod_.law[std::size_t(element)].length; }
     double element_radius(int element) const { return rod_.radius[std::size_t(element)]; }
     /// Of linearise(), A y' = right for the motion y = y' + prescribed, where A has no row or

@@ -114,6 +114,7 @@ void write_summary(JsonText& json, const RunSummary& s, const std::vector<std::s
     const EnergyRecord& e = s.energy;
     json.key("energy").open('{').member("work", e.work).member("work_absolute", e.work_absolute);
     json.member("elastic", e.elastic).member("kinetic", e.kinetic).member("friction", e.friction);
+    json.member("elastic_start", e.elastic_start).member("kinetic_start", e.kinetic_start);
     json.member("released", e.released).member("error", e.error()).close('}');
     json.key("snaps").open('[');
     for (const SnapRecord& snap : s.snaps)

@@ -86,10 +86,22 @@ struct PhaseMemory {
     double all_ranks = 0; ///< of mpirun, the sum of their own peaks; 0 without
 };
 
-/// Energy since the start of the run [J].
+/// Energy [J]: work and losses since the start of the run, what is stored now and what was then.
 struct EnergyRecord {
     double work = 0, work_absolute = 0, elastic = 0, kinetic = 0, friction = 0, released = 0;
-    double error() const { return work - elastic - kinetic - friction - released; }
+    double elastic_start = 0, kinetic_start = 0;
+    double most_elastic = 0, most_kinetic = 0; ///< largest changes since the start
+    double largest_force = 0;                  ///< of a contact so far [N]
+
+    double error() const
+    {
+        return work - (elastic - elastic_start) - (kinetic - kinetic_start) - friction - released;
+    }
+    /// What the run turned over.
+    double scale() const
+    {
+        return work_absolute + kinetic_start + elastic_start + most_elastic + most_kinetic;
+    }
 };
 
 struct StepRecord {

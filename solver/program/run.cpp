@@ -164,9 +164,10 @@ std::string run_table(const RunSummary& s, const Scene& scene, const std::string
                        : "not measured");
     for (const std::string& left_out : s.not_measured)
         row("", "not measured: " + left_out);
-    row("energy", fmt::format("work {:.4e} J = elastic {:.4e} + kinetic {:.4e} + friction {:.4e} + "
+    row("energy", fmt::format("work {:.4e} J = elastic {:+.4e} + kinetic {:+.4e} + friction {:.4e} + "
                               "released {:.4e} + error {:.1e}",
-                              s.energy.work, s.energy.elastic, s.energy.kinetic, s.energy.friction,
+                              s.energy.work, s.energy.elastic - s.energy.elastic_start,
+                              s.energy.kinetic - s.energy.kinetic_start, s.energy.friction,
                               s.energy.released, s.energy.error()));
     const PhaseSeconds& p = s.seconds;
     row("time",

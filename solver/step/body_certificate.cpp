@@ -282,7 +282,15 @@ void BodyStepper::fill_report()
         report_.force[std::size_t(c)] = per_force * f;
         const Vec3 force = per_force * f;
         const Vec3 tangential = force - n.dot(force) * n;
-        report_.friction -= tangential.dot(d);
+        // By the trapezoid rule, as the work of all other forces; what acts in motion is a mean already.
+        Vec3 mean = tangential;
+        if (!step_.dynamic) {
+            const auto known = system_.warm_friction.find(key(c));
+            mean *= 0.5;
+            if (known != system_.warm_friction.end()) mean += 0.5 * known->second;
+            if (!tangential.isZero(0)) friction_[key(c)] = tangential;
+        }
+        report_.friction -= mean.dot(d);
         report_.normal_work += n.dot(force) * n.dot(d);
     }
     for (std::size_t b = 0; b < bodies(); ++b) {

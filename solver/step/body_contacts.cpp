@@ -444,7 +444,8 @@ void ContactFinder::solid_on_wall(const std::vector<BodyRef>& bodies, int pair, 
     add(wall_contacts(p.surface_a->outside, x, sample, reach_), pair, p.a, -1, false, out);
     add(sharp_wall_contacts({p.surface_a->outside, p.surface_a->sharp, x}, sample, reach_), pair,
         p.a, -1, false, out, kSharp);
-    add(bulge_contacts(p.surface_a->outside, x, sample, reach_), pair, p.a, -1, false, out, kBulge);
+    add(bulge_contacts(p.surface_a->outside, x, s.mesh().nodes, sample, reach_), pair, p.a,
+        -1, false, out, kBulge);
 }
 
 void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
@@ -491,7 +492,7 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
         add(sharp_wall_contacts({p.surface_a->outside, p.surface_a->sharp, a.places()}, sample,
                                 reach_),
             pair, p.a, p.b, false, out, kSharp);
-        add(bulge_contacts(p.surface_a->outside, a.places(), sample, reach_), pair, p.a, p.b, false,
+        add(bulge_contacts(p.surface_a->outside, a.places(), a.mesh().nodes, sample, reach_), pair, p.a, p.b, false,
             out, kBulge);
     };
     if (const auto* cylinder = std::get_if<Cylinder>(&b.shape())) {

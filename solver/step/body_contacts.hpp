@@ -140,6 +140,8 @@ constexpr double kReachOfThickness = 0.4;
 /// The number of a contact that stands for an area is that of the node which carries its multiplier,
 /// beside multiples of this.
 constexpr std::int64_t kNodeNumbers = std::int64_t(1) << 40;
+/// Beside the number of a contact: the same with a normal that it had in another iteration.
+constexpr std::int64_t kOtherNormal = std::int64_t(1) << 62;
 /// Numbers of contacts of such places begin here.
 constexpr std::int64_t kFirstPlaceRow = std::int64_t(1) << 61;
 
@@ -219,6 +221,7 @@ public:
     void save_rows(ByteWriter& out) const;
     /// @throws InputError  if they are none of these bodies' meshes
     std::vector<std::vector<PlaceRow>> read_rows(ByteReader& in) const;
+    const std::vector<std::vector<PlaceRow>>& rows() const { return rows_; }
     void set_rows(std::vector<std::vector<PlaceRow>> rows) { rows_ = std::move(rows); }
     double thickness(const std::vector<BodyRef>& bodies, int body); ///< thickness_of, kept
     double thinner_of(const std::vector<BodyRef>& bodies, const ContactPair& p);

@@ -1,5 +1,6 @@
 #include "contact/rigid/overlap.hpp"
 #include "contact/rigid/shape_distance.hpp"
+#include "contact/surface/facets.hpp"
 #include "contact/surface/passage.hpp"
 #include "mesh/box_tree.hpp"
 #include "solver/body/rigid_body.hpp"
@@ -20,16 +21,17 @@ namespace amontons {
 namespace {
 
 // Limits of docs/theory/certificate.md.
-constexpr double kAllowedOfFace = 0.01;  // of the smaller face, without a warning
-constexpr double kAllowedOfBody = 1e-3;  // of the smaller body, where neither side has faces
-constexpr double kNever = 0.1;           // of the thinner body, of the smaller face
-constexpr double kMeanBulge = 2.0 / 3;   // of h^2/8 times the curvature: a chord's mean distance
-constexpr double kLoose = 0.3;           // of the depth: nodes of a face are off what enters it
-constexpr double kThinnest = 1e-3;       // of a rigid body's length: thinner ones count as lines
-constexpr double kLeastReach = 0.02;     // of the smaller body: what a given reach is raised to
-// Deeper places get rows whatever the curvature: less than kNever, since places slide on within a step.
+constexpr double kAllowedOfFace = 0.01; // of the smaller face, without a warning
+constexpr double kAllowedOfBody = 1e-3; // of the smaller body, where neither side has faces
+constexpr double kNever = 0.1;          // of the thinner body, of the smaller face
+constexpr double kMeanBulge = 2.0 / 3;  // of h^2/8 times the curvature: a chord's mean distance
+constexpr double kLoose = 0.3;          // of the depth: nodes of a face are off what enters it
+constexpr double kThinnest = 1e-3;      // of a rigid body's length: thinner ones count as lines
+constexpr double kLeastReach = 0.02;    // of the smaller body: what a given reach is raised to
+// Deeper places get rows whatever the curvature: less than kNever, since places slide on within a
+// step.
 constexpr double kRowsOfThickness = 0.05, kRowsOfFace = 0.08;
-constexpr double kSameRow = 0.05;        // of weights
+constexpr double kSameRow = 0.05; // of weights
 
 BoundingBox everywhere()
 {
@@ -107,14 +109,14 @@ void ContactFinder::overlaps(const std::vector<BodyRef>& bodies, std::vector<Bod
     for (std::size_t p = 0; p < given_; ++p) {
         const std::size_t first = out.size();
         overlaps_of_pair(bodies, int(p), out);
-        const double left = start_overlap_left(int(p)) + (start_tolerance_.empty() ? 0 : start_tolerance_[p]);
+        const double left =
+            start_overlap_left(int(p)) + (start_tolerance_.empty() ? 0 : start_tolerance_[p]);
         for (std::size_t i = first; left > 0 && i < out.size(); ++i)
             for (double* limit : {&out[i].allowed, &out[i].most, &out[i].rows_beyond})
                 *limit += left;
     }
     if (!rest_) return;
-    for (const BoxPair& p :
-         rest_meeting(bodies, [&](int b) { return boxes_[std::size_t(b)]; }))
+    for (const BoxPair& p : rest_meeting(bodies, [&](int b) { return boxes_[std::size_t(b)]; }))
         if (const auto o = rigid_overlap(bodies, p.a, p.b)) out.push_back(*o);
 }
 
@@ -129,7 +131,8 @@ std::vector<std::string> ContactFinder::not_measured(const std::vector<BodyRef>&
                                              : nullptr;
         if (!why) continue;
         sentences.push_back(bodies[std::size_t(p.a)].name + " and " +
-                            (p.b >= 0 ? bodies[std::size_t(p.b)].name : "an obstacle") + ": " + why);
+                            (p.b >= 0 ? bodies[std::size_t(p.b)].name : "an obstacle") + ": " +
+                            why);
     }
     return sentences;
 }
@@ -159,8 +162,8 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
             o.most = kNever * std::min(thinner, s.face);
             o.allowed = std::min(std::max(kAllowedOfFace * s.face, s.bulge), o.most);
             o.rows_beyond = o.allowed;
-            // What is smaller than a face touches none of its nodes: nothing is left of it. Else rows
-            // leave what integrals over the faces, or their nodes, leave on average.
+            // What is smaller than a face touches none of its nodes: nothing is left of it. Else
+            // rows leave what integrals over the faces, or their nodes, leave on average.
             const bool loose = !meshes && s.node_gap > kLoose * s.depth;
             if (loose)
                 o.rows_beyond = kAllowedOfFace * s.face;
@@ -173,8 +176,8 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
         spots.clear();
     };
     if (!a.solid) {
-        if (auto found = p.b >= 0 ? rigid_overlap(bodies, p.a, p.b)
-                                  : overlap_with_obstacle(bodies, p)) {
+        if (auto found =
+                p.b >= 0 ? rigid_overlap(bodies, p.a, p.b) : overlap_with_obstacle(bodies, p)) {
             found->pair = pair;
             out.push_back(*found);
         }
@@ -188,8 +191,7 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
     const BodyRef& b = bodies[std::size_t(p.b)];
     if (b.rigid) {
         const AxisBox box = boxes_[std::size_t(p.b)];
-        overlap_spots(own, distance_from(*b.rigid, b.rigid->placement()), as_bounding(box),
-                      spots);
+        overlap_spots(own, distance_from(*b.rigid, b.rigid->placement()), as_bounding(box), spots);
         return keep(false);
     }
     const PlacedSurface other{*p.surface_b->facets, b.solid->places()};
@@ -247,9 +249,9 @@ std::optional<BodyOverlap> ContactFinder::overlap_with_obstacle(const std::vecto
     const Pose pose = pose_of(rigid.placement());
     const auto distance = distance_from_obstacle(p);
     if (distance(pose.place).distance > bounding_radius(rigid.shape())) return {};
-    auto o = overlap_of_shapes(deepest_in(rigid.shape(), pose, facets_if_triangles(bodies, p.a),
-                                          distance, everywhere()),
-                               [&] { return thickness(bodies, p.a); });
+    auto o = overlap_of_shapes(
+        deepest_in(rigid.shape(), pose, facets_if_triangles(bodies, p.a), distance, everywhere()),
+        [&] { return thickness(bodies, p.a); });
     if (!o) return {};
     o->a = p.a;
     o->obstacle = p.obstacle;
@@ -291,11 +293,61 @@ bool ContactFinder::add_rows(std::span<const BodyOverlap> overlaps)
             return r.of_b == o.of_b && same_place(r.own, o.own);
         };
         if (std::ranges::any_of(rows, known)) continue;
-        rows.push_back({rows.empty() ? kFirstPlaceRow : rows.back().id + 1, o.of_b, o.own, o.tolerance});
+        rows.push_back(
+            {rows.empty() ? kFirstPlaceRow : rows.back().id + 1, o.of_b, o.own, o.tolerance});
         some = true;
     }
     return some;
 }
+
+namespace {
+
+/// How a place inside a shape comes out of it: against its own surface's normal, into which it was
+/// pressed. The nearest way out changes at once where two are equally long, as beside the edge of a
+/// punch, and a place under it would be pushed sideways.
+/// @param way  unit, or zero: the nearest
+WallSample exit_from(const std::function<WallSample(const Vec3&)>& shape, const Vec3& x,
+                     const Vec3& way, double longest)
+{
+    constexpr int kMost = 60;
+    constexpr double kOut = 1e-12; // of the depth
+    const WallSample nearest = shape(x);
+    if (!(nearest.distance < 0) || way.isZero(0)) return nearest;
+    double t = 0;
+    WallSample s = nearest;
+    // No step of the depth goes too far.
+    for (int i = 0; i < kMost && t <= longest && s.distance < kOut * nearest.distance; ++i) {
+        const double along = s.normal.dot(way);
+        // On a flat side the first step along its normal is the whole way.
+        const double whole = along > kFacing ? -s.distance / along : 0;
+        if (whole > 0 && shape(x + (t + whole) * way).distance <= 0)
+            t += whole;
+        else
+            t -= s.distance;
+        s = shape(x + t * way);
+    }
+    if (t > longest || s.normal.dot(way) < kFacing) return nearest;
+    s.distance -= t * s.normal.dot(way);
+    return s;
+}
+
+std::optional<FaceDistance::Foot> exit_from(const FaceDistance& surface, const Vec3& x,
+                                            const Vec3& way, double longest, std::int32_t& hint)
+{
+    const std::optional<FaceDistance::Foot> nearest = surface.at(x, hint);
+    if (!nearest || !(nearest->distance < 0) || way.isZero(0)) return nearest;
+    std::vector<double> shares;
+    surface.crossings(x, x + longest * way, shares);
+    if (shares.empty()) return nearest;
+    const Vec3 out = x + shares.front() * longest * way;
+    std::int32_t near = hint;
+    std::optional<FaceDistance::Foot> foot = surface.at(out, near);
+    if (!foot || foot->normal.dot(way) < kFacing) return nearest;
+    foot->distance = foot->normal.dot(x - foot->point);
+    return foot;
+}
+
+} // namespace
 
 void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
 {
@@ -334,19 +386,22 @@ void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair,
             k.a = p.a;
             k.b = p.b;
             k.point = weighted(r.own.nodes(), own->places());
+            const Vec3 out_of = outward_normal_at(
+                {of_b ? *p.surface_b->facets : *p.surface_a->facets, own->places()}, r.own);
             Vec3 normal;
             SurfacePlace foot_place;
             if (exact) {
-                const WallSample s = exact(k.point);
+                const WallSample s = exit_from(exact, k.point, -out_of, reach_);
                 k.gap = s.distance;
                 normal = s.normal;
             } else {
-                const auto foot = faces->at(k.point, hint);
+                const auto foot = exit_from(*faces, k.point, -out_of, 2 * reach_, hint);
                 if (!foot || std::abs(foot->distance) > 2 * reach_) continue;
                 k.gap = foot->distance;
                 normal = foot->normal;
                 foot_place = foot->place;
             }
+            if (out_of.dot(normal) > -kFacing) continue; // a side, which this face does not press
             k.gap += r.tolerance;
             if (k.gap > reach_) continue;
             k.frame = contact_frame(of_b ? Vec3(-normal) : normal);
@@ -367,7 +422,7 @@ void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair,
 void ContactFinder::set_start_overlaps(const std::vector<BodyRef>& bodies, bool dynamic,
                                        std::span<const double> depths)
 {
-    limit_reach(bodies, dynamic); // what is pressed out is looked for farther
+    limit_reach(bodies, dynamic);   // what is pressed out is looked for farther
     constexpr double kBeyond = 1.2; // of the depth: what is pressed out is seen all the way
     constexpr double kFit = 0.1;    // of the width that a contact stands for: gaps that fit
     start_depth_.assign(depths.begin(), depths.end());
@@ -414,14 +469,12 @@ double ContactFinder::motion_over_reach(const std::vector<BodyRef>& bodies, doub
     for (std::size_t k = 0; k < given_; ++k) {
         const ContactPair& p = pairs_[k];
         if (p.small || bodies[std::size_t(p.a)].rod) continue;
-        const double way =
-            motion[std::size_t(p.a)] + (p.b >= 0 ? motion[std::size_t(p.b)] : 0.0);
+        const double way = motion[std::size_t(p.a)] + (p.b >= 0 ? motion[std::size_t(p.b)] : 0.0);
         if (way <= p.reach || (p.b >= 0 && apart(p, way + p.reach))) continue;
         if (p.b < 0) {
             const AxisBox& box = boxes_[std::size_t(p.a)];
-            const double far =
-                distance_from_obstacle(p)(0.5 * (box.low + box.high)).distance -
-                0.5 * (box.high - box.low).norm();
+            const double far = distance_from_obstacle(p)(0.5 * (box.low + box.high)).distance -
+                               0.5 * (box.high - box.low).norm();
             if (far > way + p.reach) continue;
         }
         share = std::max(share, way / (p.reach));

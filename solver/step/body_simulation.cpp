@@ -8,6 +8,7 @@
 #include "solver/step/body_build.hpp"
 #include "solver/step/body_record.hpp"
 #include "solver/step/couplings.hpp"
+#include "solver/step/energy_balance.hpp"
 #include "solver/step/knots.hpp"
 #include "solver/step/overlap_log.hpp"
 #include "solver/step/recorded_problem.hpp"
@@ -21,9 +22,32 @@
 namespace amontons {
 namespace {
 
-constexpr std::size_t kQuick = 6; // iterations of a step in a medium: the next ...
-constexpr double kGrowth = 1.5;   // ... may be so much longer
-constexpr double kSticks = 1e-9;  // slip per step below this share of the body sticks
+constexpr std::size_t kQuick = 6;  // iterations of a step in a medium: the next ...
+constexpr double kGrowth = 1.5;    // ... may be so much longer
+constexpr double kLagBelow = 0.13; // of the step asked for: see body_lag.cpp
+constexpr int kMostSentences = 8;  // of warnings of a kind
+constexpr double kSticks = 1e-9;   // slip per step below this share of the body sticks
+
+/// All that a step changes.
+struct Before {
+    double time = 0;
+    EnergyRecord energy;
+    std::vector<std::vector<double>> bodies;
+    std::map<BodySystem::Key, Vec3> warm, warm_friction;
+    std::map<BodySystem::Key, bool> warm_sticks;
+    std::vector<std::vector<PlaceRow>> rows;
+};
+
+/// A step at rest whose energy did not close, done again in halves.
+struct Refinement {
+    int level = 0;           ///< 0: none
+    double until = 0;        ///< the end of that step [s]
+    double length = 0;       ///< of the present ones [s]
+    double whole = 0;        ///< of that step [s]
+    double first = 0;        ///< what it missed [J]
+    double error_before = 0; ///< of the run when it began [J]
+};
+enum class Verdict { stands, again, refused };
 
 } // namespace
 
@@ -42,9 +66,10 @@ struct BodySimulation::State {
     double time = 0, step_length = 0;
     double path_length = 0; ///< of the next step along the path [m]
     int step = 0, retries = 0;
+    int lagging = 0, jumps = 0; ///< steps of this run whose contacts lag behind, whose energy jumps
     double contacts_sum = 0;
     EnergyRecord energy;
-    double elastic_start = 0, kinetic_start = 0;
+    Refinement refinement;
     RunSummary summary;
     OverlapLog overlaps;
 
@@ -91,6 +116,21 @@ struct BodySimulation::State {
                std::ranges::any_of(system->refs, [](const BodyRef& b) { return b.rod; });
     }
     bool advance_path();
+    EnergyScale energy_scale() const
+    {
+        constexpr double kRoundOff = 1e-15; // of the modulus times the volume around a body
+        EnergyScale scale{scene.accuracy.contact, 0, dynamic(), 0};
+        for (const BodyRef& b : system->refs) {
+            const double size = b.body->size();
+            scale.size = std::max(scale.size, size);
+            if (b.rod) scale.round_off += kRoundOff * b.rod->energy_scale();
+            if (b.solid) scale.round_off += kRoundOff * b.solid->stiffness() * size * size * size;
+        }
+        return scale;
+    }
+    Before before_step() const;
+    void put_back(const Before& before);
+    Verdict judge_energy(const Before& before, double h);
     double within_reach(double h) const;
     StepRecord record(double h, double seconds);
     void finish();
@@ -132,7 +172,8 @@ bool BodySimulation::State::advance(double h, bool relaxed, double share)
     input.rule = time_rule(scene.time);
     input.gravity = share * scene.gravity;
     input.load = share;
-    const BodyStepOptions settings = step_options();
+    BodyStepOptions settings = step_options();
+    settings.may_lag = !relaxed && h <= kLagBelow * scene.time.step;
     last = relaxed ? relax_rods(*system, input, settings) : try_body_step(*system, input, settings);
     summary.seconds.free_motion += last.free_motion;
     summary.seconds.detection += last.detection;
@@ -145,8 +186,11 @@ bool BodySimulation::State::advance(double h, bool relaxed, double share)
     energy.work_absolute += last.energy.work_absolute;
     energy.friction += last.friction;
     energy.released += last.energy.dissipated - (dynamic() ? last.normal_work : 0);
-    energy.elastic = last.energy.elastic - elastic_start;
-    energy.kinetic = last.energy.kinetic - kinetic_start;
+    energy.elastic = last.energy.elastic;
+    energy.kinetic = last.energy.kinetic;
+    for (const Vec3& force : last.force)
+        energy.largest_force = std::max(energy.largest_force, force.norm());
+    follow(energy);
     return true;
 }
 
@@ -157,6 +201,96 @@ double BodySimulation::State::within_reach(double h) const
     if (dynamic() || h <= 0) return h;
     const double share = system->finder.motion_over_reach(system->refs, time, time + h);
     return share > 1 ? h / std::ceil(share) : h;
+}
+
+Before BodySimulation::State::before_step() const
+{
+    Before b;
+    if (dynamic()) return b; // never done again
+    b.time = time;
+    b.energy = energy;
+    for (const auto& body : system->bodies)
+        b.bodies.push_back(body->state());
+    b.warm = system->warm;
+    b.warm_friction = system->warm_friction;
+    b.warm_sticks = system->warm_sticks;
+    b.rows = system->finder.rows();
+    return b;
+}
+
+void BodySimulation::State::put_back(const Before& b)
+{
+    time = b.time;
+    energy = b.energy;
+    for (std::size_t i = 0; i < b.bodies.size(); ++i)
+        system->bodies[i]->set_state(b.bodies[i]);
+    system->warm = b.warm;
+    system->warm_friction = b.warm_friction;
+    system->warm_sticks = b.warm_sticks;
+    system->finder.set_rows(b.rows);
+}
+
+/// Of a step that has just been taken. At rest, one whose own energy does not close to a tenth of
+/// what the run has turned over is done again in halves, and a half that does not in halves of it.
+/// Where that leaves less of the error it was the rule's, of a force that sets in within the step;
+/// where not, the steps lead to states between which there is no way. Made energy is refused then;
+/// what is lost is lost in a jump, as of a snap. Of a contact smaller than a face neither says more
+/// than that its force is wrong by as much, which is warned of.
+Verdict BodySimulation::State::judge_energy(const Before& before, double h)
+{
+    constexpr int kMostLevels = 5;
+    constexpr double kLess = 0.4, kLeft = 2;
+    const EnergyScale scale = energy_scale();
+    Refinement& r = refinement;
+    if (dynamic()) {
+        if (!(energy_fault(energy, scale) > kEnergyRefused)) return Verdict::stands;
+        last.refusal = "the step makes energy: " + energy_warning(energy, scale);
+        return Verdict::refused;
+    }
+    const double own = energy.error() - before.energy.error();
+    if (energy_fault(std::abs(own), energy, scale) > kEnergyRefused && r.level < kMostLevels &&
+        (r.level > 0 || jumps < kMostSentences)) {
+        if (r.level == 0) {
+            r.until = time;
+            r.whole = h;
+            r.first = own;
+            r.error_before = before.energy.error();
+        }
+        ++r.level;
+        r.length = h / 2;
+        put_back(before);
+        return Verdict::again;
+    }
+    if (r.level == 0 || time < r.until * (1 - 1e-12)) return Verdict::stands;
+    const double whole = energy.error() - r.error_before, first = r.first;
+    step_length = r.whole; // what comes next is no part of that step
+    r = {};
+    if (std::abs(whole) < kLess * std::abs(first)) {
+        last.remarks.push_back(
+            fmt::format("in one step {:.3g} J of energy would have been missed, in "
+                        "shorter ones it is {:.3g} J",
+                        first, whole));
+        return Verdict::stands;
+    }
+    const std::string told =
+        fmt::format("{:.3g} J of energy {} in the step, and in shorter ones {:.3g} J: {:.2g} of "
+                    "what the run has turned over. Its ends are balances between which there is "
+                    "no way",
+                    std::abs(first), first > 0 ? "are lost" : "come from nowhere", std::abs(whole),
+                    std::abs(whole) / energy.scale());
+    double left = 0; // by the meshes: forces times the gaps that they cannot tell
+    for (const ContactSize& c : contact_sizes(*system, last, {})) {
+        const double curvature = 4 * c.indentation / (c.width * c.width);
+        left += kLeft * c.force * std::max(c.face * c.face * curvature / 8, 0.01 * c.face);
+    }
+    if (whole > 0 || -whole <= left) {
+        last.remarks.push_back(told);
+        if (jumps++ < kMostSentences)
+            summary.warnings.push_back(fmt::format("step {}: {}", step + 1, told));
+        return Verdict::stands;
+    }
+    last.refusal = told + ": a finer mesh or a dynamic run may find one";
+    return Verdict::refused;
 }
 
 /// Quasi-static: the balance that the first loads and places ask for; where it is not found at
@@ -214,7 +348,8 @@ bool BodySimulation::State::advance_path()
     const BodyEnergy e = rod.accept({});
     energy.work += e.work;
     energy.work_absolute += e.work_absolute;
-    energy.elastic = e.elastic - elastic_start;
+    energy.elastic = e.elastic;
+    follow(energy);
     last.threshold = scene.accuracy.contact;
     return true;
 }
@@ -239,8 +374,7 @@ StepRecord BodySimulation::State::record(double h, double seconds)
     if (dynamic()) { // the laws of its steps are of velocities: where gaps ended, instead
         out.certificate.worst_penetration = 0;
         for (const BodyContact& k : last.contacts.contact)
-            out.certificate.worst_penetration =
-                std::max(out.certificate.worst_penetration, -k.gap);
+            out.certificate.worst_penetration = std::max(out.certificate.worst_penetration, -k.gap);
     }
     out.certificate.worst_cone_violation = last.cone;
     if (const BodyOverlap& o = last.overlap; o.depth > 0) {
@@ -327,8 +461,8 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         RunSummary whole = sum; // a run that goes on says it at its own end
         for (std::string& sentence : s.overlaps.small_contacts(*s.system))
             whole.warnings.push_back(std::move(sentence));
-        if (std::string gain = energy_gain(s.energy, s.kinetic_start); s.dynamic() && !gain.empty())
-            whole.warnings.push_back(std::move(gain));
+        if (std::string told = energy_warning(s.energy, s.energy_scale()); !told.empty())
+            whole.warnings.push_back(std::move(told));
         return whole;
     };
     const auto observe = [&](StepRecord r) {
@@ -358,14 +492,17 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
                                                s.last.energy.elastic));
             s.energy.elastic = s.last.energy.elastic;
         }
+        const double elastic = s.energy.elastic; // of the first balance
+        s.energy = {};
+        s.energy.elastic = elastic;
         if (s.dynamic()) {
             for (const BodyRef& b : s.system->refs)
-                s.kinetic_start += b.body->kinetic_energy();
-            s.elastic_start += spring_energy(s.system->refs, s.system->couplings);
+                s.energy.kinetic += b.body->kinetic_energy();
+            s.energy.elastic += spring_energy(s.system->refs, s.system->couplings);
         }
+        s.energy.elastic_start = s.energy.elastic;
+        s.energy.kinetic_start = s.energy.kinetic;
         s.started = true;
-        s.elastic_start += s.energy.elastic;
-        s.energy = {};
         observe(s.record(0, 0));
     }
     const double end = s.scene.time.end;
@@ -383,11 +520,14 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
             continue;
         }
         const double reach = s.next_stop() - s.time;
-        const double whole = std::min(s.step_length, reach);
+        double whole = std::min(s.step_length, reach);
+        if (s.refinement.level > 0)
+            whole = std::min({whole, s.refinement.length, s.refinement.until - s.time});
         double h = s.within_reach(whole);
         const double smallest = h / whole * s.smallest();
         if (reach - h < 1e-6 * s.scene.time.step) h = reach; // no sliver before a knot
         s.retries = 0;
+        const Before before = s.before_step();
         while (!s.advance(h)) {
             if (stop) return finish("interrupted", "interrupted by the user");
             if (h <= smallest * (1 + 1e-9)) {
@@ -402,12 +542,24 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
             h = std::max(0.5 * h, smallest);
             ++s.retries;
         }
+        const bool refined = s.refinement.level > 0;
+        const Verdict verdict = s.judge_energy(before, h);
+        if (verdict == Verdict::refused)
+            return finish("failed", fmt::format("step {} (t = {:.6g} s): {}", s.step + 1, s.time,
+                                                s.last.refusal));
+        if (verdict == Verdict::again) continue;
         ++s.step;
         s.overlaps.add(*s.system, s.last, s.step, sum.warnings);
+        if (s.last.lag > 0 && s.lagging++ < kMostSentences)
+            sum.warnings.push_back(fmt::format(
+                "step {}: contacts jump at its end; their forces are those of contacts as the last "
+                "iteration found them, {:.1g} of them away from those at the end",
+                s.step, s.last.lag));
         if (std::abs(s.time - (s.next_stop())) < 1e-12 * end) s.time = s.next_stop();
         // In a medium a step that is too long costs more than some that are shorter.
         const double growth = !s.in_medium() ? 2 : s.last.errors.size() <= kQuick ? kGrowth : 1;
-        s.step_length = std::min(growth * h, s.scene.time.step);
+        if (!(refined && s.refinement.level == 0))
+            s.step_length = std::min(growth * h, s.scene.time.step);
         if (h == reach && s.retries == 0 && !s.in_medium()) s.step_length = s.scene.time.step;
         StepRecord r = s.record(h, watch.seconds());
         add_step(sum, r);
@@ -493,18 +645,19 @@ std::vector<std::byte> BodySimulation::save() const
     out.value(s.step);
     out.value(s.contacts_sum);
     out.value(s.energy);
-    out.value(s.elastic_start);
-    out.value(s.kinetic_start);
+    out.value(s.refinement);
     for (const auto& b : s.system->bodies)
         out.vector(b->state());
-    std::vector<std::int64_t> keys;
-    std::vector<double> forces;
-    for (const auto& [key, f] : s.system->warm) {
-        keys.insert(keys.end(), {key.pair, key.id});
-        forces.insert(forces.end(), f.data(), f.data() + 3);
+    for (const auto* of : {&s.system->warm, &s.system->warm_friction}) {
+        std::vector<std::int64_t> keys;
+        std::vector<double> forces;
+        for (const auto& [key, f] : *of) {
+            keys.insert(keys.end(), {key.pair, key.id});
+            forces.insert(forces.end(), f.data(), f.data() + 3);
+        }
+        out.vector(keys);
+        out.vector(forces);
     }
-    out.vector(keys);
-    out.vector(forces);
     std::vector<std::int64_t> sticks;
     for (const auto& [key, sticking] : s.system->warm_sticks)
         if (sticking) sticks.insert(sticks.end(), {key.pair, key.id});
@@ -529,13 +682,19 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
     const auto step = in.value<int>();
     const auto contacts_sum = in.value<double>();
     const auto energy = in.value<EnergyRecord>();
-    const auto elastic_start = in.value<double>();
-    const auto kinetic_start = in.value<double>();
+    const auto refinement = in.value<Refinement>();
     std::vector<std::vector<double>> bodies;
     for (const auto& b : s.system->bodies)
         bodies.push_back(in.exactly<double>(b->state().size()));
-    const auto keys = in.vector<std::int64_t>(1u << 28);
-    const auto forces = in.vector<double>(1u << 28);
+    std::map<BodySystem::Key, Vec3> warm[2];
+    for (auto& of : warm) {
+        const auto keys = in.vector<std::int64_t>(1u << 28);
+        const auto forces = in.vector<double>(1u << 28);
+        if (2 * forces.size() != 3 * keys.size()) ByteReader::refuse("an impossible size");
+        for (std::size_t i = 0; 2 * i < keys.size(); ++i)
+            of[{int(keys[2 * i]), keys[2 * i + 1]}] =
+                Vec3(forces[3 * i], forces[3 * i + 1], forces[3 * i + 2]);
+    }
     const auto sticks = in.vector<std::int64_t>(1u << 28);
     const auto met = in.vector<std::int64_t>(1u << 28);
     auto rows = s.system->finder.read_rows(in);
@@ -553,17 +712,14 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
     s.step = step;
     s.contacts_sum = contacts_sum;
     s.energy = energy;
-    s.elastic_start = elastic_start;
-    s.kinetic_start = kinetic_start;
+    s.refinement = refinement;
     for (std::size_t b = 0; b < bodies.size(); ++b)
         s.system->bodies[b]->set_state(bodies[b]);
     s.system->warm_sticks.clear();
     for (std::size_t i = 0; i + 1 < sticks.size(); i += 2)
         s.system->warm_sticks[{int(sticks[i]), sticks[i + 1]}] = true;
-    s.system->warm.clear();
-    for (std::size_t i = 0; 2 * i < keys.size(); ++i)
-        s.system->warm[{int(keys[2 * i]), keys[2 * i + 1]}] =
-            Vec3(forces[3 * i], forces[3 * i + 1], forces[3 * i + 2]);
+    s.system->warm = std::move(warm[0]);
+    s.system->warm_friction = std::move(warm[1]);
     s.summary = std::move(sum);
 }
 

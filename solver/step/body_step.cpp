@@ -132,20 +132,22 @@ void BodyStepper::find_at_start()
 }
 
 /// Contacts at the iterate. Dynamic steps find them once, where the step starts; later iterations
-/// move them along their normals.
+/// move them along their normals, as those of a step that body_lag.cpp has frozen.
 void BodyStepper::find()
 {
     const Stopwatch watch;
-    if (found_ && step_.dynamic) {
+    if (found_ && (step_.dynamic || frozen_)) {
         for (std::size_t c = 0; c < list_.contact.size(); ++c) {
             BodyContact& contact = list_.contact[c];
             const double now = contact.frame.col(0).dot(moved(contact));
             contact.gap += now - moved_[c];
         }
     } else {
+        std::swap(list_, list_before_);
         find_at_start();
         found_ = true;
         follow_contacts();
+        if (!step_.dynamic) hold_lost(list_before_, moved_);
         if (step_.dynamic && step_.rule.end < 1) find_sliding();
     }
     joints_.clear();
@@ -403,7 +405,13 @@ bool BodyStepper::run()
         if (faulty()) return false;
         if ((!geometry && !nonlinear) || holds_at_end()) {
             const bool rests = comes_to_rest();
-            if (!rests && !adds_rows()) break;
+            if (!rests && !adds_rows()) {
+                if (!frozen_ || lags_little()) break;
+                report_.refusal = fmt::format("contacts jump at the end of the step, by {:.1e} of "
+                                              "their forces", lag_);
+                return false;
+            }
+            frozen_ = false;
             if (!rests && step_.dynamic) { // contacts are found where the step starts
                 again_ = true;
                 report_.refusal = "bodies overlap";
@@ -437,6 +445,12 @@ bool BodyStepper::run()
         }
         if (i + 1 == most || i - halved >= options_.patience ||
             report_.error > options_.most_rise * least) {
+            if (geometry && freeze()) {
+                least = std::numeric_limits<double>::infinity();
+                halved = i;
+                most = i + 1 + options_.most_iterations;
+                continue;
+            }
             report_.errors = errors_;
             report_.refusal = fmt::format("no balance on the geometry at the end of the step: "
                                           "error {:.1e} after {} iterations",
@@ -461,6 +475,7 @@ bool BodyStepper::run()
     if (rods_only_) expect_contacts(true); // their tangent tells stability
     const std::string toppling_body = toppling();
     fill_report();
+    report_.lag = frozen_ ? lag_ : 0;
     report_.errors = errors_;
     for (std::size_t b = 0; b < bodies(); ++b) {
         const BodyEnergy e = body(b).accept(body_force_[b]);
@@ -479,6 +494,7 @@ bool BodyStepper::run()
     }
     report_.energy.elastic += spring_energy(system_.refs, system_.couplings);
     system_.warm = force_;
+    system_.warm_friction = std::move(friction_);
     system_.warm_sticks = sticks_;
     system_.finder.keep_rows([&](int pair, std::int64_t id) {
         // In motion those that are near, which the next step would ask for again.

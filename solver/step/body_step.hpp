@@ -31,6 +31,7 @@ struct BodySystem {
         auto operator<=>(const Key&) const = default;
     };
     std::map<Key, Vec3> warm;        ///< forces of the last step, in space [N or N s]
+    std::map<Key, Vec3> warm_friction; ///< their tangential parts, of steps at rest [N]
     std::map<Key, bool> warm_sticks; ///< of rods' contacts
     LinearPlan linear;
     std::vector<std::string> obstacles; ///< their names
@@ -48,6 +49,8 @@ struct BodyStepOptions {
     /// Rows at places that stand deep in another body: where the meshes leave less, only where the
     /// step would else be refused, or nowhere.
     enum class AddRows { deep, refused, none } add_rows = AddRows::deep;
+    /// Where contacts jump, a balance with those of the last iteration will do: see body_lag.cpp.
+    bool may_lag = false;
     bool explain = true; ///< why a step is refused, which takes time
     /// Set from outside, it ends the step as not accepted; none if null.
     const std::atomic<bool>* stop = nullptr;
@@ -66,6 +69,8 @@ struct BodyStepReport {
     std::vector<BodyOverlap> overlaps; ///< all of them
     double error = 0, threshold = 0, penetration = 0, cone = 0;
     int worst = -1;
+    /// How far contacts are from those at the end of the step, relative: 0 but where those jump.
+    double lag = 0;
     std::vector<double> errors;       ///< of each iteration, where one is not enough
     std::vector<std::string> remarks; ///< e.g. modes that nothing controls
     double friction = 0;              ///< work that friction took [J]

@@ -54,6 +54,10 @@ private:
     bool all_in_matrix() const;
     void find();
     void follow_contacts();
+    // body_lag.cpp
+    void hold_lost(const BodyContacts& before, std::span<const double> moved_before);
+    bool freeze();
+    bool lags_little();
     Vec3 moved(const BodyContact& c) const;
     Vec3 common_place(int c) const;
     bool solve();
@@ -117,7 +121,19 @@ private:
 
     void find_at_start();
 
-    BodyContacts list_, at_start_;
+    BodyContacts list_, list_before_, at_start_;
+    /// A contact that came and went, as it was found.
+    struct HeldContact {
+        BodyContact contact;
+        std::vector<StencilEntry> a, b;
+        double moved = 0;          ///< along its normal, then [m]
+        std::optional<Vec3> along; ///< across it, when it was lost [m]
+    };
+    std::map<BodySystem::Key, HeldContact> stays_;
+    std::map<BodySystem::Key, int> lost_; ///< how often contacts with a force were
+    bool frozen_ = false, measuring_ = false; ///< contacts stay as found; are found all the same
+    int freezes_ = 0;
+    double lag_ = 0;
     std::vector<BodyOverlap> overlaps_; ///< at the last iterate that was measured
     int rounds_ = 0;                    ///< of rows added to it
     bool again_ = false;                ///< rows were added to a step that finds contacts once
@@ -150,6 +166,7 @@ private:
     Eigen::VectorXd r_;
     std::vector<Eigen::VectorXd> body_force_;
     std::map<BodySystem::Key, Vec3> force_;               ///< in space; of a coupling in x
+    std::map<BodySystem::Key, Vec3> friction_;            ///< of the accepted step at rest, in space
     std::map<BodySystem::Key, Vec3> motion_;              ///< u of the solved rows, in their frames
     std::map<BodySystem::Key, double> firm_;              ///< of solids that rods touch [N/m]
     std::map<BodySystem::Key, bool> sticks_;              ///< of rods

@@ -1,7 +1,6 @@
 #include "solver/step/run_summary.hpp"
 
 #include <algorithm>
-#include <fmt/format.h>
 #include <string>
 
 namespace amontons {
@@ -34,16 +33,6 @@ void add_step(RunSummary& summary, const StepRecord& step)
     summary.worst_cone_violation =
         std::max(summary.worst_cone_violation, step.certificate.worst_cone_violation);
     if (!step.certificate.certified) ++summary.uncertified_steps;
-}
-
-std::string energy_gain(const EnergyRecord& energy, double kinetic_start)
-{
-    constexpr double kOfInput = 0.01;
-    const double input = kinetic_start + energy.work_absolute;
-    if (!(-energy.released > kOfInput * input)) return "";
-    return fmt::format("the energy has grown by {:.3g} J without a cause, from an input of {:.3g} J; "
-                       "shorter steps gain less",
-                       -energy.released, input);
 }
 
 void save_summary(const RunSummary& summary, ByteWriter& out)

@@ -5,6 +5,7 @@
 #include "mesh/base/phase_timer.hpp"
 #include "mesh/bounding_tree.hpp"
 #include "solver/step/coaxial.hpp"
+#include "solver/step/energy_balance.hpp"
 #include "solver/step/run_summary.hpp"
 #include "solver/step/soft_vessel.hpp"
 #include "solver/step/wire_build.hpp"
@@ -188,11 +189,13 @@ bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refu
             summary.snaps.push_back({step + 1, t, wire_depth(wires[w].wire), r.released});
         }
     }
-    energy.elastic = energy.kinetic = 0;
+    energy.elastic = energy.kinetic = energy.elastic_start = 0;
     for (const WireHistory& k : history) {
-        energy.elastic += k.elastic - k.elastic_start;
+        energy.elastic += k.elastic;
+        energy.elastic_start += k.elastic_start;
         energy.kinetic += k.kinetic;
     }
+    follow(energy);
     time = t;
     ++step;
     return true;
@@ -386,7 +389,15 @@ RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& 
         sum.status = status;
         sum.message = std::move(message);
         s.finish(sum);
-        return sum;
+        RunSummary whole = sum; // a run that goes on says it at its own end
+        double size = 0;
+        for (const WireBody& b : s.wires)
+            size = std::max(size, b.wire.material.length);
+        const bool dynamic = s.wires[0].motion.dynamic;
+        if (std::string told = energy_warning(s.energy, {s.scene.accuracy.contact, size, dynamic});
+            !told.empty())
+            whole.warnings.push_back(std::move(told));
+        return whole;
     };
     const auto observe = [&](StepRecord r) {
         sum.seconds.free_motion += r.phases.free_motion;
@@ -415,6 +426,8 @@ RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& 
             if (!r.accepted) return finish("failed", "the initial state: " + r.refusal);
             WireHistory& h = s.history[s.first_of(g)];
             h.elastic = h.elastic_start = r.energy.elastic;
+            s.energy.elastic += h.elastic;
+            s.energy.elastic_start += h.elastic;
             if (k == 0) first = r;
         }
         s.started = true;
@@ -457,6 +470,8 @@ RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& 
         add_step(sum, r);
         s.contacts_sum += double(r.contacts.size());
         ++s.contact_steps;
+        for (const ContactRecord& c : r.contacts)
+            s.energy.largest_force = std::max(s.energy.largest_force, c.force.norm());
         observe(r);
     }
     return finish("done", "");

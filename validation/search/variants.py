@@ -191,8 +191,26 @@ TET_FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))
 TET_EDGES = {(0, 1): 4, (1, 2): 5, (0, 2): 6, (0, 3): 7, (1, 3): 8, (2, 3): 9}
 
 
+def curved_triangles(p, parts=4):
+    """A face of six nodes, three of them between the corners, as flat triangles, so many along each side."""
+
+    def place(i, j):
+        b, c = i / parts, j / parts
+        a = 1 - b - c
+        weights = (a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * a * c)
+        return tuple(sum(w * x for w, x in zip(weights, axis)) for axis in zip(*p))
+
+    triangles = []
+    for i in range(parts):
+        for j in range(parts - i):
+            triangles.append((place(i, j), place(i + 1, j), place(i, j + 1)))
+            if i + j < parts - 1:
+                triangles.append((place(i + 1, j), place(i + 1, j + 1), place(i, j + 1)))
+    return triangles
+
+
 def surface_triangles(file):
-    """Triangles of a body's surface in a frame, each three points; curved faces by four triangles."""
+    """Triangles of a body's surface in a frame, each three points; curved faces by sixteen."""
     arrays = arrays_of(file)
     flat = arrays["points"]
     points = [flat[i:i + 3] for i in range(0, len(flat), 3)]
@@ -218,7 +236,7 @@ def surface_triangles(file):
             middle = tuple(sum(x) / 4 for x in zip(*p))
             triangles += [(a, b, middle) for a, b in zip(p, p[1:] + p[:1])]
         elif len(p) == 6:
-            triangles += [(p[0], p[3], p[5]), (p[1], p[4], p[3]), (p[2], p[5], p[4]), (p[3], p[4], p[5])]
+            triangles += curved_triangles(p)
         else:
             triangles.append(tuple(p))
     return triangles

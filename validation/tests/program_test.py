@@ -399,7 +399,7 @@ class Output(Case):
                               "worst_cone_violation", "uncertified_steps"},
                              set(report["certificate"]))
         self.assertEqual(set(report["energy"]), {"work", "work_absolute", "elastic", "kinetic",
-                         "friction", "released", "error"})
+                         "elastic_start", "kinetic_start", "friction", "released", "error"})
         self.assertIn("branch", report["quantities"])
         self.assertEqual(report["status"], "done")
         self.assertNotIn("\r", result.stderr)  # no bar in a log

@@ -1,0 +1,97 @@
+#include "solver/step/tests/body_runs.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+
+// Steps at rest in which contacts come and go, or their normals jump: body_lag.cpp. And energy that
+// does not close: energy_balance.cpp.
+
+using namespace amontons;
+
+TEST_CASE("a ball as large as the faces that it presses is held wherever it stands")
+{
+    // Faces of 1.8 half-widths of the contact: between 0.85 and 2.5 times the force of a fine mesh.
+    const double depth = 0.03, fine = 2604; // [regression] 30 x 30 x 15 cells; a half-space: 2407 N
+    for (const auto& [x, y] : {std::pair(0.013, 0.011), std::pair(0.0, 0.0), std::pair(0.05, 0.05),
+                               std::pair(0.031, 0.002), std::pair(0.05, 0.013)}) {
+        CAPTURE(x);
+        CAPTURE(y);
+        const Result r = run(fmt::format(R"("bodies": {{
+            "ball": {{"kind": "rigid", "shape": {{"generate": "ball", "radius": 0.1}}, "start": {{"place": [{}, {}, 0.1]}},
+                      "drive": {{"x": 0, "y": 0, "z": [[0, 0], [1, {}]]}}}},
+            "block": {{"kind": "solid", "mesh": {{"generate": "box", "size": [1, 1, 0.5], "cells": [10, 10, 5],
+                       "element": "H8", "centre": [0, 0, -0.25]}}, "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+                       "hold": [{{"set": "z_min"}}]}}}},
+            "contact": [{{"between": ["ball", "block"]}}],
+            "time": {{"kind": "quasi_static", "step": 0.1, "end": 1}})",
+                                         x, y, -depth));
+        REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+        double before = 0;
+        for (std::size_t i = 1; i < r.records.size(); ++i) {
+            const double force = -r.value("block_on_ball_force_z", i); // of the ball on the block
+            CHECK(force > before);
+            before = force;
+        }
+        CHECK(before > 0.85 * fine);
+        CHECK(before < 2.5 * fine);
+        CHECK(std::abs(r.summary.energy.error()) < 0.02 * r.summary.energy.work);
+    }
+}
+
+TEST_CASE("a rigid box that is pressed into faces of T10 and slid ends on the cone of friction" *
+          doctest::test_suite("slow"))
+{
+    const Result r = run(R"("bodies": {
+        "bed": {"kind": "solid", "mesh": {"generate": "box", "size": [0.12, 0.1, 0.05], "cells": [6, 5, 3], "element": "T10"},
+                "hold": [{"set": "z_min"}], "youngs_modulus": 1e4, "poisson_ratio": 0.4, "motion": "corotational"},
+        "tool": {"kind": "rigid", "shape": {"generate": "box", "size": [0.05, 0.05, 0.03]},
+                 "start": {"place": [0, 0, 0.0402]},
+                 "drive": {"z": [[0, 0], [0.5, -0.002322]], "x": [[0.5, 0], [1, 0.002443]]}}},
+        "contact": [{"between": ["tool", "bed"], "friction": 0.1}],
+        "time": {"kind": "quasi_static", "step": 0.1, "end": 1})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    const Vec3 force = r.vector("bed_on_tool_force");
+    CHECK(std::abs(force.x()) > 0.05 * std::abs(force.z()));
+    CHECK(std::abs(force.x()) <
+          0.2 * std::abs(force.z())); // beside friction, what stands before the edge
+    CHECK(std::abs(r.summary.energy.error()) < 0.05 * r.summary.energy.work);
+}
+
+TEST_CASE("a force that sets in within a step: shorter steps close the energy, and that is told")
+{
+    // The box meets the plane after nine tenths of the way: the trapezoid rule takes F d / 2 for a
+    // tenth of it.
+    const Result r =
+        run(R"("bodies": {"plane": {"kind": "obstacle", "surface": {"generate": "plane"}},
+        "box": {"kind": "solid", "mesh": {"generate": "box", "size": [0.1, 0.1, 0.1], "cells": [2, 2, 2], "element": "H8"},
+                "start": {"place": [0, 0, 0.059]}, "youngs_modulus": 1e6, "poisson_ratio": 0,
+                "hold": [{"set": "z_max", "x": 0, "y": 0, "z": [[0, 0], [1, -0.01]]}]}},
+        "contact": [{"between": ["box", "plane"]}], "time": {"kind": "quasi_static", "step": 1, "end": 1})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    const EnergyRecord& e = r.summary.energy;
+    CHECK(e.elastic ==
+          doctest::Approx(0.5 * 1e6 * 0.01 / 0.1 * 1e-6).epsilon(1e-6)); // EA d^2 / 2 L
+    CHECK(r.value("box_on_plane_force_z") == doctest::Approx(100).epsilon(1e-6));
+    CHECK(std::abs(e.error()) < 0.1 * e.scale());
+    CHECK(r.records.size() > 2);
+    bool told = false;
+    for (const StepRecord& s : r.records)
+        told |= s.remark.find("energy") != std::string::npos;
+    CHECK(told);
+}
+
+TEST_CASE("a friction that a scene has none of takes no work")
+{
+    // Normals turn while the roller is pressed in: their forces are no friction.
+    const Result r = run(R"("bodies": {
+        "ball": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.1}, "start": {"place": [0.013, 0.011, 0.1]},
+                  "drive": {"x": [[0, 0], [1, 0], [2, 0.05]], "y": 0, "z": [[0, 0], [1, -0.02]]}},
+        "block": {"kind": "solid", "mesh": {"generate": "box", "size": [0.5, 0.5, 0.25], "cells": [10, 10, 5],
+                   "element": "H8", "centre": [0, 0, -0.125]}, "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+                   "hold": [{"set": "z_min"}]}},
+        "contact": [{"between": ["ball", "block"]}],
+        "time": {"kind": "quasi_static", "step": 0.2, "end": 2})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    CHECK(std::abs(r.summary.energy.friction) < 1e-9 * r.summary.energy.work_absolute);
+    CHECK(r.value("block_on_ball_force_z") < -0.85 * 1310); // Hertz 1882, of a half-space
+}
