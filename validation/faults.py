@@ -50,6 +50,26 @@ SCENES = {
         "contact": [{"between": ["*", "*"], "friction": 0.4}],
         "gravity": [0, 0, -9.81],
         "time": {"kind": "dynamic", "step": 0.002, "end": 0.4}},
+    "pressed": {
+        "schema": 1,
+        "bodies": {"plane": PLANE, "beam": {
+            "kind": "solid", "density": 1000, "material": {"law": "neo_hooke", "youngs_modulus": 1e5, "poisson_ratio": 0.2},
+            "mesh": {"generate": "box", "size": [0.2, 0.06, 0.04], "cells": [6, 2, 2], "element": "H8"},
+            "start": {"place": [0, 0, 0.0215]}, "hold": [{"set": "x_min"}],
+            "loads": [{"set": "z_max", "pressure": [[0, 0], [1, 185]]},
+                      {"set": "x_max", "traction": [85, -74, -8], "over": [[0, 0], [1, 1]]}]}},
+        "contact": [{"between": ["beam", "plane"], "friction": 0.1}],
+        "gravity": [0, 0, -9.81],
+        "time": {"step": 0.01, "end": 1}},
+    "turned": {
+        "schema": 1,
+        "bodies": {"plane": PLANE, "beam": {
+            "kind": "solid", "youngs_modulus": 1e7, "poisson_ratio": 0.45, "motion": "corotational",
+            "mesh": {"generate": "box", "size": [0.2, 0.06, 0.04], "cells": [6, 2, 2], "element": "T10"},
+            "start": {"place": [0, 0, 0.023]}, "hold": [{"set": "x_min"}],
+            "loads": [{"set": "x_max", "traction": [0, 0, -3000], "over": [[0, 0], [1, 1]]}]}},
+        "contact": [{"between": ["beam", "plane"], "friction": 0.5}],
+        "time": {"step": 0.01, "end": 1}},
 }
 
 

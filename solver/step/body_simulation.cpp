@@ -194,7 +194,7 @@ bool BodySimulation::State::advance_path()
     const double before = time;
     while (true) {
         const int iterations = rod.path_step(path_length, scene.time.step, scene.time.end,
-                                             scene.accuracy.contact, time);
+                                             scene.accuracy.contact, scene.gravity, time);
         last = {};
         last.iterations = last.factorisations = iterations;
         if (iterations > 0) {
