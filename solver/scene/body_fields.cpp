@@ -92,6 +92,7 @@ ObjectDeclaration declare_material()
             f.allowed.lower = c.lower;
             f.allowed.above = c.above;
             if (c.upper != 0) f.allowed.upper = c.upper;
+            f.allowed = within_limits(f.allowed, f.unit);
             f.member = member[i];
             v.fields.push_back(required(std::move(f)));
         }

@@ -7,6 +7,7 @@
 #include "solver/scene/rod_fields.hpp"
 #include "solver/scene/section_layers.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
 #include <numbers>
 
@@ -416,7 +417,7 @@ ObjectDeclaration declare_accuracy()
 {
     using A = AccuracyInput;
     return {"Accuracy",
-            {field<&A::contact>("contact", "", above(0, 0.1),
+            {field<&A::contact>("contact", "", between(1e-16, 0.1),
                                 "Relative error of forces and gaps at the end of a step."),
              choice({"auto", "nsgs", "anderson", "uzawa", "newton", "path"},
                     text<&A::solver>("solver", "Of the contact problems of solids and rigid "
@@ -524,7 +525,9 @@ std::string allowed_in_words(const FieldDeclaration& field)
     if (lower && a.lower == a.upper)
         range = fmt::format("{}", a.lower);
     else {
-        if (lower) range = fmt::format("{} {:.7g}", a.above ? ">" : ">=", a.lower);
+        if (lower)
+            range = fmt::format("{}{} {:.7g}", a.least > 0 ? "0, or " : "",
+                                a.above ? ">" : ">=", std::max(a.lower, a.least));
         if (upper) range += fmt::format("{}<= {:.7g}", lower ? " and " : "", a.upper);
     }
     switch (field.type) {

@@ -36,6 +36,7 @@ struct Allowed {
     double lower = -std::numeric_limits<double>::infinity();
     double upper = std::numeric_limits<double>::infinity();
     bool above = false;   ///< the lower bound itself is not allowed
+    double least = 0;     ///< what is not 0 is at least this large, of a lower bound of 0
     bool nonzero = false; ///< of a vector: it must have a direction
 };
 

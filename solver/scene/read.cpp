@@ -6,6 +6,7 @@
 #include "solver/scene/fields.hpp"
 #include "solver/scene/instruments.hpp"
 #include "solver/scene/json_input.hpp"
+#include "solver/scene/limits.hpp"
 #include "solver/scene/tapers.hpp"
 
 #include <algorithm>
@@ -19,7 +20,8 @@ namespace {
 
 bool inside(double v, const Allowed& a)
 {
-    return std::isfinite(v) && (a.above ? v > a.lower : v >= a.lower) && v <= a.upper;
+    return std::isfinite(v) && (a.above ? v > a.lower : v >= a.lower) && v <= a.upper &&
+           (v == 0 || v >= a.least || a.least == 0);
 }
 
 /// Fills a Scene from JSON and collects what is wrong on the way.
@@ -108,10 +110,17 @@ void Reader::curve(const Json& json, const FieldDeclaration& f, const std::strin
             continue;
         }
         const double t = p[0].get<double>();
-        if (!points.empty() && !(t > points.back()[0]))
+        const UnitLimits times = limits_of(f.over_unit);
+        const std::string unit = f.over_unit.empty() ? "" : " [" + f.over_unit + "]";
+        if (!(std::abs(t) <= times.most))
             wrong(here, fmt::format("{} {}", f.over, t),
-                  fmt::format("> {}{}, the {} before it", points.back()[0],
-                              f.over_unit.empty() ? "" : " [" + f.over_unit + "]", f.over));
+                  fmt::format("a {} >= {} and <= {}{}", f.over, -times.most, times.most, unit));
+        else if (!points.empty() && t > points.back()[0] && t - points.back()[0] < times.least)
+            wrong(here, fmt::format("{} {}", f.over, t),
+                  fmt::format(">= {}{} after the {} before it", times.least, unit, f.over));
+        else if (!points.empty() && !(t > points.back()[0]))
+            wrong(here, fmt::format("{} {}", f.over, t),
+                  fmt::format("> {}{}, the {} before it", points.back()[0], unit, f.over));
         double v = 0;
         FieldDeclaration value = f;
         value.type = FieldType::number;
@@ -226,7 +235,7 @@ void Reader::fields(const Json& json, const ObjectDeclaration& declaration,
     for (const auto& item : json.items()) {
         const std::string& name = item.key();
         const Json& value = item.value();
-        if (name == declaration.discriminator || name == "$schema") continue;
+        if ((name == declaration.discriminator && !name.empty()) || name == "$schema") continue;
         const auto f = std::find_if(known.begin(), known.end(),
                                     [&](const FieldDeclaration* k) { return k->name == name; });
         if (f != known.end()) {

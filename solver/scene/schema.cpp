@@ -46,6 +46,12 @@ void limits(JsonText& out, const FieldDeclaration& f)
     const Allowed& a = f.allowed;
     if (std::isfinite(a.lower)) out.member(a.above ? "exclusiveMinimum" : "minimum", a.lower);
     if (std::isfinite(a.upper)) out.member("maximum", a.upper);
+    if (a.least > 0) // 0, or no less
+        out.key("not")
+            .open('{')
+            .member("exclusiveMinimum", 0)
+            .member("exclusiveMaximum", a.least)
+            .close('}');
 }
 
 void number_schema(JsonText& out, const FieldDeclaration& f)

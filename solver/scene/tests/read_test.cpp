@@ -135,9 +135,9 @@ TEST_CASE("each wrong value is reported with its place and what is allowed")
     CHECK(bad("\"friction\"", "\"frction\"") ==
           "s.json: /contact/0: found field \"frction\", allowed: \"friction\" (nearest name)");
     CHECK(bad("\"radius\": 0.004", "\"radius\": -0.004") ==
-          "s.json: /bodies/tube/surface/radius: found -0.004, allowed: a number > 0 [m]");
+          "s.json: /bodies/tube/surface/radius: found -0.004, allowed: a number >= 1e-09 and <= 1e+09 [m]");
     CHECK(has(bad("\"friction\": 0.1", "\"friction\": -0.1"),
-              "/contact/0/friction: found -0.1, allowed: a number >= 0"));
+              "/contact/0/friction: found -0.1, allowed: a number 0, or >= 1e-12 and <= 1e+12"));
     CHECK(
         has(bad("\"friction\": 0.1", "\"friction\": \"0.1\""), "found \"0.1\", allowed: a number"));
     CHECK(has(bad("\"EI\": 5.2e-4", "\"EI\": [1, 2, 3]"),
