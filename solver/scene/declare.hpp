@@ -87,6 +87,14 @@ template <auto kMember> FieldDeclaration text(std::string name, std::string doc)
     return field<kMember>(std::move(name), "", {}, std::move(doc));
 }
 
+/// A text that is longer than a name may be: of a file, a title.
+template <auto kMember> FieldDeclaration long_text(std::string name, std::string doc)
+{
+    FieldDeclaration f = text<kMember>(std::move(name), std::move(doc));
+    f.longest = 4000;
+    return f;
+}
+
 template <auto kMember>
 FieldDeclaration object(std::string name, const ObjectDeclaration& fields, std::string doc)
 {

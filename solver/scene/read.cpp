@@ -2,6 +2,7 @@
 
 #include "mesh/base/error.hpp"
 #include "mesh/base/file.hpp"
+#include "mesh/base/utf8.hpp"
 #include "solver/scene/consistency.hpp"
 #include "solver/scene/fields.hpp"
 #include "solver/scene/instruments.hpp"
@@ -22,6 +23,12 @@ bool inside(double v, const Allowed& a)
 {
     return std::isfinite(v) && (a.above ? v > a.lower : v >= a.lower) && v <= a.upper &&
            (v == 0 || v >= a.least || a.least == 0);
+}
+
+/// Of texts that become parts of messages, columns and paths.
+bool is_name(const std::string& text, std::size_t longest)
+{
+    return text.size() <= longest && is_printable(text);
 }
 
 /// Fills a Scene from JSON and collects what is wrong on the way.
@@ -181,12 +188,15 @@ void Reader::field(const Json& json, const FieldDeclaration& f, void* member,
                              (near.empty() ? "" : " (nearest: " + quoted_text(near) + ")"));
         }
         if (f.required && text.empty()) return wrong(place, "\"\"", "a text that is not empty");
+        if (!is_name(text, f.longest)) return refuse();
         *static_cast<std::string*>(member) = text;
         return;
     }
     case FieldType::two_names: {
         if (!json.is_array() || json.size() != 2 || !json[0].is_string() || !json[1].is_string())
             return refuse();
+        for (const Json& name : json)
+            if (!is_name(name.get_ref<const std::string&>(), f.longest)) return refuse();
         *static_cast<std::array<std::string, 2>*>(member) = {json[0].get<std::string>(),
                                                              json[1].get<std::string>()};
         return;
@@ -313,11 +323,15 @@ void Reader::bodies(const Json& json, const ObjectDeclaration& body, const std::
         return wrong(place, json.is_object() ? "no body" : shown(json), "at least one named body");
     for (const auto& [name, value] : json.items()) {
         const std::string here = place + "/" + name;
-        const bool plain = !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
-            return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
-        });
+        constexpr std::size_t kLongest = 100; // with what files add, file systems take it
+        const bool plain =
+            !name.empty() && name.size() <= kLongest &&
+            std::all_of(name.begin(), name.end(), [](char c) {
+                return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
+            });
         if (!plain) { // names become parts of paths and of files
-            wrong(here, "body " + quoted_text(name), "a name of letters, digits, _ and -");
+            wrong(here, "body " + quoted_text(name),
+                  "a name of letters, digits, _ and -, of at most 100");
             continue;
         }
         if (name == "contacts") { // the contact points are written under this name
@@ -334,6 +348,20 @@ void Reader::bodies(const Json& json, const ObjectDeclaration& body, const std::
             continue;
         }
         fields(value, body, variant, variant->append(scene_, name), here);
+    }
+}
+
+/// Every text of a JSON document.
+void collect_texts(const std::string& json, std::vector<std::string>& texts)
+{
+    for (std::size_t i = 0; i < json.size(); ++i) {
+        if (json[i] != '"') continue;
+        std::string text;
+        for (++i; i < json.size() && json[i] != '"'; ++i) {
+            if (json[i] == '\\' && i + 1 < json.size()) ++i;
+            text += json[i];
+        }
+        texts.push_back(text);
     }
 }
 
@@ -375,6 +403,22 @@ Scene parse_scene(std::string_view text, const std::string& file,
 Scene read_scene(const std::string& file, const std::vector<std::string>& overrides)
 {
     return parse_scene(read_file(file), file, overrides);
+}
+
+std::vector<NamedFile> named_files(const Scene& scene)
+{
+    std::vector<std::string> texts;
+    std::vector<NamedFile> files;
+    collect_texts(resolved_scene(scene), texts);
+    for (const std::string& t : texts) {
+        const std::string path = beside(scene, t);
+        std::error_code error;
+        if (!t.empty() && std::filesystem::is_regular_file(path, error) &&
+            std::none_of(files.begin(), files.end(),
+                         [&](const NamedFile& f) { return f.name == t; }))
+            files.push_back({t, path});
+    }
+    return files;
 }
 
 std::string beside(const Scene& scene, const std::string& file)

@@ -239,8 +239,7 @@ StepRecord BodySimulation::State::record(double h, double seconds)
     if (dynamic()) { // the laws of its steps are of velocities: where gaps ended, instead
         out.certificate.worst_penetration = 0;
         for (const BodyContact& k : last.contacts.contact)
-            out.certificate.worst_penetration =
-                std::max(out.certificate.worst_penetration, -k.gap);
+            out.certificate.worst_penetration = std::max(out.certificate.worst_penetration, -k.gap);
     }
     out.certificate.worst_cone_violation = last.cone;
     if (const BodyOverlap& o = last.overlap; o.depth > 0) {
@@ -313,6 +312,11 @@ BodySimulation::BodySimulation(const Scene& scene, std::vector<Obstacle> obstacl
 }
 
 BodySimulation::~BodySimulation() = default;
+
+void BodySimulation::prepare()
+{
+    state_->make_ready();
+}
 
 RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& stop)
 {
