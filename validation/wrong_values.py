@@ -31,6 +31,47 @@ WRONG = [
     "[1e-9, 1e9]", "[[0, 0], [1, 1e30]]", "[[0, 0], [1, 1e9]]", "[[0, 1], [1e-9, 1e-9]]", "[[1, 1], [0, 0]]", "[" * 5000 + "]" * 5000,
     "{}", '{"": 1}', '{"file": "nowhere"}', "{" + '"a": {' * 3000 + "}" * 3000 + "}",
 ]
+# What no example has: couplings, walls as solids, laws, drives, loads, a path, layers.
+HOLD = [{"set": "start"}]
+MORE = {
+    "coupled": {"bodies": {
+        "wall": {"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3, "density": 1000, "mass_damping": 0.1,
+                 "stiffness_damping": 1e-4, "mesh": {"generate": "tube", "centreline": {"pieces": [{"length": 0.1}]}, "radius": 0.01,
+                                                    "thickness": 0.002, "around": 8, "along": 4, "through": 1, "element": "H8"}, "hold": HOLD},
+        "tissue": {"kind": "solid", "density": 1000, "start": {"place": [0.3, 0, 0], "turn": [0, 0, 0.1], "velocity": [0, 0, 1]},
+                   "material": {"law": "guccione", "c": 2000, "bf": 8, "bt": 2, "bfs": 4, "bulk_modulus": 5e4, "fibre": [1, 0, 0]},
+                   "mesh": {"generate": "cylinder", "radius": 0.02, "length": 0.05, "around": 4, "along": 2, "element": "H8"},
+                   "loads": [{"set": "end", "traction": [0, 0, 10], "over": [[0, 0], [1, 1]]}, {"set": "outer", "pressure": 5}]},
+        "arm": {"kind": "rigid", "density": 1000, "shape": {"generate": "cylinder", "radius": 0.01, "length": 0.1, "points": 4},
+                "start": {"place": [0.5, 0, 0]}, "force": [0, 0, 1], "torque": [0, 0.01, 0], "over": [[0, 0], [1, 1]]},
+        "crank": {"kind": "rigid", "mass": 1, "inertia": [1e-3, 1e-3, 1e-3], "shape": {"generate": "box", "size": [0.05, 0.05, 0.05]},
+                  "start": {"place": [0.7, 0, 0]}, "drive": {"x": [[0, 0], [1, 0.01]], "axis": [0, 0, 1], "angle": [[0, 0], [1, 1]]}}},
+        "couplings": [{"kind": "hinge", "between": ["arm", "crank"], "at": [0.6, 0, 0], "axis": [0, 1, 0]},
+                      {"kind": "spring", "between": ["tissue", "world"], "at": [0.3, 0, 0.05], "to": [0.3, 0, 0.1], "stiffness": 10,
+                       "length": 0.04}],
+        "contact": [{"between": ["*", "*"], "friction": 0.3, "restitution": 0.5}], "gravity": [0, 0, -9.81],
+        "time": {"kind": "dynamic", "step": 0.001, "end": 0.003, "rule": "generalised_alpha", "spectral_radius": 0.8}},
+    "rods": {"bodies": {
+        "floor": {"kind": "obstacle", "surface": {"generate": "plane", "centre": [0, 0, -0.002]}},
+        "rod": {"kind": "rod", "shape": {"points": [{"at": [0, 0, 0]}, {"at": [0.2, 0, 0]}]}, "drag": 0.1, "contact_spacing": 0.01,
+                "segments": [{"length": 0.2, "radius": 0.001, "element": 0.02, "layers": [
+                    {"inner_radius": 0.0005, "outer_radius": 0.001, "youngs_modulus": 1e9, "poisson_ratio": 0.3},
+                    {"inner_radius": 0.0003, "outer_radius": 0.0005, "youngs_modulus": 1e9, "pitch": 0.001}]}],
+                "hold": [{"set": "start", "x": [[0, 0], [1, 0.01]], "y": 0, "z": 0}],
+                "loads": [{"set": "end", "force": [0, 0, -0.01], "moment": [0, 0.001, 0], "over": [[0, 0], [1, 1]]},
+                          {"set": "all", "line": [0, 0.01, 0]}]}},
+        "contact": [{"between": ["rod", "floor"], "friction": 0.2}], "time": {"step": 0.1, "end": 0.3, "smallest_step": 0.01}},
+    "pressed": {"bodies": {
+        "floor": {"kind": "obstacle", "surface": {"generate": "cylinder", "centre": [0, 0, -0.1], "axis": [0, 1, 0], "radius": 0.08}},
+        "block": {"kind": "solid", "motion": "corotational", "youngs_modulus": 1e5, "poisson_ratio": 0.4,
+                  "mesh": {"generate": "box", "size": [0.1, 0.1, 0.04], "cells": [3, 2, 2], "grading": [1, 2, 1], "element": "T10"},
+                  "hold": [{"set": "z_max", "x": 0, "y": 0, "z": [[0, 0], [1, -0.01]]}],
+                  "loads": [{"set": "x_max", "pressure": [[0, 0], [1, 100]]}]},
+        "sack": {"kind": "solid", "material": {"law": "mooney_rivlin", "c1": 1e4, "c2": 1e3, "poisson_ratio": 0.4},
+                 "mesh": {"generate": "cylinder", "radius": 0.03, "length": 0.05, "centre": [0.3, 0, 0], "around": 4, "along": 2, "element": "H8"},
+                 "loads": [{"set": "end", "volume": [[0, 0], [1, 1e-7]]}], "hold": [{"set": "start"}]}},
+        "contact": [{"between": ["block", "floor"], "friction": 0.3, "reach": 0.01}], "time": {"step": 0.1, "end": 0.3}},
+}
 MEMORY = 6 << 30  # of addresses [bytes]
 MARK = "\0here\0"
 
@@ -77,6 +118,10 @@ class Attack:
             folder = self.work / name
             shutil.copytree(file.parent, folder)  # beside what it names
             self.scenes[name] = (folder, scene)
+
+        for name, scene in MORE.items():
+            (self.work / name).mkdir()
+            self.scenes[name] = (self.work / name, {"schema": 1, **scene})
 
     def cases(self, alike):
         seen = collections.Counter()

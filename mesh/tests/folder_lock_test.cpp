@@ -49,7 +49,7 @@ std::string refusal_of_another(const std::string& folder)
 
 } // namespace
 
-TEST_CASE("a folder is one process's; the next hears whose, and has it when that ends")
+TEST_CASE("a folder is of one process: the next hears whose, and has it when that ends")
 {
     const Folder folder;
     {
