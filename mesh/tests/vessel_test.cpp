@@ -245,6 +245,6 @@ TEST_CASE("a vessel of more triangles than fit is refused before they are made")
         CHECK_THROWS_AS(make_vessel(o), InputError);
     }
     VesselOptions thin = default_vessel();
-    thin.descending_diameter = {1e-9, 1e-9};
+    thin.descending_diameter[0] = thin.descending_diameter[1] = 1e-9;
     CHECK_THROWS_AS(make_vessel(thin), InputError);
 }
