@@ -392,16 +392,28 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         const double smallest = h / whole * s.smallest();
         if (reach - h < 1e-6 * s.scene.time.step) h = reach; // no sliver before a knot
         s.retries = 0;
+        const std::vector<std::byte> begun = save();
+        BodyStepReport before = std::move(s.last);
+        // Tries that end without a step leave marks in bodies and contacts: what is written then,
+        // and what --resume goes on from, is of the last step.
+        const auto take_back = [&] {
+            s.last = std::move(before);
+            RunSummary so_far = std::move(sum);
+            restore(begun);
+            sum = std::move(so_far);
+        };
         while (!s.advance(h)) {
-            if (stop) return finish("interrupted", "interrupted by the user");
+            if (stop) {
+                take_back();
+                return finish("interrupted", "interrupted by the user");
+            }
             if (h <= smallest * (1 + 1e-9)) {
                 if (s.may_snap() && !s.in_medium() && s.advance(h, true)) break;
-                return finish(
-                    "failed",
-                    fmt::format("step {} (t = {:.6g} s): {}{}", s.step + 1, s.time, s.last.refusal,
-                                s.retries == 0
-                                    ? ""
-                                    : fmt::format("; steps down to {:.3g} s were tried", h)));
+                const std::string why = fmt::format(
+                    "step {} (t = {:.6g} s): {}{}", s.step + 1, s.time, s.last.refusal,
+                    s.retries == 0 ? "" : fmt::format("; steps down to {:.3g} s were tried", h));
+                take_back();
+                return finish("failed", why);
             }
             h = std::max(0.5 * h, smallest);
             ++s.retries;

@@ -6,10 +6,12 @@
 #include "solver/scene/read.hpp"
 #include "solver/step/tests/keep.hpp"
 
+#include <chrono>
 #include <cstring>
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 #include <set>
+#include <thread>
 
 namespace amontons {
 namespace {
@@ -124,7 +126,8 @@ Bits bits_of(const RunSummary& s)
     return b;
 }
 
-void check_resumes(const std::string& rest)
+/// @param everywhere  after each of its steps; else after some
+void check_resumes(const std::string& rest, bool everywhere = false)
 {
     const Scene read =
         parse_scene("{\"schema\": 1, " + rest + "}", AMONTONS_SOURCE_DIR "/test.json", {});
@@ -142,7 +145,10 @@ void check_resumes(const std::string& rest)
     CHECK(end.status == "done"); // one that fails resumes as well
     const std::size_t steps = all.records.size();
     REQUIRE(steps >= 3);
-    for (const std::size_t at : std::set<std::size_t>{0, 1, steps / 3, steps / 2, steps - 2}) {
+    std::set<std::size_t> ends{0, 1, steps / 3, steps / 2, steps - 2};
+    for (std::size_t i = 0; everywhere && i + 1 < steps; ++i)
+        ends.insert(i);
+    for (const std::size_t at : ends) {
         CAPTURE(at);
         const auto second = made();
         second->restore(all.states[at]);
@@ -496,6 +502,82 @@ TEST_CASE("wires, nested instruments and vessels that give way go on from a save
                       material + R"(, "hold": [{"set": "start"}, {"set": "end"}],
             "loads": [{"set": "inner", "pressure": 200}]}, )" +
                       wire("wire", 4.445e-4, "") + "}, " + contact + quasi_static(0.1, 1));
+}
+
+TEST_CASE("a block that lands, slides and rocks goes on bit by bit after each of its steps")
+{
+    check_resumes(R"("bodies": {"plane": {"kind": "obstacle", "surface": {"generate": "plane"}},
+        "block": {"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3, "density": 1000,
+            "mesh": {"generate": "box", "size": [0.1, 0.1, 0.1], "cells": [3, 3, 3],
+                     "element": "H8"},
+            "start": {"place": [0, 0, 0.055], "velocity": [0.5, 0.1, 0]}}},
+        "contact": [{"between": ["block", "plane"], "friction": 0.3}],
+        "gravity": [0, 0, -9.81], "time": {"kind": "dynamic", "step": 0.002, "end": 0.1})",
+                  true);
+}
+
+namespace {
+
+/// Asks for an end while a step is tried, not between two: after some more looks at the flag.
+struct StopWithin : StepObserver {
+    std::int64_t at = 0;
+    std::atomic<bool> stop{false};
+    std::thread late;
+    void on_step(const StepRecord& r) override
+    {
+        if (r.step != at) return;
+        late = std::thread([this] {
+            std::this_thread::sleep_for(std::chrono::microseconds(200 * (at % 7)));
+            stop = true;
+        });
+    }
+    ~StopWithin() override
+    {
+        if (late.joinable()) late.join();
+    }
+};
+
+} // namespace
+
+TEST_CASE("a step that is interrupted leaves no mark in what is saved and told")
+{
+    // Steps of some milliseconds, which end as a run in the background says.
+    const Scene read =
+        parse_scene(fmt::format(R"({{"schema": 1, "bodies": {{{}, {}}}, {}, "contact": [
+            {{"between": ["block", "floor"], "friction": 0.4}}], {}}})",
+                                block("T10", kNeoHooke, R"("mass_damping": 0.1)", 1e-4), kPlane,
+                                kGravityDown, dynamic(1e-3, 0.03, kRules[1])),
+                    AMONTONS_SOURCE_DIR "/test.json", {});
+    const auto made = [&] { return make_simulation(read, build_obstacles(read)); };
+    const std::atomic<bool> never{false};
+    const auto whole = made();
+    Written all;
+    all.simulation = whole.get();
+    REQUIRE(whole->run(all, never).status == "done");
+    int interrupted = 0;
+    for (const std::int64_t at : {2, 4, 5, 8, 13, 20}) {
+        CAPTURE(at);
+        StopWithin part;
+        part.at = at;
+        const auto first = made();
+        const RunSummary ended = first->run(part, part.stop);
+        if (ended.status != "interrupted") continue; // a busy machine: the run was quicker
+        ++interrupted;
+        const auto steps = std::size_t(ended.steps);
+        CHECK(bits_of(all.records[steps], first->body_records())
+                  .first_difference(bits_of(all.records[steps], all.bodies[steps])) == "");
+        const auto second = made();
+        second->restore(first->save());
+        Written rest;
+        rest.simulation = second.get();
+        REQUIRE(second->run(rest, never).status == "done");
+        REQUIRE(rest.records.size() + steps + 1 == all.records.size());
+        for (std::size_t i = 0; i < rest.records.size(); ++i)
+            CHECK(bits_of(rest.records[i], rest.bodies[i])
+                      .first_difference(
+                          bits_of(all.records[steps + 1 + i], all.bodies[steps + 1 + i])) == "");
+    }
+    CHECK(interrupted > 0);
 }
 
 } // namespace amontons
