@@ -409,6 +409,10 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
             }
             if (h <= smallest * (1 + 1e-9)) {
                 if (s.may_snap() && !s.in_medium() && s.advance(h, true)) break;
+                if (stop) {
+                    take_back();
+                    return finish("interrupted", "interrupted by the user");
+                }
                 const std::string why = fmt::format(
                     "step {} (t = {:.6g} s): {}{}", s.step + 1, s.time, s.last.refusal,
                     s.retries == 0 ? "" : fmt::format("; steps down to {:.3g} s were tried", h));
