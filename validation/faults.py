@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Ends runs at random moments, by kill -9 and by a full disk, and resumes them.
+"""Ends runs at random moments, by kill -9, by a full disk and by signals that interrupt, and resumes them.
 
     validation/faults.py PROGRAM [--trials 200] [--seed 1] [--json FILE]
 
 After each fault every finished step must be readable and the undisturbed run's own; the resumed run must end with the same bytes as
-one that was never disturbed: history (but for its clocks), frames, results. Half of the trials are
-killed, up to three times in a row; half run on a disk of random size that is too small (a tmpfs in a
+one that was never disturbed: history (but for its clocks), frames, results. A third of the trials are
+killed, up to three times in a row, a third interrupted so (SIGTERM, SIGHUP, SIGINT); a third run on a disk of random size that is too small (a tmpfs in a
 namespace of its own; where that is not allowed, a limit on the size of each file), and are resumed on
 one that is large enough. Exit 1 if a trial fails, with the folder of what it left.
 """
@@ -16,6 +16,7 @@ import pathlib
 import random
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -50,6 +51,26 @@ SCENES = {
         "contact": [{"between": ["*", "*"], "friction": 0.4}],
         "gravity": [0, 0, -9.81],
         "time": {"kind": "dynamic", "step": 0.002, "end": 0.4}},
+    "pressed": {
+        "schema": 1,
+        "bodies": {"plane": PLANE, "beam": {
+            "kind": "solid", "density": 1000, "material": {"law": "neo_hooke", "youngs_modulus": 1e5, "poisson_ratio": 0.2},
+            "mesh": {"generate": "box", "size": [0.2, 0.06, 0.04], "cells": [6, 2, 2], "element": "H8"},
+            "start": {"place": [0, 0, 0.0215]}, "hold": [{"set": "x_min"}],
+            "loads": [{"set": "z_max", "pressure": [[0, 0], [1, 185]]},
+                      {"set": "x_max", "traction": [85, -74, -8], "over": [[0, 0], [1, 1]]}]}},
+        "contact": [{"between": ["beam", "plane"], "friction": 0.1}],
+        "gravity": [0, 0, -9.81],
+        "time": {"step": 0.01, "end": 1}},
+    "turned": {
+        "schema": 1,
+        "bodies": {"plane": PLANE, "beam": {
+            "kind": "solid", "youngs_modulus": 1e7, "poisson_ratio": 0.45, "motion": "corotational",
+            "mesh": {"generate": "box", "size": [0.2, 0.06, 0.04], "cells": [6, 2, 2], "element": "T10"},
+            "start": {"place": [0, 0, 0.023]}, "hold": [{"set": "x_min"}],
+            "loads": [{"set": "x_max", "traction": [0, 0, -3000], "over": [[0, 0], [1, 1]]}]}},
+        "contact": [{"between": ["beam", "plane"], "friction": 0.5}],
+        "time": {"step": 0.01, "end": 1}},
 }
 
 
@@ -86,7 +107,7 @@ def results_of(folder):
                                      "certificate")}
 
 
-def readable(folder, whole, least=0, killed=False):
+def readable(folder, whole, least=0, killed=False, interrupted=False):
     """What was finished before the fault can be read, and is how the undisturbed run began: (steps, has a
     checkpoint). At least `least` steps were there before."""
     history = history_of(folder, killed) if (folder / "history.csv").exists() else []
@@ -97,6 +118,8 @@ def readable(folder, whole, least=0, killed=False):
     for (collection, moment, file), data in frames_of(folder).items():
         if ".end." in file:
             continue  # where a run that gave up stood: the undisturbed one has none there
+        if interrupted and file not in by_name:
+            continue  # of the last step, which a run that is interrupted writes
         # What stands still is written anew with the last frame: until then its first file stands for it.
         last = (collection, moment, file.replace(".start.", ".end."))
         there = (collection, moment, file) in whole[1] or last in whole[1]
@@ -140,8 +163,8 @@ class Trials:
         size = sum(f.stat().st_size for f in folder.rglob("*") if f.is_file())
         self.whole[name] = (history_of(folder), frames_of(folder), results_of(folder), seconds, size)
 
-    def kill(self, name, folder):
-        """Up to three kills, each at a random moment of what is left."""
+    def kill(self, name, folder, signals=(signal.SIGKILL,)):
+        """Up to three ends, each at a random moment of what is left."""
         started = False
         for _ in range(self.random.randint(1, 3)):
             more = ["--resume"] if started else []
@@ -151,9 +174,18 @@ class Trials:
                 break  # it was quicker
             except subprocess.TimeoutExpired:
                 written = steps_written(folder)
-                process.kill()
+                how = self.random.choice(signals)
+                process.send_signal(how)
                 process.communicate()
-            _, started = readable(folder, self.whole[name], written, killed=True)
+                if how != signal.SIGKILL and process.returncode not in (0, 130, -how):
+                    raise AssertionError(f"exit code {process.returncode} after signal {how}")
+                if not (folder / "manifest.json").exists():  # before main
+                    continue
+            _, started = readable(folder, self.whole[name], written, True, how != signal.SIGKILL)
+            if how != signal.SIGKILL:
+                manifest = json.loads((folder / "manifest.json").read_text())
+                assert manifest["checkpoint"] == (folder / "checkpoint").exists(), "the manifest tells another checkpoint"
+                started = True  # where it says that there is none, --resume begins anew
         return started
 
     def fill(self, name, folder):
@@ -181,7 +213,8 @@ class Trials:
     def trial(self, name, kind):
         folder = self.work / "out"
         shutil.rmtree(folder, ignore_errors=True)
-        goes_on = (self.kill if kind == "kill -9" else self.fill)(name, folder)
+        goes_on = (self.fill(name, folder) if kind == "full disk" else self.kill(name, folder) if kind == "kill -9" else
+                   self.kill(name, folder, (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)))
         again = subprocess.run(self.command(name, folder, *(["--resume"] if goes_on else [])),
                                capture_output=True, text=True)
         assert again.returncode == 0, f"resumed: exit code {again.returncode}: {again.stderr.strip()}"
@@ -208,7 +241,7 @@ def main():
     counts = {}
     failures = []
     for i in range(a.trials):
-        name, kind = names[i // 2 % len(names)], ("kill -9", "full disk")[i % 2]
+        name, kind = names[i // 3 % len(names)], ("kill -9", "full disk", "signal")[i % 3]
         row = counts.setdefault((kind, name), {"trials": 0, "resumed": 0, "failed": 0})
         row["trials"] += 1
         try:

@@ -7,12 +7,12 @@
 #include <cstring>
 #include <exception>
 #include <fcntl.h>
+#include <memory>
 #include <new>
+#include <optional>
 #include <stdexcept>
-#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
-#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -59,7 +59,7 @@ bool write_all(int to, const char* data, std::size_t size)
                            double time)
 {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    for (const int s : {SIGINT, SIGTERM, SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGXCPU})
+    for (const int s : {SIGHUP, SIGINT, SIGTERM, SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGXCPU})
         std::signal(s, SIG_DFL); // a handler of the parent's must not run twice
     if (const int null = ::open("/dev/null", O_RDWR | O_CLOEXEC); null >= 0)
         for (const int stream : {0, 1, 2})
@@ -99,16 +99,41 @@ bool write_all(int to, const char* data, std::size_t size)
 
 Bytes in_child_process(const std::function<std::string()>& work, double memory, double time)
 {
-    const Descriptor file(::memfd_create("amontons", MFD_CLOEXEC));
-    if (file.get() < 0) throw std::runtime_error("no memory for the result of the reading");
+    // A pipe: a limit on the size of files is none of it.
+    int ends[2];
+    if (::pipe2(ends, O_CLOEXEC) != 0)
+        throw std::runtime_error(std::string("no process could be started: ") +
+                                 std::strerror(errno));
+    const Descriptor from(ends[0]);
+    std::optional<Descriptor> to(ends[1]);
     const pid_t child = ::fork();
     if (child < 0)
         throw std::runtime_error(std::string("no process could be started: ") +
                                  std::strerror(errno));
-    if (child == 0) be_child(file.get(), work, memory, time);
+    if (child == 0) be_child(to->get(), work, memory, time);
+    to.reset();
+    std::size_t room = std::size_t(1) << 16, size = 0;
+    std::unique_ptr<char, decltype(&std::free)> data(static_cast<char*>(std::malloc(room)),
+                                                     &std::free);
+    while (data) {
+        if (size + 1 >= room) { // one more for the end
+            room *= 2;
+            char* const more = static_cast<char*>(std::realloc(data.get(), room));
+            if (!more) break;
+            (void)data.release();
+            data.reset(more);
+        }
+        const ssize_t n = ::read(from.get(), data.get() + size, room - size - 1);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) break;
+        size += static_cast<std::size_t>(n);
+    }
+    const bool full = !data || size + 1 >= room;
+    if (full) ::kill(child, SIGKILL); // it waits for a reader
     int status = 0;
     while (::waitpid(child, &status, 0) < 0)
         if (errno != EINTR) throw std::runtime_error("the process of the reading was lost");
+    if (full) throw std::bad_alloc();
     if (WIFSIGNALED(status)) {
         const int s = WTERMSIG(status);
         if (s == SIGXCPU || s == SIGKILL)
@@ -116,28 +141,13 @@ Bytes in_child_process(const std::function<std::string()>& work, double memory, 
         throw std::runtime_error(std::string("the HDF5 library crashes on it (") + ::strsignal(s) +
                                  ")");
     }
-    struct stat state = {};
-    if (::fstat(file.get(), &state) != 0 || state.st_size < 1 || !WIFEXITED(status) ||
-        WEXITSTATUS(status) != 0)
+    if (size < 1 || !WIFEXITED(status) || WEXITSTATUS(status) != 0)
         throw std::runtime_error("the HDF5 library crashes on it");
-    Bytes bytes;
-    bytes.size = state.st_size - 1;
-    bytes.data = static_cast<char*>(std::malloc(static_cast<std::size_t>(bytes.size) + 1));
-    if (!bytes.data) throw std::bad_alloc();
-    char kind = 'n';
-    bool whole = ::pread(file.get(), &kind, 1, 0) == 1;
-    for (long done = 0; whole && done < bytes.size;) {
-        const ssize_t n = ::pread(file.get(), bytes.data + done,
-                                  static_cast<std::size_t>(bytes.size - done), done + 1);
-        if (n < 0 && errno == EINTR) continue;
-        whole = n > 0;
-        done += n;
-    }
-    bytes.data[bytes.size] = '\0';
-    if (whole && kind == 'y') return bytes;
-    const std::string message(bytes.data, whole ? static_cast<std::size_t>(bytes.size) : 0);
-    std::free(bytes.data);
-    throw std::runtime_error(whole ? message : "the result of the reading was lost");
+    const char kind = *data;
+    std::memmove(data.get(), data.get() + 1, size - 1);
+    data.get()[size - 1] = '\0';
+    if (kind != 'y') throw std::runtime_error(std::string(data.get(), size - 1));
+    return {data.release(), static_cast<long>(size - 1)};
 }
 
 } // namespace amontons::fclib_module

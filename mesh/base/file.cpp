@@ -138,15 +138,24 @@ std::string read_file(const std::string& path)
     return bytes;
 }
 
-void write_file(const std::string& path, std::string_view bytes, Flush flush)
-{
-    write_file(path, std::span(&bytes, 1), flush);
-}
-
-void write_file(const std::string& path, std::span<const std::string_view> parts, Flush flush)
+void drop_link(const std::string& path)
 {
     struct stat info {};
-    const bool exists = ::stat(path.c_str(), &info) == 0;
+    if (::lstat(path.c_str(), &info) == 0 && S_ISLNK(info.st_mode)) ::unlink(path.c_str());
+}
+
+void write_file(const std::string& path, std::string_view bytes, Flush flush, Links links)
+{
+    write_file(path, std::span(&bytes, 1), flush, links);
+}
+
+void write_file(const std::string& path, std::span<const std::string_view> parts, Flush flush,
+                Links links)
+{
+    struct stat info {};
+    const auto look = links == Links::follow ? ::stat : ::lstat;
+    bool exists = look(path.c_str(), &info) == 0;
+    if (exists && S_ISLNK(info.st_mode)) exists = false; // the rename takes its place
     if (exists && S_ISDIR(info.st_mode)) throw WriteError(path, "it is a folder");
     if (exists && !S_ISREG(info.st_mode)) { // a rename would replace the device itself
         Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
@@ -158,7 +167,8 @@ void write_file(const std::string& path, std::span<const std::string_view> parts
 
     std::error_code ignored; // a dangling or foreign link then fails below, with its reason
     fs::path target(path);
-    if (fs::is_symlink(target, ignored)) target = fs::weakly_canonical(target, ignored);
+    if (links == Links::follow && fs::is_symlink(target, ignored))
+        target = fs::weakly_canonical(target, ignored);
     const Temporary temporary = temporary_beside(target);
     Descriptor file(temporary.fd);
     if (!file.valid()) throw WriteError(path, reason(errno));

@@ -34,15 +34,25 @@ enum class Flush {
     to_system, ///< survives the end of this process, however it ends
 };
 
+/// What happens to a link where a file is to be written.
+enum class Links {
+    follow,  ///< it stays, and the file that it names is written
+    replace, ///< the file takes its place: what it names is not ours
+};
+
 /// Writes a file so that every reader sees all of the old one or all of the new one.
 ///
-/// A temporary file in the same folder, then a rename. A link stays a link; an existing file
-/// keeps its permissions. What is no ordinary file (/dev/stdout, a pipe) is written directly.
+/// A temporary file in the same folder, then a rename. An existing file keeps its permissions. What
+/// is no ordinary file (/dev/stdout, a pipe) is written directly.
 /// @throws WriteError  and leaves the old file as it was, without a temporary file beside it
-void write_file(const std::string& path, std::string_view bytes, Flush flush = Flush::to_disk);
+void write_file(const std::string& path, std::string_view bytes, Flush flush = Flush::to_disk,
+                Links links = Links::follow);
 /// The same from parts, one after the other: large arrays need not be copied together first.
 void write_file(const std::string& path, std::span<const std::string_view> parts,
-                Flush flush = Flush::to_disk);
+                Flush flush = Flush::to_disk, Links links = Links::follow);
+
+/// Takes a link away, whatever it names; anything else stays.
+void drop_link(const std::string& path);
 
 /// Makes a folder and its parents, if they are not there.
 /// @throws WriteError  if one is there but no folder, or cannot be made

@@ -8,6 +8,8 @@
 namespace amontons {
 namespace {
 
+constexpr int kDeepestMarkup = 64; // what copies values recurses
+
 using nlohmann::json;
 
 /// A value in the file and its JSON path.
@@ -159,7 +161,13 @@ Polyline parse_slicer_markups(std::string_view text, const std::string& file, do
     FileIssues issues(file);
     json document;
     try {
-        document = json::parse(text);
+        document = json::parse(text, [&](int depth, json::parse_event_t, json&) {
+            if (depth > kDeepestMarkup)
+                issues.fatal("",
+                             "values nested more than " + std::to_string(kDeepestMarkup) + " deep",
+                             "a markups file of 3D Slicer");
+            return true;
+        });
     } catch (const json::parse_error& e) {
         issues.fatal(line_and_column(text, e.byte), "broken JSON: " + std::string(e.what()),
                      "a markups file of 3D Slicer");

@@ -1,6 +1,7 @@
 #include "mesh/generate/vessel.hpp"
 
 #include "mesh/base/error.hpp"
+#include "mesh/format/text.hpp"
 #include "mesh/generate/trim_openings.hpp"
 #include "mesh/generate/vessel_shape.hpp"
 
@@ -221,6 +222,28 @@ struct VesselTriangles {
     Late<std::size_t> count;
 };
 
+/// What would take minutes and gigabytes is refused: mostly a length in another unit.
+/// @param edge  of the smallest triangles [m]
+/// @throws InputError
+void refuse_many_triangles(const VesselOptions& o, double edge)
+{
+    constexpr double kMost = 5e6;
+    double area =
+        o.descending_length * std::max(o.descending_diameter[0], o.descending_diameter[1]) +
+        o.arch_radius * o.arch_angle * std::max(o.arch_diameter[0], o.arch_diameter[1]) +
+        o.ascending_length * o.ascending_diameter;
+    for (const VesselBranch& b : o.branches)
+        area += b.length * std::max(b.root_diameter, b.end_diameter);
+    const double count = 2 * std::numbers::pi * area / (edge * edge);
+    if (count > kMost)
+        throw InputError(
+            {{"", "",
+              "about " + number_text(count) + " triangles with edges of " + number_text(edge) +
+                  " m",
+              "at most " + number_text(kMost) +
+                  ": shorter parts, or a larger smallest diameter, blend or resolution"}});
+}
+
 // Made when they are asked for; that they can be made is found out at once.
 VesselTriangles triangles_of(const std::shared_ptr<const Stubs>& stubs, double edge)
 {
@@ -297,9 +320,11 @@ WallModel make_vessel(const VesselOptions& o)
         extension.push_back(kTubeExtension * opening.radius);
     check_clear(o, vessel_shape(o, roots, extension), openings, extension);
 
-    // Triangles: only a little of what lies beyond the openings, to be cut off.
     const double fine = std::min(kEdge * smallest, kEdgeOfBlend * o.blend);
     const double edge = o.resolution > 0 ? o.resolution : fine;
+    refuse_many_triangles(o, std::min(fine, edge));
+
+    // Triangles: only a little of what lies beyond the openings, to be cut off.
     std::vector<double> stub, reach;
     for (const Opening& opening : openings) {
         stub.push_back(3 * std::max(edge, fine));

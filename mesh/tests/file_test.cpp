@@ -146,6 +146,22 @@ TEST_CASE("a link stays a link and permissions stay")
     CHECK(fs::status(folder / "real").permissions() == fs::perms(0640));
 }
 
+TEST_CASE("a link can be replaced by the file that is written, and what it names stays")
+{
+    const TemporaryFolder folder;
+    write_file(folder / "real", "old");
+    fs::create_symlink("real", folder / "link");
+    write_file(folder / "link", "new", Flush::to_system, Links::replace);
+    CHECK(!fs::is_symlink(folder / "link"));
+    CHECK(read_file(folder / "link") == "new");
+    CHECK(read_file(folder / "real") == "old");
+    fs::create_symlink("real", folder / "other");
+    drop_link(folder / "other");
+    drop_link(folder / "real");
+    CHECK(!fs::exists(folder / "other"));
+    CHECK(read_file(folder / "real") == "old");
+}
+
 TEST_CASE("a reader never sees half a file")
 {
     const TemporaryFolder folder;

@@ -234,3 +234,17 @@ TEST_CASE("a vessel that cannot be is refused with all that is wrong")
     o.branches[0].at = 0.047;
     CHECK_THROWS_AS(make_vessel(o), InputError);
 }
+
+TEST_CASE("a vessel of more triangles than fit is refused before they are made")
+{
+    for (int which = 0; which < 3; ++which) {
+        VesselOptions o = default_vessel();
+        (which == 0   ? o.ascending_length
+         : which == 1 ? o.branches[0].length
+                      : o.descending_length) = 1e6;
+        CHECK_THROWS_AS(make_vessel(o), InputError);
+    }
+    VesselOptions thin = default_vessel();
+    thin.descending_diameter[0] = thin.descending_diameter[1] = 1e-9;
+    CHECK_THROWS_AS(make_vessel(thin), InputError);
+}

@@ -148,11 +148,13 @@ public:
 
     /// One step of this length (root mean square of the nodes' motion) along the path of balances,
     /// on which the time t is an unknown too. Where it fails nothing has changed.
+    /// @param gravity  [m/s^2]
     /// @param t     in: where it stands; out: where it went [s]
     /// @param first  step in time that says where the path begins [s]
     /// @param end    a step that would go further goes to this time, and is shorter [s]
     /// @return  iterations, 0: it failed
-    int path_step(double length, double first, double end, double tolerance, double& t);
+    int path_step(double length, double first, double end, double tolerance, const Vec3& gravity,
+                  double& t);
 
 private:
     struct Motion {

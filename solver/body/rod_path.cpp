@@ -24,14 +24,15 @@ double dot_of_places(const Eigen::VectorXd& a, const Eigen::VectorXd& b)
 
 } // namespace
 
-int RodBody::path_step(double length, double first, double end, double tolerance, double& t)
+int RodBody::path_step(double length, double first, double end, double tolerance,
+                       const Vec3& gravity, double& t)
 {
     constexpr int kMost = 25;
     constexpr double kLongest = 1.5; // of the length, of the step to the end: else another balance
     const double begin = t, small = 1e-3 * first;
     StepInput step;
     step.start = begin;
-    step.gravity = step_.gravity;
+    step.gravity = gravity;
     RodBody::begin(step);
     Eigen::VectorXd done = Eigen::VectorXd::Zero(unknowns());
     double target = length;

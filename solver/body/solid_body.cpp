@@ -41,6 +41,7 @@ bool same_placement(const Placement& a, const Placement& b)
 SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
                      std::span<const char> touching, const std::string& file)
     : input_(input)
+    , file_(file)
     , mesh_(std::move(mesh))
     , material_{input.youngs_modulus, input.poisson_ratio, input.density}
     , small_(small)

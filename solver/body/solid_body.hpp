@@ -274,6 +274,7 @@ protected:
     Eigen::VectorXd into_space(const Eigen::VectorXd& f) const;
 
     SolidInput input_;
+    std::string file_; ///< the scene's
     VolumeMesh mesh_;
     SolidMaterial material_;
     bool small_ = false, corotational_ = false, hyperelastic_ = false, nonlinear_ = false;

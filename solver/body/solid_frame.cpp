@@ -84,7 +84,8 @@ double SolidBody::prescribed_motion(double from, double to) const
     for (const SolidConditions::Held& h : conditions_.held)
         if (h.curve) {
             double& most = held[h.dof % 3];
-            most = std::max(most, std::abs(curve_value(*h.curve, to) - curve_value(*h.curve, from)));
+            most =
+                std::max(most, std::abs(curve_value(*h.curve, to) - curve_value(*h.curve, from)));
         }
     if (!input_.drive.given) return held.norm();
     const Placement a = frame_at(from), b = frame_at(to);
@@ -103,7 +104,9 @@ SolidBody::Unstrained SolidBody::unstrained() const
     }
     for (int k = 0; k < 3; ++k)
         if (count[k] > 0) whole.shift[k] = sum[k] / count[k];
-    if (count.isZero(0) && !input_.drive.given) { // nothing says where it would be but itself
+    // Nothing says where it would be but itself. Of a condensed body only the places that touch are
+    // known; its frame floats with it.
+    if (count.isZero(0) && !input_.drive.given && !condensed()) {
         Motion floating = now_;
         float_frame(floating);
         whole.frame = floating.frame;

@@ -208,11 +208,18 @@ void SolidBody::make_matrix()
         exact_tangent_ = true;
         return;
     }
-    if (!done)
-        throw std::runtime_error(fmt::format(
-            "{}: its matrix is not positive definite at {}", input_.name,
+    if (!done) { // rounding: of mass beside stiffness, of stiffness beside damping, of thin
+                 // elements
+        const std::string found = fmt::format(
+            "a matrix that is not positive definite at {}",
             done.failed_dof < 0 ? "some node"
-                                : node_place(mesh_, dofs_.free[std::size_t(done.failed_dof)] / 3)));
+                                : node_place(mesh_, dofs_.free[std::size_t(done.failed_dof)] / 3));
+        if (!messages_) throw LinearFault(input_.name + ": " + found); // in the midst of a run
+        throw InputError(
+            {{file_, "/bodies/" + input_.name, found,
+              "sizes, stiffness, density, damping and time.step that a step can add up "
+              "in 16 digits"}});
+    }
     matrix_->h = h;
     matrix_->theta = theta;
     if (nonlinear_) return;

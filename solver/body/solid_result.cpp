@@ -82,6 +82,8 @@ std::vector<double> SolidBody::state() const
     for (const Vec3& x : state_.x)
         add(x);
     add(reaction_);
+    s.push_back(load_.size() > 0 ? 1 : 0); // the trapezoid's of work begins with the last step's
+    add(load_.size() > 0 ? load_ : Eigen::VectorXd(Eigen::VectorXd::Zero(state_.u.size())));
     if (memory_.inner.size() > 0) {
         s.push_back(memory_.begun ? 1 : 0);
         for (const Eigen::VectorXd* carried :
@@ -94,11 +96,10 @@ std::vector<double> SolidBody::state() const
         s.push_back(unstable_ ? 1 : 0);
         for (const VolumeLoad& v : volumes_)
             s.push_back(v.state_pressure);
-        add(force_size_);
         add(contact_before_);
+        add(contact_); // the first matrix of a step depends on what pushed in the last
         for (const InternalModes& a : state_modes_)
             add(a);
-        add(load_.size() > 0 ? load_ : Eigen::VectorXd(Eigen::VectorXd::Zero(state_.u.size())));
     }
     const std::vector<double> columns = kept_columns();
     s.insert(s.end(), columns.begin(), columns.end());
@@ -136,6 +137,11 @@ void SolidBody::set_state(std::span<const double> s)
     for (Vec3& x : state_.x)
         take(x);
     take(reaction_);
+    const bool loaded = s.front() != 0;
+    s = s.subspan(1);
+    load_.resize(state_.u.size());
+    take(load_);
+    if (!loaded) load_.resize(0);
     if (memory_.inner.size() > 0) {
         memory_.begun = s.front() != 0;
         s = s.subspan(1);
@@ -154,12 +160,10 @@ void SolidBody::set_state(std::span<const double> s)
             number(v.state_pressure);
             v.pressure = v.state_pressure;
         }
-        take(force_size_);
         take(contact_before_);
+        take(contact_);
         for (InternalModes& a : state_modes_)
             take(a);
-        load_.resize(state_.u.size());
-        take(load_);
     }
     keep_columns(s);
     state_.version = ++last_version_;

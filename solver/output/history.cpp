@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
+#include <filesystem>
 #include <fmt/format.h>
 #include <iterator>
 #include <unistd.h>
@@ -50,6 +51,14 @@ constexpr Column kLast[] = {
     {"correction_seconds [s]", [](const StepRecord& r) { return r.phases.correction; }},
 };
 
+/// What a link names is not ours to write.
+void write_file_in_place_of_link(const std::string& path, std::string_view bytes)
+{
+    std::error_code error;
+    if (std::filesystem::is_symlink(path, error))
+        write_file(path, bytes, Flush::to_system, Links::replace);
+}
+
 /// Each line's hash takes in the hash of the lines before it.
 std::uint64_t chained(std::uint64_t before, std::string_view line)
 {
@@ -59,15 +68,26 @@ std::uint64_t chained(std::uint64_t before, std::string_view line)
 
 } // namespace
 
+std::string csv_text(const std::string& text)
+{
+    if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text)
+        quoted.append(c == '"' ? 2 : 1, c);
+    return quoted + '"';
+}
+
 History::~History()
 {
     if (file_ >= 0) ::close(file_);
 }
 
-void History::start(const std::string& path)
+void History::start(const std::string& path, const std::string& until_renamed)
 {
     path_ = path;
-    file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    const std::string& name = until_renamed.empty() ? path : until_renamed;
+    drop_link(name);
+    file_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (file_ < 0) throw WriteError(path, std::strerror(errno));
 }
 
@@ -84,6 +104,7 @@ void History::resume(const std::string& path, std::uint64_t bytes, std::uint64_t
         throw InputError({{path, "", "not the history that the checkpoint goes on with",
                            "the files as the run left them"}});
     path_ = path;
+    write_file_in_place_of_link(path, text);
     file_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
     if (file_ < 0 || ::ftruncate(file_, static_cast<off_t>(bytes)) != 0 ||
         ::lseek(file_, 0, SEEK_END) < 0)
@@ -118,8 +139,8 @@ void History::append(const StepRecord& r)
         for (const Column& c : kFirst)
             fmt::format_to(out, "{},", c.name);
         for (const Quantity& q : r.quantities)
-            q.unit.empty() ? fmt::format_to(out, "{},", q.name)
-                           : fmt::format_to(out, "{} [{}],", q.name, q.unit);
+            line_ +=
+                csv_text(q.unit.empty() ? q.name : fmt::format("{} [{}]", q.name, q.unit)) + ',';
         for (const Column& c : kLast)
             fmt::format_to(out, "{},", c.name);
         line_ += "remark\n";

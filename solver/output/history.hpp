@@ -7,6 +7,9 @@
 
 namespace amontons {
 
+/// A text as a field of a CSV file (RFC 4180): in quotes where it needs them.
+std::string csv_text(const std::string& text);
+
 /// history.csv: one line a step, its units in the first line.
 ///
 /// A line is one write(2): whatever ends the process, the lines of all finished steps are
@@ -19,7 +22,8 @@ public:
     ~History();
 
     /// Begins a new file. @throws WriteError
-    void start(const std::string& path);
+    /// @param until_renamed  its name until somebody renames it; "": the same
+    void start(const std::string& path, const std::string& until_renamed = "");
 
     /// Goes on with a file: what stands after its first `bytes` is cut off.
     /// @throws InputError  if the file is missing, shorter, or these bytes are not `hash`

@@ -159,6 +159,7 @@ std::string manifest_bytes(const ManifestInput& in, const RunSummary& summary)
     json.member("cores", static_cast<int>(std::thread::hardware_concurrency())).close('}');
     write_strings(json, "command", in.command);
     json.member("threads", in.threads).member("resumed", in.resumed);
+    json.member("checkpoint", in.checkpoint);
     json.member("started", in.started).member("written", now_utc());
     write_summary(json, summary, in.modules, in.warnings);
     if (summary.status != "running") json.member("exit_code", exit_code(summary));

@@ -18,6 +18,7 @@ struct ManifestInput {
     std::string started;              ///< date and time, UTC
     int threads = 1;
     bool resumed = false;
+    bool checkpoint = false;           ///< there is one to go on from
     std::vector<std::string> warnings; ///< what may be meant otherwise, also where --quiet hid it
     std::vector<std::string> modules;  ///< loaded
     std::vector<std::string> files;    ///< what to open: collections, history, plots, picture

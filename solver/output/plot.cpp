@@ -185,7 +185,9 @@ std::vector<std::string> plot_history(const std::string& directory, std::string&
             return files;
         }
         for (const Plot& p : plots_for(header)) {
-            write_file(directory + "/" + p.name + ".gp", script_of(p), Flush::to_system);
+            drop_link(directory + "/" + p.name + ".svg");
+            write_file(directory + "/" + p.name + ".gp", script_of(p), Flush::to_system,
+                       Links::replace);
             files.push_back(p.name + ".gp");
             if (gnuplot.empty()) continue;
             if (run_gnuplot(gnuplot, directory, p.name + ".gp") == 0)

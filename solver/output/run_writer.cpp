@@ -2,16 +2,21 @@
 
 #include "mesh/base/error.hpp"
 #include "mesh/base/file.hpp"
+#include "mesh/base/folder_lock.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "mesh/format/vtu.hpp"
 #include "solver/output/beam_tube.hpp"
 #include "solver/scene/read.hpp"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fmt/format.h>
 #include <optional>
 #include <unistd.h>
+#include <utility>
 
 namespace fs = std::filesystem;
 
@@ -65,7 +70,7 @@ bool is_frame_file(const std::string& file, const std::vector<std::string>& part
     return false;
 }
 
-/// Takes away what write_file had begun when a run was killed.
+/// Takes away what write_file or a run that begins had begun when a run was killed.
 void remove_unfinished(const fs::path& folder)
 {
     std::vector<fs::path> unfinished;
@@ -74,7 +79,8 @@ void remove_unfinished(const fs::path& folder)
          entry.increment(error)) {
         const std::string name = entry->path().filename().string();
         if (name.front() != '.' || !name.ends_with(".tmp")) continue;
-        for (const char* ours : {".vtp.", ".vtu.", ".pvd.", ".checkpoint.", ".manifest.json."})
+        for (const char* ours :
+             {".vtp.", ".vtu.", ".pvd.", ".checkpoint.", ".manifest.json.", ".history.csv."})
             if (name.find(ours) != std::string::npos) {
                 unfinished.push_back(entry->path());
                 break;
@@ -239,9 +245,16 @@ struct RunWriter::State {
     std::string path(const std::string& file) const { return options.directory + "/" + file; }
     void write(const std::string& file, std::string_view bytes)
     {
-        write_file(path(file), bytes, Flush::to_system); // a killed process loses nothing
+        // A killed process loses nothing.
+        write_file(staged_at(file), bytes, Flush::to_system, Links::replace);
     }
+    /// While a run begins, its files stand beside their places: what was there is whole until all
+    /// that can fail has been done.
+    std::string staged_at(const std::string& file);
+    void put_in_place();
+    void begin();
     void make_directory();
+    void take_lock();
     void remove_old_files();
     void resume();
     void add_to_collections(const Checkpoint::Frame& frame, bool last);
@@ -259,6 +272,9 @@ struct RunWriter::State {
     RunWriterOptions options;
     std::atomic<bool>& stop;
     ManifestInput manifest;
+    std::optional<FolderLock> lock;
+    bool staging = false;
+    std::vector<std::string> staged; ///< files, as path() takes them
     History history;
     Collection collection, contacts;
     std::vector<Checkpoint::Frame> frames;
@@ -280,14 +296,65 @@ void RunWriter::State::make_directory()
         throw InputError(
             {{options.directory, "", found, "a folder that can be made and written to"}});
     };
-    try {
-        make_folder(path("frames"));
-    } catch (const WriteError& error) {
-        refuse(error.what());
-    }
-    for (const std::string& folder : {options.directory, path("frames")})
+    const auto writable = [&](const std::string& folder) {
+        try {
+            make_folder(folder);
+        } catch (const WriteError& error) {
+            refuse(error.what());
+        }
         if (::access(folder.c_str(), W_OK | X_OK) != 0)
             refuse("a folder that may not be written to");
+    };
+    writable(options.directory);
+    take_lock();
+    drop_link(path("frames"));
+    writable(path("frames"));
+}
+
+void RunWriter::State::take_lock()
+{
+    std::string who = "amontons run";
+    if (!scene.file.empty()) who += " " + scene.file;
+    try {
+        lock.emplace(options.directory, who);
+    } catch (const WriteError& error) {
+        throw InputError(
+            {{options.directory, "", error.what(), "a folder that can be made and written to"}});
+    }
+}
+
+std::string RunWriter::State::staged_at(const std::string& file)
+{
+    if (!staging) return path(file);
+    if (std::find(staged.begin(), staged.end(), file) == staged.end()) staged.push_back(file);
+    const fs::path place = path(file);
+    return (place.parent_path() / ("." + place.filename().string() + ".new.tmp")).string();
+}
+
+void RunWriter::State::put_in_place()
+{
+    for (const std::string& file : staged)
+        if (const std::string from = staged_at(file);
+            ::rename(from.c_str(), path(file).c_str()) != 0)
+            throw WriteError(path(file), std::strerror(errno));
+    staging = false;
+}
+
+/// Of a new run. What was there goes when all that the run begins with is on the disk.
+void RunWriter::State::begin()
+{
+    staging = true;
+    try {
+        history.start(path("history.csv"), staged_at("history.csv"));
+        write_obstacles("start", 0, false);
+        write_manifest(so_far);
+    } catch (...) {
+        for (const std::string& file : staged)
+            ::unlink(staged_at(file).c_str());
+        throw;
+    }
+    remove_old_files();
+    put_in_place();
 }
 
 void RunWriter::State::remove_old_files()
@@ -334,6 +401,9 @@ void RunWriter::State::remove_old_files()
 
 void RunWriter::State::resume()
 {
+    std::error_code error;
+    if (fs::is_symlink(path("frames"), error))
+        throw InputError({{path("frames"), "", "a link", "the files as the run left them"}});
     const std::string file = path("checkpoint");
     const Checkpoint checkpoint = read_checkpoint(read_file(file), file);
     if (checkpoint.scene_hash != manifest.scene_hash)
@@ -421,6 +491,8 @@ void RunWriter::State::write_checkpoint()
     c.frames = frames;
     c.state = simulation.save();
     write("checkpoint", checkpoint_bytes(c));
+    if (!std::exchange(manifest.checkpoint, true))
+        write_manifest(so_far); // it says that there is one
 }
 
 /// What a reader or a resumed run needs besides the frames. It replaces files, which some file
@@ -482,16 +554,28 @@ RunWriter::RunWriter(const Scene& scene, Simulation& simulation, RunWriterOption
         if (!fs::is_directory(s.options.directory))
             throw InputError({{s.options.directory, "", "no such folder",
                                "the folder of the run that --resume goes on with"}});
+        s.take_lock();
         s.resume();
+        s.manifest.checkpoint = true;
     } else {
         s.make_directory();
-        s.remove_old_files();
-        s.history.start(s.path("history.csv"));
-        s.write_obstacles("start", 0, false);
     }
     remove_unfinished(s.options.directory);
     remove_unfinished(s.path("frames"));
-    s.write_manifest(s.so_far);
+    if (s.options.resume)
+        s.write_manifest(s.so_far);
+    else
+        s.begin();
+}
+
+bool has_no_checkpoint_yet(const std::string& directory)
+{
+    std::error_code error;
+    if (fs::exists(directory + "/checkpoint", error)) return false;
+    const std::string file = directory + "/manifest.json";
+    if (!fs::is_regular_file(file, error)) return false;
+    // As manifest_bytes has it; in a text its quotes would be escaped.
+    return read_file(file).find("\n  \"checkpoint\": false") != std::string::npos;
 }
 
 RunWriter::~RunWriter() = default;

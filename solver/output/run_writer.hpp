@@ -29,6 +29,10 @@ std::uint64_t hash_of_run(const Scene& scene, const std::vector<Obstacle>& obsta
 /// "catheter" of examples/catheter/scene.json, "narrow" of narrow.json.
 std::string run_name(const std::string& scene_file);
 
+/// The manifest in a folder says that its run ended, or was killed, before there was a checkpoint:
+/// nothing is lost by a run that begins anew.
+bool has_no_checkpoint_yet(const std::string& directory);
+
 /// Writes all files of a run: frames and their collections, history.csv, manifest.json and
 /// the checkpoint. Each file is whole at any time; history.csv grows by whole lines.
 ///
@@ -36,10 +40,12 @@ std::string run_name(const std::string& scene_file);
 /// step, and finish() says so; what was finished stays readable.
 class RunWriter : public StepObserver {
 public:
-    /// Makes the folder and the manifest (status "running"); with `resume`, restores the
-    /// simulation from the checkpoint and cuts the history there.
+    /// Makes the folder, locks it for as long as the writer lives, and the manifest (status
+    /// "running"). What was there stays until all that the run begins with is on the disk. With
+    /// `resume`, restores the simulation from the checkpoint and cuts the history there.
     /// @param simulation  outlives the writer; asked for its state after a step
-    /// @throws InputError  folder that cannot be made or written; missing, damaged or foreign
+    /// @throws InputError  folder that cannot be made or written, or that another process works in;
+    ///                     missing, damaged or foreign
     ///                     checkpoint (nothing is changed then)
     /// @throws WriteError  full disk
     RunWriter(const Scene& scene, Simulation& simulation, RunWriterOptions options,

@@ -16,6 +16,7 @@ public:
                       std::vector<Obstacle> obstacles, const SimulationOptions& options,
                       std::atomic<bool>& stop, const Session& session);
 
+    void prepare() override { now_->prepare(); }
     RunSummary run(StepObserver& observer, const std::atomic<bool>& stop) override;
     const std::vector<Obstacle>& obstacles() const override { return now_->obstacles(); }
     std::vector<BodyPlan> plan() const override { return now_->plan(); }

@@ -10,9 +10,11 @@
 #include "haptics/virtual_time.hpp"
 #include "mesh/base/dense.hpp"
 #include "mesh/base/file.hpp"
+#include "mesh/base/folder_lock.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/output/view_maker.hpp"
 #include "solver/program/interrupt.hpp"
+#include "solver/program/output_folder.hpp"
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/scene_lines.hpp"
 #include "solver/program/session.hpp"
@@ -299,7 +301,12 @@ void haptic(HapticArguments& a, Session& session)
                            fmt::format("{:g} Hz for {:g} s", scene.haptic.rate, duration),
                            fmt::format("{:g} s at most: every tick is recorded",
                                        kMostTicks / scene.haptic.rate)}});
-    if (!a.output.empty()) make_output(a.output); // before the run, not after
+    std::optional<FolderLock> lock;
+    if (!a.output.empty()) { // before the run, not after
+        check_output_folder(a.output, scene);
+        make_output(a.output);
+        lock.emplace(a.output, "amontons haptic " + scene.file);
+    }
 
     place_introducers(scene);
     const std::vector<Obstacle> obstacles = build_obstacles(scene);
@@ -434,7 +441,7 @@ void haptic(HapticArguments& a, Session& session)
     out.summary = summarise<float>(records, loop, set.loop.period, out.real_time);
     if (!a.output.empty()) {
         out.output = a.output + "/haptics.csv";
-        write_file(out.output, trace_csv(records));
+        write_file(out.output, trace_csv(records), Flush::to_disk, Links::replace);
     }
     if (was_interrupted()) {
         out.status = "interrupted";

@@ -29,6 +29,9 @@ std::atomic<bool>& stop_on_interrupt()
     ::sigemptyset(&action.sa_mask);
     ::sigaction(SIGINT, &action, nullptr);
     ::sigaction(SIGTERM, &action, nullptr);
+    struct sigaction before {};
+    if (::sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler != SIG_IGN) // nohup's stays
+        ::sigaction(SIGHUP, &action, nullptr);
     return stop_flag;
 }
 

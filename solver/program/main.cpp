@@ -1,8 +1,10 @@
 // amontons COMMAND ...: reads the arguments, runs one command, turns errors into exit codes.
 
 #include "mesh/base/file.hpp"
+#include "mesh/base/utf8.hpp"
 #include "solver/large/large_matrix.hpp"
 #include "solver/output/manifest.hpp"
+#include "solver/program/interrupt.hpp"
 #include "solver/program/session.hpp"
 #include "solver/program/viewer.hpp"
 
@@ -11,6 +13,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <exception>
+#include <fcntl.h>
 #include <limits>
 #include <malloc.h>
 #include <sys/mman.h>
@@ -64,8 +67,20 @@ int report_arguments(const CLI::App& program, const CLI::ParseError& error, Sess
         const std::string near = nearest_name(name, names);
         if (!near.empty() && near != name) message += " (nearest: " + near + ")";
     }
-    session.error(message + "; see amontons " + path + "--help");
+    message += "; see amontons " + path + "--help";
+    session.error(message);
+    if (session.json) session.print(refusal_json({{"(command line)", "", message, "see --help"}}));
     return kBadInput;
+}
+
+/// Descriptors 0 to 2 that are closed would be those of the first files that are opened: reports
+/// and warnings would be written into results. Reading from them and writing to them fails, as it
+/// does where they are closed.
+void hold_standard_streams()
+{
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (::fcntl(stream, F_GETFD) < 0) // the lowest that is free: this one
+            (void)::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY);
 }
 
 /// A run makes and drops the same large blocks in every step: the system would fill each with zeros
@@ -104,6 +119,9 @@ void no_idle_blas_threads()
 
 int main(int argc, char** argv)
 {
+    hold_standard_streams();
+    for (int i = 1; i < argc; ++i) // a run leaves a folder that --resume understands, however early
+        if (std::string_view(argv[i]) == "run") stop_on_interrupt();
     keep_memory();
     no_idle_blas_threads();
     std::signal(SIGXFSZ, SIG_IGN); // a full quota is an error of write(2), not an end
@@ -111,6 +129,9 @@ int main(int argc, char** argv)
 
     Session session;
     session.arguments.assign(argv, argv + argc);
+    // Where an option before it is wrong, it is not read.
+    const bool wants_json = std::find(session.arguments.begin(), session.arguments.end(),
+                                      "--json") != session.arguments.end();
     CLI::App program("Certified solver for many-body contact with Coulomb friction.", "amontons");
     program.require_subcommand(1);
     program.fallthrough();
@@ -135,11 +156,16 @@ int main(int argc, char** argv)
     add_completion(program, session);
 
     try {
+        for (const std::string& argument : session.arguments)
+            if (!is_utf8(argument))
+                throw InputError({{"(command line)", "", quoted_text(argument), "UTF-8"}});
         program.parse(argc, argv);
         return session.exit_code;
     } catch (const CLI::ParseError& error) {
+        session.json |= wants_json;
         return report_arguments(program, error, session);
     } catch (const InputError& error) {
+        session.json |= wants_json;
         session.refuse(error.issues());
         return kBadInput;
     } catch (const WriteError& error) {

@@ -15,6 +15,7 @@
 #include "solver/scene/json_text.hpp"
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <fmt/format.h>
 #include <numbers>
 
@@ -257,6 +258,21 @@ void surface(const MeshArguments& a, Session& session)
 
 void renumber(const MeshArguments& a, Session& session)
 {
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    const auto same = [&](const std::string& mesh) {
+        const auto whole = [&](const std::string& file) {
+            return fs::weakly_canonical(fs::absolute(file, ignored), ignored);
+        };
+        const fs::path other = whole(a.permutation);
+        return whole(mesh) == other ||
+               (mesh.ends_with(".nodes") && whole(elements_path(mesh)) == other);
+    };
+    for (const std::string& mesh : {a.file, a.to.file})
+        if (!a.permutation.empty() && same(mesh))
+            throw InputError(
+                {{"(--permutation)", "", quoted_text(a.permutation, 200) + ", a mesh's file",
+                  "another file than those of the meshes"}});
     const VolumeFile file = read(a, session);
     const Renumbering order = nested_dissection(file.mesh);
     if (!a.permutation.empty()) {

@@ -11,6 +11,7 @@
 #include "solver/output/view_maker.hpp"
 #include "solver/program/changed_simulation.hpp"
 #include "solver/program/interrupt.hpp"
+#include "solver/program/output_folder.hpp"
 #include "solver/program/progress.hpp"
 #include "solver/program/render.hpp"
 #include "solver/program/scene_arguments.hpp"
@@ -44,20 +45,25 @@ struct RunArguments {
 /// Writes the contact problems that a run meets, one file a step and wire.
 class ProblemRecorder {
 public:
-    /// @throws InputError  if the module that writes them is missing
+    /// @throws WriteError  if its folder cannot be made
     ProblemRecorder(const Simulation& simulation, const Scene& scene, std::string folder,
                     bool resume)
         : simulation_(simulation)
         , scene_(scene)
         , folder_(std::move(folder))
     {
-        if (find_module("fclib").empty())
-            throw InputError(
-                {{"(--record)", "", "no FCLib module", "./setup.sh packages, then build again"}});
+        drop_link(folder_);
         make_folder(folder_);
         if (resume) return;
         for (const auto& entry : std::filesystem::directory_iterator(folder_))
             if (entry.path().extension() == ".hdf5") std::filesystem::remove(entry.path());
+    }
+    /// Before anything is written. @throws InputError  if the module that writes them is missing
+    static void check()
+    {
+        if (find_module("fclib").empty())
+            throw InputError(
+                {{"(--record)", "", "no FCLib module", "./setup.sh packages, then build again"}});
     }
 
     void write(const StepRecord& record) const
@@ -91,7 +97,7 @@ public:
                     r.inverse_error, r.asymmetry);
             write_file(fmt::format("{}/step_{:06d}{}.hdf5", folder_, record.step,
                                    all.size() > 1 ? "_" + name : ""),
-                       fclib_bytes(file), Flush::to_system);
+                       fclib_bytes(file), Flush::to_system, Links::replace);
         }
     }
 
@@ -181,6 +187,21 @@ std::string run_table(const RunSummary& s, const Scene& scene, const std::string
     return t;
 }
 
+/// The signal came before the run had touched its folder: what is there stays.
+void say_interrupted_before(const std::string& directory, Session& session)
+{
+    RunSummary s;
+    s.status = "interrupted";
+    s.message = "before the run began: what is in " + directory + " is as it was";
+    session.exit_code = exit_code(s);
+    session.error(s.status + ": " + s.message);
+    if (!session.json) return;
+    JsonText json;
+    json.open('{');
+    write_summary(json, s, {}, {});
+    session.print(json.member("output", directory).close('}').text() + "\n");
+}
+
 void run_scene(RunArguments& arguments, Session& session)
 {
     const Stopwatch watch;
@@ -189,6 +210,8 @@ void run_scene(RunArguments& arguments, Session& session)
         session.quiet = true;
         return;
     }
+    std::atomic<bool>& stop = stop_on_interrupt();
+    if (arguments.record) ProblemRecorder::check();
     settle(arguments.scene);
     Scene scene = read_scene(arguments.scene.scene, arguments.scene.overrides);
     const std::vector<DepthLine> depth_lines = place_introducers(scene);
@@ -197,7 +220,6 @@ void run_scene(RunArguments& arguments, Session& session)
     const double read_seconds = watch.seconds();
     const double read_memory = peak_memory_so_far();
     session.detail(fmt::format("read in {:.3f} s", read_seconds));
-    std::atomic<bool>& stop = stop_on_interrupt();
     const SimulationOptions how{arguments.cache, arguments.threads};
     std::unique_ptr<Simulation> made;
     if (arguments.view)
@@ -210,6 +232,7 @@ void run_scene(RunArguments& arguments, Session& session)
         odd.push_back(w);
     session.warn(odd);
     const double offline_seconds = watch.seconds() - read_seconds;
+    simulation.prepare(); // counts its own time
     const double bodies_memory = peak_memory_so_far();
 
     RunWriterOptions options;
@@ -219,8 +242,13 @@ void run_scene(RunArguments& arguments, Session& session)
     for (const Issue& w : odd)
         options.warnings.push_back(InputError({w}).what());
     options.threads = arguments.threads;
-    options.resume = arguments.resume;
     const std::string directory = options.directory;
+    check_output_folder(directory, scene);
+    options.resume = arguments.resume && !has_no_checkpoint_yet(directory);
+    if (options.resume != arguments.resume)
+        session.say("no step had been finished in " + directory + ": the run begins anew");
+    if (stop && std::filesystem::exists(directory + "/manifest.json"))
+        return say_interrupted_before(directory, session);
     std::vector<std::string> files{options.name + ".pvd", "contacts.pvd", "history.csv",
                                    "manifest.json"};
 
@@ -264,6 +292,7 @@ void run_scene(RunArguments& arguments, Session& session)
     }
     if (scene.output.picture && !was_interrupted()) {
         const std::string picture = options.name + ".png";
+        drop_link(directory + "/" + picture);
         const std::string message = render_in_child(directory, directory + "/" + picture);
         if (message.empty())
             pictures.push_back(picture);

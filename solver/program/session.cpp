@@ -64,15 +64,20 @@ void Session::print(std::string_view text) const
 void Session::refuse(const std::vector<Issue>& issues)
 {
     exit_code = kBadInput;
+    for (const Issue& i : issues)
+        error(InputError({i}).what());
+    if (json) print(refusal_json(issues));
+}
+
+std::string refusal_json(const std::vector<Issue>& issues)
+{
     JsonText out;
     out.open('{').member("status", "bad_input").key("issues").open('[');
     for (const Issue& i : issues) {
-        error(InputError({i}).what());
         out.open('{').member("file", i.file).member("place", i.place);
         out.member("found", i.found).member("allowed", i.allowed).close('}');
     }
-    out.close(']').close('}');
-    if (json) print(out.text() + "\n");
+    return out.close(']').close('}').text() + "\n";
 }
 
 } // namespace amontons

@@ -39,6 +39,9 @@ struct Session {
     void refuse(const std::vector<Issue>& issues);
 };
 
+/// The answer of every command with --json to bad input.
+std::string refusal_json(const std::vector<Issue>& issues);
+
 /// True if stderr is a terminal that a bar may be drawn on.
 bool progress_on_terminal();
 

@@ -4,11 +4,13 @@
 // was run: it goes on from these), and what is made of them: study.csv, study.svg and its script.
 
 #include "mesh/base/file.hpp"
+#include "mesh/base/folder_lock.hpp"
 #include "solver/output/manifest.hpp"
 #include "solver/output/plot.hpp"
 #include "solver/output/run_writer.hpp"
 #include "solver/program/child.hpp"
 #include "solver/program/interrupt.hpp"
+#include "solver/program/output_folder.hpp"
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/session.hpp"
 #include "solver/scene/read.hpp"
@@ -16,16 +18,12 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <fcntl.h>
 #include <filesystem>
 #include <fmt/format.h>
 #include <map>
-#include <sys/file.h>
-#include <unistd.h>
 
 namespace fs = std::filesystem;
 
@@ -45,20 +43,6 @@ struct StudyArguments {
 
 // ---- the scene of a point
 
-/// Every text of a JSON document.
-void collect_texts(const std::string& json, std::vector<std::string>& texts)
-{
-    for (std::size_t i = 0; i < json.size(); ++i) {
-        if (json[i] != '"') continue;
-        std::string text;
-        for (++i; i < json.size() && json[i] != '"'; ++i) {
-            if (json[i] == '\\' && i + 1 < json.size()) ++i;
-            text += json[i];
-        }
-        texts.push_back(text);
-    }
-}
-
 /// Fingerprint of what decides a run's results: the scene but for its title and output, and the
 /// bytes of every file that it names.
 /// @param files  fingerprints of files that were seen before
@@ -66,44 +50,16 @@ std::string hash_of(Scene scene, std::map<std::string, std::uint64_t>& files)
 {
     scene.title.clear();
     scene.output = {};
-    const std::string text = resolved_scene(scene);
-    std::vector<std::string> texts;
-    collect_texts(text, texts);
-    std::string all = text;
-    for (const std::string& t : texts) {
-        const std::string path = beside(scene, t);
-        std::error_code error;
-        if (t.empty() || !fs::is_regular_file(path, error)) continue;
-        const auto [at, fresh] = files.emplace(path, 0);
-        if (fresh) at->second = hash_bytes(read_file(path));
-        all += fmt::format("\n{} {:016x}", t, at->second);
+    std::string all = resolved_scene(scene);
+    for (const NamedFile& f : named_files(scene)) {
+        const auto [at, fresh] = files.emplace(f.path, 0);
+        if (fresh) at->second = hash_bytes(read_file(f.path));
+        all += fmt::format("\n{} {:016x}", f.name, at->second);
     }
     return fmt::format("{:016x}", hash_bytes(all));
 }
 
 // ---- the folder
-
-/// Holds a folder for this process alone, as long as it lives.
-class FolderLock {
-public:
-    explicit FolderLock(const std::string& folder)
-    {
-        const std::string path = folder + "/.lock";
-        fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-        if (fd_ < 0) throw WriteError(path, std::strerror(errno));
-        if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
-            ::close(fd_);
-            throw InputError({{folder, "", "another study that works in this folder",
-                               "its end, or another --output"}});
-        }
-    }
-    FolderLock(const FolderLock&) = delete;
-    FolderLock& operator=(const FolderLock&) = delete;
-    ~FolderLock() { ::close(fd_); }
-
-private:
-    int fd_;
-};
 
 /// Name of a point's file: its overrides decide it, whatever else the study sweeps.
 std::string key_of(const std::vector<std::string>& overrides)
@@ -320,8 +276,9 @@ void run_study(const StudyArguments& a, Session& session)
     if (!issues.empty()) throw InputError(issues);
 
     const std::string folder = a.output.empty() ? "out/study-" + run_name(a.scene.scene) : a.output;
+    check_output_folder(folder, read_scene(a.scene.scene, a.scene.overrides));
     make_folder(folder);
-    const FolderLock lock(folder);
+    const FolderLock lock(folder, "amontons study " + a.scene.scene);
     take_over(work, about, folder, a.restart, a.max_time, session);
     make_folder(folder + "/points");
     write_file(folder + "/study.json", definition_text(about));
@@ -438,7 +395,7 @@ void merge(const StudyArguments& a, bool new_reference, Session& session)
     std::size_t count = 0;
     const std::string folder = a.output.empty() ? "out/study-" + run_name(about.scene) : a.output;
     make_folder(folder);
-    const FolderLock lock(folder);
+    const FolderLock lock(folder, "amontons study --merge");
     make_folder(folder + "/points");
     const PointRecord* done = nullptr;
     std::vector<PointRecord> records;

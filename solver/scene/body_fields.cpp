@@ -24,8 +24,9 @@ ObjectDeclaration declare_mesh(const ObjectDeclaration& centreline)
     d.variants = {
         {"",
          "From a file.",
-         {required(text<&M::file>("file", ".msh (Gmsh), .vtu, .inp (Abaqus, CalculiX) or .nodes "
-                                          "(plain text); beside the scene.")),
+         {required(long_text<&M::file>("file",
+                                       ".msh (Gmsh), .vtu, .inp (Abaqus, CalculiX) or .nodes "
+                                       "(plain text); beside the scene.")),
           field<&M::scale>("scale", "m", positive(), "Metres per unit of length of the file.")}},
         {"box",
          "A block. Face sets x_min, x_max, y_min, y_max, z_min, z_max.",
@@ -92,13 +93,14 @@ ObjectDeclaration declare_material()
             f.allowed.lower = c.lower;
             f.allowed.above = c.above;
             if (c.upper != 0) f.allowed.upper = c.upper;
+            f.allowed = within_limits(f.allowed, f.unit);
             f.member = member[i];
             v.fields.push_back(required(std::move(f)));
         }
         if (law.directed) {
             v.fields.push_back(
                 field<&M::fibre>("fibre", "", direction(), "Along the fibres, at rest."));
-            v.fields.push_back(text<&M::fibres>(
+            v.fields.push_back(long_text<&M::fibres>(
                 "fibres", "Instead: a file with three numbers a line, the direction of each "
                           "element in the mesh's order; beside the scene."));
         }
@@ -190,7 +192,7 @@ ObjectDeclaration declare_shape()
     d.variants = {
         {"",
          "A closed triangle surface from a file.",
-         {required(text<&S::file>("file", "STL, OBJ or PLY; beside the scene.")),
+         {required(long_text<&S::file>("file", "STL, OBJ or PLY; beside the scene.")),
           field<&S::scale>("scale", "m", positive(), "Metres per unit of length of the file.")}},
         {"box",
          "A box about the origin.",

@@ -1,7 +1,9 @@
 #pragma once
 
 #include "solver/scene/fields.hpp"
+#include "solver/scene/limits.hpp"
 
+#include <algorithm>
 #include <utility>
 
 // The words that declarations are written in; only the files that declare fields include this.
@@ -51,6 +53,8 @@ template <auto kMember> void* member_of(void* object)
     return &(static_cast<Class*>(object)->*kMember);
 }
 
+constexpr double kMostInteger = 1e9; // of an int
+
 template <auto kMember>
 FieldDeclaration field(std::string name, std::string unit, Allowed allowed, std::string doc)
 {
@@ -60,7 +64,8 @@ FieldDeclaration field(std::string name, std::string unit, Allowed allowed, std:
     f.type = Type::type;
     f.optional = Type::optional;
     f.unit = std::move(unit);
-    f.allowed = allowed;
+    f.allowed = within_limits(allowed, f.unit);
+    if (f.type == FieldType::integer) f.allowed.upper = std::min(f.allowed.upper, kMostInteger);
     f.doc = std::move(doc);
     f.member = &member_of<kMember>;
     return f;
@@ -80,6 +85,14 @@ FieldDeclaration table(std::string name, std::string over, std::string over_unit
 template <auto kMember> FieldDeclaration text(std::string name, std::string doc)
 {
     return field<kMember>(std::move(name), "", {}, std::move(doc));
+}
+
+/// A text that is longer than a name may be: of a file, a title.
+template <auto kMember> FieldDeclaration long_text(std::string name, std::string doc)
+{
+    FieldDeclaration f = text<kMember>(std::move(name), std::move(doc));
+    f.longest = 4000;
+    return f;
 }
 
 template <auto kMember>

@@ -7,6 +7,7 @@
 #include "solver/scene/rod_fields.hpp"
 #include "solver/scene/section_layers.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
 #include <numbers>
 
@@ -35,20 +36,21 @@ ObjectDeclaration declare_piece()
 ObjectDeclaration declare_centreline(const ObjectDeclaration& piece)
 {
     using C = CentrelineInput;
-    return {"Centreline",
-            {text<&C::file>("file", "CSV with columns x, y, z and possibly radius, or a 3D Slicer "
-                                    "curve (.mrk.json); beside the scene."),
-             fallback("1e-3 for .mrk.json, else 1",
-                      field<&C::scale>("scale", "m", positive(),
-                                       "Metres per unit of length of the file.")),
-             no_fewer(1, list<&C::pieces>("pieces", piece,
-                                          "Straight pieces and arcs, instead of a file.")),
-             field<&C::start>("start", "m", kAny, "Start of the first piece."),
-             field<&C::direction>("direction", "", direction(), "Direction of the first piece."),
-             field<&C::normal>("normal", "", direction(), "Arcs of direction 0 bend this way.")},
-            "",
-            {},
-            defaults_of<C>()};
+    return {
+        "Centreline",
+        {long_text<&C::file>("file", "CSV with columns x, y, z and possibly radius, or a 3D Slicer "
+                                     "curve (.mrk.json); beside the scene."),
+         fallback(
+             "1e-3 for .mrk.json, else 1",
+             field<&C::scale>("scale", "m", positive(), "Metres per unit of length of the file.")),
+         no_fewer(
+             1, list<&C::pieces>("pieces", piece, "Straight pieces and arcs, instead of a file.")),
+         field<&C::start>("start", "m", kAny, "Start of the first piece."),
+         field<&C::direction>("direction", "", direction(), "Direction of the first piece."),
+         field<&C::normal>("normal", "", direction(), "Arcs of direction 0 bend this way.")},
+        "",
+        {},
+        defaults_of<C>()};
 }
 
 ObjectDeclaration declare_branch()
@@ -85,7 +87,7 @@ ObjectDeclaration declare_surface(const ObjectDeclaration& centreline,
     d.variants = {
         {"",
          "A triangle surface from a file.",
-         {required(text<&S::file>("file", "STL, OBJ, PLY or VTP; beside the scene.")),
+         {required(long_text<&S::file>("file", "STL, OBJ, PLY or VTP; beside the scene.")),
           field<&S::scale>("scale", "m", positive(), "Metres per unit of length of the file.")}},
         {"tube",
          "A tube swept along a centreline.",
@@ -255,8 +257,8 @@ ObjectDeclaration declare_place()
 {
     using P = IntroducerPlace;
     return {"Place of an introducer on a centreline; depth is then measured along it as well",
-            {required(text<&P::file>("file", "CSV with columns x, y, z, or a 3D Slicer curve "
-                                             "(.mrk.json); beside the scene.")),
+            {required(long_text<&P::file>("file", "CSV with columns x, y, z, or a 3D Slicer curve "
+                                                  "(.mrk.json); beside the scene.")),
              fallback("1e-3 for .mrk.json, else 1",
                       field<&P::scale>("scale", "m", positive(),
                                        "Metres per unit of length of the file.")),
@@ -416,7 +418,7 @@ ObjectDeclaration declare_accuracy()
 {
     using A = AccuracyInput;
     return {"Accuracy",
-            {field<&A::contact>("contact", "", above(0, 0.1),
+            {field<&A::contact>("contact", "", between(1e-16, 0.1),
                                 "Relative error of forces and gaps at the end of a step."),
              choice({"auto", "nsgs", "anderson", "uzawa", "newton", "path"},
                     text<&A::solver>("solver", "Of the contact problems of solids and rigid "
@@ -493,7 +495,7 @@ const ObjectDeclaration& scene_declaration()
         "Scene",
         {required(
              field<&Scene::schema>("schema", "", first_schema, "Version of the scene format.")),
-         text<&Scene::title>("title", "What the scene shows."), named_bodies(body),
+         long_text<&Scene::title>("title", "What the scene shows."), named_bodies(body),
          list<&Scene::contact>("contact", contact, "Pairs of bodies that can touch."),
          list<&Scene::couplings>("couplings", coupling, "Joints and springs between bodies."),
          field<&Scene::gravity>("gravity", "m/s^2", kAny, "Acts where there is mass."),
@@ -524,7 +526,9 @@ std::string allowed_in_words(const FieldDeclaration& field)
     if (lower && a.lower == a.upper)
         range = fmt::format("{}", a.lower);
     else {
-        if (lower) range = fmt::format("{} {:.7g}", a.above ? ">" : ">=", a.lower);
+        if (lower)
+            range = fmt::format("{}{} {:.7g}", a.least > 0 ? "0, or " : "",
+                                a.above ? ">" : ">=", std::max(a.lower, a.least));
         if (upper) range += fmt::format("{}<= {:.7g}", lower ? " and " : "", a.upper);
     }
     switch (field.type) {
@@ -537,9 +541,10 @@ std::string allowed_in_words(const FieldDeclaration& field)
     case FieldType::pair:
         return "a number or [start, end]" + (range.empty() ? "" : ", each " + range) + unit;
     case FieldType::text:
-        return "a text";
+        return fmt::format("a text of at most {} printable bytes", field.longest);
     case FieldType::two_names:
-        return "[name, name] of two bodies";
+        return fmt::format("[name, name] of two bodies, each of at most {} printable bytes",
+                           field.longest);
     case FieldType::vector:
         return (a.nonzero ? "three numbers, not all 0" : "three numbers") +
                (range.empty() ? "" : ", each " + range) + unit;

@@ -36,6 +36,7 @@ struct Allowed {
     double lower = -std::numeric_limits<double>::infinity();
     double upper = std::numeric_limits<double>::infinity();
     bool above = false;   ///< the lower bound itself is not allowed
+    double least = 0;     ///< what is not 0 is at least this large, of a lower bound of 0
     bool nonzero = false; ///< of a vector: it must have a direction
 };
 
@@ -54,8 +55,9 @@ struct FieldDeclaration {
     /// Of a curve: what it is over, and its unit. Over time one number stands for all times.
     std::string over = "time", over_unit = "s";
     std::vector<std::string> choices;
-    std::string fallback; ///< the default in words, where it is not the struct's value
-    std::string doc;      ///< one sentence
+    std::size_t longest = 200; ///< of a text [bytes]
+    std::string fallback;      ///< the default in words, where it is not the struct's value
+    std::string doc;           ///< one sentence
     void* (*member)(void* object) = nullptr;
     void* (*append)(void* list) = nullptr;              ///< list: a new last item
     std::size_t (*size)(const void* list) = nullptr;    ///< list

@@ -8,6 +8,12 @@
 #include <set>
 
 namespace amontons {
+namespace {
+
+/// No field lies deeper, and what copies or prints values recurses.
+constexpr int kDeepestJson = 64;
+
+} // namespace
 
 std::string shown(const Json& value)
 {
@@ -31,7 +37,11 @@ Json parse_json(std::string_view text, const std::string& file, std::vector<Issu
             {{file, "", "an empty file", "a scene: {\"schema\": 1, \"bodies\": ...}"}});
     std::vector<std::set<std::string>> open;
     std::vector<std::string> at;
-    const auto watch = [&](int, Json::parse_event_t event, Json& parsed) {
+    const auto watch = [&](int depth, Json::parse_event_t event, Json& parsed) {
+        if (depth > kDeepestJson)
+            throw InputError(
+                {{file, "", fmt::format("values nested more than {} deep", kDeepestJson),
+                  fmt::format("at most {}", kDeepestJson)}});
         if (event == Json::parse_event_t::object_start) open.emplace_back();
         if (event == Json::parse_event_t::object_end) open.pop_back();
         if (event == Json::parse_event_t::key) {
@@ -66,7 +76,10 @@ void apply_override(Json& scene, const std::string& text, std::vector<std::strin
     const std::size_t equals = text.find('=');
     const std::string path = text.substr(0, equals);
     const auto refuse = [&](std::string found, std::string allowed) {
-        issues.push_back({"--set " + text, "", std::move(found), std::move(allowed)});
+        constexpr std::size_t kLongest = 120;
+        issues.push_back(
+            {"--set " + (text.size() > kLongest ? text.substr(0, kLongest) + "..." : text), "",
+             std::move(found), std::move(allowed)});
     };
     if (equals == std::string::npos || path.empty())
         return refuse("no PATH=VALUE", "e.g. contact.0.friction=0.1");
@@ -117,7 +130,15 @@ void apply_override(Json& scene, const std::string& text, std::vector<std::strin
         }
         place += "/" + name;
     }
-    Json parsed = Json::parse(value, nullptr, false);
+    bool deep = false;
+    const auto shallow = [&](int depth, Json::parse_event_t, Json&) {
+        deep |= depth > kDeepestJson;
+        return !deep;
+    };
+    Json parsed = Json::parse(value, shallow, false);
+    if (deep)
+        return refuse(fmt::format("values nested more than {} deep", kDeepestJson),
+                      fmt::format("at most {}", kDeepestJson));
     *at = parsed.is_discarded() ? Json(value) : std::move(parsed);
     places.push_back(place);
 }

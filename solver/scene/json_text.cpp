@@ -1,5 +1,7 @@
 #include "solver/scene/json_text.hpp"
 
+#include "mesh/base/utf8.hpp"
+
 #include <cmath>
 #include <fmt/format.h>
 
@@ -86,8 +88,13 @@ JsonText& JsonText::value(std::string_view text)
 {
     separate();
     text_ += '"';
-    for (const char c : text) {
-        if (c == '"' || c == '\\') {
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (static_cast<unsigned char>(c) >= 0x80) { // names of files may be any bytes, JSON not
+            const std::size_t n = utf8_character(text.substr(i));
+            text_ += n > 0 ? text.substr(i, n) : std::string_view("\ufffd");
+            i += n > 0 ? n - 1 : 0;
+        } else if (c == '"' || c == '\\') {
             text_ += '\\';
             text_ += c;
         } else if (c == '\n') {

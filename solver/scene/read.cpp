@@ -2,10 +2,12 @@
 
 #include "mesh/base/error.hpp"
 #include "mesh/base/file.hpp"
+#include "mesh/base/utf8.hpp"
 #include "solver/scene/consistency.hpp"
 #include "solver/scene/fields.hpp"
 #include "solver/scene/instruments.hpp"
 #include "solver/scene/json_input.hpp"
+#include "solver/scene/limits.hpp"
 #include "solver/scene/tapers.hpp"
 
 #include <algorithm>
@@ -19,7 +21,14 @@ namespace {
 
 bool inside(double v, const Allowed& a)
 {
-    return std::isfinite(v) && (a.above ? v > a.lower : v >= a.lower) && v <= a.upper;
+    return std::isfinite(v) && (a.above ? v > a.lower : v >= a.lower) && v <= a.upper &&
+           (v == 0 || v >= a.least || a.least == 0);
+}
+
+/// Of texts that become parts of messages, columns and paths.
+bool is_name(const std::string& text, std::size_t longest)
+{
+    return text.size() <= longest && is_printable(text);
 }
 
 /// Fills a Scene from JSON and collects what is wrong on the way.
@@ -108,10 +117,17 @@ void Reader::curve(const Json& json, const FieldDeclaration& f, const std::strin
             continue;
         }
         const double t = p[0].get<double>();
-        if (!points.empty() && !(t > points.back()[0]))
+        const UnitLimits times = limits_of(f.over_unit);
+        const std::string unit = f.over_unit.empty() ? "" : " [" + f.over_unit + "]";
+        if (!(std::abs(t) <= times.most))
             wrong(here, fmt::format("{} {}", f.over, t),
-                  fmt::format("> {}{}, the {} before it", points.back()[0],
-                              f.over_unit.empty() ? "" : " [" + f.over_unit + "]", f.over));
+                  fmt::format("a {} >= {} and <= {}{}", f.over, -times.most, times.most, unit));
+        else if (!points.empty() && t > points.back()[0] && t - points.back()[0] < times.least)
+            wrong(here, fmt::format("{} {}", f.over, t),
+                  fmt::format(">= {}{} after the {} before it", times.least, unit, f.over));
+        else if (!points.empty() && !(t > points.back()[0]))
+            wrong(here, fmt::format("{} {}", f.over, t),
+                  fmt::format("> {}{}, the {} before it", points.back()[0], unit, f.over));
         double v = 0;
         FieldDeclaration value = f;
         value.type = FieldType::number;
@@ -172,12 +188,15 @@ void Reader::field(const Json& json, const FieldDeclaration& f, void* member,
                              (near.empty() ? "" : " (nearest: " + quoted_text(near) + ")"));
         }
         if (f.required && text.empty()) return wrong(place, "\"\"", "a text that is not empty");
+        if (!is_name(text, f.longest)) return refuse();
         *static_cast<std::string*>(member) = text;
         return;
     }
     case FieldType::two_names: {
         if (!json.is_array() || json.size() != 2 || !json[0].is_string() || !json[1].is_string())
             return refuse();
+        for (const Json& name : json)
+            if (!is_name(name.get_ref<const std::string&>(), f.longest)) return refuse();
         *static_cast<std::array<std::string, 2>*>(member) = {json[0].get<std::string>(),
                                                              json[1].get<std::string>()};
         return;
@@ -226,7 +245,7 @@ void Reader::fields(const Json& json, const ObjectDeclaration& declaration,
     for (const auto& item : json.items()) {
         const std::string& name = item.key();
         const Json& value = item.value();
-        if (name == declaration.discriminator || name == "$schema") continue;
+        if ((name == declaration.discriminator && !name.empty()) || name == "$schema") continue;
         const auto f = std::find_if(known.begin(), known.end(),
                                     [&](const FieldDeclaration* k) { return k->name == name; });
         if (f != known.end()) {
@@ -304,11 +323,15 @@ void Reader::bodies(const Json& json, const ObjectDeclaration& body, const std::
         return wrong(place, json.is_object() ? "no body" : shown(json), "at least one named body");
     for (const auto& [name, value] : json.items()) {
         const std::string here = place + "/" + name;
-        const bool plain = !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
-            return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
-        });
+        constexpr std::size_t kLongest = 100; // with what files add, file systems take it
+        const bool plain =
+            !name.empty() && name.size() <= kLongest &&
+            std::all_of(name.begin(), name.end(), [](char c) {
+                return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
+            });
         if (!plain) { // names become parts of paths and of files
-            wrong(here, "body " + quoted_text(name), "a name of letters, digits, _ and -");
+            wrong(here, "body " + quoted_text(name),
+                  "a name of letters, digits, _ and -, of at most 100");
             continue;
         }
         if (name == "contacts") { // the contact points are written under this name
@@ -325,6 +348,20 @@ void Reader::bodies(const Json& json, const ObjectDeclaration& body, const std::
             continue;
         }
         fields(value, body, variant, variant->append(scene_, name), here);
+    }
+}
+
+/// Every text of a JSON document.
+void collect_texts(const std::string& json, std::vector<std::string>& texts)
+{
+    for (std::size_t i = 0; i < json.size(); ++i) {
+        if (json[i] != '"') continue;
+        std::string text;
+        for (++i; i < json.size() && json[i] != '"'; ++i) {
+            if (json[i] == '\\' && i + 1 < json.size()) ++i;
+            text += json[i];
+        }
+        texts.push_back(text);
     }
 }
 
@@ -366,6 +403,22 @@ Scene parse_scene(std::string_view text, const std::string& file,
 Scene read_scene(const std::string& file, const std::vector<std::string>& overrides)
 {
     return parse_scene(read_file(file), file, overrides);
+}
+
+std::vector<NamedFile> named_files(const Scene& scene)
+{
+    std::vector<std::string> texts;
+    std::vector<NamedFile> files;
+    collect_texts(resolved_scene(scene), texts);
+    for (const std::string& t : texts) {
+        const std::string path = beside(scene, t);
+        std::error_code error;
+        if (!t.empty() && std::filesystem::is_regular_file(path, error) &&
+            std::none_of(files.begin(), files.end(),
+                         [&](const NamedFile& f) { return f.name == t; }))
+            files.push_back({t, path});
+    }
+    return files;
 }
 
 std::string beside(const Scene& scene, const std::string& file)

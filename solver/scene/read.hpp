@@ -23,6 +23,14 @@ Scene parse_scene(std::string_view text, const std::string& file,
 /// The scene with every default filled in, as JSON that parse_scene reads to the same scene.
 std::string resolved_scene(const Scene& scene);
 
+/// A file that a scene names.
+struct NamedFile {
+    std::string name; ///< as the scene has it
+    std::string path; ///< beside the scene unless it is absolute
+};
+/// Those that are there, each once.
+std::vector<NamedFile> named_files(const Scene& scene);
+
 /// Path of a file that the scene names: beside the scene unless it is absolute.
 std::string beside(const Scene& scene, const std::string& file);
 

@@ -46,6 +46,12 @@ void limits(JsonText& out, const FieldDeclaration& f)
     const Allowed& a = f.allowed;
     if (std::isfinite(a.lower)) out.member(a.above ? "exclusiveMinimum" : "minimum", a.lower);
     if (std::isfinite(a.upper)) out.member("maximum", a.upper);
+    if (a.least > 0) // 0, or no less
+        out.key("not")
+            .open('{')
+            .member("exclusiveMinimum", 0)
+            .member("exclusiveMaximum", a.least)
+            .close('}');
 }
 
 void number_schema(JsonText& out, const FieldDeclaration& f)
@@ -91,7 +97,7 @@ void field_schema(JsonText& out, const FieldDeclaration& f, const void* defaults
         out.close('}').close(']');
         break;
     case FieldType::text:
-        out.member("type", "string");
+        out.member("type", "string").member("maxLength", int(f.longest));
         if (f.required) out.member("minLength", 1);
         if (!f.choices.empty()) {
             out.key("enum").open('[');
@@ -102,7 +108,7 @@ void field_schema(JsonText& out, const FieldDeclaration& f, const void* defaults
         break;
     case FieldType::two_names:
         list_of(2, 2);
-        out.open('{').member("type", "string").close('}');
+        out.open('{').member("type", "string").member("maxLength", int(f.longest)).close('}');
         break;
     case FieldType::vector:
         list_of(3, 3);

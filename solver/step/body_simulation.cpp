@@ -206,7 +206,6 @@ double BodySimulation::State::within_reach(double h) const
 Before BodySimulation::State::before_step() const
 {
     Before b;
-    if (dynamic()) return b; // never done again
     b.time = time;
     b.energy = energy;
     for (const auto& body : system->bodies)
@@ -328,7 +327,7 @@ bool BodySimulation::State::advance_path()
     const double before = time;
     while (true) {
         const int iterations = rod.path_step(path_length, scene.time.step, scene.time.end,
-                                             scene.accuracy.contact, time);
+                                             scene.accuracy.contact, scene.gravity, time);
         last = {};
         last.iterations = last.factorisations = iterations;
         if (iterations > 0) {
@@ -448,6 +447,11 @@ BodySimulation::BodySimulation(const Scene& scene, std::vector<Obstacle> obstacl
 
 BodySimulation::~BodySimulation() = default;
 
+void BodySimulation::prepare()
+{
+    state_->make_ready();
+}
+
 RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& stop)
 {
     State& s = *state_;
@@ -528,25 +532,41 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         if (reach - h < 1e-6 * s.scene.time.step) h = reach; // no sliver before a knot
         s.retries = 0;
         const Before before = s.before_step();
+        BodyStepReport last = std::move(s.last);
+        // Tries that end without a step leave marks in bodies and contacts: what is written then,
+        // and what --resume goes on from, is of the last step.
+        const auto take_back = [&] {
+            s.last = std::move(last);
+            s.put_back(before);
+        };
         while (!s.advance(h)) {
-            if (stop) return finish("interrupted", "interrupted by the user");
+            if (stop) {
+                take_back();
+                return finish("interrupted", "interrupted by the user");
+            }
             if (h <= smallest * (1 + 1e-9)) {
                 if (s.may_snap() && !s.in_medium() && s.advance(h, true)) break;
-                return finish(
-                    "failed",
-                    fmt::format("step {} (t = {:.6g} s): {}{}", s.step + 1, s.time, s.last.refusal,
-                                s.retries == 0
-                                    ? ""
-                                    : fmt::format("; steps down to {:.3g} s were tried", h)));
+                if (stop) {
+                    take_back();
+                    return finish("interrupted", "interrupted by the user");
+                }
+                const std::string why = fmt::format(
+                    "step {} (t = {:.6g} s): {}{}", s.step + 1, s.time, s.last.refusal,
+                    s.retries == 0 ? "" : fmt::format("; steps down to {:.3g} s were tried", h));
+                take_back();
+                return finish("failed", why);
             }
             h = std::max(0.5 * h, smallest);
             ++s.retries;
         }
         const bool refined = s.refinement.level > 0;
         const Verdict verdict = s.judge_energy(before, h);
-        if (verdict == Verdict::refused)
-            return finish("failed", fmt::format("step {} (t = {:.6g} s): {}", s.step + 1, s.time,
-                                                s.last.refusal));
+        if (verdict == Verdict::refused) {
+            const std::string why =
+                fmt::format("step {} (t = {:.6g} s): {}", s.step + 1, before.time, s.last.refusal);
+            take_back();
+            return finish("failed", why);
+        }
         if (verdict == Verdict::again) continue;
         ++s.step;
         s.overlaps.add(*s.system, s.last, s.step, sum.warnings);

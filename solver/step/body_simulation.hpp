@@ -21,6 +21,7 @@ public:
     std::vector<BodyRecord> body_records() const override;
     std::vector<Issue> warnings() const override;
     std::vector<std::string> messages() const override;
+    void prepare() override;
     std::vector<std::byte> save() const override;
     void restore(const std::vector<std::byte>& state) override;
 

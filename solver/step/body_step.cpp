@@ -471,6 +471,10 @@ bool BodyStepper::run()
     for (const BodyRef& b : system_.refs)
         if (b.solid && report_.refusal.empty()) report_.refusal = b.solid->made_energy();
     if (!report_.refusal.empty()) return false;
+    if (options_.stop && *options_.stop) { // solvers may have ended with less than they do otherwise
+        report_.refusal = "interrupted";
+        return false;
+    }
     report_modes();
     if (rods_only_) expect_contacts(true); // their tangent tells stability
     const std::string toppling_body = toppling();

@@ -55,6 +55,11 @@ class Simulation {
 public:
     virtual ~Simulation() = default;
 
+    /// The offline stage, once: all that can still refuse the scene, before anything is written.
+    /// run() and restore() do it where nobody has.
+    /// @throws InputError
+    virtual void prepare() {}
+
     /// Runs to the scene's end, or until `stop` is set (looked at between steps). Calls the
     /// observer with step 0 first (unless the state was restored), then with each step.
     virtual RunSummary run(StepObserver& observer, const std::atomic<bool>& stop) = 0;

@@ -1,6 +1,7 @@
 #include "solver/step/soft_vessel.hpp"
 
 #include "mesh/base/curve.hpp"
+#include "mesh/volume_check.hpp"
 #include "solver/body/hyperelastic_input.hpp"
 #include "solver/body/solid_conditions.hpp"
 #include "solver/scene/build.hpp"
@@ -68,6 +69,11 @@ std::vector<SoftVessel> build_soft_vessels(const Scene& scene)
         try {
             const SolidTubeOptions tube = tube_of(input, scene);
             VolumeMesh mesh = make_solid_tube(tube);
+            // Of sizes that are too far apart elements are flat but for rounding.
+            std::vector<Issue> faults = errors_of(check_volume(mesh), mesh, scene.file);
+            for (Issue& fault : faults)
+                fault.place = "/bodies/" + input.name + "/mesh: " + fault.place;
+            if (!faults.empty()) throw InputError(std::move(faults));
             if (is_hyperelastic(input)) {
                 WallMaterial material;
                 material.law = hyperelastic_of(input, scene.file);

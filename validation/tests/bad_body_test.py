@@ -212,7 +212,7 @@ class BadBodies(unittest.TestCase):
     def test_shapes_and_inertias_that_cannot_be(self):
         stone = {"kind": "rigid", "shape": {"generate": "box", "size": [0.1, 0.1, 0]}, "mass": 1}
         self.scene(stone=stone)
-        self.refused("a.json", "/bodies/stone/shape/size", "[0.1,0.1,0]", "each > 0 [m]")
+        self.refused("a.json", "/bodies/stone/shape/size", "[0.1,0.1,0]", "each >= 1e-09 and <= 1e+09 [m]")
         self.scene(stone=dict(stone, shape={"generate": "ball", "radius": 1}, inertia=[1, 1, 5]))
         self.refused("a.json", "/bodies/stone/inertia", "[1, 1, 5]", "the sum of the other two")
         (self.folder / "a.obj").write_text(TETRAHEDRON.replace("f 2 3 4\n", ""))

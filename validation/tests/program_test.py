@@ -129,7 +129,7 @@ class BadInput(Case):
 
     def test_wrong_type(self):
         self.refused(self.scene(lambda s: s["time"].update(step="fast")),
-                     says=['/time/step: found "fast", allowed: a number > 0 [s]'])
+                     says=['/time/step: found "fast", allowed: a number >= 1e-12 and <= 1e+12 [s]'])
 
     def test_out_of_range(self):
         self.refused(self.scene(lambda s: s["bodies"]["wire"]["segments"][0].update(radius=-1)),

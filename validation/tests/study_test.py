@@ -229,7 +229,7 @@ class Study(unittest.TestCase):
                            environment={"AMONTONS_STUB_PAUSE": "0.03"})
         while not (self.folder / "out/study.json").exists():
             time.sleep(0.01)
-        self.assertIn("another study", self.study(code=2)["issues"][0]["found"])
+        self.assertIn("(amontons study scene.json) at work in this folder", self.study(code=2)["issues"][0]["found"])
         first.communicate(timeout=60)
         self.assertEqual(first.returncode, 0)
 

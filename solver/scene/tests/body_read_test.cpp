@@ -55,7 +55,7 @@ TEST_CASE("every one of three numbers is held to its range")
         std::erase(shown, ' ');
         CHECK(bad_bodies("[0.1, 0.2, 0.3]", size) == "s.json: /bodies/block/mesh/size: found " +
                                                          shown +
-                                                         ", allowed: three numbers, each > 0 [m]");
+                                                         ", allowed: three numbers, each >= 1e-09 and <= 1e+09 [m]");
     }
     CHECK(has(bad_bodies("[1, 2, 3]", "[1, 0, 3]"),
               "/bodies/block/mesh/cells: found [1,0,3], allowed: three numbers, each >= 1"));

@@ -1,10 +1,13 @@
 #include "solver/scene/read.hpp"
 
 #include "mesh/base/error.hpp"
+#include "solver/scene/fields.hpp"
 #include "solver/scene/tests/issues_of.hpp"
 
 #include <cmath>
 #include <doctest/doctest.h>
+#include <functional>
+#include <set>
 #include <string>
 
 using namespace amontons;
@@ -135,9 +138,10 @@ TEST_CASE("each wrong value is reported with its place and what is allowed")
     CHECK(bad("\"friction\"", "\"frction\"") ==
           "s.json: /contact/0: found field \"frction\", allowed: \"friction\" (nearest name)");
     CHECK(bad("\"radius\": 0.004", "\"radius\": -0.004") ==
-          "s.json: /bodies/tube/surface/radius: found -0.004, allowed: a number > 0 [m]");
+          "s.json: /bodies/tube/surface/radius: found -0.004, allowed: a number >= 1e-09 and <= "
+          "1e+09 [m]");
     CHECK(has(bad("\"friction\": 0.1", "\"friction\": -0.1"),
-              "/contact/0/friction: found -0.1, allowed: a number >= 0"));
+              "/contact/0/friction: found -0.1, allowed: a number 0, or >= 1e-12 and <= 1e+12"));
     CHECK(
         has(bad("\"friction\": 0.1", "\"friction\": \"0.1\""), "found \"0.1\", allowed: a number"));
     CHECK(has(bad("\"EI\": 5.2e-4", "\"EI\": [1, 2, 3]"),
@@ -273,4 +277,59 @@ TEST_CASE("every kind of surface and an introducer on a centreline read back the
     CHECK(has(issues_of(kWireExample,
                         {R"(bodies.tube.surface={"generate": "ball", "radius": 1, "blend": 1})"}),
               "field \"blend\""));
+}
+
+TEST_CASE("every number of a scene has bounds, those of its unit or its own")
+{
+    std::set<const ObjectDeclaration*> done;
+    int numbers = 0;
+    const std::function<void(const ObjectDeclaration&)> look = [&](const ObjectDeclaration& o) {
+        if (!done.insert(&o).second) return;
+        const auto all = [&](const std::vector<FieldDeclaration>& fields) {
+            for (const FieldDeclaration& f : fields) {
+                CAPTURE(f.name);
+                if (f.object) look(*f.object);
+                if (f.type != FieldType::integer && f.type != FieldType::number &&
+                    f.type != FieldType::pair && f.type != FieldType::vector &&
+                    f.type != FieldType::curve)
+                    continue;
+                if (f.allowed.lower == f.allowed.upper) continue; // of the scene's format
+                ++numbers;
+                CHECK(std::isfinite(f.allowed.lower));
+                CHECK(std::isfinite(f.allowed.upper));
+                CHECK((f.allowed.lower != 0 || f.allowed.least > 0 || f.allowed.above));
+                CHECK(allowed_in_words(f).find("<= ") != std::string::npos);
+            }
+        };
+        all(o.fields);
+        for (const VariantDeclaration& v : o.variants)
+            all(v.fields);
+    };
+    look(scene_declaration());
+    CHECK(numbers > 150);
+}
+
+TEST_CASE(
+    "values nested without an end, fields without a name and texts that no file bears are refused")
+{
+    const auto refusal = [](const std::string& text, const std::vector<std::string>& set = {}) {
+        try {
+            parse_scene(text, "s.json", set);
+        } catch (const InputError& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    const std::string deep = std::string(100000, '[') + std::string(100000, ']');
+    CHECK(has(refusal(deep), "more than 64 deep"));
+    CHECK(has(refusal("{\"title\": " + deep + "}"), "more than 64 deep"));
+    CHECK(has(refusal(kWireExample, {"title=" + deep}), "more than 64 deep"));
+    CHECK(has(refusal(kWireExample, {"..time.step=1"}), "field \"\""));
+    CHECK(has(refusal(with("\"every\": 10", "\"\": 1")), "/output: found field \"\""));
+    CHECK(has(refusal(kWireExample, {"title=a\tb"}), "at most 4000 printable bytes"));
+    CHECK(has(
+        refusal(kWireExample, {"bodies.tube.surface.centreline.file=" + std::string(5000, 'x')}),
+        "at most 4000 printable bytes"));
+    CHECK(has(refusal(with("[[15, 0], [17", "[[15, 0], [15.0000000000001, 1], [17")),
+              ">= 1e-12 [s] after"));
 }

@@ -328,7 +328,7 @@ TEST_CASE("sizes that no beam has are refused with what is allowed")
     CHECK(has(bad_frame(radius, "\"radius\": 2.5"),
               "/segments/0/radius: found 2.5, allowed: <= 2.4 [m], the length of the beam"));
     CHECK(has(bad_frame(EI, "\"EI\": 1e-30, \"EA\": 1"),
-              "/EI: found 1e-30, allowed: 0, or >= 1e-24"));
+              "/EI: found 1e-30, allowed: a number or [start, end], each 0, or >= 1e-24"));
     CHECK(has(bad_frame(EI, "\"EI\": 1e30"), "/EI: found 1e+30"));
     CHECK(has(bad_frame(EI, "\"EI\": 1, \"GJ\": 1e-30"), "/GJ: found 1e-30"));
     CHECK(has(bad_frame(EI, "\"EI\": 1, \"EA\": 1e-30"), "/EA: found 1e-30"));

@@ -79,7 +79,7 @@ std::vector<Measured> lee_frame()
         double t = 0, length = 0.005 * L;
         int tries = 0;
         while (t < 25000) {
-            const int iterations = body.path_step(length, 500, 25000, 1e-9, t);
+            const int iterations = body.path_step(length, 500, 25000, 1e-9, Vec3::Zero(), t);
             if (iterations == 0 || iterations > 9) length *= 0.5;
             if (++tries > 2000) throw std::runtime_error("the path does not come to its end");
             if (iterations == 0) continue;

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "solver/scene/fields.hpp"
+
+#include <string_view>
+
+namespace amontons {
+
+/// The sizes that values of a unit may have, whatever field they stand in: many decades beyond what
+/// there is, in any system of units, and so far from the ends of doubles that squares, products and
+/// quotients of a few of them are numbers.
+struct UnitLimits {
+    double least; ///< of a value that must not be 0
+    double most;
+};
+UnitLimits limits_of(std::string_view unit);
+
+/// What a field of this unit allows, within the unit's limits. Bounds of its own stay.
+Allowed within_limits(Allowed allowed, std::string_view unit);
+
+} // namespace amontons
