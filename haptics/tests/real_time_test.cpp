@@ -284,18 +284,19 @@ TEST_CASE("a force that control takes away in a tick is told though none was com
         records[k].computed.force = {0, 0, 0.8};
         records[k].sent.force = {0, 0, k == 2 ? 0.14 : 0.8};
     }
-    records[4].state = SafetyState::too_fast; // what a fault takes is not counted
-    records[4].sent.force = {0, 0, 0};
     const HapticLoop<float> loop(1, {});
     const HapticSummary s = summarise<float>(records, loop, 1e-3, false);
     CHECK(s.largest_change == 0);
     CHECK(s.largest_change_sent == doctest::Approx(0.66));
-    records.erase(records.begin() + 3); // over two ticks: half in each
-    records[2].sent.force = {0, 0, 0.5};
-    records[2].state = records[3].state = SafetyState::running;
-    records[3].sent.force = {0, 0, 0.5};
-    records[1].sent.force = {0, 0, 0.8};
-    CHECK(summarise<float>(records, loop, 1e-3, false).largest_change_sent == doctest::Approx(0.3));
+    // What a fault takes is felt, too; and what comes after a tick that was missed.
+    records[4].state = SafetyState::too_fast;
+    records[4].computed.force = records[4].sent.force = {0, 0, 0};
+    CHECK(summarise<float>(records, loop, 1e-3, false).largest_change_sent == doctest::Approx(0.8));
+    CHECK(s.largest_rise_sent == doctest::Approx(0.66));
+    CHECK(s.ticks_in[std::size_t(SafetyState::running)] == 5);
+    records.erase(records.begin() + 3);
+    CHECK(summarise<float>(records, loop, 1e-3, false).largest_change_sent ==
+          doctest::Approx(0.66));
 }
 
 TEST_CASE("percentiles are numbers that occur")
