@@ -12,8 +12,11 @@ namespace amontons {
 namespace {
 
 constexpr double kFloorFactor = 50 * std::numeric_limits<double>::epsilon();
+constexpr double kFloorShare = 1.0 / 50; // of the floor: what the round-off of u is at worst
 /// A reaction that runs away raises its own floor: beyond this, round-off is no excuse.
 constexpr double kFloorLimit = 1e-3;
+constexpr double kDoubt = 0.1;    // of an error: round-off that is less is left
+constexpr double kNobody = 1e-15; // an error that is less is no matter [-]
 
 /// rows / trace, with what is left when the trace says nothing (zero or indefinite W).
 double scalar_rho(const Delassus& W, const Eigen::VectorXd& diagonal)
@@ -75,6 +78,8 @@ const char* name(SolveStatus status)
     switch (status) {
     case SolveStatus::converged:
         return "converged";
+    case SolveStatus::at_round_off:
+        return "at_round_off";
     case SolveStatus::stagnated:
         return "stagnated";
     case SolveStatus::infeasible:
@@ -208,6 +213,18 @@ double NaturalMapError::exact(const Eigen::VectorXd& r, const Eigen::VectorXd& u
     return ratio(residuals.norm(), rho_ * size_of_q(r, u, false));
 }
 
+double NaturalMapError::certain(const Eigen::VectorXd& r, Eigen::VectorXd& u,
+                                Eigen::VectorXd& residuals) const
+{
+    const double error = (*this)(r, u, residuals);
+    if (error == 0 || !std::isfinite(error)) return error;
+    const double in_map = rounding(r, u), doubt = kDoubt * error;
+    const double in_u = floor_bound(r, u) * kFloorShare;
+    if (error + in_map + in_u < kNobody || in_map + in_u < doubt) return error;
+    problem_.W.apply_exactly(r, problem_.q, u);
+    return exact(r, u, residuals);
+}
+
 double NaturalMapError::rounding(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const
 {
     return std::numeric_limits<double>::epsilon() * ratio(r.norm(), rho_ * size_of_q(r, u, false));
@@ -265,13 +282,6 @@ double NaturalMapError::threshold(const Eigen::VectorXd& r, const Eigen::VectorX
     return floor_bound(r, u) <= tolerance ? tolerance : std::max(tolerance, floor(r, u));
 }
 
-double NaturalMapError::hidden(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
-                               double tolerance) const
-{
-    constexpr double kShare = 1.0 / 50, kNothing = 1e-3;
-    return kShare * floor_bound(r, u) <= kNothing * tolerance ? 0 : kShare * floor(r, u);
-}
-
 Certificate certify(const ContactProblem& problem, const Eigen::VectorXd& r, double tolerance,
                     ErrorScope scope)
 {
@@ -300,15 +310,14 @@ Certificate certify(const NaturalMapError& error, const Eigen::VectorXd& r, doub
     problem.W.apply(r, u);
     u += problem.q;
     Eigen::VectorXd residuals(c.contacts);
-    c.error = error(r, u, residuals);
+    c.error = error.certain(r, u, residuals);
     c.scaled_error = error.scaled(r, u);
+    c.rounding = error.rounding(r, u);
     // The floor costs a product: only who has not converged without it needs it.
-    if (!(c.error <= tolerance)) {
-        c.threshold = error.threshold(r, u, tolerance);
-        if (c.error > c.threshold && c.error < kRoundings * error.rounding(r, u))
-            c.error = error.exact(r, u, residuals);
-    }
-    c.status = c.error <= c.threshold ? SolveStatus::converged : SolveStatus::stagnated;
+    if (!(c.error <= tolerance)) c.threshold = error.threshold(r, u, tolerance);
+    c.status = c.error <= tolerance     ? SolveStatus::converged
+               : c.error <= c.threshold ? SolveStatus::at_round_off
+                                        : SolveStatus::stagnated;
 
     double worst = -1;
     for (int i = 0; i < c.contacts; ++i) {

@@ -1,7 +1,9 @@
 #include "contact/solve.hpp"
 #include "contact/tests/contact_problems.hpp"
 
+#include <cmath>
 #include <doctest/doctest.h>
+#include <random>
 
 // Problems solved to the last digits that doubles have.
 
@@ -51,4 +53,46 @@ TEST_CASE("stiff contacts beside soft ones: 1e-12 where the last digit of r is m
     CHECK(s.certificate.status == SolveStatus::converged);
     CHECK(s.certificate.threshold == options.tolerance);
     CHECK(static_cast<double>(test::reference_error(p, s.reaction)) <= options.tolerance);
+}
+
+TEST_CASE(
+    "the error told is that of the written reaction in long double however badly it is scaled")
+{
+    // Blocks of unlike stiffness, hyperstatic (W of low rank), heavy on light: what doubles find
+    // differs from what is there by up to eps |r| / (rho |q|).
+    std::mt19937 rng{7};
+    int doubtful = 0, at_round_off = 0, compared = 0;
+    for (int k = 0; k < 60; ++k) {
+        const int n = 2 + k % 14, rank = k % 3 == 0 ? 2 * n : 3 * n;
+        ContactProblem p =
+            test::random_problem(rng, n, rank, 0.2 + 0.1 * (k % 5), k % 10); // contrast 10^(k % 10)
+        if (k % 4 == 1) p.W = Delassus(Delassus::Sparse(p.W.dense().sparseView()));
+        for (const double tolerance : {1e-8, 1e-12, 1e-14}) {
+            CAPTURE(k);
+            CAPTURE(tolerance);
+            SolverOptions options;
+            options.tolerance = tolerance;
+            options.max_iterations = 2000;
+            const ContactSolution s = solve(p, options);
+            const Certificate& c = s.certificate;
+            ContactProblem dense = p;
+            if (p.W.is_sparse()) dense.W = Delassus(Eigen::MatrixXd(p.W.sparse()));
+            const auto found = static_cast<double>(test::reference_error(dense, s.reaction));
+            const double in_doubles =
+                NaturalMapError(p, ErrorScope::all_rows)(s.reaction, p.W * s.reaction + p.q);
+            if (std::max(found, c.error) > 1e-14) {
+                ++compared;
+                CHECK(c.error <= 2 * found);
+                CHECK(found <= 2 * c.error);
+                doubtful += in_doubles > 2 * found || found > 2 * in_doubles;
+            }
+            CHECK(is_solved(c.status) == (found <= c.threshold * 1.001));
+            CHECK((c.status == SolveStatus::converged) == (found <= tolerance * 1.001));
+            at_round_off += c.status == SolveStatus::at_round_off;
+        }
+    }
+    MESSAGE(compared << " compared, doubles tell another error in " << doubtful << ", "
+                     << at_round_off << " at round-off");
+    CHECK(doubtful > 0); // or this shows nothing
+    CHECK(at_round_off > 0);
 }

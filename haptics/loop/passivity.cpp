@@ -69,9 +69,10 @@ Wrench Passivity::allow(Wrench wrench, const Limiter& limiter, Motion motion, bo
         return force.dot(x) + torque.dot(t) +
                (sums_ + ticks + 1) / 2.0 * (more * force.norm() + turn_more * torque.norm());
     };
-    const int longest = std::max({options_.horizon, late_, held_ - sums_, 1});
+    const int longest = std::max({options_.horizon, held_ - sums_, 1});
     const auto worst_work = [&](const Wrench& w) { // the ends decide
-        return std::max(work_of(w, 1), work_of(w, longest));
+        const double late = work_of(w, std::max(late_, longest)) - options_.late_trust;
+        return std::max({work_of(w, 1), work_of(w, longest), late});
     };
     const double wanted = worst_work(wrench), budget = std::max(credit_, 0.0);
     if ((options_.control || always) && wanted > credit_) {

@@ -24,6 +24,9 @@ struct PassivityOptions {
     /// Credit that the hand has earned by pushing decays with this time constant, so that old
     /// dissipation does not hide new injection; 0: never [s].
     double leak = 0;
+    /// What a tick that comes later than `horizon` says may give beyond the credit: that it comes
+    /// so late just then, while the hand moves off as fast as it may, is unlikely [J].
+    double late_trust = 2e-6;
     /// Credit to begin with, which bounds the energy that may be given in all. Without any, a force
     /// cannot begin where a tick's motion is below the encoder's step: nothing was earned yet, and
     /// nothing is sure. With K times the square of a few steps it can [J].

@@ -17,7 +17,9 @@ inline thread_local long locks = 0;
 #include <atomic>
 #include <doctest/doctest.h>
 #include <functional>
+#include <chrono>
 #include <stdexcept>
+#include <thread>
 #include <sys/socket.h>
 #include <unistd.h>
 #include <vector>
@@ -194,6 +196,26 @@ TEST_CASE("a simulation that publishes no more takes the force away and the reas
     CHECK(run.records.back().sent.force.norm() == 0);
     CHECK(f.device.pressed);
     CHECK(told.back() == SafetyState::stale_operator);
+}
+
+TEST_CASE("a simulation slower than asked is told once while the run lasts")
+{
+    // It can be no faster than it is: a thousand steps a second are asked for, fifty made at most.
+    Fixture f;
+    std::vector<double> told;
+    f.options.operator_period = 1e-3;
+    f.options.on_slow = [&](double rate) { told.push_back(rate); };
+    std::atomic<int> asked{0};
+    f.device.enough = [&] { return asked > 70; };
+    const RealTimeRun run = f.run(Fixture::plain(), [&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        ++asked;
+        return false;
+    });
+    REQUIRE(told.size() == 1);
+    CHECK(told[0] > 0);
+    CHECK(told[0] < 51);
+    CHECK(run.step_rate < 51);
 }
 
 TEST_CASE("a simulation that ends with an exception takes the force away and the reason is told")

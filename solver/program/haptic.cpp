@@ -291,10 +291,13 @@ ChangedLink build_changed_link(const std::string& file, std::vector<std::string>
 /// all, is made in a thread of its own: the simulation goes on as it is until that is there.
 class LinkChanges {
 public:
-    LinkChanges(std::string file, std::vector<std::string> overrides, const LinkOptions& options)
+    /// @param waits  for each: where time stands meanwhile
+    LinkChanges(std::string file, std::vector<std::string> overrides, const LinkOptions& options,
+                bool waits)
         : file_(std::move(file))
         , overrides_(std::move(overrides))
         , options_(options)
+        , waits_(waits)
     {
     }
 
@@ -306,22 +309,22 @@ public:
     /// The next change that is ready, taken over from where the simulation is; or no link.
     ChangedLink next(const HandleLink& now, const Session& session)
     {
-        ChangedLink c;
-        if (pending_.valid() &&
-            pending_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
-            c = pending_.get();
-            if (c.link && !c.link->take_over(now)) {
-                c.refusal = "not set, the bodies would be others: " + c.line;
-                c.link.reset();
-            }
-            if (c.link) overrides_ = c.overrides;
-            session.say(c.link ? "set " + c.line : c.refusal);
-        }
         if (!pending_.valid() && !asked_.empty()) {
             pending_ = std::async(std::launch::async, build_changed_link, file_, overrides_,
                                   asked_.front(), options_);
             asked_.pop_front();
         }
+        ChangedLink c;
+        if (!pending_.valid() ||
+            (!waits_ && pending_.wait_for(std::chrono::seconds(0)) != std::future_status::ready))
+            return c;
+        c = pending_.get();
+        if (c.link && !c.link->take_over(now)) {
+            c.refusal = "not set, the bodies would be others: " + c.line;
+            c.link.reset();
+        }
+        if (c.link) overrides_ = c.overrides;
+        session.say(c.link ? "set " + c.line : c.refusal);
         return c;
     }
     /// The run is over.
@@ -337,6 +340,7 @@ private:
     std::string file_;
     std::vector<std::string> overrides_;
     LinkOptions options_;
+    bool waits_;
     std::deque<std::string> asked_;
     std::future<ChangedLink> pending_;
 };
@@ -389,7 +393,7 @@ void haptic(HapticArguments& a, Session& session)
     const std::unique_ptr<HandleLink> first = make_link(scene, obstacles, set.link);
     ChangedLink changed;
     HandleLink* link = first.get();
-    LinkChanges changes(a.scene.scene, a.scene.overrides, set.link);
+    LinkChanges changes(a.scene.scene, a.scene.overrides, set.link, a.virtual_time);
     if (set.device.max_stiffness > 0 && scene.haptic.stiffness > set.device.max_stiffness)
         session.say(fmt::format("warning: {}: /haptic/stiffness: {:g} N/m, but {} is stable up to "
                                 "{:g} N/m: it may buzz",
@@ -444,6 +448,7 @@ void haptic(HapticArguments& a, Session& session)
     out.real_time = !a.virtual_time;
     out.contacts_asked = out.contacts_left = most;
     bool told = false, told_limited = false; // a fault, while it lasted; the other, once
+    SafetyState said = SafetyState::running;
     if (a.virtual_time) {
         VirtualOptions options;
         options.duration = duration;
@@ -473,9 +478,9 @@ void haptic(HapticArguments& a, Session& session)
                 told_limited = true;
                 return;
             }
-            const bool fault = state != SafetyState::running;
-            if (fault || told) session.say(std::string(name(state)) + ": " + reason(state));
-            told = told || fault;
+            if (state != said) session.say(std::string(name(state)) + ": " + reason(state));
+            said = state;
+            told = told || state != SafetyState::running;
         };
         options.on_slow = [&](double rate) {
             session.say(fmt::format(
