@@ -214,13 +214,18 @@ double NaturalMapError::exact(const Eigen::VectorXd& r, const Eigen::VectorXd& u
 }
 
 double NaturalMapError::certain(const Eigen::VectorXd& r, Eigen::VectorXd& u,
-                                Eigen::VectorXd& residuals) const
+                                Eigen::VectorXd& residuals, double limit) const
 {
     const double error = (*this)(r, u, residuals);
     if (error == 0 || !std::isfinite(error)) return error;
-    const double in_map = rounding(r, u), doubt = kDoubt * error;
-    const double in_u = floor_bound(r, u) * kFloorShare;
-    if (error + in_map + in_u < kNobody || in_map + in_u < doubt) return error;
+    const double in_map = rounding(r, u);
+    const auto matters = [&](double floor) {
+        const double noise = in_map + kFloorShare * floor;
+        return error + noise > kNobody &&
+               (noise > kDoubt * error || (error <= limit && error + noise > limit));
+    };
+    // The bound is cheap, the floor a product, what follows ten.
+    if (!matters(floor_bound(r, u)) || !matters(uncapped_floor(r, u))) return error;
     problem_.W.apply_exactly(r, problem_.q, u);
     return exact(r, u, residuals);
 }
@@ -260,11 +265,16 @@ double NaturalMapError::scaled(const Eigen::VectorXd& r, const Eigen::VectorXd& 
     return ratio(std::sqrt(sum), size_of_q(r, u, true));
 }
 
+double NaturalMapError::uncapped_floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const
+{
+    const Eigen::VectorXd size = problem_.q.cwiseAbs() + problem_.W.absolute_times(r.cwiseAbs());
+    return kFloorFactor * ratio(size.norm(), size_of_q(r, u, false));
+}
+
 double NaturalMapError::floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const
 {
     if (!r.allFinite()) return 0;
-    const Eigen::VectorXd size = problem_.q.cwiseAbs() + problem_.W.absolute_times(r.cwiseAbs());
-    const double floor = kFloorFactor * ratio(size.norm(), size_of_q(r, u, false));
+    const double floor = uncapped_floor(r, u);
     return floor <= kFloorLimit ? floor : 0;
 }
 
@@ -310,7 +320,7 @@ Certificate certify(const NaturalMapError& error, const Eigen::VectorXd& r, doub
     problem.W.apply(r, u);
     u += problem.q;
     Eigen::VectorXd residuals(c.contacts);
-    c.error = error.certain(r, u, residuals);
+    c.error = error.certain(r, u, residuals, tolerance);
     c.scaled_error = error.scaled(r, u);
     c.rounding = error.rounding(r, u);
     // The floor costs a product: only who has not converged without it needs it.

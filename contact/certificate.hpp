@@ -105,11 +105,13 @@ public:
     double operator()(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
                       Eigen::VectorXd& residuals) const;
     /// The error to be told: where the round-off of u = W r + q, or of the map itself, may be more
-    /// than a tenth of it, both are formed anew in long double. In doubles the map knows how far a
-    /// slipping r is from its cone to the last digit of r only, which is more than a tight
-    /// tolerance where stiff contacts stand beside soft ones: rho is that of the soft ones.
+    /// than a tenth of it, or decide whether it is below the limit, both are formed anew in long
+    /// double. In doubles the map knows how far a slipping r is from its cone to the last digit of
+    /// r only, which is more than a tight tolerance where stiff contacts stand beside soft ones:
+    /// rho is that of the soft ones.
     /// @param u  W r + q; replaced where it is formed anew
-    double certain(const Eigen::VectorXd& r, Eigen::VectorXd& u, Eigen::VectorXd& residuals) const;
+    double certain(const Eigen::VectorXd& r, Eigen::VectorXd& u, Eigen::VectorXd& residuals,
+                   double limit) const;
     /// The last digit of r as an error [-].
     double rounding(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
     /// r with each slipping contact moved by a last digit or two onto its cone.
@@ -141,6 +143,7 @@ private:
     double size_of_q(const Eigen::VectorXd& r, const Eigen::VectorXd& u, bool scaled) const;
     double exact(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
                  Eigen::VectorXd& residuals) const;
+    double uncapped_floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
     double floor_bound(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
 
     const ContactProblem& problem_;

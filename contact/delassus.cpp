@@ -256,7 +256,7 @@ void Delassus::apply_exactly(const Eigen::VectorXd& r, const Eigen::VectorXd& q,
     }
     using Long = long double;
     using LongVector = Eigen::Matrix<Long, Eigen::Dynamic, 1>;
-    LongVector u = q.cast<Long>();
+    LongVector u = LongVector::Zero(q.size()); // q last: what cancels in W r must not hide it
     if (is_dense()) {
         for (Eigen::Index j = 0; j < r.size(); ++j)
             if (r[j] != 0) u += static_cast<Long>(r[j]) * dense().col(j).cast<Long>();
@@ -278,7 +278,7 @@ void Delassus::apply_exactly(const Eigen::VectorXd& r, const Eigen::VectorXd& q,
                 u[part.rows[i]] += part.G.col(static_cast<Eigen::Index>(i)).cast<Long>().dot(moved);
         }
     }
-    out = u.cast<double>();
+    out = (u + q.cast<Long>()).cast<double>();
 }
 
 Eigen::VectorXd Delassus::absolute_times(const Eigen::VectorXd& r) const

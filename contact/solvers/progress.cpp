@@ -41,7 +41,7 @@ bool SolveProgress::converged(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool
         threshold_ = natural_map_.threshold(r, u, options_.tolerance);
     }
     // Sweeps end just below the threshold: there round-off decides.
-    if (error_ <= threshold_) error_ = natural_map_.certain(r, u, residuals_);
+    if (error_ <= threshold_) error_ = natural_map_.certain(r, u, residuals_, threshold_);
     if (error_ <= threshold_) return true;
     return due && converged_by_rounding(r, u);
 }
@@ -54,7 +54,7 @@ bool SolveProgress::converged_by_rounding(const Eigen::VectorXd& r, const Eigen:
     problem_.W.apply(other, own);
     own += problem_.q;
     Eigen::VectorXd residuals(residuals_.size());
-    const double error = natural_map_.certain(other, own, residuals);
+    const double error = natural_map_.certain(other, own, residuals, threshold_);
     if (!(error <= threshold_)) return false;
     error_ = error;
     residuals_ = std::move(residuals);

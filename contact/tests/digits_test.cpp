@@ -9,6 +9,26 @@
 
 using namespace amontons;
 
+namespace {
+
+/// Stiff contacts, all slipping, and a soft one whose compliance sets rho; each feels the others a
+/// little.
+ContactProblem stiff_beside_soft(int stiff, double contrast, double mu)
+{
+    ContactProblem p;
+    Eigen::MatrixXd W = Eigen::MatrixXd::Identity(3 * (stiff + 1), 3 * (stiff + 1));
+    W.topLeftCorner(3 * stiff, 3 * stiff) /= contrast;
+    W.array() += 1e-2 / contrast;
+    p.W = Delassus(W);
+    p.mu = Eigen::VectorXd::Constant(stiff + 1, mu);
+    p.q.resize(3 * (stiff + 1));
+    for (int i = 0; i <= stiff; ++i)
+        p.q.segment<3>(3 * i) << -1 - 0.1 * i, 0.7 + 0.05 * i, 0.9 - 0.03 * i;
+    return p;
+}
+
+} // namespace
+
 TEST_CASE("sweeps over a W in single precision end at twelve digits in any unit")
 {
     std::mt19937 rng{13};
@@ -32,19 +52,7 @@ TEST_CASE("sweeps over a W in single precision end at twelve digits in any unit"
 
 TEST_CASE("stiff contacts beside soft ones: 1e-12 where the last digit of r is more than that")
 {
-    // Ten stiff contacts, all slipping, and a soft one whose compliance sets rho; each feels the
-    // others a little.
-    ContactProblem p;
-    const int stiff = 10;
-    const double contrast = 1e6, mu = 0.3;
-    Eigen::MatrixXd W = Eigen::MatrixXd::Identity(3 * (stiff + 1), 3 * (stiff + 1));
-    W.topLeftCorner(3 * stiff, 3 * stiff) /= contrast;
-    W.array() += 1e-2 / contrast;
-    p.W = Delassus(W);
-    p.mu = Eigen::VectorXd::Constant(stiff + 1, mu);
-    p.q.resize(3 * (stiff + 1));
-    for (int i = 0; i <= stiff; ++i)
-        p.q.segment<3>(3 * i) << -1 - 0.1 * i, 0.7 + 0.05 * i, 0.9 - 0.03 * i;
+    const ContactProblem p = stiff_beside_soft(10, 1e6, 0.3);
     SolverOptions options;
     options.tolerance = 1e-12;
     const ContactSolution s = solve(p, options);
@@ -62,10 +70,22 @@ TEST_CASE(
     // differs from what is there by up to eps |r| / (rho |q|).
     std::mt19937 rng{7};
     int doubtful = 0, at_round_off = 0, compared = 0;
+    std::uniform_real_distribution<double> uniform;
     for (int k = 0; k < 60; ++k) {
-        const int n = 2 + k % 14, rank = k % 3 == 0 ? 2 * n : 3 * n;
-        ContactProblem p =
-            test::random_problem(rng, n, rank, 0.2 + 0.1 * (k % 5), k % 10); // contrast 10^(k % 10)
+        const double contrast = std::pow(10.0, k % 10), mu = 0.2 + 0.1 * (k % 5);
+        ContactProblem p;
+        if (k % 3 == 0) {
+            std::vector<double> mass(3 + std::size_t(k) % 7, 1.0);
+            mass.back() = contrast;
+            p = test::tower(mass, 0.3 * uniform(rng), mu);
+        } else if (k % 3 == 1) { // stiff contacts that slip beside a soft one
+            p = stiff_beside_soft(2 + k % 14, contrast, mu);
+            for (double& q : p.q)
+                q *= 1 + 0.1 * uniform(rng);
+        } else {
+            const int n = 2 + k % 14;
+            p = test::random_problem(rng, n, k % 2 ? 2 * n : 3 * n, mu, k % 10);
+        }
         if (k % 4 == 1) p.W = Delassus(Delassus::Sparse(p.W.dense().sparseView()));
         for (const double tolerance : {1e-8, 1e-12, 1e-14}) {
             CAPTURE(k);
