@@ -115,9 +115,10 @@ class View(unittest.TestCase):
         self.assertNotIn("view", soft)
 
     def test_a_change_that_needs_new_factors_is_made_beside(self):
-        # A finer bed, whose factor takes about a second, many times what an operator may age.
+        # A finer bed, whose factor takes longer than an operator may age.
         scene = json.loads(json.dumps(SCENE))
-        scene["bodies"]["bed"]["mesh"]["cells"] = [28, 28, 14]
+        scene["bodies"]["bed"]["mesh"]["cells"] = [18, 18, 8]
+        scene["haptic"]["simulation_rate"] = 20
         (self.folder / "scene.json").write_text(json.dumps(scene))
         process = self.start("haptic", "scene.json", "--duration", "600", "--view")
         said = []
