@@ -213,8 +213,9 @@ double NaturalMapError::exact(const Eigen::VectorXd& r, const Eigen::VectorXd& u
     return ratio(residuals.norm(), rho_ * size_of_q(r, u, false));
 }
 
-double NaturalMapError::certain(const Eigen::VectorXd& r, Eigen::VectorXd& u,
-                                Eigen::VectorXd& residuals, double limit) const
+double NaturalMapError::in_long_double_if_doubtful(const Eigen::VectorXd& r, Eigen::VectorXd& u,
+                                                   Eigen::VectorXd& residuals, double limit,
+                                                   bool told) const
 {
     const double error = (*this)(r, u, residuals);
     if (error == 0 || !std::isfinite(error)) return error;
@@ -222,7 +223,7 @@ double NaturalMapError::certain(const Eigen::VectorXd& r, Eigen::VectorXd& u,
     const auto matters = [&](double floor) {
         const double noise = in_map + kFloorShare * floor;
         return error + noise > kNobody &&
-               (noise > kDoubt * error || (error <= limit && error + noise > limit));
+               ((told && noise > kDoubt * error) || (error <= limit && error + noise > limit));
     };
     // The bound is cheap, the floor a product, what follows ten.
     if (!matters(floor_bound(r, u)) || !matters(uncapped_floor(r, u))) return error;

@@ -111,7 +111,16 @@ public:
     /// rho is that of the soft ones.
     /// @param u  W r + q; replaced where it is formed anew
     double certain(const Eigen::VectorXd& r, Eigen::VectorXd& u, Eigen::VectorXd& residuals,
-                   double limit) const;
+                   double limit) const
+    {
+        return in_long_double_if_doubtful(r, u, residuals, limit, true);
+    }
+    /// The same for who only has to know whether it is below the limit.
+    double decided(const Eigen::VectorXd& r, Eigen::VectorXd& u, Eigen::VectorXd& residuals,
+                   double limit) const
+    {
+        return in_long_double_if_doubtful(r, u, residuals, limit, false);
+    }
     /// The last digit of r as an error [-].
     double rounding(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
     /// r with each slipping contact moved by a last digit or two onto its cone.
@@ -143,6 +152,8 @@ private:
     double size_of_q(const Eigen::VectorXd& r, const Eigen::VectorXd& u, bool scaled) const;
     double exact(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
                  Eigen::VectorXd& residuals) const;
+    double in_long_double_if_doubtful(const Eigen::VectorXd& r, Eigen::VectorXd& u,
+                                      Eigen::VectorXd& residuals, double limit, bool told) const;
     double uncapped_floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
     double floor_bound(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
 

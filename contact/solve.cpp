@@ -194,7 +194,7 @@ SolverRun run_parts(const NaturalMapError& error, const std::vector<ProblemPart>
     const ContactProblem& problem = error.problem();
     const auto error_of = [&](const Eigen::VectorXd& r) {
         Eigen::VectorXd u = problem.W * r + problem.q, residuals(contact_count(problem));
-        return error.certain(r, u, residuals, options.tolerance);
+        return error.decided(r, u, residuals, options.tolerance);
     };
     SolverRun whole;
     whole.reaction = Eigen::VectorXd::Zero(problem.q.size());

@@ -41,7 +41,7 @@ bool SolveProgress::converged(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool
         threshold_ = natural_map_.threshold(r, u, options_.tolerance);
     }
     // Sweeps end just below the threshold: there round-off decides.
-    if (error_ <= threshold_) error_ = natural_map_.certain(r, u, residuals_, threshold_);
+    if (error_ <= threshold_) error_ = natural_map_.decided(r, u, residuals_, threshold_);
     if (error_ <= threshold_) return true;
     return due && converged_by_rounding(r, u);
 }
