@@ -12,8 +12,11 @@ namespace amontons {
 namespace {
 
 constexpr double kFloorFactor = 50 * std::numeric_limits<double>::epsilon();
+constexpr double kFloorShare = 1.0 / 50; // of the floor: what the round-off of u is at worst
 /// A reaction that runs away raises its own floor: beyond this, round-off is no excuse.
 constexpr double kFloorLimit = 1e-3;
+constexpr double kDoubt = 0.1;    // of an error: round-off that is less is left
+constexpr double kNobody = 1e-15; // an error that is less is no matter [-]
 
 /// rows / trace, with what is left when the trace says nothing (zero or indefinite W).
 double scalar_rho(const Delassus& W, const Eigen::VectorXd& diagonal)
@@ -75,6 +78,8 @@ const char* name(SolveStatus status)
     switch (status) {
     case SolveStatus::converged:
         return "converged";
+    case SolveStatus::at_round_off:
+        return "at_round_off";
     case SolveStatus::stagnated:
         return "stagnated";
     case SolveStatus::infeasible:
@@ -208,6 +213,24 @@ double NaturalMapError::exact(const Eigen::VectorXd& r, const Eigen::VectorXd& u
     return ratio(residuals.norm(), rho_ * size_of_q(r, u, false));
 }
 
+double NaturalMapError::in_long_double_if_doubtful(const Eigen::VectorXd& r, Eigen::VectorXd& u,
+                                                   Eigen::VectorXd& residuals, double limit,
+                                                   bool told) const
+{
+    const double error = (*this)(r, u, residuals);
+    if (error == 0 || !std::isfinite(error)) return error;
+    const double in_map = rounding(r, u);
+    const auto matters = [&](double floor) {
+        const double noise = in_map + kFloorShare * floor;
+        return error + noise > kNobody &&
+               ((told && noise > kDoubt * error) || (error <= limit && error + noise > limit));
+    };
+    // The bound is cheap, the floor a product, what follows ten.
+    if (!matters(floor_bound(r, u)) || !matters(uncapped_floor(r, u))) return error;
+    problem_.W.apply_exactly(r, problem_.q, u);
+    return exact(r, u, residuals);
+}
+
 double NaturalMapError::rounding(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const
 {
     return std::numeric_limits<double>::epsilon() * ratio(r.norm(), rho_ * size_of_q(r, u, false));
@@ -243,11 +266,16 @@ double NaturalMapError::scaled(const Eigen::VectorXd& r, const Eigen::VectorXd& 
     return ratio(std::sqrt(sum), size_of_q(r, u, true));
 }
 
+double NaturalMapError::uncapped_floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const
+{
+    const Eigen::VectorXd size = problem_.q.cwiseAbs() + problem_.W.absolute_times(r.cwiseAbs());
+    return kFloorFactor * ratio(size.norm(), size_of_q(r, u, false));
+}
+
 double NaturalMapError::floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const
 {
     if (!r.allFinite()) return 0;
-    const Eigen::VectorXd size = problem_.q.cwiseAbs() + problem_.W.absolute_times(r.cwiseAbs());
-    const double floor = kFloorFactor * ratio(size.norm(), size_of_q(r, u, false));
+    const double floor = uncapped_floor(r, u);
     return floor <= kFloorLimit ? floor : 0;
 }
 
@@ -263,13 +291,6 @@ double NaturalMapError::threshold(const Eigen::VectorXd& r, const Eigen::VectorX
                                   double tolerance) const
 {
     return floor_bound(r, u) <= tolerance ? tolerance : std::max(tolerance, floor(r, u));
-}
-
-double NaturalMapError::hidden(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
-                               double tolerance) const
-{
-    constexpr double kShare = 1.0 / 50, kNothing = 1e-3;
-    return kShare * floor_bound(r, u) <= kNothing * tolerance ? 0 : kShare * floor(r, u);
 }
 
 Certificate certify(const ContactProblem& problem, const Eigen::VectorXd& r, double tolerance,
@@ -300,15 +321,14 @@ Certificate certify(const NaturalMapError& error, const Eigen::VectorXd& r, doub
     problem.W.apply(r, u);
     u += problem.q;
     Eigen::VectorXd residuals(c.contacts);
-    c.error = error(r, u, residuals);
+    c.error = error.certain(r, u, residuals, tolerance);
     c.scaled_error = error.scaled(r, u);
+    c.rounding = error.rounding(r, u);
     // The floor costs a product: only who has not converged without it needs it.
-    if (!(c.error <= tolerance)) {
-        c.threshold = error.threshold(r, u, tolerance);
-        if (c.error > c.threshold && c.error < kRoundings * error.rounding(r, u))
-            c.error = error.exact(r, u, residuals);
-    }
-    c.status = c.error <= c.threshold ? SolveStatus::converged : SolveStatus::stagnated;
+    if (!(c.error <= tolerance)) c.threshold = error.threshold(r, u, tolerance);
+    c.status = c.error <= tolerance     ? SolveStatus::converged
+               : c.error <= c.threshold ? SolveStatus::at_round_off
+                                        : SolveStatus::stagnated;
 
     double worst = -1;
     for (int i = 0; i < c.contacts; ++i) {

@@ -11,11 +11,19 @@
 namespace amontons {
 
 enum class SolveStatus {
-    converged,  ///< error <= threshold
-    stagnated,  ///< ended at the error that the certificate says
-    infeasible, ///< no reaction can prevent penetration: see Certificate::proof
-    out_of_time ///< max_seconds, or a stop from outside, before the threshold
+    converged,    ///< error <= tolerance
+    at_round_off, ///< error <= threshold: as good as numbers allow, which is less than was asked
+                  ///< for
+    stagnated,    ///< ended at the error that the certificate says
+    infeasible,   ///< no reaction can prevent penetration: see Certificate::proof
+    out_of_time   ///< max_seconds, or a stop from outside, before the threshold
 };
+
+/// The error is below what was asked for, or as low as numbers allow.
+constexpr bool is_solved(SolveStatus status)
+{
+    return status == SolveStatus::converged || status == SolveStatus::at_round_off;
+}
 
 /// The solvers of contact/solve.hpp; which to choose when: docs/theory/contact.md.
 enum class ContactSolver {
@@ -51,6 +59,9 @@ struct Certificate {
     double error = std::numeric_limits<double>::infinity(); ///< natural map over ||q'|| [-]
     double tolerance = 0;                                   ///< as asked for [-]
     double threshold = 0; ///< tolerance, or the round-off floor if that is larger [-]
+    /// The last digit of r as an error: who recomputes the error in doubles, projection and all,
+    /// may find this more [-].
+    double rounding = 0;
     /// The same after scaling each contact by its own block: sees the stiff ones [-].
     double scaled_error = std::numeric_limits<double>::infinity();
     double worst_penetration = 0;    ///< largest -u_n, or |u| of a bilateral row, >= 0 [m]
@@ -93,11 +104,23 @@ public:
     /// The same, and leaves ||F_i|| of each contact in residuals, n [N].
     double operator()(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
                       Eigen::VectorXd& residuals) const;
-    /// The same in long double, contact by contact. operator() knows how far a slipping r is from
-    /// its cone to the last digit of r only, which is more than a tight tolerance where stiff
-    /// contacts stand beside soft ones: rho is that of the soft ones.
-    double exact(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
-                 Eigen::VectorXd& residuals) const;
+    /// The error to be told: where the round-off of u = W r + q, or of the map itself, may be more
+    /// than a tenth of it, or decide whether it is below the limit, both are formed anew in long
+    /// double. In doubles the map knows how far a slipping r is from its cone to the last digit of
+    /// r only, which is more than a tight tolerance where stiff contacts stand beside soft ones:
+    /// rho is that of the soft ones.
+    /// @param u  W r + q; replaced where it is formed anew
+    double certain(const Eigen::VectorXd& r, Eigen::VectorXd& u, Eigen::VectorXd& residuals,
+                   double limit) const
+    {
+        return in_long_double_if_doubtful(r, u, residuals, limit, true);
+    }
+    /// The same for who only has to know whether it is below the limit.
+    double decided(const Eigen::VectorXd& r, Eigen::VectorXd& u, Eigen::VectorXd& residuals,
+                   double limit) const
+    {
+        return in_long_double_if_doubtful(r, u, residuals, limit, false);
+    }
     /// The last digit of r as an error [-].
     double rounding(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
     /// r with each slipping contact moved by a last digit or two onto its cone.
@@ -110,9 +133,6 @@ public:
     /// The larger of a tolerance and the floor. The floor's product is spared where |W_ij| <=
     /// sqrt(W_ii W_jj), which semidefinite W obey, tells that it is the smaller.
     double threshold(const Eigen::VectorXd& r, const Eigen::VectorXd& u, double tolerance) const;
-    /// What the round-off of u may hide of an error below a tolerance: a fiftieth of the floor, 0
-    /// where that is below a thousandth of the tolerance [-].
-    double hidden(const Eigen::VectorXd& r, const Eigen::VectorXd& u, double tolerance) const;
     /// ||F_i|| of one contact with the given rho [N].
     /// @param r, u  of this contact, as many numbers as it has rows
     double residual(int contact, const double* r, const double* u, double rho) const;
@@ -130,6 +150,11 @@ private:
         return residual(contact, r.data() + first_row(contact), u.data() + first_row(contact), rho);
     }
     double size_of_q(const Eigen::VectorXd& r, const Eigen::VectorXd& u, bool scaled) const;
+    double exact(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
+                 Eigen::VectorXd& residuals) const;
+    double in_long_double_if_doubtful(const Eigen::VectorXd& r, Eigen::VectorXd& u,
+                                      Eigen::VectorXd& residuals, double limit, bool told) const;
+    double uncapped_floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
     double floor_bound(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
 
     const ContactProblem& problem_;

@@ -193,7 +193,8 @@ SolverRun run_parts(const NaturalMapError& error, const std::vector<ProblemPart>
     const Stopwatch clock;
     const ContactProblem& problem = error.problem();
     const auto error_of = [&](const Eigen::VectorXd& r) {
-        return error(r, problem.W * r + problem.q);
+        Eigen::VectorXd u = problem.W * r + problem.q, residuals(contact_count(problem));
+        return error.decided(r, u, residuals, options.tolerance);
     };
     SolverRun whole;
     whole.reaction = Eigen::VectorXd::Zero(problem.q.size());
@@ -313,14 +314,13 @@ ContactSolution solve_in_range(const ContactProblem& problem, const SolverOption
     ContactSolution solution;
     solution.certificate = certify(error, outcome.reaction, options.tolerance, solution.u);
     Certificate& c = solution.certificate;
-    if (c.status != SolveStatus::converged && !(c.error <= at_start)) {
+    if (!is_solved(c.status) && !(c.error <= at_start)) {
         // A solver that leaves its start behind may end worse than it began.
         c = certify(error, r, options.tolerance, solution.u);
         outcome.reaction = std::move(r);
     }
     // A solver may end early, never declare success.
-    if (c.status != SolveStatus::converged && outcome.status != SolveStatus::converged)
-        c.status = outcome.status;
+    if (!is_solved(c.status) && outcome.status != SolveStatus::converged) c.status = outcome.status;
     c.proof = std::move(outcome.proof);
     c.solver = options.solver;
     c.iterations = outcome.iterations;
@@ -345,8 +345,7 @@ ContactSolution solve_in_units(const ContactProblem& problem, const Units& units
 
     Certificate c = certify(problem, solution.reaction, options.tolerance, options.scope);
     const Certificate& found = solution.certificate;
-    if (c.status != SolveStatus::converged && found.status != SolveStatus::converged)
-        c.status = found.status;
+    if (!is_solved(c.status) && !is_solved(found.status)) c.status = found.status;
     c.analysed = found.analysed;
     c.rank_deficient = found.rank_deficient;
     c.indefinite = found.indefinite;

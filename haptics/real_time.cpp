@@ -32,6 +32,8 @@ namespace amontons {
 namespace {
 
 constexpr long kWarmUp = 20;     // ticks before faults are counted
+constexpr double kWatched = 1;   // how long the rate of steps is watched before it is told [s]
+constexpr double kSlow = 0.8;    // share of the steps asked for that is told
 constexpr double kSlowest = 0.2; // period of a simulation that still counts as running [s]
 constexpr std::size_t kStackTouched = 1 << 16; // bytes of the loop's stack, before the first tick
 constexpr double kLetGo = SafetyOptions{}.ramp_down; // from any force to none at the end [s]
@@ -96,14 +98,14 @@ long pages_moved()
 }
 
 /// Takes the last force away evenly: the run ends with none, whatever ended it.
-void let_go(Device& device, const Wrench& last, double start, long tick, double period)
+template <class Real>
+void let_go(HapticLoop<Real>& loop, Device& device, double start, long tick, double period)
 {
     const auto ticks = static_cast<long>(std::ceil(kLetGo / period));
     for (long k = 1; k <= ticks; ++k) {
         sleep_until(start + static_cast<double>(tick + k - 1) * period);
-        const double time = clock_now() - start,
-                     level = 1 - static_cast<double>(k) / static_cast<double>(ticks);
-        device.write({level * last.force, level * last.torque}, time);
+        const double left = static_cast<double>(ticks - k) / static_cast<double>(ticks - k + 1);
+        device.write(loop.let_go(left), clock_now() - start);
     }
 }
 
@@ -221,7 +223,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
             run.preempted = after.ru_nivcsw - before.ru_nivcsw;
         }
         done = true;
-        if (!sent.force.isZero(0) || !sent.torque.isZero(0)) let_go(device, sent, start, k, period);
+        if (!sent.force.isZero(0) || !sent.torque.isZero(0)) let_go(loop, device, start, k, period);
     });
     std::thread bare;
     if (options.bare)
@@ -232,7 +234,20 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
 
     double next = start, published = start;
     PoseAtTime pose;
-    bool has_pose = false;
+    bool has_pose = false, told_slow = false;
+    double watched_from = start;
+    long watched_steps = 0;
+    const auto watch_rate = [&] {
+        const double now = clock_now(), asked = 1 / options.operator_period;
+        if (now - watched_from < kWatched) return;
+        run.step_rate = static_cast<double>(watched_steps) / (now - watched_from);
+        if (run.step_rate < kSlow * asked && !told_slow && options.on_slow) {
+            options.on_slow(run.step_rate);
+            told_slow = true;
+        }
+        watched_from = now;
+        watched_steps = 0;
+    };
     while (!done) {
         sleep_until(std::min(next, start + options.duration + period));
         if (done) break;
@@ -268,6 +283,8 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
             ++run.failed_steps;
         }
         run.slowest_step = std::max(run.slowest_step, clock_now() - begin);
+        ++watched_steps;
+        watch_rate();
     }
     haptic.join();
     tell();

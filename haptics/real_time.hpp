@@ -27,6 +27,9 @@ struct RealTimeOptions {
     /// Called in the simulation's thread where the loop's state is another than it was, and when
     /// the run has ended: for the user, who is told while it lasts.
     std::function<void(SafetyState state)> on_state;
+    /// Called in the simulation's thread, once at most, where it makes fewer than 0.8 of the steps
+    /// a second that operator_period asks for.
+    std::function<void(double rate)> on_slow;
     /// Called by the loop at the end of each tick, with the number of periods since the last: what
     /// a simulated device does in them. No allocation, no lock.
     std::function<void(long periods)> advance;
@@ -44,6 +47,7 @@ struct RealTimeRun {
     // Of the bare thread, at the same time: how late its ticks were [s]; and how many by a period.
     std::vector<double> bare_wake;
     long bare_missed = 0;
+    double step_rate = 0;    ///< of the simulation, over its last whole second [1/s]; 0: none yet
     double slowest_step = 0; ///< of the simulation, publication included [s]
     long steps = 0, failed_steps = 0;
     std::string stopped; ///< the exception that ended the simulation, if one did

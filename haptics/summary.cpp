@@ -16,7 +16,8 @@ bool is_event(const TickRecord& before, const TickRecord& now)
 
 bool is_computed(const TickRecord& r)
 {
-    return r.state == SafetyState::running || r.state == SafetyState::starting;
+    return r.state == SafetyState::running || r.state == SafetyState::limited ||
+           r.state == SafetyState::starting || r.state == SafetyState::aged_operator;
 }
 
 /// Whether that much work usually takes less than half a period.
@@ -56,6 +57,7 @@ HapticSummary summarise(std::span<const TickRecord> records, const HapticLoop<Re
         s.oldest_operator = std::max(s.oldest_operator, r.operator_age);
         s.largest_force = std::max(s.largest_force, r.sent.force.norm());
         s.operators += r.proxy.new_operator;
+        ++s.ticks_in[static_cast<std::size_t>(r.state)];
         s.outside_validity += !r.proxy.valid;
         s.most_closed = std::max(s.most_closed, r.proxy.closed);
         s.most_contacts = std::max(s.most_contacts, r.proxy.contacts);
@@ -88,11 +90,15 @@ HapticSummary summarise(std::span<const TickRecord> records, const HapticLoop<Re
         const TickRecord &a = records[k - 1], &b = records[k];
         const long gap = std::lround((b.time - a.time) / period);
         s.longest_miss = std::max(s.longest_miss, gap - 1);
+        s.largest_change_sent =
+            std::max(s.largest_change_sent, (b.sent.force - a.sent.force).norm());
+        s.largest_rise_sent =
+            std::max(s.largest_rise_sent,
+                     b.sent.force.norm() - a.sent.force.norm() -
+                         std::max(0.0, b.computed.force.norm() - a.computed.force.norm()));
         if (!is_computed(a) || !is_computed(b)) continue;
         const auto ticks = static_cast<double>(std::max(gap, 1L));
         change[k] = (b.computed.force - a.computed.force).norm() / ticks;
-        s.largest_change_sent =
-            std::max(s.largest_change_sent, (b.sent.force - a.sent.force).norm() / ticks);
         event[k] = is_event(a, b);
         s.largest_change = std::max(s.largest_change, change[k]);
     }
@@ -115,7 +121,7 @@ HapticSummary summarise(std::span<const TickRecord> records, const HapticLoop<Re
     s.controlled = loop.passivity().ticks_controlled();
     s.faults = loop.safety().faults();
     s.last_fault = loop.safety().last_fault();
-    s.state = loop.safety().state();
+    s.state = records.back().state;
     return s;
 }
 

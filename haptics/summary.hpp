@@ -2,6 +2,7 @@
 
 #include "haptics/loop/haptic_loop.hpp"
 
+#include <array>
 #include <span>
 #include <string>
 
@@ -35,8 +36,10 @@ struct HapticSummary {
     /// kind happened: what the hand's own motion does not explain [N].
     double handover_jump = 0, contact_jump = 0;
     double largest_change = 0; ///< of the force from tick to tick, whatever the cause [N]
-    /// The same of what was sent: ramp, limits and passivity control included, faults not [N].
+    /// The same of what was sent in all ticks, those in a fault, too [N].
     double largest_change_sent = 0;
+    /// By how much the size of what was sent rose in a tick beyond what the computed force did [N].
+    double largest_rise_sent = 0;
     double largest_force = 0;   ///< sent [N]
     double energy_injected = 0; ///< largest net energy given to the hand, 0 if none [J]
     double energy = 0;          ///< given to the hand in all [J]
@@ -45,6 +48,7 @@ struct HapticSummary {
     long operators = 0;                                             ///< taken over
     long outside_validity = 0; ///< ticks beyond the operator's reach
     long faults = 0;
+    std::array<long, kSafetyStates> ticks_in{}; ///< in each state
     SafetyState last_fault = SafetyState::running, state = SafetyState::no_operator;
 };
 

@@ -40,11 +40,9 @@ bool SolveProgress::converged(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool
         next_refresh_ = looks_ + kRefreshEvery;
         threshold_ = natural_map_.threshold(r, u, options_.tolerance);
     }
-    // Sweeps end just below the threshold: there the round-off of u decides.
-    if (error_ <= threshold_ &&
-        (threshold_ > options_.tolerance ||
-         error_ + natural_map_.hidden(r, u, options_.tolerance) <= threshold_))
-        return true;
+    // Sweeps end just below the threshold: there round-off decides.
+    if (error_ <= threshold_) error_ = natural_map_.decided(r, u, residuals_, threshold_);
+    if (error_ <= threshold_) return true;
     return due && converged_by_rounding(r, u);
 }
 
@@ -56,7 +54,7 @@ bool SolveProgress::converged_by_rounding(const Eigen::VectorXd& r, const Eigen:
     problem_.W.apply(other, own);
     own += problem_.q;
     Eigen::VectorXd residuals(residuals_.size());
-    const double error = natural_map_.exact(other, own, residuals);
+    const double error = natural_map_.certain(other, own, residuals, threshold_);
     if (!(error <= threshold_)) return false;
     error_ = error;
     residuals_ = std::move(residuals);

@@ -11,6 +11,7 @@ constexpr double kLeastMass = 0.05;   // of hand and device, where the profile s
 constexpr double kFullTorqueAt = 0.1; // turn at which the spring gives the device's torque [rad]
 constexpr double kStepsOnTrust = 3;   // of the encoder: a force may begin that is sure after them
 constexpr int kMostSweeps = 200;      // of a tick; by the clock its budget ends sooner
+constexpr double kMostOnTrust = 5e-6; // ... and what may be given for that in all [J]
 constexpr double kSlewTime = 2e-3;    // from nothing to the device's largest force, at most [s]
 
 } // namespace
@@ -45,11 +46,16 @@ HapticSettings make_settings(const HapticInput& input, const DeviceSpec& device,
     }
     s.loop.torque = turns;
     if (device.max_torque > 0) s.loop.limiter.max_torque = device.max_torque;
+    if (device.max_torque > 0 && device.max_force > 0) // the same share of what it can give
+        s.loop.limiter.max_torque_rise =
+            device.max_torque * s.loop.limiter.max_rise / device.max_force;
+    s.loop.safety.ramp_up = input.ramp;
     s.loop.passivity.max_damping = device.max_damping > 0 ? device.max_damping : 5;
     s.loop.passivity.resolution = device.resolution;
     s.loop.passivity.least_mass = device.mass > 0 ? device.mass : kLeastMass;
     s.loop.passivity.horizon = 1 + late;
-    s.loop.passivity.allowance = spring.stiffness * std::pow(kStepsOnTrust * device.resolution, 2);
+    s.loop.passivity.allowance =
+        std::min(kMostOnTrust, spring.stiffness * std::pow(kStepsOnTrust * device.resolution, 2));
 
     s.link.condense.speed = input.speed;
     s.link.condense.most_speed = s.loop.safety.max_speed;

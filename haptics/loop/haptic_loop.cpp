@@ -5,8 +5,14 @@
 //     lag = B/T / (K + B/T) (p - d)_last:
 // a stiffer spring, which is in the operator, at a shifted device.
 
+#include <algorithm>
+#include <cmath>
+
 namespace amontons {
 namespace {
+
+constexpr double kLateFor = 2; // how long a late tick is remembered [s] ...
+constexpr double kLatest = 20; // ... and how late it counts at most [periods]
 
 HapticOptions with_period(HapticOptions options)
 {
@@ -25,9 +31,7 @@ template <class Real>
 HapticLoop<Real>::HapticLoop(int most_contacts, const HapticOptions& options)
     : options_(with_period(options))
     , proxy_(most_contacts, options_.proxy)
-    , safety_(options_.safety)
-    , limiter_(options_.limiter)
-    , passivity_(options_.passivity)
+    , output_(options_.safety, options_.limiter, options_.passivity)
 {
 }
 
@@ -57,6 +61,12 @@ TickRecord HapticLoop<Real>::tick(const DeviceSample& sample,
 {
     TickRecord record;
     record.time = time;
+    Safety& safety = output_.safety;
+    Passivity& passivity = output_.passivity;
+    const double periods = last_time_ < 0 ? 1 : std::round((time - last_time_) / options_.period);
+    late_ = std::clamp(periods, 1 + (late_ - 1) * std::exp(-options_.period / kLateFor), kLatest);
+    passivity.expect_late(static_cast<int>(std::ceil(late_ - 0.5)));
+    last_time_ = time;
     proxy_.begin();
     if (operators.fetch() && proxy_.take(operators.front(), time)) {
         arrival_ = time;
@@ -64,20 +74,21 @@ TickRecord HapticLoop<Real>::tick(const DeviceSample& sample,
     }
     const ReducedOperator<Real>* op = proxy_.current();
     const bool usable = sample.valid && !is_broken(sample.pose);
-    const SafetyState before = safety_.state();
-    const bool compute = safety_.watch(
+    const SafetyState before = safety.state();
+    const bool compute = safety.watch(
         {time, sample.valid, sample.pose, arrival_, next_period_, simulation_stopped, sample.time});
     // A slow device's pose is repeated until the next one comes: then it has moved all the way.
     const bool is_new =
         sample.time != measured_ || displacement(last_device_, sample.pose) != Vec6::Zero();
-    if (usable && safety_.jumped()) {
+    const bool jumped = usable && safety.jumped();
+    if (jumped) {
         if (clutched_) {
             handle_origin_ = clutched_pose(last_device_);
             device_origin_ = sample.pose;
         }
-        passivity_.restart(sample.pose, sample.time);
+        passivity.restart(sample.pose, sample.time);
     } else if (usable && is_new) {
-        passivity_.observe(sample.pose, sample.time);
+        passivity.observe(sample.pose, sample.time);
     }
     if (usable) {
         last_device_ = sample.pose;
@@ -90,12 +101,13 @@ TickRecord HapticLoop<Real>::tick(const DeviceSample& sample,
     }
     seen_ |= usable && op && clutched_ == options_.clutch;
     // Of an operator that came late the device's motion is known all the same.
-    const SafetyState state = safety_.state();
-    unknown_ |= safety_.in_fault() && state != SafetyState::stale_operator;
+    const SafetyState state = safety.state();
+    unknown_ |= safety.in_fault() && state != SafetyState::stale_operator;
     if (unknown_ && state == SafetyState::starting && before != state) {
-        passivity_.drop_credit();
+        passivity.drop_credit();
         unknown_ = false;
     }
+    bool is_computed = compute;
     if (compute) {
         record.handle = handle_of(sample.pose);
         HandPose held = record.handle;
@@ -108,19 +120,17 @@ TickRecord HapticLoop<Real>::tick(const DeviceSample& sample,
             lag_ = options_.coupling_damping / options_.period / k *
                    (lag_ + record.computed.force / k);
         last_computed_ = record.computed;
-    } else if (!sample.valid && safety_.state() == SafetyState::running) {
+    } else if (!sample.valid && !safety.in_fault() && state != SafetyState::no_operator) {
         record.computed = last_computed_;
+        is_computed = true;
     }
-    const Wrench ramped = safety_.apply(limiter_.clamp(record.computed));
-    const bool fault = safety_.in_fault();
-    // Damping needs a motion that is of now.
     record.sent =
-        passivity_.allow(fault ? ramped : limiter_.approach(ramped), options_.limiter.max_force,
-                         options_.limiter.max_torque, !fault && usable);
-    limiter_.sent(record.sent);
-    safety_.sent(record.sent);
-    record.state = safety_.state();
-    record.energy = passivity_.energy();
+        output_.send(is_computed ? &record.computed : nullptr, usable && is_new && !jumped);
+    record.state = safety.state();
+    if (record.state == SafetyState::running && (record.sent.force != record.computed.force ||
+                                                 record.sent.torque != record.computed.torque))
+        record.state = SafetyState::limited;
+    record.energy = passivity.energy();
     if (op) record.operator_age = time - op->time;
     return record;
 }

@@ -1,9 +1,7 @@
 #pragma once
 
-#include "haptics/loop/limiter.hpp"
-#include "haptics/loop/passivity.hpp"
+#include "haptics/loop/force_output.hpp"
 #include "haptics/loop/proxy_loop.hpp"
-#include "haptics/loop/safety.hpp"
 #include "haptics/sample.hpp"
 #include "haptics/triple_buffer.hpp"
 
@@ -33,7 +31,7 @@ struct TickRecord {
     double time = 0; ///< [s]
     HandPose handle; ///< as the operator sees it
     Wrench computed; ///< J^T r
-    Wrench sent;     ///< after ramps, limits and passivity control
+    Wrench sent;     ///< after ramps, limits and passivity control: see ForceOutput
     ProxyTick proxy;
     SafetyState state = SafetyState::no_operator;
     double energy = 0;       ///< given to the hand since the start [J]
@@ -45,9 +43,7 @@ struct TickRecord {
 
 /// A tick of the haptic thread, without thread, clock or device: sample in, wrench out.
 ///
-/// operator -> pose -> contacts -> largest force -> safety ramp -> steps -> passivity. In a fault
-/// the last wrench goes to zero, and nothing after the ramp adds to it. No lock, allocation,
-/// exception or system call.
+/// operator -> pose -> contacts -> ForceOutput. No lock, allocation, exception or system call.
 template <class Real> class HapticLoop {
 public:
     HapticLoop(int most_contacts, const HapticOptions& options);
@@ -56,15 +52,18 @@ public:
     TickRecord tick(const DeviceSample& sample, TripleBuffer<ReducedOperator<Real>>& operators,
                     double time, bool simulation_stopped = false);
 
+    /// That share in [0, 1] of the last wrench: what goes to the device after the last tick.
+    Wrench let_go(double share) { return output_.let_go(share); }
+
     /// Where a device's pose has the handle: the same, or by the clutch; one that jumped away from
     /// the last, where that had it. Before the first valid sample: where the operator has it, if
     /// there is one.
     HandPose handle_of(const HandPose& device) const;
 
     const ProxyLoop<Real>& proxy() const { return proxy_; }
-    const Safety& safety() const { return safety_; }
-    const Limiter& limiter() const { return limiter_; }
-    const Passivity& passivity() const { return passivity_; }
+    const Safety& safety() const { return output_.safety; }
+    const Limiter& limiter() const { return output_.limiter; }
+    const Passivity& passivity() const { return output_.passivity; }
 
 private:
     HandPose clutched_pose(const HandPose& device) const;
@@ -72,9 +71,7 @@ private:
 
     HapticOptions options_;
     ProxyLoop<Real> proxy_;
-    Safety safety_;
-    Limiter limiter_;
-    Passivity passivity_;
+    ForceOutput output_;
     HandPose device_origin_, handle_origin_; // of the clutch
     HandPose last_device_;
     double measured_ = -1; // when that was [s]
@@ -83,6 +80,7 @@ private:
     bool unknown_ = false; // what the device did in the last fault
     Vec3 lag_{0, 0, 0};    // tool minus device that the damper remembers [m]
     double arrival_ = -1, next_period_ = 0;
+    double last_time_ = -1, late_ = 1; // of the last tick [s]; how late ticks are [periods]
 };
 
 extern template class HapticLoop<float>;

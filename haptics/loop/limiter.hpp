@@ -14,6 +14,9 @@ struct LimiterOptions {
     double max_torque = std::numeric_limits<double>::infinity();      ///< [N m]
     double max_slew = std::numeric_limits<double>::infinity();        ///< [N/s]
     double max_torque_slew = std::numeric_limits<double>::infinity(); ///< [N m/s]
+    /// By how much more than the computed force what is sent may rise, or turn, in a tick [N], [N
+    /// m].
+    double max_rise = 0.2, max_torque_rise = 2e-3;
     /// A force that changes by more than this in a tick is reached in `interpolation` equal steps,
     /// each towards the newest target: the limiter by interpolation [N], [N m].
     double interpolate_above = std::numeric_limits<double>::infinity();
@@ -21,17 +24,33 @@ struct LimiterOptions {
     int interpolation = 10; ///< steps, >= 1 [-]
 };
 
-/// Magnitude first, so that a ramp scales what the device can give; then interpolation and slew.
-/// Vectors are scaled, never cut by component.
+/// What may be sent in a tick, whatever is wanted; and the way there.
+///
+/// With s what was sent in the tick before and c, c_before what was computed then and now (within
+/// the largest force), a force f may be sent if
+///
+///     |f| <= |s| + max(|c| - |c_before|, 0) + max_rise,
+///     |f - a s| <= |c - c_before| + max_rise  for some a in [0, 1],
+///
+/// the same for torques. So a force may fall at once, to nothing, too, but not jump up or turn
+/// over. Where c or c_before is not known the rise of c counts as none; where nothing may grow, f =
+/// a s. The set is convex and holds 0: what is scaled down stays within it, whoever does so
+/// afterwards. Vectors are scaled, never cut by component.
 class Limiter {
 public:
     explicit Limiter(const LimiterOptions& options = {}) : options_(options) {}
 
     /// Within the largest force and torque.
     Wrench clamp(Wrench wrench);
-    /// The next step to there from what was sent last.
+    /// First in a tick: sets what may be sent in it.
+    /// @param computed  clamped; null: nothing was
+    /// @param grows     false: what is sent may fall only
+    void begin(const Wrench* computed, bool grows);
+    /// The next step to there: what may be sent that is nearest, by interpolation and slew.
     /// @param wrench  finite, and clamped: so is then the result
     Wrench approach(const Wrench& wrench);
+    /// The largest share in [0, 1] of an addition to what may be sent that may be sent, too.
+    Wrench add(const Wrench& wrench, const Wrench& addition) const;
     /// What was sent in the end, if something after the limiter changed it.
     void sent(const Wrench& wrench) { last_ = wrench; }
 
@@ -40,11 +59,19 @@ public:
     long ticks_clamped() const { return clamped_; }
 
 private:
-    Vec3 approach_one(const Vec3& target, const Vec3& last, double slew, double above,
-                      int& steps_left);
+    struct Room {           // of a force or a torque, in this tick
+        Vec3 from{0, 0, 0}; // sent in the tick before
+        double most = std::numeric_limits<double>::infinity();  // of its size
+        double about = std::numeric_limits<double>::infinity(); // from the way to nothing
+    };
+    Vec3 approach_one(const Vec3& target, const Vec3& last, const Room& room, double slew,
+                      double above, int& steps_left);
 
     LimiterOptions options_;
     Wrench last_;
+    Wrench computed_; // of the tick before ...
+    bool has_computed_ = false;
+    Room force_, torque_;
     int steps_left_ = 0, torque_steps_left_ = 0;
     bool interpolates_ = false, slews_ = false; // in this tick
     long interpolated_ = 0, slewed_ = 0, clamped_ = 0;

@@ -23,8 +23,9 @@
 // Where the simulation has snapped to another state, offsets are as long as its jump, and contacts
 // would open and close in a tick or two while they fade; or normals have turned so far that a
 // reaction has left its cone, and with that r the premise is gone. Then the new operator is solved
-// by itself, and the whole difference is bled off as a wrench. If one tick has no time for it, the
-// next ones go on, and the force waits for them.
+// by itself, and the whole difference is bled off as a wrench. The same where the last tick held
+// the force of one before, since it had found no answer: its reactions are none. If one tick has no
+// time for it, the next ones go on, and the force waits for them.
 
 namespace amontons {
 
@@ -51,7 +52,8 @@ template <class Real> void ProxyLoop<Real>::remember()
 }
 
 /// Continues at the pose of the last tick as if nothing had happened.
-template <class Real> void ProxyLoop<Real>::adopt(double time)
+/// @param anew  the reactions so far are nothing to go on from
+template <class Real> void ProxyLoop<Real>::adopt(double time, bool anew)
 {
     const auto end = memory_.begin() + remembered_;
     const double newton = op_->length / op_->compliance;
@@ -84,7 +86,7 @@ template <class Real> void ProxyLoop<Real>::adopt(double time)
         anchor_[at(i)] = -slipped;
         fade_[at(i)] = -gap;
     }
-    if (has_jumped()) start_anew();
+    if (anew || has_jumped()) start_anew();
     const Wrench after = wrench(0);
     jump_.force = before.force - after.force;
     jump_.torque = before.torque - after.torque;
@@ -121,10 +123,10 @@ template double ProxyLoop<float>::fading_at(double) const;
 template double ProxyLoop<double>::fading_at(double) const;
 template void ProxyLoop<float>::remember();
 template void ProxyLoop<double>::remember();
-template void ProxyLoop<float>::adopt(double);
+template void ProxyLoop<float>::adopt(double, bool);
 template bool ProxyLoop<float>::has_jumped() const;
 template void ProxyLoop<float>::start_anew();
-template void ProxyLoop<double>::adopt(double);
+template void ProxyLoop<double>::adopt(double, bool);
 template bool ProxyLoop<double>::has_jumped() const;
 template void ProxyLoop<double>::start_anew();
 

@@ -53,46 +53,45 @@ void Passivity::drop_credit()
     credit_ = std::min(credit_, options_.allowance);
 }
 
-Wrench Passivity::allow(Wrench wrench, double most_force, double most_torque, bool damp)
+Wrench Passivity::allow(Wrench wrench, const Limiter& limiter, Motion motion, bool always)
 {
     const Vec3 x = step_.head<3>(), t = step_.tail<3>();
-    double more = surprise_ + options_.resolution;
-    // In a fault the force goes away by itself, evenly: what might come is not reason enough to drop it.
-    if (!damp)
-        more = 0;
-    else if (options_.least_mass > 0)
+    const bool fault = motion == Motion::fault;
+    double more = fault ? 0 : surprise_ + options_.resolution;
+    if (!fault && options_.least_mass > 0)
         more += (wrench.force.norm() + sent_.force.norm()) * options_.period * options_.period /
                 options_.least_mass;
-    const double turn_more = damp ? turn_surprise_ + options_.turn_resolution : 0;
-    // The step may change by `more` in every tick. Convex in the number of ticks: the ends decide.
-    const auto work_of = [&](const Wrench& w, double ticks) {
-        return ticks * (w.force.dot(x) + w.torque.dot(t) +
-                        (ticks + 1) / 2 * (more * w.force.norm() + turn_more * w.torque.norm()));
+    const double turn_more = fault ? 0 : turn_surprise_ + options_.turn_resolution;
+    // Until a pose comes in `ticks`: by the mean of what was sent since the last one and of this.
+    // The step may change by `more` in every tick.
+    const auto work_of = [&](const Wrench& w, int ticks) {
+        const Vec3 force = sum_.force + ticks * w.force, torque = sum_.torque + ticks * w.torque;
+        return force.dot(x) + torque.dot(t) +
+               (sums_ + ticks + 1) / 2.0 * (more * force.norm() + turn_more * torque.norm());
     };
-    const auto worst_work = [&](const Wrench& w) {
-        return std::max(work_of(w, 1), work_of(w, std::max(options_.horizon, held_)));
+    const int longest = std::max({options_.horizon, held_ - sums_, 1});
+    const auto worst_work = [&](const Wrench& w) { // the ends decide
+        const double late = work_of(w, std::max(late_, longest)) - options_.late_trust;
+        return std::max({work_of(w, 1), work_of(w, longest), late});
     };
     const double wanted = worst_work(wrench), budget = std::max(credit_, 0.0);
-    if (options_.control && wanted > credit_) {
+    if ((options_.control || always) && wanted > credit_) {
         ++controlled_;
         // Damping that takes what is missing, as far as the device bears it.
         const double T = options_.period, x2 = x.squaredNorm(), t2 = t.squaredNorm();
-        if (damp && x2 + t2 > 0) {
+        if (motion == Motion::known && x2 + t2 > 0) {
             const double missing = wanted - credit_;
             const double b = std::min(options_.max_damping, x2 > 0 ? missing * T / x2 : 0);
             const double c = std::min(options_.max_turn_damping, t2 > 0 ? missing * T / t2 : 0);
-            Wrench damped = wrench;
-            damped.force -= b / T * x;
-            damped.torque -= c / T * t;
-            const double f = damped.force.norm(), m = damped.torque.norm();
-            if (f > most_force) damped.force *= most_force / f;
-            if (m > most_torque) damped.torque *= most_torque / m;
+            const Wrench damped = limiter.add(wrench, {-b / T * x, -c / T * t});
             if (worst_work(damped) < wanted) wrench = damped;
         }
-        const double left = worst_work(wrench);
+        // Convex in the share that is sent: what is between its ends is enough.
+        const double left = worst_work(wrench), least = worst_work({});
         if (left > budget) {
-            wrench.force *= budget / left;
-            wrench.torque *= budget / left;
+            const double share = least < budget ? (budget - least) / (left - least) : 0;
+            wrench.force *= share;
+            wrench.torque *= share;
         }
         removed_ += wanted - worst_work(wrench);
     }

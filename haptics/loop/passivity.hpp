@@ -1,5 +1,6 @@
 #pragma once
 
+#include "haptics/loop/limiter.hpp"
 #include "haptics/pose.hpp"
 
 // Time-domain passivity: what the loop gives to the hand is counted, and can be kept at or below
@@ -23,10 +24,21 @@ struct PassivityOptions {
     /// Credit that the hand has earned by pushing decays with this time constant, so that old
     /// dissipation does not hide new injection; 0: never [s].
     double leak = 0;
+    /// What a tick that comes later than `horizon` says may give beyond the credit: that it comes
+    /// so late just then, while the hand moves off as fast as it may, is unlikely [J].
+    double late_trust = 2e-6;
     /// Credit to begin with, which bounds the energy that may be given in all. Without any, a force
     /// cannot begin where a tick's motion is below the encoder's step: nothing was earned yet, and
     /// nothing is sure. With K times the square of a few steps it can [J].
     double allowance = 0;
+};
+
+/// What is known of the device's motion in a tick.
+enum class Motion {
+    known,   ///< a pose came
+    unknown, ///< none did: what the hand does since the last one counts as foreseen
+    fault,   ///< the force goes away by itself, evenly: what might come is no reason to drop it,
+             ///< only what is foreseen
 };
 
 /// Counts and controls the energy that goes to the hand.
@@ -34,9 +46,10 @@ struct PassivityOptions {
 /// The force is held over a tick, so the work of a tick is exactly F . (x_k - x_(k-1)), however
 /// late the tick came: no velocity is estimated. The control looks ahead: with the motion of the
 /// last tick as forecast, and its last change as what may be added, it first damps, then scales the
-/// force so that the next tick's work does not exceed the credit. Source of the idea: Hannaford &
-/// Ryu, IEEE T-RA 18 (2002) 1-10, observer and controller; here the controller acts before the
-/// energy is given, theirs after.
+/// force so that the work until the next pose does not exceed the credit: that of the wrenches sent
+/// since the last pose, which may be some ticks ago, and of the one to send. Source of the idea:
+/// Hannaford & Ryu, IEEE T-RA 18 (2002) 1-10, observer and controller; here the controller acts
+/// before the energy is given, theirs after.
 class Passivity {
 public:
     explicit Passivity(const PassivityOptions& options = {})
@@ -54,10 +67,15 @@ public:
     void restart(const HandPose& device, double time);
     /// The credit that was earned is lost: of a device that did what nobody can vouch for.
     void drop_credit();
+    /// How many ticks a force may be held from now on, besides those of the options: as late as
+    /// ticks were of late.
+    void expect_late(int ticks) { late_ = ticks; }
     /// The wrench that may be sent now. Also remembers it for observe().
-    /// @param most_force, most_torque  the damping stays within what is left of these [N], [N m]
-    /// @param damp  false: the wrench is scaled at most, nothing is added to it
-    Wrench allow(Wrench wrench, double most_force, double most_torque, bool damp = true);
+    /// @param wrench   that may be sent, says the limiter: what is left of it may, too
+    /// @param limiter  of this tick: how much damping may be added, where the motion is known
+    /// @param always   without control, too
+    Wrench allow(Wrench wrench, const Limiter& limiter, Motion motion = Motion::known,
+                 bool always = false);
 
     double energy() const { return energy_; }           ///< given to the hand since start [J]
     double most_energy() const { return most_energy_; } ///< its maximum; <= 0: passive [J]
@@ -68,9 +86,10 @@ public:
 private:
     PassivityOptions options_;
     HandPose last_pose_;
-    Wrench sent_, sum_; // sum_: of those sent since the last pose
-    int sums_ = 0, held_ = 1;
+    Wrench sent_, sum_;       // sum_: of those sent since the last pose
+    int sums_ = 0, held_ = 1; // how many; and ticks between the last two poses
     double last_time_ = 0;
+    int late_ = 1;
     Vec6 step_ = Vec6::Zero();                // in a tick, of late
     double surprise_ = 0, turn_surprise_ = 0; // how much it differed from the one before
     double energy_ = 0, most_energy_ = 0, credit_, removed_ = 0;

@@ -414,10 +414,11 @@ template <class Real> bool ProxyLoop<Real>::take(const ReducedOperator<Real>& op
     taken_ = true;
     matched_ = 0;
     jump_ = {};
+    const bool held = unsettled_; // the force is not that of the reactions: they are no answer
     unsettled_ = false;
     blend_start_ = time;
     blend_time_ = first ? 0 : options_.blend * op.period;
-    if (blend_time_ > 0) adopt(time);
+    if (blend_time_ > 0) adopt(time, held);
     return true;
 }
 
@@ -429,7 +430,7 @@ template <class Real> void ProxyLoop<Real>::release(const HandPose& device, doub
     remembered_ = 0;
     blend_start_ = time;
     blend_time_ = options_.blend * op_->period;
-    adopt(time);
+    adopt(time, false);
 }
 
 template class ProxyLoop<float>;

@@ -132,7 +132,7 @@ private:
 
     // operator_update.cpp: from one operator to the next
     void remember();
-    void adopt(double time);
+    void adopt(double time, bool anew);
     bool has_jumped() const;
     void start_anew();
     double fading_at(double time) const; // 1 at the hand-over, 0 after the blend

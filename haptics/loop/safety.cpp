@@ -8,7 +8,8 @@ namespace {
 
 bool is_good(SafetyState s)
 {
-    return s == SafetyState::no_operator || s == SafetyState::starting || s == SafetyState::running;
+    return s == SafetyState::no_operator || s == SafetyState::starting ||
+           s == SafetyState::running || s == SafetyState::aged_operator;
 }
 
 bool stays(SafetyState s)
@@ -27,6 +28,10 @@ const char* name(SafetyState state)
         return "starting";
     case SafetyState::running:
         return "running";
+    case SafetyState::limited:
+        return "limited";
+    case SafetyState::aged_operator:
+        return "aged operator";
     case SafetyState::stale_operator:
         return "stale operator";
     case SafetyState::device_lost:
@@ -49,11 +54,16 @@ const char* reason(SafetyState state)
     case SafetyState::no_operator:
         return "no force: the simulation has published nothing yet";
     case SafetyState::starting:
-        return "the force comes in from zero";
+        return "the force comes in";
     case SafetyState::running:
         return "the force is as computed";
+    case SafetyState::limited:
+        return "the force is not as computed: passivity control or a limit of the device holds it "
+               "back";
+    case SafetyState::aged_operator:
+        return "the force is weaker: the simulation published nothing for several of its periods";
     case SafetyState::stale_operator:
-        return "force taken away: the simulation published nothing for several of its periods";
+        return "force taken away: the simulation published nothing for many of its periods";
     case SafetyState::device_lost:
         return "force taken away: no sample from the device";
     case SafetyState::too_fast:
@@ -107,9 +117,12 @@ SafetyState Safety::look(const SafetyInput& in)
     last_measured_ = measured;
     has_pose_ = true;
     last_sample_ = in.time;
-    if (found == SafetyState::running && in.operator_time >= 0 && in.operator_period > 0 &&
-        in.time - in.operator_time > options_.stale_periods * in.operator_period)
-        found = SafetyState::stale_operator;
+    if (found == SafetyState::running && in.operator_time >= 0 && in.operator_period > 0) {
+        const double age = (in.time - in.operator_time) / in.operator_period;
+        const double aged = options_.aged_periods, stale = options_.stale_periods;
+        stiff_ = age <= aged ? 1 : age < stale ? (stale - age) / (stale - aged) : 0;
+        if (stiff_ == 0) found = SafetyState::stale_operator;
+    }
     return found;
 }
 
@@ -131,6 +144,9 @@ bool Safety::watch(const SafetyInput& in)
         if (in.time - calm_since_ >= options_.calm) state_ = SafetyState::starting;
     }
     if (state_ == SafetyState::no_operator && in.operator_time >= 0) state_ = SafetyState::starting;
+    if (state_ == SafetyState::aged_operator && stiff_ == 1) state_ = SafetyState::starting;
+    if (is_good(state_) && state_ != SafetyState::no_operator && stiff_ < 1)
+        state_ = SafetyState::aged_operator;
     return in.sample_valid && is_good(state_) && state_ != SafetyState::no_operator;
 }
 
@@ -153,7 +169,13 @@ Wrench Safety::apply(const Wrench& wrench)
             state_ = SafetyState::running;
         }
     }
+    if (state_ == SafetyState::aged_operator) level_ = std::min(level_, stiff_);
     return {level_ * wrench.force, level_ * wrench.torque};
+}
+
+void Safety::hold_back(double share)
+{
+    if (state_ == SafetyState::starting) level_ *= std::clamp(share, 0.0, 1.0);
 }
 
 } // namespace amontons

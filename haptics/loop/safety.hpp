@@ -8,15 +8,19 @@ namespace amontons {
 
 enum class SafetyState {
     no_operator,        ///< nothing to feel yet: no force
-    starting,           ///< force comes in from zero
+    starting,           ///< force comes in from zero, or comes back
     running,            ///< as computed
-    stale_operator,     ///< the simulation published nothing for too long
+    limited,            ///< running, but less or other than computed: passivity control, or a limit
+    aged_operator,      ///< the simulation is late: the force loses stiffness
+    stale_operator,     ///< the simulation published nothing for so long that none is left
     device_lost,        ///< no sample from the device
     too_fast,           ///< the device moves faster than allowed
     pose_jump,          ///< the device's pose jumped: it was re-calibrated, or replaced
     not_a_number,       ///< device or force not finite; stays
     simulation_stopped, ///< it ended, or said that it failed; stays
 };
+
+constexpr int kSafetyStates = static_cast<int>(SafetyState::simulation_stopped) + 1;
 
 const char* name(SafetyState state); ///< "no operator", "starting", ...
 /// One sentence for the user: what happened to the force and why.
@@ -26,7 +30,8 @@ struct SafetyOptions {
     double period = 1e-3;       ///< of the loop [s]
     double ramp_down = 0.05;    ///< from any force to none [s]
     double ramp_up = 0.5;       ///< from none to the full force, at the start and after a fault [s]
-    double stale_periods = 3;   ///< age at which an operator is stale, in its own period [-]
+    double aged_periods = 3;    ///< age from which an operator loses stiffness, in its period [-]
+    double stale_periods = 9;   ///< age at which it has none left, and is stale [-]
     double max_speed = 1;       ///< of the handle [m/s]
     double max_turn_speed = 20; ///< [rad/s]
     double max_jump = 0.05;     ///< of the pose from one sample to the next [m]
@@ -48,6 +53,9 @@ struct SafetyInput {
 
 /// Watches, names what is wrong, and takes the force down.
 ///
+/// An operator that ages loses stiffness: from aged_periods on the force is scaled down with its
+/// age, evenly, to none at stale_periods. One that comes meanwhile brings it back as at the start.
+///
 /// In a fault the last wrench that was sent goes linearly to zero within ramp_down, by the clock,
 /// and never grows. A fault that can pass (stale operator, lost device, too fast, jump) lets the
 /// force come back over ramp_up after all was well for `calm`; the others stay. A tick that comes
@@ -64,8 +72,11 @@ public:
     /// What went to the device in the end: where a ramp to zero goes on from.
     void sent(const Wrench& wrench) { sent_ = wrench; }
 
-    SafetyState state() const { return state_; }
-    bool in_fault() const;                ///< the force goes to zero, or is gone
+    /// Of the force that comes in only this share could be sent: it goes on from there.
+    void hold_back(double share);
+
+    SafetyState state() const { return state_; } ///< never `limited`: see ForceOutput
+    bool in_fault() const;                       ///< the force goes to zero, or is gone
     bool jumped() const { return jump_; } ///< the pose of this tick is far from that of the last
     SafetyState last_fault() const { return last_fault_; } ///< running: none so far
     long faults() const { return faults_; }
@@ -76,7 +87,8 @@ private:
 
     SafetyOptions options_;
     SafetyState state_ = SafetyState::no_operator, last_fault_ = SafetyState::running;
-    double level_ = 0; // of the ramp up, 0 .. 1
+    double level_ = 0; // of the force, 0 .. 1
+    double stiff_ = 1; // what its age leaves of the operator, 0 .. 1
     double left_ = 0;  // of the ramp down, 1 .. 0
     Wrench sent_;
     double time_ = -1, elapsed_ = 0; // of the last tick, and since the one before

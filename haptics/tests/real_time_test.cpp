@@ -17,7 +17,9 @@ inline thread_local long locks = 0;
 #include <atomic>
 #include <doctest/doctest.h>
 #include <functional>
+#include <chrono>
 #include <stdexcept>
+#include <thread>
 #include <sys/socket.h>
 #include <unistd.h>
 #include <vector>
@@ -196,6 +198,26 @@ TEST_CASE("a simulation that publishes no more takes the force away and the reas
     CHECK(told.back() == SafetyState::stale_operator);
 }
 
+TEST_CASE("a simulation slower than asked is told once while the run lasts")
+{
+    // It can be no faster than it is: a thousand steps a second are asked for, fifty made at most.
+    Fixture f;
+    std::vector<double> told;
+    f.options.operator_period = 1e-3;
+    f.options.on_slow = [&](double rate) { told.push_back(rate); };
+    std::atomic<int> asked{0};
+    f.device.enough = [&] { return asked > 70; };
+    const RealTimeRun run = f.run(Fixture::plain(), [&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        ++asked;
+        return false;
+    });
+    REQUIRE(told.size() == 1);
+    CHECK(told[0] > 0);
+    CHECK(told[0] < 51);
+    CHECK(run.step_rate < 51);
+}
+
 TEST_CASE("a simulation that ends with an exception takes the force away and the reason is told")
 {
     Fixture f;
@@ -284,18 +306,19 @@ TEST_CASE("a force that control takes away in a tick is told though none was com
         records[k].computed.force = {0, 0, 0.8};
         records[k].sent.force = {0, 0, k == 2 ? 0.14 : 0.8};
     }
-    records[4].state = SafetyState::too_fast; // what a fault takes is not counted
-    records[4].sent.force = {0, 0, 0};
     const HapticLoop<float> loop(1, {});
     const HapticSummary s = summarise<float>(records, loop, 1e-3, false);
     CHECK(s.largest_change == 0);
     CHECK(s.largest_change_sent == doctest::Approx(0.66));
-    records.erase(records.begin() + 3); // over two ticks: half in each
-    records[2].sent.force = {0, 0, 0.5};
-    records[2].state = records[3].state = SafetyState::running;
-    records[3].sent.force = {0, 0, 0.5};
-    records[1].sent.force = {0, 0, 0.8};
-    CHECK(summarise<float>(records, loop, 1e-3, false).largest_change_sent == doctest::Approx(0.3));
+    // What a fault takes is felt, too; and what comes after a tick that was missed.
+    records[4].state = SafetyState::too_fast;
+    records[4].computed.force = records[4].sent.force = {0, 0, 0};
+    CHECK(summarise<float>(records, loop, 1e-3, false).largest_change_sent == doctest::Approx(0.8));
+    CHECK(s.largest_rise_sent == doctest::Approx(0.66));
+    CHECK(s.ticks_in[std::size_t(SafetyState::running)] == 5);
+    records.erase(records.begin() + 3);
+    CHECK(summarise<float>(records, loop, 1e-3, false).largest_change_sent ==
+          doctest::Approx(0.66));
 }
 
 TEST_CASE("percentiles are numbers that occur")

@@ -4,6 +4,7 @@
 #include "haptics/virtual_time.hpp"
 
 #include <algorithm>
+#include <limits>
 
 // F01 of the benchmarks, a mass on a virtual wall: for this room's tests and for `validate`.
 
@@ -17,6 +18,7 @@ inline HapticOptions bare()
     o.proxy.max_sweeps = 500;
     o.safety.ramp_up = 0;
     o.safety.max_speed = o.safety.max_jump = o.safety.max_turn_speed = 1e300;
+    o.limiter.max_rise = o.limiter.max_torque_rise = std::numeric_limits<double>::infinity();
     o.passivity.control = false;
     return o;
 }

@@ -25,7 +25,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <chrono>
+#include <deque>
 #include <fmt/format.h>
+#include <future>
 #include <optional>
 #include <unistd.h>
 
@@ -51,7 +54,8 @@ struct Outcome {
     bool real_time = false;
     long page_faults = 0, pages_moved = 0, preempted = 0, bare_missed = 0;
     Percentiles bare_wake;
-    std::optional<Viewer::Counts> shown;       ///< with --view
+    std::optional<Viewer::Counts> shown; ///< with --view
+    double step_rate = 0; ///< of the simulation by the clock, over its last whole second [1/s]
     int contacts_asked = 0, contacts_left = 0; ///< most that are handed over: at first, at the end
 };
 
@@ -91,12 +95,17 @@ std::string haptic_json(const Outcome& o, const HapticSettings& set, const Handl
     json.member("over_tolerance", s.over_tolerance);
     json.key("force_jump").open('{').member("handover", s.handover_jump);
     json.member("contact", s.contact_jump).member("largest_change", s.largest_change);
-    json.member("sent", s.largest_change_sent).close('}');
+    json.member("sent", s.largest_change_sent);
+    json.member("sent_rise", s.largest_rise_sent).close('}');
     json.member("largest_force", s.largest_force);
     json.member("energy_injected", s.energy_injected).member("energy", s.energy);
     json.member("clamped_ticks", std::int64_t(s.clamped));
     json.member("slewed_ticks", std::int64_t(s.slewed));
     json.member("controlled_ticks", std::int64_t(s.controlled));
+    json.key("ticks_in").open('{');
+    for (int i = 0; i < kSafetyStates; ++i)
+        json.member(name(static_cast<SafetyState>(i)), std::int64_t(s.ticks_in[std::size_t(i)]));
+    json.close('}');
     json.member("scheduling", o.scheduling);
     json.key("operators").open('{').member("taken", std::int64_t(s.operators));
     json.member("oldest", s.oldest_operator);
@@ -108,7 +117,9 @@ std::string haptic_json(const Outcome& o, const HapticSettings& set, const Handl
     json.key("simulation").open('{').member("steps", link.steps());
     json.member("refused", link.refused()).member("not_met", link.not_met());
     json.member("snapping", link.snapping());
-    json.member("rate", 1 / set.link.condense.period).close('}');
+    json.member("rate", 1 / set.link.condense.period);
+    if (o.step_rate > 0) json.member("rate_reached", o.step_rate);
+    json.close('}');
     json.key("coupling").open('{').member("stiffness", set.link.spring.stiffness);
     json.member("damping", set.loop.coupling_damping).close('}');
     json.member("profile", std::string(set.device.name));
@@ -163,7 +174,10 @@ std::string haptic_table(const Outcome& o, const HapticSettings& set, const Hand
     row("energy", fmt::format("{:.3e} J given to the hand in all, {:.3e} J at most", s.energy,
                               s.energy_injected));
     row("limits",
-        fmt::format("{} ticks clamped, {} slewed, {} damped", s.clamped, s.slewed, s.controlled));
+        fmt::format("{} ticks clamped, {} slewed, {} by passivity control; the force was not as "
+                    "computed in {}",
+                    s.clamped, s.slewed, s.controlled,
+                    s.ticks_in[std::size_t(SafetyState::limited)]));
     row("operators", fmt::format("{} taken, oldest {:.1f} ms, {} ticks beyond their reach",
                                  s.operators, 1e3 * s.oldest_operator, s.outside_validity));
     row("simulation", fmt::format("{} tries refused, {} steps cut short, {} within a snap",
@@ -247,31 +261,91 @@ std::string refused(const HandleLink& link)
                        : "the simulation found no balance at its start: " + why;
 }
 
-/// The simulation goes on with this value of the scene replaced.
-/// @param line  PATH=VALUE
-/// @return  null where it cannot be; says why
-std::unique_ptr<HandleLink> changed_link(HapticArguments& a, const std::string& line,
-                                         const std::vector<Obstacle>& obstacles,
-                                         const HapticSettings& set, const HandleLink& now,
-                                         const Session& session)
+/// A scene with one of its values replaced, ready to go on with.
+struct ChangedLink {
+    std::string line; ///< PATH=VALUE
+    std::vector<std::string> overrides;
+    std::vector<Obstacle> obstacles; // before the link, which uses them
+    std::unique_ptr<HandleLink> link;
+    std::string refusal;
+};
+
+/// Reads, meshes and factors it.
+ChangedLink build_changed_link(const std::string& file, std::vector<std::string> overrides,
+                               std::string line, const LinkOptions& options)
 {
-    std::vector<std::string> overrides = a.scene.overrides;
+    ChangedLink c;
     overrides.push_back(line);
+    c.line = std::move(line);
+    c.overrides = std::move(overrides);
     try {
-        Scene scene = read_scene(a.scene.scene, overrides);
+        Scene scene = read_scene(file, c.overrides);
         place_introducers(scene);
-        auto link = make_link(scene, obstacles, set.link);
-        if (link->take_over(now)) {
-            a.scene.overrides = std::move(overrides);
-            session.say("set " + line);
-            return link;
-        }
-        session.say("not set, the bodies would be others: " + line);
+        c.obstacles = build_obstacles(scene);
+        c.link = make_link(scene, c.obstacles, options);
     } catch (const InputError& error) {
-        session.say(std::string("not set: ") + error.what());
+        c.refusal = std::string("not set: ") + error.what();
     }
-    return nullptr;
+    return c;
 }
+
+/// Values of the scene that the user changes while it is felt. What a value needs, factors above
+/// all, is made in a thread of its own: the simulation goes on as it is until that is there.
+class LinkChanges {
+public:
+    /// @param waits  for each: where time stands meanwhile
+    LinkChanges(std::string file, std::vector<std::string> overrides, const LinkOptions& options,
+                bool waits)
+        : file_(std::move(file))
+        , overrides_(std::move(overrides))
+        , options_(options)
+        , waits_(waits)
+    {
+    }
+
+    void ask(std::vector<std::string> lines)
+    {
+        for (std::string& line : lines)
+            asked_.push_back(std::move(line));
+    }
+    /// The next change that is ready, taken over from where the simulation is; or no link.
+    ChangedLink next(const HandleLink& now, const Session& session)
+    {
+        if (!pending_.valid() && !asked_.empty()) {
+            pending_ = std::async(std::launch::async, build_changed_link, file_, overrides_,
+                                  asked_.front(), options_);
+            asked_.pop_front();
+        }
+        ChangedLink c;
+        if (!pending_.valid() ||
+            (!waits_ && pending_.wait_for(std::chrono::seconds(0)) != std::future_status::ready))
+            return c;
+        c = pending_.get();
+        if (c.link && !c.link->take_over(now)) {
+            c.refusal = "not set, the bodies would be others: " + c.line;
+            c.link.reset();
+        }
+        if (c.link) overrides_ = c.overrides;
+        session.say(c.link ? "set " + c.line : c.refusal);
+        return c;
+    }
+    /// The run is over.
+    void end(const Session& session)
+    {
+        if (pending_.valid()) asked_.push_front(pending_.get().line);
+        for (const std::string& line : asked_)
+            session.say("not set, the run ended before: " + line);
+        asked_.clear();
+    }
+
+private:
+    std::string file_;
+    std::vector<std::string> overrides_;
+    LinkOptions options_;
+    bool waits_;
+    std::deque<std::string> asked_;
+    std::future<ChangedLink> pending_;
+};
 
 void haptic(HapticArguments& a, Session& session)
 {
@@ -310,8 +384,8 @@ void haptic(HapticArguments& a, Session& session)
 
     place_introducers(scene);
     const std::vector<Obstacle> obstacles = build_obstacles(scene);
-    // Poses from elsewhere come when they come.
-    const int late = a.late > 0 ? 3 : choice.kind == "udp" ? 2 : 0;
+    // Ticks by the clock, and poses from elsewhere, come when they come.
+    const int late = a.late > 0 ? 3 : a.virtual_time ? 0 : 2;
     HapticSettings set = settings_of(scene, late);
     set.link.cache = a.cache;
     set.link.threads = a.threads;
@@ -324,8 +398,9 @@ void haptic(HapticArguments& a, Session& session)
     }
     // The first one stays: the hand asks it for its path, from another thread.
     const std::unique_ptr<HandleLink> first = make_link(scene, obstacles, set.link);
-    std::unique_ptr<HandleLink> changed;
+    ChangedLink changed;
     HandleLink* link = first.get();
+    LinkChanges changes(a.scene.scene, a.scene.overrides, set.link, a.virtual_time);
     if (set.device.max_stiffness > 0 && scene.haptic.stiffness > set.device.max_stiffness)
         session.say(fmt::format("warning: {}: /haptic/stiffness: {:g} N/m, but {} is stable up to "
                                 "{:g} N/m: it may buzz",
@@ -350,7 +425,7 @@ void haptic(HapticArguments& a, Session& session)
     std::optional<Viewer> viewer;
     if (a.view)
         viewer.emplace(scene.title.empty() ? "amontons" : scene.title, ::isatty(STDERR_FILENO));
-    ViewMaker frames(obstacles);
+    auto frames = std::make_unique<ViewMaker>(obstacles);
     SceneLines lines;
     std::atomic<bool>& stop = stop_on_interrupt();
     const int most = scene.haptic.contacts;
@@ -358,26 +433,29 @@ void haptic(HapticArguments& a, Session& session)
     bool published = false; // anything
     const Publisher<float> publish = [&](ReducedOperator<float>& op, const HandPose& handle,
                                          double time, std::uint64_t sequence) {
-        for (const std::string& line : viewer ? lines.take(session) : std::vector<std::string>())
-            if (auto next = changed_link(a, line, obstacles, set, *link, session)) {
-                changed = std::move(next);
-                link = changed.get();
-            }
+        if (viewer) changes.ask(lines.take(session));
+        if (ChangedLink next = changes.next(*link, session); next.link) {
+            changed.link.reset(); // before its obstacles
+            changed = std::move(next);
+            link = changed.link.get();
+            frames = std::make_unique<ViewMaker>(changed.obstacles);
+        }
         const bool done =
             link->step(sequence == 1 ? link->start() : handle) && link->publish(op, time, sequence);
         // Before the first one nothing is stale, and nobody would tell why there is no force.
         if (sequence == 1 && !done) session.say("no force yet: " + refused(*link));
         published |= done;
         if (viewer && viewer->wants())
-            viewer->offer(frames.frame(link->time(), link->beam_records(), link->body_records(),
-                                       link->contact_records()));
+            viewer->offer(frames->frame(link->time(), link->beam_records(), link->body_records(),
+                                        link->contact_records()));
         return done;
     };
     Outcome out;
     std::vector<TickRecord> records;
     out.real_time = !a.virtual_time;
     out.contacts_asked = out.contacts_left = most;
-    bool told = false; // a fault, while it lasted
+    bool told = false, told_limited = false; // a fault, while it lasted; the other, once
+    SafetyState said = SafetyState::running;
     if (a.virtual_time) {
         VirtualOptions options;
         options.duration = duration;
@@ -400,9 +478,23 @@ void haptic(HapticArguments& a, Session& session)
         options.budget = set.loop.proxy.budget;
         options.on_state = [&](SafetyState state) {
             if (state == SafetyState::starting) return;
-            const bool fault = state != SafetyState::running;
-            if (fault || told) session.say(std::string(name(state)) + ": " + reason(state));
-            told = told || fault;
+            if (state == SafetyState::limited) { // it comes and goes: once is enough
+                if (!told_limited)
+                    session.say(std::string(name(state)) + ": " + reason(state) +
+                                " (the report counts these ticks)");
+                told_limited = true;
+                return;
+            }
+            if (state != said) session.say(std::string(name(state)) + ": " + reason(state));
+            said = state;
+            told = told || state != SafetyState::running;
+        };
+        options.on_slow = [&](double rate) {
+            session.say(fmt::format(
+                "warning: {:.0f} of {:g} steps a second: the hand feels old operators; set "
+                "/haptic/simulation_rate to {:.0f}, or make the scene smaller: coarser meshes, "
+                "fewer /haptic/contacts, a looser /accuracy/contact; or allow more --threads",
+                rate, 1 / set.link.condense.period, std::max(1.0, std::floor(rate))));
         };
         options.on_overload = [&](double share) {
             if (share <= kOverloaded || out.contacts_left <= kFewestContacts) return;
@@ -418,6 +510,7 @@ void haptic(HapticArguments& a, Session& session)
         RealTimeRun run = run_in_real_time<float>(loop, *device, most, publish, options);
         records = std::move(run.records);
         out.scheduling = run.scheduling;
+        out.step_rate = run.step_rate;
         out.page_faults = run.page_faults;
         out.pages_moved = run.pages_moved;
         out.preempted = run.preempted;
@@ -436,6 +529,7 @@ void haptic(HapticArguments& a, Session& session)
         session.error("there was no force: " + refused(*link));
     }
     device->close();
+    changes.end(session);
     if (viewer) out.shown = viewer->close();
 
     out.summary = summarise<float>(records, loop, set.loop.period, out.real_time);

@@ -138,6 +138,7 @@ std::string solution_json(const SolveArguments& a, const FclibProblem& file, con
         .member("error", c.error)
         .member("tolerance", c.tolerance)
         .member("threshold", c.threshold)
+        .member("rounding", c.rounding)
         .member("scaled_error", c.scaled_error)
         .member("solver", name(c.solver))
         .member("iterations", c.iterations)
@@ -264,7 +265,7 @@ void run_solve(SolveArguments& a, Session& session)
                                  {solved->solution.reaction, solved->solution.u, solved->motion},
                                  std::count(kind.begin(), kind.end(), ContactKind::bilateral)));
     }
-    if (c.status != SolveStatus::converged) {
+    if (!is_solved(c.status)) {
         session.exit_code = interrupted(c) ? kInterrupted : kSolveFailed;
         session.error((interrupted(c) ? "interrupted: " : "") + report(c));
     }

@@ -239,7 +239,7 @@ bool BodyStepper::solve_with_modes()
             held_r_ = r_;
             if (held_.size() > 0) r_ -= held_.cwiseProduct(problem_.W * r_ + problem_.q);
             certificate_ = solution.certificate;
-            if (certificate_.status != SolveStatus::converged &&
+            if (!is_solved(certificate_.status) &&
                 (certificate_.status == SolveStatus::infeasible ||
                  certificate_.error > options_.tolerance)) {
                 report_.refusal = fmt::format("contact problem {} at an error of {:.1e}",

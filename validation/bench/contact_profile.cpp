@@ -91,7 +91,7 @@ void judge(Outcome& o, const ContactProblem& problem, const Eigen::VectorXd& r, 
     const Certificate c = certify(problem, r, o.tolerance);
     o.error = c.error;
     o.scaled_error = c.scaled_error;
-    if (done) o.status = c.status == SolveStatus::converged ? "solved" : "failed";
+    if (done) o.status = is_solved(c.status) ? "solved" : "failed";
 }
 
 /// What a child and its parent share.

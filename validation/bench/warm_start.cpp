@@ -47,7 +47,7 @@ Effort effort(const ContactProblem& problem, const SolverOptions& options,
     const double start = processor_seconds();
     const Certificate c = solve(problem, options, warm_start).certificate;
     return {static_cast<double>(c.iterations), processor_seconds() - start,
-            c.status == SolveStatus::converged};
+            is_solved(c.status)};
 }
 
 struct Sums {

@@ -76,7 +76,7 @@ class Case(unittest.TestCase):
         """From the fault on the force falls evenly to zero within 50 ms, and stays there."""
         first = next(k for k, r in enumerate(trace) if r["state"] == state)
         before = self.force(trace[first - 1])
-        self.assertGreater(before, 0.5)
+        self.assertGreater(before, 0.2)  # what control leaves of it in silence
         for k in range(first, len(trace)):
             if trace[k]["state"] != state:
                 break
@@ -161,6 +161,44 @@ class Virtual(Case):
                              stiffness=4000, hand={"mass": 0.02, "damping": 0.3, "stiffness": 30}))
         self.assertGreater(free[0]["energy_injected"], 0)  # the test can fail
 
+    def check_laws(self, trace):
+        """What may be sent (docs/theory/haptics.md), from the trace alone."""
+        tiny = 1e-5  # digits of the trace
+        faults = {"stale operator", "device lost", "too fast", "pose jump", "not a number", "simulation stopped"}
+        computed = lambda row: math.hypot(*(float(row[f"computed_{a} [N]"]) for a in "xyz"))
+        for last, row in zip(trace, trace[1:]):
+            rise = self.force(row) - self.force(last)
+            self.assertLessEqual(rise, 0.2 + max(0, computed(row) - computed(last)) + tiny, row)
+            if row["state"] in faults:
+                self.assertLessEqual(rise, tiny, row)
+            if row["state"] == "running":
+                self.assertAlmostEqual(self.force(row), computed(row), delta=tiny)
+
+    def test_a_force_does_not_jump_up_whatever_the_hand_does(self):
+        # Down fast, off, to and fro: nothing is earned, and much is taken back; 4 N in a tick before.
+        way = [(0, 0, 0, 0.002)]
+        for k in range(1, 160):
+            way.append((k * 0.0125, 0.002 * (k % 3), 0, -0.004 + 0.0045 * math.cos(2.1 * k)))
+        for device, stiffness in (("omega.3", 3000), ("touch", 400)):
+            report, trace, _ = self.felt(
+                "--device", self.path(way), "--virtual-time", "--late", 0.1, "--latency", 5,
+                change=lambda s: s["haptic"].update(device=device, stiffness=stiffness))
+            self.check_laws(trace)
+            self.assertEqual(sum(report["ticks_in"].values()), report["ticks"])
+            self.assertEqual(report["ticks_in"]["limited"], sum(r["state"] == "limited" for r in trace))
+            self.assertGreater(report["ticks_in"]["limited"], 0)
+            self.assertLessEqual(report["energy_injected"], 1e-5)
+            self.assertLessEqual(report["force_jump"]["sent_rise"], 0.2 + 1e-9)
+
+    def test_the_ramp_is_a_field_and_gives_no_energy_without_control_either(self):
+        way = [(k / 500, 0, 0, -0.004 * (1 - math.cos(4 * math.pi * k / 500))) for k in range(301)]
+        for ramp, control in ((0.5, []), (0.5, ["--no-control"]), (0.1, [])):
+            report, trace, _ = self.felt("--device", self.path(way), "--virtual-time", *control,
+                                         change=lambda s: s["haptic"].update(ramp=ramp))
+            self.assertLessEqual(report["energy_injected"], 1e-5)
+            self.assertAlmostEqual(report["ticks_in"]["starting"], 1000 * ramp, delta=100 if control else 2)
+        self.refused(change=lambda s: s["haptic"].update(ramp=-1), says=["/haptic/ramp"])
+
     def test_fewer_contacts_than_there_are(self):
         def box(scene):  # eight corners, and below each the floor
             scene["bodies"]["ball"]["shape"] = {"generate": "box", "size": [0.02, 0.02, 0.02]}
@@ -177,10 +215,10 @@ class Virtual(Case):
 
     def test_a_device_that_falls_silent_while_it_is_damped(self):
         # Pressed 9 mm before anything was earned, drawn away at 0.95 m/s, and gone.
-        way = [(0, 0, 0, 0), (0.02, 0, 0, -0.009), (0.8, 0, 0, -0.009), (0.802, 0, 0, -0.0071)]
+        way = [(0, 0, 0, 0), (0.02, 0, 0, -0.009), (0.8, 0, 0, -0.009), (0.808, 0, 0, -0.0014)]
         report, trace, _ = self.felt("--device", self.path(way), "--virtual-time", "--duration", 1)
         self.assertEqual(report["state"], "device lost")
-        self.assertGreater(self.force(trace[802]), 1)
+        self.assertGreater(self.force(trace[808]), 0.5)
         self.assertEqual(self.force(trace[-1]), 0)
 
     def test_the_force_comes_back_slowly_after_a_jump(self):
@@ -214,7 +252,7 @@ class Virtual(Case):
         result = self.call(path, "--virtual-time", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         report = json.loads(result.stdout)
-        self.assertGreater(report["error"]["max"], 0.1)  # there are such ticks
+        self.assertGreater(report["error"]["max"], 5e-3)  # there are such ticks: the force is held
         self.assertGreater(report["largest_force"], 1)
         self.assertLess(report["force_jump"]["largest_change"], 0.1)  # [regression] our own run
 

@@ -49,7 +49,7 @@ TEST_CASE("each level of a tower carries the weight above it")
     const Tower t{5, 7, 0, 0.5, {0.1, 0.1, 0.05}};
     const CondensedProblem c(tower(t));
     const ContactSolution s = solve(c.contact(), to(1e-10));
-    REQUIRE(s.certificate.status == SolveStatus::converged);
+    REQUIRE(is_solved(s.certificate.status));
     double above = 0;
     for (int level = t.boxes; level-- > 0;) {
         above += level + 1 == t.boxes ? t.top_mass : 1;
@@ -98,8 +98,8 @@ TEST_CASE("dense packings and towers with a heavy top come out within a number o
         const CondensedProblem c(p);
         const ContactSolution s = solve(c.contact(), options);
         INFO(report(s.certificate));
-        CHECK(s.certificate.status == SolveStatus::converged);
-        CHECK(certify(c.contact(), s.reaction, 1e-8).status == SolveStatus::converged);
+        CHECK(is_solved(s.certificate.status));
+        CHECK(is_solved(certify(c.contact(), s.reaction, 1e-8).status));
     };
     for (const unsigned seed : {1u, 2u, 3u, 4u, 5u}) {
         CAPTURE(seed);
@@ -149,7 +149,7 @@ TEST_CASE("a wide elastic block under a smooth press has the oedometer's pressur
     b.press = 1e-4;
     const CondensedProblem c(elastic_block(b));
     const ContactSolution s = solve(c.contact(), to(1e-10));
-    REQUIRE(s.certificate.status == SolveStatus::converged);
+    REQUIRE(is_solved(s.certificate.status));
     const double nu = b.poisson_ratio;
     const double pressure =
         b.youngs_modulus * (1 - nu) / ((1 + nu) * (1 - 2 * nu)) * b.press / b.size[2];
@@ -179,6 +179,6 @@ TEST_CASE(
             options.max_iterations = 2000;
             CAPTURE(seed);
             CAPTURE(unit);
-            CHECK(solve(p, options).certificate.status == SolveStatus::converged);
+            CHECK(is_solved(solve(p, options).certificate.status));
         }
 }

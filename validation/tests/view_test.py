@@ -114,6 +114,30 @@ class View(unittest.TestCase):
         self.assertGreaterEqual(stiff["view"]["frames"], 1)
         self.assertNotIn("view", soft)
 
+    def test_a_change_that_needs_new_factors_is_made_beside(self):
+        # A finer bed, whose factor takes longer than an operator may age.
+        scene = json.loads(json.dumps(SCENE))
+        scene["bodies"]["bed"]["mesh"]["cells"] = [18, 18, 8]
+        scene["haptic"]["simulation_rate"] = 20
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        process = self.start("haptic", "scene.json", "--duration", "600", "--view")
+        said = []
+        def wait_for(words):
+            for line in process.stderr:
+                said.append(line)
+                if words in line:
+                    return
+            self.fail("".join(said))
+        process.stdin.write("set bodies.bed.youngs_modulus=4e5\n")
+        process.stdin.flush()
+        wait_for("set bodies.bed.youngs_modulus=4e5")
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        out = process.communicate(timeout=60)[0]
+        report = json.loads(out)
+        self.assertNotIn("stale operator", "".join(said))
+        self.assertEqual(report["ticks_in"]["stale operator"], 0)
+
 
 if __name__ == "__main__":
     if not shutil.which("Xvfb"):

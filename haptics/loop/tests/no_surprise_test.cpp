@@ -2,6 +2,7 @@
 #include "haptics/tests/count_allocations.hpp"
 #include "haptics/tests/scenes.hpp"
 #include "haptics/triple_buffer.hpp"
+#include "mesh/tests/test_program.hpp"
 
 #include <doctest/doctest.h>
 

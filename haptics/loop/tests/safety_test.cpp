@@ -15,6 +15,7 @@ using namespace amontons;
 namespace {
 
 constexpr double kPeriod = 1e-3;
+const Limiter kFree; // of a tick that it does not begin: no limit
 const Wrench kForce{{0, 0, 4}, {0, 0.1, 0}};
 
 /// 1 s of good ticks with operators every 20 ms; then `spoil` changes what a tick sees.
@@ -56,15 +57,12 @@ TEST_CASE("the force comes in over half a second")
 
 TEST_CASE("every fault takes the force to zero in 50 ms without a step and says which")
 {
-    double stale_since = 0;
     using Spoil = std::function<void(SafetyInput&, Wrench&)>;
     const struct {
         SafetyState state;
         Spoil spoil;
         bool comes_back;
     } faults[] = {
-        {SafetyState::stale_operator,
-         [&](SafetyInput& in, Wrench&) { in.operator_time = stale_since; }, true},
         {SafetyState::not_a_number,
          [](SafetyInput& in, Wrench&) { in.device.position[0] = std::nan(""); }, false},
         {SafetyState::not_a_number, [](SafetyInput&, Wrench& w) { w.torque[0] = INFINITY; }, false},
@@ -81,7 +79,6 @@ TEST_CASE("every fault takes the force to zero in 50 ms without a step and says 
         double last = 0;
         while (s.k < 1001)
             last = s.tick();
-        stale_since = 1 - 0.06; // three periods before
         int down = 0;
         bool told = false;
         for (int k = 0; k < 80; ++k) {
@@ -101,6 +98,40 @@ TEST_CASE("every fault takes the force to zero in 50 ms without a step and says 
             last = s.tick();
         CHECK((last > 3.99) == fault.comes_back);
         if (!fault.comes_back) CHECK(s.safety.state() == fault.state);
+    }
+}
+
+TEST_CASE("an operator that ages loses stiffness evenly and one that comes brings it back as at "
+          "the start")
+{
+    for (const double silent : {0.1, 0.5}) { // [s]; at 9 periods of 0.02 s none is left
+        CAPTURE(silent);
+        Scene s;
+        double last = 0;
+        while (s.k < 1001)
+            last = s.tick();
+        const double since = s.operator_time;
+        double least = last;
+        while (s.k < 1001 + silent / kPeriod) {
+            const double age = s.k * kPeriod - since;
+            const double f = s.tick([&](SafetyInput& in, Wrench&) { in.operator_time = since; });
+            const double left = std::clamp((0.18 - age) / 0.12, 0.0, 1.0);
+            CHECK(f == doctest::Approx(4 * left).epsilon(1e-6));
+            CHECK(f <= least);
+            least = f;
+        }
+        const bool gone = silent > 0.2;
+        CHECK(s.safety.state() ==
+              (gone ? SafetyState::stale_operator : SafetyState::aged_operator));
+        CHECK(s.safety.faults() == (gone ? 1 : 0));
+        last = least;
+        for (int k = 0; k < 1000; ++k) {
+            const double f = s.tick();
+            CHECK(f - last <= 4 * kPeriod / 0.5 + 1e-12);
+            last = f;
+        }
+        CHECK(last == doctest::Approx(4));
+        CHECK(s.safety.state() == SafetyState::running);
     }
 }
 
@@ -271,7 +302,7 @@ TEST_CASE("a spring that gives back more than it took is caught and one that doe
             const Wrench wrench{{0, 0, 500 * (k > 50 ? back : 1) * depth}, {0, 0, 0}};
             for (Passivity* p : {&observer, &control}) {
                 p->observe(pose, k * kPeriod);
-                p->allow(wrench, 10, 1);
+                p->allow(wrench, kFree);
             }
         }
         CHECK(control.most_energy() <= 1e-15); // rounding of a sum of millijoules
@@ -293,7 +324,7 @@ TEST_CASE("energy is kept where a pose comes every 10 ticks only")
         const Wrench wrench{{0, 0, 500 * (k > 200 ? 2 : 1) * depth(told)}, {0, 0, 0}};
         for (Passivity* p : {&observer, &control}) {
             if (k == told) p->observe(pose, k * kPeriod);
-            p->allow(wrench, 10, 1);
+            p->allow(wrench, kFree);
         }
     }
     CHECK(observer.energy() > 1e-3); // the test can fail
@@ -328,7 +359,7 @@ TEST_CASE("credit is what the hand has pushed in and leaks with its time constan
         double time = 0, depth = 0;
         const auto tick = [&] {
             p.observe({{0, 0, -depth}, Eigen::Quaterniond::Identity()}, time);
-            p.allow({{0, 0, 2}, {0, 0, 0}}, 10, 1);
+            p.allow({{0, 0, 2}, {0, 0, 0}}, kFree);
             time += kPeriod;
         };
         tick();
@@ -351,6 +382,10 @@ TEST_CASE("damping stays within what the device can give as force and as torque"
         CAPTURE(turns);
         const double most = turns ? 0.02 : 1;
         Passivity p;
+        LimiterOptions options;
+        options.max_force = 1;
+        options.max_torque = 0.02;
+        const Limiter limiter(options);
         double clipped = 0;
         for (int k = 0; k < 6; ++k) {
             const double way = k == 0 ? 0 : 0.08 + 0.02 * k;
@@ -359,7 +394,7 @@ TEST_CASE("damping stays within what the device can give as force and as torque"
                        Eigen::Quaterniond(Eigen::AngleAxisd(turns ? way : 0, Vec3::UnitX()))},
                       k * kPeriod);
             const Vec3 push = 0.9 * most * Vec3::UnitX(), none{0, 0, 0};
-            const Wrench sent = p.allow({turns ? none : push, turns ? push : none}, 1, 0.02);
+            const Wrench sent = p.allow({turns ? none : push, turns ? push : none}, limiter);
             const Vec3& own = turns ? sent.torque : sent.force;
             CHECK(own.norm() <= most * (1 + 1e-12));
             clipped = std::min(clipped, own[0] / most);
