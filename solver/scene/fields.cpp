@@ -527,8 +527,8 @@ std::string allowed_in_words(const FieldDeclaration& field)
         range = fmt::format("{}", a.lower);
     else {
         if (lower)
-            range = fmt::format("{}{} {:.7g}", a.least > 0 ? "0, or " : "",
-                                a.above ? ">" : ">=", std::max(a.lower, a.least));
+            range = fmt::format("{}{} {:.7g}", a.least > 0 ? "0, or " : "", a.above ? ">" : ">=",
+                                a.least > 0 ? std::max(a.lower, a.least) : a.lower);
         if (upper) range += fmt::format("{}<= {:.7g}", lower ? " and " : "", a.upper);
     }
     switch (field.type) {

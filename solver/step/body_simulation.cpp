@@ -25,7 +25,7 @@ namespace {
 constexpr std::size_t kQuick = 6;  // iterations of a step in a medium: the next ...
 constexpr double kGrowth = 1.5;    // ... may be so much longer
 constexpr double kLagBelow = 0.13; // of the step asked for: see body_lag.cpp
-constexpr int kMostSentences = 8;  // of warnings of a kind
+constexpr int kMostTold = 8;  // of warnings of a kind
 constexpr double kSticks = 1e-9;   // slip per step below this share of the body sticks
 
 /// All that a step changes.
@@ -248,7 +248,7 @@ Verdict BodySimulation::State::judge_energy(const Before& before, double h)
     }
     const double own = energy.error() - before.energy.error();
     if (energy_fault(std::abs(own), energy, scale) > kEnergyRefused && r.level < kMostLevels &&
-        (r.level > 0 || jumps < kMostSentences)) {
+        (r.level > 0 || jumps < kMostTold)) {
         if (r.level == 0) {
             r.until = time;
             r.whole = h;
@@ -284,7 +284,7 @@ Verdict BodySimulation::State::judge_energy(const Before& before, double h)
     }
     if (whole > 0 || -whole <= left) {
         last.remarks.push_back(told);
-        if (jumps++ < kMostSentences)
+        if (jumps++ < kMostTold)
             summary.warnings.push_back(fmt::format("step {}: {}", step + 1, told));
         return Verdict::stands;
     }
@@ -570,7 +570,7 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         if (verdict == Verdict::again) continue;
         ++s.step;
         s.overlaps.add(*s.system, s.last, s.step, sum.warnings);
-        if (s.last.lag > 0 && s.lagging++ < kMostSentences)
+        if (s.last.lag > 0 && s.lagging++ < kMostTold)
             sum.warnings.push_back(fmt::format(
                 "step {}: contacts jump at its end; their forces are those of contacts as the last "
                 "iteration found them, {:.1g} of them away from those at the end",
