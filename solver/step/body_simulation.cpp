@@ -210,10 +210,11 @@ Before BodySimulation::State::before_step() const
     b.energy = energy;
     for (const auto& body : system->bodies)
         b.bodies.push_back(body->state());
+    b.rows = system->finder.rows();
+    if (dynamic()) return b; // steps in motion are not taken back once they are accepted
     b.warm = system->warm;
     b.warm_friction = system->warm_friction;
     b.warm_sticks = system->warm_sticks;
-    b.rows = system->finder.rows();
     return b;
 }
 
@@ -223,10 +224,11 @@ void BodySimulation::State::put_back(const Before& b)
     energy = b.energy;
     for (std::size_t i = 0; i < b.bodies.size(); ++i)
         system->bodies[i]->set_state(b.bodies[i]);
+    system->finder.set_rows(b.rows);
+    if (dynamic()) return;
     system->warm = b.warm;
     system->warm_friction = b.warm_friction;
     system->warm_sticks = b.warm_sticks;
-    system->finder.set_rows(b.rows);
 }
 
 /// Of a step that has just been taken. At rest, one whose own energy does not close to a tenth of
