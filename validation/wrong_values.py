@@ -136,10 +136,12 @@ class Attack:
         def limits():
             resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+            if not interrupt:  # of the processor: a busy machine is no finding
+                resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds) + 5))
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=limits)
         slow = False
         try:
-            out, err = process.communicate(timeout=seconds)
+            out, err = process.communicate(timeout=seconds if interrupt else 30 * seconds)
         except subprocess.TimeoutExpired:
             slow = True
             process.send_signal(signal.SIGINT if interrupt else signal.SIGKILL)
@@ -155,6 +157,8 @@ class Attack:
     def finding(self, code, err, out, allowed):
         if code is None:
             return err if "interrupted" in err else f"takes more than {self.seconds} s"
+        if code == -signal.SIGXCPU:
+            return f"takes more than {self.seconds} s"
         if code < 0:
             return f"signal {-code}"
         if "a mistake in amontons" in err:
