@@ -225,7 +225,8 @@ Sheared sheared(double R, double E, double nu, double mu, double a, double cell,
     const SolidRun run = run_solids(s.scene);
     Sheared out;
     out.uncertified = run.summary.uncertified_steps;
-    for (std::size_t k = 1; k < run.steps.size(); ++k) {
+    for (std::size_t k = 0; k < run.steps.size(); ++k) {
+        if (run.steps[k].time < 1 - 1e-9) continue; // pressed, in one step or more
         const Profile p = profile_of(run.steps[k], false);
         Vec3 f = Vec3::Zero();
         double stick = 0;
@@ -233,7 +234,7 @@ Sheared sheared(double R, double E, double nu, double mu, double a, double cell,
             f += 2 * c.force;
             if (c.status == ContactStatus::stick) stick += c.area;
         }
-        if (k == 1) {
+        if (run.steps[k].time < 1 + 1e-9) {
             out.P = std::abs(f.z());
             out.a = p.a;
             continue;
