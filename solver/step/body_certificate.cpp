@@ -286,8 +286,12 @@ void BodyStepper::fill_report()
         Vec3 mean = tangential;
         if (!step_.dynamic) {
             const auto known = system_.warm_friction.find(key(c));
-            mean *= 0.5;
-            if (known != system_.warm_friction.end()) mean += 0.5 * known->second;
+            // Contacts of rods wander along them, and change their numbers: none is new for that.
+            const bool wanders = system_.refs[std::size_t(contact.a)].rod != nullptr;
+            if (known != system_.warm_friction.end())
+                mean = 0.5 * (tangential + known->second);
+            else if (!wanders)
+                mean *= 0.5;
             if (!tangential.isZero(0)) friction_[key(c)] = tangential;
         }
         report_.friction -= mean.dot(d);
