@@ -99,13 +99,13 @@ long pages_moved()
 
 /// Takes the last force away evenly: the run ends with none, whatever ended it.
 template <class Real>
-void let_go(HapticLoop<Real>& loop, Device& device, double start, long tick, double period)
+void fade_out(HapticLoop<Real>& loop, Device& device, double start, long tick, double period)
 {
     const auto ticks = static_cast<long>(std::ceil(kLetGo / period));
     for (long k = 1; k <= ticks; ++k) {
         sleep_until(start + static_cast<double>(tick + k - 1) * period);
         const double left = static_cast<double>(ticks - k) / static_cast<double>(ticks - k + 1);
-        device.write(loop.let_go(left), clock_now() - start);
+        device.write(loop.fade_out(left), clock_now() - start);
     }
 }
 
@@ -223,7 +223,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
             run.preempted = after.ru_nivcsw - before.ru_nivcsw;
         }
         done = true;
-        if (!sent.force.isZero(0) || !sent.torque.isZero(0)) let_go(loop, device, start, k, period);
+        if (!sent.force.isZero(0) || !sent.torque.isZero(0)) fade_out(loop, device, start, k, period);
     });
     std::thread bare;
     if (options.bare)

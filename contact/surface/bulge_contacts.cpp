@@ -2,6 +2,7 @@
 
 #include "contact/surface/faceted_surface.hpp"
 #include "contact/surface/facets.hpp"
+#include "contact/surface/overlap.hpp"
 #include "mesh/base/dense.hpp"
 #include "mesh/closest_point.hpp"
 
@@ -57,8 +58,8 @@ Vec2 nearest(const FaceInPlane& face, const Vec3& x)
     return best;
 }
 
-/// The same on the face itself: flat triangles that fold towards x have two places that are as near.
-/// Places on its border stay.
+/// The same on the face itself: flat triangles that fold towards x have two places that are as
+/// near. Places on its border stay.
 Vec2 nearest_on_curved(const FaceInPlane& face, const Vec3& x)
 {
     const Vec2 start = nearest(face, x);
@@ -80,14 +81,10 @@ SurfaceContacts bulge_contacts(const ExternalSurface& slave, std::span<const Vec
         const FaceInPlane face(nodes, places);
         const auto corners = std::size_t(slave.corners[f]);
         Vec3 middle = Vec3::Zero();
-        double longest = 0, rest = 0;
-        for (std::size_t k = 0; k < corners; ++k) {
+        for (std::size_t k = 0; k < corners; ++k)
             middle += face.node[k] / double(corners);
-            longest = std::max(longest, (face.node[(k + 1) % corners] - face.node[k]).norm());
-            rest = std::max(rest, (at_rest[std::size_t(nodes[(k + 1) % corners])] -
-                                   at_rest[std::size_t(nodes[k])])
-                                      .norm());
-        }
+        const double longest = longest_edge(slave, f, places),
+                     rest = longest_edge(slave, f, at_rest);
         const double apart = face.nodes == 6 ? 0.5 * rest : rest; // of its multipliers
         const WallSample at_middle = wall(middle);
         if (!(std::abs(at_middle.distance) <= reach + longest)) continue;

@@ -11,10 +11,11 @@
 
 namespace amontons {
 
-/// On each face that is longer at rest between its multipliers than nine tenths of the wall's radius of
-/// curvature, the place nearest to the wall's centre of curvature there: that of a ball is exact, of a cylinder it
-/// is the one of the section at the face's middle. Not where a node is, which is a contact by
-/// itself; of a place on several faces once. Areas are 0. An id is of the face.
+/// On each face that is longer at rest between its multipliers than nine tenths of the wall's
+/// radius of curvature, the place nearest to the wall's centre of curvature there: that of a ball
+/// is exact, of a cylinder it is the one of the section at the face's middle. Not where a node is,
+/// which is a contact by itself; of a place on several faces once. Areas are 0. An id is of the
+/// face.
 /// @param places   of all nodes of the mesh, finite [m]
 /// @param at_rest  of the same: what is pressed must not lose a contact because its face shrinks
 /// @param wall     distance, normal and curvature of what is touched

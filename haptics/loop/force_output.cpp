@@ -16,7 +16,7 @@ Wrench ForceOutput::send(const Wrench* computed, bool new_pose)
     return finish(limiter.approach(ramped), new_pose ? Motion::known : Motion::unknown);
 }
 
-Wrench ForceOutput::let_go(double share)
+Wrench ForceOutput::fade_out(double share)
 {
     limiter.begin(nullptr, false);
     share = std::clamp(share, 0.0, 1.0);

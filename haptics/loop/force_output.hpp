@@ -30,7 +30,7 @@ public:
     /// @param new_pose  of the device, measured since the tick before
     Wrench send(const Wrench* computed, bool new_pose);
     /// That share in [0, 1] of what was sent last: when the run ends.
-    Wrench let_go(double share);
+    Wrench fade_out(double share);
 
     Safety safety;
     Limiter limiter;

@@ -53,7 +53,7 @@ public:
                     double time, bool simulation_stopped = false);
 
     /// That share in [0, 1] of the last wrench: what goes to the device after the last tick.
-    Wrench let_go(double share) { return output_.let_go(share); }
+    Wrench fade_out(double share) { return output_.fade_out(share); }
 
     /// Where a device's pose has the handle: the same, or by the clutch; one that jumped away from
     /// the last, where that had it. Before the first valid sample: where the operator has it, if

@@ -36,9 +36,9 @@ struct PassivityOptions {
 /// What is known of the device's motion in a tick.
 enum class Motion {
     known,   ///< a pose came
-    unknown, ///< none did: what the hand does since the last one counts as foreseen
+    unknown, ///< none did: what the hand does since the last one counts as predicted
     fault,   ///< the force goes away by itself, evenly: what might come is no reason to drop it,
-             ///< only what is foreseen
+             ///< only what is predicted
 };
 
 /// Counts and controls the energy that goes to the hand.

@@ -27,12 +27,22 @@ constexpr double kAside = 0.01;   // of the smaller body: one that has moved far
 constexpr double kMostLag = 0.01; // of the forces, or of what the law is relative to
 constexpr int kMostFreezes = 3;
 
+/// The same contacts in the same order, and no normal has jumped: of nearly all iterations.
+bool same_contacts(const BodyContacts& a, const BodyContacts& b)
+{
+    return std::ranges::equal(a.contact, b.contact, [](const BodyContact& p, const BodyContact& q) {
+        return p.pair == q.pair && p.id == q.id &&
+               (p.frame.col(0) - q.frame.col(0)).norm() <= kJump;
+    });
+}
+
 } // namespace
 
 /// Keeps contacts of the last iteration that come and go, and the other normal of those whose
 /// normal jumps to and fro, as they were found.
 void BodyStepper::hold_lost(const BodyContacts& before, std::span<const double> moved_before)
 {
+    if (stays_.empty() && same_contacts(list_, before)) return;
     std::map<BodySystem::Key, int> now;
     for (int c = 0; c < int(list_.contact.size()); ++c)
         now[key(c)] = c;
@@ -96,7 +106,9 @@ void BodyStepper::hold_lost(const BodyContacts& before, std::span<const double> 
 /// @return  false if that has been tried often enough
 bool BodyStepper::freeze()
 {
-    if (!options_.may_lag || frozen_ || freezes_ == kMostFreezes) return false;
+    // Rods that find no balance snap: relax_rods follows them.
+    if (!options_.may_lag || frozen_ || freezes_ == kMostFreezes || system_.has_rods())
+        return false;
     ++freezes_;
     frozen_ = true;
     relaxing_ = false;

@@ -320,7 +320,7 @@ WallSample exit_from(const std::function<WallSample(const Vec3&)>& shape, const 
         const double along = s.normal.dot(way);
         // On a flat side the first step along its normal is the whole way.
         const double whole = along > kFacing ? -s.distance / along : 0;
-        if (whole > 0 && shape(x + (t + whole) * way).distance <= 0)
+        if (whole > 0 && shape(x + (t + whole) * way).distance <= -kOut * nearest.distance)
             t += whole;
         else
             t -= s.distance;

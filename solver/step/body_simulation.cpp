@@ -1,4 +1,4 @@
-#include "solver/step/body_simulation.hpp"
+#include "solver/step/body_simulation_state.hpp"
 
 #include "mesh/base/memory.hpp"
 #include "mesh/base/phase_timer.hpp"
@@ -8,12 +8,8 @@
 #include "solver/step/body_build.hpp"
 #include "solver/step/body_record.hpp"
 #include "solver/step/couplings.hpp"
-#include "solver/step/energy_balance.hpp"
-#include "solver/step/knots.hpp"
-#include "solver/step/overlap_log.hpp"
 #include "solver/step/recorded_problem.hpp"
 #include "solver/step/run_summary.hpp"
-#include "solver/step/start_overlap.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,116 +21,10 @@ namespace {
 constexpr std::size_t kQuick = 6;  // iterations of a step in a medium: the next ...
 constexpr double kGrowth = 1.5;    // ... may be so much longer
 constexpr double kLagBelow = 0.13; // of the step asked for: see body_lag.cpp
-constexpr int kMostTold = 8;  // of warnings of a kind
+constexpr int kMostTold = 8;       // of warnings of a kind
 constexpr double kSticks = 1e-9;   // slip per step below this share of the body sticks
 
-/// All that a step changes.
-struct Before {
-    double time = 0;
-    EnergyRecord energy;
-    std::vector<std::vector<double>> bodies;
-    std::map<BodySystem::Key, Vec3> warm, warm_friction;
-    std::map<BodySystem::Key, bool> warm_sticks;
-    std::vector<std::vector<PlaceRow>> rows;
-};
-
-/// A step at rest whose energy did not close, done again in halves.
-struct Refinement {
-    int level = 0;           ///< 0: none
-    double until = 0;        ///< the end of that step [s]
-    double length = 0;       ///< of the present ones [s]
-    double whole = 0;        ///< of that step [s]
-    double first = 0;        ///< what it missed [J]
-    double error_before = 0; ///< of the run when it began [J]
-};
-enum class Verdict { stands, again, refused };
-
 } // namespace
-
-struct BodySimulation::State {
-    Scene scene;
-    std::vector<Obstacle> obstacles;
-    std::vector<Issue> warnings;
-    SimulationOptions options;
-    std::vector<std::string> messages;
-    std::unique_ptr<BodySystem> system;
-    std::vector<const CurvePoints*> curves;
-    BodyStepReport last;
-
-    const std::atomic<bool>* stop = nullptr;
-    bool ready = false, started = false;
-    double time = 0, step_length = 0;
-    double path_length = 0; ///< of the next step along the path [m]
-    int step = 0, retries = 0;
-    int lagging = 0, jumps = 0; ///< steps of this run whose contacts lag behind, whose energy jumps
-    double contacts_sum = 0;
-    EnergyRecord energy;
-    Refinement refinement;
-    RunSummary summary;
-    OverlapLog overlaps;
-
-    double smallest() const
-    {
-        return scene.time.smallest_step > 0 ? scene.time.smallest_step
-                                            : kDefaultSmallest * scene.time.step;
-    }
-    bool in_medium() const
-    {
-        return std::ranges::any_of(system->refs,
-                                   [](const BodyRef& b) { return b.rod && b.rod->in_medium(); });
-    }
-    bool dynamic() const { return scene.time.kind == "dynamic"; }
-    double next_stop() const { return next_knot(curves, time, scene.time.end); }
-    void make_ready();
-    bool advance(double h, bool relaxed = false, double share = 1);
-    bool find_first_balance();
-    /// Presses bodies that begin inside each other apart.
-    bool resolve_start()
-    {
-        return resolve_start_overlaps(system->finder, dynamic(), *stop,
-                                      [&]() -> const BodyStepReport& {
-                                          if (dynamic())
-                                              last = separation_step(*system, step_options());
-                                          else
-                                              advance(0);
-                                          return last;
-                                      });
-    }
-    BodyStepOptions step_options() const
-    {
-        BodyStepOptions o;
-        o.tolerance = scene.accuracy.contact;
-        o.solver = contact_solver(scene.accuracy.solver);
-        o.threads = options.threads;
-        o.stop = stop;
-        return o;
-    }
-    /// Rods that lose their balance can be followed against a drag, whatever they lie on.
-    bool may_snap() const
-    {
-        return !dynamic() &&
-               std::ranges::any_of(system->refs, [](const BodyRef& b) { return b.rod; });
-    }
-    bool advance_path();
-    EnergyScale energy_scale() const
-    {
-        constexpr double kRoundOff = 1e-15; // of the modulus times the volume around a body
-        EnergyScale scale{scene.accuracy.contact, 0, dynamic(), 0};
-        for (const BodyRef& b : system->refs) {
-            const double size = b.body->size();
-            scale.size = std::max(scale.size, size);
-            if (b.rod) scale.round_off += kRoundOff * b.rod->energy_scale();
-            if (b.solid) scale.round_off += kRoundOff * b.solid->stiffness() * size * size * size;
-        }
-        return scale;
-    }
-    Before before_step() const;
-    void put_back(const Before& before);
-    Verdict judge_energy(const Before& before, double h);
-    double within_reach(double h) const;
-    StepRecord record(double h, double seconds);
-    void finish();
-};
 
 /// The offline stage, once.
 void BodySimulation::State::make_ready()
@@ -203,95 +93,47 @@ double BodySimulation::State::within_reach(double h) const
     return share > 1 ? h / std::ceil(share) : h;
 }
 
-Before BodySimulation::State::before_step() const
+EnergyScale BodySimulation::State::energy_scale() const
 {
-    Before b;
-    b.time = time;
-    b.energy = energy;
-    for (const auto& body : system->bodies)
-        b.bodies.push_back(body->state());
-    b.rows = system->finder.rows();
-    if (dynamic()) return b; // steps in motion are not taken back once they are accepted
-    b.warm = system->warm;
-    b.warm_friction = system->warm_friction;
-    b.warm_sticks = system->warm_sticks;
-    return b;
+    constexpr double kRoundOff = 1e-15; // of the modulus times the volume around a body
+    EnergyScale scale{scene.accuracy.contact, 0, dynamic(), 0};
+    for (const BodyRef& b : system->refs) {
+        const double size = b.body->size();
+        scale.size = std::max(scale.size, size);
+        if (b.rod) scale.round_off += kRoundOff * b.rod->energy_scale();
+        if (b.solid) scale.round_off += kRoundOff * b.solid->stiffness() * size * size * size;
+    }
+    return scale;
 }
 
-void BodySimulation::State::put_back(const Before& b)
+/// Of a step that has just been taken.
+EnergyVerdict BodySimulation::State::judge_energy(const BeforeStep& before, double h)
 {
-    time = b.time;
-    energy = b.energy;
-    for (std::size_t i = 0; i < b.bodies.size(); ++i)
-        system->bodies[i]->set_state(b.bodies[i]);
-    system->finder.set_rows(b.rows);
-    if (dynamic()) return;
-    system->warm = b.warm;
-    system->warm_friction = b.warm_friction;
-    system->warm_sticks = b.warm_sticks;
-}
-
-/// Of a step that has just been taken. At rest, one whose own energy does not close to a tenth of
-/// what the run has turned over is done again in halves, and a half that does not in halves of it.
-/// Where that leaves less of the error it was the rule's, of a force that sets in within the step;
-/// where not, the steps lead to states between which there is no way. Made energy is refused then;
-/// what is lost is lost in a jump, as of a snap. Of a contact smaller than a face neither says more
-/// than that its force is wrong by as much, which is warned of.
-Verdict BodySimulation::State::judge_energy(const Before& before, double h)
-{
-    constexpr int kMostLevels = 5;
-    constexpr double kLess = 0.4, kLeft = 2;
+    constexpr double kLeft = 2;
     const EnergyScale scale = energy_scale();
-    Refinement& r = refinement;
     if (dynamic()) {
-        if (!(energy_fault(energy, scale) > kEnergyRefused)) return Verdict::stands;
+        if (!(energy_fault(energy, scale) > kEnergyRefused)) return EnergyVerdict::stands;
         last.refusal = "the step makes energy: " + energy_warning(energy, scale);
-        return Verdict::refused;
+        return EnergyVerdict::refused;
     }
-    const double own = energy.error() - before.energy.error();
-    if (energy_fault(std::abs(own), energy, scale) > kEnergyRefused && r.level < kMostLevels &&
-        (r.level > 0 || jumps < kMostTold)) {
-        if (r.level == 0) {
-            r.until = time;
-            r.whole = h;
-            r.first = own;
-            r.error_before = before.energy.error();
+    const auto left_by_meshes = [&] { // forces times the gaps that meshes cannot resolve [J]
+        double left = 0;
+        for (const ContactSize& c : contact_sizes(*system, last)) {
+            const double curvature = 4 * c.indentation / (c.width * c.width);
+            left += kLeft * c.force * std::max(c.face * c.face * curvature / 8, 0.01 * c.face);
         }
-        ++r.level;
-        r.length = h / 2;
-        put_back(before);
-        return Verdict::again;
-    }
-    if (r.level == 0 || time < r.until * (1 - 1e-12)) return Verdict::stands;
-    const double whole = energy.error() - r.error_before, first = r.first;
-    step_length = r.whole; // what comes next is no part of that step
-    r = {};
-    if (std::abs(whole) < kLess * std::abs(first)) {
-        last.remarks.push_back(
-            fmt::format("in one step {:.3g} J of energy would have been missed, in "
-                        "shorter ones it is {:.3g} J",
-                        first, whole));
-        return Verdict::stands;
-    }
-    const std::string told =
-        fmt::format("{:.3g} J of energy {} in the step, and in shorter ones {:.3g} J: {:.2g} of "
-                    "what the run has turned over. Its ends are balances between which there is "
-                    "no way",
-                    std::abs(first), first > 0 ? "are lost" : "come from nowhere", std::abs(whole),
-                    std::abs(whole) / energy.scale());
-    double left = 0; // by the meshes: forces times the gaps that they cannot tell
-    for (const ContactSize& c : contact_sizes(*system, last, {})) {
-        const double curvature = 4 * c.indentation / (c.width * c.width);
-        left += kLeft * c.force * std::max(c.face * c.face * curvature / 8, 0.01 * c.face);
-    }
-    if (whole > 0 || -whole <= left) {
-        last.remarks.push_back(told);
-        if (jumps++ < kMostTold)
-            summary.warnings.push_back(fmt::format("step {}: {}", step + 1, told));
-        return Verdict::stands;
-    }
-    last.refusal = told + ": a finer mesh or a dynamic run may find one";
-    return Verdict::refused;
+        return left;
+    };
+    const double whole = refinement.whole;
+    const StepJudgement j =
+        judge_step(refinement, {before.energy.error(), energy, scale, time, h},
+                   jumps < kMostTold, left_by_meshes);
+    if (whole > 0 && refinement.level == 0) step_length = whole; // what comes next is another step
+    if (!j.message.empty()) last.remarks.push_back(j.message);
+    if (j.verdict == EnergyVerdict::refused) last.refusal = j.message;
+    if (j.verdict == EnergyVerdict::stands && j.jump && jumps++ < kMostTold)
+        summary.warnings.push_back(fmt::format("step {}: {}", step + 1, j.message));
+    return j.verdict;
 }
 
 /// Quasi-static: the balance that the first loads and places ask for; where it is not found at
@@ -533,7 +375,7 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         const double smallest = h / whole * s.smallest();
         if (reach - h < 1e-6 * s.scene.time.step) h = reach; // no sliver before a knot
         s.retries = 0;
-        const Before before = s.before_step();
+        const BeforeStep before = s.before_step();
         BodyStepReport last = std::move(s.last);
         // Tries that end without a step leave marks in bodies and contacts: what is written then,
         // and what --resume goes on from, is of the last step.
@@ -562,14 +404,17 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
             ++s.retries;
         }
         const bool refined = s.refinement.level > 0;
-        const Verdict verdict = s.judge_energy(before, h);
-        if (verdict == Verdict::refused) {
+        const EnergyVerdict verdict = s.judge_energy(before, h);
+        if (verdict == EnergyVerdict::refused) {
             const std::string why =
                 fmt::format("step {} (t = {:.6g} s): {}", s.step + 1, before.time, s.last.refusal);
             take_back();
             return finish("failed", why);
         }
-        if (verdict == Verdict::again) continue;
+        if (verdict == EnergyVerdict::again) {
+            take_back();
+            continue;
+        }
         ++s.step;
         s.overlaps.add(*s.system, s.last, s.step, sum.warnings);
         if (s.last.lag > 0 && s.lagging++ < kMostTold)
@@ -654,95 +499,6 @@ std::vector<BodyRecord> BodySimulation::body_records() const
     for (std::size_t b = 0; b < s.system->refs.size(); ++b)
         if (!s.system->refs[b].rod) all.push_back(record_body(*s.system, b, s.last));
     return all;
-}
-
-std::vector<std::byte> BodySimulation::save() const
-{
-    const State& s = *state_;
-    ByteWriter out;
-    out.value(s.started);
-    out.value(s.time);
-    out.value(s.step_length);
-    out.value(s.path_length);
-    out.value(s.step);
-    out.value(s.contacts_sum);
-    out.value(s.energy);
-    out.value(s.refinement);
-    for (const auto& b : s.system->bodies)
-        out.vector(b->state());
-    for (const auto* of : {&s.system->warm, &s.system->warm_friction}) {
-        std::vector<std::int64_t> keys;
-        std::vector<double> forces;
-        for (const auto& [key, f] : *of) {
-            keys.insert(keys.end(), {key.pair, key.id});
-            forces.insert(forces.end(), f.data(), f.data() + 3);
-        }
-        out.vector(keys);
-        out.vector(forces);
-    }
-    std::vector<std::int64_t> sticks;
-    for (const auto& [key, sticking] : s.system->warm_sticks)
-        if (sticking) sticks.insert(sticks.end(), {key.pair, key.id});
-    out.vector(sticks);
-    out.vector(s.system->finder.met());
-    s.system->finder.save_rows(out);
-    s.overlaps.save(out);
-    save_summary(s.summary, out);
-    return out.take();
-}
-
-void BodySimulation::restore(const std::vector<std::byte>& state)
-{
-    // Read into copies first: a damaged state changes nothing.
-    State& s = *state_;
-    s.make_ready(); // a solid's state is of what its offline stage finds
-    ByteReader in(state);
-    const auto started = in.value<bool>();
-    const auto time = in.value<double>();
-    const auto step_length = in.value<double>();
-    const auto path_length = in.value<double>();
-    const auto step = in.value<int>();
-    const auto contacts_sum = in.value<double>();
-    const auto energy = in.value<EnergyRecord>();
-    const auto refinement = in.value<Refinement>();
-    std::vector<std::vector<double>> bodies;
-    for (const auto& b : s.system->bodies)
-        bodies.push_back(in.exactly<double>(b->state().size()));
-    std::map<BodySystem::Key, Vec3> warm[2];
-    for (auto& of : warm) {
-        const auto keys = in.vector<std::int64_t>(1u << 28);
-        const auto forces = in.vector<double>(1u << 28);
-        if (2 * forces.size() != 3 * keys.size()) ByteReader::refuse("an impossible size");
-        for (std::size_t i = 0; 2 * i < keys.size(); ++i)
-            of[{int(keys[2 * i]), keys[2 * i + 1]}] =
-                Vec3(forces[3 * i], forces[3 * i + 1], forces[3 * i + 2]);
-    }
-    const auto sticks = in.vector<std::int64_t>(1u << 28);
-    const auto met = in.vector<std::int64_t>(1u << 28);
-    auto rows = s.system->finder.read_rows(in);
-    OverlapLog overlaps = OverlapLog::read(in, s.system->finder.pairs().size());
-    RunSummary sum = read_summary(in);
-    in.end();
-    if (!s.system->finder.meet(met, s.system->refs)) ByteReader::refuse("pairs of other bodies");
-    s.system->finder.set_rows(std::move(rows));
-    s.overlaps = std::move(overlaps);
-
-    s.started = started;
-    s.time = time;
-    s.step_length = step_length;
-    s.path_length = path_length;
-    s.step = step;
-    s.contacts_sum = contacts_sum;
-    s.energy = energy;
-    s.refinement = refinement;
-    for (std::size_t b = 0; b < bodies.size(); ++b)
-        s.system->bodies[b]->set_state(bodies[b]);
-    s.system->warm_sticks.clear();
-    for (std::size_t i = 0; i + 1 < sticks.size(); i += 2)
-        s.system->warm_sticks[{int(sticks[i]), sticks[i + 1]}] = true;
-    s.system->warm = std::move(warm[0]);
-    s.system->warm_friction = std::move(warm[1]);
-    s.summary = std::move(sum);
 }
 
 } // namespace amontons

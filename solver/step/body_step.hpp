@@ -30,12 +30,17 @@ struct BodySystem {
         std::int64_t id = 0;
         auto operator<=>(const Key&) const = default;
     };
-    std::map<Key, Vec3> warm;        ///< forces of the last step, in space [N or N s]
+    std::map<Key, Vec3> warm;          ///< forces of the last step, in space [N or N s]
     std::map<Key, Vec3> warm_friction; ///< their tangential parts, of steps at rest [N]
-    std::map<Key, bool> warm_sticks; ///< of rods' contacts
+    std::map<Key, bool> warm_sticks;   ///< of rods' contacts
     LinearPlan linear;
     std::vector<std::string> obstacles; ///< their names
-    std::vector<double> mean_give; ///< of large solids: see LargeContactSolution
+    std::vector<double> mean_give;      ///< of large solids: see LargeContactSolution
+
+    bool has_rods() const
+    {
+        return std::ranges::any_of(refs, [](const BodyRef& b) { return b.rod != nullptr; });
+    }
 };
 
 struct BodyStepOptions {
@@ -65,8 +70,8 @@ struct BodyStepReport {
     std::vector<Vec3> force;            ///< of each contact on body a, in space [N]
     std::vector<Vec3> slip;             ///< of each contact over the step, in space [m]
     std::vector<double> coupling_force; ///< of each coupling's rows, in order [N]
-    BodyOverlap overlap;               ///< the deepest of the accepted step; depth 0: none
-    std::vector<BodyOverlap> overlaps; ///< all of them
+    BodyOverlap overlap;                ///< the deepest of the accepted step; depth 0: none
+    std::vector<BodyOverlap> overlaps;  ///< all of them
     double error = 0, threshold = 0, penetration = 0, cone = 0;
     int worst = -1;
     /// How far contacts are from those at the end of the step, relative: 0 but where those jump.

@@ -14,8 +14,7 @@ void follow(EnergyRecord& e)
 
 double energy_fault(double error, const EnergyRecord& e, const EnergyScale& scale)
 {
-    const double floor =
-        std::max(scale.accuracy * e.largest_force * scale.size, scale.round_off);
+    const double floor = std::max(scale.accuracy * e.largest_force * scale.size, scale.round_off);
     return error > floor && e.scale() > 0 ? error / e.scale() : 0;
 }
 
@@ -39,6 +38,40 @@ std::string energy_warning(const EnergyRecord& e, const EnergyScale& scale)
         "within them, miss as much of the work; shorter steps, or finer meshes where "
         "bodies slide, miss less",
         std::abs(e.error()), e.error() > 0 ? "were lost" : "came from nowhere", fault);
+}
+
+StepJudgement judge_step(StepRefinement& r, const StepEnergy& step, bool may_refine,
+                         const std::function<double()>& left_by_meshes)
+{
+    constexpr int kMostLevels = 5;
+    constexpr double kLess = 0.4;
+    const double own = step.energy.error() - step.error_before;
+    if (energy_fault(std::abs(own), step.energy, step.scale) > kEnergyRefused &&
+        r.level < kMostLevels && (r.level > 0 || may_refine)) {
+        if (r.level == 0) r = {0, step.time, 0, step.h, own, step.error_before};
+        ++r.level;
+        r.length = step.h / 2;
+        return {EnergyVerdict::again, "", false};
+    }
+    if (r.level == 0 || step.time < r.until * (1 - 1e-12)) return {};
+    const double whole = step.energy.error() - r.error_before, first = r.first;
+    r = {};
+    if (std::abs(whole) < kLess * std::abs(first))
+        return {
+            EnergyVerdict::stands,
+            fmt::format("in one step {:.3g} J of energy would have been missed, in shorter ones "
+                        "it is {:.3g} J",
+                        first, whole),
+            false};
+    std::string message =
+        fmt::format("{:.3g} J of energy {} in the step, and in shorter ones {:.3g} J: {:.2g} of "
+                    "what the run has "
+                    "turned over. Its ends are balances between which there is no way",
+                    std::abs(first), first > 0 ? "are lost" : "come from nowhere", std::abs(whole),
+                    std::abs(whole) / step.energy.scale());
+    if (whole > 0 || -whole <= left_by_meshes())
+        return {EnergyVerdict::stands, std::move(message), true};
+    return {EnergyVerdict::refused, message + ": a finer mesh or a dynamic run may find one", true};
 }
 
 } // namespace amontons

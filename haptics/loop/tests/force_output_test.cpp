@@ -147,7 +147,7 @@ TEST_CASE("whatever poses clocks operators and faults do a force never jumps up"
         // The end of the run.
         double last = laws.before.norm();
         for (int n = 50; n > 0; --n) {
-            const double f = loop.let_go(double(n - 1) / n).force.norm();
+            const double f = loop.fade_out(double(n - 1) / n).force.norm();
             CHECK(f <= last);
             last = f;
         }

@@ -1,3 +1,4 @@
+#include "solver/step/energy_balance.hpp"
 #include "solver/step/tests/body_runs.hpp"
 
 #include <cmath>
@@ -94,4 +95,64 @@ TEST_CASE("a friction that a scene has none of takes no work")
     REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
     CHECK(std::abs(r.summary.energy.friction) < 1e-8 * r.summary.energy.work_absolute);
     CHECK(r.value("block_on_ball_force_z") < -0.85 * 1310); // Hertz 1882, of a half-space
+}
+
+namespace {
+
+/// Steps of a run in which `missed(from, to)` is missed between two times: what judge_step makes of
+/// one from 0 to 1.
+struct Judged {
+    EnergyVerdict verdict = EnergyVerdict::again;
+    int steps = 0;
+    bool jump = false;
+};
+
+Judged judged(const std::function<double(double, double)>& missed, double left_by_meshes)
+{
+    StepRefinement r;
+    EnergyRecord e;
+    e.work_absolute = 1;
+    const EnergyScale scale{1e-8, 1, false, 0};
+    Judged out;
+    double time = 0, error = 0, h = 1;
+    while (time < 1) {
+        h = r.level > 0 ? std::min(r.length, r.until - time) : h;
+        e.work = error + missed(time, time + h); // nothing else: error() is that
+        const StepJudgement j =
+            judge_step(r, {error, e, scale, time + h, h}, true, [&] { return left_by_meshes; });
+        out.verdict = j.verdict;
+        out.jump = j.jump;
+        if (j.verdict == EnergyVerdict::again) continue;
+        error = e.work;
+        time += h;
+        ++out.steps;
+        if (j.verdict == EnergyVerdict::refused) break;
+    }
+    return out;
+}
+
+} // namespace
+
+TEST_CASE(
+    "energy that one step misses: quadrature stands and what is made is refused and a jump is told")
+{
+    const auto quadrature = [](double a, double b) { return (b - a) * (b - a); }; // of second order
+    const Judged smooth = judged(quadrature, 0);
+    CHECK(smooth.verdict == EnergyVerdict::stands);
+    CHECK(!smooth.jump);
+    CHECK(smooth.steps == 4); // a quarter misses 1/16, less than a tenth
+    const auto at_once = [](double size) {
+        return [size](double a, double b) { return a <= 0.3 && 0.3 < b ? size : 0.0; };
+    };
+    const Judged made = judged(at_once(-0.5), 0.1);
+    CHECK(made.verdict == EnergyVerdict::refused);
+    CHECK(made.steps > 4);
+    CHECK(made.steps < 33);
+    const Judged of_meshes = judged(at_once(-0.5), 0.6);
+    CHECK(of_meshes.verdict == EnergyVerdict::stands);
+    CHECK(of_meshes.jump);
+    const Judged lost = judged(at_once(0.5), 0);
+    CHECK(lost.verdict == EnergyVerdict::stands);
+    CHECK(lost.jump);
+    CHECK(judged(at_once(-0.09), 0).steps == 1); // below a tenth
 }

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "solver/output/beam_tube.hpp"
+#include "solver/step/simulation.hpp"
+
+#include <string>
+
+// What a frame of a run holds, as the bytes of VTK's files.
+
+namespace amontons {
+
+/// Points with force, normal, slip [m], gap [m], status, bodies, pressure [Pa] and area [m^2]: VTP.
+std::string contacts_bytes(const StepRecord& step);
+/// The middle line: VTP. @param time  [s]
+std::string beam_bytes(const BeamRecord& beam, double time);
+/// Elements: VTU; else triangles: VTP.
+std::string body_bytes(const BodyRecord& body, double time);
+/// The surface around a middle line, in single precision: VTP.
+std::string tube_bytes(const TubeSurface& tube, double time);
+
+} // namespace amontons

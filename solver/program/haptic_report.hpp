@@ -1,0 +1,29 @@
+#pragma once
+
+#include "haptics/link/settings.hpp"
+#include "haptics/summary.hpp"
+#include "solver/program/viewer.hpp"
+
+#include <optional>
+#include <string>
+
+namespace amontons {
+
+/// What the runners hand over to the report.
+struct HapticOutcome {
+    HapticSummary summary;
+    std::string status = "done", scheduling = "virtual time", output;
+    bool real_time = false;
+    long page_faults = 0, pages_moved = 0, preempted = 0, bare_missed = 0;
+    Percentiles bare_wake;
+    std::optional<Viewer::Counts> shown; ///< with --view
+    double step_rate = 0; ///< of the simulation by the clock, over its last whole second [1/s]
+    int contacts_asked = 0, contacts_left = 0; ///< most that are handed over: at first, at the end
+};
+
+/// The keys of `amontons haptic --json`.
+std::string haptic_json(const HapticOutcome& o, const HapticSettings& set, const HandleLink& link);
+/// The same for readers.
+std::string haptic_table(const HapticOutcome& o, const HapticSettings& set, const HandleLink& link);
+
+} // namespace amontons
