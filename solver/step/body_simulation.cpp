@@ -26,6 +26,12 @@ constexpr double kSticks = 1e-9;   // slip per step below this share of the body
 
 } // namespace
 
+bool BodySimulation::State::in_medium() const
+{
+    return std::ranges::any_of(system->refs,
+                               [](const BodyRef& b) { return b.rod && b.rod->in_medium(); });
+}
+
 /// The offline stage, once.
 void BodySimulation::State::make_ready()
 {

@@ -7,8 +7,6 @@
 #include "solver/step/overlap_log.hpp"
 #include "solver/step/start_overlap.hpp"
 
-#include "solver/body/rod_body.hpp"
-
 #include <algorithm>
 
 // What a run of solids, rigid bodies and rods keeps between its steps: of body_simulation.cpp and
@@ -53,11 +51,7 @@ struct BodySimulation::State {
         return scene.time.smallest_step > 0 ? scene.time.smallest_step
                                             : kDefaultSmallest * scene.time.step;
     }
-    bool in_medium() const
-    {
-        return std::ranges::any_of(system->refs,
-                                   [](const BodyRef& b) { return b.rod && b.rod->in_medium(); });
-    }
+    bool in_medium() const; ///< some rod is
     bool dynamic() const { return scene.time.kind == "dynamic"; }
     double next_stop() const { return next_knot(curves, time, scene.time.end); }
     void make_ready();
