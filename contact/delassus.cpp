@@ -246,41 +246,6 @@ void Delassus::apply(const Eigen::VectorXd& r, Eigen::VectorXd& out) const
     }
 }
 
-void Delassus::apply_exactly(const Eigen::VectorXd& r, const Eigen::VectorXd& q,
-                             Eigen::VectorXd& out) const
-{
-    if (is_matrix_free()) {
-        apply(r, out);
-        out += q;
-        return;
-    }
-    using Long = long double;
-    using LongVector = Eigen::Matrix<Long, Eigen::Dynamic, 1>;
-    LongVector u = LongVector::Zero(q.size()); // q last: what cancels in W r must not hide it
-    if (is_dense()) {
-        for (Eigen::Index j = 0; j < r.size(); ++j)
-            if (r[j] != 0) u += static_cast<Long>(r[j]) * dense().col(j).cast<Long>();
-    } else if (is_sparse()) {
-        for (Eigen::Index j = 0; j < r.size(); ++j)
-            if (r[j] != 0)
-                for (Sparse::InnerIterator it(sparse(), j); it; ++it)
-                    u[it.row()] += static_cast<Long>(it.value()) * r[j];
-    } else {
-        const DelassusOfBodies& W = of_bodies();
-        for (Eigen::Index i = 0; i < r.size(); ++i)
-            u[i] += static_cast<Long>(W.give[i]) * r[i];
-        for (const DelassusOfBodies::Part& part : W.parts) {
-            LongVector moved = LongVector::Zero(part.G.rows());
-            for (std::size_t i = 0; i < part.rows.size(); ++i)
-                moved += static_cast<Long>(r[part.rows[i]]) *
-                         part.G.col(static_cast<Eigen::Index>(i)).cast<Long>();
-            for (std::size_t i = 0; i < part.rows.size(); ++i)
-                u[part.rows[i]] += part.G.col(static_cast<Eigen::Index>(i)).cast<Long>().dot(moved);
-        }
-    }
-    out = (u + q.cast<Long>()).cast<double>();
-}
-
 Eigen::VectorXd Delassus::absolute_times(const Eigen::VectorXd& r) const
 {
     if (is_matrix_free()) {

@@ -77,8 +77,8 @@ public:
 
     /// out = W r; out is resized. One product: 2 flops for each stored number; none for r = 0.
     void apply(const Eigen::VectorXd& r, Eigen::VectorXd& out) const;
-    /// out = W r + q with all sums in long double, rounded once: for who must know u to its last
-    /// digit. Of a matrix-free W nothing is known better than its product. Ten times apply().
+    /// out = W r + q with all sums in twice the digits of a double, rounded once: for who must know
+    /// u to its last digit. Of a matrix-free W nothing is known better than its product.
     void apply_exactly(const Eigen::VectorXd& r, const Eigen::VectorXd& q,
                        Eigen::VectorXd& out) const;
     /// |W| r with r >= 0: the size of the terms in W r. A matrix-free W knows its terms only

@@ -201,21 +201,62 @@ FaceSpot spot(const FaceInPlane& face, const Vec2& xi)
     return out;
 }
 
+namespace {
+
+/// Newton's step to the place that is `off` away, along the tangents a and b.
+Vec2 step_in_plane(const Vec2& off, const Vec2& a, const Vec2& b)
+{
+    return Vec2{b.y() * off.x() - b.x() * off.y(), a.x() * off.y() - a.y() * off.x()} /
+           (a.x() * b.y() - a.y() * b.x());
+}
+
+/// A quadrilateral in a plane: middle + x along[0] + y along[1] + x y twist.
+struct Bilinear {
+    Vec2 middle, along[2], twist;
+
+    explicit Bilinear(const FaceInPlane& face)
+    {
+        const Vec2 a = face.node[0].head<2>(), b = face.node[1].head<2>(),
+                   c = face.node[2].head<2>(), d = face.node[3].head<2>();
+        middle = 0.25 * (a + b + c + d);
+        along[0] = 0.25 * (b - a + c - d);
+        along[1] = 0.25 * (d - a + c - b);
+        twist = 0.25 * (a - b + c - d);
+    }
+
+    Vec2 step(const Vec2& z, const Vec2& xi) const
+    {
+        const Vec2 a = along[0] + xi.y() * twist, b = along[1] + xi.x() * twist;
+        return step_in_plane(z - middle - xi.x() * a - xi.y() * along[1], a, b);
+    }
+};
+
+constexpr int kLocateSteps = 20;
+constexpr double kLocated = 1e-13; // on the reference face; a step from 1e-7 leads there
+
+} // namespace
+
 std::optional<FaceSpot> locate(const FaceInPlane& face, const Vec2& z, const Vec2& start)
 {
-    constexpr int kSteps = 20;
-    constexpr double kClose = 1e-13; // on the reference face; a step from 1e-7 leads there
     Vec2 xi = start;
-    for (int k = 0; k < kSteps; ++k) {
+    if (face.nodes == 4) {
+        const Bilinear map(face);
+        for (int k = 0; k < kLocateSteps; ++k) {
+            const Vec2 step = map.step(z, xi);
+            if (!step.allFinite()) return {};
+            xi += step;
+            if (step.norm() > kLocated) continue;
+            if (!is_on(4, xi)) return {};
+            return spot(face, xi);
+        }
+        return {};
+    }
+    for (int k = 0; k < kLocateSteps; ++k) {
         const FaceSpot at = spot(face, xi);
-        const Vec3 &a = at.along[0], &b = at.along[1];
-        const Vec2 off = z - at.place.head<2>();
-        const double determinant = a.x() * b.y() - a.y() * b.x();
         const Vec2 step =
-            Vec2{b.y() * off.x() - b.x() * off.y(), a.x() * off.y() - a.y() * off.x()} /
-            determinant;
+            step_in_plane(z - at.place.head<2>(), at.along[0].head<2>(), at.along[1].head<2>());
         if (!step.allFinite()) return {};
-        if (step.norm() > kClose) {
+        if (step.norm() > kLocated) {
             xi += step;
             continue;
         }

@@ -221,7 +221,9 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
     BoundingBox shared;
     shared.low = box_a.low.max(box_b.low);
     shared.high = box_a.high.min(box_b.high);
-    const double room = (shared.high - shared.low).matrix().norm();
+    // A place there that is in b leaves b's box, along an axis, within `room`: so deep it is at most.
+    const double room =
+        (1 + 1e-9) * (box_b.high - shared.low).min(shared.high - box_b.low).minCoeff();
     BoundingBox near{shared.low - room, shared.high + room};
     const FaceDistance distance(b, near);
     if (distance.empty()) return;

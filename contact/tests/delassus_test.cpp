@@ -43,3 +43,29 @@ TEST_CASE("a sparse W tells the same of itself as the dense one")
                 CHECK((sparse.block(row, 3) - W.block(row, row, 3, 3)).norm() == 0);
         }
 }
+
+TEST_CASE("apply_exactly rounds once, in each form of W")
+{
+    // (2^45 + 1)^2 = 2^90 + 2^46 + 1: the one is lost in a double and in 64 digits.
+    const double a = std::ldexp(1, 45) + 1, b = std::ldexp(1, 45), c = std::ldexp(1, 46);
+    Eigen::MatrixXd W = Eigen::MatrixXd::Zero(3, 3);
+    W.row(0) << a, b, c;
+    W.col(0) = W.row(0);
+    const Eigen::Vector3d r(a, -b, -1), q(2, 0, 0);
+    Eigen::VectorXd u;
+    for (const Delassus& form : {Delassus(Eigen::MatrixXd(W)), Delassus(Delassus::Sparse(W.sparseView()))}) {
+        form.apply_exactly(r, q, u);
+        CHECK(u[0] == 3);
+        CHECK(u[1] == b * a);
+    }
+
+    // One body with one mode: W = G^T G, and G r = (2^30 + 1)^2 - 2^60 = 2^31 + 1.
+    const double e = std::ldexp(1, 30);
+    DelassusOfBodies bodies;
+    bodies.parts.push_back({{0, 1}, Eigen::RowVector2d(e + 1, e)});
+    bodies.give = Eigen::Vector2d(0, 2);
+    const Delassus of_bodies(bodies);
+    of_bodies.apply_exactly(Eigen::Vector2d(e + 1, -e), Eigen::Vector2d(-(2 * e * e + 3 * e), -2 * e * e), u);
+    CHECK(u[0] == 1);
+    CHECK(u[1] == -e);
+}
