@@ -2,14 +2,14 @@
 
 #include <cmath>
 
-// Compiled without contraction: a product fused into the sum that follows would change the sum whose
-// error is asked for.
+// Compiled without contraction: a product fused into the sum that follows would change the sum
+// whose error is asked for.
 
 namespace amontons {
 namespace {
 
-/// Sums with twice the digits of a double: high + low, where low gathers what each rounding of high left
-/// (Ogita, Rump & Oishi 2005, algorithm 5.3).
+/// Sums with twice the digits of a double: high + low, where low gathers what each rounding of high
+/// left (Ogita, Rump & Oishi 2005, algorithm 5.3).
 struct TwofoldSums {
     Eigen::VectorXd high, low;
 
@@ -46,7 +46,8 @@ void add_dot(const double* column, const TwofoldSums& x, double& high, double& l
 
 } // namespace
 
-void Delassus::apply_exactly(const Eigen::VectorXd& r, const Eigen::VectorXd& q, Eigen::VectorXd& out) const
+void Delassus::apply_exactly(const Eigen::VectorXd& r, const Eigen::VectorXd& q,
+                             Eigen::VectorXd& out) const
 {
     if (is_matrix_free()) {
         apply(r, out);
@@ -72,8 +73,8 @@ void Delassus::apply_exactly(const Eigen::VectorXd& r, const Eigen::VectorXd& q,
                 if (const double force = r[part.rows[i]]; force != 0)
                     add_column(force, part.G.col(static_cast<Eigen::Index>(i)).data(), moved);
             for (std::size_t i = 0; i < part.rows.size(); ++i)
-                add_dot(part.G.col(static_cast<Eigen::Index>(i)).data(), moved, u.high[part.rows[i]],
-                        u.low[part.rows[i]]);
+                add_dot(part.G.col(static_cast<Eigen::Index>(i)).data(), moved,
+                        u.high[part.rows[i]], u.low[part.rows[i]]);
         }
     }
     for (Eigen::Index i = 0; i < q.size(); ++i)

@@ -54,6 +54,15 @@ private:
     std::vector<std::int32_t> around_;
 };
 
+/// A surface where it is now.
+struct PlacedSurface {
+    const FacetedSurface& facets;
+    std::span<const Vec3> places; ///< of all nodes of the mesh [m]
+    /// Of a part of a body's outside: what is behind it down to this depth is in the body [m]. 0: all
+    /// of the outside.
+    double thickness = 0;
+};
+
 /// A place on a surface by its nodes; weights sum to 1.
 struct SurfacePlace {
     int count = 0;

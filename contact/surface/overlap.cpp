@@ -215,15 +215,18 @@ BoundingBox box_around(const PlacedSurface& surface)
 
 void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<OverlapSpot>& spots)
 {
-    const BoundingBox box_a = box_around(a), box_b = box_around(b);
+    const BoundingBox box_a = box_around(a);
+    BoundingBox box_b = box_around(b);
+    box_b.low -= b.thickness;
+    box_b.high += b.thickness;
     if (!box_a.touches(box_b)) return;
     // Of b, what may be nearest to a place of a within both boxes.
     BoundingBox shared;
     shared.low = box_a.low.max(box_b.low);
     shared.high = box_a.high.min(box_b.high);
     // A place there that is in b leaves b's box, along an axis, within `room`: so deep it is at most.
-    const double room =
-        (1 + 1e-9) * (box_b.high - shared.low).min(shared.high - box_b.low).minCoeff();
+    const double leaves = (box_b.high - shared.low).min(shared.high - box_b.low).minCoeff();
+    const double room = (1 + 1e-9) * (b.thickness > 0 ? b.thickness : leaves);
     BoundingBox near{shared.low - room, shared.high + room};
     const FaceDistance distance(b, near);
     if (distance.empty()) return;

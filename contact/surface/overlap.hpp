@@ -18,12 +18,6 @@
 
 namespace amontons {
 
-/// A surface where it is now.
-struct PlacedSurface {
-    const FacetedSurface& facets;
-    std::span<const Vec3> places; ///< of all nodes of the mesh [m]
-};
-
 /// A place of one surface that is inside the body behind another.
 struct OverlapSpot {
     double depth = 0; ///< its distance from that body's surface [m], > 0
@@ -79,7 +73,7 @@ Vec3 outward_normal_at(const PlacedSurface& surface, const SurfacePlace& place);
 /// The box around some of a surface's nodes.
 BoundingBox box_around(const PlacedSurface& surface);
 
-/// Places of a that are inside the body of b.
+/// Places of a that are inside the body of b; their depth is that below b.
 /// Cost: O(n log n) where their boxes meet.
 void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<OverlapSpot>& spots);
 

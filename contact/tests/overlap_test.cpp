@@ -95,6 +95,19 @@ TEST_CASE("a set of faces has no sides beyond its border")
     CHECK(below->distance == doctest::Approx(-0.1));
     CHECK((below->normal - Vec3::UnitZ()).norm() < 1e-12);
     CHECK(!distance.at({1.2, 0.2, -0.1}, hint));
+
+    // A part that is flat has no room of its own: the body below it has.
+    const auto depth_of = [&](const Vec3& low, const Vec3& high, double thickness) {
+        const TouchingBody tool = box_body(ElementKind::H8, low, high, {1, 1, 1});
+        const FacetedSurface outside(tool.surface);
+        std::vector<OverlapSpot> spots;
+        overlap_spots({outside, tool.mesh.nodes}, {faces, block.mesh.nodes, thickness}, spots);
+        return deepest_spot(spots);
+    };
+    CHECK(depth_of({-0.3, -0.2, -0.1}, {0.3, 0.2, 0.2}, 1) == doctest::Approx(0.1));
+    CHECK(depth_of({0.7, -0.2, -0.1}, {1.3, 0.2, 0.2}, 1) == doctest::Approx(0.1));
+    CHECK(depth_of({-0.3, -0.2, -1.4}, {0.3, 0.2, -1.1}, 1) == 0); // below the body
+    CHECK(depth_of({-0.3, -0.2, 1e-9}, {0.3, 0.2, 0.2}, 1) == 0);
 }
 
 TEST_CASE("a ball between the nodes of a wide face is as deep as it stands in it")
@@ -120,7 +133,8 @@ TEST_CASE("a ball between the nodes of a wide face is as deep as it stands in it
 
 TEST_CASE("rigid shapes: closed forms of how deep one stands in the other wherever they are")
 {
-    const auto depth = [](const RigidShape& a, const Pose& at, const RigidShape& b, const Pose& to) {
+    const auto depth = [](const RigidShape& a, const Pose& at, const RigidShape& b,
+                          const Pose& to) {
         const auto distance = [&](const Vec3& x) {
             std::int32_t near = -1;
             WallSample s = shape_distance(b, to.turn.conjugate() * (x - to.place), near);

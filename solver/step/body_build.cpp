@@ -94,15 +94,18 @@ struct Built {
     {
         const auto known = system.surfaces.find({body, set});
         if (known != system.surfaces.end()) return &known->second;
-        const auto keep = [&](ExternalSurface of_set) {
+        const auto keep = [&](ExternalSurface of_set) -> ContactSurface* {
             ContactSurface& s = system.surfaces[{body, set}];
             s.outside = std::move(of_set);
             s.facets = Late<FacetedSurface>([&s] { return FacetedSurface(s.outside); });
             return &s;
         };
         if (set.empty()) return keep(outside);
-        if (const FaceSet* faces = find_set(mesh.face_sets, set))
-            return keep(surface_of(mesh, faces->members));
+        if (const FaceSet* faces = find_set(mesh.face_sets, set)) {
+            ContactSurface* s = keep(surface_of(mesh, faces->members));
+            s->whole = s->outside.faces.size() == outside.faces.size();
+            return s;
+        }
         std::vector<std::string> names;
         for (const FaceSet& f : mesh.face_sets)
             names.push_back(f.name);

@@ -81,6 +81,7 @@ struct ContactSurface {
     ExternalSurface outside;
     SharpFeatures sharp; ///< at rest
     Late<FacetedSurface> facets; ///< for measuring overlaps
+    bool whole = true; ///< all of the outside
 };
 
 /// What becomes of bodies that stand in each other when the run begins.

@@ -142,7 +142,12 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
 {
     const ContactPair& p = pairs_[std::size_t(pair)];
     const BodyRef& a = bodies[std::size_t(p.a)];
-    if (p.small || (p.b >= 0 && apart(p, 0))) return;
+    if (p.small) return;
+    const auto below = [&](const ContactSurface* surface, int body) {
+        return surface && !surface->whole ? thickness(bodies, body) : 0.0;
+    };
+    const double below_a = below(p.surface_a, p.a), below_b = below(p.surface_b, p.b);
+    if (p.b >= 0 && apart(p, std::max(below_a, below_b))) return;
     if (a.rod) return overlaps_of_rod(bodies, pair, out);
     if (p.a == p.b) return;
     const bool meshes = p.b >= 0 && bodies[std::size_t(p.b)].solid;
@@ -183,7 +188,7 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
         }
         return;
     }
-    const PlacedSurface own{*p.surface_a->facets, a.solid->places()};
+    const PlacedSurface own{*p.surface_a->facets, a.solid->places(), below_a};
     if (p.b < 0) {
         overlap_spots(own, distance_from_obstacle(p), everywhere(), spots);
         return keep(false);
@@ -194,7 +199,7 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
         overlap_spots(own, distance_from(*b.rigid, b.rigid->placement()), as_bounding(box), spots);
         return keep(false);
     }
-    const PlacedSurface other{*p.surface_b->facets, b.solid->places()};
+    const PlacedSurface other{*p.surface_b->facets, b.solid->places(), below_b};
     overlap_spots(own, other, spots);
     keep(false);
     overlap_spots(other, own, spots);

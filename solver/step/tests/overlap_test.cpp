@@ -117,6 +117,41 @@ TEST_CASE("a start inside is refused with depth and place, or pressed out")
           doctest::Approx(driven).epsilon(1e-3));
 }
 
+TEST_CASE("a start inside is refused where sets of faces are to touch")
+{
+    const auto scene = [](double z, const std::string& law) {
+        return R"("bodies": {)" +
+               block("up",
+                     fmt::format(R"("size": [0.1, 0.1, 0.1], "cells": [2, 2, 2],
+                                 "centre": [0, 0, {}], "element": "H8")",
+                                 z),
+                     R"({"set": "z_max", "x": 0, "y": 0, "z": [[0, 0], [1, -1e-3]]})") +
+               ", " +
+               block("lo",
+                     R"("size": [0.12, 0.12, 0.1], "cells": [3, 3, 2], "centre": [0, 0, -0.05],
+                     "element": "H8")",
+                     R"({"set": "z_min"})") +
+               R"(}, "contact": [{"between": ["up", "lo"])" + law + "}], " + quasi_static(1);
+    };
+    const std::string sets = R"(, "surfaces": ["z_min", "z_max"])";
+    for (const std::string& law : {std::string(), sets}) {
+        CHECK_THROWS_WITH_AS(run(scene(0.045, law)),
+                             doctest::Contains("up and lo overlap by 0.005 m"), InputError);
+        CHECK_THROWS_WITH_AS(run(scene(0.02, law)), doctest::Contains("overlap by 0.03 m"),
+                             InputError);
+    }
+    const auto force = [&](const std::string& law) {
+        const Result r = run(scene(0.05, law));
+        REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+        return std::abs(r.value("up_on_lo_force_z"));
+    };
+    CHECK(force("") > 1);
+    CHECK(force(sets) == doctest::Approx(force("")).epsilon(1e-9));
+    // What stands in the other elsewhere, as fitted bodies may, is not that pair's.
+    const std::string sides = R"(, "surfaces": ["x_min", "x_max"])";
+    CHECK(run(scene(0.045, sides)).summary.status == "done");
+}
+
 TEST_CASE("a tool in a block that are turned and shifted together give the same force")
 {
     const double angle = 0.7;
