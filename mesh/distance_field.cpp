@@ -1,6 +1,6 @@
 #include "mesh/distance_field.hpp"
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -81,18 +81,20 @@ struct DistanceField::Cache {
     std::unordered_map<Key, std::int32_t, KeyHash> index;
     std::vector<std::unique_ptr<Block>> blocks;
 
-    const Brick& brick(const Key& key, const DistanceSource& source, const Vec3& origin, double h)
+    const Brick& brick(const Key& key, const DistanceSource& source, const Vec3& origin,
+                       const Mat3& edges)
     {
         std::unique_ptr<Brick>& slot = bricks[key];
         if (slot) return *slot;
         slot = std::make_unique<Brick>();
         const Vec3 first{static_cast<double>(key.x), static_cast<double>(key.y),
                          static_cast<double>(key.z)};
-        source.sample_cube(origin + h * kBrick * first, h, kBrick, slot->data());
+        source.sample_cube(origin + kBrick * (edges * first), edges, kBrick, slot->data());
         return *slot;
     }
 
-    std::int32_t fill(const Key& key, const DistanceSource& source, const Vec3& origin, double h)
+    std::int32_t fill(const Key& key, const DistanceSource& source, const Vec3& origin,
+                      const Mat3& edges)
     {
         static_assert(kFieldBlock == 2 * kBrick);
         std::vector<double> a(kBuffer * kBuffer * kBuffer), b(a.size());
@@ -101,7 +103,7 @@ struct DistanceField::Cache {
                 for (int k = 0; k < 4; ++k) {
                     const Brick& from =
                         brick({2 * key.x - 1 + i, 2 * key.y - 1 + j, 2 * key.z - 1 + k}, source,
-                              origin, h);
+                              origin, edges);
                     for (int u = 0; u < kBrick; ++u)
                         for (int v = 0; v < kBrick; ++v)
                             std::copy_n(
@@ -137,11 +139,36 @@ struct DistanceField::Cache {
     }
 };
 
+Mat3 axes_of(std::span<const Vec3> points)
+{
+    constexpr double kSame = 1e-9;
+    Vec3 mean = Vec3::Zero();
+    for (const Vec3& x : points)
+        mean += x / static_cast<double>(points.size());
+    const auto farthest = [&](auto from_mean) {
+        Vec3 best = Vec3::Zero();
+        for (const Vec3& x : points)
+            if (const Vec3 y = from_mean(x - mean); y.norm() > (1 + kSame) * best.norm()) best = y;
+        return best;
+    };
+    const Vec3 longest = farthest([](const Vec3& y) { return y; });
+    if (!(longest.norm() > 0)) return Mat3::Identity();
+    Mat3 axes;
+    axes.col(0) = longest.normalized();
+    const Vec3 aside =
+        farthest([&](const Vec3& y) { return Vec3(y - axes.col(0).dot(y) * axes.col(0)); });
+    axes.col(1) =
+        aside.norm() > kSame * longest.norm() ? aside.normalized() : axes.col(0).unitOrthogonal();
+    axes.col(2) = axes.col(0).cross(axes.col(1));
+    return axes;
+}
+
 DistanceField::DistanceField(std::unique_ptr<DistanceSource> source, const Vec3& origin,
-                             double spacing)
+                             double spacing, const Mat3& axes)
     : source_{std::move(source)}
     , origin_{origin}
     , spacing_{spacing}
+    , axes_{axes}
     , cache_{std::make_unique<Cache>()}
 {
 }
@@ -164,8 +191,9 @@ std::size_t DistanceField::memory() const
 const double* DistanceField::cell_(const Vec3& x, WallHint& hint, Vec3& fraction) const
 {
     std::int32_t cell[3];
+    const Vec3 local = axes_.transpose() * (x - origin_);
     for (int a = 0; a < 3; ++a) {
-        const double u = std::clamp((x[a] - origin_[a]) / spacing_, -kFarthest, kFarthest);
+        const double u = std::clamp(local[a] / spacing_, -kFarthest, kFarthest);
         const double down = std::floor(u);
         cell[a] = static_cast<std::int32_t>(down);
         fraction[a] = u - down;
@@ -174,8 +202,9 @@ const double* DistanceField::cell_(const Vec3& x, WallHint& hint, Vec3& fraction
     if (hint.piece < 0 || static_cast<std::size_t>(hint.piece) >= cache_->blocks.size() ||
         !(cache_->blocks[static_cast<std::size_t>(hint.piece)]->key == key)) {
         const auto found = cache_->index.find(key);
-        hint.piece = found != cache_->index.end() ? found->second
-                                                  : cache_->fill(key, *source_, origin_, spacing_);
+        hint.piece = found != cache_->index.end()
+                         ? found->second
+                         : cache_->fill(key, *source_, origin_, spacing_ * axes_);
     }
     const Block& block = *cache_->blocks[static_cast<std::size_t>(hint.piece)];
     return &block.c[static_cast<std::size_t>(
@@ -234,7 +263,7 @@ WallSample DistanceField::sample(const Vec3& x, WallHint& hint) const
     const Row wz = Eigen::Map<const Row>(w[2]), dz = Eigen::Map<const Row>(d[2]),
               ddz = Eigen::Map<const Row>(dd[2]);
     out.distance = (f * wz).sum();
-    const Vec3 gradient = Vec3{(fx * wz).sum(), (fy * wz).sum(), (f * dz).sum()} / spacing_;
+    const Vec3 gradient = axes_ * Vec3{(fx * wz).sum(), (fy * wz).sum(), (f * dz).sum()} / spacing_;
     Mat3 hessian;
     hessian(0, 0) = (fxx * wz).sum();
     hessian(1, 1) = (fyy * wz).sum();
@@ -249,6 +278,7 @@ WallSample DistanceField::sample(const Vec3& x, WallHint& hint) const
     }
     out.normal = gradient / size;
     out.slope = size;
+    hessian = axes_ * hessian * axes_.transpose();
     const Mat3 across = Mat3::Identity() - out.normal * out.normal.transpose();
     out.hessian = across * (hessian / (size * spacing_ * spacing_)) * across;
     return out;

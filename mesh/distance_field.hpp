@@ -3,6 +3,7 @@
 #include "mesh/wall.hpp"
 
 #include <memory>
+#include <span>
 #include <vector>
 
 // A signed distance sampled on a grid and made twice differentiable by cubic B-splines.
@@ -14,10 +15,17 @@ class DistanceSource {
 public:
     virtual ~DistanceSource() = default;
 
-    /// The distance at the n^3 points corner + h (i, j, k), k fastest. One call per brick of a
+    /// The distance at the n^3 points corner + edges (i, j, k), k fastest. One call per brick of a
     /// field; must give the same bits each time.
-    virtual void sample_cube(const Vec3& corner, double h, int n, double* out) const = 0;
+    /// @param edges  columns: the steps of the grid, orthogonal and of one length [m]
+    virtual void sample_cube(const Vec3& corner, const Mat3& edges, int n, double* out) const = 0;
 };
+
+/// Directions that turn with points: towards the one farthest from their mean, across it to the
+/// one farthest from that line, and a third; any across the line where all are on it [-].
+/// @return  columns, a right-handed orthonormal frame; of points within 1e-9 of each other in
+///          distance the first counts
+Mat3 axes_of(std::span<const Vec3> points);
 
 /// Uniform tensor-product cubic B-splines that interpolate a signed distance on a grid, to
 /// fourth order. Blocks of the grid are filled when a query first touches them; a value never
@@ -32,7 +40,10 @@ public:
     /// @param source   true distance, not null
     /// @param origin   a grid point [m]
     /// @param spacing  of the grid [m], > 0
-    DistanceField(std::unique_ptr<DistanceSource> source, const Vec3& origin, double spacing);
+    /// @param axes     columns: unit directions of the grid. They should stand by what is sampled:
+    ///                 then a scene that is turned is sampled at the same places.
+    DistanceField(std::unique_ptr<DistanceSource> source, const Vec3& origin, double spacing,
+                  const Mat3& axes = Mat3::Identity());
     DistanceField(DistanceField&&) noexcept;
     DistanceField& operator=(DistanceField&&) noexcept;
     ~DistanceField();
@@ -51,6 +62,7 @@ private:
     std::unique_ptr<DistanceSource> source_;
     Vec3 origin_;
     double spacing_;
+    Mat3 axes_;
     std::unique_ptr<Cache> cache_;
 };
 

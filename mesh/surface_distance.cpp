@@ -113,17 +113,18 @@ double SurfaceDistance::from_place_(const Vec3& x, const NearestTriangle& place)
     return side < 0 ? -size : size;
 }
 
-void SurfaceDistance::sample_cube(const Vec3& corner, double h, int n, double* out) const
+void SurfaceDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, double* out) const
 {
-    const double half = 0.5 * h * (n - 1), radius = std::sqrt(3.0) * half;
-    const Vec3 centre = corner + Vec3::Constant(half);
+    const Mat3 across = (n - 1) * edges;
+    const Vec3 half = 0.5 * across.rowwise().sum(), centre = corner + half;
+    const double radius = half.norm();
     std::int32_t near = -1;
     if (tree_.nearest(centre, -1).squared > (band_ + radius) * (band_ + radius)) {
         // No contact feels these: the corners' distances, and linear between them.
         double c[8];
         for (int i = 0; i < 8; ++i)
             c[i] = distance(
-                corner + 2 * half * Vec3{1.0 * (i >> 2), 1.0 * (i >> 1 & 1), 1.0 * (i & 1)}, near);
+                corner + across * Vec3{1.0 * (i >> 2), 1.0 * (i >> 1 & 1), 1.0 * (i & 1)}, near);
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < n; ++j)
                 for (int k = 0; k < n; ++k) {
@@ -143,7 +144,7 @@ void SurfaceDistance::sample_cube(const Vec3& corner, double h, int n, double* o
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j)
             for (int k = 0; k < n; ++k) {
-                const Vec3 x = corner + h * Vec3{1.0 * i, 1.0 * j, 1.0 * k};
+                const Vec3 x = corner + edges * Vec3{1.0 * i, 1.0 * j, 1.0 * k};
                 *out++ = from_place_(x, nearby.nearest(x, near));
             }
 }

@@ -20,7 +20,7 @@ public:
     /// @param band  farther from the surface, distances are interpolated in each brick [m]
     SurfaceDistance(SmoothSurface smooth, int cuts, double band);
 
-    void sample_cube(const Vec3& corner, double h, int n, double* out) const override;
+    void sample_cube(const Vec3& corner, const Mat3& edges, int n, double* out) const override;
 
     /// @param near  a triangle of refined() that is probably near, or -1; that of x on return
     double distance(const Vec3& x, std::int32_t& near) const;

@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 
@@ -219,15 +220,19 @@ WallModel make_wall_from_surface(SurfaceMesh mesh, const SurfaceWallOptions& opt
                           : inside           ? kSmoothCrease
                                              : kSharpCrease;
 
-    Vec3 low = mesh.points[at(mesh.triangles[0][0])], high = low;
+    std::vector<Vec3> corners;
     std::vector<double> edges;
     for (const auto& t : mesh.triangles)
         for (std::size_t k = 0; k < 3; ++k) {
-            const Vec3& p = mesh.points[at(t[k])];
-            low = low.cwiseMin(p);
-            high = high.cwiseMax(p);
-            edges.push_back((mesh.points[at(t[(k + 1) % 3])] - p).norm());
+            corners.push_back(mesh.points[at(t[k])]);
+            edges.push_back((mesh.points[at(t[(k + 1) % 3])] - corners.back()).norm());
         }
+    const Mat3 axes = axes_of(corners);
+    Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+    for (const Vec3& p : corners) {
+        low = low.cwiseMin(axes.transpose() * p);
+        high = high.cwiseMax(axes.transpose() * p);
+    }
     const double diagonal = (high - low).norm();
     const double radius = smallest_radius(mesh, kWidest * diagonal);
     const double spacing = options.spacing > 0
@@ -273,9 +278,9 @@ WallModel make_wall_from_surface(SurfaceMesh mesh, const SurfaceWallOptions& opt
         }
     shown.points = std::move(used);
     const double deviation = source->chord_error(own);
-    const Vec3 origin = low + spacing * Vec3{0.217, 0.331, 0.273};
+    const Vec3 origin = axes * (low + spacing * Vec3{0.217, 0.331, 0.273});
     return {std::move(shown),
-            make_wall(DistanceField{std::move(source), origin, spacing}),
+            make_wall(DistanceField{std::move(source), origin, spacing, axes}),
             std::move(openings),
             {},
             deviation};

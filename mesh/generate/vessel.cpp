@@ -337,10 +337,14 @@ WallModel make_vessel(const VesselOptions& o)
     const double spacing = std::min(kFieldSpacing * smallest, kGridOfBlend * o.blend);
     auto source = std::make_unique<VesselDistance>(vessel_shape(o, roots, extension), seeds.mesh);
     // The grid keeps off the planes and axes of symmetry, where rounding would decide.
-    const Vec3 origin = o.inlet + spacing * Vec3{0.217, 0.331, 0.273};
+    Mat3 axes; // those of the scene where the vessel stands upright and bends towards x
+    axes.col(2) = o.axis.normalized();
+    axes.col(0) = (o.arch_towards - o.arch_towards.dot(axes.col(2)) * axes.col(2)).normalized();
+    axes.col(1) = axes.col(2).cross(axes.col(0));
+    const Vec3 origin = o.inlet + spacing * (axes * Vec3{0.217, 0.331, 0.273});
     WallModel model{
         mesh,
-        make_wall(DistanceField{std::move(source), origin, spacing}),
+        make_wall(DistanceField{std::move(source), origin, spacing, axes}),
         std::move(openings),
         {},
         Late<double>{[mesh = mesh, stubs] { return deviation_of(*mesh, stubs->shape); }},

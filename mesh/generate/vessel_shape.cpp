@@ -185,12 +185,11 @@ double VesselDistance::distance_(const Vec3& x, double band, Near& near) const
     return f;
 }
 
-void VesselDistance::sample_cube(const Vec3& corner, double h, int n, double* out) const
+void VesselDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, double* out) const
 {
     const std::vector<SweptTube>& tubes = shape_.tubes();
-    const double half = 0.5 * h * (n - 1);
-    const Vec3 centre = corner + Vec3::Constant(half);
-    const double reach = kSteepest * std::sqrt(3.0) * half;
+    const Vec3 half = 0.5 * (n - 1) * edges.rowwise().sum(), centre = corner + half;
+    const double reach = kSteepest * half.norm(), h = edges.col(0).norm();
     std::size_t best = 0;
     double f = -std::numeric_limits<double>::infinity(), second = f;
     for (std::size_t i = 0; i < tubes.size(); ++i) {
@@ -212,7 +211,7 @@ void VesselDistance::sample_cube(const Vec3& corner, double h, int n, double* ou
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j)
             for (int l = 0; l < n; ++l) {
-                const Vec3 x = corner + h * Vec3{1.0 * i, 1.0 * j, 1.0 * l};
+                const Vec3 x = corner + edges * Vec3{1.0 * i, 1.0 * j, 1.0 * l};
                 *out++ =
                     alone ? tubes[best].distance(x, hint) : distance_(x, kSampledBand * h, near);
             }

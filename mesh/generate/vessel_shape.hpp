@@ -71,8 +71,8 @@ public:
     /// @param surface  triangles of the shape's wall, vertices on it
     VesselDistance(VesselShape shape, Late<SurfaceMesh> surface);
 
-    /// Farther from the wall than 12 h the distance may be too small beside a junction.
-    void sample_cube(const Vec3& corner, double h, int n, double* out) const override;
+    /// Farther from the wall than 12 steps the distance may be too small beside a junction.
+    void sample_cube(const Vec3& corner, const Mat3& edges, int n, double* out) const override;
 
     /// The same at one point, without that exception [m].
     double distance(const Vec3& x) const;

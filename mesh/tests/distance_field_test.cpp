@@ -15,12 +15,13 @@ namespace {
 class FunctionSource : public DistanceSource {
 public:
     explicit FunctionSource(std::function<double(const Vec3&)> f) : f_{std::move(f)} {}
-    void sample_cube(const Vec3& corner, double h, int n, double* out) const override
+    void sample_cube(const Vec3& corner, const Mat3& edges, int n,
+                         double* out) const override
     {
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < n; ++j)
                 for (int k = 0; k < n; ++k)
-                    *out++ = f_(corner + h * Vec3{1.0 * i, 1.0 * j, 1.0 * k});
+                    *out++ = f_(corner + edges * Vec3{1.0 * i, 1.0 * j, 1.0 * k});
     }
 
 private:

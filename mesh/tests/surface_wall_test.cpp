@@ -3,12 +3,14 @@
 #include "mesh/base/error.hpp"
 #include "mesh/generate/ball.hpp"
 #include "mesh/generate/tube.hpp"
+#include "mesh/generate/vessel.hpp"
 #include "mesh/orient_surface.hpp"
 #include "mesh/read.hpp"
 #include "mesh/smooth_surface.hpp"
 #include "mesh/tests/test_program.hpp"
 #include "mesh/tests/wall_checks.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <filesystem>
@@ -37,6 +39,16 @@ SurfaceMesh coarse_bend(double edge, WallModel* exact = nullptr)
     SurfaceMesh mesh = *model.surface;
     if (exact) *exact = std::move(model);
     return mesh;
+}
+
+double mesh_size(const SurfaceMesh& mesh)
+{
+    Vec3 low = mesh.points[0], high = low;
+    for (const Vec3& p : mesh.points) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+    }
+    return (high - low).norm();
 }
 
 } // namespace
@@ -148,6 +160,50 @@ TEST_CASE("sharp edges of a cube stay sharp and are rounded by the grid only")
     CHECK((model.wall.sample({0.5, 0.3, 1.01}, hint).normal - Vec3::UnitZ()).norm() < 1e-6);
     const WallModel room = make_wall_from_surface(cube(), "inside");
     CHECK(room.wall.distance({0.5, 0.5, 0.3}, hint) > 0);
+}
+
+TEST_CASE("a wall that is turned and shifted gives the same distances, normals and curvatures")
+{
+    const Eigen::Isometry3d there = Eigen::Translation3d(0.3, -1.1, 0.7) *
+                                    Eigen::AngleAxisd(1.1, Vec3(0.3, -0.5, 0.8).normalized());
+    std::mt19937 rng{8};
+    std::uniform_real_distribution<double> off(-0.1, 0.1);
+    const auto check = [&](const WallModel& here, const WallModel& moved, const SurfaceMesh& mesh) {
+        // Where two places of the wall are equally near, rounding decides which is taken.
+        const double size = mesh_size(mesh);
+        int looked_at = 0, other = 0;
+        double distance = 0, normal = 0;
+        for (const Vec3& p : mesh.points) {
+            WallHint hint, hint_there;
+            const Vec3 x = p + 0.05 * size * Vec3(off(rng), off(rng), off(rng));
+            const WallSample a = here.wall.sample(x, hint),
+                             b = moved.wall.sample(there * x, hint_there);
+            if (a.distance < 0) continue;
+            const double apart = std::abs(a.distance - b.distance);
+            const Mat3 bend = there.linear() * a.hessian * there.linear().transpose();
+            ++looked_at;
+            other += apart > 1e-12 * size || (bend - b.hessian).norm() * size > 1e-6;
+            distance = std::max(distance, apart);
+            normal = std::max(normal, (there.linear() * a.normal - b.normal).norm());
+        }
+        CAPTURE(looked_at);
+        CHECK(looked_at > 100);
+        CHECK(other < looked_at / 4);
+        CHECK(distance < 1e-5 * size);
+        CHECK(normal < 1e-2);
+    };
+    const SurfaceMesh bend = coarse_bend(0.002);
+    SurfaceMesh bend_there = bend;
+    for (Vec3& p : bend_there.points)
+        p = there * p;
+    check(make_wall_from_surface(bend, ""), make_wall_from_surface(bend_there, ""), bend);
+    VesselOptions o;
+    o.branches = default_branches();
+    const WallModel here = make_vessel(o);
+    o.inlet = there * o.inlet;
+    o.axis = there.linear() * o.axis;
+    o.arch_towards = there.linear() * o.arch_towards;
+    check(here, make_vessel(o), *here.surface);
 }
 
 TEST_CASE("the side is told from the surface or must be given")

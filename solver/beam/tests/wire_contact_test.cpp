@@ -89,12 +89,13 @@ TEST_CASE("in contact the gap's row is its derivative also where a sampled dista
     // 1.3 times the distance from a skew plane that the wire's middle point touches
     struct Steep : DistanceSource {
         Vec3 normal, point;
-        void sample_cube(const Vec3& corner, double h, int n, double* out) const override
+        void sample_cube(const Vec3& corner, const Mat3& edges, int n,
+                         double* out) const override
         {
             for (int i = 0; i < n; ++i)
                 for (int j = 0; j < n; ++j)
                     for (int k = 0; k < n; ++k)
-                        *out++ = 1.3 * normal.dot(corner + h * Vec3(i, j, k) - point);
+                        *out++ = 1.3 * normal.dot(corner + edges * Vec3(i, j, k) - point);
         }
     };
     InBall s(0.2, 6);
