@@ -9,6 +9,7 @@
 #include "solver/step/run_summary.hpp"
 #include "solver/step/soft_vessel.hpp"
 #include "solver/step/wire_build.hpp"
+#include "solver/step/wire_overlap.hpp"
 #include "solver/step/wire_problem.hpp"
 #include "solver/step/wire_record.hpp"
 #include "solver/step/wire_start.hpp"
@@ -16,6 +17,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 
 namespace amontons {
@@ -43,6 +45,10 @@ struct WireHistory {
     double max_push = 0, max_torque = 0, max_depth = 0, max_cluster = 0;
     int opening = -1, opening_wall = -1;
     int branch = -1, branch_wall = -1; ///< where the tip was when it was deepest
+    /// Of its overlaps between points of contact that with the largest depth over what is allowed.
+    double overlap = 0, overlap_allowed = 1;      ///< [m]
+    double overlap_x = 0, overlap_y = 0, overlap_z = 0;
+    int overlap_wall = 0, overlap_step = 0;
 };
 
 struct WireSimulation::State {
@@ -108,6 +114,14 @@ struct WireSimulation::State {
     StepRecord record(const StepReport& r, double h, double seconds);
     void note_forces(const StepRecord& r);
     void note_branch(std::size_t w);
+    void note_overlap(std::size_t w, OverlapRecord& worst);
+    const std::string& wall_name(int number) const
+    {
+        const auto o = std::size_t(number);
+        return o < obstacles.size() ? obstacles[o].name
+                                    : vessels[o - obstacles.size() - wires.size()].name;
+    }
+    std::vector<std::string> overlap_warnings() const;
     void note_openings(const std::vector<Vec3>& tips_before);
     void finish(RunSummary& s) const;
 };
@@ -221,7 +235,6 @@ StepRecord WireSimulation::State::record(const StepReport& r, double h, double s
     out.certificate.tolerance = std::max(scene.accuracy.contact, res.floor);
     out.certificate.error = res.scale > 0 ? res.error() : 0;
     out.certificate.worst_penetration = res.penetration;
-    out.certificate.worst_overlap.depth = std::numeric_limits<double>::quiet_NaN();
     out.certificate.worst_cone_violation = std::max(0.0, res.cone);
     out.certificate.certified = out.certificate.error <= out.certificate.tolerance;
     for (std::size_t w = 0; w < wires.size(); ++w) {
@@ -229,6 +242,7 @@ StepRecord WireSimulation::State::record(const StepReport& r, double h, double s
         record_wire(wires[w], scene.beams[w].name, int(obstacles.size() + w), walls[w], prefix,
                     scene.output.cluster, out);
         WireHistory& k = history[w];
+        note_overlap(w, out.certificate.worst_overlap);
         for (const Quantity& q : out.quantities) {
             if (q.name == prefix + "push_force") k.max_push = std::max(k.max_push, q.value);
             if (q.name == prefix + "torque")
@@ -295,6 +309,37 @@ void WireSimulation::State::note_branch(std::size_t w)
     }
 }
 
+/// Of the accepted state.
+void WireSimulation::State::note_overlap(std::size_t w, OverlapRecord& worst)
+{
+    const WireOverlap o = deepest_overlap(wires[w]);
+    if (!(o.depth > 0)) return;
+    const int wall = walls[w][o.wall];
+    if (o.depth > worst.depth)
+        worst = {o.depth, scene.beams[w].name, wall_name(wall), o.point, step};
+    WireHistory& k = history[w];
+    if (o.depth / o.allowed < k.overlap / k.overlap_allowed) return;
+    k.overlap = o.depth;
+    k.overlap_allowed = o.allowed;
+    k.overlap_x = o.point.x(), k.overlap_y = o.point.y(), k.overlap_z = o.point.z();
+    k.overlap_wall = wall;
+    k.overlap_step = step;
+}
+
+std::vector<std::string> WireSimulation::State::overlap_warnings() const
+{
+    std::vector<std::string> all;
+    for (std::size_t w = 0; w < wires.size(); ++w)
+        if (const WireHistory& k = history[w]; k.overlap > k.overlap_allowed)
+            all.push_back(fmt::format("{} stands {:.2g} m in {} between its points of contact, near "
+                                      "({:.4g}, {:.4g}, {:.4g}) in step {}, where they leave {:.2g} m: "
+                                      "shorter elements follow the wall",
+                                      scene.beams[w].name, k.overlap, wall_name(k.overlap_wall),
+                                      k.overlap_x, k.overlap_y, k.overlap_z, k.overlap_step,
+                                      k.overlap_allowed));
+    return all;
+}
+
 void WireSimulation::State::note_openings(const std::vector<Vec3>& tips_before)
 {
     for (std::size_t w = 0; w < wires.size(); ++w) {
@@ -325,8 +370,10 @@ void WireSimulation::State::finish(RunSummary& s) const
     s.time = time;
     s.energy = energy;
     s.contacts_mean = contact_steps > 0 ? contacts_sum / contact_steps : 0;
-    s.worst_overlap.depth = std::numeric_limits<double>::quiet_NaN();
-    s.not_measured = {"instruments: gaps at their nodes are certified, surfaces are not measured"};
+    s.not_measured.clear();
+    if (!coaxial.empty())
+        s.not_measured.push_back("instruments in one another: gaps at their points of contact are "
+                                 "certified, what is between them is not measured");
     s.quantities.clear();
     for (std::size_t w = 0; w < wires.size(); ++w) {
         const std::string prefix = w == 0 ? "" : scene.beams[w].name + "_";
@@ -396,6 +443,8 @@ RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& 
         const bool dynamic = s.wires[0].motion.dynamic;
         if (std::string told = energy_warning(s.energy, {s.scene.accuracy.contact, size, dynamic});
             !told.empty())
+            whole.warnings.push_back(std::move(told));
+        for (std::string& told : s.overlap_warnings())
             whole.warnings.push_back(std::move(told));
         return whole;
     };

@@ -190,6 +190,37 @@ TEST_CASE("every step is certified and work is elastic energy plus friction")
     }
 }
 
+TEST_CASE("what a wire's points of contact leave between them is measured and falls with their "
+          "distance squared")
+{
+    double depth[2];
+    int level = 0;
+    for (const double element : {8e-3, 4e-3}) {
+        CAPTURE(element);
+        Scene scene = bent_tube_scene(0, 0.09);
+        scene.beams[0].segments[0].element = element;
+        scene.beams[0].contact_spacing = element; // points at the nodes alone
+        std::atomic<bool> never{false};
+        Keep keep;
+        const RunSummary r = WireSimulation(scene, bent_tube()).run(keep, never);
+        REQUIRE(r.status == "done");
+        const OverlapRecord& o = r.worst_overlap;
+        CHECK(o.a == "wire");
+        CHECK(o.b == "tube");
+        // Between two places of a wall that bends with R = 34 mm outside: l^2 / 8R, if the wire were
+        // straight; it bends with the wall.
+        CHECK(o.depth > 0);
+        CHECK(o.depth < element * element / 8 / 0.034);
+        CHECK(r.warnings.empty());
+        WallHint hint;
+        const std::vector<Obstacle> walls = bent_tube();
+        CHECK(walls[0].model.wall.distance(o.point, hint) ==
+              doctest::Approx(4.445e-4 - o.depth).epsilon(1e-9));
+        depth[level++] = o.depth;
+    }
+    CHECK(depth[1] < 0.5 * depth[0]);
+}
+
 TEST_CASE("doubling every stiffness doubles every force and moves nothing")
 {
     std::atomic<bool> never{false};
