@@ -67,6 +67,33 @@ void turn_curves(Json& object, const Mat3& q, bool missing_is_zero)
     (void)missing_is_zero;
 }
 
+/// A block of hexahedra along the world's axes: its mesh along other axes has the same elements.
+bool is_straight_block(const Json& body)
+{
+    const Json& mesh = body.at("mesh");
+    const bool turned = body.contains("start") && body.at("start").contains("turn");
+    return mesh.value("generate", "") == "box" && mesh.value("element", "") == "H8" && !turned && !mesh.contains("grading");
+}
+
+/// The block with its axes moved on, its sets as well.
+void move_block(Json& body, const Mat3& q, const Vec3& shift)
+{
+    Json& mesh = body["mesh"];
+    turn_vector(mesh, "size", q);
+    turn_vector(mesh, "centre", q);
+    const Json cells = mesh.at("cells");
+    for (std::size_t k = 0; k < 3; ++k)
+        mesh["cells"][(k + 1) % 3] = cells.at(k);
+    Json& start = body["start"];
+    start["place"] = list_of((start.contains("place") ? Vec3(q * vector_of(start["place"])) : Vec3(0, 0, 0)) + shift);
+    turn_vector(start, "velocity", q);
+    turn_vector(start, "spin", q);
+    for (const char* list : {"hold", "loads"})
+        if (body.contains(list))
+            for (Json& entry : body[list])
+                entry["set"] = moved_set(entry.at("set").get<std::string>());
+}
+
 void turn_start(Json& body, const Mat3& q, const Vec3& shift)
 {
     const RigidMotion start = start_of(body);
@@ -106,7 +133,10 @@ bool turn_body(Json& body, const Mat3& q, const Vec3& shift)
     turn_vector(body, "velocity", q);
     turn_vector(body, "spin", q);
     if (kind == "solid" || kind == "rigid") {
-        turn_start(body, q, shift);
+        if (kind == "solid" && moves_axes(q) && is_straight_block(body))
+            move_block(body, q, shift);
+        else
+            turn_start(body, q, shift);
         if (body.contains("drive")) {
             Json& drive = body["drive"];
             turn_curves(drive, q, true);
@@ -249,14 +279,25 @@ Mat3 axes_moved_on()
     return q;
 }
 
-bool holds_single_axes(const Json& scene)
+bool holds_along_axes(const Json& scene)
 {
     for (const auto& [name, body] : scene.at("bodies").items())
-        for (const Json& hold : body.value("hold", Json::array())) {
-            const int held = int(hold.contains("x")) + int(hold.contains("y")) + int(hold.contains("z"));
-            if (held == 1 || held == 2) return true;
-        }
+        for (const Json& hold : body.value("hold", Json::array()))
+            if (hold.contains("x") || hold.contains("y") || hold.contains("z")) return true;
     return false;
+}
+
+bool meshes_move_with_axes(const Json& scene)
+{
+    for (const auto& [name, body] : scene.at("bodies").items())
+        if (body.at("kind") == "solid" && !is_straight_block(body)) return false;
+    return true;
+}
+
+std::string moved_set(const std::string& set)
+{
+    if (set.size() != 5 || set[1] != '_' || set[0] < 'x' || set[0] > 'z') return set;
+    return "xyz"[(set[0] - 'x' + 1) % 3] + set.substr(1);
 }
 
 std::optional<Json> turned_scene(const Json& scene, const Mat3& q, const Vec3& shift)
@@ -265,6 +306,13 @@ std::optional<Json> turned_scene(const Json& scene, const Mat3& q, const Vec3& s
     for (auto& [name, body] : other["bodies"].items())
         if (!turn_body(body, q, shift)) return std::nullopt;
     turn_vector(other, "gravity", q);
+    if (moves_axes(q) && other.contains("contact"))
+        for (Json& pair : other["contact"])
+            for (std::size_t k = 0; pair.contains("surfaces") && k < 2; ++k) {
+                const Json& body = scene.at("bodies").at(pair.at("between").at(k).get<std::string>());
+                if (body.at("kind") == "solid" && is_straight_block(body))
+                    pair["surfaces"][k] = moved_set(pair["surfaces"][k].get<std::string>());
+            }
     if (other.contains("couplings"))
         for (Json& c : other["couplings"]) {
             if (!c.contains("at")) c["at"] = {0, 0, 0};

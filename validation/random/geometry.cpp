@@ -96,10 +96,10 @@ double solid_angle(const Vec3& p, const std::array<Vec3, 3>& t)
 }
 
 /// Signed distance to a closed surface, positive outside.
-Depth distance_to(const std::vector<OuterTriangle>& surface, const Vec3& low, const Vec3& high, const Vec3& p)
+Depth distance_to(const std::vector<OuterTriangle>& surface, const Vec3& low, const Vec3& high, const Vec3& p, double within)
 {
     const Vec3 beyond = (low - p).cwiseMax(p - high);
-    if (beyond.maxCoeff() > 0) return {beyond.cwiseMax(0).norm(), 0}; // no more than that
+    if (beyond.cwiseMax(0).norm() > within) return {beyond.cwiseMax(0).norm(), 0};
     Depth d{std::numeric_limits<double>::infinity(), 0};
     double winding = 0;
     for (const OuterTriangle& t : surface) {
@@ -204,7 +204,7 @@ void place_rigid(PlacedBody& body, const Json& shape, const RigidMotion& pose)
     } else {
         throw std::runtime_error("a rigid shape that is unknown here");
     }
-    body.depth = [=](const Vec3& p) { return Depth{distance(pose.back(p)), 0}; };
+    body.depth = [=](const Vec3& p, double) { return Depth{distance(pose.back(p)), 0}; };
 }
 
 void place_obstacle(PlacedBody& body, const Json& description)
@@ -232,7 +232,7 @@ void place_obstacle(PlacedBody& body, const Json& description)
         throw std::runtime_error("an obstacle that is unknown here");
     }
     const bool inside = description.value("side", "") == "inside" && kind != "tube";
-    body.depth = [=](const Vec3& p) { return Depth{inside ? -distance(p) : distance(p), 0}; };
+    body.depth = [=](const Vec3& p, double) { return Depth{inside ? -distance(p) : distance(p), 0}; };
 }
 
 void place_solid(PlacedBody& body, const Json& mesh, const VtkText& solid)
@@ -250,7 +250,7 @@ void place_solid(PlacedBody& body, const Json& mesh, const VtkText& solid)
             for (int j = 0; i + j <= n; ++j)
                 body.places.push_back(
                     {(t.corner[0] * i + t.corner[1] * j + t.corner[2] * (n - i - j)) / n, t.face, 0});
-    body.depth = [=](const Vec3& p) { return distance_to(surface, low, high, p); };
+    body.depth = [=](const Vec3& p, double within) { return distance_to(surface, low, high, p, within); };
     const std::string kind = mesh.value("generate", "");
     if (kind == "box") body.thickness = vector_of(mesh.at("size")).minCoeff();
     if (kind == "ball" || kind == "cylinder") {
@@ -348,7 +348,7 @@ DeepestPlace deepest_place(const PlacedBody& a, const PlacedBody& b)
     const auto look = [&](const PlacedBody& mine, const PlacedBody& other) {
         if (!other.depth) return;
         for (const SurfacePlace& p : mine.places) {
-            const Depth d = other.depth(p.at);
+            const Depth d = other.depth(p.at, p.round);
             if (p.round - d.distance <= deepest.depth) continue;
             const double face = p.face > 0 && d.face > 0 ? std::min(p.face, d.face) : std::max(p.face, d.face);
             deepest = {p.round - d.distance, p.at, face};

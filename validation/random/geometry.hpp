@@ -48,7 +48,8 @@ struct Depth {
 struct PlacedBody {
     std::string name, kind; ///< kind: "solid", "rigid", "obstacle", "rod", "beam"
     std::vector<SurfacePlace> places;
-    std::function<Depth(const Vec3&)> depth; ///< empty: it has none (rods)
+    /// Of a place, as far as `within` from it [m]: beyond, no less than that. Empty: it has none (rods).
+    std::function<Depth(const Vec3&, double within)> depth;
     double thickness = 0; ///< [m]; 0: endless
     double curvature = 0; ///< largest of its surface free of load [1/m]
 };

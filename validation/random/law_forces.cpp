@@ -20,6 +20,12 @@ std::string size_text(const char* what, double value, double allowed, double tim
     return fmt::format("{} {:.3g}, allowed {:.3g}, at t = {:g} s", what, value, allowed, time);
 }
 
+/// What sums of forces may leave [N].
+double allowed_force(const RunScale& scale)
+{
+    return kSums * scale.accuracy * scale.force + scale.rounding;
+}
+
 /// The worst of many, as one finding.
 struct Worst {
     std::string law, text;
@@ -141,7 +147,7 @@ std::vector<Finding> check_sums(const WrittenRun& run)
             const Vec3 told = run.history.vector(name, static_cast<std::size_t>(row));
             const Vec3 here = sum == sums.end() ? Vec3::Zero() : sum->second;
             const double off = std::min((told - here).norm(), pair ? (told + here).norm() : 1e300);
-            worst.add(off, kSums * scale.accuracy * scale.force,
+            worst.add(off, allowed_force(scale),
                       "contact forces of the frame and " + name + " differ by [N]", frame.time);
         }
     }
@@ -172,7 +178,7 @@ std::vector<Finding> check_balance(const WrittenRun& run)
             Vec3 sum = on.count(name) ? on[name] : Vec3::Zero();
             if (dynamic && (kind != "rigid" || time_rule.value("rule", "") != "theta")) continue;
             if (!known_forces(run, name, frame.time, row, sum)) continue;
-            const double allowed = kSums * scale.accuracy * scale.force;
+            const double allowed = allowed_force(scale);
             if (dynamic) {
                 double mass = 0;
                 Vec3 inertia;
@@ -205,7 +211,7 @@ std::vector<Finding> check_coulomb(const WrittenRun& run)
     Worst normals{"Coulomb", ""}, pull{"Coulomb", ""}, cone{"Coulomb", ""}, on_cone{"Coulomb", ""},
         against{"Coulomb", ""};
     const RunScale scale = scale_of(run);
-    const double allowed = kSums * scale.accuracy * scale.force;
+    const double allowed = allowed_force(scale);
     for (const WrittenFrame& frame : run.frames)
         for (const WrittenContact& c : contacts_of(run, frame)) {
             const Json* pair = pair_of(run, c.a, c.b);
@@ -221,7 +227,8 @@ std::vector<Finding> check_coulomb(const WrittenRun& run)
                     own = own || s.contains("friction");
             if (own) continue;
             cone.add(t.norm() - mu * std::max(n, 0.0), allowed, "friction" + who + " is beyond mu n by [N]", frame.time);
-            if (mu == 0 || c.status != 2) continue;
+            // In motion the law holds for velocities that a rule takes within the step.
+            if (mu == 0 || c.status != 2 || run.dynamic()) continue;
             const double least = 1e-6 * scale.length;
             if (slip.norm() < least) continue;
             on_cone.add(mu * n - t.norm(), 1e-3 * mu * n + allowed, "friction" + who + " slips within its cone by [N]",

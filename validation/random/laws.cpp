@@ -60,15 +60,31 @@ RunScale scale_of(const WrittenRun& run)
     for (const WrittenFrame& frame : run.frames)
         for (const WrittenContact& c : contacts_of(run, frame))
             scale.force = std::max(scale.force, c.force.norm());
-    for (const auto& [name, part] : run.frames.front().parts) {
-        const auto body = run.body.find(name);
-        if (body == run.body.end() || body->second.at("kind") == "obstacle") continue;
-        for (std::size_t i = 0; i < part.points(); ++i) {
-            low = low.cwiseMin(part.get("Points/points").vector(i));
-            high = high.cwiseMax(part.get("Points/points").vector(i));
+    for (const WrittenFrame* frame : {&run.frames.front(), &run.frames.back()})
+        for (const auto& [name, part] : frame->parts) {
+            const auto body = run.body.find(name);
+            if (body == run.body.end() || body->second.at("kind") == "obstacle") continue;
+            for (std::size_t i = 0; i < part.points(); ++i) {
+                low = low.cwiseMin(part.get("Points/points").vector(i));
+                high = high.cwiseMax(part.get("Points/points").vector(i));
+            }
+        }
+    scale.length = high.x() >= low.x() ? (high - low).norm() : 0;
+    // Displacements are differences of places: their rounding strains a solid by 1e-16 of its size over an element.
+    constexpr double kRounding = 1e-13;
+    for (const auto& [name, body] : run.body) {
+        if (body.at("kind") == "solid") {
+            double e = body.value("youngs_modulus", 0.0);
+            if (body.contains("material")) e = body.at("material").value("youngs_modulus", 1e3 * body.at("material").value("c1", 0.0));
+            scale.rounding = std::max(scale.rounding, kRounding * e * scale.length * scale.length);
+        }
+        for (const Json& s : body.value("segments", Json::array())) {
+            const Json ei = s.value("EI", Json(0.0));
+            const double bending = ei.is_array() ? ei.at(0).get<double>() : ei.get<double>();
+            const double r = s.at("radius"), stretching = s.contains("EA") && s.at("EA").is_number() ? s.at("EA").get<double>() : 4 * bending / (r * r);
+            scale.rounding = std::max(scale.rounding, kRounding * stretching);
         }
     }
-    scale.length = std::max(0.0, (high - low).norm());
     return scale;
 }
 

@@ -55,6 +55,7 @@ struct RunScale {
     double force = 0;    ///< largest force on a body [N]
     double length = 0;   ///< of the scene's bodies [m]
     double accuracy = 0; ///< that is asked of contacts [-]
+    double rounding = 0; ///< force that the rounding of stiff bodies makes [N]
 };
 RunScale scale_of(const WrittenRun& run);
 

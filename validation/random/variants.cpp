@@ -38,10 +38,10 @@ std::string renamed_column(const std::string& column, const Variant& v)
         if (column.rfind(from + "_", 0) != 0 || from.size() < longest) continue;
         longest = from.size();
         std::string rest = column.substr(from.size());
-        if (rest.rfind("_on_", 0) == 0)
+        for (const std::string joint : {"_on_", "_over_"})
             for (const auto& [f, t] : v.names)
-                if (rest.rfind("_on_" + f + "_", 0) == 0) {
-                    rest = "_on_" + t + rest.substr(4 + f.size());
+                if (rest.rfind(joint + f + "_", 0) == 0) {
+                    rest = joint + t + rest.substr(joint.size() + f.size());
                     break;
                 }
         best = to + rest;
@@ -99,9 +99,11 @@ std::vector<Variant> variants_of(const RandomScene& s, std::uint64_t seed, int n
     std::vector<Variant> list;
     const double size = draw.ratio(0.01, 1);
     const Vec3 rotation = draw.rotation(), shift = draw.shift(size);
-    const Mat3 q = holds_single_axes(s.scene) ? axes_moved_on() : turn_by(rotation);
+    // Solids that are held along the world's axes are turned by whole axes; blocks of hexahedra by their meshes.
+    const bool along = holds_along_axes(s.scene);
+    const Mat3 q = along ? axes_moved_on() : turn_by(rotation);
     if (const std::optional<Json> turned = turned_scene(s.scene, q, shift)) {
-        Variant v{"turned", *turned};
+        Variant v{along && meshes_move_with_axes(s.scene) ? "axes" : "turned", *turned};
         v.tolerance = s.same;
         v.turn = q;
         v.shift = shift;
@@ -171,6 +173,14 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
     if (v.tolerance == 0) return compare_bits(run, other, v.name);
     const WrittenHistory &a = run.history, &b = other.history;
     const OtherUnits units{v.length, v.force, v.time};
+    const auto moved_column = [](std::string name) { // of a block whose axes moved on
+        for (const char* set : {"_x_min_", "_x_max_", "_y_min_", "_y_max_", "_z_min_", "_z_max_"})
+            if (const std::size_t at = name.find(set); at != std::string::npos) {
+                name.replace(at + 1, 5, moved_set(name.substr(at + 1, 5)));
+                break;
+            }
+        return name;
+    };
     std::map<std::string, double> scale; // largest value of a unit
     for (std::size_t c = 0; c < a.names.size(); ++c)
         if (!is_of_the_way(a.names[c]))
@@ -179,11 +189,16 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
     scale["m"] = std::max(scale["m"], scale_of(run).length);
     scale["N"] = std::max(scale["N"], scale_of(run).force);
     scale["J"] = std::max(scale["J"], a.last("work_absolute"));
-    scale[""] = 1;
+    scale[""] = scale["rad"] = 1;
+    // What is next to nothing is compared with what it would be if it were not.
+    scale["N m"] = std::max(scale["N m"], scale["N"] * scale["m"]);
+    if (scale["m"] > 0) scale["rad/s"] = std::max(scale["rad/s"], scale["m/s"] / scale["m"]);
 
+    const double rounding = 10 * scale_of(run).rounding;
     double worst = v.tolerance;
     std::vector<Finding> found;
     const auto judge = [&](const std::string& name, double value, double there, const std::string& unit) {
+        if (unit == "N" && std::abs(value - there) <= rounding) return;
         if (scale[unit] == 0) return;
         const double off = std::abs(value - there) / scale[unit];
         if (off <= worst) return;
@@ -192,9 +207,12 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
                                       off, v.tolerance)}};
     };
     const auto column_of = [&](const std::string& name, double& sign) {
-        const std::string here = renamed_column(name, v);
         sign = 1;
-        int c = b.column(here);
+        if (v.length != 1) return b.names.size() == a.names.size() ? a.column(name) : -1; // names have arc lengths
+        const std::string here = renamed_column(name, v);
+        // A set's own name may stand for another one there: the moved name comes first.
+        int c = v.turn.isIdentity() ? -1 : b.column(moved_column(here));
+        if (c < 0 || v.name != "axes") c = b.column(here);
         if (c < 0) {
             c = b.column(swapped_pair(here, other));
             sign = -1;
@@ -205,9 +223,10 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
         const std::string& name = a.names[c];
         const std::string& unit = a.units[c];
         const double factor = factor_of(unit, units);
-        if (is_of_the_way(name) || factor == 0 || (v.forces_only && unit != "N")) continue;
+        if (is_of_the_way(name) || factor == 0 || (v.length != 1 && ends_with(name, "clustered_force")) || (v.forces_only && unit != "N")) continue;
         double sign = 1;
         const int there = column_of(name, sign);
+        if (there < 0 && v.name == "reordered" && name.find("_force") == std::string::npos) continue; // of the first instrument
         if (there < 0) {
             found = {{v.name, "no column " + name + " in history.csv"}};
             return found;

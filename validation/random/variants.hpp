@@ -10,7 +10,7 @@ namespace amontons::validation {
 
 /// How a variant of a scene is run and compared with the scene itself.
 struct Variant {
-    std::string name; ///< "turned", "renamed", "reordered", "units", "threads", "steps", "resumed", a twin's name
+    std::string name; ///< "turned", "axes" (turned by whole axes), "renamed", "reordered", "units", "threads", "steps", "resumed", a twin's name
     Json scene;
     int threads = 1;
     double killed_after = 0; ///< share of the scene's own time after which it is killed, then resumed; 0: not

@@ -261,8 +261,11 @@ WrittenRun read_run(const std::string& folder)
         throw std::runtime_error(folder + "/manifest.json: " + error.what());
     }
     run.history = read_history(folder + "/history.csv");
-    const std::string scene = fs::path(run.manifest["scene"].value("file", "")).stem().string();
-    run.frames = read_frames(folder, folder + "/" + scene + ".pvd");
+    std::string collection; // of all bodies, by the scene's name
+    for (const auto& entry : fs::directory_iterator(folder))
+        if (entry.path().extension() == ".pvd" && entry.path().filename() != "contacts.pvd")
+            collection = entry.path().string();
+    run.frames = read_frames(folder, collection.empty() ? folder + "/*.pvd" : collection);
     if (run.frames.empty()) throw std::runtime_error(folder + " has no frame");
     return run;
 }
