@@ -1,6 +1,6 @@
-// amontons validate --suite random: scenes by seed and number, some at a time, each in a process of its own. The
-// process of a scene (--scene) runs the scene and its variants one after the other, as children in turn: a run that
-// crashes is a finding, and so is a judge that does.
+// amontons validate --suite random: scenes by seed and number, some at a time, each in a process of
+// its own. The process of a scene (--scene) runs the scene and its variants one after the other, as
+// children in turn: a run that crashes is a finding, and so is a judge that does.
 
 #include "solver/program/validate_random.hpp"
 
@@ -39,7 +39,8 @@ std::string program_to_try(const ValidateArguments& arguments)
     std::error_code error;
     const std::string path = fs::absolute(arguments.program, error).string();
     if (fs::is_directory(path, error) || !fs::exists(path, error))
-        throw InputError({{"validate", "--program", arguments.program, "the path of a program amontons"}});
+        throw InputError(
+            {{"validate", "--program", arguments.program, "the path of a program amontons"}});
     return path;
 }
 
@@ -61,14 +62,17 @@ std::vector<std::string> chosen_kinds(const ValidateArguments& arguments)
 }
 
 /// The scene and its variants, here.
-SceneResult try_here(std::uint64_t seed, int number, const std::string& folder, const std::string& program)
+SceneResult try_here(std::uint64_t seed, int number, const std::string& folder,
+                     const std::string& program)
 {
     const std::atomic<bool> never{false}; // a signal ends this process, and its children with it
     const auto run = [&](const std::vector<std::string>& words, double most_seconds) {
         ProgramAnswer answer;
-        run_children({{words, most_seconds, program}}, 1, never, [&](std::size_t, const ChildResult& r) {
-            answer = {r.exit_code, r.signal, r.out_of_time, r.seconds, r.cpu_seconds, last_line(r.errors)};
-        });
+        run_children({{words, most_seconds, program}}, 1, never,
+                     [&](std::size_t, const ChildResult& r) {
+                         answer = {r.exit_code, r.signal,      r.out_of_time,
+                                   r.seconds,   r.cpu_seconds, last_line(r.errors)};
+                     });
         return answer;
     };
     SceneResult result = validation::try_scene(seed, number, folder, run);
@@ -87,8 +91,9 @@ SceneResult result_of(std::uint64_t seed, int number, const ChildResult& child)
     try {
         if (child.exit_code == kDone || child.exit_code == kCaseFailed)
             return validation::read_scene_result(child.output);
-        why = child.signal != 0 ? fmt::format("ended by signal {}", child.signal)
-                                : fmt::format("exit code {}: {}", child.exit_code, last_line(child.errors));
+        why = child.signal != 0
+                  ? fmt::format("ended by signal {}", child.signal)
+                  : fmt::format("exit code {}: {}", child.exit_code, last_line(child.errors));
     } catch (const std::exception& error) {
         why = error.what();
     }
@@ -108,7 +113,11 @@ void print_kinds(const Session& session)
     std::string text;
     json.open('[');
     for (const validation::SceneKind& k : validation::scene_kinds()) {
-        json.open('{').member("case", k.name).member("suite", "random").member("about", k.about).close('}');
+        json.open('{')
+            .member("case", k.name)
+            .member("suite", "random")
+            .member("about", k.about)
+            .close('}');
         text += fmt::format("{:<26} random      {}\n", k.name, k.about);
     }
     for (const validation::KnownMistake& k : validation::known_mistakes())
@@ -117,11 +126,14 @@ void print_kinds(const Session& session)
 }
 
 /// The page of a report.
-std::string page_of(const std::vector<SceneResult>& results, std::uint64_t seed, const std::string& program)
+std::string page_of(const std::vector<SceneResult>& results, std::uint64_t seed,
+                    const std::string& program)
 {
-    std::string page = fmt::format("# Random scenes, seed {}\n\n{}: `amontons validate --suite random --seed {} --count {}`{}\n\n{}\n", seed,
-                                   "amontons " + program_version(), seed, results.size(),
-                                   program.empty() ? "" : " with the program " + program, validation::table_markdown(results));
+    std::string page = fmt::format("# Random scenes, seed {}\n\n{}: `amontons validate --suite "
+                                   "random --seed {} --count {}`{}\n\n{}\n",
+                                   seed, "amontons " + program_version(), seed, results.size(),
+                                   program.empty() ? "" : " with the program " + program,
+                                   validation::table_markdown(results));
     for (const SceneResult& r : results)
         page += validation::findings_text(r, seed);
     return page;
@@ -133,10 +145,12 @@ void tell(const std::vector<SceneResult>& results, std::uint64_t seed, const Ses
         session.print(validation::findings_text(r, seed));
     session.print(validation::table_text(results));
     const auto count = [&](const char* outcome) {
-        return std::count_if(results.begin(), results.end(), [&](const SceneResult& r) { return r.outcome == outcome; });
+        return std::count_if(results.begin(), results.end(),
+                             [&](const SceneResult& r) { return r.outcome == outcome; });
     };
-    session.print(fmt::format("{} scenes of seed {}: {} done, {} refused, {} known, {} wrong\n", results.size(), seed, count("done"),
-                              count("refused"), count("known"), count("wrong")));
+    session.print(fmt::format("{} scenes of seed {}: {} done, {} refused, {} known, {} wrong\n",
+                              results.size(), seed, count("done"), count("refused"), count("known"),
+                              count("wrong")));
 }
 
 std::string json_of(const std::vector<SceneResult>& results)
@@ -177,11 +191,13 @@ void validate_random(const ValidateArguments& arguments, Session& session)
     if (!arguments.report.empty()) make_folder(arguments.report);
     std::optional<ScratchFolder> scratch;
     if (arguments.report.empty()) scratch.emplace();
-    const std::string folder = fs::absolute(scratch ? scratch->path() : arguments.report).lexically_normal().string();
+    const std::string folder =
+        fs::absolute(scratch ? scratch->path() : arguments.report).lexically_normal().string();
     const auto folder_of = [&](int number) { return fmt::format("{}/scene_{}", folder, number); };
 
     if (arguments.scene) {
-        const SceneResult r = try_here(seed, *arguments.scene, folder_of(*arguments.scene), program);
+        const SceneResult r =
+            try_here(seed, *arguments.scene, folder_of(*arguments.scene), program);
         if (session.json)
             session.print(validation::json_of(r) + "\n");
         else
@@ -197,17 +213,20 @@ void validate_random(const ValidateArguments& arguments, Session& session)
         const std::string kind = validation::kind_of_scene(seed, i).name;
         if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end()) continue;
         numbers.push_back(i);
-        jobs.push_back({{"validate", "--suite", "random", "--seed", std::to_string(seed), "--scene", std::to_string(i), "--json",
-                         "--quiet", "--report", folder}});
-        if (!program.empty()) jobs.back().arguments.insert(jobs.back().arguments.end(), {"--program", program});
+        jobs.push_back({{"validate", "--suite", "random", "--seed", std::to_string(seed), "--scene",
+                         std::to_string(i), "--json", "--quiet", "--report", folder}});
+        if (!program.empty())
+            jobs.back().arguments.insert(jobs.back().arguments.end(), {"--program", program});
     }
-    const int at_once = arguments.jobs > 0 ? arguments.jobs : std::max(1, int(std::thread::hardware_concurrency()));
+    const int at_once =
+        arguments.jobs > 0 ? arguments.jobs : std::max(1, int(std::thread::hardware_concurrency()));
     std::vector<std::optional<SceneResult>> ended(jobs.size());
     std::size_t done = 0;
     run_children(jobs, at_once, stop_on_interrupt(), [&](std::size_t k, const ChildResult& child) {
         ended[k] = result_of(seed, numbers[k], child);
-        session.detail(fmt::format("{} of {}: scene {} ({}): {}, {:.2f} s", ++done, jobs.size(), numbers[k], ended[k]->kind,
-                                   ended[k]->outcome, ended[k]->seconds));
+        session.detail(fmt::format("{} of {}: scene {} ({}): {}, {:.2f} s", ++done, jobs.size(),
+                                   numbers[k], ended[k]->kind, ended[k]->outcome,
+                                   ended[k]->seconds));
     });
     std::vector<SceneResult> results;
     for (std::optional<SceneResult>& r : ended)

@@ -5,8 +5,8 @@ namespace amontons {
 struct Session;
 struct ValidateArguments;
 
-/// `amontons validate --suite random`: random scenes, each with its variants in a child of the program; prints and
-/// writes the table of kinds. Exit code 1 if an answer is wrong.
+/// `amontons validate --suite random`: random scenes, each with its variants in a child of the
+/// program; prints and writes the table of kinds. Exit code 1 if an answer is wrong.
 /// @throws InputError  an option that is not allowed
 void validate_random(const ValidateArguments& arguments, Session& session);
 

@@ -26,7 +26,8 @@ bool moves_axes(const Mat3& q)
     return ((q.array() == 0) || (q.array() == 1)).all();
 }
 
-/// Values over time along x, y and z. @param missing  a missing one is 0; else it is free and stays so
+/// Values over time along x, y and z. @param missing  a missing one is 0; else it is free and stays
+/// so
 void turn_curves(Json& object, const Mat3& q, bool missing_is_zero)
 {
     std::array<Json, 3> old;
@@ -47,13 +48,15 @@ void turn_curves(Json& object, const Mat3& q, bool missing_is_zero)
         object.erase(kAxes[i]);
         if (whole) {
             for (int j = 0; j < 3; ++j)
-                if (q(i, j) == 1 && !old[std::size_t(j)].is_null()) object[kAxes[i]] = old[std::size_t(j)];
+                if (q(i, j) == 1 && !old[std::size_t(j)].is_null())
+                    object[kAxes[i]] = old[std::size_t(j)];
             continue;
         }
         const auto sum_at = [&](double time) {
             double sum = 0;
             for (int j = 0; j < 3; ++j)
-                if (!old[std::size_t(j)].is_null()) sum += q(i, j) * value_at(old[std::size_t(j)], time);
+                if (!old[std::size_t(j)].is_null())
+                    sum += q(i, j) * value_at(old[std::size_t(j)], time);
             return sum;
         };
         if (times.empty()) {
@@ -72,7 +75,8 @@ bool is_straight_block(const Json& body)
 {
     const Json& mesh = body.at("mesh");
     const bool turned = body.contains("start") && body.at("start").contains("turn");
-    return mesh.value("generate", "") == "box" && mesh.value("element", "") == "H8" && !turned && !mesh.contains("grading");
+    return mesh.value("generate", "") == "box" && mesh.value("element", "") == "H8" && !turned &&
+           !mesh.contains("grading");
 }
 
 /// The block with its axes moved on, its sets as well.
@@ -85,7 +89,8 @@ void move_block(Json& body, const Mat3& q, const Vec3& shift)
     for (std::size_t k = 0; k < 3; ++k)
         mesh["cells"][(k + 1) % 3] = cells.at(k);
     Json& start = body["start"];
-    start["place"] = list_of((start.contains("place") ? Vec3(q * vector_of(start["place"])) : Vec3(0, 0, 0)) + shift);
+    start["place"] = list_of(
+        (start.contains("place") ? Vec3(q * vector_of(start["place"])) : Vec3(0, 0, 0)) + shift);
     turn_vector(start, "velocity", q);
     turn_vector(start, "spin", q);
     for (const char* list : {"hold", "loads"})
@@ -117,7 +122,8 @@ bool turn_surface(Json& surface, const Mat3& q, const Vec3& shift)
         return true;
     }
     if (!surface.contains("centre")) surface["centre"] = {0, 0, 0};
-    if (!surface.contains("axis") && surface.value("generate", "") != "ball") surface["axis"] = {0, 0, 1};
+    if (!surface.contains("axis") && surface.value("generate", "") != "ball")
+        surface["axis"] = {0, 0, 1};
     turn_vector(surface, "centre", q, shift);
     turn_vector(surface, "axis", q);
     return true;
@@ -189,18 +195,23 @@ struct Dimension {
 bool dimension_of(const std::string& key, const std::string& owner, Dimension& d)
 {
     static const std::map<std::string, Dimension> table{
-        {"size", {1, 0, 0}}, {"centre", {1, 0, 0}}, {"radius", {1, 0, 0}}, {"end_radius", {1, 0, 0}},
-        {"inner_radius", {1, 0, 0}}, {"length", {1, 0, 0}}, {"place", {1, 0, 0}}, {"start", {1, 0, 0}},
-        {"at", {1, 0, 0}}, {"to", {1, 0, 0}}, {"about", {1, 0, 0}}, {"reach", {1, 0, 0}}, {"element", {1, 0, 0}},
-        {"velocity", {1, 0, -1}}, {"spin", {0, 0, -1}}, {"gravity", {1, 0, -2}}, {"curvature", {-1, 0, 0}},
-        {"youngs_modulus", {-2, 1, 0}}, {"traction", {-2, 1, 0}}, {"c1", {-2, 1, 0}}, {"c2", {-2, 1, 0}},
-        {"density", {-4, 1, 2}}, {"mass", {-1, 1, 2}}, {"inertia", {1, 1, 2}}, {"force", {0, 1, 0}},
-        {"torque", {1, 1, 0}}, {"moment", {1, 1, 0}}, {"line", {-1, 1, 0}}, {"EI", {2, 1, 0}}, {"GJ", {2, 1, 0}},
-        {"EA", {0, 1, 0}}, {"stiffness", {-1, 1, 0}}, {"foundation", {-2, 1, 0}}, {"step", {0, 0, 1}},
-        {"end", {0, 0, 1}}, {"smallest_step", {0, 0, 1}}, {"damping", {0, 0, -1}}};
+        {"size", {1, 0, 0}},       {"centre", {1, 0, 0}},       {"radius", {1, 0, 0}},
+        {"end_radius", {1, 0, 0}}, {"inner_radius", {1, 0, 0}}, {"length", {1, 0, 0}},
+        {"place", {1, 0, 0}},      {"start", {1, 0, 0}},        {"at", {1, 0, 0}},
+        {"to", {1, 0, 0}},         {"about", {1, 0, 0}},        {"reach", {1, 0, 0}},
+        {"element", {1, 0, 0}},    {"velocity", {1, 0, -1}},    {"spin", {0, 0, -1}},
+        {"gravity", {1, 0, -2}},   {"curvature", {-1, 0, 0}},   {"youngs_modulus", {-2, 1, 0}},
+        {"traction", {-2, 1, 0}},  {"c1", {-2, 1, 0}},          {"c2", {-2, 1, 0}},
+        {"density", {-4, 1, 2}},   {"mass", {-1, 1, 2}},        {"inertia", {1, 1, 2}},
+        {"force", {0, 1, 0}},      {"torque", {1, 1, 0}},       {"moment", {1, 1, 0}},
+        {"line", {-1, 1, 0}},      {"EI", {2, 1, 0}},           {"GJ", {2, 1, 0}},
+        {"EA", {0, 1, 0}},         {"stiffness", {-1, 1, 0}},   {"foundation", {-2, 1, 0}},
+        {"step", {0, 0, 1}},       {"end", {0, 0, 1}},          {"smallest_step", {0, 0, 1}},
+        {"damping", {0, 0, -1}}};
     static const std::set<std::string> none{
-        "schema", "poisson_ratio", "cells", "around", "along", "friction", "restitution", "axis", "normal", "direction",
-        "turn", "angle", "plane", "theta", "spectral_radius", "every", "contact", "grading"};
+        "schema",      "poisson_ratio", "cells",           "around",    "along",   "friction",
+        "restitution", "axis",          "normal",          "direction", "turn",    "angle",
+        "plane",       "theta",         "spectral_radius", "every",     "contact", "grading"};
     if (none.count(key)) return true;
     if (key == "angle" || (key == "direction" && owner == "pieces")) return true;
     const auto at = table.find(key);
@@ -218,8 +229,9 @@ double factor_of(const Dimension& d, const OtherUnits& u)
 bool curve_dimension(const std::string& key, Dimension& d)
 {
     static const std::map<std::string, Dimension> curves{
-        {"x", {1, 0, 0}}, {"y", {1, 0, 0}}, {"z", {1, 0, 0}}, {"insertion", {1, 0, 0}}, {"fed", {1, 0, 0}},
-        {"twist", {}}, {"angle", {}}, {"over", {}}, {"pressure", {-2, 1, 0}}};
+        {"x", {1, 0, 0}},        {"y", {1, 0, 0}}, {"z", {1, 0, 0}}, {"insertion", {1, 0, 0}},
+        {"fed", {1, 0, 0}},      {"twist", {}},    {"angle", {}},    {"over", {}},
+        {"pressure", {-2, 1, 0}}};
     const auto at = curves.find(key);
     if (at == curves.end()) return false;
     d = at->second;
@@ -248,11 +260,13 @@ bool scale_fields(Json& node, const std::string& owner, const OtherUnits& units)
                 if (!scale_fields(item, key, units)) return false;
             continue;
         }
-        const bool numbers = value.is_number() || (value.is_array() && !value.empty() && !value[0].is_string());
+        const bool numbers =
+            value.is_number() || (value.is_array() && !value.empty() && !value[0].is_string());
         if (!numbers) continue;
         Dimension d;
         const bool curve = value.is_array() && value[0].is_array();
-        if (curve || key == "x" || key == "y" || key == "z" || (key == "angle" && owner != "pieces")) {
+        if (curve || key == "x" || key == "y" || key == "z" ||
+            (key == "angle" && owner != "pieces")) {
             if (!curve_dimension(key, d)) return false;
             if (!curve) {
                 scale_numbers(value, factor_of(d, units));
@@ -265,7 +279,8 @@ bool scale_fields(Json& node, const std::string& owner, const OtherUnits& units)
             continue;
         }
         if (!dimension_of(key, owner, d)) return false;
-        if (d.length || d.force || d.time) scale_numbers(value, factor_of(d, units)); // whole numbers stay whole
+        if (d.length || d.force || d.time)
+            scale_numbers(value, factor_of(d, units)); // whole numbers stay whole
     }
     return true;
 }
@@ -309,7 +324,8 @@ std::optional<Json> turned_scene(const Json& scene, const Mat3& q, const Vec3& s
     if (moves_axes(q) && other.contains("contact"))
         for (Json& pair : other["contact"])
             for (std::size_t k = 0; pair.contains("surfaces") && k < 2; ++k) {
-                const Json& body = scene.at("bodies").at(pair.at("between").at(k).get<std::string>());
+                const Json& body =
+                    scene.at("bodies").at(pair.at("between").at(k).get<std::string>());
                 if (body.at("kind") == "solid" && is_straight_block(body))
                     pair["surfaces"][k] = moved_set(pair["surfaces"][k].get<std::string>());
             }
@@ -369,10 +385,20 @@ std::optional<Json> scene_in_units(const Json& scene, const OtherUnits& units)
 
 double factor_of(const std::string& unit, const OtherUnits& u)
 {
-    static const std::map<std::string, Dimension> units{
-        {"", {}}, {"rad", {}}, {"m", {1, 0, 0}}, {"N", {0, 1, 0}}, {"N m", {1, 1, 0}}, {"J", {1, 1, 0}},
-        {"Pa", {-2, 1, 0}}, {"m/s", {1, 0, -1}}, {"rad/s", {0, 0, -1}}, {"s", {0, 0, 1}}, {"kg m/s", {0, 1, 1}},
-        {"kg m^2/s", {1, 1, 1}}, {"1/m", {-1, 0, 0}}, {"N s", {0, 1, 1}}};
+    static const std::map<std::string, Dimension> units{{"", {}},
+                                                        {"rad", {}},
+                                                        {"m", {1, 0, 0}},
+                                                        {"N", {0, 1, 0}},
+                                                        {"N m", {1, 1, 0}},
+                                                        {"J", {1, 1, 0}},
+                                                        {"Pa", {-2, 1, 0}},
+                                                        {"m/s", {1, 0, -1}},
+                                                        {"rad/s", {0, 0, -1}},
+                                                        {"s", {0, 0, 1}},
+                                                        {"kg m/s", {0, 1, 1}},
+                                                        {"kg m^2/s", {1, 1, 1}},
+                                                        {"1/m", {-1, 0, 0}},
+                                                        {"N s", {0, 1, 1}}};
     const auto at = units.find(unit);
     return at == units.end() ? 0 : factor_of(at->second, u);
 }

@@ -10,12 +10,14 @@
 
 namespace amontons::validation {
 
-/// Everything turned by q and then shifted. Holds along single axes can be turned by whole axes only.
+/// Everything turned by q and then shifted. Holds along single axes can be turned by whole axes
+/// only.
 /// @return nothing where the scene cannot be turned so (a curve from a file)
 std::optional<Json> turned_scene(const Json& scene, const Mat3& q, const Vec3& shift);
 /// Whether a solid's set is moved or held along the world's axes, not only held altogether.
 bool holds_along_axes(const Json& scene);
-/// Whether turned_scene can move the axes of all solids by their meshes, without a turn of where they begin.
+/// Whether turned_scene can move the axes of all solids by their meshes, without a turn of where
+/// they begin.
 bool meshes_move_with_axes(const Json& scene);
 /// The name of a face set of a block after its axes moved on: "x_min" is "y_min"; others stay.
 std::string moved_set(const std::string& set);

@@ -25,12 +25,15 @@ double four_digits(double value)
     return std::strtod(fmt::format("{:.4g}", value).c_str(), nullptr);
 }
 
-Draw::Draw(std::uint64_t seed, std::uint64_t stream) : state_(mixed(mixed(seed + kGolden) + stream * kGolden)) {}
-
-std::uint64_t Draw::bits()
+std::uint64_t SplitMix::next()
 {
-    state_ += kGolden;
-    return mixed(state_);
+    state += kGolden;
+    return mixed(state);
+}
+
+Draw::Draw(std::uint64_t seed, std::uint64_t stream)
+    : numbers_{mixed(mixed(seed + kGolden) + stream * kGolden)}
+{
 }
 
 double Draw::unit()
@@ -70,9 +73,8 @@ Vec3 Draw::rotation(double largest)
 
 Vec3 Draw::shift(double size)
 {
-    return Vec3{2 * unit() - 1, 2 * unit() - 1, 2 * unit() - 1}.unaryExpr([&](double x) {
-        return four_digits(size * x);
-    });
+    return Vec3{2 * unit() - 1, 2 * unit() - 1, 2 * unit() - 1}.unaryExpr(
+        [&](double x) { return four_digits(size * x); });
 }
 
 std::vector<int> Draw::order(int count)

@@ -17,7 +17,8 @@ constexpr double kTurn = 6.283185307179586;
 /// Corners of the faces of VTK's tetrahedron (10) and hexahedron (12), seen from outside.
 const std::vector<std::vector<int>>& corners_of(int type)
 {
-    static const std::vector<std::vector<int>> tetrahedron{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
+    static const std::vector<std::vector<int>> tetrahedron{
+        {0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
     static const std::vector<std::vector<int>> hexahedron{{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4},
                                                           {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
     return type == 12 ? hexahedron : tetrahedron;
@@ -43,15 +44,17 @@ std::vector<Face> outer_faces(const VtkText& solid)
     std::size_t begin = 0;
     for (std::size_t c = 0; c < types.size(); ++c) {
         const int type = static_cast<int>(types[c]);
-        if (type != 10 && type != 12 && type != 24) throw std::runtime_error("a cell of unknown type");
+        if (type != 10 && type != 12 && type != 24)
+            throw std::runtime_error("a cell of unknown type");
         for (const std::vector<int>& local : corners_of(type)) {
             Face f;
             for (std::size_t k = 0; k < local.size(); ++k) {
-                f.corners.push_back(static_cast<int>(connectivity[begin + static_cast<std::size_t>(local[k])]));
+                f.corners.push_back(
+                    static_cast<int>(connectivity[begin + static_cast<std::size_t>(local[k])]));
                 if (type == 24)
                     f.middles.push_back(static_cast<int>(
-                        connectivity[begin + static_cast<std::size_t>(
-                                                 middle_of(local[k], local[(k + 1) % local.size()]))]));
+                        connectivity[begin + static_cast<std::size_t>(middle_of(
+                                                 local[k], local[(k + 1) % local.size()]))]));
             }
             std::vector<int> key = f.corners;
             std::sort(key.begin(), key.end());
@@ -92,11 +95,13 @@ double solid_angle(const Vec3& p, const std::array<Vec3, 3>& t)
 {
     const Vec3 a = t[0] - p, b = t[1] - p, c = t[2] - p;
     const double x = a.norm(), y = b.norm(), z = c.norm();
-    return 2 * std::atan2(a.dot(b.cross(c)), x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y);
+    return 2 *
+           std::atan2(a.dot(b.cross(c)), x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y);
 }
 
 /// Signed distance to a closed surface, positive outside.
-Depth distance_to(const std::vector<OuterTriangle>& surface, const Vec3& low, const Vec3& high, const Vec3& p, double within)
+Depth distance_to(const std::vector<OuterTriangle>& surface, const Vec3& low, const Vec3& high,
+                  const Vec3& p, double within)
 {
     const Vec3 beyond = (low - p).cwiseMax(p - high);
     if (beyond.cwiseMax(0).norm() > within) return {beyond.cwiseMax(0).norm(), 0};
@@ -137,7 +142,8 @@ std::vector<Vec3> centreline_points(const Json& line)
                      angle = piece.value("angle", 0.0), towards = piece.value("direction", 0.0);
         if (length > 0) points.push_back(at += length * t);
         if (angle <= 0) continue;
-        const Vec3 b = t.cross(n), bend = std::cos(towards) * n + std::sin(towards) * b, axis = t.cross(bend);
+        const Vec3 b = t.cross(n), bend = std::cos(towards) * n + std::sin(towards) * b,
+                   axis = t.cross(bend);
         const Vec3 centre = at + radius * bend, arm = at - centre, t0 = t, n0 = n;
         const int steps = std::max(1, static_cast<int>(std::ceil(angle / 0.005)));
         for (int k = 1; k <= steps; ++k)
@@ -196,11 +202,13 @@ void place_rigid(PlacedBody& body, const Json& shape, const RigidMotion& pose)
         distance = [=](const Vec3& p) { return cylinder_distance(p, radius, half); };
         for (int i = 0; i < 96; ++i)
             for (int j = -6; j <= 6; ++j)
-                add({radius * std::cos(kTurn * i / 96), radius * std::sin(kTurn * i / 96), half * j / 6});
+                add({radius * std::cos(kTurn * i / 96), radius * std::sin(kTurn * i / 96),
+                     half * j / 6});
         for (int i = 0; i < 24; ++i) // its ends
             for (int j = 0; j < 6; ++j)
                 for (const double z : {-half, half})
-                    add({radius * j / 6 * std::cos(kTurn * i / 24), radius * j / 6 * std::sin(kTurn * i / 24), z});
+                    add({radius * j / 6 * std::cos(kTurn * i / 24),
+                         radius * j / 6 * std::sin(kTurn * i / 24), z});
     } else {
         throw std::runtime_error("a rigid shape that is unknown here");
     }
@@ -232,7 +240,9 @@ void place_obstacle(PlacedBody& body, const Json& description)
         throw std::runtime_error("an obstacle that is unknown here");
     }
     const bool inside = description.value("side", "") == "inside" && kind != "tube";
-    body.depth = [=](const Vec3& p, double) { return Depth{inside ? -distance(p) : distance(p), 0}; };
+    body.depth = [=](const Vec3& p, double) {
+        return Depth{inside ? -distance(p) : distance(p), 0};
+    };
 }
 
 void place_solid(PlacedBody& body, const Json& mesh, const VtkText& solid)
@@ -249,14 +259,18 @@ void place_solid(PlacedBody& body, const Json& mesh, const VtkText& solid)
         for (int i = 0; i <= n; ++i)
             for (int j = 0; i + j <= n; ++j)
                 body.places.push_back(
-                    {(t.corner[0] * i + t.corner[1] * j + t.corner[2] * (n - i - j)) / n, t.face, 0});
-    body.depth = [=](const Vec3& p, double within) { return distance_to(surface, low, high, p, within); };
+                    {(t.corner[0] * i + t.corner[1] * j + t.corner[2] * (n - i - j)) / n, t.face,
+                     0});
+    body.depth = [=](const Vec3& p, double within) {
+        return distance_to(surface, low, high, p, within);
+    };
     const std::string kind = mesh.value("generate", "");
     if (kind == "box") body.thickness = vector_of(mesh.at("size")).minCoeff();
     if (kind == "ball" || kind == "cylinder") {
         body.curvature = 1 / mesh.at("radius").get<double>();
         body.thickness = 2 * mesh.at("radius").get<double>();
-        if (kind == "cylinder") body.thickness = std::min(body.thickness, mesh.at("length").get<double>());
+        if (kind == "cylinder")
+            body.thickness = std::min(body.thickness, mesh.at("length").get<double>());
     }
 }
 
@@ -350,7 +364,8 @@ DeepestPlace deepest_place(const PlacedBody& a, const PlacedBody& b)
         for (const SurfacePlace& p : mine.places) {
             const Depth d = other.depth(p.at, p.round);
             if (p.round - d.distance <= deepest.depth) continue;
-            const double face = p.face > 0 && d.face > 0 ? std::min(p.face, d.face) : std::max(p.face, d.face);
+            const double face =
+                p.face > 0 && d.face > 0 ? std::min(p.face, d.face) : std::max(p.face, d.face);
             deepest = {p.round - d.distance, p.at, face};
         }
     };
@@ -367,8 +382,11 @@ std::vector<OuterTriangle> outside_of(const VtkText& solid)
     for (const Face& f : outer_faces(solid)) {
         double longest = 0;
         for (std::size_t k = 0; k < f.corners.size(); ++k)
-            longest = std::max(longest, (at(f.corners[k]) - at(f.corners[(k + 1) % f.corners.size()])).norm());
-        const auto add = [&](const Vec3& x, const Vec3& y, const Vec3& z) { out.push_back({{x, y, z}, longest}); };
+            longest = std::max(
+                longest, (at(f.corners[k]) - at(f.corners[(k + 1) % f.corners.size()])).norm());
+        const auto add = [&](const Vec3& x, const Vec3& y, const Vec3& z) {
+            out.push_back({{x, y, z}, longest});
+        };
         if (!f.middles.empty()) { // quadratic: four flat ones
             for (std::size_t k = 0; k < 3; ++k)
                 add(at(f.corners[k]), at(f.middles[k]), at(f.middles[(k + 2) % 3]));
@@ -376,7 +394,8 @@ std::vector<OuterTriangle> outside_of(const VtkText& solid)
         } else if (f.corners.size() == 3) {
             add(at(f.corners[0]), at(f.corners[1]), at(f.corners[2]));
         } else {
-            const Vec3 middle = 0.25 * (at(f.corners[0]) + at(f.corners[1]) + at(f.corners[2]) + at(f.corners[3]));
+            const Vec3 middle =
+                0.25 * (at(f.corners[0]) + at(f.corners[1]) + at(f.corners[2]) + at(f.corners[3]));
             for (std::size_t k = 0; k < 4; ++k)
                 add(at(f.corners[k]), at(f.corners[(k + 1) % 4]), middle);
         }
@@ -388,12 +407,14 @@ std::vector<double> cell_volumes(const VtkText& solid, bool undeformed)
 {
     const std::vector<double>&connectivity = solid.get("Cells/connectivity").values,
           &offsets = solid.get("Cells/offsets").values, &types = solid.get("Cells/types").values;
-    const WrittenArray &points = solid.get("Points/points"), &moved = solid.get("PointData/displacement");
+    const WrittenArray &points = solid.get("Points/points"),
+                       &moved = solid.get("PointData/displacement");
     std::vector<double> volumes;
     std::size_t begin = 0;
     for (std::size_t c = 0; c < types.size(); ++c) {
         const auto x = [&](int k) -> Vec3 {
-            const auto i = static_cast<std::size_t>(connectivity[begin + static_cast<std::size_t>(k)]);
+            const auto i =
+                static_cast<std::size_t>(connectivity[begin + static_cast<std::size_t>(k)]);
             return points.vector(i) - (undeformed ? 1.0 : 0.0) * moved.vector(i);
         };
         const auto tetrahedron = [&](int i, int j, int k, int l) {
@@ -416,7 +437,9 @@ bool rigid_mass(const Json& body, double& mass, Vec3& inertia)
     if (kind == "box") {
         const Vec3 s = vector_of(shape.at("size"));
         volume = s.prod();
-        inertia = Vec3(s.y() * s.y() + s.z() * s.z(), s.x() * s.x() + s.z() * s.z(), s.x() * s.x() + s.y() * s.y()) / 12;
+        inertia = Vec3(s.y() * s.y() + s.z() * s.z(), s.x() * s.x() + s.z() * s.z(),
+                       s.x() * s.x() + s.y() * s.y()) /
+                  12;
     } else if (kind == "ball") {
         const double r = shape.at("radius");
         volume = kTurn * 2 / 3 * r * r * r;

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-// Shapes, surfaces and depths in closed form or by brute force, for bodies of some hundred faces. Nothing of it is
-// shared with what a run computes with.
+// Shapes, surfaces and depths in closed form or by brute force, for bodies of some hundred faces.
+// Nothing of it is shared with what a run computes with.
 
 namespace amontons::validation {
 
@@ -26,7 +26,8 @@ struct RigidMotion {
 Mat3 turn_by(const Vec3& rotation_vector);
 /// Where "start" of a body puts it.
 RigidMotion start_of(const Json& body);
-/// The rigid motion between two sets of places (Kabsch 1976). @param miss  gets the largest distance left [m]
+/// The rigid motion between two sets of places (Kabsch 1976). @param miss  gets the largest
+/// distance left [m]
 RigidMotion fit_motion(const WrittenArray& from, const WrittenArray& to, double& miss);
 /// Where a rigid body is in a frame, from its own axes.
 RigidMotion pose_in(const WrittenRun& run, const std::string& body, const WrittenFrame& frame);
@@ -48,7 +49,8 @@ struct Depth {
 struct PlacedBody {
     std::string name, kind; ///< kind: "solid", "rigid", "obstacle", "rod", "beam"
     std::vector<SurfacePlace> places;
-    /// Of a place, as far as `within` from it [m]: beyond, no less than that. Empty: it has none (rods).
+    /// Of a place, as far as `within` from it [m]: beyond, no less than that. Empty: it has none
+    /// (rods).
     std::function<Depth(const Vec3&, double within)> depth;
     double thickness = 0; ///< [m]; 0: endless
     double curvature = 0; ///< largest of its surface free of load [1/m]
@@ -74,7 +76,8 @@ std::vector<OuterTriangle> outside_of(const VtkText& solid);
 /// Volumes of the cells [m^3], displaced or as they were: x - share x displacement.
 std::vector<double> cell_volumes(const VtkText& solid, bool undeformed);
 
-/// Mass and moments of inertia about its own axes, of a rigid body by its shape. @return false: unknown
+/// Mass and moments of inertia about its own axes, of a rigid body by its shape. @return false:
+/// unknown
 bool rigid_mass(const Json& body, double& mass, Vec3& inertia);
 
 } // namespace amontons::validation

@@ -30,8 +30,8 @@ struct RandomScene {
     Json scene;
     std::string drawn = ""; ///< in a few words
     Answer answer = Answer::done;
-    /// Tolerances between scenes that are one problem, relative to the largest value of a unit. The default is a
-    /// hundredfold of the accuracy that is asked (1e-8).
+    /// Tolerances between scenes that are one problem, relative to the largest value of a unit. The
+    /// default is a hundredfold of the accuracy that is asked (1e-8).
     double same = 1e-6;  ///< turned, renamed, reordered
     double units = 1e-8; ///< in other units by powers of two; above `same` is `same`
     double steps = 0;    ///< other numbers of steps; 0: the answer depends on them

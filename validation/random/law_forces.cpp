@@ -11,8 +11,8 @@
 namespace amontons::validation {
 namespace {
 
-// Forces are as exact as the accuracy that is asked, relative to the largest; a hundredfold is left to sums over
-// many contacts and to moments. The default 1e-8 makes 1e-6.
+// Forces are as exact as the accuracy that is asked, relative to the largest; a hundredfold is left
+// to sums over many contacts and to moments. The default 1e-8 makes 1e-6.
 constexpr double kSums = 100;
 
 std::string size_text(const char* what, double value, double allowed, double time)
@@ -58,8 +58,10 @@ Vec3 at_time(const Json& load, const char* what, double time)
     return vector_of(load.at(what)) * (load.contains("over") ? value_at(load.at("over"), time) : 1);
 }
 
-/// What is known of the forces on a body but those of its contacts. @return false if some are not known
-bool known_forces(const WrittenRun& run, const std::string& name, double time, std::size_t row, Vec3& sum)
+/// What is known of the forces on a body but those of its contacts. @return false if some are not
+/// known
+bool known_forces(const WrittenRun& run, const std::string& name, double time, std::size_t row,
+                  Vec3& sum)
 {
     const Json& body = run.body.at(name);
     const Vec3 gravity = vector_of(run.scene().at("gravity"));
@@ -82,21 +84,25 @@ bool known_forces(const WrittenRun& run, const std::string& name, double time, s
     }
     // Sets that share nodes would count these twice; opposite faces share none.
     if (sets.size() > 1 && kind == "solid") {
-        if (sets.size() > 2 || sets.begin()->substr(0, 1) != sets.rbegin()->substr(0, 1) || sets.count("all"))
+        if (sets.size() > 2 || sets.begin()->substr(0, 1) != sets.rbegin()->substr(0, 1) ||
+            sets.count("all"))
             return false;
     }
     for (const std::string& set : sets)
         sum += run.history.vector(name + "_" + set + "_force", row);
     const bool box = kind == "solid" && body.at("mesh").value("generate", "") == "box";
     for (const Json& load : body.value("loads", Json::array())) {
-        if (load.contains("pressure") || load.contains("volume") || load.value("follows", false)) return false;
+        if (load.contains("pressure") || load.contains("volume") || load.value("follows", false))
+            return false;
         sum += at_time(load, "force", time);
         if (load.contains("traction")) {
             const std::string set = load.at("set");
-            const std::size_t axis = set.size() == 5 && set[0] >= 'x' && set[0] <= 'z' ? std::size_t(set[0] - 'x') : 3;
+            const std::size_t axis =
+                set.size() == 5 && set[0] >= 'x' && set[0] <= 'z' ? std::size_t(set[0] - 'x') : 3;
             if (!box || axis > 2) return false;
             const Vec3 size = vector_of(body.at("mesh").at("size"));
-            sum += at_time(load, "traction", time) * size[(int(axis) + 1) % 3] * size[(int(axis) + 2) % 3];
+            sum += at_time(load, "traction", time) * size[(int(axis) + 1) % 3] *
+                   size[(int(axis) + 2) % 3];
         }
         if (load.contains("line"))
             for (const Json& s : body.at("segments"))
@@ -106,7 +112,8 @@ bool known_forces(const WrittenRun& run, const std::string& name, double time, s
     if (kind == "solid") {
         if (!body.contains("density")) return true;
         if (!box) return false; // the volume of a round mesh is not a closed form
-        sum += body.at("density").get<double>() * vector_of(body.at("mesh").at("size")).prod() * gravity;
+        sum += body.at("density").get<double>() * vector_of(body.at("mesh").at("size")).prod() *
+               gravity;
         return true;
     }
     for (const Json& s : body.at("segments")) {
@@ -127,7 +134,9 @@ std::vector<Finding> check_sums(const WrittenRun& run)
     const RunScale scale = scale_of(run);
     for (const WrittenFrame& frame : run.frames) {
         const int row = run.history.row_at(frame.time);
-        if (row < 0) return {{"sums", fmt::format("no step of history.csv ends at the frame's t = {} s", frame.time)}};
+        if (row < 0)
+            return {{"sums", fmt::format("no step of history.csv ends at the frame's t = {} s",
+                                         frame.time)}};
         std::map<std::string, Vec3> sums;
         for (const WrittenContact& c : contacts_of(run, frame)) {
             const auto add = [&](const std::string& name, const Vec3& f) {
@@ -141,7 +150,8 @@ std::vector<Finding> check_sums(const WrittenRun& run)
         for (const std::string& column : run.history.names) {
             const bool pair = column.find("_on_") != std::string::npos;
             const std::string tail = pair ? "_force_x" : "_contact_force_x";
-            if (column.size() < tail.size() || column.substr(column.size() - tail.size()) != tail) continue;
+            if (column.size() < tail.size() || column.substr(column.size() - tail.size()) != tail)
+                continue;
             const std::string name = column.substr(0, column.size() - 2);
             const auto sum = sums.find(name);
             const Vec3 told = run.history.vector(name, static_cast<std::size_t>(row));
@@ -183,11 +193,13 @@ std::vector<Finding> check_balance(const WrittenRun& run)
                 double mass = 0;
                 Vec3 inertia;
                 const double step = run.history.values("step_length")[row];
-                if (body.contains("over") || !rigid_mass(body, mass, inertia) || !(step > 0)) continue;
+                if (body.contains("over") || !rigid_mass(body, mass, inertia) || !(step > 0))
+                    continue;
                 const Vec3 change = run.history.vector(name + "_velocity", row) -
                                     run.history.vector(name + "_velocity", row - 1);
                 forces.add((mass * change - step * sum).norm(), allowed * step + 1e-12 * mass,
-                           "momentum of " + name + " and impulses on it differ by [N s]", frame.time);
+                           "momentum of " + name + " and impulses on it differ by [N s]",
+                           frame.time);
                 continue;
             }
             forces.add(sum.norm(), allowed, "forces on " + name + " leave [N]", frame.time);
@@ -197,7 +209,8 @@ std::vector<Finding> check_balance(const WrittenRun& run)
             for (const WrittenContact& c : contacts)
                 if (c.a == name || c.b == name)
                     moment += (c.a == name ? 1.0 : -1.0) * (c.at - centre).cross(c.force);
-            moments.add(moment.norm(), 10 * allowed * scale.length, "moments on " + name + " leave [N m]", frame.time);
+            moments.add(moment.norm(), 10 * allowed * scale.length,
+                        "moments on " + name + " leave [N m]", frame.time);
         }
     }
     std::vector<Finding> found;
@@ -219,21 +232,24 @@ std::vector<Finding> check_coulomb(const WrittenRun& run)
             const std::string who = " of " + c.a + " and " + c.b;
             const double mu = pair->value("friction", 0.0), n = c.force.dot(c.normal);
             const Vec3 t = c.force - n * c.normal, slip = c.slip - c.slip.dot(c.normal) * c.normal;
-            normals.add(std::abs(c.normal.norm() - 1), 1e-9, "length of a normal" + who + " is off by", frame.time);
+            normals.add(std::abs(c.normal.norm() - 1), 1e-9,
+                        "length of a normal" + who + " is off by", frame.time);
             pull.add(-n, allowed, "a contact" + who + " pulls with [N]", frame.time);
             bool own = false; // friction of a segment
             for (const std::string& name : {c.a, c.b})
                 for (const Json& s : run.body.at(name).value("segments", Json::array()))
                     own = own || s.contains("friction");
             if (own) continue;
-            cone.add(t.norm() - mu * std::max(n, 0.0), allowed, "friction" + who + " is beyond mu n by [N]", frame.time);
+            cone.add(t.norm() - mu * std::max(n, 0.0), allowed,
+                     "friction" + who + " is beyond mu n by [N]", frame.time);
             // In motion the law holds for velocities that a rule takes within the step.
             if (mu == 0 || c.status != 2 || run.dynamic()) continue;
             const double least = 1e-6 * scale.length;
             if (slip.norm() < least) continue;
-            on_cone.add(mu * n - t.norm(), 1e-3 * mu * n + allowed, "friction" + who + " slips within its cone by [N]",
-                        frame.time);
-            against.add(t.dot(slip) / slip.norm(), allowed, "friction" + who + " acts along the slip with [N]", frame.time);
+            on_cone.add(mu * n - t.norm(), 1e-3 * mu * n + allowed,
+                        "friction" + who + " slips within its cone by [N]", frame.time);
+            against.add(t.dot(slip) / slip.norm(), allowed,
+                        "friction" + who + " acts along the slip with [N]", frame.time);
         }
     std::vector<Finding> found;
     for (const Worst* w : {&normals, &pull, &cone, &on_cone, &against})
@@ -244,9 +260,11 @@ std::vector<Finding> check_coulomb(const WrittenRun& run)
 std::vector<Finding> check_complementarity(const WrittenRun& run)
 {
     Worst open{"complementarity", ""}, closed{"complementarity", ""};
-    if (run.dynamic()) return {}; // a blow's gaps are those of the step's start: check_overlap sees the end
+    if (run.dynamic())
+        return {}; // a blow's gaps are those of the step's start: check_overlap sees the end
     const RunScale scale = scale_of(run);
-    std::map<std::string, double> room; // what rows at places of a coarse face may leave (certificate.md)
+    std::map<std::string, double>
+        room; // what rows at places of a coarse face may leave (certificate.md)
     for (const WrittenFrame& frame : run.frames)
         for (const WrittenContact& c : contacts_of(run, frame)) {
             const Json* pair = pair_of(run, c.a, c.b);
@@ -259,7 +277,8 @@ std::vector<Finding> check_complementarity(const WrittenRun& run)
                     curvature += body.curvature;
                     for (const SurfacePlace& p : body.places)
                         face = std::max(face, p.face);
-                    if (body.kind == "rod" || body.kind == "beam") radius = std::max(radius, 0.5 * body.thickness);
+                    if (body.kind == "rod" || body.kind == "beam")
+                        radius = std::max(radius, 0.5 * body.thickness);
                 }
                 room[key] = std::max({0.125 * face * face * curvature, 0.01 * face, 0.01 * radius,
                                       kSums * scale.accuracy * scale.length});

@@ -13,8 +13,8 @@ namespace {
 
 constexpr int kFrames = 6; ///< that are measured, spread over the run
 
-/// What is allowed where two bodies stand deepest in each other [m]: without a warning, and ever. The table of
-/// docs/theory/certificate.md, with 5 % for the places that are measured.
+/// What is allowed where two bodies stand deepest in each other [m]: without a warning, and ever.
+/// The table of docs/theory/certificate.md, with 5 % for the places that are measured.
 struct Allowed {
     double silent = 0, ever = 0;
 };
@@ -26,12 +26,15 @@ Allowed allowed_depth(const PlacedBody& a, const PlacedBody& b, double face, dou
     const auto slender = [](const PlacedBody& p) { return p.kind == "rod" || p.kind == "beam"; };
     Allowed allowed;
     if (slender(a) || slender(b)) {
-        const double radius = 0.5 * std::min(slender(a) ? a.thickness : 1e300, slender(b) ? b.thickness : 1e300);
+        const double radius =
+            0.5 * std::min(slender(a) ? a.thickness : 1e300, slender(b) ? b.thickness : 1e300);
         allowed = {0.01 * radius, 0.5 * radius};
     } else if (face > 0) {
         // A flat side takes the other's curvature where they touch.
-        const double curvature = std::max(a.curvature + b.curvature, 2 * std::min(a.curvature, b.curvature));
-        allowed = {std::max(0.125 * face * face * curvature, 0.01 * face), 0.1 * std::min(thinner, face)};
+        const double curvature =
+            std::max(a.curvature + b.curvature, 2 * std::min(a.curvature, b.curvature));
+        allowed = {std::max(0.125 * face * face * curvature, 0.01 * face),
+                   0.1 * std::min(thinner, face)};
         allowed.silent = std::min(allowed.silent, allowed.ever);
     } else {
         allowed = {0.001 * thinner, 0.1 * thinner};
@@ -43,12 +46,16 @@ Allowed allowed_depth(const PlacedBody& a, const PlacedBody& b, double face, dou
 bool measured(const WrittenRun& run, const std::string& a, const std::string& b)
 {
     const Json* pair = pair_of(run, a, b);
-    if (!pair || pair->contains("foundation") || pair->value("sliding", "") == "small") return false;
+    if (!pair || pair->contains("foundation") || pair->value("sliding", "") == "small")
+        return false;
     if (pair->contains("surfaces")) // parts of bodies have sides only over their faces
         for (const Json& s : pair->at("surfaces"))
             if (!s.get<std::string>().empty()) return false;
-    const auto kind = [&](const std::string& name) { return run.body.at(name).at("kind").get<std::string>(); };
-    const bool lines = (kind(a) == "rod" || kind(a) == "beam") && (kind(b) == "rod" || kind(b) == "beam");
+    const auto kind = [&](const std::string& name) {
+        return run.body.at(name).at("kind").get<std::string>();
+    };
+    const bool lines =
+        (kind(a) == "rod" || kind(a) == "beam") && (kind(b) == "rod" || kind(b) == "beam");
     if (lines || (kind(a) == "obstacle" && kind(b) == "obstacle")) return false;
     if (run.scene().contains("couplings"))
         for (const Json& c : run.scene().at("couplings"))
@@ -76,14 +83,17 @@ std::vector<Finding> check_overlap(const WrittenRun& run)
             for (std::size_t j = i + 1; j < bodies.size(); ++j) {
                 if (!measured(run, bodies[i].name, bodies[j].name)) continue;
                 const DeepestPlace d = deepest_place(bodies[i], bodies[j]);
-                const Allowed allowed = allowed_depth(bodies[i], bodies[j], d.face, 1e-7 * scale.length);
+                const Allowed allowed =
+                    allowed_depth(bodies[i], bodies[j], d.face, 1e-7 * scale.length);
                 const double limit = run.warnings() > 0 ? allowed.ever : allowed.silent;
                 if (d.depth <= share * limit) continue;
                 share = d.depth / limit;
-                worst = Finding{"overlap",
-                                fmt::format("{} and {} stand {:.3g} m in each other at t = {:g} s, {:.3g} m is allowed{}",
-                                            bodies[i].name, bodies[j].name, d.depth, run.frames[k].time, limit,
-                                            run.warnings() > 0 ? "" : " without a warning")};
+                worst =
+                    Finding{"overlap",
+                            fmt::format("{} and {} stand {:.3g} m in each other at t = {:g} s, "
+                                        "{:.3g} m is allowed{}",
+                                        bodies[i].name, bodies[j].name, d.depth, run.frames[k].time,
+                                        limit, run.warnings() > 0 ? "" : " without a warning")};
             }
     }
     if (!worst) return {};

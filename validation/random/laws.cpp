@@ -13,7 +13,8 @@ double value_at(const Json& curve, double time)
     if (time <= at(0, 0)) return at(0, 1);
     for (std::size_t i = 1; i < curve.size(); ++i)
         if (time <= at(i, 0))
-            return at(i - 1, 1) + (at(i, 1) - at(i - 1, 1)) * (time - at(i - 1, 0)) / (at(i, 0) - at(i - 1, 0));
+            return at(i - 1, 1) +
+                   (at(i, 1) - at(i - 1, 1)) * (time - at(i - 1, 0)) / (at(i, 0) - at(i - 1, 0));
     return at(curve.size() - 1, 1);
 }
 
@@ -29,7 +30,8 @@ std::vector<WrittenContact> contacts_of(const WrittenRun& run, const WrittenFram
         };
         list.push_back({c.get("Points/points").vector(i), c.get("PointData/force").vector(i),
                         c.get("PointData/normal").vector(i), c.get("PointData/slip").vector(i),
-                        c.get("PointData/gap").values[i], static_cast<int>(c.get("PointData/status").values[i]),
+                        c.get("PointData/gap").values[i],
+                        static_cast<int>(c.get("PointData/status").values[i]),
                         body("PointData/body_a"), body("PointData/body_b")});
     }
     return list;
@@ -41,7 +43,9 @@ const Json* pair_of(const WrittenRun& run, const std::string& a, const std::stri
     for (const Json& pair : run.scene().at("contact")) {
         const std::string x = pair.at("between").at(0), y = pair.at("between").at(1);
         if ((x == a && y == b) || (x == b && y == a)) return &pair;
-        const auto fits = [](const std::string& word, const std::string& name) { return word == "*" || word == name; };
+        const auto fits = [](const std::string& word, const std::string& name) {
+            return word == "*" || word == name;
+        };
         if ((fits(x, a) && fits(y, b)) || (fits(x, b) && fits(y, a))) other = &pair;
     }
     return other;
@@ -70,18 +74,23 @@ RunScale scale_of(const WrittenRun& run)
             }
         }
     scale.length = high.x() >= low.x() ? (high - low).norm() : 0;
-    // Displacements are differences of places: their rounding strains a solid by 1e-16 of its size over an element.
+    // Displacements are differences of places: their rounding strains a solid by 1e-16 of its size
+    // over an element.
     constexpr double kRounding = 1e-13;
     for (const auto& [name, body] : run.body) {
         if (body.at("kind") == "solid") {
             double e = body.value("youngs_modulus", 0.0);
-            if (body.contains("material")) e = body.at("material").value("youngs_modulus", 1e3 * body.at("material").value("c1", 0.0));
+            if (body.contains("material"))
+                e = body.at("material")
+                        .value("youngs_modulus", 1e3 * body.at("material").value("c1", 0.0));
             scale.rounding = std::max(scale.rounding, kRounding * e * scale.length * scale.length);
         }
         for (const Json& s : body.value("segments", Json::array())) {
             const Json ei = s.value("EI", Json(0.0));
             const double bending = ei.is_array() ? ei.at(0).get<double>() : ei.get<double>();
-            const double r = s.at("radius"), stretching = s.contains("EA") && s.at("EA").is_number() ? s.at("EA").get<double>() : 4 * bending / (r * r);
+            const double r = s.at("radius"), stretching = s.contains("EA") && s.at("EA").is_number()
+                                                              ? s.at("EA").get<double>()
+                                                              : 4 * bending / (r * r);
             scale.rounding = std::max(scale.rounding, kRounding * stretching);
         }
     }
@@ -92,14 +101,10 @@ std::vector<Finding> check_laws(const WrittenRun& run)
 {
     std::vector<Finding> all;
     const std::pair<const char*, std::vector<Finding> (*)(const WrittenRun&)> laws[] = {
-        {"sums", check_sums},
-        {"balance", check_balance},
-        {"Coulomb", check_coulomb},
-        {"complementarity", check_complementarity},
-        {"overlap", check_overlap},
-        {"energy", check_energy},
-        {"momentum", check_momentum},
-        {"joints", check_joints}};
+        {"sums", check_sums},         {"balance", check_balance},
+        {"Coulomb", check_coulomb},   {"complementarity", check_complementarity},
+        {"overlap", check_overlap},   {"energy", check_energy},
+        {"momentum", check_momentum}, {"joints", check_joints}};
     for (const auto& [name, law] : laws)
         try {
             const std::vector<Finding> found = law(run);

@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
-// Laws of mechanics, recomputed from the files of a run alone. Their bounds follow from the accuracy that is asked of
-// a run and from what the theory grants (docs/theory/certificate.md), never from what a run gave.
+// Laws of mechanics, recomputed from the files of a run alone. Their bounds follow from the
+// accuracy that is asked of a run and from what the theory grants (docs/theory/certificate.md),
+// never from what a run gave.
 
 namespace amontons::validation {
 

@@ -16,21 +16,32 @@ Json ramp(double value, double end)
     return Json::array({Json::array({0, 0}), Json::array({end, value})});
 }
 
-Json box_mesh(const Vec3& size, const std::array<int, 3>& cells, const char* element, const Vec3& centre)
+Json box_mesh(const Vec3& size, const std::array<int, 3>& cells, const char* element,
+              const Vec3& centre)
 {
-    return {{"generate", "box"}, {"size", list_of(size)}, {"cells", cells}, {"element", element}, {"centre", list_of(centre)}};
+    return {{"generate", "box"},
+            {"size", list_of(size)},
+            {"cells", cells},
+            {"element", element},
+            {"centre", list_of(centre)}};
 }
 
 Json elastic(Json mesh, double youngs_modulus, double poisson_ratio)
 {
-    return {{"kind", "solid"}, {"mesh", std::move(mesh)}, {"youngs_modulus", youngs_modulus}, {"poisson_ratio", poisson_ratio}};
+    return {{"kind", "solid"},
+            {"mesh", std::move(mesh)},
+            {"youngs_modulus", youngs_modulus},
+            {"poisson_ratio", poisson_ratio}};
 }
 
 Json neo_hooke(Json mesh, double youngs_modulus, double poisson_ratio)
 {
     return {{"kind", "solid"},
             {"mesh", std::move(mesh)},
-            {"material", {{"law", "neo_hooke"}, {"youngs_modulus", youngs_modulus}, {"poisson_ratio", poisson_ratio}}}};
+            {"material",
+             {{"law", "neo_hooke"},
+              {"youngs_modulus", youngs_modulus},
+              {"poisson_ratio", poisson_ratio}}}};
 }
 
 Json held(const char* set)
@@ -45,12 +56,16 @@ Json held(const char* set, Json x, Json y, Json z)
 
 Json rigid_box(const Vec3& size, const Vec3& place)
 {
-    return {{"kind", "rigid"}, {"shape", {{"generate", "box"}, {"size", list_of(size)}}}, {"start", {{"place", list_of(place)}}}};
+    return {{"kind", "rigid"},
+            {"shape", {{"generate", "box"}, {"size", list_of(size)}}},
+            {"start", {{"place", list_of(place)}}}};
 }
 
 Json rigid_ball(double radius, const Vec3& place)
 {
-    return {{"kind", "rigid"}, {"shape", {{"generate", "ball"}, {"radius", radius}}}, {"start", {{"place", list_of(place)}}}};
+    return {{"kind", "rigid"},
+            {"shape", {{"generate", "ball"}, {"radius", radius}}},
+            {"start", {{"place", list_of(place)}}}};
 }
 
 Json rigid_cylinder(double radius, double length, const Vec3& place)
@@ -67,7 +82,9 @@ void drive_down(Json& body, double by)
 
 Json plane(const Vec3& at, const Vec3& normal)
 {
-    return {{"kind", "obstacle"}, {"surface", {{"generate", "plane"}, {"centre", list_of(at)}, {"axis", list_of(normal)}}}};
+    return {
+        {"kind", "obstacle"},
+        {"surface", {{"generate", "plane"}, {"centre", list_of(at)}, {"axis", list_of(normal)}}}};
 }
 
 Json pair(const std::string& a, const std::string& b, double friction)
@@ -111,7 +128,8 @@ Matter any_matter(Draw& draw)
 double pair_force(const WrittenRun& run, const std::string& a, const std::string& b, int axis)
 {
     for (const std::string& name : {a + "_on_" + b + "_force", b + "_on_" + a + "_force"})
-        if (run.history.has_vector(name)) return std::abs(run.history.vector(name, run.history.rows.size() - 1)[axis]);
+        if (run.history.has_vector(name))
+            return std::abs(run.history.vector(name, run.history.rows.size() - 1)[axis]);
     return std::numeric_limits<double>::quiet_NaN();
 }
 

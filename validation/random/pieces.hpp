@@ -17,7 +17,8 @@ Json list_of(const Vec3& v);
 Json ramp(double value, double end = 1);
 
 /// A block of cells, its middle at `centre`.
-Json box_mesh(const Vec3& size, const std::array<int, 3>& cells, const char* element, const Vec3& centre);
+Json box_mesh(const Vec3& size, const std::array<int, 3>& cells, const char* element,
+              const Vec3& centre);
 Json elastic(Json mesh, double youngs_modulus, double poisson_ratio);
 Json neo_hooke(Json mesh, double youngs_modulus, double poisson_ratio);
 Json held(const char* set);

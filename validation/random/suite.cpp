@@ -28,7 +28,8 @@ struct Attempt {
 };
 
 /// Files beside a scene, and itself; the path of the scene.
-std::string write_scene(const RandomScene& s, const Json& scene, const std::string& folder, const std::string& name)
+std::string write_scene(const RandomScene& s, const Json& scene, const std::string& folder,
+                        const std::string& name)
 {
     make_folder(folder);
     for (const auto& [file, text] : s.files)
@@ -49,16 +50,23 @@ std::string file_word(std::string name)
 class Trial {
 public:
     Trial(const RandomScene& scene, std::string folder, const RunProgram& run, SceneResult& result)
-        : scene_(scene), folder_(std::move(folder)), run_(run), result_(result)
+        : scene_(scene)
+        , folder_(std::move(folder))
+        , run_(run)
+        , result_(result)
     {
     }
 
     /// Runs a scene to its end. @param label  stands before what is found, of a variant
-    Attempt run(const Json& scene, const std::string& name, int threads, const std::string& label, double killed_after = 0)
+    Attempt run(const Json& scene, const std::string& name, int threads, const std::string& label,
+                double killed_after = 0)
     {
         Attempt a;
-        const std::string path = write_scene(scene_, scene, folder_, name), output = folder_ + "/" + name + "_out";
-        std::vector<std::string> words{"run", path, "--json", "--quiet", "--threads", std::to_string(threads), "--output", output};
+        const std::string path = write_scene(scene_, scene, folder_, name),
+                          output = folder_ + "/" + name + "_out";
+        std::vector<std::string> words{"run",      path,        "--json",
+                                       "--quiet",  "--threads", std::to_string(threads),
+                                       "--output", output};
         if (killed_after > 0) {
             ask(words, killed_after);
             std::error_code error;
@@ -67,19 +75,24 @@ public:
         a.answer = ask(words, kMostSeconds);
         const std::string law = label.empty() ? "" : label + ": ";
         if (a.answer.out_of_time)
-            a.findings.push_back({law + "refused", fmt::format("no answer within {:g} s", kMostSeconds)});
+            a.findings.push_back(
+                {law + "refused", fmt::format("no answer within {:g} s", kMostSeconds)});
         else if (a.answer.signal != 0)
-            a.findings.push_back({law + "crash", fmt::format("ended by signal {}", a.answer.signal)});
+            a.findings.push_back(
+                {law + "crash", fmt::format("ended by signal {}", a.answer.signal)});
         else if (a.answer.exit_code == kRefusedCode)
             a.findings.push_back({law + "refused", a.answer.last_words});
         else if (a.answer.exit_code == kBadInputCode)
             a.findings.push_back({law + "bad input", a.answer.last_words});
         else if (a.answer.exit_code != kDoneCode)
-            a.findings.push_back({law + "crash", fmt::format("exit code {}: {}", a.answer.exit_code, a.answer.last_words)});
+            a.findings.push_back({law + "crash", fmt::format("exit code {}: {}", a.answer.exit_code,
+                                                             a.answer.last_words)});
         if (!a.findings.empty()) return a;
         try {
             a.written = read_run(output);
-            if (a.written->text("status") != "done") a.findings.push_back({law + "files", "exit code 0, status " + a.written->text("status")});
+            if (a.written->text("status") != "done")
+                a.findings.push_back(
+                    {law + "files", "exit code 0, status " + a.written->text("status")});
         } catch (const std::exception& error) {
             a.findings.push_back({law + "files", error.what()});
         }
@@ -106,14 +119,16 @@ private:
 bool right_without_answer(Answer expected, int exit_code)
 {
     if (exit_code == kRefusedCode) return expected == Answer::done_or_refused;
-    if (exit_code == kBadInputCode) return expected == Answer::bad_input || expected == Answer::done_or_bad_input;
+    if (exit_code == kBadInputCode)
+        return expected == Answer::bad_input || expected == Answer::done_or_bad_input;
     return false;
 }
 
 bool is_refusal(const Finding& f)
 {
     const std::string word = "refused";
-    return f.law.size() >= word.size() && f.law.compare(f.law.size() - word.size(), word.size(), word) == 0;
+    return f.law.size() >= word.size() &&
+           f.law.compare(f.law.size() - word.size(), word.size(), word) == 0;
 }
 
 /// The outcome of what was found: wrong before refused, known if all of it is known.
@@ -135,7 +150,8 @@ void conclude(SceneResult& r)
 
 } // namespace
 
-SceneResult try_scene(std::uint64_t seed, int number, const std::string& folder, const RunProgram& run)
+SceneResult try_scene(std::uint64_t seed, int number, const std::string& folder,
+                      const RunProgram& run)
 {
     SceneResult r;
     r.number = number;
@@ -153,19 +169,23 @@ SceneResult try_scene(std::uint64_t seed, int number, const std::string& folder,
         conclude(r);
         return r;
     }
-    if (s.answer == Answer::bad_input) r.findings.push_back({"start", "done, though a body starts in another"});
+    if (s.answer == Answer::bad_input)
+        r.findings.push_back({"start", "done, though a body starts in another"});
     const std::vector<Finding> laws = check_laws(*base.written);
     r.findings.insert(r.findings.end(), laws.begin(), laws.end());
-    if (s.right)
-        try {
-            if (const std::string wrong = s.right(*base.written); !wrong.empty()) r.findings.push_back({"reference", wrong});
+    if (s.right) try {
+            if (const std::string wrong = s.right(*base.written); !wrong.empty())
+                r.findings.push_back({"reference", wrong});
         } catch (const std::exception& error) {
             r.findings.push_back({"files", error.what()});
         }
     for (const Variant& v : variants_of(s, seed, number)) {
-        const double killed = v.killed_after > 0 ? std::max(1e-3, v.killed_after * base.answer.seconds) : 0;
-        const Attempt other = trial.run(v.scene, v.killed_after > 0 || v.threads > 1 ? "scene_" + file_word(v.name) : file_word(v.name),
-                                        v.threads, v.name, killed);
+        const double killed =
+            v.killed_after > 0 ? std::max(1e-3, v.killed_after * base.answer.seconds) : 0;
+        const Attempt other = trial.run(
+            v.scene,
+            v.killed_after > 0 || v.threads > 1 ? "scene_" + file_word(v.name) : file_word(v.name),
+            v.threads, v.name, killed);
         r.findings.insert(r.findings.end(), other.findings.begin(), other.findings.end());
         if (!other.written) continue;
         try {

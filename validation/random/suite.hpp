@@ -18,23 +18,25 @@ struct ProgramAnswer {
     std::string last_words; ///< the last line on stderr
 };
 /// Runs the program that is tried. @param most_seconds  it is killed then; 0: never
-using RunProgram = std::function<ProgramAnswer(const std::vector<std::string>& arguments, double most_seconds)>;
+using RunProgram =
+    std::function<ProgramAnswer(const std::vector<std::string>& arguments, double most_seconds)>;
 
 /// What came of a scene and its variants.
 struct SceneResult {
     int number = 0;
     std::string kind, drawn;
-    std::string outcome; ///< "done", "refused", "known", "wrong"
+    std::string outcome;           ///< "done", "refused", "known", "wrong"
     std::vector<Finding> findings; ///< why it is not done
-    std::string reason; ///< why it is known
-    std::string folder; ///< what is kept of it, "" if nothing
+    std::string reason;            ///< why it is known
+    std::string folder;            ///< what is kept of it, "" if nothing
     int runs = 0;
     double seconds = 0, cpu_seconds = 0;
 };
 
 /// Draws a scene, runs it and its variants, and judges what they wrote.
 /// @param folder  scene files and results; made here, the caller removes it
-SceneResult try_scene(std::uint64_t seed, int number, const std::string& folder, const RunProgram& run);
+SceneResult try_scene(std::uint64_t seed, int number, const std::string& folder,
+                      const RunProgram& run);
 
 /// One JSON object, and back.
 std::string json_of(const SceneResult& result);

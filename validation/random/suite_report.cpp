@@ -46,7 +46,10 @@ std::vector<KindCounts> counts_of(const std::vector<SceneResult>& results)
 std::string json_of(const SceneResult& r)
 {
     JsonText j(false);
-    j.open('{').member("case", r.kind).member("suite", "random").member("passed", r.outcome != "wrong");
+    j.open('{')
+        .member("case", r.kind)
+        .member("suite", "random")
+        .member("passed", r.outcome != "wrong");
     j.member("scene", r.number).member("drawn", r.drawn);
     j.member("outcome", r.outcome).member("reason", r.reason).member("folder", r.folder);
     j.member("runs", r.runs).member("seconds", r.seconds).member("cpu_seconds", r.cpu_seconds);
@@ -76,17 +79,21 @@ SceneResult read_scene_result(const std::string& text)
 
 std::string table_text(const std::vector<SceneResult>& results)
 {
-    std::string text = fmt::format("{:<26}{:>7}{:>7}{:>9}{:>7}{:>7}{:>10}\n", "kind", "drawn", "done", "refused", "known", "wrong", "cpu [s]");
+    std::string text = fmt::format("{:<26}{:>7}{:>7}{:>9}{:>7}{:>7}{:>10}\n", "kind", "drawn",
+                                   "done", "refused", "known", "wrong", "cpu [s]");
     for (const KindCounts& r : counts_of(results))
-        text += fmt::format("{:<26}{:>7}{:>7}{:>9}{:>7}{:>7}{:>10.1f}\n", r.kind, r.drawn, r.done, r.refused, r.known, r.wrong, r.seconds);
+        text += fmt::format("{:<26}{:>7}{:>7}{:>9}{:>7}{:>7}{:>10.1f}\n", r.kind, r.drawn, r.done,
+                            r.refused, r.known, r.wrong, r.seconds);
     return text;
 }
 
 std::string table_markdown(const std::vector<SceneResult>& results)
 {
-    std::string text = "| kind | drawn | done | refused | known | wrong |\n|---|---|---|---|---|---|\n";
+    std::string text =
+        "| kind | drawn | done | refused | known | wrong |\n|---|---|---|---|---|---|\n";
     for (const KindCounts& r : counts_of(results))
-        text += fmt::format("| `{}` | {} | {} | {} | {} | {} |\n", r.kind, r.drawn, r.done, r.refused, r.known, r.wrong);
+        text += fmt::format("| `{}` | {} | {} | {} | {} | {} |\n", r.kind, r.drawn, r.done,
+                            r.refused, r.known, r.wrong);
     return text;
 }
 
@@ -94,7 +101,8 @@ std::string table_csv(const std::vector<SceneResult>& results)
 {
     std::string text = "kind,drawn,done,refused,known,wrong,cpu_seconds [s]\n";
     for (const KindCounts& r : counts_of(results))
-        text += fmt::format("{},{},{},{},{},{},{:.3f}\n", r.kind, r.drawn, r.done, r.refused, r.known, r.wrong, r.seconds);
+        text += fmt::format("{},{},{},{},{},{},{:.3f}\n", r.kind, r.drawn, r.done, r.refused,
+                            r.known, r.wrong, r.seconds);
     return text;
 }
 
@@ -106,7 +114,8 @@ std::string findings_text(const SceneResult& r, std::uint64_t seed)
         text += fmt::format("    {}: {}\n", f.law, f.text);
     if (!r.reason.empty()) text += "    known: " + r.reason + "\n";
     if (!r.folder.empty()) text += "    files: " + r.folder + "\n";
-    text += fmt::format("    again: amontons validate --suite random --seed {} --scene {}\n", seed, r.number);
+    text += fmt::format("    again: amontons validate --suite random --seed {} --scene {}\n", seed,
+                        r.number);
     return text;
 }
 

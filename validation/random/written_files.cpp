@@ -45,7 +45,8 @@ std::string plain_text(std::string s)
 }
 
 template <class Number>
-void append_numbers(const std::string& bytes, std::size_t at, std::size_t size, std::vector<double>& out)
+void append_numbers(const std::string& bytes, std::size_t at, std::size_t size,
+                    std::vector<double>& out)
 {
     for (std::size_t i = 0; i + sizeof(Number) <= size; i += sizeof(Number)) {
         Number value;
@@ -91,8 +92,8 @@ WrittenHistory read_history(const std::string& path)
     while (std::getline(lines, line)) {
         const std::vector<std::string> cells = cells_of(line);
         if (cells.size() != h.names.size())
-            throw std::runtime_error(
-                fmt::format("{}: {} columns in the heading, {} in a row", path, h.names.size(), cells.size()));
+            throw std::runtime_error(fmt::format("{}: {} columns in the heading, {} in a row", path,
+                                                 h.names.size(), cells.size()));
         std::vector<double> row;
         for (const std::string& c : cells) {
             char* end = nullptr;
@@ -177,9 +178,11 @@ VtkText read_vtk(const std::string& path)
         WrittenArray array;
         array.type = attribute(tag, "type");
         array.components = std::max(1, std::atoi(attribute(tag, "NumberOfComponents").c_str()));
-        const std::size_t begin = data + std::strtoull(attribute(tag, "offset").c_str(), nullptr, 10);
+        const std::size_t begin =
+            data + std::strtoull(attribute(tag, "offset").c_str(), nullptr, 10);
         std::uint64_t size = 0;
-        if (begin + 8 > bytes.size()) throw std::runtime_error(path + ": " + name + " lies beyond its end");
+        if (begin + 8 > bytes.size())
+            throw std::runtime_error(path + ": " + name + " lies beyond its end");
         std::memcpy(&size, &bytes[begin], 8);
         if (begin + 8 + size > bytes.size())
             throw std::runtime_error(path + ": " + name + " lies beyond its end");
@@ -193,7 +196,8 @@ VtkText read_vtk(const std::string& path)
         else
             append_numbers<std::uint8_t>(bytes, from, size, array.values);
         for (const double v : array.values)
-            if (!std::isfinite(v)) throw std::runtime_error(path + ": " + name + " has a value that is no number");
+            if (!std::isfinite(v))
+                throw std::runtime_error(path + ": " + name + " has a value that is no number");
         out.arrays[section + "/" + name] = std::move(array);
     }
     return out;

@@ -19,7 +19,10 @@ struct WrittenArray {
     std::string type; ///< "Float64", "Float32", "Int32" or "UInt8"
     std::vector<double> values;
 
-    Vec3 vector(std::size_t i) const { return {values[3 * i], values[3 * i + 1], values[3 * i + 2]}; }
+    Vec3 vector(std::size_t i) const
+    {
+        return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
+    }
 };
 
 /// A VTK file: its arrays under "SECTION/name", for example "PointData/force", "Cells/offsets".
@@ -62,7 +65,7 @@ struct WrittenRun {
     Json manifest;
     WrittenHistory history;
     std::vector<WrittenFrame> frames;
-    std::vector<std::string> bodies; ///< by the number that contacts give them
+    std::vector<std::string> bodies;  ///< by the number that contacts give them
     std::map<std::string, Json> body; ///< of the resolved scene
 
     const Json& scene() const { return manifest.at("scene").at("resolved"); }
