@@ -34,7 +34,10 @@ struct RandomScene {
     /// default is a hundredfold of the accuracy that is asked (1e-8).
     double same = 1e-6;  ///< turned, renamed, reordered
     double units = 1e-8; ///< in other units by powers of two; above `same` is `same`
-    double steps = 0;    ///< other numbers of steps; 0: the answer depends on them
+    /// Reordered, where it may be more: of two meshes that are as fine either may carry the
+    /// multipliers, and the answers differ by what the meshes leave.
+    double order = 0;
+    double steps = 0; ///< other numbers of steps; 0: the answer depends on them
     std::vector<Twin> twins = {};
     std::vector<std::pair<std::string, std::string>> files = {}; ///< beside the scene: name, text
     /// What must hold beside the laws: "" or what is wrong.

@@ -183,6 +183,7 @@ RandomScene draw_small_reach(Draw& draw)
     Twin twin{"without reach", s.scene, on == "block" ? kMeshSteps : kLinearSteps};
     s.scene["contact"][0]["reach"] = reach;
     s.twins.push_back(std::move(twin));
+    if (on == "block") s.order = kEitherSide;
     s.steps = on == "plane" ? kLinearSteps : kMeshSteps;
     s.right = [](const WrittenRun& run) {
         return pair_force(run, "up", "low", 2) > 0 ? std::string() : "no contact force";
@@ -301,6 +302,7 @@ RandomScene draw_crossing_bars(Draw& draw)
     s.drawn = fmt::format("{} elements, depth {:.2g} of the thickness, step {:g}", elements,
                           depth / t, step);
     s.steps = kMeshSteps;
+    s.order = kEitherSide;
     Twin twin{"reach of half a thickness", s.scene, 3e-2};
     twin.scene["contact"][0]["reach"] = four_digits(0.5 * t);
     s.twins.push_back(std::move(twin));
@@ -327,6 +329,7 @@ RandomScene draw_edge_through_edge(Draw& draw)
         return pair_force(run, "up", "low", 2) > 0 ? std::string()
                                                    : "one bar went through the other";
     };
+    s.order = kEitherSide;
     return s;
 }
 
@@ -350,6 +353,7 @@ RandomScene draw_two_plates(Draw& draw)
     s.drawn = fmt::format("thicknesses {:.2g} and {:.2g}, depth {:.2g} of the thinner", a / m.size,
                           b / m.size, depth / std::min(a, b));
     s.steps = kMeshSteps;
+    s.order = kEitherSide;
     Twin twin{"reach of 0.4 of the thinner", s.scene, 3e-2};
     twin.scene["contact"][0]["reach"] = four_digits(0.4 * std::min(a, b));
     s.twins.push_back(std::move(twin));
@@ -386,6 +390,7 @@ RandomScene draw_round_solid_on_block(Draw& draw)
                  pair("round", "block"), quasi_static(draw.one_of({1.0, 0.5, 0.2})))};
     s.drawn = fmt::format("a {} of {} on {} cells, depth {:.2g} of its radius",
                           ball ? "ball" : "roller", element, n, depth / r);
+    s.order = kEitherSide;
     s.steps = kMeshSteps;
     // Hertz of a rigid ball on a half-space; of a roller pi/4 E* l d halved. 0.7: free sides,
     // facets above the ball.

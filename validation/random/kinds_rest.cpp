@@ -64,6 +64,7 @@ RandomScene draw_die_slides(Draw& draw)
     RandomScene s{scene_of({{"die", die}, {"block", block}}, contact, quasi_static(0.1, 2))};
     s.drawn = fmt::format("mu {:g}, slid by {:.2g} of the die{}", friction, slide / unit * 2,
                           named ? ", surfaces named" : "");
+    s.order = kEitherSide;
     return s;
 }
 
@@ -94,6 +95,7 @@ RandomScene draw_free_block(Draw& draw)
     RandomScene s{scene_of(bodies, contact, quasi_static(draw.one_of({1.0, 0.5})))};
     s.scene["gravity"] = {0, 0, -9.81};
     s.drawn = fmt::format("{}, {}, mu {:g}", two ? "two blocks" : "one block", element, friction);
+    if (two) s.order = kEitherSide;
     return s;
 }
 
@@ -196,7 +198,7 @@ RandomScene draw_loaded_solid(Draw& draw)
     if (law == 1) beam["motion"] = "corotational";
     beam["hold"] = Json::array({held("x_min")});
     // A traction that bends the beam by a share of its length: w = F l^3 / (3 EI).
-    const double bend = draw.ratio(0.01, draw.chance(0.2) ? 1.5 : 0.15);
+    const double bend = draw.ratio(0.01, draw.chance(0.35) ? 1.5 : 0.15);
     const double traction =
         four_digits(bend * m.youngs_modulus * std::pow(size.z(), 2) / (4 * m.size * m.size));
     beam["loads"] = Json::array(

@@ -30,6 +30,10 @@ Json rigid_cylinder(double radius, double length, const Vec3& place);
 /// Driven along z from rest at t = 0 to `by` at t = 1; x and y stand.
 void drive_down(Json& body, double by);
 
+/// Of meshes this coarse: what they leave of forces, by either side's multipliers
+/// (RandomScene::order).
+constexpr double kEitherSide = 0.02;
+
 Json plane(const Vec3& at, const Vec3& normal);
 Json pair(const std::string& a, const std::string& b, double friction = 0);
 Json quasi_static(double step, double end = 1);

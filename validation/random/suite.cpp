@@ -140,7 +140,7 @@ void conclude(SceneResult& r)
     }
     bool known = true, refused = true;
     for (const Finding& f : r.findings) {
-        const std::string reason = known_reason(r.kind, f.law, f.text);
+        const std::string reason = known_reason(r.kind, r.drawn, f.law, f.text);
         known = known && !reason.empty();
         if (!reason.empty()) r.reason = reason;
         refused = refused && is_refusal(f);

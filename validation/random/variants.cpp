@@ -137,7 +137,7 @@ std::vector<Variant> variants_of(const RandomScene& s, std::uint64_t seed, int n
         instruments += body.at("kind") == "beam";
     if (s.scene.at("bodies").size() > 1 && instruments < 2) {
         Variant v{"reordered", reordered_scene(s.scene)};
-        v.tolerance = s.same;
+        v.tolerance = std::max(s.same, s.order);
         list.push_back(v);
     }
     const auto power = [&](int most) { return std::ldexp(1.0, draw.whole(-most, most)); };
@@ -215,10 +215,12 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
     std::vector<Finding> found;
     const auto judge = [&](const std::string& name, double value, double there,
                            const std::string& unit) {
-        if (unit == "N" && std::abs(value - there) <= rounding) return;
-        if (unit == "J" && std::abs(value - there) <= least_energy) return;
+        const double difference = std::abs(value - there);
+        if (unit == "N" && difference <= rounding) return;
+        if (unit == "N m" && difference <= rounding * scale["m"]) return;
+        if (unit == "J" && difference <= least_energy + rounding * scale["m"]) return;
         if (scale[unit] == 0) return;
-        const double off = std::abs(value - there) / scale[unit];
+        const double off = difference / scale[unit];
         if (off <= worst) return;
         worst = off;
         found = {

@@ -49,8 +49,8 @@ struct TestFolder {
 std::string run_scene_in(const std::string& folder, const Json& scene)
 {
     write_file(folder + "/test.json", scene.dump(), Flush::to_system);
-    const std::string command =
-        fmt::format("'{}' run '{}/test.json' --quiet --output '{}/out'", AMONTONS_PROGRAM, folder, folder);
+    const std::string command = fmt::format("'{}' run '{}/test.json' --quiet --output '{}/out'",
+                                            AMONTONS_PROGRAM, folder, folder);
     REQUIRE(std::system(command.c_str()) == 0);
     return folder + "/out";
 }
@@ -58,20 +58,24 @@ std::string run_scene_in(const std::string& folder, const Json& scene)
 /// A VTK file with these arrays, as the program writes one.
 void write_vtk(const std::string& path, const VtkText& vtk)
 {
-    std::string head = fmt::format("<VTKFile>\n<FieldData>\n<DataArray Name=\"TimeValue\" format=\"ascii\">{}"
-                                   "</DataArray>\n</FieldData>\n",
-                                   vtk.time);
+    std::string head =
+        fmt::format("<VTKFile>\n<FieldData>\n<DataArray Name=\"TimeValue\" format=\"ascii\">{}"
+                    "</DataArray>\n</FieldData>\n",
+                    vtk.time);
     std::string data, section;
-    const auto append = [&](auto number) { data.append(reinterpret_cast<const char*>(&number), sizeof number); };
+    const auto append = [&](auto number) {
+        data.append(reinterpret_cast<const char*>(&number), sizeof number);
+    };
     for (const auto& [name, array] : vtk.arrays) {
         const std::size_t slash = name.find('/'), at = data.size(), n = array.values.size();
         if (name.substr(0, slash) != section) {
             section = name.substr(0, slash);
             head += "<" + section + ">\n";
         }
-        head += fmt::format("<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" "
-                            "offset=\"{}\"/>\n",
-                            array.type, name.substr(slash + 1), array.components, at);
+        head += fmt::format(
+            "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" "
+            "offset=\"{}\"/>\n",
+            array.type, name.substr(slash + 1), array.components, at);
         const std::size_t size = array.type == "Float64" ? 8 : array.type == "UInt8" ? 1 : 4;
         append(static_cast<std::uint64_t>(n * size));
         for (const double v : array.values)
@@ -84,7 +88,9 @@ void write_vtk(const std::string& path, const VtkText& vtk)
             else
                 append(static_cast<std::uint8_t>(v));
     }
-    write_file(path, head + "<AppendedData encoding=\"raw\">\n_" + data + "\n</AppendedData>\n</VTKFile>\n",
+    write_file(path,
+               head + "<AppendedData encoding=\"raw\">\n_" + data +
+                   "\n</AppendedData>\n</VTKFile>\n",
                Flush::to_system);
 }
 
@@ -94,14 +100,16 @@ std::string last_frame(const std::string& out, const std::string& part)
     std::string last;
     for (const auto& entry : fs::directory_iterator(out + "/frames")) {
         const std::string file = entry.path().filename().string();
-        if (file.rfind(part + ".0", 0) == 0 && entry.path().string() > last) last = entry.path().string();
+        if (file.rfind(part + ".0", 0) == 0 && entry.path().string() > last)
+            last = entry.path().string();
     }
     REQUIRE(!last.empty());
     return last;
 }
 
 /// Changes the arrays of a part's last frame.
-void plant(const std::string& out, const std::string& part, const std::function<void(VtkText&)>& change)
+void plant(const std::string& out, const std::string& part,
+           const std::function<void(VtkText&)>& change)
 {
     const std::string path = last_frame(out, part);
     VtkText vtk = read_vtk(path);
@@ -110,7 +118,8 @@ void plant(const std::string& out, const std::string& part, const std::function<
 }
 
 /// Changes a value of history.csv in its last row.
-void plant_in_history(const std::string& out, const std::string& column, const std::function<double(double)>& change)
+void plant_in_history(const std::string& out, const std::string& column,
+                      const std::function<double(double)>& change)
 {
     const WrittenHistory h = read_run(out).history;
     const int c = h.column(column);
@@ -137,7 +146,10 @@ std::set<std::string> laws_broken(const std::string& out)
 /// Runs a scene once and plants errors in copies of what it wrote.
 class Planted {
 public:
-    explicit Planted(const Json& scene) : out_(run_scene_in(folder_.path, scene)) { REQUIRE(laws_broken(out_).empty()); }
+    explicit Planted(const Json& scene) : out_(run_scene_in(folder_.path, scene))
+    {
+        REQUIRE(laws_broken(out_).empty());
+    }
 
     std::set<std::string> laws(const std::function<void(const std::string& out)>& change)
     {
@@ -176,7 +188,8 @@ void remove_contact(VtkText& contacts, std::size_t i)
 {
     for (auto& [name, array] : contacts.arrays)
         if (name.rfind("PointData/", 0) == 0 || name == "Points/points") {
-            const auto n = static_cast<std::ptrdiff_t>(array.components), at = static_cast<std::ptrdiff_t>(i) * n;
+            const auto n = static_cast<std::ptrdiff_t>(array.components),
+                       at = static_cast<std::ptrdiff_t>(i) * n;
             array.values.erase(array.values.begin() + at, array.values.begin() + at + n);
         }
 }
@@ -194,8 +207,8 @@ Json resting_box()
     Json box = rigid_box({0.2, 0.3, 0.1}, {0, 0, 0.05});
     box["mass"] = 2;
     box["force"] = {4, 0, 0};
-    Json scene = scene_of({{"floor", plane({0, 0, 0}, {0, 0, 1})}, {"box", box}}, pair("box", "floor", 0.5),
-                          quasi_static(0.5));
+    Json scene = scene_of({{"floor", plane({0, 0, 0}, {0, 0, 1})}, {"box", box}},
+                          pair("box", "floor", 0.5), quasi_static(0.5));
     scene["gravity"] = {0, 0, -9.81};
     return scene;
 }
@@ -204,9 +217,10 @@ Json resting_box()
 Json dragged_block()
 {
     Json block = elastic(box_mesh({0.1, 0.1, 0.05}, {2, 2, 1}, "T4", {0, 0, 0.025}), 1e6, 0.3);
-    block["hold"] = Json::array({held("z_max", Json::array({{0, 0}, {0.5, 0}, {1, 0.004}}), 0, ramp(-0.002, 0.5))});
-    return scene_of({{"block", block}, {"floor", plane({0, 0, 0}, {0, 0, 1})}}, pair("block", "floor", 0.3),
-                    quasi_static(0.125));
+    block["hold"] = Json::array(
+        {held("z_max", Json::array({{0, 0}, {0.5, 0}, {1, 0.004}}), 0, ramp(-0.002, 0.5))});
+    return scene_of({{"block", block}, {"floor", plane({0, 0, 0}, {0, 0, 1})}},
+                    pair("block", "floor", 0.3), quasi_static(0.125));
 }
 
 /// Two balls that collide in space.
@@ -227,15 +241,25 @@ TEST_CASE("a force turned by a thousandth, a contact removed and a place moved a
 {
     Planted run(resting_box());
     const auto turned = [](VtkText& c) { turn_force(c, largest_contact(c)); };
-    CHECK(run.laws([&](const std::string& out) { plant(out, "contacts", turned); }).count("sums") == 1);
-    CHECK(run.laws([&](const std::string& out) { plant(out, "contacts", turned); }).count("balance") == 1);
+    CHECK(run.laws([&](const std::string& out) { plant(out, "contacts", turned); }).count("sums") ==
+          1);
+    CHECK(run.laws([&](const std::string& out) { plant(out, "contacts", turned); })
+              .count("balance") == 1);
     const auto removed = [](VtkText& c) { remove_contact(c, largest_contact(c)); };
-    CHECK(run.laws([&](const std::string& out) { plant(out, "contacts", removed); }).count("balance") == 1);
-    CHECK(run.laws([&](const std::string& out) { plant(out, "contacts", removed); }).count("sums") == 1);
-    const auto moved = [](VtkText& body) { shift_points(body, {0, 0, -5e-4}); }; // 0.5 % of its height
-    CHECK(run.laws([&](const std::string& out) { plant(out, "box", moved); }).count("overlap") == 1);
+    CHECK(run.laws([&](const std::string& out) { plant(out, "contacts", removed); })
+              .count("balance") == 1);
+    CHECK(
+        run.laws([&](const std::string& out) { plant(out, "contacts", removed); }).count("sums") ==
+        1);
+    const auto moved = [](VtkText& body) {
+        shift_points(body, {0, 0, -5e-4});
+    }; // 0.5 % of its height
+    CHECK(run.laws([&](const std::string& out) { plant(out, "box", moved); }).count("overlap") ==
+          1);
     const auto aside = [](VtkText& c) { shift_points(c, {1e-3, 0, 0}); }; // where the forces act
-    CHECK(run.laws([&](const std::string& out) { plant(out, "contacts", aside); }).count("balance") == 1);
+    CHECK(
+        run.laws([&](const std::string& out) { plant(out, "contacts", aside); }).count("balance") ==
+        1);
 }
 
 TEST_CASE("friction beyond its cone, contacts that pull and gaps under a force are caught")
@@ -246,24 +270,32 @@ TEST_CASE("friction beyond its cone, contacts that pull and gaps under a force a
         std::vector<double>& f = c.arrays.at("PointData/force").values;
         f[3 * i] *= 1.001; // along the slip
     };
-    CHECK(run.laws([&](const std::string& out) { plant(out, "contacts", widened); }).count("Coulomb") == 1);
+    CHECK(run.laws([&](const std::string& out) { plant(out, "contacts", widened); })
+              .count("Coulomb") == 1);
     const auto pulls = [](VtkText& c) {
         std::vector<double>& f = c.arrays.at("PointData/force").values;
         for (double& v : f)
             v = -v;
     };
-    CHECK(run.laws([&](const std::string& out) { plant(out, "contacts", pulls); }).count("Coulomb") == 1);
+    CHECK(
+        run.laws([&](const std::string& out) { plant(out, "contacts", pulls); }).count("Coulomb") ==
+        1);
     for (const double gap : {1e-3, -1e-3}) {
-        const auto opened = [&](VtkText& c) { c.arrays.at("PointData/gap").values[largest_contact(c)] = gap; };
-        CHECK(run.laws([&](const std::string& out) { plant(out, "contacts", opened); }).count("complementarity") == 1);
+        const auto opened = [&](VtkText& c) {
+            c.arrays.at("PointData/gap").values[largest_contact(c)] = gap;
+        };
+        CHECK(run.laws([&](const std::string& out) { plant(out, "contacts", opened); })
+                  .count("complementarity") == 1);
     }
     const auto against = [](VtkText& c) {
         for (double& v : c.arrays.at("PointData/slip").values)
             v = -v;
     };
-    CHECK(run.laws([&](const std::string& out) { plant(out, "contacts", against); }).count("Coulomb") == 1);
+    CHECK(run.laws([&](const std::string& out) { plant(out, "contacts", against); })
+              .count("Coulomb") == 1);
     const auto moved = [](VtkText& body) { shift_points(body, {0, 0, -1e-3}); };
-    CHECK(run.laws([&](const std::string& out) { plant(out, "block", moved); }).count("overlap") == 1);
+    CHECK(run.laws([&](const std::string& out) { plant(out, "block", moved); }).count("overlap") ==
+          1);
 }
 
 TEST_CASE("energies that are a thousandth off are caught")
@@ -272,27 +304,31 @@ TEST_CASE("energies that are a thousandth off are caught")
     const auto more = [](double value) { return 1.001 * value; };
     for (const char* column : {"work", "elastic", "friction", "energy_error"}) {
         CAPTURE(column);
-        const auto change = [&](double v) { return v == 0 ? 1e-3 : more(v); };
-        CHECK(run.laws([&](const std::string& out) { plant_in_history(out, column, change); }).count("energy") == 1);
+        const auto change = [&](double v) { return std::abs(v) < 1e-9 ? 1e-3 : more(v); };
+        CHECK(run.laws([&](const std::string& out) { plant_in_history(out, column, change); })
+                  .count("energy") == 1);
     }
     // Work and error together: the columns agree, the forces of the holds do not.
     CHECK(run.laws([&](const std::string& out) {
                  double by = 0;
                  plant_in_history(out, "work", [&](double v) { return v + (by = 1e-3 * v); });
                  plant_in_history(out, "friction", [&](double v) { return v + by; });
-             }).count("energy") == 1);
+             })
+              .count("energy") == 1);
     const auto stored = [](VtkText& body) {
         for (double& v : body.arrays.at("CellData/strain_energy_density").values)
             v *= 1.001;
     };
-    CHECK(run.laws([&](const std::string& out) { plant(out, "block", stored); }).count("energy") == 1);
+    CHECK(run.laws([&](const std::string& out) { plant(out, "block", stored); }).count("energy") ==
+          1);
 }
 
 TEST_CASE("momenta, impulses and kinetic energies that are a thousandth off are caught")
 {
     Planted run(colliding_balls());
     const auto more = [](double value) { return 1.001 * value; };
-    CHECK(run.laws([&](const std::string& out) { plant_in_history(out, "momentum_x", more); }).count("momentum") == 1);
+    CHECK(run.laws([&](const std::string& out) { plant_in_history(out, "momentum_x", more); })
+              .count("momentum") == 1);
     const std::set<std::string> faster =
         run.laws([&](const std::string& out) { plant_in_history(out, "b_velocity_x", more); });
     CHECK(faster.count("momentum") == 1);
@@ -307,7 +343,8 @@ TEST_CASE("a joint whose place moved is caught")
     Json time = dynamic(0.0005, 0.01);
     time["theta"] = 0.5;
     Json scene = scene_of({{"bar", bar}}, Json::array(), time);
-    scene["couplings"] = Json::array({Json{{"kind", "hinge"}, {"between", {"bar", "world"}}, {"at", {0, 0, 0}}, {"axis", {0, 1, 0}}}});
+    scene["couplings"] = Json::array({Json{
+        {"kind", "hinge"}, {"between", {"bar", "world"}}, {"at", {0, 0, 0}}, {"axis", {0, 1, 0}}}});
     scene["gravity"] = {0, 0, -9.81};
     TestFolder folder;
     const std::string out = run_scene_in(folder.path, scene);
@@ -376,7 +413,8 @@ TEST_CASE("numbers are drawn as SplitMix64 gives them on every machine")
     // Java's SplittableRandom(0).nextLong(), and the seeding table of xoshiro's authors.
     CHECK(SplitMix{0}.next() == 0xe220a8397b1dcdafULL);
     SplitMix numbers{1234567};
-    for (const std::uint64_t right : {6457827717110365317ULL, 3203168211198807973ULL, 9817491932198370423ULL})
+    for (const std::uint64_t right :
+         {6457827717110365317ULL, 3203168211198807973ULL, 9817491932198370423ULL})
         CHECK(numbers.next() == right);
 }
 
@@ -410,7 +448,8 @@ TEST_CASE("depths of bodies in each other are those of closed forms")
     PlacedBody ball{"ball", "rigid"};
     ball.places = {{Vec3(0.3, 0.2, 0.09), 0, 0.1}};
     CHECK(deepest_place(ball, floor).depth == doctest::Approx(0.01));
-    CHECK(turn_by(Vec3(0, 0, 1.5707963267948966)).isApprox((Mat3() << 0, -1, 0, 1, 0, 0, 0, 0, 1).finished(), 1e-15));
+    CHECK(turn_by(Vec3(0, 0, 1.5707963267948966))
+              .isApprox((Mat3() << 0, -1, 0, 1, 0, 0, 0, 0, 1).finished(), 1e-15));
     WrittenArray from, to;
     const Mat3 turn = turn_by(Vec3(0.3, -1.2, 0.7));
     for (const Vec3& p : {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 2, 0), Vec3(0, 0, 3)}) {
@@ -431,7 +470,8 @@ TEST_CASE("the outside of a block is closed, and its cells fill it")
     for (const char* element : {"T4", "T10", "H8"}) {
         Json block = elastic(box_mesh({0.1, 0.2, 0.3}, {2, 1, 2}, element, {0, 0, 0}), 1e6, 0.3);
         block["hold"] = Json::array({held("z_min")});
-        const WrittenRun run = read_run(run_scene_in(folder.path, scene_of({{"block", block}}, Json::array(), quasi_static(1))));
+        const WrittenRun run = read_run(run_scene_in(
+            folder.path, scene_of({{"block", block}}, Json::array(), quasi_static(1))));
         const VtkText& solid = run.frames.back().parts.at("block");
         double volume = 0, flux = 0;
         for (const double v : cell_volumes(solid, true))
@@ -456,7 +496,7 @@ TEST_CASE("known mistakes are of kinds that exist")
         CHECK(std::string(k.law) != "");
         CHECK(std::string(k.reason) != "");
     }
-    CHECK(known_reason("box_on_plane", "balance", "forces on box leave") == "");
+    CHECK(known_reason("box_on_plane", "", "balance", "forces on box leave") == "");
 }
 
 TEST_CASE("a crash, a refusal, bad input and an answer in time are told apart")
@@ -466,7 +506,8 @@ TEST_CASE("a crash, a refusal, bad input and an answer in time are told apart")
     while (draw_scene(1, number).answer != Answer::done)
         ++number;
     const auto outcome = [&](const ProgramAnswer& answer) {
-        return try_scene(1, number, folder.path + "/scene", [&](const auto&, double) { return answer; });
+        return try_scene(1, number, folder.path + "/scene",
+                         [&](const auto&, double) { return answer; });
     };
     ProgramAnswer answer;
     answer.signal = 11;
@@ -483,5 +524,6 @@ TEST_CASE("a crash, a refusal, bad input and an answer in time are told apart")
     CHECK(back.kind == r.kind);
     CHECK(back.outcome == r.outcome);
     CHECK(back.findings.size() == r.findings.size());
-    CHECK(findings_text(r, 7).find("--seed 7 --scene " + std::to_string(number)) != std::string::npos);
+    CHECK(findings_text(r, 7).find("--seed 7 --scene " + std::to_string(number)) !=
+          std::string::npos);
 }
