@@ -254,13 +254,14 @@ void place_solid(PlacedBody& body, const Json& mesh, const VtkText& solid)
             low = low.cwiseMin(x);
             high = high.cwiseMax(x);
         }
-    constexpr int n = 4; // places along an edge of a triangle
-    for (const OuterTriangle& t : surface)
+    for (const OuterTriangle& t : surface) {
+        const int n = t.cuts;
         for (int i = 0; i <= n; ++i)
             for (int j = 0; i + j <= n; ++j)
                 body.places.push_back(
                     {(t.corner[0] * i + t.corner[1] * j + t.corner[2] * (n - i - j)) / n, t.face,
                      0});
+    }
     body.depth = [=](const Vec3& p, double within) {
         return distance_to(surface, low, high, p, within);
     };
@@ -387,10 +388,22 @@ std::vector<OuterTriangle> outside_of(const VtkText& solid)
         const auto add = [&](const Vec3& x, const Vec3& y, const Vec3& z) {
             out.push_back({{x, y, z}, longest});
         };
-        if (!f.middles.empty()) { // quadratic: four flat ones
-            for (std::size_t k = 0; k < 3; ++k)
-                add(at(f.corners[k]), at(f.middles[k]), at(f.middles[(k + 2) % 3]));
-            add(at(f.middles[0]), at(f.middles[1]), at(f.middles[2]));
+        if (!f.middles.empty()) {
+            constexpr int n = 4;
+            const auto place = [&](int a, int b) -> Vec3 { // of the quadratic face
+                const double u = double(a) / n, v = double(b) / n, w = 1 - u - v;
+                return w * (2 * w - 1) * at(f.corners[0]) + u * (2 * u - 1) * at(f.corners[1]) +
+                       v * (2 * v - 1) * at(f.corners[2]) + 4 * u * w * at(f.middles[0]) +
+                       4 * u * v * at(f.middles[1]) + 4 * v * w * at(f.middles[2]);
+            };
+            const std::size_t first = out.size();
+            for (int a = 0; a < n; ++a)
+                for (int b = 0; a + b < n; ++b) {
+                    add(place(a, b), place(a + 1, b), place(a, b + 1));
+                    if (a + b + 1 < n) add(place(a + 1, b), place(a + 1, b + 1), place(a, b + 1));
+                }
+            for (std::size_t k = first; k < out.size(); ++k)
+                out[k].cuts = 2;
         } else if (f.corners.size() == 3) {
             add(at(f.corners[0]), at(f.corners[1]), at(f.corners[2]));
         } else {

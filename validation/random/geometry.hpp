@@ -71,7 +71,9 @@ DeepestPlace deepest_place(const PlacedBody& a, const PlacedBody& b);
 struct OuterTriangle {
     std::array<Vec3, 3> corner;
     double face = 0; ///< longest edge of the face that it is part of [m]
+    int cuts = 4;    ///< of its edges, where places are measured
 };
+/// Quadratic faces bend: they are cut in sixteen.
 std::vector<OuterTriangle> outside_of(const VtkText& solid);
 /// Volumes of the cells [m^3], displaced or as they were: x - share x displacement.
 std::vector<double> cell_volumes(const VtkText& solid, bool undeformed);

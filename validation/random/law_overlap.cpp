@@ -88,12 +88,12 @@ std::vector<Finding> check_overlap(const WrittenRun& run)
                 const double limit = run.warnings() > 0 ? allowed.ever : allowed.silent;
                 if (d.depth <= share * limit) continue;
                 share = d.depth / limit;
-                worst =
-                    Finding{"overlap",
-                            fmt::format("{} and {} stand {:.3g} m in each other at t = {:g} s, "
-                                        "{:.3g} m is allowed{}",
-                                        bodies[i].name, bodies[j].name, d.depth, run.frames[k].time,
-                                        limit, run.warnings() > 0 ? "" : " without a warning")};
+                worst = Finding{"overlap",
+                                fmt::format("{} and {} stand {:.3g} m in each other at t = {:g} s, "
+                                            "at ({:.4g}, {:.4g}, {:.4g}), {:.3g} m is allowed{}",
+                                            bodies[i].name, bodies[j].name, d.depth,
+                                            run.frames[k].time, d.at.x(), d.at.y(), d.at.z(), limit,
+                                            run.warnings() > 0 ? "" : " without a warning")};
             }
     }
     if (!worst) return {};

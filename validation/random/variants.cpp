@@ -95,6 +95,15 @@ std::vector<Finding> compare_bits(const WrittenRun& run, const WrittenRun& other
     return {};
 }
 
+/// What a run says itself that its forces may be off by: contacts that jump at a step's end leave
+/// up to 1 % (docs/theory/certificate.md, "Contacts that jump").
+double told_difference(const WrittenRun& run)
+{
+    for (const Json& w : run.manifest.value("warnings", Json::array()))
+        if (w.get<std::string>().find("contacts jump at its end") != std::string::npos) return 0.01;
+    return 0;
+}
+
 /// Number of equal steps of a scene.
 int steps_of(const Json& scene)
 {
@@ -211,7 +220,8 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
 
     const double rounding = 10 * scale_of(run).rounding;
     const double least_energy = scale_of(run).accuracy * scale["N"] * scale["m"];
-    double worst = v.tolerance;
+    const double tolerance = std::max({v.tolerance, told_difference(run), told_difference(other)});
+    double worst = tolerance;
     std::vector<Finding> found;
     const auto judge = [&](const std::string& name, double value, double there,
                            const std::string& unit) {
@@ -225,7 +235,7 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
         worst = off;
         found = {
             {v.name, fmt::format("{} is {:.9g}, was {:.9g} (of {:.3g} {}: {:.2g}, allowed {:.2g})",
-                                 name, there, value, scale[unit], unit, off, v.tolerance)}};
+                                 name, there, value, scale[unit], unit, off, tolerance)}};
     };
     const auto column_of = [&](const std::string& name, double& sign) {
         sign = 1;
