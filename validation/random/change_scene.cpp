@@ -220,7 +220,7 @@ bool dimension_of(const std::string& key, const std::string& owner, Dimension& d
     return true;
 }
 
-double factor_of(const Dimension& d, const OtherUnits& u)
+double factor_of_powers(const Dimension& d, const OtherUnits& u)
 {
     return std::pow(u.length, d.length) * std::pow(u.force, d.force) * std::pow(u.time, d.time);
 }
@@ -269,18 +269,18 @@ bool scale_fields(Json& node, const std::string& owner, const OtherUnits& units)
             (key == "angle" && owner != "pieces")) {
             if (!curve_dimension(key, d)) return false;
             if (!curve) {
-                scale_numbers(value, factor_of(d, units));
+                scale_numbers(value, factor_of_powers(d, units));
                 continue;
             }
             for (Json& point : value) {
                 scale_numbers(point[0], units.time);
-                scale_numbers(point[1], factor_of(d, units));
+                scale_numbers(point[1], factor_of_powers(d, units));
             }
             continue;
         }
         if (!dimension_of(key, owner, d)) return false;
         if (d.length || d.force || d.time)
-            scale_numbers(value, factor_of(d, units)); // whole numbers stay whole
+            scale_numbers(value, factor_of_powers(d, units)); // whole numbers stay whole
     }
     return true;
 }
@@ -400,7 +400,7 @@ double factor_of(const std::string& unit, const OtherUnits& u)
                                                         {"1/m", {-1, 0, 0}},
                                                         {"N s", {0, 1, 1}}};
     const auto at = units.find(unit);
-    return at == units.end() ? 0 : factor_of(at->second, u);
+    return at == units.end() ? 0 : factor_of_powers(at->second, u);
 }
 
 } // namespace amontons::validation

@@ -10,8 +10,6 @@
 namespace amontons::validation {
 namespace {
 
-constexpr double kGravity = 9.81;
-
 /// One of the rules of second order, or of any.
 void any_rule(Draw& draw, Json& time, bool second_order)
 {

@@ -220,7 +220,7 @@ RandomScene draw_starts_inside(Draw& draw)
         const double step = draw.ratio(1e-6, 1e-3);
         s.scene = scene_of({{"ball", ball}, {"floor", plane({0, 0, 0}, {0, 0, 1})}},
                            pair("ball", "floor"), dynamic(step, 10 * step));
-        s.scene["gravity"] = {0, 0, -9.81};
+        s.scene["gravity"] = {0, 0, -kGravity};
         s.drawn = "a moving ball in a plane";
     } else {
         const double r = 0.02 * a;

@@ -71,7 +71,8 @@ RandomScene draw_die_slides(Draw& draw)
 RandomScene draw_free_block(Draw& draw)
 {
     const Matter m = any_matter(draw);
-    const double density = four_digits(m.youngs_modulus * draw.real(1e-4, 3e-3) / (9.81 * m.size));
+    const double density =
+        four_digits(m.youngs_modulus * draw.real(1e-4, 3e-3) / (kGravity * m.size));
     // Without friction a block on another that bends has no balance: it slides off.
     const bool two = draw.chance(0.5);
     const double friction = !two && draw.chance(0.5) ? 0 : draw.real(0.2, 0.8);
@@ -93,7 +94,7 @@ RandomScene draw_free_block(Draw& draw)
         contact.push_back(pair("b", "a", friction));
     }
     RandomScene s{scene_of(bodies, contact, quasi_static(draw.one_of({1.0, 0.5})))};
-    s.scene["gravity"] = {0, 0, -9.81};
+    s.scene["gravity"] = {0, 0, -kGravity};
     s.drawn = fmt::format("{}, {}, mu {:g}", two ? "two blocks" : "one block", element, friction);
     if (two) s.order = kEitherSide;
     return s;
@@ -115,12 +116,13 @@ RandomScene draw_rigid_stack(Draw& draw)
                 : rigid_box({a, four_digits(a * draw.real(0.8, 1.2)), h}, {aside, 0, z + 0.5 * h});
         body["density"] = density;
         if (i == count - 1 && draw.chance(0.5)) // less than what slides or tips it
-            body["force"] = {four_digits(0.2 * friction * density * a * a * h * 0.6 * 9.81), 0, 0};
+            body["force"] = {four_digits(0.2 * friction * density * a * a * h * 0.6 * kGravity), 0,
+                             0};
         bodies.push_back({fmt::format("body{}", i), body});
         z += h;
     }
     RandomScene s{scene_of(bodies, pair("*", "*", friction), quasi_static(1))};
-    s.scene["gravity"] = {0, 0, -9.81};
+    s.scene["gravity"] = {0, 0, -kGravity};
     s.drawn = fmt::format("{} bodies, mu {:g}", count, friction);
     return s;
 }
@@ -209,7 +211,7 @@ RandomScene draw_loaded_solid(Draw& draw)
         beam["loads"].push_back(
             {{"set", "z_max"}, {"pressure", ramp(four_digits(0.2 * traction))}});
     const bool weight = draw.chance(0.4), touches = draw.chance(0.6);
-    if (weight) beam["density"] = four_digits(0.1 * traction / (9.81 * m.size));
+    if (weight) beam["density"] = four_digits(0.1 * traction / (kGravity * m.size));
     NamedBodies bodies{{"beam", beam}};
     Json contact = Json::array();
     if (touches) {
@@ -217,7 +219,7 @@ RandomScene draw_loaded_solid(Draw& draw)
         contact.push_back(pair("beam", "post", draw.chance(0.5) ? draw.real(0.1, 0.5) : 0));
     }
     RandomScene s{scene_of(bodies, contact, quasi_static(draw.one_of({0.25, 0.125})))};
-    if (weight) s.scene["gravity"] = {0, 0, -9.81};
+    if (weight) s.scene["gravity"] = {0, 0, -kGravity};
     s.drawn = fmt::format("{}, {}, bent by {:.2g} of its length{}{}", element,
                           law == 2   ? "neo_hooke"
                           : law == 1 ? "corotational"

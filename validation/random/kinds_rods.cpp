@@ -9,7 +9,7 @@
 namespace amontons::validation {
 namespace {
 
-constexpr double kPi = 3.141592653589793, kGravity = 9.81;
+constexpr double kPi = 3.141592653589793;
 
 Json rod(const Json& segments, const Json& shape)
 {

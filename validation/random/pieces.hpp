@@ -10,6 +10,8 @@
 
 namespace amontons::validation {
 
+constexpr double kGravity = 9.81; ///< [m/s^2]
+
 using NamedBodies = std::vector<std::pair<std::string, Json>>;
 
 Json list_of(const Vec3& v);

@@ -36,7 +36,8 @@ def check_other_program(program):
         broken = pathlib.Path(folder, "broken")
         broken.write_text("#!/bin/sh\nkill -SEGV $$\n")
         broken.chmod(0o755)
-        answer = run(program, "--suite", "random", "--count", "3", "--report", folder + "/r", "--program", str(broken), "--json")
+        answer = run(program, "--suite", "random", "--count", "3", "--report", folder + "/r",
+                     "--program", str(broken), "--json")
         scenes = json.loads(answer.stdout)
         assert answer.returncode == 1 and len(scenes) == 3, answer
         for s in scenes:
@@ -55,13 +56,14 @@ def main():
     options = parser.parse_args()
     check_options(options.program)
     check_other_program(options.program)
-    answer = run(options.program, "--suite", "random", "--seed", options.seed, "--count", options.count, "--json", "--jobs", "2")
+    answer = run(options.program, "--suite", "random", "--seed", options.seed, "--count", options.count, "--json",
+                 "--jobs", "2")
     scenes = json.loads(answer.stdout)
     assert len(scenes) == int(options.count) and all(KEYS <= s.keys() for s in scenes), scenes
     assert answer.returncode == (1 if any(s["outcome"] == "wrong" for s in scenes) else 0), answer.returncode
     alone = run(options.program, "--suite", "random", "--seed", options.seed, "--scene", "0", "--json")
     again = json.loads(alone.stdout)
-    assert (again["case"], again["drawn"], again["outcome"]) == tuple(scenes[0][k] for k in ("case", "drawn", "outcome"))
+    assert all(again[k] == scenes[0][k] for k in ("case", "drawn", "outcome")), again
     for s in scenes:
         if s["outcome"] not in ("done", "known"):
             print(f"{s['outcome'].upper()} scene {s['scene']} of seed {options.seed} ({s['case']}: {s['drawn']})")
