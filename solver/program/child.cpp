@@ -31,6 +31,7 @@ public:
         for (std::string& w : words)
             arguments.push_back(w.data());
         arguments.push_back(nullptr);
+        const char* const program = job.program.empty() ? "/proc/self/exe" : job.program.c_str();
         int out[2] = {-1, -1}, err[2] = {-1, -1};
         const int nothing = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
         const bool pipes =
@@ -44,7 +45,7 @@ public:
             ::dup2(nothing, 0);
             ::dup2(out[1], 1);
             ::dup2(err[1], 2);
-            ::execv("/proc/self/exe", arguments.data());
+            ::execv(program, arguments.data());
             ::_exit(127);
         }
         const int error = errno;

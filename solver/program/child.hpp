@@ -10,10 +10,11 @@
 
 namespace amontons {
 
-/// A command of this program.
+/// A command of this program, or of another one.
 struct ChildJob {
     std::vector<std::string> arguments; ///< after the program's name
     double most_seconds = 0;            ///< ended after this wall time [s]; 0: never
+    std::string program = "";           ///< its path; "": this program
 };
 
 struct ChildResult {

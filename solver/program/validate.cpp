@@ -11,18 +11,18 @@
 #include "solver/output/plot.hpp"
 #include "solver/program/child.hpp"
 #include "solver/program/interrupt.hpp"
+#include "solver/program/scratch_folder.hpp"
 #include "solver/program/session.hpp"
+#include "solver/program/validate_random.hpp"
 #include "solver/scene/json_text.hpp"
 #include "validation/folder_case.hpp"
 #include "validation/report.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <fmt/format.h>
 #include <limits>
 #include <thread>
-#include <unistd.h>
 
 namespace fs = std::filesystem;
 
@@ -136,28 +136,6 @@ std::vector<Entry> chosen(const ValidateArguments& arguments)
 }
 
 // ---- running
-
-/// A folder of this process alone, removed with it.
-class ScratchFolder {
-public:
-    ScratchFolder()
-    {
-        const char* parent = std::getenv("TMPDIR");
-        path_ = std::string(parent && *parent ? parent : "/tmp") + "/amontons_XXXXXX";
-        if (!::mkdtemp(path_.data())) throw WriteError(path_, "no folder can be made");
-    }
-    ScratchFolder(const ScratchFolder&) = delete;
-    ScratchFolder& operator=(const ScratchFolder&) = delete;
-    ~ScratchFolder()
-    {
-        std::error_code ignored;
-        fs::remove_all(path_, ignored);
-    }
-    const std::string& path() const { return path_; }
-
-private:
-    std::string path_;
-};
 
 /// Why a case cannot be measured here, or "".
 std::string lacks(const FolderCase& c, const std::string& data)
@@ -333,6 +311,11 @@ void write_report(const std::string& folder, const std::vector<CaseResult>& resu
 
 void validate(const ValidateArguments& arguments, Session& session)
 {
+    if (arguments.suite == "random") {
+        validate_random(arguments, session);
+        return;
+    }
+    refuse_random_options(arguments);
     const std::vector<Entry> list = chosen(arguments);
     if (arguments.list) {
         print_list(list, session);

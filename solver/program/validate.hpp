@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +15,11 @@ struct ValidateArguments {
     std::string suite, report, data = "../shared/data";
     int jobs = 0;
     bool list = false;
+    // Of the suite "random":
+    std::optional<std::uint64_t> seed;
+    std::optional<int> count; ///< of scenes
+    std::optional<int> scene; ///< that one alone
+    std::string program;      ///< that is tried; "": this one
 };
 
 /// Runs cases and prints their rows. The program amontons-validate does it itself (validate.cpp);

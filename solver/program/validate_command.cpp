@@ -14,8 +14,14 @@ void add_validate(CLI::App& program, Session& session)
     CLI::App* command = program.add_subcommand("validate", "Compare with published results");
     command->add_option("CASE", arguments->cases,
                         "Cases by name, or folders with a case.json; all without");
-    command->add_option("--suite", arguments->suite, "benchmarks or stability")
-        ->check(CLI::IsMember({"benchmarks", "stability"}));
+    command->add_option("--suite", arguments->suite, "benchmarks, stability, or random: random scenes under laws")
+        ->check(CLI::IsMember({"benchmarks", "stability", "random"}));
+    command->add_option("--seed", arguments->seed, "Of the random scenes, the same on every machine (default: 1)");
+    command->add_option("--count", arguments->count, "Random scenes (default: 300)")->check(CLI::Range(1, 1000000));
+    command->add_option("--scene", arguments->scene, "One of the random scenes alone, by its number")
+        ->check(CLI::Range(0, 999999));
+    command->add_option("--program", arguments->program, "Another amontons that runs the random scenes")
+        ->type_name("FILE");
     command->add_flag("--list", arguments->list, "Only list the cases");
     command
         ->add_option("--report", arguments->report,

@@ -1,0 +1,78 @@
+#!/usr/bin/env python3
+"""amontons validate --suite random from outside: random_scenes_test.py PROGRAM [--seed S] [--count N]
+
+Runs some of the random scenes, prints what is wrong, and holds the answer and the options to their contract.
+"""
+import argparse
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+KEYS = {"case", "suite", "passed", "scene", "drawn", "outcome", "findings", "seconds", "cpu_seconds", "folder"}
+
+
+def run(program, *arguments):
+    return subprocess.run([program, "validate", *arguments], capture_output=True, text=True)
+
+
+def check_options(program):
+    """Bad values are refused with what is allowed, and nothing runs."""
+    for options in (["--seed", "x"], ["--seed", "-1"], ["--count", "0"], ["--count", "many"], ["--scene", "-1"],
+                    ["--program", "/no/such/program"], ["no_such_kind"]):
+        answer = run(program, "--suite", "random", *options)
+        assert answer.returncode == 2 and options[-1] in answer.stderr, (options, answer)
+    alone = run(program, "--seed", "3", "elastica")
+    assert alone.returncode == 2 and "--suite random" in alone.stderr, alone
+    kinds = json.loads(run(program, "--suite", "random", "--list", "--json").stdout)
+    assert len(kinds) >= 24 and all(k["about"] and k["suite"] == "random" for k in kinds), kinds
+
+
+def check_other_program(program):
+    """A program that crashes or says nothing is a finding, its scene is kept, and can be repeated alone."""
+    with tempfile.TemporaryDirectory() as folder:
+        broken = pathlib.Path(folder, "broken")
+        broken.write_text("#!/bin/sh\nkill -SEGV $$\n")
+        broken.chmod(0o755)
+        answer = run(program, "--suite", "random", "--count", "3", "--report", folder + "/r",
+                     "--program", str(broken), "--json")
+        scenes = json.loads(answer.stdout)
+        assert answer.returncode == 1 and len(scenes) == 3, answer
+        for s in scenes:
+            assert s["outcome"] == "wrong" and s["findings"][0]["law"] == "crash", s
+            assert os.path.exists(s["folder"] + "/scene.json"), s
+        page = pathlib.Path(folder, "r", "random.md").read_text()
+        assert "--scene 2" in page and "| `all` | 3 | 0 | 0 | 0 | 3 |" in page, page
+        assert pathlib.Path(folder, "r", "random.csv").read_text().startswith("kind,drawn,done,refused,known,wrong")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n", maxsplit=1)[0])
+    parser.add_argument("program")
+    parser.add_argument("--seed", default="1")
+    parser.add_argument("--count", default="40")
+    options = parser.parse_args()
+    check_options(options.program)
+    check_other_program(options.program)
+    answer = run(options.program, "--suite", "random", "--seed", options.seed, "--count", options.count, "--json",
+                 "--jobs", "2")
+    scenes = json.loads(answer.stdout)
+    assert len(scenes) == int(options.count) and all(KEYS <= s.keys() for s in scenes), scenes
+    assert answer.returncode == (1 if any(s["outcome"] == "wrong" for s in scenes) else 0), answer.returncode
+    alone = run(options.program, "--suite", "random", "--seed", options.seed, "--scene", "0", "--json")
+    again = json.loads(alone.stdout)
+    assert all(again[k] == scenes[0][k] for k in ("case", "drawn", "outcome")), again
+    for s in scenes:
+        if s["outcome"] not in ("done", "known"):
+            print(f"{s['outcome'].upper()} scene {s['scene']} of seed {options.seed} ({s['case']}: {s['drawn']})")
+            for f in s["findings"]:
+                print(f"    {f['law']}: {f['text']}")
+    count = {o: sum(s["outcome"] == o for s in scenes) for o in ("done", "refused", "known", "wrong")}
+    print(f"{len(scenes)} scenes: {count}, {sum(s['cpu_seconds'] for s in scenes):.1f} s of processor time")
+    return 1 if count["wrong"] else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
