@@ -327,6 +327,7 @@ void WireSimulation::State::finish(RunSummary& s) const
     s.contacts_mean = contact_steps > 0 ? contacts_sum / contact_steps : 0;
     s.worst_overlap.depth = std::numeric_limits<double>::quiet_NaN();
     s.not_measured = {"instruments: gaps at their nodes are certified, surfaces are not measured"};
+    s.undetermined_not_examined = {"instruments: they are elastic"};
     s.quantities.clear();
     for (std::size_t w = 0; w < wires.size(); ++w) {
         const std::string prefix = w == 0 ? "" : scene.beams[w].name + "_";
