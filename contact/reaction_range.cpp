@@ -21,12 +21,13 @@ namespace amontons {
 namespace {
 
 constexpr int kDirections = 64;
-constexpr double kOptimal = 1e-7;     // of the largest c, what a unit of a variable gains
-constexpr double kSmallPivot = 1e-11; // entries that do not block, of the largest
-constexpr double kRelax = 1e-4;       // of a slack's bounds, by which the ratio test goes beyond
-constexpr double kRelaxRay = 1e-12;   // of the rest
-constexpr int kRefactor = 50;         // pivots
-constexpr double kRegular = 1e-6;     // singular values of K below this hold nothing
+constexpr double kOptimal = 1e-7;      // of the largest c, what a unit of a variable gains
+constexpr double kSmallPivot = 1e-11;  // entries that do not block, of the largest
+constexpr double kRelax = 1e-4;        // of a slack's bounds, by which the ratio test goes beyond
+constexpr double kRelaxRay = 1e-12;    // of the rest
+constexpr int kCheck = 100;            // pivots
+constexpr double kInconsistent = 1e-3; // of bounds, that pivots have lost: all is made anew
+constexpr double kRegular = 1e-6;      // singular values of K below this hold nothing
 constexpr int kRefinements = 4;
 constexpr double kLeft = 1e-9;     // of c: what tolerances need not hold, that of round-off
 constexpr double kViolated = 1e-2; // of bounds: an answer that misses them by more is none
@@ -38,7 +39,14 @@ ReactionRange::ReactionRange(const ReactionSet& set, double beyond) : set_(set),
     const Eigen::Index m = set.K.rows(), reactions = set.found.size();
     AMONTONS_ASSERT(set.lower.size() == m && set.upper.size() == m && reactions <= set.K.cols());
     found_column_ = set.K.leftCols(reactions) * set.found;
-    Eigen::MatrixXd gram = set.K * set.K.transpose();
+    constexpr double kDenseShare = 0.1;
+    Eigen::MatrixXd gram;
+    if (double(set.K.nonZeros()) > kDenseShare * double(set.K.size())) {
+        const Eigen::MatrixXd K = set.K;
+        gram = K * K.transpose();
+    } else {
+        gram = Eigen::MatrixXd(set.K * Delassus::Sparse(set.K.transpose()));
+    }
     const double most = m > 0 ? gram.diagonal().maxCoeff() : 0;
     gram.diagonal().array() += kRegular * kRegular * most;
     gram_root_ = cholesky_root(gram);
@@ -63,29 +71,28 @@ double ReactionRange::widest(const Eigen::VectorXd& c) const
         b = gram_root_.transpose().triangularView<Eigen::Lower>().solve(b);
         b = gram_root_.triangularView<Eigen::Upper>().solve(b);
         z += b;
-        left.noalias() -= set_.K.transpose() * b;
+        left -= set_.K.transpose() * b;
+        if (left.cwiseAbs().maxCoeff() <= kLeft * c.cwiseAbs().maxCoeff()) break;
     }
     if (!(left.cwiseAbs().maxCoeff() <= kLeft * c.cwiseAbs().maxCoeff()))
         return std::numeric_limits<double>::infinity();
     return z.cwiseAbs().dot(set_.upper - set_.lower);
 }
 
-Eigen::VectorXd ReactionRange::column(const Variable& v) const
+/// action(row, value) for the entries of a variable's column.
+template <class Action>
+void ReactionRange::for_column(const Variable& v, const Action& action) const
 {
-    switch (v.kind) {
-    case Variable::slack:
-        return -Eigen::VectorXd::Unit(set_.K.rows(), v.index);
-    case Variable::share:
-        return -found_column_;
-    case Variable::signless:
-        return set_.K.col(v.index);
-    case Variable::ray:
-        break;
+    if (v.kind == Variable::slack) {
+        action(Eigen::Index(v.index), -1.0);
+    } else if (v.kind == Variable::share) {
+        for (Eigen::Index i = 0; i < found_column_.size(); ++i)
+            action(i, -found_column_[i]);
+    } else {
+        for (int k = 0; k < v.rows; ++k)
+            for (Delassus::Sparse::InnerIterator entry(set_.K, v.index + k); entry; ++entry)
+                action(Eigen::Index(entry.row()), v.part[k] * entry.value());
     }
-    Eigen::VectorXd sum = v.part[0] * set_.K.col(v.index);
-    for (int i = 1; i < v.rows; ++i)
-        sum += v.part[i] * set_.K.col(v.index + i);
-    return sum;
 }
 
 /// What a unit of the variable gives c . d.
@@ -126,17 +133,34 @@ bool ReactionRange::refactor(std::int64_t& work)
     work -= 2 * m * m * m;
     if (work < 0) return false;
     pivots_ = 0;
-    Eigen::MatrixXd B(m, m);
+    Eigen::MatrixXd B = Eigen::MatrixXd::Zero(m, m);
     for (Eigen::Index k = 0; k < m; ++k)
-        B.col(k) = column(basic_[std::size_t(k)]);
+        for_column(basic_[std::size_t(k)], [&](Eigen::Index i, double v) { B(i, k) += v; });
     inverse_ = LuFactor(B).inverse();
     if (!inverse_.allFinite()) return false;
-    Eigen::VectorXd rest = share_basic_ ? Eigen::VectorXd(Eigen::VectorXd::Zero(m))
-                                        : Eigen::VectorXd(-share_ * found_column_);
-    for (Eigen::Index i = 0; i < m; ++i)
-        if (!slack_basic_[std::size_t(i)]) rest[i] -= slack_[std::size_t(i)];
-    basic_value_ = -(inverse_ * rest);
+    basic_value_ = -(inverse_ * of_others());
     return true;
+}
+
+/// What the variables that are not basic add to K (d, a) - s.
+Eigen::VectorXd ReactionRange::of_others() const
+{
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(set_.K.rows());
+    if (!share_basic_) sum -= share_ * found_column_;
+    for (Eigen::Index i = 0; i < sum.size(); ++i)
+        if (!slack_basic_[std::size_t(i)]) sum[i] -= slack_[std::size_t(i)];
+    return sum;
+}
+
+/// The basic variables fit their columns: what round-off of the inverse has left is small beside
+/// the bounds.
+bool ReactionRange::is_consistent() const
+{
+    Eigen::VectorXd left = of_others();
+    for (std::size_t k = 0; k < basic_.size(); ++k)
+        for_column(basic_[k],
+                   [&](Eigen::Index i, double v) { left[i] += v * basic_value_[Eigen::Index(k)]; });
+    return (left.cwiseAbs().array() <= kInconsistent * (set_.upper - set_.lower).array()).all();
 }
 
 ReactionRange::End ReactionRange::maximise(const Eigen::VectorXd& c, std::int64_t& work,
@@ -146,15 +170,15 @@ ReactionRange::End ReactionRange::maximise(const Eigen::VectorXd& c, std::int64_
     const double optimal = kOptimal * c.cwiseAbs().maxCoeff();
     const double begun = now_;
     while (true) {
-        work -= 3 * m * m + m * n;
+        work -= m * m + 4 * set_.K.nonZeros() + n;
         if (work < 0) return End::no_work;
         if (now_ - begun >= enough) return End::enough;
 
         // What a unit of each variable that is not basic gains; of a slack all that it can.
-        Eigen::VectorXd c_basic(m);
+        Eigen::VectorXd y = Eigen::VectorXd::Zero(m);
         for (Eigen::Index k = 0; k < m; ++k)
-            c_basic[k] = value_of(basic_[std::size_t(k)], c);
-        const Eigen::VectorXd y = inverse_.transpose() * c_basic;
+            if (const double own = value_of(basic_[std::size_t(k)], c); own != 0)
+                y += own * inverse_.row(k).transpose();
         Eigen::VectorXd gain = -(set_.K.transpose() * y);
         gain.head(c.size()) += c;
         Variable enters;
@@ -194,7 +218,8 @@ ReactionRange::End ReactionRange::maximise(const Eigen::VectorXd& c, std::int64_
         // How far it may go, and what blocks it: of those that do about first, the one with the
         // largest pivot (Harris).
         const double sign = rate > 0 ? 1 : -1;
-        const Eigen::VectorXd w = inverse_ * column(enters);
+        Eigen::VectorXd w = Eigen::VectorXd::Zero(m);
+        for_column(enters, [&](Eigen::Index i, double v) { w += v * inverse_.col(i); });
         const double small = kSmallPivot * std::max(1.0, w.cwiseAbs().maxCoeff());
         const auto room = [&](Eigen::Index k, bool relaxed) {
             const Variable& v = basic_[std::size_t(k)];
@@ -249,7 +274,7 @@ ReactionRange::End ReactionRange::maximise(const Eigen::VectorXd& c, std::int64_
         const Eigen::RowVectorXd pivot_row = inverse_.row(leaves) / w[leaves];
         inverse_.noalias() -= w * pivot_row;
         inverse_.row(leaves) = pivot_row;
-        if (++pivots_ >= kRefactor && !refactor(work)) return End::no_work;
+        if (++pivots_ % kCheck == 0 && !is_consistent() && !refactor(work)) return End::no_work;
     }
 }
 
@@ -305,7 +330,7 @@ ReactionInterval ReactionRange::interval(const Eigen::VectorXd& c, std::int64_t&
         now_ = reached(up);
         end[1 - side] = std::max(end[1 - side], -now_);
         const End how = maximise(up, work, enough);
-        if (how == End::no_work || (pivots_ > 0 && !refactor(work)) || !is_within_bounds())
+        if (how == End::no_work || (!is_consistent() && !refactor(work)) || !is_within_bounds())
             out.certain = false;
         end[side] =
             std::max(end[side],

@@ -24,7 +24,7 @@ struct ReactionSet {
         double direction[2] = {0, 0}; ///< then: r_t / r_n
     };
     std::vector<Contact> contact;
-    Eigen::MatrixXd K; ///< what is judged x (reactions, then motions), entries of about 1
+    Delassus::Sparse K; ///< what is judged x (reactions, then motions), entries of about 1
     Eigen::VectorXd lower, upper; ///< of its rows, <= 0 and >= 0
     Eigen::VectorXd found;        ///< reactions
 };
@@ -67,8 +67,10 @@ private:
     static Variable best_ray(const ReactionSet::Contact& contact, const Eigen::VectorXd& gain);
     double reached(const Eigen::VectorXd& c) const;
     bool is_within_bounds() const;
+    Eigen::VectorXd of_others() const;
+    bool is_consistent() const;
     bool refactor(std::int64_t& work);
-    Eigen::VectorXd column(const Variable& v) const;
+    template <class Action> void for_column(const Variable& v, const Action& action) const;
     double value_of(const Variable& v, const Eigen::VectorXd& c) const;
     double lower(const Variable& v) const;
     double upper(const Variable& v) const;

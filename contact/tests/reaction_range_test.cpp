@@ -14,12 +14,13 @@ ReactionSet supports(const std::vector<double>& place, const std::vector<double>
 {
     ReactionSet set;
     const auto n = Eigen::Index(place.size());
-    set.K.resize(2, n);
+    Eigen::MatrixXd K(2, n);
     set.found = Eigen::Map<const Eigen::VectorXd>(found.data(), n);
     for (Eigen::Index i = 0; i < n; ++i) {
-        set.K.col(i) << 1, place[std::size_t(i)];
+        K.col(i) << 1, place[std::size_t(i)];
         set.contact.push_back({int(i), ContactKind::frictionless});
     }
+    set.K = K.sparseView(1, 0);
     set.upper = Eigen::Vector2d::Constant(kAccuracy);
     set.lower = -set.upper;
     return set;
@@ -78,10 +79,11 @@ TEST_CASE("a wedge without friction holds what its load says and with friction a
     for (const double mu : {0.1, 0.5}) {
         CAPTURE(mu);
         ReactionSet set;
-        set.K.resize(3, 6); // forces, and the moment that makes both alike
-        set.K << std::sin(a), -std::cos(a), 0, -std::sin(a), std::cos(a), 0, //
-            std::cos(a), std::sin(a), 0, std::cos(a), std::sin(a), 0,        //
+        Eigen::MatrixXd K(3, 6); // forces, and the moment that makes both alike
+        K << std::sin(a), -std::cos(a), 0, -std::sin(a), std::cos(a), 0, //
+            std::cos(a), std::sin(a), 0, std::cos(a), std::sin(a), 0,    //
             0, 1, 0, 0, -1, 0;
+        set.K = K.sparseView(1, 0);
         set.upper = Eigen::Vector3d::Constant(kAccuracy);
         set.lower = -set.upper;
         const double even = 0.5 / std::cos(a);
@@ -109,8 +111,7 @@ TEST_CASE("a wedge without friction holds what its load says and with friction a
 TEST_CASE("what is squeezed between two walls has no upper bound")
 {
     ReactionSet set;
-    set.K.resize(1, 2);
-    set.K << 1, -1;
+    set.K = Eigen::RowVector2d(1, -1).sparseView();
     set.upper = Eigen::VectorXd::Constant(1, kAccuracy);
     set.lower = -set.upper;
     set.found = Eigen::Vector2d(1, 1);

@@ -32,8 +32,8 @@ constexpr double kRound = 1e-14;         // of the size of a body: places
 constexpr double kLeastForce = 1e-6;     // of the largest in a group, that a body's is judged by
 constexpr double kNoBound = 1e6;         // of the largest: beyond, there is no bound
 constexpr double kOnCone = 1 - 1e-6;
-constexpr Eigen::Index kMostJudged = 600, kMostReactions = 6000; // of a group
-constexpr std::int64_t kMostWork = 1'000'000'000;                // multiplications, of a scene
+constexpr Eigen::Index kMostJudged = 1000, kMostReactions = 6000; // of a group
+constexpr std::int64_t kMostWork = 500'000'000;                  // multiplications, of a scene
 
 /// Contacts and couplings with the bodies that they join, no others.
 struct TouchingGroup {
@@ -266,7 +266,7 @@ ReactionSet ForceExaminer::reactions_of(const TouchingGroup& group, const Rows& 
     }
     const bool all = input_.dynamic || moves;
     const auto closed = all ? std::accumulate(judged.begin(), judged.end(), Eigen::Index(0)) : 0;
-    set.K = Eigen::MatrixXd::Zero(motions + closed, n + (moves ? motions : 0));
+    Eigen::MatrixXd K = Eigen::MatrixXd::Zero(motions + closed, n + (moves ? motions : 0));
     set.lower = set.upper = Eigen::VectorXd::Zero(motions + closed);
     Eigen::Index at = 0;
     const auto bounds = [&](double tolerance, double is) {
@@ -277,11 +277,14 @@ ReactionSet ForceExaminer::reactions_of(const TouchingGroup& group, const Rows& 
     };
     for (const Balance& b : balances) {
         const double size = std::max(b.passes, kLeastForce * largest);
-        set.K.block(at, 0, b.B.cols(), n) = b.B.transpose() * scale.asDiagonal() / size;
+        K.block(at, 0, b.B.cols(), n) = b.B.transpose() * scale.asDiagonal() / size;
         for (Eigen::Index i = 0; i < b.B.cols(); ++i, ++at)
             bounds(accuracy_, b.left[i] / size);
     }
-    if (!all) return set;
+    if (!all) {
+        set.K = K.sparseView(1, 0);
+        return set;
+    }
 
     const Eigen::MatrixXd W = compliance_of(group, rows);
     double size = 0;
@@ -293,15 +296,16 @@ ReactionSet ForceExaminer::reactions_of(const TouchingGroup& group, const Rows& 
     const Eigen::VectorXd values = values_of(group, rows) / (lever * moved);
     for (Eigen::Index row = 0; row < n; ++row) {
         if (!judged[std::size_t(row)]) continue;
-        set.K.row(at).head(n) = W.row(row).cwiseProduct(scale.transpose()) / moved;
+        K.row(at).head(n) = W.row(row).cwiseProduct(scale.transpose()) / moved;
         Eigen::Index mode = n;
         for (const Balance& b : balances) {
-            if (moves) set.K.block(at, mode, 1, b.B.cols()) = b.B.row(row);
+            if (moves) K.block(at, mode, 1, b.B.cols()) = b.B.row(row);
             mode += b.B.cols();
         }
         bounds(std::max(accuracy_, rounding / moved), values[row]);
         ++at;
     }
+    set.K = K.sparseView(1, 0);
     return set;
 }
 
@@ -400,6 +404,7 @@ void ForceExaminer::examine(const TouchingGroup& group, UndeterminedForces& out)
     }
     const ReactionSet set = reactions_of(group, rows, scale);
     ReactionRange range(set, kNoBound * largest);
+    int missed = 0;
     for (const auto& [pair, items] : of_pair) {
         const ContactPair& p = system_.finder.pairs()[std::size_t(pair)];
         Eigen::VectorXd normal = Eigen::VectorXd::Zero(rows.count);
@@ -441,11 +446,13 @@ void ForceExaminer::examine(const TouchingGroup& group, UndeterminedForces& out)
                 certain = certain && (i.certain || u.tangential);
             }
         }
-        if (!certain)
-            out.not_examined.push_back(
-                fmt::format("{} and {}: the work allowed did not suffice", u.a, u.b));
+        missed += !certain;
         if (u.normal || u.tangential) out.pairs.push_back(std::move(u));
     }
+    if (missed > 0)
+        out.not_examined.push_back(fmt::format(
+            "{}: the work allowed did not suffice for {} of {} pairs, whose intervals may be wider",
+            names(group), missed, of_pair.size()));
 }
 
 UndeterminedForces ForceExaminer::examine()
