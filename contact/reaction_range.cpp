@@ -27,8 +27,8 @@ constexpr double kRelax = 1e-4;        // of a slack's bounds, by which the rati
 constexpr double kRelaxRay = 1e-12;    // of the rest
 constexpr int kCheck = 100;            // pivots
 constexpr double kInconsistent = 1e-3; // of bounds, that pivots have lost: all is made anew
-constexpr double kRegular = 1e-6;      // singular values of K below this hold nothing
-constexpr int kRefinements = 4;
+constexpr double kHoldsNothing = 1e-6; // singular values of K below this hold nothing
+constexpr int kRangeRefinements = 4;
 constexpr double kLeft = 1e-9;     // of c: what tolerances need not hold, that of round-off
 constexpr double kViolated = 1e-2; // of bounds: an answer that misses them by more is none
 
@@ -48,7 +48,7 @@ ReactionRange::ReactionRange(const ReactionSet& set, double beyond) : set_(set),
         gram = Eigen::MatrixXd(set.K * Delassus::Sparse(set.K.transpose()));
     }
     const double most = m > 0 ? gram.diagonal().maxCoeff() : 0;
-    gram.diagonal().array() += kRegular * kRegular * most;
+    gram.diagonal().array() += kHoldsNothing * kHoldsNothing * most;
     gram_root_ = cholesky_root(gram);
     for (Eigen::Index i = 0; i < m; ++i)
         basic_.push_back({Variable::slack, int(i), 1, {1, 0, 0}});
@@ -66,7 +66,7 @@ double ReactionRange::widest(const Eigen::VectorXd& c) const
     Eigen::VectorXd left = Eigen::VectorXd::Zero(set_.K.cols());
     left.head(c.size()) = c;
     Eigen::VectorXd z = Eigen::VectorXd::Zero(set_.K.rows());
-    for (int i = 0; i < kRefinements; ++i) {
+    for (int i = 0; i < kRangeRefinements; ++i) {
         Eigen::VectorXd b = set_.K * left;
         b = gram_root_.transpose().triangularView<Eigen::Lower>().solve(b);
         b = gram_root_.triangularView<Eigen::Upper>().solve(b);
