@@ -111,6 +111,17 @@ void write_summary(JsonText& json, const RunSummary& s, const std::vector<std::s
     write_strings(json, "overlap_not_measured", s.not_measured);
     json.member("worst_cone_violation", s.worst_cone_violation);
     json.member("uncertified_steps", s.uncertified_steps).close('}');
+    json.key("undetermined").open('[');
+    for (const UndeterminedForce& u : s.undetermined) {
+        json.open('{').key("pair").open('[').value(u.a).value(u.b).close(']');
+        json.key("directions").open('[');
+        if (u.normal) json.value("normal");
+        if (u.tangential) json.value("tangential");
+        json.close(']');
+        json.key("normal_force").open('[').value(u.min).value(u.max).close(']').close('}');
+    }
+    json.close(']');
+    write_strings(json, "undetermined_not_examined", s.undetermined_not_examined);
     const EnergyRecord& e = s.energy;
     json.key("energy").open('{').member("work", e.work).member("work_absolute", e.work_absolute);
     json.member("elastic", e.elastic).member("kinetic", e.kinetic).member("friction", e.friction);

@@ -130,6 +130,13 @@ struct SnapRecord {
     double released = 0; ///< [J]
 };
 
+/// A pair of bodies whose contact forces the laws leave open at the accuracy asked.
+struct UndeterminedForce {
+    std::string a, b; ///< names
+    bool normal = false, tangential = false; ///< which directions of its force
+    double min = 0, max = 0; ///< of its normal force [N]; not finite: without bound
+};
+
 /// The end of a run.
 struct RunSummary {
     std::string status = "running"; ///< "done" | "failed" | "interrupted"
@@ -143,6 +150,8 @@ struct RunSummary {
     double worst_error = 0, worst_penetration = 0, worst_cone_violation = 0;
     OverlapRecord worst_overlap;
     std::vector<std::string> not_measured; ///< what worst_overlap leaves out, a sentence each
+    std::vector<UndeterminedForce> undetermined;        ///< at the end of the last step
+    std::vector<std::string> undetermined_not_examined; ///< what that leaves out, a sentence each
     std::vector<std::string> warnings;     ///< of the steps, a sentence each
     int uncertified_steps = 0;
     EnergyRecord energy;

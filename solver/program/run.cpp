@@ -170,6 +170,16 @@ std::string run_table(const RunSummary& s, const Scene& scene, const std::string
                        : "not measured");
     for (const std::string& left_out : s.not_measured)
         row("", "not measured: " + left_out);
+    constexpr std::size_t kMostPairs = 6;
+    for (std::size_t i = 0; i < std::min(kMostPairs, s.undetermined.size()); ++i) {
+        const UndeterminedForce& u = s.undetermined[i];
+        row(i == 0 ? "undetermined" : "",
+            fmt::format("{} force of {} and {}, normal force {:.4g} to {} N",
+                        !u.normal ? "tangential" : u.tangential ? "all" : "normal", u.a, u.b, u.min,
+                        std::isfinite(u.max) ? fmt::format("{:.4g}", u.max) : "any"));
+    }
+    if (s.undetermined.size() > kMostPairs)
+        row("", fmt::format("and {} more pairs, in manifest.json", s.undetermined.size() - kMostPairs));
     row("energy", fmt::format("work {:.4e} J = elastic {:+.4e} + kinetic {:+.4e} + friction {:.4e} + "
                               "released {:.4e} + error {:.1e}",
                               s.energy.work, s.energy.elastic - s.energy.elastic_start,

@@ -10,6 +10,7 @@
 #include "solver/step/couplings.hpp"
 #include "solver/step/recorded_problem.hpp"
 #include "solver/step/run_summary.hpp"
+#include "solver/step/undetermined.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -77,6 +78,7 @@ bool BodySimulation::State::advance(double h, bool relaxed, double share)
     summary.seconds.contact_solve += last.contact_solve;
     summary.seconds.correction += last.correction;
     if (!last.accepted) return false;
+    last_input = input;
     time = input.end();
     energy.work += last.energy.work;
     energy.work_absolute += last.energy.work_absolute;
@@ -279,6 +281,21 @@ void BodySimulation::State::finish()
     summary.not_measured = system->finder.not_measured(system->refs);
 }
 
+/// Of the last step: which forces could be others. Of a run that goes on it is said at its own end.
+void BodySimulation::State::examine_forces()
+{
+    if (summary.status == "interrupted") {
+        summary.undetermined.clear();
+        summary.undetermined_not_examined = {"all: the run was interrupted"};
+        return;
+    }
+    if (scene.time.path > 0) summary.undetermined_not_examined = {"all: balances along a path"};
+    if (!last.accepted) return; // no step since the run was resumed: what was said then stands
+    UndeterminedForces found = undetermined_forces(*system, last, last_input, scene.accuracy.contact);
+    summary.undetermined = std::move(found.pairs);
+    summary.undetermined_not_examined = std::move(found.not_examined);
+}
+
 BodySimulation::BodySimulation(const Scene& scene, std::vector<Obstacle> obstacles,
                                const SimulationOptions& options)
     : state_(std::make_unique<State>())
@@ -312,6 +329,7 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         sum.status = status;
         sum.message = std::move(message);
         s.finish();
+        s.examine_forces();
         RunSummary whole = sum; // a run that goes on says it at its own end
         for (std::string& sentence : s.overlaps.small_contacts(*s.system))
             whole.warnings.push_back(std::move(sentence));

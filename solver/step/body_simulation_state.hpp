@@ -33,6 +33,7 @@ struct BodySimulation::State {
     std::unique_ptr<BodySystem> system;
     std::vector<const CurvePoints*> curves;
     BodyStepReport last;
+    StepInput last_input; ///< of the last step
 
     const std::atomic<bool>* stop = nullptr;
     bool ready = false, started = false;
@@ -88,6 +89,7 @@ struct BodySimulation::State {
     double within_reach(double h) const;
     StepRecord record(double h, double seconds);
     void finish();
+    void examine_forces();
 };
 
 } // namespace amontons

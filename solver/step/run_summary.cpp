@@ -52,6 +52,16 @@ void save_summary(const RunSummary& summary, ByteWriter& out)
     out.value(std::uint64_t(summary.warnings.size()));
     for (const std::string& w : summary.warnings)
         save_text(w, out);
+    out.value(std::uint64_t(summary.undetermined.size()));
+    for (const UndeterminedForce& u : summary.undetermined) {
+        save_text(u.a, out);
+        save_text(u.b, out);
+        for (const double x : {double(u.normal), double(u.tangential), u.min, u.max})
+            out.value(x);
+    }
+    out.value(std::uint64_t(summary.undetermined_not_examined.size()));
+    for (const std::string& sentence : summary.undetermined_not_examined)
+        save_text(sentence, out);
     out.value(summary.uncertified_steps);
     out.vector(summary.snaps);
     out.vector(summary.step_seconds);
@@ -83,6 +93,22 @@ RunSummary read_summary(ByteReader& in)
     if (warnings > kMostQuantities) ByteReader::refuse("an impossible size");
     for (std::uint64_t i = 0; i < warnings; ++i)
         summary.warnings.push_back(read_text(in));
+    const auto undetermined = in.value<std::uint64_t>();
+    if (undetermined > kMostQuantities) ByteReader::refuse("an impossible size");
+    for (std::uint64_t i = 0; i < undetermined; ++i) {
+        UndeterminedForce u;
+        u.a = read_text(in);
+        u.b = read_text(in);
+        u.normal = in.value<double>() != 0;
+        u.tangential = in.value<double>() != 0;
+        u.min = in.value<double>();
+        u.max = in.value<double>();
+        summary.undetermined.push_back(std::move(u));
+    }
+    const auto not_examined = in.value<std::uint64_t>();
+    if (not_examined > kMostQuantities) ByteReader::refuse("an impossible size");
+    for (std::uint64_t i = 0; i < not_examined; ++i)
+        summary.undetermined_not_examined.push_back(read_text(in));
     summary.uncertified_steps = in.value<int>();
     summary.snaps = in.vector<SnapRecord>(1u << 24);
     summary.step_seconds = in.vector<double>(1u << 28);

@@ -374,6 +374,7 @@ void WireSimulation::State::finish(RunSummary& s) const
     if (!coaxial.empty())
         s.not_measured.push_back("instruments in one another: gaps at their points of contact are "
                                  "certified, what is between them is not measured");
+    s.undetermined_not_examined = {"instruments: they are elastic"};
     s.quantities.clear();
     for (std::size_t w = 0; w < wires.size(); ++w) {
         const std::string prefix = w == 0 ? "" : scene.beams[w].name + "_";

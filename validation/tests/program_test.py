@@ -391,7 +391,7 @@ class Output(Case):
         self.assertEqual(result.returncode, 0, result.stderr)
         report = json.loads(result.stdout)
         for key in ("status", "steps", "time", "seconds", "contacts", "certificate", "energy",
-                    "peak_memory", "modules", "quantities"):
+                    "peak_memory", "modules", "quantities", "undetermined", "undetermined_not_examined"):
             self.assertIn(key, report)
         self.assertEqual(set(report["seconds"]), {"total", "read", "offline", "free_motion",
                          "detection", "compliance", "contact_solve", "correction", "output"})
@@ -414,6 +414,59 @@ class Output(Case):
         self.assertEqual(self.call("run", again, "--output", "again").returncode, 0)
         self.assertEqual(steps_of(self.folder / "out/history.csv"),
                          steps_of(self.folder / "again/history.csv"))
+
+    @unittest.skipIf(STUB, "physics")
+    def test_forces_of_a_table_that_the_laws_leave_open(self):
+        """A square table on one floor, and with each leg on a block of its own."""
+        points = [(x, y, 0.5) for y in (-1, 0, 1) for x in (-1, 0, 1)]  # below the plate
+        points += [(x, y, 0.6) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]  # 9 to 12, above
+        faces = [(9, 10, 11), (9, 11, 12)]
+        for below, a, b in (((0, 1, 2), 9, 10), ((2, 5, 8), 10, 11), ((8, 7, 6), 11, 12), ((6, 3, 0), 12, 9)):
+            faces += [(below[0], below[1], a), (below[1], b, a), (below[1], below[2], b)]
+        for i, j in ((0, 0), (1, 0), (0, 1), (1, 1)):  # four legs, each a pyramid on its tip
+            points.append((i - 0.5, j - 0.5, 0))
+            square = [3 * j + i, 3 * j + i + 1, 3 * j + i + 4, 3 * j + i + 3]
+            faces += [(square[(k + 1) % 4], square[k], len(points) - 1) for k in range(4)]
+        (self.folder / "table.obj").write_text(
+            "".join("v {} {} {}\n".format(*p) for p in points) +
+            "".join("f {} {} {}\n".format(*(k + 1 for k in f)) for f in faces))
+        table = {"kind": "rigid", "shape": {"file": "table.obj"}, "mass": 1}
+        floor = {"kind": "obstacle", "surface": {"generate": "plane"}}
+        blocks = {f"block{i}{j}": {"kind": "rigid", "shape": {"generate": "box", "size": [0.2, 0.2, 0.1]}, "mass": 2,
+                                   "start": {"place": [i - 0.5, j - 0.5, -0.05]}} for i in (0, 1) for j in (0, 1)}
+
+        def undetermined(friction, **bodies):
+            scene = {"schema": 1, "bodies": {"table": table, **bodies}, "gravity": [0, 0, -1],
+                     "contact": [{"between": ["*", "*"], "friction": friction}], "time": {"step": 1, "end": 1},
+                     "output": {"picture": False, "plots": False}}
+            path = self.scene(text=json.dumps(scene), name="table.json")
+            result = self.call("run", path, "--output", "table", "--json")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            report = json.loads(result.stdout)
+            self.assertEqual(report["undetermined_not_examined"], [])
+            manifest = json.loads((self.folder / "table/manifest.json").read_text())
+            self.assertEqual(manifest["undetermined"], report["undetermined"])
+            return report["undetermined"]
+
+        self.assertEqual(undetermined(0, floor=floor), [])
+        self.assertEqual(undetermined(0.5, floor=floor), [])
+        floor["surface"]["centre"] = [0, 0, -0.1]
+        for friction in (0, 0.5):
+            found = undetermined(friction, floor=floor, **blocks)
+            legs = [u for u in found if "table" in u["pair"]]
+            self.assertEqual(len(legs), 4)
+            for u in legs:
+                self.assertIn("normal", u["directions"])
+                self.assertEqual("tangential" in u["directions"], friction > 0)
+                if friction == 0:
+                    self.assertAlmostEqual(u["normal_force"][0], 0, 6)
+                    self.assertAlmostEqual(u["normal_force"][1], 0.5, 6)
+                else:  # tips that press outwards against each other bend nothing
+                    self.assertGreaterEqual(u["normal_force"][1], 0.5 - 1e-6)
+            below = [u for u in found if "floor" in u["pair"]]
+            self.assertEqual(len(below), 4)
+            for u in below:
+                self.assertGreaterEqual(u["normal_force"][0], 2 - 1e-6)
 
     @unittest.skipIf(STUB, "physics")
     def test_long_steps_keep_the_energy_balance(self):
