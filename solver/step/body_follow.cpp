@@ -4,6 +4,7 @@
 #include "solver/body/rigid_body.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 // Steps of motion of second order: joints, springs and the contacts of rigid bodies hold where the
@@ -63,6 +64,65 @@ void BodyStepper::start_following()
     }
 }
 
+/// The iterate goes on as the forces of the step before say: directions half way are then known up to
+/// the square of the step. Of rigid bodies alone, whose motion asks for nothing else.
+void BodyStepper::expect_motion()
+{
+    if (!follows_some()) return;
+    for (const BodyRef& b : system_.refs)
+        if (!b.rigid) return;
+    std::vector<ActingForce> acting;
+    const int contacts_here = int(list_.contact.size());
+    for (int c = 0; c < int(value_.size()); ++c)
+        if (const auto known = force_.find(key(c)); known != force_.end())
+            acting.push_back({c, c < contacts_here
+                                     ? known->second
+                                     : Vec3(known->second.x() *
+                                            joints_[std::size_t(c - contacts_here)].direction)});
+    if (acting.empty()) return;
+    const std::vector<Eigen::VectorXd> forces = forces_on_bodies(contacts(), acting);
+    for (std::size_t b = 0; b < bodies(); ++b)
+        body(b).change(Eigen::VectorXd(), Eigen::VectorXd(), forces[b]);
+    find();
+}
+
+/// Where all rows hold and all contacts stick, their forces are those of linear equations: most
+/// iterations of steps that are followed ask for no more.
+/// @return  false if that is not so, or not known: nothing has changed
+bool BodyStepper::all_rows_hold()
+{
+    constexpr int kMostRows = 100;         // of a factor that costs next to nothing
+    constexpr double kIndependent = 1e-10; // of W: less is a row that repeats others
+    if (!step_.follows || rows_.count > kMostRows || !problem_.W.is_dense()) return false;
+    const int contacts_here = int(list_.contact.size());
+    for (const int c : rows_.chosen)
+        if (c < contacts_here && list_.contact[std::size_t(c)].slid) return false;
+    const Eigen::MatrixXd& W = problem_.W.dense();
+    const Eigen::MatrixXd U = cholesky_root(W);
+    if (U.size() == 0) return false;
+    const Eigen::Index n = U.cols();
+    for (Eigen::Index i = 0; i < n; ++i)
+        if (!(U(i, i) * U(i, i) > kIndependent * W(i, i))) return false;
+    Eigen::VectorXd r = -problem_.q; // U^T U r = -q
+    for (Eigen::Index i = 0; i < n; ++i)
+        r[i] = (r[i] - U.col(i).head(i).dot(r.head(i))) / U(i, i);
+    for (Eigen::Index i = n - 1; i >= 0; --i) {
+        r[i] /= U(i, i);
+        r.head(i) -= r[i] * U.col(i).head(i);
+    }
+    for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
+        const int first = rows_.first[i];
+        if (problem_.kind[i] == ContactKind::bilateral) continue;
+        if (!(r[first] > 0)) return false;
+        if (problem_.kind[i] == ContactKind::frictional &&
+            !(std::hypot(r[first + 1], r[first + 2]) <=
+              kStickShare * problem_.mu[Eigen::Index(i)] * r[first]))
+            return false;
+    }
+    r_ = std::move(r);
+    return true;
+}
+
 /// Contacts between rigid bodies are found at the iterate, others move with their bodies.
 void BodyStepper::follow_to_end()
 {
@@ -111,6 +171,20 @@ void BodyStepper::follow_to_end()
     }
 }
 
+/// What a turn is of the mean spin times the step, by which its row turns. Below 1e-6 rad the two
+/// are the same.
+double BodyStepper::of_turn(const Coupling& coupling, const CouplingRow& row,
+                            double before) const
+{
+    constexpr double kSmall = 1e-6;
+    double turned = 0;
+    for (const auto& [side, sign] : {std::pair{coupling.a.body, 1.0}, std::pair{coupling.b.body, -1.0}})
+        if (side >= 0)
+            turned += sign * row.direction.dot(
+                                 body(std::size_t(side)).displacement({{}, Vec3::Zero(), true}));
+    return std::abs(turned) > kSmall ? (row.value - before) / turned : 1;
+}
+
 /// Couplings as rows of the iterate.
 void BodyStepper::find_joints()
 {
@@ -121,7 +195,10 @@ void BodyStepper::find_joints()
         const CouplingMemory& memory = system_.coupling_memory[c];
         CouplingRow row = coupling_row(system_.refs, coupling, memory.value);
         joint_value_.push_back(row.value);
-        if (step_.follows) row = row_between(coupling, joints_start_[c], row);
+        if (step_.follows) {
+            row = row_between(coupling, joints_start_[c], row);
+            if (coupling.turns) row.direction *= of_turn(coupling, row, joints_start_[c].value);
+        }
         if (step_.dynamic && coupling.softness > 0)
             row.value = spring_row(coupling, step_.rule, step_.h, memory, row.value).value;
         joints_.push_back(row);

@@ -394,6 +394,7 @@ bool BodyStepper::run()
         }
     }
     find();
+    expect_motion();
     rods_only_ = rods_alone() && !system_.finder.pairs().empty();
     bool nonlinear = false;
     for (const BodyRef& b : system_.refs)

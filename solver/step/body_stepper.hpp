@@ -58,7 +58,10 @@ private:
     static StepInput followed(const BodySystem& system, StepInput step);
     bool follows_some() const;
     void start_following();
+    void expect_motion();
+    bool all_rows_hold();
     void follow_to_end();
+    double of_turn(const Coupling& coupling, const CouplingRow& row, double before) const;
     void find_joints();
     void remember_joints();
     double spring_loss(std::size_t coupling, double force) const;
