@@ -24,6 +24,7 @@ RigidBody::RigidBody(const RigidInput& input, RigidShape shape, const MassProper
     if (driven()) state_ = driven_motion(0);
     angular_ = inertia(state_.turn) * state_.spin;
     now_ = state_;
+    if (mass_.mass > 0) inverse_inertia_ = mass_.inertia.inverse();
 }
 
 Placement RigidBody::placement_of(const Motion& m) const
@@ -163,10 +164,11 @@ void RigidBody::move_by(const Vec3& impulse, const Vec3& moment)
     now_.centre = state_.centre + h * (share * now_.velocity + past_velocity_);
     now_angular_ = angular_ + h * mean_torque_ + moment;
     const Eigen::Quaterniond back = state_.turn.conjugate();
-    mean_spin_ = state_.turn * amontons::mean_spin(mass_.inertia, h, share, back * now_angular_,
-                                                   back * past_angular_);
+    mean_spin_ =
+        state_.turn * amontons::mean_spin(mass_.inertia, inverse_inertia_, h, share,
+                                          back * now_angular_, back * past_angular_);
     now_.turn = (cayley_turn(h * mean_spin_) * state_.turn).normalized();
-    now_.spin = solve_symmetric(inertia(now_.turn), now_angular_);
+    now_.spin = now_.turn * (inverse_inertia_ * (now_.turn.conjugate() * now_angular_));
 }
 
 /// About which moments of contacts and joints are taken in a step of second order: followed ones
@@ -177,13 +179,14 @@ Vec3 RigidBody::reference() const
                          : Vec3(state_.centre + step_.h * past_velocity_);
 }
 
-/// The inertia half way through a step of second order, at the iterate in others [kg m^2].
-Mat3 RigidBody::step_inertia() const
+/// Half way through a step of second order, at the iterate in others [1/(kg m^2)].
+Mat3 RigidBody::inverse_inertia() const
 {
-    if (!second_order()) return inertia(now_.turn);
+    if (!second_order()) return inertia(now_.turn).inverse();
     Eigen::Quaterniond half = now_.turn;
     half.coeffs() += (half.dot(state_.turn) < 0 ? -1 : 1) * state_.turn.coeffs();
-    return inertia(half.normalized());
+    const Mat3 R = half.normalized().toRotationMatrix();
+    return R * inverse_inertia_ * R.transpose();
 }
 
 /// The motion of the step at its mean place, of bodies that are followed: a point of the body that
@@ -270,7 +273,7 @@ Eigen::VectorXd RigidBody::free_change() const
     const double h = step_.h;
     const Vec3 momentum = angular_ + h * mean_torque_;
     y.head<3>() = state_.velocity + h / mass_.mass * mean_force_ - now_.velocity;
-    y.tail<3>() = second_order() ? solve_symmetric(step_inertia(), momentum - now_angular_)
+    y.tail<3>() = second_order() ? Vec3(inverse_inertia() * (momentum - now_angular_))
                                  : Vec3(solve_symmetric(inertia(now_.turn), momentum) - now_.spin);
     return y;
 }
@@ -282,7 +285,7 @@ void RigidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
         return;
     }
     const Eigen::MatrixXd H = C;
-    const Mat3 J = step_inertia().inverse();
+    const Mat3 J = inverse_inertia();
     W.noalias() = H.topRows(3).transpose() * (H.topRows(3) / mass_.mass);
     const Eigen::MatrixXd JH = 0.5 * (J + J.transpose()) * H.bottomRows(3);
     W.noalias() += H.bottomRows(3).transpose() * JH;
@@ -294,7 +297,8 @@ Eigen::VectorXd RigidBody::solve(const Eigen::VectorXd& f)
     Eigen::VectorXd y = Eigen::VectorXd::Zero(unknowns());
     if (driven() || !step_.dynamic) return y;
     y.head<3>() = f.head<3>() / mass_.mass;
-    y.tail<3>() = solve_symmetric(step_inertia(), f.tail<3>());
+    y.tail<3>() = second_order() ? Vec3(inverse_inertia() * f.tail<3>())
+                                 : solve_symmetric(inertia(now_.turn), f.tail<3>());
     return y;
 }
 
@@ -418,7 +422,7 @@ BodyEnergy RigidBody::accept_second_order()
     const Vec3 before = state_.turn.conjugate() * angular_,
                after = now_.turn.conjugate() * now_angular_;
     e.dissipated = mass_.mass * dv.dot(faster) + (now_angular_ - angular_).dot(mean_spin_) -
-                   0.5 * (after - before).dot(solve_symmetric(mass_.inertia, after + before));
+                   0.5 * (after - before).dot(inverse_inertia_ * (after + before));
     if (step_.rule.filtered) {
         const TimeRule& rule = step_.rule;
         const Vec3 f0 = force(step_.start), m0 = torque(step_.start);

@@ -92,7 +92,7 @@ private:
     bool second_order() const { return step_.dynamic && !driven() && step_.rule.end < 1; }
     void move_by(const Vec3& impulse, const Vec3& moment);
     Vec3 reference() const;
-    Mat3 step_inertia() const;
+    Mat3 inverse_inertia() const;
     struct MeanMotion {
         Vec3 shift, turn; ///< of the centre [m]; see cayley_turn [rad]
         Vec3 centre;      ///< its mean place [m]
@@ -103,6 +103,7 @@ private:
     RigidInput input_;
     RigidShape shape_;
     MassProperties mass_; ///< about the shape's origin and axes
+    Mat3 inverse_inertia_ = Mat3::Zero();
     double size_ = 0;
     StepInput step_;
     Motion state_, now_;

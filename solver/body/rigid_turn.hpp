@@ -26,10 +26,11 @@ inline Vec3 cayley_vector(const Eigen::Quaterniond& turn)
 /// angular momentum at the step's end along the axes that the body has there, follows from the turn
 /// by h W itself. With share 1/2 and past = P / 2 the energy changes by what impulses do alone.
 /// Source: Simo & Wong 1991, the midpoint rule on momenta along the body's axes.
-/// @param inertia  about the centre of mass, along the body's axes [kg m^2]
+/// @param inertia  about the centre of mass, along the body's axes [kg m^2]; and its inverse
 /// @param end      the angular momentum at the end, along the axes at the start [kg m^2/s]
 /// @param past     of the mean momentum what is known before the step [kg m^2/s]
 /// @return         [rad/s]
-Vec3 mean_spin(const Mat3& inertia, double h, double share, const Vec3& end, const Vec3& past);
+Vec3 mean_spin(const Mat3& inertia, const Mat3& inverse, double h, double share, const Vec3& end,
+               const Vec3& past);
 
 } // namespace amontons

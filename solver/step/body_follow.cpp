@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 // Steps of motion of second order: joints, springs and the contacts of rigid bodies hold where the
@@ -19,7 +20,7 @@
 namespace amontons {
 namespace {
 
-constexpr int kMostFollowed = 8; // iterations that find contacts anew; then they move as found last
+constexpr int kMostFollowed = 16; // iterations that find contacts anew; then they move as found last
 constexpr double kSameFace = 0.9; // cosine of normals: beyond, a contact is with another face
 
 Mat3 turned_frame(const Mat3& frame, const Vec3& normal)
@@ -93,34 +94,94 @@ bool BodyStepper::all_rows_hold()
 {
     constexpr int kMostRows = 100;         // of a factor that costs next to nothing
     constexpr double kIndependent = 1e-10; // of W: less is a row that repeats others
+    closed_root_.resize(0, 0);
     if (!step_.follows || rows_.count > kMostRows || !problem_.W.is_dense()) return false;
     const int contacts_here = int(list_.contact.size());
     for (const int c : rows_.chosen)
         if (c < contacts_here && list_.contact[std::size_t(c)].slid) return false;
     const Eigen::MatrixXd& W = problem_.W.dense();
-    const Eigen::MatrixXd U = cholesky_root(W);
-    if (U.size() == 0) return false;
-    const Eigen::Index n = U.cols();
-    for (Eigen::Index i = 0; i < n; ++i)
-        if (!(U(i, i) * U(i, i) > kIndependent * W(i, i))) return false;
-    Eigen::VectorXd r = -problem_.q; // U^T U r = -q
-    for (Eigen::Index i = 0; i < n; ++i)
-        r[i] = (r[i] - U.col(i).head(i).dot(r.head(i))) / U(i, i);
-    for (Eigen::Index i = n - 1; i >= 0; --i) {
-        r[i] /= U(i, i);
-        r.head(i) -= r[i] * U.col(i).head(i);
+    closed_root_ = cholesky_root(W);
+    for (Eigen::Index i = 0; i < closed_root_.cols(); ++i)
+        if (!(closed_root_(i, i) * closed_root_(i, i) > kIndependent * W(i, i)))
+            closed_root_.resize(0, 0);
+    const Eigen::VectorXd warm = r_;
+    r_.setZero(rows_.count);
+    if (closed_root_.size() > 0 && closed_forces(problem_.q)) return true;
+    closed_root_.resize(0, 0);
+    r_ = warm;
+    return false;
+}
+
+/// Changes r_ by what makes these values 0.
+/// @return  false if a contact pulls then, or slides
+bool BodyStepper::closed_forces(const Eigen::VectorXd& u)
+{
+    const Eigen::MatrixXd& U = closed_root_;
+    Eigen::VectorXd change = -u;
+    for (Eigen::Index i = 0; i < U.cols(); ++i)
+        change[i] = (change[i] - U.col(i).head(i).dot(change.head(i))) / U(i, i);
+    for (Eigen::Index i = U.cols() - 1; i >= 0; --i) {
+        change[i] /= U(i, i);
+        change.head(i) -= change[i] * U.col(i).head(i);
     }
+    r_ += change;
     for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
         const int first = rows_.first[i];
         if (problem_.kind[i] == ContactKind::bilateral) continue;
-        if (!(r[first] > 0)) return false;
+        if (!(r_[first] > 0)) return false;
         if (problem_.kind[i] == ContactKind::frictional &&
-            !(std::hypot(r[first + 1], r[first + 2]) <=
-              kStickShare * problem_.mu[Eigen::Index(i)] * r[first]))
+            !(std::hypot(r_[first + 1], r_[first + 2]) <=
+              kStickShare * problem_.mu[Eigen::Index(i)] * r_[first]))
             return false;
     }
-    r_ = std::move(r);
     return true;
+}
+
+/// Iterations of rigid bodies on linear equations, with their factor as it is: what holds at the
+/// iterate, and forces where the iterate has them, for next to nothing.
+void BodyStepper::refine()
+{
+    constexpr int kMost = 5;
+    constexpr double kFiner = 0.1; // of the tolerance
+    if (closed_root_.size() == 0) return;
+    for (const BodyRef& b : system_.refs)
+        if (!b.rigid) return;
+    const int contacts_here = int(list_.contact.size());
+    const double enough = kFiner * options_.tolerance * (problem_.W * r_).norm();
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < kMost; ++i) {
+        find();
+        Eigen::VectorXd u = values(rows_);
+        for (std::size_t k = 0; k < rows_.chosen.size(); ++k)
+            if (const int joint = rows_.chosen[k] - contacts_here; joint >= 0)
+                u[rows_.first[k]] += give_of(std::size_t(joint)) * r_[rows_.first[k]];
+        const double left = u.norm();
+        if (left <= enough || !(left < 0.5 * least)) return;
+        least = left;
+        const Eigen::VectorXd before = r_;
+        if (!closed_forces(u)) { // the contact problem is due
+            r_ = before;
+            return;
+        }
+        std::vector<ActingForce> acting;
+        for (std::size_t k = 0; k < rows_.chosen.size(); ++k) {
+            const int c = rows_.chosen[k], first = rows_.first[k];
+            if (c >= contacts_here) {
+                force_[key(c)] = Vec3(r_[first], 0, 0);
+                acting.push_back(
+                    {c, r_[first] * joints_[std::size_t(c - contacts_here)].direction});
+                continue;
+            }
+            const int rows = amontons::rows_of(problem_.kind[k]);
+            const Vec3 f = list_.contact[std::size_t(c)].frame.leftCols(rows) *
+                           r_.segment(first, rows);
+            force_[key(c)] = f;
+            acting.push_back({c, f});
+        }
+        body_force_ = forces_on_bodies(contacts(), acting);
+        for (std::size_t b = 0; b < bodies(); ++b)
+            body(b).change(Eigen::VectorXd(), Eigen::VectorXd(), body_force_[b]);
+    }
 }
 
 /// Contacts between rigid bodies are found at the iterate, others move with their bodies.

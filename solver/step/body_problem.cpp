@@ -474,6 +474,7 @@ bool BodyStepper::finish_iteration()
             made_.resize(0, 0);
         }
     }
+    refine();
     return true;
 }
 

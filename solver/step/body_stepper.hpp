@@ -60,6 +60,8 @@ private:
     void start_following();
     void expect_motion();
     bool all_rows_hold();
+    bool closed_forces(const Eigen::VectorXd& u);
+    void refine();
     void follow_to_end();
     double of_turn(const Coupling& coupling, const CouplingRow& row, double before) const;
     void find_joints();
@@ -159,6 +161,7 @@ private:
     std::vector<double> joint_value_;          ///< of each at the iterate
     std::vector<FollowedContact> contacts_on_; ///< of each contact, in steps that follow them
     int follows_ = 0;                          ///< how often contacts were followed
+    Eigen::MatrixXd closed_root_; ///< of W where all rows hold, U^T U; empty where they may not
     std::vector<Vec3> value_;   ///< of every contact and coupling, at the iterate
     std::vector<double> moved_; ///< of each contact along its normal, when it was found
     std::vector<Eigen::VectorXd> free_, mode_load_;
