@@ -29,13 +29,17 @@ struct StepInput {
     TimeRule rule; ///< dynamic: how places follow velocities, and velocities forces
     Vec3 gravity = Vec3::Zero();
     double load = 1; ///< share of the bodies' own loads, gravity apart
+    /// Motion of second order: joints and the contacts of rigid bodies hold where the step ends, and
+    /// their forces act half way (docs/theory/motion.md).
+    bool follows = false;
     double end() const { return start + h; }
 };
 
 /// A place on a body: nodes with weights, or (no nodes) a point that is fixed to a rigid body.
 struct BodyPlace {
     std::span<const StencilEntry> nodes;
-    Vec3 point = Vec3::Zero(); ///< at the iterate [m]
+    Vec3 point = Vec3::Zero(); ///< at the iterate; of steps that follow it, half way [m]
+    bool turns = false;        ///< the body's turn is meant, and a moment; of rigid bodies
 };
 
 /// A rigid placement: x = turn X + shift.

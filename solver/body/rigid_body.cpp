@@ -3,6 +3,7 @@
 #include "mesh/base/curve.hpp"
 #include "mesh/base/dense.hpp"
 #include "solver/body/drive.hpp"
+#include "solver/body/rigid_turn.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -23,6 +24,7 @@ RigidBody::RigidBody(const RigidInput& input, RigidShape shape, const MassProper
     if (driven()) state_ = driven_motion(0);
     angular_ = inertia(state_.turn) * state_.spin;
     now_ = state_;
+    if (mass_.mass > 0) inverse_inertia_ = mass_.inertia.inverse();
 }
 
 Placement RigidBody::placement_of(const Motion& m) const
@@ -100,6 +102,8 @@ void RigidBody::begin(const StepInput& step)
         begin_memory();
         now_.velocity = -past_velocity_ / step.rule.end;
         now_.spin = -past_spin_ / step.rule.end;
+        now_angular_ = -past_angular_ / step.rule.end;
+        mean_spin_.setZero();
     } else { // nothing but contacts holds it; turns are measured by the path at its size
         modes_ = Eigen::MatrixXd::Identity(6, 6);
         modes_.bottomRightCorner(3, 3) /= size_;
@@ -137,17 +141,62 @@ void RigidBody::begin_memory()
         mean_force_ = force(middle);
         mean_torque_ = torque(middle);
         past_velocity_ = rule.start * state_.velocity;
-        past_spin_ = rule.start * state_.spin;
         past_angular_ = rule.start * angular_;
+        past_spin_ = rule.start * state_.spin;
         return;
     }
     const Vec3 f = force(step_.start), m = torque(step_.start);
-    if (!memory_.begun) memory_ = {true, state_.velocity, angular_, f, m};
+    if (!memory_.begun)
+        memory_ = {true, state_.velocity, state_.turn.conjugate() * angular_, f, m};
     mean_force_ = rule.end * force(step_.end()) + rule.past(f, memory_.force);
     mean_torque_ = rule.end * torque(step_.end()) + rule.past(m, memory_.torque);
     past_velocity_ = rule.past(state_.velocity, memory_.velocity);
-    past_angular_ = rule.past(angular_, memory_.angular);
+    past_angular_ = rule.past(angular_, Vec3(state_.turn * memory_.angular));
     past_spin_ = solve_symmetric(inertia(state_.turn), past_angular_);
+}
+
+/// The end of a step of second order under these impulses of contacts and joints.
+/// @param moment  about reference() [N m s]
+void RigidBody::move_by(const Vec3& impulse, const Vec3& moment)
+{
+    const double h = step_.h, share = step_.rule.end;
+    now_.velocity = state_.velocity + (h * mean_force_ + impulse) / mass_.mass;
+    now_.centre = state_.centre + h * (share * now_.velocity + past_velocity_);
+    now_angular_ = angular_ + h * mean_torque_ + moment;
+    const Eigen::Quaterniond back = state_.turn.conjugate();
+    mean_spin_ =
+        state_.turn * amontons::mean_spin(mass_.inertia, inverse_inertia_, h, share,
+                                          back * now_angular_, back * past_angular_);
+    now_.turn = (cayley_turn(h * mean_spin_) * state_.turn).normalized();
+    now_.spin = now_.turn * (inverse_inertia_ * (now_.turn.conjugate() * now_angular_));
+}
+
+/// About which moments of contacts and joints are taken in a step of second order: followed ones
+/// act half way, others where the step starts, on a centre that goes on (see accept()).
+Vec3 RigidBody::reference() const
+{
+    return step_.follows ? Vec3(0.5 * (state_.centre + now_.centre))
+                         : Vec3(state_.centre + step_.h * past_velocity_);
+}
+
+/// Half way through a step of second order, at the iterate in others [1/(kg m^2)].
+Mat3 RigidBody::inverse_inertia() const
+{
+    if (!second_order()) return inertia(now_.turn).inverse();
+    Eigen::Quaterniond half = now_.turn;
+    half.coeffs() += (half.dot(state_.turn) < 0 ? -1 : 1) * state_.turn.coeffs();
+    const Mat3 R = half.normalized().toRotationMatrix();
+    return R * inverse_inertia_ * R.transpose();
+}
+
+/// The motion of the step at its mean place, of bodies that are followed: a point of the body that
+/// moves there on average moves by shift + turn x (its mean place - the centre's).
+RigidBody::MeanMotion RigidBody::mean_motion() const
+{
+    return {now_.centre - state_.centre,
+            driven() ? cayley_vector(now_.turn * state_.turn.conjugate())
+                     : Vec3(step_.h * mean_spin_),
+            0.5 * (state_.centre + now_.centre)};
 }
 
 /// The place that the velocity of the iterate leads to.
@@ -163,7 +212,14 @@ void RigidBody::add_column(const BodyPlace& at, const Vec3& direction, double sc
                            std::vector<Eigen::Triplet<double>>& out) const
 {
     if (driven()) return;
-    const Vec3 moment = (at.point - now_.centre).cross(direction);
+    if (at.turns) {
+        for (int i = 0; i < 3; ++i)
+            out.emplace_back(3 + i, column, scale * direction[i]);
+        return;
+    }
+    const Vec3 middle =
+        step_.follows ? Vec3(0.5 * (state_.centre + now_.centre)) : now_.centre;
+    const Vec3 moment = (at.point - middle).cross(direction);
     for (int i = 0; i < 3; ++i) {
         out.emplace_back(i, column, scale * direction[i]);
         out.emplace_back(3 + i, column, scale * moment[i]);
@@ -172,6 +228,14 @@ void RigidBody::add_column(const BodyPlace& at, const Vec3& direction, double sc
 
 Vec3 RigidBody::displacement(const BodyPlace& at) const
 {
+    if (at.turns) {
+        if (step_.follows) return mean_motion().turn;
+        return rotation_vector(now_.turn * state_.turn.conjugate());
+    }
+    if (step_.follows) {
+        const MeanMotion m = mean_motion();
+        return m.shift + m.turn.cross(at.point - m.centre);
+    }
     if (step_.dynamic && !driven()) { // as the velocities say: what forces there work on
         const Vec3 arm = at.point - state_.centre;
         return step_.h * (step_.rule.end * (now_.velocity + now_.spin.cross(arm)) + past_velocity_ +
@@ -183,11 +247,13 @@ Vec3 RigidBody::displacement(const BodyPlace& at) const
 
 Vec3 RigidBody::velocity(const BodyPlace& at) const
 {
+    if (at.turns) return now_.spin;
     return now_.velocity + now_.spin.cross(at.point - now_.centre);
 }
 
 Vec3 RigidBody::start_velocity(const BodyPlace& at) const
 {
+    if (at.turns) return state_.spin;
     const Vec3 arm = now_.turn.conjugate() * (at.point - now_.centre);
     return state_.velocity + state_.spin.cross(state_.turn * arm);
 }
@@ -195,6 +261,7 @@ Vec3 RigidBody::start_velocity(const BodyPlace& at) const
 Vec3 RigidBody::past_velocity(const BodyPlace& at) const
 {
     if (driven()) return (1 - step_.rule.end) * velocity(at);
+    if (at.turns) return past_spin_;
     const Vec3 arm = now_.turn.conjugate() * (at.point - now_.centre);
     return past_velocity_ + past_spin_.cross(state_.turn * arm);
 }
@@ -206,7 +273,8 @@ Eigen::VectorXd RigidBody::free_change() const
     const double h = step_.h;
     const Vec3 momentum = angular_ + h * mean_torque_;
     y.head<3>() = state_.velocity + h / mass_.mass * mean_force_ - now_.velocity;
-    y.tail<3>() = solve_symmetric(inertia(now_.turn), momentum) - now_.spin;
+    y.tail<3>() = second_order() ? Vec3(inverse_inertia() * (momentum - now_angular_))
+                                 : Vec3(solve_symmetric(inertia(now_.turn), momentum) - now_.spin);
     return y;
 }
 
@@ -217,7 +285,7 @@ void RigidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
         return;
     }
     const Eigen::MatrixXd H = C;
-    const Mat3 J = inertia(now_.turn).inverse();
+    const Mat3 J = inverse_inertia();
     W.noalias() = H.topRows(3).transpose() * (H.topRows(3) / mass_.mass);
     const Eigen::MatrixXd JH = 0.5 * (J + J.transpose()) * H.bottomRows(3);
     W.noalias() += H.bottomRows(3).transpose() * JH;
@@ -229,7 +297,8 @@ Eigen::VectorXd RigidBody::solve(const Eigen::VectorXd& f)
     Eigen::VectorXd y = Eigen::VectorXd::Zero(unknowns());
     if (driven() || !step_.dynamic) return y;
     y.head<3>() = f.head<3>() / mass_.mass;
-    y.tail<3>() = solve_symmetric(inertia(now_.turn), f.tail<3>());
+    y.tail<3>() = second_order() ? Vec3(inverse_inertia() * f.tail<3>())
+                                 : solve_symmetric(inertia(now_.turn), f.tail<3>());
     return y;
 }
 
@@ -248,9 +317,13 @@ std::string RigidBody::mode_name(const Eigen::VectorXd& a) const
 }
 
 void RigidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
-                       const Eigen::VectorXd&)
+                       const Eigen::VectorXd& force)
 {
     if (driven()) return;
+    if (second_order()) {
+        move_by(force.head<3>(), force.tail<3>());
+        return;
+    }
     if (step_.dynamic) {
         now_.velocity += y.head<3>();
         now_.spin += y.tail<3>();
@@ -266,15 +339,27 @@ void RigidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
 void RigidBody::carry(const Vec3& force, const Vec3& torque)
 {
     carried_ = force;
-    carried_torque_ = torque - now_.centre.cross(force);
+    const Vec3 middle = step_.follows ? Vec3(0.5 * (state_.centre + now_.centre)) : now_.centre;
+    carried_torque_ = torque - middle.cross(force);
 }
 
 BodyEnergy RigidBody::accept(const Eigen::VectorXd& contact)
 {
     BodyEnergy e;
     const double kinetic_before = kinetic_energy();
+    if (second_order()) {
+        Vec3 impulse = Vec3::Zero(), moment = Vec3::Zero();
+        if (contact.size() == 6) {
+            impulse = contact.head<3>();
+            moment = contact_moment_ ? Vec3(*contact_moment_ - reference().cross(impulse))
+                                     : Vec3(contact.tail<3>());
+        }
+        move_by(impulse, moment);
+        return accept_second_order();
+    }
     const Vec3 moved = now_.centre - state_.centre;
-    const Vec3 turned = rotation_vector(now_.turn * state_.turn.conjugate());
+    const Vec3 turned = step_.follows ? mean_motion().turn
+                                      : rotation_vector(now_.turn * state_.turn.conjugate());
     if (driven()) {
         const double before = step_.dynamic ? 0 : 0.5, after = 1 - before;
         e.work = -(before * carried_before_ + after * carried_).dot(moved) -
@@ -312,14 +397,6 @@ BodyEnergy RigidBody::accept(const Eigen::VectorXd& contact)
             const Vec3 faster = moved / step_.h - state_.velocity - 0.5 * dv;
             e.dissipated = mass_.mass * dv.dot(faster) +
                            dL.dot(solve_symmetric(inertia(half), momentum - before - 0.5 * dL));
-            if (step_.rule.filtered) {
-                const TimeRule& rule = step_.rule;
-                const Vec3 f0 = force(step_.start), m0 = torque(step_.start);
-                memory_.force = rule.next(force(step_.end()), f0, memory_.force);
-                memory_.torque = rule.next(torque(step_.end()), m0, memory_.torque);
-                memory_.velocity = rule.next(now_.velocity, state_.velocity, memory_.velocity);
-                memory_.angular = rule.next(angular_, before, memory_.angular);
-            }
         }
     }
     contact_moment_.reset();
@@ -329,6 +406,35 @@ BodyEnergy RigidBody::accept(const Eigen::VectorXd& contact)
         if (step_.dynamic) e.work += e.kinetic - kinetic_before;
         e.work_absolute = std::abs(e.work);
     }
+    return e;
+}
+
+/// The iterate of a step of second order becomes the state.
+BodyEnergy RigidBody::accept_second_order()
+{
+    BodyEnergy e;
+    const MeanMotion m = mean_motion();
+    e.work = mean_force_.dot(m.shift) + mean_torque_.dot(m.turn);
+    e.work_absolute = std::abs(e.work);
+    // What the rule takes: the changes of momenta times the excess of the mean velocities.
+    const Vec3 dv = now_.velocity - state_.velocity;
+    const Vec3 faster = m.shift / step_.h - state_.velocity - 0.5 * dv;
+    const Vec3 before = state_.turn.conjugate() * angular_,
+               after = now_.turn.conjugate() * now_angular_;
+    e.dissipated = mass_.mass * dv.dot(faster) + (now_angular_ - angular_).dot(mean_spin_) -
+                   0.5 * (after - before).dot(inverse_inertia_ * (after + before));
+    if (step_.rule.filtered) {
+        const TimeRule& rule = step_.rule;
+        const Vec3 f0 = force(step_.start), m0 = torque(step_.start);
+        memory_.force = rule.next(force(step_.end()), f0, memory_.force);
+        memory_.torque = rule.next(torque(step_.end()), m0, memory_.torque);
+        memory_.velocity = rule.next(now_.velocity, state_.velocity, memory_.velocity);
+        memory_.angular = rule.next(after, before, memory_.angular);
+    }
+    contact_moment_.reset();
+    angular_ = now_angular_;
+    state_ = now_;
+    e.kinetic = kinetic_energy();
     return e;
 }
 

@@ -88,10 +88,22 @@ private:
     void drive(double t);
     void begin_memory();
     void move_with_velocity();
+    /// Steps of motion by any rule but implicit Euler's: see rigid_turn.hpp.
+    bool second_order() const { return step_.dynamic && !driven() && step_.rule.end < 1; }
+    void move_by(const Vec3& impulse, const Vec3& moment);
+    Vec3 reference() const;
+    Mat3 inverse_inertia() const;
+    struct MeanMotion {
+        Vec3 shift, turn; ///< of the centre [m]; see cayley_turn [rad]
+        Vec3 centre;      ///< its mean place [m]
+    };
+    MeanMotion mean_motion() const;
+    BodyEnergy accept_second_order();
 
     RigidInput input_;
     RigidShape shape_;
     MassProperties mass_; ///< about the shape's origin and axes
+    Mat3 inverse_inertia_ = Mat3::Zero();
     double size_ = 0;
     StepInput step_;
     Motion state_, now_;
@@ -105,11 +117,13 @@ private:
     /// The filtered rates of the generalised-alpha rule.
     struct Memory {
         bool begun = false;
-        Vec3 velocity = Vec3::Zero(), angular = Vec3::Zero(); ///< angular: the momentum
+        Vec3 velocity = Vec3::Zero();
+        Vec3 angular = Vec3::Zero(); ///< the momentum along the body's axes
         Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
     } memory_;
     Vec3 past_velocity_ = Vec3::Zero(), past_spin_ = Vec3::Zero(); ///< see Body::past_velocity
-    Vec3 past_angular_ = Vec3::Zero();
+    Vec3 past_angular_ = Vec3::Zero(), now_angular_ = Vec3::Zero();
+    Vec3 mean_spin_ = Vec3::Zero(); ///< of a step of second order
     Vec3 mean_force_ = Vec3::Zero(), mean_torque_ = Vec3::Zero(); ///< over the step
 };
 

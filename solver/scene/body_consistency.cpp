@@ -108,10 +108,41 @@ void check_couplings(const Scene& scene, Findings& findings)
         }
         if (c.between[0] == c.between[1])
             findings.add({place + "/between"}, "a body and itself", "two bodies");
-        if (c.kind == "spring" && !(c.stiffness > 0))
-            findings.add({place + "/stiffness"}, "nothing", "a number > 0 [N/m] of a spring");
-        if (c.kind == "spring" && !c.to)
-            findings.add({place + "/to"}, "nothing", "the spring's end on the second body [m]");
+        const bool turns = c.kind == "turn_spring", line = c.kind == "spring" || c.kind == "distance";
+        const bool springs = turns || c.kind == "spring";
+        if (springs && !(c.stiffness > 0))
+            findings.add({place + "/stiffness"}, "nothing",
+                         fmt::format("a number > 0 [{}] of a {}", turns ? "N m/rad" : "N/m",
+                                     turns ? "turn spring" : "spring"));
+        if (line && !c.to)
+            findings.add({place + "/to"}, "nothing",
+                         fmt::format("the {}'s end on the second body [m]", c.kind));
+        if (c.kind == "distance" && c.to) {
+            const double length = (c.at - *c.to).norm(), asked = c.length.value_or(length);
+            constexpr double kSame = 1e-6;
+            if (!(length > 0))
+                findings.add({place + "/to"}, "the place of `at`",
+                             "another place: a distance of 0 m is a joint of kind \"ball\"");
+            else if (std::abs(asked - length) > kSame * length)
+                findings.add({place + "/length"}, fmt::format("{:g}", asked),
+                             fmt::format("{:g} [m], the distance of `at` and `to`", length));
+        }
+        if (c.damping > 0 && !springs)
+            findings.add({place + "/damping"}, fmt::format("{:g}", c.damping),
+                         fmt::format("0, of a {}: springs have it", c.kind));
+        if (c.damping > 0 && springs && scene.time.kind != "dynamic")
+            findings.add({place + "/damping", "/time/kind"}, fmt::format("{:g}", c.damping),
+                         "0, or time.kind \"dynamic\": at rest nothing is damped");
+        if (turns && std::ranges::none_of(scene.couplings, [&](const CouplingInput& h) {
+                constexpr double kParallel = 1e-9;
+                const bool same = h.between == c.between || (h.between[0] == c.between[1] &&
+                                                             h.between[1] == c.between[0]);
+                return h.kind == "hinge" && same &&
+                       h.axis.normalized().cross(c.axis.normalized()).norm() <= kParallel;
+            }))
+            findings.add({place + "/axis"},
+                         fmt::format("[{:g}, {:g}, {:g}]", c.axis.x(), c.axis.y(), c.axis.z()),
+                         "the axis of a coupling of kind \"hinge\" between the same two bodies");
     }
 }
 

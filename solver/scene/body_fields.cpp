@@ -315,18 +315,26 @@ ObjectDeclaration declare_coupling()
     using C = CouplingInput;
     return {
         "Joint or spring between two bodies",
-        {choice({"weld", "ball", "hinge", "slider", "spring"},
+        {choice({"weld", "ball", "hinge", "slider", "distance", "spring", "turn_spring"},
                 text<&C::kind>("kind", "What it leaves free: nothing, all turns, the turn "
-                                       "about the axis, the shift along the axis; or a "
-                                       "spring.")),
+                                       "about the axis, the shift along the axis, all but the "
+                                       "distance of `at` and `to`; or a spring along the line "
+                                       "between the two, or one that works against the turn "
+                                       "about the axis of a hinge.")),
          required(
              text<&C::between>("between", "Names of two bodies; the second may be \"world\".")),
          field<&C::at>("at", "m", kAny, "Where, when the run begins."),
-         fallback("`at`", field<&C::to>("to", "m", kAny, "Spring: its end on the second body.")),
-         field<&C::axis>("axis", "", direction(), "Of a hinge or a slider."),
-         field<&C::stiffness>("stiffness", "N/m", at_least(0), "Of a spring."),
+         fallback("`at`", field<&C::to>("to", "m", kAny,
+                                        "Spring, distance: the end on the second body.")),
+         field<&C::axis>("axis", "", direction(), "Of a hinge, a slider or a turn spring."),
+         field<&C::stiffness>("stiffness", "N/m", at_least(0),
+                              "Of a spring; of a turn spring [N m/rad]."),
+         field<&C::damping>("damping", "N s/m", at_least(0),
+                            "Of a spring in motion: force per speed at which it gets longer; of a "
+                            "turn spring [N m s/rad]."),
          fallback("as it begins",
-                  field<&C::length>("length", "m", at_least(0), "Of a spring free of load."))},
+                  field<&C::length>("length", "m", at_least(0),
+                                    "Of a spring free of load, or a distance."))},
         "",
         {},
         defaults_of<C>()};

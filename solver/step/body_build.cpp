@@ -570,6 +570,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     if (std::vector<Issue> inside = start_overlaps(*system, dynamic, scene.file); !inside.empty())
         throw InputError(std::move(inside));
     system->couplings = make_couplings(scene, system->refs);
+    system->coupling_memory = begin_memory(system->refs, system->couplings);
     if (scene.time.kind == "dynamic" && time_rule(scene.time).end < 1)
         for (Issue& jolt : jolts(scene, system->refs, system->couplings))
             warnings.push_back(std::move(jolt));

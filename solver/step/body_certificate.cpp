@@ -254,6 +254,11 @@ void BodyStepper::fill_report()
             const Vec3 on =
                 side.sign * per_force *
                 (c < n_contacts ? f : Vec3(f.x() * joints_[std::size_t(c - n_contacts)].direction));
+            if (side.place.turns) {
+                moment[std::size_t(side.body)] += step_.h * on;
+                torque[std::size_t(side.body)] += on;
+                continue;
+            }
             if (SolidBody* solid = system_.refs[std::size_t(side.body)].solid)
                 solid->carry(side.place, on);
             on_body[std::size_t(side.body)] += on;
@@ -261,16 +266,9 @@ void BodyStepper::fill_report()
             torque[std::size_t(side.body)] += side.place.point.cross(on);
         }
         if (c >= n_contacts) {
-            const Coupling& joint = system_.couplings[std::size_t(c - n_contacts)];
-            if (step_.dynamic && joint.softness > 0) { // its force is that of the end of the step
-                double stretched = 0;
-                for (const Side& side : sides_of(contacts(), c))
-                    if (side.body >= 0)
-                        stretched +=
-                            side.sign * joints_[std::size_t(c - n_contacts)].direction.dot(
-                                            body(std::size_t(side.body)).displacement(side.place));
-                report_.energy.dissipated += 0.5 * stretched * stretched / joint.softness;
-            }
+            if (step_.dynamic)
+                report_.energy.dissipated +=
+                    spring_loss(std::size_t(c - n_contacts), per_force * f.x());
             report_.coupling_force[std::size_t(c - n_contacts)] = per_force * f.x();
             continue;
         }
@@ -317,6 +315,8 @@ Vec3 BodyStepper::common_place(int c) const
         rigid = system_.refs[std::size_t(side.body)].rigid;
         ++sides;
     }
+    if (step_.follows) // there it is already
+        return c < int(list_.contact.size()) ? list_.contact[std::size_t(c)].point : place;
     if (sides == 1 && rigid) moved = rigid->past_velocity({{}, rigid->centre()});
     if (c < int(list_.contact.size())) place = list_.contact[std::size_t(c)].point;
     return place + step_.h / std::max(sides, 1) * moved;

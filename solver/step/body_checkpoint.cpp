@@ -14,6 +14,7 @@ BeforeStep BodySimulation::State::before_step() const
     for (const auto& body : system->bodies)
         b.bodies.push_back(body->state());
     b.rows = system->finder.rows();
+    b.couplings = system->coupling_memory;
     if (dynamic()) return b; // steps in motion are not taken back once they are accepted
     b.warm = system->warm;
     b.warm_friction = system->warm_friction;
@@ -28,6 +29,7 @@ void BodySimulation::State::put_back(const BeforeStep& b)
     for (std::size_t i = 0; i < b.bodies.size(); ++i)
         system->bodies[i]->set_state(b.bodies[i]);
     system->finder.set_rows(b.rows);
+    system->coupling_memory = b.couplings;
     if (dynamic()) return;
     system->warm = b.warm;
     system->warm_friction = b.warm_friction;
@@ -50,6 +52,10 @@ std::vector<std::byte> BodySimulation::save() const
     out.value(s.jumps);
     for (const auto& b : s.system->bodies)
         out.vector(b->state());
+    std::vector<double> couplings;
+    for (const CouplingMemory& c : s.system->coupling_memory)
+        couplings.insert(couplings.end(), {c.value, c.filtered});
+    out.vector(couplings);
     for (const auto* of : {&s.system->warm, &s.system->warm_friction}) {
         std::vector<std::int64_t> keys;
         std::vector<double> forces;
@@ -90,6 +96,7 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
     std::vector<std::vector<double>> bodies;
     for (const auto& b : s.system->bodies)
         bodies.push_back(in.exactly<double>(b->state().size()));
+    const auto couplings = in.exactly<double>(2 * s.system->coupling_memory.size());
     std::map<BodySystem::Key, Vec3> warm[2];
     for (auto& of : warm) {
         const auto keys = in.vector<std::int64_t>(1u << 28);
@@ -121,6 +128,8 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
     s.jumps = jumps;
     for (std::size_t b = 0; b < bodies.size(); ++b)
         s.system->bodies[b]->set_state(bodies[b]);
+    for (std::size_t c = 0; c < s.system->coupling_memory.size(); ++c)
+        s.system->coupling_memory[c] = {couplings[2 * c], couplings[2 * c + 1]};
     s.system->warm_sticks.clear();
     for (std::size_t i = 0; i + 1 < sticks.size(); i += 2)
         s.system->warm_sticks[{int(sticks[i]), sticks[i + 1]}] = true;

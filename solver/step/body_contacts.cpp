@@ -395,9 +395,15 @@ void ContactFinder::find_large(const std::vector<BodyRef>& bodies, int pair, Bod
                            [&](const BodyContact& c) { return c.gap > p.margin + closed; }),
             out.contact.end());
     add_place_rows(bodies, pair, out);
-    if (start_depth_.empty()) return;
+    add_start_gaps(pair, std::size_t(first), out);
+}
+
+/// What pairs that began inside each other leave of it in their gaps.
+void ContactFinder::add_start_gaps(int pair, std::size_t first, BodyContacts& out) const
+{
+    if (start_depth_.empty() || std::size_t(pair) >= given_) return;
     const auto& fitted = gap_offset_[std::size_t(pair)];
-    for (std::size_t c = std::size_t(first); c < out.contact.size(); ++c) {
+    for (std::size_t c = first; c < out.contact.size(); ++c) {
         BodyContact& contact = out.contact[c];
         contact.gap += start_overlap_left(pair);
         if (const auto known = fitted.find(contact.id); known != fitted.end())
@@ -431,6 +437,18 @@ void ContactFinder::find_pair(const std::vector<BodyRef>& bodies, int pair, Body
     if (solid_a)
         return solid_b ? solid_on_solid(bodies, pair, out) : solid_on_rigid(bodies, pair, out);
     add(rigid_on_rigid(bodies, pair, reach_), out);
+}
+
+void ContactFinder::find_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
+{
+    const ContactPair& p = pairs_[std::size_t(pair)];
+    reach_ = p.reach + most_closed(p.a) + most_closed(p.b);
+    const auto first = out.contact.size();
+    if (p.b < 0)
+        rigid_on_wall(bodies, pair, out);
+    else
+        add(rigid_on_rigid(bodies, pair, reach_), out);
+    add_start_gaps(pair, first, out);
 }
 
 void ContactFinder::solid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)

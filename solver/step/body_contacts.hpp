@@ -203,6 +203,9 @@ public:
     void find(const std::vector<BodyRef>& bodies, const StepInput& step, BodyContacts& out,
               int threads = 1);
 
+    /// Contacts of a pair that find() has met, of rigid bodies or one and an obstacle, at the iterate.
+    void find_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
+
     /// Where bodies stand in each other at the iterate: measured on their surfaces, whatever contacts
     /// were found. Not of small pairs.
     void overlaps(const std::vector<BodyRef>& bodies, std::vector<BodyOverlap>& out);
@@ -263,6 +266,7 @@ private:
     void find_boxes(const std::vector<BodyRef>& bodies);
     void find_kept(const std::vector<BodyRef>& bodies, int pair);
     void find_large(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
+    void add_start_gaps(int pair, std::size_t first, BodyContacts& out) const;
     void find_pair(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void solid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void solid_on_solid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);

@@ -230,7 +230,11 @@ bool BodyStepper::solve_with_modes()
                 problem_.q[rows_.row[b][i]] += shift[Eigen::Index(i)];
         }
         if (held_.size() > 0) problem_.q -= taken_ * Eigen::VectorXd(problem_.q);
-        if (rows_.count > 0) {
+        if (rows_.count > 0 && all_rows_hold()) {
+            ++report_.iterations;
+            certificate_ = {};
+            certificate_.status = SolveStatus::converged;
+        } else if (rows_.count > 0) {
             const Stopwatch watch;
             ContactSolution solution = solve_contact(options);
             report_.contact_solve += watch.seconds();

@@ -231,8 +231,9 @@ double BodyStepper::mode_weight() const
 
 double BodyStepper::give_of(std::size_t coupling) const
 {
-    const double scale = step_.dynamic ? 1 / (step_.h * step_.h * step_.rule.end) : 1;
-    return scale * system_.couplings[coupling].softness;
+    const Coupling& c = system_.couplings[coupling];
+    if (!step_.dynamic || !(c.softness > 0)) return c.softness;
+    return spring_row(c, step_.rule, step_.h, {}, 0).give / (step_.h * step_.rule.end);
 }
 
 std::string BodyStepper::who(int c) const
@@ -473,6 +474,7 @@ bool BodyStepper::finish_iteration()
             made_.resize(0, 0);
         }
     }
+    refine();
     return true;
 }
 

@@ -281,8 +281,11 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
     for (std::size_t r = 0; r < system.couplings.size(); ++r)
         joint[std::size_t(system.couplings[r].input)] +=
             step.coupling_force.size() > r ? std::pow(step.coupling_force[r], 2) : 0;
-    for (std::size_t k = 0; k < joint.size(); ++k)
-        out.push_back({fmt::format("coupling_{}_force", k), "N", std::sqrt(joint[k])});
+    for (std::size_t k = 0; k < joint.size(); ++k) {
+        const bool moment = scene.couplings[k].kind == "turn_spring";
+        out.push_back({fmt::format("coupling_{}_{}", k, moment ? "moment" : "force"),
+                       moment ? "N m" : "N", std::sqrt(joint[k])});
+    }
     return out;
 }
 

@@ -31,8 +31,10 @@ std::array<Side, 2> sides_of(const Contacts& k, int c)
     }
     const Coupling& joint = k.couplings[std::size_t(c - contacts)];
     const CouplingRow& row = k.joints[std::size_t(c - contacts)];
-    s[0] = {joint.a.body, {row.nodes_a.empty() ? joint.a.nodes : row.nodes_a, row.point_a}, 1};
-    s[1] = {joint.b.body, {joint.b.nodes, row.point_b}, -1};
+    s[0] = {joint.a.body,
+            {row.nodes_a.empty() ? joint.a.nodes : row.nodes_a, row.point_a, row.turns},
+            1};
+    s[1] = {joint.b.body, {joint.b.nodes, row.point_b, row.turns}, -1};
     return s;
 }
 
@@ -172,30 +174,35 @@ void choose_rows(const Rows& all, Rows& p)
     }
 }
 
-void row_values(const Contacts& k, const StepInput& step, std::vector<Vec3>& all)
+void row_values(const Contacts& k, const StepInput& step,
+                std::span<const FollowedContact> followed, std::vector<Vec3>& all)
 {
     const int contacts = int(k.all.contact.size());
     all.resize(std::size_t(contacts) + k.couplings.size());
     const double lever = step.h * step.rule.end; // of the end velocity on the place
     for (std::size_t c = 0; c < all.size(); ++c) {
         const bool joint = int(c) >= contacts;
+        if (joint) {
+            const CouplingRow& row = k.joints[c - std::size_t(contacts)];
+            all[c] = {step.dynamic ? row.value / lever : row.value, 0, 0};
+            continue;
+        }
         Vec3 moved = Vec3::Zero(), velocity = Vec3::Zero(), before = Vec3::Zero(),
              past = Vec3::Zero();
+        const FollowedContact* const ways = followed.empty() ? nullptr : &followed[c];
         for (const Side& s : sides_of(k, int(c))) {
             if (s.body < 0) continue;
             const Body& b = *k.bodies[std::size_t(s.body)].body;
-            if (!step.dynamic) {
+            if (ways) {
+                moved += s.sign * b.displacement(s.place);
+                velocity += s.sign * b.velocity({s.place.nodes, ways->end_point});
+            } else if (!step.dynamic) {
                 moved += s.sign * b.displacement(s.place);
             } else {
                 velocity += s.sign * b.velocity(s.place);
                 before += s.sign * b.start_velocity(s.place);
                 past += s.sign * b.past_velocity(s.place);
             }
-        }
-        if (joint) {
-            const CouplingRow& row = k.joints[c - std::size_t(contacts)];
-            all[c] = {step.dynamic ? row.value / lever : row.value, 0, 0};
-            continue;
         }
         const BodyContact& contact = k.all.contact[c];
         const ContactPair& pair = k.pairs[std::size_t(contact.pair)];
@@ -204,15 +211,20 @@ void row_values(const Contacts& k, const StepInput& step, std::vector<Vec3>& all
             all[c][0] = contact.gap;
             continue;
         }
-        all[c] = contact.frame.transpose() * velocity;
-        const double now = all[c][0], approach = contact.frame.col(0).dot(before);
-        if (contact.slid)
+        all[c] = (ways ? ways->end_frame : contact.frame).transpose() * velocity;
+        const double now = all[c][0],
+                     approach = ways ? ways->approach : contact.frame.col(0).dot(before);
+        if (contact.slid && ways)
+            all[c].tail<2>() = contact.frame.rightCols<2>().transpose() * moved / lever;
+        else if (contact.slid)
             all[c].tail<2>() += contact.frame.rightCols<2>().transpose() * past / step.rule.end;
         all[c][0] = contact.gap / lever;
         // An overlap that bodies begin with is undone over some steps: at once it would throw them
         // apart.
         const double size = k.bodies[std::size_t(contact.a)].body->size();
-        const double left = contact.gap - lever * now - step.h * contact.frame.col(0).dot(past);
+        const double left =
+            ways ? ways->gap
+                 : contact.gap - lever * now - step.h * contact.frame.col(0).dot(past);
         if (left < -kOverlap * size) all[c][0] += (1 - kUndone) * (-left) / lever;
         if (pair.restitution > 0) {
             // Newton's law where the surfaces would meet within the step.

@@ -30,6 +30,15 @@ struct Contacts {
     const std::vector<Coupling>& couplings;
 };
 
+/// A contact of a step that is followed to its end: where it was and where it comes to. Between the
+/// two, at BodyContact's own place and frame, its force acts.
+struct FollowedContact {
+    Mat3 frame = Mat3::Identity(), end_frame = Mat3::Identity(); ///< at the start, at the end
+    Vec3 point = Vec3::Zero(), end_point = Vec3::Zero();         ///< [m]
+    double gap = 0;      ///< at the start [m]
+    double approach = 0; ///< of the gap there [m/s]
+};
+
 /// 3 with friction, else 1.
 int rows_of(const ContactPair& pair);
 
@@ -59,8 +68,10 @@ void choose_rows(const Rows& all, Rows& p);
 
 /// Value of every row at the iterate: gap and slip (quasi-static), or what the velocity at the end
 /// must not fall below and the velocity of slip (dynamic).
+/// @param followed  of every contact, in steps that follow them
 /// @param all  of every contact and coupling, three numbers each
-void row_values(const Contacts& k, const StepInput& step, std::vector<Vec3>& all);
+void row_values(const Contacts& k, const StepInput& step,
+                std::span<const FollowedContact> followed, std::vector<Vec3>& all);
 
 /// G with G^T G = C^T A^+ C of a body.
 Eigen::MatrixXd compliance_root(Body& body, const SparseColumns& C);

@@ -370,7 +370,7 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         if (s.dynamic()) {
             for (const BodyRef& b : s.system->refs)
                 s.energy.kinetic += b.body->kinetic_energy();
-            s.energy.elastic += spring_energy(s.system->refs, s.system->couplings);
+            s.energy.elastic += spring_energy(s.system->couplings, s.system->coupling_memory);
         }
         s.energy.elastic_start = s.energy.elastic;
         s.energy.kinetic_start = s.energy.kinetic;

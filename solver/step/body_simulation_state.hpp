@@ -22,6 +22,7 @@ struct BeforeStep {
     std::map<BodySystem::Key, Vec3> warm, warm_friction;
     std::map<BodySystem::Key, bool> warm_sticks;
     std::vector<std::vector<PlaceRow>> rows;
+    std::vector<CouplingMemory> couplings;
 };
 
 struct BodySimulation::State {

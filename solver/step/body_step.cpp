@@ -136,7 +136,9 @@ void BodyStepper::find_at_start()
 void BodyStepper::find()
 {
     const Stopwatch watch;
-    if (found_ && (step_.dynamic || frozen_)) {
+    if (found_ && step_.follows) {
+        follow_to_end();
+    } else if (found_ && (step_.dynamic || frozen_)) {
         for (std::size_t c = 0; c < list_.contact.size(); ++c) {
             BodyContact& contact = list_.contact[c];
             const double now = contact.frame.col(0).dot(moved(contact));
@@ -149,11 +151,10 @@ void BodyStepper::find()
         follow_contacts();
         if (!step_.dynamic) hold_lost(list_before_, moved_);
         if (step_.dynamic && step_.rule.end < 1) find_sliding();
+        if (step_.follows) start_following();
     }
-    joints_.clear();
-    for (const Coupling& c : system_.couplings)
-        joints_.push_back(coupling_row(system_.refs, c));
-    row_values(contacts(), step_, value_);
+    find_joints();
+    row_values(contacts(), step_, contacts_on_, value_);
     moved_.clear();
     for (const BodyContact& c : list_.contact)
         moved_.push_back(c.frame.col(0).dot(moved(c)));
@@ -195,9 +196,12 @@ bool BodyStepper::comes_to_rest()
     bool some = false;
     for (BodyContact& c : list_.contact) {
         if (!c.slid) continue;
-        Vec3 velocity = body(std::size_t(c.a)).velocity(list_.place_a(c));
-        if (c.b >= 0) velocity -= body(std::size_t(c.b)).velocity(list_.place_b(c));
-        if (past_slip(c).dot(velocity) > 0) continue;
+        BodyContact at = c;
+        if (!contacts_on_.empty())
+            at.point = contacts_on_[std::size_t(&c - list_.contact.data())].end_point;
+        Vec3 velocity = body(std::size_t(c.a)).velocity(list_.place_a(at));
+        if (c.b >= 0) velocity -= body(std::size_t(c.b)).velocity(list_.place_b(at));
+        if (past_slip(at).dot(velocity) > 0) continue;
         c.slid = false;
         some = true;
     }
@@ -376,15 +380,21 @@ bool BodyStepper::run()
         std::vector<std::size_t> prescribed;
         for (std::size_t b = 0; b < bodies(); ++b)
             if (body(b).stand_at_start()) prescribed.push_back(b);
+        if (step_.follows)
+            for (std::size_t c = 0; c < system_.couplings.size(); ++c)
+                joints_start_.push_back(coupling_row(system_.refs, system_.couplings[c],
+                                                     system_.coupling_memory[c].value));
         if (!prescribed.empty()) {
             find_at_start();
             found_ = true;
+            if (step_.follows) start_following();
             moved_.assign(list_.contact.size(), 0);
             for (const std::size_t b : prescribed)
                 body(b).begin(step_);
         }
     }
     find();
+    expect_motion();
     rods_only_ = rods_alone() && !system_.finder.pairs().empty();
     bool nonlinear = false;
     for (const BodyRef& b : system_.refs)
@@ -403,7 +413,7 @@ bool BodyStepper::run()
         if (!matrices_kept()) ++report_.factorisations;
         if (!(rods_only_ ? solve_rods() : solve())) return false;
         if (faulty()) return false;
-        if ((!geometry && !nonlinear) || holds_at_end()) {
+        if ((!geometry && !nonlinear && !follows_some()) || holds_at_end()) {
             const bool rests = comes_to_rest();
             if (!rests && !adds_rows()) {
                 if (!frozen_ || lags_little()) break;
@@ -496,7 +506,8 @@ bool BodyStepper::run()
         report_.energy.elastic += e.elastic;
         report_.energy.kinetic += e.kinetic;
     }
-    report_.energy.elastic += spring_energy(system_.refs, system_.couplings);
+    remember_joints();
+    report_.energy.elastic += spring_energy(system_.couplings, system_.coupling_memory);
     system_.warm = force_;
     system_.warm_friction = std::move(friction_);
     system_.warm_sticks = sticks_;

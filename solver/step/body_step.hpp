@@ -24,6 +24,7 @@ struct BodySystem {
     std::map<std::pair<std::string, std::string>, ContactSurface> surfaces;
     ContactFinder finder{{}, {}};
     std::vector<Coupling> couplings;
+    std::vector<CouplingMemory> coupling_memory; ///< of each
 
     struct Key {
         int pair = 0;

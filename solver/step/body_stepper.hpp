@@ -19,7 +19,7 @@ public:
     BodyStepper(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
                 BodyStepReport& report, bool guarded = false)
         : system_(system)
-        , step_(step)
+        , step_(followed(system, step))
         , options_(options)
         , report_(report)
     {
@@ -54,6 +54,19 @@ private:
     bool all_in_matrix() const;
     void find();
     void follow_contacts();
+    // body_follow.cpp
+    static StepInput followed(const BodySystem& system, StepInput step);
+    bool follows_some() const;
+    void start_following();
+    void expect_motion();
+    bool all_rows_hold();
+    bool closed_forces(const Eigen::VectorXd& u);
+    void refine();
+    void follow_to_end();
+    double of_turn(const Coupling& coupling, const CouplingRow& row, double before) const;
+    void find_joints();
+    void remember_joints();
+    double spring_loss(std::size_t coupling, double force) const;
     // body_lag.cpp
     void hold_lost(const BodyContacts& before, std::span<const double> moved_before);
     bool freeze();
@@ -115,7 +128,7 @@ private:
     std::string toppling();
 
     BodySystem& system_;
-    const StepInput& step_;
+    const StepInput step_;
     const BodyStepOptions& options_;
     BodyStepReport& report_;
 
@@ -144,6 +157,11 @@ private:
     bool linear_ = false;    ///< all are, at rest: the problem is solved beyond the tolerance
     bool rods_only_ = false; ///< solve_rods() is for them
     std::vector<CouplingRow> joints_;
+    std::vector<CouplingRow> joints_start_;    ///< of steps that follow them
+    std::vector<double> joint_value_;          ///< of each at the iterate
+    std::vector<FollowedContact> contacts_on_; ///< of each contact, in steps that follow them
+    int follows_ = 0;                          ///< how often contacts were followed
+    Eigen::MatrixXd closed_root_; ///< of W where all rows hold, U^T U; empty where they may not
     std::vector<Vec3> value_;   ///< of every contact and coupling, at the iterate
     std::vector<double> moved_; ///< of each contact along its normal, when it was found
     std::vector<Eigen::VectorXd> free_, mode_load_;

@@ -5,7 +5,10 @@
 #include "solver/solid/corotational.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
+#include <limits>
+#include <numbers>
 
 namespace amontons {
 namespace {
@@ -80,14 +83,27 @@ Vec3 anchor_point(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor
     return x;
 }
 
-CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c)
+CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c, double known)
 {
     CouplingRow row;
+    if (c.turns) { // of the turn of a against b what is about the axis
+        const Eigen::Quaterniond a = turn_of(bodies, c.a);
+        const Eigen::Quaterniond turned = turn_of(bodies, c.b).conjugate() * a * c.turn;
+        row.turns = true;
+        row.direction = a * c.axis;
+        // Along the axis as b has it: where a hinge holds the two, both have the same.
+        const Vec3 axis = c.turn.conjugate() * c.axis;
+        row.value = 2 * std::atan2(turned.vec().dot(axis), turned.w()) - c.rest;
+        constexpr double kWhole = 2 * std::numbers::pi;
+        row.value += kWhole * std::round((known - row.value) / kWhole);
+        return row;
+    }
     row.point_a = anchor_point(bodies, c.a);
     row.point_b = anchor_point(bodies, c.b);
     const Vec3 between = row.point_a - row.point_b;
     row.direction = turn_of(bodies, c.a) * c.axis;
     if (c.along_line && between.norm() > 0) row.direction = between.normalized();
+    row.length = between.norm();
     row.value = row.direction.dot(between) - c.rest;
     // A direction that turns with a, of a place that slides along it: the row's derivative by a's
     // turn is that of a's place at b. Two places would make a couple of the row's two forces.
@@ -105,15 +121,47 @@ CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c)
     return row;
 }
 
-double spring_energy(const std::vector<BodyRef>& bodies, const std::vector<Coupling>& couplings)
+CouplingRow row_between(const Coupling& c, const CouplingRow& start, const CouplingRow& end)
+{
+    CouplingRow row = end;
+    const double lengths = start.length + end.length;
+    if (!c.along_line)
+        row.direction = (start.direction + end.direction).normalized();
+    else if (lengths > 0) // |x'|^2 - |x|^2 = (x' + x) . (x' - x)
+        row.direction =
+            (start.length * start.direction + end.length * end.direction) / lengths;
+    row.point_a = 0.5 * (start.point_a + end.point_a);
+    row.point_b = 0.5 * (start.point_b + end.point_b);
+    return row;
+}
+
+SpringRow spring_row(const Coupling& c, const TimeRule& rule, double h,
+                     const CouplingMemory& before, double value)
+{
+    const double k = 1 / c.softness, own = k * rule.end + c.damping / h;
+    const double past = rule.past(before.value, before.filtered);
+    return {value + (k * past - c.damping / h * before.value) / own, 1 / (h * own)};
+}
+
+double spring_energy(const std::vector<Coupling>& couplings,
+                     const std::vector<CouplingMemory>& memory)
 {
     double sum = 0;
-    for (const Coupling& c : couplings)
-        if (c.softness > 0) {
-            const double value = coupling_row(bodies, c).value;
-            sum += 0.5 * value * value / c.softness;
-        }
+    for (std::size_t c = 0; c < couplings.size(); ++c)
+        if (couplings[c].softness > 0)
+            sum += 0.5 * memory[c].value * memory[c].value / couplings[c].softness;
     return sum;
+}
+
+std::vector<CouplingMemory> begin_memory(const std::vector<BodyRef>& bodies,
+                                         const std::vector<Coupling>& couplings)
+{
+    std::vector<CouplingMemory> memory;
+    for (const Coupling& c : couplings) {
+        const double value = coupling_row(bodies, c).value;
+        memory.push_back({value, value});
+    }
+    return memory;
 }
 
 std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyRef>& bodies)
@@ -169,13 +217,35 @@ std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyR
         const Vec3 n = c.axis.normalized();
         const Vec3 s = n.unitOrthogonal(), t = n.cross(s);
         const double arm = 0.25 * size; // between the points that stop turns
-        if (c.kind == "spring") {
+        if (c.kind == "turn_spring") {
+            Coupling row;
+            row.turns = true;
+            for (std::size_t s = 0; s < 2; ++s) {
+                (s == 0 ? row.a : row.b).body = index[s];
+                if (index[s] < 0 || bodies[std::size_t(index[s])].rigid) continue;
+                issues.push_back({scene.file, fmt::format("/couplings/{}/between/{}", k, s),
+                                  fmt::format("\"{}\"", c.between[s]),
+                                  "a rigid body or \"world\": turn springs act on these"});
+            }
+            if (!issues.empty()) continue;
+            row.turn = turn_of(bodies, row.a).conjugate() * turn_of(bodies, row.b);
+            row.axis = turn_of(bodies, row.a).conjugate() * n;
+            row.softness = 1 / c.stiffness;
+            row.damping = c.damping;
+            row.input = int(k);
+            rows.push_back(row);
+            continue;
+        }
+        if (c.kind == "spring" || c.kind == "distance") {
             Coupling row;
             row.a = anchor(index[0], c.at);
             row.b = anchor(index[1], *c.to);
             row.along_line = true;
             row.rest = c.length.value_or((c.at - *c.to).norm());
-            row.softness = 1 / c.stiffness;
+            if (c.kind == "spring") {
+                row.softness = 1 / c.stiffness;
+                row.damping = c.damping;
+            }
             row.axis = turn_of(bodies, row.a).conjugate() *
                        ((c.at - *c.to).norm() > 0 ? Vec3((c.at - *c.to).normalized()) : n);
             row.input = int(k);

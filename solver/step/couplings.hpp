@@ -12,16 +12,25 @@ struct CoupledPlace {
     std::vector<StencilEntry> nodes; ///< solid
 };
 
-/// One row between two anchors: along an axis that turns with body a, or (a spring) along the line
-/// between them.
+/// One row between two anchors: along an axis that turns with body a, along the line between them
+/// (a spring, a distance), or of the turn of b against a about the axis (a turn spring).
 struct Coupling {
     CoupledPlace a, b;
     Vec3 axis = Vec3::UnitX(); ///< in body a's frame
     bool along_line = false;
     bool slides = false; ///< the anchors may come apart along the axis
-    double rest = 0;     ///< value at which the row is at rest [m]
-    double softness = 0; ///< 1 / stiffness; 0: rigid [m/N]
+    bool turns = false;  ///< moments act, not forces
+    double rest = 0;     ///< value at which the row is at rest [m]; of turns [rad]
+    double softness = 0; ///< 1 / stiffness; 0: rigid [m/N]; of turns [rad/(N m)]
+    double damping = 0;  ///< of a spring [N s/m]; of turns [N m s/rad]
+    Eigen::Quaterniond turn = Eigen::Quaterniond::Identity(); ///< turns: of b against a at rest
     int input = 0;       ///< of the scene's couplings
+};
+
+/// What a row carries from step to step.
+struct CouplingMemory {
+    double value = 0;    ///< at the state [m]; of turns: all that it has turned [rad]
+    double filtered = 0; ///< of the generalised-alpha rule
 };
 
 /// Where an anchor is at the iterate.
@@ -31,13 +40,37 @@ Vec3 anchor_point(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor
 struct CouplingRow {
     Vec3 direction;
     double value = 0;
+    double length = 0; ///< along the line: of it [m]
+    bool turns = false;
     Vec3 point_a, point_b;             ///< where its forces act
     std::vector<StencilEntry> nodes_a; ///< instead of the anchor's, where a solid slides
 };
-CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& coupling);
+/// @param known  a turn is the one that is nearest to this [rad]
+CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& coupling,
+                         double known = 0);
 
-/// What the springs hold at the iterate [J].
-double spring_energy(const std::vector<BodyRef>& bodies, const std::vector<Coupling>& couplings);
+/// Where the forces of a step act that leads from one row to another: the direction and places whose
+/// product with the motion of the bodies is the change of the row's value, exactly (but of turns,
+/// whose is of second order). Its value is that of the end.
+CouplingRow row_between(const Coupling& coupling, const CouplingRow& start, const CouplingRow& end);
+
+/// How a spring with damping answers in a step of h with this rule, its force the mean
+///   F = -(k (end e' + past) + c (e' - e) / h),  e and e' its values before and after:
+/// `value` + `give` h F = 0, value = e' + what is known. Without damping in implicit Euler: e' alone.
+struct SpringRow {
+    double value = 0; ///< [m]
+    double give = 0;  ///< of impulses [m/(N s)]
+};
+SpringRow spring_row(const Coupling& spring, const TimeRule& rule, double h,
+                     const CouplingMemory& before, double value);
+
+/// What the springs hold, by the values of their rows [J].
+double spring_energy(const std::vector<Coupling>& couplings,
+                     const std::vector<CouplingMemory>& memory);
+
+/// Of the rows as the bodies stand, nothing filtered yet.
+std::vector<CouplingMemory> begin_memory(const std::vector<BodyRef>& bodies,
+                                         const std::vector<Coupling>& couplings);
 
 /// The rows of the scene's couplings, as the bodies stand.
 /// @throws InputError  if a solid has no node near the place

@@ -220,14 +220,14 @@ TEST_CASE("a spring has the length that it is given and makes the step of its ru
     const Result hangs = run(bodies + R"("gravity": [0, 0, -9.81], "time": {"step": 1, "end": 1})");
     REQUIRE(hangs.summary.message == "");
     CHECK(std::abs(hangs.value("ball_z") - (0.1 - 2 * kGravity / 1000)) < 1e-8);
-    // Let go: v = h k x / (m + h^2 theta k).
+    // Let go: v = h k x / (m + h^2 theta^2 k), its force that of the place at theta of the step.
     const double h = 0.02, k = 1000, m = 2, x = 0.1;
     for (const double theta : {1.0, 0.5}) {
         CAPTURE(theta);
         const Result r = run(bodies + dynamic(h, h, theta));
         REQUIRE(r.summary.message == "");
         CHECK(r.value("ball_velocity_z") ==
-              doctest::Approx(h * k * x / (m + h * h * theta * k)).epsilon(1e-9));
+              doctest::Approx(h * k * x / (m + h * h * theta * theta * k)).epsilon(1e-9));
     }
 }
 

@@ -1,0 +1,302 @@
+#include "solver/step/body_stepper.hpp"
+
+#include "mesh/base/dense.hpp"
+#include "solver/body/rigid_body.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+// Steps of motion of second order: joints, springs and the contacts of rigid bodies hold where the
+// step ends, and their forces act half way (docs/theory/motion.md, decision 0015).
+//
+// With places x and velocities v of the start, x' and v' of the end, a rule that takes mean rates
+// of second order, and a constraint g, the step asks for g(x') = 0 and applies its impulse along D
+// with D . (x' - x) = g(x') - g(x): no work is done by what holds, and none is lost by linearising.
+// Every iteration solves the one contact problem with D as the last iterate has it; each leaves of
+// the error about the step's length times the speed at which directions turn.
+
+namespace amontons {
+namespace {
+
+constexpr int kMostFollowed = 16; // iterations that find contacts anew; then they move as found last
+constexpr double kSameFace = 0.9; // cosine of normals: beyond, a contact is with another face
+
+Mat3 turned_frame(const Mat3& frame, const Vec3& normal)
+{
+    return rotation_between(frame.col(0), normal).toRotationMatrix() * frame;
+}
+
+} // namespace
+
+/// Steps that have joints, or rigid bodies that may meet something rigid. Implicit Euler's do not:
+/// they damp, and keep what they have.
+StepInput BodyStepper::followed(const BodySystem& system, StepInput step)
+{
+    const auto rigid = [&](const ContactPair& p) {
+        return system.refs[std::size_t(p.a)].rigid &&
+               (p.b < 0 || system.refs[std::size_t(p.b)].rigid);
+    };
+    step.follows = step.dynamic && step.rule.end < 1 && !system.has_rods() &&
+                   (!system.couplings.empty() || system.finder.has_rest() ||
+                    std::ranges::any_of(system.finder.pairs(), rigid));
+    return step;
+}
+
+bool BodyStepper::follows_some() const
+{
+    return step_.follows && (!system_.couplings.empty() || !list_.contact.empty());
+}
+
+/// Contacts as they are where the step starts.
+void BodyStepper::start_following()
+{
+    contacts_on_.clear();
+    for (const BodyContact& c : list_.contact) {
+        FollowedContact ways;
+        ways.frame = ways.end_frame = c.frame;
+        ways.point = ways.end_point = c.point;
+        ways.gap = c.gap;
+        Vec3 velocity = body(std::size_t(c.a)).start_velocity(list_.place_a(c));
+        if (c.b >= 0) velocity -= body(std::size_t(c.b)).start_velocity(list_.place_b(c));
+        ways.approach = c.frame.col(0).dot(velocity);
+        contacts_on_.push_back(ways);
+    }
+}
+
+/// The iterate goes on as the forces of the step before say: directions half way are then known up to
+/// the square of the step. Of rigid bodies alone, whose motion asks for nothing else.
+void BodyStepper::expect_motion()
+{
+    if (!follows_some()) return;
+    for (const BodyRef& b : system_.refs)
+        if (!b.rigid) return;
+    std::vector<ActingForce> acting;
+    const int contacts_here = int(list_.contact.size());
+    for (int c = 0; c < int(value_.size()); ++c)
+        if (const auto known = force_.find(key(c)); known != force_.end())
+            acting.push_back({c, c < contacts_here
+                                     ? known->second
+                                     : Vec3(known->second.x() *
+                                            joints_[std::size_t(c - contacts_here)].direction)});
+    if (acting.empty()) return;
+    const std::vector<Eigen::VectorXd> forces = forces_on_bodies(contacts(), acting);
+    for (std::size_t b = 0; b < bodies(); ++b)
+        body(b).change(Eigen::VectorXd(), Eigen::VectorXd(), forces[b]);
+    find();
+}
+
+/// Where all rows hold and all contacts stick, their forces are those of linear equations: most
+/// iterations of steps that are followed ask for no more.
+/// @return  false if that is not so, or not known: nothing has changed
+bool BodyStepper::all_rows_hold()
+{
+    constexpr int kMostRows = 100;         // of a factor that costs next to nothing
+    constexpr double kIndependent = 1e-10; // of W: less is a row that repeats others
+    closed_root_.resize(0, 0);
+    if (!step_.follows || rows_.count > kMostRows || !problem_.W.is_dense()) return false;
+    const int contacts_here = int(list_.contact.size());
+    for (const int c : rows_.chosen)
+        if (c < contacts_here && list_.contact[std::size_t(c)].slid) return false;
+    const Eigen::MatrixXd& W = problem_.W.dense();
+    closed_root_ = cholesky_root(W);
+    for (Eigen::Index i = 0; i < closed_root_.cols(); ++i)
+        if (!(closed_root_(i, i) * closed_root_(i, i) > kIndependent * W(i, i)))
+            closed_root_.resize(0, 0);
+    const Eigen::VectorXd warm = r_;
+    r_.setZero(rows_.count);
+    if (closed_root_.size() > 0 && closed_forces(problem_.q)) return true;
+    closed_root_.resize(0, 0);
+    r_ = warm;
+    return false;
+}
+
+/// Changes r_ by what makes these values 0.
+/// @return  false if a contact pulls then, or slides
+bool BodyStepper::closed_forces(const Eigen::VectorXd& u)
+{
+    const Eigen::MatrixXd& U = closed_root_;
+    Eigen::VectorXd change = -u;
+    for (Eigen::Index i = 0; i < U.cols(); ++i)
+        change[i] = (change[i] - U.col(i).head(i).dot(change.head(i))) / U(i, i);
+    for (Eigen::Index i = U.cols() - 1; i >= 0; --i) {
+        change[i] /= U(i, i);
+        change.head(i) -= change[i] * U.col(i).head(i);
+    }
+    r_ += change;
+    for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
+        const int first = rows_.first[i];
+        if (problem_.kind[i] == ContactKind::bilateral) continue;
+        if (!(r_[first] > 0)) return false;
+        if (problem_.kind[i] == ContactKind::frictional &&
+            !(std::hypot(r_[first + 1], r_[first + 2]) <=
+              kStickShare * problem_.mu[Eigen::Index(i)] * r_[first]))
+            return false;
+    }
+    return true;
+}
+
+/// Iterations of rigid bodies on linear equations, with their factor as it is: what holds at the
+/// iterate, and forces where the iterate has them, for next to nothing.
+void BodyStepper::refine()
+{
+    constexpr int kMost = 5;
+    constexpr double kFiner = 0.1; // of the tolerance
+    if (closed_root_.size() == 0) return;
+    for (const BodyRef& b : system_.refs)
+        if (!b.rigid) return;
+    const int contacts_here = int(list_.contact.size());
+    const double enough = kFiner * options_.tolerance * (problem_.W * r_).norm();
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < kMost; ++i) {
+        find();
+        Eigen::VectorXd u = values(rows_);
+        for (std::size_t k = 0; k < rows_.chosen.size(); ++k)
+            if (const int joint = rows_.chosen[k] - contacts_here; joint >= 0)
+                u[rows_.first[k]] += give_of(std::size_t(joint)) * r_[rows_.first[k]];
+        const double left = u.norm();
+        if (left <= enough || !(left < 0.5 * least)) return;
+        least = left;
+        const Eigen::VectorXd before = r_;
+        if (!closed_forces(u)) { // the contact problem is due
+            r_ = before;
+            return;
+        }
+        std::vector<ActingForce> acting;
+        for (std::size_t k = 0; k < rows_.chosen.size(); ++k) {
+            const int c = rows_.chosen[k], first = rows_.first[k];
+            if (c >= contacts_here) {
+                force_[key(c)] = Vec3(r_[first], 0, 0);
+                acting.push_back(
+                    {c, r_[first] * joints_[std::size_t(c - contacts_here)].direction});
+                continue;
+            }
+            const int rows = amontons::rows_of(problem_.kind[k]);
+            const Vec3 f = list_.contact[std::size_t(c)].frame.leftCols(rows) *
+                           r_.segment(first, rows);
+            force_[key(c)] = f;
+            acting.push_back({c, f});
+        }
+        body_force_ = forces_on_bodies(contacts(), acting);
+        for (std::size_t b = 0; b < bodies(); ++b)
+            body(b).change(Eigen::VectorXd(), Eigen::VectorXd(), body_force_[b]);
+    }
+}
+
+/// Contacts between rigid bodies are found at the iterate, others move with their bodies.
+void BodyStepper::follow_to_end()
+{
+    std::map<BodySystem::Key, BodyContact> found;
+    const bool anew = follows_++ < kMostFollowed;
+    int pair = -1;
+    for (const BodyContact& c : list_.contact) {
+        const bool rigid = system_.refs[std::size_t(c.a)].rigid &&
+                           (c.b < 0 || system_.refs[std::size_t(c.b)].rigid);
+        if (!anew || !rigid || c.pair == pair) continue;
+        pair = c.pair;
+        BodyContacts of_pair;
+        system_.finder.find_rigid(system_.refs, pair, of_pair);
+        for (const BodyContact& k : of_pair.contact)
+            found.emplace(BodySystem::Key{k.pair, k.id}, k);
+    }
+    for (std::size_t i = 0; i < list_.contact.size(); ++i) {
+        BodyContact& c = list_.contact[i];
+        FollowedContact& ways = contacts_on_[i];
+        const auto at = found.find({c.pair, c.id});
+        if (at != found.end() &&
+            at->second.frame.col(0).dot(ways.frame.col(0)) > kSameFace) {
+            const Vec3 n = at->second.frame.col(0);
+            ways.end_frame = turned_frame(ways.frame, n);
+            ways.end_point = at->second.point;
+            c.frame = turned_frame(ways.frame, (n + ways.frame.col(0)).normalized());
+            c.gap = at->second.gap;
+        } else {
+            Vec3 moved = body(std::size_t(c.a)).displacement(list_.place_a(c)), mean = moved;
+            if (c.b >= 0) {
+                const Vec3 other = body(std::size_t(c.b)).displacement(list_.place_b(c));
+                mean = fixed(std::size_t(c.a))   ? other
+                       : fixed(std::size_t(c.b)) ? moved
+                                                 : Vec3(0.5 * (moved + other));
+                moved -= other;
+            }
+            if (found.empty()) { // along the normal that was found last
+                c.gap += c.frame.col(0).dot(moved) - moved_[i];
+            } else {
+                c.gap = ways.gap + ways.frame.col(0).dot(moved);
+                c.frame = ways.end_frame = ways.frame;
+            }
+            ways.end_point = ways.point + mean;
+        }
+        c.point = 0.5 * (ways.point + ways.end_point);
+    }
+}
+
+/// What a turn is of the mean spin times the step, by which its row turns. Below 1e-6 rad the two
+/// are the same.
+double BodyStepper::of_turn(const Coupling& coupling, const CouplingRow& row,
+                            double before) const
+{
+    constexpr double kSmall = 1e-6;
+    double turned = 0;
+    for (const auto& [side, sign] : {std::pair{coupling.a.body, 1.0}, std::pair{coupling.b.body, -1.0}})
+        if (side >= 0)
+            turned += sign * row.direction.dot(
+                                 body(std::size_t(side)).displacement({{}, Vec3::Zero(), true}));
+    return std::abs(turned) > kSmall ? (row.value - before) / turned : 1;
+}
+
+/// Couplings as rows of the iterate.
+void BodyStepper::find_joints()
+{
+    joints_.clear();
+    joint_value_.clear();
+    for (std::size_t c = 0; c < system_.couplings.size(); ++c) {
+        const Coupling& coupling = system_.couplings[c];
+        const CouplingMemory& memory = system_.coupling_memory[c];
+        CouplingRow row = coupling_row(system_.refs, coupling, memory.value);
+        joint_value_.push_back(row.value);
+        if (step_.follows) {
+            row = row_between(coupling, joints_start_[c], row);
+            if (coupling.turns) row.direction *= of_turn(coupling, row, joints_start_[c].value);
+        }
+        if (step_.dynamic && coupling.softness > 0)
+            row.value = spring_row(coupling, step_.rule, step_.h, memory, row.value).value;
+        joints_.push_back(row);
+    }
+}
+
+/// After a step that has been accepted.
+void BodyStepper::remember_joints()
+{
+    for (std::size_t c = 0; c < system_.couplings.size(); ++c) {
+        CouplingMemory& m = system_.coupling_memory[c];
+        const double value = coupling_row(system_.refs, system_.couplings[c], m.value).value;
+        m.filtered = step_.dynamic && step_.rule.filtered
+                         ? step_.rule.next(value, m.value, m.filtered)
+                         : value;
+        m.value = value;
+    }
+}
+
+/// What a spring takes in a step of motion beside what it stores: the work of its damping and of the
+/// rule [J].
+/// @param force  its mean, as its rows have it [N]
+double BodyStepper::spring_loss(std::size_t coupling, double force) const
+{
+    const Coupling& c = system_.couplings[coupling];
+    if (!(c.softness > 0)) return 0;
+    const double before = system_.coupling_memory[coupling].value;
+    if (step_.follows) {
+        const double after = joint_value_[coupling];
+        return -(force + 0.5 * (after + before) / c.softness) * (after - before);
+    }
+    double stretched = 0; // along a direction that stays; the force is that of the end
+    for (const Side& side : sides_of(contacts(), int(list_.contact.size() + coupling)))
+        if (side.body >= 0)
+            stretched += side.sign * joints_[coupling].direction.dot(
+                                         body(std::size_t(side.body)).displacement(side.place));
+    return (0.5 / c.softness + c.damping / step_.h) * stretched * stretched;
+}
+
+} // namespace amontons
