@@ -18,12 +18,21 @@ std::string plan_json(const Plan& plan)
 {
     JsonText json;
     json.open('{').key("bodies").open('[');
-    for (const BodyPlan& b : plan.bodies)
-        json.open('{')
-            .member("name", b.name)
-            .member("kind", b.kind)
-            .member("unknowns", b.unknowns)
-            .close('}');
+    for (const BodyPlan& b : plan.bodies) {
+        json.open('{').member("name", b.name).member("kind", b.kind).member("unknowns", b.unknowns);
+        if (!b.sets.empty()) {
+            json.key("sets").open('[');
+            for (const SetSize& s : b.sets)
+                json.open('{')
+                    .member("name", s.name)
+                    .member("faces", s.faces)
+                    .member("nodes", s.nodes)
+                    .member("area", s.area)
+                    .close('}');
+            json.close(']');
+        }
+        json.close('}');
+    }
     json.close(']').key("pairs").open('[');
     for (const Plan::Pair& p : plan.pairs) {
         json.open('{').member("a", p.a).member("b", p.b).member("law", p.law);
@@ -62,8 +71,13 @@ std::string plan_json(const Plan& plan)
 std::string plan_text(const Plan& plan)
 {
     std::string t = "bodies\n";
-    for (const BodyPlan& b : plan.bodies)
+    for (const BodyPlan& b : plan.bodies) {
         t += fmt::format("  {:<16} {}, {} unknowns\n", b.name, b.kind, b.unknowns);
+        for (const SetSize& s : b.sets)
+            t += s.faces > 0 ? fmt::format("    set {:<10} {} faces, {} nodes, {:.4g} m^2\n",
+                                           s.name, s.faces, s.nodes, s.area)
+                             : fmt::format("    set {:<10} {} nodes\n", s.name, s.nodes);
+    }
     t += "pairs that can meet\n";
     for (const Plan::Pair& p : plan.pairs)
         t += fmt::format("  {} - {}: {}, friction {:g}\n", p.a, p.b, p.law, p.friction);

@@ -560,6 +560,11 @@ std::string allowed_in_words(const FieldDeclaration& field)
         return "an object {...}";
     case FieldType::list:
         return "a list [...] of objects";
+    case FieldType::numbers:
+        return "a list [...] of at least one whole number" +
+               (range.empty() ? "" : ", each " + range);
+    case FieldType::by_name:
+        return "an object of objects, each under its name";
     case FieldType::named:
         return "an object with at least one body";
     }

@@ -209,9 +209,44 @@ struct MaterialInput {
     std::string fibres;         ///< or a file with the direction of each element
 };
 
+/// One of several ways to say where a set is; `given` by the reader.
+struct SetBox {
+    bool given = false;
+    Vec3 from = Vec3::Zero(), to = Vec3::Zero(); ///< two opposite corners [m]
+};
+struct SetBall {
+    bool given = false;
+    Vec3 centre = Vec3::Zero(); ///< [m]
+    double radius = 0;          ///< [m]
+};
+struct SetPlane {
+    bool given = false;
+    Vec3 at = Vec3::Zero(); ///< a point of it [m]
+    Vec3 normal = Vec3::UnitZ();
+};
+struct SetSeed {
+    bool given = false;
+    Vec3 at = Vec3::Zero(); ///< a place on the outside [m]
+    double angle = 30;      ///< between neighbouring faces that are alike [degree]
+};
+
+/// A part of a solid's outside by where it lies when its mesh is read, before it is placed.
+struct SetInput {
+    std::string name;
+    std::string of = "faces"; ///< "faces" | "nodes": also those inside
+    SetBox box;
+    SetBall ball;
+    SetPlane plane;
+    double within = 0; ///< of the plane, on both sides [m]; 0: 1e-6 of the mesh's diagonal
+    SetSeed faces_like;
+    std::vector<int> faces; ///< of the outside, counted from 0
+    std::vector<int> nodes; ///< as the file numbers them
+};
+
 struct SolidInput {
     std::string name;
     MeshInput mesh;
+    std::vector<SetInput> sets;
     double youngs_modulus = 0;     ///< [Pa]
     double poisson_ratio = 0;      ///< [-]
     double density = 0;            ///< [kg/m^3]

@@ -14,6 +14,7 @@
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
+#include "solver/body/solid_sets.hpp"
 #include "solver/large/large_matrix.hpp"
 #include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
@@ -326,6 +327,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
             warnings.insert(warnings.end(), odd.begin(), odd.end());
             check_locking(input, meshes[i], scene.file, warnings, issues);
             outsides[i] = std::move(report.surface);
+            add_sets(input, meshes[i], outsides[i], scene.file);
         } catch (const InputError& error) {
             add_issues(error.issues(), scene, place, issues);
         }
@@ -547,8 +549,11 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     }
     std::optional<RestLaw> rest;
     if (rest_law) {
-        rest = RestLaw{rest_law->friction, rest_law->restitution, rest_law->reach,
-                       start_overlap(*rest_law), {}};
+        rest = RestLaw{rest_law->friction,
+                       rest_law->restitution,
+                       rest_law->reach,
+                       start_overlap(*rest_law),
+                       {}};
         const auto is_free = [&](int b) {
             const RigidBody* rigid = system->refs[std::size_t(b)].rigid;
             return rigid && !rigid->driven();

@@ -4,6 +4,7 @@
 #include "mesh/volume_check.hpp"
 #include "solver/body/hyperelastic_input.hpp"
 #include "solver/body/solid_conditions.hpp"
+#include "solver/body/solid_sets.hpp"
 #include "solver/scene/build.hpp"
 #include "solver/solid/assembly.hpp"
 #include "solver/solid/material.hpp"
@@ -70,10 +71,12 @@ std::vector<SoftVessel> build_soft_vessels(const Scene& scene)
             const SolidTubeOptions tube = tube_of(input, scene);
             VolumeMesh mesh = make_solid_tube(tube);
             // Of sizes that are too far apart elements are flat but for rounding.
-            std::vector<Issue> faults = errors_of(check_volume(mesh), mesh, scene.file);
+            const VolumeReport report = check_volume(mesh);
+            std::vector<Issue> faults = errors_of(report, mesh, scene.file);
             for (Issue& fault : faults)
                 fault.place = "/bodies/" + input.name + "/mesh: " + fault.place;
             if (!faults.empty()) throw InputError(std::move(faults));
+            add_sets(input, mesh, report.surface, scene.file);
             if (is_hyperelastic(input)) {
                 WallMaterial material;
                 material.law = hyperelastic_of(input, scene.file);

@@ -508,7 +508,8 @@ std::vector<BodyPlan> WireSimulation::plan() const
         plan.push_back({state_->scene.beams[w].name, "beam",
                         6 * int(state_->wires[w].wire.material.node.size())});
     for (const SoftVessel& v : state_->vessels)
-        plan.push_back({v.name, "solid", 3 * int(v.tube->mesh().nodes.size())});
+        plan.push_back(
+            {v.name, "solid", 3 * int(v.tube->mesh().nodes.size()), set_sizes(v.tube->mesh())});
     return plan;
 }
 
