@@ -159,3 +159,43 @@ TEST_CASE("holes stay open unless they are to be closed")
     CHECK(report.closed());
     CHECK(report.enclosed_volume == doctest::Approx(3 * area));
 }
+
+TEST_CASE("a triangle without area at a border goes and the border runs through its vertex")
+{
+    SurfaceMesh tube = open_tube(12, 3, 2);
+    const std::size_t before = tube.triangles.size();
+    const Vec3 a = tube.points[0], b = tube.points[1];
+    tube.points.push_back(0.5 * (a + b));
+    const auto middle = static_cast<std::int32_t>(tube.points.size()) - 1;
+    // As a decimated border has it: its edge from 0 to 1, and a triangle beside it as flat as the
+    // edge.
+    std::size_t at = tube.triangles.size();
+    for (std::size_t t = 0; t < tube.triangles.size(); ++t)
+        for (std::size_t k = 0; k < 3; ++k)
+            if (tube.triangles[t][k] == 0 && tube.triangles[t][(k + 1) % 3] == 1) at = t;
+    if (at == tube.triangles.size())
+        tube.triangles.push_back({0, 1, middle});
+    else
+        tube.triangles.push_back({1, 0, middle});
+    REQUIRE(check_surface(tube).degenerate.size() == 1);
+    const SurfaceRepair done = repair_surface(tube);
+    CHECK(done.flat == 1);
+    CHECK(tube.triangles.size() == before);
+    const SurfaceReport report = check_surface(tube);
+    CHECK(report.degenerate.empty());
+    CHECK(report.boundaries.size() == 2);
+}
+
+TEST_CASE("small holes are closed and openings stay")
+{
+    SurfaceMesh tube = open_tube(24, 8, 4);
+    tube.triangles.erase(tube.triangles.begin() + 100);
+    REQUIRE(check_surface(tube).boundaries.size() == 3);
+    const auto small = [](const BoundaryLoop& hole) { return is_small_hole(hole, 0.1); };
+    CHECK(close_holes(tube, small) == 1);
+    const SurfaceReport report = check_surface(tube);
+    REQUIRE(report.boundaries.size() == 2);
+    CHECK(report.boundaries[0].vertices.size() == 24);
+    CHECK(report.inconsistent.empty());
+    CHECK(report.degenerate.empty());
+}

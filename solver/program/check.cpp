@@ -33,6 +33,15 @@ std::string plan_json(const Plan& plan)
         }
         json.close('}');
     }
+    json.close(']').key("surfaces").open('[');
+    for (const Plan::Surface& s : plan.surfaces)
+        json.open('{')
+            .member("name", s.name)
+            .member("side", s.facts.side)
+            .member("volume", s.facts.volume)
+            .member("holes", s.facts.holes)
+            .member("triangles", s.facts.triangles)
+            .close('}');
     json.close(']').key("pairs").open('[');
     for (const Plan::Pair& p : plan.pairs) {
         json.open('{').member("a", p.a).member("b", p.b).member("law", p.law);
@@ -78,6 +87,11 @@ std::string plan_text(const Plan& plan)
                                            s.name, s.faces, s.nodes, s.area)
                              : fmt::format("    set {:<10} {} nodes\n", s.name, s.nodes);
     }
+    for (const Plan::Surface& s : plan.surfaces)
+        if (!s.facts.side.empty())
+            t += fmt::format("{}{}: free space {} of it, {:.4g} m^3, {} holes\n",
+                             &s == &plan.surfaces.front() ? "surfaces\n  " : "  ", s.name,
+                             s.facts.side, s.facts.volume, s.facts.holes);
     t += "pairs that can meet\n";
     for (const Plan::Pair& p : plan.pairs)
         t += fmt::format("  {} - {}: {}, friction {:g}\n", p.a, p.b, p.law, p.friction);

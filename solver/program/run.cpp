@@ -261,7 +261,7 @@ void run_scene(RunArguments& arguments, Session& session)
     if (arguments.record)
         recorder.emplace(simulation, scene, directory + "/record", options.resume);
     Observers observers(writer, progress, depth_lines, recorder ? &*recorder : nullptr);
-    ViewMaker frames(simulation.obstacles());
+    ViewMaker frames(simulation.obstacles(), contact_bodies(scene));
     if (viewer) {
         observers.show = [&](const StepRecord& r) {
             if (r.time < scene.time.end && !viewer->wants()) return;

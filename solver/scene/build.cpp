@@ -8,17 +8,21 @@
 #include "mesh/generate/vessel.hpp"
 #include "mesh/orient_surface.hpp"
 #include "mesh/read.hpp"
+#include "mesh/repair_surface.hpp"
 #include "mesh/size_check.hpp"
 #include "mesh/surface_check.hpp"
+#include "mesh/surface_edges.hpp"
 #include "mesh/surface_wall.hpp"
 #include "solver/module.hpp"
 #include "solver/output/vtk/vtk_module.hpp"
 #include "solver/scene/read.hpp"
 
+#include <cmath>
+#include <fmt/format.h>
 #include <stdexcept>
+#include <unordered_map>
 
 namespace amontons {
-namespace {
 
 SurfaceMesh read_vtp(const std::string& path)
 {
@@ -53,6 +57,8 @@ SurfaceMesh read_vtp(const std::string& path)
     }
     return {};
 }
+
+namespace {
 
 /// A spline through points of a file, which its Issues name.
 Centreline spline(const std::vector<Vec3>& points, const std::vector<double>& radius,
@@ -122,7 +128,18 @@ WallModel wall_from_file(const ObstacleInput& o, const Scene& scene, std::vector
     const std::string path = beside(scene, o.surface.file);
     SurfaceMesh mesh = read_surface(path, o.surface.scale, read_vtp);
     orient_consistently(mesh); // files that mix both sides are common, and this mends them
-    std::vector<Issue> found = issues(check_surface(mesh), mesh, SurfaceRequirements{}, path);
+    SurfaceReport report = check_surface(mesh);
+    if (!report.degenerate.empty()) { // marching cubes make some
+        const SurfaceRepair repair = repair_surface(mesh);
+        if (repair.turned_around) turn_around(mesh); // its side is the file's
+        if (warnings)
+            warnings->push_back({path, "",
+                                 fmt::format("{} triangles without area, which were left out",
+                                             report.degenerate.size()),
+                                 "triangles with an area (amontons mesh surface --repair)"});
+        report = check_surface(mesh);
+    }
+    std::vector<Issue> found = issues(report, mesh, SurfaceRequirements{}, path);
     if (!found.empty()) throw InputError(std::move(found));
     if (warnings)
         for (Issue& odd : size_warnings(mesh.points, path))
@@ -188,6 +205,63 @@ std::vector<Obstacle> build_obstacles(const Scene& scene, std::vector<Issue>* wa
     }
     if (!issues.empty()) throw InputError(std::move(issues));
     return obstacles;
+}
+
+namespace {
+
+/// Fans over the borders of a surface, whose faults are known by now; how many there are.
+std::int64_t fill_borders(SurfaceMesh& mesh)
+{
+    std::unordered_map<std::int32_t, std::int32_t> next; // against the triangles' sense
+    for_each_edge(sorted_half_edges(mesh), [&](std::span<const HalfEdge> sides) {
+        if (sides.size() == 1) next[sides[0].end] = sides[0].begin;
+    });
+    std::int64_t holes = 0;
+    while (!next.empty()) {
+        const auto centre = static_cast<std::int32_t>(mesh.points.size());
+        const std::size_t first = mesh.triangles.size();
+        Vec3 sum = Vec3::Zero();
+        for (auto step = next.begin(); step != next.end();) {
+            const auto [from, to] = *step;
+            sum += mesh.points[static_cast<std::size_t>(from)];
+            mesh.triangles.push_back({from, to, centre});
+            next.erase(step);
+            step = next.find(to);
+        }
+        mesh.points.emplace_back(sum / static_cast<double>(mesh.triangles.size() - first));
+        ++holes;
+    }
+    return holes;
+}
+
+} // namespace
+
+SurfaceFacts surface_facts(const ObstacleInput& input, const Obstacle& obstacle)
+{
+    SurfaceFacts f;
+    SurfaceMesh mesh = *obstacle.model.surface;
+    f.triangles = static_cast<std::int64_t>(mesh.triangles.size());
+    if (input.surface.generate == "plane") return f;
+    // Normals point into the free space: outwards of what they enclose, if that is around it.
+    f.holes = fill_borders(mesh);
+    const double volume = enclosed_volume(mesh);
+    f.side = volume > 0 ? "outside" : "inside";
+    f.volume = std::abs(volume);
+    return f;
+}
+
+std::string side_hint(const Scene& scene, const Obstacle& obstacle)
+{
+    const ObstacleInput* input = body_named(scene.obstacles, obstacle.name);
+    if (!input || input->side == "inside" || input->surface.generate == "plane" ||
+        input->surface.generate == "tube" || input->surface.generate == "vessel" ||
+        surface_facts(*input, obstacle).side != "outside")
+        return "";
+    return input->side.empty() && input->surface.generate.empty()
+               ? "; the orientation of the surface of " + obstacle.name +
+                     " puts the free space outside: \"side\": \"inside\" of it is the other way"
+               : "; the free space of " + obstacle.name +
+                     " is outside: \"side\": \"inside\" of it is the other way";
 }
 
 double DepthLine::depth(const Vec3& x) const

@@ -468,7 +468,9 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                     motions += (motions.empty() ? "" : "; ") + m;
             if (!motions.empty())
                 issues.push_back({scene.file, "/bodies/" + b.name, "nothing prevents: " + motions,
-                                  "a hold, a drive, a contact or a coupling that does"});
+                                  b.rod ? "a hold that does, or \"drag\", a medium that resists "
+                                          "every motion"
+                                        : "a hold, a drive, a contact or a coupling that does"});
         }
         if (!issues.empty()) throw InputError(std::move(issues));
     }
@@ -569,7 +571,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     if (!dynamic) system->finder.keep_to_contacts(system->refs);
     for (const Obstacle& o : obstacles)
         system->obstacles.push_back(o.name);
-    if (std::vector<Issue> inside = start_overlaps(*system, dynamic, scene.file); !inside.empty())
+    if (std::vector<Issue> inside = start_overlaps(*system, scene, obstacles); !inside.empty())
         throw InputError(std::move(inside));
     system->couplings = make_couplings(scene, system->refs);
     if (scene.time.kind == "dynamic" && time_rule(scene.time).end < 1)

@@ -191,9 +191,10 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
             unnamed = true;
             continue;
         }
-        const std::string name = system.refs[std::size_t(pairs[p].a)].name + "_on_" +
-                                 (pairs[p].b < 0 ? obstacles[std::size_t(pairs[p].obstacle)].name
-                                                 : system.refs[std::size_t(pairs[p].b)].name);
+        // A_on_B is what A exerts on B: the contacts' forces act on their first body.
+        const std::string name = (pairs[p].b < 0 ? obstacles[std::size_t(pairs[p].obstacle)].name
+                                                 : system.refs[std::size_t(pairs[p].b)].name) +
+                                 "_on_" + system.refs[std::size_t(pairs[p].a)].name;
         // Of a solid and itself forces act on either side: their sum says nothing.
         const bool itself = system.refs[std::size_t(pairs[p].a)].solid && pairs[p].a == pairs[p].b;
         if (!itself) vector(name + "_force", "N", force[p]);
@@ -277,12 +278,13 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         vector("momentum", "kg m/s", momentum);
         vector("angular_momentum", "kg m^2/s", angular);
     }
-    std::vector<double> joint(scene.couplings.size(), 0);
-    for (std::size_t r = 0; r < system.couplings.size(); ++r)
-        joint[std::size_t(system.couplings[r].input)] +=
-            step.coupling_force.size() > r ? std::pow(step.coupling_force[r], 2) : 0;
+    std::vector<Vec3> joint(scene.couplings.size(), Vec3::Zero()); // on the first body
+    for (std::size_t r = 0; r < system.couplings.size() && r < step.coupling_force.size(); ++r)
+        joint[std::size_t(system.couplings[r].input)] += step.coupling_force[r];
     for (std::size_t k = 0; k < joint.size(); ++k)
-        out.push_back({fmt::format("coupling_{}_force", k), "N", std::sqrt(joint[k])});
+        vector(fmt::format("{}_on_{}_coupling_{}_force", scene.couplings[k].between[0],
+                           scene.couplings[k].between[1], k),
+               "N", -joint[k]);
     return out;
 }
 

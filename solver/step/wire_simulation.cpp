@@ -33,6 +33,12 @@ void add_energy(EnergyRecord& sum, const EnergyRecord& step)
     sum.released += step.released;
 }
 
+/// Before the names of a wire's quantities: of one wire alone nothing tells it apart.
+std::string wire_prefix(const Scene& scene, std::size_t wire)
+{
+    return scene.beams.size() > 1 ? scene.beams[wire].name + "_" : "";
+}
+
 } // namespace
 
 /// Plain numbers that a wire's history needs; copied to and from checkpoints as they are.
@@ -225,7 +231,7 @@ StepRecord WireSimulation::State::record(const StepReport& r, double h, double s
     out.certificate.worst_cone_violation = std::max(0.0, res.cone);
     out.certificate.certified = out.certificate.error <= out.certificate.tolerance;
     for (std::size_t w = 0; w < wires.size(); ++w) {
-        const std::string prefix = w == 0 ? "" : scene.beams[w].name + "_";
+        const std::string prefix = wire_prefix(scene, w);
         record_wire(wires[w], scene.beams[w].name, int(obstacles.size() + w), walls[w], prefix,
                     scene.output.cluster, out);
         WireHistory& k = history[w];
@@ -329,7 +335,7 @@ void WireSimulation::State::finish(RunSummary& s) const
     s.not_measured = {"instruments: gaps at their nodes are certified, surfaces are not measured"};
     s.quantities.clear();
     for (std::size_t w = 0; w < wires.size(); ++w) {
-        const std::string prefix = w == 0 ? "" : scene.beams[w].name + "_";
+        const std::string prefix = wire_prefix(scene, w);
         const Wire& wire = wires[w].wire;
         const WireHistory& k = history[w];
         s.quantities.push_back({prefix + "depth", "m", wire_depth(wire)});
@@ -370,7 +376,7 @@ WireSimulation::WireSimulation(const Scene& scene, std::vector<Obstacle> obstacl
                 std::size_t(k) < s.obstacles.size()
                     ? s.obstacles[std::size_t(k)].name
                     : s.vessels[std::size_t(k) - s.obstacles.size() - scene.beams.size()].name);
-        check_start(scene, beam, s.wires.back(), names, issues);
+        check_start(scene, beam, s.wires.back(), names, s.obstacles, issues);
     }
     s.history.resize(s.wires.size());
     if (!issues.empty()) throw InputError(issues);

@@ -321,7 +321,7 @@ class Resume(Case):
             report = json.loads(result.stdout)
             if "--resume" not in more:
                 first = report
-        self.assertIn("ball_on_plate_force_z", first["quantities"])
+        self.assertIn("plate_on_ball_force_z", first["quantities"])
         for key in ("quantities", "energy", "certificate", "contacts", "steps"):
             self.assertEqual(report[key], first[key], key)
 

@@ -39,7 +39,7 @@ TEST_CASE("sets by place hold and load and touch as those that the generator nam
                     "sole": {"faces_like": {"at": [0.01, 0.01, 0], "angle": 30}}}, )",
         "root", "top", "sole"));
     REQUIRE(named.records.size() == placed.records.size());
-    REQUIRE(named.value("block_floor_normal_force") > 1);
+    REQUIRE(named.value("floor_on_block_force_z") > 1);
     for (const Quantity& q : named.records.back().quantities) {
         std::string name = q.name;
         if (const std::size_t at = name.find("x_min"); at != std::string::npos)
