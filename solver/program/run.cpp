@@ -157,7 +157,8 @@ std::string run_table(const RunSummary& s, const Scene& scene, const std::string
             row(q.name.c_str(), fmt::format("{:.6g} {}", q.value, q.unit));
     else
         row("quantities", fmt::format("{}, in history.csv", s.quantities.size()));
-    if (!scene.beams.empty()) row("branch", s.branch.empty() ? "none" : s.branch);
+    for (const NamedText& text : s.texts)
+        row(text.name.c_str(), text.value.empty() ? "none" : text.value);
     row("contacts", fmt::format("{} at most, {:.3g} on average", s.contacts_max, s.contacts_mean));
     row("worst certificate",
         fmt::format("error {:.2e}, penetration {:.2e} m, cone {:.2e} N, {} steps without",

@@ -98,7 +98,7 @@ Table empty_table(const Definition& d)
     const std::optional<double> value = study::find(numbers, d.quantity);
     if (!value || !std::isfinite(*value))
         throw InputError({{d.reference, "", "no number " + quoted_text(d.quantity),
-                           allowed_names(numbers, d.quantity)}});
+                           allowed_names(numbers, {}, d.quantity)}});
     t.reference = *value;
     return t;
 }
@@ -110,7 +110,8 @@ void tell(Table& table, const std::string& folder, Session& session)
     write_file(folder + "/study.csv", csv_of(table));
     const std::string script = plot_script(table, "study");
     if (script.empty()) {
-        session.say("no plot: nothing is done");
+        session.say(counts_of(table).empty() ? "no plot: nothing is done"
+                                             : "no plot: words have none");
     } else {
         write_file(folder + "/study.gp", script);
         if (!draw_plot(folder, "study.gp"))
@@ -121,13 +122,22 @@ void tell(Table& table, const std::string& folder, Session& session)
     if (session.json)
         session.print(json_of(table));
     else
-        session.print(text_of(table) + fmt::format("  {0}/study.csv, {0}/study.svg\n", folder));
+        session.print(text_of(table) + fmt::format(script.empty()
+                                                       ? "  {0}/study.csv\n"
+                                                       : "  {0}/study.csv, {0}/study.svg\n",
+                                                   folder));
     if (std::none_of(table.rows.begin(), table.rows.end(),
                      [](const Row& r) { return r.status == "done"; }))
         session.exit_code = kSolveFailed;
 }
 
 // ---- running
+
+bool has_quantity(const PointRecord& r, const std::string& quantity)
+{
+    return quantity == "cpu_seconds" || study::find(r.numbers, quantity) ||
+           study::find(r.texts, quantity);
+}
 
 /// What a child's end means for its point.
 PointRecord record_of(const ChildResult& r, const std::string& hash,
@@ -142,6 +152,7 @@ PointRecord record_of(const ChildResult& r, const std::string& hash,
     try {
         if (r.exit_code == kDone || r.exit_code == kSolveFailed)
             p.numbers = numbers_of(r.output, "the run's answer");
+        p.texts = texts_of(r.output, "the run's answer");
     } catch (const InputError&) { // it died before it could answer
     }
     if (const auto total = study::find(p.numbers, "seconds.total")) p.seconds = *total;
@@ -309,10 +320,9 @@ void run_study(const StudyArguments& a, Session& session)
     }
     const std::atomic<bool>& stop = stop_on_interrupt();
     const auto check_quantity = [&](const PointRecord& r) {
-        if (r.status != "done" || a.quantity == "cpu_seconds" || study::find(r.numbers, a.quantity))
-            return;
-        throw InputError(
-            {{"--quantity", "", quoted_text(a.quantity), allowed_names(r.numbers, a.quantity)}});
+        if (r.status != "done" || has_quantity(r, a.quantity)) return;
+        throw InputError({{"--quantity", "", quoted_text(a.quantity),
+                           allowed_names(r.numbers, r.texts, a.quantity)}});
     };
     bool seen = false; // a run that tells the names there are
     for (const Work& w : work)
@@ -423,9 +433,9 @@ void merge(const StudyArguments& a, bool new_reference, Session& session)
     if (!issues.empty()) throw InputError(issues);
     for (const PointRecord& r : records)
         if (r.status == "done" && !done) done = &r;
-    if (done && about.quantity != "cpu_seconds" && !study::find(done->numbers, about.quantity))
+    if (done && !has_quantity(*done, about.quantity))
         throw InputError({{"--quantity", "", quoted_text(about.quantity),
-                           allowed_names(done->numbers, about.quantity)}});
+                           allowed_names(done->numbers, done->texts, about.quantity)}});
     for (std::size_t i = 0; i < points.size(); ++i) {
         write_file(point_file(folder, overrides(table.sweeps, points[i])), record_text(records[i]));
         table.rows.push_back(make_row(points[i], records[i], about.quantity));
@@ -453,8 +463,9 @@ void add_study(CLI::App& program, Session& session)
         ->allow_extra_args(false);
     command
         ->add_option("--quantity", a->quantity,
-                     "A number of `amontons run --json`: a name of its quantities, or e.g. "
-                     "energy.error, seconds.total, iterations")
+                     "A number or text of `amontons run --json`: a name of its quantities, or e.g. "
+                     "energy.error, seconds.total, iterations; of a text the study says how often "
+                     "which came out")
         ->type_name("Q");
     const CLI::Option* reference =
         command

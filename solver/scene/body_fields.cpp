@@ -109,28 +109,30 @@ ObjectDeclaration declare_material()
     return d;
 }
 
-/// An object that need not be there and says itself that it was given.
-template <class T>
-ObjectDeclaration optional_object(std::string title, std::vector<FieldDeclaration> fields)
-{
-    ObjectDeclaration d{std::move(title), std::move(fields), "", {}, defaults_of<T>()};
-    d.complete = [](void* object, const std::function<bool(const char*)>&) {
-        static_cast<T*>(object)->given = true;
-    };
-    d.given = [](const void* object) { return static_cast<const T*>(object)->given; };
-    return d;
-}
+} // namespace
 
-ObjectDeclaration declare_set()
+const ObjectDeclaration& declare_box()
 {
-    using S = SetInput;
     static const ObjectDeclaration box = optional_object<SetBox>(
         "A box along the axes",
         {required(field<&SetBox::from>("from", "m", kAny, "A corner.")),
          required(field<&SetBox::to>("to", "m", kAny, "The opposite one; the box may be flat."))});
+    return box;
+}
+
+const ObjectDeclaration& declare_ball()
+{
     static const ObjectDeclaration ball = optional_object<SetBall>(
         "A ball", {required(field<&SetBall::centre>("centre", "m", kAny, "Its middle.")),
                    required(field<&SetBall::radius>("radius", "m", positive(), "Its radius."))});
+    return ball;
+}
+
+namespace {
+
+ObjectDeclaration declare_set()
+{
+    using S = SetInput;
     static const ObjectDeclaration plane = optional_object<SetPlane>(
         "A plane", {required(field<&SetPlane::at>("at", "m", kAny, "A point of it.")),
                     required(field<&SetPlane::normal>("normal", "", direction(), "Its normal."))});
@@ -142,10 +144,10 @@ ObjectDeclaration declare_set()
                                 "By how much neighbouring faces may turn and still be alike.")});
     return {"Set of a solid, by where it lies before `start`: one of box, ball, plane, faces_like, "
             "faces, nodes",
-            {object<&S::box>("box", box,
+            {object<&S::box>("box", declare_box(),
                              "Faces of the outside that lie in it with all their "
                              "nodes."),
-             object<&S::ball>("ball", ball, "As box."),
+             object<&S::ball>("ball", declare_ball(), "As box."),
              object<&S::plane>("plane", plane, "As box: faces in it."),
              fallback("1e-6 of the mesh's diagonal",
                       field<&S::within>("within", "m", positive(),

@@ -15,8 +15,10 @@
 #include "mesh/surface_wall.hpp"
 #include "solver/module.hpp"
 #include "solver/output/vtk/vtk_module.hpp"
+#include "solver/scene/findings.hpp"
 #include "solver/scene/read.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <stdexcept>
@@ -154,6 +156,67 @@ WallModel wall_from_file(const ObstacleInput& o, const Scene& scene, std::vector
     }
 }
 
+/// The points of a branch's centreline, with the radii that it has.
+Polyline line_of(const CentrelineInput& c, const Scene& scene)
+{
+    if (!c.file.empty()) {
+        const std::string path = beside(scene, c.file);
+        Polyline line = read_centreline(path, c.scale > 0 ? c.scale : default_scale(path));
+        if (line.points.size() < 2)
+            throw InputError({{path, "", "a centreline of one point", "at least two points"}});
+        return line;
+    }
+    constexpr int kPoints = 200;
+    SurfaceInput s;
+    s.centreline = c;
+    s.radius = 1e-9; // no tube: bends of any radius
+    const Centreline curve = build_centreline(s, scene);
+    Polyline line;
+    for (int i = 0; i <= kPoints; ++i)
+        line.points.push_back(curve.at(curve.length() * i / kPoints).position);
+    return line;
+}
+
+/// Names of the scene for parts of a vessel, and of the openings that they lead to.
+void add_named_branches(const ObstacleInput& o, const Scene& scene, WallModel& model)
+{
+    constexpr double kNotRound = 4.0 / 3; // lumens are wider than the balls that fit in
+    for (const NamedBranchInput& b : o.surface.named_branches) {
+        Branch branch;
+        branch.name = b.name;
+        if (b.ball.given) {
+            branch.kind = Branch::ball;
+            branch.centreline = {b.ball.centre};
+            branch.radius = {b.ball.radius};
+        } else if (b.box.given) {
+            branch.kind = Branch::box;
+            branch.centreline = {b.box.from, b.box.to};
+        } else {
+            branch.kind = Branch::line;
+            Polyline line = line_of(b.centreline, scene);
+            branch.centreline = std::move(line.points);
+            branch.radius = std::move(line.radius);
+            WallHint hint;
+            for (std::size_t i = branch.radius.size(); i < branch.centreline.size(); ++i)
+                branch.radius.push_back(
+                    std::max(0.0, model.wall.distance(branch.centreline[i], hint)));
+            for (double& r : branch.radius)
+                r *= kNotRound;
+        }
+        if (branch.kind == Branch::line &&
+            *std::max_element(branch.radius.begin(), branch.radius.end()) <= 0)
+            throw InputError({{scene.file, "/bodies/" + o.name + "/surface/branches: " + b.name,
+                               "a centreline outside of the free space", "one in the vessel"}});
+        model.branches.push_back(std::move(branch));
+    }
+    if (o.surface.named_branches.empty()) return;
+    for (Opening& opening : model.openings)
+        if (const std::string name =
+                branch_at(model, opening.centre - 0.5 * opening.radius * opening.outward);
+            !name.empty())
+            opening.name = name;
+}
+
 WallModel wall_model(const ObstacleInput& o, const Scene& scene, std::vector<Issue>* warnings)
 {
     const SurfaceInput& s = o.surface;
@@ -187,6 +250,7 @@ std::vector<Obstacle> build_obstacles(const Scene& scene, std::vector<Issue>* wa
     for (const ObstacleInput& o : scene.obstacles) {
         try {
             obstacles.push_back({o.name, wall_model(o, scene, warnings)});
+            add_named_branches(o, scene, obstacles.back().model);
         } catch (const InputError& error) {
             const std::string body = "/bodies/" + o.name;
             for (Issue issue :
@@ -269,14 +333,64 @@ double DepthLine::depth(const Vec3& x) const
     return line ? sign * (line->arc_length(line->nearest(x, -1)) - start) : 0;
 }
 
+namespace {
+
+/// Puts an introducer at an end of the centreline of a branch, along it.
+void place_in_branch(const Scene& scene, IntroducerInput& introducer)
+{
+    std::vector<Vec3> line;
+    for (const ObstacleInput& o : scene.obstacles) {
+        for (const NamedBranchInput& b : o.surface.named_branches)
+            if (b.name == introducer.branch && b.has_line())
+                line = line_of(b.centreline, scene).points;
+        for (const BranchInput& b : o.surface.branches)
+            if (b.name == introducer.branch)
+                for (const Branch& made : make_vessel(vessel_options(o.surface)).branches)
+                    if (made.name == b.name) line = made.centreline;
+    }
+    if (introducer.end != "start") std::reverse(line.begin(), line.end());
+    std::size_t next = 1;
+    while (next + 1 < line.size() && !((line[next] - line[0]).norm() > 0))
+        ++next;
+    introducer.at = line[0];
+    introducer.direction = (line[next] - line[0]).normalized();
+}
+
+/// What the scene says across the direction that the centreline gave.
+void check_placed(const Scene& scene, const BeamInput& beam, std::vector<Issue>& issues)
+{
+    const Vec3& d = beam.introducer.direction;
+    const std::string along = fmt::format(
+        "the direction ({:.4g}, {:.4g}, {:.4g}) that the centreline gives", d.x(), d.y(), d.z());
+    if (beam.introducer.normal &&
+        !(d.normalized().cross(beam.introducer.normal->normalized()).norm() > kInputRoundOff))
+        issues.push_back({scene.file, "/bodies/" + beam.name + "/introducer/normal",
+                          "parallel to " + along, "another direction"});
+    if (beam.plane && std::abs(d.normalized().dot(beam.plane->normalized())) > kInputRoundOff)
+        issues.push_back({scene.file, "/bodies/" + beam.name + "/plane",
+                          "a plane that the introducer leaves", "a normal across " + along});
+}
+
+} // namespace
+
 std::vector<DepthLine> place_introducers(Scene& scene)
 {
     std::vector<Issue> issues;
     std::vector<DepthLine> lines;
     for (BeamInput& beam : scene.beams) {
         DepthLine& depth = lines.emplace_back();
-        const IntroducerPlace& place = beam.introducer.centreline;
+        if (!beam.introducer.branch.empty()) {
+            try {
+                place_in_branch(scene, beam.introducer);
+                check_placed(scene, beam, issues);
+            } catch (const InputError& error) {
+                issues.insert(issues.end(), error.issues().begin(), error.issues().end());
+            }
+            continue;
+        }
+        IntroducerPlace& place = beam.introducer.centreline;
         if (place.file.empty()) continue;
+        if (beam.introducer.end == "end") place.reverse = true;
         const std::string path = beside(scene, place.file);
         try {
             const Polyline points =
@@ -299,6 +413,7 @@ std::vector<DepthLine> place_introducers(Scene& scene)
         const CurvePoint end = depth.line->at(depth.start);
         beam.introducer.at = end.position;
         beam.introducer.direction = depth.sign * end.tangent;
+        check_placed(scene, beam, issues);
     }
     if (!issues.empty()) throw InputError(std::move(issues));
     return lines;

@@ -216,6 +216,18 @@ template <class T> const void* defaults_of()
     return &defaults;
 }
 
+/// An object that need not be there and says itself that it was given.
+template <class T>
+ObjectDeclaration optional_object(std::string title, std::vector<FieldDeclaration> fields)
+{
+    ObjectDeclaration d{std::move(title), std::move(fields), "", {}, defaults_of<T>()};
+    d.complete = [](void* object, const std::function<bool(const char*)>&) {
+        static_cast<T*>(object)->given = true;
+    };
+    d.given = [](const void* object) { return static_cast<const T*>(object)->given; };
+    return d;
+}
+
 template <auto kBodies> void* append_body(Scene& scene, const std::string& name)
 {
     auto& body = (scene.*kBodies).emplace_back();

@@ -4,6 +4,7 @@
 #include "mesh/base/error.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "mesh/bounding_tree.hpp"
+#include "solver/step/branch_log.hpp"
 #include "solver/step/coaxial.hpp"
 #include "solver/step/energy_balance.hpp"
 #include "solver/step/run_summary.hpp"
@@ -48,7 +49,7 @@ struct WireHistory {
     double cap = std::numeric_limits<double>::infinity(); ///< insertion at an opening [m]
     double max_push = 0, max_torque = 0, max_depth = 0, max_cluster = 0;
     int opening = -1, opening_wall = -1;
-    int branch = -1, branch_wall = -1; ///< where the tip was when it was deepest
+    BranchLog branch;
 };
 
 struct WireSimulation::State {
@@ -113,7 +114,6 @@ struct WireSimulation::State {
     bool advance(double h, StepReport& sum, std::string& refusal, bool relax);
     StepRecord record(const StepReport& r, double h, double seconds);
     void note_forces(const StepRecord& r);
-    void note_branch(std::size_t w);
     void note_openings(const std::vector<Vec3>& tips_before);
     void finish(RunSummary& s) const;
 };
@@ -239,9 +239,10 @@ StepRecord WireSimulation::State::record(const StepReport& r, double h, double s
             if (q.name == prefix + "push_force") k.max_push = std::max(k.max_push, q.value);
             if (q.name == prefix + "torque")
                 k.max_torque = std::max(k.max_torque, std::abs(q.value));
-            if (q.name == prefix + "depth" && q.value >= k.max_depth) {
-                k.max_depth = q.value;
-                note_branch(w);
+            if (q.name == prefix + "depth") {
+                const bool is_most = q.value >= k.max_depth;
+                k.branch.note(obstacles, walls[w], wire_tip(wires[w].wire), q.value, is_most);
+                if (is_most) k.max_depth = q.value;
             }
             if (q.name == prefix + "clustered_force")
                 k.max_cluster = std::max(k.max_cluster, q.value);
@@ -284,20 +285,6 @@ void WireSimulation::State::note_forces(const StepRecord& r)
                 best = v;
         double& f = max_force[o][std::size_t(best)];
         f = std::max(f, c.clustered_force);
-    }
-}
-
-void WireSimulation::State::note_branch(std::size_t w)
-{
-    WireHistory& k = history[w];
-    k.branch = -1;
-    for (int o : walls[w]) {
-        if (std::size_t(o) >= obstacles.size()) continue; // the wall of a vessel
-        const WallModel& m = obstacles[std::size_t(o)].model;
-        if (m.branches.empty()) continue;
-        const std::string name = branch_at(m, wire_tip(wires[w].wire));
-        for (std::size_t i = 0; i < m.branches.size(); ++i)
-            if (m.branches[i].name == name) k.branch = int(i), k.branch_wall = o;
     }
 }
 
@@ -344,14 +331,14 @@ void WireSimulation::State::finish(RunSummary& s) const
         s.quantities.push_back({prefix + "max_torque", "N m", k.max_torque});
         s.quantities.push_back({prefix + "max_clustered_force", "N", k.max_cluster});
         s.quantities.push_back({prefix + "passed_through", "", double(count_outside(wires[w]))});
-        if (w > 0) continue;
-        s.branch =
-            k.branch < 0
-                ? ""
-                : obstacles[std::size_t(k.branch_wall)].model.branches[std::size_t(k.branch)].name;
+        const Vec3 tip = wire_tip(wire);
+        for (int i = 0; i < 3; ++i)
+            s.quantities.push_back({prefix + "tip_" + "xyz"[i], "m", tip[i]});
+        std::string branch = k.branch.name(obstacles);
         if (k.opening >= 0)
-            s.branch =
+            branch =
                 obstacles[std::size_t(k.opening_wall)].model.openings[std::size_t(k.opening)].name;
+        s.texts.push_back({prefix + "branch", branch});
     }
 }
 

@@ -138,6 +138,11 @@ std::string in_csv(const std::string& text)
     return out + "\"";
 }
 
+std::string in_words(const std::string& text)
+{
+    return text.empty() ? "none" : text;
+}
+
 std::string number(double x)
 {
     return std::isfinite(x) ? fmt::format("{}", x) : "";
@@ -181,6 +186,8 @@ Row make_row(const Point& point, const PointRecord& record, const std::string& q
         r.value = *value;
         if (!std::isfinite(*value))
             r.reason += (r.reason.empty() ? "" : "; ") + std::string("the quantity is not finite");
+    } else if ((r.text = find(record.texts, quantity))) {
+        // nothing to measure
     } else {
         r.status = "no_quantity";
         r.reason = "the run reports no " + quantity;
@@ -201,6 +208,17 @@ void evaluate(Table& t)
     find_series(t);
 }
 
+std::vector<std::pair<std::string, int>> counts_of(const Table& t)
+{
+    std::map<std::string, int> counts;
+    for (const Row& r : t.rows)
+        if (r.text) ++counts[*r.text];
+    std::vector<std::pair<std::string, int>> out(counts.begin(), counts.end());
+    std::stable_sort(out.begin(), out.end(),
+                     [](const auto& a, const auto& b) { return a.second > b.second; });
+    return out;
+}
+
 std::string csv_of(const Table& t)
 {
     std::string out = "point";
@@ -212,10 +230,10 @@ std::string csv_of(const Table& t)
         out += fmt::format("{}", r.point.index);
         for (const std::string& v : r.point.values)
             out += "," + in_csv(v);
-        out += fmt::format(",{},{},{:.6g},{:.6g},{},{},{},{},{},{}\n", number(r.value),
-                           number(r.error), r.seconds, r.cpu_seconds, number(r.unknowns),
-                           number(r.steps), r.status, int(r.on_front), int(r.is_reference),
-                           in_csv(r.reason));
+        out += fmt::format(",{},{},{:.6g},{:.6g},{},{},{},{},{},{}\n",
+                           r.text ? in_csv(*r.text) : number(r.value), number(r.error), r.seconds,
+                           r.cpu_seconds, number(r.unknowns), number(r.steps), r.status,
+                           int(r.on_front), int(r.is_reference), in_csv(r.reason));
     }
     return out;
 }
@@ -240,13 +258,21 @@ std::string json_of(const Table& t)
         add_parameters(r);
         out.key("parameters").open('{');
         add_parameters(r);
-        out.close('}').member("value", r.value).member("error", r.error);
+        out.close('}');
+        if (r.text)
+            out.member("value", *r.text);
+        else
+            out.member("value", r.value);
+        out.member("error", r.error);
         out.member("seconds", r.seconds).member("cpu_seconds", r.cpu_seconds);
         out.member("unknowns", r.unknowns).member("steps", r.steps);
         out.member("status", r.status).member("reason", r.reason);
         out.member("pareto", r.on_front).member("is_reference", r.is_reference).close('}');
     }
-    out.close(']').member("order", t.order).member("reference", t.reference);
+    out.close(']').key("counts").open('{');
+    for (const auto& [text, count] : counts_of(t))
+        out.member(text, count);
+    out.close('}').member("order", t.order).member("reference", t.reference);
     out.member("reference_kind", name_of(t.kind));
     out.key("order_of");
     if (t.refined < 0)
@@ -279,17 +305,20 @@ std::string text_of(const Table& t)
     std::string names;
     for (const Sweep& s : t.sweeps)
         names += (names.empty() ? "" : "; ") + s.name();
-    out += fmt::format("{} against {} ({}: {:.9g})\n", t.quantity, names, name_of(t.kind),
-                       t.reference);
-    out += fmt::format("  {:<{}} {:>15} {:>10} {:>10} {:>9}\n", "", width, "value", "error",
-                       "seconds", "unknowns");
+    const std::vector<std::pair<std::string, int>> counts = counts_of(t);
+    out += counts.empty() ? fmt::format("{} against {} ({}: {:.9g})\n", t.quantity, names,
+                                        name_of(t.kind), t.reference)
+                          : fmt::format("{} against {}\n", t.quantity, names);
+    out += fmt::format("  {:<{}} {:>15} {:>10} {:>10} {:>9}\n", "", width, "value",
+                       counts.empty() ? "error" : "", "seconds", "unknowns");
     for (const Row& r : t.rows) {
         std::string values;
         for (const std::string& v : r.point.values)
             values += (values.empty() ? "" : ", ") + v;
         out += fmt::format(
-            "  {:<{}} {:>15.9g} {:>10.3g} {:>10.3g} {:>9.9g}{}{}\n", values, width, r.value,
-            r.error, r.seconds, r.unknowns,
+            "  {:<{}} {:>15} {:>10} {:>10.3g} {:>9.9g}{}{}\n", values, width,
+            r.text ? in_words(*r.text) : fmt::format("{:.9g}", r.value),
+            r.text ? "" : fmt::format("{:.3g}", r.error), r.seconds, r.unknowns,
             r.is_reference ? "  reference"
             : r.on_front   ? "  front"
                            : "",
@@ -299,6 +328,8 @@ std::string text_of(const Table& t)
         if (std::isfinite(s.order))
             out += fmt::format("  observed order{}{}: {:.2f}\n", s.name.empty() ? "" : ", ", s.name,
                                s.order);
+    for (const auto& [text, count] : counts)
+        out += fmt::format("  {:>{}} of {}  {}\n", count, width, t.rows.size(), in_words(text));
     return out;
 }
 

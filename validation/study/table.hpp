@@ -3,6 +3,7 @@
 #include "validation/study/record.hpp"
 #include "validation/study/sweep.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@ namespace amontons::study {
 struct Row {
     Point point;
     double value = 0; ///< of the quantity; NaN if there is none
+    std::optional<std::string> text; ///< of a quantity in words: it has no value and no error
     double error = 0; ///< relative to the reference; absolute if that is 0; NaN if there is none
     double seconds = 0, cpu_seconds = 0; ///< [s]
     double unknowns = 0, steps = 0;      ///< NaN if the run did not say
@@ -53,6 +55,9 @@ Row make_row(const Point& point, const PointRecord& record, const std::string& q
 /// with the sign that makes it positive where the error falls on refining: refining is what
 /// makes unknowns or steps more, and else what makes the value smaller.
 void evaluate(Table& table);
+
+/// How often each text of a quantity in words came out, the most frequent first.
+std::vector<std::pair<std::string, int>> counts_of(const Table& table);
 
 std::string csv_of(const Table& table);
 std::string json_of(const Table& table);

@@ -141,11 +141,30 @@ TEST_CASE("the front has every row that no other beats in both and no row more")
     CHECK(front == "10101");
 }
 
+TEST_CASE("of a quantity in words the study says how often which came out")
+{
+    const Table t = made({"n=1,2,3,4,5"}, 0, [](const auto& x, PointRecord& r) {
+        if (x[0] == 4)
+            r = {"", {}, "failed", "no", "", 1, 1, {}, {}};
+        else
+            r.texts = {{"quantities.q", x[0] == 2 ? "" : x[0] < 4 ? "left, common" : "right"}};
+    });
+    CHECK(counts_of(t) ==
+          std::vector<std::pair<std::string, int>>{{"left, common", 2}, {"", 1}, {"right", 1}});
+    const std::string text = text_of(t);
+    CHECK(text.find("2 of 5  left, common\n") != std::string::npos);
+    CHECK(text.find("1 of 5  none\n") != std::string::npos);
+    CHECK(csv_of(t).find("\n0,1,\"left, common\",,") != std::string::npos);
+    const Texts read = texts_of(json_of(t), "json");
+    CHECK(find(numbers_of(json_of(t), "json"), "counts.right") == 1);
+    CHECK(plot_script(t, "study").empty());
+}
+
 TEST_CASE("failures are rows with their reason without value and error")
 {
     Table t = made({"n=1,2,4"}, 1, [](const auto& x, PointRecord& r) {
         r.numbers = {{"quantities.q", 1 + 1 / x[0]}, {"unknowns", x[0]}};
-        if (x[0] == 2) r = {"", {}, "failed", "a jam, \"at\" 3 mm", "", 1, 1, {}};
+        if (x[0] == 2) r = {"", {}, "failed", "a jam, \"at\" 3 mm", "", 1, 1, {}, {}};
         if (x[0] == 4) r.numbers = {{"other", 1.0}};
     });
     CHECK(t.rows[0].error == doctest::Approx(1));
@@ -172,15 +191,23 @@ TEST_CASE("numbers are found by path and by the name of a quantity with the near
     CHECK(find(n, "depth") == 0.3);
     CHECK(find(n, "quantities.depth") == 0.3);
     CHECK(!find(n, "branch"));
-    CHECK(allowed_names(n, "dept").find("\"depth\" (nearest name)") == 0);
+    const Texts t =
+        texts_of(R"({"status": "done", "quantities": {"depth": 0.3, "branch": "LCCA"}})", "run");
+    CHECK(find(t, "branch") == "LCCA");
+    CHECK(find(t, "status") == "done");
+    CHECK(!find(t, "depth"));
+    CHECK(allowed_names(n, t, "dept").find("\"depth\" (nearest name)") == 0);
+    CHECK(allowed_names(n, t, "brunch").find("\"branch\" (nearest name)") == 0);
     CHECK_THROWS_AS(numbers_of("[1]", "run"), InputError);
 }
 
 TEST_CASE("what a folder keeps reads back the same and damage is named")
 {
-    const PointRecord r{"ab", {"a=1"}, "done", "odd", "0.1", 0.1, 0.2, {{"q", 1.0 / 3}}};
+    const PointRecord r{"ab", {"a=1"},          "done",           "odd", "0.1", 0.1,
+                        0.2,  {{"q", 1.0 / 3}}, {{"branch", "a"}}};
     const PointRecord back = read_record(record_text(r), "file");
     CHECK(back.numbers == r.numbers);
+    CHECK(back.texts == r.texts);
     CHECK(back.overrides == r.overrides);
     CHECK(record_text(back) == record_text(r));
     for (const char* text : {"", "{", "[]", "{}", R"({"hash": 1})"})
