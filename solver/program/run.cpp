@@ -107,6 +107,19 @@ private:
     std::string folder_;
 };
 
+/// Of instruments in one another no contact problem is recorded: their step has one for all.
+void refuse_nested(const Scene& scene)
+{
+    for (std::size_t k = 0; k < scene.contact.size(); ++k) {
+        const auto& [a, b] = scene.contact[k].between;
+        if (body_named(scene.beams, a) && body_named(scene.beams, b))
+            throw InputError({{scene.file, fmt::format("/contact/{}", k),
+                               quoted_text(a) + " in " + quoted_text(b) + ", and --record",
+                               "instruments that are not in one another, or no --record: the "
+                               "contact problem of nested ones is not written yet"}});
+    }
+}
+
 /// The one observer of a run: the files and the progress, and the depth along centrelines.
 struct Observers : StepObserver {
     int iterations = 0; ///< since this start
@@ -215,6 +228,7 @@ void run_scene(RunArguments& arguments, Session& session)
     if (arguments.record) ProblemRecorder::check();
     settle(arguments.scene);
     Scene scene = read_scene(arguments.scene.scene, arguments.scene.overrides);
+    if (arguments.record) refuse_nested(scene);
     const std::vector<DepthLine> depth_lines = place_introducers(scene);
     std::vector<Issue> odd;
     std::vector<Obstacle> obstacles = build_obstacles(scene, &odd);

@@ -110,6 +110,23 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
         if (!b.segments[i].bending.empty() || !b.segments[i].stretching.empty())
             findings.add({fmt::format("{}/segments/{}", place, i), place + "/elements"}, "a table",
                          "\"exact\" elements: the others are linear");
+    // Free of stress in a given shape: what the segments say of another one would not count.
+    for (std::size_t i = 0;
+         i < b.segments.size() && shape.stress_free && (shape.has_curve() || !shape.points.empty());
+         ++i) {
+        const std::string here = fmt::format("{}/segments/{}/", place, i);
+        const char* of = shape.has_curve() ? "curve" : "points";
+        const auto refuse = [&](const char* field, double value) {
+            if (value != 0)
+                findings.add(
+                    {here + field, place + "/shape/" + of},
+                    fmt::format("{} beside a shape by \"{}\"", value, of),
+                    "0: the rod is free of stress in that shape; or \"stress_free\": false: "
+                    "it is bent into it");
+        };
+        refuse("curvature", b.segments[i].curvature);
+        refuse("twist", b.segments[i].twist);
+    }
     if (shape.has_curve() && !shape.points.empty())
         findings.add({place + "/shape/points", place + "/shape/curve"}, "points and a curve",
                      "either \"points\" or \"curve\"");

@@ -143,8 +143,8 @@ void check_locking(const SolidInput& input, const VolumeMesh& mesh, const std::s
         const char* allowed =
             none ? "T10 or H8, which carry it, or a ratio <= 0.49999: T4 would lock altogether"
             : t4 ? "T10 or H8: T4 lock above 0.45, they would be much too stiff"
-                 : "H8, or at least 8 elements through what bends: coarse T10 are too stiff above "
-                   "0.49";
+                 : "H8, or at least 8 elements through what bends: above 0.49 coarse T10 are too "
+                   "stiff, and their contact pressures alternate from node to node";
         (none ? issues : warnings)
             .push_back({file, "/bodies/" + input.name,
                         fmt::format("{} with a Poisson's ratio of {:.8g}", t4 ? "T4" : "T10", nu),

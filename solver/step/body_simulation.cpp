@@ -269,6 +269,18 @@ StepRecord BodySimulation::State::record(double h, double seconds)
     return out;
 }
 
+void BodySimulation::State::note_limits()
+{
+    limits.resize(system->refs.size());
+    for (std::size_t b = 0; b < limits.size(); ++b) {
+        SolidBody* solid = system->refs[b].solid;
+        if (!solid || solid->nonlinear()) continue;
+        solid->complete();
+        limits[b].note(solid->mesh(), solid->places(), solid->frame().turn.toRotationMatrix(),
+                       time);
+    }
+}
+
 void BodySimulation::State::finish()
 {
     summary.steps = step;
@@ -311,7 +323,11 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         sum.status = status;
         sum.message = std::move(message);
         s.finish();
+        s.note_limits();
         RunSummary whole = sum; // a run that goes on says it at its own end
+        for (std::size_t b = 0; b < s.limits.size(); ++b)
+            if (std::string told = s.limits[b].warning(s.system->refs[b].name); !told.empty())
+                whole.warnings.push_back(std::move(told));
         for (std::string& sentence : s.overlaps.small_contacts(*s.system))
             whole.warnings.push_back(std::move(sentence));
         if (std::string told = energy_warning(s.energy, s.energy_scale()); !told.empty())
@@ -500,7 +516,8 @@ std::vector<RecordedProblem> BodySimulation::contact_problems() const
 
 std::vector<BodyRecord> BodySimulation::body_records() const
 {
-    const State& s = *state_;
+    State& s = *state_;
+    s.note_limits();
     std::vector<BodyRecord> all;
     for (std::size_t b = 0; b < s.system->refs.size(); ++b)
         if (!s.system->refs[b].rod) all.push_back(record_body(*s.system, b, s.last));

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 
 namespace amontons {
 namespace {
@@ -185,6 +186,28 @@ std::vector<std::shared_ptr<WallState>> read_walls(const std::vector<WireWall>& 
         }
     }
     return all;
+}
+
+double largest_motion(const SoftVessel& vessel)
+{
+    if (vessel.tube->beyond()) return 0;
+    const Eigen::VectorXd u = vessel.tube->whole_displacement();
+    double most = 0;
+    for (Eigen::Index i = 0; i + 2 < u.size(); i += 3)
+        most = std::max(most, u.segment<3>(i).norm());
+    return most;
+}
+
+std::string wall_warning(const SoftVessel& vessel, double moved)
+{
+    constexpr double kOfRadius = 0.1;
+    const double radius = vessel.tube->radius_scale();
+    if (!(moved >= kOfRadius * radius)) return "";
+    return fmt::format(
+        "{} is linear, but its wall moved by {:.2g} m, {:.0f} % of the lumen's radius: "
+        "displacements and forces may be far off; a \"material\" of it takes large "
+        "ones",
+        vessel.name, moved, 100 * moved / radius);
 }
 
 BodyRecord record_vessel(const SoftVessel& vessel)

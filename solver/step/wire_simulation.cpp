@@ -63,6 +63,7 @@ struct WireSimulation::State {
     std::vector<WireHistory> history;
     std::vector<std::unique_ptr<BoundingTree>> tree; ///< made when a contact first needs it
     std::vector<std::vector<double>> max_force;      ///< per obstacle and vertex [N]
+    std::vector<double> wall_moved; ///< of each vessel's wall the most that was looked at [m]
 
     bool started = false;
     double time = 0, step_length = 0;
@@ -115,6 +116,7 @@ struct WireSimulation::State {
     StepRecord record(const StepReport& r, double h, double seconds);
     void note_forces(const StepRecord& r);
     void note_openings(const std::vector<Vec3>& tips_before);
+    void note_walls();
     void finish(RunSummary& s) const;
 };
 
@@ -288,6 +290,14 @@ void WireSimulation::State::note_forces(const StepRecord& r)
     }
 }
 
+/// Looks at walls that give way as they are now: at frames, and at the end.
+void WireSimulation::State::note_walls()
+{
+    wall_moved.resize(vessels.size(), 0);
+    for (std::size_t v = 0; v < vessels.size(); ++v)
+        wall_moved[v] = std::max(wall_moved[v], largest_motion(vessels[v]));
+}
+
 void WireSimulation::State::note_openings(const std::vector<Vec3>& tips_before)
 {
     for (std::size_t w = 0; w < wires.size(); ++w) {
@@ -382,7 +392,11 @@ RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& 
         sum.status = status;
         sum.message = std::move(message);
         s.finish(sum);
+        s.note_walls();
         RunSummary whole = sum; // a run that goes on says it at its own end
+        for (std::size_t v = 0; v < s.vessels.size(); ++v)
+            if (std::string told = wall_warning(s.vessels[v], s.wall_moved[v]); !told.empty())
+                whole.warnings.push_back(std::move(told));
         double size = 0;
         for (const WireBody& b : s.wires)
             size = std::max(size, b.wire.material.length);
@@ -486,6 +500,7 @@ std::vector<RecordedProblem> WireSimulation::contact_problems() const
 
 std::vector<BodyRecord> WireSimulation::body_records() const
 {
+    state_->note_walls();
     std::vector<BodyRecord> all;
     for (const SoftVessel& v : state_->vessels)
         all.push_back(record_vessel(v));
@@ -535,6 +550,7 @@ std::vector<std::byte> WireSimulation::save() const
             save_reactions(n.reaction, out);
     for (const std::vector<double>& f : s.max_force)
         out.vector(f);
+    out.vector(s.wall_moved);
     save_summary(s.summary, out);
     return out.take();
 }
@@ -567,9 +583,11 @@ void WireSimulation::restore(const std::vector<std::byte>& state)
     std::vector<std::vector<double>> force;
     for (const Obstacle& o : s.obstacles)
         force.push_back(in.vector<double>(o.model.surface->points.size()));
+    auto wall_moved = in.vector<double>(s.vessels.size());
     RunSummary sum = read_summary(in);
     in.end();
 
+    s.wall_moved = std::move(wall_moved);
     for (std::size_t v = 0; v < s.vessels.size(); ++v)
         restore_tangent(*s.vessels[v].tube, tangents[v]);
     s.started = started;

@@ -391,3 +391,18 @@ TEST_CASE("an element turns by at most 120 degrees when free of loads")
     CHECK(has(bad_frame(EI, EI + ", \"curvature\": 99.9"), "allowed: <= 0.0209649 [m]"));
     CHECK(has(bad_frame(EI, EI + ", \"twist\": 20, \"curvature\": 1"), "/segments/0/element"));
 }
+
+TEST_CASE("a natural curvature beside a shape that is free of stress is refused")
+{
+    const auto with = [](const std::string& segment, const std::string& shape) {
+        return issues_of(replaced(replaced(kFrameExample, "\"EI\": 1440", "\"EI\": 1440" + segment),
+                                  "\"shape\": {", "\"shape\": {" + shape));
+    };
+    CHECK(has(
+        with(", \"curvature\": 0.2", ""),
+        "/bodies/frame/segments/0/curvature: found 0.2 beside a shape by \"points\", allowed: 0: "
+        "the rod is free of stress in that shape; or \"stress_free\": false"));
+    CHECK(has(with(", \"twist\": 0.1", ""), "/segments/0/twist"));
+    CHECK(with(", \"curvature\": 0.2", "\"stress_free\": false, ") == "");
+    CHECK(with("", "") == "");
+}
