@@ -331,6 +331,7 @@ void WireSimulation::State::finish(RunSummary& s) const
     s.worst_overlap.depth = std::numeric_limits<double>::quiet_NaN();
     s.not_measured = {"instruments: gaps at their nodes are certified, surfaces are not measured"};
     s.quantities.clear();
+    s.texts.clear();
     for (std::size_t w = 0; w < wires.size(); ++w) {
         const std::string prefix = wire_prefix(scene, w);
         const Wire& wire = wires[w].wire;
