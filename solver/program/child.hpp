@@ -14,6 +14,7 @@ namespace amontons {
 struct ChildJob {
     std::vector<std::string> arguments; ///< after the program's name
     double most_seconds = 0;            ///< ended after this wall time [s]; 0: never
+    std::string program = {};           ///< another program instead; its path
 };
 
 struct ChildResult {
