@@ -56,7 +56,8 @@ std::vector<std::int32_t> nodes_of_labels(const VolumeMesh& mesh, const std::vec
 }
 
 template <class Member>
-void add(std::vector<NamedSet<Member>>& sets, const std::string& name, std::vector<Member> members)
+void add_set(std::vector<NamedSet<Member>>& sets, const std::string& name,
+             std::vector<Member> members)
 {
     std::ranges::sort(members);
     members.erase(std::unique(members.begin(), members.end()), members.end());
@@ -94,7 +95,7 @@ void add_sets(const SolidInput& input, VolumeMesh& mesh, const ExternalSurface& 
             for (const std::int64_t label : unknown)
                 refuse("/nodes", fmt::format("node {}", label),
                        fmt::format("a node of the mesh, which has {}", mesh.nodes.size()));
-            add(mesh.node_sets, s.name, std::move(nodes));
+            add_set(mesh.node_sets, s.name, std::move(nodes));
             continue;
         } else if (s.faces_like.given) {
             AlikeFaces alike = faces_alike(outside, mesh, s.faces_like.at,
@@ -111,7 +112,7 @@ void add_sets(const SolidInput& input, VolumeMesh& mesh, const ExternalSurface& 
             const std::vector<std::int32_t> nodes = nodes_in(mesh, region);
             faces = faces_in(outside, mesh, region);
             if (s.of == "nodes" && !nodes.empty()) {
-                add(mesh.node_sets, s.name, nodes);
+                add_set(mesh.node_sets, s.name, nodes);
                 continue;
             }
             if (nodes.empty())
@@ -123,7 +124,7 @@ void add_sets(const SolidInput& input, VolumeMesh& mesh, const ExternalSurface& 
                                    nodes.size()),
                        "a place that holds whole faces, or \"of\": \"nodes\"");
         }
-        if (!faces.empty()) add(mesh.face_sets, s.name, std::move(faces));
+        if (!faces.empty()) add_set(mesh.face_sets, s.name, std::move(faces));
     }
     if (!issues.empty()) throw InputError(std::move(issues));
 }

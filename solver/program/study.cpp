@@ -110,8 +110,8 @@ void tell(Table& table, const std::string& folder, Session& session)
     write_file(folder + "/study.csv", csv_of(table));
     const std::string script = plot_script(table, "study");
     if (script.empty()) {
-        session.say(counts_of(table).empty() ? "no plot: nothing is done"
-                                             : "no plot: words have none");
+        session.say(text_counts(table).empty() ? "no plot: nothing is done"
+                                               : "no plot: words have none");
     } else {
         write_file(folder + "/study.gp", script);
         if (!draw_plot(folder, "study.gp"))

@@ -188,7 +188,7 @@ std::vector<std::shared_ptr<WallState>> read_walls(const std::vector<WireWall>& 
     return all;
 }
 
-double largest_motion(const SoftVessel& vessel)
+double wall_motion(const SoftVessel& vessel)
 {
     if (vessel.tube->beyond()) return 0;
     const Eigen::VectorXd u = vessel.tube->whole_displacement();

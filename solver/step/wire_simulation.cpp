@@ -295,7 +295,7 @@ void WireSimulation::State::note_walls()
 {
     wall_moved.resize(vessels.size(), 0);
     for (std::size_t v = 0; v < vessels.size(); ++v)
-        wall_moved[v] = std::max(wall_moved[v], largest_motion(vessels[v]));
+        wall_moved[v] = std::max(wall_moved[v], wall_motion(vessels[v]));
 }
 
 void WireSimulation::State::note_openings(const std::vector<Vec3>& tips_before)

@@ -208,7 +208,7 @@ void evaluate(Table& t)
     find_series(t);
 }
 
-std::vector<std::pair<std::string, int>> counts_of(const Table& t)
+std::vector<std::pair<std::string, int>> text_counts(const Table& t)
 {
     std::map<std::string, int> counts;
     for (const Row& r : t.rows)
@@ -270,7 +270,7 @@ std::string json_of(const Table& t)
         out.member("pareto", r.on_front).member("is_reference", r.is_reference).close('}');
     }
     out.close(']').key("counts").open('{');
-    for (const auto& [text, count] : counts_of(t))
+    for (const auto& [text, count] : text_counts(t))
         out.member(text, count);
     out.close('}').member("order", t.order).member("reference", t.reference);
     out.member("reference_kind", name_of(t.kind));
@@ -305,7 +305,7 @@ std::string text_of(const Table& t)
     std::string names;
     for (const Sweep& s : t.sweeps)
         names += (names.empty() ? "" : "; ") + s.name();
-    const std::vector<std::pair<std::string, int>> counts = counts_of(t);
+    const std::vector<std::pair<std::string, int>> counts = text_counts(t);
     out += counts.empty() ? fmt::format("{} against {} ({}: {:.9g})\n", t.quantity, names,
                                         name_of(t.kind), t.reference)
                           : fmt::format("{} against {}\n", t.quantity, names);

@@ -57,7 +57,7 @@ Row make_row(const Point& point, const PointRecord& record, const std::string& q
 void evaluate(Table& table);
 
 /// How often each text of a quantity in words came out, the most frequent first.
-std::vector<std::pair<std::string, int>> counts_of(const Table& table);
+std::vector<std::pair<std::string, int>> text_counts(const Table& table);
 
 std::string csv_of(const Table& table);
 std::string json_of(const Table& table);

@@ -149,7 +149,7 @@ TEST_CASE("of a quantity in words the study says how often which came out")
         else
             r.texts = {{"quantities.q", x[0] == 2 ? "" : x[0] < 4 ? "left, common" : "right"}};
     });
-    CHECK(counts_of(t) ==
+    CHECK(text_counts(t) ==
           std::vector<std::pair<std::string, int>>{{"left, common", 2}, {"", 1}, {"right", 1}});
     const std::string text = text_of(t);
     CHECK(text.find("2 of 5  left, common\n") != std::string::npos);

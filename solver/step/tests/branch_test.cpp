@@ -45,7 +45,7 @@ std::string branch_of(const std::string& branches, const std::string& insertion)
     return sum.texts[0].value;
 }
 
-std::string refused(const std::string& text)
+std::string tube_refusal(const std::string& text)
 {
     try {
         run_in_tube(text);
@@ -117,16 +117,16 @@ TEST_CASE("an introducer sits at the end of a named branch and looks into it")
     CHECK((end.direction + Vec3::UnitX()).norm() < 1e-9);
     CHECK(start.at.norm() < 1e-12);
     CHECK((start.direction - Vec3::UnitX()).norm() < 1e-9);
-    CHECK(refused(in_tube(branch, R"("branch": "femoral")")) == "");
+    CHECK(tube_refusal(in_tube(branch, R"("branch": "femoral")")) == "");
 
-    CHECK(has(refused(in_tube(branch, R"("branch": "femorl")")), "one of \"femoral\""));
-    CHECK(has(refused(in_tube(branch, R"("branch": "femoral", "at": [0, 0, 0])")),
+    CHECK(has(tube_refusal(in_tube(branch, R"("branch": "femorl")")), "one of \"femoral\""));
+    CHECK(has(tube_refusal(in_tube(branch, R"("branch": "femoral", "at": [0, 0, 0])")),
               "/introducer/at: found a place beside \"branch\", which gives it"));
-    CHECK(has(refused(in_tube(branch, R"("end": "end")")), "nothing without"));
-    CHECK(has(refused(in_tube(R"({"name": "b", "ball": {"centre": [0, 0, 0], "radius": 1}})",
-                              R"("branch": "b")")),
+    CHECK(has(tube_refusal(in_tube(branch, R"("end": "end")")), "nothing without"));
+    CHECK(has(tube_refusal(in_tube(R"({"name": "b", "ball": {"centre": [0, 0, 0], "radius": 1}})",
+                                   R"("branch": "b")")),
               "a branch with a \"centreline\""));
-    CHECK(has(refused(in_tube(R"({"name": "b"})", "")), "branches/0: found no place"));
+    CHECK(has(tube_refusal(in_tube(R"({"name": "b"})", "")), "branches/0: found no place"));
 }
 
 TEST_CASE("the normal of an introducer is compared with the direction of its centreline")
@@ -142,8 +142,8 @@ TEST_CASE("the normal of an introducer is compared with the direction of its cen
                (folder / "line.csv") + R"(", )" + more + R"(}, "drive": {"insertion": 0.01}}},
             "time": {"step": 0.1, "end": 0.1}})";
     };
-    CHECK(refused(with(R"("normal": [1, 0, 0])")) == "");
-    CHECK(has(refused(with(R"("normal": [0, 0, 2])")),
+    CHECK(tube_refusal(with(R"("normal": [1, 0, 0])")) == "");
+    CHECK(has(tube_refusal(with(R"("normal": [0, 0, 2])")),
               "/bodies/wire/introducer/normal: found parallel to the direction (0, 0, 1) that the "
               "centreline gives"));
     Scene scene = parse_scene(with(R"("end": "end")"), "s.json", {});

@@ -18,7 +18,7 @@ std::string block_with(const std::string& sets, const std::string& hold, const s
            contact + R"(", ""]}], "time": {"step": 1, "end": 1})";
 }
 
-std::string refused(const std::string& sets)
+std::string set_refusal(const std::string& sets)
 {
     try {
         run(block_with("\"sets\": {" + sets + "}, ", "x_min", "z_max", "z_min"));
@@ -56,22 +56,22 @@ TEST_CASE("a set that is empty or beside the body is refused and told what is th
         CAPTURE(text);
         CHECK(text.find(part) != string::npos);
     };
-    const string empty = refused(R"("a": {"box": {"from": [1, 0, 0], "to": [2, 1, 1]}})");
+    const string empty = set_refusal(R"("a": {"box": {"from": [1, 0, 0], "to": [2, 1, 1]}})");
     has(empty, "test.json: /bodies/block/sets/a: found an empty set");
     has(empty, "the mesh reaches from (-0.1, -0.05, 0) to (0.1, 0.05, 0.1) [m]");
-    has(refused(R"("a": {"ball": {"centre": [0, 0, 0.05], "radius": 0.01}})"),
+    has(set_refusal(R"("a": {"ball": {"centre": [0, 0, 0.05], "radius": 0.01}})"),
         "no face of the outside with all its nodes, allowed: a place that holds whole faces, or "
         "\"of\": \"nodes\"");
-    has(refused(R"("a": {"faces_like": {"at": [0, 0, 0.5]}})"),
+    has(set_refusal(R"("a": {"faces_like": {"at": [0, 0, 0.5]}})"),
         "(0, 0, 0.5), 0.4 m from the outside, allowed: a place on it; the nearest is (0, 0, 0.1)");
-    has(refused(R"("a": {"faces": [0, 100000]})"),
+    has(set_refusal(R"("a": {"faces": [0, 100000]})"),
         "sets/a/faces: found face 100000, allowed: 0 to");
-    has(refused(R"("a": {"nodes": [0]})"),
+    has(set_refusal(R"("a": {"nodes": [0]})"),
         "sets/a/nodes: found node 0, allowed: a node of the mesh");
-    has(refused(R"("x_max": {"faces": [0]})"), "\"x_max\", a set of the mesh itself");
-    CHECK(
-        refused(R"("a": {"nodes": [1]}, "b": {"box": {"from": [-1, -1, -1], "to": [1, 1, 1]}})") ==
-        "");
+    has(set_refusal(R"("x_max": {"faces": [0]})"), "\"x_max\", a set of the mesh itself");
+    CHECK(set_refusal(
+              R"("a": {"nodes": [1]}, "b": {"box": {"from": [-1, -1, -1], "to": [1, 1, 1]}})") ==
+          "");
 }
 
 TEST_CASE("nodes of a set are those that the file numbers and a set of nodes inside is held")
