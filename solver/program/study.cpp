@@ -39,6 +39,7 @@ struct StudyArguments {
     int jobs = 1, threads = 1;
     double max_time = 0;
     bool restart = false, keep = false;
+    std::string time = "wall", table, add;
 };
 
 // ---- the scene of a point
@@ -104,9 +105,12 @@ Table empty_table(const Definition& d)
 }
 
 /// study.csv, study.gp and study.svg, and the answer on stdout.
-void tell(Table& table, const std::string& folder, Session& session)
+void tell(Table& table, const StudyArguments& a, const std::string& folder, Session& session)
 {
+    table.by_cpu = a.time == "cpu";
+    if (!a.add.empty()) table.added = read_added(read_file(a.add), a.add);
     evaluate(table);
+    if (a.table == "tex") write_file(folder + "/study.tex", tex_of(table));
     write_file(folder + "/study.csv", csv_of(table));
     const std::string script = plot_script(table, "study");
     if (script.empty()) {
@@ -354,7 +358,7 @@ void run_study(const StudyArguments& a, Session& session)
 
     for (const Work& w : work)
         if (w.record) table.rows.push_back(make_row(w.point, *w.record, a.quantity));
-    tell(table, folder, session);
+    tell(table, a, folder, session);
     if (work.empty()) { // nothing to do is no failure: what waits for all shards goes on
         session.say(
             fmt::format("no point is in shard {}: the study has {}", a.shard, points.size()));
@@ -444,7 +448,7 @@ void merge(const StudyArguments& a, bool new_reference, Session& session)
     if (count > 0)
         session.say(
             fmt::format("warning: {} points are in none of the folders: {}", count, missing));
-    tell(table, folder, session);
+    tell(table, a, folder, session);
 }
 
 } // namespace
@@ -490,6 +494,20 @@ void add_study(CLI::App& program, Session& session)
                            : "found " + quoted_text(text) + ", allowed: seconds > 0";
             },
             "SECONDS"));
+    command
+        ->add_option("--time", a->time,
+                     "Times of table, plot and Pareto front: of the clock, or of the "
+                     "processors")
+        ->check(CLI::IsMember({"wall", "cpu"}))
+        ->capture_default_str();
+    command->add_option("--table", a->table, "Also study.tex: a table for a paper")
+        ->check(CLI::IsMember({"tex"}));
+    command
+        ->add_option(
+            "--add", a->add,
+            "Another program's points beside ours: a CSV with the columns name, seconds, value "
+            "or error, and unknowns")
+        ->type_name("FILE");
     command->add_flag("--restart", a->restart, "Throw away what the folder has");
     command->add_flag("--keep", a->keep, "Keep the files of every run");
     command->add_option("--merge", a->merge, "Join the folders of shards")->type_name("DIR...");

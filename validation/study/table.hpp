@@ -33,6 +33,18 @@ struct Series {
 
 enum class ReferenceKind { value, file, finest };
 
+/// A point of another program, beside ours.
+struct AddedRow {
+    std::string name;
+    double value = 0, error = 0, seconds = 0, unknowns = 0; ///< NaN if not given; error as of Row
+};
+
+/// Rows of another program: a heading with name, seconds [s], value or error, and unknowns if
+/// known.
+/// @param file  for messages
+/// @throws InputError
+std::vector<AddedRow> read_added(std::string_view text, const std::string& file);
+
 struct Table {
     std::vector<Sweep> sweeps;
     std::string quantity;
@@ -42,6 +54,8 @@ struct Table {
     std::vector<Series> series;
     int refined = -1; ///< the sweep along which orders are observed; -1: none has numbers
     double order = 0; ///< of the only series; NaN if there are several
+    bool by_cpu = false; ///< times of front and plot are processor times
+    std::vector<AddedRow> added;
 };
 
 /// A row of what was recorded. A run that is done but lacks the quantity gets the status
@@ -64,6 +78,8 @@ std::string json_of(const Table& table);
 /// A gnuplot script that draws NAME.svg: error against time, error against unknowns, value
 /// against the refined parameter. "" if nothing can be drawn.
 std::string plot_script(const Table& table, const std::string& name);
+/// A table for a paper, with booktabs: parameters, value, error, time, unknowns.
+std::string tex_of(const Table& table);
 /// For people.
 std::string text_of(const Table& table);
 

@@ -160,6 +160,38 @@ TEST_CASE("of a quantity in words the study says how often which came out")
     CHECK(plot_script(t, "study").empty());
 }
 
+TEST_CASE("another program's points get errors as ours and stand in plot and tables")
+{
+    Table t = made({"n=1,2,4"}, 1, [](const auto& x, PointRecord& r) {
+        r.numbers = {{"q", 1 + std::pow(x[0], -2)}, {"unknowns", x[0]}};
+        r.seconds = x[0];
+        r.cpu_seconds = 5 - x[0];
+    });
+    t.added =
+        read_added("name,seconds [s],value,unknowns\nother,0.5,1.25,7\n# no\nother,2,1.01,\n", "a");
+    evaluate(t);
+    REQUIRE(t.added.size() == 2);
+    CHECK(t.added[0].error == doctest::Approx(0.25));
+    CHECK(std::isnan(t.added[1].unknowns));
+    CHECK(plot_script(t, "study").find("0.5 0.25\n") != std::string::npos);
+    CHECK(plot_script(t, "study").find("title 'other'") != std::string::npos);
+    CHECK(text_of(t).find("other") != std::string::npos);
+    const std::string tex = tex_of(t);
+    CHECK(tex.find("\\begin{tabular}{lrrrr}") != std::string::npos);
+    CHECK(tex.find("4 & 1.0625 & $6.2\\cdot 10^{-2}$ & 4 & 4 \\\\") != std::string::npos);
+    CHECK(tex.find("other &  & ") == std::string::npos);
+    // By processor time another row is on the front.
+    CHECK(t.rows[0].on_front);
+    t.by_cpu = true;
+    evaluate(t);
+    CHECK(!t.rows[0].on_front);
+    CHECK(t.rows[2].on_front);
+    CHECK(plot_script(t, "study").find("processor time") != std::string::npos);
+    for (const char* bad :
+         {"", "name,seconds\na,1\n", "name,seconds,error\na,x,1\n", "name,seconds,error\na,-1,1\n"})
+        CHECK_THROWS_AS(read_added(bad, "a.csv"), InputError);
+}
+
 TEST_CASE("failures are rows with their reason without value and error")
 {
     Table t = made({"n=1,2,4"}, 1, [](const auto& x, PointRecord& r) {
