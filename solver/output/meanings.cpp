@@ -70,6 +70,7 @@ std::vector<MeaningTable> make_tables()
           {"A_on_B_normal_force", "N",
            "Sum of the normal forces between A and B, all towards B; of a body and itself, of all "
            "sides."},
+          {"A_on_B_contacts", "", "Number of contacts of A and B that carry a force."},
           {"A_on_B_max_pressure", "Pa", "Largest contact pressure of A on B."},
           {"A_on_B_force", "N", "Contact force that A exerts on B, in all.", vector},
           {"NAME_contact_force", "N", "Force that all contacts exert on the body.", vector},
@@ -81,6 +82,8 @@ std::vector<MeaningTable> make_tables()
            "stable."},
           {"NAME_end_tangent", "", "Unit tangent of the rod at its end.", vector},
           {"NAME_velocity", "m/s", "Velocity of the centre of mass.", vector},
+          {"NAME_turn", "rad",
+           "Turn of a rigid body since the start: a rotation vector of at most pi.", vector},
           {"NAME_spin", "rad/s", "Angular velocity.", vector},
           {"NAME_SET_pressure", "Pa", "Pressure that was found for a load by `volume`."},
           {"NAME_SET_moment", "N m", "Moment that the hold exerts on the rod.", vector},
@@ -159,6 +162,7 @@ std::vector<MeaningTable> make_tables()
          "world's "
          "axes; tension is > 0.",
          {{"displacement", "m", "Of a node since the start."},
+          {"velocity", "m/s", "Of a node; of dynamic runs."},
           {"stress", "Pa", "Cauchy's stress in the middle of an element."},
           {"von_mises", "Pa", "Von Mises' stress there."},
           {"strain_energy_density", "J/m^3", "There."},

@@ -61,6 +61,18 @@ std::vector<Vec3> forces_of_both_sides(const BodyStepReport& step)
     return force;
 }
 
+/// A rotation vector of at most pi.
+Vec3 turn_since_start(const RigidBody& body)
+{
+    const Vec3& begun = body.begun().turn;
+    const double angle = begun.norm();
+    Eigen::Quaterniond q = body.placement().turn;
+    if (angle > 0) q = q * Eigen::Quaterniond(Eigen::AngleAxisd(-angle, begun / angle));
+    if (q.w() < 0) q.coeffs() = -q.coeffs();
+    const double sine = q.vec().norm();
+    return sine > 0 ? Vec3(2 * std::atan2(sine, q.w()) / sine * q.vec()) : Vec3(Vec3::Zero());
+}
+
 /// Of each node on the outside: its share of the faces around it [m^2].
 std::vector<double> areas_of_nodes(const SolidBody& solid)
 {
@@ -172,12 +184,13 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
     };
     const std::vector<ContactPair>& pairs = system.finder.pairs();
     std::vector<Vec3> force(pairs.size(), Vec3::Zero());
-    std::vector<double> pressure(pairs.size(), 0), normal(pairs.size(), 0);
+    std::vector<double> pressure(pairs.size(), 0), normal(pairs.size(), 0), closed(pairs.size(), 0);
     const std::vector<Vec3> of_both_sides = forces_of_both_sides(step);
     for (std::size_t c = 0; c < step.contacts.contact.size(); ++c) {
         const BodyContact& k = step.contacts.contact[c];
         force[std::size_t(k.pair)] += step.force[c];
         normal[std::size_t(k.pair)] += k.frame.col(0).dot(step.force[c]);
+        closed[std::size_t(k.pair)] += !step.force[c].isZero(0);
         if (k.area > 0)
             pressure[std::size_t(k.pair)] = std::max(pressure[std::size_t(k.pair)],
                                                      k.frame.col(0).dot(of_both_sides[c]) / k.area);
@@ -198,6 +211,7 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         // Of a solid and itself forces act on either side: their sum says nothing.
         const bool itself = system.refs[std::size_t(pairs[p].a)].solid && pairs[p].a == pairs[p].b;
         if (!itself) vector(name + "_force", "N", force[p]);
+        out.push_back({name + "_contacts", "", closed[p]});
         if (system.refs[std::size_t(pairs[p].a)].rod || itself)
             out.push_back({name + "_normal_force", "N", normal[p]}); // of all sides
         if (system.refs[std::size_t(pairs[p].a)].solid)
@@ -209,6 +223,7 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
     for (const BodyRef& b : system.refs) {
         if (b.rigid) {
             vector(b.name, "m", b.rigid->centre());
+            vector(b.name + "_turn", "rad", turn_since_start(*b.rigid));
             if (dynamic) vector(b.name + "_velocity", "m/s", b.rigid->centre_velocity());
             if (dynamic) vector(b.name + "_spin", "rad/s", b.rigid->spin());
             continue;

@@ -246,6 +246,11 @@ StepRecord BodySimulation::State::record(double h, double seconds)
         const ContactPair& pair = pairs[std::size_t(k.pair)];
         ContactRecord r;
         r.point = k.point;
+        if (pair.small) { // found where the run began: told where the body is now
+            const SolidBody& solid = *system->refs[std::size_t(k.a)].solid;
+            const auto node = std::size_t(k.id % kNodeNumbers);
+            r.point += solid.places()[node] - solid.first_places()[node];
+        }
         r.force = last.force[c];
         r.normal = k.frame.col(0);
         r.slip = last.slip[c];
@@ -520,7 +525,11 @@ std::vector<BodyRecord> BodySimulation::body_records() const
     s.note_limits();
     std::vector<BodyRecord> all;
     for (std::size_t b = 0; b < s.system->refs.size(); ++b)
-        if (!s.system->refs[b].rod) all.push_back(record_body(*s.system, b, s.last));
+        if (!s.system->refs[b].rod) {
+            all.push_back(record_body(*s.system, b, s.last));
+            if (const SolidBody* solid = s.system->refs[b].solid; solid && s.dynamic())
+                all.back().point_fields.push_back({"velocity", "m/s", 3, solid->velocities()});
+        }
     return all;
 }
 

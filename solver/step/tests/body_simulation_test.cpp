@@ -574,3 +574,60 @@ TEST_CASE("a path of balances ends at the end of time however far the table of t
     CHECK((ends.vector("frame_1.44") - goes_on.vector("frame_1.44")).norm() < 1e-8);
     CHECK(ends.records.size() < 60); // [regression] our own run
 }
+
+TEST_CASE(
+    "the turn of a rigid body is told from where it began and its closed contacts are counted")
+{
+    const Result r = run(fmt::format(R"("bodies": {{"box": {{"kind": "rigid", "mass": 1,
+        "shape": {{"generate": "box", "size": [0.2, 0.1, 0.1]}}, "start": {{"turn": [0, 0, 1],
+        "place": [0, 0, 0.05]}}, "drive": {{"axis": [0, 0, 2], "angle": [[0, 0], [1, -2.5]]}}}},
+        "stone": {{"kind": "rigid", "mass": 1, "shape": {{"generate": "box", "size": [0.1, 0.1, 0.1]}},
+        "start": {{"place": [1, 0, 0.05]}}}}, {}}},
+        "contact": [{{"between": ["stone", "floor"], "friction": 0.1}}],
+        "gravity": [0, 0, -9.81], "time": {{"step": 0.5, "end": 1}})",
+                                     kFloor));
+    REQUIRE(r.summary.message == "");
+    CHECK((r.vector("box_turn", 0)).norm() < 1e-12);
+    CHECK((r.vector("box_turn") - Vec3(0, 0, -2.5)).norm() < 1e-12);
+    double acting = 0;
+    for (const ContactRecord& c : r.records.back().contacts)
+        acting += c.normal_force > 0;
+    CHECK(r.value("floor_on_stone_contacts") == acting);
+    CHECK(acting >= 3);
+}
+
+TEST_CASE("points of contacts lie on the bodies as they are, with small sliding too")
+{
+    const Result r =
+        run(R"("bodies": {"floor": {"kind": "obstacle", "surface": {"generate": "plane",
+        "centre": [0, 0, -0.01]}}, "block": {"kind": "solid", "youngs_modulus": 1e6,
+        "poisson_ratio": 0.3, "mesh": {"generate": "box", "size": [0.2, 0.2, 0.2],
+        "centre": [0, 0, 0.1], "cells": [2, 2, 2], "element": "H8"},
+        "hold": [{"set": "z_max", "x": 0, "y": 0, "z": [[0, 0], [1, -0.015]]}]}},
+        "contact": [{"between": ["block", "floor"], "sliding": "small"}],
+        "time": {"step": 1, "end": 1})");
+    REQUIRE(r.summary.message == "");
+    REQUIRE(r.records.back().contacts.size() >= 9);
+    for (const ContactRecord& c : r.records.back().contacts)
+        CHECK(std::abs(c.point.z() + 0.01) < 1e-9);
+}
+
+TEST_CASE("solids in motion write the velocity of their nodes")
+{
+    const Result r =
+        run(R"("bodies": {"b": {"kind": "solid", "youngs_modulus": 1e6, "density": 1000,
+        "poisson_ratio": 0.3, "mesh": {"generate": "box", "size": [0.1, 0.1, 0.1], "cells": [1, 1, 1],
+        "element": "H8"}, "start": {"velocity": [3, 0, -1]}}},
+        "time": {"kind": "dynamic", "step": 0.01, "end": 0.1})");
+    REQUIRE(r.summary.message == "");
+    const Field* velocity = nullptr;
+    const std::vector<BodyRecord> bodies = r.simulation->body_records();
+    for (const Field& f : bodies.at(0).point_fields)
+        if (f.name == "velocity") velocity = &f;
+    REQUIRE(velocity);
+    REQUIRE(velocity->values.size() == 24);
+    for (std::size_t i = 0; i < 24; i += 3) {
+        CHECK(velocity->values[i] == doctest::Approx(3).epsilon(1e-9));
+        CHECK(velocity->values[i + 2] == doctest::Approx(-1).epsilon(1e-9));
+    }
+}
