@@ -134,6 +134,10 @@ void find_series(Table& t)
         for (std::size_t i = 1; i < points.size(); ++i)
             series.orders.push_back(-sign * slope({points[i - 1], points[i]}));
         if (sign < 0) std::reverse(series.orders.begin(), series.orders.end());
+        // A slope through errors that rise and fall is no order.
+        series.falls = std::all_of(series.orders.begin(), series.orders.end(),
+                                   [](double order) { return order > 0; });
+        if (!series.falls) series.order = kNaN;
     }
     if (t.series.size() == 1) t.order = t.series[0].order;
 }
@@ -451,6 +455,9 @@ std::string text_of(const Table& t)
         if (std::isfinite(s.order))
             out += fmt::format("  observed order{}{}: {:.2f}\n", s.name.empty() ? "" : ", ", s.name,
                                s.order);
+        else if (!s.falls)
+            out += fmt::format("  no order{}{}: errors do not fall monotonically\n",
+                               s.name.empty() ? "" : ", ", s.name);
     for (const auto& [text, count] : counts)
         out += fmt::format("  {:>{}} of {}  {}\n", count, width, t.rows.size(), in_words(text));
     return out;

@@ -160,6 +160,21 @@ TEST_CASE("of a quantity in words the study says how often which came out")
     CHECK(plot_script(t, "study").empty());
 }
 
+TEST_CASE("no order is told where errors do not fall from each row to the finer one")
+{
+    const auto order = [](double middle) {
+        return made({"n=1,2,4,8"}, 1, [&](const auto& x, PointRecord& r) {
+            const double error = x[0] == 2 ? middle : std::pow(x[0], -2);
+            r.numbers = {{"q", 1 + error}, {"unknowns", x[0]}};
+        });
+    };
+    CHECK(order(0.25).order == doctest::Approx(2));
+    CHECK(std::isnan(order(1.5).order));
+    CHECK(text_of(order(1.5)).find("no order: errors do not fall monotonically") !=
+          std::string::npos);
+    CHECK(std::isfinite(order(0.8).order));
+}
+
 TEST_CASE("another program's points get errors as ours and stand in plot and tables")
 {
     Table t = made({"n=1,2,4"}, 1, [](const auto& x, PointRecord& r) {
