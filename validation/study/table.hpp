@@ -28,8 +28,8 @@ struct Series {
     std::string name; ///< "bodies.a.mesh.element=T10", "" if there is only one
     std::vector<std::size_t> rows;
     double order = 0;  ///< least squares; NaN if fewer than two errors are known, or one rises
-    bool falls = true; ///< every error is below that of the coarser neighbour
     std::vector<double> orders; ///< between neighbours that are done
+    bool falls = true; ///< every error is below that of the coarser neighbour
 };
 
 enum class ReferenceKind { value, file, finest };
