@@ -53,10 +53,11 @@ SurfaceMesh read_surface(const std::string& path, double scale, const VtpReader&
         mesh = parse_ply(read_file(path), path, scale);
     else if (has_suffix(path, ".vtp") && vtp)
         mesh = scaled(vtp(path), path, scale);
+    else if (has_suffix(path, ".vtp"))
+        refuse_suffix(path, ".stl, .obj or .ply: this program has no VTK module for .vtp");
     else
-        refuse_suffix(path, has_suffix(path, ".vtp")
-                                ? ".stl, .obj or .ply: this program has no VTK module for .vtp"
-                                : ".stl, .obj, .ply or .vtp");
+        refuse_suffix(path, std::string(vtp ? ".stl, .obj, .ply or .vtp" : ".stl, .obj or .ply") +
+                                suffix_hint(path, false));
     const std::size_t vertices = mesh.points.size();
     weld(mesh);
     if (merged)

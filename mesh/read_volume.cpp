@@ -31,7 +31,8 @@ VolumeFile read_volume(const std::string& path, double scale)
         const std::string elements = elements_path(path);
         return parse_plain(read_file(path), read_file(elements), path, elements, scale);
     }
-    refuse_suffix(path, ".msh, .vtu, .inp or .nodes (with .elements beside it)");
+    refuse_suffix(path, ".msh, .vtu, .inp or .nodes (with .elements beside it)" +
+                            suffix_hint(path, true));
 }
 
 void check_volume_suffix(const std::string& path)

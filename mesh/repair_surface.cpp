@@ -125,7 +125,12 @@ std::int64_t divide_beside_flat(SurfaceMesh& mesh, double diagonal)
             kFlatTriangle * diagonal * length[k])
             continue;
         const std::vector<std::int32_t>& both = triangles_at.at({std::min(a, c), std::max(a, c)});
-        if (both.size() != 2) continue; // a border or a crowded edge: stays, and is told
+        if (both.size() == 1) { // at a border nothing is left open: b lies on it
+            changed[i] = true;
+            gone.push_back(i);
+            continue;
+        }
+        if (both.size() != 2) continue; // a crowded edge: stays, and is told
         const auto other =
             static_cast<std::size_t>(both[0] == static_cast<std::int32_t>(i) ? both[1] : both[0]);
         if (changed[other]) continue;
@@ -246,7 +251,13 @@ SurfaceRepair repair_surface(SurfaceMesh& mesh)
     return done;
 }
 
-std::int64_t close_holes(SurfaceMesh& mesh)
+bool is_small_hole(const BoundaryLoop& hole, double longest)
+{
+    constexpr std::size_t kFewEdges = 4; // of one or two triangles that are not there
+    return hole.vertices.size() <= kFewEdges || hole.length <= longest;
+}
+
+std::int64_t close_holes(SurfaceMesh& mesh, const std::function<bool(const BoundaryLoop&)>& which)
 {
     // Along a border the triangle inside runs one way, the one that is added the other way.
     std::map<std::int32_t, std::vector<std::int32_t>> next; // against the triangle's sense
@@ -255,6 +266,7 @@ std::int64_t close_holes(SurfaceMesh& mesh)
     });
     std::int64_t holes = 0;
     for (const BoundaryLoop& loop : check_surface(mesh).boundaries) {
+        if (which && !which(loop)) continue;
         const auto centre = static_cast<std::int32_t>(mesh.points.size());
         mesh.points.push_back(loop.centre);
         const std::size_t n = loop.vertices.size();

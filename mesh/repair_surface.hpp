@@ -1,8 +1,9 @@
 #pragma once
 
-#include "mesh/surface_mesh.hpp"
+#include "mesh/surface_check.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -33,8 +34,14 @@ SurfaceRepair repair_surface(SurfaceMesh& mesh);
 
 /// Fills each hole with triangles between its border and the border's centre, so that the surface
 /// becomes closed; the border stays an edge. Which holes were meant is for the caller to know.
-/// @param mesh  of repair_surface
-/// @return      holes that were closed
-std::int64_t close_holes(SurfaceMesh& mesh);
+/// @param mesh   of repair_surface
+/// @param which  holes to be closed; null: all
+/// @return       holes that were closed
+std::int64_t close_holes(SurfaceMesh& mesh,
+                         const std::function<bool(const BoundaryLoop&)>& which = {});
+
+/// Whether a hole is one that a mesh lacks triangles at, not one that was meant: of at most four
+/// edges, or of a length of at most `longest` [m].
+bool is_small_hole(const BoundaryLoop& hole, double longest);
 
 } // namespace amontons

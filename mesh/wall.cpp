@@ -123,30 +123,70 @@ Wall make_plane_wall(const Vec3& point, const Vec3& normal)
     return Wall{std::make_unique<Wall::Geometry>(Wall::Geometry{plane})};
 }
 
+namespace {
+
+/// How deep a place is in a branch; > 0 outside [m].
+struct PlaceInBranch {
+    double depth = std::numeric_limits<double>::infinity();
+    double radius = 0;           ///< there [m]
+    Vec3 on_axis = Vec3::Zero(); ///< the nearest point of its centreline [m]
+};
+
+PlaceInBranch place_in(const Branch& branch, const Vec3& x)
+{
+    PlaceInBranch found;
+    const std::vector<Vec3>& c = branch.centreline;
+    if (branch.kind == Branch::ball)
+        return {(x - c[0]).norm() - branch.radius[0], branch.radius[0], c[0]};
+    if (branch.kind == Branch::box) {
+        const Eigen::Array3d beyond =
+            (c[0].cwiseMin(c[1]) - x).cwiseMax(x - c[0].cwiseMax(c[1])).array();
+        return {beyond.maxCoeff(), 0, 0.5 * (c[0] + c[1])};
+    }
+    const std::size_t n = c.size();
+    for (std::size_t i = 0; i + 1 < n; ++i) {
+        const Vec3& a = c[i];
+        const Vec3 along = c[i + 1] - a;
+        double t = (x - a).dot(along) / along.squaredNorm();
+        if (i == 0 && t < 0) continue; // still in the parent
+        if (i + 2 < n) t = std::min(t, 1.0);
+        t = std::max(t, 0.0);
+        const double last = std::min(t, 1.0);
+        const double radius = branch.radius[i] + last * (branch.radius[i + 1] - branch.radius[i]);
+        const Vec3 on_axis = a + t * along;
+        const double depth = (x - on_axis).norm() - radius;
+        if (depth < found.depth) found = {depth, radius, on_axis};
+    }
+    return found;
+}
+
+} // namespace
+
+int branch_number_at(const WallModel& model, const Vec3& x)
+{
+    int best = -1;
+    PlaceInBranch deepest;
+    deepest.depth = 0;
+    for (std::size_t i = 0; i < model.branches.size(); ++i)
+        if (const PlaceInBranch p = place_in(model.branches[i], x); p.depth < deepest.depth) {
+            deepest = p;
+            best = static_cast<int>(i);
+        }
+    if (best < 0 || model.branches[static_cast<std::size_t>(best)].kind != Branch::line)
+        return best;
+    // Where two centrelines run as one, the place belongs to neither.
+    for (std::size_t i = 0; i < model.branches.size(); ++i) {
+        if (static_cast<int>(i) == best || model.branches[i].kind != Branch::line) continue;
+        const PlaceInBranch p = place_in(model.branches[i], x);
+        if (p.depth < 0 && (p.on_axis - deepest.on_axis).norm() < 0.5 * deepest.radius) return -1;
+    }
+    return best;
+}
+
 std::string branch_at(const WallModel& model, const Vec3& x)
 {
-    const Branch* best = nullptr;
-    double deepest = 0; // distance to the axis less the radius; > 0 is outside of a branch
-    for (const Branch& branch : model.branches) {
-        const std::size_t n = branch.centreline.size();
-        for (std::size_t i = 0; i + 1 < n; ++i) {
-            const Vec3& a = branch.centreline[i];
-            const Vec3 along = branch.centreline[i + 1] - a;
-            double t = (x - a).dot(along) / along.squaredNorm();
-            if (i == 0 && t < 0) continue; // still in the parent
-            if (i + 2 < n) t = std::min(t, 1.0);
-            t = std::max(t, 0.0);
-            const double last = std::min(t, 1.0);
-            const double radius =
-                branch.radius[i] + last * (branch.radius[i + 1] - branch.radius[i]);
-            const double depth = (x - a - t * along).norm() - radius;
-            if (depth < deepest) {
-                deepest = depth;
-                best = &branch;
-            }
-        }
-    }
-    return best ? best->name : "";
+    const int branch = branch_number_at(model, x);
+    return branch < 0 ? "" : model.branches[static_cast<std::size_t>(branch)].name;
 }
 
 const Opening* opening_passed(const WallModel& model, const Vec3& from, const Vec3& to)

@@ -79,8 +79,16 @@ struct Opening {
 /// A named side vessel: points of the free space nearer to its centreline than to any other.
 struct Branch {
     std::string name;
-    std::vector<Vec3> centreline; ///< from the take-off at the parent's wall to its end [m]
-    std::vector<double> radius;   ///< at each point of the centreline [m]
+    /// From the take-off at the parent's wall to its end [m]; of a ball its middle; of a box two
+    /// corners.
+    std::vector<Vec3> centreline;
+    std::vector<double> radius; ///< at each point of the centreline [m]
+    enum Kind {
+        side_vessel,
+        line, ///< given: it may begin in a trunk that it shares with others, which is none's
+        ball,
+        box
+    } kind = side_vessel;
 };
 
 /// How many triangles a surface has, which is then made.
@@ -100,8 +108,10 @@ struct WallModel {
         triangles_in(surface); ///< without it, where that is less work
 };
 
-/// Name of the branch that holds x, "" in the main vessel or in none. A branch goes on
+/// The branch that holds x, in model.branches; -1 in the main vessel or in none. A branch goes on
 /// straight beyond its open end.
+int branch_number_at(const WallModel& model, const Vec3& x);
+/// Its name, or "".
 std::string branch_at(const WallModel& model, const Vec3& x);
 
 /// The opening through whose disc the segment from -> to leaves the free space, the first on

@@ -32,6 +32,7 @@ public:
     }
 
     bool has(const char* name) const { return json_.is_object() && json_.contains(name); }
+    bool is_text(const char* name) const { return has(name) && json_.at(name).is_string(); }
 
     const Json* get(const char* name, bool required, const char* allowed)
     {
@@ -141,7 +142,12 @@ CaseMeasure read_measure(const Json& json, const std::string& file, const std::s
     if (kinds != 1 && json.is_object())
         f.issue("", fmt::format("{} of quantity, curve, refused, problem and left_out", kinds),
                 "one of them");
-    if (f.has("quantity")) {
+    if (f.has("quantity") && f.is_text("reference")) {
+        m.kind = CaseMeasure::Kind::text;
+        m.quantity = f.text("quantity", true);
+        m.says = f.text("reference");
+        if (m.what.empty()) m.what = m.quantity;
+    } else if (f.has("quantity")) {
         m.quantity = f.text("quantity", true);
         m.reference = f.number("reference", true, 0, -HUGE_VAL);
         m.scale = f.number("scale", false, 1, -HUGE_VAL);
@@ -385,21 +391,32 @@ std::vector<Measured> measure(const FolderCase& c, const RunScene& run, const So
             continue;
         }
         const study::Numbers numbers = study::numbers_of(answer.json, "the run's answer");
+        const study::Texts texts = study::texts_of(answer.json, "the run's answer");
         const double without = study::find(numbers, "certificate.uncertified_steps").value_or(0);
+        std::string found_else;
         if (m.kind == CaseMeasure::Kind::curve) {
             rows.push_back(compare(m, c, answer));
             rows.back().quantity = what + ", of its largest";
+        } else if (m.kind == CaseMeasure::Kind::text) {
+            const std::optional<std::string> found = study::find(texts, m.quantity);
+            if (!found)
+                throw InputError(
+                    {{c.folder + "/case.json", fmt::format("measure.{}.quantity", i),
+                      quoted_text(m.quantity), study::allowed_names(numbers, texts, m.quantity)}});
+            rows.push_back(at_most(fmt::format("{} is {}", what, quoted_text(m.says)),
+                                   *found == m.says ? 0 : 1, 0));
+            if (*found != m.says) found_else = "it is " + quoted_text(*found);
         } else {
             const std::optional<double> found = study::find(numbers, m.quantity);
             if (!found)
                 throw InputError(
                     {{c.folder + "/case.json", fmt::format("measure.{}.quantity", i),
-                      quoted_text(m.quantity), study::allowed_names(numbers, m.quantity)}});
+                      quoted_text(m.quantity), study::allowed_names(numbers, texts, m.quantity)}});
             const double value = m.scale * *found;
             rows.push_back(m.absolute ? absolute(what, m.reference, value, m.tolerance)
                                       : relative(what, m.reference, value, m.tolerance));
         }
-        rows.back().note = m.note;
+        rows.back().note = m.note + (m.note.empty() || found_else.empty() ? "" : "; ") + found_else;
         if (without > 0) {
             rows.back().note += fmt::format("{}{:g} steps without certificate",
                                             m.note.empty() ? "" : "; ", without);

@@ -22,7 +22,7 @@ struct CaseScene {
 
 /// One thing that the case looks at.
 struct CaseMeasure {
-    enum class Kind { number, curve, refusal, problem, left_out } kind = Kind::number;
+    enum class Kind { number, text, curve, refusal, problem, left_out } kind = Kind::number;
     std::string scene; ///< by its name
     std::string what;  ///< in words
     std::string note;
@@ -34,7 +34,8 @@ struct CaseMeasure {
     double scale = 1;      ///< the quantity is multiplied with this first
     // a curve: columns of history.csv against those of the file
     std::string file, x, y;
-    // a refusal: the run must fail and say this; a problem: its status; what is left out: why
+    // a refusal: the run must fail and say this; a problem: its status; what is left out: why; a
+    // text: what the quantity is
     std::string says;
     // `file` of a problem: an FCLib file, solved to the tolerance
 };

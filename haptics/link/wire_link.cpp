@@ -146,7 +146,7 @@ void WireLink::State::build_beam(const std::vector<Obstacle>& obstacles, const H
     std::vector<std::string> names;
     for (const int wall : walls)
         names.push_back(obstacles[std::size_t(wall)].name);
-    check_start(scene, beam(), body, names, issues);
+    check_start(scene, beam(), body, names, obstacles, issues);
     if (!issues.empty()) throw InputError(std::move(issues));
     Sheath& sheath = *body.wire.sheath;
     sheath.give = 1 / spring.stiffness;

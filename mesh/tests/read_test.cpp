@@ -103,7 +103,11 @@ TEST_CASE(".vtp goes to the reader that is handed in")
 TEST_CASE("a suffix or scale or file that does not fit is refused")
 {
     CHECK(refusal([] { read_surface("a.step", 1); }) ==
-          "a.step: found suffix \".step\", allowed: .stl, .obj, .ply or .vtp");
+          "a.step: found suffix \".step\", allowed: .stl, .obj or .ply; Gmsh meshes this shape: "
+          "gmsh \"a.step\" -2 -o part.stl (lengths are then millimetres mostly: \"scale\": 0.001)");
+    CHECK(refusal([] {
+              read_surface("a.vtu", 1);
+          }).find("amontons mesh surface \"a.vtu\" -o part.stl") != std::string::npos);
     CHECK(refusal([] { read_surface("dir.stl/a", 1); }).find("without suffix") !=
           std::string::npos);
     CHECK(refusal([] { read_centreline("a.stl", 1); }).find(".mrk.json") != std::string::npos);

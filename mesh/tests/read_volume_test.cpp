@@ -31,7 +31,10 @@ TEST_CASE("solids: other suffixes and scales are refused and missing files named
     const TemporaryFolder folder;
     CHECK(refusal([&] { read_volume("a.stl", 1); }) ==
           "a.stl: found suffix \".stl\", allowed: .msh, .vtu, .inp or .nodes (with .elements "
-          "beside it)");
+          "beside it); a closed surface is filled with tetrahedra by: amontons mesh tetrahedralise "
+          "\"a.stl\" part.msh");
+    CHECK(refusal([&] { read_volume("a.STEP", 1); }).find("-3 -order 2 -o part.msh") !=
+          std::string::npos);
     CHECK(refusal([&] { read_volume("a", 1); }).find("a name without suffix") != std::string::npos);
     CHECK(refusal([&] { read_volume("a.msh", -1); }).find("scale -1") != std::string::npos);
     CHECK(refusal([&] { read_volume(folder / "none.msh", 1); }).find("no such file") !=

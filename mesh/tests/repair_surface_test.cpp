@@ -159,3 +159,48 @@ TEST_CASE("holes stay open unless they are to be closed")
     CHECK(report.closed());
     CHECK(report.enclosed_volume == doctest::Approx(3 * area));
 }
+
+TEST_CASE("a triangle without area at a border goes and the border runs through its vertex")
+{
+    SurfaceMesh tube = open_tube(12, 3, 2);
+    const std::size_t before = tube.triangles.size();
+    const Vec3 a = tube.points[0], b = tube.points[1];
+    tube.points.push_back(0.5 * (a + b));
+    const auto middle = static_cast<std::int32_t>(tube.points.size()) - 1;
+    // As a decimated border has it: divided at the middle of an edge, with a flat triangle outside.
+    std::array<std::int32_t, 3> flat{};
+    for (std::size_t t = 0; t < before; ++t)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::int32_t from = tube.triangles[t][k], to = tube.triangles[t][(k + 1) % 3];
+            if (from + to != 1 || from * to != 0) continue;
+            const std::int32_t third = tube.triangles[t][(k + 2) % 3];
+            tube.triangles.push_back({middle, to, third});
+            tube.triangles[t] = {from, middle, third};
+            flat = {from, to, middle};
+        }
+    tube.triangles.push_back(flat);
+    REQUIRE(tube.triangles.size() == before + 2);
+    REQUIRE(check_surface(tube).degenerate.size() == 1);
+    const SurfaceRepair done = repair_surface(tube);
+    CHECK(done.flat == 1);
+    CHECK(tube.triangles.size() == before + 1);
+    const SurfaceReport report = check_surface(tube);
+    CHECK(report.degenerate.empty());
+    CHECK(report.inconsistent.empty());
+    REQUIRE(report.boundaries.size() == 2);
+    CHECK(report.boundaries[0].vertices.size() + report.boundaries[1].vertices.size() == 25);
+}
+
+TEST_CASE("small holes are closed and openings stay")
+{
+    SurfaceMesh tube = open_tube(24, 8, 4);
+    tube.triangles.erase(tube.triangles.begin() + 100);
+    REQUIRE(check_surface(tube).boundaries.size() == 3);
+    const auto small = [](const BoundaryLoop& hole) { return is_small_hole(hole, 0.1); };
+    CHECK(close_holes(tube, small) == 1);
+    const SurfaceReport report = check_surface(tube);
+    REQUIRE(report.boundaries.size() == 2);
+    CHECK(report.boundaries[0].vertices.size() == 24);
+    CHECK(report.inconsistent.empty());
+    CHECK(report.degenerate.empty());
+}

@@ -248,3 +248,41 @@ TEST_CASE("a vessel of more triangles than fit is refused before they are made")
     thin.descending_diameter[0] = thin.descending_diameter[1] = 1e-9;
     CHECK_THROWS_AS(make_vessel(thin), InputError);
 }
+
+TEST_CASE("places of named branches: around lines but not where two run as one, in balls, in boxes")
+{
+    WallModel model = make_vessel(default_vessel());
+    model.branches.clear();
+    const auto line = [](const char* name, const Vec3& end) {
+        Branch b;
+        b.name = name;
+        b.kind = Branch::line;
+        b.centreline = {{0, 0, 0}, {0, 0, 0.1}, end};
+        b.radius = {0.01, 0.01, 0.005};
+        return b;
+    };
+    model.branches = {line("left", {-0.05, 0, 0.2}), line("right", {0.05, 0, 0.2})};
+    Branch ball, box;
+    ball.name = "target";
+    ball.kind = Branch::ball;
+    ball.centreline = {{0, 0.1, 0.1}};
+    ball.radius = {0.02};
+    box.name = "box";
+    box.kind = Branch::box;
+    box.centreline = {{0.2, 0.2, 0.2}, {0.1, 0.1, 0.1}};
+    model.branches.push_back(ball);
+    model.branches.push_back(box);
+    CHECK(branch_at(model, {0, 0, 0.05}) == ""); // the trunk of both
+    CHECK(branch_at(model, {0, 0, 0.1}) == "");
+    CHECK(branch_at(model, {-0.025, 0, 0.15}) == "left");
+    CHECK(branch_at(model, {0.025, 0.004, 0.15}) == "right");
+    CHECK(branch_at(model, {0.06, 0, 0.22}) == "right"); // on beyond its end
+    CHECK(branch_at(model, {0, 0, 0.2}) == "");
+    CHECK(branch_at(model, {0, 0.11, 0.1}) == "target");
+    CHECK(branch_at(model, {0, 0.125, 0.1}) == "");
+    CHECK(branch_at(model, {0.15, 0.11, 0.19}) == "box");
+    CHECK(branch_at(model, {0.15, 0.11, 0.21}) == "");
+    // A line alone has its trunk.
+    model.branches.resize(1);
+    CHECK(branch_at(model, {0, 0, 0.05}) == "left");
+}

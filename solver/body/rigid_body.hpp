@@ -32,6 +32,7 @@ public:
     /// Its contacts stand for equal parts of a face.
     bool spread() const { return input_.shape.points > 0; }
     bool driven() const { return input_.drive.given; }
+    const StartInput& begun() const { return input_.start; }
     /// Puts a driven body there, at the iterate and at the ends of steps to come, instead of where
     /// its drive says.
     void drive_to(const Placement& at);

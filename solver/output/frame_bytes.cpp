@@ -19,7 +19,28 @@ std::vector<double> each(const std::vector<ContactRecord>& contacts, int compone
 
 } // namespace
 
-std::string contacts_bytes(const StepRecord& r)
+ContactBodies contact_bodies(const Scene& scene)
+{
+    ContactBodies bodies;
+    const auto add = [&](const std::string& name, const char* kind) {
+        bodies.names.push_back(name);
+        bodies.kinds.emplace_back(kind);
+    };
+    for (const ObstacleInput& o : scene.obstacles)
+        add(o.name, "obstacle");
+    for (const BeamInput& b : scene.beams)
+        add(b.name, "beam");
+    for (const std::string& name : scene.order)
+        if (body_named(scene.solids, name))
+            add(name, "solid");
+        else if (body_named(scene.rigids, name))
+            add(name, "rigid");
+        else if (body_named(scene.rods, name))
+            add(name, "rod");
+    return bodies;
+}
+
+std::string contacts_bytes(const StepRecord& r, const ContactBodies& bodies)
 {
     const auto number = [&](auto&& of) {
         return each(r.contacts, 1, [&](const ContactRecord& c, std::vector<double>& out) {
@@ -62,6 +83,8 @@ std::string contacts_bytes(const StepRecord& r)
                          {"body_b", "", 1, b, Stored::int32},
                          {"pressure", "Pa", 1, pressure},
                          {"area", "m^2", 1, area}};
+    data.texts = {
+        {"force_acts_on", {"body_a"}}, {"body_names", bodies.names}, {"body_kinds", bodies.kinds}};
     return vtp_bytes(data, r.time);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "solver/output/beam_tube.hpp"
+#include "solver/output/contact_bodies.hpp"
 #include "solver/step/simulation.hpp"
 
 #include <string>
@@ -10,7 +11,8 @@
 namespace amontons {
 
 /// Points with force, normal, slip [m], gap [m], status, bodies, pressure [Pa] and area [m^2]: VTP.
-std::string contacts_bytes(const StepRecord& step);
+/// Its field data say on which body the force acts, and the names and kinds of the bodies.
+std::string contacts_bytes(const StepRecord& step, const ContactBodies& bodies);
 /// The middle line: VTP. @param time  [s]
 std::string beam_bytes(const BeamRecord& beam, double time);
 /// Elements: VTU; else triangles: VTP.

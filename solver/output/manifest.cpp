@@ -146,7 +146,9 @@ void write_summary(JsonText& json, const RunSummary& s, const std::vector<std::s
     json.key("quantities").open('{');
     for (const Quantity& q : s.quantities)
         json.member(q.name, q.value);
-    json.member("branch", s.branch).close('}');
+    for (const NamedText& t : s.texts)
+        json.member(t.name, t.value);
+    json.close('}');
 }
 
 std::string manifest_bytes(const ManifestInput& in, const RunSummary& summary)

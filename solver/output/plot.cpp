@@ -96,7 +96,8 @@ std::string script_of(const Plot& p)
     return s + "\n";
 }
 
-/// What is before `end` in the columns that end so: "" of the first wire, "NAME_" of others.
+/// What is before `end` in the columns that end so: "" of a wire alone, "NAME_" of each of
+/// several.
 std::vector<std::string> prefixes_of(const std::string& header, const std::string& end)
 {
     std::vector<std::string> found;

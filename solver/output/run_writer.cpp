@@ -174,6 +174,7 @@ struct RunWriter::State {
     StepRecord last;                              ///< the last step
     bool has_last = false;
     TubeSurface tube;
+    ContactBodies bodies = contact_bodies(scene);
     RunSummary so_far; ///< for the manifest of a running run
     Stopwatch since_manifest, since_progress;
     double progress_cost = 0; ///< of the last write_progress [s]
@@ -347,7 +348,7 @@ void RunWriter::State::write_frame(const StepRecord& r)
     for (const BodyRecord& body : simulation.body_records())
         write(frame_file(body.name, r.step, body.elements ? ".vtu" : ".vtp"),
               body_bytes(body, r.time));
-    write(frame_file(kContacts, r.step), contacts_bytes(r));
+    write(frame_file(kContacts, r.step), contacts_bytes(r, bodies));
     frames.push_back({r.step, r.time});
     add_to_collections(frames.back(), false);
     stale_collections = true;

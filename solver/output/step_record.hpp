@@ -74,6 +74,11 @@ struct Quantity {
     double value = 0;
 };
 
+/// A result in words, e.g. {"branch", "left_carotid"}; "" if there is none.
+struct NamedText {
+    std::string name, value;
+};
+
 /// Seconds since the start of the run.
 struct PhaseSeconds {
     double read = 0, offline = 0, free_motion = 0, detection = 0, compliance = 0;
@@ -157,7 +162,7 @@ struct RunSummary {
     EnergyRecord energy;
     std::vector<SnapRecord> snaps;
     std::vector<Quantity> quantities; ///< depth, max_push_force, max_torque, passed_through, ...
-    std::string branch;               ///< the branch that the tip is in, or ""
+    std::vector<NamedText> texts;     ///< results in words: the branch that a wire went into
     std::vector<double> step_seconds; ///< wall time of each step
 };
 

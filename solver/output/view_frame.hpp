@@ -24,7 +24,7 @@ struct ViewShape {
 struct ViewFrame {
     std::string caption;
     std::vector<ViewShape> shapes;
-    std::vector<float> contacts; ///< 6 each: point [m], force on the first body [N]
+    std::vector<float> contacts; ///< 6 each: point [m], the force that the caption names [N]
 };
 
 /// A frame with its length before it.

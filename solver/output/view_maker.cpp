@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <set>
 
 namespace amontons {
 namespace {
+
+constexpr std::size_t kMostPairs = 4; // that a caption names
 
 void add_point(std::vector<float>& out, const Vec3& x)
 {
@@ -74,13 +77,25 @@ ViewFrame ViewMaker::frame(double time, const std::vector<BeamRecord>& beams,
         if (!begun_) s.triangles = outside.triangles;
     }
     double largest = 0;
+    std::set<std::string> pairs;
     for (const ContactRecord& c : contacts) {
+        // On the wall of a vessel, as the picture shows it; else on the first body. The caption
+        // says which by the names of history.csv: A_on_B is what A exerts on B.
+        const auto a = static_cast<std::size_t>(c.body_a), b = static_cast<std::size_t>(c.body_b);
+        const bool known = std::max(a, b) < bodies_.names.size();
+        const bool on_b = known && bodies_.kinds[a] == "beam" && bodies_.kinds[b] != "beam";
         add_point(f.contacts, c.point);
-        add_point(f.contacts, c.force);
+        add_point(f.contacts, on_b ? Vec3(-c.force) : c.force);
         largest = std::max(largest, c.force.norm());
+        if (known && pairs.size() <= kMostPairs)
+            pairs.insert(bodies_.names[on_b ? a : b] + "_on_" + bodies_.names[on_b ? b : a]);
     }
     f.caption = fmt::format("t = {:.4g} s   {} contacts, largest force {:.3g} N", time,
                             contacts.size(), largest);
+    if (!pairs.empty()) f.caption += "\nforce";
+    for (const std::string& pair : pairs)
+        if (&pair == &*pairs.begin() || pairs.size() <= kMostPairs) f.caption += " " + pair;
+    if (pairs.size() > kMostPairs) f.caption += " and others";
     begun_ = true;
     return f;
 }

@@ -1,9 +1,11 @@
 #pragma once
 
+#include "solver/output/contact_bodies.hpp"
 #include "solver/output/view_frame.hpp"
 #include "solver/step/simulation.hpp"
 
 #include <map>
+#include <utility>
 
 namespace amontons {
 
@@ -11,7 +13,11 @@ namespace amontons {
 class ViewMaker {
 public:
     /// @param obstacles  outlive the maker
-    explicit ViewMaker(const std::vector<Obstacle>& obstacles) : obstacles_(obstacles) {}
+    ViewMaker(const std::vector<Obstacle>& obstacles, ContactBodies bodies)
+        : obstacles_(obstacles)
+        , bodies_(std::move(bodies))
+    {
+    }
 
     ViewFrame frame(double time, const std::vector<BeamRecord>& beams,
                     const std::vector<BodyRecord>& bodies,
@@ -25,6 +31,7 @@ private:
     const Outside& outside_of(const BodyRecord& solid);
 
     const std::vector<Obstacle>& obstacles_;
+    ContactBodies bodies_;
     std::map<std::string, Outside> outside_;
     bool begun_ = false;
 };

@@ -14,14 +14,28 @@ const char* const kByteOrder =
 /// An XML head that describes arrays, and the raw bytes that follow it.
 class Document {
 public:
-    Document(const char* type, double time)
+    Document(const char* type, double time, const std::vector<VtkTexts>& texts = {})
     {
         fmt::format_to(out(),
                        "<?xml version=\"1.0\"?>\n<VTKFile type=\"{0}\" version=\"1.0\" "
                        "byte_order=\"{1}\" header_type=\"UInt64\">\n<{0}>\n<FieldData>\n<DataArray "
                        "type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" "
-                       "format=\"ascii\">{2}</DataArray>\n</FieldData>\n",
+                       "format=\"ascii\">{2}</DataArray>\n",
                        type, kByteOrder, time);
+        // VTK's texts are the numbers of their bytes, each text with a 0 at its end.
+        for (const VtkTexts& t : texts) {
+            fmt::format_to(out(),
+                           "<Array type=\"String\" Name=\"{}\" NumberOfTuples=\"{}\" "
+                           "format=\"ascii\">",
+                           t.name, t.values.size());
+            for (const std::string& value : t.values) {
+                for (const char c : value)
+                    fmt::format_to(out(), "{} ", static_cast<unsigned char>(c));
+                head_ += "0 ";
+            }
+            head_ += "</Array>\n";
+        }
+        head_ += "</FieldData>\n";
         type_ = type;
     }
 
@@ -136,7 +150,7 @@ private:
 
 std::string vtp_bytes(const PolyData& data, double time)
 {
-    Document d("PolyData", time);
+    Document d("PolyData", time, data.texts);
     const std::size_t vertices = data.vertices ? data.points.size() : 0;
     d.format("<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"{}\" NumberOfLines=\"{}\" "
              "NumberOfStrips=\"0\" NumberOfPolys=\"{}\">",

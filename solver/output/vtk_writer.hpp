@@ -26,6 +26,12 @@ struct VtkArray {
     Stored stored = Stored::float64;
 };
 
+/// Words that hold for all of a file, in its field data.
+struct VtkTexts {
+    std::string name;
+    std::vector<std::string> values;
+};
+
 /// Points with polylines, vertices and triangles among them.
 struct PolyData {
     std::span<const Vec3> points;
@@ -34,6 +40,7 @@ struct PolyData {
     std::span<const std::array<std::int32_t, 3>> triangles;
     bool vertices = false; ///< each point is a vertex cell as well
     std::vector<VtkArray> point_arrays;
+    std::vector<VtkTexts> texts;
 };
 
 /// Cells of any of VTK's types.

@@ -1,6 +1,7 @@
 // amontons check SCENE: validates, prints the plan, runs nothing.
 
 #include "solver/large/large_matrix.hpp"
+#include "solver/output/meanings.hpp"
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/session.hpp"
 #include "solver/scene/build.hpp"
@@ -9,6 +10,8 @@
 #include "solver/scene/read.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
 #include <fmt/format.h>
 
 namespace amontons {
@@ -18,11 +21,29 @@ std::string plan_json(const Plan& plan)
 {
     JsonText json;
     json.open('{').key("bodies").open('[');
-    for (const BodyPlan& b : plan.bodies)
+    for (const BodyPlan& b : plan.bodies) {
+        json.open('{').member("name", b.name).member("kind", b.kind).member("unknowns", b.unknowns);
+        if (!b.sets.empty()) {
+            json.key("sets").open('[');
+            for (const SetSize& s : b.sets)
+                json.open('{')
+                    .member("name", s.name)
+                    .member("faces", s.faces)
+                    .member("nodes", s.nodes)
+                    .member("area", s.area)
+                    .close('}');
+            json.close(']');
+        }
+        json.close('}');
+    }
+    json.close(']').key("surfaces").open('[');
+    for (const Plan::Surface& s : plan.surfaces)
         json.open('{')
-            .member("name", b.name)
-            .member("kind", b.kind)
-            .member("unknowns", b.unknowns)
+            .member("name", s.name)
+            .member("side", s.facts.side)
+            .member("volume", s.facts.volume)
+            .member("holes", s.facts.holes)
+            .member("triangles", s.facts.triangles)
             .close('}');
     json.close(']').key("pairs").open('[');
     for (const Plan::Pair& p : plan.pairs) {
@@ -62,8 +83,18 @@ std::string plan_json(const Plan& plan)
 std::string plan_text(const Plan& plan)
 {
     std::string t = "bodies\n";
-    for (const BodyPlan& b : plan.bodies)
+    for (const BodyPlan& b : plan.bodies) {
         t += fmt::format("  {:<16} {}, {} unknowns\n", b.name, b.kind, b.unknowns);
+        for (const SetSize& s : b.sets)
+            t += s.faces > 0 ? fmt::format("    set {:<10} {} faces, {} nodes, {:.4g} m^2\n",
+                                           s.name, s.faces, s.nodes, s.area)
+                             : fmt::format("    set {:<10} {} nodes\n", s.name, s.nodes);
+    }
+    for (const Plan::Surface& s : plan.surfaces)
+        if (!s.facts.side.empty())
+            t += fmt::format("{}{}: free space {} of it, {:.4g} m^3, {} holes\n",
+                             &s == &plan.surfaces.front() ? "surfaces\n  " : "  ", s.name,
+                             s.facts.side, s.facts.volume, s.facts.holes);
     t += "pairs that can meet\n";
     for (const Plan::Pair& p : plan.pairs)
         t += fmt::format("  {} - {}: {}, friction {:g}\n", p.a, p.b, p.law, p.friction);
@@ -87,6 +118,62 @@ std::string plan_text(const Plan& plan)
     return t;
 }
 
+/// Keeps the first state of a run, which ends there.
+struct FirstState : StepObserver {
+    explicit FirstState(std::atomic<bool>& stop_flag) : stop(stop_flag) {}
+    void on_step(const StepRecord& record) override
+    {
+        names = record.quantities;
+        seen = true;
+        stop = true;
+    }
+    std::atomic<bool>& stop;
+    std::vector<Quantity> names;
+    bool seen = false;
+};
+
+/// Every quantity of the history and of the end of a run, with unit and meaning. Its first state is
+/// made for that.
+void tell_quantities(Simulation& simulation, Session& session)
+{
+    std::atomic<bool> stop{false};
+    FirstState first(stop);
+    const RunSummary summary = simulation.run(first, stop);
+    if (!first.seen) {
+        session.error("no first state, whose quantities could be named: " + summary.message);
+        session.exit_code = kSolveFailed;
+        return;
+    }
+    std::vector<Quantity> all = first.names;
+    const auto add = [&](const std::string& name, const std::string& unit) {
+        if (std::ranges::none_of(all, [&](const Quantity& q) { return q.name == name; }))
+            all.push_back({name, unit, 0});
+    };
+    for (const Quantity& q : summary.quantities)
+        add(q.name, q.unit);
+    for (const NamedText& t : summary.texts)
+        add(t.name, "");
+    std::size_t width = 0;
+    for (const Quantity& q : all)
+        width = std::max(width, q.name.size());
+    JsonText json;
+    json.open('[');
+    for (const Quantity& q : all) {
+        const Meaning* m = meaning_of(q.name);
+        const std::string text = m ? std::string(m->text) : "";
+        if (session.json)
+            json.open('{')
+                .member("name", q.name)
+                .member("unit", q.unit)
+                .member("meaning", text)
+                .close('}');
+        else
+            session.print(fmt::format("{:<{}}  {:<8} {}\n", q.name, width,
+                                      q.unit.empty() ? "" : "[" + q.unit + "]", text));
+    }
+    if (session.json) session.print(json.close(']').text() + "\n");
+}
+
 } // namespace
 
 void add_check(CLI::App& program, Session& session)
@@ -96,7 +183,11 @@ void add_check(CLI::App& program, Session& session)
         program.add_subcommand("check", "Validate a scene and print the plan; run nothing");
     add_scene_arguments(*command, *arguments);
     command->add_flag("--json", session.json, "One JSON object on stdout");
-    command->callback([arguments, &session] {
+    const auto quantities = std::make_shared<bool>(false);
+    command->add_flag(
+        "--quantities", *quantities,
+        "Instead: all quantities with unit and meaning; makes the first state of the run");
+    command->callback([arguments, quantities, &session] {
         ParallelRun parallel; // says how many ranks there are
         if (parallel.served()) return;
         settle(*arguments);
@@ -110,6 +201,10 @@ void add_check(CLI::App& program, Session& session)
             make_simulation(scene, std::move(obstacles), how);
         session.warn(odd);
         session.warn(simulation->warnings());
+        if (*quantities) {
+            tell_quantities(*simulation, session);
+            return;
+        }
         const Plan plan = make_plan(scene, simulation->plan(), simulation->obstacles(),
                                     simulation->linear_plan());
         session.print(session.json ? plan_json(plan) : plan_text(plan));

@@ -283,7 +283,7 @@ void haptic(HapticArguments& a, Session& session)
     std::optional<Viewer> viewer;
     if (a.view)
         viewer.emplace(scene.title.empty() ? "amontons" : scene.title, ::isatty(STDERR_FILENO));
-    auto frames = std::make_unique<ViewMaker>(obstacles);
+    auto frames = std::make_unique<ViewMaker>(obstacles, contact_bodies(scene));
     SceneLines lines;
     std::atomic<bool>& stop = stop_on_interrupt();
     const int most = scene.haptic.contacts;
@@ -296,7 +296,7 @@ void haptic(HapticArguments& a, Session& session)
             changed.link.reset(); // before its obstacles
             changed = std::move(next);
             link = changed.link.get();
-            frames = std::make_unique<ViewMaker>(changed.obstacles);
+            frames = std::make_unique<ViewMaker>(changed.obstacles, contact_bodies(scene));
         }
         const bool done =
             link->step(sequence == 1 ? link->start() : handle) && link->publish(op, time, sequence);

@@ -8,10 +8,13 @@
 #include "mesh/read.hpp"
 #include "mesh/read_volume.hpp"
 #include "mesh/renumber.hpp"
+#include "mesh/repair_surface.hpp"
+#include "mesh/surface_check.hpp"
 #include "mesh/volume_check.hpp"
 #include "solver/program/mesh_output.hpp"
 #include "solver/program/session.hpp"
 #include "solver/program/tetrahedralise_command.hpp"
+#include "solver/scene/build.hpp"
 #include "solver/scene/json_text.hpp"
 
 #include <CLI/CLI.hpp>
@@ -27,6 +30,8 @@ struct MeshArguments {
     double scale = 1;
     double sliver = VolumeCheckOptions{}.sliver;
     std::vector<std::string> sets;
+    bool repair = false;
+    double holes = -1; ///< largest length of a hole that is closed [m]; < 0: chosen
     MeshOutput to;
 };
 
@@ -206,8 +211,52 @@ void info(const MeshArguments& a, Session& session)
 
 // ---- surface, renumber, convert ----------------------------------------------------------
 
+/// A surface with what has one meaning only mended, and small holes closed.
+void repair(const MeshArguments& a, Session& session)
+{
+    constexpr double kLongestHole = 0.01; // of the diagonal
+    SurfaceMesh mesh = read_surface(a.file, a.scale, read_vtp);
+    SurfaceRepair done = repair_surface(mesh);
+    const double longest = a.holes >= 0 ? a.holes : kLongestHole * check_surface(mesh).diagonal;
+    if (longest > 0)
+        done.closed_holes = close_holes(
+            mesh, [&](const BoundaryLoop& hole) { return is_small_hole(hole, longest); });
+    write_surface(a.to.file, mesh);
+    const SurfaceReport report = check_surface(mesh);
+    std::vector<std::string> left;
+    for (const BoundaryLoop& hole : report.boundaries)
+        left.push_back(fmt::format("hole of {} edges, {:.4g} m around ({:.4g}, {:.4g}, {:.4g})",
+                                   hole.vertices.size(), hole.length, hole.centre.x(),
+                                   hole.centre.y(), hole.centre.z()));
+    SurfaceRequirements all;
+    const std::vector<Issue> faults = issues(report, mesh, all, a.to.file);
+    for (const std::string& sentence : sentences(done))
+        session.say(sentence);
+    session.warn(faults);
+    if (!session.json) {
+        session.print(fmt::format("{}: {} triangles, {} points, {}, {:.6g} m^3\n", a.to.file,
+                                  mesh.triangles.size(), mesh.points.size(),
+                                  report.closed() ? "closed" : "open", report.enclosed_volume));
+        for (const std::string& hole : left)
+            session.print("  left open: " + hole + "\n");
+        return;
+    }
+    JsonText json;
+    json.open('{').member("status", "done").member("output", a.to.file);
+    json.member("triangles", report.triangles)
+        .member("points", report.vertices)
+        .member("closed", report.closed())
+        .member("volume", report.enclosed_volume)
+        .member("closed_holes", done.closed_holes);
+    add_list(json, "repaired", sentences(done));
+    add_list(json, "left_open", left);
+    add_issues(json, "faults", faults);
+    session.print(json.close('}').text() + "\n");
+}
+
 void surface(const MeshArguments& a, Session& session)
 {
+    if (a.repair) return repair(a, session);
     const VolumeFile file = read(a, session);
     const VolumeMesh& mesh = file.mesh;
     ExternalSurface outside;
@@ -481,12 +530,27 @@ void add_mesh(CLI::App& program, Session& session)
             info);
     of_info->add_option("--sliver", a_info->sliver, "Shape below which an element is a sliver");
 
-    const auto [of_surface, a_surface] =
-        add("surface", "The outside of solids as triangles", surface);
+    const auto [of_surface, a_surface] = add(
+        "surface", "The outside of solids as triangles; --repair: a surface made whole", surface);
     of_surface->add_option("--output,-o", a_surface->to.file, "Surface to write: .stl .ply .obj")
         ->type_name("FILE")
         ->required();
-    of_surface->add_option("--set", a_surface->sets, "Only these face sets")->type_name("NAME");
+    const auto set =
+        of_surface->add_option("--set", a_surface->sets, "Only these face sets")->type_name("NAME");
+    const auto mend =
+        of_surface
+            ->add_flag("--repair", a_surface->repair,
+                       "FILE is a surface (.stl .obj .ply .vtp): merge vertices, leave out "
+                       "triangles without area and those that are there twice, turn those that "
+                       "face the wrong side, close small holes")
+            ->excludes(set);
+    of_surface
+        ->add_option("--holes", a_surface->holes,
+                     "Longest border of a hole that is closed [m]; 0: none, default a hundredth of "
+                     "the diagonal. Holes of at most four edges are closed with any.")
+        ->check(CLI::NonNegativeNumber)
+        ->type_name("LENGTH")
+        ->needs(mend);
 
     const auto [of_renumber, a_renumber] =
         add("renumber", "Nodes in an order that keeps a sparse factor small", renumber);

@@ -107,6 +107,19 @@ private:
     std::string folder_;
 };
 
+/// Of instruments in one another no contact problem is recorded: their step has one for all.
+void refuse_nested(const Scene& scene)
+{
+    for (std::size_t k = 0; k < scene.contact.size(); ++k) {
+        const auto& [a, b] = scene.contact[k].between;
+        if (body_named(scene.beams, a) && body_named(scene.beams, b))
+            throw InputError({{scene.file, fmt::format("/contact/{}", k),
+                               quoted_text(a) + " in " + quoted_text(b) + ", and --record",
+                               "instruments that are not in one another, or no --record: the "
+                               "contact problem of nested ones is not written yet"}});
+    }
+}
+
 /// The one observer of a run: the files and the progress, and the depth along centrelines.
 struct Observers : StepObserver {
     int iterations = 0; ///< since this start
@@ -157,7 +170,8 @@ std::string run_table(const RunSummary& s, const Scene& scene, const std::string
             row(q.name.c_str(), fmt::format("{:.6g} {}", q.value, q.unit));
     else
         row("quantities", fmt::format("{}, in history.csv", s.quantities.size()));
-    if (!scene.beams.empty()) row("branch", s.branch.empty() ? "none" : s.branch);
+    for (const NamedText& text : s.texts)
+        row(text.name.c_str(), text.value.empty() ? "none" : text.value);
     row("contacts", fmt::format("{} at most, {:.3g} on average", s.contacts_max, s.contacts_mean));
     row("worst certificate",
         fmt::format("error {:.2e}, penetration {:.2e} m, cone {:.2e} N, {} steps without",
@@ -224,6 +238,7 @@ void run_scene(RunArguments& arguments, Session& session)
     if (arguments.record) ProblemRecorder::check();
     settle(arguments.scene);
     Scene scene = read_scene(arguments.scene.scene, arguments.scene.overrides);
+    if (arguments.record) refuse_nested(scene);
     const std::vector<DepthLine> depth_lines = place_introducers(scene);
     std::vector<Issue> odd;
     std::vector<Obstacle> obstacles = build_obstacles(scene, &odd);
@@ -271,7 +286,7 @@ void run_scene(RunArguments& arguments, Session& session)
     if (arguments.record)
         recorder.emplace(simulation, scene, directory + "/record", options.resume);
     Observers observers(writer, progress, depth_lines, recorder ? &*recorder : nullptr);
-    ViewMaker frames(simulation.obstacles());
+    ViewMaker frames(simulation.obstacles(), contact_bodies(scene));
     if (viewer) {
         observers.show = [&](const StepRecord& r) {
             if (r.time < scene.time.end && !viewer->wants()) return;

@@ -4,6 +4,7 @@
 #include "mesh/base/file.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/fclib_file.hpp"
+#include "solver/program/child.hpp"
 #include "solver/program/interrupt.hpp"
 #include "solver/program/session.hpp"
 #include "solver/scene/json_text.hpp"
@@ -11,10 +12,12 @@
 #include <CLI/CLI.hpp>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
 #include <fmt/format.h>
+#include <functional>
 #include <future>
 #include <unistd.h>
 
@@ -23,6 +26,8 @@ namespace {
 
 struct SolveArguments {
     std::string problem, output, solver = name(ContactSolver::automatic);
+    bool judge = false;  ///< the /solution that is in the file
+    std::string command; ///< of a solver of somebody else's
     SolverOptions options;
 };
 
@@ -30,6 +35,7 @@ struct Solved {
     ContactSolution solution;
     Eigen::VectorXd motion; ///< of a global problem's bodies
     const char* delassus = "";
+    std::string by; ///< who solved it, if it was none of ours
     double read_seconds = 0, condense_seconds = 0;
 };
 
@@ -75,7 +81,9 @@ void check_writable(const std::string& path, const std::string& problem)
     ::unlink(probe.c_str());
 }
 
-Solved solve_file(const FclibProblem& file, const SolverOptions& options)
+/// @param answer  of a problem (W, q, mu): solves or judges it
+Solved answer_of(const FclibProblem& file,
+                 const std::function<ContactSolution(const ContactProblem&)>& answer)
 {
     Solved s;
     const auto form = [](const Delassus& W) {
@@ -85,7 +93,7 @@ Solved solve_file(const FclibProblem& file, const SolverOptions& options)
                                   : "matrix-free";
     };
     if (file.local) {
-        s.solution = solve(*file.local, options);
+        s.solution = answer(*file.local);
         s.delassus = form(file.local->W);
         return s;
     }
@@ -93,8 +101,79 @@ Solved solve_file(const FclibProblem& file, const SolverOptions& options)
     const CondensedProblem condensed(*file.global);
     s.condense_seconds = watch.seconds();
     s.delassus = form(condensed.contact().W);
-    s.solution = solve(condensed.contact(), options);
+    s.solution = answer(condensed.contact());
     s.motion = condensed.motion(s.solution.reaction);
+    return s;
+}
+
+Solved solve_file(const FclibProblem& file, const SolverOptions& options)
+{
+    return answer_of(file, [&](const ContactProblem& p) { return solve(p, options); });
+}
+
+/// What somebody else's reaction is worth, by the measure that ours gets.
+/// @param where  names the file in messages
+/// @throws InputError  no reaction, or one of another size
+Solved judge(const FclibProblem& file, const std::optional<FclibSolution>& given,
+             const std::string& where, double tolerance)
+{
+    if (!given || given->r.size() == 0)
+        throw InputError({{where, "/solution/r", "nothing", "a reaction that can be judged"}});
+    return answer_of(file, [&](const ContactProblem& p) {
+        if (given->r.size() != p.q.size())
+            throw InputError({{where, "/solution/r", fmt::format("{} numbers", given->r.size()),
+                               fmt::format("{}, the rows of the problem", p.q.size())}});
+        ContactSolution s;
+        s.reaction = given->r;
+        s.certificate = certify(p, s.reaction, tolerance);
+        s.u = p.W * s.reaction + p.q;
+        return s;
+    });
+}
+
+/// A solver of somebody else's: `COMMAND PROBLEM SOLVED` by a shell, which writes into SOLVED a
+/// copy of PROBLEM with /solution. What it prints goes to stderr.
+Solved solve_by_command(const SolveArguments& a, const FclibProblem& file, Session& session)
+{
+    namespace fs = std::filesystem;
+    std::string folder = (fs::temp_directory_path() / "amontons_solve_XXXXXX").string();
+    if (!::mkdtemp(folder.data()))
+        throw InputError(
+            {{folder, "", std::strerror(errno), "a folder for what the solver writes"}});
+    struct Removed {
+        const std::string& folder;
+        ~Removed()
+        {
+            std::error_code ignored;
+            fs::remove_all(folder, ignored);
+        }
+    } removed{folder};
+    const std::string solved = folder + "/solved.hdf5";
+    ChildJob job;
+    job.program = "/bin/sh";
+    job.arguments = {"-c", a.command + " \"$0\" \"$1\"", fs::absolute(a.problem).string(), solved};
+    job.most_seconds = std::isfinite(a.options.max_seconds) ? a.options.max_seconds : 0;
+    std::optional<ChildResult> result;
+    run_children({job}, 1, stop_on_interrupt(),
+                 [&](std::size_t, const ChildResult& r) { result = r; });
+    const auto refuse = [&](const std::string& found) {
+        throw InputError({{"(--solver-command)", "", quoted_text(a.command) + ", which " + found,
+                           "a command that is given two files, PROBLEM and SOLVED, and writes the "
+                           "second: a copy of the first with /solution (r, u)"}});
+    };
+    if (!result) refuse("was interrupted");
+    for (const std::string& said : {result->output, result->errors})
+        if (!said.empty())
+            session.say(said.back() == '\n' ? said.substr(0, said.size() - 1) : said);
+    if (result->out_of_time) refuse(fmt::format("did not end within {:.3g} s", job.most_seconds));
+    if (result->signal != 0) refuse(fmt::format("ended by signal {}", result->signal));
+    if (result->exit_code != 0) refuse(fmt::format("ended with exit code {}", result->exit_code));
+    std::error_code ignored;
+    if (!fs::exists(solved, ignored)) refuse("wrote no file");
+    Solved s =
+        judge(file, read_fclib(solved).solution, "the file of the command", a.options.tolerance);
+    s.by = a.command;
+    s.solution.certificate.seconds = result->seconds;
     return s;
 }
 
@@ -140,7 +219,7 @@ std::string solution_json(const SolveArguments& a, const FclibProblem& file, con
         .member("threshold", c.threshold)
         .member("rounding", c.rounding)
         .member("scaled_error", c.scaled_error)
-        .member("solver", name(c.solver))
+        .member("solver", s.by.empty() ? name(c.solver) : s.by)
         .member("iterations", c.iterations)
         .member("seconds", c.seconds)
         .member("contacts", c.contacts);
@@ -214,8 +293,10 @@ std::string human_text(const SolveArguments& a, const FclibProblem& file, const 
     row("error", fmt::format("{:.3e}, threshold {:.1e} (scaled by contact: {:.1e})", c.error,
                              c.threshold, c.scaled_error));
     row("contacts", fmt::format("{}, W {}", c.contacts, s.delassus));
-    row("solver",
-        fmt::format("{}, {} iterations, {:.3g} s", name(c.solver), c.iterations, c.seconds));
+    row("solver", !a.command.empty() ? fmt::format("{}, {:.3g} s", s.by, c.seconds)
+                  : a.judge          ? s.by
+                                     : fmt::format("{}, {} iterations, {:.3g} s", name(c.solver),
+                                                   c.iterations, c.seconds));
     row("worst penetration", fmt::format("{:.3e} {}", c.worst_penetration, length));
     row("worst cone violation", fmt::format("{:.3e} {}", c.worst_cone_violation, force));
     row("worst dissipation", fmt::format("{:.3e} J", c.worst_dissipation));
@@ -250,7 +331,15 @@ void run_solve(SolveArguments& a, Session& session)
     const double read_seconds = watch.seconds();
     session.detail(fmt::format("read in {:.3f} s", read_seconds));
 
-    std::optional<Solved> solved = solve_until_interrupted(file, a.options);
+    std::optional<Solved> solved;
+    if (a.judge) {
+        solved = judge(file, file.solution, a.problem, a.options.tolerance);
+        solved->by = "the file's";
+    } else if (!a.command.empty()) {
+        solved = solve_by_command(a, file, session);
+    } else {
+        solved = solve_until_interrupted(file, a.options);
+    }
     if (!solved) {
         session.error("interrupted" + (a.output.empty() ? "" : "; " + a.output + " not written"));
         if (session.json) session.print("{\"status\": \"interrupted\"}\n");
@@ -288,9 +377,22 @@ void add_solve(CLI::App& program, Session& session)
     std::string names;
     for (const std::string& n : solver_names())
         names += (names.empty() ? "" : ", ") + n;
-    command->add_option("--solver,-s", a->solver, "One of: " + names)
-        ->type_name("NAME")
-        ->capture_default_str();
+    CLI::Option* solver = command->add_option("--solver,-s", a->solver, "One of: " + names)
+                              ->type_name("NAME")
+                              ->capture_default_str();
+    CLI::Option* judged =
+        command->add_flag("--judge", a->judge,
+                          "Solves nothing: judges the /solution in the file by the measure that "
+                          "ours gets");
+    command
+        ->add_option(
+            "--solver-command", a->command,
+            "A solver of yours: a command that is given two files, PROBLEM and SOLVED, and "
+            "writes the second, a copy of the first with /solution; judged as ours")
+        ->type_name("CMD")
+        ->excludes(judged)
+        ->excludes(solver);
+    judged->excludes(solver);
     command
         ->add_option("--tolerance", a->options.tolerance,
                      "Natural-map error to reach; 0: down to round-off")

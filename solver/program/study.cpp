@@ -39,6 +39,7 @@ struct StudyArguments {
     int jobs = 1, threads = 1;
     double max_time = 0;
     bool restart = false, keep = false;
+    std::string time = "wall", table, add;
 };
 
 // ---- the scene of a point
@@ -98,19 +99,23 @@ Table empty_table(const Definition& d)
     const std::optional<double> value = study::find(numbers, d.quantity);
     if (!value || !std::isfinite(*value))
         throw InputError({{d.reference, "", "no number " + quoted_text(d.quantity),
-                           allowed_names(numbers, d.quantity)}});
+                           allowed_names(numbers, {}, d.quantity)}});
     t.reference = *value;
     return t;
 }
 
 /// study.csv, study.gp and study.svg, and the answer on stdout.
-void tell(Table& table, const std::string& folder, Session& session)
+void tell(Table& table, const StudyArguments& a, const std::string& folder, Session& session)
 {
+    table.by_cpu = a.time == "cpu";
+    if (!a.add.empty()) table.added = read_added(read_file(a.add), a.add);
     evaluate(table);
+    if (a.table == "tex") write_file(folder + "/study.tex", tex_of(table));
     write_file(folder + "/study.csv", csv_of(table));
     const std::string script = plot_script(table, "study");
     if (script.empty()) {
-        session.say("no plot: nothing is done");
+        session.say(text_counts(table).empty() ? "no plot: nothing is done"
+                                               : "no plot: words have none");
     } else {
         write_file(folder + "/study.gp", script);
         if (!draw_plot(folder, "study.gp"))
@@ -121,13 +126,22 @@ void tell(Table& table, const std::string& folder, Session& session)
     if (session.json)
         session.print(json_of(table));
     else
-        session.print(text_of(table) + fmt::format("  {0}/study.csv, {0}/study.svg\n", folder));
+        session.print(text_of(table) + fmt::format(script.empty()
+                                                       ? "  {0}/study.csv\n"
+                                                       : "  {0}/study.csv, {0}/study.svg\n",
+                                                   folder));
     if (std::none_of(table.rows.begin(), table.rows.end(),
                      [](const Row& r) { return r.status == "done"; }))
         session.exit_code = kSolveFailed;
 }
 
 // ---- running
+
+bool has_quantity(const PointRecord& r, const std::string& quantity)
+{
+    return quantity == "cpu_seconds" || study::find(r.numbers, quantity) ||
+           study::find(r.texts, quantity);
+}
 
 /// What a child's end means for its point.
 PointRecord record_of(const ChildResult& r, const std::string& hash,
@@ -142,6 +156,7 @@ PointRecord record_of(const ChildResult& r, const std::string& hash,
     try {
         if (r.exit_code == kDone || r.exit_code == kSolveFailed)
             p.numbers = numbers_of(r.output, "the run's answer");
+        p.texts = texts_of(r.output, "the run's answer");
     } catch (const InputError&) { // it died before it could answer
     }
     if (const auto total = study::find(p.numbers, "seconds.total")) p.seconds = *total;
@@ -309,10 +324,9 @@ void run_study(const StudyArguments& a, Session& session)
     }
     const std::atomic<bool>& stop = stop_on_interrupt();
     const auto check_quantity = [&](const PointRecord& r) {
-        if (r.status != "done" || a.quantity == "cpu_seconds" || study::find(r.numbers, a.quantity))
-            return;
-        throw InputError(
-            {{"--quantity", "", quoted_text(a.quantity), allowed_names(r.numbers, a.quantity)}});
+        if (r.status != "done" || has_quantity(r, a.quantity)) return;
+        throw InputError({{"--quantity", "", quoted_text(a.quantity),
+                           allowed_names(r.numbers, r.texts, a.quantity)}});
     };
     bool seen = false; // a run that tells the names there are
     for (const Work& w : work)
@@ -344,7 +358,7 @@ void run_study(const StudyArguments& a, Session& session)
 
     for (const Work& w : work)
         if (w.record) table.rows.push_back(make_row(w.point, *w.record, a.quantity));
-    tell(table, folder, session);
+    tell(table, a, folder, session);
     if (work.empty()) { // nothing to do is no failure: what waits for all shards goes on
         session.say(
             fmt::format("no point is in shard {}: the study has {}", a.shard, points.size()));
@@ -423,9 +437,9 @@ void merge(const StudyArguments& a, bool new_reference, Session& session)
     if (!issues.empty()) throw InputError(issues);
     for (const PointRecord& r : records)
         if (r.status == "done" && !done) done = &r;
-    if (done && about.quantity != "cpu_seconds" && !study::find(done->numbers, about.quantity))
+    if (done && !has_quantity(*done, about.quantity))
         throw InputError({{"--quantity", "", quoted_text(about.quantity),
-                           allowed_names(done->numbers, about.quantity)}});
+                           allowed_names(done->numbers, done->texts, about.quantity)}});
     for (std::size_t i = 0; i < points.size(); ++i) {
         write_file(point_file(folder, overrides(table.sweeps, points[i])), record_text(records[i]));
         table.rows.push_back(make_row(points[i], records[i], about.quantity));
@@ -434,7 +448,7 @@ void merge(const StudyArguments& a, bool new_reference, Session& session)
     if (count > 0)
         session.say(
             fmt::format("warning: {} points are in none of the folders: {}", count, missing));
-    tell(table, folder, session);
+    tell(table, a, folder, session);
 }
 
 } // namespace
@@ -453,8 +467,9 @@ void add_study(CLI::App& program, Session& session)
         ->allow_extra_args(false);
     command
         ->add_option("--quantity", a->quantity,
-                     "A number of `amontons run --json`: a name of its quantities, or e.g. "
-                     "energy.error, seconds.total, iterations")
+                     "A number or text of `amontons run --json`: a name of its quantities, or e.g. "
+                     "energy.error, seconds.total, iterations; of a text the study says how often "
+                     "which came out")
         ->type_name("Q");
     const CLI::Option* reference =
         command
@@ -479,6 +494,20 @@ void add_study(CLI::App& program, Session& session)
                            : "found " + quoted_text(text) + ", allowed: seconds > 0";
             },
             "SECONDS"));
+    command
+        ->add_option("--time", a->time,
+                     "Times of table, plot and Pareto front: of the clock, or of the "
+                     "processors")
+        ->check(CLI::IsMember({"wall", "cpu"}))
+        ->capture_default_str();
+    command->add_option("--table", a->table, "Also study.tex: a table for a paper")
+        ->check(CLI::IsMember({"tex"}));
+    command
+        ->add_option(
+            "--add", a->add,
+            "Another program's points beside ours: a CSV with the columns name, seconds, value "
+            "or error, and unknowns")
+        ->type_name("FILE");
     command->add_flag("--restart", a->restart, "Throw away what the folder has");
     command->add_flag("--keep", a->keep, "Keep the files of every run");
     command->add_option("--merge", a->merge, "Join the folders of shards")->type_name("DIR...");

@@ -21,6 +21,27 @@ void check_mesh(const MeshInput& m, const std::string& place, Findings& findings
                      "a number > 0 [m] (pieces carry no radius of their own)");
 }
 
+void check_sets(const SolidInput& b, const std::string& place, Findings& findings)
+{
+    for (const SetInput& s : b.sets) {
+        const std::string here = place + "/sets/" + s.name;
+        const int ways = int(s.box.given) + s.ball.given + s.plane.given + s.faces_like.given +
+                         !s.faces.empty() + !s.nodes.empty();
+        if (s.name == "all")
+            findings.add({here}, "a set \"all\"", "another name: \"all\" is every node");
+        if (ways != 1)
+            findings.add({here}, ways == 0 ? "no place" : fmt::format("{} places", ways),
+                         "one of \"box\", \"ball\", \"plane\", \"faces_like\", \"faces\", "
+                         "\"nodes\"");
+        if (s.within > 0 && !s.plane.given)
+            findings.add({here + "/within", here + "/plane"}, fmt::format("{}", s.within),
+                         "nothing without a \"plane\"");
+        if (s.of == "nodes" && !s.box.given && !s.ball.given && !s.plane.given)
+            findings.add({here + "/of"}, "\"nodes\"",
+                         "\"faces\": only a box, a ball and a plane hold nodes inside");
+    }
+}
+
 void check_material(const SolidInput& b, const std::string& place, Findings& findings)
 {
     if (b.material.law.empty()) {
@@ -52,6 +73,7 @@ void check_solid(const SolidInput& b, const Scene& scene, Findings& findings)
 {
     const std::string place = "/bodies/" + b.name;
     check_mesh(b.mesh, place + "/mesh", findings);
+    check_sets(b, place, findings);
     check_material(b, place, findings);
     if (scene.time.kind == "dynamic" && !(b.density > 0))
         findings.add({place + "/density", "/time/kind"}, "nothing",

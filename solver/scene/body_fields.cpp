@@ -109,6 +109,66 @@ ObjectDeclaration declare_material()
     return d;
 }
 
+} // namespace
+
+const ObjectDeclaration& declare_box()
+{
+    static const ObjectDeclaration box = optional_object<SetBox>(
+        "A box along the axes",
+        {required(field<&SetBox::from>("from", "m", kAny, "A corner.")),
+         required(field<&SetBox::to>("to", "m", kAny, "The opposite one; the box may be flat."))});
+    return box;
+}
+
+const ObjectDeclaration& declare_ball()
+{
+    static const ObjectDeclaration ball = optional_object<SetBall>(
+        "A ball", {required(field<&SetBall::centre>("centre", "m", kAny, "Its middle.")),
+                   required(field<&SetBall::radius>("radius", "m", positive(), "Its radius."))});
+    return ball;
+}
+
+namespace {
+
+ObjectDeclaration declare_set()
+{
+    using S = SetInput;
+    static const ObjectDeclaration plane = optional_object<SetPlane>(
+        "A plane", {required(field<&SetPlane::at>("at", "m", kAny, "A point of it.")),
+                    required(field<&SetPlane::normal>("normal", "", direction(), "Its normal."))});
+    // No angle in radians is so large: one given so is refused, not misread.
+    static const ObjectDeclaration seed = optional_object<SetSeed>(
+        "Faces that edges without a corner connect with one of them",
+        {required(field<&SetSeed::at>("at", "m", kAny, "A place on or near that face.")),
+         field<&SetSeed::angle>("angle", "degree", between(5, 180),
+                                "By how much neighbouring faces may turn and still be alike.")});
+    return {"Set of a solid, by where it lies before `start`: one of box, ball, plane, faces_like, "
+            "faces, nodes",
+            {object<&S::box>("box", declare_box(),
+                             "Faces of the outside that lie in it with all their "
+                             "nodes."),
+             object<&S::ball>("ball", declare_ball(), "As box."),
+             object<&S::plane>("plane", plane, "As box: faces in it."),
+             fallback("1e-6 of the mesh's diagonal",
+                      field<&S::within>("within", "m", positive(),
+                                        "How far from the plane, on both sides.")),
+             object<&S::faces_like>("faces_like", seed,
+                                    "From one face on, up to edges with a "
+                                    "corner."),
+             field<&S::faces>("faces", "", at_least(0),
+                              "Numbers of faces of the outside, from 0: in the order of elements, "
+                              "within one in that of its faces."),
+             field<&S::nodes>("nodes", "", at_least(0),
+                              "Numbers of nodes, as the file has them; "
+                              "from 1 of generated meshes."),
+             choice({"faces", "nodes"},
+                    text<&S::of>("of", "\"nodes\": all nodes that lie in the box, the ball or the "
+                                       "plane, also inside the solid, for holds and forces."))},
+            "",
+            {},
+            defaults_of<S>()};
+}
+
 ObjectDeclaration declare_hold()
 {
     using H = HoldInput;
@@ -214,6 +274,7 @@ std::vector<VariantDeclaration> body_variants(const ObjectDeclaration& centrelin
     using R = RigidInput;
     static const ObjectDeclaration mesh = declare_mesh(centreline);
     static const ObjectDeclaration material = declare_material();
+    static const ObjectDeclaration set = declare_set();
     static const ObjectDeclaration hold = declare_hold();
     static const ObjectDeclaration load = declare_load();
     static const ObjectDeclaration drive = declare_drive();
@@ -224,6 +285,9 @@ std::vector<VariantDeclaration> body_variants(const ObjectDeclaration& centrelin
         {"solid",
          "An elastic body of tetrahedra or hexahedra.",
          {required(object<&S::mesh>("mesh", mesh, "Its elements.")),
+          by_name<&S::sets>("sets", set,
+                            "Sets beside those of the mesh, for surfaces of contact, "
+                            "holds and loads."),
           required_unless(
               {"material"},
               field<&S::youngs_modulus>("youngs_modulus", "Pa", positive(), "Young's modulus E.")),

@@ -8,6 +8,10 @@ namespace amontons {
 /// @param centreline  outlives the result
 std::vector<VariantDeclaration> body_variants(const ObjectDeclaration& centreline);
 
+/// A box and a ball, of sets and branches.
+const ObjectDeclaration& declare_box();
+const ObjectDeclaration& declare_ball();
+
 ObjectDeclaration declare_contact();
 ObjectDeclaration declare_coupling();
 

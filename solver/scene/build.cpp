@@ -8,17 +8,23 @@
 #include "mesh/generate/vessel.hpp"
 #include "mesh/orient_surface.hpp"
 #include "mesh/read.hpp"
+#include "mesh/repair_surface.hpp"
 #include "mesh/size_check.hpp"
 #include "mesh/surface_check.hpp"
+#include "mesh/surface_edges.hpp"
 #include "mesh/surface_wall.hpp"
 #include "solver/module.hpp"
 #include "solver/output/vtk/vtk_module.hpp"
+#include "solver/scene/findings.hpp"
 #include "solver/scene/read.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
 #include <stdexcept>
+#include <unordered_map>
 
 namespace amontons {
-namespace {
 
 SurfaceMesh read_vtp(const std::string& path)
 {
@@ -53,6 +59,8 @@ SurfaceMesh read_vtp(const std::string& path)
     }
     return {};
 }
+
+namespace {
 
 /// A spline through points of a file, which its Issues name.
 Centreline spline(const std::vector<Vec3>& points, const std::vector<double>& radius,
@@ -122,7 +130,18 @@ WallModel wall_from_file(const ObstacleInput& o, const Scene& scene, std::vector
     const std::string path = beside(scene, o.surface.file);
     SurfaceMesh mesh = read_surface(path, o.surface.scale, read_vtp);
     orient_consistently(mesh); // files that mix both sides are common, and this mends them
-    std::vector<Issue> found = issues(check_surface(mesh), mesh, SurfaceRequirements{}, path);
+    SurfaceReport report = check_surface(mesh);
+    if (!report.degenerate.empty()) { // marching cubes make some
+        const SurfaceRepair repair = repair_surface(mesh);
+        if (repair.turned_around) turn_around(mesh); // its side is the file's
+        if (warnings)
+            warnings->push_back({path, "",
+                                 fmt::format("{} triangles without area, which were left out",
+                                             report.degenerate.size()),
+                                 "triangles with an area (amontons mesh surface --repair)"});
+        report = check_surface(mesh);
+    }
+    std::vector<Issue> found = issues(report, mesh, SurfaceRequirements{}, path);
     if (!found.empty()) throw InputError(std::move(found));
     if (warnings)
         for (Issue& odd : size_warnings(mesh.points, path))
@@ -135,6 +154,67 @@ WallModel wall_from_file(const ObstacleInput& o, const Scene& scene, std::vector
             if (issue.file.empty()) issue.file = path;
         throw InputError(std::move(found));
     }
+}
+
+/// The points of a branch's centreline, with the radii that it has.
+Polyline line_of(const CentrelineInput& c, const Scene& scene)
+{
+    if (!c.file.empty()) {
+        const std::string path = beside(scene, c.file);
+        Polyline line = read_centreline(path, c.scale > 0 ? c.scale : default_scale(path));
+        if (line.points.size() < 2)
+            throw InputError({{path, "", "a centreline of one point", "at least two points"}});
+        return line;
+    }
+    constexpr int kPoints = 200;
+    SurfaceInput s;
+    s.centreline = c;
+    s.radius = 1e-9; // no tube: bends of any radius
+    const Centreline curve = build_centreline(s, scene);
+    Polyline line;
+    for (int i = 0; i <= kPoints; ++i)
+        line.points.push_back(curve.at(curve.length() * i / kPoints).position);
+    return line;
+}
+
+/// Names of the scene for parts of a vessel, and of the openings that they lead to.
+void add_named_branches(const ObstacleInput& o, const Scene& scene, WallModel& model)
+{
+    constexpr double kNotRound = 4.0 / 3; // lumens are wider than the balls that fit in
+    for (const NamedBranchInput& b : o.surface.named_branches) {
+        Branch branch;
+        branch.name = b.name;
+        if (b.ball.given) {
+            branch.kind = Branch::ball;
+            branch.centreline = {b.ball.centre};
+            branch.radius = {b.ball.radius};
+        } else if (b.box.given) {
+            branch.kind = Branch::box;
+            branch.centreline = {b.box.from, b.box.to};
+        } else {
+            branch.kind = Branch::line;
+            Polyline line = line_of(b.centreline, scene);
+            branch.centreline = std::move(line.points);
+            branch.radius = std::move(line.radius);
+            WallHint hint;
+            for (std::size_t i = branch.radius.size(); i < branch.centreline.size(); ++i)
+                branch.radius.push_back(
+                    std::max(0.0, model.wall.distance(branch.centreline[i], hint)));
+            for (double& r : branch.radius)
+                r *= kNotRound;
+        }
+        if (branch.kind == Branch::line &&
+            *std::max_element(branch.radius.begin(), branch.radius.end()) <= 0)
+            throw InputError({{scene.file, "/bodies/" + o.name + "/surface/branches: " + b.name,
+                               "a centreline outside of the free space", "one in the vessel"}});
+        model.branches.push_back(std::move(branch));
+    }
+    if (o.surface.named_branches.empty()) return;
+    for (Opening& opening : model.openings)
+        if (const std::string name =
+                branch_at(model, opening.centre - 0.5 * opening.radius * opening.outward);
+            !name.empty())
+            opening.name = name;
 }
 
 WallModel wall_model(const ObstacleInput& o, const Scene& scene, std::vector<Issue>* warnings)
@@ -170,6 +250,7 @@ std::vector<Obstacle> build_obstacles(const Scene& scene, std::vector<Issue>* wa
     for (const ObstacleInput& o : scene.obstacles) {
         try {
             obstacles.push_back({o.name, wall_model(o, scene, warnings)});
+            add_named_branches(o, scene, obstacles.back().model);
         } catch (const InputError& error) {
             const std::string body = "/bodies/" + o.name;
             for (Issue issue :
@@ -190,10 +271,107 @@ std::vector<Obstacle> build_obstacles(const Scene& scene, std::vector<Issue>* wa
     return obstacles;
 }
 
+namespace {
+
+/// Fans over the borders of a surface, whose faults are known by now; how many there are.
+std::int64_t fill_borders(SurfaceMesh& mesh)
+{
+    std::unordered_map<std::int32_t, std::int32_t> next; // against the triangles' sense
+    for_each_edge(sorted_half_edges(mesh), [&](std::span<const HalfEdge> sides) {
+        if (sides.size() == 1) next[sides[0].end] = sides[0].begin;
+    });
+    std::int64_t holes = 0;
+    while (!next.empty()) {
+        const auto centre = static_cast<std::int32_t>(mesh.points.size());
+        const std::size_t first = mesh.triangles.size();
+        Vec3 sum = Vec3::Zero();
+        for (auto step = next.begin(); step != next.end();) {
+            const auto [from, to] = *step;
+            sum += mesh.points[static_cast<std::size_t>(from)];
+            mesh.triangles.push_back({from, to, centre});
+            next.erase(step);
+            step = next.find(to);
+        }
+        mesh.points.emplace_back(sum / static_cast<double>(mesh.triangles.size() - first));
+        ++holes;
+    }
+    return holes;
+}
+
+} // namespace
+
+SurfaceFacts surface_facts(const ObstacleInput& input, const Obstacle& obstacle)
+{
+    SurfaceFacts f;
+    SurfaceMesh mesh = *obstacle.model.surface;
+    f.triangles = static_cast<std::int64_t>(mesh.triangles.size());
+    if (input.surface.generate == "plane") return f;
+    // Normals point into the free space: outwards of what they enclose, if that is around it.
+    f.holes = fill_borders(mesh);
+    const double volume = enclosed_volume(mesh);
+    f.side = volume > 0 ? "outside" : "inside";
+    f.volume = std::abs(volume);
+    return f;
+}
+
+std::string side_hint(const Scene& scene, const Obstacle& obstacle)
+{
+    const ObstacleInput* input = body_named(scene.obstacles, obstacle.name);
+    if (!input || input->side == "inside" || input->surface.generate == "plane" ||
+        input->surface.generate == "tube" || input->surface.generate == "vessel" ||
+        surface_facts(*input, obstacle).side != "outside")
+        return "";
+    return input->side.empty() && input->surface.generate.empty()
+               ? "; the orientation of the surface of " + obstacle.name +
+                     " puts the free space outside: \"side\": \"inside\" of it is the other way"
+               : "; the free space of " + obstacle.name +
+                     " is outside: \"side\": \"inside\" of it is the other way";
+}
+
 double DepthLine::depth(const Vec3& x) const
 {
     return line ? sign * (line->arc_length(line->nearest(x, -1)) - start) : 0;
 }
+
+namespace {
+
+/// Puts an introducer at an end of the centreline of a branch, along it.
+void place_in_branch(const Scene& scene, IntroducerInput& introducer)
+{
+    std::vector<Vec3> line;
+    for (const ObstacleInput& o : scene.obstacles) {
+        for (const NamedBranchInput& b : o.surface.named_branches)
+            if (b.name == introducer.branch && b.has_line())
+                line = line_of(b.centreline, scene).points;
+        for (const BranchInput& b : o.surface.branches)
+            if (b.name == introducer.branch)
+                for (const Branch& made : make_vessel(vessel_options(o.surface)).branches)
+                    if (made.name == b.name) line = made.centreline;
+    }
+    if (introducer.end != "start") std::reverse(line.begin(), line.end());
+    std::size_t next = 1;
+    while (next + 1 < line.size() && !((line[next] - line[0]).norm() > 0))
+        ++next;
+    introducer.at = line[0];
+    introducer.direction = (line[next] - line[0]).normalized();
+}
+
+/// What the scene says across the direction that the centreline gave.
+void check_placed(const Scene& scene, const BeamInput& beam, std::vector<Issue>& issues)
+{
+    const Vec3& d = beam.introducer.direction;
+    const std::string along = fmt::format(
+        "the direction ({:.4g}, {:.4g}, {:.4g}) that the centreline gives", d.x(), d.y(), d.z());
+    if (beam.introducer.normal &&
+        !(d.normalized().cross(beam.introducer.normal->normalized()).norm() > kInputRoundOff))
+        issues.push_back({scene.file, "/bodies/" + beam.name + "/introducer/normal",
+                          "parallel to " + along, "another direction"});
+    if (beam.plane && std::abs(d.normalized().dot(beam.plane->normalized())) > kInputRoundOff)
+        issues.push_back({scene.file, "/bodies/" + beam.name + "/plane",
+                          "a plane that the introducer leaves", "a normal across " + along});
+}
+
+} // namespace
 
 std::vector<DepthLine> place_introducers(Scene& scene)
 {
@@ -201,8 +379,18 @@ std::vector<DepthLine> place_introducers(Scene& scene)
     std::vector<DepthLine> lines;
     for (BeamInput& beam : scene.beams) {
         DepthLine& depth = lines.emplace_back();
-        const IntroducerPlace& place = beam.introducer.centreline;
+        if (!beam.introducer.branch.empty()) {
+            try {
+                place_in_branch(scene, beam.introducer);
+                check_placed(scene, beam, issues);
+            } catch (const InputError& error) {
+                issues.insert(issues.end(), error.issues().begin(), error.issues().end());
+            }
+            continue;
+        }
+        IntroducerPlace& place = beam.introducer.centreline;
         if (place.file.empty()) continue;
+        if (beam.introducer.end == "end") place.reverse = true;
         const std::string path = beside(scene, place.file);
         try {
             const Polyline points =
@@ -225,6 +413,7 @@ std::vector<DepthLine> place_introducers(Scene& scene)
         const CurvePoint end = depth.line->at(depth.start);
         beam.introducer.at = end.position;
         beam.introducer.direction = depth.sign * end.tangent;
+        check_placed(scene, beam, issues);
     }
     if (!issues.empty()) throw InputError(std::move(issues));
     return lines;

@@ -13,6 +13,22 @@ namespace amontons {
 /// @throws InputError  with all Issues of all obstacles; a mesh's Issue keeps the mesh's file
 std::vector<Obstacle> build_obstacles(const Scene& scene, std::vector<Issue>* warnings = nullptr);
 
+/// A surface from a .vtp file, by the module vtk.
+/// @throws InputError  no module, or none that reads the file
+SurfaceMesh read_vtp(const std::string& path);
+
+/// Where the free space of an obstacle's surface is, and what it encloses.
+struct SurfaceFacts {
+    std::string side;  ///< "inside" | "outside"; "" of a plane
+    double volume = 0; ///< enclosed, its holes closed [m^3]
+    std::int64_t triangles = 0, holes = 0;
+};
+SurfaceFacts surface_facts(const ObstacleInput& input, const Obstacle& obstacle);
+
+/// Of a body that stands in an obstacle's wall: "; ..." with what may be meant, where its free
+/// space is around it and could be inside; else "".
+std::string side_hint(const Scene& scene, const Obstacle& obstacle);
+
 /// The centreline of a surface: from a file, or of pieces.
 /// @throws InputError
 Centreline build_centreline(const SurfaceInput& surface, const Scene& scene);

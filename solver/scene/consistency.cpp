@@ -39,10 +39,29 @@ void check_centreline(const CentrelineInput& c, const std::string& place, Findin
     }
 }
 
+void check_named_branches(const SurfaceInput& s, const std::string& place, Findings& findings)
+{
+    std::set<std::string> names;
+    for (std::size_t i = 0; i < s.named_branches.size(); ++i) {
+        const NamedBranchInput& b = s.named_branches[i];
+        const std::string here = fmt::format("{}/branches/{}", place, i);
+        const int ways = int(b.has_line()) + b.ball.given + b.box.given;
+        if (ways != 1)
+            findings.add({here}, ways == 0 ? "no place" : fmt::format("{} places", ways),
+                         "one of \"centreline\", \"ball\", \"box\"");
+        if (b.box.given && !((b.box.to - b.box.from).cwiseAbs().minCoeff() > 0))
+            findings.add({here + "/box"}, "a flat box", "a box that holds a place");
+        if (b.has_line()) check_centreline(b.centreline, here + "/centreline", findings);
+        if (!names.insert(b.name).second)
+            findings.add({here + "/name"}, quoted_text(b.name) + " again", "another name");
+    }
+}
+
 void check_obstacle(const ObstacleInput& o, Findings& findings)
 {
     const SurfaceInput& s = o.surface;
     const std::string place = "/bodies/" + o.name + "/surface";
+    check_named_branches(s, place, findings);
     if (s.generate == "tube") {
         check_centreline(s.centreline, place + "/centreline", findings);
         if (s.radius == 0 && !s.centreline.pieces.empty())
@@ -86,6 +105,49 @@ void check_obstacle(const ObstacleInput& o, Findings& findings)
     }
 }
 
+void check_introducer(const BeamInput& b, const Scene& scene, Findings& findings)
+{
+    const IntroducerInput& i = b.introducer;
+    const std::string place = "/bodies/" + b.name + "/introducer";
+    if (!i.branch.empty() && !i.centreline.file.empty())
+        findings.add({place + "/branch", place + "/centreline"}, "a branch and a centreline",
+                     "either \"branch\" or \"centreline\"");
+    const char* by = i.branch.empty() ? "\"centreline\"" : "\"branch\"";
+    if (i.placed() && i.at_given)
+        findings.add({place + "/at"}, fmt::format("a place beside {}, which gives it", by), "one");
+    if (i.placed() && i.direction_given)
+        findings.add({place + "/direction"},
+                     fmt::format("a direction beside {}, which gives it", by), "one");
+    if (!i.placed() && !i.end.empty())
+        findings.add({place + "/end"}, quoted_text(i.end),
+                     "nothing without \"centreline\" or \"branch\"");
+    if (i.centreline.reverse && i.end == "start")
+        findings.add({place + "/end", place + "/centreline/reverse"},
+                     "\"start\" of a line in reverse", "\"end\", or no \"reverse\"");
+    if (i.branch.empty()) return;
+    std::vector<std::string> names;
+    for (const ObstacleInput& o : scene.obstacles) {
+        for (const BranchInput& n : o.surface.branches)
+            names.push_back(n.name);
+        for (const NamedBranchInput& n : o.surface.named_branches) {
+            names.push_back(n.name);
+            if (n.name == i.branch && !n.has_line())
+                findings.add({place + "/branch"}, quoted_text(i.branch) + ", a ball or a box",
+                             "a branch with a \"centreline\"");
+        }
+    }
+    const auto count = std::count(names.begin(), names.end(), i.branch);
+    if (count == 1) return;
+    std::string list;
+    for (const std::string& n : names)
+        list += (list.empty() ? "one of " : ", ") + quoted_text(n);
+    findings.add({place + "/branch"},
+                 quoted_text(i.branch) + (count > 1 ? ", a branch of two obstacles" : ""),
+                 count > 1       ? "names that tell branches apart"
+                 : names.empty() ? "a branch of an obstacle, which has none"
+                                 : list);
+}
+
 void check_beam(const BeamInput& b, const Scene& scene, Findings& findings)
 {
     const std::string place = "/bodies/" + b.name;
@@ -110,12 +172,13 @@ void check_beam(const BeamInput& b, const Scene& scene, Findings& findings)
                      fmt::format("{}", b.introducer.fade),
                      fmt::format("{} {:.6g} [m], the length of the {}", own ? "<=" : "<", sheath,
                                  own ? "introducer" : "wire"));
-    if (b.introducer.normal &&
+    check_introducer(b, scene, findings);
+    if (b.introducer.normal && !b.introducer.placed() &&
         !(b.introducer.direction.normalized().cross(b.introducer.normal->normalized()).norm() >
           kInputRoundOff))
         findings.add({place + "/introducer/normal", place + "/introducer/direction"},
                      "parallel to direction", "another direction than the introducer's");
-    if (b.plane &&
+    if (b.plane && !b.introducer.placed() &&
         std::abs(b.introducer.direction.normalized().dot(b.plane->normalized())) > kInputRoundOff)
         findings.add({place + "/plane", place + "/introducer/direction"},
                      "a plane that the introducer leaves",
@@ -179,7 +242,8 @@ void check_nesting(const BeamInput& a, const BeamInput& b, const Scene& scene,
     const bool same =
         (p.at - q.at).norm() <= kInputRoundOff * scale &&
         (p.direction.normalized() - q.direction.normalized()).norm() <= kInputRoundOff &&
-        p.centreline.file == q.centreline.file && p.centreline.along == q.centreline.along;
+        p.centreline.file == q.centreline.file && p.centreline.along == q.centreline.along &&
+        p.branch == q.branch && p.end == q.end;
     if (!same)
         findings.add({other + "/introducer", one + "/introducer"}, "another introducer",
                      "that of \"" + a.name + "\": instruments in one another come out of one");

@@ -40,6 +40,8 @@ template <> struct TypeOf<std::optional<Vec3>> : Is<FieldType::vector, true> {
 };
 template <> struct TypeOf<CurvePoints> : Is<FieldType::curve> {
 };
+template <> struct TypeOf<std::vector<int>> : Is<FieldType::numbers> {
+};
 
 template <class M> struct MemberOf;
 template <class C, class T> struct MemberOf<T C::*> {
@@ -65,7 +67,8 @@ FieldDeclaration field(std::string name, std::string unit, Allowed allowed, std:
     f.optional = Type::optional;
     f.unit = std::move(unit);
     f.allowed = within_limits(allowed, f.unit);
-    if (f.type == FieldType::integer) f.allowed.upper = std::min(f.allowed.upper, kMostInteger);
+    if (f.type == FieldType::integer || f.type == FieldType::numbers)
+        f.allowed.upper = std::min(f.allowed.upper, kMostInteger);
     f.doc = std::move(doc);
     f.member = &member_of<kMember>;
     return f;
@@ -125,6 +128,17 @@ FieldDeclaration list(std::string name, const ObjectDeclaration& fields, std::st
     f.append = [](void* items) -> void* { return &static_cast<List*>(items)->emplace_back(); };
     f.size = [](const void* items) { return static_cast<const List*>(items)->size(); };
     f.item = [](void* items, std::size_t i) -> void* { return &(*static_cast<List*>(items))[i]; };
+    return f;
+}
+
+/// A list whose items stand in the file each under its `name`.
+template <auto kMember>
+FieldDeclaration by_name(std::string name, const ObjectDeclaration& fields, std::string doc)
+{
+    using Item = typename MemberOf<decltype(kMember)>::Type::value_type;
+    FieldDeclaration f = list<kMember>(std::move(name), fields, std::move(doc));
+    f.type = FieldType::by_name;
+    f.name_of = [](void* item) -> std::string& { return static_cast<Item*>(item)->name; };
     return f;
 }
 
@@ -200,6 +214,18 @@ template <class T> const void* defaults_of()
 {
     static const T defaults{};
     return &defaults;
+}
+
+/// An object that need not be there and says itself that it was given.
+template <class T>
+ObjectDeclaration optional_object(std::string title, std::vector<FieldDeclaration> fields)
+{
+    ObjectDeclaration d{std::move(title), std::move(fields), "", {}, defaults_of<T>()};
+    d.complete = [](void* object, const std::function<bool(const char*)>&) {
+        static_cast<T*>(object)->given = true;
+    };
+    d.given = [](const void* object) { return static_cast<const T*>(object)->given; };
+    return d;
 }
 
 template <auto kBodies> void* append_body(Scene& scene, const std::string& name)

@@ -70,8 +70,28 @@ ObjectDeclaration declare_branch()
             defaults_of<B>()};
 }
 
+ObjectDeclaration declare_named_branch(const ObjectDeclaration& centreline)
+{
+    using B = NamedBranchInput;
+    return {
+        "Named part of a vessel: one of centreline, ball, box",
+        {required(text<&B::name>("name", "Name, as it is reported when the wire enters it.")),
+         object<&B::centreline>(
+             "centreline", centreline,
+             "What lies around it, as far as its radius (without one, as the wall is there) and "
+             "a third more, and is not around another branch's as well."),
+         object<&B::ball>("ball", declare_ball(),
+                          "A wire whose tip was in it is in the branch "
+                          "until it comes back, or into another one."),
+         object<&B::box>("box", declare_box(), "As ball.")},
+        "",
+        {},
+        defaults_of<B>()};
+}
+
 ObjectDeclaration declare_surface(const ObjectDeclaration& centreline,
-                                  const ObjectDeclaration& branch)
+                                  const ObjectDeclaration& branch,
+                                  const ObjectDeclaration& named_branch)
 {
     using S = SurfaceInput;
     const FieldDeclaration resolution = fallback(
@@ -79,6 +99,8 @@ ObjectDeclaration declare_surface(const ObjectDeclaration& centreline,
         field<&S::resolution>("resolution", "m", at_least(0), "Edge of the triangles; 0: chosen."));
     const FieldDeclaration centre = field<&S::centre>("centre", "m", kAny, "Centre.");
     const FieldDeclaration axis = field<&S::axis>("axis", "", direction(), "Axis.");
+    const FieldDeclaration branches = list<&S::named_branches>(
+        "branches", named_branch, "Parts of a vessel that the quantity `branch` names.");
     ObjectDeclaration d;
     d.title = "Surface";
     d.discriminator = "generate";
@@ -88,13 +110,14 @@ ObjectDeclaration declare_surface(const ObjectDeclaration& centreline,
         {"",
          "A triangle surface from a file.",
          {required(long_text<&S::file>("file", "STL, OBJ, PLY or VTP; beside the scene.")),
-          field<&S::scale>("scale", "m", positive(), "Metres per unit of length of the file.")}},
+          field<&S::scale>("scale", "m", positive(), "Metres per unit of length of the file."),
+          branches}},
         {"tube",
          "A tube swept along a centreline.",
          {required(object<&S::centreline>("centreline", centreline, "The middle of the tube.")),
           fallback("the centreline's own",
                    field<&S::radius>("radius", "m", positive(), "Radius of the tube.")),
-          resolution}},
+          branches, resolution}},
         {"vessel",
          "An aortic arch: a straight descending part from `centre` along `axis`, an arch, an "
          "ascending part closed by a half sphere, and branches on the outer side of the arch.",
@@ -266,19 +289,28 @@ ObjectDeclaration declare_place()
              field<&P::reverse>("reverse", "", {}, "Start at the centreline's last point.")},
             "",
             {},
-            defaults_of<P>()};
+            defaults_of<P>(),
+            nullptr,
+            nullptr,
+            "file"};
 }
 
 ObjectDeclaration declare_introducer(const ObjectDeclaration& place)
 {
     using I = IntroducerInput;
-    return {
+    ObjectDeclaration d{
         "Introducer: a straight frictionless sheath that holds the wire still outside",
         {field<&I::at>("at", "m", kAny, "Its end, where the wire comes out."),
          field<&I::direction>("direction", "", direction(), "Where the wire goes."),
          fallback("chosen", field<&I::normal>("normal", "", direction(),
                                               "Curvature of angle 0 bends this way.")),
          object<&I::centreline>("centreline", place, "Instead of \"at\" and \"direction\"."),
+         text<&I::branch>("branch", "Instead: a branch of an obstacle, by whose end the wire comes "
+                                    "in along its centreline."),
+         fallback(
+             "start; of a branch end",
+             choice({"start", "end"},
+                    text<&I::end>("end", "Which end of the centreline the wire comes in by."))),
          fallback("the wire's length",
                   field<&I::length>("length", "m", positive(), "Length of the sheath.")),
          field<&I::fade>("fade", "m", at_least(0),
@@ -286,6 +318,11 @@ ObjectDeclaration declare_introducer(const ObjectDeclaration& place)
         "",
         {},
         defaults_of<I>()};
+    d.complete = [](void* introducer, const std::function<bool(const char*)>& given) {
+        static_cast<I*>(introducer)->at_given = given("at");
+        static_cast<I*>(introducer)->direction_given = given("direction");
+    };
+    return d;
 }
 
 ObjectDeclaration declare_beam_drive()
@@ -473,7 +510,8 @@ const ObjectDeclaration& scene_declaration()
     static const ObjectDeclaration piece = declare_piece();
     static const ObjectDeclaration centreline = declare_centreline(piece);
     static const ObjectDeclaration branch = declare_branch();
-    static const ObjectDeclaration surface = declare_surface(centreline, branch);
+    static const ObjectDeclaration named_branch = declare_named_branch(centreline);
+    static const ObjectDeclaration surface = declare_surface(centreline, branch, named_branch);
     static const ObjectDeclaration layer = declare_layer();
     static const ObjectDeclaration segment = declare_segment(layer);
     static const ObjectDeclaration tip = declare_tip();
@@ -560,6 +598,11 @@ std::string allowed_in_words(const FieldDeclaration& field)
         return "an object {...}";
     case FieldType::list:
         return "a list [...] of objects";
+    case FieldType::numbers:
+        return "a list [...] of at least one whole number" +
+               (range.empty() ? "" : ", each " + range);
+    case FieldType::by_name:
+        return "an object of objects, each under its name";
     case FieldType::named:
         return "an object with at least one body";
     }

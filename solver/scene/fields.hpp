@@ -28,6 +28,8 @@ enum class FieldType {
                ///< over something else
     object,    ///< fields of its own [a struct, or the same struct for a group of fields]
     list,      ///< objects, one after the other [std::vector of structs]
+    numbers,   ///< whole numbers, one after the other [std::vector<int>]
+    by_name,   ///< objects by name [std::vector of structs]; `name_of` finds where an item's stands
     named      ///< objects by name: the bodies [Scene]
 };
 
@@ -62,7 +64,8 @@ struct FieldDeclaration {
     void* (*append)(void* list) = nullptr;              ///< list: a new last item
     std::size_t (*size)(const void* list) = nullptr;    ///< list
     void* (*item)(void* list, std::size_t i) = nullptr; ///< list
-    const ObjectDeclaration* object = nullptr;          ///< object, list, named
+    std::string& (*name_of)(void* item) = nullptr;      ///< by_name: of an item of the list
+    const ObjectDeclaration* object = nullptr;          ///< object, list, by_name, named
 };
 
 /// One of several shapes of an object, chosen by the value of its discriminator.

@@ -40,6 +40,9 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
     plan.linear = linear;
     const bool direct = linear.taken.empty() || linear.taken == "direct";
     plan.bodies = bodies;
+    for (const Obstacle& o : obstacles)
+        if (const ObstacleInput* input = body_named(scene.obstacles, o.name))
+            plan.surfaces.push_back({o.name, surface_facts(*input, o)});
     bool friction = false;
     for (const ContactLaw& law : scene.contact) {
         double largest = law.friction;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "solver/scene/build.hpp"
 #include "solver/step/simulation.hpp"
 
 #include <string>
@@ -17,8 +18,13 @@ struct Plan {
     struct LeftOut {
         std::string what, why;
     };
+    struct Surface {
+        std::string name;
+        SurfaceFacts facts;
+    };
     std::vector<BodyPlan> bodies;
-    std::vector<Pair> pairs; ///< that can meet
+    std::vector<Surface> surfaces; ///< of the obstacles
+    std::vector<Pair> pairs;       ///< that can meet
     std::vector<std::string> uses;
     std::vector<LeftOut> leaves_out;
     double memory = 0; ///< predicted peak [bytes]

@@ -31,6 +31,17 @@ bool is_name(const std::string& text, std::size_t longest)
     return text.size() <= longest && is_printable(text);
 }
 
+/// Of names that become parts of paths and of files.
+bool is_plain(const std::string& name)
+{
+    constexpr std::size_t kLongest = 100; // with what files add, file systems take it
+    return !name.empty() && name.size() <= kLongest &&
+           std::all_of(name.begin(), name.end(), [](char c) {
+               return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
+           });
+}
+constexpr const char* kPlainName = "a name of letters, digits, _ and -, of at most 100";
+
 /// Fills a Scene from JSON and collects what is wrong on the way.
 class Reader {
 public:
@@ -223,6 +234,31 @@ void Reader::field(const Json& json, const FieldDeclaration& f, void* member,
         for (std::size_t i = 0; i < json.size(); ++i)
             object(json[i], *f.object, f.append(member), fmt::format("{}/{}", place, i));
         return;
+    case FieldType::numbers: {
+        if (!json.is_array() || json.empty()) return refuse();
+        std::vector<int> all;
+        for (const Json& item : json) {
+            const double v = item.is_number() ? item.get<double>() : 0.5;
+            if (v != std::floor(v) || !inside(v, f.allowed)) return refuse();
+            all.push_back(static_cast<int>(v));
+        }
+        *static_cast<std::vector<int>*>(member) = std::move(all);
+        return;
+    }
+    case FieldType::by_name:
+        if (!json.is_object() || json.empty())
+            return wrong(place, json.is_object() ? "{}" : shown(json), allowed_in_words(f));
+        for (const auto& [name, value] : json.items()) {
+            const std::string here = place + "/" + name;
+            if (!is_plain(name)) {
+                wrong(here, quoted_text(name), kPlainName);
+                continue;
+            }
+            void* const item = f.append(member);
+            f.name_of(item) = name;
+            object(value, *f.object, item, here);
+        }
+        return;
     case FieldType::named:
         return bodies(json, *f.object, place);
     }
@@ -323,15 +359,8 @@ void Reader::bodies(const Json& json, const ObjectDeclaration& body, const std::
         return wrong(place, json.is_object() ? "no body" : shown(json), "at least one named body");
     for (const auto& [name, value] : json.items()) {
         const std::string here = place + "/" + name;
-        constexpr std::size_t kLongest = 100; // with what files add, file systems take it
-        const bool plain =
-            !name.empty() && name.size() <= kLongest &&
-            std::all_of(name.begin(), name.end(), [](char c) {
-                return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
-            });
-        if (!plain) { // names become parts of paths and of files
-            wrong(here, "body " + quoted_text(name),
-                  "a name of letters, digits, _ and -, of at most 100");
+        if (!is_plain(name)) {
+            wrong(here, "body " + quoted_text(name), kPlainName);
             continue;
         }
         if (name == "contacts") { // the contact points are written under this name

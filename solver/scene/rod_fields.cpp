@@ -27,7 +27,7 @@ ObjectDeclaration declare_rod_shape(const ObjectDeclaration& point,
                                     const ObjectDeclaration& centreline)
 {
     using S = RodShape;
-    return {
+    ObjectDeclaration d{
         "Where a rod begins: along a curve, a polyline, or from a start on in its natural shape",
         {field<&S::start>("start", "m", kAny, "First cross-section, without curve and points."),
          field<&S::direction>("direction", "", direction(), "Tangent there."),
@@ -36,13 +36,26 @@ ObjectDeclaration declare_rod_shape(const ObjectDeclaration& point,
                                               "bends this way.")),
          no_fewer(2, list<&S::points>("points", point, "A polyline; its corners are rigid.")),
          object<&S::curve>("curve", centreline, "A smooth curve, instead of points."),
-         field<&S::closed>("closed", "", {}, "The end is joined to the start."),
+         field<&S::closed>(
+             "closed", "", {},
+             "The end is joined to the start; points need not come back to the first."),
          field<&S::stress_free>("stress_free", "", {},
                                 "Free of stress in the shape that curve or points give; false: "
                                 "bent into it from what its segments say.")},
         "",
         {},
         defaults_of<S>()};
+    d.complete = [](void* object, const std::function<bool(const char*)>&) {
+        S& shape = *static_cast<S*>(object);
+        if (!shape.closed || shape.points.size() < 3) return;
+        double along = 0;
+        for (std::size_t i = 1; i < shape.points.size(); ++i)
+            along += (shape.points[i].at - shape.points[i - 1].at).norm();
+        const RodPoint first = shape.points.front();
+        if (!((shape.points.back().at - first.at).norm() <= 1e-6 * along))
+            shape.points.push_back(first);
+    };
+    return d;
 }
 
 ObjectDeclaration declare_rod_hold()
@@ -97,6 +110,23 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
         if (!b.segments[i].bending.empty() || !b.segments[i].stretching.empty())
             findings.add({fmt::format("{}/segments/{}", place, i), place + "/elements"}, "a table",
                          "\"exact\" elements: the others are linear");
+    // Free of stress in a given shape: what the segments say of another one would not count.
+    for (std::size_t i = 0;
+         i < b.segments.size() && shape.stress_free && (shape.has_curve() || !shape.points.empty());
+         ++i) {
+        const std::string here = fmt::format("{}/segments/{}/", place, i);
+        const char* of = shape.has_curve() ? "curve" : "points";
+        const auto refuse = [&](const char* field, double value) {
+            if (value != 0)
+                findings.add(
+                    {here + field, place + "/shape/" + of},
+                    fmt::format("{} beside a shape by \"{}\"", value, of),
+                    "0: the rod is free of stress in that shape; or \"stress_free\": false: "
+                    "it is bent into it");
+        };
+        refuse("curvature", b.segments[i].curvature);
+        refuse("twist", b.segments[i].twist);
+    }
     if (shape.has_curve() && !shape.points.empty())
         findings.add({place + "/shape/points", place + "/shape/curve"}, "points and a curve",
                      "either \"points\" or \"curve\"");
@@ -112,10 +142,10 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
             findings.add({fmt::format("{}/shape/points/{}", place, i + 1)},
                          "the point before it again", "another place than the point before it");
     }
-    if (shape.closed && shape.points.size() > 1 &&
-        !((shape.points.front().at - shape.points.back().at).norm() <= 1e-6 * along))
-        findings.add({place + "/shape/points"}, "a last point away from the first",
-                     "the first point again at the end: the rod is closed");
+    if (shape.closed && !shape.points.empty() && shape.points.size() < 4)
+        findings.add({place + "/shape/points"},
+                     fmt::format("{} points of a closed rod", shape.points.size() - 1),
+                     "at least three");
     const double length = length_of(b.segments);
     if (!shape.points.empty() && length > 0 && std::abs(along - length) > kLengths * along)
         findings.add({segments, place + "/shape/points"}, fmt::format("{} m in all", length),

@@ -44,6 +44,26 @@ struct BranchInput {
     double angle = 1.57079632679489661923; ///< from the arch's tangent towards its start [rad]
 };
 
+/// One of several ways to say where a set or a branch is; `given` by the reader.
+struct SetBox {
+    bool given = false;
+    Vec3 from = Vec3::Zero(), to = Vec3::Zero(); ///< two opposite corners [m]
+};
+struct SetBall {
+    bool given = false;
+    Vec3 centre = Vec3::Zero(); ///< [m]
+    double radius = 0;          ///< [m]
+};
+
+/// A part of any vessel with a name: around a centreline, in a ball or in a box.
+struct NamedBranchInput {
+    std::string name;
+    CentrelineInput centreline;
+    SetBall ball;
+    SetBox box;
+    bool has_line() const { return !centreline.file.empty() || !centreline.pieces.empty(); }
+};
+
 /// Surface of an obstacle: a generator's name with its numbers, or a file.
 struct SurfaceInput {
     std::string generate; ///< "tube" | "vessel" | "ball" | "cylinder" | "plane", or "" for a file
@@ -64,6 +84,7 @@ struct SurfaceInput {
     double ascending_diameter = 0;               ///< [m]
     Vec3 arch_towards = Vec3::UnitX();           ///< the arch bends this way
     std::vector<BranchInput> branches;
+    std::vector<NamedBranchInput> named_branches; ///< file, tube
     double blend = 0.002;  ///< radius of the blend between vessels [m]
     double resolution = 0; ///< edge of the triangles [m]; 0: chosen
 };
@@ -124,6 +145,11 @@ struct IntroducerInput {
     double length = 0;          ///< [m]; 0: as long as the wire
     double fade = 0;            ///< the grip fades out over this length before the end [m]
     IntroducerPlace centreline; ///< with a file: gives `at` and `direction`, and the depth
+    std::string branch;         ///< of an obstacle: its centreline gives `at` and `direction`
+    std::string end; ///< "start" | "end" of the centreline, where the wire comes in; "": its start,
+                     ///< of a branch its end
+    bool at_given = false, direction_given = false; ///< by the reader
+    bool placed() const { return !centreline.file.empty() || !branch.empty(); }
 };
 
 /// Another tip than the instrument's own.
@@ -209,9 +235,35 @@ struct MaterialInput {
     std::string fibres;         ///< or a file with the direction of each element
 };
 
+/// As SetBox.
+struct SetPlane {
+    bool given = false;
+    Vec3 at = Vec3::Zero(); ///< a point of it [m]
+    Vec3 normal = Vec3::UnitZ();
+};
+struct SetSeed {
+    bool given = false;
+    Vec3 at = Vec3::Zero(); ///< a place on the outside [m]
+    double angle = 30;      ///< between neighbouring faces that are alike [degree]
+};
+
+/// A part of a solid's outside by where it lies when its mesh is read, before it is placed.
+struct SetInput {
+    std::string name;
+    std::string of = "faces"; ///< "faces" | "nodes": also those inside
+    SetBox box;
+    SetBall ball;
+    SetPlane plane;
+    double within = 0; ///< of the plane, on both sides [m]; 0: 1e-6 of the mesh's diagonal
+    SetSeed faces_like;
+    std::vector<int> faces; ///< of the outside, counted from 0
+    std::vector<int> nodes; ///< as the file numbers them
+};
+
 struct SolidInput {
     std::string name;
     MeshInput mesh;
+    std::vector<SetInput> sets;
     double youngs_modulus = 0;     ///< [Pa]
     double poisson_ratio = 0;      ///< [-]
     double density = 0;            ///< [kg/m^3]

@@ -136,6 +136,13 @@ void field_schema(JsonText& out, const FieldDeclaration& f, const void* defaults
         object_schema(out, *f.object);
         out.close('}');
         break;
+    case FieldType::numbers:
+        list_of(1, 0);
+        out.open('{').member("type", "integer");
+        limits(out, f);
+        out.close('}');
+        break;
+    case FieldType::by_name:
     case FieldType::named:
         out.member("type", "object").member("minProperties", 1).key("patternProperties").open('{');
         out.key("^[A-Za-z0-9_-]+$").open('{');
@@ -223,9 +230,10 @@ void section(std::string& page, const ObjectDeclaration& object, const std::stri
     const auto below = [&](const std::vector<FieldDeclaration>& fields) {
         for (const FieldDeclaration& f : fields) {
             if (!f.object) continue;
-            const std::string suffix = f.type == FieldType::list    ? "[]"
-                                       : f.type == FieldType::named ? ".NAME"
-                                                                    : "";
+            const std::string suffix = f.type == FieldType::list      ? "[]"
+                                       : f.type == FieldType::named   ? ".NAME"
+                                       : f.type == FieldType::by_name ? ".SET"
+                                                                      : "";
             section(page, *f.object, (path.empty() ? "" : path + ".") + f.name + suffix, done);
         }
     };

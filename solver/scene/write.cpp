@@ -63,7 +63,10 @@ bool is_given(const FieldDeclaration& f, void* member)
     case FieldType::curve:
         return !static_cast<CurvePoints*>(member)->empty();
     case FieldType::list:
+    case FieldType::by_name:
         return f.size(member) > 0;
+    case FieldType::numbers:
+        return !static_cast<std::vector<int>*>(member)->empty();
     case FieldType::two_names: {
         const auto& names = *static_cast<std::array<std::string, 2>*>(member);
         return !names[0].empty() || !names[1].empty();
@@ -132,6 +135,22 @@ void write_value(JsonText& out, const FieldDeclaration& f, void* member, Scene& 
             out.close('}');
         }
         out.close(']');
+        return;
+    case FieldType::numbers:
+        out.open('[');
+        for (const int i : *static_cast<std::vector<int>*>(member))
+            out.value(i);
+        out.close(']');
+        return;
+    case FieldType::by_name:
+        out.open('{');
+        for (std::size_t i = 0; i < f.size(member); ++i) {
+            void* item = f.item(member, i);
+            out.key(f.name_of(item)).open('{');
+            write_object(out, all_fields(*f.object, nullptr), item, scene);
+            out.close('}');
+        }
+        out.close('}');
         return;
     case FieldType::named:
         out.open('{');

@@ -14,6 +14,7 @@
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
+#include "solver/body/solid_sets.hpp"
 #include "solver/large/large_matrix.hpp"
 #include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
@@ -145,8 +146,8 @@ void check_locking(const SolidInput& input, const VolumeMesh& mesh, const std::s
         const char* allowed =
             none ? "T10 or H8, which carry it, or a ratio <= 0.49999: T4 would lock altogether"
             : t4 ? "T10 or H8: T4 lock above 0.45, they would be much too stiff"
-                 : "H8, or at least 8 elements through what bends: coarse T10 are too stiff above "
-                   "0.49";
+                 : "H8, or at least 8 elements through what bends: above 0.49 coarse T10 are too "
+                   "stiff, and their contact pressures alternate from node to node";
         (none ? issues : warnings)
             .push_back({file, "/bodies/" + input.name,
                         fmt::format("{} with a Poisson's ratio of {:.8g}", t4 ? "T4" : "T10", nu),
@@ -329,6 +330,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
             warnings.insert(warnings.end(), odd.begin(), odd.end());
             check_locking(input, meshes[i], scene.file, warnings, issues);
             outsides[i] = std::move(report.surface);
+            add_sets(input, meshes[i], outsides[i], scene.file);
         } catch (const InputError& error) {
             add_issues(error.issues(), scene, place, issues);
         }
@@ -469,7 +471,9 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                     motions += (motions.empty() ? "" : "; ") + m;
             if (!motions.empty())
                 issues.push_back({scene.file, "/bodies/" + b.name, "nothing prevents: " + motions,
-                                  "a hold, a drive, a contact or a coupling that does"});
+                                  b.rod ? "a hold that does, or \"drag\", a medium that resists "
+                                          "every motion"
+                                        : "a hold, a drive, a contact or a coupling that does"});
         }
         if (!issues.empty()) throw InputError(std::move(issues));
     }
@@ -550,8 +554,11 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     }
     std::optional<RestLaw> rest;
     if (rest_law) {
-        rest = RestLaw{rest_law->friction, rest_law->restitution, rest_law->reach,
-                       start_overlap(*rest_law), {}};
+        rest = RestLaw{rest_law->friction,
+                       rest_law->restitution,
+                       rest_law->reach,
+                       start_overlap(*rest_law),
+                       {}};
         const auto is_free = [&](int b) {
             const RigidBody* rigid = system->refs[std::size_t(b)].rigid;
             return rigid && !rigid->driven();
@@ -567,7 +574,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     if (!dynamic) system->finder.keep_to_contacts(system->refs);
     for (const Obstacle& o : obstacles)
         system->obstacles.push_back(o.name);
-    if (std::vector<Issue> inside = start_overlaps(*system, dynamic, scene.file); !inside.empty())
+    if (std::vector<Issue> inside = start_overlaps(*system, scene, obstacles); !inside.empty())
         throw InputError(std::move(inside));
     system->couplings = make_couplings(scene, system->refs);
     system->coupling_memory = begin_memory(system->refs, system->couplings);

@@ -208,7 +208,8 @@ bool BodyStepper::adds_rows()
     system_.finder.overlaps(system_.refs, overlaps_);
     std::vector<BodyOverlap> deep = overlaps_;
     if (options_.add_rows == BodyStepOptions::AddRows::refused)
-        std::erase_if(deep, [](const BodyOverlap& o) { return !(o.depth > kNearlyRefused * o.most); });
+        std::erase_if(deep,
+                      [](const BodyOverlap& o) { return !(o.depth > kNearlyRefused * o.most); });
     const bool some = options_.add_rows != BodyStepOptions::AddRows::none &&
                       rounds_ < kMostRounds && system_.finder.add_rows(deep);
     rounds_ += some;
@@ -231,8 +232,8 @@ std::string describe(const BodyOverlap& o, const BodySystem& system)
                               : o.obstacle >= 0 ? system.obstacles[std::size_t(o.obstacle)]
                                                 : "an obstacle";
     return fmt::format("{} and {} overlap by {:.4g} m at ({:.4g}, {:.4g}, {:.4g})",
-                       system.refs[std::size_t(o.a)].name, other, o.depth, o.point.x(),
-                       o.point.y(), o.point.z());
+                       system.refs[std::size_t(o.a)].name, other, o.depth, o.point.x(), o.point.y(),
+                       o.point.z());
 }
 
 void BodyStepper::fill_report()
@@ -241,7 +242,7 @@ void BodyStepper::fill_report()
     report_.contacts = list_;
     report_.force.assign(std::size_t(n_contacts), Vec3::Zero());
     report_.slip.assign(std::size_t(n_contacts), Vec3::Zero());
-    report_.coupling_force.assign(system_.couplings.size(), 0);
+    report_.coupling_force.assign(system_.couplings.size(), Vec3::Zero());
     const double per_force = step_.dynamic ? 1 / step_.h : 1;
     std::vector<Vec3> on_body(bodies(), Vec3::Zero()), torque(bodies(), Vec3::Zero());
     std::vector<Vec3> moment(bodies(), Vec3::Zero());
@@ -266,10 +267,13 @@ void BodyStepper::fill_report()
             torque[std::size_t(side.body)] += side.place.point.cross(on);
         }
         if (c >= n_contacts) {
+            const auto row = std::size_t(c - n_contacts);
             if (step_.dynamic)
-                report_.energy.dissipated +=
-                    spring_loss(std::size_t(c - n_contacts), per_force * f.x());
-            report_.coupling_force[std::size_t(c - n_contacts)] = per_force * f.x();
+                report_.energy.dissipated += spring_loss(row, per_force * f.x());
+            const Vec3& direction = joints_[row].direction;
+            report_.coupling_force[row] =
+                per_force * f.x() *
+                (system_.couplings[row].turns ? Vec3(direction.normalized()) : direction);
             continue;
         }
         BodyContact& contact = report_.contacts.contact[std::size_t(c)];
@@ -280,7 +284,8 @@ void BodyStepper::fill_report()
         report_.force[std::size_t(c)] = per_force * f;
         const Vec3 force = per_force * f;
         const Vec3 tangential = force - n.dot(force) * n;
-        // By the trapezoid rule, as the work of all other forces; what acts in motion is a mean already.
+        // By the trapezoid rule, as the work of all other forces; what acts in motion is a mean
+        // already.
         Vec3 mean = tangential;
         if (!step_.dynamic) {
             const auto known = system_.warm_friction.find(key(c));

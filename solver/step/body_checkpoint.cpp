@@ -73,6 +73,7 @@ std::vector<std::byte> BodySimulation::save() const
     out.vector(s.system->finder.met());
     s.system->finder.save_rows(out);
     s.overlaps.save(out);
+    out.vector(s.limits);
     save_summary(s.summary, out);
     return out.take();
 }
@@ -110,11 +111,13 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
     const auto met = in.vector<std::int64_t>(1u << 28);
     auto rows = s.system->finder.read_rows(in);
     OverlapLog overlaps = OverlapLog::read(in, s.system->finder.pairs().size());
+    auto limits = in.vector<LinearLimit>(s.system->refs.size());
     RunSummary sum = read_summary(in);
     in.end();
     if (!s.system->finder.meet(met, s.system->refs)) ByteReader::refuse("pairs of other bodies");
     s.system->finder.set_rows(std::move(rows));
     s.overlaps = std::move(overlaps);
+    s.limits = std::move(limits);
 
     s.started = started;
     s.time = time;

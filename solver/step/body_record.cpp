@@ -61,6 +61,18 @@ std::vector<Vec3> forces_of_both_sides(const BodyStepReport& step)
     return force;
 }
 
+/// A rotation vector of at most pi.
+Vec3 turn_since_start(const RigidBody& body)
+{
+    const Vec3& begun = body.begun().turn;
+    const double angle = begun.norm();
+    Eigen::Quaterniond q = body.placement().turn;
+    if (angle > 0) q = q * Eigen::Quaterniond(Eigen::AngleAxisd(-angle, begun / angle));
+    if (q.w() < 0) q.coeffs() = -q.coeffs();
+    const double sine = q.vec().norm();
+    return sine > 0 ? Vec3(2 * std::atan2(sine, q.w()) / sine * q.vec()) : Vec3(Vec3::Zero());
+}
+
 /// Of each node on the outside: its share of the faces around it [m^2].
 std::vector<double> areas_of_nodes(const SolidBody& solid)
 {
@@ -172,12 +184,13 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
     };
     const std::vector<ContactPair>& pairs = system.finder.pairs();
     std::vector<Vec3> force(pairs.size(), Vec3::Zero());
-    std::vector<double> pressure(pairs.size(), 0), normal(pairs.size(), 0);
+    std::vector<double> pressure(pairs.size(), 0), normal(pairs.size(), 0), closed(pairs.size(), 0);
     const std::vector<Vec3> of_both_sides = forces_of_both_sides(step);
     for (std::size_t c = 0; c < step.contacts.contact.size(); ++c) {
         const BodyContact& k = step.contacts.contact[c];
         force[std::size_t(k.pair)] += step.force[c];
         normal[std::size_t(k.pair)] += k.frame.col(0).dot(step.force[c]);
+        closed[std::size_t(k.pair)] += !step.force[c].isZero(0);
         if (k.area > 0)
             pressure[std::size_t(k.pair)] = std::max(pressure[std::size_t(k.pair)],
                                                      k.frame.col(0).dot(of_both_sides[c]) / k.area);
@@ -191,12 +204,14 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
             unnamed = true;
             continue;
         }
-        const std::string name = system.refs[std::size_t(pairs[p].a)].name + "_on_" +
-                                 (pairs[p].b < 0 ? obstacles[std::size_t(pairs[p].obstacle)].name
-                                                 : system.refs[std::size_t(pairs[p].b)].name);
+        // A_on_B is what A exerts on B: the contacts' forces act on their first body.
+        const std::string name = (pairs[p].b < 0 ? obstacles[std::size_t(pairs[p].obstacle)].name
+                                                 : system.refs[std::size_t(pairs[p].b)].name) +
+                                 "_on_" + system.refs[std::size_t(pairs[p].a)].name;
         // Of a solid and itself forces act on either side: their sum says nothing.
         const bool itself = system.refs[std::size_t(pairs[p].a)].solid && pairs[p].a == pairs[p].b;
         if (!itself) vector(name + "_force", "N", force[p]);
+        out.push_back({name + "_contacts", "", closed[p]});
         if (system.refs[std::size_t(pairs[p].a)].rod || itself)
             out.push_back({name + "_normal_force", "N", normal[p]}); // of all sides
         if (system.refs[std::size_t(pairs[p].a)].solid)
@@ -208,6 +223,7 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
     for (const BodyRef& b : system.refs) {
         if (b.rigid) {
             vector(b.name, "m", b.rigid->centre());
+            vector(b.name + "_turn", "rad", turn_since_start(*b.rigid));
             if (dynamic) vector(b.name + "_velocity", "m/s", b.rigid->centre_velocity());
             if (dynamic) vector(b.name + "_spin", "rad/s", b.rigid->spin());
             continue;
@@ -277,14 +293,14 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         vector("momentum", "kg m/s", momentum);
         vector("angular_momentum", "kg m^2/s", angular);
     }
-    std::vector<double> joint(scene.couplings.size(), 0);
-    for (std::size_t r = 0; r < system.couplings.size(); ++r)
-        joint[std::size_t(system.couplings[r].input)] +=
-            step.coupling_force.size() > r ? std::pow(step.coupling_force[r], 2) : 0;
+    std::vector<Vec3> joint(scene.couplings.size(), Vec3::Zero()); // on the first body
+    for (std::size_t r = 0; r < system.couplings.size() && r < step.coupling_force.size(); ++r)
+        joint[std::size_t(system.couplings[r].input)] += step.coupling_force[r];
     for (std::size_t k = 0; k < joint.size(); ++k) {
         const bool moment = scene.couplings[k].kind == "turn_spring";
-        out.push_back({fmt::format("coupling_{}_{}", k, moment ? "moment" : "force"),
-                       moment ? "N m" : "N", std::sqrt(joint[k])});
+        vector(fmt::format("{}_on_{}_coupling_{}_{}", scene.couplings[k].between[0],
+                           scene.couplings[k].between[1], k, moment ? "moment" : "force"),
+               moment ? "N m" : "N", -joint[k]);
     }
     return out;
 }

@@ -133,9 +133,8 @@ EnergyVerdict BodySimulation::State::judge_energy(const BeforeStep& before, doub
         return left;
     };
     const double whole = refinement.whole;
-    const StepJudgement j =
-        judge_step(refinement, {before.energy.error(), energy, scale, time, h},
-                   jumps < kMostTold, left_by_meshes);
+    const StepJudgement j = judge_step(refinement, {before.energy.error(), energy, scale, time, h},
+                                       jumps < kMostTold, left_by_meshes);
     if (whole > 0 && refinement.level == 0) step_length = whole; // what comes next is another step
     if (!j.message.empty()) last.remarks.push_back(j.message);
     if (j.verdict == EnergyVerdict::refused) last.refusal = j.message;
@@ -249,6 +248,11 @@ StepRecord BodySimulation::State::record(double h, double seconds)
         const ContactPair& pair = pairs[std::size_t(k.pair)];
         ContactRecord r;
         r.point = k.point;
+        if (pair.small) { // found where the run began: told where the body is now
+            const SolidBody& solid = *system->refs[std::size_t(k.a)].solid;
+            const auto node = std::size_t(k.id % kNodeNumbers);
+            r.point += solid.places()[node] - solid.first_places()[node];
+        }
         r.force = last.force[c];
         r.normal = k.frame.col(0);
         r.slip = last.slip[c];
@@ -270,6 +274,18 @@ StepRecord BodySimulation::State::record(double h, double seconds)
         if (b.rod) out.beams.push_back(record_rod(*b.rod, b.name));
     out.quantities = body_quantities(scene, obstacles, *system, last);
     return out;
+}
+
+void BodySimulation::State::note_limits()
+{
+    limits.resize(system->refs.size());
+    for (std::size_t b = 0; b < limits.size(); ++b) {
+        SolidBody* solid = system->refs[b].solid;
+        if (!solid || solid->nonlinear()) continue;
+        solid->complete();
+        limits[b].note(solid->mesh(), solid->places(), solid->frame().turn.toRotationMatrix(),
+                       time);
+    }
 }
 
 void BodySimulation::State::finish()
@@ -330,7 +346,11 @@ RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& 
         sum.message = std::move(message);
         s.finish();
         s.examine_forces();
+        s.note_limits();
         RunSummary whole = sum; // a run that goes on says it at its own end
+        for (std::size_t b = 0; b < s.limits.size(); ++b)
+            if (std::string told = s.limits[b].warning(s.system->refs[b].name); !told.empty())
+                whole.warnings.push_back(std::move(told));
         for (std::string& sentence : s.overlaps.small_contacts(*s.system))
             whole.warnings.push_back(std::move(sentence));
         if (std::string told = energy_warning(s.energy, s.energy_scale()); !told.empty())
@@ -475,7 +495,8 @@ std::vector<BodyPlan> BodySimulation::plan() const
                         b.rigid ? "rigid"
                         : b.rod ? "rod"
                                 : "solid",
-                        b.solid ? 3 * int(b.solid->mesh().nodes.size()) : b.body->unknowns()});
+                        b.solid ? 3 * int(b.solid->mesh().nodes.size()) : b.body->unknowns(),
+                        b.solid ? set_sizes(b.solid->mesh()) : std::vector<SetSize>{}});
     return plan;
 }
 
@@ -518,10 +539,15 @@ std::vector<RecordedProblem> BodySimulation::contact_problems() const
 
 std::vector<BodyRecord> BodySimulation::body_records() const
 {
-    const State& s = *state_;
+    State& s = *state_;
+    s.note_limits();
     std::vector<BodyRecord> all;
     for (std::size_t b = 0; b < s.system->refs.size(); ++b)
-        if (!s.system->refs[b].rod) all.push_back(record_body(*s.system, b, s.last));
+        if (!s.system->refs[b].rod) {
+            all.push_back(record_body(*s.system, b, s.last));
+            if (const SolidBody* solid = s.system->refs[b].solid; solid && s.dynamic())
+                all.back().point_fields.push_back({"velocity", "m/s", 3, solid->velocities()});
+        }
     return all;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "solver/body/linear_limit.hpp"
 #include "solver/step/body_simulation.hpp"
 #include "solver/step/body_step.hpp"
 #include "solver/step/energy_balance.hpp"
@@ -41,6 +42,11 @@ struct BodySimulation::State {
     double time = 0, step_length = 0;
     double path_length = 0; ///< of the next step along the path [m]
     int step = 0, retries = 0;
+    std::vector<LinearLimit>
+        limits; ///< of each body; of linear solids, as far as they were looked at
+    /// Looks at linear solids as they are now: at frames, and at the end. O(elements), and of a
+    /// condensed solid a solve.
+    void note_limits();
     int lagging = 0, jumps = 0; ///< steps of this run whose contacts lag behind, whose energy jumps
     double contacts_sum = 0;
     EnergyRecord energy;

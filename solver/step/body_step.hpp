@@ -67,12 +67,12 @@ struct BodyStepReport {
     bool accepted = false;
     std::string refusal; ///< why not
     int iterations = 0, factorisations = 0;
-    BodyContacts contacts;              ///< at the end of the step
-    std::vector<Vec3> force;            ///< of each contact on body a, in space [N]
-    std::vector<Vec3> slip;             ///< of each contact over the step, in space [m]
-    std::vector<double> coupling_force; ///< of each coupling's rows, in order [N]
-    BodyOverlap overlap;                ///< the deepest of the accepted step; depth 0: none
-    std::vector<BodyOverlap> overlaps;  ///< all of them
+    BodyContacts contacts;             ///< at the end of the step
+    std::vector<Vec3> force;           ///< of each contact on body a, in space [N]
+    std::vector<Vec3> slip;            ///< of each contact over the step, in space [m]
+    std::vector<Vec3> coupling_force;  ///< of each coupling's rows on its first body, in order [N]
+    BodyOverlap overlap;               ///< the deepest of the accepted step; depth 0: none
+    std::vector<BodyOverlap> overlaps; ///< all of them
     double error = 0, threshold = 0, penetration = 0, cone = 0;
     int worst = -1;
     /// How far contacts are from those at the end of the step, relative: 0 but where those jump.

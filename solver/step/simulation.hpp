@@ -3,6 +3,7 @@
 #include "mesh/base/error.hpp"
 #include "mesh/volume_mesh.hpp"
 #include "mesh/wall.hpp"
+#include "solver/body/solid_sets.hpp"
 #include "solver/large/linear_plan.hpp"
 #include "solver/output/step_record.hpp"
 #include "solver/scene/scene.hpp"
@@ -35,6 +36,7 @@ struct BodyPlan {
     std::string name;
     std::string kind; ///< "obstacle" | "beam" | "solid" | "rigid"
     int unknowns = 0; ///< at its largest
+    std::vector<SetSize> sets = {}; ///< of a solid
 };
 
 /// What a body looks like and how it fares, for files and pictures.

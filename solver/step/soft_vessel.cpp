@@ -4,12 +4,14 @@
 #include "mesh/volume_check.hpp"
 #include "solver/body/hyperelastic_input.hpp"
 #include "solver/body/solid_conditions.hpp"
+#include "solver/body/solid_sets.hpp"
 #include "solver/scene/build.hpp"
 #include "solver/solid/assembly.hpp"
 #include "solver/solid/material.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 
 namespace amontons {
 namespace {
@@ -70,10 +72,12 @@ std::vector<SoftVessel> build_soft_vessels(const Scene& scene)
             const SolidTubeOptions tube = tube_of(input, scene);
             VolumeMesh mesh = make_solid_tube(tube);
             // Of sizes that are too far apart elements are flat but for rounding.
-            std::vector<Issue> faults = errors_of(check_volume(mesh), mesh, scene.file);
+            const VolumeReport report = check_volume(mesh);
+            std::vector<Issue> faults = errors_of(report, mesh, scene.file);
             for (Issue& fault : faults)
                 fault.place = "/bodies/" + input.name + "/mesh: " + fault.place;
             if (!faults.empty()) throw InputError(std::move(faults));
+            add_sets(input, mesh, report.surface, scene.file);
             if (is_hyperelastic(input)) {
                 WallMaterial material;
                 material.law = hyperelastic_of(input, scene.file);
@@ -182,6 +186,28 @@ std::vector<std::shared_ptr<WallState>> read_walls(const std::vector<WireWall>& 
         }
     }
     return all;
+}
+
+double wall_motion(const SoftVessel& vessel)
+{
+    if (vessel.tube->beyond()) return 0;
+    const Eigen::VectorXd u = vessel.tube->whole_displacement();
+    double most = 0;
+    for (Eigen::Index i = 0; i + 2 < u.size(); i += 3)
+        most = std::max(most, u.segment<3>(i).norm());
+    return most;
+}
+
+std::string wall_warning(const SoftVessel& vessel, double moved)
+{
+    constexpr double kOfRadius = 0.1;
+    const double radius = vessel.tube->radius_scale();
+    if (!(moved >= kOfRadius * radius)) return "";
+    return fmt::format(
+        "{} is linear, but its wall moved by {:.2g} m, {:.0f} % of the lumen's radius: "
+        "displacements and forces may be far off; a \"material\" of it takes large "
+        "ones",
+        vessel.name, moved, 100 * moved / radius);
 }
 
 BodyRecord record_vessel(const SoftVessel& vessel)

@@ -16,6 +16,11 @@ struct SoftVessel {
     std::unique_ptr<SoftTube> tube;
 };
 
+/// How far a linear wall has moved; 0 of a hyperelastic one, whose displacements may be large [m].
+double wall_motion(const SoftVessel& vessel);
+/// What to say of a linear wall that moved by a tenth of the lumen's radius or more; else "".
+std::string wall_warning(const SoftVessel& vessel, double moved);
+
 /// The solids of a scene of beams.
 /// @throws InputError
 std::vector<SoftVessel> build_soft_vessels(const Scene& scene);

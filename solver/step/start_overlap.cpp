@@ -1,15 +1,17 @@
 #include "solver/step/start_overlap.hpp"
 
-#include "mesh/box_tree.hpp"
 #include "contact/surface/overlap.hpp"
+#include "mesh/box_tree.hpp"
 #include "solver/body/rigid_body.hpp"
+#include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
+#include "solver/scene/build.hpp"
 
 #include <algorithm>
 #include <array>
+#include <fmt/format.h>
 #include <limits>
 #include <map>
-#include <fmt/format.h>
 
 namespace amontons {
 namespace {
@@ -41,8 +43,8 @@ std::vector<Vec3> places_inside(const BodyRef& body)
     return some;
 }
 
-/// True if the overlap can be pressed out or taken as a fit: not of rods, nor where contacts between
-/// meshes do not distinguish their near sides from their far ones.
+/// True if the overlap can be pressed out or taken as a fit: not of rods, nor where contacts
+/// between meshes do not distinguish their near sides from their far ones.
 bool can_resolve(BodySystem& system, const BodyOverlap& o, bool dynamic)
 {
     constexpr double kOfThickness = 0.5;
@@ -56,13 +58,57 @@ bool can_resolve(BodySystem& system, const BodyOverlap& o, bool dynamic)
 
 } // namespace
 
-std::vector<Issue> start_overlaps(BodySystem& system, bool dynamic, const std::string& file)
+namespace {
+
+/// Ends of rods with no free space around them: in a vessel, those outside of it. Of a rod that a
+/// sheath feeds also the tip that has not left it yet.
+std::vector<Issue> ends_outside(const BodySystem& system, const Scene& scene,
+                                const std::vector<Obstacle>& obstacles)
 {
+    std::vector<Issue> found;
+    for (const ContactPair& p : system.finder.pairs()) {
+        const BodyRef& body = system.refs[std::size_t(p.a)];
+        if (!body.rod || p.b >= 0 || p.obstacle < 0) continue;
+        const RodInput* input = body_named(scene.rods, body.name);
+        if (!input || input->shape.closed) continue;
+        const std::vector<BeamNode>& nodes = body.rod->nodes();
+        const double radius = body.rod->least_radius();
+        const Obstacle& obstacle = obstacles[std::size_t(p.obstacle)];
+        for (const bool tip : {false, true}) {
+            const bool fed = !input->fed.empty();
+            if (fed && !tip) continue; // in the sheath
+            const Vec3 x = (tip ? nodes.back() : nodes.front()).position();
+            WallHint hint;
+            const double away = obstacle.model.wall.distance(x, hint);
+            if (!(away < (fed ? 0.99 * radius : -radius))) continue;
+            found.push_back(
+                {scene.file, "/bodies/" + body.name + "/shape",
+                 fmt::format("its {} at ({:.4g}, {:.4g}, {:.4g}), {:.3g} m {}",
+                             tip ? "tip" : "start", x.x(), x.y(), x.z(), std::abs(away),
+                             away < 0
+                                 ? "outside of the free space of " + obstacle.name
+                                 : "from the wall of " + obstacle.name + ", within its radius"),
+                 "a place in the free space when the run begins" + side_hint(scene, obstacle)});
+        }
+    }
+    return found;
+}
+
+} // namespace
+
+std::vector<Issue> start_overlaps(BodySystem& system, const Scene& scene,
+                                  const std::vector<Obstacle>& obstacles)
+{
+    const bool dynamic = scene.time.kind == "dynamic";
+    const std::string& file = scene.file;
+    if (std::vector<Issue> outside = ends_outside(system, scene, obstacles); !outside.empty())
+        return outside;
     constexpr double kRounded = 1 + 1e-6; // a limit that a scene meets exactly
     std::vector<BodyOverlap> overlaps;
     system.finder.overlaps(system.refs, overlaps);
     const std::vector<ContactPair>& pairs = system.finder.pairs();
-    // What is inside of a solid altogether, or fills the place of one like it, meets none of its faces.
+    // What is inside of a solid altogether, or fills the place of one like it, meets none of its
+    // faces.
     for (std::size_t k = 0; k < pairs.size(); ++k) {
         const ContactPair& p = pairs[k];
         if (p.b < 0 || p.a == p.b) continue;
@@ -77,7 +123,8 @@ std::vector<Issue> start_overlaps(BodySystem& system, bool dynamic, const std::s
             std::int32_t hint = -1;
             for (const Vec3& x : places_inside(inner)) {
                 if ((x.array() < box.low).any() || (x.array() > box.high).any()) continue;
-                if (!distance) distance.emplace(PlacedSurface{*surface->facets, outer.solid->places()}, box);
+                if (!distance)
+                    distance.emplace(PlacedSurface{*surface->facets, outer.solid->places()}, box);
                 if (distance->empty()) break;
                 const auto foot = distance->at(x, hint);
                 if (!foot || !(-foot->distance > o.depth)) continue;
@@ -111,11 +158,14 @@ std::vector<Issue> start_overlaps(BodySystem& system, bool dynamic, const std::s
     if (some && worst.empty()) system.finder.set_start_overlaps(system.refs, dynamic, inside);
     for (const auto& [bodies, o] : worst)
         found.push_back({file, "/contact", describe(*o, system) + " when the run begins",
-                         fmt::format("<= {:.3g} m{}", o->allowed,
+                         fmt::format("<= {:.3g} m{}{}", o->allowed,
                                      o->pair >= 0 && can_resolve(system, *o, dynamic)
                                          ? "; \"start_overlap\": \"resolve\" presses them out of "
                                            "each other, \"close\" takes gaps and overlaps of "
                                            "surfaces that should fit for none"
+                                         : "",
+                                     o->obstacle >= 0 && o->b < 0
+                                         ? side_hint(scene, obstacles[std::size_t(o->obstacle)])
                                          : "")});
     return found;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "solver/step/body_step.hpp"
+#include "solver/step/simulation.hpp"
 
 #include <string>
 
@@ -8,8 +9,10 @@ namespace amontons {
 
 /// Bodies that stand in each other when the run begins, deeper than their meshes leave, and are not
 /// said to be pressed out: one finding for each pair, with depth and place.
-/// @param file  of the scene, for messages
-std::vector<Issue> start_overlaps(BodySystem& system, bool dynamic, const std::string& file);
+/// Ends of rods beyond the walls that they touch are told as such.
+/// @param obstacles  of the scene
+std::vector<Issue> start_overlaps(BodySystem& system, const Scene& scene,
+                                  const std::vector<Obstacle>& obstacles);
 
 /// Of bodies in motion that begin inside each other: a step of a second up to the start of the run,
 /// at rest, without weight and loads, so that places change by the least motion that masses and

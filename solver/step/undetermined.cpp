@@ -115,8 +115,7 @@ Vec3 ForceExaminer::force(int item) const
 {
     if (item < count_) return step_.force[std::size_t(item)];
     const auto k = std::size_t(item - count_);
-    return k < step_.coupling_force.size() ? Vec3(step_.coupling_force[k] * joints_[k].direction)
-                                           : Vec3(Vec3::Zero());
+    return k < step_.coupling_force.size() ? step_.coupling_force[k] : Vec3(Vec3::Zero());
 }
 
 /// May it have a force? A contact that is closed may; one that a blow has parted may not. In motion
@@ -209,7 +208,10 @@ Eigen::VectorXd ForceExaminer::found_of(const TouchingGroup& group, const Rows& 
     for (std::size_t i = 0; i < group.items.size(); ++i) {
         const int c = group.items[i];
         if (c >= count_) {
-            r[rows.first[i]] = step_.coupling_force[std::size_t(c - count_)];
+            const Vec3& along = joints_[std::size_t(c - count_)].direction;
+            const double size = along.squaredNorm();
+            r[rows.first[i]] =
+                size > 0 ? step_.coupling_force[std::size_t(c - count_)].dot(along) / size : 0;
             continue;
         }
         const Vec3 own = contact(c).frame.transpose() * force(c);

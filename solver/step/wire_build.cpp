@@ -1,6 +1,7 @@
 #include "solver/step/wire_build.hpp"
 
 #include "mesh/base/curve.hpp"
+#include "solver/scene/build.hpp"
 #include "solver/scene/consistency.hpp"
 
 #include <Eigen/Geometry>
@@ -153,10 +154,16 @@ WireBody build_wire(const Scene& scene, const BeamInput& beam,
 }
 
 void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body,
-                 const std::vector<std::string>& walls, std::vector<Issue>& issues)
+                 const std::vector<std::string>& walls, const std::vector<Obstacle>& obstacles,
+                 std::vector<Issue>& issues)
 {
     if (beam.plane) check_plane(scene, beam, issues);
     const std::string place = "/bodies/" + beam.name + "/introducer/at";
+    const auto hint_of = [&](const std::string& name) {
+        for (const Obstacle& o : obstacles)
+            if (o.name == name) return side_hint(scene, o);
+        return std::string();
+    };
     for (std::size_t k = 0; k < walls.size(); ++k) {
         const Wall& wall = *body.walls[k].wall;
         const double radius = beam.segments.back().radius;
@@ -167,7 +174,8 @@ void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body
             issues.push_back({scene.file, place,
                               "an end with the wire's surface " + number(-gap) +
                                   " m inside the wall of " + walls[k],
-                              "a point of the free space, the wire's radius off every wall"});
+                              "a point of the free space, the wire's radius off every wall" +
+                                  hint_of(walls[k])});
             continue;
         }
         double most = 0;

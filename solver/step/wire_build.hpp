@@ -18,7 +18,8 @@ WireBody build_wire(const Scene& scene, const BeamInput& beam,
 /// @param walls  their names
 /// Adds an issue where the introducer ends in a wall or the wire starts in one.
 void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body,
-                 const std::vector<std::string>& walls, std::vector<Issue>& issues);
+                 const std::vector<std::string>& walls, const std::vector<Obstacle>& obstacles,
+                 std::vector<Issue>& issues);
 
 /// Wires that touch one another are solved together.
 /// @param coaxial  out: the instruments in one another, kept by the groups

@@ -4,6 +4,7 @@
 #include "mesh/base/error.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "mesh/bounding_tree.hpp"
+#include "solver/step/branch_log.hpp"
 #include "solver/step/coaxial.hpp"
 #include "solver/step/energy_balance.hpp"
 #include "solver/step/run_summary.hpp"
@@ -35,6 +36,12 @@ void add_energy(EnergyRecord& sum, const EnergyRecord& step)
     sum.released += step.released;
 }
 
+/// Before the names of a wire's quantities: of one wire alone nothing tells it apart.
+std::string wire_prefix(const Scene& scene, std::size_t wire)
+{
+    return scene.beams.size() > 1 ? scene.beams[wire].name + "_" : "";
+}
+
 } // namespace
 
 /// Plain numbers that a wire's history needs; copied to and from checkpoints as they are.
@@ -44,7 +51,7 @@ struct WireHistory {
     double cap = std::numeric_limits<double>::infinity(); ///< insertion at an opening [m]
     double max_push = 0, max_torque = 0, max_depth = 0, max_cluster = 0;
     int opening = -1, opening_wall = -1;
-    int branch = -1, branch_wall = -1; ///< where the tip was when it was deepest
+    BranchLog branch;
     /// Of its overlaps between points of contact that with the largest depth over what is allowed.
     double overlap = 0, overlap_allowed = 1;      ///< [m]
     double overlap_x = 0, overlap_y = 0, overlap_z = 0;
@@ -62,6 +69,7 @@ struct WireSimulation::State {
     std::vector<WireHistory> history;
     std::vector<std::unique_ptr<BoundingTree>> tree; ///< made when a contact first needs it
     std::vector<std::vector<double>> max_force;      ///< per obstacle and vertex [N]
+    std::vector<double> wall_moved; ///< of each vessel's wall the most that was looked at [m]
 
     bool started = false;
     double time = 0, step_length = 0;
@@ -113,7 +121,6 @@ struct WireSimulation::State {
     bool advance(double h, StepReport& sum, std::string& refusal, bool relax);
     StepRecord record(const StepReport& r, double h, double seconds);
     void note_forces(const StepRecord& r);
-    void note_branch(std::size_t w);
     void note_overlap(std::size_t w, OverlapRecord& worst);
     const std::string& wall_name(int number) const
     {
@@ -123,6 +130,7 @@ struct WireSimulation::State {
     }
     std::vector<std::string> overlap_warnings() const;
     void note_openings(const std::vector<Vec3>& tips_before);
+    void note_walls();
     void finish(RunSummary& s) const;
 };
 
@@ -238,7 +246,7 @@ StepRecord WireSimulation::State::record(const StepReport& r, double h, double s
     out.certificate.worst_cone_violation = std::max(0.0, res.cone);
     out.certificate.certified = out.certificate.error <= out.certificate.tolerance;
     for (std::size_t w = 0; w < wires.size(); ++w) {
-        const std::string prefix = w == 0 ? "" : scene.beams[w].name + "_";
+        const std::string prefix = wire_prefix(scene, w);
         record_wire(wires[w], scene.beams[w].name, int(obstacles.size() + w), walls[w], prefix,
                     scene.output.cluster, out);
         WireHistory& k = history[w];
@@ -247,9 +255,10 @@ StepRecord WireSimulation::State::record(const StepReport& r, double h, double s
             if (q.name == prefix + "push_force") k.max_push = std::max(k.max_push, q.value);
             if (q.name == prefix + "torque")
                 k.max_torque = std::max(k.max_torque, std::abs(q.value));
-            if (q.name == prefix + "depth" && q.value >= k.max_depth) {
-                k.max_depth = q.value;
-                note_branch(w);
+            if (q.name == prefix + "depth") {
+                const bool is_most = q.value >= k.max_depth;
+                k.branch.note(obstacles, walls[w], wire_tip(wires[w].wire), q.value, is_most);
+                if (is_most) k.max_depth = q.value;
             }
             if (q.name == prefix + "clustered_force")
                 k.max_cluster = std::max(k.max_cluster, q.value);
@@ -295,18 +304,12 @@ void WireSimulation::State::note_forces(const StepRecord& r)
     }
 }
 
-void WireSimulation::State::note_branch(std::size_t w)
+/// Looks at walls that give way as they are now: at frames, and at the end.
+void WireSimulation::State::note_walls()
 {
-    WireHistory& k = history[w];
-    k.branch = -1;
-    for (int o : walls[w]) {
-        if (std::size_t(o) >= obstacles.size()) continue; // the wall of a vessel
-        const WallModel& m = obstacles[std::size_t(o)].model;
-        if (m.branches.empty()) continue;
-        const std::string name = branch_at(m, wire_tip(wires[w].wire));
-        for (std::size_t i = 0; i < m.branches.size(); ++i)
-            if (m.branches[i].name == name) k.branch = int(i), k.branch_wall = o;
-    }
+    wall_moved.resize(vessels.size(), 0);
+    for (std::size_t v = 0; v < vessels.size(); ++v)
+        wall_moved[v] = std::max(wall_moved[v], wall_motion(vessels[v]));
 }
 
 /// Of the accepted state.
@@ -376,8 +379,9 @@ void WireSimulation::State::finish(RunSummary& s) const
                                  "certified, what is between them is not measured");
     s.undetermined_not_examined = {"instruments: they are elastic"};
     s.quantities.clear();
+    s.texts.clear();
     for (std::size_t w = 0; w < wires.size(); ++w) {
-        const std::string prefix = w == 0 ? "" : scene.beams[w].name + "_";
+        const std::string prefix = wire_prefix(scene, w);
         const Wire& wire = wires[w].wire;
         const WireHistory& k = history[w];
         s.quantities.push_back({prefix + "depth", "m", wire_depth(wire)});
@@ -386,14 +390,14 @@ void WireSimulation::State::finish(RunSummary& s) const
         s.quantities.push_back({prefix + "max_torque", "N m", k.max_torque});
         s.quantities.push_back({prefix + "max_clustered_force", "N", k.max_cluster});
         s.quantities.push_back({prefix + "passed_through", "", double(count_outside(wires[w]))});
-        if (w > 0) continue;
-        s.branch =
-            k.branch < 0
-                ? ""
-                : obstacles[std::size_t(k.branch_wall)].model.branches[std::size_t(k.branch)].name;
+        const Vec3 tip = wire_tip(wire);
+        for (int i = 0; i < 3; ++i)
+            s.quantities.push_back({prefix + "tip_" + "xyz"[i], "m", tip[i]});
+        std::string branch = k.branch.name(obstacles);
         if (k.opening >= 0)
-            s.branch =
+            branch =
                 obstacles[std::size_t(k.opening_wall)].model.openings[std::size_t(k.opening)].name;
+        s.texts.push_back({prefix + "branch", branch});
     }
 }
 
@@ -418,7 +422,7 @@ WireSimulation::WireSimulation(const Scene& scene, std::vector<Obstacle> obstacl
                 std::size_t(k) < s.obstacles.size()
                     ? s.obstacles[std::size_t(k)].name
                     : s.vessels[std::size_t(k) - s.obstacles.size() - scene.beams.size()].name);
-        check_start(scene, beam, s.wires.back(), names, issues);
+        check_start(scene, beam, s.wires.back(), names, s.obstacles, issues);
     }
     s.history.resize(s.wires.size());
     if (!issues.empty()) throw InputError(issues);
@@ -437,7 +441,11 @@ RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& 
         sum.status = status;
         sum.message = std::move(message);
         s.finish(sum);
+        s.note_walls();
         RunSummary whole = sum; // a run that goes on says it at its own end
+        for (std::size_t v = 0; v < s.vessels.size(); ++v)
+            if (std::string told = wall_warning(s.vessels[v], s.wall_moved[v]); !told.empty())
+                whole.warnings.push_back(std::move(told));
         double size = 0;
         for (const WireBody& b : s.wires)
             size = std::max(size, b.wire.material.length);
@@ -543,6 +551,7 @@ std::vector<RecordedProblem> WireSimulation::contact_problems() const
 
 std::vector<BodyRecord> WireSimulation::body_records() const
 {
+    state_->note_walls();
     std::vector<BodyRecord> all;
     for (const SoftVessel& v : state_->vessels)
         all.push_back(record_vessel(v));
@@ -558,7 +567,8 @@ std::vector<BodyPlan> WireSimulation::plan() const
         plan.push_back({state_->scene.beams[w].name, "beam",
                         6 * int(state_->wires[w].wire.material.node.size())});
     for (const SoftVessel& v : state_->vessels)
-        plan.push_back({v.name, "solid", 3 * int(v.tube->mesh().nodes.size())});
+        plan.push_back(
+            {v.name, "solid", 3 * int(v.tube->mesh().nodes.size()), set_sizes(v.tube->mesh())});
     return plan;
 }
 
@@ -591,6 +601,7 @@ std::vector<std::byte> WireSimulation::save() const
             save_reactions(n.reaction, out);
     for (const std::vector<double>& f : s.max_force)
         out.vector(f);
+    out.vector(s.wall_moved);
     save_summary(s.summary, out);
     return out.take();
 }
@@ -623,9 +634,11 @@ void WireSimulation::restore(const std::vector<std::byte>& state)
     std::vector<std::vector<double>> force;
     for (const Obstacle& o : s.obstacles)
         force.push_back(in.vector<double>(o.model.surface->points.size()));
+    auto wall_moved = in.vector<double>(s.vessels.size());
     RunSummary sum = read_summary(in);
     in.end();
 
+    s.wall_moved = std::move(wall_moved);
     for (std::size_t v = 0; v < s.vessels.size(); ++v)
         restore_tangent(*s.vessels[v].tube, tangents[v]);
     s.started = started;

@@ -27,7 +27,7 @@ ship uzawa_contrast
 "$program" study validation/studies/hertz-elements/scene.json \
     --sweep bodies.block.mesh.cells='[6,6,6],[8,8,8],[12,12,12],[16,16,16]' \
     --sweep bodies.block.mesh.element=T4,T10,H8 \
-    --quantity block_on_ball_force_z --output "$work/hertz_elements"
+    --quantity ball_on_block_force_z --output "$work/hertz_elements"
 ship hertz_elements
 
 # half the work on Timoshenko's cantilever: P^2 (L^3 / 3 EI + 6 L / 5 GA) / 2

@@ -33,6 +33,24 @@ void collect(const Json& json, const std::string& path, int depth, Numbers& out)
         collect(item.value(), path.empty() ? item.key() : path + "." + item.key(), depth + 1, out);
 }
 
+void collect(const Json& json, const std::string& path, int depth, Texts& out)
+{
+    if (json.is_string()) out.emplace_back(path, json.get<std::string>());
+    if (!json.is_object() || depth > kDeepest) return;
+    for (const auto& item : json.items())
+        collect(item.value(), path.empty() ? item.key() : path + "." + item.key(), depth + 1, out);
+}
+
+template <class Value>
+std::optional<Value> find_in(const std::vector<std::pair<std::string, Value>>& values,
+                             const std::string& name)
+{
+    for (const std::string& path : {name, "quantities." + name})
+        for (const auto& [at, value] : values)
+            if (at == path) return value;
+    return std::nullopt;
+}
+
 /// A member that must be there, of one type.
 class Members {
 public:
@@ -103,20 +121,34 @@ Numbers numbers_of(std::string_view json, const std::string& file)
 
 std::optional<double> find(const Numbers& numbers, const std::string& name)
 {
-    for (const std::string& path : {name, "quantities." + name})
-        for (const auto& [at, value] : numbers)
-            if (at == path) return value;
-    return std::nullopt;
+    return find_in(numbers, name);
 }
 
-std::string allowed_names(const Numbers& numbers, const std::string& name)
+Texts texts_of(std::string_view json, const std::string& file)
+{
+    Texts out;
+    collect(object(json, file), "", 0, out);
+    return out;
+}
+
+std::optional<std::string> find(const Texts& texts, const std::string& name)
+{
+    return find_in(texts, name);
+}
+
+std::string allowed_names(const Numbers& numbers, const Texts& texts, const std::string& name)
 {
     const std::string prefix = "quantities.";
     std::vector<std::string> names;
-    for (const bool own : {true, false}) // the scene's own first
-        for (const auto& [path, value] : numbers)
+    const auto add = [&](const auto& values, bool own) {
+        for (const auto& [path, value] : values)
             if ((path.rfind(prefix, 0) == 0) == own)
                 names.push_back(own ? path.substr(prefix.size()) : path);
+    };
+    for (const bool own : {true, false}) { // the scene's own first
+        add(numbers, own);
+        add(texts, own);
+    }
     std::string text = nearest_name(name, names);
     if (!text.empty()) text = quoted_text(text) + " (nearest name); ";
     text += "one of ";
@@ -134,6 +166,9 @@ std::string record_text(const PointRecord& r)
     out.member("seconds", r.seconds).member("cpu_seconds", r.cpu_seconds);
     out.key("numbers").open('{');
     for (const auto& [path, value] : r.numbers)
+        out.member(path, value);
+    out.close('}').key("texts").open('{');
+    for (const auto& [path, value] : r.texts)
         out.member(path, value);
     return out.close('}').close('}').text() + "\n";
 }
@@ -161,6 +196,16 @@ PointRecord read_record(std::string_view text, const std::string& file)
                 r.numbers.emplace_back(item.key(), item.value().is_null()
                                                        ? std::numeric_limits<double>::quiet_NaN()
                                                        : item.value().get<double>());
+        }
+    const Json* texts = m.member("texts");
+    if (!texts) r.hash.clear(); // of a program that kept none: the point is run again
+    if (texts && !texts->is_object()) m.refuse("texts", texts, "an object {...}");
+    if (texts && texts->is_object())
+        for (const auto& item : texts->items()) {
+            if (item.value().is_string())
+                r.texts.emplace_back(item.key(), item.value().get<std::string>());
+            else
+                m.refuse("texts", &item.value(), "texts");
         }
     m.done();
     return r;

@@ -14,6 +14,11 @@ namespace amontons::study {
 /// The numbers of a JSON document by their dotted path: {"energy.error", 1e-9}.
 using Numbers = std::vector<std::pair<std::string, double>>;
 
+/// Its texts by their dotted path: {"quantities.branch", "left_carotid"}.
+using Texts = std::vector<std::pair<std::string, std::string>>;
+Texts texts_of(std::string_view json, const std::string& file);
+std::optional<std::string> find(const Texts& texts, const std::string& name);
+
 /// @param json  e.g. what `amontons run --json` prints
 /// @param file  for messages
 /// @throws InputError  if it is no JSON object
@@ -23,7 +28,7 @@ Numbers numbers_of(std::string_view json, const std::string& file);
 std::optional<double> find(const Numbers& numbers, const std::string& name);
 
 /// What is wrong with a name, with the nearest one and all there are.
-std::string allowed_names(const Numbers& numbers, const std::string& name);
+std::string allowed_names(const Numbers& numbers, const Texts& texts, const std::string& name);
 
 /// One point that was run.
 struct PointRecord {
@@ -35,6 +40,7 @@ struct PointRecord {
     double seconds = 0;  ///< wall time of the run [s]
     double cpu_seconds = 0;
     Numbers numbers; ///< of the run's JSON
+    Texts texts;
 };
 
 std::string record_text(const PointRecord& record);

@@ -1,9 +1,12 @@
 #include "validation/study/table.hpp"
 
+#include "mesh/base/error.hpp"
 #include "mesh/base/limits.hpp"
 #include "solver/scene/json_text.hpp"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <fmt/format.h>
 #include <map>
@@ -16,6 +19,11 @@ namespace {
 bool is_done(const Row& r)
 {
     return r.status == "done" && std::isfinite(r.value);
+}
+
+double time_of(const Table& t, const Row& r)
+{
+    return t.by_cpu ? r.cpu_seconds : r.seconds;
 }
 
 bool has_error(const Row& r)
@@ -79,8 +87,9 @@ void find_front(Table& t)
 {
     for (Row& a : t.rows) {
         a.on_front = has_error(a) && std::none_of(t.rows.begin(), t.rows.end(), [&](const Row& b) {
-                         return has_error(b) && b.error <= a.error && b.seconds <= a.seconds &&
-                                (b.error < a.error || b.seconds < a.seconds);
+                         return has_error(b) && b.error <= a.error &&
+                                time_of(t, b) <= time_of(t, a) &&
+                                (b.error < a.error || time_of(t, b) < time_of(t, a));
                      });
     }
 }
@@ -125,6 +134,10 @@ void find_series(Table& t)
         for (std::size_t i = 1; i < points.size(); ++i)
             series.orders.push_back(-sign * slope({points[i - 1], points[i]}));
         if (sign < 0) std::reverse(series.orders.begin(), series.orders.end());
+        // A slope through errors that rise and fall is no order.
+        series.falls = std::all_of(series.orders.begin(), series.orders.end(),
+                                   [](double order) { return order > 0; });
+        if (!series.falls) series.order = kNaN;
     }
     if (t.series.size() == 1) t.order = t.series[0].order;
 }
@@ -136,6 +149,11 @@ std::string in_csv(const std::string& text)
     for (const char c : text)
         out += c == '"' ? "\"\"" : std::string(1, c);
     return out + "\"";
+}
+
+std::string in_words(const std::string& text)
+{
+    return text.empty() ? "none" : text;
 }
 
 std::string number(double x)
@@ -181,6 +199,8 @@ Row make_row(const Point& point, const PointRecord& record, const std::string& q
         r.value = *value;
         if (!std::isfinite(*value))
             r.reason += (r.reason.empty() ? "" : "; ") + std::string("the quantity is not finite");
+    } else if ((r.text = find(record.texts, quantity))) {
+        // nothing to measure
     } else {
         r.status = "no_quantity";
         r.reason = "the run reports no " + quantity;
@@ -197,8 +217,80 @@ void evaluate(Table& t)
         r.error = !is_done(r) ? kNaN
                               : std::abs(r.value - t.reference) /
                                     (t.reference != 0 ? std::abs(t.reference) : 1);
+    for (AddedRow& a : t.added)
+        if (std::isfinite(a.value) && std::isfinite(t.reference))
+            a.error =
+                std::abs(a.value - t.reference) / (t.reference != 0 ? std::abs(t.reference) : 1);
     find_front(t);
     find_series(t);
+}
+
+std::vector<AddedRow> read_added(std::string_view text, const std::string& file)
+{
+    std::vector<AddedRow> rows;
+    std::vector<std::string> names;
+    std::vector<Issue> issues;
+    int line_number = 0;
+    for (std::size_t at = 0; at < text.size(); ++line_number) {
+        const std::size_t end = std::min(text.find('\n', at), text.size());
+        std::string line(text.substr(at, end - at));
+        at = end + 1;
+        if (!line.empty() && line.back() == '\r') line.pop_back();
+        if (line.empty() || line[0] == '#') continue;
+        std::vector<std::string> cells;
+        for (std::size_t from = 0; from <= line.size();) {
+            const std::size_t comma = std::min(line.find(',', from), line.size());
+            std::string cell = line.substr(from, comma - from);
+            cell.erase(0, cell.find_first_not_of(" \""));
+            cell.erase(cell.find_last_not_of(" \"") + 1);
+            cells.push_back(cell);
+            from = comma + 1;
+        }
+        if (names.empty()) {
+            for (const std::string& c : cells)
+                names.push_back(c.substr(0, c.find(" [")));
+            continue;
+        }
+        AddedRow r;
+        r.value = r.error = r.seconds = r.unknowns = kNaN;
+        const std::string place = "line " + std::to_string(line_number + 1);
+        for (std::size_t i = 0; i < std::min(cells.size(), names.size()); ++i) {
+            if (names[i] == "name") {
+                r.name = cells[i];
+                continue;
+            }
+            double* to = names[i] == "seconds"    ? &r.seconds
+                         : names[i] == "value"    ? &r.value
+                         : names[i] == "error"    ? &r.error
+                         : names[i] == "unknowns" ? &r.unknowns
+                                                  : nullptr;
+            if (!to || cells[i].empty()) continue;
+            const char* last = cells[i].data() + cells[i].size();
+            const auto read = std::from_chars(cells[i].data(), last, *to);
+            if (read.ec != std::errc() || read.ptr != last)
+                issues.push_back({file, place, names[i] + " " + quoted_text(cells[i]), "a number"});
+        }
+        if (!(r.seconds > 0)) issues.push_back({file, place, "no seconds", "a time > 0 [s]"});
+        if (std::isnan(r.value) && std::isnan(r.error))
+            issues.push_back({file, place, "neither value nor error", "one of them"});
+        rows.push_back(std::move(r));
+    }
+    if (rows.empty() && issues.empty())
+        issues.push_back(
+            {file, "", "no rows", "a heading (name, seconds, value or error, unknowns), and rows"});
+    if (!issues.empty()) throw InputError(std::move(issues));
+    return rows;
+}
+
+std::vector<std::pair<std::string, int>> text_counts(const Table& t)
+{
+    std::map<std::string, int> counts;
+    for (const Row& r : t.rows)
+        if (r.text) ++counts[*r.text];
+    std::vector<std::pair<std::string, int>> out(counts.begin(), counts.end());
+    std::stable_sort(out.begin(), out.end(),
+                     [](const auto& a, const auto& b) { return a.second > b.second; });
+    return out;
 }
 
 std::string csv_of(const Table& t)
@@ -212,10 +304,10 @@ std::string csv_of(const Table& t)
         out += fmt::format("{}", r.point.index);
         for (const std::string& v : r.point.values)
             out += "," + in_csv(v);
-        out += fmt::format(",{},{},{:.6g},{:.6g},{},{},{},{},{},{}\n", number(r.value),
-                           number(r.error), r.seconds, r.cpu_seconds, number(r.unknowns),
-                           number(r.steps), r.status, int(r.on_front), int(r.is_reference),
-                           in_csv(r.reason));
+        out += fmt::format(",{},{},{:.6g},{:.6g},{},{},{},{},{},{}\n",
+                           r.text ? in_csv(*r.text) : number(r.value), number(r.error), r.seconds,
+                           r.cpu_seconds, number(r.unknowns), number(r.steps), r.status,
+                           int(r.on_front), int(r.is_reference), in_csv(r.reason));
     }
     return out;
 }
@@ -240,13 +332,21 @@ std::string json_of(const Table& t)
         add_parameters(r);
         out.key("parameters").open('{');
         add_parameters(r);
-        out.close('}').member("value", r.value).member("error", r.error);
+        out.close('}');
+        if (r.text)
+            out.member("value", *r.text);
+        else
+            out.member("value", r.value);
+        out.member("error", r.error);
         out.member("seconds", r.seconds).member("cpu_seconds", r.cpu_seconds);
         out.member("unknowns", r.unknowns).member("steps", r.steps);
         out.member("status", r.status).member("reason", r.reason);
         out.member("pareto", r.on_front).member("is_reference", r.is_reference).close('}');
     }
-    out.close(']').member("order", t.order).member("reference", t.reference);
+    out.close(']').key("counts").open('{');
+    for (const auto& [text, count] : text_counts(t))
+        out.member(text, count);
+    out.close('}').member("order", t.order).member("reference", t.reference);
     out.member("reference_kind", name_of(t.kind));
     out.key("order_of");
     if (t.refined < 0)
@@ -266,6 +366,56 @@ std::string json_of(const Table& t)
     return out.close(']').close('}').text() + "\n";
 }
 
+std::string tex_of(const Table& t)
+{
+    const auto plain = [](const std::string& text) { // what TeX would read as its own
+        std::string out;
+        for (const char c : text)
+            out += std::string_view("_%&#$").find(c) != std::string_view::npos
+                       ? std::string("\\") + c
+                   : c == '{' || c == '}' ? std::string("\\") + c
+                                          : std::string(1, c);
+        return out;
+    };
+    const auto exponent = [](double x, const char* format) {
+        if (!std::isfinite(x)) return std::string("--");
+        std::string text = fmt::format(fmt::runtime(format), x);
+        const std::size_t e = text.find('e');
+        if (e == std::string::npos) return text;
+        return "$" + text.substr(0, e) + "\\cdot 10^{" +
+               std::to_string(std::stoi(text.substr(e + 1))) + "}$";
+    };
+    std::string columns(t.sweeps.size(), 'l'), head;
+    for (const Sweep& s : t.sweeps)
+        head +=
+            plain(s.paths.size() == 1 ? s.paths[0].substr(s.paths[0].rfind('.') + 1) : s.name()) +
+            " & ";
+    std::string out = fmt::format("% {} of amontons study; needs the package booktabs\n"
+                                  "\\begin{{tabular}}{{{}rrrr}}\n\\toprule\n"
+                                  "{}{} & error & {} [s] & unknowns \\\\\n\\midrule\n",
+                                  t.quantity, columns, head, plain(t.quantity),
+                                  t.by_cpu ? "processor time" : "wall time");
+    for (const Row& r : t.rows) {
+        for (const std::string& v : r.point.values)
+            out += plain(v) + " & ";
+        out += fmt::format("{} & {} & {} & {} \\\\\n",
+                           r.text ? plain(in_words(*r.text)) : exponent(r.value, "{:.6g}"),
+                           r.is_reference ? "reference"
+                           : r.text       ? "--"
+                                          : exponent(r.error, "{:.1e}"),
+                           exponent(time_of(t, r), "{:.3g}"), exponent(r.unknowns, "{:.0f}"));
+    }
+    for (const AddedRow& a : t.added) {
+        std::string first = plain(a.name);
+        for (std::size_t i = 0; i < t.sweeps.size(); ++i)
+            first += " & ";
+        out += fmt::format("{}{} & {} & {} & {} \\\\\n", first, exponent(a.value, "{:.6g}"),
+                           exponent(a.error, "{:.1e}"), exponent(a.seconds, "{:.3g}"),
+                           exponent(a.unknowns, "{:.0f}"));
+    }
+    return out + "\\bottomrule\n\\end{tabular}\n";
+}
+
 std::string text_of(const Table& t)
 {
     std::string out;
@@ -279,26 +429,37 @@ std::string text_of(const Table& t)
     std::string names;
     for (const Sweep& s : t.sweeps)
         names += (names.empty() ? "" : "; ") + s.name();
-    out += fmt::format("{} against {} ({}: {:.9g})\n", t.quantity, names, name_of(t.kind),
-                       t.reference);
-    out += fmt::format("  {:<{}} {:>15} {:>10} {:>10} {:>9}\n", "", width, "value", "error",
-                       "seconds", "unknowns");
+    const std::vector<std::pair<std::string, int>> counts = text_counts(t);
+    out += counts.empty() ? fmt::format("{} against {} ({}: {:.9g})\n", t.quantity, names,
+                                        name_of(t.kind), t.reference)
+                          : fmt::format("{} against {}\n", t.quantity, names);
+    out += fmt::format("  {:<{}} {:>15} {:>10} {:>10} {:>9}\n", "", width, "value",
+                       counts.empty() ? "error" : "", t.by_cpu ? "cpu s" : "seconds", "unknowns");
     for (const Row& r : t.rows) {
         std::string values;
         for (const std::string& v : r.point.values)
             values += (values.empty() ? "" : ", ") + v;
         out += fmt::format(
-            "  {:<{}} {:>15.9g} {:>10.3g} {:>10.3g} {:>9.9g}{}{}\n", values, width, r.value,
-            r.error, r.seconds, r.unknowns,
+            "  {:<{}} {:>15} {:>10} {:>10.3g} {:>9.9g}{}{}\n", values, width,
+            r.text ? in_words(*r.text) : fmt::format("{:.9g}", r.value),
+            r.text ? "" : fmt::format("{:.3g}", r.error), time_of(t, r), r.unknowns,
             r.is_reference ? "  reference"
             : r.on_front   ? "  front"
                            : "",
             r.status != "done" || !r.reason.empty() ? "  " + r.status + ": " + r.reason : "");
     }
+    for (const AddedRow& a : t.added)
+        out += fmt::format("  {:<{}} {:>15.9g} {:>10.3g} {:>10.3g} {:>9.9g}  added\n", a.name,
+                           width, a.value, a.error, a.seconds, a.unknowns);
     for (const Series& s : t.series)
         if (std::isfinite(s.order))
             out += fmt::format("  observed order{}{}: {:.2f}\n", s.name.empty() ? "" : ", ", s.name,
                                s.order);
+        else if (!s.falls)
+            out += fmt::format("  no order{}{}: errors do not fall monotonically\n",
+                               s.name.empty() ? "" : ", ", s.name);
+    for (const auto& [text, count] : counts)
+        out += fmt::format("  {:>{}} of {}  {}\n", count, width, t.rows.size(), in_words(text));
     return out;
 }
 
@@ -352,15 +513,29 @@ std::string plot_script(const Table& t, const std::string& name)
     const std::string of = t.reference == 0 ? "error of " : "relative error of ";
     std::vector<Panel> panels;
     panels.push_back(panel(
-        "wall time [s]", of + t.quantity, [](const Row& r) { return r.seconds; }, error, true));
+        t.by_cpu ? "processor time [s]" : "wall time [s]", of + t.quantity,
+        [&](const Row& r) { return time_of(t, r); }, error, true));
     std::vector<std::pair<double, double>> front;
     for (const Row& r : t.rows)
-        if (r.on_front && r.error > 0 && r.seconds > 0) front.emplace_back(r.seconds, r.error);
+        if (r.on_front && r.error > 0 && time_of(t, r) > 0)
+            front.emplace_back(time_of(t, r), r.error);
     std::sort(front.begin(), front.end());
     for (const auto& [x, y] : front)
         panels[0].front += fmt::format("{} {}\n", x, y);
     panels.push_back(panel(
         "unknowns", of + t.quantity, [](const Row& r) { return r.unknowns; }, error, true));
+    std::map<std::string, std::array<std::string, 2>> added; // blocks by name: over time, unknowns
+    for (const AddedRow& a : t.added) {
+        if (!(a.error > 0)) continue;
+        added[a.name][0] += fmt::format("{} {}\n", a.seconds, a.error);
+        if (a.unknowns > 0) added[a.name][1] += fmt::format("{} {}\n", a.unknowns, a.error);
+    }
+    for (const auto& [of_program, blocks] : added)
+        for (std::size_t k = 0; k < 2; ++k)
+            if (!blocks[k].empty()) {
+                panels[k].blocks.push_back(blocks[k]);
+                panels[k].titles.push_back(of_program.empty() ? "added" : of_program);
+            }
     if (t.refined >= 0) {
         const std::size_t s = std::size_t(t.refined);
         panels.push_back(panel(

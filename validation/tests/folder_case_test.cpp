@@ -59,6 +59,20 @@ TEST_CASE("a folder's numbers are compared as it says")
     CHECK(!rows[2].passed());
 }
 
+TEST_CASE("a text passes where it is the same, and says what it is where not")
+{
+    const FolderCase c = parse(R"({"quantity": "branch", "reference": "left"},
+        {"quantity": "branch", "reference": ""}, {"quantity": "status", "reference": "done"})");
+    const auto rows = measure(c, [](const std::string&, const auto&) {
+        return answer(R"({"status": "done", "certificate": {"uncertified_steps": 0},
+                          "quantities": {"branch": "left"}})");
+    });
+    CHECK(rows[0].passed());
+    CHECK(!rows[1].passed());
+    CHECK(rows[1].note == "it is \"left\"");
+    CHECK(rows[2].passed());
+}
+
 TEST_CASE("an answer without certificate and a run that failed pass nothing")
 {
     const FolderCase c = parse(R"({"quantity": "q", "reference": 2, "tolerance": 1})");

@@ -321,7 +321,7 @@ class Resume(Case):
             report = json.loads(result.stdout)
             if "--resume" not in more:
                 first = report
-        self.assertIn("ball_on_plate_force_z", first["quantities"])
+        self.assertIn("plate_on_ball_force_z", first["quantities"])
         for key in ("quantities", "energy", "certificate", "contacts", "steps"):
             self.assertEqual(report[key], first[key], key)
 
@@ -716,6 +716,36 @@ class Solve(Case):
         tight = self.solve("tower", "--tolerance", "1e-12", "--solver", "nsgs")
         self.assertLess(loose["iterations"], tight["iterations"])
         self.assertLessEqual(tight["error"], 1e-12)
+
+    def test_what_somebody_else_wrote_is_judged_by_our_measure(self):
+        for name in ("tower", "global", "glued"):
+            solved = self.folder / (name + "_judged.hdf5")
+            ours = self.solve(name, "--tolerance", "1e-6", "--output", solved)
+            result = self.call("solve", solved, "--judge", "--tolerance", "1e-6", "--json")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            judged = json.loads(result.stdout)
+            for key in ("status", "contacts"):
+                self.assertEqual(judged[key], ours[key])
+            for key in ("error", "worst_penetration", "worst_cone_violation"):
+                self.assertAlmostEqual(judged[key], ours[key], delta=1e-3 * abs(ours[key]) + 1e-15)
+            # The same reaction is none to a tolerance that it does not meet.
+            strict = self.call("solve", solved, "--judge", "--tolerance", str(0.1 * ours["error"]), "--json")
+            if ours["error"] > 1e-13:
+                self.assertEqual((strict.returncode, json.loads(strict.stdout)["status"]), (3, "stagnated"))
+        self.refused(self.file("tower"), "--judge", command="solve", says=["/solution/r", "nothing"])
+
+    def test_an_outside_solver_is_run_and_judged(self):
+        script = self.folder / "mine.sh"
+        script.write_text(f'#!/bin/sh\necho solving\n"{PROGRAM}" solve "$2" --solver "$1" --tolerance 1e-3 -o "$3"\n')
+        script.chmod(0o755)
+        report = self.solve("tower", "--solver-command", f"'{script}' nsgs", "--tolerance", "1e-3")
+        self.assertEqual(report["status"], "converged")
+        self.assertIn("mine.sh", report["solver"])
+        self.assertGreater(report["seconds"], 0)
+        self.assertEqual(self.solve("tower", "--solver-command", f"'{script}' nsgs", code=3)["status"], "stagnated")
+        for command, why in (("false #", "exit code 1"), ("true #", "wrote no file"), ("sleep 9 #", "did not end within")):
+            self.refused(self.file("tower"), "--solver-command", command, "--max-time", "0.5", command="solve",
+                         says=["--solver-command", why])
 
     def test_output(self):
         for name in ("tower", "glued"):

@@ -141,11 +141,77 @@ TEST_CASE("the front has every row that no other beats in both and no row more")
     CHECK(front == "10101");
 }
 
+TEST_CASE("of a quantity in words the study says how often which came out")
+{
+    const Table t = made({"n=1,2,3,4,5"}, 0, [](const auto& x, PointRecord& r) {
+        if (x[0] == 4)
+            r = {"", {}, "failed", "no", "", 1, 1, {}, {}};
+        else
+            r.texts = {{"quantities.q", x[0] == 2 ? "" : x[0] < 4 ? "left, common" : "right"}};
+    });
+    CHECK(text_counts(t) ==
+          std::vector<std::pair<std::string, int>>{{"left, common", 2}, {"", 1}, {"right", 1}});
+    const std::string text = text_of(t);
+    CHECK(text.find("2 of 5  left, common\n") != std::string::npos);
+    CHECK(text.find("1 of 5  none\n") != std::string::npos);
+    CHECK(csv_of(t).find("\n0,1,\"left, common\",,") != std::string::npos);
+    const Texts read = texts_of(json_of(t), "json");
+    CHECK(find(numbers_of(json_of(t), "json"), "counts.right") == 1);
+    CHECK(plot_script(t, "study").empty());
+}
+
+TEST_CASE("no order is told where errors do not fall from each row to the finer one")
+{
+    const auto order = [](double middle) {
+        return made({"n=1,2,4,8"}, 1, [&](const auto& x, PointRecord& r) {
+            const double error = x[0] == 2 ? middle : std::pow(x[0], -2);
+            r.numbers = {{"q", 1 + error}, {"unknowns", x[0]}};
+        });
+    };
+    CHECK(order(0.25).order == doctest::Approx(2));
+    CHECK(std::isnan(order(1.5).order));
+    CHECK(text_of(order(1.5)).find("no order: errors do not fall monotonically") !=
+          std::string::npos);
+    CHECK(std::isfinite(order(0.8).order));
+}
+
+TEST_CASE("another program's points get errors as ours and stand in plot and tables")
+{
+    Table t = made({"n=1,2,4"}, 1, [](const auto& x, PointRecord& r) {
+        r.numbers = {{"q", 1 + std::pow(x[0], -2)}, {"unknowns", x[0]}};
+        r.seconds = x[0];
+        r.cpu_seconds = 5 - x[0];
+    });
+    t.added =
+        read_added("name,seconds [s],value,unknowns\nother,0.5,1.25,7\n# no\nother,2,1.01,\n", "a");
+    evaluate(t);
+    REQUIRE(t.added.size() == 2);
+    CHECK(t.added[0].error == doctest::Approx(0.25));
+    CHECK(std::isnan(t.added[1].unknowns));
+    CHECK(plot_script(t, "study").find("0.5 0.25\n") != std::string::npos);
+    CHECK(plot_script(t, "study").find("title 'other'") != std::string::npos);
+    CHECK(text_of(t).find("other") != std::string::npos);
+    const std::string tex = tex_of(t);
+    CHECK(tex.find("\\begin{tabular}{lrrrr}") != std::string::npos);
+    CHECK(tex.find("4 & 1.0625 & $6.2\\cdot 10^{-2}$ & 4 & 4 \\\\") != std::string::npos);
+    CHECK(tex.find("other &  & ") == std::string::npos);
+    // By processor time another row is on the front.
+    CHECK(t.rows[0].on_front);
+    t.by_cpu = true;
+    evaluate(t);
+    CHECK(!t.rows[0].on_front);
+    CHECK(t.rows[2].on_front);
+    CHECK(plot_script(t, "study").find("processor time") != std::string::npos);
+    for (const char* bad :
+         {"", "name,seconds\na,1\n", "name,seconds,error\na,x,1\n", "name,seconds,error\na,-1,1\n"})
+        CHECK_THROWS_AS(read_added(bad, "a.csv"), InputError);
+}
+
 TEST_CASE("failures are rows with their reason without value and error")
 {
     Table t = made({"n=1,2,4"}, 1, [](const auto& x, PointRecord& r) {
         r.numbers = {{"quantities.q", 1 + 1 / x[0]}, {"unknowns", x[0]}};
-        if (x[0] == 2) r = {"", {}, "failed", "a jam, \"at\" 3 mm", "", 1, 1, {}};
+        if (x[0] == 2) r = {"", {}, "failed", "a jam, \"at\" 3 mm", "", 1, 1, {}, {}};
         if (x[0] == 4) r.numbers = {{"other", 1.0}};
     });
     CHECK(t.rows[0].error == doctest::Approx(1));
@@ -172,15 +238,23 @@ TEST_CASE("numbers are found by path and by the name of a quantity with the near
     CHECK(find(n, "depth") == 0.3);
     CHECK(find(n, "quantities.depth") == 0.3);
     CHECK(!find(n, "branch"));
-    CHECK(allowed_names(n, "dept").find("\"depth\" (nearest name)") == 0);
+    const Texts t =
+        texts_of(R"({"status": "done", "quantities": {"depth": 0.3, "branch": "LCCA"}})", "run");
+    CHECK(find(t, "branch") == "LCCA");
+    CHECK(find(t, "status") == "done");
+    CHECK(!find(t, "depth"));
+    CHECK(allowed_names(n, t, "dept").find("\"depth\" (nearest name)") == 0);
+    CHECK(allowed_names(n, t, "brunch").find("\"branch\" (nearest name)") == 0);
     CHECK_THROWS_AS(numbers_of("[1]", "run"), InputError);
 }
 
 TEST_CASE("what a folder keeps reads back the same and damage is named")
 {
-    const PointRecord r{"ab", {"a=1"}, "done", "odd", "0.1", 0.1, 0.2, {{"q", 1.0 / 3}}};
+    const PointRecord r{"ab", {"a=1"},          "done",           "odd", "0.1", 0.1,
+                        0.2,  {{"q", 1.0 / 3}}, {{"branch", "a"}}};
     const PointRecord back = read_record(record_text(r), "file");
     CHECK(back.numbers == r.numbers);
+    CHECK(back.texts == r.texts);
     CHECK(back.overrides == r.overrides);
     CHECK(record_text(back) == record_text(r));
     for (const char* text : {"", "{", "[]", "{}", R"({"hash": 1})"})

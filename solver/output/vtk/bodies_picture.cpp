@@ -43,6 +43,7 @@ constexpr double kShownEdge = 9;        // shorter edges of elements are not dra
 constexpr double kCreases = 30;         // edges sharper than this are drawn [degrees]
 constexpr double kBall = 5;             // radius of a contact [pixels]
 constexpr double kScaleHolds = 0.99;    // of the nodes: single peaks would darken the rest
+constexpr std::size_t kMostPairs = 4;   // that the legend names
 constexpr int kMostArrows = 120;        // more would hide the bodies
 constexpr double kLargestCluster = 0.1; // of the bodies' size
 constexpr double kLargestWall = 3;      // of the bodies' size: walls that are drawn whole
@@ -506,9 +507,19 @@ vtkSmartPointer<vtkRenderer> bodies_legend(const Rectangle& rectangle, const Dra
                    unit + ".\n";
     }
     if (page.contacts.largest_force > 0) {
+        const std::vector<std::string> pairs = pair_names(result, page.contacts.clusters);
+        // By the names of history.csv: A_on_B is what A exerts on B.
+        const bool named = !pairs.empty() && pairs.size() <= kMostPairs;
         add_scale(renderer, rectangle, page.force,
-                  "Contact force of a pair's first body on the second [N]", top);
+                  pairs.size() == 1 ? "Contact force " + pairs[0] + " [N]"
+                  : named           ? "Contact force [N]"
+                                    : "Contact force on the first body [N]",
+                  top);
         top -= 0.32;
+        for (const std::string& pair : pairs)
+            if (named && pairs.size() > 1)
+                note += (&pair == &pairs.front() ? "Forces: " : ", ") + pair;
+        if (named && pairs.size() > 1) note += ".\n";
         note += "An arrow is the sum of the contacts within " + length_text(page.contacts.cluster) +
                 ".";
     } else {

@@ -233,7 +233,7 @@ void add_scale(vtkRenderer* renderer, const Rectangle& legend, const Scale& scal
     bar->SetLookupTable(table_of(scale));
     bar->SetOrientationToHorizontal();
     bar->SetNumberOfLabels(scale.steps + 1);
-    bar->SetLabelFormat("%.3g");
+    bar->SetLabelFormat(scale.end >= 1000 && scale.end < 1e5 ? "%.5g" : "%.3g"); // 2000, not 2e+03
     bar->SetUnconstrainedFontSize(true);
     bar->SetMaximumNumberOfColors(256);
     bar->SetTextPositionToPrecedeScalarBar();

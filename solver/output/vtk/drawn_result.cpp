@@ -5,9 +5,11 @@
 #include "solver/output/vtk/result_files.hpp"
 
 #include <vtkDataArray.h>
+#include <vtkFieldData.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
+#include <vtkStringArray.h>
 #include <vtkUnstructuredGrid.h>
 
 #include <algorithm>
@@ -98,18 +100,27 @@ double value_at(const std::vector<double>& times, const std::vector<double>& val
 void write_captions(const std::filesystem::path& history, std::vector<Instant>& instants)
 {
     const std::vector<double> times = read_history_column(history, "time");
-    const std::vector<double> depths = read_history_column(history, "depth");
-    const std::vector<double> pushes = read_history_column(history, "push_force");
-    double largest_push = 0;
-    for (const double push : pushes)
-        largest_push = std::max(largest_push, std::abs(push));
-    for (Instant& instant : instants) {
-        const double depth = value_at(times, depths, instant.time);
-        double push = value_at(times, pushes, instant.time);
-        if (std::abs(push) < kRoundOff * largest_push) push = 0;
+    const std::vector<std::string> wires = history_prefixes(history, "push_force");
+    for (Instant& instant : instants)
         instant.caption = number("t = %.3g s", instant.time);
-        if (std::isfinite(depth)) instant.caption += ",  depth " + length_text(depth);
-        if (std::isfinite(push)) instant.caption += "\npush force " + number("%.2g N", push);
+    for (const std::string& wire : wires) {
+        const std::vector<double> depths = read_history_column(history, wire + "depth");
+        const std::vector<double> pushes = read_history_column(history, wire + "push_force");
+        double largest_push = 0;
+        for (const double push : pushes)
+            largest_push = std::max(largest_push, std::abs(push));
+        const std::string of = wire.empty() ? "" : " of " + wire.substr(0, wire.size() - 1);
+        for (Instant& instant : instants) {
+            const double depth = value_at(times, depths, instant.time);
+            double push = value_at(times, pushes, instant.time);
+            if (std::abs(push) < kRoundOff * largest_push) push = 0;
+            if (std::isfinite(depth))
+                instant.caption +=
+                    (wire.empty() ? ",  depth " : "\ndepth" + of + " ") + length_text(depth);
+            if (std::isfinite(push))
+                instant.caption +=
+                    (wire.empty() ? "\npush force" : ",  push") + number(" %.2g N", push);
+        }
     }
 }
 
@@ -166,6 +177,40 @@ DrawnResult read_result(const std::filesystem::path& folder)
     return result;
 }
 
+namespace {
+
+/// A list of words of a file's field data; empty if it has none of the name.
+std::vector<std::string> words_of(const Poly& data, const char* name)
+{
+    std::vector<std::string> words;
+    if (const auto* texts =
+            vtkStringArray::SafeDownCast(data->GetFieldData()->GetAbstractArray(name)))
+        for (vtkIdType i = 0; i < texts->GetNumberOfValues(); ++i)
+            words.push_back(const_cast<vtkStringArray*>(texts)->GetValue(i));
+    return words;
+}
+
+} // namespace
+
+std::vector<std::string> pair_names(const DrawnResult& result,
+                                    const std::vector<std::vector<Cluster>>& clusters)
+{
+    std::vector<std::string> names;
+    for (const Instant& instant : result.instants)
+        for (const Poly& data : instant.contacts)
+            if (names.empty()) names = words_of(data, "body_names");
+    std::set<std::array<int, 2>> pairs;
+    for (const std::vector<Cluster>& at : clusters)
+        for (const Cluster& c : at)
+            pairs.insert(c.bodies);
+    std::vector<std::string> out;
+    for (const auto& [a, b] : pairs)
+        if (a >= 0 && b >= 0 && std::max(a, b) < static_cast<int>(names.size()))
+            out.push_back(names[static_cast<std::size_t>(b)] + "_on_" +
+                          names[static_cast<std::size_t>(a)]);
+    return out;
+}
+
 std::vector<Cluster> cluster_contacts(const std::vector<Poly>& contacts, double radius,
                                       bool by_pair)
 {
@@ -174,12 +219,16 @@ std::vector<Cluster> cluster_contacts(const std::vector<Poly>& contacts, double 
         vtkDataArray* force = data->GetPointData()->GetArray("force");
         vtkDataArray* of[] = {data->GetPointData()->GetArray("body_a"),
                               data->GetPointData()->GetArray("body_b")};
+        const std::vector<std::string> kinds = words_of(data, "body_kinds");
         for (vtkIdType i = 0; force && i < data->GetNumberOfPoints(); ++i) {
+            if (const auto b = of[1] ? static_cast<std::size_t>(of[1]->GetTuple1(i)) : kinds.size();
+                !by_pair && b < kinds.size() && kinds[b] == "beam")
+                continue; // in a bore
             Cluster contact;
             data->GetPoint(i, contact.point.data());
             force->GetTuple(i, contact.force.data());
             for (double& f : contact.force)
-                f = -f; // the files hold the force on the wire
+                if (!by_pair) f = -f; // the files hold the force on the first body, the wire
             for (std::size_t k = 0; by_pair && k < 2; ++k)
                 if (of[k]) contact.bodies[k] = static_cast<int>(of[k]->GetTuple1(i));
             contact.magnitude = std::sqrt(dot(contact.force, contact.force));
@@ -194,6 +243,7 @@ std::vector<Cluster> cluster_contacts(const std::vector<Poly>& contacts, double 
     for (std::size_t i = 0; i < single.size(); ++i) {
         if (taken[i]) continue;
         Cluster sum;
+        sum.bodies = single[i].bodies;
         double weight = 0;
         for (std::size_t j = i; j < single.size(); ++j) {
             Vec apart{};

@@ -18,10 +18,10 @@ inline double dot(const Vec& a, const Vec& b)
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// Contacts that lie close together, as one force on the wall.
+/// Contacts that lie close together, as one force.
 struct Cluster {
     Vec point{};          ///< mean of the contacts, weighted by their forces [m]
-    Vec force{};          ///< sum, of the wire (or the first body) on the wall (the second) [N]
+    Vec force{};          ///< sum, on the wall of a vessel, or on a pair's first body [N]
     double magnitude = 0; ///< of the sum [N]
     std::array<int, 2> bodies{-1, -1}; ///< that meet, where they are told apart
 };
@@ -48,9 +48,15 @@ struct DrawnResult {
 DrawnResult read_result(const std::filesystem::path& folder);
 
 /// Joins contacts: the one with the largest force takes in all within `radius` [m], and so on.
-/// @param by_pair  only contacts of the same two bodies are joined
+/// @param by_pair  only contacts of the same two bodies are joined, and forces are those on the
+///                 first; else those of wires on walls alone, not of wires in one another
 std::vector<Cluster> cluster_contacts(const std::vector<Poly>& contacts, double radius,
                                       bool by_pair = false);
+
+/// "B_on_A" of each pair (A, B) of clusters, as the columns of history.csv are called; empty if the
+/// files name no bodies.
+std::vector<std::string> pair_names(const DrawnResult& result,
+                                    const std::vector<std::vector<Cluster>>& clusters);
 
 /// printf for one number.
 std::string number(const char* format, double value);

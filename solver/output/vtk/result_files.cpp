@@ -95,4 +95,17 @@ std::vector<double> read_history_column(const std::filesystem::path& csv, const 
     return values;
 }
 
+std::vector<std::string> history_prefixes(const std::filesystem::path& csv, const std::string& end)
+{
+    std::ifstream stream(csv);
+    std::string line;
+    std::getline(stream, line);
+    std::vector<std::string> found;
+    for (const std::string& heading : cells_of(line)) {
+        const std::string name = heading.substr(0, heading.find(" ["));
+        if (name.ends_with(end)) found.push_back(name.substr(0, name.size() - end.size()));
+    }
+    return found;
+}
+
 } // namespace amontons::vtk_module

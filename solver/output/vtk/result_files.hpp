@@ -24,4 +24,8 @@ std::vector<std::filesystem::path> collections_in(const std::filesystem::path& f
 /// @return  row by row; empty if there is no such file or column
 std::vector<double> read_history_column(const std::filesystem::path& csv, const std::string& name);
 
+/// What stands before an end in the names of a history's columns: of "NAME_push_force [N]" "NAME_",
+/// of "push_force [N]" "".
+std::vector<std::string> history_prefixes(const std::filesystem::path& csv, const std::string& end);
+
 } // namespace amontons::vtk_module

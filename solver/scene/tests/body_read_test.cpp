@@ -98,3 +98,41 @@ TEST_CASE("materials and sets and loads and masses and joints that cannot be are
     CHECK(has(bad_bodies("\"kind\": \"dynamic\"", "\"kind\": \"quasi_static\", \"theta\": 0.4"),
               "/time/theta"));
 }
+
+TEST_CASE("sets by place read as they are written and say what cannot be")
+{
+    const auto with = [](const std::string& sets) {
+        return replaced(kBodiesExample, "\"hold\": [{", "\"sets\": " + sets + ", \"hold\": [{");
+    };
+    const Scene s = parse_scene(
+        with(R"({"a": {"box": {"from": [0, 0, 0], "to": [1, 1, 0]}},
+                 "b": {"ball": {"centre": [0, 0, 1], "radius": 0.5}, "of": "nodes"},
+                 "c": {"plane": {"at": [0, 0, 1], "normal": [0, 0, 2]}, "within": 1e-3},
+                 "d": {"faces_like": {"at": [1, 0, 0]}}, "e": {"faces": [0, 4]},
+                 "f": {"nodes": [7]}})"),
+        "s.json", {});
+    const std::vector<SetInput>& sets = s.solids.at(0).sets;
+    REQUIRE(sets.size() == 6);
+    CHECK(sets[0].box.to == Vec3(1, 1, 0));
+    CHECK(sets[1].of == "nodes");
+    CHECK(sets[2].within == 1e-3);
+    CHECK(sets[3].faces_like.angle == 30);
+    CHECK(sets[4].faces == std::vector<int>{0, 4});
+    CHECK(sets[5].nodes == std::vector<int>{7});
+    const std::string resolved = resolved_scene(s);
+    CHECK(resolved_scene(parse_scene(resolved, "again.json", {})) == resolved);
+
+    const auto bad = [&](const std::string& sets) { return issues_of(with(sets)); };
+    CHECK(has(bad("{}"), "/bodies/block/sets: found {}"));
+    CHECK(has(bad(R"({"a b": {"faces": [1]}})"), "a name of letters, digits, _ and -"));
+    CHECK(has(bad(R"({"a": {}})"), "/bodies/block/sets/a: found no place, allowed: one of"));
+    CHECK(has(bad(R"({"a": {"faces": [1], "nodes": [2]}})"), "sets/a: found 2 places"));
+    CHECK(has(bad(R"({"a": {"faces": [1.5]}})"), "sets/a/faces: found [1.5], allowed: a list"));
+    CHECK(has(bad(R"({"a": {"faces": [-1]}})"), "sets/a/faces: found [-1]"));
+    CHECK(has(bad(R"({"a": {"faces": [1], "within": 1}})"), "nothing without a \"plane\""));
+    CHECK(has(bad(R"({"a": {"faces": [1], "of": "nodes"}})"), "sets/a/of: found \"nodes\""));
+    CHECK(has(bad(R"({"all": {"faces": [1]}})"), "another name"));
+    // Radians, where degrees are asked for, are no angle that is taken for another.
+    CHECK(has(bad(R"({"a": {"faces_like": {"at": [0, 0, 0], "angle": 0.52}}})"),
+              "/angle: found 0.52, allowed: a number >= 5 and <= 180 [degree]"));
+}

@@ -44,6 +44,18 @@ TEST_CASE("rods read as they are written and resolved as the same again")
     CHECK(resolved_scene(parse_scene(resolved, "again.json", {})) == resolved);
 }
 
+TEST_CASE("a closed rod is the same with its first point again at the end and without")
+{
+    const auto loop = [](const std::string& end) {
+        std::string text =
+            replaced(kFrameExample, "\"points\": [", "\"closed\": true, \"points\": [");
+        text = replaced(text, "{\"at\": [1.2, 1.2, 0]}]", "{\"at\": [1.2, 1.2, 0]}" + end + "]");
+        text = replaced(text, "\"length\": 2.4", "\"length\": 4.0970562748");
+        return resolved_scene(parse_scene(text, "s.json", {}));
+    };
+    CHECK(loop("") == loop(", {\"at\": [0, 0, 0]}"));
+}
+
 TEST_CASE("a flattened rod bends by two stiffnesses")
 {
     const auto with = [&](const std::string& more) {
@@ -243,7 +255,11 @@ TEST_CASE("bad rods are said with their places")
     CHECK(has(bad_frame("\"length\": 2.4", "\"length\": 2.6"), "the length of the polyline"));
     CHECK(has(bad_frame("\"EI\": 1440", "\"EI\": 0"), "/segments/0/EI"));
     CHECK(has(bad_frame("{\"at\": [0, 1.2, 0]}", "{\"at\": [0, 0, 0]}"), "/shape/points/1"));
-    CHECK(has(bad_frame("\"points\": [", "\"closed\": true, \"points\": ["), "the rod is closed"));
+    // A closed rod comes back to its first point, which need not be said again.
+    CHECK(has(bad_frame("\"points\": [", "\"closed\": true, \"points\": ["),
+              "4.09705627 [m], the length of the polyline"));
+    CHECK(has(bad_frame("\"points\": [{\"at\": [0, 0, 0]}, ", "\"closed\": true, \"points\": ["),
+              "at least three"));
     CHECK(has(bad_frame("\"at\": 2.4, \"turns\"", "\"turns\""), "either \"set\" or \"at\""));
     CHECK(has(bad_frame("{\"at\": 2.4, \"turns\": \"free\"}", "{\"at\": 2.5, \"turns\": \"free\"}"),
               "/hold/1/at"));
@@ -374,4 +390,19 @@ TEST_CASE("an element turns by at most 120 degrees when free of loads")
               "/element: found 0.12: an element turns by"));
     CHECK(has(bad_frame(EI, EI + ", \"curvature\": 99.9"), "allowed: <= 0.0209649 [m]"));
     CHECK(has(bad_frame(EI, EI + ", \"twist\": 20, \"curvature\": 1"), "/segments/0/element"));
+}
+
+TEST_CASE("a natural curvature beside a shape that is free of stress is refused")
+{
+    const auto with = [](const std::string& segment, const std::string& shape) {
+        return issues_of(replaced(replaced(kFrameExample, "\"EI\": 1440", "\"EI\": 1440" + segment),
+                                  "\"shape\": {", "\"shape\": {" + shape));
+    };
+    CHECK(has(
+        with(", \"curvature\": 0.2", ""),
+        "/bodies/frame/segments/0/curvature: found 0.2 beside a shape by \"points\", allowed: 0: "
+        "the rod is free of stress in that shape; or \"stress_free\": false"));
+    CHECK(has(with(", \"twist\": 0.1", ""), "/segments/0/twist"));
+    CHECK(with(", \"curvature\": 0.2", "\"stress_free\": false, ") == "");
+    CHECK(with("", "") == "");
 }

@@ -269,7 +269,7 @@ TEST_CASE("a solid ball that lies free on a plane finds its balance where it may
       "contact": [{"between": ["ball", "plane"], "friction": 0.3}],
       "gravity": [0, 0, -9.81], "time": {"step": 1, "end": 1})");
     REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
-    const Vec3 f = r.vector("ball_on_plane_force");
+    const Vec3 f = r.vector("plane_on_ball_force");
     const double weight = 2000 * 9.81 * 4 / 3 * 3.14159265358979 * std::pow(0.05, 3);
     CHECK(f[2] == doctest::Approx(weight).epsilon(0.05)); // the mesh is a little less than the ball
     CHECK(f.head<2>().norm() < 1e-6 * weight);
@@ -291,9 +291,10 @@ TEST_CASE("nodes that rest on edges between the other's faces find their balance
       "contact": [{"between": ["upper", "lower"], "friction": 0.3, "discretisation": "nodal"}],
       "time": {"step": 0.25, "end": 2})");
     REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
-    const Vec3 f = r.vector("lower_on_upper_force");
+    const Vec3 f = r.vector("upper_on_lower_force");
     // Nodes of the upper block stand in faces of the lower one that its own nodes do not see: left
-    // alone, a third of the force was lost. 133.8 kN by integrals on 12 x 12 x 6 cells [regression].
+    // alone, a third of the force was lost. 133.8 kN by integrals on 12 x 12 x 6 cells
+    // [regression].
     CHECK(f[2] == doctest::Approx(-133.8e3).epsilon(0.03));
     CHECK(std::abs(f[1]) < 1e-3 * f.norm());
     CHECK(r.summary.worst_overlap.depth < 0.01 * 0.025 * (1 + 1e-9)); // of the smaller face

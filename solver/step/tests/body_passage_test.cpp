@@ -115,6 +115,6 @@ TEST_CASE("a free block comes to rest on a plane though all its nodes may touch:
                             kFloor, motion, 0.025 + gap, cells, cells, cells, element, friction));
                         REQUIRE(r.summary.message == "");
                         const double weight = 1000 * kGravity * 0.05 * 0.05 * 0.05;
-                        CHECK(std::abs(r.value("block_on_floor_force_z") - weight) < 1e-8 * weight);
+                        CHECK(std::abs(r.value("floor_on_block_force_z") - weight) < 1e-8 * weight);
                     }
 }

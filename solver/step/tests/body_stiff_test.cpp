@@ -232,7 +232,7 @@ TEST_CASE(
                     if (end < 1)
                         sum -= (r.vector("momentum", k) - r.vector("momentum", k - 1)) /
                                r.records[k].step_length;
-                    CHECK(sum.norm() < 1e-6 * r.vector("low_on_top_force").norm());
+                    CHECK(sum.norm() < 1e-6 * r.vector("top_on_low_force").norm());
                 }
             }
 }
@@ -296,7 +296,7 @@ TEST_CASE("friction on a face that is held along it is in the force of its hold"
                "time": {{"step": 1, "end": 2}})",
             floor));
         REQUIRE_MESSAGE(r.summary.message == "", r.summary.message);
-        const Vec3 floor_force = r.vector("block_on_floor_force");
+        const Vec3 floor_force = r.vector("floor_on_block_force");
         CHECK(std::abs(floor_force.x()) > 10);
         const Vec3 sum =
             floor_force + r.vector("block_z_max_force") + r.vector("block_x_min_force");

@@ -90,7 +90,7 @@ TEST_CASE("a wire in a catheter in a bent tube: certified and nothing passes and
     }
     CHECK(in_bore >= 4);
     // The wire has been pulled back into the catheter, whose tip stays out.
-    CHECK(value(s.back(), "depth") < value(s.back(), "catheter_depth"));
+    CHECK(value(s.back(), "wire_depth") < value(s.back(), "catheter_depth"));
 }
 
 TEST_CASE("the mirror image of a scene of instruments has the mirrored result" *
@@ -102,10 +102,10 @@ TEST_CASE("the mirror image of a scene of instruments has the mirrored result" *
     for (std::size_t i = 0; i < a.size(); i += 10) {
         CAPTURE(i);
         for (const char* name :
-             {"push_force", "catheter_push_force", "catheter_over_wire_normal_force_sum"})
+             {"wire_push_force", "catheter_push_force", "catheter_over_wire_normal_force_sum"})
             CHECK(value(a[i], name) == doctest::Approx(value(b[i], name)).epsilon(1e-5).scale(1));
-        CHECK(std::abs(value(a[i], "tip_y") + value(b[i], "tip_y")) < 1e-8);
-        CHECK(std::abs(value(a[i], "tip_z") - value(b[i], "tip_z")) < 1e-8);
+        CHECK(std::abs(value(a[i], "wire_tip_y") + value(b[i], "wire_tip_y")) < 1e-8);
+        CHECK(std::abs(value(a[i], "wire_tip_z") - value(b[i], "wire_tip_z")) < 1e-8);
     }
 }
 
@@ -269,7 +269,7 @@ TEST_CASE("a wire that fills a curved catheter: the curvature of both")
         return 0.5 * EI * (std::pow(k - own, 2) - own * own);
     };
     const std::size_t last = s.size() - 1;
-    CHECK(std::abs((value(s[last], "push_force") + value(s[last], "catheter_push_force")) /
+    CHECK(std::abs((value(s[last], "wire_push_force") + value(s[last], "catheter_push_force")) /
                        (energy(EI1, k1) + energy(EI2, k2)) -
                    1) < 5e-3);
 }

@@ -41,7 +41,7 @@ double tool_force(const std::string& scene)
 {
     const Result r = run(scene);
     REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
-    return -r.value("blk_on_tool_force_z");
+    return -r.value("tool_on_blk_force_z");
 }
 
 /// A rigid ball that is pressed 10 mm into the middle of a quadratic face of 250 mm.
@@ -69,7 +69,7 @@ TEST_CASE("a block driven on a plane ends with one force in any number of steps"
             R"(}, "contact": [{"between": ["box", "plane"])" + law + "}], " + quasi_static(steps));
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
         CHECK(r.summary.worst_overlap.depth < 1e-9);
-        return r.value("box_on_plane_force_z");
+        return r.value("plane_on_box_force_z");
     };
     const double one = force(1, "");
     CHECK(one > 1000);
@@ -173,7 +173,7 @@ TEST_CASE("a tool in a block that are turned and shifted together give the same 
                   R"({"set": "z_min"})", ", " + start(at)) +
             R"(}, "contact": [{"between": ["tool", "blk"]}], )" + quasi_static(2));
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
-        return r.vector("blk_on_tool_force").norm();
+        return r.vector("tool_on_blk_force").norm();
     };
     for (const std::string shape : {R"("generate": "box", "size": [0.2, 0.2, 0.2])",
                                     R"("generate": "cylinder", "radius": 0.109, "length": 0.2)"})
@@ -195,7 +195,7 @@ TEST_CASE("surfaces that should fit: gaps and overlaps at the start are taken ou
                   R"({"set": "z_min"})") +
             R"(}, "contact": [{"between": ["up", "lo"])" + law + "}], " + quasi_static(2));
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
-        return r.value("lo_on_up_force_z");
+        return r.value("up_on_lo_force_z");
     };
     const double fitting = force(0, "");
     CHECK(std::abs(fitting) > 500);
@@ -271,7 +271,7 @@ TEST_CASE("crossed bars and stacked plates of any thickness work without a reach
                 R"(}, "contact": [{"between": ["up", "lo"]}], )" + quasi_static(4));
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
         const double EI = 1e6 * std::pow(thick, 4) / 12;
-        CHECK(r.value("up_on_lo_force_z") ==
+        CHECK(r.value("lo_on_up_force_z") ==
               doctest::Approx(0.5 * 192 * EI * (drive - gap)).epsilon(0.05).scale(0));
         // Contact begins within a step: its work is that of a straight line.
         CHECK(std::abs(r.summary.energy.error()) < 0.02 * r.summary.energy.work);
@@ -299,7 +299,7 @@ TEST_CASE("a fine ball on a coarse block presses it, and the contact that is sma
         CAPTURE(cells);
         const Result r = pressed(cells);
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
-        const double force = -r.value("blk_on_ball_force_z");
+        const double force = -r.value("ball_on_blk_force_z");
         CHECK(force > 0.85 * fine);
         CHECK(r.summary.worst_overlap.depth < 0.0025);
         bool told = false;
@@ -313,7 +313,7 @@ TEST_CASE("a rigid ball in the middle of a wide quadratic face is not lost")
 {
     const Result r = run(ball_on_wide_face(1));
     REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
-    CHECK(-r.value("blk_on_ball_force_z") > 0.85 * 463); // Hertz, on a half-space
+    CHECK(-r.value("ball_on_blk_force_z") > 0.85 * 463); // Hertz, on a half-space
     CHECK(!r.summary.warnings.empty());
     CHECK(r.summary.worst_overlap.depth < 0.005);
 }

@@ -193,7 +193,7 @@ TEST_CASE(
         const bool unstable = r.records.back().remark.find("not stable") != std::string::npos;
         if (p == 4e4) CHECK(unstable);
         if (p == 5e3) CHECK(!unstable);
-        CHECK(r.value("block_on_floor_force_z") == doctest::Approx(p * size * size).epsilon(1e-8));
+        CHECK(r.value("floor_on_block_force_z") == doctest::Approx(p * size * size).epsilon(1e-8));
         double across = 0;
         const double energy = closed_form(p, across);
         if (friction > 0)

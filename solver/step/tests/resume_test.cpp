@@ -118,7 +118,8 @@ Bits bits_of(const RunSummary& s)
     b.add("worst penetration", s.worst_penetration);
     b.add("worst overlap", s.worst_overlap.depth);
     b.add("uncertified", s.uncertified_steps);
-    b.add("branch", s.branch.data(), s.branch.size());
+    for (const NamedText& t : s.texts)
+        b.add(t.name, t.value.data(), t.value.size());
     for (const std::string& w : s.warnings)
         b.add("warning: " + w, w.data(), w.size());
     for (const Quantity& q : s.quantities)

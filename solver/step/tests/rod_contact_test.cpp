@@ -56,7 +56,7 @@ TEST_CASE("a rod's friction is one cone along and around it")
         CAPTURE(angle);
         const Result run_of = run(dragged(way, angle, 0.1));
         REQUIRE(run_of.summary.message == "");
-        const double most = 0.3 * run_of.value("rod_on_floor_force_z");
+        const double most = 0.3 * run_of.value("floor_on_rod_force_z");
         CHECK(most > 0.3 * 0.95); // what is held takes its share
         // Against the slip of the surface at the floor: (way, r angle) along x and y.
         const double slip = std::hypot(way, r * angle);
@@ -81,8 +81,8 @@ TEST_CASE("more places that may touch do not change what a rod does and Newton's
         for (const double spacing : {0.0, 0.025, 0.0125}) {
             const Result r = run(lifted(spacing, friction));
             REQUIRE(r.summary.message == "");
-            lift.push_back(r.value("rod_on_roller_force_z"));
-            push.push_back(r.value("rod_on_roller_force_x"));
+            lift.push_back(r.value("roller_on_rod_force_z"));
+            push.push_back(r.value("roller_on_rod_force_x"));
             CHECK(r.records.size() == 11);
             for (const StepRecord& s : r.records)
                 CHECK(s.certificate.certified);
@@ -117,7 +117,7 @@ TEST_CASE("rods that cross at a tenth of a degree rub each other as quickly as a
                "time": {"step": 0.1, "end": 1})");
         CAPTURE(degrees);
         REQUIRE(r.summary.message == "");
-        CHECK(r.value("upper_on_lower_normal_force") == doctest::Approx(0.5).epsilon(1e-3));
+        CHECK(r.value("lower_on_upper_normal_force") == doctest::Approx(0.5).epsilon(1e-3));
         int most = 0;
         for (const StepRecord& step : r.records)
             most = std::max(most, step.iterations);

@@ -78,9 +78,9 @@ TEST_CASE("a stiff rod in a block is a rigid cylinder" * doctest::test_suite("sl
             solid, R, R, z));
         REQUIRE_MESSAGE(rod.summary.status == "done", rod.summary.message);
         REQUIRE(cylinder.summary.status == "done");
-        const double force = rod.value("rod_on_block_force_z");
+        const double force = rod.value("block_on_rod_force_z");
         CHECK(force > 2.5);
-        CHECK(force == doctest::Approx(-cylinder.value("block_on_rod_force_z")).epsilon(1e-6));
+        CHECK(force == doctest::Approx(-cylinder.value("rod_on_block_force_z")).epsilon(1e-6));
         // What the block's nodes show is what the rod does.
         int shown = 0;
         for (const BodyRecord& b : rod.simulation->body_records()) {
@@ -181,7 +181,7 @@ TEST_CASE("holds of a rod and of the block that it is pressed into are in balanc
                                  ", " + across(0.01, 0.011, 3e-3, 2e-3),
                              0.3, 0.5, 2));
         REQUIRE_MESSAGE(r.summary.message == "", r.summary.message);
-        const Vec3 press = r.vector("rod_on_block_force");
+        const Vec3 press = r.vector("block_on_rod_force");
         const Vec3 sum = r.vector("rod_start_force") + r.vector("rod_end_force") +
                          r.vector("block_z_min_force") + r.vector("block_x_min_force");
         CHECK(press.norm() > 1);
@@ -219,7 +219,7 @@ TEST_CASE("a free block between a floor and a rod is in balance of forces and mo
     CHECK(moment.norm() < 1e-7 * size * 0.2);
     // The rod, too.
     const Vec3 held = r.vector("rod_start_force") + r.vector("rod_end_force");
-    CHECK((r.vector("rod_on_block_force") + held).norm() < 1e-7 * size);
+    CHECK((r.vector("block_on_rod_force") + held).norm() < 1e-7 * size);
 }
 
 TEST_CASE("a rod that is drawn along a hard block slides at mu N and sticks before")
@@ -241,10 +241,10 @@ TEST_CASE("a rod that is drawn along a hard block slides at mu N and sticks befo
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
         REQUIRE(r.records.size() > 13);
         for (std::size_t i = 11; i < r.records.size(); ++i) {
-            const double normal = r.value("rod_on_block_force_z", i);
+            const double normal = r.value("block_on_rod_force_z", i);
             CHECK(normal > 4.7); // what is held takes its share
             if (i > 12)          // 3 mm each, over many faces
-                CHECK(r.value("rod_on_block_force_x", i) ==
+                CHECK(r.value("block_on_rod_force_x", i) ==
                       doctest::Approx(-0.3 * normal).epsilon(1e-4));
         }
     }
@@ -277,9 +277,9 @@ TEST_CASE("where a rod lies on faces or edges does not matter: the whole turned 
     const Result plain = made(false), other = made(true);
     REQUIRE_MESSAGE(plain.summary.status == "done", plain.summary.message);
     REQUIRE_MESSAGE(other.summary.status == "done", other.summary.message);
-    const Vec3 force = plain.vector("rod_on_block_force");
+    const Vec3 force = plain.vector("block_on_rod_force");
     CHECK(force.norm() > 0.5);
-    CHECK((turn * force - other.vector("rod_on_block_force")).norm() < 1e-5 * force.norm());
+    CHECK((turn * force - other.vector("block_on_rod_force")).norm() < 1e-5 * force.norm());
     CHECK((turn * plain.vector("rod_end") - other.vector("rod_end")).norm() < 1e-7);
 }
 
@@ -298,7 +298,7 @@ TEST_CASE(
             run(rod_on_block(solid + ", " + across(0.002, 0.003, 4e-3, 0), 0.2, 0.1, 1));
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
         const EnergyRecord& e = r.records.back().energy;
-        CHECK(r.value("rod_on_block_force_z") > 15);
+        CHECK(r.value("block_on_rod_force_z") > 15);
         CHECK(e.work == doctest::Approx(e.elastic + e.friction).epsilon(3e-3));
         for (const StepRecord& s : r.records)
             CHECK(s.certificate.certified);
@@ -397,7 +397,7 @@ TEST_CASE("a step goes on from a state as it would have" * doctest::test_suite("
     REQUIRE(whole.records.size() == 17);
     REQUIRE(!rest.records.empty());
     REQUIRE(half.records.size() + rest.records.size() == whole.records.size());
-    for (const char* name : {"rod_on_block_force_x", "rod_on_block_force_z", "rod_end_x"})
+    for (const char* name : {"block_on_rod_force_x", "block_on_rod_force_z", "rod_end_x"})
         CHECK(value(whole.records.back(), name) == value(rest.records.back(), name));
 }
 

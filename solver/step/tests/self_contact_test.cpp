@@ -135,12 +135,12 @@ TEST_CASE("a ring pressed until it meets itself has the forces and places of its
 {
     const Result quarter = pressed_ring(false, 0, 0);
     REQUIRE_MESSAGE(quarter.summary.status == "done", quarter.summary.message);
-    const double force = quarter.vector("ring_on_top_force")[1];
+    const double force = quarter.vector("top_on_ring_force")[1];
     std::size_t most = 0; // its tangent alone is not positive from half way on: it leans on plates
     for (const StepRecord& s : quarter.records)
         most = std::max(most, s.errors.size());
     CHECK(most <= 12); // [regression] our own run
-    const double met = quarter.vector("ring_on_plane_force")[1];
+    const double met = quarter.vector("plane_on_ring_force")[1];
     CHECK(met > 0.2 * std::abs(force));
     for (const double friction : {0.0, 0.4}) {
         const Result half = pressed_ring(true, 0, friction);
@@ -149,8 +149,8 @@ TEST_CASE("a ring pressed until it meets itself has the forces and places of its
         CHECK(needless_iterations(half) == 0);
         for (const StepRecord& s : half.records)
             CHECK(s.certificate.error <= 1e-8);
-        const Vec3 top = half.vector("ring_on_top_force"),
-                   low = half.vector("ring_on_bottom_force");
+        const Vec3 top = half.vector("top_on_ring_force"),
+                   low = half.vector("bottom_on_ring_force");
         CHECK(top[1] == doctest::Approx(force).epsilon(2e-3));
         const Vec3 held = half.vector("ring_waist_force");
         CHECK(std::abs(top[1] + low[1] + held[1]) < 1e-7 * top.norm());
@@ -174,7 +174,7 @@ TEST_CASE("a ring pressed until it meets itself has the forces and places of its
         const Result turned = pressed_ring(true, 1, friction);
         REQUIRE_MESSAGE(turned.summary.status == "done", turned.summary.message);
         // Another processor's round-off chooses otherwise, too: within what held[1] says of it.
-        CHECK(turned.vector("ring_on_top_force")[2] == doctest::Approx(top[1]).epsilon(1e-4));
+        CHECK(turned.vector("top_on_ring_force")[2] == doctest::Approx(top[1]).epsilon(1e-4));
     }
 }
 
@@ -252,7 +252,7 @@ TEST_CASE("the seal of the examples: where contacts come and go steps are not ha
     CHECK(r.records.size() == 51);
     CHECK(needless_iterations(r) == 0);
     CHECK(r.vector("seal_glued_force").z() ==
-          doctest::Approx(-r.vector("seal_on_door_force").z()).epsilon(1e-6));
+          doctest::Approx(-r.vector("door_on_seal_force").z()).epsilon(1e-6));
     CHECK(r.summary.worst_penetration < 1e-9);
 }
 

@@ -403,7 +403,7 @@ TEST_CASE("where one wire's step is halved the other keeps its path and none mov
     int halved = 0;
     for (const StepRecord& r : both) {
         halved += r.retries > 0;
-        CHECK(value(r, "insertion") == value(r, "second_insertion"));
+        CHECK(value(r, "wire_insertion") == value(r, "second_insertion"));
     }
     CHECK(halved > 0);
     // Without friction the path does not depend on the steps.
@@ -413,8 +413,8 @@ TEST_CASE("where one wire's step is halved the other keeps its path and none mov
             ++k;
         if (std::abs(both[k].time - r.time) > 1e-9) continue;
         ++compared;
-        CHECK(std::abs(value(r, "push_force") - value(both[k], "push_force")) < 1e-6);
-        CHECK(std::abs(value(r, "tip_y") - value(both[k], "tip_y")) < 1e-9);
+        CHECK(std::abs(value(r, "push_force") - value(both[k], "wire_push_force")) < 1e-6);
+        CHECK(std::abs(value(r, "tip_y") - value(both[k], "wire_tip_y")) < 1e-9);
     }
     CHECK(compared > 10);
 }

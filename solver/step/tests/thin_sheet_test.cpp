@@ -184,9 +184,9 @@ TEST_CASE("a soft sheet that its blocks keep from buckling is pressed and dragge
     // Blocks are in balance with what presses them: nothing of them is held where they touch.
     for (const char* axis : {"_x", "_y", "_z"}) {
         CHECK(r.value(std::string("lower_z_min_force") + axis) ==
-              doctest::Approx(-r.value(std::string("lower_on_sheet_force") + axis)).epsilon(1e-6));
+              doctest::Approx(-r.value(std::string("sheet_on_lower_force") + axis)).epsilon(1e-6));
         CHECK(r.value(std::string("upper_z_max_force") + axis) ==
-              doctest::Approx(-r.value(std::string("upper_on_sheet_force") + axis)).epsilon(1e-6));
+              doctest::Approx(-r.value(std::string("sheet_on_upper_force") + axis)).epsilon(1e-6));
     }
     // Of the sheet some are: its hold has 7 N of the 3275 N from them.
     const Vec3 press = r.vector("upper_z_max_force");

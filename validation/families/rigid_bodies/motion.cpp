@@ -169,7 +169,7 @@ std::vector<Measured> bowling_ball()
         relative("final speed", 25.0 / 7, r.quantity("body_velocity_x"), 1e-6),
         absolute("time when it rolls [s], within a step", 0.728119994, rolls, h),
         absolute("way until it rolls [m], within v0 h", 3.12051426, way, 5 * h),
-        at_most("friction once it rolls [N]", std::abs(r.quantity("body_on_plane_force_x")), 1e-6)};
+        at_most("friction once it rolls [N]", std::abs(r.quantity("plane_on_body_force_x")), 1e-6)};
     rows.front().curve = std::move(speed);
     return rows;
 }

@@ -60,7 +60,7 @@ double rigid_contact(const Rod10& rod)
     s.scene.order.push_back("rod");
     s.touch("rod", "plane", 0);
     s.scene.time.step = s.scene.time.end = 1;
-    return run_solids(s.scene).vector("rod_on_plane_force").z();
+    return run_solids(s.scene).vector("plane_on_rod_force").z();
 }
 
 } // namespace

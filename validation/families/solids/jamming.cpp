@@ -44,8 +44,8 @@ std::vector<Measured> wedge_jamming()
             }
             // Two forces alone hold it, each against the other: on both walls together friction
             // over pressure is the walls' own slope, whatever the coefficient.
-            const Vec3 left = run.vector("wedge_on_left_force"),
-                       right = run.vector("wedge_on_right_force");
+            const Vec3 left = run.vector("left_on_wedge_force"),
+                       right = run.vector("right_on_wedge_force");
             const double c = inwards.x(), d = inwards.z();
             const double normal = c * (left.x() - right.x()) + d * (left.z() + right.z());
             const double along = d * (left.x() - right.x()) - c * (left.z() + right.z());

@@ -175,7 +175,7 @@ std::vector<Measured> dragged_block()
         const SolidRun run = run_solids(s.scene);
         const std::string of = std::string(", ") + element;
         for (int k = 0; k < 4; ++k) {
-            const Vec3 f = run.vector("block_on_plane_force", k + 1);
+            const Vec3 f = run.vector("plane_on_block_force", k + 1);
             rows.push_back(relative(fmt::format("normal force N, step {}{}", k + 1, of),
                                     N[std::size_t(k)], f.z(), 2e-3));
             if (k > 0)

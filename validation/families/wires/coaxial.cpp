@@ -107,8 +107,8 @@ std::vector<Measured> coaxial_concentric()
         };
         rows.push_back(relative("push of both, 50 to 100 mm [N]" + name,
                                 energy(kWireEI, k.wire) + energy(kCatheterEI, k.catheter),
-                                h.mean("push_force", "depth", 0.05, 0.1) +
-                                    h.mean("catheter_push_force", "depth", 0.05, 0.1),
+                                h.mean("wire_push_force", "wire_depth", 0.05, 0.1) +
+                                    h.mean("catheter_push_force", "wire_depth", 0.05, 0.1),
                                 5e-3));
         add_balance(rows, h, 2e-3, name);
     }
@@ -136,8 +136,8 @@ std::vector<Measured> coaxial_torus()
     const double push = kCatheterEI / (2 * catheter * catheter) + kWireEI / (2 * wire * wire);
     std::vector<Measured> rows;
     rows.push_back(relative("push of both, 190 to 230 mm [N]", push,
-                            h.mean("push_force", "depth", 0.19, 0.23) +
-                                h.mean("catheter_push_force", "depth", 0.19, 0.23),
+                            h.mean("wire_push_force", "wire_depth", 0.19, 0.23) +
+                                h.mean("catheter_push_force", "wire_depth", 0.19, 0.23),
                             5e-3));
     add_balance(rows, h, 1e-3, "");
     return rows;
@@ -167,11 +167,11 @@ std::vector<Measured> coaxial_units()
     double push = 0, tip = 0, largest = 0;
     for (std::size_t i = 0; i < std::min(m.steps.size(), mm.steps.size()); ++i) {
         const auto &a = m.steps[i], &b = mm.steps[i];
-        for (const char* name : {"push_force", "catheter_push_force"}) {
+        for (const char* name : {"wire_push_force", "catheter_push_force"}) {
             raise_to(push, std::abs(a.at(name) - b.at(name)));
             raise_to(largest, std::abs(a.at(name)));
         }
-        for (const char* name : {"tip_x", "tip_y", "tip_z"})
+        for (const char* name : {"wire_tip_x", "wire_tip_y", "wire_tip_z"})
             raise_to(tip, std::abs(a.at(name) - 1e-3 * b.at(name)));
     }
     std::vector<Measured> rows;

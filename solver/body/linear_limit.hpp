@@ -1,0 +1,30 @@
+#pragma once
+
+#include "mesh/base/types.hpp"
+#include "mesh/volume_mesh.hpp"
+
+#include <array>
+#include <span>
+#include <string>
+
+namespace amontons {
+
+/// The largest rotations and strains that a solid's linear theory was asked for: with a rotation of
+/// w its errors are of the order of w, of an extension by w^2/2 that is none.
+struct LinearLimit {
+    double rotation = 0; ///< of an element, relative to the body's rigid motion [rad]
+    double strain = 0;   ///< largest principal one of an element [-]
+    std::array<double, 3> rotated_at{},
+        strained_at{};                          ///< middles of those elements, undeformed [m]
+    double rotated_when = 0, strained_when = 0; ///< [s]
+
+    /// @param places  of the nodes, now [m]
+    /// @param turn    of the body's rigid motion
+    /// Cost: O(elements).
+    void note(const VolumeMesh& mesh, std::span<const Vec3> places, const Mat3& turn, double time);
+
+    /// What to say of a body that went beyond 0.1 rad or 10 % of strain; "" if it did not.
+    std::string warning(const std::string& body) const;
+};
+
+} // namespace amontons

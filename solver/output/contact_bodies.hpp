@@ -1,0 +1,17 @@
+#pragma once
+
+#include "solver/scene/scene.hpp"
+
+#include <string>
+#include <vector>
+
+namespace amontons {
+
+/// The bodies that contacts number (ContactRecord::body_a, body_b).
+struct ContactBodies {
+    std::vector<std::string> names;
+    std::vector<std::string> kinds; ///< "obstacle" | "beam" | "solid" | "rigid" | "rod"
+};
+ContactBodies contact_bodies(const Scene& scene);
+
+} // namespace amontons

@@ -1,0 +1,28 @@
+#pragma once
+
+#include "solver/step/simulation.hpp"
+
+#include <span>
+
+namespace amontons {
+
+/// In which branch of its walls the tip of a wire is, and was when it was deepest. Plain numbers:
+/// they go into checkpoints as they are.
+struct BranchLog {
+    int deepest = -1, deepest_wall = -1; ///< branch and obstacle; -1: none
+    int place = -1, place_wall = -1;     ///< now
+    double entered = 0;                  ///< depth there when it came in [m]
+
+    /// Of a ball or a box a wire is beyond it once its tip has been in it, until the tip comes back
+    /// or into another branch.
+    /// @param walls    obstacles that the wire can touch; larger numbers are walls that give way
+    /// @param depth    of the tip [m]
+    /// @param is_most  it has never been deeper
+    void note(const std::vector<Obstacle>& obstacles, std::span<const int> walls, const Vec3& tip,
+              double depth, bool is_most);
+
+    /// Name of the branch where the tip was deepest, or "".
+    std::string name(const std::vector<Obstacle>& obstacles) const;
+};
+
+} // namespace amontons
