@@ -1,6 +1,7 @@
 #include "solver/body/hyperelastic_input.hpp"
 
 #include "mesh/base/file.hpp"
+#include "solver/body/drive.hpp"
 #include "solver/body/fibres.hpp"
 #include "solver/solid/assembly.hpp"
 
@@ -35,6 +36,8 @@ std::vector<HyperelasticElement> hyperelastic_elements(const SolidInput& input,
         const std::string path =
             (std::filesystem::path(file).parent_path() / input.material.fibres).string();
         fibres = parse_fibres(read_file(path), path, element_count(mesh));
+        for (Vec3& fibre : fibres)
+            fibre = rotation(input.material.turned) * fibre;
     }
     std::vector<HyperelasticElement> elements;
     for_each_element(mesh, [&](std::int32_t e, ElementKind kind, auto nodes) {

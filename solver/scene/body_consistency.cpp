@@ -81,6 +81,11 @@ void check_solid(const SolidInput& b, const Scene& scene, Findings& findings)
     if (b.drive.given && b.hold.empty())
         findings.add({place + "/drive"}, "a drive without \"hold\"",
                      "\"hold\" with the sets that are fixed to what drives the body");
+    for (std::size_t i = 0; i < b.hold.size(); ++i)
+        if (b.hold[i].axes != b.hold[0].axes && !b.start.turn.isZero(0))
+            findings.add({fmt::format("{}/hold/{}/axes", place, i)}, quoted_text(b.hold[i].axes),
+                         quoted_text(b.hold[0].axes) +
+                             " as of the body's first hold, since it begins turned");
     for (std::size_t i = 0; i < b.loads.size(); ++i) {
         const LoadInput& l = b.loads[i];
         const std::string here = fmt::format("{}/loads/{}", place, i);

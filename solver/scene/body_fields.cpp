@@ -176,7 +176,10 @@ ObjectDeclaration declare_hold()
             {required(
                  text<&H::set>("set", "A set of faces or nodes of the mesh; \"all\": every node.")),
              field<&H::x>("x", "m", kAny, "Over time; without it this axis is free."),
-             field<&H::y>("y", "m", kAny, "As x."), field<&H::z>("z", "m", kAny, "As x.")},
+             field<&H::y>("y", "m", kAny, "As x."), field<&H::z>("z", "m", kAny, "As x."),
+             choice({"world", "body"},
+                    text<&H::axes>("axes", "Whose x, y and z they are where the body begins; of a "
+                                           "body with a start.turn the same for all its holds."))},
             "",
             {},
             defaults_of<H>()};
@@ -388,17 +391,16 @@ ObjectDeclaration declare_coupling()
          required(
              text<&C::between>("between", "Names of two bodies; the second may be \"world\".")),
          field<&C::at>("at", "m", kAny, "Where, when the run begins."),
-         fallback("`at`", field<&C::to>("to", "m", kAny,
-                                        "Spring, distance: the end on the second body.")),
+         fallback("`at`",
+                  field<&C::to>("to", "m", kAny, "Spring, distance: the end on the second body.")),
          field<&C::axis>("axis", "", direction(), "Of a hinge, a slider or a turn spring."),
          field<&C::stiffness>("stiffness", "N/m", at_least(0),
                               "Of a spring; of a turn spring [N m/rad]."),
          field<&C::damping>("damping", "N s/m", at_least(0),
                             "Of a spring in motion: force per speed at which it gets longer; of a "
                             "turn spring [N m s/rad]."),
-         fallback("as it begins",
-                  field<&C::length>("length", "m", at_least(0),
-                                    "Of a spring free of load, or a distance."))},
+         fallback("as it begins", field<&C::length>("length", "m", at_least(0),
+                                                    "Of a spring free of load, or a distance."))},
         "",
         {},
         defaults_of<C>()};

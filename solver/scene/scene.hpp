@@ -198,6 +198,7 @@ struct MeshInput {
 struct HoldInput {
     std::string set;
     CurvePoints x, y, z; ///< (time [s], [m]); empty: this axis is free
+    std::string axes = "world"; ///< x, y, z of where the body begins: "world" | "body": turned with it
 };
 
 /// What acts on a named set. Vectors are multiplied by `over`.
@@ -233,6 +234,7 @@ struct MaterialInput {
     std::array<double, 8> constants{};
     Vec3 fibre = Vec3::UnitX(); ///< of directed laws: along the fibres, at rest
     std::string fibres;         ///< or a file with the direction of each element
+    Vec3 turned = Vec3::Zero(); ///< what the file's directions are turned by, with their mesh [rad]
 };
 
 /// As SetBox.

@@ -11,6 +11,7 @@
 #include "mesh/size_check.hpp"
 #include "mesh/volume_check.hpp"
 #include "solver/body/condensed_solid.hpp"
+#include "solver/body/drive.hpp"
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
@@ -122,6 +123,19 @@ struct Built {
         return nullptr;
     }
 };
+
+/// A body that begins turned has its mesh turned, so that x, y and z of its holds are the world's,
+/// as those of its loads are. Not if its holds ask for the body's own axes.
+void turn_with_mesh(SolidInput& input, VolumeMesh& mesh)
+{
+    if (input.start.turn.isZero(0) || (!input.hold.empty() && input.hold[0].axes == "body")) return;
+    const Eigen::Quaterniond turn = rotation(input.start.turn);
+    for (Vec3& x : mesh.nodes)
+        x = turn * x;
+    input.material.fibre = turn * input.material.fibre;
+    input.material.turned = input.start.turn;
+    input.start.turn.setZero();
+}
 
 /// Elements that are much too stiff for the material, with the element to use; those that carry no
 /// shear beside such a resistance to volume are errors.
@@ -315,6 +329,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     std::vector<std::size_t> order; // of scene.order: solids, rigids in the scene's order
     std::vector<VolumeMesh> meshes(scene.solids.size());
     std::vector<ExternalSurface> outsides(scene.solids.size());
+    std::vector<SolidInput> solids = scene.solids;
     for (std::size_t i = 0; i < scene.solids.size(); ++i) {
         const SolidInput& input = scene.solids[i];
         const std::string place = "/bodies/" + input.name + "/mesh";
@@ -331,6 +346,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
             check_locking(input, meshes[i], scene.file, warnings, issues);
             outsides[i] = std::move(report.surface);
             add_sets(input, meshes[i], outsides[i], scene.file);
+            turn_with_mesh(solids[i], meshes[i]);
         } catch (const InputError& error) {
             add_issues(error.issues(), scene, place, issues);
         }
@@ -389,7 +405,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
 
     for (const std::string& name : scene.order) {
         if (const int i = solid_index(name); i >= 0) {
-            const SolidInput& input = scene.solids[std::size_t(i)];
+            const SolidInput& input = solids[std::size_t(i)];
             const bool small = all_pairs[std::size_t(i)] > 0 &&
                                all_pairs[std::size_t(i)] == small_pairs[std::size_t(i)];
             try {

@@ -583,3 +583,33 @@ TEST_CASE("a joint far from its body is refused once")
         CHECK(error.issues()[0].place == "/couplings/0/at");
     }
 }
+
+TEST_CASE("holds of a body that begins turned are along the world's axes or its own as is asked")
+{
+    const auto force = [](const std::string& motion, const std::string& turn, const std::string& moved,
+                          const std::string& still, const std::string& hold) {
+        const Result r = run(fmt::format(
+            R"("bodies": {{"b": {{"kind": "solid", "youngs_modulus": 1e4, "poisson_ratio": 0.3,
+            "motion": "{}", "mesh": {{"generate": "box", "size": [1, 1, 1], "cells": [2, 2, 2],
+            "element": "H8"}}, "start": {{"turn": {}, "place": [0.3, 0.1, -0.2]}},
+            "hold": [{{"set": "{}", {}}}, {{"set": "{}" {}}}]}}}}, "time": {{"step": 1, "end": 1}})",
+            motion, turn, moved, hold, still,
+            hold.find("body") == std::string::npos ? "" : R"(, "axes": "body")"));
+        REQUIRE(r.summary.message == "");
+        return r.vector("b_" + moved + "_force");
+    };
+    const std::string none = "[0, 0, 0]", quarter = "[1.5707963267948966, 0, 0]"; // y to z, z to -y
+    for (const std::string motion : {"linear", "corotational", "hyperelastic"}) {
+        CAPTURE(motion);
+        for (const std::string hold :
+             {R"("x": 0, "y": 0, "z": [[0, 0], [1, -0.05]])", R"("z": [[0, 0], [1, -0.05]])"}) {
+            const Vec3 turned = force(motion, quarter, "z_max", "z_min", hold),
+                       same = force(motion, none, "y_min", "y_max", hold);
+            CHECK(same.norm() > 10);
+            CHECK((turned - same).norm() < 1e-7 * same.norm());
+            const Vec3 own = force(motion, quarter, "z_max", "z_min", hold + R"(, "axes": "body")"),
+                       upright = force(motion, none, "z_max", "z_min", hold);
+            CHECK((own - Vec3(upright.x(), -upright.z(), upright.y())).norm() < 1e-7 * upright.norm());
+        }
+    }
+}
