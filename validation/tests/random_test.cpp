@@ -529,8 +529,7 @@ TEST_CASE("a crash, a refusal, bad input and an answer in time are told apart")
     while (draw_scene(1, number).answer != Answer::done)
         ++number;
     const auto outcome = [&](const ProgramAnswer& answer) {
-        return try_scene(1, number, folder.path + "/scene",
-                         [&](const auto&, double) { return answer; });
+        return try_scene(1, number, folder.path + "/scene", [&](const auto&) { return answer; });
     };
     ProgramAnswer answer;
     answer.signal = 11;
