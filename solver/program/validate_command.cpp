@@ -1,4 +1,5 @@
-// amontons validate [CASE ...]: its arguments. The cases are in a program of their own (validate.hpp).
+// amontons validate [CASE ...]: its arguments. The cases are in a program of their own
+// (validate.hpp).
 
 #include "solver/program/session.hpp"
 #include "solver/program/validate.hpp"
@@ -14,13 +15,29 @@ void add_validate(CLI::App& program, Session& session)
     CLI::App* command = program.add_subcommand("validate", "Compare with published results");
     command->add_option("CASE", arguments->cases,
                         "Cases by name, or folders with a case.json; all without");
-    command->add_option("--suite", arguments->suite, "benchmarks, stability, or random: random scenes under laws")
+    command
+        ->add_option("--suite", arguments->suite,
+                     "benchmarks, stability, or random: random scenes under laws")
         ->check(CLI::IsMember({"benchmarks", "stability", "random"}));
-    command->add_option("--seed", arguments->seed, "Of the random scenes, the same on every machine (default: 1)");
-    command->add_option("--count", arguments->count, "Random scenes (default: 300)")->check(CLI::Range(1, 1000000));
-    command->add_option("--scene", arguments->scene, "One of the random scenes alone, by its number")
+    command
+        ->add_option("--seed", arguments->seed,
+                     "Of the random scenes, the same on every machine (default: 1)")
+        ->check(
+            [](const std::string& text) { // "-1" would be read as the largest number
+                const bool digits = text.find_first_not_of("0123456789") == std::string::npos;
+                return digits && text.size() < 20
+                           ? std::string()
+                           : text + " is no whole number from 0 to 10^19 - 1";
+            },
+            "UINT");
+    command->add_option("--count", arguments->count, "Random scenes (default: 300)")
+        ->check(CLI::Range(1, 1000000));
+    command
+        ->add_option("--scene", arguments->scene, "One of the random scenes alone, by its number")
         ->check(CLI::Range(0, 999999));
-    command->add_option("--program", arguments->program, "Another amontons that runs the random scenes")
+    command
+        ->add_option("--program", arguments->program,
+                     "Another amontons that runs the random scenes")
         ->type_name("FILE");
     command->add_flag("--list", arguments->list, "Only list the cases");
     command

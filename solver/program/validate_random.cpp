@@ -5,6 +5,7 @@
 #include "solver/program/validate_random.hpp"
 
 #include "mesh/base/file.hpp"
+#include "mesh/base/phase_timer.hpp"
 #include "solver/output/manifest.hpp"
 #include "solver/program/child.hpp"
 #include "solver/program/interrupt.hpp"
@@ -16,11 +17,19 @@
 #include "validation/random/suite.hpp"
 
 #include <algorithm>
+#include <csignal>
 #include <exception>
+#include <fcntl.h>
 #include <filesystem>
 #include <fmt/format.h>
+#include <fstream>
+#include <iterator>
 #include <optional>
+#include <stdexcept>
+#include <sys/prctl.h>
+#include <sys/wait.h>
 #include <thread>
+#include <unistd.h>
 
 namespace fs = std::filesystem;
 
@@ -61,14 +70,60 @@ std::vector<std::string> chosen_kinds(const ValidateArguments& arguments)
     return arguments.cases.empty() ? names : arguments.cases;
 }
 
+/// Lines of a file that is still written.
+int lines_of(const std::string& path)
+{
+    std::ifstream file(path, std::ios::binary);
+    return static_cast<int>(
+        std::count(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>(), '\n'));
+}
+
+/// Runs the program until its history has so many steps, and kills it there; a run that ends
+/// before that has ended. run_children looks a few times a second only, and scenes take less.
+void kill_after_steps(const validation::ProgramJob& job, const std::string& program)
+{
+    std::vector<std::string> words{"amontons"};
+    words.insert(words.end(), job.arguments.begin(), job.arguments.end());
+    std::vector<char*> arguments;
+    for (std::string& w : words)
+        arguments.push_back(w.data());
+    arguments.push_back(nullptr);
+    const char* const path = program.empty() ? "/proc/self/exe" : program.c_str();
+    const int nothing = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+    const pid_t child = ::fork();
+    if (child == 0) { // only calls that are safe here, until exec
+        ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+        for (const int stream : {0, 1, 2})
+            ::dup2(nothing, stream);
+        ::execv(path, arguments.data());
+        ::_exit(127);
+    }
+    if (nothing >= 0) ::close(nothing);
+    if (child < 0) throw std::runtime_error("no process can be started");
+    const Stopwatch watch;
+    int status = 0;
+    while (::waitpid(child, &status, WNOHANG) == 0) {
+        if (lines_of(job.history) > job.steps + 1 || watch.seconds() > job.most_seconds) {
+            ::kill(child, SIGKILL);
+            ::waitpid(child, &status, 0);
+            return;
+        }
+        ::usleep(200);
+    }
+}
+
 /// The scene and its variants, here.
 SceneResult try_here(std::uint64_t seed, int number, const std::string& folder,
                      const std::string& program)
 {
     const std::atomic<bool> never{false}; // a signal ends this process, and its children with it
-    const auto run = [&](const std::vector<std::string>& words, double most_seconds) {
+    const auto run = [&](const validation::ProgramJob& job) {
         ProgramAnswer answer;
-        run_children({{words, most_seconds, program}}, 1, never,
+        if (job.steps > 0) {
+            kill_after_steps(job, program);
+            return answer;
+        }
+        run_children({{job.arguments, job.most_seconds, program}}, 1, never,
                      [&](std::size_t, const ChildResult& r) {
                          answer = {r.exit_code, r.signal,      r.out_of_time,
                                    r.seconds,   r.cpu_seconds, last_line(r.errors)};

@@ -43,6 +43,8 @@ const std::vector<KnownMistake>& known_mistakes()
          "a turn of a fed rod's start is ignored (rods_fed_twist)"},
         {"rod_between_plates", "reference", "negative modes", "",
          "a rod that is pressed beyond a branch stays straight (rods_sleeve_buckling)"},
+        {"rod_between_plates", "energy", "", "",
+         "a rod that leaves a branch in a jump loses energy untold (rods_sleeve_buckling)"},
         {"rod_between_plates", "reordered", "", "",
          "a rod that is pressed beyond a branch leaves it by chance (rods_sleeve_buckling)"},
         {"bent_rod", "reference", "", "placed along a line",

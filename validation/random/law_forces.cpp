@@ -126,6 +126,40 @@ bool known_forces(const WrittenRun& run, const std::string& name, double time, s
     return true;
 }
 
+/// Moments about the origin of what acts on a rod but its contacts, from its places as they are.
+/// @return false: not all is known
+bool moments_on_rod(const WrittenRun& run, const std::string& name, const WrittenFrame& frame,
+                    std::size_t row, Vec3& sum)
+{
+    const Json& body = run.body.at(name);
+    if (body.at("kind") != "rod") return false;
+    if (vector_of(run.scene().at("gravity")).norm() > 0) return false; // spread along a curve
+    const VtkText& line = frame.parts.at(name);
+    const WrittenArray& places = line.get("Points/points");
+    const std::vector<double>& arc = line.get("PointData/arc_length").values;
+    const auto place_of = [&](const Json& at) -> Vec3 {
+        if (at.value("set", "") == "start") return places.vector(0);
+        if (at.value("set", "") == "end") return places.vector(arc.size() - 1);
+        std::size_t nearest = 0;
+        const double s = at.value("at", 0.0);
+        for (std::size_t i = 0; i < arc.size(); ++i)
+            if (std::abs(arc[i] - s) < std::abs(arc[nearest] - s)) nearest = i;
+        return places.vector(nearest);
+    };
+    for (const Json& hold : body.value("hold", Json::array())) {
+        const std::string held = name + "_" + hold.at("set").get<std::string>();
+        sum += place_of(hold).cross(run.history.vector(held + "_force", row));
+        if (run.history.has_vector(held + "_moment"))
+            sum += run.history.vector(held + "_moment", row);
+    }
+    for (const Json& load : body.value("loads", Json::array())) {
+        if (load.contains("line")) return false;
+        sum += place_of(load).cross(at_time(load, "force", frame.time)) +
+               at_time(load, "moment", frame.time);
+    }
+    return true;
+}
+
 } // namespace
 
 std::vector<Finding> check_sums(const WrittenRun& run)
@@ -202,13 +236,22 @@ std::vector<Finding> check_balance(const WrittenRun& run)
                            frame.time);
                 continue;
             }
+            Vec3 across = Vec3::Zero(); // a plane that a rod is kept in takes any force along it
+            if (body.contains("plane")) across = vector_of(body.at("plane")).normalized();
+            sum -= sum.dot(across) * across;
             forces.add(sum.norm(), allowed, "forces on " + name + " leave [N]", frame.time);
-            if (kind != "rigid") continue;
-            const Vec3 centre = run.history.vector(name, row);
-            Vec3 moment = at_time(body, "torque", frame.time);
+            Vec3 centre = Vec3::Zero(), moment = Vec3::Zero();
+            if (kind == "rigid") {
+                centre = run.history.vector(name, row);
+                moment = at_time(body, "torque", frame.time);
+            } else if (!moments_on_rod(run, name, frame, row, moment)) {
+                continue;
+            }
             for (const WrittenContact& c : contacts)
                 if (c.a == name || c.b == name)
                     moment += (c.a == name ? 1.0 : -1.0) * (c.at - centre).cross(c.force);
+            if (across.norm() > 0)
+                moment = moment.dot(across) * across; // and any moment but about it
             moments.add(moment.norm(), 10 * allowed * scale.length,
                         "moments on " + name + " leave [N m]", frame.time);
         }

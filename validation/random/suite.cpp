@@ -59,7 +59,7 @@ public:
 
     /// Runs a scene to its end. @param label  stands before what is found, of a variant
     Attempt run(const Json& scene, const std::string& name, int threads, const std::string& label,
-                double killed_after = 0)
+                int killed_after = 0)
     {
         Attempt a;
         const std::string path = write_scene(scene_, scene, folder_, name),
@@ -68,11 +68,11 @@ public:
                                        "--quiet",  "--threads", std::to_string(threads),
                                        "--output", output};
         if (killed_after > 0) {
-            ask(words, killed_after);
+            ask({words, kMostSeconds, output + "/history.csv", killed_after});
             std::error_code error;
             if (fs::exists(output + "/checkpoint", error)) words.push_back("--resume");
         }
-        a.answer = ask(words, kMostSeconds);
+        a.answer = ask({words, kMostSeconds});
         const std::string law = label.empty() ? "" : label + ": ";
         if (a.answer.out_of_time)
             a.findings.push_back(
@@ -100,9 +100,9 @@ public:
     }
 
 private:
-    ProgramAnswer ask(const std::vector<std::string>& words, double most)
+    ProgramAnswer ask(const ProgramJob& job)
     {
-        const ProgramAnswer a = run_(words, most);
+        const ProgramAnswer a = run_(job);
         ++result_.runs;
         result_.seconds += a.seconds;
         result_.cpu_seconds += a.cpu_seconds;
@@ -180,8 +180,8 @@ SceneResult try_scene(std::uint64_t seed, int number, const std::string& folder,
             r.findings.push_back({"files", error.what()});
         }
     for (const Variant& v : variants_of(s, seed, number)) {
-        const double killed =
-            v.killed_after > 0 ? std::max(1e-3, v.killed_after * base.answer.seconds) : 0;
+        const auto steps = static_cast<double>(base.written->history.rows.size() - 1);
+        const int killed = v.killed_after > 0 ? std::max(1, int(v.killed_after * steps)) : 0;
         const Attempt other = trial.run(
             v.scene,
             v.killed_after > 0 || v.threads > 1 ? "scene_" + file_word(v.name) : file_word(v.name),

@@ -17,9 +17,14 @@ struct ProgramAnswer {
     double seconds = 0, cpu_seconds = 0;
     std::string last_words; ///< the last line on stderr
 };
-/// Runs the program that is tried. @param most_seconds  it is killed then; 0: never
-using RunProgram =
-    std::function<ProgramAnswer(const std::vector<std::string>& arguments, double most_seconds)>;
+/// How the program that is tried is run.
+struct ProgramJob {
+    std::vector<std::string> arguments;
+    double most_seconds = 0;  ///< it is killed then; 0: never
+    std::string history = ""; ///< killed once this history.csv has `steps` steps; "": not
+    int steps = 0;
+};
+using RunProgram = std::function<ProgramAnswer(const ProgramJob&)>;
 
 /// What came of a scene and its variants.
 struct SceneResult {

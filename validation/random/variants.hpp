@@ -15,7 +15,7 @@ struct Variant {
     Json scene;
     int threads = 1;
     double killed_after =
-        0; ///< share of the scene's own time after which it is killed, then resumed; 0: not
+        0; ///< share of the scene's own steps after which it is killed, then resumed; 0: not
     double tolerance = 0; ///< relative to the largest value of a unit; 0: the same bits
     bool forces_only = false;
     Mat3 turn = Mat3::Identity();

@@ -262,6 +262,29 @@ TEST_CASE("a force turned by a thousandth, a contact removed and a place moved a
         1);
 }
 
+TEST_CASE("forces and moments on a rod that are a thousandth off are caught")
+{
+    Json wire = {{"kind", "rod"},
+                 {"segments",
+                  Json::array({{{"length", 1}, {"radius", 0.01}, {"EI", 1}, {"element", 0.05}}})},
+                 {"shape", {{"start", {0.1, 0.2, 0.3}}, {"direction", {1, 0, 0}}}}};
+    wire["hold"] = Json::array({Json{{"set", "start"}}});
+    wire["loads"] =
+        Json::array({Json{{"set", "end"}, {"force", {0.3, 0.5, -1}}, {"moment", {0, 0.2, 0.1}}}});
+    Planted run(scene_of({{"wire", wire}}, Json::array(), quasi_static(0.5)));
+    const auto more = [](double value) { return 1.001 * value; };
+    for (const char* column : {"wire_start_force_z", "wire_start_moment_y"}) {
+        CAPTURE(column);
+        CHECK(run.laws([&](const std::string& out) { plant_in_history(out, column, more); })
+                  .count("balance") == 1);
+    }
+    const auto moved = [](VtkText& body) { // its end
+        body.arrays.at("Points/points").values.back() += 1e-3;
+    };
+    CHECK(run.laws([&](const std::string& out) { plant(out, "wire", moved); }).count("balance") ==
+          1);
+}
+
 TEST_CASE("friction beyond its cone, contacts that pull and gaps under a force are caught")
 {
     Planted run(dragged_block());
@@ -506,8 +529,7 @@ TEST_CASE("a crash, a refusal, bad input and an answer in time are told apart")
     while (draw_scene(1, number).answer != Answer::done)
         ++number;
     const auto outcome = [&](const ProgramAnswer& answer) {
-        return try_scene(1, number, folder.path + "/scene",
-                         [&](const auto&, double) { return answer; });
+        return try_scene(1, number, folder.path + "/scene", [&](const auto&) { return answer; });
     };
     ProgramAnswer answer;
     answer.signal = 11;
