@@ -113,6 +113,10 @@ private:
     Eigen::VectorXd load_on_modes(std::size_t b) const;
     Eigen::MatrixXd mode_gain(std::size_t b) const;
     std::string toppling();
+    bool couple_modes();
+    void add_coupled_modes(const Eigen::VectorXd& give, const std::vector<Eigen::MatrixXd>& W,
+                           const std::vector<std::pair<int, double>>& soft);
+    std::vector<Eigen::VectorXd> coupled_gain(const std::vector<Eigen::VectorXd>& load) const;
 
     BodySystem& system_;
     const StepInput& step_;
@@ -130,7 +134,7 @@ private:
         std::optional<Vec3> along; ///< across it, when it was lost [m]
     };
     std::map<BodySystem::Key, HeldContact> stays_;
-    std::map<BodySystem::Key, int> lost_; ///< how often contacts with a force were
+    std::map<BodySystem::Key, int> lost_;     ///< how often contacts with a force were
     bool frozen_ = false, measuring_ = false; ///< contacts stay as found; are found all the same
     int freezes_ = 0;
     double lag_ = 0;
@@ -149,6 +153,8 @@ private:
     std::vector<Eigen::VectorXd> free_, mode_load_;
     std::vector<Eigen::MatrixXd> B_; ///< modes seen by the chosen rows
     std::vector<double> mode_scale_; ///< [m/N]
+    bool modes_coupled_ = false;     ///< in place of it, for this step: see couple_modes()
+    Eigen::MatrixXd coupled_root_;   ///< U^T U = T of the modes of all bodies [N/m]
     std::vector<double> mode_way_;   ///< of each body, the length that its balance is judged by [m]
     std::vector<Eigen::VectorXd> mode_, y_;
     Rows all_, rows_;
@@ -165,11 +171,11 @@ private:
     Delassus measured_W_; ///< with modes of the elastic part's size: what errors are measured in
     Eigen::VectorXd r_;
     std::vector<Eigen::VectorXd> body_force_;
-    std::map<BodySystem::Key, Vec3> force_;               ///< in space; of a coupling in x
-    std::map<BodySystem::Key, Vec3> friction_;            ///< of the accepted step at rest, in space
-    std::map<BodySystem::Key, Vec3> motion_;              ///< u of the solved rows, in their frames
-    std::map<BodySystem::Key, double> firm_;              ///< of solids that rods touch [N/m]
-    std::map<BodySystem::Key, bool> sticks_;              ///< of rods
+    std::map<BodySystem::Key, Vec3> force_;    ///< in space; of a coupling in x
+    std::map<BodySystem::Key, Vec3> friction_; ///< of the accepted step at rest, in space
+    std::map<BodySystem::Key, Vec3> motion_;   ///< u of the solved rows, in their frames
+    std::map<BodySystem::Key, double> firm_;   ///< of solids that rods touch [N/m]
+    std::map<BodySystem::Key, bool> sticks_;   ///< of rods
     std::map<BodySystem::Key, BodySystem::Key> followed_; ///< of the last find(): old and new
     RodProblem rods_;
     Certificate certificate_;
@@ -183,7 +189,7 @@ private:
     };
     std::vector<Course> course_;
     std::vector<BodySystem::Key> acting_, changed_; ///< of the last iteration; when last some did
-    bool swung_ = false;         ///< rods alone: they went to and fro in this step
+    bool swung_ = false; ///< rods alone: they went to and fro in this step
     bool relaxing_ = false;
     double relaxation_ = 1; ///< share of the motion made
     double left_out_ = 0;   ///< the rest, of bodies whose balance no one looks at again [m or m/s]
