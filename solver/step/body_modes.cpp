@@ -20,6 +20,7 @@ constexpr int kModesPatience = 400; // a shorter step is another way
 constexpr double kFinest = 1e-4;    // of the tolerance: where a finer answer costs next to nothing
 constexpr double kMostTaken = 0.7;  // of T by S, or (T + S)^-1 is large
 constexpr double kSizeRounding = 1e-12; // of a body's size
+constexpr double kPushedAside = 1e-2;   // of the forces, that come of faces which deform
 
 /// Where stress takes much of what contacts hold a body with, multipliers converge by a factor near
 /// 1 each: the next ones by those before. Source: Anderson 1965 as in Walker & Ni 2011, eq. 1.1.
@@ -245,9 +246,11 @@ bool BodyStepper::solve_with_modes()
             held_r_ = r_;
             if (held_.size() > 0) r_ -= held_.cwiseProduct(problem_.W * r_ + problem_.q);
             certificate_ = solution.certificate;
+            unsolved_ = false;
             if (!is_solved(certificate_.status) &&
                 (certificate_.status == SolveStatus::infeasible ||
                  certificate_.error > options_.tolerance)) {
+                unsolved_ = certificate_.status != SolveStatus::infeasible;
                 report_.refusal = fmt::format("contact problem {} at an error of {:.1e}",
                                               name(certificate_.status), certificate_.error);
                 if (certificate_.status == SolveStatus::infeasible) {
@@ -312,10 +315,31 @@ bool BodyStepper::solve_with_modes()
             report_.refusal = fmt::format(
                 "{} is not in balance ({:.1e} of the forces on it): nothing holds its {}",
                 system_.refs[worst_body].name, worst, body(worst_body).mode_name(worst_motion));
+            if (worst <= kPushedAside && is_free_to_slide(worst_body))
+                report_.refusal +=
+                    "; its contacts have no friction, and surfaces that deform push it "
+                    "by so much: friction, a hold of that motion or \"sliding\": "
+                    "\"small\" would hold it";
             return false;
         }
     }
     return false;
+}
+
+/// No contact of a solid has friction, and the geometry of some is that of the end of the step.
+bool BodyStepper::is_free_to_slide(std::size_t b) const
+{
+    if (!system_.refs[b].solid || step_.dynamic) return false;
+    bool finite = false;
+    for (const int c : rows_.chosen) {
+        if (c >= int(list_.contact.size())) continue;
+        const BodyContact& k = list_.contact[std::size_t(c)];
+        if (k.a != int(b) && k.b != int(b)) continue;
+        const ContactPair& pair = system_.finder.pairs()[std::size_t(k.pair)];
+        if (pair.friction > 0) return false;
+        finite |= !pair.small;
+    }
+    return finite;
 }
 
 /// Multipliers that are scaled body by body do not converge where what a stiff body stands on is

@@ -35,8 +35,9 @@ public:
     void take_contacts(const BodyContacts& at_start) { at_start_ = at_start; }
     /// A rod that its contacts do not keep stable in the last iteration, if there is one.
     const std::string& unheld() const { return unheld_; }
-    /// A solid that its contacts do not hold against what its stress turns it by.
-    const std::string& tipping() const { return tipping_; }
+    /// A solid that its contacts do not hold against what its stress turns it by. Where a contact
+    /// problem was left unsolved that is a guess, which its stability has to confirm.
+    std::string tipping() { return unsolved_ && !tipping_.empty() ? toppling() : tipping_; }
 
 private:
     std::size_t bodies() const { return system_.refs.size(); }
@@ -113,6 +114,7 @@ private:
     Eigen::VectorXd load_on_modes(std::size_t b) const;
     Eigen::MatrixXd mode_gain(std::size_t b) const;
     std::string toppling();
+    bool is_free_to_slide(std::size_t b) const;
     bool couple_modes();
     void add_coupled_modes(const Eigen::VectorXd& give, const std::vector<Eigen::MatrixXd>& W,
                            const std::vector<std::pair<int, double>>& soft);
@@ -153,6 +155,7 @@ private:
     std::vector<Eigen::VectorXd> free_, mode_load_;
     std::vector<Eigen::MatrixXd> B_; ///< modes seen by the chosen rows
     std::vector<double> mode_scale_; ///< [m/N]
+    bool unsolved_ = false;          ///< the last contact problem was
     bool modes_coupled_ = false;     ///< in place of it, for this step: see couple_modes()
     Eigen::MatrixXd coupled_root_;   ///< U^T U = T of the modes of all bodies [N/m]
     std::vector<double> mode_way_;   ///< of each body, the length that its balance is judged by [m]
