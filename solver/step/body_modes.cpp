@@ -20,6 +20,7 @@ constexpr int kModesPatience = 400; // a shorter step is another way
 constexpr double kFinest = 1e-4;    // of the tolerance: where a finer answer costs next to nothing
 constexpr double kMostTaken = 0.7;  // of T by S, or (T + S)^-1 is large
 constexpr double kSizeRounding = 1e-12; // of a body's size
+constexpr double kPushedAside = 1e-2;   // of the forces, that come of faces which deform
 
 /// Where stress takes much of what contacts hold a body with, multipliers converge by a factor near
 /// 1 each: the next ones by those before. Source: Anderson 1965 as in Walker & Ni 2011, eq. 1.1.
@@ -223,9 +224,15 @@ bool BodyStepper::solve_with_modes()
     const int begun = report_.iterations;
     for (int step = 0; step < kMostModeSteps; ++step) {
         problem_.q = q;
+        std::vector<Eigen::VectorXd> of_load(bodies());
+        for (std::size_t b = 0; b < bodies(); ++b)
+            if (B_[b].size() > 0)
+                of_load[b] = modes_coupled_ ? load_on_modes(b)
+                                            : Eigen::VectorXd(mode_gain(b) * load_on_modes(b));
+        if (modes_coupled_) of_load = coupled_gain(of_load);
         for (std::size_t b = 0; b < bodies(); ++b) {
             if (B_[b].size() == 0) continue;
-            const Eigen::VectorXd shift = B_[b] * (mode_[b] + mode_gain(b) * load_on_modes(b));
+            const Eigen::VectorXd shift = B_[b] * (mode_[b] + of_load[b]);
             for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
                 problem_.q[rows_.row[b][i]] += shift[Eigen::Index(i)];
         }
@@ -243,9 +250,11 @@ bool BodyStepper::solve_with_modes()
             held_r_ = r_;
             if (held_.size() > 0) r_ -= held_.cwiseProduct(problem_.W * r_ + problem_.q);
             certificate_ = solution.certificate;
+            unsolved_ = false;
             if (!is_solved(certificate_.status) &&
                 (certificate_.status == SolveStatus::infeasible ||
                  certificate_.error > options_.tolerance)) {
+                unsolved_ = certificate_.status != SolveStatus::infeasible;
                 report_.refusal = fmt::format("contact problem {} at an error of {:.1e}",
                                               name(certificate_.status), certificate_.error);
                 if (certificate_.status == SolveStatus::infeasible) {
@@ -287,9 +296,11 @@ bool BodyStepper::solve_with_modes()
                 worst_body = b;
                 worst_motion = e;
             }
-            change[b] =
-                mode_scale_[b] > 0 ? Eigen::VectorXd(mode_gain(b) * e) : Eigen::VectorXd(scale * e);
+            change[b] = modes_coupled_       ? e
+                        : mode_scale_[b] > 0 ? Eigen::VectorXd(mode_gain(b) * e)
+                                             : Eigen::VectorXd(scale * e);
         }
+        if (modes_coupled_) change = coupled_gain(change);
         const bool there = worst <= (linear_ ? kFinest : 0.01) * options_.tolerance;
         if (some_stressed && !there) extrapolation.improve(mode_, change);
         for (std::size_t b = 0; b < bodies(); ++b) {
@@ -308,10 +319,113 @@ bool BodyStepper::solve_with_modes()
             report_.refusal = fmt::format(
                 "{} is not in balance ({:.1e} of the forces on it): nothing holds its {}",
                 system_.refs[worst_body].name, worst, body(worst_body).mode_name(worst_motion));
+            if (worst <= kPushedAside && is_free_to_slide(worst_body))
+                report_.refusal +=
+                    "; its contacts have no friction, and surfaces that deform push it "
+                    "by so much: friction, a hold of that motion or \"sliding\": "
+                    "\"small\" would hold it";
             return false;
         }
     }
     return false;
+}
+
+/// No contact of a solid has friction, and the geometry of some is that of the end of the step.
+bool BodyStepper::is_free_to_slide(std::size_t b) const
+{
+    if (!system_.refs[b].solid || step_.dynamic) return false;
+    bool finite = false;
+    for (const int c : rows_.chosen) {
+        if (c >= int(list_.contact.size())) continue;
+        const BodyContact& k = list_.contact[std::size_t(c)];
+        if (k.a != int(b) && k.b != int(b)) continue;
+        const ContactPair& pair = system_.finder.pairs()[std::size_t(k.pair)];
+        if (pair.friction > 0) return false;
+        finite |= !pair.small;
+    }
+    return finite;
+}
+
+/// Multipliers that are scaled body by body do not converge where what a stiff body stands on is
+/// far softer than its own contacts: it has to go the way of the soft one, in steps of its own.
+/// Then the modes of all bodies take T = B^T B / give, row by row, in place of 1/s of each: what
+/// two bodies do together is scaled by what both stand on.
+/// @return  whether that is new in this step
+bool BodyStepper::couple_modes()
+{
+    constexpr double kContrast = 1e3;
+    constexpr int kMostCoupled = 2000; // rows: W is dense then
+    if (modes_coupled_ || step_.dynamic || rows_.count > kMostCoupled) return false;
+    double least = std::numeric_limits<double>::infinity(), most = 0;
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        if (B_[b].size() == 0) continue;
+        if (stressed(b) || !(mode_scale_[b] > 0)) return false;
+        least = std::min(least, mode_scale_[b]);
+        most = std::max(most, mode_scale_[b]);
+    }
+    modes_coupled_ = most > kContrast * least;
+    return modes_coupled_;
+}
+
+/// W with the modes at the weight that the multipliers have, and with their own, for the
+/// certificate.
+/// @param give  elastic compliance of each row [m/N]
+void BodyStepper::add_coupled_modes(const Eigen::VectorXd& give,
+                                    const std::vector<Eigen::MatrixXd>& W,
+                                    const std::vector<std::pair<int, double>>& soft)
+{
+    constexpr double kFree = 1e-10; // of 1/s: of what no contact holds
+    Eigen::Index modes = 0;
+    for (std::size_t b = 0; b < bodies(); ++b)
+        modes += B_[b].cols();
+    Eigen::MatrixXd B = Eigen::MatrixXd::Zero(rows_.count, modes);
+    Eigen::VectorXd free(modes);
+    Eigen::VectorXd least = Eigen::VectorXd::Constant(rows_.count, double(rows_.count));
+    for (std::size_t b = 0, at = 0; b < bodies(); at += std::size_t(B_[b++].cols())) {
+        free.segment(Eigen::Index(at), B_[b].cols()).setConstant(kFree / mode_scale_[b]);
+        for (std::size_t i = 0; i < rows_.row[b].size(); ++i) {
+            const int row = rows_.row[b][i];
+            least[row] = std::min(least[row], double(rows_.row[b].size()));
+            if (B_[b].cols() > 0)
+                B.row(row).segment(Eigen::Index(at), B_[b].cols()) += B_[b].row(Eigen::Index(i));
+        }
+    }
+    Eigen::MatrixXd T = free.asDiagonal();
+    for (Eigen::Index row = 0; row < rows_.count; ++row)
+        if (give[row] > 0)
+            T.noalias() +=
+                B.row(row).transpose() * (B.row(row) / (least[row] * give[row] * mode_weight()));
+    coupled_root_ = cholesky_root(T);
+    const Delassus elastic = sum_of_bodies(rows_, W, soft);
+    Eigen::MatrixXd all =
+        elastic.is_dense() ? elastic.dense() : Eigen::MatrixXd(elastic.as_sparse());
+    if (coupled_root_.size() > 0) {
+        const Eigen::MatrixXd half =
+            coupled_root_.transpose().triangularView<Eigen::Lower>().solve(B.transpose());
+        const Eigen::MatrixXd rigid = half.transpose() * half;
+        measured_W_ = Delassus(Eigen::MatrixXd(all + rigid / mode_weight()));
+        all += rigid;
+    } else {
+        measured_W_ = Delassus(all);
+    }
+    problem_.W = Delassus(std::move(all));
+}
+
+/// T^-1 of all modes.
+std::vector<Eigen::VectorXd>
+BodyStepper::coupled_gain(const std::vector<Eigen::VectorXd>& load) const
+{
+    Eigen::VectorXd all = Eigen::VectorXd::Zero(coupled_root_.rows());
+    Eigen::Index at = 0;
+    for (std::size_t b = 0; b < bodies(); at += B_[b++].cols())
+        if (load[b].size() > 0) all.segment(at, load[b].size()) = load[b];
+    all = coupled_root_.transpose().triangularView<Eigen::Lower>().solve(all);
+    all = coupled_root_.triangularView<Eigen::Upper>().solve(all);
+    std::vector<Eigen::VectorXd> gain(bodies());
+    at = 0;
+    for (std::size_t b = 0; b < bodies(); at += B_[b++].cols())
+        if (B_[b].cols() > 0) gain[b] = all.segment(at, B_[b].cols());
+    return gain;
 }
 
 /// A rigid body through which far larger forces pass than its own load takes their scale: W r of

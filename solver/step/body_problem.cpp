@@ -195,8 +195,12 @@ void BodyStepper::assemble()
                 W[b].noalias() += B_[b] * (share * mode_gain(b)) * B_[b].transpose();
         return sum_of_bodies(rows_, W, soft);
     };
-    if (modes) measured_W_ = sum(1 / mode_weight());
-    problem_.W = sum(modes ? 1 - 1 / mode_weight() : 0);
+    if (modes && modes_coupled_) {
+        add_coupled_modes(give, W, soft);
+    } else {
+        if (modes) measured_W_ = sum(1 / mode_weight());
+        problem_.W = sum(modes ? 1 - 1 / mode_weight() : 0);
+    }
     if (!leans_only_ && stand_upright(W, soft)) {
         std::vector<Eigen::VectorXd> free(bodies());
         for (std::size_t b = 0; b < bodies(); ++b)
@@ -262,8 +266,7 @@ ContactSolution BodyStepper::solve_contact(const SolverOptions& options) const
     const Certificate& found = first.certificate;
     if (found.status == SolveStatus::infeasible || (many && found.error <= options.acceptable))
         return first;
-    if (!is_solved(found.status))
-        return amontons::solve(problem_, options, first.reaction);
+    if (!is_solved(found.status)) return amontons::solve(problem_, options, first.reaction);
     if (!linear_ || problem_.W.is_sparse() || problem_.W.rows() > kFinerRows) return first;
     quick.tolerance = kFiner * options.tolerance;
     quick.max_iterations = kFinerIterations;
@@ -357,6 +360,12 @@ bool BodyStepper::solve()
         const bool solved = solve_with_modes();
         if (rescales < kMostRescales && rescale_modes()) {
             ++rescales;
+            for (Eigen::VectorXd& m : mode_)
+                m.setZero();
+            report_.refusal.clear();
+            continue;
+        }
+        if (!solved && couple_modes()) {
             for (Eigen::VectorXd& m : mode_)
                 m.setZero();
             report_.refusal.clear();

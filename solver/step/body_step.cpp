@@ -559,10 +559,10 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
     if (!report.accepted && !stepper.unheld().empty())
         report.refusal +=
             fmt::format("; the contacts of {} do not keep it from buckling", stepper.unheld());
-    else if (!report.accepted && !stepper.tipping().empty())
+    else if (const std::string tips = report.accepted ? "" : stepper.tipping(); !tips.empty())
         report.refusal += fmt::format("; the contacts of {} do not hold it where its loads have "
                                       "moved to: it tips over or buckles",
-                                      stepper.tipping());
+                                      tips);
     if (report.accepted || !stepper.of_rods_only() || medium) return report;
     // Rods that Newton's method leads astray: the way to a stable balance.
     BodyStepReport again;

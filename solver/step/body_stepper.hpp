@@ -35,8 +35,9 @@ public:
     void take_contacts(const BodyContacts& at_start) { at_start_ = at_start; }
     /// A rod that its contacts do not keep stable in the last iteration, if there is one.
     const std::string& unheld() const { return unheld_; }
-    /// A solid that its contacts do not hold against what its stress turns it by.
-    const std::string& tipping() const { return tipping_; }
+    /// A solid that its contacts do not hold against what its stress turns it by. Where a contact
+    /// problem was left unsolved that is a guess, which its stability has to confirm.
+    std::string tipping() { return unsolved_ && !tipping_.empty() ? toppling() : tipping_; }
 
 private:
     std::size_t bodies() const { return system_.refs.size(); }
@@ -126,6 +127,11 @@ private:
     Eigen::VectorXd load_on_modes(std::size_t b) const;
     Eigen::MatrixXd mode_gain(std::size_t b) const;
     std::string toppling();
+    bool is_free_to_slide(std::size_t b) const;
+    bool couple_modes();
+    void add_coupled_modes(const Eigen::VectorXd& give, const std::vector<Eigen::MatrixXd>& W,
+                           const std::vector<std::pair<int, double>>& soft);
+    std::vector<Eigen::VectorXd> coupled_gain(const std::vector<Eigen::VectorXd>& load) const;
 
     BodySystem& system_;
     const StepInput step_;
@@ -143,7 +149,7 @@ private:
         std::optional<Vec3> along; ///< across it, when it was lost [m]
     };
     std::map<BodySystem::Key, HeldContact> stays_;
-    std::map<BodySystem::Key, int> lost_; ///< how often contacts with a force were
+    std::map<BodySystem::Key, int> lost_;     ///< how often contacts with a force were
     bool frozen_ = false, measuring_ = false; ///< contacts stay as found; are found all the same
     int freezes_ = 0;
     double lag_ = 0;
@@ -167,6 +173,9 @@ private:
     std::vector<Eigen::VectorXd> free_, mode_load_;
     std::vector<Eigen::MatrixXd> B_; ///< modes seen by the chosen rows
     std::vector<double> mode_scale_; ///< [m/N]
+    bool unsolved_ = false;          ///< the last contact problem was
+    bool modes_coupled_ = false;     ///< in place of it, for this step: see couple_modes()
+    Eigen::MatrixXd coupled_root_;   ///< U^T U = T of the modes of all bodies [N/m]
     std::vector<double> mode_way_;   ///< of each body, the length that its balance is judged by [m]
     std::vector<Eigen::VectorXd> mode_, y_;
     Rows all_, rows_;
@@ -183,11 +192,11 @@ private:
     Delassus measured_W_; ///< with modes of the elastic part's size: what errors are measured in
     Eigen::VectorXd r_;
     std::vector<Eigen::VectorXd> body_force_;
-    std::map<BodySystem::Key, Vec3> force_;               ///< in space; of a coupling in x
-    std::map<BodySystem::Key, Vec3> friction_;            ///< of the accepted step at rest, in space
-    std::map<BodySystem::Key, Vec3> motion_;              ///< u of the solved rows, in their frames
-    std::map<BodySystem::Key, double> firm_;              ///< of solids that rods touch [N/m]
-    std::map<BodySystem::Key, bool> sticks_;              ///< of rods
+    std::map<BodySystem::Key, Vec3> force_;    ///< in space; of a coupling in x
+    std::map<BodySystem::Key, Vec3> friction_; ///< of the accepted step at rest, in space
+    std::map<BodySystem::Key, Vec3> motion_;   ///< u of the solved rows, in their frames
+    std::map<BodySystem::Key, double> firm_;   ///< of solids that rods touch [N/m]
+    std::map<BodySystem::Key, bool> sticks_;   ///< of rods
     std::map<BodySystem::Key, BodySystem::Key> followed_; ///< of the last find(): old and new
     RodProblem rods_;
     Certificate certificate_;
@@ -201,7 +210,7 @@ private:
     };
     std::vector<Course> course_;
     std::vector<BodySystem::Key> acting_, changed_; ///< of the last iteration; when last some did
-    bool swung_ = false;         ///< rods alone: they went to and fro in this step
+    bool swung_ = false; ///< rods alone: they went to and fro in this step
     bool relaxing_ = false;
     double relaxation_ = 1; ///< share of the motion made
     double left_out_ = 0;   ///< the rest, of bodies whose balance no one looks at again [m or m/s]

@@ -303,3 +303,43 @@ TEST_CASE("friction on a face that is held along it is in the force of its hold"
         CHECK(sum.norm() < 1e-6 * floor_force.norm());
     }
 }
+
+TEST_CASE("steel stands on steel on what is 2e7 times softer whatever the order of the three")
+{
+    // A pressure on the top of a chain of blocks passes through each of its faces.
+    for (const char* sliding : {"finite", "small"})
+        for (const double friction : {0.0, 0.3})
+            for (const std::array<double, 3>& E :
+                 {std::array{1e4, 2e11, 2e11}, std::array{2e11, 1e4, 2e11},
+                  std::array{2e11, 2e11, 1e4}}) {
+                CAPTURE(std::string(sliding));
+                CAPTURE(friction);
+                CAPTURE(E[0]);
+                CAPTURE(E[1]);
+                std::string bodies, contact;
+                for (int i = 0; i < 3; ++i) {
+                    bodies += fmt::format(
+                        R"({}"b{}": {{"kind": "solid", "youngs_modulus": {}, "poisson_ratio": 0.3,
+                           "mesh": {{"generate": "box", "size": [0.1, 0.1, 0.1], "cells": [{}, {}, 2],
+                                     "element": "H8"}}, "start": {{"place": [0, 0, {}]}}, {}}})",
+                        i == 0 ? "" : ", ", i, E[std::size_t(i)], 2 + i % 2, 2 + i % 2,
+                        0.05 + 0.1 * i,
+                        i == 0   ? R"("hold": [{"set": "z_min"}])"
+                        : i == 2 ? R"("loads": [{"set": "z_max", "traction": [0, 0, -100]}])"
+                                 : R"("loads": [])");
+                    if (i > 0)
+                        contact += fmt::format(
+                            R"({}{{"between": ["b{}", "b{}"], "friction": {}, "sliding": "{}"}})",
+                            i == 1 ? "" : ", ", i - 1, i, friction, sliding);
+                }
+                const Result r = run(fmt::format(
+                    R"("bodies": {{{}}}, "contact": [{}], "time": {{"step": 1, "end": 1}})", bodies,
+                    contact));
+                REQUIRE(r.summary.message == "");
+                double lower = 0, upper = 0;
+                for (const ContactRecord& c : r.records.back().contacts)
+                    (c.body_a + c.body_b == 1 ? lower : upper) += std::abs(c.force.z());
+                CHECK(lower == doctest::Approx(1).epsilon(1e-7));
+                CHECK(upper == doctest::Approx(1).epsilon(1e-7));
+            }
+}

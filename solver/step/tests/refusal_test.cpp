@@ -114,3 +114,27 @@ TEST_CASE("a step whose error rises by more than is allowed ends there")
             CHECK(hasty.errors[i] == patient.errors[i]);
     }
 }
+
+TEST_CASE("a block without friction that its soft bed pushes aside says so and what would hold it")
+{
+    // Beside the middle of the bed, whose surface the load tilts.
+    const auto pressed = [](const std::string& law) {
+        return run(fmt::format(
+            R"("bodies": {{"bed": {{"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+                   "hold": [{{"set": "z_min"}}], "mesh": {{"generate": "box", "size": [0.16, 0.16, 0.05],
+                   "cells": [4, 4, 2], "element": "H8"}}}},
+               "top": {{"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+                   "loads": [{{"set": "z_max", "traction": [0, 0, -1000]}}],
+                   "start": {{"place": [0.013, 0.0065, 0.05]}}, "mesh": {{"generate": "box",
+                   "size": [0.1, 0.1, 0.05], "cells": [3, 3, 2], "element": "H8"}}}}}},
+               "contact": [{{"between": ["top", "bed"]{}}}], "time": {{"step": 1, "end": 1}})",
+            law));
+    };
+    const Result r = pressed("");
+    CAPTURE(r.summary.message);
+    CHECK(r.summary.status == "failed");
+    CHECK(has(r.summary.message, "nothing holds its shift"));
+    CHECK(has(r.summary.message, "have no friction"));
+    CHECK(pressed(R"(, "friction": 0.01)").summary.message == "");
+    CHECK(pressed(R"(, "sliding": "small")").summary.message == "");
+}
