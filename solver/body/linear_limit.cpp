@@ -28,8 +28,11 @@ template <class At> Mat3 mean_derivative(ElementKind kind, const At& f)
     return d;
 }
 
-std::string at_text(const std::array<double, 3>& x, double time)
+std::string at_text(std::array<double, 3> x, double time)
 {
+    const double size = std::hypot(x[0], x[1], x[2]);
+    for (double& c : x)
+        if (std::abs(c) < 1e-9 * size) c = 0; // round-off of a mean
     return fmt::format("at ({:.3g}, {:.3g}, {:.3g}), t = {:.4g} s", x[0], x[1], x[2], time);
 }
 

@@ -126,10 +126,8 @@ void tell(Table& table, const StudyArguments& a, const std::string& folder, Sess
     if (session.json)
         session.print(json_of(table));
     else
-        session.print(text_of(table) + fmt::format(script.empty()
-                                                       ? "  {0}/study.csv\n"
-                                                       : "  {0}/study.csv, {0}/study.svg\n",
-                                                   folder));
+        session.print(text_of(table) + fmt::format("  {0}/study.csv", folder) +
+                      (script.empty() ? "\n" : fmt::format(", {0}/study.svg\n", folder)));
     if (std::none_of(table.rows.begin(), table.rows.end(),
                      [](const Row& r) { return r.status == "done"; }))
         session.exit_code = kSolveFailed;

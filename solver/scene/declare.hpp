@@ -162,6 +162,13 @@ inline FieldDeclaration required_unless(std::vector<std::string> other, FieldDec
     return required(std::move(f));
 }
 
+/// Not written beside one of these, which give it.
+inline FieldDeclaration replaced_by(std::vector<std::string> other, FieldDeclaration f)
+{
+    f.unless = std::move(other);
+    return f;
+}
+
 inline FieldDeclaration fallback(std::string words, FieldDeclaration f)
 {
     f.fallback = std::move(words);

@@ -300,8 +300,12 @@ ObjectDeclaration declare_introducer(const ObjectDeclaration& place)
     using I = IntroducerInput;
     ObjectDeclaration d{
         "Introducer: a straight frictionless sheath that holds the wire still outside",
-        {field<&I::at>("at", "m", kAny, "Its end, where the wire comes out."),
-         field<&I::direction>("direction", "", direction(), "Where the wire goes."),
+        {replaced_by({"centreline", "branch"},
+                     fallback("[0,0,0]", field<&I::at>("at", "m", kAny,
+                                                       "Its end, where the wire comes out."))),
+         replaced_by({"centreline", "branch"},
+                     fallback("[1,0,0]", field<&I::direction>("direction", "", direction(),
+                                                              "Where the wire goes."))),
          fallback("chosen", field<&I::normal>("normal", "", direction(),
                                               "Curvature of angle 0 bends this way.")),
          object<&I::centreline>("centreline", place, "Instead of \"at\" and \"direction\"."),

@@ -39,14 +39,22 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         csv_of(t);
         plot_script(t, "study");
         text_of(t);
+        tex_of(t);
         parse_shard(d.shard);
+    } catch (const InputError&) {
+    }
+    try {
+        read_added(text, "fuzz");
     } catch (const InputError&) {
     }
     try {
         const Numbers n = numbers_of(text, "fuzz");
         for (const auto& [path, value] : n)
             AMONTONS_ASSERT(find(n, path).has_value());
-        allowed_names(n, "energy.eror");
+        const Texts t = texts_of(text, "fuzz");
+        for (const auto& [path, value] : t)
+            AMONTONS_ASSERT(find(t, path).has_value());
+        allowed_names(n, t, "energy.eror");
     } catch (const InputError&) {
     }
     return 0;

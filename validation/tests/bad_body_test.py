@@ -171,7 +171,7 @@ class BadBodies(unittest.TestCase):
         moved = {"set": "x_min", "x": [[0, 0], [1, 0.01]]}
         self.scene(block=block | {"hold": [{"set": "z_min"}, moved]})
         self.warned("/bodies/block/hold/1/set", "hold 0 (\"z_min\")", "along x: that one counts")
-        for other in ({"set": "x_min", "x": 0}, {"set": "x_max", "y": 0}, {"set": "z_max", "z": 0.1}):
+        for other in ({"set": "x_min", "x": 0}, {"set": "x_max", "y": 0}, {"set": "z_max", "z": 0.02}):
             self.scene(block=block | {"hold": [{"set": "z_min"}, other]})
             self.warned()
         self.scene(block=block | {"hold": [{"set": "z_min", "y": 0, "z": 0}, moved,

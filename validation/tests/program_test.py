@@ -539,11 +539,36 @@ class Output(Case):
         collections = {f.name for f in (self.folder / "out").glob("*.pvd")}
         self.assertEqual(collections, {"other.pvd", "contacts.pvd", "notes.pvd"})
 
+    @unittest.skipIf(STUB, "the stub has no bodies")
+    def test_check_says_side_volume_and_holes_of_surfaces_and_the_size_of_sets(self):
+        ball = {"schema": 1, "bodies": {
+            "room": {"kind": "obstacle", "side": "inside", "surface": {"generate": "ball", "radius": 1}},
+            "tube": {"kind": "obstacle", "surface": {"generate": "tube", "radius": 0.1, "centreline": {
+                "start": [5, 0, 0], "pieces": [{"length": 1}]}}},
+            "block": {"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+                      "mesh": {"generate": "box", "size": [0.2, 0.1, 0.1], "cells": [4, 2, 2], "element": "H8"},
+                      "sets": {"root": {"plane": {"at": [-0.1, 0, 0], "normal": [1, 0, 0]}}},
+                      "hold": [{"set": "root"}]}},
+            "time": {"step": 1, "end": 1}}
+        (self.folder / "room.json").write_text(json.dumps(ball))
+        result = self.call("check", "room.json", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        plan = json.loads(result.stdout)
+        room, tube = plan["surfaces"]
+        self.assertEqual((room["side"], room["holes"]), ("inside", 0))
+        self.assertAlmostEqual(room["volume"], 4.18879, delta=0.05)
+        self.assertEqual((tube["side"], tube["holes"]), ("inside", 2))
+        self.assertAlmostEqual(tube["volume"], 0.0314159, delta=4e-4)
+        sets = {s["name"]: s for s in plan["bodies"][2]["sets"]}
+        self.assertEqual((sets["root"]["faces"], sets["root"]["nodes"]), (4, 9))
+        self.assertAlmostEqual(sets["root"]["area"], 0.01, 12)
+
     def test_check(self):
         result = self.call("check", self.scene(), "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         plan = json.loads(result.stdout)
-        self.assertEqual(set(plan), {"bodies", "pairs", "uses", "leaves_out", "predicted"})
+        self.assertEqual(set(plan), {"bodies", "surfaces", "pairs", "uses", "leaves_out", "predicted"})
+        self.assertEqual([s["name"] for s in plan["surfaces"]], ["floor"])
         self.assertEqual([b["name"] for b in plan["bodies"]], ["floor", "wire"])
         self.assertEqual(plan["pairs"], [{"a": "wire", "b": "floor", "law": "coulomb", "friction": 0.1}])
         self.assertGreater(plan["predicted"]["memory"], 1e6)

@@ -238,13 +238,13 @@ TEST_CASE("A_on_B is the force that A exerts on B, of contacts and joints and ho
                                      kFloor));
     REQUIRE(r.summary.message == "");
     const Vec3 g{0, 0, -kGravity};
-    CHECK((r.vector("block_on_stone_force") + 3 * g).norm() < 1e-6);
+    CHECK((r.vector("stone_on_block_force") - 3 * g).norm() < 1e-6);
     CHECK((r.vector("floor_on_block_force") + (3 + 8) * g).norm() < 1e-6);
     CHECK((r.vector("lamp_on_roof_coupling_0_force") - 2 * g).norm() < 1e-6);
     CHECK((r.vector("roof_z_max_force") + (2 + 1) * g).norm() < 1e-6);
     // An old name is none: it had the other sign.
     for (const Quantity& q : r.records.back().quantities) {
-        CHECK(q.name.rfind("stone_on_block", 0) != 0);
+        CHECK(q.name.rfind("block_on_", 0) != 0);
         CHECK(q.name.rfind("coupling_", 0) != 0);
     }
 }

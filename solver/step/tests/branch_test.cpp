@@ -117,6 +117,10 @@ TEST_CASE("an introducer sits at the end of a named branch and looks into it")
     CHECK((end.direction + Vec3::UnitX()).norm() < 1e-9);
     CHECK(start.at.norm() < 1e-12);
     CHECK((start.direction - Vec3::UnitX()).norm() < 1e-9);
+    Scene scene = parse_scene(in_tube(branch, R"("branch": "femoral")"), "s.json", {});
+    place_introducers(scene);
+    const std::string resolved = resolved_scene(scene); // as the manifest has it: runs again
+    CHECK(resolved_scene(parse_scene(resolved, "again.json", {})) == resolved);
     CHECK(tube_refusal(in_tube(branch, R"("branch": "femoral")")) == "");
 
     CHECK(has(tube_refusal(in_tube(branch, R"("branch": "femorl")")), "one of \"femoral\""));
