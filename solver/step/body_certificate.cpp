@@ -276,6 +276,7 @@ void BodyStepper::fill_report()
         const Vec3 d = moved(contact);
         const Vec3 n = contact.frame.col(0);
         contact.gap += n.dot(d) - moved_[std::size_t(c)];
+        if (!contacts_on_.empty()) contact.point = contacts_on_[std::size_t(c)].end_point;
         report_.slip[std::size_t(c)] = d - n.dot(d) * n;
         report_.force[std::size_t(c)] = per_force * f;
         const Vec3 force = per_force * f;
