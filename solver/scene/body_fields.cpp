@@ -324,17 +324,16 @@ ObjectDeclaration declare_coupling()
          required(
              text<&C::between>("between", "Names of two bodies; the second may be \"world\".")),
          field<&C::at>("at", "m", kAny, "Where, when the run begins."),
-         fallback("`at`", field<&C::to>("to", "m", kAny,
-                                        "Spring, distance: the end on the second body.")),
+         fallback("`at`",
+                  field<&C::to>("to", "m", kAny, "Spring, distance: the end on the second body.")),
          field<&C::axis>("axis", "", direction(), "Of a hinge, a slider or a turn spring."),
          field<&C::stiffness>("stiffness", "N/m", at_least(0),
                               "Of a spring; of a turn spring [N m/rad]."),
          field<&C::damping>("damping", "N s/m", at_least(0),
                             "Of a spring in motion: force per speed at which it gets longer; of a "
                             "turn spring [N m s/rad]."),
-         fallback("as it begins",
-                  field<&C::length>("length", "m", at_least(0),
-                                    "Of a spring free of load, or a distance."))},
+         fallback("as it begins", field<&C::length>("length", "m", at_least(0),
+                                                    "Of a spring free of load, or a distance."))},
         "",
         {},
         defaults_of<C>()};

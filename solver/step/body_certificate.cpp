@@ -83,7 +83,8 @@ bool BodyStepper::holds_at_end()
     for (std::size_t b = 0; b < bodies(); ++b)
         if (!rows_.row[b].empty())
             passing[b] = (rows_.columns[b].cwiseAbs() * own(rows_, r_, b).cwiseAbs()).norm();
-    find();
+    if (!stands_) find();
+    stands_ = false;
     for (BodySystem::Key& k : keys)
         if (const auto next = followed_.find(k); next != followed_.end()) k = next->second;
     const std::map<BodySystem::Key, Vec3>& known = force_;
@@ -208,7 +209,8 @@ bool BodyStepper::adds_rows()
     system_.finder.overlaps(system_.refs, overlaps_);
     std::vector<BodyOverlap> deep = overlaps_;
     if (options_.add_rows == BodyStepOptions::AddRows::refused)
-        std::erase_if(deep, [](const BodyOverlap& o) { return !(o.depth > kNearlyRefused * o.most); });
+        std::erase_if(deep,
+                      [](const BodyOverlap& o) { return !(o.depth > kNearlyRefused * o.most); });
     const bool some = options_.add_rows != BodyStepOptions::AddRows::none &&
                       rounds_ < kMostRounds && system_.finder.add_rows(deep);
     rounds_ += some;
@@ -231,8 +233,8 @@ std::string describe(const BodyOverlap& o, const BodySystem& system)
                               : o.obstacle >= 0 ? system.obstacles[std::size_t(o.obstacle)]
                                                 : "an obstacle";
     return fmt::format("{} and {} overlap by {:.4g} m at ({:.4g}, {:.4g}, {:.4g})",
-                       system.refs[std::size_t(o.a)].name, other, o.depth, o.point.x(),
-                       o.point.y(), o.point.z());
+                       system.refs[std::size_t(o.a)].name, other, o.depth, o.point.x(), o.point.y(),
+                       o.point.z());
 }
 
 void BodyStepper::fill_report()
@@ -281,7 +283,8 @@ void BodyStepper::fill_report()
         report_.force[std::size_t(c)] = per_force * f;
         const Vec3 force = per_force * f;
         const Vec3 tangential = force - n.dot(force) * n;
-        // By the trapezoid rule, as the work of all other forces; what acts in motion is a mean already.
+        // By the trapezoid rule, as the work of all other forces; what acts in motion is a mean
+        // already.
         Vec3 mean = tangential;
         if (!step_.dynamic) {
             const auto known = system_.warm_friction.find(key(c));

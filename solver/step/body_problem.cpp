@@ -262,8 +262,7 @@ ContactSolution BodyStepper::solve_contact(const SolverOptions& options) const
     const Certificate& found = first.certificate;
     if (found.status == SolveStatus::infeasible || (many && found.error <= options.acceptable))
         return first;
-    if (!is_solved(found.status))
-        return amontons::solve(problem_, options, first.reaction);
+    if (!is_solved(found.status)) return amontons::solve(problem_, options, first.reaction);
     if (!linear_ || problem_.W.is_sparse() || problem_.W.rows() > kFinerRows) return first;
     quick.tolerance = kFiner * options.tolerance;
     quick.max_iterations = kFinerIterations;

@@ -131,9 +131,8 @@ EnergyVerdict BodySimulation::State::judge_energy(const BeforeStep& before, doub
         return left;
     };
     const double whole = refinement.whole;
-    const StepJudgement j =
-        judge_step(refinement, {before.energy.error(), energy, scale, time, h},
-                   jumps < kMostTold, left_by_meshes);
+    const StepJudgement j = judge_step(refinement, {before.energy.error(), energy, scale, time, h},
+                                       jumps < kMostTold, left_by_meshes);
     if (whole > 0 && refinement.level == 0) step_length = whole; // what comes next is another step
     if (!j.message.empty()) last.remarks.push_back(j.message);
     if (j.verdict == EnergyVerdict::refused) last.refusal = j.message;

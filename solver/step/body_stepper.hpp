@@ -143,7 +143,7 @@ private:
         std::optional<Vec3> along; ///< across it, when it was lost [m]
     };
     std::map<BodySystem::Key, HeldContact> stays_;
-    std::map<BodySystem::Key, int> lost_; ///< how often contacts with a force were
+    std::map<BodySystem::Key, int> lost_;     ///< how often contacts with a force were
     bool frozen_ = false, measuring_ = false; ///< contacts stay as found; are found all the same
     int freezes_ = 0;
     double lag_ = 0;
@@ -160,10 +160,11 @@ private:
     std::vector<CouplingRow> joints_start_;    ///< of steps that follow them
     std::vector<double> joint_value_;          ///< of each at the iterate
     std::vector<FollowedContact> contacts_on_; ///< of each contact, in steps that follow them
+    bool stands_ = false;                      ///< rows are those of the iterate already
     int follows_ = 0;                          ///< how often contacts were followed
     Eigen::MatrixXd closed_root_; ///< of W where all rows hold, U^T U; empty where they may not
-    std::vector<Vec3> value_;   ///< of every contact and coupling, at the iterate
-    std::vector<double> moved_; ///< of each contact along its normal, when it was found
+    std::vector<Vec3> value_;     ///< of every contact and coupling, at the iterate
+    std::vector<double> moved_;   ///< of each contact along its normal, when it was found
     std::vector<Eigen::VectorXd> free_, mode_load_;
     std::vector<Eigen::MatrixXd> B_; ///< modes seen by the chosen rows
     std::vector<double> mode_scale_; ///< [m/N]
@@ -183,11 +184,11 @@ private:
     Delassus measured_W_; ///< with modes of the elastic part's size: what errors are measured in
     Eigen::VectorXd r_;
     std::vector<Eigen::VectorXd> body_force_;
-    std::map<BodySystem::Key, Vec3> force_;               ///< in space; of a coupling in x
-    std::map<BodySystem::Key, Vec3> friction_;            ///< of the accepted step at rest, in space
-    std::map<BodySystem::Key, Vec3> motion_;              ///< u of the solved rows, in their frames
-    std::map<BodySystem::Key, double> firm_;              ///< of solids that rods touch [N/m]
-    std::map<BodySystem::Key, bool> sticks_;              ///< of rods
+    std::map<BodySystem::Key, Vec3> force_;    ///< in space; of a coupling in x
+    std::map<BodySystem::Key, Vec3> friction_; ///< of the accepted step at rest, in space
+    std::map<BodySystem::Key, Vec3> motion_;   ///< u of the solved rows, in their frames
+    std::map<BodySystem::Key, double> firm_;   ///< of solids that rods touch [N/m]
+    std::map<BodySystem::Key, bool> sticks_;   ///< of rods
     std::map<BodySystem::Key, BodySystem::Key> followed_; ///< of the last find(): old and new
     RodProblem rods_;
     Certificate certificate_;
@@ -201,7 +202,7 @@ private:
     };
     std::vector<Course> course_;
     std::vector<BodySystem::Key> acting_, changed_; ///< of the last iteration; when last some did
-    bool swung_ = false;         ///< rods alone: they went to and fro in this step
+    bool swung_ = false; ///< rods alone: they went to and fro in this step
     bool relaxing_ = false;
     double relaxation_ = 1; ///< share of the motion made
     double left_out_ = 0;   ///< the rest, of bodies whose balance no one looks at again [m or m/s]

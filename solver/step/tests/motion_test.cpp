@@ -42,11 +42,11 @@ struct Course {
 Course course(const std::string& members, const std::string& rule, double h, double end,
               const std::vector<std::byte>& from = {})
 {
-    const Scene scene = parse_scene(
-        fmt::format(R"({{"schema": 1, {}, "time": {{"kind": "dynamic", "step": {:.17g},
+    const Scene scene =
+        parse_scene(fmt::format(R"({{"schema": 1, {}, "time": {{"kind": "dynamic", "step": {:.17g},
                         "end": {:.17g}, {}}}}})",
-                    members, h, end, rule),
-        "test.json", {});
+                                members, h, end, rule),
+                    "test.json", {});
     Course c;
     c.simulation = make_simulation(scene, build_obstacles(scene));
     if (!from.empty()) c.simulation->restore(from);
@@ -133,8 +133,11 @@ double hanging_angle(double length)
 {
     const BarMass bar(length);
     const double c = bar.m * kG * length / 2 / (bar.about_centre + bar.m * length * length / 4);
-    return followed([c](const State& y) { return State{y[1], c * std::cos(y[0])}; }, {0, 0}, 1,
-                    kFineSteps)[0];
+    return followed(
+        [c](const State& y) {
+            return State{y[1], c * std::cos(y[0])};
+        },
+        {0, 0}, 1, kFineSteps)[0];
 }
 
 std::string pendulum(const std::string& joint)
@@ -189,15 +192,18 @@ std::string in_hollow(const std::string& shape, double friction)
         "ball": {{"kind": "rigid", "density": 1000, "shape": {{"generate": "ball", "radius": 0.01}},
             "start": {{"place": [{:.17g}, 0, {:.17g}]}}}}}}, {},
         "contact": [{{"between": ["ball", "hollow"], "friction": {}}}])",
-                       shape, shape == "ball" ? "" : R"(, "axis": [0, 1, 0])",
-                       0.05 * std::cos(0.3), -0.05 * std::sin(0.3), kWeight, friction);
+                       shape, shape == "ball" ? "" : R"(, "axis": [0, 1, 0])", 0.05 * std::cos(0.3),
+                       -0.05 * std::sin(0.3), kWeight, friction);
 }
 
 std::vector<Target> in_hollow_target(bool rolls)
 {
     const double c = (rolls ? 5.0 / 7 : 1.0) * kG / 0.05;
-    const double a = followed([c](const State& y) { return State{y[1], c * std::cos(y[0])}; },
-                              {0.3, 0}, 1, kFineSteps)[0];
+    const double a = followed(
+        [c](const State& y) {
+            return State{y[1], c * std::cos(y[0])};
+        },
+        {0.3, 0}, 1, kFineSteps)[0];
     return {{"ball", 0.05 * Vec3(std::cos(a), 0, -std::sin(a))}};
 }
 
@@ -346,11 +352,11 @@ private:
 std::vector<std::vector<Vec3>> marked(const std::string& members, const std::string& rule, double h,
                                       double end, std::vector<Marks::Mark> marks)
 {
-    const Scene scene = parse_scene(
-        fmt::format(R"({{"schema": 1, {}, "time": {{"kind": "dynamic", "step": {:.17g},
+    const Scene scene =
+        parse_scene(fmt::format(R"({{"schema": 1, {}, "time": {{"kind": "dynamic", "step": {:.17g},
                         "end": {:.17g}, {}}}}})",
-                    members, h, end, rule),
-        "test.json", {});
+                                members, h, end, rule),
+                    "test.json", {});
     const auto simulation = make_simulation(scene, build_obstacles(scene));
     Marks observer(*simulation, std::move(marks));
     const std::atomic<bool> stop{false};
@@ -373,20 +379,20 @@ TEST_CASE("joints hold to 1e-10 of the size at the end of every step however bod
         for (const char* joint : {"ball", "hinge", "slider", "weld"}) {
             CAPTURE(std::string(joint));
             CAPTURE(rule);
-            const bool slides = std::string(joint) == "slider", turns = std::string(joint) == "ball";
+            const bool slides = std::string(joint) == "slider",
+                       turns = std::string(joint) == "ball";
             const Vec3 at(0.1, 0, 0), along(0.1, 0.03, 0), across(0.13, 0, 0);
-            const auto places =
-                marked(fmt::format(R"({}, {{"kind": "{}", "between": ["a", "b"],
+            const auto places = marked(fmt::format(R"({}, {{"kind": "{}", "between": ["a", "b"],
                                        "at": [0.1, 0, 0], "axis": [0, 1, 0]}}])",
-                                   two, joint),
-                       rule, 1e-3, 0.5,
-                       {{"a", Vec3::Zero()},
-                        {"a", at},
-                        {"b", at},
-                        {"a", along},
-                        {"b", along},
-                        {"a", across},
-                        {"b", across}});
+                                                   two, joint),
+                                       rule, 1e-3, 0.5,
+                                       {{"a", Vec3::Zero()},
+                                        {"a", at},
+                                        {"b", at},
+                                        {"a", along},
+                                        {"b", along},
+                                        {"a", across},
+                                        {"b", across}});
             REQUIRE(places.size() == 501);
             for (const std::vector<Vec3>& x : places) {
                 REQUIRE(x.size() == 7);
@@ -459,7 +465,8 @@ TEST_CASE("a block on a spring that friction stops is where the closed form has 
             "shape": {"generate": "box", "size": [0.02, 0.02, 0.02]},
             "start": {"place": [0.1, 0, 0.01]}},
             "floor": {"kind": "obstacle", "surface": {"generate": "plane"}}},
-            "contact": [{"between": ["block", "floor"], "friction": 0.1}], )" + kWeight +
+            "contact": [{"between": ["block", "floor"], "friction": 0.1}], )" +
+                                    kWeight +
                                     R"(, "couplings": [{"kind": "spring",
             "between": ["block", "world"], "at": [0.1, 0, 0], "to": [-1, 0, 0], "stiffness": 100,
             "length": 1}])",
@@ -531,8 +538,10 @@ TEST_CASE("a distance is kept to 1e-10 of it, and a mass on one swings as a pend
         "gravity": [0, 0, -9.81], "couplings": [{"kind": "distance", "between": ["mass", "world"],
             "at": [0.3, 0, 0], "to": [0, 0, 0]}])";
     const double a = followed(
-        [](const State& y) { return State{y[1], kG / 0.3 * std::cos(y[0])}; }, {0, 0}, 1,
-        kFineSteps)[0];
+        [](const State& y) {
+            return State{y[1], kG / 0.3 * std::cos(y[0])};
+        },
+        {0, 0}, 1, kFineSteps)[0];
     for (const std::string& rule : {kMidpoint, kAlpha}) {
         check_second_order(members, {{"mass", 0.3 * Vec3(std::cos(a), 0, -std::sin(a))}}, rule);
         for (const std::vector<Vec3>& x :
@@ -544,10 +553,8 @@ TEST_CASE("a distance is kept to 1e-10 of it, and a mass on one swings as a pend
 TEST_CASE("a spring with damping loses what its damper takes, with every rule")
 {
     // x.. + 2 d x. + w^2 x = 0: 2 kg, 50 N/m, 4 N s/m: d = 1, w = 5.
-    const std::string members =
-        on_spring(R"("place": [0.05, 0, 0])", 1, R"(, "damping": 4)");
-    const double w = std::sqrt(24.0), x = 0.05 * std::exp(-1.0) *
-                                          (std::cos(w) + std::sin(w) / w);
+    const std::string members = on_spring(R"("place": [0.05, 0, 0])", 1, R"(, "damping": 4)");
+    const double w = std::sqrt(24.0), x = 0.05 * std::exp(-1.0) * (std::cos(w) + std::sin(w) / w);
     for (const std::string& rule : {kMidpoint, kTrapezoid, kAlpha}) {
         CAPTURE(rule);
         double off[3];
