@@ -59,6 +59,11 @@ void HeldBody::add_column(const BodyPlace& at, const Vec3& direction, double sca
                           std::vector<Eigen::Triplet<double>>& out) const
 {
     inner_.add_column(at, direction, scale, column, out);
+    if (at.turns) {
+        for (int i = 0; i < 3; ++i)
+            out.emplace_back(inner_.unknowns() + 3 + i, column, scale * direction[i]);
+        return;
+    }
     Vec3 moment = Vec3::Zero();
     double weight = 1;
     if (at.nodes.empty()) {

@@ -29,8 +29,8 @@ struct StepInput {
     TimeRule rule; ///< dynamic: how places follow velocities, and velocities forces
     Vec3 gravity = Vec3::Zero();
     double load = 1; ///< share of the bodies' own loads, gravity apart
-    /// Motion of second order: joints and the contacts of rigid bodies hold where the step ends, and
-    /// their forces act half way (docs/theory/motion.md).
+    /// Motion of second order: joints and the contacts of rigid bodies hold where the step ends,
+    /// and their forces act half way (docs/theory/motion.md).
     bool follows = false;
     double end() const { return start + h; }
 };

@@ -146,8 +146,7 @@ void RigidBody::begin_memory()
         return;
     }
     const Vec3 f = force(step_.start), m = torque(step_.start);
-    if (!memory_.begun)
-        memory_ = {true, state_.velocity, state_.turn.conjugate() * angular_, f, m};
+    if (!memory_.begun) memory_ = {true, state_.velocity, state_.turn.conjugate() * angular_, f, m};
     mean_force_ = rule.end * force(step_.end()) + rule.past(f, memory_.force);
     mean_torque_ = rule.end * torque(step_.end()) + rule.past(m, memory_.torque);
     past_velocity_ = rule.past(state_.velocity, memory_.velocity);
@@ -164,9 +163,9 @@ void RigidBody::move_by(const Vec3& impulse, const Vec3& moment)
     now_.centre = state_.centre + h * (share * now_.velocity + past_velocity_);
     now_angular_ = angular_ + h * mean_torque_ + moment;
     const Eigen::Quaterniond back = state_.turn.conjugate();
-    mean_spin_ =
-        state_.turn * amontons::mean_spin(mass_.inertia, inverse_inertia_, h, share,
-                                          back * now_angular_, back * past_angular_);
+    mean_spin_ = state_.turn * amontons::mean_spin(mass_.inertia, inverse_inertia_, h, share,
+                                                   back * now_angular_, back * past_angular_,
+                                                   back * mean_spin_);
     now_.turn = (cayley_turn(h * mean_spin_) * state_.turn).normalized();
     now_.spin = now_.turn * (inverse_inertia_ * (now_.turn.conjugate() * now_angular_));
 }
@@ -217,8 +216,7 @@ void RigidBody::add_column(const BodyPlace& at, const Vec3& direction, double sc
             out.emplace_back(3 + i, column, scale * direction[i]);
         return;
     }
-    const Vec3 middle =
-        step_.follows ? Vec3(0.5 * (state_.centre + now_.centre)) : now_.centre;
+    const Vec3 middle = step_.follows ? Vec3(0.5 * (state_.centre + now_.centre)) : now_.centre;
     const Vec3 moment = (at.point - middle).cross(direction);
     for (int i = 0; i < 3; ++i) {
         out.emplace_back(i, column, scale * direction[i]);
@@ -358,8 +356,8 @@ BodyEnergy RigidBody::accept(const Eigen::VectorXd& contact)
         return accept_second_order();
     }
     const Vec3 moved = now_.centre - state_.centre;
-    const Vec3 turned = step_.follows ? mean_motion().turn
-                                      : rotation_vector(now_.turn * state_.turn.conjugate());
+    const Vec3 turned =
+        step_.follows ? mean_motion().turn : rotation_vector(now_.turn * state_.turn.conjugate());
     if (driven()) {
         const double before = step_.dynamic ? 0 : 0.5, after = 1 - before;
         e.work = -(before * carried_before_ + after * carried_).dot(moved) -

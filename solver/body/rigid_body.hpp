@@ -124,7 +124,7 @@ private:
     } memory_;
     Vec3 past_velocity_ = Vec3::Zero(), past_spin_ = Vec3::Zero(); ///< see Body::past_velocity
     Vec3 past_angular_ = Vec3::Zero(), now_angular_ = Vec3::Zero();
-    Vec3 mean_spin_ = Vec3::Zero(); ///< of a step of second order
+    Vec3 mean_spin_ = Vec3::Zero();                               ///< of a step of second order
     Vec3 mean_force_ = Vec3::Zero(), mean_torque_ = Vec3::Zero(); ///< over the step
 };
 

@@ -18,7 +18,7 @@ Mat3 cross_matrix(const Vec3& v)
 // multiplied by 1 + h/2 W^ from the left, is quadratic in W:
 //   J W - past - share end + h/2 W x (J W - past + share end) = 0.
 Vec3 mean_spin(const Mat3& inertia, const Mat3& inverse, double h, double share, const Vec3& end,
-               const Vec3& past)
+               const Vec3& past, const Vec3& guess)
 {
     constexpr int kMostSteps = 50, kMostHalvings = 10;
     constexpr double kRounding = 4e-16;
@@ -27,12 +27,11 @@ Vec3 mean_spin(const Mat3& inertia, const Mat3& inverse, double h, double share,
         const Vec3 P = inertia * W;
         return Vec3(P - sum + 0.5 * h * W.cross(P + rest));
     };
-    Vec3 W = inverse * sum;
+    Vec3 W = guess.isZero(0) ? Vec3(inverse * sum) : guess;
     Vec3 r = residual(W);
     for (int i = 0; i < kMostSteps && !r.isZero(0); ++i) {
-        const Mat3 slope = inertia + 0.5 * h *
-                                         (cross_matrix(W) * inertia -
-                                          cross_matrix(inertia * W + rest));
+        const Mat3 slope =
+            inertia + 0.5 * h * (cross_matrix(W) * inertia - cross_matrix(inertia * W + rest));
         const Vec3 step = slope.inverse() * r;
         double part = 1;
         Vec3 next = W - step;

@@ -29,8 +29,9 @@ inline Vec3 cayley_vector(const Eigen::Quaterniond& turn)
 /// @param inertia  about the centre of mass, along the body's axes [kg m^2]; and its inverse
 /// @param end      the angular momentum at the end, along the axes at the start [kg m^2/s]
 /// @param past     of the mean momentum what is known before the step [kg m^2/s]
+/// @param guess    where Newton's method begins [rad/s]; 0: as if the body did not turn
 /// @return         [rad/s]
 Vec3 mean_spin(const Mat3& inertia, const Mat3& inverse, double h, double share, const Vec3& end,
-               const Vec3& past);
+               const Vec3& past, const Vec3& guess = Vec3::Zero());
 
 } // namespace amontons

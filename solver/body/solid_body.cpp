@@ -219,10 +219,11 @@ void SolidBody::begin(const StepInput& step)
     if (frame_kind() == Frame::driven) now_.frame = frame_at(step.end());
     hold(now_, step.end());
     if (frame_kind() == Frame::floating) {
-        // Where the frame will be if the body turns on as it does: elastic forces of the step are
-        // linear in it, and the turn left for u is of second order.
+        // Where the frame will be if the body turns on as it does, where the rule takes elastic
+        // forces: they are linear in it, and the turn left for u is of second order.
         if (!spin_) find_spin();
-        const Eigen::Quaterniond turn = rotation(h * *spin_);
+        const double taken = step.rule.filtered ? h : h * step.rule.end;
+        const Eigen::Quaterniond turn = rotation(taken * *spin_);
         const Vec3 x = centre(state_.x), X = centre(mesh_.nodes);
         now_.frame.turn = (turn * state_.frame.turn).normalized();
         now_.frame.shift = x - now_.frame.turn * X;

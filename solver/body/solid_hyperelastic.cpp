@@ -377,14 +377,14 @@ std::string SolidBody::made_energy()
     const Eigen::VectorXd momentum = mass_times(now_.v), dv = now_.v - state_.v;
     const double kinetic = 0.5 * now_.v.dot(momentum), before = 0.5 * state_.v.dot(momentum_);
     const double stored = inner_forces(now_, inner);
-    double taken = 0; // the work of the forces that the rule took
+    double taken = 0;        // the work of the forces that the rule took
     if (step_.rule.filtered) // of which those are kept in space
         for (std::size_t i = 0; i < now_.x.size(); ++i)
             taken += (now_.x[i] - state_.x[i]).dot(Vec3(last_inner_.segment<3>(at3(i))));
     else
         taken = (now_.u - state_.u).dot(last_inner_);
-    const double made = stored - state_energy_ - taken -
-                        (step_.rule.end - 0.5) * dv.dot(momentum - momentum_);
+    const double made =
+        stored - state_energy_ - taken - (step_.rule.end - 0.5) * dv.dot(momentum - momentum_);
     const double energy = std::max(kinetic + stored, before + state_energy_);
     if (made <= kMost * energy + kRounding * stiffest_ * size_ * size_) return "";
     return fmt::format("{}: the step makes {:.2g} J out of nothing", input_.name, made);

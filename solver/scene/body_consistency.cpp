@@ -135,7 +135,8 @@ void check_couplings(const Scene& scene, Findings& findings)
         }
         if (c.between[0] == c.between[1])
             findings.add({place + "/between"}, "a body and itself", "two bodies");
-        const bool turns = c.kind == "turn_spring", line = c.kind == "spring" || c.kind == "distance";
+        const bool turns = c.kind == "turn_spring",
+                   line = c.kind == "spring" || c.kind == "distance";
         const bool springs = turns || c.kind == "spring";
         if (springs && !(c.stiffness > 0))
             findings.add({place + "/stiffness"}, "nothing",
@@ -162,8 +163,8 @@ void check_couplings(const Scene& scene, Findings& findings)
                          "0, or time.kind \"dynamic\": at rest nothing is damped");
         if (turns && std::ranges::none_of(scene.couplings, [&](const CouplingInput& h) {
                 constexpr double kParallel = 1e-9;
-                const bool same = h.between == c.between || (h.between[0] == c.between[1] &&
-                                                             h.between[1] == c.between[0]);
+                const bool same = h.between == c.between ||
+                                  (h.between[0] == c.between[1] && h.between[1] == c.between[0]);
                 return h.kind == "hinge" && same &&
                        h.axis.normalized().cross(c.axis.normalized()).norm() <= kParallel;
             }))

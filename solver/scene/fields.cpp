@@ -444,8 +444,9 @@ ObjectDeclaration declare_time()
                                            "of their smooth motion. Blows are Moreau's with "
                                            "either.")),
              field<&T::theta>("theta", "", between(0.5, 1),
-                              "Of the rule \"theta\": 1 is implicit Euler, 0.5 the midpoint rule, "
-                              "which keeps the energy."),
+                              "Of the rule \"theta\": 1 is implicit Euler, of first order, which damps "
+                              "what moves; 0.5 the midpoint rule, of second order, which keeps the "
+                              "energy of what is linear, joined or slides on rigid surfaces."),
              field<&T::spectral_radius>(
                  "spectral_radius", "", between(0, 1),
                  "Of the rule \"generalised_alpha\", which is of second order: what a step leaves "

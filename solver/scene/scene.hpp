@@ -370,11 +370,12 @@ struct CouplingInput {
     std::string kind = "weld";
     std::array<std::string, 2> between{}; ///< the second may be "world"
     Vec3 at = Vec3::Zero();               ///< where, when the run begins [m]
-    std::optional<Vec3> to;       ///< spring, distance: its other end, on the second body [m]
-    Vec3 axis = Vec3::UnitZ();    ///< of a hinge, a slider or a turn spring
-    double stiffness = 0;         ///< of a spring [N/m], of a turn spring [N m/rad]
-    double damping = 0;           ///< of a spring [N s/m], of a turn spring [N m s/rad]
-    std::optional<double> length; ///< of a spring free of load, of a distance [m]; default: as it begins
+    std::optional<Vec3> to;    ///< spring, distance: its other end, on the second body [m]
+    Vec3 axis = Vec3::UnitZ(); ///< of a hinge, a slider or a turn spring
+    double stiffness = 0;      ///< of a spring [N/m], of a turn spring [N m/rad]
+    double damping = 0;        ///< of a spring [N s/m], of a turn spring [N m s/rad]
+    std::optional<double>
+        length; ///< of a spring free of load, of a distance [m]; default: as it begins
 };
 
 struct ContactLaw {

@@ -83,7 +83,8 @@ bool BodyStepper::holds_at_end()
     for (std::size_t b = 0; b < bodies(); ++b)
         if (!rows_.row[b].empty())
             passing[b] = (rows_.columns[b].cwiseAbs() * own(rows_, r_, b).cwiseAbs()).norm();
-    find();
+    if (!stands_) find();
+    stands_ = false;
     for (BodySystem::Key& k : keys)
         if (const auto next = followed_.find(k); next != followed_.end()) k = next->second;
     const std::map<BodySystem::Key, Vec3>& known = force_;
@@ -280,6 +281,7 @@ void BodyStepper::fill_report()
         const Vec3 d = moved(contact);
         const Vec3 n = contact.frame.col(0);
         contact.gap += n.dot(d) - moved_[std::size_t(c)];
+        if (!contacts_on_.empty()) contact.point = contacts_on_[std::size_t(c)].end_point;
         report_.slip[std::size_t(c)] = d - n.dot(d) * n;
         report_.force[std::size_t(c)] = per_force * f;
         const Vec3 force = per_force * f;

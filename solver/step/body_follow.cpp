@@ -20,7 +20,8 @@
 namespace amontons {
 namespace {
 
-constexpr int kMostFollowed = 16; // iterations that find contacts anew; then they move as found last
+constexpr int kMostFollowed =
+    16; // iterations that find contacts anew; then they move as found last
 constexpr double kSameFace = 0.9; // cosine of normals: beyond, a contact is with another face
 
 Mat3 turned_frame(const Mat3& frame, const Vec3& normal)
@@ -65,8 +66,8 @@ void BodyStepper::start_following()
     }
 }
 
-/// The iterate goes on as the forces of the step before say: directions half way are then known up to
-/// the square of the step. Of rigid bodies alone, whose motion asks for nothing else.
+/// The iterate goes on as the forces of the step before say: directions half way are then known up
+/// to the square of the step. Of rigid bodies alone, whose motion asks for nothing else.
 void BodyStepper::expect_motion()
 {
     if (!follows_some()) return;
@@ -88,12 +89,16 @@ void BodyStepper::expect_motion()
 }
 
 /// Where all rows hold and all contacts stick, their forces are those of linear equations: most
-/// iterations of steps that are followed ask for no more.
+/// iterations of steps that are followed ask for no more. Rows that repeat others (a closed chain
+/// of hinges) take a share of their own scale more, whose error dies away in some corrections.
 /// @return  false if that is not so, or not known: nothing has changed
 bool BodyStepper::all_rows_hold()
 {
     constexpr int kMostRows = 100;         // of a factor that costs next to nothing
     constexpr double kIndependent = 1e-10; // of W: less is a row that repeats others
+    constexpr double kMore = 1e-9;         // of W, for these
+    constexpr int kMostCorrections = 20;
+    constexpr double kSolved = 1e-3, kEnough = 0.1; // of the tolerance
     closed_root_.resize(0, 0);
     if (!step_.follows || rows_.count > kMostRows || !problem_.W.is_dense()) return false;
     const int contacts_here = int(list_.contact.size());
@@ -101,12 +106,26 @@ bool BodyStepper::all_rows_hold()
         if (c < contacts_here && list_.contact[std::size_t(c)].slid) return false;
     const Eigen::MatrixXd& W = problem_.W.dense();
     closed_root_ = cholesky_root(W);
+    bool repeats = closed_root_.size() == 0;
     for (Eigen::Index i = 0; i < closed_root_.cols(); ++i)
-        if (!(closed_root_(i, i) * closed_root_(i, i) > kIndependent * W(i, i)))
-            closed_root_.resize(0, 0);
+        repeats |= !(closed_root_(i, i) * closed_root_(i, i) > kIndependent * W(i, i));
+    if (repeats) {
+        Eigen::MatrixXd more = W;
+        more.diagonal() *= 1 + kMore;
+        closed_root_ = cholesky_root(more);
+    }
     const Eigen::VectorXd warm = r_;
     r_.setZero(rows_.count);
-    if (closed_root_.size() > 0 && closed_forces(problem_.q)) return true;
+    bool holds = closed_root_.size() > 0 && closed_forces(problem_.q);
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; repeats && holds; ++i) {
+        const Eigen::VectorXd left = W * r_ + problem_.q;
+        const double share = left.norm() / (options_.tolerance * problem_.q.norm());
+        if (share <= kSolved || (share <= kEnough && !(share < 0.5 * least))) break;
+        least = std::min(least, share);
+        holds = i < kMostCorrections && closed_forces(left);
+    }
+    if (holds) return true;
     closed_root_.resize(0, 0);
     r_ = warm;
     return false;
@@ -156,13 +175,15 @@ void BodyStepper::refine()
             if (const int joint = rows_.chosen[k] - contacts_here; joint >= 0)
                 u[rows_.first[k]] += give_of(std::size_t(joint)) * r_[rows_.first[k]];
         const double left = u.norm();
-        if (left <= enough || !(left < 0.5 * least)) return;
+        stands_ = left <= enough;
+        if (stands_ || !(left < 0.5 * least)) return;
         least = left;
         const Eigen::VectorXd before = r_;
         if (!closed_forces(u)) { // the contact problem is due
             r_ = before;
             return;
         }
+        stands_ = false;
         std::vector<ActingForce> acting;
         for (std::size_t k = 0; k < rows_.chosen.size(); ++k) {
             const int c = rows_.chosen[k], first = rows_.first[k];
@@ -173,8 +194,8 @@ void BodyStepper::refine()
                 continue;
             }
             const int rows = amontons::rows_of(problem_.kind[k]);
-            const Vec3 f = list_.contact[std::size_t(c)].frame.leftCols(rows) *
-                           r_.segment(first, rows);
+            const Vec3 f =
+                list_.contact[std::size_t(c)].frame.leftCols(rows) * r_.segment(first, rows);
             force_[key(c)] = f;
             acting.push_back({c, f});
         }
@@ -204,8 +225,7 @@ void BodyStepper::follow_to_end()
         BodyContact& c = list_.contact[i];
         FollowedContact& ways = contacts_on_[i];
         const auto at = found.find({c.pair, c.id});
-        if (at != found.end() &&
-            at->second.frame.col(0).dot(ways.frame.col(0)) > kSameFace) {
+        if (at != found.end() && at->second.frame.col(0).dot(ways.frame.col(0)) > kSameFace) {
             const Vec3 n = at->second.frame.col(0);
             ways.end_frame = turned_frame(ways.frame, n);
             ways.end_point = at->second.point;
@@ -234,12 +254,12 @@ void BodyStepper::follow_to_end()
 
 /// What a turn is of the mean spin times the step, by which its row turns. Below 1e-6 rad the two
 /// are the same.
-double BodyStepper::of_turn(const Coupling& coupling, const CouplingRow& row,
-                            double before) const
+double BodyStepper::of_turn(const Coupling& coupling, const CouplingRow& row, double before) const
 {
     constexpr double kSmall = 1e-6;
     double turned = 0;
-    for (const auto& [side, sign] : {std::pair{coupling.a.body, 1.0}, std::pair{coupling.b.body, -1.0}})
+    for (const auto& [side, sign] :
+         {std::pair{coupling.a.body, 1.0}, std::pair{coupling.b.body, -1.0}})
         if (side >= 0)
             turned += sign * row.direction.dot(
                                  body(std::size_t(side)).displacement({{}, Vec3::Zero(), true}));
@@ -251,18 +271,22 @@ void BodyStepper::find_joints()
 {
     joints_.clear();
     joint_value_.clear();
+    CouplingRow now;
     for (std::size_t c = 0; c < system_.couplings.size(); ++c) {
         const Coupling& coupling = system_.couplings[c];
         const CouplingMemory& memory = system_.coupling_memory[c];
-        CouplingRow row = coupling_row(system_.refs, coupling, memory.value);
-        joint_value_.push_back(row.value);
+        const bool same = c > 0 && same_anchors(system_.couplings[c - 1], coupling);
+        const CouplingRow before = now;
+        now = coupling_row(system_.refs, coupling, memory.value, same ? &before : nullptr);
+        joint_value_.push_back(now.value);
+        CouplingRow row = now;
         if (step_.follows) {
-            row = row_between(coupling, joints_start_[c], row);
+            row = row_between(coupling, joints_start_[c], now);
             if (coupling.turns) row.direction *= of_turn(coupling, row, joints_start_[c].value);
         }
         if (step_.dynamic && coupling.softness > 0)
             row.value = spring_row(coupling, step_.rule, step_.h, memory, row.value).value;
-        joints_.push_back(row);
+        joints_.push_back(std::move(row));
     }
 }
 
@@ -279,8 +303,8 @@ void BodyStepper::remember_joints()
     }
 }
 
-/// What a spring takes in a step of motion beside what it stores: the work of its damping and of the
-/// rule [J].
+/// What a spring takes in a step of motion beside what it stores: the work of its damping and of
+/// the rule [J].
 /// @param force  its mean, as its rows have it [N]
 double BodyStepper::spring_loss(std::size_t coupling, double force) const
 {

@@ -174,8 +174,8 @@ void choose_rows(const Rows& all, Rows& p)
     }
 }
 
-void row_values(const Contacts& k, const StepInput& step,
-                std::span<const FollowedContact> followed, std::vector<Vec3>& all)
+void row_values(const Contacts& k, const StepInput& step, std::span<const FollowedContact> followed,
+                std::vector<Vec3>& all)
 {
     const int contacts = int(k.all.contact.size());
     all.resize(std::size_t(contacts) + k.couplings.size());
@@ -223,8 +223,7 @@ void row_values(const Contacts& k, const StepInput& step,
         // apart.
         const double size = k.bodies[std::size_t(contact.a)].body->size();
         const double left =
-            ways ? ways->gap
-                 : contact.gap - lever * now - step.h * contact.frame.col(0).dot(past);
+            ways ? ways->gap : contact.gap - lever * now - step.h * contact.frame.col(0).dot(past);
         if (left < -kOverlap * size) all[c][0] += (1 - kUndone) * (-left) / lever;
         if (pair.restitution > 0) {
             // Newton's law where the surfaces would meet within the step.

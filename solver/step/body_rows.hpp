@@ -35,8 +35,8 @@ struct Contacts {
 struct FollowedContact {
     Mat3 frame = Mat3::Identity(), end_frame = Mat3::Identity(); ///< at the start, at the end
     Vec3 point = Vec3::Zero(), end_point = Vec3::Zero();         ///< [m]
-    double gap = 0;      ///< at the start [m]
-    double approach = 0; ///< of the gap there [m/s]
+    double gap = 0;                                              ///< at the start [m]
+    double approach = 0;                                         ///< of the gap there [m/s]
 };
 
 /// 3 with friction, else 1.
@@ -70,8 +70,8 @@ void choose_rows(const Rows& all, Rows& p);
 /// must not fall below and the velocity of slip (dynamic).
 /// @param followed  of every contact, in steps that follow them
 /// @param all  of every contact and coupling, three numbers each
-void row_values(const Contacts& k, const StepInput& step,
-                std::span<const FollowedContact> followed, std::vector<Vec3>& all);
+void row_values(const Contacts& k, const StepInput& step, std::span<const FollowedContact> followed,
+                std::vector<Vec3>& all);
 
 /// G with G^T G = C^T A^+ C of a body.
 Eigen::MatrixXd compliance_root(Body& body, const SparseColumns& C);

@@ -127,7 +127,8 @@ void BodyStepper::find_at_start()
     if (!step_.dynamic) return;
     at_start_ = list_;
     std::erase_if(at_start_.contact, [&](const BodyContact& k) {
-        return k.id >= kFirstPlaceRow && !system_.refs[std::size_t(k.a)].rod; // rods number their own
+        return k.id >= kFirstPlaceRow &&
+               !system_.refs[std::size_t(k.a)].rod; // rods number their own
     });
 }
 
@@ -418,7 +419,8 @@ bool BodyStepper::run()
             if (!rests && !adds_rows()) {
                 if (!frozen_ || lags_little()) break;
                 report_.refusal = fmt::format("contacts jump at the end of the step, by {:.1e} of "
-                                              "their forces", lag_);
+                                              "their forces",
+                                              lag_);
                 return false;
             }
             frozen_ = false;
@@ -481,7 +483,8 @@ bool BodyStepper::run()
     for (const BodyRef& b : system_.refs)
         if (b.solid && report_.refusal.empty()) report_.refusal = b.solid->made_energy();
     if (!report_.refusal.empty()) return false;
-    if (options_.stop && *options_.stop) { // solvers may have ended with less than they do otherwise
+    if (options_.stop &&
+        *options_.stop) { // solvers may have ended with less than they do otherwise
         report_.refusal = "interrupted";
         return false;
     }
@@ -542,8 +545,8 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
         for (int i = 0; i < kMostTries; ++i) {
             const BodyContacts at_start = i > 0 ? tried->at_start() : BodyContacts();
             report = {};
-            // Steps in motion find contacts once, and are done again from their start with rows that are
-            // new: once. What slides on is met by the next step.
+            // Steps in motion find contacts once, and are done again from their start with rows
+            // that are new: once. What slides on is met by the next step.
             if (i > 0) own.add_rows = BodyStepOptions::AddRows::refused;
             if (i + 1 == kMostTries) own.add_rows = BodyStepOptions::AddRows::none;
             tried.emplace(system, step, own, report);

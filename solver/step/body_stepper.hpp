@@ -166,10 +166,11 @@ private:
     std::vector<CouplingRow> joints_start_;    ///< of steps that follow them
     std::vector<double> joint_value_;          ///< of each at the iterate
     std::vector<FollowedContact> contacts_on_; ///< of each contact, in steps that follow them
+    bool stands_ = false;                      ///< rows are those of the iterate already
     int follows_ = 0;                          ///< how often contacts were followed
     Eigen::MatrixXd closed_root_; ///< of W where all rows hold, U^T U; empty where they may not
-    std::vector<Vec3> value_;   ///< of every contact and coupling, at the iterate
-    std::vector<double> moved_; ///< of each contact along its normal, when it was found
+    std::vector<Vec3> value_;     ///< of every contact and coupling, at the iterate
+    std::vector<double> moved_;   ///< of each contact along its normal, when it was found
     std::vector<Eigen::VectorXd> free_, mode_load_;
     std::vector<Eigen::MatrixXd> B_; ///< modes seen by the chosen rows
     std::vector<double> mode_scale_; ///< [m/N]

@@ -83,7 +83,14 @@ Vec3 anchor_point(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor
     return x;
 }
 
-CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c, double known)
+bool same_anchors(const Coupling& a, const Coupling& b)
+{
+    return a.input == b.input && !a.turns && !b.turns && a.a.nodes.empty() && a.b.nodes.empty() &&
+           a.a.local == b.a.local && a.b.local == b.b.local;
+}
+
+CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c, double known,
+                         const CouplingRow* same)
 {
     CouplingRow row;
     if (c.turns) { // of the turn of a against b what is about the axis
@@ -98,8 +105,8 @@ CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c, 
         row.value += kWhole * std::round((known - row.value) / kWhole);
         return row;
     }
-    row.point_a = anchor_point(bodies, c.a);
-    row.point_b = anchor_point(bodies, c.b);
+    row.anchor_a = row.point_a = same ? same->anchor_a : anchor_point(bodies, c.a);
+    row.point_b = same ? same->point_b : anchor_point(bodies, c.b);
     const Vec3 between = row.point_a - row.point_b;
     row.direction = turn_of(bodies, c.a) * c.axis;
     if (c.along_line && between.norm() > 0) row.direction = between.normalized();
@@ -128,8 +135,7 @@ CouplingRow row_between(const Coupling& c, const CouplingRow& start, const Coupl
     if (!c.along_line)
         row.direction = (start.direction + end.direction).normalized();
     else if (lengths > 0) // |x'|^2 - |x|^2 = (x' + x) . (x' - x)
-        row.direction =
-            (start.length * start.direction + end.length * end.direction) / lengths;
+        row.direction = (start.length * start.direction + end.length * end.direction) / lengths;
     row.point_a = 0.5 * (start.point_a + end.point_a);
     row.point_b = 0.5 * (start.point_b + end.point_b);
     return row;

@@ -24,7 +24,7 @@ struct Coupling {
     double softness = 0; ///< 1 / stiffness; 0: rigid [m/N]; of turns [rad/(N m)]
     double damping = 0;  ///< of a spring [N s/m]; of turns [N m s/rad]
     Eigen::Quaterniond turn = Eigen::Quaterniond::Identity(); ///< turns: of b against a at rest
-    int input = 0;       ///< of the scene's couplings
+    int input = 0;                                            ///< of the scene's couplings
 };
 
 /// What a row carries from step to step.
@@ -43,20 +43,25 @@ struct CouplingRow {
     double length = 0; ///< along the line: of it [m]
     bool turns = false;
     Vec3 point_a, point_b;             ///< where its forces act
+    Vec3 anchor_a = Vec3::Zero();      ///< of a; that of b is point_b
     std::vector<StencilEntry> nodes_a; ///< instead of the anchor's, where a solid slides
 };
 /// @param known  a turn is the one that is nearest to this [rad]
+/// @param same   a row with the same anchors, if there is one
 CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& coupling,
-                         double known = 0);
+                         double known = 0, const CouplingRow* same = nullptr);
+/// Are two rows of one joint at the same place?
+bool same_anchors(const Coupling& a, const Coupling& b);
 
-/// Where the forces of a step act that leads from one row to another: the direction and places whose
-/// product with the motion of the bodies is the change of the row's value, exactly (but of turns,
-/// whose is of second order). Its value is that of the end.
+/// Where the forces of a step act that leads from one row to another: the direction and places
+/// whose product with the motion of the bodies is the change of the row's value, exactly (but of
+/// turns, whose is of second order). Its value is that of the end.
 CouplingRow row_between(const Coupling& coupling, const CouplingRow& start, const CouplingRow& end);
 
 /// How a spring with damping answers in a step of h with this rule, its force the mean
 ///   F = -(k (end e' + past) + c (e' - e) / h),  e and e' its values before and after:
-/// `value` + `give` h F = 0, value = e' + what is known. Without damping in implicit Euler: e' alone.
+/// `value` + `give` h F = 0, value = e' + what is known. Without damping in implicit Euler: e'
+/// alone.
 struct SpringRow {
     double value = 0; ///< [m]
     double give = 0;  ///< of impulses [m/(N s)]

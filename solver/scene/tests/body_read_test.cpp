@@ -94,6 +94,16 @@ TEST_CASE("materials and sets and loads and masses and joints that cannot be are
     CHECK(has(bad_bodies("\"stone\", \"world\"", "\"stome\", \"world\""),
               "\"stone\" (nearest name)"));
     CHECK(has(bad_bodies(", \"stiffness\": 10", ""), "/couplings/0/stiffness"));
+    const std::string damped =
+        replaced(kBodiesExample, "\"stiffness\": 10", "\"stiffness\": 10, \"damping\": 1");
+    CHECK(issues_of(damped).empty());
+    CHECK(has(issues_of(replaced(damped, "\"dynamic\"", "\"quasi_static\"")),
+              "at rest nothing is damped"));
+    CHECK(has(bad_bodies("\"spring\"", "\"turn_spring\""),
+              "the axis of a coupling of kind \"hinge\" between the same two bodies"));
+    CHECK(has(bad_bodies("\"spring\"", "\"distance\", \"length\": 2"), "/couplings/0/length"));
+    CHECK(has(bad_bodies("\"kind\": \"spring\"", "\"kind\": \"hinge\", \"damping\": 1"),
+              "0, of a hinge: springs have it"));
     CHECK(has(bad_bodies("\"friction\": 0.3", "\"restitution\": 1.1"), "/contact/0/restitution"));
     CHECK(has(bad_bodies("\"kind\": \"dynamic\"", "\"kind\": \"quasi_static\", \"theta\": 0.4"),
               "/time/theta"));
