@@ -33,7 +33,7 @@ constexpr double kLeastForce = 1e-6;     // of the largest in a group, that a bo
 constexpr double kNoBound = 1e6;         // of the largest: beyond, there is no bound
 constexpr double kOnCone = 1 - 1e-6;
 constexpr Eigen::Index kMostJudged = 1000, kMostReactions = 6000; // of a group
-constexpr std::int64_t kMostWork = 500'000'000;                  // multiplications, of a scene
+constexpr std::int64_t kMostWork = 500'000'000;                   // multiplications, of a scene
 
 /// Contacts and couplings with the bodies that they join, no others.
 struct TouchingGroup {

@@ -246,3 +246,20 @@ TEST_CASE("what a spring carries is determined by its length and what a joint ca
     CHECK(u->min == doctest::Approx(0));
     CHECK(std::isinf(u->max));
 }
+
+TEST_CASE("a run that was over says what it left open when it is resumed, too")
+{
+    const std::string scene = groove(0.5, 0.2, kAtRest);
+    const Result r = run(scene);
+    REQUIRE(r.summary.undetermined.size() == 2);
+    const Result again = run(scene, {}, false, r.simulation->save());
+    REQUIRE(again.records.empty());
+    REQUIRE(again.summary.undetermined.size() == 2);
+    for (std::size_t i = 0; i < 2; ++i) {
+        CHECK(again.summary.undetermined[i].a == r.summary.undetermined[i].a);
+        CHECK(again.summary.undetermined[i].b == r.summary.undetermined[i].b);
+        CHECK(again.summary.undetermined[i].tangential);
+        CHECK(again.summary.undetermined[i].min == r.summary.undetermined[i].min);
+        CHECK(again.summary.undetermined[i].max == r.summary.undetermined[i].max);
+    }
+}
