@@ -1,5 +1,6 @@
 #include "solver/step/body_stepper.hpp"
 
+#include "contact/rigid/shape.hpp"
 #include "mesh/base/dense.hpp"
 #include "solver/body/rigid_body.hpp"
 
@@ -31,17 +32,24 @@ Mat3 turned_frame(const Mat3& frame, const Vec3& normal)
 
 } // namespace
 
-/// Steps that have joints, or rigid bodies that may meet something rigid. Implicit Euler's do not:
+/// Steps that have joints, or rigid bodies that may meet on round surfaces: normals of flat ones turn
+/// by no more than the bodies do, and piles of them have problems enough. Implicit Euler's do not:
 /// they damp, and keep what they have.
 StepInput BodyStepper::followed(const BodySystem& system, StepInput step)
 {
-    const auto rigid = [&](const ContactPair& p) {
-        return system.refs[std::size_t(p.a)].rigid &&
-               (p.b < 0 || system.refs[std::size_t(p.b)].rigid);
+    if (!step.dynamic || !(step.rule.end < 1) || system.has_rods()) return step;
+    const auto round = [&](int b) {
+        const RigidBody* rigid = system.refs[std::size_t(b)].rigid;
+        return rigid && is_round(rigid->shape());
     };
-    step.follows = step.dynamic && step.rule.end < 1 && !system.has_rods() &&
-                   (!system.couplings.empty() || system.finder.has_rest() ||
-                    std::ranges::any_of(system.finder.pairs(), rigid));
+    const auto curved = [&](const ContactPair& p) {
+        if (!system.refs[std::size_t(p.a)].rigid) return false;
+        if (p.b < 0) return round(p.a) || !p.plane;
+        return system.refs[std::size_t(p.b)].rigid && (round(p.a) || round(p.b));
+    };
+    step.follows = !system.couplings.empty() || std::ranges::any_of(system.finder.pairs(), curved);
+    for (int b = 0; system.finder.has_rest() && !step.follows && b < int(system.refs.size()); ++b)
+        step.follows = round(b);
     return step;
 }
 
