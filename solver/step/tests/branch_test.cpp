@@ -1,5 +1,4 @@
 #include "mesh/base/file.hpp"
-#include "mesh/tests/sample_surfaces.hpp"
 #include "mesh/tests/temporary_folder.hpp"
 #include "solver/scene/build.hpp"
 #include "solver/scene/tests/issues_of.hpp"
@@ -161,14 +160,10 @@ TEST_CASE("the normal of an introducer is compared with the direction of its cen
 TEST_CASE("a wire in a wall whose free space is outside is offered the other side")
 {
     const TemporaryFolder folder;
-    SurfaceMesh cube = unit_cube();
-    cube.points.push_back(cube.points[0]); // as marching cubes make them: a triangle of no area
-    cube.triangles.push_back({0, 8, 1});
-    std::string obj;
-    for (const Vec3& p : cube.points)
-        obj += fmt::format("v {} {} {}\n", p.x(), p.y(), p.z());
-    for (const auto& t : cube.triangles)
-        obj += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+    // The unit cube, normals outwards; its last triangle has no area, as marching cubes make them.
+    const std::string obj = "v 0 0 0\nv 0 1 0\nv 1 1 0\nv 1 0 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+                            "v 0 0 0\nf 1 2 3\nf 1 3 4\nf 5 6 7\nf 5 7 8\nf 1 4 6\nf 1 6 5\n"
+                            "f 4 3 7\nf 4 7 6\nf 3 2 8\nf 3 8 7\nf 2 1 5\nf 2 5 8\nf 1 9 2\n";
     write_file(folder / "cube.obj", obj);
     const auto scene = [&](const std::string& side) {
         return R"({"schema": 1, "bodies": {"room": {"kind": "obstacle", )" + side +
