@@ -4,6 +4,8 @@
 #include "mesh/tests/temporary_folder.hpp"
 #include "mesh/tests/test_program.hpp"
 #include "solver/output/beam_tube.hpp"
+#include "solver/output/frame_bytes.hpp"
+#include "solver/output/meanings.hpp"
 
 #include <Eigen/Geometry>
 #include <cstdio>
@@ -140,4 +142,52 @@ TEST_CASE("the surface of a straight wire is a closed cylinder")
     beam.fields[0].values.resize(1);
     make_tube_surface(beam, kCorners, tube);
     CHECK(tube.points.empty());
+}
+
+TEST_CASE("contacts say on which body their force acts and the names of all bodies in its numbers")
+{
+    Scene scene;
+    scene.obstacles.resize(1);
+    scene.obstacles[0].name = "wall";
+    scene.rigids.resize(1);
+    scene.rigids[0].name = "ball";
+    scene.solids.resize(1);
+    scene.solids[0].name = "bed";
+    scene.order = {"ball", "wall", "bed"};
+    const ContactBodies bodies = contact_bodies(scene);
+    CHECK(bodies.names == std::vector<std::string>{"wall", "ball", "bed"});
+    CHECK(bodies.kinds == std::vector<std::string>{"obstacle", "rigid", "solid"});
+    const std::string bytes = contacts_bytes({}, bodies);
+    const auto in_numbers = [](const std::string& text) {
+        std::string out;
+        for (const char c : text)
+            out += std::to_string(int(c)) + " ";
+        return out + "0 ";
+    };
+    CHECK(bytes.find("Name=\"body_names\" NumberOfTuples=\"3\" format=\"ascii\">" +
+                     in_numbers("wall") + in_numbers("ball") + in_numbers("bed") + "<") !=
+          std::string::npos);
+    CHECK(bytes.find("Name=\"force_acts_on\" NumberOfTuples=\"1\" format=\"ascii\">" +
+                     in_numbers("body_a") + "<") != std::string::npos);
+}
+
+TEST_CASE("a quantity's meaning is that of the first form that fits all of its name")
+{
+    const auto unit = [](const char* name) {
+        const Meaning* m = meaning_of(name);
+        return m ? std::string(m->unit) : "?";
+    };
+    CHECK(unit("my_ball_on_left_wall_force_x") == "N");
+    CHECK(unit("my_ball_on_left_wall_max_pressure") == "Pa");
+    CHECK(unit("a_on_world_coupling_12_force_z") == "N");
+    CHECK(unit("rod_start_moment_y") == "N m");
+    CHECK(unit("ball_turn_x") == "rad");
+    CHECK(unit("ball_x") == "m");
+    CHECK(unit("depth") == "m");
+    CHECK(unit("wire_max_torque") == "N m");
+    CHECK(unit("catheter_over_wire_contacts") == "");
+    CHECK(unit("catheter_over_wire_normal_force_sum") == "N");
+    CHECK(unit("work") == "J");
+    CHECK(unit("ball_on_floor_force") == "?");
+    CHECK(unit("nothing") == "?");
 }

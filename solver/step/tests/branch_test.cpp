@@ -4,6 +4,7 @@
 #include "solver/scene/tests/issues_of.hpp"
 #include "solver/step/branch_log.hpp"
 #include "solver/step/tests/keep.hpp"
+#include "solver/step/simulation.hpp"
 #include "solver/step/wire_simulation.hpp"
 
 #include <doctest/doctest.h>
@@ -154,4 +155,59 @@ TEST_CASE("the normal of an introducer is compared with the direction of its cen
     place_introducers(scene);
     CHECK((scene.beams[0].introducer.at - Vec3(0, 0, 0.2)).norm() < 1e-9);
     CHECK((scene.beams[0].introducer.direction + Vec3::UnitZ()).norm() < 1e-9);
+}
+
+TEST_CASE("a wire in a wall whose free space is outside is offered the other side")
+{
+    const TemporaryFolder folder;
+    // The unit cube, normals outwards; its last triangle has no area, as marching cubes make them.
+    const std::string obj = "v 0 0 0\nv 0 1 0\nv 1 1 0\nv 1 0 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+                            "v 0 0 0\nf 1 2 3\nf 1 3 4\nf 5 6 7\nf 5 7 8\nf 1 4 6\nf 1 6 5\n"
+                            "f 4 3 7\nf 4 7 6\nf 3 2 8\nf 3 8 7\nf 2 1 5\nf 2 5 8\nf 1 9 2\n";
+    write_file(folder / "cube.obj", obj);
+    const auto scene = [&](const std::string& side) {
+        return R"({"schema": 1, "bodies": {"room": {"kind": "obstacle", )" + side +
+               R"("surface": {"file": ")" + (folder / "cube.obj") + R"("}},
+            "wire": {"kind": "beam", "segments": [{"length": 0.5, "radius": 4e-3, "EI": 5e-1,
+              "element": 2e-2}], "introducer": {"at": [0.3, 0.5, 0.5]}, "drive": {"insertion": 0.05}}},
+            "contact": [{"between": ["wire", "room"]}], "time": {"step": 0.1, "end": 0.1}})";
+    };
+    CHECK(has(tube_refusal(scene("")),
+              "; the orientation of the surface of room puts the free space outside: \"side\": "
+              "\"inside\" of it is the other way"));
+    CHECK(tube_refusal(scene(R"("side": "inside", )")) == "");
+    std::vector<Issue> warnings;
+    const Scene parsed = parse_scene(scene(R"("side": "inside", )"), "s.json", {});
+    const std::vector<Obstacle> obstacles = build_obstacles(parsed, &warnings);
+    REQUIRE(warnings.size() == 1);
+    CHECK(warnings[0].found == "1 triangles without area, which were left out");
+    const SurfaceFacts facts = surface_facts(parsed.obstacles[0], obstacles[0]);
+    CHECK(facts.side == "inside");
+    CHECK(facts.holes == 0);
+    CHECK(facts.volume == doctest::Approx(1).epsilon(0.5)); // inside a lumen edges are rounded
+}
+
+TEST_CASE("a rod whose tip begins outside its vessel is told so and one that nothing holds is offered drag")
+{
+    const auto refusal = [](const std::string& fed, double y) {
+        const Scene scene = parse_scene(
+            fmt::format(R"({{"schema": 1, "bodies": {{"tube": {{"kind": "obstacle", "surface": {{
+                "generate": "tube", "radius": 0.004, "centreline": {{"pieces": [{{"length": 0.1}}]}}}}}},
+                "rod": {{"kind": "rod", {}"shape": {{"start": [-0.1, {}, 0]}}, "segments": [{{
+                "length": 0.1, "radius": 4e-4, "EI": 5e-4, "element": 5e-3}}]}}}},
+                "contact": [{{"between": ["rod", "tube"]}}], "time": {{"step": 0.1, "end": 0.1}}}})",
+                        fed, y),
+            "s.json", {});
+        try {
+            make_simulation(scene, build_obstacles(scene));
+        } catch (const InputError& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    const std::string fed = R"("fed": [[0, 0], [1, 0.05]], )";
+    CHECK(refusal(fed, 0) == "");
+    CHECK(has(refusal(fed, 0.02), "/bodies/rod/shape: found its tip at (0, 0.02, 0), 0.016 m outside of "
+                                  "the free space of tube"));
+    CHECK(has(refusal("", 0), "or \"drag\", a medium that resists every motion"));
 }

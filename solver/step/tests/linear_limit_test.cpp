@@ -11,7 +11,7 @@ using namespace amontons;
 
 namespace {
 
-std::vector<Vec3> moved(const VolumeMesh& mesh, const Mat3& F)
+std::vector<Vec3> moved_by(const VolumeMesh& mesh, const Mat3& F)
 {
     std::vector<Vec3> x;
     for (const Vec3& X : mesh.nodes)
@@ -52,13 +52,13 @@ TEST_CASE("rotations and strains of affine motions are found exactly, apart from
         Mat3 G = Mat3::Zero();
         G << 0.02, 0.03, 0, -0.01, -0.05, 0, 0, 0, 0;
         LinearLimit limit;
-        limit.note(mesh, moved(mesh, R * (Mat3::Identity() + G)), R, 7);
+        limit.note(mesh, moved_by(mesh, R * (Mat3::Identity() + G)), R, 7);
         CHECK(limit.rotation == doctest::Approx(0.02).epsilon(1e-9));
         const double half = std::hypot(0.035, 0.01); // of [0.02 0.01; 0.01 -0.05]
         CHECK(limit.strain == doctest::Approx(0.015 + half).epsilon(1e-9));
         CHECK(limit.strained_when == 7);
         CHECK(limit.warning("b") == "");
-        limit.note(mesh, moved(mesh, R), Mat3::Identity(), 8);
+        limit.note(mesh, moved_by(mesh, R), Mat3::Identity(), 8);
         CHECK(limit.rotation > 0.1);
         CHECK(has(limit.warning("b"), "b is linear, but an element of it turned by"));
     }
