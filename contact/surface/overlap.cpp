@@ -85,6 +85,46 @@ double curvature_of_face(const PlacedSurface& s, std::size_t face)
     return most;
 }
 
+double bulge_of_face(const PlacedSurface& s, std::size_t face, double widest)
+{
+    const ExternalSurface& surface = s.facets.surface();
+    const auto corners_of = [&](std::size_t f) {
+        return surface.face(f).first(std::size_t(surface.corners[f]));
+    };
+    const auto middle_of_face = [&](std::size_t f) {
+        Vec3 sum = Vec3::Zero();
+        for (const std::int32_t n : corners_of(f))
+            sum += s.places[std::size_t(n)] / double(corners_of(f).size());
+        return sum;
+    };
+    double most = 0;
+    for (const FacetedSurface::Triangle& t : s.facets.of_face(face))
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (t.beside[k] < 0) continue;
+            const FacetedSurface::Triangle& other = s.facets.triangles()[std::size_t(t.beside[k])];
+            const Vec3 n = area_vector(t, s.places).normalized(),
+                       m = area_vector(other, s.places).normalized();
+            if (!(n.dot(m) > kSharpEdge)) continue;
+            const Vec3 along =
+                s.places[std::size_t(t.nodes[(k + 1) % 3])] - s.places[std::size_t(t.nodes[k])];
+            const Vec3 across = along.cross(n + m).normalized();
+            const bool faces = other.face != t.face && corners_of(face).size() == 4;
+            const double way = std::abs(
+                across.dot(faces ? middle_of_face(std::size_t(other.face)) - middle_of_face(face)
+                                 : middle_of(other, s.places) - middle_of(t, s.places)));
+            if (!(way > 0)) continue;
+            double low = std::numeric_limits<double>::infinity(), high = -low;
+            for (const std::int32_t c : corners_of(face)) {
+                const double at = across.dot(s.places[std::size_t(c)]);
+                low = std::min(low, at);
+                high = std::max(high, at);
+            }
+            const double width = std::min(high - low, widest);
+            most = std::max(most, width * width / 8 * n.cross(m).norm() / way);
+        }
+    return most;
+}
+
 FaceDistance::FaceDistance(const PlacedSurface& surface, const BoundingBox& near)
     : surface_(surface)
 {
@@ -224,7 +264,8 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
     BoundingBox shared;
     shared.low = box_a.low.max(box_b.low);
     shared.high = box_a.high.min(box_b.high);
-    // A place there that is in b leaves b's box, along an axis, within `room`: so deep it is at most.
+    // A place there that is in b leaves b's box, along an axis, within `room`: so deep it is at
+    // most.
     const double leaves = (box_b.high - shared.low).min(shared.high - box_b.low).minCoeff();
     const double room = (1 + 1e-9) * (b.thickness > 0 ? b.thickness : leaves);
     BoundingBox near{shared.low - room, shared.high + room};
@@ -243,8 +284,7 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
         s.own = own;
         s.face = std::min(longest_edge(surface, std::size_t(own_face), a.places),
                           longest_edge(b.facets.surface(), other, b.places));
-        s.bulge = s.face * s.face / 8 *
-                  (curvature_of_face(a, std::size_t(own_face)) + curvature_of_face(b, other));
+        s.bulge = bulge_of_face(a, std::size_t(own_face), s.face) + bulge_of_face(b, other, s.face);
         spots.push_back(s);
     };
     const auto inside = [&](const Vec3& x) {
@@ -361,8 +401,8 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
         s.node_gap = node_gap;
         s.face = deepest.size;
         const Vec3 bends = symmetric_eigenvalues(deepest.hessian);
-        s.bulge = s.face * s.face / 8 *
-                  (curvature_of_face(a, f) + std::max(std::abs(bends[0]), std::abs(bends[2])));
+        s.bulge = bulge_of_face(a, f, s.face) +
+                  s.face * s.face / 8 * std::max(std::abs(bends[0]), std::abs(bends[2]));
         spots.push_back(s);
     }
 }

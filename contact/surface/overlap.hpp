@@ -24,7 +24,7 @@ struct OverlapSpot {
     Vec3 point = Vec3::Zero();
     SurfacePlace own;
     double face = 0;  ///< the smaller of the faces that meet, by its longest edge [m]
-    double bulge = 0; ///< h^2/8 times the curvatures of both: what flat faces leave [m]
+    double bulge = 0; ///< of both: what flat faces leave [m]
     /// Of an exact shape: the least distance of the face's nodes, those that carry multipliers [m].
     double node_gap = 0;
 };
@@ -66,6 +66,11 @@ double longest_edge(const ExternalSurface& surface, std::size_t face, std::span<
 /// Of the surface around a face, by how its triangles turn against those beside them; across an edge
 /// of the body there is none [1/m].
 double curvature_of_face(const PlacedSurface& surface, std::size_t face);
+
+/// By how much a face may stand off the curved surface that it and those beside it are made for, or in
+/// it: the largest width^2/8 times curvature, of its width across each edge to another [m].
+/// @param widest  of the widths that count [m]
+double bulge_of_face(const PlacedSurface& surface, std::size_t face, double widest);
 
 /// Outward and unit, of the faces that a place lies on; zero where they fold onto each other.
 Vec3 outward_normal_at(const PlacedSurface& surface, const SurfacePlace& place);
