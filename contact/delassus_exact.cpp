@@ -20,7 +20,7 @@ struct TwofoldSums {
     }
 };
 
-inline void add_product(double a, double b, double& high, double& low)
+inline void add_twofold(double a, double b, double& high, double& low)
 {
     const double product = a * b, sum = high + product, moved = sum - high;
     low += ((high - (sum - moved)) + (product - moved)) + std::fma(a, b, -product);
@@ -32,14 +32,14 @@ void add_column(double factor, const double* column, TwofoldSums& sums)
 {
     double *const high = sums.high.data(), *const low = sums.low.data();
     for (Eigen::Index i = 0; i < sums.high.size(); ++i)
-        add_product(factor, column[i], high[i], low[i]);
+        add_twofold(factor, column[i], high[i], low[i]);
 }
 
 /// high + low += column . x
 void add_dot(const double* column, const TwofoldSums& x, double& high, double& low)
 {
     for (Eigen::Index i = 0; i < x.high.size(); ++i) {
-        add_product(column[i], x.high[i], high, low);
+        add_twofold(column[i], x.high[i], high, low);
         low += column[i] * x.low[i];
     }
 }
@@ -62,11 +62,11 @@ void Delassus::apply_exactly(const Eigen::VectorXd& r, const Eigen::VectorXd& q,
         for (Eigen::Index j = 0; j < r.size(); ++j)
             if (r[j] != 0)
                 for (Sparse::InnerIterator it(sparse(), j); it; ++it)
-                    add_product(it.value(), r[j], u.high[it.row()], u.low[it.row()]);
+                    add_twofold(it.value(), r[j], u.high[it.row()], u.low[it.row()]);
     } else {
         const DelassusOfBodies& W = of_bodies();
         for (Eigen::Index i = 0; i < r.size(); ++i)
-            add_product(W.give[i], r[i], u.high[i], u.low[i]);
+            add_twofold(W.give[i], r[i], u.high[i], u.low[i]);
         for (const DelassusOfBodies::Part& part : W.parts) {
             TwofoldSums moved(part.G.rows());
             for (std::size_t i = 0; i < part.rows.size(); ++i)
@@ -78,7 +78,7 @@ void Delassus::apply_exactly(const Eigen::VectorXd& r, const Eigen::VectorXd& q,
         }
     }
     for (Eigen::Index i = 0; i < q.size(); ++i)
-        add_product(1, q[i], u.high[i], u.low[i]);
+        add_twofold(1, q[i], u.high[i], u.low[i]);
     out = u.high + u.low;
 }
 

@@ -67,6 +67,8 @@ std::vector<MeaningTable> make_tables()
          {{"A_on_B_coupling_N_force", "N",
            "Force that A exerts on B by the joint or spring `couplings[N]`; B may be `world`.",
            vector},
+          {"A_on_B_coupling_N_moment", "N m",
+           "Moment that A exerts on B by the spring against turning `couplings[N]`.", vector},
           {"A_on_B_normal_force", "N",
            "Sum of the normal forces between A and B, all towards B; of a body and itself, of all "
            "sides."},
@@ -206,6 +208,10 @@ std::vector<MeaningTable> make_tables()
            "What was left out of worst_overlap, sentences."},
           {"certificate.worst_cone_violation", "N", "Largest of a step."},
           {"certificate.uncertified_steps", "", "Steps whose error is above the tolerance."},
+          {"undetermined", "",
+           "Pairs whose forces the laws leave open at the end: pair, directions (normal, "
+           "tangential), normal_force [least, most] in N; most is null: without a bound."},
+          {"undetermined_not_examined", "", "What was not looked at for that, sentences."},
           {"energy.KEY", "J",
            "As the columns of history.csv at the end; elastic_start and kinetic_start at the "
            "start."},

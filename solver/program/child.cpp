@@ -25,7 +25,6 @@ class Child {
 public:
     Child(std::size_t index, const ChildJob& job) : index_(index), most_seconds_(job.most_seconds)
     {
-        const std::string program = job.program.empty() ? "/proc/self/exe" : job.program;
         std::vector<std::string> words{job.program.empty() ? "amontons" : job.program};
         words.insert(words.end(), job.arguments.begin(), job.arguments.end());
         std::vector<char*> arguments;

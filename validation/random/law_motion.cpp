@@ -321,10 +321,11 @@ std::vector<Finding> check_joints(const WrittenRun& run)
                 const double length =
                     c.contains("length") ? c.at("length").get<double>() : (to - at).norm();
                 const double force = std::abs(c.value("stiffness", 0.0) * (apart.norm() - length));
-                const std::string column = fmt::format("coupling_{}_force", number);
-                if (row < 1 || run.history.column(column) < 0) continue;
+                const std::string column =
+                    fmt::format("{}_on_{}_coupling_{}_force", a, b, number);
+                if (row < 1 || !run.history.has_vector(column)) continue;
                 const double told =
-                    std::abs(run.history.values(column)[static_cast<std::size_t>(row)]);
+                    run.history.vector(column, static_cast<std::size_t>(row)).norm();
                 // A step's rule may take the force within the step: then it is between those of its
                 // ends.
                 if (run.dynamic() || std::abs(force - told) <= 1e-6 * std::max(scale.force, force))

@@ -152,6 +152,7 @@ RunSummary StubSimulation::run(StepObserver& observer, const std::atomic<bool>& 
     summary.time = std::min(scene.time.end, summary.steps * scene.time.step);
     summary.quantities = {{"depth", "m", curve_value(beam.insertion, summary.time)},
                           {"passed_through", "", 0}};
+    summary.texts = {{"branch", ""}};
     return summary;
 }
 

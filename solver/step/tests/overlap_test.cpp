@@ -143,7 +143,7 @@ TEST_CASE("a start inside is refused where sets of faces are to touch")
     const auto force = [&](const std::string& law) {
         const Result r = run(scene(0.05, law));
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
-        return std::abs(r.value("up_on_lo_force_z"));
+        return std::abs(r.value("lo_on_up_force_z"));
     };
     CHECK(force("") > 1);
     CHECK(force(sets) == doctest::Approx(force("")).epsilon(1e-9));
@@ -195,7 +195,7 @@ TEST_CASE("surfaces that should fit: gaps and overlaps at the start are taken ou
                   R"({"set": "z_min"})") +
             R"(}, "contact": [{"between": ["up", "lo"])" + law + "}], " + quasi_static(2));
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
-        return r.value("up_on_lo_force_z");
+        return r.value("lo_on_up_force_z");
     };
     const double fitting = force(0, "");
     CHECK(std::abs(fitting) > 500);

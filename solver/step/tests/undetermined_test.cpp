@@ -236,7 +236,7 @@ TEST_CASE("what a spring carries is determined by its length and what a joint ca
         hung(R"({"kind": "spring", "between": ["plate", "world"], "at": [0, 0, 0.3],
         "to": [0, 0, 1.3], "length": 0.997, "stiffness": 100})");
     REQUIRE(spring.summary.message == "");
-    CHECK(spring.value("plate_on_leg_force_z") == doctest::Approx(0.7));
+    CHECK(spring.value("leg_on_plate_force_z") == doctest::Approx(0.7));
     CHECK(spring.summary.undetermined.empty());
     const Result bar =
         hung(R"({"kind": "ball", "between": ["plate", "world"], "at": [0, 0, 0.3]})");
