@@ -32,6 +32,9 @@ Worst patch(const std::string& element, double nu, double mu, double turn, doubl
     upper.hold = {hold("x_min", still(), {}, {}), hold("y_min", {}, still(), {})};
     upper.loads = {pressure("z_max", kPatchPressure)};
     upper.start.turn = {0, 0, turn};
+    for (SolidInput& body : s.scene.solids) // they turn with the blocks
+        for (HoldInput& h : body.hold)
+            h.axes = "body";
     s.touch("upper", "lower", mu, "z_min", "z_max").sliding = "small";
     if (accuracy > 0) s.scene.accuracy.contact = accuracy;
     const SolidRun run = run_solids(s.scene, true);

@@ -33,6 +33,8 @@ void raous_scene(SolidScene& s, const RaousOptions& o)
     if (o.shuffle != 0) mesh = shuffled(mesh, o.shuffle);
     SolidInput& b = s.solid("block", 1.3e11 * stress, 0.2, mesh);
     b.hold = {hold("x_max", still(), {}, {}), hold("all", {}, still(), {})};
+    for (HoldInput& h : b.hold)
+        h.axes = "body"; // they turn with the world
     LoadInput left = traction("x_min", {o.push * stress, 0, 0});
     LoadInput top = traction("z_max", {0, 0, -5e7 * stress});
     left.over = top.over = {{0, 1e-3}, {1, 1}};

@@ -52,7 +52,9 @@ SolidRun run_blocks(const PressedBlocks& o)
     b->start.place = {0, 0, o.shift};
     if (o.load != 0) b->loads = {pressure("z_max", o.load)};
     if (o.shear != 0) b->loads.push_back(traction("z_max", {o.shear * o.load, 0, 0}));
-    s.touch("upper", "lower", o.mu, "z_min", "z_max").sliding = o.small ? "small" : "finite";
+    ContactLaw& law = s.touch("upper", "lower", o.mu, "z_min", "z_max");
+    law.sliding = o.small ? "small" : "finite";
+    if (o.shift < 0) law.start_overlap = "resolve";
     s.scene.accuracy.contact = o.small ? 5e-11 : 1e-8;
     return try_run(s.scene, true);
 }
