@@ -586,12 +586,11 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         if (rest->others.size() == n * (n - 1) / 2) rest.reset(); // nothing is left
     }
     system->finder = ContactFinder(std::move(pairs), std::move(walls), std::move(rest));
-    const bool dynamic = scene.time.kind == "dynamic";
-    if (!dynamic) system->finder.keep_to_contacts(system->refs);
     for (const Obstacle& o : obstacles)
         system->obstacles.push_back(o.name);
     if (std::vector<Issue> inside = start_overlaps(*system, scene, obstacles); !inside.empty())
         throw InputError(std::move(inside));
+    if (scene.time.kind != "dynamic") system->finder.keep_to_contacts(system->refs);
     system->couplings = make_couplings(scene, system->refs);
     system->coupling_memory = begin_memory(system->refs, system->couplings);
     if (scene.time.kind == "dynamic" && time_rule(scene.time).end < 1)

@@ -207,8 +207,10 @@ public:
     void find_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
 
     /// Where bodies stand in each other at the iterate: measured on their surfaces, whatever contacts
-    /// were found. Not of small pairs.
-    void overlaps(const std::vector<BodyRef>& bodies, std::vector<BodyOverlap>& out);
+    /// were found.
+    /// @param small_too  pairs that keep the geometry of the start, where that is the geometry
+    void overlaps(const std::vector<BodyRef>& bodies, std::vector<BodyOverlap>& out,
+                  bool small_too = false);
     /// Pairs that overlaps() leaves out, a sentence each.
     std::vector<std::string> not_measured(const std::vector<BodyRef>& bodies) const;
     /// Appends the rows of such places to contacts that a try of the same step has found.

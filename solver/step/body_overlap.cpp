@@ -102,11 +102,13 @@ void ContactFinder::limit_reach(const std::vector<BodyRef>& bodies, bool dynamic
     }
 }
 
-void ContactFinder::overlaps(const std::vector<BodyRef>& bodies, std::vector<BodyOverlap>& out)
+void ContactFinder::overlaps(const std::vector<BodyRef>& bodies, std::vector<BodyOverlap>& out,
+                             bool small_too)
 {
     out.clear();
     find_boxes(bodies);
     for (std::size_t p = 0; p < given_; ++p) {
+        if (pairs_[p].small && !small_too) continue;
         const std::size_t first = out.size();
         overlaps_of_pair(bodies, int(p), out);
         const double left =
@@ -142,7 +144,6 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
 {
     const ContactPair& p = pairs_[std::size_t(pair)];
     const BodyRef& a = bodies[std::size_t(p.a)];
-    if (p.small) return;
     const auto below = [&](const ContactSurface* surface, int body) {
         return surface && !surface->whole ? thickness(bodies, body) : 0.0;
     };

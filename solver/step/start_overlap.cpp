@@ -105,7 +105,7 @@ std::vector<Issue> start_overlaps(BodySystem& system, const Scene& scene,
         return outside;
     constexpr double kRounded = 1 + 1e-6; // a limit that a scene meets exactly
     std::vector<BodyOverlap> overlaps;
-    system.finder.overlaps(system.refs, overlaps);
+    system.finder.overlaps(system.refs, overlaps, true);
     const std::vector<ContactPair>& pairs = system.finder.pairs();
     // What is inside of a solid altogether, or fills the place of one like it, meets none of its
     // faces.
@@ -145,6 +145,8 @@ std::vector<Issue> start_overlaps(BodySystem& system, const Scene& scene,
     for (const BodyOverlap& o : overlaps) {
         const StartOverlap how = o.pair >= 0 ? pairs[std::size_t(o.pair)].start_overlap
                                              : system.finder.start_overlap_of_rest();
+        // The first step presses small pairs out of each other at once.
+        if (how != StartOverlap::refuse && o.pair >= 0 && pairs[std::size_t(o.pair)].small) continue;
         if (how != StartOverlap::refuse && o.pair >= 0 && can_resolve(system, o, dynamic)) {
             inside[std::size_t(o.pair)] = std::max(inside[std::size_t(o.pair)], o.depth);
             continue;

@@ -134,7 +134,8 @@ TEST_CASE("a start inside is refused where sets of faces are to touch")
                R"(}, "contact": [{"between": ["up", "lo"])" + law + "}], " + quasi_static(1);
     };
     const std::string sets = R"(, "surfaces": ["z_min", "z_max"])";
-    for (const std::string& law : {std::string(), sets}) {
+    const std::string small = R"(, "sliding": "small")";
+    for (const std::string& law : {std::string(), sets, small, sets + small}) {
         CHECK_THROWS_WITH_AS(run(scene(0.045, law)),
                              doctest::Contains("up and lo overlap by 0.005 m"), InputError);
         CHECK_THROWS_WITH_AS(run(scene(0.02, law)), doctest::Contains("overlap by 0.03 m"),
@@ -195,7 +196,7 @@ TEST_CASE("surfaces that should fit: gaps and overlaps at the start are taken ou
                   R"({"set": "z_min"})") +
             R"(}, "contact": [{"between": ["up", "lo"])" + law + "}], " + quasi_static(2));
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
-        return r.value("lo_on_up_force_z");
+        return r.value("up_on_lo_force_z");
     };
     const double fitting = force(0, "");
     CHECK(std::abs(fitting) > 500);
