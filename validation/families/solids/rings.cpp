@@ -41,7 +41,7 @@ std::vector<Measured> shrink_fit()
                             quarter_ring(b - 0.5 * over, c, thick, 8, around, kind));
             ring->hold = sides;
             if (f.plane_strain) ring->hold.push_back(hold("z_max", {}, {}, still()));
-            s.touch("outer", "inner", f.mu, "x_min", "x_max");
+            s.touch("outer", "inner", f.mu, "x_min", "x_max").start_overlap = "resolve";
             const SolidRun run = run_solids(s.scene);
             double force = 0, area = 0, worst = 0;
             for (const ContactRecord& k : run.last().contacts) {
