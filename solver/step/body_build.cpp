@@ -125,9 +125,14 @@ struct Built {
 };
 
 /// A body that begins turned has its mesh turned, so that x, y and z of its holds are the world's,
-/// as those of its loads are. Not if its holds ask for the body's own axes.
+/// as those of its loads are. Not if its holds ask for the body's own axes, or hold all three at 0:
+/// bodies with the same mesh share their factor.
 void turn_with_mesh(SolidInput& input, VolumeMesh& mesh)
 {
+    const bool axes_matter = std::ranges::any_of(input.hold, [](const HoldInput& h) {
+        return !h.x.empty() || !h.y.empty() || !h.z.empty();
+    });
+    if (!axes_matter) return;
     if (input.start.turn.isZero(0) || (!input.hold.empty() && input.hold[0].axes == "body")) return;
     const Eigen::Quaterniond turn = rotation(input.start.turn);
     for (Vec3& x : mesh.nodes)
