@@ -60,4 +60,19 @@ Placement driven_placement(const DriveInput& drive, const Placement& start, cons
     return {turn * start.turn, about + turn * (start.shift - about) + shift};
 }
 
+void turn_with_mesh(SolidInput& input, VolumeMesh& mesh)
+{
+    const bool axes_matter = std::ranges::any_of(input.hold, [](const HoldInput& h) {
+        return !h.x.empty() || !h.y.empty() || !h.z.empty();
+    });
+    if (!axes_matter) return;
+    if (input.start.turn.isZero(0) || (!input.hold.empty() && input.hold[0].axes == "body")) return;
+    const Eigen::Quaterniond turn = rotation(input.start.turn);
+    for (Vec3& x : mesh.nodes)
+        x = turn * x;
+    input.material.fibre = turn * input.material.fibre;
+    input.material.turned = input.start.turn;
+    input.start.turn.setZero();
+}
+
 } // namespace amontons

@@ -124,24 +124,6 @@ struct Built {
     }
 };
 
-/// A body that begins turned has its mesh turned, so that x, y and z of its holds are the world's,
-/// as those of its loads are. Not if its holds ask for the body's own axes, or hold all three at 0:
-/// bodies with the same mesh share their factor.
-void turn_with_mesh(SolidInput& input, VolumeMesh& mesh)
-{
-    const bool axes_matter = std::ranges::any_of(input.hold, [](const HoldInput& h) {
-        return !h.x.empty() || !h.y.empty() || !h.z.empty();
-    });
-    if (!axes_matter) return;
-    if (input.start.turn.isZero(0) || (!input.hold.empty() && input.hold[0].axes == "body")) return;
-    const Eigen::Quaterniond turn = rotation(input.start.turn);
-    for (Vec3& x : mesh.nodes)
-        x = turn * x;
-    input.material.fibre = turn * input.material.fibre;
-    input.material.turned = input.start.turn;
-    input.start.turn.setZero();
-}
-
 /// Elements that are much too stiff for the material, with the element to use; those that carry no
 /// shear beside such a resistance to volume are errors.
 void check_locking(const SolidInput& input, const VolumeMesh& mesh, const std::string& file,

@@ -69,7 +69,7 @@ void BodyStepper::certify_rows(const Eigen::VectorXd& u)
 }
 
 /// At the end of the step: gaps, slips and forces there against the problem's laws.
-bool BodyStepper::holds_at_end()
+bool BodyStepper::check_end_of_step()
 {
     // Forces keep their direction in space; where normals turned, they no longer fit the law.
     const ContactProblem solved = problem_;

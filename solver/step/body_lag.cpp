@@ -132,7 +132,7 @@ bool BodyStepper::lags_little()
     const BodyStepReport report = report_;
     frozen_ = false;
     measuring_ = true;
-    holds_at_end();
+    check_end_of_step();
     measuring_ = false;
     frozen_ = true;
     const Course& now = course_.back();

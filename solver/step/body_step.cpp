@@ -414,7 +414,7 @@ bool BodyStepper::run()
         if (!matrices_kept()) ++report_.factorisations;
         if (!(rods_only_ ? solve_rods() : solve())) return false;
         if (faulty()) return false;
-        if ((!geometry && !nonlinear && !follows_some()) || holds_at_end()) {
+        if ((!geometry && !nonlinear && !follows_some()) || check_end_of_step()) {
             const bool rests = comes_to_rest();
             if (!rests && !adds_rows()) {
                 if (!frozen_ || lags_little()) break;

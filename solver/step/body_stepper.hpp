@@ -106,7 +106,7 @@ private:
     Vec3 past_slip(const BodyContact& c) const;
     void find_sliding();
     bool comes_to_rest();
-    bool holds_at_end();
+    bool check_end_of_step();
     bool adds_rows();
     std::string deepest_overlap_message() const;
     bool faulty();

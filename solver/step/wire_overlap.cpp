@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 
 namespace amontons {
 namespace {
@@ -52,6 +53,25 @@ WireOverlap deepest_overlap(const WireBody& b)
         }
     }
     return deepest;
+}
+
+void WireOverlapLog::note(const WireOverlap& o, int in_wall, int at_step)
+{
+    if (!(o.depth > 0) || o.depth / o.allowed < depth / allowed) return;
+    depth = o.depth;
+    allowed = o.allowed;
+    x = o.point.x(), y = o.point.y(), z = o.point.z();
+    wall = in_wall;
+    step = at_step;
+}
+
+std::string WireOverlapLog::warning(const std::string& wire, const std::string& wall_name) const
+{
+    if (!(depth > allowed)) return "";
+    return fmt::format(
+        "{} stands {:.2g} m in {} between its points of contact, near ({:.4g}, {:.4g}, "
+        "{:.4g}) in step {}, where they leave {:.2g} m: shorter elements follow the wall",
+        wire, depth, wall_name, x, y, z, step, allowed);
 }
 
 } // namespace amontons

@@ -20,4 +20,17 @@ struct WireOverlap {
 /// Cost: three looks at a wall for each such element.
 WireOverlap deepest_overlap(const WireBody& b);
 
+/// Of a wire's overlaps in a run that with the largest depth over what is allowed. Plain numbers:
+/// they go into checkpoints as they are.
+struct WireOverlapLog {
+    double depth = 0, allowed = 1; ///< [m]
+    double x = 0, y = 0, z = 0;    ///< where [m]
+    int wall = 0, step = 0;
+
+    /// @param wall  number of the body that the wire stands in
+    void note(const WireOverlap& overlap, int wall, int step);
+    /// A sentence if it is more than is allowed, else "".
+    std::string warning(const std::string& wire, const std::string& wall_name) const;
+};
+
 } // namespace amontons

@@ -52,10 +52,7 @@ struct WireHistory {
     double max_push = 0, max_torque = 0, max_depth = 0, max_cluster = 0;
     int opening = -1, opening_wall = -1;
     BranchLog branch;
-    /// Of its overlaps between points of contact that with the largest depth over what is allowed.
-    double overlap = 0, overlap_allowed = 1;      ///< [m]
-    double overlap_x = 0, overlap_y = 0, overlap_z = 0;
-    int overlap_wall = 0, overlap_step = 0;
+    WireOverlapLog overlap;
 };
 
 struct WireSimulation::State {
@@ -128,7 +125,6 @@ struct WireSimulation::State {
         return o < obstacles.size() ? obstacles[o].name
                                     : vessels[o - obstacles.size() - wires.size()].name;
     }
-    std::vector<std::string> overlap_warnings() const;
     void note_openings(const std::vector<Vec3>& tips_before);
     void note_walls();
     void finish(RunSummary& s) const;
@@ -316,31 +312,10 @@ void WireSimulation::State::note_walls()
 void WireSimulation::State::note_overlap(std::size_t w, OverlapRecord& worst)
 {
     const WireOverlap o = deepest_overlap(wires[w]);
-    if (!(o.depth > 0)) return;
-    const int wall = walls[w][o.wall];
+    const int wall = walls[w].empty() ? -1 : walls[w][o.wall];
+    history[w].overlap.note(o, wall, step);
     if (o.depth > worst.depth)
         worst = {o.depth, scene.beams[w].name, wall_name(wall), o.point, step};
-    WireHistory& k = history[w];
-    if (o.depth / o.allowed < k.overlap / k.overlap_allowed) return;
-    k.overlap = o.depth;
-    k.overlap_allowed = o.allowed;
-    k.overlap_x = o.point.x(), k.overlap_y = o.point.y(), k.overlap_z = o.point.z();
-    k.overlap_wall = wall;
-    k.overlap_step = step;
-}
-
-std::vector<std::string> WireSimulation::State::overlap_warnings() const
-{
-    std::vector<std::string> all;
-    for (std::size_t w = 0; w < wires.size(); ++w)
-        if (const WireHistory& k = history[w]; k.overlap > k.overlap_allowed)
-            all.push_back(fmt::format("{} stands {:.2g} m in {} between its points of contact, near "
-                                      "({:.4g}, {:.4g}, {:.4g}) in step {}, where they leave {:.2g} m: "
-                                      "shorter elements follow the wall",
-                                      scene.beams[w].name, k.overlap, wall_name(k.overlap_wall),
-                                      k.overlap_x, k.overlap_y, k.overlap_z, k.overlap_step,
-                                      k.overlap_allowed));
-    return all;
 }
 
 void WireSimulation::State::note_openings(const std::vector<Vec3>& tips_before)
@@ -453,8 +428,12 @@ RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& 
         if (std::string told = energy_warning(s.energy, {s.scene.accuracy.contact, size, dynamic});
             !told.empty())
             whole.warnings.push_back(std::move(told));
-        for (std::string& told : s.overlap_warnings())
-            whole.warnings.push_back(std::move(told));
+        for (std::size_t w = 0; w < s.wires.size(); ++w) {
+            const WireOverlapLog& log = s.history[w].overlap;
+            if (!(log.depth > 0)) continue;
+            std::string told = log.warning(s.scene.beams[w].name, s.wall_name(log.wall));
+            if (!told.empty()) whole.warnings.push_back(std::move(told));
+        }
         return whole;
     };
     const auto observe = [&](StepRecord r) {
