@@ -7,7 +7,7 @@
 namespace amontons {
 namespace {
 
-constexpr double kAllowedOfDiameter = 1e-3;
+constexpr double kAllowedOfDiameter = 1e-3, kMostOfDiameter = 0.1;
 constexpr int kParts = 4; // of an element
 
 } // namespace
@@ -44,8 +44,11 @@ WireOverlap deepest_overlap(const WireBody& b)
                     (beside(place->xi - aside) + beside(place->xi + aside) - 2 * x).norm() /
                     (way * way);
                 const double width = std::max(h, length);
-                const double allowed = std::max(width * width / 8 * (there.hessian.norm() + bend),
-                                                kAllowedOfDiameter * 2 * c.radius);
+                const double bulge = width * width / 8 * (there.hessian.norm() + bend);
+                // A wall that bends within a wire's length would excuse any depth.
+                const double allowed =
+                    2 * c.radius *
+                    std::clamp(bulge / (2 * c.radius), kAllowedOfDiameter, kMostOfDiameter);
                 if (depth / allowed < worst) continue;
                 worst = depth / allowed;
                 deepest = {depth, x, std::size_t(c.wall), allowed};

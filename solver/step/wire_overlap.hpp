@@ -10,7 +10,8 @@ struct WireOverlap {
     Vec3 point = Vec3::Zero();
     std::size_t wall = 0; ///< of the wire's
     /// What points of contact at such distances leave: h^2/8 times the curvatures of wall and wire;
-    /// at least 1e-3 of the wire's diameter [m].
+    /// at least 1e-3 and at most a tenth of
+    /// the wire's diameter [m].
     double allowed = 0;
 };
 
