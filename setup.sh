@@ -10,7 +10,11 @@ core=(libeigen3-dev libxxhash-dev libmetis-dev zlib1g-dev nlohmann-json3-dev lib
     libsuitesparse-dev libopenblas0) # without OpenBLAS the reference BLAS factors, many times slower
 pictures=(libvtk9-dev libx11-dev xvfb gnuplot-nox)    # the VTK module and the plots
 modules=(petsc-dev openmpi-bin libcgal-dev libfclib-dev libspnav-dev) # large systems, meshing, contact problems in files, a 3D mouse
-tests=(doctest-dev libbenchmark-dev python3 python3-jsonschema clang libclang-rt-dev shellcheck)
+bindings=(python3-dev python3-numpy pybind11-dev)                      # the package amontons of Python
+studio=(libcpp-httplib-dev)                                            # the page of amontons studio
+command -v npm >/dev/null || studio+=(nodejs npm)                      # one from elsewhere may not stand beside Debian's
+browser=(chromium)                                                     # its tests
+tests=(doctest-dev libbenchmark-dev python3 python3-jsonschema python3-scipy clang libclang-rt-dev shellcheck)
 
 # ---- where things are
 
@@ -20,8 +24,8 @@ results=out/catheter
 
 # Minutes of processor time from nothing, on the machine of docs/build.md.
 demo_minutes=9
-all_minutes=5
-test_minutes=22
+all_minutes=6
+test_minutes=23
 fuzz_minutes=4
 
 usage() {
@@ -30,10 +34,11 @@ usage: ./setup.sh COMMAND
 
   demo       installs what the demo lacks, builds the program, pushes a guidewire through an
              aortic arch and prints what came out; does nothing twice
-  all        builds the rest: the cases of "amontons validate", and the modules for contact
-             problems in files (fclib), meshing (cgal) and large solids (petsc)
-  install [--prefix P]   does all, and puts program, modules and completion below P
-             (/usr/local as root, else ~/.local), where the shell finds them
+  all        builds the rest: the cases of "amontons validate", the modules for contact
+             problems in files (fclib), meshing (cgal) and large solids (petsc), the page
+             of "amontons studio", and the package amontons of Python
+  install [--prefix P]   does all, and puts program, modules, completion and package below P
+             (/usr/local as root, else ~/.local), where shell and python3 find them
   test       does all, then builds and runs the whole test suite
   test --all the same with the tests that take minutes each
   packages   only installs: all packages, of the tests and of every module
@@ -198,6 +203,21 @@ run_demo() {
     files_ending_in json
 }
 
+# What the page is bundled from, by the lock file and without the scripts of others: once, and when the lock changes.
+fetch_page() {
+    [[ web/node_modules/.package-lock.json -nt web/package-lock.json ]] && return
+    if ! command -v npm >/dev/null; then
+        say "No npm: amontons studio is left out."
+        return
+    fi
+    say "Fetching what the page of amontons studio is made of (npm ci --ignore-scripts in web/)."
+    (cd web && npm ci --ignore-scripts --no-audit --no-fund >../build/npm.log 2>&1) || {
+        tail -n 5 build/npm.log >&2
+        say "npm ci failed, see build/npm.log: amontons studio is left out."
+        rm -rf web/node_modules
+    }
+}
+
 demo() {
     configure release
     compile release "$demo_minutes" "the program" demo
@@ -211,8 +231,10 @@ demo() {
 }
 
 build_all() {
+    mkdir -p build
+    fetch_page
     configure release
-    compile release $((demo_minutes + all_minutes)) "the program, the cases of validate and all modules" demo all_programs
+    compile release $((demo_minutes + all_minutes)) "the program, the cases of validate, all modules and the package of Python" demo all_programs
 }
 
 install_program() {
@@ -298,7 +320,7 @@ esac
 
 case "$command" in
 packages)
-    install_packages "${build[@]}" "${core[@]}" -- "${pictures[@]}" "${modules[@]}" "${tests[@]}"
+    install_packages "${build[@]}" "${core[@]}" -- "${pictures[@]}" "${modules[@]}" "${bindings[@]}" "${studio[@]}" "${browser[@]}" "${tests[@]}"
     say "All packages are installed."
     ;;
 demo)
@@ -306,11 +328,11 @@ demo)
     demo
     ;;
 all)
-    install_packages "${build[@]}" "${core[@]}" "${pictures[@]}" -- "${modules[@]}"
+    install_packages "${build[@]}" "${core[@]}" "${pictures[@]}" -- "${modules[@]}" "${bindings[@]}" "${studio[@]}"
     build_all
     ;;
 install)
-    install_packages "${build[@]}" "${core[@]}" "${pictures[@]}" -- "${modules[@]}"
+    install_packages "${build[@]}" "${core[@]}" "${pictures[@]}" -- "${modules[@]}" "${bindings[@]}" "${studio[@]}"
     if [[ -z $option ]]; then
         option=/usr/local
         [[ $EUID -eq 0 ]] || option="$HOME/.local"
@@ -318,8 +340,10 @@ install)
     install_program "$option"
     ;;
 test)
-    install_packages "${build[@]}" "${core[@]}" "${pictures[@]}" "${tests[@]}" -- "${modules[@]}"
+    install_packages "${build[@]}" "${core[@]}" "${pictures[@]}" "${tests[@]}" -- "${modules[@]}" "${bindings[@]}" "${studio[@]}" "${browser[@]}"
     check_tools
+    mkdir -p build
+    fetch_page
     demo
     if [[ $option == all ]]; then run_suite; else run_suite -LE long; fi
     ;;

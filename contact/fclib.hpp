@@ -49,6 +49,18 @@ FclibProblem fclib_problem(const std::vector<NamedArray>& arrays, const std::str
 ///                     before a frictional one, W as a function, more than 2^31 - 1 entries
 std::vector<NamedArray> fclib_arrays(const FclibProblem& problem);
 
+/// A problem as FCLib can hold it.
+struct FclibForm {
+    ContactProblem problem;         ///< every unilateral contact has three rows
+    std::vector<Eigen::Index> rows; ///< those of the original's rows in it, increasing
+};
+
+/// Gives frictionless contacts of one row two more, in which nothing acts: q = 0, friction 0, and
+/// of W the contact's own normal entry on the diagonal. A reaction of the form, taken in `rows`,
+/// is one of the original.
+/// @throws InputError  a matrix-free W, which no file holds
+FclibForm fclib_form(const ContactProblem& problem);
+
 /// The datasets of /solution alone.
 /// @param bilateral  rows at the end that are FCLib's lambda
 std::vector<NamedArray> fclib_solution_arrays(const FclibSolution& solution,

@@ -136,6 +136,54 @@ std::vector<NamedArray> fclib_arrays(const FclibProblem& p)
     return out;
 }
 
+FclibForm fclib_form(const ContactProblem& p)
+{
+    if (p.W.is_matrix_free())
+        throw InputError({{"contact problem", "W", "a function", "a matrix"}});
+    FclibForm form;
+    form.problem.level = p.level;
+    form.problem.mu = p.mu;
+    Eigen::Index rows = 0;
+    std::vector<Eigen::Index> added; // the row whose entry of W each new row takes; -1: none new
+    for (int i = 0; i < contact_count(p); ++i) {
+        const ContactKind kind = kind_of(p, i);
+        for (int k = 0; k < rows_of(kind); ++k) {
+            form.rows.push_back(rows++);
+            added.push_back(-1);
+        }
+        form.problem.kind.push_back(kind);
+        if (kind != ContactKind::frictionless) continue;
+        form.problem.kind.back() = ContactKind::frictional;
+        form.problem.mu[i] = 0;
+        rows += 2;
+        added.insert(added.end(), 2, Eigen::Index(form.rows.size()) - 1);
+    }
+    form.problem.q = Eigen::VectorXd::Zero(rows);
+    form.problem.q(form.rows) = p.q;
+    const Eigen::VectorXd own = p.W.diagonal();
+    if (p.W.is_dense()) {
+        Eigen::MatrixXd W = Eigen::MatrixXd::Zero(rows, rows);
+        W(form.rows, form.rows) = p.W.dense();
+        for (Eigen::Index k = 0; k < rows; ++k)
+            if (added[std::size_t(k)] >= 0) W(k, k) = own[added[std::size_t(k)]];
+        form.problem.W = std::move(W);
+        return form;
+    }
+    const Delassus::Sparse before = p.W.as_sparse();
+    std::vector<Eigen::Triplet<double>> entries;
+    for (Eigen::Index j = 0; j < before.outerSize(); ++j)
+        for (Delassus::Sparse::InnerIterator it(before, j); it; ++it)
+            entries.emplace_back(int(form.rows[std::size_t(it.row())]),
+                                 int(form.rows[std::size_t(it.col())]), it.value());
+    for (Eigen::Index k = 0; k < rows; ++k)
+        if (added[std::size_t(k)] >= 0)
+            entries.emplace_back(int(k), int(k), own[added[std::size_t(k)]]);
+    Delassus::Sparse W(rows, rows);
+    W.setFromTriplets(entries.begin(), entries.end());
+    form.problem.W = std::move(W);
+    return form;
+}
+
 std::vector<NamedArray> fclib_solution_arrays(const FclibSolution& s, Eigen::Index bilateral)
 {
     std::vector<NamedArray> out;

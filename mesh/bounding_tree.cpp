@@ -19,7 +19,7 @@ double squared_to_box(const Eigen::Array3d& x, const Eigen::Array3d& low,
 {
     double sum = 0;
     for (int a = 0; a < 3; ++a) {
-        const double off = std::max({low[a] - x[a], x[a] - high[a], 0.0});
+        const double off = std::max(std::max(low[a] - x[a], x[a] - high[a]), 0.0);
         sum += off * off;
     }
     return sum;
@@ -150,10 +150,11 @@ void BoundingTree::within(const Vec3& centre, double radius,
     }
 }
 
-double NearbyTriangles::gather(const BoundingTree& tree, const Vec3& centre, double radius)
+double NearbyTriangles::gather(const BoundingTree& tree, const Vec3& centre, double radius,
+                               std::int32_t close)
 {
     tree_ = &tree;
-    const double away = std::sqrt(tree.nearest(centre, -1).squared);
+    const double away = std::sqrt(tree.nearest(centre, close).squared);
     // A point of the region is within radius + away of the surface, its nearest triangle
     // within another radius of the centre.
     tree.within(centre, (away + 2 * radius) * (1 + 1e-9), triangles_);

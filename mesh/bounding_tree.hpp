@@ -56,8 +56,11 @@ private:
 class NearbyTriangles {
 public:
     /// Gathers what can be nearest to any point within `radius` of `centre`.
+    /// @param near  a triangle that is probably near the centre, or -1
     /// @return  distance of the centre from the surface [m]
-    double gather(const BoundingTree& tree, const Vec3& centre, double radius);
+    double gather(const BoundingTree& tree, const Vec3& centre, double radius,
+                  std::int32_t near = -1);
+    std::size_t count() const { return triangles_.size(); }
 
     /// As BoundingTree::nearest, for a point of the region.
     /// @param near  position of a triangle that is probably near, from the last call; begin at 0

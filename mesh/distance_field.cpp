@@ -1,11 +1,20 @@
 #include "mesh/distance_field.hpp"
 
+#include "mesh/base/error.hpp"
+#include "mesh/sample_file.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <deque>
+#include <filesystem>
+#include <future>
 #include <limits>
+#include <mutex>
 #include <unordered_map>
+#include <utility>
 
 // f(x) = sum_k c_k B(x/h - k) with the cubic B-spline B per axis. To interpolate f at the grid
 // points the coefficients would need the inverse of the filter (1, 4, 1)/6 = 1 + delta^2/6 over
@@ -14,36 +23,25 @@
 // needs five samples and leaves a defect of h^6 f^(6) / 216 at the grid points, below the
 // error h^4 f^(4) / 384 of spline interpolation itself: blocks can be filled one by one.
 //
-// A block holds what its 8^3 cells need: 11^3 coefficients from 15^3 samples. Samples are kept
+// A block holds what its 4^3 cells need: 7^3 coefficients from 11^3 samples. Samples are kept
 // in bricks of 4^3, since neighbouring blocks share most of them.
 
 namespace amontons {
 
 namespace {
 
-constexpr int kFieldBlock = 8;          // cells along an edge of a block
-constexpr int kBrick = 4;               // samples along an edge of a brick
+constexpr int kFieldBlock = 4;          // cells along an edge of a block
 constexpr int kRow = kFieldBlock + 3;   // coefficients along an edge of a block
-constexpr int kBuffer = 4 * kBrick;     // samples along an edge, gathered for a block
+constexpr int kBuffer = 3 * kBrick;     // samples along an edge, gathered for a block
 constexpr double kFarthest = 1 << 22;   // cells from the origin: 2^20 bricks, 21 bits of a key
 constexpr double kLeastGradient = 1e-8; // below it the normal has no meaning
+constexpr double kSplineOff = 1;        // cells by which the spline may miss a kinked distance
+constexpr std::size_t kMostBlocks = 16384, kMostBricks = 49152; // 47 and 30 MB
+constexpr std::size_t kLeastShare = 4;      // bricks for which a thread is worth starting
+constexpr std::uint64_t kSampleVersion = 1; // changes with the formulas of samples
+constexpr double kUnbounded = -std::numeric_limits<double>::infinity();
 
-struct Key {
-    std::int32_t x, y, z;
-    bool operator==(const Key&) const = default;
-};
-
-struct KeyHash {
-    std::size_t operator()(const Key& k) const
-    {
-        const auto part = [](std::int32_t v) { return static_cast<std::uint64_t>(v + (1 << 20)); };
-        std::uint64_t h = part(k.x) << 42 | part(k.y) << 21 | part(k.z);
-        h = (h ^ (h >> 31)) * 0x9e3779b97f4a7c15ULL;
-        return static_cast<std::size_t>(h ^ (h >> 29));
-    }
-};
-
-using Brick = std::array<double, kBrick * kBrick * kBrick>;
+using Key = BrickKey;
 
 struct Block {
     Key key;
@@ -76,34 +74,88 @@ double prefilter(const double* f, int stride)
 
 } // namespace
 
-struct DistanceField::Cache {
-    std::unordered_map<Key, std::unique_ptr<Brick>, KeyHash> bricks;
-    std::unordered_map<Key, std::int32_t, KeyHash> index;
-    std::vector<std::unique_ptr<Block>> blocks;
+struct DistanceField::Shared {
+    std::unique_ptr<DistanceSource> source;
+    mutable std::mutex mutex; // of all that follows
+    Bricks bricks;
+    std::unordered_map<Key, std::shared_ptr<const Block>, BrickHash> blocks;
+    std::deque<Key> order; // in which they were filled
+    int threads = 1;
+    std::string path; // of the file of samples, or ""
+    std::vector<std::string> messages;
+    bool sampled = false; // since the file was read
 
-    const Brick& brick(const Key& key, const DistanceSource& source, const Vec3& origin,
-                       const Mat3& edges)
+    struct Wanted {
+        Key key;
+        Brick* samples;
+    };
+
+    /// The 3^3 bricks around a block, sampled where they are not known.
+    std::array<const Brick*, 27> around(const Key& block, const Vec3& origin, const Mat3& edges)
     {
-        std::unique_ptr<Brick>& slot = bricks[key];
-        if (slot) return *slot;
-        slot = std::make_unique<Brick>();
-        const Vec3 first{static_cast<double>(key.x), static_cast<double>(key.y),
-                         static_cast<double>(key.z)};
-        source.sample_cube(origin + kBrick * (edges * first), edges, kBrick, slot->data());
-        return *slot;
+        if (bricks.size() > kMostBricks) bricks.clear();
+        std::array<const Brick*, 27> found;
+        std::vector<Wanted> wanted;
+        std::size_t n = 0;
+        for (int i = 0; i < 3; ++i) // samples -4 .. 7 of the block's cells
+            for (int j = 0; j < 3; ++j)
+                for (int k = 0; k < 3; ++k) {
+                    const Key key{block.x - 1 + i, block.y - 1 + j, block.z - 1 + k};
+                    std::unique_ptr<Brick>& slot = bricks[key];
+                    if (!slot) {
+                        slot = std::make_unique<Brick>();
+                        wanted.push_back({key, slot.get()});
+                    }
+                    found[n++] = slot.get();
+                }
+        if (wanted.empty()) return found;
+        sampled = true;
+        const auto sample = [&](std::size_t begin, std::size_t end) {
+            for (std::size_t w = begin; w < end; ++w) {
+                const Key& key = wanted[w].key;
+                const Vec3 first{static_cast<double>(key.x), static_cast<double>(key.y),
+                                 static_cast<double>(key.z)};
+                source->sample_cube(origin + kBrick * (edges * first), edges, kBrick,
+                                    wanted[w].samples->data());
+            }
+        };
+        // Threads of its own: those of OpenMP would wait busily from one block to the next.
+        const std::size_t parts = std::clamp<std::size_t>(wanted.size() / kLeastShare, 1,
+                                                          static_cast<std::size_t>(threads));
+        std::vector<std::future<void>> others;
+        for (std::size_t k = 1; k < parts; ++k)
+            others.push_back(std::async(std::launch::async, sample, wanted.size() * k / parts,
+                                        wanted.size() * (k + 1) / parts));
+        sample(0, wanted.size() / parts);
+        for (std::future<void>& other : others)
+            other.get();
+        return found;
     }
 
-    std::int32_t fill(const Key& key, const DistanceSource& source, const Vec3& origin,
-                      const Mat3& edges)
+    /// A block, filled if no view has asked for it yet. Views wait for each other here.
+    std::shared_ptr<const Block> block(const Key& key, const Vec3& origin, const Mat3& edges)
     {
-        static_assert(kFieldBlock == 2 * kBrick);
+        const std::lock_guard lock(mutex);
+        if (const auto found = blocks.find(key); found != blocks.end()) return found->second;
+        if (order.size() >= kMostBlocks) {
+            blocks.erase(order.front());
+            order.pop_front();
+        }
+        std::shared_ptr<const Block> made = fill(key, origin, edges);
+        blocks.emplace(key, made);
+        order.push_back(key);
+        return made;
+    }
+
+    std::shared_ptr<const Block> fill(const Key& key, const Vec3& origin, const Mat3& edges)
+    {
+        static_assert(kFieldBlock == kBrick);
         std::vector<double> a(kBuffer * kBuffer * kBuffer), b(a.size());
-        for (int i = 0; i < 4; ++i) // samples -4 .. 11 of the block's cells
-            for (int j = 0; j < 4; ++j)
-                for (int k = 0; k < 4; ++k) {
-                    const Brick& from =
-                        brick({2 * key.x - 1 + i, 2 * key.y - 1 + j, 2 * key.z - 1 + k}, source,
-                              origin, edges);
+        const std::array<const Brick*, 27> bricks_of = around(key, origin, edges);
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                for (int k = 0; k < 3; ++k) {
+                    const Brick& from = *bricks_of[static_cast<std::size_t>(9 * i + 3 * j + k)];
                     for (int u = 0; u < kBrick; ++u)
                         for (int v = 0; v < kBrick; ++v)
                             std::copy_n(
@@ -112,7 +164,7 @@ struct DistanceField::Cache {
                                     kBuffer * (kBuffer * (kBrick * i + u) + kBrick * j + v) +
                                     kBrick * k)]);
                 }
-        constexpr int first = kBrick - 1, end = first + kRow; // coefficients -1 .. 9
+        constexpr int first = kBrick - 1, end = first + kRow; // coefficients -1 .. 5
         constexpr int sx = kBuffer * kBuffer, sy = kBuffer;
         const auto pass = [&](const std::vector<double>& in, std::vector<double>& out, int stride,
                               int j0, int j1, int k0, int k1) {
@@ -126,18 +178,42 @@ struct DistanceField::Cache {
         pass(a, b, sx, 0, kBuffer, 0, kBuffer);
         pass(b, a, sy, first, end, 0, kBuffer);
         pass(a, b, 1, first, end, first, end);
-        blocks.push_back(std::make_unique<Block>());
-        Block& block = *blocks.back();
-        block.key = key;
-        double* c = block.c.data();
+        const auto made = std::make_shared<Block>();
+        made->key = key;
+        double* c = made->c.data();
         for (int i = first; i < end; ++i)
             for (int j = first; j < end; ++j, c += kRow)
                 std::copy_n(&b[static_cast<std::size_t>(i * sx + j * sy + first)], kRow, c);
-        const auto number = static_cast<std::int32_t>(blocks.size() - 1);
-        index.emplace(key, number);
-        return number;
+        return made;
     }
 };
+
+struct DistanceField::Cache {
+    std::unordered_map<Key, std::int32_t, BrickHash> index;
+    std::vector<std::shared_ptr<const Block>> blocks;
+    std::size_t oldest = 0; // of the blocks, once there are as many as are kept
+
+    /// Keeps a block, in place of the oldest where there are too many. @return  its number
+    std::int32_t take(std::shared_ptr<const Block> block)
+    {
+        std::size_t number = blocks.size();
+        if (number < kMostBlocks) {
+            blocks.emplace_back();
+        } else {
+            number = oldest;
+            oldest = (oldest + 1) % kMostBlocks;
+            index.erase(blocks[number]->key);
+        }
+        index.emplace(block->key, static_cast<std::int32_t>(number));
+        blocks[number] = std::move(block);
+        return static_cast<std::int32_t>(number);
+    }
+};
+
+double DistanceSource::clearance(const Vec3&, std::int32_t&) const
+{
+    return kUnbounded;
+}
 
 Mat3 axes_of(std::span<const Vec3> points)
 {
@@ -165,16 +241,28 @@ Mat3 axes_of(std::span<const Vec3> points)
 
 DistanceField::DistanceField(std::unique_ptr<DistanceSource> source, const Vec3& origin,
                              double spacing, const Mat3& axes)
-    : source_{std::move(source)}
-    , origin_{origin}
+    : origin_{origin}
     , spacing_{spacing}
     , axes_{axes}
+    , shared_{std::make_shared<Shared>()}
     , cache_{std::make_unique<Cache>()}
 {
+    shared_->source = std::move(source);
 }
 DistanceField::DistanceField(DistanceField&&) noexcept = default;
 DistanceField& DistanceField::operator=(DistanceField&&) noexcept = default;
 DistanceField::~DistanceField() = default;
+
+DistanceField DistanceField::share() const
+{
+    DistanceField other;
+    other.origin_ = origin_;
+    other.spacing_ = spacing_;
+    other.axes_ = axes_;
+    other.shared_ = shared_;
+    other.cache_ = std::make_unique<Cache>();
+    return other;
+}
 
 std::size_t DistanceField::block_count() const
 {
@@ -183,8 +271,9 @@ std::size_t DistanceField::block_count() const
 
 std::size_t DistanceField::memory() const
 {
-    return cache_->blocks.size() * (sizeof(Block) + 64) +
-           cache_->bricks.size() * (sizeof(Brick) + 64);
+    const std::lock_guard lock(shared_->mutex);
+    return shared_->blocks.size() * (sizeof(Block) + 160) +
+           shared_->bricks.size() * (sizeof(Brick) + 64);
 }
 
 // The first of the 4^3 coefficients around x, and the place of x in its cell.
@@ -198,13 +287,13 @@ const double* DistanceField::cell_(const Vec3& x, WallHint& hint, Vec3& fraction
         cell[a] = static_cast<std::int32_t>(down);
         fraction[a] = u - down;
     }
-    const Key key{cell[0] >> 3, cell[1] >> 3, cell[2] >> 3};
+    const Key key{cell[0] >> 2, cell[1] >> 2, cell[2] >> 2};
     if (hint.piece < 0 || static_cast<std::size_t>(hint.piece) >= cache_->blocks.size() ||
         !(cache_->blocks[static_cast<std::size_t>(hint.piece)]->key == key)) {
         const auto found = cache_->index.find(key);
         hint.piece = found != cache_->index.end()
                          ? found->second
-                         : cache_->fill(key, *source_, origin_, spacing_ * axes_);
+                         : cache_->take(shared_->block(key, origin_, spacing_ * axes_));
     }
     const Block& block = *cache_->blocks[static_cast<std::size_t>(hint.piece)];
     return &block.c[static_cast<std::size_t>(
@@ -228,6 +317,84 @@ double DistanceField::distance(const Vec3& x, WallHint& hint) const
                    (w[2][0] * row[0] + w[2][1] * row[1] + w[2][2] * row[2] + w[2][3] * row[3]);
         }
     return sum;
+}
+
+double DistanceField::clearance(const Vec3& x, WallHint& hint) const
+{
+    const Vec3 u = axes_.transpose() * (x - origin_) / spacing_;
+    if (!(u.cwiseAbs().maxCoeff() < kFarthest)) return kUnbounded;
+    const auto block = [&](int a) { return static_cast<std::int32_t>(std::floor(u[a])) >> 2; };
+    const Key key{block(0), block(1), block(2)};
+    const auto& blocks = cache_->blocks;
+    if (hint.piece >= 0 && static_cast<std::size_t>(hint.piece) < blocks.size() &&
+        blocks[static_cast<std::size_t>(hint.piece)]->key == key)
+        return kUnbounded;
+    if (const auto found = cache_->index.find(key); found != cache_->index.end()) {
+        hint.piece = found->second;
+        return kUnbounded;
+    }
+    std::int32_t near = hint.far;
+    const double least = shared_->source->clearance(x, near) - kSplineOff * spacing_;
+    hint.far = near;
+    return least > 0 ? least : kUnbounded;
+}
+
+Hash128 DistanceField::fingerprint_() const
+{
+    const Hash128 source = shared_->source->fingerprint();
+    if (source == Hash128{}) return {};
+    std::string bytes;
+    const auto add = [&](const void* from, std::size_t size) {
+        bytes.append(static_cast<const char*>(from), size);
+    };
+    add(&kSampleVersion, sizeof kSampleVersion);
+    add(&source, sizeof source);
+    add(origin_.data(), 3 * sizeof(double));
+    add(&spacing_, sizeof spacing_);
+    add(axes_.data(), 9 * sizeof(double));
+    return hash128_bytes(bytes);
+}
+
+void DistanceField::prepare(const std::string& cache, int threads)
+{
+    Shared& c = *shared_;
+    const std::lock_guard lock(c.mutex);
+    c.threads = std::max(threads, 1);
+    const std::string before = std::exchange(c.path, "");
+    const Hash128 of = cache.empty() ? Hash128{} : fingerprint_();
+    if (of == Hash128{}) return;
+    char name[48];
+    std::snprintf(name, sizeof name, "%016llx%016llx.samples",
+                  static_cast<unsigned long long>(of.high),
+                  static_cast<unsigned long long>(of.low));
+    c.path = (std::filesystem::path(cache) / name).string();
+    if (c.path == before) return; // another view has read it
+    if (std::error_code error; !std::filesystem::exists(c.path, error)) return;
+    std::string why;
+    try {
+        why = read_samples(read_file(c.path), of, c.bricks);
+    } catch (const InputError& e) {
+        c.messages.push_back(e.what());
+        return;
+    }
+    c.messages.push_back(c.path + (why.empty() ? ": samples read" : ": ignored: " + why));
+    c.sampled = !why.empty();
+}
+
+std::vector<std::string> DistanceField::keep() const
+{
+    const Shared& c = *shared_;
+    const std::lock_guard lock(c.mutex);
+    std::vector<std::string> lines = c.messages;
+    if (c.path.empty() || !c.sampled) return lines;
+    try {
+        make_folder(std::filesystem::path(c.path).parent_path().string());
+        write_file(c.path, sample_bytes(fingerprint_(), c.bricks), Flush::to_system);
+        lines.push_back(c.path + ": samples written");
+    } catch (const WriteError& e) {
+        lines.push_back(e.what());
+    }
+    return lines;
 }
 
 WallSample DistanceField::sample(const Vec3& x, WallHint& hint) const

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "mesh/base/file.hpp"
 #include "mesh/wall.hpp"
 
 #include <memory>
@@ -16,9 +17,17 @@ public:
     virtual ~DistanceSource() = default;
 
     /// The distance at the n^3 points corner + edges (i, j, k), k fastest. One call per brick of a
-    /// field; must give the same bits each time.
+    /// field; must give the same bits each time. Several threads call it at once.
     /// @param edges  columns: the steps of the grid, orthogonal and of one length [m]
     virtual void sample_cube(const Vec3& corner, const Mat3& edges, int n, double* out) const = 0;
+
+    /// The distance at one point, or no more than it [m]; -infinity where that takes as long as
+    /// samples.
+    /// @param near  what an earlier call left for a point that was probably near, or -1
+    virtual double clearance(const Vec3& x, std::int32_t& near) const;
+
+    /// Of all that the samples depend on, but the grid; zero: they are not kept on disk.
+    virtual Hash128 fingerprint() const { return {}; }
 };
 
 /// Directions that turn with points: towards the one farthest from their mean, across it to the
@@ -33,8 +42,9 @@ Mat3 axes_of(std::span<const Vec3> points);
 ///
 /// `distance` is the spline itself (not divided by the size of its gradient), so that its
 /// level sets are exactly orthogonal to `normal`.
-/// Memory: 11 kB for each block of 8^3 cells touched, and 0.6 kB for each 4^3 samples in or
-/// around them.
+/// Memory: 2.8 kB for each block of 4^3 cells touched, and 0.6 kB for each 4^3 samples in or
+/// around them; at most 80 MB, beyond which what was filled first is filled again when it is asked
+/// for again.
 class DistanceField {
 public:
     /// @param source   true distance, not null
@@ -48,22 +58,35 @@ public:
     DistanceField& operator=(DistanceField&&) noexcept;
     ~DistanceField();
 
+    /// Another view of the same field. What one of them fills the others take; each may be used by
+    /// a thread of its own. The values are the same, whoever filled them.
+    DistanceField share() const;
+
     WallSample sample(const Vec3& x, WallHint& hint) const;
     double distance(const Vec3& x, WallHint& hint) const;
 
+    /// As Wall's: of points in blocks that are not filled, and there only where it is above zero.
+    double clearance(const Vec3& x, WallHint& hint) const;
+    void prepare(const std::string& cache, int threads);
+    std::vector<std::string> keep() const;
+
     double spacing() const { return spacing_; } ///< [m]
-    std::size_t block_count() const;            ///< filled so far
+    std::size_t block_count() const;            ///< filled and kept, of this view
     std::size_t memory() const;                 ///< of blocks and samples [bytes]
 
 private:
+    struct Shared;
     struct Cache;
     const double* cell_(const Vec3& x, WallHint& hint, Vec3& fraction) const;
+    Hash128 fingerprint_() const;
 
-    std::unique_ptr<DistanceSource> source_;
-    Vec3 origin_;
-    double spacing_;
-    Mat3 axes_;
-    std::unique_ptr<Cache> cache_;
+    DistanceField() = default;
+
+    Vec3 origin_ = Vec3::Zero();
+    double spacing_ = 1;
+    Mat3 axes_ = Mat3::Identity();
+    std::shared_ptr<Shared> shared_; // source, samples and filled blocks of all views, under a lock
+    std::unique_ptr<Cache> cache_;   // the blocks that this view has taken
 };
 
 } // namespace amontons

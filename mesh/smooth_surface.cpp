@@ -28,7 +28,9 @@ Vec3 on_edge(int k, double t)
 
 } // namespace
 
-SmoothSurface::SmoothSurface(SurfaceMesh coarse, double crease) : coarse_{std::move(coarse)}
+SmoothSurface::SmoothSurface(SurfaceMesh coarse, double crease)
+    : coarse_{std::move(coarse)}
+    , crease_{crease}
 {
     auto& triangles = coarse_.triangles;
     const auto& points = coarse_.points;
@@ -110,6 +112,7 @@ SmoothSurface::Patch SmoothSurface::patch_(std::int32_t i) const
         return x;
     };
     Patch p;
+    p.number = i;
     p.b300 = a;
     p.b030 = b;
     p.b003 = c;
@@ -128,21 +131,23 @@ SmoothSurface::Local SmoothSurface::local_(const Patch& p, double u, double v)
 {
     // Weights (w, u, v) of the corners; de Casteljau once gives a quadratic's six points.
     const double w = 1 - u - v;
-    const Vec3 q200 = w * p.b300 + u * p.b210 + v * p.b201,
-               q020 = w * p.b120 + u * p.b030 + v * p.b021,
-               q002 = w * p.b102 + u * p.b012 + v * p.b003,
-               q110 = w * p.b210 + u * p.b120 + v * p.b111,
-               q011 = w * p.b111 + u * p.b021 + v * p.b012,
-               q101 = w * p.b201 + u * p.b111 + v * p.b102;
-    const Vec3 r100 = w * q200 + u * q110 + v * q101, r010 = w * q110 + u * q020 + v * q011,
-               r001 = w * q101 + u * q011 + v * q002;
     Local at;
-    at.s = w * r100 + u * r010 + v * r001;
-    at.su = 3 * (r010 - r100);
-    at.sv = 3 * (r001 - r100);
-    at.suu = 6 * (q200 - 2 * q110 + q020);
-    at.svv = 6 * (q200 - 2 * q101 + q002);
-    at.suv = 6 * (q200 - q110 - q101 + q011);
+    for (int k = 0; k < 3; ++k) {
+        const double q200 = w * p.b300[k] + u * p.b210[k] + v * p.b201[k],
+                     q020 = w * p.b120[k] + u * p.b030[k] + v * p.b021[k],
+                     q002 = w * p.b102[k] + u * p.b012[k] + v * p.b003[k],
+                     q110 = w * p.b210[k] + u * p.b120[k] + v * p.b111[k],
+                     q011 = w * p.b111[k] + u * p.b021[k] + v * p.b012[k],
+                     q101 = w * p.b201[k] + u * p.b111[k] + v * p.b102[k];
+        const double r100 = w * q200 + u * q110 + v * q101, r010 = w * q110 + u * q020 + v * q011,
+                     r001 = w * q101 + u * q011 + v * q002;
+        at.s[k] = w * r100 + u * r010 + v * r001;
+        at.su[k] = 3 * (r010 - r100);
+        at.sv[k] = 3 * (r001 - r100);
+        at.suu[k] = 6 * (q200 - 2 * q110 + q020);
+        at.svv[k] = 6 * (q200 - 2 * q101 + q002);
+        at.suv[k] = 6 * (q200 - q110 - q101 + q011);
+    }
     return at;
 }
 
@@ -212,9 +217,11 @@ double SmoothSurface::along_edge_(const Patch& p, const Vec3& x, int edge, doubl
     return t;
 }
 
-PatchPoint SmoothSurface::nearest(const Vec3& x, std::int32_t patch, const Vec3& weights) const
+PatchPoint SmoothSurface::nearest(const Vec3& x, std::int32_t patch, const Vec3& weights,
+                                  Patch& last) const
 {
-    Patch p = patch_(patch);
+    if (last.number != patch) last = patch_(patch);
+    const Patch& p = last;
     double u = weights[1], v = weights[2];
     Local at_point;
     PatchPoint found;
@@ -238,13 +245,13 @@ PatchPoint SmoothSurface::nearest(const Vec3& x, std::int32_t patch, const Vec3&
         const int mirrored =
             static_cast<int>(std::find(other.begin(), other.end(), end) - other.begin());
         const Vec3 start = on_edge(mirrored, 1 - t);
-        p = patch_(beside);
+        const Patch q = patch_(beside);
         u = start[1];
         v = start[2];
-        const Local border = local_(p, u, v);
+        const Local border = local_(q, u, v);
         normal += border.su.cross(border.sv).normalized();
         found.normal = normal.normalized();
-        if (inside_(p, x, u, v, at_point) &&
+        if (inside_(q, x, u, v, at_point) &&
             (x - at_point.s).squaredNorm() < (x - found.position).squaredNorm())
             found = {
                 beside, {1 - u - v, u, v}, at_point.s, at_point.su.cross(at_point.sv).normalized()};

@@ -35,19 +35,29 @@ public:
     /// The point of a patch.
     Vec3 point(std::int32_t patch, const Vec3& weights) const;
 
+    /// A curved triangle's Bezier points b_ijk, weights u^i v^j w^k [m].
+    struct Patch {
+        std::int32_t number = -1;
+        Vec3 b300, b030, b003, b210, b120, b021, b012, b102, b201, b111;
+    };
+
     /// The nearest point to x by Newton's method from a start near it; on that patch or the
     /// one beside it.
-    PatchPoint nearest(const Vec3& x, std::int32_t patch, const Vec3& weights) const;
+    /// @param last  of an earlier call or {}: where it is of the same patch, it is not made anew
+    PatchPoint nearest(const Vec3& x, std::int32_t patch, const Vec3& weights, Patch& last) const;
+    PatchPoint nearest(const Vec3& x, std::int32_t patch, const Vec3& weights) const
+    {
+        Patch own;
+        return nearest(x, patch, weights, own);
+    }
 
     /// Largest distance of the curved triangles from the flat ones, sampled [m].
     double deviation() const;
 
     const SurfaceMesh& coarse() const { return coarse_; }
+    double crease() const { return crease_; } ///< [rad]
 
 private:
-    struct Patch { // Bezier points b_ijk, weights u^i v^j w^k
-        Vec3 b300, b030, b003, b210, b120, b021, b012, b102, b201, b111;
-    };
     struct Local { // position and derivatives along the second and third weight
         Vec3 s, su, sv, suu, suv, svv;
     };
@@ -58,6 +68,7 @@ private:
     static double along_edge_(const Patch& p, const Vec3& x, int edge, double t, Local& at);
 
     SurfaceMesh coarse_;
+    double crease_;
     std::vector<std::array<Vec3, 3>> normals_;            ///< of each triangle's corners
     std::vector<std::array<std::int32_t, 3>> neighbours_; ///< across edge k, or -1
     std::vector<std::array<std::uint8_t, 3>> sharp_;      ///< edge k

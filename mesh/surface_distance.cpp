@@ -9,6 +9,13 @@
 
 namespace amontons {
 
+namespace {
+
+/// Triangles around a brick, from which on a search in the tree is quicker than a pass over all.
+constexpr std::size_t kManyNearby = 256;
+
+} // namespace
+
 SurfaceDistance::SurfaceDistance(SmoothSurface smooth, int cuts, double band)
     : smooth_{std::move(smooth)}
     , cuts_{cuts}
@@ -93,15 +100,44 @@ double SurfaceDistance::distance(const Vec3& x, std::int32_t& near) const
 {
     const NearestTriangle place = tree_.nearest(x, near);
     near = place.triangle;
-    return from_place_(x, place);
+    SmoothSurface::Patch last;
+    return from_place_(x, place, last);
 }
 
-double SurfaceDistance::from_place_(const Vec3& x, const NearestTriangle& place) const
+double SurfaceDistance::clearance(const Vec3& x, std::int32_t& near) const
+{
+    const NearestTriangle place = tree_.nearest(x, near);
+    near = place.triangle;
+    const double flat = std::sqrt(place.squared) - 2 * chord_error_;
+    // Behind the surface there is none; close to it only the curved triangle knows the side.
+    return flat > 0 && (x - place.at.point).dot(pseudo_normal_(place)) > 0 ? flat : 0;
+}
+
+Hash128 SurfaceDistance::fingerprint() const
+{
+    const SurfaceMesh& mesh = smooth_.coarse();
+    std::string bytes;
+    const auto add = [&](const void* from, std::size_t size) {
+        bytes.append(static_cast<const char*>(from), size);
+    };
+    const std::uint64_t count = mesh.points.size();
+    const double crease = smooth_.crease();
+    add(&count, sizeof count);
+    add(&crease, sizeof crease);
+    add(&cuts_, sizeof cuts_);
+    add(&band_, sizeof band_);
+    add(mesh.points.data(), count * sizeof(Vec3));
+    add(mesh.triangles.data(), mesh.triangles.size() * sizeof mesh.triangles[0]);
+    return hash128_bytes(bytes);
+}
+
+double SurfaceDistance::from_place_(const Vec3& x, const NearestTriangle& place,
+                                    SmoothSurface::Patch& last) const
 {
     const double flat = std::sqrt(place.squared);
     const PatchPoint curved =
         smooth_.nearest(x, place.triangle / (cuts_ * cuts_),
-                        smooth_.weights_in_patch(place.triangle, cuts_, place.at.weights));
+                        smooth_.weights_in_patch(place.triangle, cuts_, place.at.weights), last);
     const double found = (x - curved.position).norm();
     // Newton may have gone astray at a fold; the two differ by no more than the chord error.
     const bool good = found <= flat + 2 * chord_error_;
@@ -119,7 +155,8 @@ void SurfaceDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, 
     const Vec3 half = 0.5 * across.rowwise().sum(), centre = corner + half;
     const double radius = half.norm();
     std::int32_t near = -1;
-    if (tree_.nearest(centre, -1).squared > (band_ + radius) * (band_ + radius)) {
+    const NearestTriangle middle = tree_.nearest(centre, -1);
+    if (middle.squared > (band_ + radius) * (band_ + radius)) {
         // No contact feels these: the corners' distances, and linear between them.
         double c[8];
         for (int i = 0; i < 8; ++i)
@@ -139,13 +176,18 @@ void SurfaceDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, 
         return;
     }
     NearbyTriangles nearby;
-    nearby.gather(tree_, centre, radius);
-    near = 0;
+    nearby.gather(tree_, centre, radius, middle.triangle);
+    const bool many = nearby.count() > kManyNearby;
+    near = many ? middle.triangle : 0;
+    SmoothSurface::Patch last;
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j)
             for (int k = 0; k < n; ++k) {
                 const Vec3 x = corner + edges * Vec3{1.0 * i, 1.0 * j, 1.0 * k};
-                *out++ = from_place_(x, nearby.nearest(x, near));
+                const NearestTriangle place =
+                    many ? tree_.nearest(x, near) : nearby.nearest(x, near);
+                if (many) near = place.triangle;
+                *out++ = from_place_(x, place, last);
             }
 }
 

@@ -21,6 +21,8 @@ public:
     SurfaceDistance(SmoothSurface smooth, int cuts, double band);
 
     void sample_cube(const Vec3& corner, const Mat3& edges, int n, double* out) const override;
+    double clearance(const Vec3& x, std::int32_t& near) const override;
+    Hash128 fingerprint() const override;
 
     /// @param near  a triangle of refined() that is probably near, or -1; that of x on return
     double distance(const Vec3& x, std::int32_t& near) const;
@@ -32,7 +34,8 @@ public:
     double chord_error(std::size_t patches) const;
 
 private:
-    double from_place_(const Vec3& x, const NearestTriangle& place) const;
+    double from_place_(const Vec3& x, const NearestTriangle& place,
+                       SmoothSurface::Patch& last) const;
     Vec3 pseudo_normal_(const NearestTriangle& place) const;
 
     SmoothSurface smooth_;

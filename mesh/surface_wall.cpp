@@ -28,6 +28,7 @@ constexpr std::size_t kProbes = 600; // places where the radius is looked for
 constexpr double kSmallPart = 0.05;  // of the places may be narrower than the radius taken
 constexpr double kWallBand = 12;     // grid spacings from the wall: a spline's reach twice
 constexpr int kMostCuts = 4;
+constexpr double kMostPieces = 2e5; // of all triangles: 0.4 kB each
 
 struct Rim {
     std::vector<std::int32_t> vertices; // triangles lie to the left of each step
@@ -240,7 +241,10 @@ WallModel make_wall_from_surface(SurfaceMesh mesh, const SurfaceWallOptions& opt
                                : std::max(kWallSpacing * radius, kFinestGrid * diagonal);
     const auto wide = edges.begin() + static_cast<std::ptrdiff_t>(edges.size() * 9 / 10);
     std::nth_element(edges.begin(), wide, edges.end());
-    const int cuts = std::clamp(static_cast<int>(std::ceil(*wide / radius)), 1, kMostCuts);
+    const int fine =
+        static_cast<int>(std::sqrt(kMostPieces / static_cast<double>(mesh.triangles.size())));
+    const int cuts =
+        std::clamp(static_cast<int>(std::ceil(*wide / radius)), 1, std::clamp(fine, 1, kMostCuts));
 
     const std::size_t own = mesh.triangles.size();
     std::vector<Opening> openings;

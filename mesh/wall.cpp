@@ -83,6 +83,18 @@ Wall::Wall(Wall&&) noexcept = default;
 Wall& Wall::operator=(Wall&&) noexcept = default;
 Wall::~Wall() = default;
 
+Wall Wall::share() const
+{
+    return std::visit(
+        [](const auto& shape) {
+            if constexpr (std::is_same_v<std::decay_t<decltype(shape)>, DistanceField>)
+                return Wall{std::make_unique<Geometry>(Geometry{shape.share()})};
+            else
+                return Wall{std::make_unique<Geometry>(Geometry{shape})};
+        },
+        geometry_->shape);
+}
+
 WallSample Wall::sample(const Vec3& x, WallHint& hint) const
 {
     return std::visit([&](const auto& shape) { return shape.sample(x, hint); }, geometry_->shape);
@@ -91,6 +103,23 @@ WallSample Wall::sample(const Vec3& x, WallHint& hint) const
 double Wall::distance(const Vec3& x, WallHint& hint) const
 {
     return std::visit([&](const auto& shape) { return shape.distance(x, hint); }, geometry_->shape);
+}
+
+double Wall::clearance(const Vec3& x, WallHint& hint) const
+{
+    const auto* field = std::get_if<DistanceField>(&geometry_->shape);
+    return field ? field->clearance(x, hint) : -std::numeric_limits<double>::infinity();
+}
+
+void Wall::prepare(const std::string& cache, int threads)
+{
+    if (auto* field = std::get_if<DistanceField>(&geometry_->shape)) field->prepare(cache, threads);
+}
+
+std::vector<std::string> Wall::keep() const
+{
+    const auto* field = std::get_if<DistanceField>(&geometry_->shape);
+    return field ? field->keep() : std::vector<std::string>();
 }
 
 Wall make_wall(SweptTube tube)

@@ -27,10 +27,11 @@ struct WallSample {
 /// It changes no result: two calls with the same x give the same bits whatever the hint.
 struct WallHint {
     std::int32_t piece = -1;
+    std::int32_t far = -1; ///< of clearance()
 };
 
 /// A region of free space with a wall around it. Cheap to move, not copyable.
-/// Not safe for use by several threads at once (it fills a cache).
+/// Not safe for use by several threads at once (it fills a cache): each takes a share().
 class Wall {
 public:
     struct Geometry; ///< swept tube or sampled surface; defined in wall.cpp
@@ -39,12 +40,26 @@ public:
     Wall& operator=(Wall&&) noexcept;
     ~Wall();
 
+    /// The same wall for another user, who may be on another thread; what is filled is filled once.
+    Wall share() const;
+
     /// Signed distance, unit normal and Hessian at x; continuous normal everywhere within
     /// the wall's smallest radius of curvature.
     WallSample sample(const Vec3& x, WallHint& hint) const;
 
     /// The signed distance alone [m].
     double distance(const Vec3& x, WallHint& hint) const;
+
+    /// No more than `distance`, found without sampling where x is far from a sampled wall [m];
+    /// -infinity where the distance itself is as cheap.
+    double clearance(const Vec3& x, WallHint& hint) const;
+
+    /// Samples of a sampled wall are taken by so many threads (the same bits for any number), and
+    /// read from a folder where an earlier run has left them; "": none.
+    void prepare(const std::string& cache, int threads);
+    /// Leaves them there. A wall in closed form has none.
+    /// @return  a line for each file that was read, written, ignored or not to be written, and why
+    std::vector<std::string> keep() const;
 
 private:
     std::unique_ptr<Geometry> geometry_;
@@ -106,6 +121,12 @@ struct WallModel {
     Late<double> deviation; ///< largest distance between `surface` and the wall's zero set [m]
     Late<std::size_t> triangle_count =
         triangles_in(surface); ///< without it, where that is less work
+
+    /// As Wall's.
+    WallModel share() const
+    {
+        return {surface, wall.share(), openings, branches, deviation, triangle_count};
+    }
 };
 
 /// The branch that holds x, in model.branches; -1 in the main vessel or in none. A branch goes on

@@ -8,9 +8,28 @@
 
 namespace amontons {
 
-/// Where libamontons-NAME.so is, or "" if it is not installed. Looks in $AMONTONS_MODULES, then
-/// beside the program, in its ../lib/amontons, and in ../lib/<machine>/amontons.
+/// Another program that this library is part of, and where what belongs to it is then.
+struct Host {
+    std::string program; ///< amontons
+    std::string modules; ///< folder of libamontons-NAME.so
+};
+/// Said once, by a host, before anything else is asked for: it counts for the whole process.
+void set_host(Host host);
+
+/// What to start for a task in a process of its own (a picture, a window, a case): the host's
+/// amontons, else this program, which stays the same when its file is replaced.
+std::string program_path();
+
+/// Where modules are looked for, in this order: $AMONTONS_MODULES; the host's folder; beside this
+/// library or program, in its ../lib/amontons and ../lib/<machine>/amontons; where amontons was
+/// configured to be installed.
+std::vector<std::string> module_folders();
+
+/// Where libamontons-NAME.so is, or "" if it is in none of the folders.
 std::string find_module(const std::string& name);
+
+/// Names of the modules that are mapped into this process, sorted.
+std::vector<std::string> mapped_modules();
 
 /// An open module. It stays mapped until the program ends: libraries that start threads or
 /// register factories do not survive being closed.

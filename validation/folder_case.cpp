@@ -3,9 +3,10 @@
 #include "mesh/base/error.hpp"
 #include "mesh/base/file.hpp"
 #include "mesh/base/limits.hpp"
+#include "mesh/format/columns.hpp"
 #include "solver/scene/json_input.hpp"
-#include "validation/columns.hpp"
 #include "validation/study/record.hpp"
+#include "validation/study/table.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -137,12 +138,33 @@ CaseMeasure read_measure(const Json& json, const std::string& file, const std::s
     }
     m.what = f.text("what");
     m.note = f.text("note");
-    const int kinds =
-        f.has("quantity") + f.has("curve") + f.has("refused") + f.has("problem") + left_out;
+    const bool order = f.has("order");
+    const int kinds = (f.has("quantity") || order) + f.has("curve") + f.has("refused") +
+                      f.has("problem") + left_out;
     if (kinds != 1 && json.is_object())
         f.issue("", fmt::format("{} of quantity, curve, refused, problem and left_out", kinds),
                 "one of them");
-    if (f.has("quantity") && f.is_text("reference")) {
+    if (order) {
+        m.kind = CaseMeasure::Kind::order;
+        m.quantity = f.text("quantity", true);
+        const Json* const of = f.get("order", true, "an object {\"path\", \"values\"}");
+        Fields g(*of, file, place + ".order", issues);
+        m.path = g.text("path", true);
+        const Json* const values = g.get("values", true, "a list of three values or more");
+        if (values && (!values->is_array() || values->size() < 3))
+            g.issue("values", shown(*values), "a list of three values or more");
+        else if (values)
+            for (const Json& v : *values)
+                m.values.push_back(v.is_string() ? v.get<std::string>() : v.dump());
+        g.done();
+        m.finest = f.is_text("reference");
+        if (m.finest)
+            f.one_of("reference", {"finest"}, "");
+        else
+            m.reference = f.number("reference", true, 0, -HUGE_VAL);
+        m.at_least = f.number("at_least", true, 0, 0);
+        if (m.what.empty()) m.what = "order of " + m.quantity + " over " + m.path;
+    } else if (f.has("quantity") && f.is_text("reference")) {
         m.kind = CaseMeasure::Kind::text;
         m.quantity = f.text("quantity", true);
         m.says = f.text("reference");
@@ -260,6 +282,55 @@ Measured compare(const CaseMeasure& m, const FolderCase& c, const SceneAnswer& a
     return row;
 }
 
+/// The order at which a quantity's error falls over runs of a scene.
+Measured order_of(const CaseMeasure& m, const std::string& what, const FolderCase& c,
+                  const std::string& file, const std::vector<std::string>& set, const RunScene& run)
+{
+    study::Table table;
+    study::Sweep sweep;
+    sweep.text = sweep.paths.emplace_back(m.path);
+    sweep.values = m.values;
+    table.sweeps = {sweep};
+    table.quantity = m.quantity;
+    table.kind = m.finest ? study::ReferenceKind::finest : study::ReferenceKind::value;
+    table.reference = m.reference;
+    Measured row{what, m.at_least, kNaN, kNaN, 0, "", {}, ""};
+    for (const std::string& value : m.values) {
+        std::vector<std::string> all = set;
+        all.push_back(m.path + "=" + value);
+        const SceneAnswer answer = run(file, all);
+        const std::string here = m.path + " = " + value;
+        if (answer.exit_code != 0) {
+            row.note = here + ": " + answer.last_words;
+            return row;
+        }
+        study::PointRecord record;
+        record.status = "done";
+        record.numbers = study::numbers_of(answer.json, "the run's answer");
+        record.texts = study::texts_of(answer.json, "the run's answer");
+        if (!study::find(record.numbers, m.quantity))
+            throw InputError({{c.folder + "/case.json", "measure", quoted_text(m.quantity),
+                               study::allowed_names(record.numbers, record.texts, m.quantity)}});
+        study::Point point;
+        point.index = int(table.rows.size());
+        point.values = {value};
+        table.rows.push_back(study::make_row(point, record, m.quantity));
+        if (table.rows.back().status != "done") {
+            row.note = here + ": " + table.rows.back().status;
+            return row;
+        }
+    }
+    study::evaluate(table);
+    row.value = table.order;
+    row.error = std::isnan(row.value) ? kNaN : std::max(0.0, m.at_least - row.value);
+    std::string errors;
+    for (const study::Row& r : table.rows)
+        if (!r.is_reference) errors += fmt::format("{}{:.2e}", errors.empty() ? "" : ", ", r.error);
+    row.note =
+        std::isnan(row.value) ? "no order: errors do not fall, " + errors : "errors " + errors;
+    return row;
+}
+
 } // namespace
 
 FolderCase parse_folder_case(std::string_view text, const std::string& file,
@@ -357,12 +428,20 @@ std::vector<Measured> measure(const FolderCase& c, const RunScene& run, const So
                               const std::string& data)
 {
     std::map<std::string, SceneAnswer> answers;
+    std::map<std::string, std::pair<std::string, std::vector<std::string>>> asked;
     for (const CaseScene& s : c.scenes) {
         std::vector<std::string> set = s.set;
         for (std::string& text : set)
             if (const std::size_t at = text.find("{data}"); at != std::string::npos)
                 text.replace(at, 6, data);
-        answers[s.name] = run((fs::path(c.folder) / s.file).string(), set);
+        const std::string file = (fs::path(c.folder) / s.file).string();
+        asked[s.name] = {file, set};
+        // What only orders look at runs with their values.
+        if (std::ranges::all_of(c.measures, [&](const CaseMeasure& m) {
+                return m.scene != s.name || m.kind == CaseMeasure::Kind::order;
+            }))
+            continue;
+        answers[s.name] = run(file, set);
     }
     std::vector<Measured> rows;
     for (std::size_t i = 0; i < c.measures.size(); ++i) {
@@ -375,6 +454,14 @@ std::vector<Measured> measure(const FolderCase& c, const RunScene& run, const So
         if (m.kind == CaseMeasure::Kind::problem) {
             const fs::path folder = data.empty() ? c.folder : data;
             rows.push_back(solved(m, what, solve((folder / m.file).string(), m.tolerance)));
+            continue;
+        }
+        if (m.kind == CaseMeasure::Kind::order) {
+            const auto& [file, set] = asked.at(m.scene);
+            rows.push_back(order_of(m, what, c, file, set, run));
+            if (!m.note.empty())
+                rows.back().note =
+                    m.note + (rows.back().note.empty() ? "" : "; ") + rows.back().note;
             continue;
         }
         const SceneAnswer& answer = answers.at(m.scene);

@@ -22,7 +22,7 @@ struct CaseScene {
 
 /// One thing that the case looks at.
 struct CaseMeasure {
-    enum class Kind { number, text, curve, refusal, problem, left_out } kind = Kind::number;
+    enum class Kind { number, text, curve, order, refusal, problem, left_out } kind = Kind::number;
     std::string scene; ///< by its name
     std::string what;  ///< in words
     std::string note;
@@ -32,6 +32,11 @@ struct CaseMeasure {
     double reference = 0;
     bool absolute = false; ///< else the error is relative to the reference
     double scale = 1;      ///< the quantity is multiplied with this first
+    // an order: of the quantity's error, over runs with these values of a field
+    std::string path;                ///< as after --set
+    std::vector<std::string> values; ///< JSON, three or more
+    bool finest = false;             ///< the reference is the finest of them
+    double at_least = 0;             ///< of the order; `reference` is what it is an error against
     // a curve: columns of history.csv against those of the file
     std::string file, x, y;
     // a refusal: the run must fail and say this; a problem: its status; what is left out: why; a

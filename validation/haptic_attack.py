@@ -141,7 +141,7 @@ def attack(program, kind, tries, seed):
         duration = 2 + 0.02 * tries + (0.03 * tries if kind is silence else 0)
         with open(folder / "out", "w") as out, open(folder / "said", "w") as said:
             child = subprocess.Popen([program, "haptic", str(folder / "scene.json"), "--device", f"udp:{port}",
-                                      "--duration", f"{duration:.3f}", "--json", "--output", str(folder)], stdout=out, stderr=said)
+                                      "--duration", f"{duration:.3f}", "--json", "--output", str(folder / "results")], stdout=out, stderr=said)
             s = Sender(port, seed)
             s.begin = time.monotonic()
             made = count = 0
@@ -155,7 +155,7 @@ def attack(program, kind, tries, seed):
         if child.returncode:
             return made, f"exit {child.returncode}: {(folder / 'said').read_text()[-300:]}", {}
         report = json.loads((folder / "out").read_text())
-        rows = list(csv.DictReader((folder / "haptics.csv").read_text().splitlines()))
+        rows = list(csv.DictReader((folder / "results" / "haptics.csv").read_text().splitlines()))
         found, good = laws(report, rows)
         found["faults"] = report["faults"]
         return made, "" if good else "a law does not hold", found

@@ -48,7 +48,7 @@ MORE = {
                   "start": {"place": [0.7, 0, 0]}, "drive": {"x": [[0, 0], [1, 0.01]], "axis": [0, 0, 1], "angle": [[0, 0], [1, 1]]}}},
         "couplings": [{"kind": "hinge", "between": ["arm", "crank"], "at": [0.6, 0, 0], "axis": [0, 1, 0]},
                       {"kind": "spring", "between": ["tissue", "world"], "at": [0.3, 0, 0.05], "to": [0.3, 0, 0.1], "stiffness": 10,
-                       "length": 0.04}],
+                       "length": 0.04, "set": "end"}],
         "contact": [{"between": ["*", "*"], "friction": 0.3, "restitution": 0.5}], "gravity": [0, 0, -9.81],
         "time": {"kind": "dynamic", "step": 0.001, "end": 0.003, "rule": "generalised_alpha", "spectral_radius": 0.8}},
     "rods": {"bodies": {

@@ -22,13 +22,15 @@ constexpr int kSteps = 1000;
 
 // A convex piece of a body, in its frame: the points within `radius` of a core.
 struct ConvexPiece {
-    std::span<const Vec3> points; // the core's corners; none: a cylinder
+    std::span<const Vec3> points; // the core's corners; none: a cylinder or an ellipsoid
     double radius = 0;
     double cylinder_radius = 0, half_length = 0;
+    const Ellipsoid* ellipsoid = nullptr;
     double farthest = 0; // from the frame's origin
 
     Vec3 support(const Vec3& direction) const
     {
+        if (ellipsoid) return ellipsoid->support(direction);
         if (points.empty()) {
             const double r = std::hypot(direction[0], direction[1]);
             const double s = r > 0 ? cylinder_radius / r : 0;
@@ -197,6 +199,13 @@ struct Pieces {
             piece.points = store;
             piece.radius = ball->radius;
             piece.farthest = 0; // turning moves no point of its surface
+        } else if (const auto* ellipsoid = std::get_if<Ellipsoid>(&shape)) {
+            piece.ellipsoid = ellipsoid;
+        } else if (const auto* capsule = std::get_if<Capsule>(&shape)) {
+            store = {Vec3{0, 0, -capsule->half_length}, Vec3{0, 0, capsule->half_length}};
+            piece.points = store;
+            piece.radius = capsule->radius;
+            piece.farthest = capsule->half_length; // turning about its axis moves no point of it
         } else if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
             piece.cylinder_radius = cylinder->radius;
             piece.half_length = cylinder->half_length;

@@ -62,8 +62,8 @@ ShapeOverlap of_cylinder(const Cylinder& c, const Pose& pose, const Distance& di
                 best = low + k * spacing;
             }
         const auto value = [&](double t) { return at(t).second; };
-        const double t = least_near(value, std::max(low, best - spacing),
-                                    std::min(high, best + spacing));
+        const double t =
+            least_near(value, std::max(low, best - spacing), std::min(high, best + spacing));
         for (const double place : {best, t}) {
             const auto [where, d] = at(place);
             keep_deepest(o, where, d);
@@ -75,8 +75,7 @@ ShapeOverlap of_cylinder(const Cylinder& c, const Pose& pose, const Distance& di
         keep_deepest(o, middle, distance(middle).distance);
         least_of(
             [&](double angle) {
-                const Vec3 p =
-                    middle + c.radius * (std::cos(angle) * x + std::sin(angle) * y);
+                const Vec3 p = middle + c.radius * (std::cos(angle) * x + std::sin(angle) * y);
                 return std::pair(p, distance(p).distance);
             },
             0, 2 * std::numbers::pi, kRimPlaces);
@@ -91,6 +90,66 @@ ShapeOverlap of_cylinder(const Cylinder& c, const Pose& pose, const Distance& di
             return std::pair(p, distance(p).distance);
         },
         -c.half_length, c.half_length, kAxisPlaces);
+    return o;
+}
+
+ShapeOverlap of_capsule(const Capsule& c, const Pose& pose, const Distance& distance)
+{
+    ShapeOverlap o;
+    const Vec3 axis = pose.turn * Vec3::UnitZ();
+    const auto on_axis = [&](double z) -> Vec3 { return pose.place + z * axis; };
+    const auto value = [&](double z) { return distance(on_axis(z)).distance; };
+    const double spacing = 2 * c.half_length / (kAxisPlaces - 1);
+    double best = 0, least = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < kAxisPlaces; ++k)
+        if (const double d = value(-c.half_length + k * spacing); d < least) {
+            least = d;
+            best = -c.half_length + k * spacing;
+        }
+    const double between = least_near(value, std::max(-c.half_length, best - spacing),
+                                      std::min(c.half_length, best + spacing));
+    for (const double z : {best, between}) {
+        const WallSample s = distance(on_axis(z));
+        keep_deepest(o, on_axis(z) - c.radius * s.normal, s.distance - c.radius);
+    }
+    return o;
+}
+
+ShapeOverlap of_ellipsoid(const Ellipsoid& e, const Pose& pose, const Distance& distance)
+{
+    ShapeOverlap o;
+    const double least = e.radii.minCoeff(), most = e.radii.maxCoeff();
+    const WallSample middle = distance(pose.place);
+    if (middle.distance > 1.5 * most) return o;
+    // Its deepest place by a search on its surface that narrows; from the side that faces the wall,
+    // and from the ends of its axes.
+    const auto place = [&](const Vec3& m) -> Vec3 {
+        return pose.place + pose.turn * e.radii.cwiseProduct(m);
+    };
+    const Vec3 facing = e.radii.cwiseProduct(pose.turn.conjugate() * -middle.normal);
+    for (int start = 0; start < 7; ++start) {
+        if (start == 0 && !(facing.norm() > 0)) continue;
+        Vec3 m =
+            start == 0 ? Vec3(facing.normalized()) : signed_axis((start - 1) / 2, start % 2 == 0);
+        double d = distance(place(m)).distance;
+        // What is farther than its own size from the wall has nothing inside around it.
+        if (start > 0 && d > 2 * most) continue;
+        for (double step = 0.5; step > 1e-7;) {
+            const Vec3 u = m.unitOrthogonal(), v = m.cross(u);
+            bool moved = false;
+            for (const Vec3& way : {u, Vec3(-u), v, Vec3(-v)}) {
+                const Vec3 next = (m + step * way).normalized();
+                const double there = distance(place(next)).distance;
+                if (there >= d - 1e-15 * least) continue;
+                d = there;
+                m = next;
+                moved = true;
+                break;
+            }
+            if (!moved) step /= 2;
+        }
+        keep_deepest(o, place(m), d);
+    }
     return o;
 }
 
@@ -121,13 +180,18 @@ ShapeOverlap deepest_in(const RigidShape& shape, const Pose& pose, const Faceted
     if (const auto* ball = std::get_if<Ball>(&shape)) return of_ball(*ball, pose, distance);
     if (const auto* cylinder = std::get_if<Cylinder>(&shape))
         return of_cylinder(*cylinder, pose, distance);
+    if (const auto* capsule = std::get_if<Capsule>(&shape))
+        return of_capsule(*capsule, pose, distance);
+    if (const auto* ellipsoid = std::get_if<Ellipsoid>(&shape))
+        return of_ellipsoid(*ellipsoid, pose, distance);
     std::vector<Vec3> places;
     if (const auto* box = std::get_if<Box>(&shape)) {
         static const BoxFaces faces;
         for (int i = 0; i < 8; ++i)
-            places.push_back(pose.place + pose.turn * Vec3((i & 1 ? 1 : -1) * box->half_extents.x(),
-                                                           (i & 2 ? 1 : -1) * box->half_extents.y(),
-                                                           (i & 4 ? 1 : -1) * box->half_extents.z()));
+            places.push_back(pose.place +
+                             pose.turn * Vec3((i & 1 ? 1 : -1) * box->half_extents.x(),
+                                              (i & 2 ? 1 : -1) * box->half_extents.y(),
+                                              (i & 4 ? 1 : -1) * box->half_extents.z()));
         return of_faces({faces.facets, places}, distance, near);
     }
     const auto* triangles = std::get_if<TriangleShape>(&shape);

@@ -15,7 +15,8 @@ struct ShapeOverlap {
 };
 
 /// Balls and boxes exactly against anything convex. A cylinder by its rims and, between them, by
-/// the lines of its side that face the other body: to 1e-3 of its radius. Triangles by their faces.
+/// the lines of its side that face the other body: to 1e-3 of its radius. A capsule by its axis, an
+/// ellipsoid by a search on its surface (from seven places). Triangles by their faces.
 /// Nothing for a Plane.
 /// @param facets    of a TriangleShape: its triangles; not used for others
 /// @param distance  from the other body, < 0 inside

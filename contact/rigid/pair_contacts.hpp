@@ -51,6 +51,19 @@ void touch(const PairFrame& pair, const TriangleShape& a, const Plane& b, RigidC
 void touch(const PairFrame& pair, const Cylinder& a, const Box& b, RigidContacts& out);
 void touch(const PairFrame& pair, const Cylinder& a, const TriangleShape& b, RigidContacts& out);
 void touch(const PairFrame& pair, const Cylinder& a, const Cylinder& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Ball& a, const Ellipsoid& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Ball& a, const Capsule& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Capsule& a, const Plane& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Capsule& a, const Box& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Capsule& a, const Cylinder& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Capsule& a, const TriangleShape& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Capsule& a, const Capsule& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Ellipsoid& a, const Plane& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Ellipsoid& a, const Box& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Ellipsoid& a, const Cylinder& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Ellipsoid& a, const TriangleShape& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Ellipsoid& a, const Capsule& b, RigidContacts& out);
+void touch(const PairFrame& pair, const Ellipsoid& a, const Ellipsoid& b, RigidContacts& out);
 void touch(const PairFrame& pair, const Box& a, const Box& b, RigidContacts& out);
 void touch(const PairFrame& pair, const TriangleShape& a, const Box& b, RigidContacts& out);
 void touch(const PairFrame& pair, const TriangleShape& a, const TriangleShape& b,
@@ -69,5 +82,7 @@ struct NearestPlace {
 NearestPlace nearest_on(const Box& box, const Vec3& x);
 NearestPlace nearest_on(const Cylinder& cylinder, const Vec3& x);
 NearestPlace nearest_on(const TriangleShape& body, const Vec3& x);
+NearestPlace nearest_on(const Ellipsoid& ellipsoid, const Vec3& x);
+NearestPlace nearest_on(const Capsule& capsule, const Vec3& x);
 
 } // namespace amontons

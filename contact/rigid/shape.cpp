@@ -46,6 +46,12 @@ MassProperties of_triangles(const SurfaceMesh& mesh, double density)
 
 } // namespace
 
+Vec3 Ellipsoid::support(const Vec3& direction) const
+{
+    const Vec3 scaled = radii.cwiseProduct(direction);
+    return radii.cwiseProduct(scaled) / scaled.norm();
+}
+
 TriangleShape make_triangle_shape(SurfaceMesh mesh, const std::string& file)
 {
     if (mesh.triangles.empty())
@@ -88,6 +94,14 @@ std::vector<Issue> issues(const RigidShape& shape)
                               size("/half_length", cylinder.half_length);
                               spread(cylinder.spread);
                           },
+                          [&](const Ellipsoid& ellipsoid) {
+                              for (int k = 0; k < 3; ++k)
+                                  size("/radii", ellipsoid.radii[k]);
+                          },
+                          [&](const Capsule& capsule) {
+                              size("/radius", capsule.radius);
+                              size("/half_length", capsule.half_length);
+                          },
                           [](const Plane&) {}, [](const TriangleShape&) {}},
                shape);
     return found;
@@ -117,6 +131,24 @@ MassProperties mass_properties(const RigidShape& shape, double density)
                 const Vec3 inertia{across, across, mass * r2 / 2};
                 return MassProperties{mass, Vec3::Zero(), inertia.asDiagonal()};
             },
+            [&](const Ellipsoid& ellipsoid) {
+                const Vec3 square = ellipsoid.radii.cwiseAbs2();
+                const double mass = density * 4 / 3 * pi * ellipsoid.radii.prod();
+                const Vec3 inertia = mass / 5 * (Vec3::Constant(square.sum()) - square);
+                return MassProperties{mass, Vec3::Zero(), inertia.asDiagonal()};
+            },
+            [&](const Capsule& capsule) {
+                // A cylinder and two half balls, whose centres are 3/8 of the radius beyond its
+                // ends.
+                const double r = capsule.radius, h = capsule.half_length;
+                const double middle = density * 2 * pi * r * r * h;
+                const double ends = density * 4 / 3 * pi * r * r * r;
+                const double across =
+                    middle * (r * r / 4 + h * h / 3) + ends * (0.4 * r * r + h * h + 0.75 * r * h);
+                const double along = middle * r * r / 2 + ends * 0.4 * r * r;
+                return MassProperties{middle + ends, Vec3::Zero(),
+                                      Vec3{across, across, along}.asDiagonal()};
+            },
             [](const Plane&) { return MassProperties{}; },
             [&](const TriangleShape& body) { return of_triangles(body.mesh, density); }},
         shape);
@@ -128,6 +160,8 @@ double bounding_radius(const RigidShape& shape)
         Overloaded{[](const Box& box) { return box.half_extents.norm(); },
                    [](const Ball& ball) { return ball.radius; },
                    [](const Cylinder& c) { return std::hypot(c.radius, c.half_length); },
+                   [](const Ellipsoid& e) { return e.radii.maxCoeff(); },
+                   [](const Capsule& c) { return c.radius + c.half_length; },
                    [](const Plane&) { return kInfinity; },
                    [](const TriangleShape& body) {
                        double radius = 0;
@@ -153,6 +187,13 @@ AxisBox axis_box(const RigidShape& shape, const Pose& pose)
                                       std::hypot(axis[0], axis[1])};
                        return around(cylinder.half_length * axis.cwiseAbs() +
                                      cylinder.radius * rim);
+                   },
+                   [&](const Ellipsoid& ellipsoid) {
+                       return around((turn * ellipsoid.radii.asDiagonal()).rowwise().norm());
+                   },
+                   [&](const Capsule& capsule) {
+                       const Vec3 half = capsule.half_length * turn.col(2).cwiseAbs();
+                       return around(half.array() + capsule.radius);
                    },
                    [&](const Plane&) {
                        AxisBox all{Vec3::Constant(-kInfinity), Vec3::Constant(kInfinity)};

@@ -5,6 +5,7 @@
 #include "mesh/bounding_tree.hpp"
 
 #include <Eigen/Geometry>
+#include <array>
 #include <string>
 #include <variant>
 
@@ -35,6 +36,21 @@ struct Cylinder {
 /// The half-space z <= 0: a body at rest or moved, without mass properties.
 struct Plane {};
 
+/// Around the origin, its axes along the frame's.
+struct Ellipsoid {
+    Vec3 radii = Vec3::Ones(); ///< half axes [m], > 0
+
+    /// The point of it that is farthest along a direction that is not zero.
+    Vec3 support(const Vec3& direction) const;
+};
+
+/// All points within a distance of a segment: a cylinder with half balls at its ends. Around the
+/// origin, along z.
+struct Capsule {
+    double radius = 1;      ///< [m], > 0
+    double half_length = 1; ///< of the segment [m], > 0
+};
+
 /// A closed triangle surface; see make_triangle_shape.
 struct TriangleShape {
     SurfaceMesh mesh;
@@ -42,7 +58,7 @@ struct TriangleShape {
     Polyhedron polyhedron;
 };
 
-using RigidShape = std::variant<Box, Ball, Cylinder, Plane, TriangleShape>;
+using RigidShape = std::variant<Box, Ball, Cylinder, Plane, TriangleShape, Ellipsoid, Capsule>;
 
 /// Where a body's frame is: x in space = place + turn * x in the frame.
 struct Pose {
@@ -55,6 +71,11 @@ struct Pose {
 /// @param file  as the user wrote it, for messages
 /// @throws InputError  naming every fault
 TriangleShape make_triangle_shape(SurfaceMesh mesh, const std::string& file = "");
+
+/// A polygon in the plane of x and y, extruded along z by half the length to both sides.
+/// @param polygon  its corners in order, either way round; [m]
+/// @throws InputError  fewer than 3 corners, corners on each other or on a line, sides that cross
+TriangleShape make_wedge(std::vector<std::array<double, 2>> polygon, double length);
 
 /// Sizes that are not positive and finite, spread < 0; empty if the shape is fine.
 std::vector<Issue> issues(const RigidShape& shape);
@@ -72,9 +93,11 @@ struct MassProperties {
 /// Source: divergence theorem; a tetrahedron's second moments as in Tonon 2004, J. Math. Stat. 1.
 MassProperties mass_properties(const RigidShape& shape, double density);
 
+/// Has it curved faces, of which its distance knows the normals?
 inline bool is_round(const RigidShape& shape)
 {
-    return std::holds_alternative<Ball>(shape) || std::holds_alternative<Cylinder>(shape);
+    return std::holds_alternative<Ball>(shape) || std::holds_alternative<Cylinder>(shape) ||
+           std::holds_alternative<Ellipsoid>(shape) || std::holds_alternative<Capsule>(shape);
 }
 
 /// Of a ball around the frame's origin that holds the shape [m]; infinite for a Plane.

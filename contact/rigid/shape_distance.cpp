@@ -1,5 +1,7 @@
 #include "contact/rigid/shape_distance.hpp"
 
+#include "contact/rigid/pair_contacts.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -47,6 +49,36 @@ WallSample distance_to(const Cylinder& cylinder, const Vec3& x)
         s.normal = side > end ? out : up;
         if (side > end && r > 0) s.hessian = round * round.transpose() / r;
     }
+    return s;
+}
+
+WallSample distance_to(const Ellipsoid& ellipsoid, const Vec3& x)
+{
+    const NearestPlace near = nearest_on(ellipsoid, x);
+    WallSample s;
+    s.distance = near.distance;
+    s.normal = near.normal;
+    // Of the parallel surface through x: with the shape operator S of the ellipsoid, (1 + d S)^-1
+    // S.
+    const Vec3 square = ellipsoid.radii.cwiseAbs2();
+    const Mat3 flat = Mat3::Identity() - s.normal * s.normal.transpose();
+    const Mat3 S =
+        flat * square.cwiseInverse().asDiagonal() * flat / near.point.cwiseQuotient(square).norm();
+    const Mat3 lift = Mat3::Identity() + s.distance * S;
+    if (s.distance >= 0 || lift.determinant() > 1e-6) s.hessian = lift.inverse() * S;
+    s.hessian = 0.5 * (s.hessian + s.hessian.transpose()).eval();
+    return s;
+}
+
+WallSample distance_to(const Capsule& capsule, const Vec3& x)
+{
+    const double z = std::clamp(x.z(), -capsule.half_length, capsule.half_length);
+    const Vec3 from{x.x(), x.y(), x.z() - z};
+    Mat3 kept = Mat3::Identity();
+    if (std::abs(x.z()) < capsule.half_length) kept(2, 2) = 0;
+    if (!(from.norm() > 0)) return {-capsule.radius, Vec3::UnitX(), Mat3::Zero()};
+    WallSample s = from_point(from, kept);
+    s.distance -= capsule.radius;
     return s;
 }
 
@@ -135,6 +167,8 @@ WallSample shape_distance(const RigidShape& shape, const Vec3& x, std::int32_t& 
     if (const auto* ball = std::get_if<Ball>(&shape)) return distance_to(*ball, x);
     if (const auto* cylinder = std::get_if<Cylinder>(&shape)) return distance_to(*cylinder, x);
     if (const auto* box = std::get_if<Box>(&shape)) return distance_to(*box, x);
+    if (const auto* ellipsoid = std::get_if<Ellipsoid>(&shape)) return distance_to(*ellipsoid, x);
+    if (const auto* capsule = std::get_if<Capsule>(&shape)) return distance_to(*capsule, x);
     if (const auto* triangles = std::get_if<TriangleShape>(&shape))
         return distance_to(*triangles, x, near);
     return {x.z(), Vec3::UnitZ(), Mat3::Zero()};

@@ -37,6 +37,25 @@ SurfaceMesh surface_of(const RigidShape& shape)
         }
     };
     const int n = kFacets;
+    // A ball, its halves pulled apart.
+    const auto rounded = [&](double radius, double half_length) {
+        m.points.emplace_back(0, 0, -radius - half_length);
+        int rings = 0;
+        const auto at = [&](int k, double shift) {
+            const double a = std::numbers::pi * k / (n / 2);
+            ring(radius * std::sin(a), shift - radius * std::cos(a), n);
+            ++rings;
+        };
+        for (int k = 1; k <= n / 4; ++k)
+            at(k, -half_length);
+        for (int k = half_length > 0 ? n / 4 : n / 4 + 1; k < n / 2; ++k)
+            at(k, half_length);
+        m.points.emplace_back(0, 0, radius + half_length);
+        fan(0, 1, n, false);
+        for (int k = 0; k + 1 < rings; ++k)
+            band(1 + k * n, 1 + (k + 1) * n, n);
+        fan(int(m.points.size()) - 1, 1 + (rings - 1) * n, n, true);
+    };
     if (const auto* box = std::get_if<Box>(&shape)) {
         for (int i = 0; i < 8; ++i)
             m.points.emplace_back((i & 1 ? 1 : -1) * box->half_extents.x(),
@@ -45,17 +64,13 @@ SurfaceMesh surface_of(const RigidShape& shape)
         m.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
                        {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
     } else if (const auto* ball = std::get_if<Ball>(&shape)) {
-        m.points.emplace_back(0, 0, -ball->radius);
-        for (int k = 1; k < n / 2; ++k) {
-            const double a = std::numbers::pi * k / (n / 2);
-            ring(ball->radius * std::sin(a), -ball->radius * std::cos(a), n);
-        }
-        m.points.emplace_back(0, 0, ball->radius);
-        const int last = 1 + (n / 2 - 2) * n;
-        fan(0, 1, n, false);
-        for (int k = 0; k + 2 < n / 2; ++k)
-            band(1 + k * n, 1 + (k + 1) * n, n);
-        fan(int(m.points.size()) - 1, last, n, true);
+        rounded(ball->radius, 0);
+    } else if (const auto* capsule = std::get_if<Capsule>(&shape)) {
+        rounded(capsule->radius, capsule->half_length);
+    } else if (const auto* ellipsoid = std::get_if<Ellipsoid>(&shape)) {
+        rounded(1, 0);
+        for (Vec3& x : m.points)
+            x = x.cwiseProduct(ellipsoid->radii);
     } else if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
         m.points.emplace_back(0, 0, -cylinder->half_length);
         ring(cylinder->radius, -cylinder->half_length, n);

@@ -154,6 +154,18 @@ std::optional<Vec3> lowest_on_rim(const WallPair& pair, const Vec3& centre, cons
     return x;
 }
 
+/// A wall that bulges into the side of a cylinder or a capsule: the axis's nearest point, then the
+/// side below it.
+void touch_side(const WallPair& pair, const Vec3& axis, double half_length, double radius)
+{
+    const Mat3 flat = axis * axis.transpose();
+    const std::optional<Vec3> x = nearest_along(pair, flat, pair.pose.place, half_length + radius);
+    if (!x || (*x - pair.pose.place).norm() >= half_length) return;
+    const WallSample s = pair.wall(*x);
+    if (std::abs(s.normal.dot(axis)) > 1e-3 || !bulges(s, flat, pair.size, 1)) return;
+    pair.add(*x, s, Feature::face, 2, radius);
+}
+
 void touch_cylinder(const WallPair& pair, const Cylinder& a)
 {
     const Mat3 turn = pair.pose.turn.toRotationMatrix();
@@ -181,14 +193,81 @@ void touch_cylinder(const WallPair& pair, const Cylinder& a)
             pair.add(rim, pair.wall(rim), Feature::rim, 2 + 8 * end + k);
         }
     }
-    // A wall that bulges into the side: the axis's nearest point, then the side below it.
-    const Mat3 flat = axis * axis.transpose();
-    const std::optional<Vec3> x =
-        nearest_along(pair, flat, pair.pose.place, a.half_length + a.radius);
-    if (!x || (*x - pair.pose.place).norm() >= a.half_length) return;
-    const WallSample s = pair.wall(*x);
-    if (std::abs(s.normal.dot(axis)) > 1e-3 || !bulges(s, flat, pair.size, 1)) return;
-    pair.add(*x, s, Feature::face, 2, a.radius);
+    touch_side(pair, axis, a.half_length, a.radius);
+}
+
+void touch_wall_capsule(const WallPair& pair, const Capsule& a)
+{
+    const Vec3 axis = pair.pose.turn * Vec3::UnitZ();
+    for (std::size_t end = 0; end < 2; ++end) {
+        const Vec3 centre = pair.pose.place + (end == 0 ? -1 : 1) * a.half_length * axis;
+        pair.add(centre, pair.wall(centre), Feature::vertex, end, a.radius);
+    }
+    touch_side(pair, axis, a.half_length, a.radius);
+}
+
+// Every place of an ellipsoid whose distance from the wall is a minimum along its surface: there
+// its outward normal m is against the wall's. By Newton's method on m, from the side that faces the
+// wall and from the ends of the axes.
+void touch_wall_ellipsoid(const WallPair& pair, const Ellipsoid& a)
+{
+    const Mat3 turn = pair.pose.turn.toRotationMatrix();
+    const Mat3 square = turn * a.radii.cwiseAbs2().asDiagonal() * turn.transpose();
+    const auto place = [&](const Vec3& m) -> Vec3 {
+        return pair.pose.place + square * m / std::sqrt(m.dot(square * m));
+    };
+    std::vector<Vec3> found;
+    for (int start = 0; start < 7; ++start) {
+        Vec3 m = start == 0 ? Vec3(-pair.wall(pair.pose.place).normal)
+                            : Vec3(turn * signed_axis((start - 1) / 2, start % 2 == 0));
+        WallSample s = pair.wall(place(m));
+        for (int step = 0; step < 60; ++step) {
+            const Vec3 x = square * m;
+            const double h = std::sqrt(m.dot(x));
+            const Mat3 moves = (square - x * x.transpose() / (h * h)) / h; // the place, as m turns
+            Eigen::Matrix<double, 3, 2> tangent;
+            tangent.col(0) = m.unitOrthogonal();
+            tangent.col(1) = m.cross(tangent.col(0));
+            const Eigen::Vector2d off = tangent.transpose() * s.normal;
+            if (off.norm() < 1e-14 && m.dot(s.normal) < 0) break;
+            Eigen::Matrix2d slope = tangent.transpose() * s.hessian * moves * tangent;
+            slope.diagonal().array() -= m.dot(s.normal);
+            if (!(slope.determinant() > 1e-6 && slope.trace() > 0))
+                slope = Eigen::Matrix2d::Identity(); // not near a minimum: towards the wall
+            Eigen::Vector2d change = -slope.inverse() * off;
+            if (change.norm() > 0.5) change *= 0.5 / change.norm();
+            bool nearer = false;
+            for (int halved = 0; halved < 30; ++halved, change /= 2) {
+                const Vec3 next = (m + tangent * change).normalized();
+                const WallSample there = pair.wall(place(next));
+                // At round-off of the distance the normal still tells.
+                const double slack = 1e-14 * pair.size;
+                const Vec3 beside = there.normal - there.normal.dot(next) * next;
+                if (!(there.distance < s.distance - slack) &&
+                    !(there.distance < s.distance + slack && beside.norm() < 0.9 * off.norm()))
+                    continue;
+                m = next;
+                s = there;
+                nearer = true;
+                break;
+            }
+            if (!nearer) break;
+        }
+        const Vec3 beside = s.normal - s.normal.dot(m) * m;
+        if (m.dot(s.normal) > -0.99 || beside.norm() > 1e-3) continue;
+        if (std::any_of(found.begin(), found.end(),
+                        [&](const Vec3& f) { return f.dot(m) > 1 - 1e-6; }))
+            continue;
+        found.push_back(m);
+        // By the half axis that is nearest: the same over steps, but where it rolls over.
+        Eigen::Index k = 0;
+        const Vec3 own = turn.transpose() * m;
+        own.cwiseAbs().maxCoeff(&k);
+        std::size_t number = 2 * static_cast<std::size_t>(k) + (own[k] < 0 ? 1 : 0);
+        for (const RigidContact& c : pair.out)
+            if (c.id == contact_id(Feature::whole, number, Feature::whole, 0)) number += 6;
+        pair.add(place(m), s, Feature::whole, number);
+    }
 }
 
 } // namespace
@@ -203,6 +282,9 @@ void detect_wall(const RigidShape& a, const Pose& pose_a, const SampleWall& wall
     if (const auto* ball = std::get_if<Ball>(&a)) {
         pair.add(pose_a.place, wall(pose_a.place), Feature::whole, 0, ball->radius);
     } else if (wall(pose_a.place).distance <= 1.5 * size + reach) { // slope up to 1.5
+        if (const auto* capsule = std::get_if<Capsule>(&a)) touch_wall_capsule(pair, *capsule);
+        if (const auto* ellipsoid = std::get_if<Ellipsoid>(&a))
+            touch_wall_ellipsoid(pair, *ellipsoid);
         if (const auto* cylinder = std::get_if<Cylinder>(&a)) {
             touch_cylinder(pair, *cylinder);
         } else if (const auto* box = std::get_if<Box>(&a)) {

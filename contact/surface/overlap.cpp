@@ -13,6 +13,9 @@ namespace {
 constexpr double kShallow = 1e-3;     // of a face: depths that may be left out
 constexpr double kNearFace = 0.1;     // of a face: nearer places take the surface's normal
 constexpr double kSharpEdge = 0.7071; // cosine of the angle between faces of one bent surface
+constexpr double kLooking = 0.2;      // cosine: a face looks at what it touches
+constexpr double kFlatQuad = 1e-9;    // of its size: a quadrilateral that is bent by less is flat
+constexpr double kUpright = 1e-6;     // sine: a place is over a face
 
 Vec3 middle_of(const FacetedSurface::Triangle& t, std::span<const Vec3> x)
 {
@@ -198,7 +201,32 @@ std::optional<FaceDistance::Foot> FaceDistance::at(const Vec3& x, std::int32_t& 
                   : side.norm() > 0         ? Vec3(side.normalized())
                                             : own;
     foot.place = place_on(surface_.facets.surface(), t, found.at.weights);
+    meet_bent_face_(x, found.at.weights, foot);
     return foot;
+}
+
+/// Of a quadrilateral that is not flat the nearest place of its own, not of the two triangles that
+/// a diagonal cuts it into: which one does is the mesh's accident.
+void FaceDistance::meet_bent_face_(const Vec3& x, const Vec3& weights, Foot& foot) const
+{
+    const FacetedSurface::Triangle& t = surface_.facets.triangles()[std::size_t(foot.triangle)];
+    const std::span<const std::int32_t> nodes = surface_.facets.surface().face(std::size_t(t.face));
+    if (nodes.size() != 4) return;
+    const FaceInPlane face(nodes, surface_.places);
+    const Vec3 p = face.node[2] - face.node[0], q = face.node[3] - face.node[1];
+    const double volume = (face.node[1] - face.node[0]).dot(p.cross(q));
+    if (!(std::abs(volume) > kFlatQuad * p.norm() * q.norm() * p.norm())) return;
+    const Vec2 start = weights[0] * t.xi[0] + weights[1] * t.xi[1] + weights[2] * t.xi[2];
+    const Vec2 xi = nearest_xi(face, x, start);
+    if (!(xi.lpNorm<Eigen::Infinity>() <= 1)) return; // beside it
+    const FaceSpot at = spot(face, xi);
+    const Vec3 normal = at.along[0].cross(at.along[1]).normalized(), way = x - at.place;
+    // Beside the face it is the edge's, as above.
+    if (!(way.cross(normal).norm() <= kUpright * way.norm() + kFlatQuad * p.norm())) return;
+    foot.point = at.place;
+    foot.distance = way.dot(normal);
+    foot.normal = normal;
+    foot.place = place_of(nodes, at.values);
 }
 
 void FaceDistance::crossings(const Vec3& a, const Vec3& b, std::vector<double>& shares) const
@@ -225,23 +253,48 @@ void FaceDistance::crossings(const Vec3& a, const Vec3& b, std::vector<double>& 
     std::sort(shares.begin(), shares.end());
 }
 
-Vec3 outward_normal_at(const PlacedSurface& surface, const SurfacePlace& place)
+namespace {
+
+/// Calls visit(triangle) for those of all faces that a place lies on, around its first node.
+template <class Visit>
+void for_triangles_at(const PlacedSurface& surface, const SurfacePlace& place, Visit visit)
 {
     const std::span<const StencilEntry> nodes = place.nodes();
-    if (nodes.empty()) return Vec3::Zero();
-    Vec3 sum = Vec3::Zero();
+    if (nodes.empty()) return;
     for (const std::int32_t t : surface.facets.around(nodes[0].node)) {
         const FacetedSurface::Triangle& triangle = surface.facets.triangles()[std::size_t(t)];
         const auto face = surface.facets.surface().face(std::size_t(triangle.face));
-        const bool on_it = std::ranges::all_of(nodes, [&](const StencilEntry& e) {
-            return std::ranges::find(face, e.node) != face.end();
-        });
-        if (!on_it) continue;
-        const auto x = [&](int k) -> const Vec3& {
-            return surface.places[std::size_t(triangle.nodes[std::size_t(k)])];
-        };
-        sum += (x(1) - x(0)).cross(x(2) - x(0));
+        if (std::ranges::all_of(nodes, [&](const StencilEntry& e) {
+                return std::ranges::find(face, e.node) != face.end();
+            }))
+            visit(triangle);
     }
+}
+
+/// The faces that a place lies on and that look along a direction, all of them if none does.
+void faces_at(const PlacedSurface& surface, const SurfacePlace& place, const Vec3& along,
+              std::vector<std::size_t>& faces)
+{
+    faces.clear();
+    for (const bool looking : {true, false}) {
+        for_triangles_at(surface, place, [&](const FacetedSurface::Triangle& t) {
+            const Vec3 n = area_vector(t, surface.places);
+            if (looking && !(n.dot(along) > kLooking * n.norm())) return;
+            if (std::ranges::find(faces, std::size_t(t.face)) == faces.end())
+                faces.push_back(std::size_t(t.face));
+        });
+        if (!faces.empty()) return;
+    }
+}
+
+} // namespace
+
+Vec3 outward_normal_at(const PlacedSurface& surface, const SurfacePlace& place)
+{
+    Vec3 sum = Vec3::Zero();
+    for_triangles_at(surface, place, [&](const FacetedSurface::Triangle& t) {
+        sum += area_vector(t, surface.places);
+    });
     return sum.norm() > 0 ? Vec3(sum.normalized()) : Vec3(Vec3::Zero());
 }
 
@@ -251,6 +304,18 @@ BoundingBox box_around(const PlacedSurface& surface)
     for (const std::int32_t n : surface.facets.surface().used_nodes)
         box.add(surface.places[std::size_t(n)]);
     return box;
+}
+
+Extent extent_along(const Vec3& direction, const ExternalSurface& surface,
+                    std::span<const Vec3> places)
+{
+    Extent e;
+    for (const std::int32_t n : surface.used_nodes) {
+        const double at = direction.dot(places[std::size_t(n)]);
+        e.low = std::min(e.low, at);
+        e.high = std::max(e.high, at);
+    }
+    return e;
 }
 
 void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<OverlapSpot>& spots)
@@ -265,41 +330,93 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
     shared.low = box_a.low.max(box_b.low);
     shared.high = box_a.high.min(box_b.high);
     // A place there that is in b leaves b's box, along an axis, within `room`: so deep it is at
-    // most.
-    const double leaves = (box_b.high - shared.low).min(shared.high - box_b.low).minCoeff();
+    // most. So it does against the way from a to b, on which boxes say little of round bodies.
+    double leaves = (box_b.high - shared.low).min(shared.high - box_b.low).minCoeff();
+    Vec3 way = ((box_b.low + box_b.high) - (box_a.low + box_a.high)).matrix();
+    double begins = -std::numeric_limits<double>::infinity(); // of b, on that way
+    if (way.norm() > 0 && !(b.thickness > 0)) {
+        way.normalize();
+        begins = extent_along(way, b.facets.surface(), b.places).low;
+        const double ends = extent_along(way, a.facets.surface(), a.places).high;
+        if (ends < begins) return;
+        leaves = std::min(leaves, ends - begins);
+    }
+    const auto reaches = [&](std::int32_t node) {
+        return way.dot(a.places[std::size_t(node)]) >= begins;
+    };
+    BoundingBox meets;
+    for (const FacetedSurface::Edge& e : a.facets.edges())
+        if (reaches(e.nodes[0]) || reaches(e.nodes[1]))
+            for (const std::int32_t n : e.nodes)
+                meets.add(a.places[std::size_t(n)]);
+    shared.low = shared.low.max(meets.low);
+    shared.high = shared.high.min(meets.high);
+    if (!(shared.low <= shared.high).all()) return;
     const double room = (1 + 1e-9) * (b.thickness > 0 ? b.thickness : leaves);
     BoundingBox near{shared.low - room, shared.high + room};
     const FaceDistance distance(b, near);
     if (distance.empty()) return;
     const ExternalSurface& surface = a.facets.surface();
     std::int32_t hint = -1;
-    const auto note = [&](const SurfacePlace& own, const Vec3& x, std::int32_t own_face) {
+    std::vector<std::size_t> own_faces, other_faces;
+    const auto note = [&](const SurfacePlace& own, const Vec3& x) {
         const std::optional<FaceDistance::Foot> foot = distance.at(x, hint);
+        if (!foot) return Vec3(Vec3::Zero());
         // Deeper places may be nearer to a triangle that was left out.
-        if (!foot || !(foot->distance < 0) || -foot->distance > room) return;
-        const auto other = std::size_t(b.facets.triangles()[std::size_t(foot->triangle)].face);
+        if (!(foot->distance < 0) || -foot->distance > room) return foot->normal;
+        // All faces that meet at either place count: which comes first is the mesh's accident.
+        faces_at(a, own, -foot->normal, own_faces);
+        faces_at(b, foot->place, foot->normal, other_faces);
         OverlapSpot s;
         s.depth = -foot->distance;
         s.point = x;
         s.own = own;
-        s.face = std::min(longest_edge(surface, std::size_t(own_face), a.places),
-                          longest_edge(b.facets.surface(), other, b.places));
-        s.bulge = bulge_of_face(a, std::size_t(own_face), s.face) + bulge_of_face(b, other, s.face);
+        s.face = std::numeric_limits<double>::infinity();
+        for (const std::size_t f : own_faces)
+            s.face = std::min(s.face, longest_edge(surface, f, a.places));
+        for (const std::size_t f : other_faces)
+            s.face = std::min(s.face, longest_edge(b.facets.surface(), f, b.places));
+        const auto least = [&](const PlacedSurface& of, const std::vector<std::size_t>& faces) {
+            double bulge = s.face;
+            for (const std::size_t f : faces)
+                bulge = std::min(bulge, bulge_of_face(of, f, s.face));
+            return bulge;
+        };
+        s.bulge = least(a, own_faces) + least(b, other_faces);
         spots.push_back(s);
+        return foot->normal;
     };
+    const auto note_on_edge = [&](const FacetedSurface::Edge& e, double share) {
+        SurfacePlace own;
+        own.count = 2;
+        own.node[0] = {e.nodes[0], 1 - share};
+        own.node[1] = {e.nodes[1], share};
+        const Vec3 &x0 = a.places[std::size_t(e.nodes[0])], &x1 = a.places[std::size_t(e.nodes[1])];
+        note(own, x0 + share * (x1 - x0));
+    };
+    struct Met {
+        std::int32_t node;
+        Vec3 normal; ///< of what is nearest to it, or zero
+    };
+    std::vector<Met> met; // node by node
     const auto inside = [&](const Vec3& x) {
         return (x.array() >= shared.low).all() && (x.array() <= shared.high).all();
     };
     for (const std::int32_t n : surface.used_nodes) {
         const Vec3& x = a.places[std::size_t(n)];
-        if (!inside(x)) continue;
+        if (!inside(x) || !reaches(n)) continue;
         SurfacePlace own;
         own.count = 1;
         own.node[0] = {n, 1};
-        note(own, x, a.facets.triangles()[std::size_t(a.facets.around(n).front())].face);
+        met.push_back({n, note(own, x)});
     }
+    const auto met_by = [&](std::int32_t node) {
+        const auto at = std::ranges::lower_bound(met, node, {}, &Met::node);
+        return at != met.end() && at->node == node ? at->normal : Vec3(Vec3::Zero());
+    };
     std::vector<double> shares;
     for (const FacetedSurface::Edge& e : a.facets.edges()) {
+        if (!reaches(e.nodes[0]) && !reaches(e.nodes[1])) continue;
         const Vec3 &x0 = a.places[std::size_t(e.nodes[0])], &x1 = a.places[std::size_t(e.nodes[1])];
         BoundingBox way;
         way.add(x0);
@@ -308,13 +425,13 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
         distance.crossings(x0, x1, shares);
         for (std::size_t k = 0; k + 1 < shares.size(); ++k) {
             if (!(shares[k + 1] - shares[k] > 1e-9)) continue;
-            const double share = 0.5 * (shares[k] + shares[k + 1]);
-            SurfacePlace own;
-            own.count = 2;
-            own.node[0] = {e.nodes[0], 1 - share};
-            own.node[1] = {e.nodes[1], share};
-            note(own, x0 + share * (x1 - x0), e.face);
+            note_on_edge(e, 0.5 * (shares[k] + shares[k + 1]));
         }
+        // Ends that lie on two sides of b, of no depth, and between them its edge.
+        const Vec3 n0 = met_by(e.nodes[0]), n1 = met_by(e.nodes[1]);
+        if (!n0.isZero(0) && !n1.isZero(0) && n0.dot(n1) < kSharpEdge)
+            for (const double share : {0.125, 0.25, 0.5, 0.75, 0.875})
+                note_on_edge(e, share);
     }
 }
 
@@ -400,9 +517,11 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
         s.own = place_of(nodes, spot(face, deepest.xi).values);
         s.node_gap = node_gap;
         s.face = deepest.size;
-        const Vec3 bends = symmetric_eigenvalues(deepest.hessian);
+        const Vec3 bends = symmetric_eigenvalues(deepest.hessian); // 0 along the normal
+        const double per_bend = s.face * s.face / 8;
         s.bulge = bulge_of_face(a, f, s.face) +
-                  s.face * s.face / 8 * std::max(std::abs(bends[0]), std::abs(bends[2]));
+                  per_bend * std::max(std::abs(bends[0]), std::abs(bends[2]));
+        s.round = per_bend * std::max(bends[1], 0.0);
         spots.push_back(s);
     }
 }

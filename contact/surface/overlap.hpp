@@ -1,11 +1,12 @@
 #pragma once
 
 #include "contact/surface/faceted_surface.hpp"
-#include "mesh/box_tree.hpp"
 #include "mesh/bounding_tree.hpp"
+#include "mesh/box_tree.hpp"
 #include "mesh/wall.hpp"
 
 #include <functional>
+#include <limits>
 #include <optional>
 
 // How far surfaces stand in each other: measured on the surfaces themselves, whatever contacts were
@@ -13,8 +14,9 @@
 //
 // Two meshes overlap where a node of one is inside the other, or an edge of one goes in and out
 // again. A mesh and an exact shape overlap where the distance from the shape is negative somewhere
-// on a face. Faces T3 and Q4 count as flat triangles, T6 as four through their middle nodes; what
-// this leaves out of a face that bends is h^2/32 times its curvature.
+// on a face. Faces T3 count as flat triangles, T6 as four through their middle nodes; what this
+// leaves out of a face that bends is h^2/32 times its curvature. Edges go in and out of Q4 by their
+// two triangles; how deep, the bent face itself says.
 
 namespace amontons {
 
@@ -25,6 +27,7 @@ struct OverlapSpot {
     SurfacePlace own;
     double face = 0;  ///< the smaller of the faces that meet, by its longest edge [m]
     double bulge = 0; ///< of both: what flat faces leave [m]
+    double round = 0; ///< of an exact shape alone, by the least of its two curvatures [m]
     /// Of an exact shape: the least distance of the face's nodes, those that carry multipliers [m].
     double node_gap = 0;
 };
@@ -34,7 +37,7 @@ class FaceDistance {
 public:
     struct Foot {
         double distance = 0;
-        Vec3 point = Vec3::Zero();  ///< on the surface
+        Vec3 point = Vec3::Zero(); ///< on the surface
         /// Unit: the gradient of the distance; close to the surface that of the face, or the mean
         /// of those that meet there.
         Vec3 normal = Vec3::Zero();
@@ -53,6 +56,7 @@ public:
 
 private:
     Vec3 normal_(std::int32_t triangle) const;
+    void meet_bent_face_(const Vec3& x, const Vec3& weights, Foot& foot) const;
 
     PlacedSurface surface_;
     std::vector<std::int32_t> number_; // of the tree's triangles
@@ -63,12 +67,12 @@ private:
 /// The longest edge between the corners of a face [m].
 double longest_edge(const ExternalSurface& surface, std::size_t face, std::span<const Vec3> places);
 
-/// Of the surface around a face, by how its triangles turn against those beside them; across an edge
-/// of the body there is none [1/m].
+/// Of the surface around a face, by how its triangles turn against those beside them; across an
+/// edge of the body there is none [1/m].
 double curvature_of_face(const PlacedSurface& surface, std::size_t face);
 
-/// By how much a face may stand off the curved surface that it and those beside it are made for, or in
-/// it: the largest width^2/8 times curvature, of its width across each edge to another [m].
+/// By how much a face may stand off the curved surface that it and those beside it are made for, or
+/// in it: the largest width^2/8 times curvature, of its width across each edge to another [m].
 /// @param widest  of the widths that count [m]
 double bulge_of_face(const PlacedSurface& surface, std::size_t face, double widest);
 
@@ -78,6 +82,13 @@ Vec3 outward_normal_at(const PlacedSurface& surface, const SurfacePlace& place);
 /// The box around some of a surface's nodes.
 BoundingBox box_around(const PlacedSurface& surface);
 
+/// How far the nodes of a surface reach along a direction [m].
+struct Extent {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+};
+Extent extent_along(const Vec3& direction, const ExternalSurface& surface,
+                    std::span<const Vec3> places);
+
 /// Places of a that are inside the body of b; their depth is that below b.
 /// Cost: O(n log n) where their boxes meet.
 void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<OverlapSpot>& spots);
@@ -86,7 +97,8 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
 /// a twentieth of it for convex shapes.
 /// @param distance  from the shape, < 0 inside
 /// @param near      a box around the shape
-/// Depths below 1e-3 of a face may be left out. Cost: one sample for each face near the shape, some more where it enters the face.
+/// Depths below 1e-3 of a face may be left out. Cost: one sample for each face near the shape, some
+/// more where it enters the face.
 void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const Vec3&)>& distance,
                    const BoundingBox& near, std::vector<OverlapSpot>& spots);
 

@@ -1,5 +1,6 @@
 #include "contact/fclib.hpp"
 
+#include "contact/solve.hpp"
 #include "contact/tests/contact_problems.hpp"
 
 #include <algorithm>
@@ -268,4 +269,45 @@ TEST_CASE("packed arrays that are cut or foreign are told from whole ones")
     for (std::size_t cut = 1; cut < 40; ++cut)
         CHECK_THROWS_AS(unpack_arrays(whole.substr(0, whole.size() - cut)), std::runtime_error);
     CHECK_THROWS_AS(unpack_arrays(std::string(100, '\xff')), std::runtime_error);
+}
+
+TEST_CASE(
+    "contacts of one row become ones of three in which nothing acts, and keep their reactions")
+{
+    // Two masses on frictionless ground, coupled, one glued along its normal.
+    ContactProblem p;
+    Eigen::MatrixXd W(4, 4);
+    W << 2, 0.5, 0, 0.1, //
+        0.5, 3, 0.2, 0,  //
+        0, 0.2, 1, 0.3,  //
+        0.1, 0, 0.3, 4;
+    p.q.resize(4);
+    p.q << -1, -0.5, 0.2, 0.3;
+    p.mu = Eigen::VectorXd::Zero(4);
+    p.kind = {ContactKind::frictionless, ContactKind::frictionless, ContactKind::frictionless,
+              ContactKind::bilateral};
+    p.level = ContactLevel::position;
+    p.W = W;
+    const ContactSolution own = solve(p);
+    REQUIRE(is_solved(own.certificate.status));
+    for (const bool dense : {true, false}) {
+        CAPTURE(dense);
+        p.W = dense ? Delassus(W) : Delassus(Delassus::Sparse(W.sparseView()));
+        CHECK_THROWS_AS(fclib_arrays({p}), InputError);
+        const FclibForm form = fclib_form(p);
+        REQUIRE(form.problem.q.size() == 10);
+        CHECK(form.rows == std::vector<Eigen::Index>{0, 3, 6, 9});
+        CHECK(form.problem.level == ContactLevel::position);
+        FclibProblem file;
+        file.local = form.problem;
+        const ContactSolution same = solve(*again(file).local);
+        REQUIRE(is_solved(same.certificate.status));
+        CHECK((same.reaction(form.rows) - own.reaction).norm() <= 1e-7 * own.reaction.norm());
+        CHECK(same.reaction.squaredNorm() ==
+              doctest::Approx(Eigen::VectorXd(same.reaction(form.rows)).squaredNorm()));
+        // Regular: the rows that were added are not without W.
+        CHECK(form.problem.W.diagonal().minCoeff() >= 1);
+    }
+    p.W = MatrixFreeDelassus{};
+    CHECK_THROWS_AS(fclib_form(p), InputError);
 }

@@ -217,3 +217,53 @@ TEST_CASE("how thick a body is at its thinnest, also where its faces are wide")
         CHECK(least_thickness(cube.surface, cube.mesh.nodes, 0.4) == doctest::Approx(0.4));
     }
 }
+
+TEST_CASE("what is measured of bent quadrilaterals does not depend on where their meshes begin")
+{
+    // The same two plates with x, y, z as y, z, x: nodes, faces and diagonals come in another
+    // order.
+    const auto bent = [](const Vec3& x) {
+        return Vec3(0, 0, 0.02 * x.x() * x.y() + 0.03 * x.x() * x.x() - 0.01 * x.y());
+    };
+    const auto turned = [](const Vec3& x) { return Vec3(x.z(), x.x(), x.y()); };
+    const auto measured = [&](bool turn) {
+        const auto body = [&](const Vec3& low, const Vec3& high,
+                              const std::array<std::int32_t, 3>& n, bool bends) {
+            SolidBoxOptions box;
+            box.lowest = turn ? turned(low) : low;
+            box.highest = turn ? turned(high) : high;
+            box.cells = turn ? std::array<std::int32_t, 3>{n[2], n[0], n[1]} : n;
+            box.kind = ElementKind::H8;
+            TouchingBody b = with_surface(make_solid_box(box));
+            for (Vec3& x : b.mesh.nodes) {
+                const Vec3 upright = turn ? Vec3(x.y(), x.z(), x.x()) : x;
+                if (bends) x += turn ? turned(bent(upright)) : bent(upright);
+            }
+            return b;
+        };
+        const TouchingBody lower = body({-0.9, -0.9, -0.18}, {0.9, 0.9, 0}, {6, 6, 1}, true),
+                           upper = body({-0.4, -0.33, -0.004}, {0.5, 0.39, 0.17}, {4, 4, 1}, false);
+        const FacetedSurface of_a(lower.surface), of_b(upper.surface);
+        std::vector<OverlapSpot> spots;
+        overlap_spots({of_b, upper.mesh.nodes}, {of_a, lower.mesh.nodes}, spots);
+        std::erase_if(spots, [](const OverlapSpot& s) { return s.own.count > 1; });
+        for (OverlapSpot& s : spots)
+            if (turn) s.point = Vec3(s.point.y(), s.point.z(), s.point.x());
+        std::ranges::sort(spots, [](const OverlapSpot& p, const OverlapSpot& q) {
+            return std::pair(std::lround(1e6 * p.point.x()), p.point.y()) <
+                   std::pair(std::lround(1e6 * q.point.x()), q.point.y());
+        });
+        return spots;
+    };
+    const std::vector<OverlapSpot> one = measured(false), other = measured(true);
+    REQUIRE(one.size() > 8);
+    REQUIRE(one.size() == other.size());
+    for (std::size_t i = 0; i < one.size(); ++i) {
+        CHECK((one[i].point - other[i].point).norm() < 1e-12);
+        CHECK(one[i].depth == doctest::Approx(other[i].depth).epsilon(1e-9));
+        CHECK(one[i].face == doctest::Approx(other[i].face).epsilon(1e-9));
+        CHECK(one[i].bulge == doctest::Approx(other[i].bulge).epsilon(1e-9));
+        // At a corner the face beneath counts, not a side, whose edges are shorter.
+        CHECK(one[i].face == doctest::Approx(0.225).epsilon(1e-3));
+    }
+}

@@ -346,11 +346,8 @@ Wrench force_on_hand(const Wire& wire)
     }
     const ElementLaw& law = wire.material.law[0];
     const BeamNode &a = wire.state.nodes[0], &b = wire.state.nodes[1];
-    const std::array<double, 6> e = element_strain(a, b, law.length);
-    std::array<double, 6> stress;
-    for (std::size_t i = 0; i < 6; ++i)
-        stress[i] = law.S[i] * e[i] - law.P[i];
-    const std::array<double, 12> g = element_force(a, b, law.length, stress);
+    const std::array<double, 12> g =
+        element_force(a, b, law.length, element_stress(law, element_strain(a, b, law.length)));
     return {-Vec3(g[0], g[1], g[2]), -rotation_matrix(a.q) * Vec3(g[3], g[4], g[5])};
 }
 

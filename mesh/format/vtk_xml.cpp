@@ -405,7 +405,7 @@ private:
         std::vector<std::uint64_t> packed;
         for (std::uint64_t b = 0; b < blocks; ++b)
             packed.push_back(read_size(stream));
-        if (size / whole > blocks || whole == 0) check_size(whole * blocks, size);
+        if (whole == 0 || size / whole > blocks) check_size(whole * blocks, size);
         check_size((blocks - 1) * whole + (last == 0 ? whole : last), size);
         std::string out;
         for (std::uint64_t b = 0; b < blocks; ++b) {

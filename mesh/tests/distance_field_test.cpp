@@ -1,12 +1,17 @@
 #include "mesh/distance_field.hpp"
 
+#include "mesh/sample_file.hpp"
+#include "mesh/tests/temporary_folder.hpp"
 #include "mesh/tests/wall_checks.hpp"
 
 #include <Eigen/Geometry>
+#include <atomic>
 #include <cmath>
 #include <doctest/doctest.h>
+#include <filesystem>
 #include <functional>
 #include <random>
+#include <thread>
 
 using namespace amontons;
 
@@ -15,8 +20,7 @@ namespace {
 class FunctionSource : public DistanceSource {
 public:
     explicit FunctionSource(std::function<double(const Vec3&)> f) : f_{std::move(f)} {}
-    void sample_cube(const Vec3& corner, const Mat3& edges, int n,
-                         double* out) const override
+    void sample_cube(const Vec3& corner, const Mat3& edges, int n, double* out) const override
     {
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < n; ++j)
@@ -179,4 +183,147 @@ TEST_CASE("finite everywhere: at the centre and outside and out of all bounds")
             CHECK(s.hessian.allFinite());
             if (far > 1) CHECK(s.distance < 0);
         }
+}
+
+namespace {
+
+/// A wavy tube that counts its samples.
+class CountedSource : public DistanceSource {
+public:
+    explicit CountedSource(std::atomic<int>& bricks) : bricks_{bricks} {}
+    void sample_cube(const Vec3& corner, const Mat3& edges, int n, double* out) const override
+    {
+        ++bricks_;
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j)
+                for (int k = 0; k < n; ++k) {
+                    const Vec3 x = corner + edges * Vec3{1.0 * i, 1.0 * j, 1.0 * k};
+                    *out++ = 1 + 0.1 * std::sin(3 * x.z()) - x.head<2>().norm();
+                }
+    }
+    Hash128 fingerprint() const override { return {7, 9}; }
+
+private:
+    std::atomic<int>& bricks_;
+};
+
+std::vector<double> answers(const DistanceField& wall)
+{
+    std::mt19937 rng{11};
+    std::uniform_real_distribution<double> any(-1.5, 1.5);
+    std::vector<double> out;
+    for (int k = 0; k < 300; ++k) {
+        WallHint hint;
+        const WallSample s = wall.sample({any(rng), any(rng), any(rng)}, hint);
+        out.insert(out.end(), {s.distance, s.normal.x(), s.hessian(0, 1), s.slope});
+    }
+    return out;
+}
+
+} // namespace
+
+TEST_CASE("views of one field give its bits on any thread, and sample once")
+{
+    std::atomic<int> alone{0}, shared{0};
+    const auto made = [](std::atomic<int>& bricks) {
+        return DistanceField{std::make_unique<CountedSource>(bricks), Vec3{0.01, 0.02, 0.03}, 0.1};
+    };
+    const std::vector<double> expected = answers(made(alone));
+    const DistanceField first = made(shared);
+    std::vector<std::vector<double>> found(6);
+    std::vector<std::thread> threads;
+    for (std::vector<double>& f : found)
+        threads.emplace_back([&first, &f] { f = answers(first.share()); });
+    for (std::thread& t : threads)
+        t.join();
+    for (const std::vector<double>& f : found)
+        CHECK(f == expected);
+    CHECK(shared == alone);
+    CHECK(answers(first) == expected);
+    CHECK(shared == alone);
+    const std::size_t memory = first.memory();
+    const DistanceField other = first.share();
+    CHECK(answers(other) == expected);
+    CHECK(other.memory() == memory);
+    DistanceField gone = made(shared);
+    const DistanceField left = gone.share();
+    gone = made(alone); // the first view goes, what it shared stays
+    CHECK(answers(left) == expected);
+}
+
+TEST_CASE("threads and samples that an earlier run has left change no bit of an answer")
+{
+    const TemporaryFolder folder;
+    const std::string cache = folder / "cache";
+    const auto made = [&](std::atomic<int>& bricks, const std::string& from, int threads,
+                          double h = 0.1) {
+        DistanceField wall{std::make_unique<CountedSource>(bricks), Vec3{0.01, 0.02, 0.03}, h};
+        wall.prepare(from, threads);
+        return wall;
+    };
+    std::atomic<int> alone{0}, many{0}, kept{0}, read{0}, other{0}, damaged{0};
+    const std::vector<double> expected = answers(made(alone, "", 1));
+    CHECK(alone > 0);
+    CHECK(answers(made(many, "", 3)) == expected);
+    CHECK(many == alone);
+    {
+        const DistanceField wall = made(kept, cache, 1);
+        CHECK(answers(wall) == expected);
+        CHECK(wall.keep().size() == 1); // one file, written
+    }
+    CHECK(kept == alone);
+    {
+        const DistanceField wall = made(read, cache, 2);
+        CHECK(answers(wall) == expected);
+        CHECK(wall.keep().size() == 1); // read, and nothing to write
+    }
+    CHECK(read == 0);
+    answers(made(other, cache, 1, 0.2)); // another grid has samples of its own
+    CHECK(other > 0);
+
+    for (const auto& file : std::filesystem::directory_iterator(cache)) {
+        std::string bytes = read_file(file.path().string());
+        bytes[bytes.size() / 2] = char(bytes[bytes.size() / 2] ^ 1);
+        write_file(file.path().string(), bytes);
+    }
+    const DistanceField wall = made(damaged, cache, 1);
+    CHECK(answers(wall) == expected);
+    CHECK(damaged == alone);
+    REQUIRE(wall.keep().size() >= 1);
+    CHECK(wall.keep()[0].find("ignored: damaged") != std::string::npos);
+}
+
+TEST_CASE("files of samples that are cut off, longer, or of something else are not taken")
+{
+    Bricks bricks;
+    for (int k = 0; k < 5; ++k) {
+        bricks[{k, -k, 3}] = std::make_unique<Brick>();
+        bricks[{k, -k, 3}]->fill(k);
+    }
+    const std::string bytes = sample_bytes({1, 2}, bricks);
+    Bricks back;
+    CHECK(read_samples(bytes, {1, 2}, back) == "");
+    CHECK(back.size() == 5);
+    CHECK((*back.at({4, -4, 3}))[63] == 4);
+    Bricks none;
+    CHECK(read_samples(bytes, {1, 3}, none) == "of something else");
+    for (std::size_t n = 0; n < bytes.size(); n += 7)
+        CHECK(read_samples(std::string_view(bytes).substr(0, n), {1, 2}, none) == "damaged");
+    CHECK(read_samples(bytes + "x", {1, 2}, none) == "damaged");
+    CHECK(none.empty());
+}
+
+TEST_CASE("a field keeps at most 80 MB, and fills again what it has dropped" *
+          doctest::test_suite("slow"))
+{
+    const DistanceField wall = field([](const Vec3& x) { return x.z(); }, 0.1);
+    WallHint hint;
+    const Vec3 first{0.123, 0.456, 0.789};
+    const double before = wall.distance(first, hint);
+    for (int i = 0; i < 300; ++i)
+        for (int j = 0; j < 100; ++j)
+            wall.distance({0.4 * i, 0.4 * j, 0.05}, hint);
+    CHECK(wall.memory() < 80e6);
+    CHECK(wall.memory() > 40e6);
+    CHECK(wall.distance(first, hint) == before);
 }

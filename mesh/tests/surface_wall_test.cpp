@@ -244,3 +244,28 @@ TEST_CASE("real anatomy: a patient's aorta with coarse facets" * doctest::test_s
     }
     CHECK(inside >= static_cast<int>(line.points.size()) - 3); // the last lie in the cap
 }
+
+TEST_CASE("a bound of the distance that takes no samples is no more than the distance, and positive "
+          "only in the free space")
+{
+    for (const double edge : {0.4, 0.1}) {
+        const WallModel model =
+            make_wall_from_surface(*make_ball({Vec3::Zero(), 1, true, edge}).surface, "");
+        std::mt19937 rng{8};
+        std::uniform_real_distribution<double> any(-1.3, 1.3);
+        int bounds = 0;
+        for (int k = 0; k < 500; ++k) {
+            const Vec3 x{any(rng), any(rng), any(rng)};
+            WallHint hint;
+            const double bound = model.wall.clearance(x, hint);
+            const double distance = model.wall.distance(x, hint);
+            CHECK(bound <= distance);
+            if (bound > 0) {
+                ++bounds;
+                CHECK(bound > distance - 0.6);
+            }
+            CHECK(!(model.wall.clearance(x, hint) > 0)); // the distance is known now
+        }
+        CHECK(bounds > 10);
+    }
+}

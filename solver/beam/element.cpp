@@ -235,18 +235,29 @@ template <class T> struct Tangent {
 };
 
 /// @param S23   couples the two curvatures in the tangent alone; the stress is S e - P
+/// @param bow   bowing, times the shears what the stretch changes by with them
 /// @param more  what the geometric part's strains are beyond the pose's
 template <class T>
-Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], const T P[6], T S23, const T more[6])
+Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], const T P[6], T S23, const T bow[2],
+                   const T more[6])
 {
     const Phi<T> f = half_angle_over_sine(s.w);
     const T il = 1.0 / length;
     const BeamStrain<T> strains = strain(s, f, il);
-    const V<T> C1{S[0], S[1], S[2]}, C2{S[3], S[4], S[5]};
-    const V<T> own_a = il * (scale_rows(C1, strains.gamma) - V<T>{P[0], P[1], P[2]});
+    const V<T> C2{S[3], S[4], S[5]};
+    // Of the mean stretch g.x + 1/2 (bow_0 g.y^2 + bow_1 g.z^2): its derivatives are 1, by, bz.
+    const V<T> g_own = strains.gamma;
+    const T by = bow[0] * g_own.y, bz = bow[1] * g_own.z;
+    // Its parts apart: that of first order cancels against P, and is known to the round-off of 1.
+    const T own_n = (S[0] * g_own.x - P[0]) + 0.5 * S[0] * (by * g_own.y + bz * g_own.z);
+    const T n = own_n + S[0] * (more[0] + by * more[1] + bz * more[2]);
+    const V<T> own_a =
+        il * V<T>{own_n, S[1] * g_own.y - P[1] + own_n * by, S[2] * g_own.z - P[2] + own_n * bz};
     const V<T> own_b = il * (scale_rows(C2, strains.kappa) - V<T>{P[3], P[4], P[5]});
-    const V<T> a = own_a + il * scale_rows(C1, V<T>{more[0], more[1], more[2]});
+    const V<T> a = il * V<T>{n, S[1] * (g_own.y + more[1]) - P[1] + n * by,
+                             S[2] * (g_own.z + more[2]) - P[2] + n * bz};
     const V<T> b = own_b + il * scale_rows(C2, V<T>{more[3], more[4], more[5]});
+    const V<T> C1{S[0], S[1] + n * bow[0], S[2] + n * bow[1]};
     const V<T> y = s.y, p = s.p;
     const T w = s.w;
     const T psi = -f.f1, psi1 = -f.f2, psi2 = -f.f3;
@@ -258,8 +269,13 @@ Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], const T P[6], T S23
 
     // strain gradients in (y, w, p), divided by L
     M<T> Gy = plus_diagonal((il * psi) * outer(p, p) - (il * f.f) * skew(p), il * a1);
-    const V<T> Gw = il * (a11 * y - f.f1 * cross(p, y) + (psi1 * tau) * p);
-    const M<T> Gp = plus_diagonal((il * f.f) * skew(y) + (il * psi) * outer(p, y), il * psi * tau);
+    V<T> Gw = il * (a11 * y - f.f1 * cross(p, y) + (psi1 * tau) * p);
+    M<T> Gp = plus_diagonal((il * f.f) * skew(y) + (il * psi) * outer(p, y), il * psi * tau);
+    for (int j = 0; j < 3; ++j) { // the first row that of the mean stretch
+        Gy.c[j].x = Gy.c[j].x + by * Gy.c[j].y + bz * Gy.c[j].z;
+        Gp.c[j].x = Gp.c[j].x + by * Gp.c[j].y + bz * Gp.c[j].z;
+    }
+    Gw.x = Gw.x + by * Gw.y + bz * Gw.z;
     const V<T> kw = (2.0 * il * f.f1) * p;
     const T kp = 2.0 * il * f.f;
 
@@ -324,6 +340,14 @@ Pose<double> pose_of(const BeamNode& a, const BeamNode& b)
                                  {b.q[1], b.q[2], b.q[3]});
 }
 
+/// The strains, the first of them the mean stretch.
+std::array<double, 6> with_mean_stretch(const ElementLaw& law, std::array<double, 6> strain)
+{
+    strain[0] = mean_stretch(law, strain);
+    return strain;
+}
+
+/// @param strain  with the mean stretch
 std::array<double, 6> without_natural(const ElementLaw& law, const std::array<double, 6>& strain)
 {
     std::array<double, 6> e{};
@@ -343,7 +367,7 @@ LinearLaw law_at(const ElementLaw& law, const BeamNode& a, const BeamNode& b)
 {
     LinearLaw at{law.length, law.S, law.P};
     if (law.beyond.empty()) return at;
-    const std::array<double, 6> e = element_strain(a, b, law.length);
+    const std::array<double, 6> e = with_mean_stretch(law, element_strain(a, b, law.length));
     const BeyondLinear more = beyond_linear(law.beyond, without_natural(law, e));
     at.S[0] += more.stretch;
     at.S[4] += more.bend22;
@@ -473,19 +497,51 @@ BeyondLinear beyond_linear(const std::vector<TableShare>& shares,
     return sum;
 }
 
+void set_bowing(ElementLaw& law)
+{
+    for (const auto& [shear, bend] : {std::pair{1u, 5u}, {2u, 4u}}) {
+        if (!(law.S[bend] > 0)) continue;
+        const double r = law.S[shear] * law.length * law.length / (12 * law.S[bend]);
+        law.bowing[shear - 1] = r * (2 - 0.8 * r);
+    }
+}
+
+std::array<double, 2> bowing_growth(const ElementLaw& law, const std::array<double, 6>& dS)
+{
+    std::array<double, 2> d{};
+    for (const auto& [shear, bend] : {std::pair{1u, 5u}, {2u, 4u}}) {
+        if (!(law.S[bend] > 0)) continue;
+        const double r = law.S[shear] * law.length * law.length / (12 * law.S[bend]);
+        const double dr = r * (dS[shear] / law.S[shear] + 2 / law.length - dS[bend] / law.S[bend]);
+        d[shear - 1] = (2 - 1.6 * r) * dr;
+    }
+    return d;
+}
+
+double mean_stretch(const ElementLaw& law, const std::array<double, 6>& e)
+{
+    return e[0] + 0.5 * (law.bowing[0] * e[1] * e[1] + law.bowing[1] * e[2] * e[2]);
+}
+
 std::array<double, 6> element_stress(const ElementLaw& law, const std::array<double, 6>& strain)
 {
     std::array<double, 6> stress{};
     if (!law.beyond.empty())
-        stress = beyond_linear(law.beyond, without_natural(law, strain)).stress;
+        stress =
+            beyond_linear(law.beyond, without_natural(law, with_mean_stretch(law, strain))).stress;
     for (std::size_t i = 0; i < 6; ++i)
         stress[i] += law.S[i] * strain[i] - law.P[i];
+    stress[0] +=
+        law.S[0] *
+        (0.5 * (law.bowing[0] * strain[1] * strain[1] + law.bowing[1] * strain[2] * strain[2]));
+    for (std::size_t i : {1, 2})
+        stress[i] += stress[0] * law.bowing[i - 1] * strain[i];
     return stress;
 }
 
 double element_energy(const BeamNode& a, const BeamNode& b, const ElementLaw& law)
 {
-    const std::array<double, 6> e = element_strain(a, b, law.length);
+    const std::array<double, 6> e = with_mean_stretch(law, element_strain(a, b, law.length));
     double sum = law.constant;
     for (std::size_t i = 0; i < 6; ++i)
         sum += 0.5 * (law.S[i] * e[i] - 2 * law.P[i]) * e[i];
@@ -521,7 +577,7 @@ void add_elements(int first, int last, const std::vector<BeamNode>& nodes,
         return more;
     };
     for (; k + kWidth <= last; k += kWidth) {
-        double v[31][kWidth];
+        double v[33][kWidth];
         for (int i = 0; i < kWidth; ++i) {
             const std::size_t n = std::size_t(k + i);
             const BeamNode &a = nodes[n], &b = nodes[n + 1];
@@ -541,6 +597,8 @@ void add_elements(int first, int last, const std::vector<BeamNode>& nodes,
             const std::array<double, 6> more = beyond_own(n);
             for (std::size_t j = 0; j < 6; ++j)
                 v[25 + j][i] = more[j];
+            for (std::size_t j = 0; j < 2; ++j)
+                v[31 + j][i] = laws[n].bowing[j];
         }
         const auto in = [&](int j) { return Lanes{v[j][0], v[j][1], v[j][2], v[j][3]}; };
         const Pose<Lanes> s = relative_pose<Lanes>(
@@ -548,7 +606,8 @@ void add_elements(int first, int last, const std::vector<BeamNode>& nodes,
         const Lanes S[6] = {in(12), in(13), in(14), in(15), in(16), in(17)};
         const Lanes P[6] = {in(18), in(19), in(20), in(21), in(22), in(23)};
         const Lanes more[6] = {in(25), in(26), in(27), in(28), in(29), in(30)};
-        const Tangent<Lanes> t = tangent(s, in(11), S, P, in(24), more);
+        const Lanes bow[2] = {in(31), in(32)};
+        const Tangent<Lanes> t = tangent(s, in(11), S, P, in(24), bow, more);
         for (int i = 0; i < kWidth; ++i)
             scatter(t, i, k + i, K, g);
     }
@@ -557,7 +616,7 @@ void add_elements(int first, int last, const std::vector<BeamNode>& nodes,
         const LinearLaw law = law_at(laws[n], nodes[n], nodes[n + 1]);
         const Tangent<double> t =
             tangent<double>(pose_of(nodes[n], nodes[n + 1]), law.length, law.S.data(), law.P.data(),
-                            law.S23, beyond_own(n).data());
+                            law.S23, laws[n].bowing.data(), beyond_own(n).data());
         scatter(t, 0, k, K, g);
     }
 }

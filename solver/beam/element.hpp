@@ -10,7 +10,8 @@
 // The geometrically exact beam element: two nodes, each a position and a rotation; strains
 // constant along the element (the logarithm of the relative pose), so that circles and
 // helices are exact; a residual bending flexibility added to the shear flexibility makes its
-// bending stiffness that of the cubic element (no locking, order 4 for slender beams).
+// bending stiffness that of the cubic element (no locking, order 4 for slender beams); its stretch
+// is the mean one of the cubic middle line, so that tension stiffens it as it stiffens that line.
 // Equations: docs/theory/beams.md.
 
 namespace amontons {
@@ -51,13 +52,17 @@ struct TableShare {
 };
 
 /// Law of one element, linear but for its shares: strains e = (stretch, shear 2, shear 3, twist,
-/// curvature 2, curvature 3), energy 1/2 sum_i (S_i e_i^2 - 2 P_i e_i) + constant. A straight
-/// unstressed element has e = (1, 0, 0, 0, 0, 0).
+/// curvature 2, curvature 3), energy 1/2 sum_i (S_i e_i^2 - 2 P_i e_i) + constant, where the
+/// stretch is the mean one, e_0 + 1/2 (bowing_0 e_1^2 + bowing_1 e_2^2). A straight unstressed
+/// element has e = (1, 0, 0, 0, 0, 0).
 struct ElementLaw {
-    double length = 0;              ///< rest length [m]
-    std::array<double, 6> S{};      ///< integral of the stiffness over the element [N m], [N m^3]
-    std::array<double, 6> P{};      ///< integral of stiffness times natural strain
-    double constant = 0;            ///< [J]
+    double length = 0;         ///< rest length [m]
+    std::array<double, 6> S{}; ///< integral of the stiffness over the element [N m], [N m^3]
+    std::array<double, 6> P{}; ///< integral of stiffness times natural strain
+    double constant = 0;       ///< [J]
+    /// How much longer the middle line is, bent as an S between the ends, than the stretch says:
+    /// for each shear [-], 6/5 without flexibility in shear. See set_bowing().
+    std::array<double, 2> bowing{};
     std::vector<TableShare> beyond; ///< of tables, on the strains less the natural ones, P / S
 };
 
@@ -71,7 +76,18 @@ struct BeyondLinear {
 /// @param strain  less the natural one
 BeyondLinear beyond_linear(const std::vector<TableShare>& shares,
                            const std::array<double, 6>& strain);
-/// Derivatives of an element's energy by its strains (section forces times the length).
+/// Sets the law's bowing from its length and stiffnesses. With r the residual flexibility of
+/// bending over all that flexibility in shear, a tension N makes the element's stiffness against
+/// shear k + (r^2/5 - (1 - r)^2) N to first order: N/5 is that of a cubic line, -N that of a
+/// section which turns against the force (docs/theory/beams.md).
+void set_bowing(ElementLaw& law);
+/// How that changes while the element grows. See set_bowing().
+/// @param dS  derivatives of the law's S by the length
+std::array<double, 2> bowing_growth(const ElementLaw& law, const std::array<double, 6>& dS);
+/// Mean stretch of the middle line [-]; 1 of a straight unstressed element.
+double mean_stretch(const ElementLaw& law, const std::array<double, 6>& strain);
+/// Derivatives of an element's energy by its strains (section forces times the length): the first
+/// is the tension, the next two the force across the section.
 std::array<double, 6> element_stress(const ElementLaw& law, const std::array<double, 6>& strain);
 
 /// Strains of an element, in its own frame.

@@ -212,22 +212,32 @@ WireMaterial make_material(const std::vector<BeamSegment>& segments, double cont
         m.bending_energy.push_back(m.bending_energy.back() + held.bending);
     }
 
-    const double spacing = contact_spacing > 0 ? contact_spacing : 0.5 * shortest;
-    const int count = int(std::floor(m.length / spacing * (1 - 1e-12)));
-    std::size_t element = elements - 1;
-    for (int j = 0; j <= count; ++j) {
+    place_contact_points(m, contact_spacing > 0 ? contact_spacing : 0.5 * shortest);
+    return m;
+}
+
+std::size_t contact_point_count(double length, double spacing)
+{
+    return std::size_t(std::floor(length / spacing * (1 - 1e-12))) + 1;
+}
+
+void place_contact_points(WireMaterial& m, double spacing)
+{
+    m.point.clear();
+    const std::size_t count = contact_point_count(m.length, spacing);
+    std::size_t element = m.node.size() - 2;
+    for (std::size_t j = 0; j < count; ++j) {
         MaterialPoint p;
-        p.s = m.length - j * spacing;
+        p.s = m.length - double(j) * spacing;
         while (element > 0 && p.s <= m.node[element])
             --element;
         p.element = int(element);
         p.xi = (p.s - m.node[element]) / (m.node[element + 1] - m.node[element]);
         p.segment = segment_of(m, p.s, true);
-        p.radius = segments[std::size_t(p.segment)].radius;
+        p.radius = m.segments[std::size_t(p.segment)].radius;
         p.spacing = spacing;
         m.point.push_back(p);
     }
-    return m;
 }
 
 Section section_at(const WireMaterial& m, double s)
@@ -298,6 +308,7 @@ ElementLaw law_between(const WireMaterial& m, double a, double b)
     for (const auto& [shear, bend] : {std::pair{1u, 5u}, {2u, 4u}})
         if (law.S[bend] > 0)
             law.S[shear] = L / (shear_flexibility / L + L * L * L / (12 * law.S[bend]));
+    set_bowing(law);
     law.beyond = shares_between(m, a, b);
     share_bending(law.beyond, law);
     return law;

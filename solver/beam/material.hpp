@@ -54,6 +54,11 @@ struct WireMaterial {
 
 /// @param contact_spacing  distance of contact points [m]; 0: half the shortest element
 WireMaterial make_material(const std::vector<BeamSegment>& segments, double contact_spacing);
+/// Puts contact points at such distances from the tip on [m]; what was kept for each is no longer of
+/// use. Half the distance keeps every point: number k becomes 2 k.
+void place_contact_points(WireMaterial& material, double spacing);
+/// How many those are.
+std::size_t contact_point_count(double length, double spacing);
 
 /// Section at s.
 Section section_at(const WireMaterial& m, double s);

@@ -233,7 +233,8 @@ RodModel make_rod(const std::vector<BeamSegment>& given, const RodShape& shape,
                     quaternion_product(q, c.turn.q, q);
                 }
             ElementLaw& law = r.law[std::size_t(e)];
-            const std::array<double, 6> strain = element_strain(a, b, law.length);
+            std::array<double, 6> strain = element_strain(a, b, law.length);
+            strain[0] = mean_stretch(law, strain);
             law.constant = 0;
             for (std::size_t i = 0; i < 6; ++i) {
                 law.P[i] = law.S[i] * strain[i];

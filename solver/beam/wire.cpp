@@ -121,6 +121,7 @@ void grow_beyond(const Wire& wire, const ElementLaw& law, double end,
 }
 
 // Strains are proportional to 1/length: dU/dl = 1/2 C (e - e0)^2 at the end - stress.e / length.
+// The mean stretch's part of second order, 1/2 bowing e^2, is proportional to bowing/length^2.
 /// @param further  where to take them, off the state's own length [m]
 Growth growth(const Wire& wire, const ElementLaw& law, double further)
 {
@@ -144,20 +145,31 @@ Growth growth(const Wire& wire, const ElementLaw& law, double further)
         const double dEI = (dS[bend] - EI) / L;
         dS[shear] = k - L * k * k * (L / (6 * EI) - L * L / (12 * EI * EI) * dEI);
     }
+    const std::array<double, 2> growing = bowing_growth(law, dS);
+    const double stretch = mean_stretch(law, e);
+    double shrinks = (2 * stretch - e[0]) / L; // the mean stretch, with the length
+    for (std::size_t i : {1, 2})
+        shrinks -= 0.5 * growing[i - 1] * e[i] * e[i];
     for (std::size_t i = 0; i < 6; ++i) {
         if (!(law.S[i] > 0)) continue;
         const double S = law.S[i], k = law.P[i] / S, dk = (c.natural[i] - k) / L;
-        const double elastic = e[i] - k, rate = dk + e[i] / L;
+        const double elastic = (i == 0 ? stretch : e[i]) - k,
+                     rate = dk + (i == 0 ? shrinks : e[i] / L);
         g.slope += 0.5 * dS[i] * elastic * elastic - S * elastic * rate;
         g.tau[i] = dS[i] * elastic - S * rate - S * elastic / L;
     }
+    // Tension along what bows acts across the section.
+    const double tension = law.S[0] * stretch - law.P[0], grows = g.tau[0] + tension / L;
+    for (std::size_t i : {1, 2})
+        g.tau[i] +=
+            (grows * law.bowing[i - 1] + tension * (growing[i - 1] - 2 * law.bowing[i - 1] / L)) *
+            e[i];
     if (!law.beyond.empty() || !wire.material.table.empty())
         grow_beyond(wire, law, end, e, dS[4], g);
     const HeldWire held = held_part(wire, end);
     g.axial = held.axial;
     g.torsion = held.torsion;
-    const double stretch = (s.inserted - s.base_insertion) + s.inserted_rest + further;
-    g.force = stretch / held.axial;
+    g.force = ((s.inserted - s.base_insertion) + s.inserted_rest + further) / held.axial;
     g.torque = (s.base_twist - s.rotation) / held.torsion;
     const double EA = c.stiffness[0], GJ = c.stiffness[3];
     g.slope += g.force + 0.5 * g.force * g.force / EA + 0.5 * g.torque * g.torque / GJ;

@@ -52,9 +52,18 @@ struct WireState {
     double base_twist = 0;          ///< given [rad]
     std::vector<BeamNode> nodes;    ///< those before `first` mean nothing
     std::vector<Reaction> reaction; ///< [point * walls + wall]
-    double wall_energy = 0;         ///< elastic, of walls that give way under the reactions [J]
+    Vec3 tip_moved = Vec3::Zero();  ///< of a held tip, since the hold took it [m]
+    Vec3 tip_force = Vec3::Zero(), tip_moment = Vec3::Zero(); ///< of its hold [N], [N m]
+    double wall_energy = 0; ///< elastic, of walls that give way under the reactions [J]
     /// Of each wall how it is displaced, null where it is not hyperelastic; empty where none is.
     std::vector<std::shared_ptr<const WallState>> wall;
+};
+
+/// The tip is held in its place.
+struct TipHold {
+    bool turns = false;        ///< its cross-section does not turn either
+    Vec3 place = Vec3::Zero(); ///< where the hold took it [m]
+    Quaternion section;        ///< the same
 };
 
 /// A wire that nothing changes but its state.
@@ -62,6 +71,7 @@ struct Wire {
     WireMaterial material;
     std::optional<Sheath> sheath;  ///< or a clamp at node 0
     std::optional<Vec3> plane;     ///< normal of the plane that the wire is held in
+    std::optional<TipHold> tip;    ///< while any of the wire is out
     std::vector<Vec3> dead_force;  ///< on each node, fixed in space [N]; may be empty
     std::vector<Vec3> dead_moment; ///< [N m]
     bool cable = false;            ///< no bending or torsional stiffness: see add_cable

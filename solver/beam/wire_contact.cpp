@@ -3,6 +3,7 @@
 #include "solver/beam/plane_hold.hpp"
 #include "solver/beam/soft_contact.hpp"
 #include "solver/beam/soft_tube.hpp"
+#include "solver/beam/tip_hold.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -46,6 +47,9 @@ std::array<ContactRow, 2> point_rows(const Wire& wire, const Candidate& c)
     if (wire.plane)
         for (ContactRow& row : rows)
             hold_in_plane(wire, c.place.element, row);
+    if (wire.tip)
+        for (ContactRow& row : rows)
+            hold_tip(wire, c.place.element, row);
     return rows;
 }
 
@@ -106,6 +110,7 @@ void find_candidates_once(const Wire& wire, const std::vector<WireWall>& walls,
         const MaterialPoint& m = wire.material.point[p];
         const auto place = place_of(wire, s, m.s, m.element, m.xi);
         if (!place || m.s < covered) break;
+        if (wire.tip && is_held(wire, place->element, place->xi)) continue;
         const Vec3 x = centreline_point(s, *place);
         for (std::size_t w = 0; w < nw; ++w) {
             const std::size_t index = p * nw + w;
@@ -115,6 +120,14 @@ void find_candidates_once(const Wire& wire, const std::vector<WireWall>& walls,
             if (near.distance >= 0 && r.normal == 0 &&
                 near.distance - kSteepestWall * (x - near.at).norm() > need + moves[w])
                 continue;
+            if (!walls[w].soft && r.normal == 0) {
+                const double clear = walls[w].wall->clearance(x, near.hint);
+                if (clear > need) {
+                    near.at = x;
+                    near.distance = clear;
+                    continue;
+                }
+            }
             if (walls[w].soft) {
                 near.at = x;
                 near.distance = std::max(walls[w].wall->distance(x, near.hint), 0.0);
@@ -171,6 +184,9 @@ void find_candidates_once(const Wire& wire, const std::vector<WireWall>& walls,
             }
             fill_rows(wire, c);
             if (wire.plane) hold_in_plane(wire, c);
+            if (wire.tip)
+                for (ContactRow* row : {&c.hn, &c.ht[0], &c.ht[1]})
+                    hold_tip(wire, c.place.element, *row);
             candidates.push_back(c);
         }
     }

@@ -30,6 +30,7 @@ struct WireWall {
     SoftTube* soft = nullptr;     ///< that gives way as an elastic solid; null: rigid
     double foundation = 0;        ///< or as springs along its normal: per length of wire [N/m^2]
     std::vector<double> friction; ///< at each contact point of the wire [-]
+    std::vector<double> friction_of_segment; ///< what those are made from
 };
 
 /// A distance changes no faster than this times the way of its point; 1 where it is exact, a

@@ -4,6 +4,7 @@
 #include "mesh/base/types.hpp"
 #include "solver/body/time_rule.hpp"
 #include "solver/output/step_record.hpp"
+#include "solver/solid/patch.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/SparseCore>
@@ -22,6 +23,9 @@
 
 namespace amontons {
 
+/// Of remarks of bodies and of steps.
+inline constexpr const char* kNotStable = "its balance is not stable";
+
 /// One step in time.
 struct StepInput {
     double start = 0, h = 0; ///< [s]
@@ -35,11 +39,16 @@ struct StepInput {
     double end() const { return start + h; }
 };
 
-/// A place on a body: nodes with weights, or (no nodes) a point that is fixed to a rigid body.
+/// A place on a body: nodes with weights, or (no nodes) a point that is fixed to a rigid body or to
+/// a patch of a solid.
 struct BodyPlace {
     std::span<const StencilEntry> nodes;
     Vec3 point = Vec3::Zero(); ///< at the iterate; of steps that follow it, half way [m]
-    bool turns = false;        ///< the body's turn is meant, and a moment; of rigid bodies
+    bool turns = false;        ///< the turn is meant, and a moment; of rigid bodies, patches and
+                               ///< rods
+    const PatchPose* patch = nullptr;
+    Vec3 arm = Vec3::Zero(); ///< of the point, from the patch's centre [m]
+    bool half_way = false;   ///< of rods: forces act on the section as it is half way of the step
 };
 
 /// A rigid placement: x = turn X + shift.

@@ -103,13 +103,25 @@ void CondensedSolid::make_parts()
         }
 
     // What each does, everywhere; kept at the touching nodes and as products. After them, forces
-    // that tell the mean motion (A is symmetric). All are solved for at once.
-    const Eigen::Index n = Eigen::Index(parts_of_u_.size()), modes = rigid_->R.cols();
-    Eigen::MatrixXd U = Eigen::MatrixXd::Zero(size, n + modes);
-    Eigen::MatrixXd free(Eigen::Index(dofs_.free.size()), n + modes);
-    for (Eigen::Index j = 0; j < n + modes; ++j) {
+    // that tell the mean motion (A is symmetric), and turns of the holds, whose forces are moments.
+    // All are solved for at once.
+    const Eigen::Index n = Eigen::Index(parts_of_u_.size()), modes = rigid_->R.cols(),
+                       turns = 3 * Eigen::Index(input_.hold.size());
+    Eigen::MatrixXd U = Eigen::MatrixXd::Zero(size, n + modes + turns);
+    Eigen::MatrixXd free(Eigen::Index(dofs_.free.size()), n + modes + turns);
+    const std::vector<Vec3> centres = centres_of_holds({});
+    Eigen::MatrixXd held_turn = Eigen::MatrixXd::Zero(size, turns);
+    for (const SolidConditions::Held& h : conditions_.held)
+        for (int axis = 0; axis < 3; ++axis)
+            held_turn(h.dof, 3 * Eigen::Index(h.hold) + axis) =
+                Vec3::Unit(axis).cross(mesh_.nodes[std::size_t(h.dof / 3)] -
+                                       centres[h.hold])[h.dof % 3];
+    for (Eigen::Index j = 0; j < n + modes + turns; ++j) {
         Eigen::VectorXd f;
-        if (j >= n)
+        if (j >= n + modes) {
+            U.col(j) = held_turn.col(j - n - modes);
+            f = -(matrix_->K * U.col(j));
+        } else if (j >= n)
             f = rigid_->R.col(j - n) / rigid_->R.col(j - n).squaredNorm();
         else if (const Part& p = parts_of_u_[std::size_t(j)]; p.prescribed) {
             for (const std::int32_t dof : p.dofs)
@@ -120,7 +132,7 @@ void CondensedSolid::make_parts()
         free.col(j) = free_part(f);
     }
     solve_all(free);
-    for (Eigen::Index j = 0; j < n + modes; ++j)
+    for (Eigen::Index j = 0; j < n + modes + turns; ++j)
         for (std::size_t i = 0; i < dofs_.free.size(); ++i)
             U(dofs_.free[i], j) = free(Eigen::Index(i), j);
     const auto at_touching = [&](Eigen::Index j) {
@@ -130,10 +142,15 @@ void CondensedSolid::make_parts()
         return u;
     };
     between_.resize(n, n);
+    moment_of_part_.resize(turns, n);
+    moment_of_contact_.resize(at3(touching_.size()), turns);
+    for (Eigen::Index k = 0; k < turns; ++k)
+        moment_of_contact_.col(k) = -at_touching(n + modes + k);
     for (Eigen::Index j = 0; j < n; ++j) {
         Part& p = parts_of_u_[std::size_t(j)];
         Eigen::VectorXd held = matrix_->K * U.col(j);
         if (!p.prescribed) held -= p.force;
+        moment_of_part_.col(j) = held_turn.transpose() * held;
         p.at_touching = at_touching(j);
         p.on_modes = Eigen::VectorXd::Zero(modes);
         if (!p.prescribed && modes > 0) p.on_modes = rigid_->R.transpose() * p.force;
@@ -446,6 +463,17 @@ std::vector<Vec3> CondensedSolid::reactions() const
             sums[parts_of_u_[i].input][parts_of_u_[i].axis] += held_force_[Eigen::Index(i)];
     for (Vec3& f : sums)
         f = state_.frame.turn * f;
+    return sums;
+}
+
+std::vector<Vec3> CondensedSolid::moments() const
+{
+    std::vector<Vec3> sums(input_.hold.size(), Vec3::Zero());
+    if (sums.empty() || moment_of_part_.cols() != amount_.size()) return sums;
+    const Eigen::VectorXd all =
+        moment_of_part_ * amount_ + moment_of_contact_.transpose() * on_touching_;
+    for (std::size_t k = 0; k < sums.size(); ++k)
+        sums[k] = state_.frame.turn * Vec3(all.segment<3>(at3(k)));
     return sums;
 }
 

@@ -32,6 +32,7 @@ public:
     void carry(const BodyPlace& at, const Vec3& force) override;
     BodyEnergy accept(const Eigen::VectorXd& force) override;
     std::vector<Vec3> reactions() const override;
+    std::vector<Vec3> moments() const override;
     void complete() override;
     bool condensed() const override { return true; }
     std::vector<double> state() const override;
@@ -65,6 +66,9 @@ private:
     void make_motions(const SparseColumns& C);
 
     std::vector<Part> parts_of_u_;
+    /// Of the holds, about the axes at their middles: of amounts of one, and of forces on touching
+    /// nodes (a column for each).
+    Eigen::MatrixXd moment_of_part_, moment_of_contact_;
     Eigen::MatrixXd between_; ///< load i times what part j does, or the reaction of hold i to it
     std::vector<std::int32_t> free_touching_;   ///< of each unknown: 3 touching + axis
     std::vector<std::int32_t> unknown_of_;      ///< of 3 touching, or -1

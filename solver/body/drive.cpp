@@ -63,7 +63,7 @@ Placement driven_placement(const DriveInput& drive, const Placement& start, cons
 void turn_with_mesh(SolidInput& input, VolumeMesh& mesh)
 {
     const bool axes_matter = std::ranges::any_of(input.hold, [](const HoldInput& h) {
-        return !h.x.empty() || !h.y.empty() || !h.z.empty();
+        return !h.x.empty() || !h.y.empty() || !h.z.empty() || h.affine();
     });
     if (!axes_matter) return;
     if (input.start.turn.isZero(0) || (!input.hold.empty() && input.hold[0].axes == "body")) return;

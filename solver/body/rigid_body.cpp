@@ -41,6 +41,15 @@ Placement RigidBody::free_placement(const StepInput& step) const
     return placement_of(m);
 }
 
+std::vector<LiveCurve> RigidBody::live_curves()
+{
+    std::vector<LiveCurve> all;
+    if (driven()) add_drive(input_.name, input_.drive, all);
+    if (!(input_.force.isZero(0) && input_.torque.isZero(0)))
+        all.push_back({input_.name + ".over", "", &input_.over, 1});
+    return all;
+}
+
 RigidBody::Motion RigidBody::driven_motion(double t) const
 {
     const Placement p =
@@ -239,8 +248,26 @@ Vec3 RigidBody::displacement(const BodyPlace& at) const
         return step_.h * (step_.rule.end * (now_.velocity + now_.spin.cross(arm)) + past_velocity_ +
                           past_spin_.cross(arm));
     }
+    // A body of revolution that turns about its axis rolls: ever other material comes to where it
+    // touches. What has come past there is the turn's arc; what touches at the end has gone the
+    // chord, which falls short of it by a share that grows with the step.
+    const Vec3 turned = rotation_vector(now_.turn * state_.turn.conjugate());
+    if (is_of_revolution_about(now_.turn.conjugate() * turned)) {
+        const Placement from = placement_of(state_), to = placement_of(now_);
+        return to.shift - from.shift + turned.cross(at.point - to.shift);
+    }
     const Vec3 arm = now_.turn.conjugate() * (at.point - now_.centre);
     return at.point - (state_.centre + state_.turn * arm);
+}
+
+/// Of the shape, and an axis through its origin in its frame.
+bool RigidBody::is_of_revolution_about(const Vec3& axis) const
+{
+    if (std::holds_alternative<Ball>(shape_)) return true;
+    constexpr double kAside = 1e-6;
+    const bool round =
+        std::holds_alternative<Cylinder>(shape_) || std::holds_alternative<Capsule>(shape_);
+    return round && axis.head<2>().norm() <= kAside * std::abs(axis.z());
 }
 
 Vec3 RigidBody::velocity(const BodyPlace& at) const
@@ -366,8 +393,11 @@ BodyEnergy RigidBody::accept(const Eigen::VectorXd& contact)
         carried_before_ = carried_;
         torque_before_ = carried_torque_;
     } else {
-        const Vec3 f = step_.dynamic ? mean_force_ : force(step_.end()),
-                   m = step_.dynamic ? mean_torque_ : torque(step_.end());
+        // At rest by the rule of the trapezoid, as the work of all other forces.
+        const Vec3 f = step_.dynamic ? mean_force_
+                                     : Vec3(0.5 * (force(step_.start) + force(step_.end()))),
+                   m = step_.dynamic ? mean_torque_
+                                     : Vec3(0.5 * (torque(step_.start) + torque(step_.end())));
         e.work = f.dot(moved) + m.dot(turned);
         e.work_absolute = std::abs(e.work);
         if (step_.dynamic) {

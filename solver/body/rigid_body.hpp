@@ -2,6 +2,7 @@
 
 #include "contact/rigid/shape.hpp"
 #include "solver/body/body.hpp"
+#include "solver/body/live_curve.hpp"
 #include "solver/scene/scene.hpp"
 
 #include <optional>
@@ -32,6 +33,8 @@ public:
     /// Its contacts stand for equal parts of a face.
     bool spread() const { return input_.shape.points > 0; }
     bool driven() const { return input_.drive.given; }
+    /// What a caller may lead by hand: its drive, the factor on its force and torque.
+    std::vector<LiveCurve> live_curves();
     const StartInput& begun() const { return input_.start; }
     /// Puts a driven body there, at the iterate and at the ends of steps to come, instead of where
     /// its drive says.
@@ -82,6 +85,7 @@ private:
         Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
     };
     Placement placement_of(const Motion& m) const;
+    bool is_of_revolution_about(const Vec3& axis) const;
     Motion driven_motion(double t) const;
     Mat3 inertia(const Eigen::Quaterniond& turn) const;
     Vec3 force(double t) const;

@@ -40,7 +40,8 @@ Eigen::VectorXd as_vector(const std::vector<Node6>& n)
 
 } // namespace
 
-RodBody::RodBody(const RodInput& input, const Centreline* curve, double damping)
+RodBody::RodBody(const RodInput& input, const Centreline* curve, double damping,
+                 std::span<const Vec3> joined)
     : input_(input)
     , damping_(damping)
     , K_(1, false)
@@ -53,6 +54,26 @@ RodBody::RodBody(const RodInput& input, const Centreline* curve, double damping)
         if (l.at) places.push_back(*l.at);
     kind_ = input_.elements == "corotational" ? RodElement::corotational : RodElement::exact;
     rod_ = make_rod(input_.segments, input_.shape, curve, places);
+    if (!joined.empty()) {
+        // Where it would stand beside a node that is there, it is that node: its arm is short.
+        constexpr double kSameNode = 1e-3; // of the element's length
+        const std::size_t before = places.size();
+        for (const Vec3& x : joined) {
+            const Nearest at = nearest(x);
+            const double s = rod_.s[std::size_t(at.node)];
+            const int e = std::min(at.node, rod_.element_count() - 1);
+            const bool same =
+                std::abs(at.s - s) < kSameNode * rod_.law[std::size_t(e)].length ||
+                (rod_.closed && rod_.length - at.s < kSameNode * rod_.law[std::size_t(e)].length);
+            places.push_back(same ? s : at.s);
+        }
+        std::sort(places.begin() + std::ptrdiff_t(before), places.end());
+        // Two joints at one place have one node.
+        const double least = kSameNode * rod_.length / rod_.element_count();
+        for (std::size_t k = before + 1; k < places.size(); ++k)
+            if (places[k] - places[k - 1] < least) places[k] = places[k - 1];
+        rod_ = make_rod(input_.segments, input_.shape, curve, places);
+    }
     const std::size_t n = rod_.nodes.size();
     K_ = RodMatrix(int(n), rod_.closed);
     M_ = RodMatrix(int(n), rod_.closed);
@@ -111,6 +132,7 @@ RodBody::RodBody(const RodInput& input, const Centreline* curve, double damping)
         root_ = nodes_held[0];
 
     state_.nodes = rod_.nodes;
+    if (!input_.fed.empty()) start_at_sheath();
     state_.velocity.assign(n, Vec6::Zero());
     Vec3 centre = Vec3::Zero();
     double mass = 0;
@@ -168,22 +190,42 @@ AxisBox RodBody::box_of(const std::vector<BeamNode>& nodes) const
     return {box.low - more, box.high + more};
 }
 
+/// Motion of a node by (shift, turn at the size).
+Mat6 RodBody::rigid_motion(const BeamNode& node) const
+{
+    const Vec3 middle = rod_.nodes[rod_.nodes.size() / 2].position();
+    Mat6 rigid = Mat6::Zero();
+    rigid.topLeftCorner<3, 3>().setIdentity();
+    rigid.topRightCorner<3, 3>() = -skew_matrix(node.position() - middle) / size_;
+    rigid.bottomRightCorner<3, 3>() = rotation_matrix(node.q).transpose();
+    return rigid;
+}
+
+Eigen::MatrixXd RodBody::rigid_motions() const
+{
+    Eigen::MatrixXd R(unknowns(), 6);
+    for (std::size_t i = 0; i < state_.nodes.size(); ++i) {
+        R.middleRows<6>(at6(i)) = rigid_motion(state_.nodes[i]);
+        R.block<3, 3>(at6(i) + 3, 3) /= size_;
+    }
+    return R;
+}
+
+Mat6 RodBody::held_rigid_motions() const
+{
+    Mat6 seen = Mat6::Zero();
+    for (const Held& h : held_at(state_, 0)) {
+        const Mat6 taken =
+            (Mat6::Identity() - h.free) * rigid_motion(state_.nodes[std::size_t(h.node)]);
+        seen += taken.transpose() * taken;
+    }
+    return seen;
+}
+
 std::vector<std::string> RodBody::free_motions() const
 {
     if (in_medium()) return {}; // it holds whatever moves
-    // Rigid motions that change nothing of what is held.
-    Eigen::Matrix<double, 6, 6> seen = Eigen::Matrix<double, 6, 6>::Zero();
-    const Vec3 middle = rod_.nodes[rod_.nodes.size() / 2].position();
-    for (const Held& h : held_at(state_, 0)) {
-        const BeamNode& node = state_.nodes[std::size_t(h.node)];
-        Mat6 rigid = Mat6::Zero(); // unknowns of the node by (shift, turn at the size)
-        rigid.topLeftCorner<3, 3>().setIdentity();
-        rigid.topRightCorner<3, 3>() = -skew_matrix(node.position() - middle) / size_;
-        rigid.bottomRightCorner<3, 3>() = rotation_matrix(node.q).transpose();
-        const Mat6 taken = (Mat6::Identity() - h.free) * rigid;
-        seen += taken.transpose() * taken;
-    }
-    const SymmetricEigen6 eigen = symmetric_eigen(seen);
+    const SymmetricEigen6 eigen = symmetric_eigen(held_rigid_motions());
     std::vector<std::string> names;
     for (int k = 0; k < 6; ++k)
         if (eigen.values[k] < 1e-10)
@@ -195,6 +237,7 @@ std::vector<std::string> RodBody::free_motions() const
 void RodBody::begin(const StepInput& step)
 {
     step_ = step;
+    if (material_) begin_at_sheath();
     now_ = state_;
     expected_.clear();
     for (Vec6& m : moved_)
@@ -277,6 +320,7 @@ void RodBody::linearise()
         forces(now_, step_.end(), inner_, load_);
         residual_ = as_vector(load_) - as_vector(inner_);
         add_drag();
+        add_anchor();
     }
     held_ = held_at(now_, step_.end());
     Eigen::VectorXd move = Eigen::VectorXd::Zero(unknowns());
@@ -384,6 +428,7 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
     std::vector<Node6> acting = load_;
     for (std::size_t i = 0; i < acting.size(); ++i)
         acting[i].column += reaction_[i].column;
+    if (material_) accept_at_sheath(acting);
     if (acting_.empty()) acting_ = acting;
     if (step_.dynamic)
         for (std::size_t i = 0; i < moved_.size(); ++i) {
@@ -409,9 +454,14 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
         add_contact_stiffness(unused);
         hold_matrix(K_);
         negative_ = K_.factor();
+        stable_ = negative_ == 0;
     }
     state_ = now_;
     energy_ = rod_energy(rod_, state_.nodes, kind_);
+    if (material_) {
+        energy_ += straight_beyond();
+        accepted_ = {sheath_, state_.nodes, acting_};
+    }
     e.elastic = energy_;
     e.kinetic = kinetic_energy();
     return e;

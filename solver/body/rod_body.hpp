@@ -4,6 +4,7 @@
 #include "contact/rigid/shape.hpp"
 #include "solver/beam/rod_elements.hpp"
 #include "solver/body/body.hpp"
+#include "solver/body/live_curve.hpp"
 #include "solver/scene/scene.hpp"
 
 #include <optional>
@@ -32,9 +33,29 @@ class RodBody final : public Body {
 public:
     /// @param curve    of its shape, if it has one
     /// @param damping  mass-proportional [1/s]
+    /// @param joined   places in space at which couplings hold it: nodes stand there, where these
+    ///                 are on the rod [m]
     /// @throws InputError  (places relative to the body)
-    RodBody(const RodInput& input, const Centreline* curve, double damping);
+    RodBody(const RodInput& input, const Centreline* curve, double damping,
+            std::span<const Vec3> joined = {});
 
+    /// The place of its middle line that is nearest to a point, where it begins.
+    struct Nearest {
+        double s = 0;        ///< arc length from the start [m]
+        double distance = 0; ///< [m]
+        double radius = 0;   ///< of the rod there [m]
+        int node = 0;        ///< the nearest node along the rod
+    };
+    Nearest nearest(const Vec3& x) const;
+    /// A node as a place of the rod: (element, xi).
+    StencilEntry place_of_node(int node) const;
+    /// Where a node stands and how its section is turned, at the iterate.
+    Placement node_pose(int node) const;
+    /// True of a node that a sheath holds where the rod begins.
+    bool starts_in_sheath(int node) const;
+
+    /// What a caller may lead by hand: its loads, and how far it is fed out of a sheath.
+    std::vector<LiveCurve> live_curves();
     const RodModel& model() const { return rod_; }
     const std::vector<BeamNode>& nodes() const { return now_.nodes; }
     const std::vector<BeamNode>& first_nodes() const { return rod_.nodes; }
@@ -48,8 +69,12 @@ public:
     /// True of a place that the sheath still holds, or that lies between two nodes of which it
     /// holds both.
     bool in_sheath(const CurvePlace& at) const;
-    /// Along the rod into the scene, what holds the part in the sheath [N].
-    double push_force() const;
+    /// Along the rod into the scene, what pushes it out of its sheath, at the accepted state [N].
+    double push_force() const { return push_; }
+    double length_out_of_sheath() const; ///< at the state [m]
+    /// By how much the push would shorten (or a pull lengthen) what is in the sheath, which is taken
+    /// as rigid [m].
+    double change_in_sheath() const;
     bool in_medium() const { return input_.drag > 0; }
     /// True at a node whose place cannot move in this direction.
     bool holds(const CurvePlace& at, const Vec3& direction) const;
@@ -63,10 +88,25 @@ public:
     /// Negative eigenvalues of the tangent at the iterate: the balance is not stable where there
     /// are some.
     int negative() const { return negative_; }
-    /// What it touches, and not it alone, makes the accepted balance stable.
-    void is_held() { negative_ = 0; }
+    /// ... on the motions that what it touches leaves free.
+    void note_negative(int count) { negative_ = count; }
+    /// Tension holds it, not bending, and at the iterate its tangent has negative eigenvalues,
+    /// which it had not where the step began.
+    bool slips_off_balance() const;
     /// Rigid motions that no hold prevents, in words.
     std::vector<std::string> free_motions() const;
+    /// Contacts may hold what no hold does. Each of Newton's motions at rest is then taken against
+    /// a spring from the iterate that holds what nothing else holds (Rockafellar 1976, the proximal
+    /// point method): the balance does not change by it, and what nothing holds stays where it is.
+    void lean_on_contacts();
+    bool leans() const { return anchor_ > 0; }
+    /// Of the spring, on a node's place along the rod and its turns [N/m, N m].
+    std::array<double, 2> anchor_on(int node) const;
+    /// Shifts along x, y, z and turns about them through the middle node, over the rod's size, at
+    /// the accepted state: unknowns x 6.
+    Eigen::MatrixXd rigid_motions() const;
+    /// What holds see of these, squared: 6 x 6.
+    Mat6 held_rigid_motions() const;
     /// Contact forces as they are known at the iterate of a quasi-static step: how they turn with
     /// the rod becomes part of the next linearise()'s matrix. The answer does not change by it,
     /// only the way there.
@@ -182,10 +222,14 @@ private:
         int node = -1; ///< -1: along the rod
     };
 
+    Mat6 rigid_motion(const BeamNode& node) const;
     std::vector<Held> held_at(const Motion& m, double t) const;
     void add_loads(const Motion& m, double t, std::vector<Node6>& f, RodMatrix* K) const;
     /// Inner forces less loads, at places m and time t; the tangent into K_.
     void forces(const Motion& m, double t, std::vector<Node6>& inner, std::vector<Node6>& load);
+    double slack_share(const Eigen::VectorXd& y) const;
+    /// Tension holds it at the iterate, and not bending.
+    bool is_taut() const;
     void hold_matrix(RodMatrix& A) const;
     void move_nodes(Motion& m, const Eigen::VectorXd& y);
     void unroll(Motion& m, const Eigen::VectorXd& y);
@@ -199,16 +243,31 @@ private:
     AxisBox box_of(const std::vector<BeamNode>& nodes) const;
     void add_contact_stiffness(Eigen::VectorXd& rest);
     void add_drag();
+    void add_anchor();
+    double length_at(int node) const; ///< that a node stands for [m]
     double taken_by_drag(); ///< in the step [J]
     double drag() const;
     double drag_on(int node, int axis) const;
-    /// Nodes that the sheath holds, from the start on: those that are not out of it.
+    // The sheath: rod_sheath.cpp
+    /// Nodes that the sheath holds, from the start on: those in it and the one at its end.
     int sheathed(double t) const;
+    double place_at_end(double t) const; ///< of the rod, at the sheath's end [m]
+    int node_at_end(double s) const;     ///< which stands there for this place
+    BeamNode held_in_sheath(int node, double t) const;
+    BeamNode at_place(double s) const; ///< of the rod, at the accepted state, on its mesh
+    void start_at_sheath();
+    void begin_at_sheath();
+    void accept_at_sheath(std::vector<Node6>& acting);
+    void add_push(std::vector<Node6>& acting) const;
+    double taken_at_end() const;    ///< of the push, by what is strained at the sheath's end [N]
+    double straight_beyond() const; ///< energy of what no element has, or has relaxed [J]
+    Vec3 line_load(double t) const; ///< without weight [N/m]
     // dynamic steps
     void begin_memory();
     void dynamic_residual();
     void place_by_velocity();
-    Motion between() const; ///< where a step's one force is taken
+    BeamNode half_way(int node) const; ///< of a dynamic step
+    Motion between() const;            ///< where a step's one force is taken
     Vec3 point_velocity(const std::vector<BeamNode>& nodes, const std::vector<Vec6>& velocity,
                         int element, double xi) const;
     Vec3 with_velocity(const std::vector<Vec6>& velocity, const BodyPlace& at) const;
@@ -221,6 +280,7 @@ private:
     std::vector<Hold> holds_;
     std::vector<Load> loads_;
     std::vector<CurvePlace> stations_;
+    double fed_first_ = 0; ///< where the sheath's end is along the first shape [m]
     int root_ = -1; ///< the only node that is held, of an open rod; -1: there is not one
 
     StepInput step_;
@@ -236,8 +296,24 @@ private:
     double inertia_size_ = 0;                  ///< of dynamic steps [N]
     double last_motion_ = 0, before_last_ = 0; ///< of Newton's method [m]
     Eigen::VectorXd free_change_, right_, prescribed_;
-    Eigen::MatrixXd modes_;         ///< none
+    Eigen::MatrixXd modes_; ///< none
+    struct SheathEnd {
+        int node = 0;  ///< which stands there
+        double s = -1; ///< place of the rod there [m]; < 0: none
+    };
+    void move_sheath_end(const SheathEnd& next);
+    SheathEnd sheath_;                     ///< of the step's mesh
+    std::optional<WireMaterial> material_; ///< of a rod with a sheath
+    std::vector<ElementLaw> whole_;        ///< laws of its elements where no node is moved
+    struct AtSheath {                      ///< what was accepted, on its own mesh
+        SheathEnd end;
+        std::vector<BeamNode> nodes;
+        std::vector<Node6> acting;
+    } accepted_;
+    double push_ = 0;               ///< at the accepted state [N]
+    bool stable_ = true;            ///< the accepted balance
     double drag_ = 0;               ///< [N/m^2]
+    double anchor_ = 0;             ///< per length [N/m^2]; 0: holds hold it
     std::vector<Vec6> drag_before_; ///< its forces at the end of the step before
     int negative_ = 0;
     double energy_ = 0;

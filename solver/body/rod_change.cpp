@@ -13,6 +13,8 @@ namespace {
 
 constexpr double kSmallTurn = 1e-3; // of a node in one iteration [rad]
 constexpr double kLongestTurn = 1;  // of an element in one iteration [rad]
+constexpr double kTaken = 0.8;      // of a rope's tension in one iteration
+constexpr double kTaut = 1e3;       // tension times length squared of EI: a rope
 
 } // namespace
 
@@ -66,7 +68,9 @@ void RodBody::unroll(Motion& m, const Eigen::VectorXd& y)
         const double L = rod_.law[std::size_t(e)].length;
         const BeamNode a = turned(before[std::size_t(e)], e, 0, false),
                        b = turned(before[std::size_t(e) + 1], e, 1, false);
+        const ElementLaw& law = rod_.law[std::size_t(e)];
         std::array<double, 6> strain = element_strain(a, b, L);
+        const std::array<double, 6> old = strain;
         Eigen::Matrix<double, 12, 1> own = y.segment<12>(6 * e);
         own.segment<3>(3) = turn_of(e, 0).transpose() * Vec3(own.segment<3>(3));
         own.segment<3>(9) = turn_of(e, 1).transpose() * Vec3(own.segment<3>(9));
@@ -76,6 +80,12 @@ void RodBody::unroll(Motion& m, const Eigen::VectorXd& y)
             const std::array<double, 12> row = element_force(a, b, L, unit);
             strain[i] += Eigen::Map<const Eigen::Matrix<double, 12, 1>>(row.data()).dot(own);
         }
+        // Of the mean stretch, too, the change is that of first order.
+        if (kind_ == RodElement::exact)
+            for (std::size_t i : {1, 2}) {
+                const double change = strain[i] - old[i];
+                strain[0] -= 0.5 * law.bowing[i - 1] * change * change;
+            }
         // The exponential of the pose.
         const Vec3 gamma = L * Vec3(strain[0], strain[1], strain[2]),
                    turn = L * Vec3(strain[3], strain[4], strain[5]);
@@ -132,18 +142,46 @@ void RodBody::note_motion(const std::vector<BeamNode>& before, const Eigen::Vect
     }
 }
 
+/// The share of a motion that takes no more than most of a rope's tension away: what its shape can
+/// take up grows with the third power of one over the tension, of which the tangent knows the
+/// first.
+double RodBody::slack_share(const Eigen::VectorXd& y) const
+{
+    if (root_ >= 0 || !expected_.empty() || kind_ != RodElement::exact || !is_taut()) return 1;
+    // A beam that is not one is stretched on the way alone, by its turns, and is soon no more.
+    double pulled = 0, soft = std::numeric_limits<double>::infinity();
+    for (int e = 0; e < rod_.element_count(); ++e) {
+        const ElementLaw& law = rod_.law[std::size_t(e)];
+        pulled = std::max(pulled, rod_resultants(rod_, state_.nodes, kind_, e)[0]);
+        soft = std::min(soft, std::min(law.S[4], law.S[5]) / law.length);
+    }
+    if (!(pulled * size_ * size_ > kTaut * soft)) return 1;
+    double now = 0, then = 0; // tension times length
+    for (int e = 0; e < rod_.element_count(); ++e) {
+        const std::size_t a = std::size_t(e), b = std::size_t(rod_.second(e));
+        const ElementLaw& law = rod_.law[a];
+        const std::array<double, 6> after = strain_foreseen(
+            now_.nodes[a], now_.nodes[b], law.length, y.data() + at6(a), y.data() + at6(b));
+        now += element_stress(law, strain(e))[0];
+        then += element_stress(law, after)[0];
+    }
+    return now > 0 && then < (1 - kTaken) * now ? kTaken * now / (now - then) : 1;
+}
+
 void RodBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd&, const Eigen::VectorXd&)
 {
     before_last_ = last_motion_;
     if (!step_.dynamic) {
-        const double share = safe_share(now_, y);
+        double share = safe_share(now_, y);
         double turn = 0;
         for (std::size_t i = 0; i < now_.nodes.size(); ++i)
             turn = std::max(turn, y.segment<3>(at6(i) + 3).norm());
-        if (root_ >= 0 && turn > kSmallTurn)
+        if (root_ >= 0 && turn > kSmallTurn) {
             unroll(now_, share * y);
-        else
+        } else {
+            share = std::min(share, slack_share(y));
             move_nodes(now_, share * y);
+        }
         last_motion_ = 0;
         for (std::size_t i = 0; i < now_.nodes.size(); ++i)
             last_motion_ = std::max(last_motion_, y.segment<3>(at6(i)).norm());

@@ -2,14 +2,14 @@
 #include "solver/body/drive.hpp"
 #include "solver/body/rod_body.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 
 // What acts on a rod, and what holds it.
 
 namespace amontons {
 namespace {
-
-constexpr double kOut = 1e-9; // of the length: a node that is no farther out is at the sheath's end
 
 double value(const CurvePoints& c, double t, double otherwise)
 {
@@ -52,6 +52,28 @@ struct Directions {
 };
 
 } // namespace
+
+std::vector<LiveCurve> RodBody::live_curves()
+{
+    std::vector<LiveCurve> all;
+    for (std::size_t k = 0; k < input_.loads.size(); ++k)
+        all.push_back(
+            {fmt::format("{}.loads.{}.over", input_.name, k), "", &input_.loads[k].over, 1});
+    if (input_.fed.empty()) return all;
+    // What is held and moved must stay out of the sheath, as the scene's curve leaves it.
+    double least = 0;
+    const auto moves = [](const CurvePoints& c) {
+        return std::ranges::any_of(c, [](const auto& p) { return p[1] != 0; });
+    };
+    for (const RodHold& h : input_.hold)
+        if (moves(h.x) || moves(h.y) || moves(h.z) || moves(h.angle))
+            least = std::max(least, rod_.length - (h.at             ? *h.at
+                                                   : h.set == "end" ? rod_.length
+                                                                    : 0));
+    all.push_back({input_.name + (input_.instrument ? ".insertion" : ".fed"), "m", &input_.fed, 0,
+                   least, rod_.length});
+    return all;
+}
 
 std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
 {
@@ -107,17 +129,13 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
             }
         }
     }
-    const int in_sheath = sheathed(t);
-    Vec3 fed = Vec3::Zero();
-    if (in_sheath > 0)
-        fed = (curve_value(input_.fed, t) - input_.fed[0][1]) * first_axis(rod_.nodes[0].q);
-    for (int node = 0; node < in_sheath; ++node) {
+    for (int node = 0, in_sheath = sheathed(t); node < in_sheath; ++node) {
         const std::size_t i = of(node);
-        const BeamNode &now = m.nodes[std::size_t(node)], &first = rod_.nodes[std::size_t(node)];
+        const BeamNode &now = m.nodes[std::size_t(node)], first = held_in_sheath(node, t);
         for (int k = 0; k < 6; ++k)
             directions[i].hold(Vec6::Unit(k));
         for (int k = 0; k < 3; ++k)
-            all[i].move[k] = fed[k] + first.difference(now, k);
+            all[i].move[k] = first.difference(now, k);
         const auto turn = [](const BeamNode& n) {
             return Eigen::Quaterniond(n.q[0], n.q[1], n.q[2], n.q[3]);
         };
@@ -138,39 +156,20 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
     return all;
 }
 
-int RodBody::sheathed(double t) const
+Vec3 RodBody::line_load(double t) const
 {
-    if (input_.fed.empty()) return 0;
-    const double behind = rod_.length - curve_value(input_.fed, t) + kOut * rod_.length;
-    double s = 0;
-    int n = 0;
-    while (n < rod_.node_count() && s <= behind)
-        if (++n <= rod_.element_count()) s += rod_.law[std::size_t(n) - 1].length;
-    return n;
-}
-
-bool RodBody::in_sheath(const CurvePlace& at) const
-{
-    const int n = sheathed(step_.end());
-    return at.t <= 0 ? at.piece < n : at.piece + 1 < n;
-}
-
-double RodBody::push_force() const
-{
-    double sum = 0;
-    const Vec3 along = first_axis(rod_.nodes[0].q);
-    for (int i = 0; i < sheathed(step_.end()) && !reaction_.empty(); ++i)
-        sum += along.dot(Eigen::Map<const Vec6>(reaction_[std::size_t(i)].value).head<3>());
-    return sum;
+    Vec3 line = Vec3::Zero();
+    for (const Load& l : loads_)
+        if (l.input->line) line += step_.load * value(l.input->over, t, 1) * *l.input->line;
+    return line;
 }
 
 void RodBody::add_loads(const Motion& m, double t, std::vector<Node6>& f, RodMatrix* K) const
 {
-    Vec3 line = Vec3::Zero(); // force per length
+    const Vec3 line = line_load(t);
     for (const Load& l : loads_) {
-        const double factor = step_.load * value(l.input->over, t, 1);
-        if (l.input->line) line += factor * *l.input->line;
         if (l.node < 0) continue;
+        const double factor = step_.load * value(l.input->over, t, 1);
         Map6 own(f[std::size_t(l.node)].value);
         const Mat3 R = rotation_matrix(m.nodes[std::size_t(l.node)].q);
         Mat6 stiffness = Mat6::Zero();

@@ -2,13 +2,16 @@
 #include "solver/body/rod_body.hpp"
 
 #include <algorithm>
+#include <limits>
 
 // A viscous medium around a rod: the scene's, or one for the steps that follow a snap.
 
 namespace amontons {
 namespace {
 
-constexpr double kStands = 1e6; // times an element's stiffness: such a drag holds it
+constexpr double kStands = 1e6;        // times an element's stiffness: such a drag holds it
+constexpr double kAnchor = 1e-6;       // of EI / length^3
+constexpr double kAnchorFloor = 1e-13; // of EA / l, whose round-off would be a stiffness
 
 } // namespace
 
@@ -26,8 +29,7 @@ double RodBody::largest_motion() const
     return most;
 }
 
-/// Of a node [N/m], and of its turns [N m].
-double RodBody::drag_on(int node, int axis) const
+double RodBody::length_at(int node) const
 {
     const int elements = rod_.element_count();
     double length = 0;
@@ -35,7 +37,45 @@ double RodBody::drag_on(int node, int axis) const
         const int own = rod_.closed ? (e + elements) % elements : e;
         if (own >= 0 && own < elements) length += 0.5 * rod_.law[std::size_t(own)].length;
     }
+    return length;
+}
+
+/// Of a node [N/m], and of its turns [N m].
+double RodBody::drag_on(int node, int axis) const
+{
+    const double length = length_at(node);
     return drag() * length * (axis < 3 ? 1 : length * length);
+}
+
+void RodBody::lean_on_contacts()
+{
+    double softest = std::numeric_limits<double>::infinity(), stiffest = 0, length = 0;
+    for (const ElementLaw& law : rod_.law) {
+        length += law.length;
+        stiffest = std::max(stiffest, law.S[0] / (law.length * law.length));
+        for (int k = 3; k < 6; ++k)
+            softest = std::min(softest, law.S[std::size_t(k)] / law.length);
+    }
+    const double whole =
+        std::max(kAnchor * softest / (length * length * length), kAnchorFloor * stiffest);
+    anchor_ = whole / length;
+}
+
+std::array<double, 2> RodBody::anchor_on(int node) const
+{
+    const double place = anchor_ * length_at(node);
+    return {place, place * size_ * size_};
+}
+
+void RodBody::add_anchor()
+{
+    if (anchor_ == 0) return;
+    for (int i = 0; i < rod_.node_count(); ++i) {
+        Block6& d = K_.chain.diagonal(i);
+        const std::array<double, 2> s = anchor_on(i);
+        for (int k = 0; k < 6; ++k)
+            d(k, k) += s[k < 3 ? 0 : 1];
+    }
 }
 
 /// Force per length and motion over the step [N/m^2].

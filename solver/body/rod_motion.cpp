@@ -61,6 +61,17 @@ void RodBody::place_by_velocity()
     }
 }
 
+BeamNode RodBody::half_way(int node) const
+{
+    const auto i = std::size_t(node);
+    BeamNode n = state_.nodes[i];
+    for (int k = 0; k < 3; ++k)
+        n.move(k, 0.5 * now_.nodes[i].difference(state_.nodes[i], k));
+    rotate_in_body(n.q, 0.5 * step_.h *
+                            (step_.rule.end * now_.velocity[i] + past_velocity_[i]).tail<3>());
+    return n;
+}
+
 RodBody::Motion RodBody::between() const
 {
     const double theta = step_.rule.end;
@@ -202,7 +213,7 @@ Vec3 RodBody::angular_momentum() const
 std::vector<double> RodBody::state() const
 {
     std::vector<double> s;
-    for (const BeamNode& n : state_.nodes) {
+    for (const BeamNode& n : material_ ? accepted_.nodes : state_.nodes) {
         s.insert(s.end(), n.x, n.x + 3);
         s.insert(s.end(), n.rest, n.rest + 3);
         s.insert(s.end(), n.q, n.q + 4);
@@ -218,14 +229,18 @@ std::vector<double> RodBody::state() const
     add(memory_.force);
     add(memory_.force_now);
     add(drag_before_);
-    for (const std::vector<Node6>* list : {&acting_, &reaction_})
+    for (const std::vector<Node6>* list : {material_ ? &accepted_.acting : &acting_, &reaction_})
         for (std::size_t i = 0; i < state_.nodes.size(); ++i) {
             const Node6 zero{};
             const double* v = i < list->size() ? (*list)[i].value : zero.value;
             s.insert(s.end(), v, v + 6);
         }
     s.push_back(memory_.begun ? 1 : 0);
-    s.push_back(acting_.empty() ? 0 : 1);
+    s.push_back(reaction_.empty() ? 0 : 1);
+    s.push_back(stable_ ? 1 : 0);
+    s.push_back(accepted_.end.node);
+    s.push_back(accepted_.end.s);
+    s.push_back(push_);
     s.push_back(path_.size() > 0 ? 1 : 0);
     for (Eigen::Index i = 0; i < unknowns(); ++i)
         s.push_back(path_.size() > 0 ? path_[i] : 0);
@@ -260,6 +275,15 @@ void RodBody::set_state(std::span<const double> state)
     if (state[at++] == 0) {
         acting_.clear();
         reaction_.clear();
+    }
+    stable_ = state[at++] != 0;
+    accepted_.end.node = int(state[at++]);
+    accepted_.end.s = state[at++];
+    push_ = state[at++];
+    if (material_) {
+        accepted_.nodes = state_.nodes;
+        accepted_.acting = acting_;
+        move_sheath_end(accepted_.end);
     }
     const bool path = state[at++] != 0;
     path_.resize(path ? unknowns() : 0);

@@ -13,7 +13,8 @@ namespace {
 // buckles in over an element's length squared: two neighbours hold the rod's slope, too.
 constexpr double kHold = 4;
 constexpr double kRope = 10;
-constexpr double kLean = 0.1; // on what gives way, of its own stiffness there
+constexpr double kLean = 0.1;    // on what gives way, of its own stiffness there
+constexpr double kTautRod = 1e3; // tension times length squared of EI: bending holds nothing
 
 } // namespace
 
@@ -31,6 +32,54 @@ Curve RodBody::curve_of(const std::vector<BeamNode>& nodes) const
         c.start.push_back(c.start.back() + L);
     }
     return c;
+}
+
+RodBody::Nearest RodBody::nearest(const Vec3& x) const
+{
+    constexpr int kParts = 16, kSteps = 60; // of an element; of a bisection between two of them
+    Nearest best;
+    best.distance = std::numeric_limits<double>::infinity();
+    for (int e = 0; e < rod_.element_count(); ++e) {
+        const auto away = [&](double t) { return (rod_point(rod_, rod_.nodes, e, t) - x).norm(); };
+        int k = 0;
+        double least = away(0);
+        for (int i = 1; i <= kParts; ++i)
+            if (const double d = away(double(i) / kParts); d < least) {
+                least = d;
+                k = i;
+            }
+        double low = double(std::max(k - 1, 0)) / kParts,
+               high = double(std::min(k + 1, kParts)) / kParts;
+        for (int i = 0; i < kSteps; ++i) {
+            const double a = low + (high - low) / 3, b = high - (high - low) / 3;
+            (away(a) <= away(b) ? high : low) = away(a) <= away(b) ? b : a;
+        }
+        double t = 0.5 * (low + high);
+        for (const double end : {0.0, 1.0}) // which the search only comes near to
+            if (away(end) <= away(t) * (1 + 1e-12) + 1e-15 * rod_.length) t = end;
+        if (!(away(t) < best.distance)) continue;
+        best.distance = away(t);
+        best.s = rod_.s[std::size_t(e)] + t * rod_.law[std::size_t(e)].length;
+        best.radius = rod_.radius[std::size_t(e)];
+    }
+    best.node = rod_.node_at(best.s);
+    return best;
+}
+
+StencilEntry RodBody::place_of_node(int node) const
+{
+    return node < rod_.element_count() ? StencilEntry{node, 0.0} : StencilEntry{node - 1, 1.0};
+}
+
+Placement RodBody::node_pose(int node) const
+{
+    const BeamNode& n = now_.nodes[std::size_t(node)];
+    return {Eigen::Quaterniond(n.q[0], n.q[1], n.q[2], n.q[3]).normalized(), n.position()};
+}
+
+bool RodBody::starts_in_sheath(int node) const
+{
+    return material_ && node < sheathed(0);
 }
 
 Curve RodBody::curve() const
@@ -139,6 +188,24 @@ void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
     }
 }
 
+bool RodBody::slips_off_balance() const
+{
+    return negative_ > 0 && stable_ && is_taut();
+}
+
+bool RodBody::is_taut() const
+{
+    double compression = 0, tension = 0, soft = std::numeric_limits<double>::infinity();
+    for (int e = 0; e < rod_.element_count(); ++e) {
+        const ElementLaw& law = rod_.law[std::size_t(e)];
+        const double axial = rod_resultants(rod_, now_.nodes, kind_, e)[0];
+        compression = std::max(compression, -axial);
+        tension = std::max(tension, axial);
+        soft = std::min(soft, std::min(law.S[4], law.S[5]) / law.length);
+    }
+    return tension > compression && tension * size_ * size_ > kTautRod * soft;
+}
+
 RodBody::Line RodBody::line(const BodyPlace& at) const
 {
     const int e = at.nodes[0].node;
@@ -211,10 +278,24 @@ Vec12 RodBody::row(const BodyPlace& at, const Vec3& direction) const
 {
     const int e = at.nodes[0].node;
     const double xi = at.nodes[0].weight;
+    const int node[2] = {e, rod_.second(e)};
+    if (at.turns || at.half_way) {
+        // A node's own place: of its two, the other has no share.
+        Vec12 v = Vec12::Zero();
+        const int i = xi < 0.5 ? 0 : 1;
+        const BeamNode n =
+            at.half_way && step_.dynamic ? half_way(node[i]) : now_.nodes[std::size_t(node[i])];
+        Vec3 moment = direction;
+        if (!at.turns) {
+            v.segment<3>(6 * i) = direction;
+            moment = (at.point - n.position()).cross(direction);
+        }
+        v.segment<3>(6 * i + 3) = rotation_matrix(n.q).transpose() * moment;
+        return v;
+    }
     const RodPlace p = rod_place(rod_, now_.nodes, e, xi);
     Vec12 v = p.J.transpose() * direction;
     const Vec3 moment = (at.point - p.x).cross(direction);
-    const int node[2] = {e, rod_.second(e)};
     for (int i = 0; i < 2; ++i)
         v.segment<3>(6 * i + 3) +=
             (i == 0 ? 1 - xi : xi) *
@@ -242,6 +323,10 @@ Vec3 RodBody::displacement(const BodyPlace& at) const
 {
     const int e = at.nodes[0].node;
     const double xi = at.nodes[0].weight;
+    if (at.turns) {
+        const Eigen::Quaterniond turn(section(now_, e, xi) * section(state_, e, xi).transpose());
+        return rotation_vector(turn);
+    }
     const Vec3 x = rod_point(rod_, now_.nodes, e, xi), arm = at.point - x;
     const Vec3 turned = section(state_, e, xi) * (section(now_, e, xi).transpose() * arm);
     return x - rod_point(rod_, state_.nodes, e, xi) + arm - turned;
@@ -255,6 +340,7 @@ Vec3 RodBody::velocity(const BodyPlace& at) const
     const std::size_t a = std::size_t(e), b = std::size_t(rod_.second(e));
     const Vec3 spin = (1 - xi) * (rotation_matrix(now_.nodes[a].q) * now_.velocity[a].tail<3>()) +
                       xi * (rotation_matrix(now_.nodes[b].q) * now_.velocity[b].tail<3>());
+    if (at.turns) return spin;
     return point_velocity(now_.nodes, now_.velocity, e, xi) + spin.cross(arm);
 }
 
@@ -268,6 +354,7 @@ Vec3 RodBody::with_velocity(const std::vector<Vec6>& velocity, const BodyPlace& 
     const std::size_t a = std::size_t(e), b = std::size_t(rod_.second(e));
     const Vec3 spin = (1 - xi) * (rotation_matrix(state_.nodes[a].q) * velocity[a].tail<3>()) +
                       xi * (rotation_matrix(state_.nodes[b].q) * velocity[b].tail<3>());
+    if (at.turns) return spin;
     return point_velocity(state_.nodes, velocity, e, xi) + spin.cross(arm);
 }
 

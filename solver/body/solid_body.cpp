@@ -2,6 +2,7 @@
 #include "solver/body/node_index.hpp"
 
 #include "mesh/base/curve.hpp"
+#include "mesh/base/dense.hpp"
 #include "solver/body/drive.hpp"
 #include "solver/solid/face_load.hpp"
 #include "solver/solid/factor_cache.hpp"
@@ -31,11 +32,6 @@ SparseMatrix scalar_mass(const VolumeMesh& mesh, double density)
     return m;
 }
 
-bool same_placement(const Placement& a, const Placement& b)
-{
-    return a.turn.coeffs() == b.turn.coeffs() && a.shift == b.shift;
-}
-
 } // namespace
 
 SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
@@ -49,6 +45,23 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
     , hyperelastic_(is_hyperelastic(input))
     , nonlinear_(corotational_ || hyperelastic_)
     , pattern_([this] { return make_pattern(mesh_); })
+    , supports_([this] {
+        std::vector<SparseMatrix> all;
+        for (const SolidConditions::Support& s : conditions_.supports) {
+            all.push_back(zero_matrix(*pattern_));
+            add_support(mesh_, s.faces->members, s.input->normal, s.input->tangential, all.back());
+        }
+        return all;
+    })
+    , support_([this] {
+        SparseMatrix sum;
+        for (const SparseMatrix& one : *supports_)
+            if (sum.size() == 0)
+                sum = one;
+            else
+                sum.coeffs() += one.coeffs();
+        return sum;
+    })
     , m_([this] {
         return material_.density > 0 ? scalar_mass(mesh_, material_.density) : SparseMatrix();
     })
@@ -103,24 +116,41 @@ void SolidBody::may_touch(std::span<const char> touching)
             std::vector<std::int32_t> prescribed;
             for (const SolidConditions::Held& h : conditions_.held)
                 prescribed.push_back(h.dof);
-            return find_rigid_modes(mesh_.nodes, *pattern_, prescribed, avoided);
+            RigidModes found = find_rigid_modes(mesh_.nodes, *pattern_, prescribed, avoided);
+            if (conditions_.supports.empty() || found.R.cols() == 0) return found;
+            return not_resisted(found, *support_, avoided);
         });
 }
 
-void SolidBody::also_touch(std::span<const StencilEntry> nodes)
+void SolidBody::also_touch(const Patch& patch)
 {
     std::vector<char> touching(mesh_.nodes.size(), 0);
     for (const std::int32_t i : touching_)
         touching[std::size_t(i)] = 1;
-    for (const StencilEntry& e : nodes)
-        touching[std::size_t(e.node)] = 1;
+    for (const PatchNode& n : patch.nodes)
+        touching[std::size_t(n.node)] = 1;
     may_touch(touching);
+}
+
+std::vector<LiveCurve> SolidBody::live_curves()
+{
+    std::vector<LiveCurve> all;
+    if (input_.drive.given) add_drive(input_.name, input_.drive, all);
+    for (std::size_t k = 0; k < input_.loads.size(); ++k) {
+        LoadInput& l = input_.loads[k];
+        const std::string load = fmt::format("{}.loads.{}.", input_.name, k);
+        if (!l.pressure.empty()) all.push_back({load + "pressure", "Pa", &l.pressure});
+        if (!l.volume.empty()) all.push_back({load + "volume", "m^3", &l.volume});
+        if (l.traction || l.force) all.push_back({load + "over", "", &l.over, 1});
+    }
+    return all;
 }
 
 void SolidBody::hold(Motion& m, double t) const
 {
-    for (const SolidConditions::Held& h : conditions_.held)
-        m.u[h.dof] = h.curve ? curve_value(*h.curve, t) : 0;
+    const Eigen::VectorXd u = held_displacements(conditions_, mesh_, t);
+    for (std::size_t i = 0; i < conditions_.held.size(); ++i)
+        m.u[conditions_.held[i].dof] = u[Eigen::Index(i)];
 }
 
 Eigen::VectorXd SolidBody::loads(const Motion& m, double t) const
@@ -181,10 +211,20 @@ double SolidBody::inner_forces(const Motion& m, Eigen::VectorXd& f)
         for (std::size_t i = 0; i < nodes.size(); ++i)
             f.segment<3>(3 * nodes[i]) += forces.segment<3>(3 * Eigen::Index(i));
     });
+    energy += add_support_forces(m.u, f);
     known_version_ = m.version;
     known_forces_ = f;
     known_energy_ = energy;
     return energy;
+}
+
+/// Adds what supports need of a displacement [N]; their energy [J].
+double SolidBody::add_support_forces(const Eigen::VectorXd& u, Eigen::VectorXd& f) const
+{
+    if (conditions_.supports.empty()) return 0;
+    const Eigen::VectorXd of_support = symmetric_times(*pattern_, *support_, u, threads_);
+    f += of_support;
+    return 0.5 * u.dot(of_support);
 }
 
 void SolidBody::begin(const StepInput& step)
@@ -267,18 +307,28 @@ Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
     last_load_ = f;
     Eigen::VectorXd change = now_.v - state_.v;
     Eigen::VectorXd mean_v = theta * now_.v + (1 - theta) * state_.v;
+    const bool damps = input_.stiffness_damping > 0;
+    Eigen::VectorXd rate_v = damps ? into_frame(mean_v) : Eigen::VectorXd();
     if (middle.frame.turn.coeffs() != now_.frame.turn.coeffs()) {
         // Forces turn from the frame they were found in to that of the iterate.
         const Mat3 turn = (now_.frame.turn.conjugate() * middle.frame.turn).toRotationMatrix();
         Eigen::Map<Eigen::Matrix3Xd> g(inner.data(), 3, inner.size() / 3);
         g = (turn * g).eval();
+        if (damps) {
+            Eigen::Map<Eigen::Matrix3Xd> v(rate_v.data(), 3, rate_v.size() / 3);
+            v = (turn.transpose() * v).eval();
+            last_rate_forces_ = rate_forces(rate_v);
+            Eigen::Map<Eigen::Matrix3Xd> d(last_rate_forces_.data(), 3, rate_v.size() / 3);
+            d = (turn * d).eval();
+        }
+    } else if (damps) {
+        last_rate_forces_ = rate_forces(rate_v);
     }
     const Eigen::VectorXd momentum = into_frame(mass_times(change));
     scale = momentum.cwiseAbs() + h * (f.cwiseAbs() + inner.cwiseAbs());
     Eigen::VectorXd r = h * (f - inner) - momentum;
     if (input_.mass_damping > 0) r -= h * input_.mass_damping * into_frame(mass_times(mean_v));
-    if (input_.stiffness_damping > 0)
-        r -= h * input_.stiffness_damping * stiffness_times(into_frame(mean_v));
+    if (damps) r -= h * input_.stiffness_damping * last_rate_forces_;
     return r;
 }
 
@@ -286,7 +336,7 @@ bool SolidBody::stand_at_start()
 {
     const bool prescribed =
         frame_kind() == Frame::driven ||
-        std::ranges::any_of(conditions_.held, [](const auto& h) { return h.curve != nullptr; });
+        std::ranges::any_of(conditions_.held, [&](const auto& h) { return moves(conditions_, h); });
     if (prescribed) now_ = state_;
     return prescribed;
 }
@@ -316,68 +366,6 @@ void SolidBody::linearise()
         mode_load_ = rigid_->R.transpose() * r;
     else
         mode_load_.resize(0);
-}
-
-void SolidBody::add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
-                           std::vector<Eigen::Triplet<double>>& out) const
-{
-    const Vec3 d = now_.frame.turn.conjugate() * direction;
-    for (const StencilEntry& e : at.nodes)
-        for (int axis = 0; axis < 3; ++axis) {
-            const std::int32_t dof = unknown_number_[std::size_t(3 * e.node + axis)];
-            if (dof >= 0) out.emplace_back(dof, column, scale * e.weight * d[axis]);
-        }
-}
-
-Vec3 SolidBody::displacement(const BodyPlace& at) const
-{
-    Vec3 d = Vec3::Zero();
-    if (!step_.dynamic &&
-        same_placement(now_.frame, state_.frame)) { // to the digits of u, not of places
-        for (const StencilEntry& e : at.nodes)
-            d += e.weight * (now_.u.segment<3>(3 * e.node) - state_.u.segment<3>(3 * e.node));
-        return now_.frame.turn * d;
-    }
-    for (const StencilEntry& e : at.nodes)
-        d += e.weight * (now_.x[std::size_t(e.node)] - state_.x[std::size_t(e.node)]);
-    return d;
-}
-
-Vec3 SolidBody::moved_from_first(std::span<const StencilEntry> nodes) const
-{
-    Vec3 d = Vec3::Zero();
-    if (!step_.dynamic && same_placement(now_.frame, first_frame_)) {
-        for (const StencilEntry& e : nodes)
-            d += e.weight * now_.u.segment<3>(3 * e.node);
-        return now_.frame.turn * d;
-    }
-    for (const StencilEntry& e : nodes)
-        d += e.weight * (now_.x[std::size_t(e.node)] - first_[std::size_t(e.node)]);
-    return d;
-}
-
-Vec3 SolidBody::velocity(const BodyPlace& at) const
-{
-    Vec3 d = Vec3::Zero();
-    for (const StencilEntry& e : at.nodes)
-        d += e.weight * now_.v.segment<3>(3 * e.node);
-    return d;
-}
-
-Vec3 SolidBody::start_velocity(const BodyPlace& at) const
-{
-    Vec3 d = Vec3::Zero();
-    for (const StencilEntry& e : at.nodes)
-        d += e.weight * state_.v.segment<3>(3 * e.node);
-    return d;
-}
-
-Vec3 SolidBody::past_velocity(const BodyPlace& at) const
-{
-    Vec3 d = Vec3::Zero();
-    for (const StencilEntry& e : at.nodes)
-        d += e.weight * past_velocity_.segment<3>(3 * e.node);
-    return d;
 }
 
 void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
@@ -453,15 +441,6 @@ double SolidBody::imbalance(const Eigen::VectorXd& force)
     return error;
 }
 
-void SolidBody::carry(const BodyPlace& at, const Vec3& force)
-{
-    const Vec3 f = now_.frame.turn.conjugate() * force;
-    for (const StencilEntry& e : at.nodes)
-        for (int axis = 0; axis < 3; ++axis)
-            if (unknown_number_[std::size_t(3 * e.node + axis)] < 0)
-                contact_held_[3 * e.node + axis] += e.weight * f[axis];
-}
-
 BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
 {
     BodyEnergy e;
@@ -502,13 +481,24 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
                 e.dissipated = std::max(0.0, e.work + contact_work - (e.elastic - state_energy_));
             state_energy_ = e.elastic;
             accept_hyperelastic();
+        } else if (corotational_) {
+            remark_ = !not_positive_ ? ""
+                      : contact.isZero(0)
+                          ? input_.name + ": " + kNotStable + ": the tangent is not positive"
+                          : input_.name + ": without its contacts it would not stand";
         }
         return e;
+    }
+    double damped_power = 0; // of the rates of strain, per damping [W/s]
+    if (input_.stiffness_damping > 0 && !filtered) {
+        const Eigen::VectorXd v = into_frame(step_.rule.end * now_.v + step_.rule.start * state_.v);
+        if (corotational_) residual(scale); // its forces are those of the iterate then
+        damped_power = v.dot(corotational_ ? last_rate_forces_ : stiffness_times(v));
     }
     const Eigen::VectorXd du = now_.u - state_.u, dv = now_.v - state_.v,
                           reached = mass_times(now_.v);
     double put_back = 0;
-    if (conditions_.held.empty() && !input_.drive.given)
+    if (conditions_.held.empty() && conditions_.supports.empty() && !input_.drive.given)
         put_back = keep_angular_momentum(load, reached);
     contact_moment_.reset();
     if (frame_kind() == Frame::floating) float_frame(now_);
@@ -539,11 +529,8 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
         const Eigen::VectorXd v = step_.rule.end * now_.v + step_.rule.start * state_.v;
         if (input_.mass_damping > 0)
             e.dissipated += step_.h * input_.mass_damping * v.dot(mass_times(v));
-        if (input_.stiffness_damping > 0) {
-            const Eigen::VectorXd v_frame = into_frame(v);
-            e.dissipated +=
-                step_.h * input_.stiffness_damping * v_frame.dot(stiffness_times(v_frame));
-        }
+        if (input_.stiffness_damping > 0)
+            e.dissipated += step_.h * input_.stiffness_damping * damped_power;
     }
     momentum_ = momentum;
     state_ = now_;

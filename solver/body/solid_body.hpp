@@ -5,6 +5,7 @@
 #include "mesh/extract_surface.hpp"
 #include "mesh/volume_mesh.hpp"
 #include "solver/body/body.hpp"
+#include "solver/body/live_curve.hpp"
 #include "solver/body/solid_conditions.hpp"
 #include "solver/large/large_matrix.hpp"
 #include "solver/linear/supernodal.hpp"
@@ -181,6 +182,30 @@ public:
     /// Forces that the body's holds need, along the world's axes, of each hold's set [N]; of the
     /// accepted state.
     virtual std::vector<Vec3> reactions() const;
+    /// Moments of the holds, in space [N m]: about `about` where they turn their set or give it a
+    /// gradient, else about the mean place of the nodes; arms of linear solids are those at rest.
+    virtual std::vector<Vec3> moments() const;
+    /// The rigid turn nearest to how nodes have moved since the start: a rotation vector of at most
+    /// pi [rad]. By the nodes that may touch, if there are three, else by all.
+    Vec3 turn_since_start();
+    /// What a caller may lead by hand: its drive and its loads.
+    std::vector<LiveCurve> live_curves();
+    /// The scene's probes with what they look at.
+    const std::vector<ProbeInput>& probes() const { return input_.probes; }
+    /// Mean displacement since the start of what a probe looks at, in space [m], and stress there, of
+    /// the accepted state, in space [Pa]: at a place of its element (of hyperelastic and corotational
+    /// ones the element's mean), over faces of the elements behind them. complete() first.
+    Vec3 probe_displacement(const ProbeInput& probe) const;
+    std::optional<Vec6> probe_stress(const ProbeInput& probe) const;
+    /// Below, stress is what the round-off of places makes [Pa].
+    double stress_round_off() const;
+    /// Forces that the scene's supports exert on the body, in space [N], and their energy [J]; of
+    /// the accepted state. complete() first.
+    struct Support {
+        Vec3 force = Vec3::Zero();
+        double energy = 0;
+    };
+    std::vector<Support> supports() const;
     /// Puts the frame of a driven body there, at the iterate and at the ends of steps to come,
     /// instead of where its drive says.
     void drive_to(const Placement& frame);
@@ -191,8 +216,8 @@ public:
     std::span<const std::int32_t> touching() const { return touching_; }
     /// Nodes that may touch, by node, and pins elsewhere. Before the first step.
     void may_touch(std::span<const char> touching);
-    /// Couplings act on these nodes: as if they may touch. Before the first step.
-    void also_touch(std::span<const StencilEntry> nodes);
+    /// A coupling acts on this patch: as if its nodes may touch. Before the first step.
+    void also_touch(const Patch& patch);
     /// u of each node in the frame [m], of the accepted state.
     const Eigen::VectorXd& displacements() const { return state_.u; }
     const Placement& frame() const { return state_.frame; }
@@ -216,7 +241,8 @@ protected:
     /// Floating: it carries the rigid motion that nothing prescribes.
     Frame frame_kind() const
     {
-        return input_.drive.given                               ? Frame::driven
+        return input_.drive.given               ? Frame::driven
+               : !conditions_.supports.empty() ? Frame::fixed // they stand in space
                : !small_ && !nonlinear_ && rigid_->R.cols() > 0 ? Frame::floating
                                                                 : Frame::fixed;
     }
@@ -224,6 +250,8 @@ protected:
     {
         return momentum_.size() > 0 ? momentum_ : *first_momentum_;
     }
+    template <class Of> Vec3 mean_of(const BodyPlace& at, Of motion) const;
+    template <class Act> void spread(const BodyPlace& at, const Vec3& force, Act act) const;
     void hold(Motion& m, double t) const;
     Placement frame_at(double t) const;
     virtual void place_in_frame(Motion& m) { update_places(m); } ///< from m.frame and m.u
@@ -249,7 +277,14 @@ protected:
     Eigen::VectorXd loads(const Motion& m, double t) const; ///< in space [N]
     /// Forces of the material at places, in space [N]; the energy [J].
     double inner_forces(const Motion& m, Eigen::VectorXd& f);
+    Vec6 element_stress(std::int32_t element, const Vec3& xi) const;
+    std::vector<Vec3> centres_of_holds(const Eigen::VectorXd& u) const;
+    double add_support_forces(const Eigen::VectorXd& u, Eigen::VectorXd& f) const;
     Eigen::VectorXd residual(Eigen::VectorXd& scale);      ///< in space; N or N s
+    /// K v, of the rate of strain alone where elements turn with the material.
+    /// @param v  along the frame that the last inner forces were found in [m/s]
+    Eigen::VectorXd rate_forces(const Eigen::VectorXd& v) const;
+    Eigen::VectorXd last_rate_forces_; ///< of the last residual, along the frame [N/s]
     Eigen::VectorXd damping_forces(const Motion& m) const; ///< along the frame of now_ [N]
     std::array<Eigen::VectorXd*, 6> carried_on();
     void begin_memory();
@@ -290,6 +325,8 @@ protected:
 
     // What only steps ask for is made then: a scene can be checked without.
     Late<SolidPattern> pattern_;
+    Late<std::vector<SparseMatrix>> supports_; ///< stiffness of each [N/m]
+    Late<SparseMatrix> support_;               ///< their sum, of the pattern; 0 x 0: none
     std::shared_ptr<SolidMatrix> matrix_ = std::make_shared<SolidMatrix>();
     bool prepared_ = false;
     Late<SparseMatrix> m_;          ///< mass between nodes, of each axis [kg]; 0 x 0: no density
@@ -304,6 +341,7 @@ protected:
     Eigen::VectorXd known_forces_;
     double known_energy_ = 0;
     bool exact_tangent_ = false; ///< of corotational elements, while it is positive
+    bool not_positive_ = false;  ///< the last one was not
 
     // Hyperelastic.
     void make_hyperelastic_elements(const std::string& file);

@@ -16,7 +16,7 @@ namespace amontons {
 struct SolidConditions {
     struct Held {
         std::int32_t dof = 0;
-        const CurvePoints* curve = nullptr; ///< null: 0
+        const CurvePoints* curve = nullptr; ///< null: 0, or as the hold's turn or gradient says
         std::size_t hold = 0;               ///< the first that names it
     };
     struct Load { ///< of each of the scene's
@@ -26,10 +26,27 @@ struct SolidConditions {
         Eigen::VectorXd pressure;       ///< forces of 1 Pa, 3n [m^2]; empty: none asked
         Eigen::VectorXd traction;       ///< of 1 Pa, of each node along one axis, n [m^2]
     };
+    struct Support { ///< of each of the scene's
+        const SupportInput* input = nullptr;
+        const FaceSet* faces = nullptr;
+    };
+    /// A hold that turns its set, or gives it a gradient.
+    struct Affine {
+        const HoldInput* input = nullptr; ///< null: neither
+        Vec3 about = Vec3::Zero();        ///< in the mesh [m]
+    };
+    std::vector<Affine> affine; ///< of each hold
     std::vector<Held> held;
+    std::vector<Support> supports;
     std::vector<Load> loads;
     std::vector<Issue> warnings; ///< of nodes that two holds take to different places
 };
+
+/// Displacement of each of `held` at a time, in the body's frame [m].
+Eigen::VectorXd held_displacements(const SolidConditions& conditions, const VolumeMesh& mesh,
+                                   double t);
+/// Whether some of it moves over time.
+bool moves(const SolidConditions& conditions, const SolidConditions::Held& held);
 
 /// @throws InputError  sets that the mesh has not, or that cannot carry what is asked of them
 SolidConditions find_conditions(const SolidInput& input, const VolumeMesh& mesh,

@@ -81,12 +81,12 @@ Placement SolidBody::frame_at(double t) const
 double SolidBody::prescribed_motion(double from, double to) const
 {
     Vec3 held = Vec3::Zero(); // along each axis
-    for (const SolidConditions::Held& h : conditions_.held)
-        if (h.curve) {
-            double& most = held[h.dof % 3];
-            most =
-                std::max(most, std::abs(curve_value(*h.curve, to) - curve_value(*h.curve, from)));
-        }
+    const Eigen::VectorXd moved =
+        held_displacements(conditions_, mesh_, to) - held_displacements(conditions_, mesh_, from);
+    for (std::size_t i = 0; i < conditions_.held.size(); ++i) {
+        double& most = held[conditions_.held[i].dof % 3];
+        most = std::max(most, std::abs(moved[Eigen::Index(i)]));
+    }
     if (!input_.drive.given) return held.norm();
     const Placement a = frame_at(from), b = frame_at(to);
     return held.norm() + (b * middle_ - a * middle_).norm() +
@@ -97,10 +97,11 @@ SolidBody::Unstrained SolidBody::unstrained() const
 {
     Unstrained whole{now_.frame, Vec3::Zero()};
     Vec3 sum = Vec3::Zero(), count = Vec3::Zero();
-    for (const SolidConditions::Held& h : conditions_.held) {
-        // What is held where nothing touches is not kept in u.
-        sum[h.dof % 3] += h.curve ? curve_value(*h.curve, step_.end()) : 0;
-        count[h.dof % 3] += 1;
+    // What is held where nothing touches is not kept in u.
+    const Eigen::VectorXd held = held_displacements(conditions_, mesh_, step_.end());
+    for (std::size_t i = 0; i < conditions_.held.size(); ++i) {
+        sum[conditions_.held[i].dof % 3] += held[Eigen::Index(i)];
+        count[conditions_.held[i].dof % 3] += 1;
     }
     for (int k = 0; k < 3; ++k)
         if (count[k] > 0) whole.shift[k] = sum[k] / count[k];
@@ -231,7 +232,8 @@ void SolidBody::find_spin()
 /// @return  the energy that the turn brings [J]
 double SolidBody::keep_angular_momentum(const Eigen::VectorXd& load, const Eigen::VectorXd& reached)
 {
-    if (input_.mass_damping > 0 || input_.stiffness_damping > 0) return 0; // damping takes some too
+    // Damping takes some, too: not that of rates of strain, whose forces have no moment.
+    if (input_.mass_damping > 0 || (input_.stiffness_damping > 0 && !corotational_)) return 0;
     const double h = step_.h, end = step_.rule.end, theta = step_.rule.filtered ? 0.5 : end;
     const auto sum = [](const Eigen::VectorXd& v) {
         return Vec3(Eigen::Map<const Eigen::Matrix3Xd>(v.data(), 3, v.size() / 3).rowwise().sum());

@@ -99,6 +99,12 @@ double SolidBody::hyperelastic_inner(const Motion& m, Eigen::VectorXd& f)
         }
     });
     if (!fault_.empty()) return 0;
+    if (!conditions_.supports.empty()) {
+        Eigen::VectorXd of_support = Eigen::VectorXd::Zero(f.size());
+        energy += add_support_forces(m.u, of_support);
+        f += of_support;
+        force_size_ += of_support.cwiseAbs();
+    }
     known_version_ = m.version;
     known_forces_ = f;
     known_energy_ = energy;
@@ -178,6 +184,7 @@ void SolidBody::assemble_tangent(SparseMatrix& S)
             }
         },
         S);
+    if (!conditions_.supports.empty()) S.coeffs() += support_->coeffs();
     const auto free = Eigen::Index(dofs_.free.size());
     skew_.resize(free, free);
     skew_.setFromTriplets(skew.begin(), skew.end());
@@ -402,7 +409,7 @@ void SolidBody::accept_hyperelastic()
         remark_ += (remark_.empty() ? "" : "; ") + input_.name + ": " + what;
     };
     if (unstable_)
-        say("its balance is not stable: the tangent is not positive");
+        say(std::string(kNotStable) + ": the tangent is not positive");
     else if (shift_ > 0)
         say("beyond the largest load: only the prescribed volume holds it");
     else if (indefinite_)

@@ -60,6 +60,7 @@ bool SolidBody::share_matrix(const SolidBody& other)
         material_.density != other.material_.density ||
         input_.mass_damping != other.input_.mass_damping ||
         input_.stiffness_damping != other.input_.stiffness_damping ||
+        !conditions_.supports.empty() || !other.conditions_.supports.empty() ||
         touching_ != other.touching_ || rigid_->pins != other.rigid_->pins ||
         dofs(*this) != dofs(other))
         return false;
@@ -75,6 +76,7 @@ void SolidBody::prepare()
     if (first) {
         matrix_->K = zero_matrix(*pattern_);
         assemble_stiffness(mesh_, *pattern_, std::span(&material_, 1), matrix_->K, threads_);
+        if (!conditions_.supports.empty()) matrix_->K.coeffs() += support_->coeffs();
     }
     if (hyperelastic_) stiffest_ = matrix_->K.coeffs().cwiseAbs().maxCoeff();
     if (corotational_) {
@@ -161,7 +163,8 @@ void SolidBody::make_matrix()
     }
     FactorResult done;
     double scale = 1;
-    if (messages_ && !cache_.empty()) {
+    // A kept factor is known by its mesh, material and holds, not by supports.
+    if (messages_ && !cache_.empty() && conditions_.supports.empty()) {
         SolidMatrixKind matrix;
         if (step_.dynamic) {
             const auto [of_mass, of_stiffness] = shares();
@@ -189,6 +192,7 @@ void SolidBody::make_matrix()
         if (!nonlinear_) drop_step_matrix(); // before L is there: it takes all memory
         done = matrix_->factor.factor_taken();
     }
+    if (exact_tangent_) not_positive_ = false;
     border_.resize(0, 0);
     if (done && hyperelastic_ && free_modes_.cols() > 0) find_border();
     if (!done && hyperelastic_) {
@@ -206,6 +210,7 @@ void SolidBody::make_matrix()
         exact_tangent_ = false;
         make_matrix();
         exact_tangent_ = true;
+        not_positive_ = true;
         return;
     }
     if (!done) { // rounding: of mass beside stiffness, of stiffness beside damping, of thin
@@ -301,6 +306,7 @@ void SolidBody::make_step_matrix()
                 matrix(elements_[std::size_t(e)], element_states_[std::size_t(e)], K);
             },
             m.S);
+        if (!conditions_.supports.empty()) m.S.coeffs() += support_->coeffs();
     }
     if (step_.dynamic) {
         const auto [of_mass, of_stiffness] = shares();

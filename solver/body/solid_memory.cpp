@@ -9,7 +9,24 @@ Eigen::VectorXd SolidBody::damping_forces(const Motion& m) const
     Eigen::VectorXd f = Eigen::VectorXd::Zero(m.v.size());
     if (input_.mass_damping > 0) f += input_.mass_damping * into_frame(mass_times(m.v));
     if (input_.stiffness_damping > 0)
-        f += input_.stiffness_damping * stiffness_times(into_frame(m.v));
+        f += input_.stiffness_damping * rate_forces(into_frame(m.v));
+    return f;
+}
+
+Eigen::VectorXd SolidBody::rate_forces(const Eigen::VectorXd& v) const
+{
+    if (!corotational_) return stiffness_times(v);
+    Eigen::VectorXd f = Eigen::VectorXd::Zero(v.size());
+    ElementVector of_element, forces;
+    for_each_element(mesh_, [&](std::int32_t e, ElementKind, std::span<const std::int32_t> nodes) {
+        of_element.resize(3 * Eigen::Index(nodes.size()));
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+            of_element.segment<3>(3 * Eigen::Index(i)) = v.segment<3>(3 * nodes[i]);
+        corotational_rate_forces(elements_[std::size_t(e)], element_states_[std::size_t(e)],
+                                 of_element, forces);
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+            f.segment<3>(3 * nodes[i]) += forces.segment<3>(3 * Eigen::Index(i));
+    });
     return f;
 }
 

@@ -1,11 +1,15 @@
 #include "solver/body/solid_body.hpp"
 
 #include "contact/surface/passage.hpp"
+#include "mesh/base/dense.hpp"
 #include "solver/body/node_index.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <numeric>
+#include <set>
 
 // What is told of the accepted state, and the state itself to be kept and read back.
 
@@ -21,6 +25,157 @@ std::vector<Vec3> SolidBody::reactions() const
     for (Vec3& sum : sums)
         sum = state_.frame.turn * sum;
     return sums;
+}
+
+std::vector<Vec3> SolidBody::moments() const
+{
+    std::vector<Vec3> sums(input_.hold.size(), Vec3::Zero());
+    const std::vector<Vec3> centres = centres_of_holds(nonlinear_ ? state_.u : Eigen::VectorXd());
+    for (const SolidConditions::Held& h : conditions_.held) {
+        const std::int32_t first = h.dof - h.dof % 3;
+        const Vec3 f = state_.frame.turn.conjugate() * Vec3(reaction_.segment<3>(first));
+        Vec3 arm = mesh_.nodes[std::size_t(h.dof / 3)] - centres[h.hold];
+        if (nonlinear_) arm += state_.u.segment<3>(first);
+        sums[h.hold] += arm.cross(f[h.dof % 3] * Vec3::Unit(h.dof % 3));
+    }
+    for (Vec3& sum : sums)
+        sum = state_.frame.turn * sum;
+    return sums;
+}
+
+Vec3 SolidBody::probe_displacement(const ProbeInput& probe) const
+{
+    Vec3 d = Vec3::Zero();
+    for (std::size_t i = 0; i < probe.found.nodes.size(); ++i) {
+        const auto node = std::size_t(probe.found.nodes[i]);
+        d += probe.found.weights[i] * (state_.x[node] - first_[node]);
+    }
+    return d;
+}
+
+/// In space.
+Vec6 SolidBody::element_stress(std::int32_t element, const Vec3& xi) const
+{
+    const ElementView view = element_of(mesh_, element);
+    ElementPlaces X = places_of(mesh_, view.nodes);
+    ElementVector u(3 * Eigen::Index(view.nodes.size()));
+    for (std::size_t i = 0; i < view.nodes.size(); ++i)
+        u.segment<3>(3 * Eigen::Index(i)) = state_.u.segment<3>(3 * view.nodes[i]);
+    Vec6 stress;
+    const auto e = std::size_t(element);
+    if (hyperelastic_) {
+        for (Eigen::Index i = 0; i < X.cols(); ++i)
+            X.col(i) += u.segment<3>(3 * i);
+        stress = hyperelastic_mean(hyper_[e], law_, X, hyper_states_[e]).stress;
+    } else {
+        if (corotational_ && e < element_states_.size()) u = element_states_[e].u;
+        const Mat6 C = elasticity_matrix(material_);
+        stress = C * solid_strain(view.kind, X, u, solid_internal_modes(view.kind, X, C, u), xi);
+    }
+    const Mat3 R = state_.frame.turn.toRotationMatrix() * element_rotation(element);
+    Mat3 m;
+    m << stress[0], stress[3], stress[5], stress[3], stress[1], stress[4], stress[5], stress[4],
+        stress[2];
+    const Mat3 t = R * m * R.transpose();
+    Vec6 out;
+    out << t(0, 0), t(1, 1), t(2, 2), t(0, 1), t(1, 2), t(0, 2);
+    return out;
+}
+
+std::optional<Vec6> SolidBody::probe_stress(const ProbeInput& probe) const
+{
+    if (probe.found.element >= 0) return element_stress(probe.found.element, probe.found.xi);
+    if (probe.found.behind.empty()) return {};
+    Vec6 mean = Vec6::Zero();
+    for (const auto& [element, share] : probe.found.behind) {
+        const bool brick = element_of(mesh_, element).kind == ElementKind::H8;
+        mean += share *
+                element_stress(element, brick ? Vec3(Vec3::Zero()) : Vec3(Vec3::Constant(0.25)));
+    }
+    return mean;
+}
+
+double SolidBody::stress_round_off() const
+{
+    // Places are numbers of 16 digits, strains their differences over an element.
+    constexpr double kDigits = 1e-14;
+    double far = 0;
+    for (const Vec3& x : state_.x)
+        far = std::max(far, x.cwiseAbs().maxCoeff());
+    const double element =
+        size_ / std::cbrt(double(std::max<std::size_t>(element_count(mesh_), 1)));
+    return kDigits * material_.youngs_modulus * (far + size_) / element;
+}
+
+/// What the moment of each hold is taken about, in the frame [m]: its `about`, or the mean place of
+/// its nodes.
+/// @param u  displacements; empty: at rest
+std::vector<Vec3> SolidBody::centres_of_holds(const Eigen::VectorXd& u) const
+{
+    std::vector<Vec3> sums(input_.hold.size(), Vec3::Zero());
+    std::vector<std::set<std::int32_t>> nodes(input_.hold.size());
+    for (const SolidConditions::Held& h : conditions_.held) {
+        const std::int32_t node = h.dof / 3;
+        if (!nodes[h.hold].insert(node).second) continue;
+        sums[h.hold] += mesh_.nodes[std::size_t(node)];
+        if (u.size() > 0) sums[h.hold] += u.segment<3>(3 * node);
+    }
+    for (std::size_t k = 0; k < sums.size(); ++k)
+        sums[k] = conditions_.affine[k].input
+                      ? conditions_.affine[k].about
+                      : Vec3(sums[k] / std::max<double>(1, double(nodes[k].size())));
+    return sums;
+}
+
+// Source: Horn 1987, JOSA A 4: the quaternion of the nearest turn is the eigenvector of the largest
+// eigenvalue of a 4 x 4 matrix; nodes of a plane have one, too.
+Vec3 SolidBody::turn_since_start()
+{
+    std::vector<std::int32_t> nodes;
+    if (touching_.size() >= 3) { // the same for every way to solve it
+        nodes = touching_;
+    } else {
+        complete();
+        nodes.resize(mesh_.nodes.size());
+        std::iota(nodes.begin(), nodes.end(), 0);
+    }
+    const Mat3 whole = (state_.frame.turn * first_frame_.turn.conjugate()).toRotationMatrix();
+    Vec3 before = Vec3::Zero(), now = before;
+    for (const std::int32_t i : nodes) {
+        before += first_[std::size_t(i)] / double(nodes.size());
+        now += state_.x[std::size_t(i)] / double(nodes.size());
+    }
+    // On top of the frame's own turn, so that small ones keep their digits.
+    Mat3 M = Mat3::Zero();
+    for (const std::int32_t i : nodes)
+        M += Vec3(whole * (first_[std::size_t(i)] - before)) *
+             (state_.x[std::size_t(i)] - now).transpose();
+    Eigen::MatrixXd N(4, 4);
+    N << M.trace(), M(1, 2) - M(2, 1), M(2, 0) - M(0, 2), M(0, 1) - M(1, 0), //
+        M(1, 2) - M(2, 1), M(0, 0) - M(1, 1) - M(2, 2), M(0, 1) + M(1, 0), M(2, 0) + M(0, 2),
+        M(2, 0) - M(0, 2), M(0, 1) + M(1, 0), M(1, 1) - M(0, 0) - M(2, 2), M(1, 2) + M(2, 1),
+        M(0, 1) - M(1, 0), M(2, 0) + M(0, 2), M(1, 2) + M(2, 1), M(2, 2) - M(0, 0) - M(1, 1);
+    const SymmetricEigen eigen = symmetric_eigen(N);
+    Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
+    // Nodes of one line do not tell the turn about it.
+    if (eigen.converged && eigen.values[3] - eigen.values[2] > 1e-9 * eigen.values[3])
+        q = Eigen::Quaterniond(eigen.vectors(0, 3), eigen.vectors(1, 3), eigen.vectors(2, 3),
+                               eigen.vectors(3, 3));
+    q = q * state_.frame.turn * first_frame_.turn.conjugate();
+    if (q.w() < 0) q.coeffs() = -q.coeffs();
+    const double sine = q.vec().norm();
+    return sine > 0 ? Vec3(2 * std::atan2(sine, q.w()) / sine * q.vec()) : Vec3(Vec3::Zero());
+}
+
+std::vector<SolidBody::Support> SolidBody::supports() const
+{
+    std::vector<Support> all;
+    for (const SparseMatrix& K : *supports_) {
+        const Eigen::VectorXd needed = symmetric_times(*pattern_, K, state_.u, threads_);
+        const Eigen::Map<const Eigen::Matrix3Xd> f(needed.data(), 3, needed.size() / 3);
+        all.push_back({state_.frame.turn * Vec3(-f.rowwise().sum()), 0.5 * state_.u.dot(needed)});
+    }
+    return all;
 }
 
 Mat3 SolidBody::element_rotation(std::int32_t element) const

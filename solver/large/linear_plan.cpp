@@ -22,31 +22,43 @@ namespace amontons {
 namespace {
 
 // Measured on two cores of a server, one thread: docs/theory/large.md.
-constexpr double kProgram = 20e6;          // [bytes]
-constexpr double kPerNode = 1500;          // states, fields, detection [bytes]
-constexpr double kPerElement = 350;        // mesh, pattern [bytes]
-constexpr double kEntry = 12;              // of a sparse matrix: number and column [bytes]
-constexpr double kDirectMatrices = 3;      // K, its free part, what CHOLMOD takes
-constexpr double kIterativeMatrices = 4.5; // K, A, its copy while it is made, multigrid
-constexpr double kVectors = 30;            // of all unknowns
-constexpr double kKrylovVectors = 60;      // more with friction: GMRES
-constexpr double kOneRank = 90e6;          // MPI and PETSc themselves [bytes]
-constexpr double kFactorRate = 30e9;       // operations of a factor [1/s]
-constexpr double kSolveRate = 1.2e9;       // entries of L in one solve [1/s]
-constexpr double kDenseRate = 4.5e9;       // of W and its Newton steps [1/s]
-constexpr double kAssembly = 4e-6;         // of an element [s]
+constexpr double kProgram = 20e6;                 // [bytes]
+constexpr double kPerNode = 1500;                 // states, fields, detection [bytes]
+constexpr double kPerElement = 350;               // mesh, pattern [bytes]
+constexpr double kEntry = 12;                     // of a sparse matrix: number and column [bytes]
+constexpr double kDirectMatrices = 3;             // K, its free part, what CHOLMOD takes
+constexpr double kIterativeMatrices = 3.3;        // K, A, its copy while it is made, multigrid
+constexpr double kDense = 3, kDenseInMotion = 20; // W, its parts and factors
+constexpr double kVectors = 30;                   // of all unknowns
+constexpr double kKrylovVectors = 60;             // more with friction: GMRES
+constexpr double kOneRank = 38e6;                 // MPI and PETSc themselves [bytes]
+constexpr double kFactorRate = 30e9;              // operations of a factor [1/s]
+constexpr double kSolveRate = 1.2e9;              // entries of L in one solve [1/s]
+constexpr double kDenseRate = 4.5e9;              // of W and its Newton steps [1/s]
+constexpr double kAssembly = 4e-6;                // of an element [s]
 // Of a quasi-static step with contact: of a coupling of nodes, and of an iteration that one solve
 // takes (of some 5 Newton steps, and the certificate's solves) [s].
 constexpr double kIterativeStep = 5.4e-7;
 constexpr double kColumnShare = 0.15;    // of that: a solve for a column of W
 constexpr double kIterations = 11;       // of one solve, where it was not tried
 constexpr double kDynamicIterations = 3; // the same: better conditioned
+/// Steps in motion solve more often than quasi-static ones (measured: 0.9 and 3.6 times).
+constexpr double kDynamicSolves = 2.5;
+/// In motion contacts come and go, and a step begins with the forces of the last one: W and its
+/// Newton steps take less than at rest (measured: 0.2 to 0.5).
+constexpr double kDenseShareInMotion = 1.0 / 3;
+/// In doubt a factor is taken: iterations vary more from what is foretold.
+constexpr double kDoubt = 1.25;
 constexpr double kTrialTolerance = 1e-3; // a Newton step's
-constexpr double kParallel = 0.85;       // of each rank beyond the first
+/// A trial is also made where a factor leads by less, and a trial costs next to nothing beside it.
+constexpr double kCloseCall = 3;
+constexpr double kTrial = 2.7e-6; // of a coupling: MPI, PETSc, matrix, hierarchy, iterations [s]
+constexpr double kTrialShare = 1. / 8; // of what the factor's way takes
+constexpr double kParallel = 0.85;     // of each rank beyond the first
 constexpr double kKibi = 1024;
 constexpr double kMemoryShare = 0.95; // of what is free: a process needs room to breathe
 /// Below, factors cost nothing to speak of, and so should their prediction.
-constexpr std::size_t kFewNodes = 30000;
+constexpr std::size_t kFewNodes = 30000, kVeryFewNodes = 4000;
 
 /// The number after `key` in a file; -1 if it is not there.
 double line_of(const char* file, const char* key)
@@ -113,6 +125,41 @@ int tried_iterations(const SolidSize& s, int most, bool on_all_ranks)
     return done.iterations;
 }
 
+/// @param few  nodes below which it is that of a cube
+FactorCost cost_from(const VolumeMesh& mesh, bool analyse, std::size_t few)
+{
+    FactorCost cost;
+    const double n = double(mesh.nodes.size());
+    if (!analyse || mesh.nodes.size() < few) { // what cubes need, about
+        double per_node = 15;
+        for (const ElementBlock& b : mesh.blocks)
+            per_node = std::max(per_node, b.kind == ElementKind::T4 ? 15.0 : 28.0);
+        cost.couplings = per_node * n;
+        cost.entries = 9 * 11 * std::pow(n, 4.0 / 3);
+        cost.flops = 27 * 6 * n * n;
+        return cost;
+    }
+    // The graph of nodes as a matrix: each entry of its factor is a block of 3 x 3.
+    const SolidPattern pattern = make_pattern(mesh);
+    const auto nodes = Eigen::Index(mesh.nodes.size());
+    const std::vector<double> ones(pattern.neighbour.size(), 1);
+    const Eigen::Map<const Eigen::SparseMatrix<double>> graph(
+        nodes, nodes, Eigen::Index(pattern.neighbour.size()), pattern.start.data(),
+        pattern.neighbour.data(), ones.data());
+    std::vector<std::int32_t> node(mesh.nodes.size());
+    std::iota(node.begin(), node.end(), 0);
+    SupernodalOptions options;
+    options.relax = {5, 21, 64};
+    options.widest = 170;
+    options.node_order = one_dissection(pattern);
+    SupernodalFactor factor;
+    factor.analyse(Eigen::SparseMatrix<double>(graph), node, options);
+    cost.couplings = double(pattern.neighbour.size());
+    cost.entries = 9 * double(factor.stored_entries());
+    cost.flops = 27 * factor.flops();
+    return cost;
+}
+
 int ranks_on_this_machine(int ranks)
 {
     const char* local = std::getenv("OMPI_COMM_WORLD_LOCAL_SIZE");
@@ -153,36 +200,7 @@ double mesh_memory(double nodes, double elements)
 
 FactorCost factor_cost(const VolumeMesh& mesh, bool analyse)
 {
-    FactorCost cost;
-    const double n = double(mesh.nodes.size());
-    if (!analyse || mesh.nodes.size() < kFewNodes) { // what cubes need, about
-        double per_node = 15;
-        for (const ElementBlock& b : mesh.blocks)
-            per_node = std::max(per_node, b.kind == ElementKind::T4 ? 15.0 : 28.0);
-        cost.couplings = per_node * n;
-        cost.entries = 9 * 11 * std::pow(n, 4.0 / 3);
-        cost.flops = 27 * 6 * n * n;
-        return cost;
-    }
-    // The graph of nodes as a matrix: each entry of its factor is a block of 3 x 3.
-    const SolidPattern pattern = make_pattern(mesh);
-    const auto nodes = Eigen::Index(mesh.nodes.size());
-    const std::vector<double> ones(pattern.neighbour.size(), 1);
-    const Eigen::Map<const Eigen::SparseMatrix<double>> graph(
-        nodes, nodes, Eigen::Index(pattern.neighbour.size()), pattern.start.data(),
-        pattern.neighbour.data(), ones.data());
-    std::vector<std::int32_t> node(mesh.nodes.size());
-    std::iota(node.begin(), node.end(), 0);
-    SupernodalOptions options;
-    options.relax = {5, 21, 64};
-    options.widest = 170;
-    options.node_order = one_dissection(pattern);
-    SupernodalFactor factor;
-    factor.analyse(Eigen::SparseMatrix<double>(graph), node, options);
-    cost.couplings = double(pattern.neighbour.size());
-    cost.entries = 9 * double(factor.stored_entries());
-    cost.flops = 27 * factor.flops();
-    return cost;
+    return cost_from(mesh, analyse, kFewNodes);
 }
 
 LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& asked, bool dynamic,
@@ -200,6 +218,7 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
         path.possible = false;
     };
     direct.memory = iterative.memory = kProgram;
+    double trial = 0;     // seconds that one takes
     double largest = 0;   // memory while the largest factor is made counts once
     double iterating = 0; // of `iterative.seconds`: a single iteration in each solve
     for (const SolidSize& s : solids) {
@@ -209,19 +228,24 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
             factor_cost(*s.mesh, analyse || asked == "auto" || asked == "direct");
         const double matrix = 9 * kEntry * cost.couplings;
         const double mesh = kPerNode * nodes + kPerElement * elements;
-        const double dense = 3 * 8 * s.rows * s.rows;
-        direct.memory += mesh + matrix + 8 * cost.entries + dense;
+        const double dense = (dynamic ? kDenseInMotion : kDense) * 8 * s.rows * s.rows;
+        // `check` has the time to look closely where the choice does not have it.
+        const double entries =
+            analyse ? cost_from(*s.mesh, true, kVeryFewNodes).entries : cost.entries;
+        direct.memory += mesh + matrix + 8 * entries + dense;
         largest = std::max(largest, (kDirectMatrices - 1) * matrix);
-        direct.seconds +=
-            kAssembly * elements + cost.flops / kFactorRate +
-            (steps + 1) * (4 * cost.entries / kSolveRate + (s.rows * s.rows * s.rows) / kDenseRate);
+        direct.seconds += kAssembly * elements + cost.flops / kFactorRate +
+                          (steps + 1) * (4 * cost.entries / kSolveRate +
+                                         (dynamic ? kDenseShareInMotion : 1) *
+                                             (s.rows * s.rows * s.rows) / kDenseRate);
         if (cost.entries > 2147483647.0)
             impossible(direct, fmt::format("the factor of {} has {:.2g} entries, more than 2^31",
                                            s.name, cost.entries));
         iterative.memory += mesh + kIterativeMatrices * matrix +
                             24 * nodes * (kVectors + (s.friction ? kKrylovVectors : 0));
-        const double step = kIterativeStep * cost.couplings;
+        const double step = kIterativeStep * (dynamic ? kDynamicSolves : 1) * cost.couplings;
         iterative.seconds += 2 * kAssembly * elements;
+        trial += kTrial * cost.couplings;
         iterating += (steps + 1) * step;
         if (s.columns) {
             iterative.memory += dense;
@@ -265,7 +289,8 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
         int could = 0;
         for (const LinearPath& p : plan.paths) {
             could += p.possible;
-            if (p.possible && fits(p) && (!best || p.seconds < best->seconds)) best = &p;
+            const double doubt = best && best->name == "direct" ? kDoubt : 1;
+            if (p.possible && fits(p) && (!best || doubt * p.seconds < best->seconds)) best = &p;
         }
         plan.taken = best ? best->name : "direct";
         plan.why = !best                       ? "no path fits"
@@ -284,10 +309,20 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
                 if (p.name != "direct") impossible(p, fault);
             choose();
         }
-    // Where a factor is the other choice, one solve is tried before it is turned down.
-    if (asked == "auto" && plan.taken != "direct" && direct.possible && fits(direct)) {
+    // Where a factor is the other choice, one solve is tried before it is turned down; and where
+    // the two are close, before it is taken. It is ended when it has taken the iterations that
+    // would make it the slower way: counted, not timed, so that a run that is repeated or resumed
+    // goes the same way.
+    const std::string other = ranks < 2 ? "iterative" : "distributed";
+    const LinearPath& way = *plan.path(other);
+    const bool close_call = plan.taken == "direct" && way.possible && fits(way) &&
+                            way.seconds < kCloseCall * direct.seconds &&
+                            trial < kTrialShare * direct.seconds && parallel_fault().empty();
+    if (asked == "auto" && direct.possible && fits(direct) &&
+        (plan.taken != "direct" || close_call)) {
+        const std::string tried = plan.taken != "direct" ? plan.taken : other;
         const double enough =
-            (direct.seconds * (plan.taken == "distributed" ? at_once : 1) - assembling) /
+            (direct.seconds * (tried == "distributed" ? at_once : 1) - assembling) /
             iterating; // for a factor to be quicker
         const int most = int(std::clamp(enough, 1.0, 1e6)) + 1;
         const std::size_t most_nodes = std::ranges::max(solids, {}, [](const SolidSize& s) {
@@ -296,9 +331,8 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
         try {
             for (const SolidSize& s : solids)
                 if (2 * s.mesh->nodes.size() > most_nodes && plan.tried_iterations < most)
-                    plan.tried_iterations =
-                        std::max(plan.tried_iterations,
-                                 tried_iterations(s, most, plan.taken == "distributed"));
+                    plan.tried_iterations = std::max(
+                        plan.tried_iterations, tried_iterations(s, most, tried == "distributed"));
             plan.tried_enough = plan.tried_iterations >= most;
             take_time(plan.tried_iterations);
         } catch (const std::exception& fault) { // the factor is there, and may say more

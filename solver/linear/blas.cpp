@@ -3,6 +3,8 @@
 #include "solver/linear/late.hpp"
 
 #include <dlfcn.h>
+#include <mutex>
+#include <set>
 
 namespace amontons {
 namespace {
@@ -27,26 +29,56 @@ const ThreadCalls& calls()
     return found;
 }
 
+/// Who asks for how many: the setting is the process's.
+struct Users {
+    std::mutex mutex;
+    std::multiset<int> asked;
+    int before = 0; ///< of the first
+
+    void enter(int threads)
+    {
+        const std::lock_guard lock(mutex);
+        if (asked.empty()) before = calls().blas_threads();
+        asked.insert(threads);
+        set(*asked.begin());
+    }
+    void leave(int threads)
+    {
+        const std::lock_guard lock(mutex);
+        asked.erase(asked.find(threads));
+        set(asked.empty() ? before : *asked.begin());
+    }
+
+private:
+    static void set(int threads)
+    {
+        if (calls().blas_threads() != threads) calls().set_blas_threads(threads);
+    }
+};
+
+Users& users()
+{
+    static Users all;
+    return all;
+}
+
+bool can_set()
+{
+    return calls().blas_threads && calls().set_blas_threads;
+}
+
 } // namespace
 
-void BlasThreads::set_blas_(int threads)
+BlasThreads::BlasThreads(OneEach) : threads_(1)
 {
-    if (!calls().blas_threads || !calls().set_blas_threads) return;
-    const int before = calls().blas_threads();
-    if (before == threads) return;
-    calls().set_blas_threads(threads);
-    blas_before_ = before;
+    if (can_set()) users().enter(threads_);
 }
 
-BlasThreads::BlasThreads(OneEach)
+BlasThreads::BlasThreads(int threads) : threads_(threads)
 {
-    set_blas_(1);
-}
-
-BlasThreads::BlasThreads(int threads)
-{
-    set_blas_(threads);
+    if (can_set()) users().enter(threads_);
     // CHOLMOD asks OpenMP for four threads whatever the machine; with no active level it gets one.
+    // This setting is of each thread that makes regions.
     if (threads == 1 && calls().levels && calls().set_levels) {
         levels_before_ = calls().levels();
         calls().set_levels(0);
@@ -55,7 +87,7 @@ BlasThreads::BlasThreads(int threads)
 
 BlasThreads::~BlasThreads()
 {
-    if (blas_before_ > 0) calls().set_blas_threads(blas_before_);
+    if (can_set()) users().leave(threads_);
     if (levels_before_ >= 0) calls().set_levels(levels_before_);
 }
 

@@ -23,7 +23,9 @@ void dgemv_(const char* transposed, const int* m, const int* n, const double* al
 namespace amontons {
 
 /// While it lives OpenBLAS uses `threads` threads, and OpenMP regions of libraries one if
-/// threads is 1. Both settings belong to the process; other BLAS libraries keep theirs.
+/// threads is 1. Both settings belong to the process; other BLAS libraries keep theirs. Several may
+/// live at once, on several threads: the least that any of them asks for counts, and what was set
+/// before the first comes back with the last.
 class BlasThreads {
 public:
     explicit BlasThreads(int threads);
@@ -35,8 +37,7 @@ public:
     BlasThreads& operator=(const BlasThreads&) = delete;
 
 private:
-    void set_blas_(int threads);
-    int blas_before_ = 0, levels_before_ = -1;
+    int threads_, levels_before_ = -1;
 };
 
 } // namespace amontons

@@ -2,6 +2,9 @@
 
 #include "mesh/format/vtu.hpp"
 #include "solver/output/vtk_writer.hpp"
+#include "solver/scene/instrument_rods.hpp"
+
+#include <fmt/format.h>
 
 namespace amontons {
 namespace {
@@ -28,10 +31,13 @@ ContactBodies contact_bodies(const Scene& scene)
     };
     for (const ObstacleInput& o : scene.obstacles)
         add(o.name, "obstacle");
+    const bool rods = instruments_are_rods(scene);
     for (const BeamInput& b : scene.beams)
-        add(b.name, "beam");
+        if (!rods) add(b.name, "beam");
     for (const std::string& name : scene.order)
-        if (body_named(scene.solids, name))
+        if (rods && body_named(scene.beams, name))
+            add(name, "beam");
+        else if (body_named(scene.solids, name))
             add(name, "solid");
         else if (body_named(scene.rigids, name))
             add(name, "rigid");
@@ -124,8 +130,13 @@ std::string body_bytes(const BodyRecord& body, double time)
         offsets.push_back(static_cast<std::int32_t>(connectivity.size()));
         types.push_back(vtk_type(kind));
     });
-    return vtu_bytes({body.points, connectivity, offsets, types, arrays(body.point_fields),
-                      arrays(body.cell_fields)},
+    return vtu_bytes({body.points,
+                      connectivity,
+                      offsets,
+                      types,
+                      arrays(body.point_fields),
+                      arrays(body.cell_fields),
+                      {{"stress_round_off", {fmt::format("{:.3g}", body.stress_round_off)}}}},
                      time);
 }
 

@@ -3,12 +3,15 @@
 #include "mesh/base/error.hpp"
 #include "mesh/base/file.hpp"
 
+#include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
 #include <fmt/format.h>
 #include <iterator>
+#include <limits>
 #include <unistd.h>
 
 namespace amontons {
@@ -111,6 +114,52 @@ void History::resume(const std::string& path, std::uint64_t bytes, std::uint64_t
         throw WriteError(path, std::strerror(errno));
     bytes_ = bytes;
     hash_ = hash;
+    read_extremes_(std::string_view(text).substr(0, bytes));
+}
+
+void History::note_(std::size_t quantity, double value)
+{
+    Extremes& e = extremes_[quantity];
+    e.least = std::min(e.least, value);
+    e.largest = std::max(e.largest, value);
+}
+
+/// Of lines as append() has written them: no number of them holds a comma.
+void History::read_extremes_(std::string_view lines)
+{
+    constexpr std::size_t kOthers = std::size(kFirst) + std::size(kLast) + 1; // and the remark
+    extremes_.clear();
+    bool header = true;
+    for (std::size_t at = 0; at < lines.size(); header = false) {
+        const std::size_t end = std::min(lines.find('\n', at), lines.size());
+        const std::string_view line = lines.substr(at, end - at);
+        at = end + 1;
+        std::size_t cell = 0;
+        for (std::size_t start = 0; start <= line.size(); ++cell) {
+            if (!header && cell >= std::size(kFirst) + extremes_.size()) break;
+            std::string name;
+            std::size_t stop = start;
+            if (header && start < line.size() && line[start] == '"') { // as csv_text has it
+                for (stop = start + 1; stop < line.size(); ++stop) {
+                    if (line[stop] == '"' && (stop + 1 == line.size() || line[++stop] != '"'))
+                        break;
+                    name += line[stop];
+                }
+            } else {
+                stop = std::min(line.find(',', start), line.size());
+                name = line.substr(start, stop - start);
+            }
+            start = stop + 1;
+            if (cell < std::size(kFirst)) continue;
+            if (header) {
+                constexpr double kNone = std::numeric_limits<double>::infinity();
+                extremes_.push_back({name.substr(0, name.find(" [")), kNone, -kNone});
+            } else {
+                note_(cell - std::size(kFirst), std::strtod(name.c_str(), nullptr));
+            }
+        }
+        if (header) extremes_.resize(cell > kOthers ? cell - kOthers : 0);
+    }
 }
 
 void History::write_line_()
@@ -138,9 +187,12 @@ void History::append(const StepRecord& r)
     if (bytes_ == 0) {
         for (const Column& c : kFirst)
             fmt::format_to(out, "{},", c.name);
-        for (const Quantity& q : r.quantities)
+        extremes_.clear();
+        for (const Quantity& q : r.quantities) {
+            extremes_.push_back({q.name, q.value, q.value});
             line_ +=
                 csv_text(q.unit.empty() ? q.name : fmt::format("{} [{}]", q.name, q.unit)) + ',';
+        }
         for (const Column& c : kLast)
             fmt::format_to(out, "{},", c.name);
         line_ += "remark\n";
@@ -149,6 +201,8 @@ void History::append(const StepRecord& r)
     }
     for (const Column& c : kFirst)
         fmt::format_to(out, "{},", c.value(r));
+    for (std::size_t k = 0; k < std::min(r.quantities.size(), extremes_.size()); ++k)
+        note_(k, r.quantities[k].value);
     for (const Quantity& q : r.quantities)
         fmt::format_to(out, "{},", q.value);
     for (const Column& c : kLast)

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace amontons {
 
@@ -34,14 +36,19 @@ public:
 
     std::uint64_t bytes() const { return bytes_; }
     std::uint64_t hash() const { return hash_; } ///< of the whole file, line by line
+    /// Of the quantities, over all lines, in the order of the columns.
+    const std::vector<Extremes>& extremes() const { return extremes_; }
 
 private:
     void write_line_();
+    void note_(std::size_t quantity, double value);
+    void read_extremes_(std::string_view lines);
 
     std::string path_;
     std::string line_; ///< kept for its capacity
     int file_ = -1;
     std::uint64_t bytes_ = 0, hash_ = 0;
+    std::vector<Extremes> extremes_;
 };
 
 } // namespace amontons

@@ -79,6 +79,31 @@ int exit_code(const RunSummary& summary)
     return summary.status == "done" ? 0 : summary.status == "interrupted" ? 130 : 3;
 }
 
+void write_certificate(JsonText& json, const RunSummary& s)
+{
+    json.member("worst_error", s.worst_error);
+    json.member("worst_penetration", s.worst_penetration);
+    json.member("worst_overlap", s.worst_overlap.depth);
+    if (s.worst_overlap.depth > 0) {
+        const Vec3& x = s.worst_overlap.point;
+        json.key("worst_overlap_at").open('{');
+        json.member("a", s.worst_overlap.a).member("b", s.worst_overlap.b);
+        json.key("point").open('[').value(x.x()).value(x.y()).value(x.z()).close(']');
+        json.member("step", s.worst_overlap.step).close('}');
+    }
+    write_strings(json, "overlap_not_measured", s.not_measured);
+    json.member("worst_cone_violation", s.worst_cone_violation);
+    json.member("uncertified_steps", s.uncertified_steps);
+}
+
+void write_energy(JsonText& json, const EnergyRecord& e)
+{
+    json.member("work", e.work).member("work_absolute", e.work_absolute);
+    json.member("elastic", e.elastic).member("kinetic", e.kinetic).member("friction", e.friction);
+    json.member("elastic_start", e.elastic_start).member("kinetic_start", e.kinetic_start);
+    json.member("released", e.released).member("error", e.error());
+}
+
 void write_summary(JsonText& json, const RunSummary& s, const std::vector<std::string>& modules,
                    const std::vector<std::string>& warnings)
 {
@@ -98,19 +123,9 @@ void write_summary(JsonText& json, const RunSummary& s, const std::vector<std::s
         .member("max", s.contacts_max)
         .member("mean", s.contacts_mean)
         .close('}');
-    json.key("certificate").open('{').member("worst_error", s.worst_error);
-    json.member("worst_penetration", s.worst_penetration);
-    json.member("worst_overlap", s.worst_overlap.depth);
-    if (s.worst_overlap.depth > 0) {
-        const Vec3& x = s.worst_overlap.point;
-        json.key("worst_overlap_at").open('{');
-        json.member("a", s.worst_overlap.a).member("b", s.worst_overlap.b);
-        json.key("point").open('[').value(x.x()).value(x.y()).value(x.z()).close(']');
-        json.member("step", s.worst_overlap.step).close('}');
-    }
-    write_strings(json, "overlap_not_measured", s.not_measured);
-    json.member("worst_cone_violation", s.worst_cone_violation);
-    json.member("uncertified_steps", s.uncertified_steps).close('}');
+    json.key("certificate").open('{');
+    write_certificate(json, s);
+    json.close('}');
     json.key("undetermined").open('[');
     for (const UndeterminedForce& u : s.undetermined) {
         json.open('{').key("pair").open('[').value(u.a).value(u.b).close(']');
@@ -122,11 +137,9 @@ void write_summary(JsonText& json, const RunSummary& s, const std::vector<std::s
     }
     json.close(']');
     write_strings(json, "undetermined_not_examined", s.undetermined_not_examined);
-    const EnergyRecord& e = s.energy;
-    json.key("energy").open('{').member("work", e.work).member("work_absolute", e.work_absolute);
-    json.member("elastic", e.elastic).member("kinetic", e.kinetic).member("friction", e.friction);
-    json.member("elastic_start", e.elastic_start).member("kinetic_start", e.kinetic_start);
-    json.member("released", e.released).member("error", e.error()).close('}');
+    json.key("energy").open('{');
+    write_energy(json, s.energy);
+    json.close('}');
     json.key("snaps").open('[');
     for (const SnapRecord& snap : s.snaps)
         json.open('{')
@@ -143,6 +156,21 @@ void write_summary(JsonText& json, const RunSummary& s, const std::vector<std::s
     if (s.memory.all_ranks > 0) json.member("all_ranks", s.memory.all_ranks);
     json.close('}');
     write_strings(json, "modules", modules);
+    if (!s.linear.taken.empty())
+        json.key("linear")
+            .open('{')
+            .member("taken", s.linear.taken)
+            .member("why", s.linear.why)
+            .member("predicted_seconds", s.linear.predicted)
+            .member("seconds", s.linear.seconds)
+            .close('}');
+    json.key("minima").open('{');
+    for (const Extremes& e : s.extremes)
+        json.member(e.name, e.least);
+    json.close('}').key("maxima").open('{');
+    for (const Extremes& e : s.extremes)
+        json.member(e.name, e.largest);
+    json.close('}');
     json.key("quantities").open('{');
     for (const Quantity& q : s.quantities)
         json.member(q.name, q.value);

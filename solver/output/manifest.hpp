@@ -40,6 +40,10 @@ double peak_memory();
 /// 0 done, 3 failed, 130 interrupted.
 int exit_code(const RunSummary& summary);
 
+/// Adds the members of `certificate` and of `energy` to an open object.
+void write_certificate(JsonText& json, const RunSummary& summary);
+void write_energy(JsonText& json, const EnergyRecord& energy);
+
 /// Adds the members of `amontons run --json` to an open object.
 /// @param warnings  of the scene; those of the steps are in the summary
 void write_summary(JsonText& json, const RunSummary& summary,

@@ -16,7 +16,9 @@ std::vector<MeaningTable> make_tables()
 {
     return {
         {"Quantities of wires",
-         "Scenes with a `beam`: columns of `history.csv`, and what `run --json` tells at the end. "
+         "Scenes with a `beam` (those that are solved as rods beside other bodies have depth, "
+         "push_force, tip and the sums of contact forces): columns of `history.csv`, and what `run "
+         "--json` tells at the end. "
          "With "
          "several wires each name has the wire's before it: `NAME_depth`.",
          {{"A_over_B_normal_force_sum", "N",
@@ -42,6 +44,14 @@ std::vector<MeaningTable> make_tables()
            of_wire},
           {"base_twist", "rad", "Turn of the base about the wire, as prescribed.", of_wire},
           {"tip_rotation", "rad", "Turn of the tip about the wire since the start.", of_wire},
+          {"tip_hold_force_x", "N", "Of a held tip: the force that the hold exerts on the wire."},
+          {"tip_hold_force_y", "N", "The same along y."},
+          {"tip_hold_force_z", "N", "The same along z."},
+          {"tip_hold_moment_x", "N m",
+           "Of a held tip whose turns are held, too: the hold's moment on the wire, about the "
+           "tip."},
+          {"tip_hold_moment_y", "N m", "The same about y."},
+          {"tip_hold_moment_z", "N m", "The same about z."},
           {"push_force", "N",
            "Force along the sheath that the hand exerts on the base of the wire or rod; > 0 pushes "
            "in.",
@@ -68,7 +78,10 @@ std::vector<MeaningTable> make_tables()
            "Force that A exerts on B by the joint or spring `couplings[N]`; B may be `world`.",
            vector},
           {"A_on_B_coupling_N_moment", "N m",
-           "Moment that A exerts on B by the spring against turning `couplings[N]`.", vector},
+           "Moment that A exerts on B by the spring against turning `couplings[N]`, or by its "
+           "joint "
+           "with a rod that stops turns.",
+           vector},
           {"A_on_B_normal_force", "N",
            "Sum of the normal forces between A and B, all towards B; of a body and itself, of all "
            "sides."},
@@ -85,10 +98,39 @@ std::vector<MeaningTable> make_tables()
           {"NAME_end_tangent", "", "Unit tangent of the rod at its end.", vector},
           {"NAME_velocity", "m/s", "Velocity of the centre of mass.", vector},
           {"NAME_turn", "rad",
-           "Turn of a rigid body since the start: a rotation vector of at most pi.", vector},
+           "Turn of a rigid body since the start, of a solid the one nearest to how the nodes "
+           "moved "
+           "that may touch (of all, if fewer than three may): a rotation vector of at most pi.",
+           vector},
           {"NAME_spin", "rad/s", "Angular velocity.", vector},
+          {"NAME_PROBE_displacement", "m",
+           "Displacement since the start of the probe's place; of a set the mean.", vector},
+          {"NAME_PROBE_stress_xx", "Pa",
+           "Stress in space at the probe's place, in its element (of corotational and hyperelastic "
+           "ones the element's mean); of a set of faces the mean of the elements behind them."},
+          {"NAME_PROBE_stress_yy", "Pa", "As stress_xx."},
+          {"NAME_PROBE_stress_zz", "Pa", "As stress_xx."},
+          {"NAME_PROBE_stress_xy", "Pa", "As stress_xx."},
+          {"NAME_PROBE_stress_yz", "Pa", "As stress_xx."},
+          {"NAME_PROBE_stress_zx", "Pa", "As stress_xx."},
+          {"NAME_PROBE_von_mises", "Pa", "Of that stress."},
+          {"NAME_PROBE_FIELD_error", "",
+           "Of a line: the field's error against the reference, root mean square along the line "
+           "over that of the reference."},
+          {"NAME_PROBE_contact_pressure", "Pa",
+           "Contact pressure, > 0 presses: over a set of faces the normal forces on its nodes by "
+           "its "
+           "area; at a place between its element's nodes, as `contact_pressure` of the files, and "
+           "on "
+           "a side that carries no contacts' functions by the area that faces each node's force."},
+          {"NAME_SET_support_force", "N", "Force that the support exerts on the body.", vector},
+          {"NAME_support_energy", "J", "In the body's supports; part of `elastic`."},
           {"NAME_SET_pressure", "Pa", "Pressure that was found for a load by `volume`."},
-          {"NAME_SET_moment", "N m", "Moment that the hold exerts on the rod.", vector},
+          {"NAME_SET_moment", "N m",
+           "Moment that the hold exerts on the body: on a rod at the held place, on a solid about "
+           "`about` where the hold turns its set or gives it a gradient, else about the mean place "
+           "of the set's nodes (a linear solid's at rest).",
+           vector},
           {"NAME_SET_force", "N", "Force that the hold exerts on the body.", vector},
           {"momentum", "kg m/s", "Of all bodies.", vector},
           {"angular_momentum", "kg m^2/s", "Of all bodies, about the origin.", vector},
@@ -171,13 +213,18 @@ std::vector<MeaningTable> make_tables()
           {"stress_averaged", "Pa", "At a node: the mean of its elements."},
           {"von_mises_averaged", "Pa", "Von Mises' stress of that mean."},
           {"contact_pressure", "Pa", "On a node of the outside; > 0 presses."},
+          {"stress_round_off", "Pa",
+           "Field data: a smaller stress is the round-off of places; pictures draw a body without "
+           "a "
+           "larger one plain."},
           {"contact_traction", "Pa", "What contacts exert on the body there, per area."},
           {"contact_force", "N", "Of the wall of a vessel: what the wire exerts on the node."}}},
         {"Rigid bodies and obstacles",
          "`frames/NAME.STEP.vtp`; of obstacles `NAME.start.vtp` and `NAME.end.vtp`.",
          {{"velocity", "m/s", "Of a point of a rigid body."},
           {"max_contact_force", "N",
-           "On an obstacle's vertex: the largest clustered force near it in the run."}}},
+           "On an obstacle's vertex, in scenes with a `beam`: the largest clustered force near it "
+           "in the run."}}},
         {"manifest.json, and run --json",
          "`run --json` prints the keys from `status` to `quantities`, `unknowns`, `iterations` and "
          "`output`; the manifest has them all but those three.",
@@ -220,7 +267,17 @@ std::vector<MeaningTable> make_tables()
           {"peak_memory", "bytes", "Of the process."},
           {"peak_memory_after.KEY", "bytes",
            "Up to the end of each phase: read, bodies, offline, steps; all_ranks with mpirun."},
-          {"modules", "", "That the run opened."},
+          {"modules", "",
+           "That are mapped into the process: vtk, fclib, petsc. (The picture is "
+           "drawn by a process of its own.)"},
+          {"linear.taken", "",
+           "How the linear systems of solids were solved: direct, iterative, distributed."},
+          {"linear.why", "", "That way and no other."},
+          {"linear.predicted_seconds", "s", "Of the way taken, as `check` tells it."},
+          {"linear.seconds", "s",
+           "Making the bodies, free motion, W, contact and correction: what it took."},
+          {"minima.KEY", "", "The least value of each quantity over all steps."},
+          {"maxima.KEY", "", "The largest."},
           {"quantities.KEY", "",
            "The quantities of the last step, and those that wires tell at the end (above)."},
           {"unknowns", "", "Of all bodies."},
@@ -236,7 +293,7 @@ std::vector<MeaningTable> make_tables()
 
 bool is_placeholder(std::string_view word)
 {
-    for (const std::string_view known : {"NAME", "A", "B", "SET", "N", "KEY"})
+    for (const std::string_view known : {"NAME", "A", "B", "SET", "PROBE", "FIELD", "N", "KEY"})
         if (word == known) return true;
     return false;
 }

@@ -11,7 +11,8 @@
 namespace amontons {
 
 /// One name, or many of a form: words in capitals stand for names of the scene (NAME, A and B of
-/// bodies, SET of sets and places, N for numbers).
+/// bodies, SET of sets and places, PROBE of
+/// probes, N for numbers).
 struct Meaning {
     /// Shown as NAME_x, NAME_y, NAME_z; and with "NAME_" before it if several wires are there.
     enum Form { plain, vector, of_wire, vector_of_wire };

@@ -4,6 +4,7 @@
 #include "mesh/base/file.hpp"
 #include "mesh/base/folder_lock.hpp"
 #include "mesh/base/phase_timer.hpp"
+#include "solver/module.hpp"
 #include "solver/output/beam_tube.hpp"
 #include "solver/output/frame_bytes.hpp"
 #include "solver/scene/read.hpp"
@@ -359,15 +360,12 @@ void RunWriter::State::write_obstacles(const char* suffix, double time, bool wit
     const std::vector<Obstacle>& obstacles = simulation.obstacles();
     for (std::size_t i = 0; i < obstacles.size(); ++i) {
         const SurfaceMesh& surface = *obstacles[i].model.surface;
-        std::vector<double> force(surface.points.size(), 0.0);
-        if (with_forces) {
-            const std::vector<double> largest = simulation.max_contact_force(i);
-            if (largest.size() == force.size()) force = largest;
-        }
+        std::vector<double> force = simulation.max_contact_force(i);
+        if (!with_forces) std::ranges::fill(force, 0.0);
         PolyData data;
         data.points = surface.points;
         data.triangles = surface.triangles;
-        data.point_arrays = {{"max_contact_force", "N", 1, force}};
+        if (!force.empty()) data.point_arrays = {{"max_contact_force", "N", 1, force}};
         write(fmt::format("frames/{}.{}.vtp", obstacles[i].name, suffix), vtp_bytes(data, time));
     }
 }
@@ -401,6 +399,7 @@ void RunWriter::State::write_progress()
 
 void RunWriter::State::write_manifest(const RunSummary& summary)
 {
+    manifest.modules = mapped_modules();
     write("manifest.json", manifest_bytes(manifest, summary));
     since_manifest = {};
 }
@@ -522,6 +521,7 @@ void RunWriter::finish(RunSummary& summary)
         summary.status = "failed";
     }
     summary.seconds.output = s.seconds;
+    summary.extremes = s.history.extremes();
     s.attempt([&] { s.write_manifest(summary); });
     summary.seconds.output = s.seconds;
 }

@@ -50,17 +50,17 @@ struct ContactRecord {
 
 /// The place where two bodies stand deepest in each other, measured on their surfaces.
 struct OverlapRecord {
-    double depth = 0;     ///< [m]; 0: nowhere, not a number: not measured
-    std::string a, b;     ///< names of the bodies
+    double depth = 0; ///< [m]; 0: nowhere, not a number: not measured
+    std::string a, b; ///< names of the bodies
     Vec3 point = Vec3::Zero();
     int step = 0;
 };
 
 /// Errors of an accepted state, recomputed from the state alone.
 struct StepCertificate {
-    double error = 0;                ///< natural map and equilibrium, relative [-]
-    double tolerance = 0;            ///< [-]
-    double worst_penetration = 0;    ///< of the contacts' gaps [m], >= 0
+    double error = 0;             ///< natural map and equilibrium, relative [-]
+    double tolerance = 0;         ///< [-]
+    double worst_penetration = 0; ///< of the contacts' gaps [m], >= 0
     OverlapRecord worst_overlap;
     double worst_cone_violation = 0; ///< [N], >= 0
     int worst_contact = -1;          ///< index into StepRecord::contacts
@@ -137,12 +137,26 @@ struct SnapRecord {
 
 /// A pair of bodies whose contact forces the laws leave open at the accuracy asked.
 struct UndeterminedForce {
-    std::string a, b; ///< names
+    std::string a, b;                        ///< names
     bool normal = false, tangential = false; ///< which directions of its force
-    double min = 0, max = 0; ///< of its normal force [N]; not finite: without bound
+    double min = 0, max = 0;                 ///< of its normal force [N]; not finite: without bound
 };
 
 /// The end of a run.
+/// The least and the largest value of a quantity over the steps of a run.
+struct Extremes {
+    std::string name;
+    double least = 0, largest = 0;
+};
+
+/// Which way the linear systems of solids went, and what it took.
+struct LinearRecord {
+    std::string taken; ///< "direct" | "iterative" | "distributed"; "": there are no such solids
+    std::string why;
+    double predicted = 0; ///< of the way taken, all of the run [s]
+    double seconds = 0;   ///< bodies, free motion, W, contact and correction [s]
+};
+
 struct RunSummary {
     std::string status = "running"; ///< "done" | "failed" | "interrupted"
     std::string message;            ///< why it ended, in a sentence; "" if nothing to say
@@ -154,14 +168,16 @@ struct RunSummary {
     double contacts_mean = 0;
     double worst_error = 0, worst_penetration = 0, worst_cone_violation = 0;
     OverlapRecord worst_overlap;
-    std::vector<std::string> not_measured; ///< what worst_overlap leaves out, a sentence each
-    std::vector<UndeterminedForce> undetermined;        ///< at the end of the last step
+    std::vector<std::string> not_measured;       ///< what worst_overlap leaves out, a sentence each
+    std::vector<UndeterminedForce> undetermined; ///< at the end of the last step
     std::vector<std::string> undetermined_not_examined; ///< what that leaves out, a sentence each
-    std::vector<std::string> warnings;     ///< of the steps, a sentence each
+    std::vector<std::string> warnings;                  ///< of the steps, a sentence each
     int uncertified_steps = 0;
     EnergyRecord energy;
     std::vector<SnapRecord> snaps;
     std::vector<Quantity> quantities; ///< depth, max_push_force, max_torque, passed_through, ...
+    std::vector<Extremes> extremes;   ///< of the quantities of steps, by history.csv
+    LinearRecord linear;
     std::vector<NamedText> texts;     ///< results in words: the branch that a wire went into
     std::vector<double> step_seconds; ///< wall time of each step
 };

@@ -68,6 +68,10 @@ ViewFrame ViewMaker::frame(double time, const std::vector<BeamRecord>& beams,
         s.kind = ViewShape::solid;
         const Outside& outside = outside_of(b);
         const Field* stress = find_field(b.point_fields, "von_mises_averaged");
+        // Without stress a body is plain.
+        if (stress && std::ranges::all_of(stress->values,
+                                          [&](double v) { return v <= b.stress_round_off; }))
+            stress = nullptr;
         for (const std::int32_t node : outside.nodes) {
             add_point(s.points, b.points[static_cast<std::size_t>(node)]);
             if (stress)

@@ -190,7 +190,7 @@ std::string vtp_bytes(const PolyData& data, double time)
 
 std::string vtu_bytes(const UnstructuredGrid& grid, double time)
 {
-    Document d("UnstructuredGrid", time);
+    Document d("UnstructuredGrid", time, grid.texts);
     d.format("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">", grid.points.size(),
              grid.types.size());
     d.points(grid.points, Stored::float64);

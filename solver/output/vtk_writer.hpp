@@ -50,6 +50,7 @@ struct UnstructuredGrid {
     std::span<const std::int32_t> offsets; ///< where each cell's points end in `connectivity`
     std::span<const std::uint8_t> types;   ///< VTK's cell types
     std::vector<VtkArray> point_arrays, cell_arrays;
+    std::vector<VtkTexts> texts = {};
 };
 
 /// The bytes of a .vtp file. @param time  [s], as TimeValue

@@ -11,13 +11,19 @@ namespace amontons {
 class ChangedSimulation final : public Simulation {
 public:
     /// @param overrides  those that the scene was read with
-    /// @param stop       the flag that run() is given
     ChangedSimulation(const Scene& scene, std::vector<std::string> overrides,
                       std::vector<Obstacle> obstacles, const SimulationOptions& options,
-                      std::atomic<bool>& stop, const Session& session);
+                      const Session& session);
 
     void prepare() override { now_->prepare(); }
-    RunSummary run(StepObserver& observer, const std::atomic<bool>& stop) override;
+    StepResult step(const std::atomic<bool>& stop,
+                    double not_beyond = std::numeric_limits<double>::infinity()) override;
+    RunSummary conclude(const StepResult& last) override { return now_->conclude(last); }
+    void spent_on_output(double seconds) override { now_->spent_on_output(seconds); }
+    const RunSummary& so_far() const override { return now_->so_far(); }
+    const std::vector<InputInfo>& inputs() const override { return now_->inputs(); }
+    double input(std::size_t number) const override { return now_->input(number); }
+    void set_input(std::size_t number, double value) override { now_->set_input(number, value); }
     const std::vector<Obstacle>& obstacles() const override { return now_->obstacles(); }
     std::vector<BodyPlan> plan() const override { return now_->plan(); }
     std::vector<double> max_contact_force(std::size_t obstacle) const override
@@ -40,9 +46,9 @@ private:
     std::string file_;
     std::vector<std::string> overrides_;
     SimulationOptions options_;
-    std::atomic<bool>& stop_;
     const Session& session_;
     SceneLines lines_;
+    bool begun_ = false; ///< the state that the run begins from is there
     std::unique_ptr<Simulation> now_;
 };
 

@@ -17,69 +17,6 @@
 namespace amontons {
 namespace {
 
-std::string plan_json(const Plan& plan)
-{
-    JsonText json;
-    json.open('{').key("bodies").open('[');
-    for (const BodyPlan& b : plan.bodies) {
-        json.open('{').member("name", b.name).member("kind", b.kind).member("unknowns", b.unknowns);
-        if (!b.sets.empty()) {
-            json.key("sets").open('[');
-            for (const SetSize& s : b.sets)
-                json.open('{')
-                    .member("name", s.name)
-                    .member("faces", s.faces)
-                    .member("nodes", s.nodes)
-                    .member("area", s.area)
-                    .close('}');
-            json.close(']');
-        }
-        json.close('}');
-    }
-    json.close(']').key("surfaces").open('[');
-    for (const Plan::Surface& s : plan.surfaces)
-        json.open('{')
-            .member("name", s.name)
-            .member("side", s.facts.side)
-            .member("volume", s.facts.volume)
-            .member("holes", s.facts.holes)
-            .member("triangles", s.facts.triangles)
-            .close('}');
-    json.close(']').key("pairs").open('[');
-    for (const Plan::Pair& p : plan.pairs) {
-        json.open('{').member("a", p.a).member("b", p.b).member("law", p.law);
-        json.member("friction", p.friction).close('}');
-    }
-    json.close(']').key("uses").open('[');
-    for (const std::string& u : plan.uses)
-        json.value(u);
-    json.close(']').key("leaves_out").open('[');
-    for (const Plan::LeftOut& l : plan.leaves_out)
-        json.open('{').member("what", l.what).member("why", l.why).close('}');
-    json.close(']')
-        .key("predicted")
-        .open('{')
-        .member("memory", plan.memory)
-        .member("path", plan.path);
-    const LinearPlan& linear = plan.linear;
-    if (!linear.paths.empty()) {
-        json.member("available_memory", linear.available).key("linear").open('{');
-        json.member("asked", linear.asked).member("taken", linear.taken).member("why", linear.why);
-        json.member("refusal", linear.refusal).key("paths").open('[');
-        for (const LinearPath& p : linear.paths)
-            json.open('{')
-                .member("name", p.name)
-                .member("possible", p.possible)
-                .member("why", p.why)
-                .member("memory", p.memory)
-                .member("seconds", p.seconds)
-                .close('}');
-        json.close(']').close('}');
-    }
-    json.close('}').close('}');
-    return json.text() + "\n";
-}
-
 std::string plan_text(const Plan& plan)
 {
     std::string t = "bodies\n";
@@ -90,22 +27,30 @@ std::string plan_text(const Plan& plan)
                                            s.name, s.faces, s.nodes, s.area)
                              : fmt::format("    set {:<10} {} nodes\n", s.name, s.nodes);
     }
+    // No list is begun that has nothing in it.
+    std::string surfaces;
     for (const Plan::Surface& s : plan.surfaces)
         if (!s.facts.side.empty())
-            t += fmt::format("{}{}: free space {} of it, {:.4g} m^3, {} holes\n",
-                             &s == &plan.surfaces.front() ? "surfaces\n  " : "  ", s.name,
-                             s.facts.side, s.facts.volume, s.facts.holes);
+            surfaces += fmt::format(
+                "  {}: free space {} of it, {}{} holes\n", s.name, s.facts.side,
+                s.facts.volume ? fmt::format("{:.4g} m^3, ", *s.facts.volume) : "", s.facts.holes);
+    if (!surfaces.empty()) t += "surfaces\n" + surfaces;
     t += "pairs that can meet\n";
     for (const Plan::Pair& p : plan.pairs)
         t += fmt::format("  {} - {}: {}, friction {:g}\n", p.a, p.b, p.law, p.friction);
     if (plan.pairs.empty()) t += "  none\n";
-    t += "uses\n";
+    if (!plan.uses.empty()) t += "uses\n";
     for (const std::string& u : plan.uses)
         t += "  " + u + "\n";
-    t += "leaves out\n";
+    if (!plan.leaves_out.empty()) t += "leaves out\n";
     for (const Plan::LeftOut& l : plan.leaves_out)
         t += fmt::format("  {}: {}\n", l.what, l.why);
-    t += fmt::format("predicted\n  memory {:.0f} MB\n  path   {}\n", plan.memory / 1e6, plan.path);
+    t += fmt::format("predicted\n  memory {:.0f} MB{}\n  path   {}\n", plan.memory / 1e6,
+                     plan.picture > 0 ? fmt::format("; the picture, drawn after the run by a process "
+                                                    "of its own, {:.0f} MB",
+                                                    plan.picture / 1e6)
+                                      : "",
+                     plan.path);
     const LinearPlan& linear = plan.linear;
     if (linear.paths.empty()) return t;
     t += fmt::format("linear systems of solids: {}, {}\n", linear.taken, linear.why);
@@ -205,8 +150,8 @@ void add_check(CLI::App& program, Session& session)
             tell_quantities(*simulation, session);
             return;
         }
-        const Plan plan = make_plan(scene, simulation->plan(), simulation->obstacles(),
-                                    simulation->linear_plan());
+        const Plan plan =
+            make_plan(scene, simulation->plan(), simulation->obstacles(), simulation->linear_plan());
         session.print(session.json ? plan_json(plan) : plan_text(plan));
     });
 }

@@ -15,7 +15,7 @@
 #include "solver/output/view_maker.hpp"
 #include "solver/program/haptic_report.hpp"
 #include "solver/program/interrupt.hpp"
-#include "solver/program/output_folder.hpp"
+#include "solver/output/output_folder.hpp"
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/scene_lines.hpp"
 #include "solver/program/session.hpp"
@@ -233,6 +233,13 @@ void haptic(HapticArguments& a, Session& session)
                            fmt::format("{:g} Hz for {:g} s", scene.haptic.rate, duration),
                            fmt::format("{:g} s at most: every tick is recorded",
                                        kMostTicks / scene.haptic.rate)}});
+    for (const BeamInput& b : scene.beams)
+        if (b.hold.given)
+            throw InputError({{scene.file, "/bodies/" + b.name + "/hold", "a tip that is held",
+                               "none: a hand feels wires whose tip is free"}});
+    if (scene.contact_solver.given())
+        throw InputError({{scene.file, "/contact_solver", "a solver for a hand's scene",
+                           "none: what a hand feels is solved by ours, at its rate"}});
     std::optional<FolderLock> lock;
     if (!a.output.empty()) { // before the run, not after
         check_output_folder(a.output, scene);

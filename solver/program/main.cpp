@@ -121,7 +121,9 @@ int main(int argc, char** argv)
 {
     hold_standard_streams();
     for (int i = 1; i < argc; ++i) // a run leaves a folder that --resume understands, however early
-        if (std::string_view(argv[i]) == "run") stop_on_interrupt();
+        if (std::string_view(argv[i]) == "run" || std::string_view(argv[i]) == "serve" ||
+            std::string_view(argv[i]) == "studio")
+            stop_on_interrupt();
     keep_memory();
     no_idle_blas_threads();
     std::signal(SIGXFSZ, SIG_IGN); // a full quota is an error of write(2), not an end
@@ -144,6 +146,8 @@ int main(int argc, char** argv)
         "Exit codes: 0 done, 1 a validation case failed, 2 bad input, 3 the solve failed, "
         "130 interrupted.");
     add_run(program, session);
+    add_serve(program, session);
+    add_studio(program, session);
     add_check(program, session);
     add_haptic(program, session);
     add_solve(program, session);

@@ -71,8 +71,9 @@ std::string render_in_child(const std::string& directory, const std::string& png
     ::posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
     ::posix_spawn_file_actions_adddup2(&actions, pipe[1], 2);
     pid_t child = 0;
+    const std::string program = program_path();
     const int failed =
-        ::posix_spawn(&child, "/proc/self/exe", &actions, nullptr, arguments, environ);
+        ::posix_spawn(&child, program.c_str(), &actions, nullptr, arguments, environ);
     ::posix_spawn_file_actions_destroy(&actions);
     ::close(pipe[1]);
     const std::string words_of_child = failed == 0 ? read_all(pipe[0]) : "";

@@ -11,13 +11,14 @@
 #include "solver/output/view_maker.hpp"
 #include "solver/program/changed_simulation.hpp"
 #include "solver/program/interrupt.hpp"
-#include "solver/program/output_folder.hpp"
+#include "solver/output/output_folder.hpp"
 #include "solver/program/progress.hpp"
 #include "solver/program/render.hpp"
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/session.hpp"
 #include "solver/program/viewer.hpp"
 #include "solver/scene/build.hpp"
+#include "solver/scene/instrument_rods.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/step/recorded_problem.hpp"
 
@@ -73,11 +74,14 @@ public:
             const RecordedProblem& r = all[w];
             if (r.contact.empty()) continue;
             FclibProblem file;
-            file.local = r.problem;
+            FclibForm form = fclib_form(r.problem);
+            FclibSolution& own = file.solution.emplace();
+            own.r = own.u = Eigen::VectorXd::Zero(form.problem.q.size());
+            own.r(form.rows) = r.reaction;
+            own.u(form.rows) = r.problem.W * r.reaction + r.problem.q;
+            file.local = std::move(form.problem);
             file.identity = r.contact;
-            file.solution = FclibSolution{
-                r.reaction, Eigen::VectorXd(r.problem.W * r.reaction + r.problem.q), {}};
-            const bool wire = !scene_.beams.empty();
+            const bool wire = !scene_.beams.empty() && !instruments_are_rods(scene_);
             const std::string name = wire ? scene_.beams[w].name : "all bodies";
             file.title = fmt::format("{}, {}: step {}, t = {:.9g} s", scene_.title, name,
                                      record.step, record.time);
@@ -137,15 +141,11 @@ struct Observers : StepObserver {
     }
     void on_step(const StepRecord& record) override
     {
-        if (std::none_of(lines.begin(), lines.end(),
-                         [](const DepthLine& l) { return l.line.has_value(); })) {
+        if (!any_depth_line(lines)) {
             writer.on_step(record);
         } else {
             StepRecord more = record;
-            for (std::size_t i = 0; i < std::min(lines.size(), record.beams.size()); ++i)
-                if (lines[i].line && !record.beams[i].points.empty())
-                    more.quantities.push_back({record.beams[i].name + "_centreline_depth", "m",
-                                               lines[i].depth(record.beams[i].points.back())});
+            add_centreline_depths(more, lines);
             writer.on_step(more);
         }
         iterations += record.iterations;
@@ -189,16 +189,25 @@ std::string run_table(const RunSummary& s, const Scene& scene, const std::string
         const UndeterminedForce& u = s.undetermined[i];
         row(i == 0 ? "undetermined" : "",
             fmt::format("{} force of {} and {}, normal force {:.4g} to {} N",
-                        !u.normal ? "tangential" : u.tangential ? "all" : "normal", u.a, u.b, u.min,
+                        !u.normal      ? "tangential"
+                        : u.tangential ? "all"
+                                       : "normal",
+                        u.a, u.b, u.min,
                         std::isfinite(u.max) ? fmt::format("{:.4g}", u.max) : "any"));
     }
     if (s.undetermined.size() > kMostPairs)
-        row("", fmt::format("and {} more pairs, in manifest.json", s.undetermined.size() - kMostPairs));
-    row("energy", fmt::format("work {:.4e} J = elastic {:+.4e} + kinetic {:+.4e} + friction {:.4e} + "
-                              "released {:.4e} + error {:.1e}",
-                              s.energy.work, s.energy.elastic - s.energy.elastic_start,
-                              s.energy.kinetic - s.energy.kinetic_start, s.energy.friction,
-                              s.energy.released, s.energy.error()));
+        row("",
+            fmt::format("and {} more pairs, in manifest.json", s.undetermined.size() - kMostPairs));
+    row("energy",
+        fmt::format("work {:.4e} J = elastic {:+.4e} + kinetic {:+.4e} + friction {:.4e} + "
+                    "released {:.4e} + error {:.1e}",
+                    s.energy.work, s.energy.elastic - s.energy.elastic_start,
+                    s.energy.kinetic - s.energy.kinetic_start, s.energy.friction, s.energy.released,
+                    s.energy.error()));
+    if (!s.linear.taken.empty())
+        row("linear systems",
+            fmt::format("{}, {}: {:.3g} s foretold, {:.3g} s taken", s.linear.taken, s.linear.why,
+                        s.linear.predicted, s.linear.seconds));
     const PhaseSeconds& p = s.seconds;
     row("time",
         fmt::format("{:.3f} s: read {:.3f}, offline {:.3f}, free motion {:.3f}, detection {:.3f}, "
@@ -249,7 +258,7 @@ void run_scene(RunArguments& arguments, Session& session)
     std::unique_ptr<Simulation> made;
     if (arguments.view)
         made = std::make_unique<ChangedSimulation>(scene, arguments.scene.overrides,
-                                                   std::move(obstacles), how, stop, session);
+                                                   std::move(obstacles), how, session);
     else
         made = make_simulation(scene, std::move(obstacles), how);
     Simulation& simulation = *made;
@@ -297,6 +306,18 @@ void run_scene(RunArguments& arguments, Session& session)
     progress.end();
     for (const std::string& m : simulation.messages())
         session.detail(m);
+    for (const Obstacle& o : simulation.obstacles())
+        for (const std::string& m : o.model.wall.keep())
+            session.detail(m);
+    if (const LinearPlan linear = simulation.linear_plan(); !linear.taken.empty()) {
+        const LinearPath* const path = linear.path(linear.taken);
+        summary.linear.taken = linear.taken;
+        summary.linear.why = linear.why;
+        summary.linear.predicted = path ? path->seconds : 0;
+        const PhaseSeconds& t = summary.seconds;
+        summary.linear.seconds = t.offline + offline_seconds + t.free_motion + t.compliance +
+                                 t.contact_solve + t.correction;
+    }
     summary.memory.read = read_memory;
     summary.memory.bodies = bodies_memory;
     summary.memory.offline = std::max(summary.memory.offline, bodies_memory);
@@ -335,7 +356,7 @@ void run_scene(RunArguments& arguments, Session& session)
     if (session.json) {
         JsonText json;
         json.open('{');
-        write_summary(json, summary, {}, options.warnings);
+        write_summary(json, summary, mapped_modules(), options.warnings);
         std::int64_t unknowns = 0;
         for (const BodyPlan& b : simulation.plan())
             unknowns += b.unknowns;
@@ -368,8 +389,9 @@ void add_run(CLI::App& program, Session& session)
     command->add_flag("--any-order", arguments->any_order,
                       "Allows sums in any order of the threads; no sum makes use of it so far");
     command
-        ->add_option("--cache", arguments->cache,
-                     "Folder where factors of solids are kept for the next run")
+        ->add_option(
+            "--cache", arguments->cache,
+            "Folder where factors of solids and samples of walls are kept for the next run")
         ->type_name("DIR");
     command->add_flag("--view", arguments->view, "Show the run in a window while it lasts");
     command->add_flag("--resume", arguments->resume, "Go on from the folder's checkpoint");

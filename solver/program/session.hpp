@@ -48,6 +48,8 @@ bool progress_on_terminal();
 // One function per command; each adds itself to the program. New commands go here and into
 // main.cpp.
 void add_run(CLI::App& program, Session& session);
+void add_serve(CLI::App& program, Session& session);
+void add_studio(CLI::App& program, Session& session);
 void add_check(CLI::App& program, Session& session);
 void add_haptic(CLI::App& program, Session& session);
 void add_solve(CLI::App& program, Session& session);

@@ -4,7 +4,7 @@
 #include "mesh/base/file.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/fclib_file.hpp"
-#include "solver/program/child.hpp"
+#include "solver/outside_solver.hpp"
 #include "solver/program/interrupt.hpp"
 #include "solver/program/session.hpp"
 #include "solver/scene/json_text.hpp"
@@ -123,58 +123,28 @@ Solved judge(const FclibProblem& file, const std::optional<FclibSolution>& given
         if (given->r.size() != p.q.size())
             throw InputError({{where, "/solution/r", fmt::format("{} numbers", given->r.size()),
                                fmt::format("{}, the rows of the problem", p.q.size())}});
-        ContactSolution s;
-        s.reaction = given->r;
-        s.certificate = certify(p, s.reaction, tolerance);
-        s.u = p.W * s.reaction + p.q;
-        return s;
+        return judged(p, given->r, tolerance);
     });
 }
 
-/// A solver of somebody else's: `COMMAND PROBLEM SOLVED` by a shell, which writes into SOLVED a
-/// copy of PROBLEM with /solution. What it prints goes to stderr.
+/// A solver of somebody else's. What it prints goes to stderr.
 Solved solve_by_command(const SolveArguments& a, const FclibProblem& file, Session& session)
 {
-    namespace fs = std::filesystem;
-    std::string folder = (fs::temp_directory_path() / "amontons_solve_XXXXXX").string();
-    if (!::mkdtemp(folder.data()))
+    try {
+        const OutsideAnswer answer =
+            ask_outside_solver({a.command, ".", a.options.max_seconds}, a.problem,
+                               a.options.tolerance, &stop_on_interrupt());
+        if (!answer.said.empty()) session.say(answer.said);
+        Solved s = judge(file, answer.solution, "the file of the command", a.options.tolerance);
+        s.by = a.command;
+        s.solution.certificate.seconds = answer.seconds;
+        return s;
+    } catch (const NoOutsideAnswer& none) {
         throw InputError(
-            {{folder, "", std::strerror(errno), "a folder for what the solver writes"}});
-    struct Removed {
-        const std::string& folder;
-        ~Removed()
-        {
-            std::error_code ignored;
-            fs::remove_all(folder, ignored);
-        }
-    } removed{folder};
-    const std::string solved = folder + "/solved.hdf5";
-    ChildJob job;
-    job.program = "/bin/sh";
-    job.arguments = {"-c", a.command + " \"$0\" \"$1\"", fs::absolute(a.problem).string(), solved};
-    job.most_seconds = std::isfinite(a.options.max_seconds) ? a.options.max_seconds : 0;
-    std::optional<ChildResult> result;
-    run_children({job}, 1, stop_on_interrupt(),
-                 [&](std::size_t, const ChildResult& r) { result = r; });
-    const auto refuse = [&](const std::string& found) {
-        throw InputError({{"(--solver-command)", "", quoted_text(a.command) + ", which " + found,
-                           "a command that is given two files, PROBLEM and SOLVED, and writes the "
-                           "second: a copy of the first with /solution (r, u)"}});
-    };
-    if (!result) refuse("was interrupted");
-    for (const std::string& said : {result->output, result->errors})
-        if (!said.empty())
-            session.say(said.back() == '\n' ? said.substr(0, said.size() - 1) : said);
-    if (result->out_of_time) refuse(fmt::format("did not end within {:.3g} s", job.most_seconds));
-    if (result->signal != 0) refuse(fmt::format("ended by signal {}", result->signal));
-    if (result->exit_code != 0) refuse(fmt::format("ended with exit code {}", result->exit_code));
-    std::error_code ignored;
-    if (!fs::exists(solved, ignored)) refuse("wrote no file");
-    Solved s =
-        judge(file, read_fclib(solved).solution, "the file of the command", a.options.tolerance);
-    s.by = a.command;
-    s.solution.certificate.seconds = result->seconds;
-    return s;
+            {{"(--solver-command)", "", quoted_text(a.command) + ", which " + none.what(),
+              "a command that is given two files, PROBLEM and SOLVED, and writes the second: a "
+              "copy of the first with /solution (r, u)"}});
+    }
 }
 
 /// The same, ended by the first Ctrl-C with what it has reached.

@@ -6,10 +6,10 @@
 
 #include "solver/program/validate.hpp"
 #include "mesh/base/file.hpp"
+#include "solver/child.hpp"
 #include "solver/module.hpp"
 #include "solver/output/manifest.hpp"
 #include "solver/output/plot.hpp"
-#include "solver/program/child.hpp"
 #include "solver/program/interrupt.hpp"
 #include "solver/program/scratch_folder.hpp"
 #include "solver/program/session.hpp"

@@ -6,8 +6,8 @@
 
 #include "mesh/base/file.hpp"
 #include "mesh/base/phase_timer.hpp"
+#include "solver/child.hpp"
 #include "solver/output/manifest.hpp"
-#include "solver/program/child.hpp"
 #include "solver/program/interrupt.hpp"
 #include "solver/program/scratch_folder.hpp"
 #include "solver/program/session.hpp"

@@ -55,11 +55,12 @@ Viewer::Viewer(const std::string& title, bool stay)
     for (std::string& w : words)
         arguments.push_back(w.data());
     arguments.push_back(nullptr);
+    const std::string program = program_path();
     child_ = ::fork();
     if (child_ == 0) {   // only calls that are safe here, until exec
         ::setpgid(0, 0); // Ctrl-C is for the run
         ::dup2(ends[1], 0);
-        ::execv("/proc/self/exe", arguments.data());
+        ::execv(program.c_str(), arguments.data());
         ::_exit(127);
     }
     ::close(ends[1]);

@@ -1,6 +1,7 @@
 #include "solver/scene/body_consistency.hpp"
 
 #include "solver/material/law.hpp"
+#include "solver/scene/instrument_rods.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -81,6 +82,30 @@ void check_solid(const SolidInput& b, const Scene& scene, Findings& findings)
     if (b.drive.given && b.hold.empty())
         findings.add({place + "/drive"}, "a drive without \"hold\"",
                      "\"hold\" with the sets that are fixed to what drives the body");
+    for (const ProbeInput& p : b.probes)
+        if (int(bool(p.at)) + !p.set.empty() + p.line.given > 1)
+            findings.add({place + "/probes/" + p.name}, "several places",
+                         "one of \"at\", \"set\" and \"line\"");
+    if (b.drive.given && !b.supports.empty())
+        findings.add({place + "/drive", place + "/supports"}, "a drive and supports",
+                     "one of the two: supports hold a body where it began (a \"hold\" with x, y, z "
+                     "moves a set against them)");
+    for (std::size_t i = 0; i < b.supports.size(); ++i)
+        if (b.supports[i].normal == 0 && b.supports[i].tangential == 0)
+            findings.add({fmt::format("{}/supports/{}", place, i)}, "a support of nothing",
+                         "\"normal\" or \"tangential\" > 0 [N/m^3]");
+    for (std::size_t i = 0; i < b.hold.size(); ++i) {
+        const HoldInput& h = b.hold[i];
+        const std::string here = fmt::format("{}/hold/{}", place, i);
+        if (!h.angle.empty() && h.gradient)
+            findings.add({here + "/angle", here + "/gradient"}, "a turn and a gradient",
+                         "one of the two");
+        if (!h.over.empty() && !h.gradient)
+            findings.add({here + "/over"}, "a factor on nothing", "a \"gradient\" beside it");
+        if (!h.affine() && !h.about.isZero(0))
+            findings.add({here + "/about"}, "a place for nothing",
+                         "an \"angle\" or a \"gradient\" beside it");
+    }
     for (std::size_t i = 0; i < b.hold.size(); ++i)
         if (b.hold[i].axes != b.hold[0].axes && !b.start.turn.isZero(0))
             findings.add({fmt::format("{}/hold/{}/axes", place, i)}, quoted_text(b.hold[i].axes),
@@ -118,6 +143,37 @@ void check_rigid(const RigidInput& b, const Scene& scene, Findings& findings)
                      "a mass > 0 [kg] or a density > 0 [kg/m^3]: time.kind is \"dynamic\"");
 }
 
+/// Joints act on patches of solids, never on single nodes.
+void check_patches(const CouplingInput& c, const Scene& scene, const std::string& place,
+                   Findings& findings)
+{
+    const bool solid[] = {body_named(scene.solids, c.between[0]) != nullptr,
+                          body_named(scene.solids, c.between[1]) != nullptr};
+    const bool both = solid[0] && solid[1], one = solid[0] || solid[1];
+    for (std::size_t k = 0; k < 2; ++k) {
+        const bool second = k == 1 && both;
+        if (!solid[k] || c.radius > 0 || !(second ? c.to_set : c.set).empty()) continue;
+        findings.add({place + (second ? "/to_set" : "/set"), place + "/radius"}, "nothing",
+                     fmt::format("\"{}\": a set of faces of \"{}\", or \"radius\" [m] about "
+                                 "\"{}\": joints and springs act on a patch of a solid",
+                                 second ? "to_set" : "set", c.between[k],
+                                 k == 1 && c.to ? "to" : "at"));
+    }
+    if (!c.to_set.empty() && !both)
+        findings.add({place + "/to_set"}, quoted_text(c.to_set),
+                     one ? "\"set\": one of the two bodies is a solid" : "two solids");
+    if (!one && !c.set.empty())
+        findings.add({place + "/set"}, quoted_text(c.set), "a solid: other bodies have no sets");
+    if (!one && c.radius > 0)
+        findings.add({place + "/radius"}, fmt::format("{:g}", c.radius),
+                     "a solid: other bodies are held at the place itself");
+    const bool all_named = !c.set.empty() && (!both || !c.to_set.empty());
+    if (one && all_named && c.radius > 0)
+        findings.add({place + "/set", place + "/radius"},
+                     fmt::format("{} and {:g}", quoted_text(c.set), c.radius),
+                     "either a set or a radius");
+}
+
 void check_couplings(const Scene& scene, Findings& findings)
 {
     for (std::size_t i = 0; i < scene.couplings.size(); ++i) {
@@ -135,6 +191,7 @@ void check_couplings(const Scene& scene, Findings& findings)
         }
         if (c.between[0] == c.between[1])
             findings.add({place + "/between"}, "a body and itself", "two bodies");
+        check_patches(c, scene, place, findings);
         const bool turns = c.kind == "turn_spring",
                    line = c.kind == "spring" || c.kind == "distance";
         const bool springs = turns || c.kind == "spring";
@@ -183,11 +240,23 @@ void check_bodies(const Scene& scene, Findings& findings)
     for (const RigidInput& b : scene.rigids)
         check_rigid(b, scene, findings);
     check_couplings(scene, findings);
-    const bool bodies = !scene.rigids.empty() || !scene.rods.empty() || !scene.couplings.empty();
-    if (bodies && !scene.beams.empty())
-        findings.add({"/bodies"}, "beams beside rods, rigid bodies or couplings",
-                     "a scene of beams, obstacles and walls of vessels, or one of rods, solids, "
-                     "rigid bodies and obstacles: the two cannot be coupled yet");
+    if (!scene.contact_solver.command.empty() && !scene.contact_solver.function.empty())
+        findings.add({"/contact_solver/function", "/contact_solver/command"},
+                     quoted_text(scene.contact_solver.function) + " beside a command",
+                     "either of them");
+    if (scene.contact_solver.given() && scene.solids.empty() && scene.rigids.empty())
+        findings.add({"/contact_solver"}, "a scene of beams or rods alone",
+                     "a scene with solids or rigid bodies: contact of beams and rods is found in "
+                     "Newton's method for their balance, and there is no problem to hand over");
+    else if (scene.contact_solver.given() && !scene.beams.empty() &&
+             !instruments_are_rods(scene))
+        findings.add({"/contact_solver"}, "a scene of beams",
+                     "a scene without beams: their contact is found in Newton's method for their "
+                     "balance, and there is no problem to hand over");
+    if (scene.contact_solver.given() && scene.accuracy.solver != "auto")
+        findings.add({"/accuracy/solver", "/contact_solver"},
+                     quoted_text(scene.accuracy.solver) + " beside contact_solver",
+                     "either of them");
     if (scene.time.kind != "dynamic")
         for (std::size_t i = 0; i < scene.contact.size(); ++i)
             if (scene.contact[i].restitution > 0)

@@ -27,7 +27,10 @@ ObjectDeclaration declare_mesh(const ObjectDeclaration& centreline)
          {required(long_text<&M::file>("file",
                                        ".msh (Gmsh), .vtu, .inp (Abaqus, CalculiX) or .nodes "
                                        "(plain text); beside the scene.")),
-          field<&M::scale>("scale", "m", positive(), "Metres per unit of length of the file.")}},
+          or_one(
+              field<&M::scale>("scale", "m", positive(),
+                               "Metres per unit of length of the file; three numbers: along x, y, "
+                               "z."))}},
         {"box",
          "A block. Face sets x_min, x_max, y_min, y_max, z_min, z_max.",
          {required(field<&M::size>("size", "m", positive(), "Lengths along x, y, z.")),
@@ -172,13 +175,27 @@ ObjectDeclaration declare_set()
 ObjectDeclaration declare_hold()
 {
     using H = HoldInput;
-    return {"Prescribed displacement of a set; without x, y and z all three are held at 0",
+    return {"Prescribed displacement of a set; without x, y and z all three are held, at 0 or as a "
+            "turn "
+            "or a gradient has them",
             {required(
                  text<&H::set>("set", "A set of faces or nodes of the mesh; \"all\": every node.")),
              field<&H::x>("x", "m", kAny, "Over time; without it this axis is free."),
              field<&H::y>("y", "m", kAny, "As x."), field<&H::z>("z", "m", kAny, "As x."),
+             field<&H::axis>("axis", "", direction(), "Of a turn by `angle`."),
+             field<&H::about>("about", "m", kAny,
+                              "Place that the turn or the gradient leaves where it is."),
+             field<&H::angle>("angle", "rad", kAny,
+                              "Turn of the set as a rigid body, about the axis through `about`, "
+                              "over time; with x, y or z along these alone, beside them."),
+             fallback("none",
+                      field<&H::gradient>("gradient", "", kAny,
+                                          "Instead of a turn: the displacement is A (x - `about`) "
+                                          "times `over`, x where the run begins; A by rows.")),
+             fallback("1", field<&H::over>("over", "", kAny, "Factor on the gradient over time.")),
              choice({"world", "body"},
-                    text<&H::axes>("axes", "Whose x, y and z they are where the body begins; of a "
+                    text<&H::axes>("axes", "Whose x, y and z, axis, place and gradient they are "
+                                           "where the body begins; of a "
                                            "body with a start.turn the same for all its holds."))},
             "",
             {},
@@ -204,6 +221,51 @@ ObjectDeclaration declare_load()
         "",
         {},
         defaults_of<L>()};
+}
+
+ObjectDeclaration declare_probe()
+{
+    using P = ProbeInput;
+    using L = ProbeInput::Line;
+    static const ObjectDeclaration line = optional_object<L>(
+        "A line along which fields are compared with those of a file",
+        {required(
+             field<&L::from>("from", "m", kAny, "Where it begins, in the mesh as it is read.")),
+         required(field<&L::to>("to", "m", kAny, "Where it ends.")),
+         required(long_text<&L::reference>(
+             "reference", "CSV beside the scene. The first column is the distance from `from` [m], "
+                          "the others are called as the columns of a probe: `stress_xx [Pa]`, "
+                          "`displacement_z [m]`, `contact_pressure [Pa]`."))});
+    return {"A place whose displacement, stress and contact pressure are columns of history.csv",
+            {required_unless({"set", "line"},
+                             field<&P::at>("at", "m", kAny,
+                                           "A place in the mesh as it is read, before the "
+                                           "body is placed.")),
+             replaced_by({"at", "line"},
+                         required_unless(
+                             {"at", "line"},
+                             text<&P::set>("set", "Or a set of faces or nodes: means over it."))),
+             object<&P::line>("line", line,
+                              "Or a line: the columns are then the errors of the reference's "
+                              "fields, root mean square along the line over that of the "
+                              "reference.")},
+            "",
+            {},
+            defaults_of<P>()};
+}
+
+ObjectDeclaration declare_support()
+{
+    using S = SupportInput;
+    return {
+        "Springs between faces and the surroundings: a force per area of -k times the displacement "
+        "since the start, along the faces' normals at rest and across them",
+        {required(text<&S::set>("set", "A set of faces of the mesh.")),
+         field<&S::normal>("normal", "N/m^3", at_least(0), "k along the normal."),
+         field<&S::tangential>("tangential", "N/m^3", at_least(0), "k along the faces.")},
+        "",
+        {},
+        defaults_of<S>()};
 }
 
 ObjectDeclaration declare_drive()
@@ -256,7 +318,10 @@ ObjectDeclaration declare_shape()
         {"",
          "A closed triangle surface from a file.",
          {required(long_text<&S::file>("file", "STL, OBJ or PLY; beside the scene.")),
-          field<&S::scale>("scale", "m", positive(), "Metres per unit of length of the file.")}},
+          or_one(
+              field<&S::scale>("scale", "m", positive(),
+                               "Metres per unit of length of the file; three numbers: along x, y, "
+                               "z."))}},
         {"box",
          "A box about the origin.",
          {required(field<&S::size>("size", "m", positive(), "Lengths along x, y, z."))}},
@@ -265,7 +330,20 @@ ObjectDeclaration declare_shape()
          "A cylinder about the origin, along z.",
          {radius, required(field<&S::length>("length", "m", positive(), "Length.")),
           field<&S::points>("points", "", at_least(0),
-                            "Contact points spread over each end; 0: on its rim.")}}};
+                            "Contact points spread over each end; 0: on its rim.")}},
+        {"ellipsoid",
+         "An ellipsoid about the origin.",
+         {required(field<&S::radii>("radii", "m", positive(), "Half axes along x, y, z."))}},
+        {"capsule",
+         "A cylinder with half balls on its ends, about the origin, along z.",
+         {radius, required(field<&S::length>("length", "m", positive(),
+                                             "Length between the centres of the half balls."))}},
+        {"wedge",
+         "A polygon in the plane of x and y, extruded along z, half of the length to either side.",
+         {required(corners<&S::outline>("points",
+                                        "Its corners in order, either way round; sides do not "
+                                        "cross.")),
+          required(field<&S::length>("length", "m", positive(), "Length along z."))}}};
     return d;
 }
 
@@ -280,6 +358,8 @@ std::vector<VariantDeclaration> body_variants(const ObjectDeclaration& centrelin
     static const ObjectDeclaration set = declare_set();
     static const ObjectDeclaration hold = declare_hold();
     static const ObjectDeclaration load = declare_load();
+    static const ObjectDeclaration support = declare_support();
+    static const ObjectDeclaration probe = declare_probe();
     static const ObjectDeclaration drive = declare_drive();
     static const ObjectDeclaration start = declare_start();
     static const ObjectDeclaration shape = declare_shape();
@@ -311,6 +391,12 @@ std::vector<VariantDeclaration> body_variants(const ObjectDeclaration& centrelin
           object<&S::drive>("drive", drive, "Prescribes its rigid motion."),
           list<&S::hold>("hold", hold, "Prescribed displacements."),
           list<&S::loads>("loads", load, "Loads."),
+          list<&S::supports>("supports", support,
+                             "Springs to the surroundings; their energy is part of the elastic "
+                             "energy."),
+          by_name<&S::probes>("probes", probe,
+                              "Places and sets whose displacement, stress and contact pressure are "
+                              "quantities of every step."),
           field<&S::mass_damping>("mass_damping", "1/s", at_least(0), "Rayleigh's, dynamic."),
           field<&S::stiffness_damping>("stiffness_damping", "s", at_least(0),
                                        "Rayleigh's, dynamic.")},
@@ -390,7 +476,9 @@ ObjectDeclaration declare_coupling()
                                        "about the axis of a hinge.")),
          required(
              text<&C::between>("between", "Names of two bodies; the second may be \"world\".")),
-         field<&C::at>("at", "m", kAny, "Where, when the run begins."),
+         field<&C::at>("at", "m", kAny,
+                       "Where, when the run begins. On a rod: no farther from its middle line than "
+                       "its radius; a node is put there."),
          fallback("`at`",
                   field<&C::to>("to", "m", kAny, "Spring, distance: the end on the second body.")),
          field<&C::axis>("axis", "", direction(), "Of a hinge, a slider or a turn spring."),
@@ -400,7 +488,17 @@ ObjectDeclaration declare_coupling()
                             "Of a spring in motion: force per speed at which it gets longer; of a "
                             "turn spring [N m s/rad]."),
          fallback("as it begins", field<&C::length>("length", "m", at_least(0),
-                                                    "Of a spring free of load, or a distance."))},
+                                                    "Of a spring free of load, or a distance.")),
+         fallback("`radius`",
+                  text<&C::set>("set", "Set of faces of the solid that is joined: force and moment "
+                                       "act on it as a traction that is linear over it, and its "
+                                       "mean motion is the joint's. Of two solids: of the first.")),
+         fallback("`radius`",
+                  text<&C::to_set>("to_set", "Of two solids: set of faces of the second.")),
+         fallback("`set`",
+                  field<&C::radius>("radius", "m", positive(),
+                                    "In place of a set: all of the solid's outside that is as near "
+                                    "to `at` (on a second body: to `to`, if it is given)."))},
         "",
         {},
         defaults_of<C>()};

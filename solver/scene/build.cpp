@@ -128,7 +128,8 @@ VesselOptions vessel_options(const SurfaceInput& s)
 WallModel wall_from_file(const ObstacleInput& o, const Scene& scene, std::vector<Issue>* warnings)
 {
     const std::string path = beside(scene, o.surface.file);
-    SurfaceMesh mesh = read_surface(path, o.surface.scale, read_vtp);
+    SurfaceMesh mesh = read_surface(path, o.surface.scale.x(), read_vtp);
+    stretch_axes(mesh.points, o.surface.scale);
     orient_consistently(mesh); // files that mix both sides are common, and this mends them
     SurfaceReport report = check_surface(mesh);
     if (!report.degenerate.empty()) { // marching cubes make some
@@ -303,9 +304,14 @@ std::int64_t fill_borders(SurfaceMesh& mesh)
 SurfaceFacts surface_facts(const ObstacleInput& input, const Obstacle& obstacle)
 {
     SurfaceFacts f;
-    SurfaceMesh mesh = *obstacle.model.surface;
-    f.triangles = static_cast<std::int64_t>(mesh.triangles.size());
+    f.triangles = static_cast<std::int64_t>(*obstacle.model.triangle_count);
+    if (input.surface.generate == "vessel") {
+        f.side = "inside";
+        f.holes = static_cast<std::int64_t>(obstacle.model.openings.size());
+        return f;
+    }
     if (input.surface.generate == "plane") return f;
+    SurfaceMesh mesh = *obstacle.model.surface;
     // Normals point into the free space: outwards of what they enclose, if that is around it.
     f.holes = fill_borders(mesh);
     const double volume = enclosed_volume(mesh);
@@ -379,6 +385,7 @@ std::vector<DepthLine> place_introducers(Scene& scene)
     std::vector<DepthLine> lines;
     for (BeamInput& beam : scene.beams) {
         DepthLine& depth = lines.emplace_back();
+        depth.beam = beam.name;
         if (!beam.introducer.branch.empty()) {
             try {
                 place_in_branch(scene, beam.introducer);
@@ -417,6 +424,23 @@ std::vector<DepthLine> place_introducers(Scene& scene)
     }
     if (!issues.empty()) throw InputError(std::move(issues));
     return lines;
+}
+
+bool any_depth_line(const std::vector<DepthLine>& lines)
+{
+    return std::any_of(lines.begin(), lines.end(),
+                       [](const DepthLine& l) { return l.line.has_value(); });
+}
+
+void add_centreline_depths(StepRecord& record, const std::vector<DepthLine>& lines)
+{
+    for (const DepthLine& l : lines) {
+        if (!l.line) continue;
+        const auto of = std::ranges::find(record.beams, l.beam, &BeamRecord::name);
+        if (of != record.beams.end() && !of->points.empty())
+            record.quantities.push_back(
+                {l.beam + "_centreline_depth", "m", l.depth(of->points.back())});
+    }
 }
 
 } // namespace amontons

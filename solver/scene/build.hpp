@@ -19,9 +19,10 @@ SurfaceMesh read_vtp(const std::string& path);
 
 /// Where the free space of an obstacle's surface is, and what it encloses.
 struct SurfaceFacts {
-    std::string side;  ///< "inside" | "outside"; "" of a plane
-    double volume = 0; ///< enclosed, its holes closed [m^3]
+    std::string side; ///< "inside" | "outside"; "" of a plane
     std::int64_t triangles = 0, holes = 0;
+    std::optional<double> volume; ///< enclosed, its holes closed [m^3]; not of a generated vessel,
+                                  ///< whose triangles take longer than all else that is checked
 };
 SurfaceFacts surface_facts(const ObstacleInput& input, const Obstacle& obstacle);
 
@@ -35,6 +36,7 @@ Centreline build_centreline(const SurfaceInput& surface, const Scene& scene);
 
 /// The centreline that a beam's depth is measured along, if its introducer stands on one.
 struct DepthLine {
+    std::string beam;
     std::optional<Centreline> line;
     double start = 0; ///< arc length of the introducer's end [m]
     double sign = 1;  ///< -1 if the line runs against the wire
@@ -47,5 +49,18 @@ struct DepthLine {
 /// @return  one line per beam
 /// @throws InputError  if a centreline cannot be read
 std::vector<DepthLine> place_introducers(Scene& scene);
+
+/// Any of the beams has such a line.
+bool any_depth_line(const std::vector<DepthLine>& lines);
+/// Adds NAME_centreline_depth [m] of each beam that has one.
+void add_centreline_depths(StepRecord& record, const std::vector<DepthLine>& lines);
+
+/// Of points that were read with the scale along x: makes it that of each direction.
+inline void stretch_axes(std::vector<Vec3>& points, const Vec3& scale)
+{
+    if (scale == Vec3::Constant(scale.x())) return;
+    for (Vec3& p : points)
+        p = p.cwiseProduct(scale / scale.x());
+}
 
 } // namespace amontons

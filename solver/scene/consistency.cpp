@@ -2,6 +2,7 @@
 
 #include "solver/scene/body_consistency.hpp"
 #include "solver/scene/haptic_fields.hpp"
+#include "solver/scene/instrument_rods.hpp"
 #include "solver/scene/rod_fields.hpp"
 #include "solver/scene/segment_consistency.hpp"
 #include "solver/scene/vessel_consistency.hpp"
@@ -184,6 +185,27 @@ void check_beam(const BeamInput& b, const Scene& scene, Findings& findings)
                      "a plane that the introducer leaves",
                      "a normal across the introducer's direction");
     check_contact_spacing(b.contact_spacing, b.segments, place, findings);
+    if (!b.hold.given) return;
+    for (const auto& p : b.insertion)
+        if (!(p[1] > 0)) {
+            findings.add({place + "/drive/insertion", place + "/hold"}, fmt::format("{}", p[1]),
+                         "> 0 [m] at all times: a tip that is held is out of its introducer");
+            break;
+        }
+    const CurvePoints* along[] = {&b.hold.x, &b.hold.y, &b.hold.z};
+    for (std::size_t k = 0; k < 3; ++k) {
+        const std::string here = place + "/hold/" + "xyz"[k];
+        if (!along[k]->empty() && along[k]->front()[1] != 0)
+            findings.add({here}, fmt::format("{} at its start", along[k]->front()[1]),
+                         "0 [m]: displacements count from where the tip begins");
+        if (b.plane && std::abs(b.plane->normalized()[Eigen::Index(k)]) > kInputRoundOff)
+            for (const auto& p : *along[k])
+                if (p[1] != 0) {
+                    findings.add({here, place + "/plane"}, fmt::format("{}", p[1]),
+                                 "0: along an axis that leads out of `plane`");
+                    break;
+                }
+    }
 }
 
 /// What a wire and an obstacle must have in common to be able to meet.
@@ -213,11 +235,17 @@ void check_fit(const BeamInput& b, const ObstacleInput& o, Findings& findings)
     }
 }
 
-/// Two beams of a pair slide in each other, out of one introducer.
+/// Two beams of a pair that come out of one introducer slide in each other.
 void check_nesting(const BeamInput& a, const BeamInput& b, const Scene& scene,
                    const std::string& pair, Findings& findings)
 {
     const std::string one = "/bodies/" + a.name, other = "/bodies/" + b.name;
+    for (const BeamInput* w : {&a, &b})
+        if (w->hold.given)
+            findings.add({"/bodies/" + w->name + "/hold", pair},
+                         "a tip that is held, of instruments in one another",
+                         "no \"hold\": what nested instruments share along their length has no "
+                         "held tip yet");
     if (a.segments.empty() || b.segments.empty()) return; // said elsewhere
     if (!fits_in(a, b) && !fits_in(b, a)) {
         // Of the two, the one with a bore is meant to be outside.
@@ -233,20 +261,10 @@ void check_nesting(const BeamInput& a, const BeamInput& b, const Scene& scene,
         for (const BeamSegment& s : inner.segments)
             widest = std::max({widest, s.radius, s.end_radius});
         findings.add({pair, one + "/segments", other + "/segments"},
-                     fmt::format("\"{}\" of radius {} in the bore of \"{}\", radius {}",
-                                 inner.name, widest, outer.name, bore(outer)),
+                     fmt::format("\"{}\" of radius {} in the bore of \"{}\", radius {}", inner.name,
+                                 widest, outer.name, bore(outer)),
                      "an instrument that fits in the other: radius <= inner_radius [m]");
     }
-    const IntroducerInput &p = a.introducer, &q = b.introducer;
-    const double scale = p.at.norm() + length_of(a.segments);
-    const bool same =
-        (p.at - q.at).norm() <= kInputRoundOff * scale &&
-        (p.direction.normalized() - q.direction.normalized()).norm() <= kInputRoundOff &&
-        p.centreline.file == q.centreline.file && p.centreline.along == q.centreline.along &&
-        p.branch == q.branch && p.end == q.end;
-    if (!same)
-        findings.add({other + "/introducer", one + "/introducer"}, "another introducer",
-                     "that of \"" + a.name + "\": instruments in one another come out of one");
     for (const BeamInput* w : {&a, &b}) {
         const std::string place = "/bodies/" + w->name;
         if (w->plane)
@@ -312,6 +330,7 @@ void check_foundation(const Scene& scene, const ContactLaw& law, std::size_t i, 
 void check_pairs(const Scene& scene, Findings& findings)
 {
     std::set<std::set<std::string>> seen;
+    const bool rods = instruments_are_rods(scene);
     for (std::size_t i = 0; i < scene.contact.size(); ++i) {
         const ContactLaw& law = scene.contact[i];
         const std::string place = fmt::format("/contact/{}/between", i);
@@ -320,7 +339,7 @@ void check_pairs(const Scene& scene, Findings& findings)
         bool known = true;
         for (std::size_t k = 0; k < 2; ++k) {
             const std::string& name = law.between[k];
-            if (name == "*" && scene.beams.empty()) {
+            if (name == "*" && (scene.beams.empty() || rods)) {
                 if (!law.surfaces[k].empty())
                     findings.add({fmt::format("/contact/{}/surfaces/{}", i, k)},
                                  quoted_text(law.surfaces[k]), "\"\" where the body is \"*\"");
@@ -344,21 +363,15 @@ void check_pairs(const Scene& scene, Findings& findings)
         const bool beams = body_named(scene.beams, a) && body_named(scene.beams, b);
         if (obstacles)
             findings.add({place}, pair + ", two obstacles", "at least one body that moves");
-        else if (beams && a == b)
-            findings.add({place}, pair + ", a beam and itself", "two bodies");
         else if (!seen.insert({a, b}).second)
             findings.add({place}, pair + " again", "each pair once");
         if (a == b && !obstacles && !beams) check_self(scene, law, place, pair, findings);
-        const auto body = [&](const std::string& name) {
-            return body_named(scene.rigids, name) || body_named(scene.rods, name);
-        };
-        if ((body_named(scene.beams, a) && body(b)) || (body_named(scene.beams, b) && body(a)))
-            findings.add({place}, pair, "a beam and an obstacle, or the wall of a vessel");
         const std::string& beam = body_named(scene.beams, a) ? a : b;
         const BeamInput* wire = body_named(scene.beams, beam);
         const ObstacleInput* wall = body_named(scene.obstacles, beam == a ? b : a);
         if (wire && wall) check_fit(*wire, *wall, findings);
-        if (beams && a != b)
+        if (beams && a != b && !rods &&
+            share_introducer(*body_named(scene.beams, a), *body_named(scene.beams, b)))
             check_nesting(*body_named(scene.beams, a), *body_named(scene.beams, b), scene, place,
                           findings);
     }
@@ -387,7 +400,10 @@ void check_consistency(const Scene& scene, std::vector<Issue>& issues)
         findings.add({"/bodies"}, "no body that moves",
                      "at least one of kind \"beam\", \"rod\", \"solid\" or \"rigid\"");
     check_bodies(scene, findings);
-    check_vessels(scene, findings);
+    if (instruments_are_rods(scene))
+        check_instrument_rods(scene, findings);
+    else
+        check_vessels(scene, findings);
     check_rods(scene, findings);
     check_pairs(scene, findings);
     check_haptic(scene, findings);
@@ -399,6 +415,10 @@ void check_consistency(const Scene& scene, std::vector<Issue>& issues)
         findings.add({"/time/step", "/time/end"},
                      fmt::format("{:.3g} steps", scene.time.end / scene.time.step),
                      fmt::format("<= {:.3g} steps", kMostSteps));
+    if (scene.time.balance != "mean" && (scene.beams.empty() || scene.time.kind == "dynamic"))
+        findings.add({"/time/balance", "/time/kind"}, quoted_text(scene.time.balance),
+                     scene.beams.empty() ? "\"mean\": the scene has no wire"
+                                         : "\"mean\", or \"kind\": \"quasi_static\"");
     if (scene.time.damping > 0 && scene.time.kind != "dynamic")
         findings.add({"/time/damping", "/time/kind"}, fmt::format("{}", scene.time.damping),
                      "0, or \"kind\": \"dynamic\"");

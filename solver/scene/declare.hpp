@@ -38,6 +38,8 @@ template <> struct TypeOf<Vec3> : Is<FieldType::vector> {
 };
 template <> struct TypeOf<std::optional<Vec3>> : Is<FieldType::vector, true> {
 };
+template <> struct TypeOf<std::optional<Mat3>> : Is<FieldType::matrix, true> {
+};
 template <> struct TypeOf<CurvePoints> : Is<FieldType::curve> {
 };
 template <> struct TypeOf<std::vector<int>> : Is<FieldType::numbers> {
@@ -82,6 +84,23 @@ FieldDeclaration table(std::string name, std::string over, std::string over_unit
     FieldDeclaration f = field<kMember>(std::move(name), std::move(unit), {}, std::move(doc));
     f.over = std::move(over);
     f.over_unit = std::move(over_unit);
+    return f;
+}
+
+/// Points of a plane: [[x, y], ...].
+template <auto kMember> FieldDeclaration corners(std::string name, std::string doc)
+{
+    FieldDeclaration f = field<kMember>(std::move(name), "m", {}, std::move(doc));
+    f.over = "x";
+    f.over_unit = "m";
+    f.places = true;
+    return f;
+}
+
+/// Three numbers, or one for all of them.
+inline FieldDeclaration or_one(FieldDeclaration f)
+{
+    f.uniform = true;
     return f;
 }
 

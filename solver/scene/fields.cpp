@@ -110,7 +110,10 @@ ObjectDeclaration declare_surface(const ObjectDeclaration& centreline,
         {"",
          "A triangle surface from a file.",
          {required(long_text<&S::file>("file", "STL, OBJ, PLY or VTP; beside the scene.")),
-          field<&S::scale>("scale", "m", positive(), "Metres per unit of length of the file."),
+          or_one(
+              field<&S::scale>("scale", "m", positive(),
+                               "Metres per unit of length of the file; three numbers: along x, y, "
+                               "z.")),
           branches}},
         {"tube",
          "A tube swept along a centreline.",
@@ -244,8 +247,9 @@ ObjectDeclaration declare_segment(const ObjectDeclaration& layer)
                                 "Torsional stiffness, 1e-24 at least or 0 as EI.")),
          fallback("4 EI / (radius^2 + inner_radius^2), of the larger EI",
                   field<&B::EA>("EA", "N", between(1e-18, 1e36),
-                                "Axial stiffness; at most 1e13 EI / (length of the beam)^2, or "
-                                "round-off of stretching hides bending.")),
+                                "Axial stiffness; at most 1e13 EI / (length of the beam)^2 or, "
+                                "of a rod, 1e10 times its weight and loads, or round-off of "
+                                "stretching hides bending.")),
          fallback("no shear deformation",
                   field<&B::GA>("GA", "N", at_least(0), "Shear stiffness; 0: rigid in shear.")),
          fallback("linear, EI", table<&B::bending>("bending", "curvature", "1/m", "N m",
@@ -341,6 +345,19 @@ ObjectDeclaration declare_beam_drive()
             defaults_of<B>()};
 }
 
+ObjectDeclaration declare_tip_hold()
+{
+    using H = TipHoldInput;
+    return optional_object<H>(
+        "What holds the tip of a wire",
+        {field<&H::x>("x", "m", kAny, "Displacement from where the tip begins, over time."),
+         field<&H::y>("y", "m", kAny, "The same along y."),
+         field<&H::z>("z", "m", kAny, "The same along z."),
+         choice({"free", "held"},
+                text<&H::turns>("turns", "Whether its cross-section is held as it begins: the "
+                                         "wire's direction there, and its turn about it."))});
+}
+
 ObjectDeclaration declare_tip()
 {
     using T = TipInput;
@@ -374,6 +391,7 @@ ObjectDeclaration declare_bodies(const ObjectDeclaration& surface, const ObjectD
 {
     using O = ObstacleInput;
     using B = BeamInput;
+    static const ObjectDeclaration tip_hold = declare_tip_hold();
     ObjectDeclaration d;
     d.title = "Body";
     d.discriminator = "kind";
@@ -403,6 +421,7 @@ ObjectDeclaration declare_bodies(const ObjectDeclaration& surface, const ObjectD
           object<&B::tip>("tip", tip, "Another tip of the instrument."),
           object<&B::introducer>("introducer", introducer, "Where the wire comes from."),
           required(group("drive", drive, "How the base is moved.")),
+          object<&B::hold>("hold", tip_hold, "What holds its tip; without it the tip is free."),
           fallback("none", field<&B::plane>("plane", "", direction(),
                                             "Normal of a plane that the wire is kept in.")),
           fallback("half the shortest element",
@@ -420,40 +439,51 @@ ObjectDeclaration declare_bodies(const ObjectDeclaration& surface, const ObjectD
 ObjectDeclaration declare_time()
 {
     using T = TimeInput;
-    return {"Time",
-            {choice({"quasi_static", "dynamic"},
-                    text<&T::kind>("kind",
-                                   "Whether inertia counts; then each segment needs a density.")),
-             required(field<&T::step>("step", "s", positive(), "Longest step.")),
-             required(field<&T::end>("end", "s", positive(), "End of the run.")),
-             fallback("step / 1024",
-                      field<&T::smallest_step>(
-                          "smallest_step", "s", at_least(0),
-                          "A step is not halved below this. Where rods alone find no "
-                          "balance even so, they are followed to that which they snap to.")),
-             fallback("steps in time",
-                      field<&T::path>("path", "m", at_least(0),
-                                      "A quasi-static rod alone: steps of about this length (root "
-                                      "mean square over its nodes) along the path of its balances, "
-                                      "past limit points; the time, which its loads and holds "
-                                      "follow, may then fall.")),
-             field<&T::damping>("damping", "1/s", at_least(0),
-                                "Damping of beams proportional to the mass; dynamic only."),
-             choice({"theta", "generalised_alpha"},
-                    text<&T::rule>("rule", "Dynamic steps of solids and rigid bodies: the rule "
-                                           "of their smooth motion. Blows are Moreau's with "
-                                           "either.")),
-             field<&T::theta>("theta", "", between(0.5, 1),
-                              "Of the rule \"theta\": 1 is implicit Euler, of first order, which damps "
-                              "what moves; 0.5 the midpoint rule, of second order, which keeps the "
-                              "energy of what is linear, joined or slides on rigid surfaces."),
-             field<&T::spectral_radius>(
-                 "spectral_radius", "", between(0, 1),
-                 "Of the rule \"generalised_alpha\", which is of second order: what a step leaves "
-                 "of the highest frequencies; 1 keeps them, 0 leaves none.")},
-            "",
-            {},
-            defaults_of<T>()};
+    return {
+        "Time",
+        {choice(
+             {"quasi_static", "dynamic"},
+             text<&T::kind>("kind", "Whether inertia counts; then each segment needs a density.")),
+         required(field<&T::step>("step", "s", positive(), "Longest step.")),
+         required(field<&T::end>("end", "s", positive(), "End of the run.")),
+         fallback("step / 1024",
+                  field<&T::smallest_step>(
+                      "smallest_step", "s", at_least(0),
+                      "A step is not halved below this. Where rods alone find no "
+                      "balance even so, they are followed to that which they snap to.")),
+         fallback("steps in time",
+                  field<&T::path>("path", "m", at_least(0),
+                                  "A quasi-static rod alone: steps of about this length (root "
+                                  "mean square over its nodes) along the path of its balances, "
+                                  "past limit points; the time, which its loads and holds "
+                                  "follow, may then fall.")),
+         choice({"mean", "course"},
+                text<&T::balance>(
+                    "balance", "When a quasi-static step of wires is refused because the work at "
+                               "their bases is neither stored nor rubbed away. \"mean\": it misses "
+                               "more than 2 % of the work by the mean of the loads at both ends of "
+                               "the step. \"course\": it misses more than loads can that go from "
+                               "one of these to the other in whatever way without turning back; "
+                               "steps may then be as long as contact allows, and a jump that sets "
+                               "free less than the change of the loads times their ways is not "
+                               "told from a step.")),
+         field<&T::damping>("damping", "1/s", at_least(0),
+                            "Damping of beams proportional to the mass; dynamic only."),
+         choice({"theta", "generalised_alpha"},
+                text<&T::rule>("rule", "Dynamic steps of solids and rigid bodies: the rule "
+                                       "of their smooth motion. Blows are Moreau's with "
+                                       "either.")),
+         field<&T::theta>("theta", "", between(0.5, 1),
+                          "Of the rule \"theta\": 1 is implicit Euler, of first order, which damps "
+                          "what moves; 0.5 the midpoint rule, of second order, which keeps the "
+                          "energy of what is linear, joined or slides on rigid surfaces."),
+         field<&T::spectral_radius>(
+             "spectral_radius", "", between(0, 1),
+             "Of the rule \"generalised_alpha\", which is of second order: what a step leaves "
+             "of the highest frequencies; 1 keeps them, 0 leaves none.")},
+        "",
+        {},
+        defaults_of<T>()};
 }
 
 ObjectDeclaration declare_accuracy()
@@ -482,6 +512,26 @@ ObjectDeclaration declare_solver()
             "",
             {},
             defaults_of<S>()};
+}
+
+ObjectDeclaration declare_contact_solver()
+{
+    using S = ContactSolverInput;
+    return {
+        "ContactSolver",
+        {fallback("none",
+                  long_text<&S::command>(
+                      "command", "Run by a shell in the scene's folder with two files, PROBLEM and "
+                                 "SOLVED: it writes SOLVED, a copy of PROBLEM with /solution. "
+                                 "Judged and certified like ours.")),
+         fallback("none",
+                  text<&S::function>(
+                      "function", "Instead: the name of a function that the program which steps the "
+                                  "scene has registered (amontons.register_solver of Python).")),
+         field<&S::max_time>("max_time", "s", above(0, 1e9), "It is ended after this wall time.")},
+        "",
+        {},
+        defaults_of<S>()};
 }
 
 ObjectDeclaration declare_output()
@@ -530,6 +580,7 @@ const ObjectDeclaration& scene_declaration()
     static const ObjectDeclaration time = declare_time();
     static const ObjectDeclaration accuracy = declare_accuracy();
     static const ObjectDeclaration solver = declare_solver();
+    static const ObjectDeclaration contact_solver = declare_contact_solver();
     static const ObjectDeclaration output = declare_output();
     static const ObjectDeclaration haptic = declare_haptic();
     Allowed first_schema;
@@ -545,6 +596,9 @@ const ObjectDeclaration& scene_declaration()
          required(object<&Scene::time>("time", time, "Steps and end.")),
          object<&Scene::accuracy>("accuracy", accuracy, "How exact the result must be."),
          object<&Scene::solver>("solver", solver, "Ways to the result, which do not change it."),
+         object<&Scene::contact_solver>(
+             "contact_solver", contact_solver,
+             "A program that solves the contact problems of solids and rigid bodies in our place."),
          object<&Scene::output>("output", output, "What is written."),
          object<&Scene::haptic>("haptic", haptic, "What a hand holds, for amontons haptic.")},
         "",
@@ -589,9 +643,14 @@ std::string allowed_in_words(const FieldDeclaration& field)
         return fmt::format("[name, name] of two bodies, each of at most {} printable bytes",
                            field.longest);
     case FieldType::vector:
+        if (field.uniform)
+            return "a number, or three numbers" + (range.empty() ? "" : ", each " + range) + unit;
         return (a.nonzero ? "three numbers, not all 0" : "three numbers") +
                (range.empty() ? "" : ", each " + range) + unit;
+    case FieldType::matrix:
+        return "three rows [a, b, c] of numbers" + (range.empty() ? "" : ", each " + range) + unit;
     case FieldType::curve:
+        if (field.places) return "[[x, y], ...]" + (range.empty() ? "" : ", each " + range) + unit;
         if (field.over != "time")
             return fmt::format("[[{}, value], ...], {}{} strictly increasing, value{}{}",
                                field.over, field.over,

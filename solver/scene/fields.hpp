@@ -24,6 +24,7 @@ enum class FieldType {
     text,      ///< [std::string]; one of `choices` if there are any
     two_names, ///< [std::array<std::string, 2>]
     vector,    ///< three numbers [Vec3], or [std::optional<Vec3>] if `optional`
+    matrix,    ///< three rows of three numbers [std::optional<Mat3>]
     curve,     ///< [[time, value], ...], strictly increasing in time [CurvePoints]; or a table
                ///< over something else
     object,    ///< fields of its own [a struct, or the same struct for a group of fields]
@@ -56,6 +57,8 @@ struct FieldDeclaration {
     std::string unit;      ///< SI, "" if none
     /// Of a curve: what it is over, and its unit. Over time one number stands for all times.
     std::string over = "time", over_unit = "s";
+    bool places = false;  ///< of a curve: points of a plane, in any order
+    bool uniform = false; ///< of a vector: one number stands for all three
     std::vector<std::string> choices;
     std::size_t longest = 200; ///< of a text [bytes]
     std::string fallback;      ///< the default in words, where it is not the struct's value

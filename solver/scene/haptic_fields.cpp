@@ -48,9 +48,10 @@ ObjectDeclaration declare_haptic()
                   field<&H::turn_stiffness>("turn_stiffness", "N m/rad", at_least(0),
                                             "The same for turns.")),
          field<&H::damping>("damping", "N s/m", at_least(0), "Of the damper beside the spring."),
-         field<&H::speed>("speed", "m/s", positive(),
-                          "Fastest motion that is predicted: contacts that it may close before the next "
-                          "operator comes are handed over."),
+         field<&H::speed>(
+             "speed", "m/s", positive(),
+             "Fastest motion that is predicted: contacts that it may close before the next "
+             "operator comes are handed over."),
          field<&H::ramp>("ramp", "s", between(0, 10),
                          "Time in which the force comes in, from none to all of it: at the start, "
                          "and after a fault. Passivity control acts meanwhile, also with "

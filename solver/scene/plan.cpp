@@ -1,6 +1,7 @@
 #include "solver/scene/plan.hpp"
 
 #include "solver/module.hpp"
+#include "solver/scene/instrument_rods.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -10,11 +11,12 @@ namespace {
 
 // Measured on the examples; sizes in bytes.
 constexpr double kProgram = 12e6;        // code, libraries, stacks
+constexpr double kPicture = 430e6;       // VTK, mapped and at work
 constexpr double kPerUnknown = 2.5e3;    // state, blocks, factor and contact points of a beam
 constexpr double kPerSolidUnknown = 1e4; // state, matrices, factor, columns of a solid
-constexpr double kPerRigid = 5e3;        // state and contacts of a rigid body
+constexpr double kPerRigid = 5.5e4;      // state and contacts of a rigid body
 constexpr double kPerTriangle = 300;     // surface, its index, running maximum, buffers of output
-constexpr double kSampledWall = 30e6;    // blocks of a sampled distance along the wire's way
+constexpr double kSampledWall = 15e6;    // blocks of a sampled distance along the wire's way
 
 bool from_file(const ObstacleInput& o)
 {
@@ -36,6 +38,8 @@ bool is_vtp(const ObstacleInput& o)
 Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
                const std::vector<Obstacle>& obstacles, const LinearPlan& linear)
 {
+    if (instruments_are_rods(scene))
+        return make_plan(with_instruments_as_rods(scene), bodies, obstacles, linear);
     Plan plan;
     plan.linear = linear;
     const bool direct = linear.taken.empty() || linear.taken == "direct";
@@ -103,6 +107,9 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
         plan.uses.push_back(std::string(friction ? "Signorini and Coulomb" : "Signorini") +
                             (dynamic && !beams ? " for the velocities at the end of each step"
                                                : " on the geometry at the end of each step"));
+    if (scene.contact_solver.given())
+        plan.uses.push_back("contact problems solved by " +
+                            quoted_text(scene.contact_solver.command + scene.contact_solver.function));
     const auto touches = [](const auto& inputs, const std::string& name) {
         return name == "*" || std::any_of(inputs.begin(), inputs.end(),
                                           [&](const auto& b) { return b.name == name; });
@@ -140,7 +147,6 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
         leave(true, "dense Delassus operator",
               "contact forces are condensed into the beam's blocks");
     leave(!beams && scene.rods.empty(), "beams", "no wire and no rod");
-    leave(!scene.rods.empty(), "couplings of rods", "cannot be solved yet");
     leave(!rigids, "rigid bodies that move", "none in the scene");
     if (!direct)
         plan.uses.push_back("module petsc: Krylov's methods with algebraic multigrid" +
@@ -160,7 +166,8 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
           "cannot be solved yet: they would pass through");
     leave(solids, "contact of a solid with itself", "not looked for: it would pass through");
 
-    plan.memory = kProgram;
+    if (scene.output.picture && !find_module("vtk").empty()) plan.picture = kPicture;
+    plan.memory = linear.path(linear.taken) ? 0 : kProgram; // which a path counts, too
     for (const BodyPlan& b : bodies)
         plan.memory += b.kind == "solid" && !linear.paths.empty() ? 0
                        : b.kind == "solid"                        ? kPerSolidUnknown * b.unknowns

@@ -27,7 +27,8 @@ struct Plan {
     std::vector<Pair> pairs;       ///< that can meet
     std::vector<std::string> uses;
     std::vector<LeftOut> leaves_out;
-    double memory = 0; ///< predicted peak [bytes]
+    double memory = 0;  ///< predicted peak of the run's own process [bytes]
+    double picture = 0; ///< of the one that draws the picture, after the run; 0: there is none
     LinearPlan linear; ///< of the solids' systems; no paths without solids
     std::string path;  ///< how a step is solved
 };
@@ -37,5 +38,8 @@ struct Plan {
 /// @param linear     Simulation::linear_plan()
 Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
                const std::vector<Obstacle>& obstacles, const LinearPlan& linear = {});
+
+/// What `amontons check --json` says.
+std::string plan_json(const Plan& plan);
 
 } // namespace amontons

@@ -119,6 +119,19 @@ void Reader::curve(const Json& json, const FieldDeclaration& f, const std::strin
         return;
     }
     if (!json.is_array() || json.empty()) return wrong(place, shown(json), allowed_in_words(f));
+    if (f.places) {
+        CurvePoints corners;
+        for (std::size_t i = 0; i < json.size(); ++i) {
+            const Json& p = json[i];
+            if (!p.is_array() || p.size() != 2 || !p[0].is_number() || !p[1].is_number() ||
+                !inside(p[0].get<double>(), f.allowed) || !inside(p[1].get<double>(), f.allowed))
+                wrong(fmt::format("{}/{}", place, i), shown(p), "[x, y] [m]");
+            else
+                corners.push_back({p[0].get<double>(), p[1].get<double>()});
+        }
+        out = std::move(corners);
+        return;
+    }
     CurvePoints points;
     for (std::size_t i = 0; i < json.size(); ++i) {
         const Json& p = json[i];
@@ -214,11 +227,28 @@ void Reader::field(const Json& json, const FieldDeclaration& f, void* member,
     }
     case FieldType::vector: {
         Vec3 v = Vec3::Zero();
+        if (f.uniform && json.is_number()) {
+            double all = 0;
+            if (!number(json, f, place, all)) return;
+            *static_cast<Vec3*>(member) = Vec3::Constant(all);
+            return;
+        }
         if (!vector(json, f, place, v)) return;
         if (f.optional)
             *static_cast<std::optional<Vec3>*>(member) = v;
         else
             *static_cast<Vec3*>(member) = v;
+        return;
+    }
+    case FieldType::matrix: {
+        if (!json.is_array() || json.size() != 3) return refuse();
+        Mat3 m;
+        for (std::size_t i = 0; i < 3; ++i) {
+            Vec3 row;
+            if (!vector(json[i], f, fmt::format("{}/{}", place, i), row)) return;
+            m.row(Eigen::Index(i)) = row.transpose();
+        }
+        *static_cast<std::optional<Mat3>*>(member) = m;
         return;
     }
     case FieldType::curve:

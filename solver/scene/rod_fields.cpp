@@ -100,12 +100,31 @@ ObjectDeclaration declare_rod_load()
         defaults_of<L>()};
 }
 
+/// Weight and loads, without what turns them down over time [N].
+double load_of(const RodInput& b, const Scene& scene)
+{
+    constexpr double kPi = 3.14159265358979323846;
+    double sum = 0, length = 0;
+    for (const BeamSegment& g : b.segments) {
+        sum += g.density * kPi * g.radius * g.radius * g.length * scene.gravity.norm();
+        length += g.length;
+    }
+    for (const RodLoad& l : b.loads) {
+        double factor = l.over.empty() ? 1 : 0;
+        for (const auto& point : l.over)
+            factor = std::max(factor, std::abs(point[1]));
+        if (l.force) sum += factor * l.force->norm();
+        if (l.line) sum += factor * l.line->norm() * length;
+    }
+    return sum;
+}
+
 void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
 {
     constexpr double kLengths = 1e-3;
     const std::string place = "/bodies/" + b.name, segments = place + "/segments";
     const RodShape& shape = b.shape;
-    check_segments(b.segments, place, false, scene, findings);
+    check_segments(b.segments, place, false, scene, findings, load_of(b, scene));
     for (std::size_t i = 0; i < b.segments.size() && b.elements == "corotational"; ++i)
         if (!b.segments[i].bending.empty() || !b.segments[i].stretching.empty())
             findings.add({fmt::format("{}/segments/{}", place, i), place + "/elements"}, "a table",
@@ -231,7 +250,34 @@ void check_feed(const RodInput& b, const Scene& scene, Findings& findings)
         findings.add({place + "/fed", place + "/shape"},
                      "a sheath around a rod that is not straight",
                      "a shape of two \"points\", or of none without curvature");
+    if (scene.time.path > 0)
+        findings.add({place + "/fed", "/time/path"}, "a sheath on a path of balances",
+                     "\"path\": 0: steps in time");
     const double length = length_of(b.segments);
+    double least = length; // out of the sheath
+    for (const auto& point : b.fed)
+        least = std::min(least, point[1]);
+    for (std::size_t i = 0; i < b.hold.size(); ++i) {
+        // What the sheath holds it moves along itself, and does not turn.
+        const RodHold& h = b.hold[i];
+        const double at = h.at ? *h.at : h.set == "end" ? length : 0;
+        if (!(at < length - least)) continue;
+        const auto moves = [](const CurvePoints& c) {
+            return std::any_of(c.begin(), c.end(), [](const auto& p) { return p[1] != 0; });
+        };
+        const std::string here = fmt::format("{}/hold/{}", place, i);
+        if (moves(h.angle))
+            findings.add({here + "/angle", place + "/fed"},
+                         "a turn of a place in the sheath, which does not turn",
+                         "no \"angle\", or no \"fed\"; an instrument (\"kind\": \"beam\") is "
+                         "turned in its sheath by \"drive\": {\"twist\": ...}");
+        const CurvePoints* const along[3] = {&h.x, &h.y, &h.z};
+        for (std::size_t k = 0; k < 3; ++k)
+            if (moves(*along[k]))
+                findings.add({fmt::format("{}/{}", here, "xyz"[k]), place + "/fed"},
+                             "a motion of a place in the sheath",
+                             "none beside \"fed\", which moves it along the sheath");
+    }
     for (std::size_t i = 0; i < b.fed.size(); ++i)
         if (!(b.fed[i][1] >= 0 && b.fed[i][1] <= length))
             findings.add({fmt::format("{}/fed/{}/1", place, i)}, fmt::format("{}", b.fed[i][1]),
@@ -281,44 +327,45 @@ VariantDeclaration rod_variant(const ObjectDeclaration& segment,
             &find_body<&Scene::rods>};
 }
 
+void check_rod_contacts(const RodInput& b, const Scene& scene, Findings& findings)
+{
+    for (std::size_t i = 0; i < scene.contact.size(); ++i) {
+        const ContactLaw& law = scene.contact[i];
+        for (std::size_t k = 0; k < 2; ++k) {
+            if (law.between[k] != b.name) continue;
+            const std::string& other = law.between[1 - k];
+            const std::string& end = law.surfaces[k];
+            const bool rods = std::any_of(scene.rods.begin(), scene.rods.end(),
+                                          [&](const RodInput& r) { return r.name == other; });
+            if (!end.empty() && ((end != "start" && end != "end") || rods || b.shape.closed))
+                findings.add({fmt::format("/contact/{}/surfaces/{}", i, k)}, quoted_text(end),
+                             rods || b.shape.closed
+                                 ? "\"\": all of the rod"
+                                 : "\"\" (all of the rod), \"start\" or \"end\"");
+        }
+    }
+    for (std::size_t i = 0; i < b.segments.size(); ++i)
+        if (b.segments[i].friction)
+            findings.add({fmt::format("/bodies/{}/segments/{}/friction", b.name, i)},
+                         fmt::format("{}", *b.segments[i].friction),
+                         "nothing: a rod's friction is that of the pair in \"contact\"");
+}
+
 void check_rods(const Scene& scene, Findings& findings)
 {
     for (const RodInput& b : scene.rods) {
         check_rod(b, scene, findings);
         check_feed(b, scene, findings);
-        for (std::size_t i = 0; i < scene.contact.size(); ++i) {
-            const ContactLaw& law = scene.contact[i];
-            for (std::size_t k = 0; k < 2; ++k) {
-                if (law.between[k] != b.name) continue;
-                const std::string& other = law.between[1 - k];
-                const std::string& end = law.surfaces[k];
-                const bool rods = std::any_of(scene.rods.begin(), scene.rods.end(),
-                                              [&](const RodInput& r) { return r.name == other; });
-                if (!end.empty() && ((end != "start" && end != "end") || rods || b.shape.closed))
-                    findings.add({fmt::format("/contact/{}/surfaces/{}", i, k)}, quoted_text(end),
-                                 rods || b.shape.closed
-                                     ? "\"\": all of the rod"
-                                     : "\"\" (all of the rod), \"start\" or \"end\"");
-            }
-        }
-        for (std::size_t i = 0; i < b.segments.size(); ++i)
-            if (b.segments[i].friction)
-                findings.add({fmt::format("/bodies/{}/segments/{}/friction", b.name, i)},
-                             fmt::format("{}", *b.segments[i].friction),
-                             "nothing: a rod's friction is that of the pair in \"contact\"");
-        for (std::size_t i = 0; i < scene.couplings.size(); ++i)
-            for (const std::string& name : scene.couplings[i].between)
-                if (name == b.name)
-                    findings.add({fmt::format("/couplings/{}/between", i)}, quoted_text(name),
-                                 "solids and rigid bodies: rods cannot be coupled yet");
+        check_rod_contacts(b, scene, findings);
     }
     if (scene.time.path > 0 && scene.time.kind == "dynamic")
         findings.add({"/time/path", "/time/kind"}, fmt::format("{}", scene.time.path),
                      "0, or \"kind\": \"quasi_static\"");
     const bool alone = scene.rods.size() == 1 && scene.solids.empty() && scene.rigids.empty() &&
-                       scene.contact.empty();
+                       scene.contact.empty() && scene.couplings.empty();
     if (scene.time.path > 0 && !alone)
-        findings.add({"/time/path"}, "a path of a scene that is not one rod alone, without contact",
+        findings.add({"/time/path"},
+                     "a path of a scene that is not one rod alone, without contact and couplings",
                      "0: steps in time");
 }
 

@@ -13,4 +13,7 @@ VariantDeclaration rod_variant(const ObjectDeclaration& segment,
 /// What is wrong between the fields of rods.
 void check_rods(const Scene& scene, Findings& findings);
 
+/// Which parts of a rod its pairs name, and whose friction there is.
+void check_rod_contacts(const RodInput& rod, const Scene& scene, Findings& findings);
+
 } // namespace amontons

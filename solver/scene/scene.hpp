@@ -68,7 +68,7 @@ struct NamedBranchInput {
 struct SurfaceInput {
     std::string generate; ///< "tube" | "vessel" | "ball" | "cylinder" | "plane", or "" for a file
     std::string file;     ///< .stl .obj .ply .vtp
-    double scale = 1;     ///< of the file's lengths [m per unit]
+    Vec3 scale = Vec3::Ones();  ///< of the file's lengths along x, y, z [m per unit]
     CentrelineInput centreline; ///< tube
     double radius = 0;          ///< tube, ball, cylinder [m]; 0 on a tube: the centreline's own
     Vec3 centre = Vec3::Zero(); ///< ball, cylinder, plane [m]
@@ -85,8 +85,8 @@ struct SurfaceInput {
     Vec3 arch_towards = Vec3::UnitX();           ///< the arch bends this way
     std::vector<BranchInput> branches;
     std::vector<NamedBranchInput> named_branches; ///< file, tube
-    double blend = 0.002;  ///< radius of the blend between vessels [m]
-    double resolution = 0; ///< edge of the triangles [m]; 0: chosen
+    double blend = 0.002;                         ///< radius of the blend between vessels [m]
+    double resolution = 0;                        ///< edge of the triangles [m]; 0: chosen
 };
 
 struct ObstacleInput {
@@ -160,6 +160,13 @@ struct TipInput {
     double length = 0; ///< straight beyond the bend [m]; 0: the shape's
 };
 
+/// The tip of a wire is held: its place over time, and the turns of its cross-section.
+struct TipHoldInput {
+    bool given = false;
+    CurvePoints x, y, z;        ///< displacement from where the tip begins [m]; empty: 0
+    std::string turns = "free"; ///< "free" | "held"
+};
+
 struct BeamInput {
     std::string name;
     std::vector<BeamSegment> segments;
@@ -168,9 +175,10 @@ struct BeamInput {
     double element = 0;     ///< of its elements [m]; 0: its own
     TipInput tip;           ///< of the instrument
     IntroducerInput introducer;
-    CurvePoints insertion;      ///< of the base (time [s], [m])
-    CurvePoints twist;          ///< of the base (time [s], [rad])
-    std::optional<Vec3> plane;  ///< normal of a plane the wire is constrained to
+    CurvePoints insertion;     ///< of the base (time [s], [m])
+    CurvePoints twist;         ///< of the base (time [s], [rad])
+    std::optional<Vec3> plane; ///< normal of a plane the wire is constrained to
+    TipHoldInput hold;
     double contact_spacing = 0; ///< [m]; 0: half the shortest element
 };
 
@@ -178,7 +186,7 @@ struct BeamInput {
 struct MeshInput {
     std::string generate;        ///< "box" | "ball" | "cylinder" | "tube", or "" for a file
     std::string file;            ///< .msh .vtu .inp .nodes
-    double scale = 1;            ///< of the file's lengths [m per unit]
+    Vec3 scale = Vec3::Ones();   ///< of the file's lengths along x, y, z [m per unit]
     std::string element = "T10"; ///< "T4" | "T10" | "H8"
     Vec3 centre = Vec3::Zero();  ///< of a box or a ball; of a cylinder's first end [m]
     Vec3 size = Vec3::Zero();    ///< box [m]
@@ -194,11 +202,20 @@ struct MeshInput {
     int through = 2;             ///< tube
 };
 
-/// Prescribed displacement of a named set over time; no curve at all holds the three at 0.
+/// Prescribed displacement of a named set over time; no curve along an axis holds the three at 0,
+/// or as the turn or the gradient has them: u = x(t) + (R(t) - 1)(X - about), or
+/// u = x(t) + over(t) A (X - about), X where the run begins.
 struct HoldInput {
     std::string set;
-    CurvePoints x, y, z; ///< (time [s], [m]); empty: this axis is free
-    std::string axes = "world"; ///< x, y, z of where the body begins: "world" | "body": turned with it
+    CurvePoints x, y, z;          ///< (time [s], [m]); empty: this axis is free
+    Vec3 axis = Vec3::UnitZ();    ///< of the turn
+    Vec3 about = Vec3::Zero();    ///< a place that it leaves where it is, or the gradient [m]
+    CurvePoints angle;            ///< [rad]; empty: no turn
+    std::optional<Mat3> gradient; ///< A [-]
+    CurvePoints over;             ///< factor on it; empty: 1
+    bool affine() const { return !angle.empty() || gradient.has_value(); }
+    std::string axes =
+        "world"; ///< x, y, z of where the body begins: "world" | "body": turned with it
 };
 
 /// What acts on a named set. Vectors are multiplied by `over`.
@@ -262,6 +279,44 @@ struct SetInput {
     std::vector<int> nodes; ///< as the file numbers them
 };
 
+/// Springs from faces to the surroundings: a force per area against the displacement.
+struct SupportInput {
+    std::string set;       ///< of faces
+    double normal = 0;     ///< [N/m^3]
+    double tangential = 0; ///< [N/m^3]
+};
+
+/// A place or a set of a solid whose displacement, stress and pressure are told of every step.
+struct ProbeInput {
+    std::string name;
+    std::optional<Vec3> at; ///< in the mesh as it is read [m]
+    std::string set;        ///< or of faces or nodes
+    /// Or a line in the mesh as it is read, along which fields are compared with a file's.
+    struct Line {
+        bool given = false;
+        Vec3 from = Vec3::Zero(), to = Vec3::Zero(); ///< [m]
+        std::string reference; ///< CSV beside the scene: distance from `from` [m], then fields
+    } line;
+
+    /// What that is in the mesh: place_probes.
+    struct Found {
+        std::vector<std::int32_t> nodes;
+        std::vector<double> weights;                         ///< of each node, their sum is 1
+        std::int32_t element = -1;                           ///< of a place
+        Vec3 xi = Vec3::Zero();                              ///< in it
+        double area = 0;                                     ///< of a set of faces [m^2]
+        std::vector<std::pair<std::int32_t, double>> behind; ///< its elements, shares of the area
+    } found;
+    /// The same of the places of a line.
+    struct Place {
+        double s = 0; ///< from the line's beginning [m]
+        Found found;
+    };
+    std::vector<Place> along;
+    /// Fields of the reference, by their names in history.csv, at these places.
+    std::vector<std::pair<std::string, std::vector<double>>> fields;
+};
+
 struct SolidInput {
     std::string name;
     MeshInput mesh;
@@ -275,6 +330,8 @@ struct SolidInput {
     DriveInput drive;
     std::vector<HoldInput> hold;
     std::vector<LoadInput> loads;
+    std::vector<SupportInput> supports;
+    std::vector<ProbeInput> probes;
     double mass_damping = 0;      ///< Rayleigh [1/s]
     double stiffness_damping = 0; ///< Rayleigh [s]
 };
@@ -286,13 +343,16 @@ inline bool is_hyperelastic(const SolidInput& s)
 
 /// The shape of a rigid body, about its own origin.
 struct ShapeInput {
-    std::string generate;     ///< "box" | "ball" | "cylinder", or "" for a file
-    std::string file;         ///< .stl .obj .ply, closed
-    double scale = 1;         ///< of the file's lengths [m per unit]
-    Vec3 size = Vec3::Zero(); ///< box [m]
-    double radius = 0;        ///< ball, cylinder [m]
-    double length = 0;        ///< cylinder, along z [m]
-    int points = 0;           ///< cylinder: contact points spread over each end; 0: its rim
+    std::string
+        generate;     ///< "box" | "ball" | "cylinder" | "ellipsoid" | "capsule" | "wedge", or ""
+    std::string file; ///< .stl .obj .ply, closed
+    Vec3 scale = Vec3::Ones(); ///< of the file's lengths along x, y, z [m per unit]
+    Vec3 size = Vec3::Zero();  ///< box [m]
+    double radius = 0;         ///< ball, cylinder, capsule [m]
+    double length = 0;         ///< cylinder, capsule (without its round ends), wedge, along z [m]
+    Vec3 radii = Vec3::Zero(); ///< ellipsoid [m]
+    CurvePoints outline;       ///< wedge: corners (x, y) [m]
+    int points = 0;            ///< cylinder: contact points spread over each end; 0: its rim
 };
 
 struct RigidInput {
@@ -362,6 +422,7 @@ struct RodInput {
     double contact_spacing = 0;   ///< [m]; 0: at the nodes; in the hand: two radii
     CurvePoints fed; ///< how far its end is out of a sheath over time [m]; empty: there is none
     double drag = 0; ///< of a medium: force per length and velocity [N s/m^2]; quasi-static
+    bool instrument = false; ///< given as a beam: see instrument_rods.hpp
 };
 
 /// Rows without a cone between two bodies, or a spring.
@@ -375,7 +436,10 @@ struct CouplingInput {
     double stiffness = 0;      ///< of a spring [N/m], of a turn spring [N m/rad]
     double damping = 0;        ///< of a spring [N s/m], of a turn spring [N m s/rad]
     std::optional<double>
-        length; ///< of a spring free of load, of a distance [m]; default: as it begins
+        length;         ///< of a spring free of load, of a distance [m]; default: as it begins
+    std::string set;    ///< faces of the solid that it acts on; of two solids: of the first
+    std::string to_set; ///< of two solids: of the second
+    double radius = 0;  ///< instead: what of the solid's outside is as near to the place [m]
 };
 
 struct ContactLaw {
@@ -398,6 +462,7 @@ struct TimeInput {
     double end = 0;                    ///< [s]
     double smallest_step = 0;          ///< [s]; 0: step / 1024
     double path = 0; ///< quasi-static rods: length of a step on the path of balances [m]; 0: none
+    std::string balance = "mean"; ///< of quasi-static beams: "mean" | "course"
     double damping = 0;           ///< mass-proportional Rayleigh damping of beams [1/s]
     std::string rule = "theta";   ///< of dynamic solids: "theta" | "generalised_alpha"
     double theta = 1;             ///< 1 implicit Euler, 0.5 the midpoint rule
@@ -412,6 +477,14 @@ struct AccuracyInput {
 struct SolverInput {
     /// Of the linear systems of solids: "auto" | "direct" | "iterative" | "distributed"
     std::string linear = "auto";
+};
+
+/// A solver of somebody else's, for the contact problems of solids and rigid bodies.
+struct ContactSolverInput {
+    std::string command;   ///< for a shell in the scene's folder
+    std::string function;  ///< of the program that the library is in: see solver/step/outside.hpp
+    double max_time = 600; ///< of one problem for a command [s]
+    bool given() const { return !command.empty() || !function.empty(); } ///< else ours
 };
 
 struct OutputInput {
@@ -461,6 +534,7 @@ struct Scene {
     TimeInput time;
     AccuracyInput accuracy;
     SolverInput solver;
+    ContactSolverInput contact_solver;
     OutputInput output;
     HapticInput haptic;
 };

@@ -32,6 +32,10 @@ std::string default_text(const FieldDeclaration& f, const void* defaults)
         break;
     case FieldType::vector: {
         const Vec3& v = *static_cast<Vec3*>(member);
+        if (f.uniform && v == Vec3::Constant(v.x())) {
+            out.value(v.x());
+            break;
+        }
         out.open('[').value(v.x()).value(v.y()).value(v.z()).close(']');
         break;
     }
@@ -111,8 +115,21 @@ void field_schema(JsonText& out, const FieldDeclaration& f, const void* defaults
         out.open('{').member("type", "string").member("maxLength", int(f.longest)).close('}');
         break;
     case FieldType::vector:
+        if (f.uniform) {
+            out.key("oneOf").open('[');
+            number_schema(out, f);
+            out.open('{');
+        }
         list_of(3, 3);
         number_schema(out, f);
+        if (f.uniform) out.close('}').close(']');
+        break;
+    case FieldType::matrix:
+        list_of(3, 3);
+        out.open('{');
+        list_of(3, 3);
+        number_schema(out, f);
+        out.close('}');
         break;
     case FieldType::curve:
         if (f.over == "time") {

@@ -15,6 +15,7 @@ constexpr double kSoftest = 1e-24;    // N m^2: less than a fibre of 10 nm has i
 // EA of EI / length^2: forces of a beam are known to some 2e-15 EA, and those of its bending are of
 // the order of EI / length^2. A round wire of 1.6e6 radii.
 constexpr double kStretching = 1e13;
+constexpr double kHanging = 1e10; // of the loads: they are known to 2e-5, of a rope all that counts
 constexpr double kDegrees = 180 / 3.14159265358979323846;
 constexpr double kMostTurn = 2 * 3.14159265358979323846 / 3; // of an element [rad]
 
@@ -111,7 +112,8 @@ double element_of(const BeamSegment& s)
 
 /// Stiffnesses whose sizes no beam has, alone or together.
 /// @param length  of the whole beam [m]
-void check_stiffness(const BeamSegment& s, const std::string& here, double length,
+/// @param load  what acts on all of it, at least: a rope's forces are those of its tension [N]
+void check_stiffness(const BeamSegment& s, const std::string& here, double length, double load,
                      Findings& findings)
 {
     for (const auto& [value, name] :
@@ -123,7 +125,7 @@ void check_stiffness(const BeamSegment& s, const std::string& here, double lengt
                 break;
             }
     for (std::size_t end = 0; end < 2; ++end) {
-        const double most = kStretching * s.EI[end] / (length * length);
+        const double most = std::max(kStretching * s.EI[end] / (length * length), kHanging * load);
         if (!(s.EI[end] >= kSoftest) || !(s.EA[end] > most)) continue;
         findings.add(
             {here + "/EA", here + "/radius", here + "/EI"}, fmt::format("{:.6g}", s.EA[end]),
@@ -137,8 +139,9 @@ void check_stiffness(const BeamSegment& s, const std::string& here, double lengt
 
 /// @param stiff  what EI and GJ must be; empty for what may be 0
 /// @param length  of the whole beam [m]
+/// @param load  as of check_stiffness
 void check_segment(const BeamSegment& s, const std::string& here, const std::string& stiff,
-                   double length, const Scene& scene, Findings& findings)
+                   double length, double load, const Scene& scene, Findings& findings)
 {
     if (s.length > 0 && s.element > s.length * (1 + kInputRoundOff))
         findings.add({here + "/element", here + "/length"}, fmt::format("{}", s.element),
@@ -180,7 +183,7 @@ void check_segment(const BeamSegment& s, const std::string& here, const std::str
                      fmt::format("<= {:.6g} [m]: an element carries a turn of {:.3g} degrees",
                                  kMostTurn / std::hypot(s.curvature, s.twist),
                                  kMostTurn * kDegrees));
-    check_stiffness(s, here, length, findings);
+    check_stiffness(s, here, length, load, findings);
     if (s.radius > 0 && !(s.EA[0] > 0 && s.EA[1] > 0))
         findings.add({here + "/EA", here + "/EI", here + "/radius"}, "nothing",
                      "a number > 0 [N] where EI is 0");
@@ -218,7 +221,7 @@ double length_of(const std::vector<BeamSegment>& segments)
 }
 
 void check_segments(const std::vector<BeamSegment>& segments, const std::string& place, bool cables,
-                    const Scene& scene, Findings& findings)
+                    const Scene& scene, Findings& findings, double load)
 {
     const bool cable =
         cables && std::all_of(segments.begin(), segments.end(), [](const BeamSegment& s) {
@@ -250,7 +253,7 @@ void check_segments(const std::vector<BeamSegment>& segments, const std::string&
     double elements = 0;
     for (std::size_t i = 0; i < segments.size(); ++i) {
         check_segment(segments[i], fmt::format("{}/segments/{}", place, i), stiff,
-                      length_of(segments), scene, findings);
+                      length_of(segments), load, scene, findings);
         const std::string here = fmt::format("{}/segments/{}", place, i);
         if (cables && !segments[i].stretching.empty())
             findings.add({here + "/stretching"}, "a table",

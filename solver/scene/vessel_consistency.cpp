@@ -38,6 +38,10 @@ void check_vessel(const SolidInput& b, const Scene& scene, Findings& findings)
         findings.add({place + "/hold"}, "nothing",
                      "a set that holds it, such as {\"set\": \"start\"} and {\"set\": \"end\"}");
     for (std::size_t i = 0; i < b.hold.size(); ++i)
+        if (b.hold[i].affine())
+            findings.add({fmt::format("{}/hold/{}", place, i)}, "a turn or a gradient",
+                         "none: the wall that a beam touches is held at rest");
+    for (std::size_t i = 0; i < b.hold.size(); ++i)
         for (const CurvePoints* c : {&b.hold[i].x, &b.hold[i].y, &b.hold[i].z})
             for (const auto& p : *c)
                 if (p[1] != 0) {

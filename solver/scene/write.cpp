@@ -58,6 +58,8 @@ bool is_given(const FieldDeclaration& f, void* member)
                *static_cast<std::array<double, 2>*>(member) != std::array<double, 2>{};
     case FieldType::vector:
         return !f.optional || static_cast<std::optional<Vec3>*>(member)->has_value();
+    case FieldType::matrix:
+        return static_cast<std::optional<Mat3>*>(member)->has_value();
     case FieldType::text:
         return !static_cast<std::string*>(member)->empty();
     case FieldType::curve:
@@ -110,8 +112,18 @@ void write_value(JsonText& out, const FieldDeclaration& f, void* member, Scene& 
         return;
     }
     case FieldType::vector:
+        if (const Vec3& v = *static_cast<Vec3*>(member); f.uniform && v == Vec3::Constant(v.x())) {
+            out.value(v.x());
+            return;
+        }
         write_vector(out, f.optional ? **static_cast<std::optional<Vec3>*>(member)
                                      : *static_cast<Vec3*>(member));
+        return;
+    case FieldType::matrix:
+        out.open('[');
+        for (int i = 0; i < 3; ++i)
+            write_vector(out, (*static_cast<std::optional<Mat3>*>(member))->row(i).transpose());
+        out.close(']');
         return;
     case FieldType::curve:
         out.open('[');

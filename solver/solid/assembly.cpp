@@ -304,6 +304,25 @@ void add_traction(const VolumeMesh& mesh, std::span<const FaceRef> faces, const 
                     [&](const ElementPlaces& X) { return traction_forces(X, traction); });
 }
 
+void add_support(const VolumeMesh& mesh, std::span<const FaceRef> faces, double normal,
+                 double tangential, SparseMatrix& K)
+{
+    Eigen::Matrix3Xd X;
+    for (const FaceRef& face : faces) {
+        const FaceNodes nodes = face_nodes(mesh, face);
+        X.resize(3, nodes.count);
+        for (int k = 0; k < nodes.count; ++k)
+            X.col(k) = mesh.nodes[std::size_t(nodes.node[std::size_t(k)])];
+        const FaceTangent S = support_stiffness(X, normal, tangential);
+        for (int j = 0; j < nodes.count; ++j)
+            for (int i = 0; i < nodes.count; ++i)
+                for (int c = 0; c < 3; ++c)
+                    for (int r = 0; r < 3; ++r)
+                        K.coeffRef(3 * nodes.node[std::size_t(i)] + r,
+                                   3 * nodes.node[std::size_t(j)] + c) += S(3 * i + r, 3 * j + c);
+    }
+}
+
 Eigen::VectorXd follower_pressure(const VolumeMesh& mesh, std::span<const FaceRef> faces,
                                   const Eigen::VectorXd& u, double pressure)
 {

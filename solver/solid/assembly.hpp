@@ -93,6 +93,11 @@ void add_pressure(const VolumeMesh& mesh, std::span<const FaceRef> faces, double
 void add_traction(const VolumeMesh& mesh, std::span<const FaceRef> faces, const Vec3& traction,
                   Eigen::Ref<Eigen::VectorXd> f);
 
+/// Adds the stiffness of springs between faces and what stands still; see support_stiffness.
+/// @param K  made by zero_matrix of the mesh's pattern
+void add_support(const VolumeMesh& mesh, std::span<const FaceRef> faces, double normal,
+                 double tangential, SparseMatrix& K);
+
 /// Forces of a pressure that follows the faces to where displacements u (3 nodes) take them [N].
 Eigen::VectorXd follower_pressure(const VolumeMesh& mesh, std::span<const FaceRef> faces,
                                   const Eigen::VectorXd& u, double pressure);

@@ -116,6 +116,26 @@ CorotationalState corotational_forces(const CorotationalElement& e, const Elemen
     return s;
 }
 
+void corotational_rate_forces(const CorotationalElement& e, const CorotationalState& s,
+                              const ElementVector& v, ElementVector& forces)
+{
+    const Eigen::Index n = e.X.cols();
+    const TurnOfPlaces G = turn_of_places(e, turn_stiffness(e, s));
+    ElementVector rate(3 * n);
+    for (Eigen::Index i = 0; i < n; ++i)
+        rate.segment<3>(3 * i) = s.rotation.transpose() * v.segment<3>(3 * i);
+    const Vec3 spin = G * rate;
+    for (Eigen::Index i = 0; i < n; ++i)
+        rate.segment<3>(3 * i) -= spin.cross(Vec3(e.X.col(i) + s.u.segment<3>(3 * i)));
+    forces.noalias() = e.K * rate;
+    Vec3 moment = Vec3::Zero();
+    for (Eigen::Index i = 0; i < n; ++i)
+        moment += (e.X.col(i) + s.u.segment<3>(3 * i)).cross(Vec3(forces.segment<3>(3 * i)));
+    forces.noalias() -= G.transpose() * moment;
+    for (Eigen::Index i = 0; i < n; ++i)
+        forces.segment<3>(3 * i) = (s.rotation * forces.segment<3>(3 * i)).eval();
+}
+
 void corotational_stiffness(const CorotationalElement& e, const CorotationalState& s,
                             ElementMatrix& K)
 {

@@ -38,6 +38,13 @@ struct CorotationalState {
 CorotationalState corotational_forces(const CorotationalElement& e, const ElementPoints& x,
                                       ElementVector& forces);
 
+/// P^T K P v, see corotational_stiffness(): what a rate of strain asks for. A turn of the element
+/// as a whole has none, however it is strained; the forces are in balance.
+/// @param v       velocities in space, 3n [m/s]
+/// @param forces  set to these, 3n [N/s]
+void corotational_rate_forces(const CorotationalElement& e, const CorotationalState& state,
+                              const ElementVector& v, ElementVector& forces);
+
 /// The part of the tangent that is positive semidefinite: P^T K P turned into space, with P the
 /// derivative of u by the places. What is left out is of first order in the stress.
 /// @param K  set to 3n x 3n

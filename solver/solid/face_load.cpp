@@ -56,4 +56,21 @@ FaceForces traction_forces(const FacePoints& X, const Vec3& traction)
     return f;
 }
 
+FaceTangent support_stiffness(const FacePoints& X, double normal, double tangential)
+{
+    const int n = static_cast<int>(X.cols());
+    FaceTangent K = FaceTangent::Zero(3 * n, 3 * n);
+    for (const QuadraturePoint& p : face_points(n)) {
+        const FacePoint at = face_point(X, p);
+        const double area = at.area.norm();
+        const Vec3 out = at.area / area;
+        const Mat3 k =
+            area * (tangential * Mat3::Identity() + (normal - tangential) * out * out.transpose());
+        for (int j = 0; j < n; ++j)
+            for (int i = 0; i < n; ++i)
+                K.block<3, 3>(3 * i, 3 * j) += at.values[i] * at.values[j] * k;
+    }
+    return K;
+}
+
 } // namespace amontons

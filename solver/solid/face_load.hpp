@@ -35,4 +35,8 @@ FaceTangent pressure_tangent(const FacePoints& X, double pressure);
 /// @param traction  [Pa]
 FaceForces traction_forces(const FacePoints& X, const Vec3& traction);
 
+/// Stiffness of springs per area between the face and what stands still: 3n x 3n [N/m], symmetric.
+/// @param normal, tangential  along the face's normal and across it [N/m^3]
+FaceTangent support_stiffness(const FacePoints& X, double normal, double tangential);
+
 } // namespace amontons

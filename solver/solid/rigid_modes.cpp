@@ -97,13 +97,34 @@ struct Pin {
     Eigen::Index row = -1;
     double square = -1;
 };
-template <class Allowed> Pin best_pin(const ModesOfPart& rest, Allowed allowed)
+template <class Modes, class Allowed> Pin best_pin(const Modes& rest, Allowed allowed)
 {
     Pin best;
     for (Eigen::Index i = 0; i < rest.rows(); ++i)
         if (const double square = rest.row(i).squaredNorm(); square > best.square && allowed(i))
             best = {i, square};
     return best;
+}
+
+/// As many pins as modes, one by one where the others hold least; at contact nodes if they must be.
+/// @param dof  degree of freedom of a row of the modes
+template <class Modes, class Dof>
+void add_pins(Modes rest, std::span<const char> contact_node, Dof dof, RigidModes& modes)
+{
+    for (Eigen::Index k = 0; k < rest.cols(); ++k) {
+        const Pin any = best_pin(rest, [](Eigen::Index) { return true; });
+        Pin pin = any;
+        if (!contact_node.empty())
+            pin = best_pin(rest,
+                           [&](Eigen::Index i) { return !contact_node[std::size_t(dof(i) / 3)]; });
+        if (pin.square < kWeakPin * kWeakPin * any.square) {
+            pin = any;
+            modes.pins_at_contacts = true;
+        }
+        modes.pins.push_back(dof(pin.row));
+        const Eigen::VectorXd held = rest.row(pin.row).transpose().normalized();
+        rest -= (rest * held).eval() * held.transpose();
+    }
 }
 
 } // namespace
@@ -137,25 +158,30 @@ RigidModes find_rigid_modes(std::span<const Vec3> places, const SolidPattern& pa
             modes.R.block(3 * part[i], columns, 3, R.cols()) = R.middleRows(3 * Eigen::Index(i), 3);
         columns += R.cols();
 
-        ModesOfPart rest = R;
-        for (Eigen::Index k = 0; k < R.cols(); ++k) {
-            const Pin any = best_pin(rest, [](Eigen::Index) { return true; });
-            Pin pin = any;
-            if (!contact_node.empty())
-                pin = best_pin(rest, [&](Eigen::Index i) {
-                    return !contact_node[std::size_t(part[std::size_t(i / 3)])];
-                });
-            if (pin.square < kWeakPin * kWeakPin * any.square) {
-                pin = any;
-                modes.pins_at_contacts = true;
-            }
-            modes.pins.push_back(3 * part[std::size_t(pin.row / 3)] + std::int32_t(pin.row % 3));
-            const Eigen::VectorXd held = rest.row(pin.row).transpose().normalized();
-            rest -= (rest * held) * held.transpose();
-        }
+        add_pins(
+            R, contact_node,
+            [&](Eigen::Index i) { return 3 * part[std::size_t(i / 3)] + std::int32_t(i % 3); },
+            modes);
     }
     std::sort(modes.pins.begin(), modes.pins.end());
     return modes;
+}
+
+RigidModes not_resisted(const RigidModes& modes, const SparseMatrix& springs,
+                        std::span<const char> contact_node)
+{
+    const Eigen::MatrixXd resisted = modes.R.transpose() * (springs * modes.R);
+    const SymmetricEigen eigen = symmetric_eigen(resisted);
+    const double limit = kRigidThreshold * eigen.values.tail(1)[0];
+    Eigen::Index free = 0; // eigenvalues ascend
+    while (free < eigen.values.size() && eigen.values[free] <= limit)
+        ++free;
+    RigidModes left;
+    left.R = modes.R * eigen.vectors.leftCols(free);
+    add_pins(
+        left.R, contact_node, [](Eigen::Index i) { return std::int32_t(i); }, left);
+    std::sort(left.pins.begin(), left.pins.end());
+    return left;
 }
 
 } // namespace amontons

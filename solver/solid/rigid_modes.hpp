@@ -32,6 +32,12 @@ RigidModes find_rigid_modes(std::span<const Vec3> places, const SolidPattern& pa
                             std::span<const std::int32_t> prescribed,
                             std::span<const char> contact_node = {});
 
+/// Those combinations of modes that springs to the surroundings do not resist, with pins.
+/// @param springs  stiffness, both triangles, 3 nodes x 3 nodes [N/m]
+/// @param modes    at least one
+RigidModes not_resisted(const RigidModes& modes, const SparseMatrix& springs,
+                        std::span<const char> contact_node);
+
 /// Below, an eigenvalue of the prescribed rows of the six motions, over the largest, is a motion
 /// that they do not prevent [-]. It is the square of a lever over the body's size.
 constexpr double kRigidThreshold = 1e-10;

@@ -15,10 +15,13 @@
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
+#include "solver/body/solid_probes.hpp"
 #include "solver/body/solid_sets.hpp"
 #include "solver/large/large_matrix.hpp"
 #include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
+#include "solver/step/linear_choice.hpp"
+#include "solver/step/rod_joints.hpp"
 #include "solver/step/start_overlap.hpp"
 
 #include <algorithm>
@@ -48,19 +51,6 @@ void add_issues(const std::vector<Issue>& found, const Scene& scene, const std::
         }
         issues.push_back(std::move(issue));
     }
-}
-
-RigidShape build_shape(const ShapeInput& s, const Scene& scene, std::vector<Issue>& warnings)
-{
-    if (s.generate == "box") return Box{0.5 * s.size, s.points};
-    if (s.generate == "ball") return Ball{s.radius};
-    if (s.generate == "cylinder") return Cylinder{s.radius, 0.5 * s.length, s.points};
-    const std::string path = beside(scene, s.file);
-    SurfaceMesh mesh = read_surface(path, s.scale, nullptr);
-    orient_consistently(mesh);
-    for (Issue& odd : size_warnings(mesh.points, path))
-        warnings.push_back(std::move(odd));
-    return make_triangle_shape(std::move(mesh), path);
 }
 
 MassProperties mass_of(const RigidInput& input, const RigidShape& shape)
@@ -183,14 +173,14 @@ VolumeMesh build_mesh(const MeshInput& m, const Scene& scene, std::vector<Issue>
                                 m.along, element_kind(m.element)});
     }
     const std::string path = beside(scene, m.file);
-    VolumeFile file = read_volume(path, m.scale);
+    VolumeFile file = read_volume(path, m.scale.x());
+    stretch_axes(file.mesh.nodes, m.scale);
     if (!file.cut.empty())
         warnings.push_back({file.cut, "", "a last line without an end", "a whole file"});
     return std::move(file.mesh);
 }
 
-constexpr double kMemoryShare = 0.95;      // of what is free
-constexpr double kTouchingShare = 1.0 / 6; // of an outside: contacts that act at once, about
+constexpr double kMemoryShare = 0.95; // of what is free
 
 /// A generated mesh that alone would take more memory than there is: refused before it does.
 void refuse_mesh(const SolidInput& input, const Scene& scene, std::vector<Issue>& issues)
@@ -212,32 +202,6 @@ void refuse_mesh(const SolidInput& input, const Scene& scene, std::vector<Issue>
                           "fewer cells"});
 }
 
-/// Whether every axis is prescribed somewhere. What is left free all the same (three nodes in a
-/// row) shows when the body is made.
-bool seems_held(const SolidInput& input)
-{
-    bool axis[3] = {false, false, false};
-    for (const HoldInput& h : input.hold) {
-        const bool all = h.x.empty() && h.y.empty() && h.z.empty();
-        axis[0] |= all || !h.x.empty();
-        axis[1] |= all || !h.y.empty();
-        axis[2] |= all || !h.z.empty();
-    }
-    return axis[0] && axis[1] && axis[2];
-}
-
-/// Whether a body of that name (or, for "*", some other one than `but`) moves under contact.
-bool gives_way(const Scene& scene, const std::string& name, const std::string& but)
-{
-    const auto meant = [&](const std::string& other) {
-        return name == "*" ? other != but : other == name;
-    };
-    return std::ranges::any_of(scene.solids, [&](const SolidInput& s) { return meant(s.name); }) ||
-           std::ranges::any_of(scene.rods, [&](const RodInput& r) { return meant(r.name); }) ||
-           std::ranges::any_of(
-               scene.rigids, [&](const RigidInput& r) { return meant(r.name) && !r.drive.given; });
-}
-
 StartOverlap start_overlap(const ContactLaw& law)
 {
     return law.start_overlap == "resolve" ? StartOverlap::resolve
@@ -245,60 +209,69 @@ StartOverlap start_overlap(const ContactLaw& law)
                                           : StartOverlap::refuse;
 }
 
-/// What the ways to solve the linear systems cost, and which is taken.
-LinearPlan choose_linear(const Scene& scene, const std::vector<VolumeMesh>& meshes,
-                         const std::vector<std::vector<char>>& touching, bool all)
-{
-    if (meshes.empty()) return {};
-    std::vector<SolidSize> sizes;
-    double friction = 0;
-    for (const ContactLaw& law : scene.contact)
-        friction = std::max(friction, law.friction);
-    for (std::size_t i = 0; i < meshes.size(); ++i) {
-        const SolidInput& input = scene.solids[i];
-        SolidSize s;
-        s.name = input.name;
-        s.mesh = &meshes[i];
-        s.rows = kTouchingShare * (friction > 0 ? 3 : 1) *
-                 double(std::count(touching[i].begin(), touching[i].end(), char(1)));
-        s.friction = friction > 0;
-        s.material = {input.youngs_modulus, input.poisson_ratio, input.density};
-        if (scene.time.kind == "dynamic")
-            std::tie(s.of_mass, s.of_stiffness) =
-                matrix_shares(time_rule(scene.time), scene.time.step, input.mass_damping,
-                              input.stiffness_damping);
-        s.held = [&input, &mesh = meshes[i], &file = scene.file] {
-            std::vector<std::int32_t> dofs;
-            for (const SolidConditions::Held& held : find_conditions(input, mesh, file).held)
-                dofs.push_back(held.dof);
-            return dofs;
-        };
-        // What gives way on both sides, or joints, need W.
-        s.columns = !scene.couplings.empty();
-        for (const ContactLaw& law : scene.contact)
-            for (std::size_t side = 0; side < 2; ++side)
-                if (law.between[side] == input.name || law.between[side] == "*")
-                    s.columns |= gives_way(scene, law.between[1 - side], input.name);
-        if (scene.haptic.given)
-            s.only_direct = "a hand holds a body: its operator is condensed by factors";
-        else if (input.motion != "linear" || is_hyperelastic(input))
-            s.only_direct = input.name + " is not linear: its matrix changes in every iteration";
-        else if (scene.time.kind != "dynamic" && !seems_held(input))
-            s.only_direct = input.name + " is held by its contacts alone";
-        sizes.push_back(std::move(s));
-    }
-    const double steps = scene.time.step > 0 ? std::ceil(scene.time.end / scene.time.step) : 1;
-    return plan_linear(sizes, scene.solver.linear, scene.time.kind == "dynamic", steps,
-                       parallel_ranks(), all);
-}
-
 } // namespace
+
+RigidShape build_shape(const ShapeInput& s, const Scene& scene, std::vector<Issue>& warnings)
+{
+    if (s.generate == "box") return Box{0.5 * s.size, s.points};
+    if (s.generate == "ball") return Ball{s.radius};
+    if (s.generate == "cylinder") return Cylinder{s.radius, 0.5 * s.length, s.points};
+    if (s.generate == "ellipsoid") return Ellipsoid{s.radii};
+    if (s.generate == "capsule") return Capsule{s.radius, 0.5 * s.length};
+    if (s.generate == "wedge") return make_wedge(s.outline, s.length);
+    const std::string path = beside(scene, s.file);
+    SurfaceMesh mesh = read_surface(path, s.scale.x(), nullptr);
+    stretch_axes(mesh.points, s.scale);
+    orient_consistently(mesh);
+    for (Issue& odd : size_warnings(mesh.points, path))
+        warnings.push_back(std::move(odd));
+    return make_triangle_shape(std::move(mesh), path);
+}
 
 TimeRule time_rule(const TimeInput& time)
 {
     return time.rule == "generalised_alpha" ? generalised_alpha(time.spectral_radius)
                                             : theta_rule(time.theta);
 }
+
+namespace {
+
+/// What steps at rest cannot do with rods that only couplings hold.
+void check_joined_rods(const Scene& scene, const BodySystem& system)
+{
+    std::vector<Issue> issues;
+    std::set<int> joined;
+    for (const Coupling& c : system.couplings)
+        joined.insert({c.a.body, c.b.body});
+    if (!system.rods_alone() || scene.accuracy.solver != "auto") {
+        for (const int b : joined) {
+            if (b < 0 || !system.refs[std::size_t(b)].rod) continue;
+            const std::vector<std::string> free = system.refs[std::size_t(b)].rod->free_motions();
+            if (free.empty()) continue;
+            issues.push_back(
+                {scene.file, "/bodies/" + system.refs[std::size_t(b)].name,
+                 "a rod that only couplings keep from a " + free.front() +
+                     (system.rods_alone() ? ", and \"accuracy\" with a solver of its own"
+                                          : ", at rest beside bodies that can move"),
+                 system.rods_alone() ? "\"solver\": \"auto\""
+                                     : "a hold of the rod, bodies that are held or driven, or "
+                                       "\"kind\": \"dynamic\""});
+        }
+        if (!issues.empty()) throw InputError(std::move(issues));
+        return;
+    }
+    const FreeMotion free = free_motion_of_rods(system.refs, system.couplings);
+    if (free.body < 0) return;
+    const std::string& name = system.refs[std::size_t(free.body)].name;
+    issues.push_back(
+        {scene.file, "/bodies/" + name,
+         "a rod in a mechanism: neither holds nor couplings prevent its " + free.motion,
+         "a hold or a coupling that does (a \"hinge\" or a \"weld\" stops turns, a "
+         "\"ball\" none), or \"drag\", a medium that resists every motion"});
+    throw InputError(std::move(issues));
+}
+
+} // namespace
 
 std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<Obstacle>& obstacles,
                                          std::vector<Issue>& warnings, bool refuse)
@@ -333,6 +306,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
             check_locking(input, meshes[i], scene.file, warnings, issues);
             outsides[i] = std::move(report.surface);
             add_sets(input, meshes[i], outsides[i], scene.file);
+            place_probes(solids[i], meshes[i], scene.file);
             turn_with_mesh(solids[i], meshes[i]);
         } catch (const InputError& error) {
             add_issues(error.issues(), scene, place, issues);
@@ -382,7 +356,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         }
     }
 
-    system->linear = choose_linear(scene, meshes, touching, !refuse);
+    system->linear = choose_linear(scene, solids, meshes, obstacles, laws, surfaces, !refuse);
     if (refuse && !system->linear.refusal.empty()) {
         issues.push_back({scene.file, "/solver/linear", system->linear.refusal,
                           "a way that is possible and fits (amontons check says what each costs)"});
@@ -398,6 +372,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
             try {
                 const bool condensed = !iterative && scene.time.kind != "dynamic" &&
                                        input.motion == "linear" && !is_hyperelastic(input) &&
+                                       std::ranges::none_of(input.hold, &HoldInput::affine) &&
                                        scene.couplings.empty(); // they may hold nodes inside
                 const auto make = [&]<class Solid>() -> std::unique_ptr<SolidBody> {
                     return std::make_unique<Solid>(input, std::move(meshes[std::size_t(i)]), small,
@@ -428,8 +403,13 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                     s.radius = 1e-9 * input.segments.front().length; // no tube: bends of any radius
                     curve = build_centreline(s, scene);
                 }
-                auto body =
-                    std::make_unique<RodBody>(input, curve ? &*curve : nullptr, scene.time.damping);
+                std::vector<Vec3> joined;
+                for (const CouplingInput& c : scene.couplings)
+                    for (std::size_t side = 0; side < 2; ++side)
+                        if (c.between[side] == name)
+                            joined.push_back(side == 1 && c.to ? *c.to : c.at);
+                auto body = std::make_unique<RodBody>(input, curve ? &*curve : nullptr,
+                                                      scene.time.damping, joined);
                 system->refs.push_back({body.get(), nullptr, nullptr, name, body.get()});
                 system->bodies.push_back(std::move(body));
             } catch (const InputError& error) {
@@ -464,19 +444,29 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
             if (law.between[0] != law.between[1])
                 met.insert(law.between.begin(), law.between.end());
         if (rest_law && free_rigids.size() > 1) met.insert(free_rigids.begin(), free_rigids.end());
+        std::set<std::string> joined;
         for (const CouplingInput& c : scene.couplings)
-            met.insert(c.between.begin(), c.between.end());
+            joined.insert(c.between.begin(), c.between.end());
+        met.insert(joined.begin(), joined.end());
         for (const BodyRef& b : system->refs) {
+            if (b.rod && joined.count(b.name)) continue; // with all that they are joined to
             if ((met.count(b.name) && !b.rod) || (b.rigid && b.rigid->driven())) continue;
             std::string motions = b.rigid ? "every shift and turn" : "";
             if (b.solid || b.rod)
                 for (const std::string& m : b.rod ? b.rod->free_motions() : b.solid->free_motions())
                     motions += (motions.empty() ? "" : "; ") + m;
-            if (!motions.empty())
-                issues.push_back({scene.file, "/bodies/" + b.name, "nothing prevents: " + motions,
-                                  b.rod ? "a hold that does, or \"drag\", a medium that resists "
-                                          "every motion"
-                                        : "a hold, a drive, a contact or a coupling that does"});
+            if (motions.empty()) continue;
+            // Rods alone are solved on their own matrix, in which contacts can hold them.
+            if (b.rod && met.count(b.name) && scene.couplings.empty() && system->rods_alone() &&
+                scene.accuracy.solver == "auto" && !scene.contact_solver.given() &&
+                !(scene.time.path > 0)) {
+                b.rod->lean_on_contacts();
+                continue;
+            }
+            issues.push_back({scene.file, "/bodies/" + b.name, "nothing prevents: " + motions,
+                              b.rod ? "a hold that does, or \"drag\", a medium that resists "
+                                      "every motion"
+                                    : "a hold, a drive, a contact or a coupling that does"});
         }
         if (!issues.empty()) throw InputError(std::move(issues));
     }
@@ -578,14 +568,13 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     if (std::vector<Issue> inside = start_overlaps(*system, scene, obstacles); !inside.empty())
         throw InputError(std::move(inside));
     if (scene.time.kind != "dynamic") system->finder.keep_to_contacts(system->refs);
-    system->couplings = make_couplings(scene, system->refs);
+    system->couplings = make_couplings(scene, system->refs, system->patches);
     system->coupling_memory = begin_memory(system->refs, system->couplings);
+    if (scene.time.kind != "dynamic" && system->has_rods() && !system->couplings.empty())
+        check_joined_rods(scene, *system);
     if (scene.time.kind == "dynamic" && time_rule(scene.time).end < 1)
         for (Issue& jolt : jolts(scene, system->refs, system->couplings))
             warnings.push_back(std::move(jolt));
-    for (const Coupling& c : system->couplings)
-        for (const CoupledPlace* a : {&c.a, &c.b})
-            if (!a->nodes.empty()) system->refs[std::size_t(a->body)].solid->also_touch(a->nodes);
     return system;
 }
 

@@ -13,6 +13,11 @@ namespace amontons {
 std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<Obstacle>& obstacles,
                                          std::vector<Issue>& warnings, bool refuse = true);
 
+/// A rigid body's shape, in its own frame.
+/// @param warnings  gets what may be meant otherwise
+/// @throws InputError  for what is no solid, with all Issues
+RigidShape build_shape(const ShapeInput& input, const Scene& scene, std::vector<Issue>& warnings);
+
 /// The contact laws of a scene with "*" written out; pairs that are named stay as they are.
 /// @param rest  if given, pairs of free rigid bodies that only a law of "*" and "*" names are not
 ///              written out, and this becomes that law; null if there is none

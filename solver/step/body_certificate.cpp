@@ -249,7 +249,12 @@ void BodyStepper::fill_report()
     std::vector<Vec3> moment(bodies(), Vec3::Zero());
     for (int c = 0; c < n_contacts + int(system_.couplings.size()); ++c) {
         const auto at = force_.find(key(c));
-        const Vec3 f = at == force_.end() ? Vec3(Vec3::Zero()) : at->second;
+        Vec3 f = at == force_.end() ? Vec3(Vec3::Zero()) : at->second;
+        if (c < n_contacts) { // along the normal where it is now, as in the balance
+            const BodyContact& contact = list_.contact[std::size_t(c)];
+            const Vec3 n = contact.frame.col(0);
+            if (!(system_.finder.pairs()[std::size_t(contact.pair)].friction > 0)) f = n.dot(f) * n;
+        }
         const Vec3 place = step_.dynamic && !f.isZero(0) ? common_place(c) : Vec3(Vec3::Zero());
         for (const Side& side : sides_of(contacts(), c)) {
             if (side.body < 0 || f.isZero(0)) continue;
@@ -269,12 +274,13 @@ void BodyStepper::fill_report()
         }
         if (c >= n_contacts) {
             const auto row = std::size_t(c - n_contacts);
-            if (step_.dynamic)
-                report_.energy.dissipated += spring_loss(row, per_force * f.x());
+            if (step_.dynamic) report_.energy.dissipated += spring_loss(row, per_force * f.x());
             const Vec3& direction = joints_[row].direction;
             report_.coupling_force[row] =
                 per_force * f.x() *
-                (system_.couplings[row].turns ? Vec3(direction.normalized()) : direction);
+                (system_.couplings[row].turns && !system_.couplings[row].square
+                     ? Vec3(direction.normalized())
+                     : direction);
             continue;
         }
         BodyContact& contact = report_.contacts.contact[std::size_t(c)];

@@ -15,6 +15,7 @@ BeforeStep BodySimulation::State::before_step() const
         b.bodies.push_back(body->state());
     b.rows = system->finder.rows();
     b.couplings = system->coupling_memory;
+    b.unstable_kept = unstable_kept;
     if (dynamic()) return b; // steps in motion are not taken back once they are accepted
     b.warm = system->warm;
     b.warm_friction = system->warm_friction;
@@ -30,6 +31,7 @@ void BodySimulation::State::put_back(const BeforeStep& b)
         system->bodies[i]->set_state(b.bodies[i]);
     system->finder.set_rows(b.rows);
     system->coupling_memory = b.couplings;
+    unstable_kept = b.unstable_kept;
     if (dynamic()) return;
     system->warm = b.warm;
     system->warm_friction = b.warm_friction;
@@ -50,6 +52,8 @@ std::vector<std::byte> BodySimulation::save() const
     out.value(s.refinement);
     out.value(s.lagging);
     out.value(s.jumps);
+    out.value(s.unstable);
+    out.value(s.unstable_kept);
     for (const auto& b : s.system->bodies)
         out.vector(b->state());
     std::vector<double> couplings;
@@ -74,6 +78,8 @@ std::vector<std::byte> BodySimulation::save() const
     s.system->finder.save_rows(out);
     s.overlaps.save(out);
     out.vector(s.limits);
+    out.vector(s.instruments);
+    s.inputs.save(out);
     save_summary(s.summary, out);
     return out.take();
 }
@@ -94,6 +100,8 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
     const auto refinement = in.value<StepRefinement>();
     const auto lagging = in.value<int>();
     const auto jumps = in.value<int>();
+    const auto unstable = in.value<int>();
+    const auto unstable_kept = in.value<bool>();
     std::vector<std::vector<double>> bodies;
     for (const auto& b : s.system->bodies)
         bodies.push_back(in.exactly<double>(b->state().size()));
@@ -112,12 +120,16 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
     auto rows = s.system->finder.read_rows(in);
     OverlapLog overlaps = OverlapLog::read(in, s.system->finder.pairs().size());
     auto limits = in.vector<LinearLimit>(s.system->refs.size());
+    auto instruments = in.vector<InstrumentLog>(s.scene.rods.size());
+    const std::vector<LiveInputs::Saved> inputs = s.inputs.read(in);
     RunSummary sum = read_summary(in);
     in.end();
     if (!s.system->finder.meet(met, s.system->refs)) ByteReader::refuse("pairs of other bodies");
     s.system->finder.set_rows(std::move(rows));
     s.overlaps = std::move(overlaps);
     s.limits = std::move(limits);
+    s.instruments = std::move(instruments);
+    s.inputs.restore(inputs);
 
     s.started = started;
     s.time = time;
@@ -129,6 +141,8 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
     s.refinement = refinement;
     s.lagging = lagging;
     s.jumps = jumps;
+    s.unstable = unstable;
+    s.unstable_kept = unstable_kept;
     for (std::size_t b = 0; b < bodies.size(); ++b)
         s.system->bodies[b]->set_state(bodies[b]);
     for (std::size_t c = 0; c < s.system->coupling_memory.size(); ++c)
@@ -139,6 +153,7 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
     s.system->warm = std::move(warm[0]);
     s.system->warm_friction = std::move(warm[1]);
     s.summary = std::move(sum);
+    s.finish();
 }
 
 } // namespace amontons

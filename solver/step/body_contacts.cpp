@@ -473,6 +473,15 @@ void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair,
     const SolidBody& b = *bodies[std::size_t(p.b)].solid;
     const std::span<const Vec3> x_a = p.small ? a.first_places() : a.places(),
                                 x_b = p.small ? b.first_places() : b.places();
+    if (p.a != p.b && !p.small) {
+        // Boxes of round bodies touch long before they do.
+        const AxisBox &box_a = boxes_[std::size_t(p.a)], &box_b = boxes_[std::size_t(p.b)];
+        const Vec3 way = ((box_b.low + box_b.high) - (box_a.low + box_a.high)).normalized();
+        if (extent_along(way, p.surface_b->outside, x_b).low -
+                extent_along(way, p.surface_a->outside, x_a).high >
+            reach_)
+            return;
+    }
     MortarOptions options;
     options.reach = reach_;
     options.nodal = p.nodal;

@@ -219,6 +219,8 @@ public:
     /// find() on.
     /// @return  true if some are new
     bool add_rows(std::span<const BodyOverlap> overlaps);
+    /// After a step in motion: rows for places that are about to stand so deep.
+    void add_rows_ahead(std::span<const BodyOverlap> overlaps);
     /// Before a step: one at rest begins without such rows, so that its end does not depend on those
     /// of steps before. Under friction and in motion it does anyway, and they stay.
     void begin_rows(bool dynamic);
@@ -279,6 +281,7 @@ private:
     std::vector<BodyContact> rest_contacts(const std::vector<BodyRef>& bodies, int pair) const;
     bool apart(const ContactPair& p, double reach) const;
     // body_overlap.cpp
+    bool add_row(const BodyOverlap& overlap, double tolerance);
     void overlaps_of_pair(const std::vector<BodyRef>& bodies, int pair,
                           std::vector<BodyOverlap>& out);
     void overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair,

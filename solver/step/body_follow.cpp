@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <tuple>
 
 // Steps of motion of second order: joints, springs and the contacts of rigid bodies hold where the
 // step ends, and their forces act half way (docs/theory/motion.md, decision 0015).
@@ -32,9 +33,9 @@ Mat3 turned_frame(const Mat3& frame, const Vec3& normal)
 
 } // namespace
 
-/// Steps that have joints, or rigid bodies that may meet on round surfaces: normals of flat ones turn
-/// by no more than the bodies do, and piles of them have problems enough. Implicit Euler's do not:
-/// they damp, and keep what they have.
+/// Steps that have joints, or rigid bodies that may meet on round surfaces: normals of flat ones
+/// turn by no more than the bodies do, and piles of them have problems enough. Implicit Euler's do
+/// not: they damp, and keep what they have.
 StepInput BodyStepper::followed(const BodySystem& system, StepInput step)
 {
     if (!step.dynamic || !(step.rule.end < 1) || system.has_rods()) return step;
@@ -108,7 +109,8 @@ bool BodyStepper::all_rows_hold()
     constexpr int kMostCorrections = 20;
     constexpr double kSolved = 1e-3, kEnough = 0.1; // of the tolerance
     closed_root_.resize(0, 0);
-    if (!step_.follows || rows_.count > kMostRows || !problem_.W.is_dense()) return false;
+    if (options_.outside || !step_.follows || rows_.count > kMostRows || !problem_.W.is_dense())
+        return false;
     const int contacts_here = int(list_.contact.size());
     for (const int c : rows_.chosen)
         if (c < contacts_here && list_.contact[std::size_t(c)].slid) return false;
@@ -266,11 +268,11 @@ double BodyStepper::of_turn(const Coupling& coupling, const CouplingRow& row, do
 {
     constexpr double kSmall = 1e-6;
     double turned = 0;
-    for (const auto& [side, sign] :
-         {std::pair{coupling.a.body, 1.0}, std::pair{coupling.b.body, -1.0}})
+    for (const auto& [side, sign, place] :
+         {std::tuple{coupling.a.body, 1.0, row.place_a(coupling)},
+          std::tuple{coupling.b.body, -1.0, row.place_b(coupling)}})
         if (side >= 0)
-            turned += sign * row.direction.dot(
-                                 body(std::size_t(side)).displacement({{}, Vec3::Zero(), true}));
+            turned += sign * row.direction.dot(body(std::size_t(side)).displacement(place));
     return std::abs(turned) > kSmall ? (row.value - before) / turned : 1;
 }
 
@@ -279,18 +281,27 @@ void BodyStepper::find_joints()
 {
     joints_.clear();
     joint_value_.clear();
-    CouplingRow now;
+    CouplingRow now, before;
     for (std::size_t c = 0; c < system_.couplings.size(); ++c) {
         const Coupling& coupling = system_.couplings[c];
         const CouplingMemory& memory = system_.coupling_memory[c];
-        const bool same = c > 0 && same_anchors(system_.couplings[c - 1], coupling);
-        const CouplingRow before = now;
-        now = coupling_row(system_.refs, coupling, memory.value, same ? &before : nullptr);
+        std::swap(before, now);
+        now = c > 0 ? coupling_row(system_.refs, coupling, memory.value, &system_.couplings[c - 1],
+                                   &before)
+                    : coupling_row(system_.refs, coupling, memory.value);
         joint_value_.push_back(now.value);
         CouplingRow row = now;
-        if (step_.follows) {
+        if (!joints_start_.empty()) {
             row = row_between(coupling, joints_start_[c], now);
-            if (coupling.turns) row.direction *= of_turn(coupling, row, joints_start_[c].value);
+            if (!step_.follows) { // bodies but rods are where the step ends
+                if (coupling.a.node < 0) row.point_a = now.point_a;
+                if (coupling.b.node < 0) row.point_b = now.point_b;
+                row.poses = now.poses;
+                row.arm_a = now.arm_a;
+                row.arm_b = now.arm_b;
+            }
+            if (coupling.turns && !coupling.square)
+                row.direction *= of_turn(coupling, row, joints_start_[c].value);
         }
         if (step_.dynamic && coupling.softness > 0)
             row.value = spring_row(coupling, step_.rule, step_.h, memory, row.value).value;
@@ -319,7 +330,7 @@ double BodyStepper::spring_loss(std::size_t coupling, double force) const
     const Coupling& c = system_.couplings[coupling];
     if (!(c.softness > 0)) return 0;
     const double before = system_.coupling_memory[coupling].value;
-    if (step_.follows) {
+    if (!joints_start_.empty()) {
         const double after = joint_value_[coupling];
         return -(force + 0.5 * (after + before) / c.softness) * (after - before);
     }

@@ -19,6 +19,8 @@ constexpr int kMostOfModes = 15000; // iterations of all contact problems of one
 constexpr int kModesPatience = 400; // a shorter step is another way
 constexpr double kFinest = 1e-4;    // of the tolerance: where a finer answer costs next to nothing
 constexpr double kMostTaken = 0.7;  // of T by S, or (T + S)^-1 is large
+constexpr double kSameLoad = 1e-3;
+constexpr int kMostDrifts = 4;
 constexpr double kSizeRounding = 1e-12; // of a body's size
 constexpr double kPushedAside = 1e-2;   // of the forces, that come of faces which deform
 
@@ -222,6 +224,8 @@ bool BodyStepper::solve_with_modes()
     options.stop = options_.stop;
     double best = std::numeric_limits<double>::infinity();
     const int begun = report_.iterations;
+    Eigen::VectorXd load_before; // on the modes that were worst in the step before
+    int drifts = 0;              // steps in which these did not change
     for (int step = 0; step < kMostModeSteps; ++step) {
         problem_.q = q;
         std::vector<Eigen::VectorXd> of_load(bodies());
@@ -243,7 +247,12 @@ bool BodyStepper::solve_with_modes()
             certificate_.status = SolveStatus::converged;
         } else if (rows_.count > 0) {
             const Stopwatch watch;
-            ContactSolution solution = solve_contact(options);
+            std::string why;
+            ContactSolution solution = solve_contact(options, why);
+            if (!why.empty()) {
+                report_.refusal = why;
+                return false;
+            }
             report_.contact_solve += watch.seconds();
             report_.iterations += solution.certificate.iterations;
             r_ = std::move(solution.reaction);
@@ -255,8 +264,14 @@ bool BodyStepper::solve_with_modes()
                 (certificate_.status == SolveStatus::infeasible ||
                  certificate_.error > options_.tolerance)) {
                 unsolved_ = certificate_.status != SolveStatus::infeasible;
-                report_.refusal = fmt::format("contact problem {} at an error of {:.1e}",
-                                              name(certificate_.status), certificate_.error);
+                report_.refusal =
+                    options_.outside
+                        ? fmt::format(
+                              "the answer of contact_solver has an error of {:.1e}, "
+                              "asked is {:.1e}",
+                              certificate_.error, options.tolerance)
+                        : fmt::format("contact problem {} at an error of {:.1e}",
+                                      name(certificate_.status), certificate_.error);
                 if (certificate_.status == SolveStatus::infeasible) {
                     report_.refusal = "no motion avoids penetration:";
                     for (const int c : certificate_.proof.contacts)
@@ -313,7 +328,13 @@ bool BodyStepper::solve_with_modes()
         constexpr double kLeast = 1e-30;
         if (worst > 0.5 * best) options.tolerance = std::max(0.1 * options.tolerance, kLeast);
         best = std::min(best, worst);
-        const bool stuck = (step > 20 && worst > 0.5 * best && growth > 1e3) ||
+        // A force that does not change as its modes go: nothing elastic holds them.
+        const bool same = load_before.size() == worst_motion.size() &&
+                          (worst_motion - load_before).norm() <= kSameLoad * worst_motion.norm();
+        drifts = same ? drifts + 1 : 0;
+        load_before = worst_motion;
+        drifting_ = drifts >= kMostDrifts && may_go_freely(worst_body) ? int(worst_body) : -1;
+        const bool stuck = (step > 20 && worst > 0.5 * best && growth > 1e3) || drifting_ >= 0 ||
                            report_.iterations - begun > kMostOfModes;
         if (step + 1 == kMostModeSteps || stuck || rows_.count == 0) {
             report_.refusal = fmt::format(
@@ -344,6 +365,24 @@ bool BodyStepper::is_free_to_slide(std::size_t b) const
         finite |= !pair.small;
     }
     return finite;
+}
+
+bool BodyStepper::may_go_freely(std::size_t b) const
+{
+    return system_.refs[b].rigid && !modes_coupled_ && !goes_freely_[b] && mode_scale_[b] > 0;
+}
+
+/// A rigid body that rolls before something elastic: what touches it gives way by far less than it
+/// has to go, and friction bounds what turns it, so that multipliers of the elastic scale lead it
+/// on by nearly nothing each. Its modes take the scale of a body that meets nothing elastic.
+/// @return  whether there is such a body
+bool BodyStepper::let_go_freely()
+{
+    if (drifting_ < 0) return false;
+    goes_freely_[std::size_t(drifting_)] = 1;
+    mode_scale_[std::size_t(drifting_)] = 0;
+    drifting_ = -1;
+    return true;
 }
 
 /// Multipliers that are scaled body by body do not converge where what a stiff body stands on is

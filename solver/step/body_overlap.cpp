@@ -14,8 +14,8 @@
 #include <limits>
 #include <utility>
 
-// How far bodies stand in each other, measured on their surfaces, and rows at the places that do:
-// multipliers of a coarse side see means only, and nothing of what enters its faces between them.
+// How far bodies stand in each other, measured on their surfaces, and what rows there would leave
+// (body_place_rows.cpp).
 
 namespace amontons {
 namespace {
@@ -26,12 +26,15 @@ constexpr double kAllowedOfBody = 1e-3; // of the smaller body, where neither si
 constexpr double kNever = 0.1;          // of the thinner body, of the smaller face
 constexpr double kMeanBulge = 2.0 / 3;  // of h^2/8 times the curvature: a chord's mean distance
 constexpr double kLoose = 0.3;          // of the depth: nodes of a face are off what enters it
-constexpr double kThinnest = 1e-3;      // of a rigid body's length: thinner ones count as lines
-constexpr double kLeastReach = 0.02;    // of the smaller body: what a given reach is raised to
+constexpr double kRowsOfRound = 1e-3;   // of a face: from here on rows may hold round shapes
+/// Of what nodes leave: the less of it, the less of the indentation they press out (measured on
+/// balls in faces of 2 to 8 half-widths, docs/theory/certificate.md).
+constexpr double kLeftByNodes = 1.5;
+constexpr double kThinnest = 1e-3;   // of a rigid body's length: thinner ones count as lines
+constexpr double kLeastReach = 0.02; // of the smaller body: what a given reach is raised to
 // Deeper places get rows whatever the curvature: less than kNever, since places slide on within a
 // step.
 constexpr double kRowsOfThickness = 0.05, kRowsOfFace = 0.08;
-constexpr double kSameRow = 0.05; // of weights
 
 BoundingBox everywhere()
 {
@@ -44,14 +47,46 @@ BoundingBox as_bounding(const AxisBox& box)
     return {box.low.array(), box.high.array()};
 }
 
-bool same_place(const SurfacePlace& a, const SurfacePlace& b)
+struct RowLimits {
+    double tolerance; ///< what a row leaves [m]
+    double beyond;    ///< depth from which on there is one [m]
+};
+
+/// Between meshes rows leave what integrals over the faces leave on average.
+RowLimits between_meshes(const OverlapSpot& s, double allowed)
 {
-    if (a.count != b.count) return false;
-    for (std::size_t k = 0; k < std::size_t(a.count); ++k)
-        if (a.node[k].node != b.node[k].node ||
-            std::abs(a.node[k].weight - b.node[k].weight) > kSameRow)
-            return false;
-    return true;
+    return {kMeanBulge * std::min(s.bulge, allowed), allowed};
+}
+
+/// Of a place in an exact shape. Rows leave what the face's nodes leave on average: as these come
+/// to the shape, the rows come to that, so that its force does not fall. Round shapes (balls) may
+/// be smaller than a face whose nodes carry next to nothing: rows leave as much less.
+/// @param pressed  how far the place has been pressed out by strain [m]
+RowLimits beside_shape(const OverlapSpot& s, double allowed, double pressed)
+{
+    const double node_gap = std::max(s.node_gap, 0.0);
+    const bool loose = s.node_gap > kLoose * s.depth;
+    double mean = kMeanBulge * std::min(s.bulge, allowed),
+           beyond = loose ? kAllowedOfFace * s.face : allowed;
+    if (s.round > kAllowedOfFace * s.face) {
+        const double carried = pressed / (s.depth + pressed);
+        const double left = kLeftByNodes * carried * (s.depth + node_gap);
+        mean = std::min(mean, left);
+        const double least = kRowsOfRound * s.face;
+        beyond = loose ? least : std::min(allowed, std::max(least, left));
+    }
+    return {std::max(mean - node_gap, 0.0), beyond};
+}
+
+/// How far strain has moved a place of a solid's surface against its outward normal [m].
+double pressed_in(const SolidBody& solid, const SolidBody::Unstrained& unstrained,
+                  const SurfacePlace& place, const Vec3& outward)
+{
+    double d = 0;
+    for (const StencilEntry& e : place.nodes())
+        d += e.weight * outward.dot(unstrained.place(solid.mesh().nodes[std::size_t(e.node)]) -
+                                    solid.places()[std::size_t(e.node)]);
+    return std::max(d, 0.0);
 }
 
 } // namespace
@@ -153,6 +188,7 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
     if (p.a == p.b) return;
     const bool meshes = p.b >= 0 && bodies[std::size_t(p.b)].solid;
     std::vector<OverlapSpot> spots;
+    std::optional<SolidBody::Unstrained> unstrained;
     const auto keep = [&](bool of_b) {
         const double thinner = spots.empty() ? 0 : thinner_of(bodies, p);
         for (const OverlapSpot& s : spots) {
@@ -167,16 +203,17 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
             o.own = s.own;
             o.most = kNever * std::min(thinner, s.face);
             o.allowed = std::min(std::max(kAllowedOfFace * s.face, s.bulge), o.most);
-            o.rows_beyond = o.allowed;
-            // What is smaller than a face touches none of its nodes: nothing is left of it. Else
-            // rows leave what integrals over the faces, or their nodes, leave on average.
-            const bool loose = !meshes && s.node_gap > kLoose * s.depth;
-            if (loose)
-                o.rows_beyond = kAllowedOfFace * s.face;
-            else
-                o.tolerance = kMeanBulge * std::min(s.bulge, o.allowed);
+            RowLimits rows = between_meshes(s, o.allowed);
+            if (!meshes) {
+                if (!unstrained) unstrained = a.solid->unstrained();
+                const Vec3 outward =
+                    outward_normal_at({*p.surface_a->facets, a.solid->places()}, s.own);
+                rows =
+                    beside_shape(s, o.allowed, pressed_in(*a.solid, *unstrained, s.own, outward));
+            }
+            o.tolerance = rows.tolerance;
             o.rows_beyond =
-                std::min({o.rows_beyond, kRowsOfThickness * thinner, kRowsOfFace * s.face});
+                std::min({rows.beyond, kRowsOfThickness * thinner, kRowsOfFace * s.face});
             out.push_back(o);
         }
         spots.clear();
@@ -288,143 +325,6 @@ std::optional<BodyOverlap> ContactFinder::rigid_overlap(const std::vector<BodyRe
     return o;
 }
 
-bool ContactFinder::add_rows(std::span<const BodyOverlap> overlaps)
-{
-    rows_.resize(given_);
-    bool some = false;
-    for (const BodyOverlap& o : overlaps) {
-        if (o.own.count == 0 || !(o.depth > o.rows_beyond)) continue;
-        std::vector<PlaceRow>& rows = rows_[std::size_t(o.pair)];
-        const auto known = [&](const PlaceRow& r) {
-            return r.of_b == o.of_b && same_place(r.own, o.own);
-        };
-        if (std::ranges::any_of(rows, known)) continue;
-        rows.push_back(
-            {rows.empty() ? kFirstPlaceRow : rows.back().id + 1, o.of_b, o.own, o.tolerance});
-        some = true;
-    }
-    return some;
-}
-
-namespace {
-
-/// How a place inside a shape comes out of it: against its own surface's normal, into which it was
-/// pressed. The nearest way out changes at once where two are equally long, as beside the edge of a
-/// punch, and a place under it would be pushed sideways.
-/// @param way  unit, or zero: the nearest
-WallSample exit_from(const std::function<WallSample(const Vec3&)>& shape, const Vec3& x,
-                     const Vec3& way, double longest)
-{
-    constexpr int kMost = 60;
-    constexpr double kOut = 1e-12; // of the depth
-    const WallSample nearest = shape(x);
-    if (!(nearest.distance < 0) || way.isZero(0)) return nearest;
-    double t = 0;
-    WallSample s = nearest;
-    // No step of the depth goes too far.
-    for (int i = 0; i < kMost && t <= longest && s.distance < kOut * nearest.distance; ++i) {
-        const double along = s.normal.dot(way);
-        // On a flat side the first step along its normal is the whole way.
-        const double whole = along > kFacing ? -s.distance / along : 0;
-        if (whole > 0 && shape(x + (t + whole) * way).distance <= -kOut * nearest.distance)
-            t += whole;
-        else
-            t -= s.distance;
-        s = shape(x + t * way);
-    }
-    if (t > longest || s.normal.dot(way) < kFacing) return nearest;
-    s.distance -= t * s.normal.dot(way);
-    return s;
-}
-
-std::optional<FaceDistance::Foot> exit_from(const FaceDistance& surface, const Vec3& x,
-                                            const Vec3& way, double longest, std::int32_t& hint)
-{
-    const std::optional<FaceDistance::Foot> nearest = surface.at(x, hint);
-    if (!nearest || !(nearest->distance < 0) || way.isZero(0)) return nearest;
-    std::vector<double> shares;
-    surface.crossings(x, x + longest * way, shares);
-    if (shares.empty()) return nearest;
-    const Vec3 out = x + shares.front() * longest * way;
-    std::int32_t near = hint;
-    std::optional<FaceDistance::Foot> foot = surface.at(out, near);
-    if (!foot || foot->normal.dot(way) < kFacing) return nearest;
-    foot->distance = foot->normal.dot(x - foot->point);
-    return foot;
-}
-
-} // namespace
-
-void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
-{
-    if (std::size_t(pair) >= rows_.size() || rows_[std::size_t(pair)].empty()) return;
-    const ContactPair& p = pairs_[std::size_t(pair)];
-    const BodyRef& a = bodies[std::size_t(p.a)];
-    const SolidBody* b = p.b >= 0 ? bodies[std::size_t(p.b)].solid : nullptr;
-    std::function<WallSample(const Vec3&)> exact;
-    if (p.b < 0)
-        exact = distance_from_obstacle(p);
-    else if (const RigidBody* rigid = bodies[std::size_t(p.b)].rigid)
-        exact = distance_from(*rigid, rigid->placement());
-    for (const bool of_b : {false, true}) {
-        const SolidBody* own = of_b ? b : a.solid;
-        if (!own) continue;
-        BoundingBox near;
-        for (const PlaceRow& r : rows_[std::size_t(pair)])
-            if (r.of_b == of_b) near.add(weighted(r.own.nodes(), own->places()));
-        if (!(near.low <= near.high).all()) continue;
-        std::optional<FaceDistance> faces;
-        if (!exact) {
-            // The nearest face is no farther than this, or out of reach.
-            near.low -= 2 * reach_;
-            near.high += 2 * reach_;
-            faces.emplace(of_b ? PlacedSurface{*p.surface_a->facets, a.solid->places()}
-                               : PlacedSurface{*p.surface_b->facets, b->places()},
-                          near);
-            if (faces->empty()) continue;
-        }
-        std::int32_t hint = -1;
-        for (const PlaceRow& r : rows_[std::size_t(pair)]) {
-            if (r.of_b != of_b) continue;
-            BodyContact k;
-            k.pair = pair;
-            k.id = r.id;
-            k.a = p.a;
-            k.b = p.b;
-            k.point = weighted(r.own.nodes(), own->places());
-            const Vec3 out_of = outward_normal_at(
-                {of_b ? *p.surface_b->facets : *p.surface_a->facets, own->places()}, r.own);
-            Vec3 normal;
-            SurfacePlace foot_place;
-            if (exact) {
-                const WallSample s = exit_from(exact, k.point, -out_of, reach_);
-                k.gap = s.distance;
-                normal = s.normal;
-            } else {
-                const auto foot = exit_from(*faces, k.point, -out_of, 2 * reach_, hint);
-                if (!foot || std::abs(foot->distance) > 2 * reach_) continue;
-                k.gap = foot->distance;
-                normal = foot->normal;
-                foot_place = foot->place;
-            }
-            if (out_of.dot(normal) > -kFacing) continue; // a side, which this face does not press
-            k.gap += r.tolerance;
-            if (k.gap > reach_) continue;
-            k.frame = contact_frame(of_b ? Vec3(-normal) : normal);
-            const auto add_side = [&](const SurfacePlace& place, std::int32_t& begin,
-                                      std::int32_t& end) {
-                begin = std::int32_t(out.stencil.size());
-                for (const StencilEntry& e : place.nodes())
-                    out.stencil.push_back(e);
-                end = std::int32_t(out.stencil.size());
-            };
-            add_side(of_b ? foot_place : r.own, k.a_begin, k.a_end);
-            add_side(of_b ? r.own : foot_place, k.b_begin, k.b_end);
-            out.contact.push_back(k);
-        }
-    }
-}
-
 void ContactFinder::set_start_overlaps(const std::vector<BodyRef>& bodies, bool dynamic,
                                        std::span<const double> depths)
 {
@@ -486,77 +386,6 @@ double ContactFinder::motion_over_reach(const std::vector<BodyRef>& bodies, doub
         share = std::max(share, way / (p.reach));
     }
     return share;
-}
-
-void ContactFinder::find_rows(const std::vector<BodyRef>& bodies, const StepInput& step,
-                              BodyContacts& out)
-{
-    step_ = step;
-    for (std::size_t p = 0; p < rows_.size(); ++p) {
-        reach_ = pairs_[p].reach + most_closed(pairs_[p].a) + most_closed(pairs_[p].b);
-        add_place_rows(bodies, int(p), out);
-    }
-}
-
-void ContactFinder::begin_rows(bool dynamic)
-{
-    if (dynamic) return;
-    for (std::size_t p = 0; p < rows_.size(); ++p)
-        if (!(pairs_[p].friction > 0)) rows_[p].clear();
-}
-
-void ContactFinder::keep_rows(const std::function<bool(int pair, std::int64_t id)>& acts)
-{
-    for (std::size_t p = 0; p < rows_.size(); ++p)
-        std::erase_if(rows_[p], [&](const PlaceRow& r) { return !acts(int(p), r.id); });
-}
-
-void ContactFinder::save_rows(ByteWriter& out) const
-{
-    for (std::size_t p = 0; p < given_; ++p) {
-        const std::vector<PlaceRow> none;
-        const std::vector<PlaceRow>& rows = p < rows_.size() ? rows_[p] : none;
-        out.value(std::uint64_t(rows.size()));
-        for (const PlaceRow& r : rows) {
-            out.value(r.id);
-            out.value(r.of_b);
-            out.value(r.tolerance);
-            out.value(r.own.count);
-            for (const StencilEntry& e : r.own.nodes()) {
-                out.value(e.node);
-                out.value(e.weight);
-            }
-        }
-    }
-}
-
-std::vector<std::vector<PlaceRow>> ContactFinder::read_rows(ByteReader& in) const
-{
-    constexpr std::uint64_t kMost = 1u << 24;
-    std::vector<std::vector<PlaceRow>> rows(given_);
-    for (std::size_t p = 0; p < given_; ++p) {
-        const auto count = in.value<std::uint64_t>();
-        if (count > kMost) ByteReader::refuse("an impossible size");
-        for (std::uint64_t i = 0; i < count; ++i) {
-            PlaceRow r;
-            r.id = in.value<std::int64_t>();
-            r.of_b = in.value<bool>();
-            r.tolerance = in.value<double>();
-            r.own.count = in.value<int>();
-            const ContactSurface* s = r.of_b ? pairs_[p].surface_b : pairs_[p].surface_a;
-            if (!s || r.own.count < 1 || r.own.count > int(r.own.node.size()))
-                ByteReader::refuse("a contact of another mesh");
-            for (std::size_t k = 0; k < std::size_t(r.own.count); ++k) {
-                StencilEntry& e = r.own.node[k];
-                e.node = in.value<std::int32_t>();
-                e.weight = in.value<double>();
-                if (!std::ranges::binary_search(s->outside.used_nodes, e.node))
-                    ByteReader::refuse("a contact of another mesh");
-            }
-            rows[p].push_back(r);
-        }
-    }
-    return rows;
 }
 
 } // namespace amontons

@@ -75,7 +75,7 @@ std::vector<Eigen::VectorXd> BodyStepper::forces(const Rows& rows, const Eigen::
 /// Is what bodies are less than half of what W is? Where rows are few, W is read faster.
 bool BodyStepper::goes_by_bodies() const
 {
-    if (rows_.count <= kManyRows) return false;
+    if (rows_.count <= kManyRows || options_.outside) return false;
     double of_bodies = 0, of_W = 0;
     for (std::size_t b = 0; b < bodies(); ++b) {
         const std::vector<int>& own = rows_.row[b];
@@ -179,7 +179,7 @@ void BodyStepper::assemble()
                 if (const double w = give[rows_.row[b][i]]; w > 0)
                     hold += B_[b].row(Eigen::Index(i)).squaredNorm() / w;
             s = hold > 0 ? kStressedModeWeight * double(R.cols()) / hold : 1;
-        } else if (elastic > 0 && rigid > 0) {
+        } else if (elastic > 0 && rigid > 0 && !goes_freely_[b]) {
             s = mode_weight() * elastic / rigid;
         } else if (!(s > 0)) {
             // Nothing elastic: any scale does. If loads moved a body by its own size, rounding of a
@@ -254,8 +254,9 @@ std::string BodyStepper::who(int c) const
 /// Contacts of elastic bodies are mostly decided by some steps of Newton's method, those of many
 /// bodies by extrapolated sweeps: a factor of their W takes longer than a thousand of them. Where
 /// that does not lead to the end, `auto` knows more ways.
-ContactSolution BodyStepper::solve_contact(const SolverOptions& options) const
+ContactSolution BodyStepper::solve_contact(const SolverOptions& options, std::string& why) const
 {
+    if (options_.outside) return options_.outside(problem_, options, r_, why);
     if (options.solver != ContactSolver::automatic || !elastic_ || problem_.W.is_of_bodies())
         return amontons::solve(problem_, options, r_);
     const bool many = problem_.W.is_sparse() && problem_.q.size() > kManyRows;
@@ -307,6 +308,7 @@ bool BodyStepper::solve()
     const int n = int(value_.size());
     mode_.assign(bodies(), {});
     mode_scale_.resize(bodies(), 0);
+    goes_freely_.resize(bodies(), 0);
     for (std::size_t b = mode_way_.size(); b < bodies(); ++b)
         mode_way_.push_back(body(b).size());
     for (std::size_t b = 0; b < bodies(); ++b)
@@ -365,7 +367,7 @@ bool BodyStepper::solve()
             report_.refusal.clear();
             continue;
         }
-        if (!solved && couple_modes()) {
+        if (!solved && (let_go_freely() || couple_modes())) {
             for (Eigen::VectorXd& m : mode_)
                 m.setZero();
             report_.refusal.clear();

@@ -121,6 +121,7 @@ BodyRecord record_solid(SolidBody& solid, int b, const BodySystem& system,
     BodyRecord r;
     solid.complete();
     r.elements = &solid.mesh();
+    r.stress_round_off = solid.stress_round_off();
     r.points.assign(solid.places().begin(), solid.places().end());
     const std::size_t n = r.points.size();
     Field moved{"displacement", "m", 3, {}};
@@ -168,6 +169,141 @@ BodyRecord record_solid(SolidBody& solid, int b, const BodySystem& system,
                       std::move(pressure), std::move(traction)};
     r.cell_fields = {std::move(cauchy), std::move(mises), std::move(density)};
     return r;
+}
+
+/// NAME_SET_support_force; two of one set are told apart.
+std::vector<std::string> names_of_supports(const SolidInput& input)
+{
+    std::vector<std::string> names;
+    std::map<std::string, int> seen;
+    for (const SupportInput& s : input.supports) {
+        const int n = ++seen[s.set];
+        names.push_back(input.name + "_" + s.set + (n > 1 ? fmt::format("_{}", n) : "") +
+                        "_support_force");
+    }
+    return names;
+}
+
+/// What contacts exert on the nodes of a solid, along their normals [N].
+struct PressedNodes {
+    std::vector<double> force;    ///< > 0: pressed
+    std::vector<Vec3> direction;  ///< sum of these forces as vectors
+    std::vector<double> pressure; ///< where the body carries the contacts' functions [Pa]
+    std::vector<char> known;      ///< that
+    bool any = false;
+};
+
+PressedNodes pressed_nodes(const SolidBody& solid, int b, const BodyStepReport& step)
+{
+    const std::size_t n = solid.places().size();
+    PressedNodes p{std::vector<double>(n, 0), std::vector<Vec3>(n, Vec3::Zero()),
+                   std::vector<double>(n, 0), std::vector<char>(n, 0)};
+    const BodyContacts& all = step.contacts;
+    for (std::size_t c = 0; c < all.contact.size(); ++c) {
+        const BodyContact& k = all.contact[c];
+        const double force = k.frame.col(0).dot(step.force[c]);
+        if (force == 0 || (k.a != b && k.b != b)) continue;
+        p.any = true;
+        const auto add = [&](std::span<const StencilEntry> nodes, double sign) {
+            for (const StencilEntry& e : nodes) {
+                p.force[std::size_t(e.node)] += e.weight * force;
+                p.direction[std::size_t(e.node)] += sign * e.weight * force * k.frame.col(0);
+            }
+        };
+        if (k.a == b) add(all.place_a(k).nodes, 1);
+        if (k.b == b) add(all.place_b(k).nodes, -1);
+        if (k.a == b && k.area > 0) {
+            p.pressure[std::size_t(k.id % kNodeNumbers)] += force / k.area;
+            p.known[std::size_t(k.id % kNodeNumbers)] = 1;
+        }
+    }
+    return p;
+}
+
+/// Pressures of nodes: those of the body's own functions, elsewhere force over the area that faces
+/// it.
+std::vector<double> pressures_of_nodes(const SolidBody& solid, PressedNodes p)
+{
+    const ExternalSurface outside = extract_surface(solid.mesh());
+    const TriangulatedSurface flat = triangulate(outside, solid.mesh());
+    std::vector<double> area(p.force.size(), 0);
+    for (const auto& triangle : flat.mesh.triangles) {
+        std::array<std::size_t, 3> node;
+        for (std::size_t k = 0; k < 3; ++k)
+            node[k] = std::size_t(outside.used_nodes[std::size_t(triangle[k])]);
+        const std::span<const Vec3> x = solid.places();
+        const Vec3 outwards = 0.5 * (x[node[1]] - x[node[0]]).cross(x[node[2]] - x[node[0]]);
+        for (const std::size_t k : node)
+            if (const double size = p.direction[k].norm(); size > 0)
+                area[k] += std::max(0.0, -outwards.dot(p.direction[k]) / size) / 3;
+    }
+    for (std::size_t i = 0; i < area.size(); ++i)
+        if (!p.known[i]) p.pressure[i] = area[i] > 0 ? p.force[i] / area[i] : 0;
+    return p.pressure;
+}
+
+void add_probes(SolidBody& solid, int b, const std::string& name, const BodyStepReport& step,
+                std::vector<Quantity>& out)
+{
+    if (solid.probes().empty()) return;
+    solid.complete();
+    const PressedNodes pressed = pressed_nodes(solid, b, step);
+    std::vector<double> at_nodes; // pressures
+    // What a probe tells of a place or a set, in the order of kProbeFields; without stress where
+    // there is none.
+    const auto tell = [&](const ProbeInput& probe, auto&& add) {
+        const Vec3 d = solid.probe_displacement(probe);
+        add("_displacement_x", "m", d[0]);
+        add("_displacement_y", "m", d[1]);
+        add("_displacement_z", "m", d[2]);
+        if (const std::optional<Vec6> stress = solid.probe_stress(probe)) {
+            const char* components[] = {"xx", "yy", "zz", "xy", "yz", "zx"};
+            for (int i = 0; i < 6; ++i)
+                add(std::string("_stress_") + components[i], "Pa", (*stress)[i]);
+            add("_von_mises", "Pa", von_mises(*stress));
+        }
+        double pressure = 0;
+        if (probe.found.area > 0) { // over a set: the force on its nodes
+            for (const std::int32_t node : probe.found.nodes)
+                pressure += pressed.force[std::size_t(node)] / probe.found.area;
+        } else if (pressed.any) {
+            if (at_nodes.empty()) at_nodes = pressures_of_nodes(solid, pressed);
+            for (std::size_t i = 0; i < probe.found.nodes.size(); ++i)
+                pressure += probe.found.weights[i] * at_nodes[std::size_t(probe.found.nodes[i])];
+        }
+        add("_contact_pressure", "Pa", pressure);
+    };
+    for (const ProbeInput& probe : solid.probes()) {
+        const std::string own = name + "_" + probe.name;
+        if (!probe.line.given) {
+            tell(probe, [&](const std::string& what, const char* unit, double value) {
+                out.push_back({own + what, unit, value});
+            });
+            continue;
+        }
+        std::vector<std::map<std::string, double>> found;
+        ProbeInput place;
+        for (const ProbeInput::Place& p : probe.along) {
+            place.found = p.found;
+            std::map<std::string, double>& values = found.emplace_back();
+            tell(place, [&](const std::string& what, const char*, double value) {
+                values[what.substr(1)] = value;
+            });
+        }
+        for (const auto& [field, reference] : probe.fields) {
+            // Both linear between the places: the trapezoidal rule.
+            double missed = 0, size = 0;
+            for (std::size_t i = 0; i < found.size(); ++i) {
+                const double left = i > 0 ? probe.along[i].s - probe.along[i - 1].s : 0,
+                             right =
+                                 i + 1 < found.size() ? probe.along[i + 1].s - probe.along[i].s : 0;
+                const double miss = found[i].at(field) - reference[i];
+                missed += (left + right) * miss * miss;
+                size += (left + right) * reference[i] * reference[i];
+            }
+            out.push_back({own + "_" + field + "_error", "", std::sqrt(missed / size)});
+        }
+    }
 }
 
 } // namespace
@@ -264,8 +400,21 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         }
         const SolidInput& input = scene.solids[solid++];
         const std::vector<Vec3> reactions = b.solid->reactions();
-        for (std::size_t k = 0; k < reactions.size(); ++k)
+        const std::vector<Vec3> moments = b.solid->moments();
+        for (std::size_t k = 0; k < reactions.size(); ++k) {
             vector(b.name + "_" + input.hold[k].set + "_force", "N", reactions[k]);
+            vector(b.name + "_" + input.hold[k].set + "_moment", "N m", moments[k]);
+        }
+        if (!input.supports.empty()) {
+            b.solid->complete();
+            const std::vector<SolidBody::Support> supports = b.solid->supports();
+            double energy = 0;
+            for (std::size_t k = 0; k < supports.size(); ++k) {
+                vector(names_of_supports(input)[k], "N", supports[k].force);
+                energy += supports[k].energy;
+            }
+            out.push_back({b.name + "_support_energy", "J", energy});
+        }
         const std::vector<double> pressures = b.solid->found_pressures();
         for (std::size_t k = 0, found = 0; k < input.loads.size(); ++k)
             if (!input.loads[k].volume.empty() && found < pressures.size())
@@ -283,6 +432,8 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
                 largest = std::max(largest, (now[i] - first[i]).norm());
         }
         out.push_back({b.name + "_max_displacement", "m", largest});
+        vector(b.name + "_turn", "rad", b.solid->turn_since_start());
+        add_probes(*b.solid, int(&b - system.refs.data()), b.name, step, out);
     }
     Vec3 momentum = Vec3::Zero(), angular = Vec3::Zero();
     if (dynamic) {
@@ -293,14 +444,24 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         vector("momentum", "kg m/s", momentum);
         vector("angular_momentum", "kg m^2/s", angular);
     }
-    std::vector<Vec3> joint(scene.couplings.size(), Vec3::Zero()); // on the first body
-    for (std::size_t r = 0; r < system.couplings.size() && r < step.coupling_force.size(); ++r)
-        joint[std::size_t(system.couplings[r].input)] += step.coupling_force[r];
+    std::vector<Vec3> joint(scene.couplings.size(), Vec3::Zero()), // on the first body
+        held_turns = joint;
+    std::vector<char> holds_turns(joint.size(), 0);
+    for (std::size_t r = 0; r < system.couplings.size(); ++r) {
+        const Coupling& c = system.couplings[r];
+        if (c.square) holds_turns[std::size_t(c.input)] = 1;
+        if (r < step.coupling_force.size())
+            (c.square ? held_turns : joint)[std::size_t(c.input)] += step.coupling_force[r];
+    }
     for (std::size_t k = 0; k < joint.size(); ++k) {
         const bool moment = scene.couplings[k].kind == "turn_spring";
         vector(fmt::format("{}_on_{}_coupling_{}_{}", scene.couplings[k].between[0],
                            scene.couplings[k].between[1], k, moment ? "moment" : "force"),
                moment ? "N m" : "N", -joint[k]);
+        if (holds_turns[k])
+            vector(fmt::format("{}_on_{}_coupling_{}_moment", scene.couplings[k].between[0],
+                               scene.couplings[k].between[1], k),
+                   "N m", -held_turns[k]);
     }
     return out;
 }

@@ -1,5 +1,6 @@
 #include "solver/body/rod_body.hpp"
 #include "solver/step/body_step.hpp"
+#include "solver/step/rod_stability.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -20,7 +21,9 @@ constexpr double kWay = 0.5;                   // of a step, of the smallest rad
 constexpr double kRest = 0.05;                 // ... below which the rods are tried at rest,
 constexpr double kWeak = 1e-4;                 // and with less of the first drag,
 constexpr int kBetween = 2, kMostBetween = 32; // after so many steps, and twice as many each time
+constexpr double kGrows = 1.5;                 // by which a mode grows in a step
 constexpr double kStrongest = 1e8;             // of the drag, of that of the start
+constexpr double kHeavy = 10;                  // ... of what loads call for: ropes hardly bend
 
 struct Kept { // what a step changes
     std::vector<std::vector<double>> bodies;
@@ -48,10 +51,12 @@ void go_back(BodySystem& system, const Kept& k)
 
 } // namespace
 
-BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyStepOptions& options)
+BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
+                          const UnstableBalance* leave)
 {
     std::vector<RodBody*> rods;
-    double unit = 0, radius = std::numeric_limits<double>::infinity();
+    double unit = 0, radius = std::numeric_limits<double>::infinity(), shortest = radius;
+    double load = 0; // of a drag under which loads move a rod by its radius
     for (const BodyRef& b : system.refs) {
         if (!b.rod) continue;
         rods.push_back(b.rod);
@@ -60,6 +65,8 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
             const double EI = b.rod->element_stiffness(e) * length * length * length;
             unit = std::max(unit, EI / (own * own * own * own));
             radius = std::min(radius, own);
+            shortest = std::min(shortest, length);
+            load = std::max(load, b.rod->force_scale() / (length * own));
         }
     }
     const auto drag_by = [&](double drag, bool from_rest = false) {
@@ -76,6 +83,13 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
     quick.most_iterations = kMostIterations;
     const Kept start = keep(system);
     StepInput input = step;
+    for (std::size_t b = 0; leave && b < system.bodies.size(); ++b) {
+        if (!system.refs[b].rod) continue;
+        RodBody& rod = *system.refs[b].rod;
+        rod.begin(step);
+        rod.change(leave->push[b], {}, {});
+        rod.accept({});
+    }
     BodyStepReport sum;
     const auto count = [&](const BodyStepReport& r) {
         sum.iterations += r.iterations;
@@ -89,12 +103,16 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
         sum.energy.work_absolute += r.energy.work_absolute;
         sum.energy.dissipated += r.energy.dissipated;
     };
-    double drag = kStart * unit, last_way = 0;
-    const double strongest = kStrongest * drag, weak = kWeak * drag;
+    double drag = kStart * unit, last_way = 0, longest_way = 0;
+    const double strongest = std::max(kStrongest * drag, kHeavy * load), weak = kWeak * drag;
+    // Against less drag than an unstable mode has stiffness implicit steps lead back to its
+    // balance: the motion at first grows by as much in each.
+    double least = leave ? kGrows / (kGrows - 1) * -leave->stiffness / shortest : 0;
+    drag = std::max(drag, least);
     int next_try = kBetween, between = kBetween, refused = 0;
     drag_by(drag, true);
     for (int k = 0; k < kMostSteps; ++k) {
-        if (k >= next_try && drag < weak && last_way < kRest * radius) {
+        if (k >= next_try && least == 0 && drag < weak && last_way < kRest * radius) {
             next_try = k + (between = std::min(2 * between, kMostBetween));
             drag_by(0);
             const Kept before = keep(system);
@@ -139,7 +157,9 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
             continue;
         }
         last_way = way();
-        drag *= std::clamp(last_way / (kWay * radius), 0.25, 4.0);
+        longest_way = std::max(longest_way, last_way);
+        if (last_way > 0.5 * kWay * radius || last_way < 0.5 * longest_way) least = 0;
+        drag = std::max(drag * std::clamp(last_way / (kWay * radius), 0.25, 4.0), least);
         input.start = step.end();
         input.h = 0;
     }

@@ -16,33 +16,24 @@ constexpr double kNear = 1e-3; // an error from which Newton's method does not s
 
 } // namespace
 
-/// Only rods can move, and nothing but contacts joins them.
+/// Only rods can move.
 bool BodyStepper::rods_alone() const
 {
-    if (step_.dynamic || options_.solver != ContactSolver::automatic || !system_.couplings.empty())
-        return false;
-    bool any = false;
-    for (std::size_t b = 0; b < bodies(); ++b) {
-        if (system_.refs[b].rod)
-            any = true;
-        else if (!fixed(b))
-            return false;
-    }
-    return any;
+    return !step_.dynamic && options_.solver == ContactSolver::automatic && system_.rods_alone();
 }
 
 /// Newton's motion of all rods with the states of all contacts that are near.
 bool BodyStepper::solve_rods()
 {
     const Stopwatch watch;
-    const int n = int(list_.contact.size());
-    rows_.chosen.resize(std::size_t(n));
-    for (int c = 0; c < n; ++c)
+    const int n = int(list_.contact.size()), joints = int(system_.couplings.size());
+    rows_.chosen.resize(std::size_t(n + joints));
+    for (int c = 0; c < n + joints; ++c)
         rows_.chosen[std::size_t(c)] = c;
     make_rows(contacts(), rows_);
     problem_ = {};
-    problem_.mu.resize(n);
-    problem_.kind.resize(std::size_t(n));
+    problem_.mu.setZero(n + joints);
+    problem_.kind.assign(std::size_t(n + joints), ContactKind::bilateral);
     std::vector<RodContactState> states(static_cast<std::size_t>(n));
     for (int c = 0; c < n; ++c) {
         const BodyContact& k = list_.contact[std::size_t(c)];
@@ -65,8 +56,14 @@ bool BodyStepper::solve_rods()
     const bool medium = std::ranges::any_of(
         system_.refs, [](const BodyRef& b) { return b.rod && b.rod->in_medium(); });
     rods_.hasty = medium && problem_.mu.isZero(0); // slips may take long to find their directions
+    rods_.stop = options_.stop;
+    std::vector<double> joint_force(static_cast<std::size_t>(joints), 0);
+    for (int c = 0; c < joints; ++c)
+        if (const auto known = force_.find(key(n + c)); known != force_.end())
+            joint_force[std::size_t(c)] = known->second.x();
+    rods_.joints = rod_joints(system_.refs, system_.couplings, joints_, joint_force);
     RodAnswer answer;
-    if (n == 0)
+    if (n + joints == 0)
         answer.motion = free_;
     else
         answer = solve_rod_contacts(rods_, states, options_.tolerance);
@@ -87,6 +84,12 @@ bool BodyStepper::solve_rods()
         if (!r.isZero(0)) force_[key(c)] = list_.contact[std::size_t(c)].frame * r;
         motion_[key(c)] = answer.value[std::size_t(c)];
         sticks_[key(c)] = answer.sticks[std::size_t(c)] != 0;
+    }
+    for (int c = n; c < n + joints; ++c) {
+        const std::size_t joint = std::size_t(c - n);
+        r_[rows_.first[std::size_t(c)]] = answer.joint_force[joint];
+        force_[key(c)] = Vec3(answer.joint_force[joint], 0, 0);
+        motion_[key(c)] = Vec3(answer.joint_value[joint], 0, 0);
     }
     body_force_ = forces(rows_, r_);
     report_.contact_solve += watch.seconds();
@@ -130,13 +133,19 @@ void BodyStepper::certify_rods(const Eigen::VectorXd& u)
         for (const double r : b.rod->model().radius)
             radius = std::min(radius, r);
     }
-    for (const int row : rows_.first)
-        force = std::max(force, r_[row]);
+    for (std::size_t i = 0; i < rows_.chosen.size(); ++i)
+        force = std::max(force, problem_.kind[i] == ContactKind::bilateral
+                                    ? std::abs(r_[rows_.first[i]])
+                                    : r_[rows_.first[i]]);
     const double rho = force / radius;
     double most = 0;
     report_.penetration = report_.cone = 0;
     for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
         const int row = rows_.first[i];
+        if (problem_.kind[i] == ContactKind::bilateral) {
+            most = std::max(most, rho * std::abs(u[row]));
+            continue;
+        }
         report_.penetration = std::max(report_.penetration, -u[row]);
         if (problem_.kind[i] == ContactKind::frictional) {
             const double mu = problem_.mu[Eigen::Index(i)];

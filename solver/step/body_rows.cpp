@@ -31,10 +31,8 @@ std::array<Side, 2> sides_of(const Contacts& k, int c)
     }
     const Coupling& joint = k.couplings[std::size_t(c - contacts)];
     const CouplingRow& row = k.joints[std::size_t(c - contacts)];
-    s[0] = {joint.a.body,
-            {row.nodes_a.empty() ? joint.a.nodes : row.nodes_a, row.point_a, row.turns},
-            1};
-    s[1] = {joint.b.body, {joint.b.nodes, row.point_b, row.turns}, -1};
+    s[0] = {joint.a.body, row.place_a(joint), 1};
+    s[1] = {joint.b.body, row.place_b(joint), -1};
     return s;
 }
 

@@ -6,11 +6,8 @@
 #include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
 #include "solver/step/body_build.hpp"
-#include "solver/step/body_record.hpp"
 #include "solver/step/couplings.hpp"
-#include "solver/step/recorded_problem.hpp"
 #include "solver/step/run_summary.hpp"
-#include "solver/step/undetermined.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +20,6 @@ constexpr std::size_t kQuick = 6;  // iterations of a step in a medium: the next
 constexpr double kGrowth = 1.5;    // ... may be so much longer
 constexpr double kLagBelow = 0.13; // of the step asked for: see body_lag.cpp
 constexpr int kMostTold = 8;       // of warnings of a kind
-constexpr double kSticks = 1e-9;   // slip per step below this share of the body sticks
 
 } // namespace
 
@@ -72,14 +68,25 @@ bool BodySimulation::State::advance(double h, bool relaxed, double share)
     BodyStepOptions settings = step_options();
     settings.may_lag = !relaxed && h <= kLagBelow * scene.time.step;
     last = relaxed ? relax_rods(*system, input, settings) : try_body_step(*system, input, settings);
+    add_seconds();
+    if (!last.accepted) return false;
+    last_input = input;
+    time = input.end();
+    add_energy();
+    return true;
+}
+
+void BodySimulation::State::add_seconds()
+{
     summary.seconds.free_motion += last.free_motion;
     summary.seconds.detection += last.detection;
     summary.seconds.compliance += last.compliance;
     summary.seconds.contact_solve += last.contact_solve;
     summary.seconds.correction += last.correction;
-    if (!last.accepted) return false;
-    last_input = input;
-    time = input.end();
+}
+
+void BodySimulation::State::add_energy()
+{
     energy.work += last.energy.work;
     energy.work_absolute += last.energy.work_absolute;
     energy.friction += last.friction;
@@ -89,7 +96,6 @@ bool BodySimulation::State::advance(double h, bool relaxed, double share)
     for (const Vec3& force : last.force)
         energy.largest_force = std::max(energy.largest_force, force.norm());
     follow(energy);
-    return true;
 }
 
 /// A quasi-static step so short that what is prescribed moves no farther than contacts are looked
@@ -149,7 +155,7 @@ bool BodySimulation::State::find_first_balance()
 {
     constexpr double kLeast = 1.0 / 256;
     if (system->finder.has_start_overlaps()) return resolve_start();
-    if (advance(0) || (may_snap() && advance(0, true))) return true;
+    if (advance(0) || (may_snap() && advance(0, true))) return leave_unstable(false);
     const std::string refusal = last.refusal;
     double reached = 0;
     for (double part = 0.25; reached < 1 && part >= kLeast && !*stop;) {
@@ -204,114 +210,6 @@ bool BodySimulation::State::advance_path()
     return true;
 }
 
-StepRecord BodySimulation::State::record(double h, double seconds)
-{
-    StepRecord out;
-    out.step = step;
-    out.time = time;
-    out.step_length = h;
-    out.seconds = seconds;
-    out.iterations = last.iterations;
-    out.factorisations = last.factorisations;
-    out.errors = last.errors;
-    out.retries = retries;
-    out.energy = energy;
-    for (const std::string& r : last.remarks)
-        out.remark += (out.remark.empty() ? "" : "; ") + r;
-    out.certificate.error = last.error;
-    out.certificate.tolerance = std::max(last.threshold, scene.accuracy.contact);
-    out.certificate.worst_penetration = last.penetration;
-    if (dynamic()) { // the laws of its steps are of velocities: where gaps ended, instead
-        out.certificate.worst_penetration = 0;
-        for (const BodyContact& k : last.contacts.contact)
-            out.certificate.worst_penetration = std::max(out.certificate.worst_penetration, -k.gap);
-    }
-    out.certificate.worst_cone_violation = last.cone;
-    if (const BodyOverlap& o = last.overlap; o.depth > 0) {
-        OverlapRecord& worst = out.certificate.worst_overlap;
-        worst.depth = o.depth;
-        worst.a = system->refs[std::size_t(o.a)].name;
-        worst.b = o.b >= 0          ? system->refs[std::size_t(o.b)].name
-                  : o.obstacle >= 0 ? obstacles[std::size_t(o.obstacle)].name
-                                    : "";
-        worst.point = o.point;
-        worst.step = step;
-    }
-    out.certificate.certified = out.certificate.error <= out.certificate.tolerance;
-    const auto number = [&](int body, int obstacle) { // obstacles first, then bodies
-        return body < 0 ? obstacle : int(obstacles.size()) + body;
-    };
-    const std::vector<ContactPair>& pairs = system->finder.pairs();
-    for (std::size_t c = 0; c < last.contacts.contact.size(); ++c) {
-        const BodyContact& k = last.contacts.contact[c];
-        if (last.force[c].isZero(0)) continue;
-        const ContactPair& pair = pairs[std::size_t(k.pair)];
-        ContactRecord r;
-        r.point = k.point;
-        if (pair.small) { // found where the run began: told where the body is now
-            const SolidBody& solid = *system->refs[std::size_t(k.a)].solid;
-            const auto node = std::size_t(k.id % kNodeNumbers);
-            r.point += solid.places()[node] - solid.first_places()[node];
-        }
-        r.force = last.force[c];
-        r.normal = k.frame.col(0);
-        r.slip = last.slip[c];
-        r.normal_force = r.normal.dot(r.force);
-        r.clustered_force = r.normal_force;
-        r.gap = k.gap;
-        r.pressure = k.area > 0 ? r.normal_force / k.area : 0;
-        r.area = k.area;
-        const Vec3 tangential = r.force - r.normal_force * r.normal;
-        const double size = system->refs[std::size_t(k.a)].body->size();
-        const bool slips = tangential.norm() >= (1 - 1e-6) * pair.friction * r.normal_force ||
-                           r.slip.norm() > kSticks * size;
-        r.status = slips ? ContactStatus::slip : ContactStatus::stick;
-        r.body_a = number(k.a, 0);
-        r.body_b = number(k.b, pair.obstacle);
-        out.contacts.push_back(r);
-    }
-    for (const BodyRef& b : system->refs)
-        if (b.rod) out.beams.push_back(record_rod(*b.rod, b.name));
-    out.quantities = body_quantities(scene, obstacles, *system, last);
-    return out;
-}
-
-void BodySimulation::State::note_limits()
-{
-    limits.resize(system->refs.size());
-    for (std::size_t b = 0; b < limits.size(); ++b) {
-        SolidBody* solid = system->refs[b].solid;
-        if (!solid || solid->nonlinear()) continue;
-        solid->complete();
-        limits[b].note(solid->mesh(), solid->places(), solid->frame().turn.toRotationMatrix(),
-                       time);
-    }
-}
-
-void BodySimulation::State::finish()
-{
-    summary.steps = step;
-    summary.time = time;
-    summary.energy = energy;
-    summary.contacts_mean = step > 0 ? contacts_sum / step : 0;
-    summary.not_measured = system->finder.not_measured(system->refs);
-}
-
-/// Of the last step: which forces could be others. Of a run that goes on it is said at its own end.
-void BodySimulation::State::examine_forces()
-{
-    if (summary.status == "interrupted") {
-        summary.undetermined.clear();
-        summary.undetermined_not_examined = {"all: the run was interrupted"};
-        return;
-    }
-    if (scene.time.path > 0) summary.undetermined_not_examined = {"all: balances along a path"};
-    if (!last.accepted) return; // no step since the run was resumed: what was said then stands
-    UndeterminedForces found = undetermined_forces(*system, last, last_input, scene.accuracy.contact);
-    summary.undetermined = std::move(found.pairs);
-    summary.undetermined_not_examined = std::move(found.not_examined);
-}
-
 BodySimulation::BodySimulation(const Scene& scene, std::vector<Obstacle> obstacles,
                                const SimulationOptions& options)
     : state_(std::make_unique<State>())
@@ -325,7 +223,9 @@ BodySimulation::BodySimulation(const Scene& scene, std::vector<Obstacle> obstacl
     s.system = build_bodies(s.scene, s.obstacles, s.warnings, options.refuse);
     for (const BodyRef& b : s.system->refs)
         if (b.solid) b.solid->use_threads(options.threads);
-    s.curves = curves_of(s.scene);
+    s.curves = held_curves(s.scene);
+    s.add_inputs();
+    outside_of(s.scene); // a function that it names is registered
 }
 
 BodySimulation::~BodySimulation() = default;
@@ -335,149 +235,254 @@ void BodySimulation::prepare()
     state_->make_ready();
 }
 
-RunSummary BodySimulation::run(StepObserver& observer, const std::atomic<bool>& stop)
+/// What every accepted state is followed by.
+StepResult BodySimulation::State::tell(StepRecord r)
+{
+    const Stopwatch watch;
+    r.phases = summary.seconds;
+    summary.quantities = r.quantities;
+    note_instruments(r);
+    finish();
+    summary.seconds.output += watch.seconds();
+    return accepted_step(std::move(r));
+}
+
+/// The state that a run begins from. Quasi-static: the balance that the first loads and places ask
+/// for.
+StepResult BodySimulation::State::begin()
+{
+    const auto refused = [&] {
+        return *stop ? interrupted_step() : failed_step("the initial state: " + last.refusal);
+    };
+    if (!dynamic() && !find_first_balance()) return refused();
+    if (dynamic() && system->finder.has_start_overlaps()) {
+        if (!resolve_start()) return refused();
+        summary.warnings.push_back(fmt::format("bodies that began inside each other were pressed "
+                                               "out before the first step; elastic energy of it: "
+                                               "{:.6g} J",
+                                               last.energy.elastic));
+        energy.elastic = last.energy.elastic;
+    }
+    const double elastic = energy.elastic; // of the first balance
+    energy = {};
+    energy.elastic = elastic;
+    if (dynamic()) {
+        for (const BodyRef& b : system->refs)
+            energy.kinetic += b.body->kinetic_energy();
+        energy.elastic += spring_energy(system->couplings, system->coupling_memory);
+    }
+    energy.elastic_start = energy.elastic;
+    energy.kinetic_start = energy.kinetic;
+    started = true;
+    note_unstable();
+    return tell(record(0, 0));
+}
+
+StepResult BodySimulation::State::step_path()
+{
+    const Stopwatch watch;
+    const double before = time, length = path_length;
+    if (!advance_path()) {
+        path_length = length;
+        return failed_step(fmt::format("step {}: {}", step + 1, last.refusal));
+    }
+    ++step;
+    note_unstable();
+    StepRecord r = record(time - before, watch.seconds());
+    add_step(summary, r);
+    return tell(std::move(r));
+}
+
+/// Drives and loads: the bodies' own curves count. Along a path the time of a step is unknown.
+void BodySimulation::State::add_inputs()
+{
+    for (const BodyRef& b : system->refs)
+        for (const LiveCurve& c : b.rigid   ? b.rigid->live_curves()
+                                  : b.solid ? b.solid->live_curves()
+                                            : b.rod->live_curves()) {
+            curves.push_back(c.curve);
+            if (scene.time.path == 0)
+                inputs.add({c.name, c.unit, c.lower, c.upper}, *c.curve, c.missing);
+        }
+}
+
+/// @param not_beyond  as step()'s
+/// @returns  none: a step that was accepted is to be done again, in shorter ones
+std::optional<StepResult> BodySimulation::State::step_on(double not_beyond)
+{
+    const Stopwatch watch;
+    const double end = scene.time.end;
+    inputs.begin(time);
+    const double reach = next_stop() - time;
+    const double uncut = step_length, sliver = 1e-6 * scene.time.step;
+    double whole = std::min(step_length, reach);
+    if (refinement.level > 0) whole = std::min({whole, refinement.length, refinement.until - time});
+    const CutStep cut = cut_step(time, whole, not_beyond, whole < reach ? sliver : 0);
+    whole = cut.h;
+    inputs.lead(time, whole);
+    double h = within_reach(whole);
+    const double least = h / whole * smallest();
+    if (!cut.cut && reach - h < sliver) h = reach; // none before a knot
+    const bool at_cut = cut.cut && h == whole;
+    retries = 0;
+    const BeforeStep before = before_step();
+    BodyStepReport kept = std::move(last);
+    // Tries that end without a step leave marks in bodies and contacts: what is written then,
+    // and what --resume goes on from, is of the last step.
+    const auto take_back = [&] {
+        last = std::move(kept);
+        put_back(before);
+    };
+    const auto refused = [&](const std::string& why) {
+        take_back();
+        return *stop ? interrupted_step() : failed_step(why);
+    };
+    while (true) {
+        const bool shorter = h > least * (1 + 1e-9);
+        if (advance(h)) {
+            if (leave_unstable(shorter)) break;
+            put_back(before);
+        }
+        if (*stop) return refused("");
+        if (!shorter) {
+            if (may_snap() && !in_medium() && advance(h, true) && leave_unstable(false)) break;
+            return refused(fmt::format(
+                "step {} (t = {:.6g} s): {}{}", step + 1, time, last.refusal,
+                retries == 0 ? "" : fmt::format("; steps down to {:.3g} s were tried", h)));
+        }
+        h = std::max(0.5 * h, least);
+        ++retries;
+    }
+    const bool refined = refinement.level > 0;
+    const EnergyVerdict verdict = judge_energy(before, h);
+    if (verdict == EnergyVerdict::refused) {
+        const std::string why =
+            fmt::format("step {} (t = {:.6g} s): {}", step + 1, before.time, last.refusal);
+        take_back();
+        return failed_step(why);
+    }
+    inputs.accept();
+    if (verdict == EnergyVerdict::again) {
+        take_back();
+        return std::nullopt;
+    }
+    ++step;
+    note_unstable();
+    overlaps.add(*system, last, step, summary.warnings);
+    if (last.lag > 0 && lagging++ < kMostTold)
+        summary.warnings.push_back(fmt::format(
+            "step {}: contacts jump at its end; their forces are those of contacts as the last "
+            "iteration found them, {:.1g} of them away from those at the end",
+            step, last.lag));
+    if (std::abs(time - next_stop()) < 1e-12 * end) time = next_stop();
+    // In a medium a step that is too long costs more than some that are shorter.
+    const double growth = !in_medium() ? 2 : last.errors.size() <= kQuick ? kGrowth : 1;
+    if (!(refined && refinement.level == 0)) step_length = std::min(growth * h, scene.time.step);
+    if (h == reach && retries == 0 && !in_medium()) step_length = scene.time.step;
+    if (at_cut && retries == 0) {
+        time = not_beyond;
+        step_length = uncut;
+    }
+    StepRecord r = record(h, watch.seconds());
+    add_step(summary, r);
+    contacts_sum += double(r.contacts.size());
+    return tell(std::move(r));
+}
+
+StepResult BodySimulation::step(const std::atomic<bool>& stop, double not_beyond)
 {
     State& s = *state_;
-    RunSummary& sum = s.summary;
-    sum.status = "running";
-    sum.message.clear();
-    const auto finish = [&](const char* status, std::string message) {
-        sum.status = status;
-        sum.message = std::move(message);
-        s.finish();
-        s.examine_forces();
-        s.note_limits();
-        RunSummary whole = sum; // a run that goes on says it at its own end
-        for (std::size_t b = 0; b < s.limits.size(); ++b)
-            if (std::string told = s.limits[b].warning(s.system->refs[b].name); !told.empty())
-                whole.warnings.push_back(std::move(told));
-        for (std::string& sentence : s.overlaps.small_contacts(*s.system))
-            whole.warnings.push_back(std::move(sentence));
-        if (std::string told = energy_warning(s.energy, s.energy_scale()); !told.empty())
-            whole.warnings.push_back(std::move(told));
-        return whole;
-    };
-    const auto observe = [&](StepRecord r) {
-        const Stopwatch watch;
-        r.phases = sum.seconds;
-        sum.quantities = r.quantities;
-        s.finish();
-        observer.on_step(r);
-        sum.seconds.output += watch.seconds();
-    };
+    s.summary.status = "running";
+    s.summary.message.clear();
+    if (s.scene.time.path > 0 && not_beyond < s.scene.time.end)
+        throw InputError(
+            {{s.scene.file, "/time/path",
+              fmt::format("{:g}, and steps to a time that is given", s.scene.time.path),
+              "no path: along it time is an unknown"}});
     s.stop = &stop;
     s.make_ready();
     if (!s.started) {
-        // Quasi-static: the balance that the first loads and places ask for.
-        if (!s.dynamic() && !s.find_first_balance()) {
-            if (stop) return finish("interrupted", "interrupted by the user");
-            return finish("failed", "the initial state: " + s.last.refusal);
-        }
-        if (s.dynamic() && s.system->finder.has_start_overlaps()) {
-            if (!s.resolve_start()) {
-                if (stop) return finish("interrupted", "interrupted by the user");
-                return finish("failed", "the initial state: " + s.last.refusal);
-            }
-            sum.warnings.push_back(fmt::format("bodies that began inside each other were pressed "
-                                               "out before the first step; elastic energy of it: "
-                                               "{:.6g} J",
-                                               s.last.energy.elastic));
-            s.energy.elastic = s.last.energy.elastic;
-        }
-        const double elastic = s.energy.elastic; // of the first balance
-        s.energy = {};
-        s.energy.elastic = elastic;
-        if (s.dynamic()) {
-            for (const BodyRef& b : s.system->refs)
-                s.energy.kinetic += b.body->kinetic_energy();
-            s.energy.elastic += spring_energy(s.system->couplings, s.system->coupling_memory);
-        }
-        s.energy.elastic_start = s.energy.elastic;
-        s.energy.kinetic_start = s.energy.kinetic;
-        s.started = true;
-        observe(s.record(0, 0));
-    }
-    const double end = s.scene.time.end;
-    while (s.time < end * (1 - 1e-12)) {
-        if (stop) return finish("interrupted", "interrupted by the user");
-        const Stopwatch watch;
-        if (s.scene.time.path > 0) {
-            const double before = s.time;
-            if (!s.advance_path())
-                return finish("failed", fmt::format("step {}: {}", s.step + 1, s.last.refusal));
-            ++s.step;
-            StepRecord r = s.record(s.time - before, watch.seconds());
-            add_step(sum, r);
-            observe(r);
-            continue;
-        }
-        const double reach = s.next_stop() - s.time;
-        double whole = std::min(s.step_length, reach);
-        if (s.refinement.level > 0)
-            whole = std::min({whole, s.refinement.length, s.refinement.until - s.time});
-        double h = s.within_reach(whole);
-        const double smallest = h / whole * s.smallest();
-        if (reach - h < 1e-6 * s.scene.time.step) h = reach; // no sliver before a knot
-        s.retries = 0;
         const BeforeStep before = s.before_step();
-        BodyStepReport last = std::move(s.last);
-        // Tries that end without a step leave marks in bodies and contacts: what is written then,
-        // and what --resume goes on from, is of the last step.
-        const auto take_back = [&] {
-            s.last = std::move(last);
+        const std::vector<std::string> warnings = s.summary.warnings;
+        StepResult first = s.begin();
+        if (first.outcome != StepResult::Outcome::accepted) {
             s.put_back(before);
-        };
-        while (!s.advance(h)) {
-            if (stop) {
-                take_back();
-                return finish("interrupted", "interrupted by the user");
-            }
-            if (h <= smallest * (1 + 1e-9)) {
-                if (s.may_snap() && !s.in_medium() && s.advance(h, true)) break;
-                if (stop) {
-                    take_back();
-                    return finish("interrupted", "interrupted by the user");
-                }
-                const std::string why = fmt::format(
-                    "step {} (t = {:.6g} s): {}{}", s.step + 1, s.time, s.last.refusal,
-                    s.retries == 0 ? "" : fmt::format("; steps down to {:.3g} s were tried", h));
-                take_back();
-                return finish("failed", why);
-            }
-            h = std::max(0.5 * h, smallest);
-            ++s.retries;
+            s.summary.warnings = warnings;
         }
-        const bool refined = s.refinement.level > 0;
-        const EnergyVerdict verdict = s.judge_energy(before, h);
-        if (verdict == EnergyVerdict::refused) {
-            const std::string why =
-                fmt::format("step {} (t = {:.6g} s): {}", s.step + 1, before.time, s.last.refusal);
-            take_back();
-            return finish("failed", why);
-        }
-        if (verdict == EnergyVerdict::again) {
-            take_back();
-            continue;
-        }
-        ++s.step;
-        s.overlaps.add(*s.system, s.last, s.step, sum.warnings);
-        if (s.last.lag > 0 && s.lagging++ < kMostTold)
-            sum.warnings.push_back(fmt::format(
-                "step {}: contacts jump at its end; their forces are those of contacts as the last "
-                "iteration found them, {:.1g} of them away from those at the end",
-                s.step, s.last.lag));
-        if (std::abs(s.time - (s.next_stop())) < 1e-12 * end) s.time = s.next_stop();
-        // In a medium a step that is too long costs more than some that are shorter.
-        const double growth = !s.in_medium() ? 2 : s.last.errors.size() <= kQuick ? kGrowth : 1;
-        if (!(refined && s.refinement.level == 0))
-            s.step_length = std::min(growth * h, s.scene.time.step);
-        if (h == reach && s.retries == 0 && !s.in_medium()) s.step_length = s.scene.time.step;
-        StepRecord r = s.record(h, watch.seconds());
-        add_step(sum, r);
-        s.contacts_sum += double(r.contacts.size());
-        observe(r);
+        return first;
     }
-    return finish("done", "");
+    const double until = std::min(s.scene.time.end, not_beyond);
+    const StepRefinement refinement = s.refinement;
+    const std::vector<char> waiting = s.inputs.waiting();
+    const double length = s.step_length;
+    std::optional<StepResult> result;
+    while (!result) {
+        if (!(s.time < until * (1 - 1e-12))) return {};
+        if (stop)
+            result = interrupted_step();
+        else
+            result = s.scene.time.path > 0 ? s.step_path() : s.step_on(not_beyond);
+    }
+    if (result->outcome != StepResult::Outcome::accepted) s.inputs.wait_again(waiting);
+    if (result->outcome == StepResult::Outcome::failed) {
+        s.refinement = refinement;
+        s.step_length = length;
+    }
+    return *std::move(result);
+}
+
+RunSummary BodySimulation::conclude(const StepResult& last)
+{
+    State& s = *state_;
+    RunSummary& sum = s.summary;
+    sum.status = status_of(last.outcome);
+    sum.message = last.message;
+    s.finish();
+    s.examine_forces();
+    s.note_limits();
+    RunSummary whole = sum; // a run that goes on says it at its own end
+    for (std::size_t b = 0; b < s.limits.size(); ++b)
+        if (std::string told = s.limits[b].warning(s.system->refs[b].name); !told.empty())
+            whole.warnings.push_back(std::move(told));
+    if (s.unstable > 1)
+        whole.warnings.push_back(
+            fmt::format("{} steps ended in balances that do not stand", s.unstable));
+    std::size_t k = 0;
+    s.for_instruments([&](int rod, int) {
+        if (k >= s.instruments.size()) return;
+        std::string told = s.instruments[k++].warning(s.scene.rods[std::size_t(rod)].name);
+        if (!told.empty()) whole.warnings.push_back(std::move(told));
+    });
+    for (std::string& sentence : s.overlaps.small_contacts(*s.system))
+        whole.warnings.push_back(std::move(sentence));
+    if (std::string told = energy_warning(s.energy, s.energy_scale()); !told.empty())
+        whole.warnings.push_back(std::move(told));
+    return whole;
+}
+
+void BodySimulation::spent_on_output(double seconds)
+{
+    state_->summary.seconds.output += seconds;
+}
+
+const RunSummary& BodySimulation::so_far() const
+{
+    return state_->summary;
+}
+
+const std::vector<InputInfo>& BodySimulation::inputs() const
+{
+    return state_->inputs.all();
+}
+
+double BodySimulation::input(std::size_t number) const
+{
+    return state_->inputs.value(number, state_->time);
+}
+
+void BodySimulation::set_input(std::size_t number, double value)
+{
+    state_->inputs.set(number, value, state_->time);
 }
 
 const std::vector<Obstacle>& BodySimulation::obstacles() const
@@ -505,9 +510,9 @@ LinearPlan BodySimulation::linear_plan() const
     return state_->system->linear;
 }
 
-std::vector<double> BodySimulation::max_contact_force(std::size_t obstacle) const
+std::vector<double> BodySimulation::max_contact_force(std::size_t) const
 {
-    return std::vector<double>(state_->obstacles[obstacle].model.surface->points.size(), 0);
+    return {};
 }
 
 std::vector<Issue> BodySimulation::warnings() const
@@ -518,37 +523,6 @@ std::vector<Issue> BodySimulation::warnings() const
 std::vector<std::string> BodySimulation::messages() const
 {
     return state_->messages;
-}
-
-std::vector<RecordedProblem> BodySimulation::contact_problems() const
-{
-    const BodyStepReport& r = state_->last;
-    if (r.recorded.mu.size() == 0 || r.recorded.W.is_matrix_free()) return {};
-    RecordedProblem p;
-    if (r.recorded.W.rows() > 0) {
-        p.problem = r.recorded;
-        p.reaction = r.recorded_reaction;
-        p.contact = r.recorded_identity;
-    } else {
-        p.problem = rods_problem(*state_->system, r, p.reaction);
-        for (std::size_t c = 0; c < r.contacts.contact.size(); ++c)
-            p.contact.push_back(int(c));
-    }
-    return {p};
-}
-
-std::vector<BodyRecord> BodySimulation::body_records() const
-{
-    State& s = *state_;
-    s.note_limits();
-    std::vector<BodyRecord> all;
-    for (std::size_t b = 0; b < s.system->refs.size(); ++b)
-        if (!s.system->refs[b].rod) {
-            all.push_back(record_body(*s.system, b, s.last));
-            if (const SolidBody* solid = s.system->refs[b].solid; solid && s.dynamic())
-                all.back().point_fields.push_back({"velocity", "m/s", 3, solid->velocities()});
-        }
-    return all;
 }
 
 } // namespace amontons

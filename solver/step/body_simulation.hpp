@@ -12,7 +12,14 @@ public:
                    const SimulationOptions& options = {});
     ~BodySimulation() override;
 
-    RunSummary run(StepObserver& observer, const std::atomic<bool>& stop) override;
+    StepResult step(const std::atomic<bool>& stop,
+                    double not_beyond = std::numeric_limits<double>::infinity()) override;
+    RunSummary conclude(const StepResult& last) override;
+    void spent_on_output(double seconds) override;
+    const RunSummary& so_far() const override;
+    const std::vector<InputInfo>& inputs() const override;
+    double input(std::size_t number) const override;
+    void set_input(std::size_t number, double value) override;
     const std::vector<Obstacle>& obstacles() const override;
     std::vector<BodyPlan> plan() const override;
     LinearPlan linear_plan() const override;

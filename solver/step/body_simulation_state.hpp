@@ -4,11 +4,15 @@
 #include "solver/step/body_simulation.hpp"
 #include "solver/step/body_step.hpp"
 #include "solver/step/energy_balance.hpp"
+#include "solver/step/instrument_record.hpp"
 #include "solver/step/knots.hpp"
+#include "solver/step/live_inputs.hpp"
+#include "solver/step/outside.hpp"
 #include "solver/step/overlap_log.hpp"
 #include "solver/step/start_overlap.hpp"
 
 #include <algorithm>
+#include <optional>
 
 // What a run of solids, rigid bodies and rods keeps between its steps: of body_simulation.cpp and
 // body_checkpoint.cpp alone.
@@ -24,6 +28,7 @@ struct BeforeStep {
     std::map<BodySystem::Key, bool> warm_sticks;
     std::vector<std::vector<PlaceRow>> rows;
     std::vector<CouplingMemory> couplings;
+    bool unstable_kept = false;
 };
 
 struct BodySimulation::State {
@@ -33,7 +38,9 @@ struct BodySimulation::State {
     SimulationOptions options;
     std::vector<std::string> messages;
     std::unique_ptr<BodySystem> system;
-    std::vector<const CurvePoints*> curves;
+    std::vector<const CurvePoints*> curves; ///< whose knots no step passes
+    LiveInputs inputs;                      ///< on the curves of driven rigid bodies
+    void add_inputs();
     BodyStepReport last;
     StepInput last_input; ///< of the last step
 
@@ -48,11 +55,27 @@ struct BodySimulation::State {
     /// condensed solid a solve.
     void note_limits();
     int lagging = 0, jumps = 0; ///< steps of this run whose contacts lag behind, whose energy jumps
+    int unstable = 0;           ///< steps whose balance does not stand
+    bool unstable_kept = false; ///< the last step's does not, and was not left
+    std::string why_kept;
+    bool unheld_told = false; ///< what nothing holds of rods that lean on contacts
     double contacts_sum = 0;
     EnergyRecord energy;
     StepRefinement refinement;
     RunSummary summary;
     OverlapLog overlaps;
+    std::vector<InstrumentLog> instruments; ///< of each rod that was given as a beam, in order
+    /// @param each  called with (rod's number of all rods, body's number)
+    template <class Each> void for_instruments(Each&& each) const
+    {
+        int rod = 0;
+        for (std::size_t b = 0; b < system->refs.size(); ++b) {
+            if (!system->refs[b].rod) continue;
+            if (scene.rods[std::size_t(rod)].instrument) each(rod, int(b));
+            ++rod;
+        }
+    }
+    void note_instruments(const StepRecord& r);
 
     double smallest() const
     {
@@ -64,6 +87,11 @@ struct BodySimulation::State {
     double next_stop() const { return next_knot(curves, time, scene.time.end); }
     void make_ready();
     bool advance(double h, bool relaxed = false, double share = 1);
+    bool leave_unstable(bool may_cut);
+    void add_seconds(); ///< of the last step
+    void add_energy();
+    std::vector<std::string> unstable_bodies() const;
+    void note_unstable();
     bool find_first_balance();
     /// Presses bodies that begin inside each other apart.
     bool resolve_start()
@@ -84,6 +112,7 @@ struct BodySimulation::State {
         o.solver = contact_solver(scene.accuracy.solver);
         o.threads = options.threads;
         o.stop = stop;
+        o.outside = outside_of(scene);
         return o;
     }
     /// Rods that lose their balance can be followed against a drag, whatever they lie on.
@@ -95,6 +124,10 @@ struct BodySimulation::State {
     EnergyVerdict judge_energy(const BeforeStep& before, double h);
     double within_reach(double h) const;
     StepRecord record(double h, double seconds);
+    StepResult tell(StepRecord record);
+    StepResult begin();
+    StepResult step_path();
+    std::optional<StepResult> step_on(double not_beyond);
     void finish();
     void examine_forces();
 };

@@ -22,7 +22,6 @@ constexpr int kPatienceFactor = 2; // times the iterations, for steps that are n
 // Iterations that do not halve the error, before bodies lean, and before they are tried upright
 // again; how often they change about in a step.
 constexpr int kUprightPatience = 3, kLeanPatience = 5, kMostTurns = 9;
-constexpr const char* kNotStable = "its balance is not stable"; // of remarks of bodies too
 
 } // namespace
 
@@ -112,7 +111,7 @@ bool BodyStepper::matrices_kept() const
 /// No contact force moves it.
 bool BodyStepper::fixed(std::size_t b) const
 {
-    return body(b).unknowns() == 0 && body(b).modes().cols() == 0;
+    return system_.fixed(b);
 }
 
 /// Contacts by the finder, or of a try before with the rows that are new.
@@ -381,10 +380,14 @@ bool BodyStepper::run()
         std::vector<std::size_t> prescribed;
         for (std::size_t b = 0; b < bodies(); ++b)
             if (body(b).stand_at_start()) prescribed.push_back(b);
-        if (step_.follows)
-            for (std::size_t c = 0; c < system_.couplings.size(); ++c)
+        // Of rods, too, joints hold where the step ends, and act half way.
+        if (step_.follows || (step_.rule.end < 1 && system_.has_rods()))
+            for (std::size_t c = 0; c < system_.couplings.size(); ++c) {
+                const Coupling* const other = c > 0 ? &system_.couplings[c - 1] : nullptr;
                 joints_start_.push_back(coupling_row(system_.refs, system_.couplings[c],
-                                                     system_.coupling_memory[c].value));
+                                                     system_.coupling_memory[c].value, other,
+                                                     other ? &joints_start_.back() : nullptr));
+            }
         if (!prescribed.empty()) {
             find_at_start();
             found_ = true;
@@ -396,12 +399,14 @@ bool BodyStepper::run()
     }
     find();
     expect_motion();
-    rods_only_ = rods_alone() && !system_.finder.pairs().empty();
+    rods_only_ = rods_alone() && (!system_.finder.pairs().empty() || !system_.couplings.empty());
     bool nonlinear = false;
     for (const BodyRef& b : system_.refs)
         nonlinear |= b.body->nonlinear();
     linear_ = !nonlinear && !step_.dynamic;
-    const bool geometry = !step_.dynamic && !system_.finder.all_small();
+    // Joints turn with their bodies.
+    const bool geometry =
+        !step_.dynamic && (!system_.finder.all_small() || !system_.couplings.empty());
     double least = std::numeric_limits<double>::infinity();
     int most = options_.most_iterations;
     for (int i = 0, halved = 0, turns = 0; i < most; ++i) {
@@ -482,6 +487,11 @@ bool BodyStepper::run()
     if (report_.refusal.empty()) report_.refusal = deepest_overlap_message();
     for (const BodyRef& b : system_.refs)
         if (b.solid && report_.refusal.empty()) report_.refusal = b.solid->made_energy();
+    // Ropes have many balances, with loops and kinks: Newton's method may have jumped to one.
+    for (const BodyRef& b : system_.refs)
+        if (b.rod && !step_.dynamic && force_.empty() && report_.refusal.empty() &&
+            b.rod->slips_off_balance())
+            report_.refusal = b.name + " came to a balance that is not stable";
     if (!report_.refusal.empty()) return false;
     if (options_.stop &&
         *options_.stop) { // solvers may have ended with less than they do otherwise
@@ -502,7 +512,7 @@ bool BodyStepper::run()
             report_.remarks.push_back(toppling_body + ": " + kNotStable +
                                       ": its contacts do not keep it from tipping or buckling");
         if (RodBody* rod = system_.refs[b].rod; rod && !upright_.empty() && upright_[b])
-            rod->is_held();
+            rod->note_negative(0);
         report_.energy.work += e.work;
         report_.energy.work_absolute += e.work_absolute;
         report_.energy.dissipated += e.dissipated;
@@ -520,6 +530,7 @@ bool BodyStepper::run()
         const auto known = force_.find({pair, id});
         return known != force_.end() && !known->second.isZero(0);
     });
+    if (step_.dynamic) system_.finder.add_rows_ahead(overlaps_);
     for (const BodyOverlap& o : overlaps_)
         if (o.depth > report_.overlap.depth) report_.overlap = o;
     report_.overlaps = std::move(overlaps_);

@@ -7,6 +7,7 @@
 #include "solver/step/couplings.hpp"
 
 #include <atomic>
+#include <functional>
 #include <limits>
 #include <map>
 #include <string>
@@ -24,6 +25,7 @@ struct BodySystem {
     std::map<std::pair<std::string, std::string>, ContactSurface> surfaces;
     ContactFinder finder{{}, {}};
     std::vector<Coupling> couplings;
+    std::vector<std::unique_ptr<Patch>> patches; ///< of solids, that couplings act on
     std::vector<CouplingMemory> coupling_memory; ///< of each
 
     struct Key {
@@ -42,11 +44,27 @@ struct BodySystem {
     {
         return std::ranges::any_of(refs, [](const BodyRef& b) { return b.rod != nullptr; });
     }
+    bool fixed(std::size_t b) const
+    {
+        return bodies[b]->unknowns() == 0 && bodies[b]->modes().cols() == 0;
+    }
+    /// Nothing but rods can move.
+    bool rods_alone() const
+    {
+        for (std::size_t b = 0; b < refs.size(); ++b)
+            if (!refs[b].rod && !fixed(b)) return false;
+        return has_rods();
+    }
 };
 
 struct BodyStepOptions {
     double tolerance = 1e-8;
     ContactSolver solver = ContactSolver::automatic;
+    /// Solves contact problems in our place, given a warm start; none if empty. Where it has no
+    /// answer it says why, as the end of a sentence that begins with its name.
+    std::function<ContactSolution(const ContactProblem&, const SolverOptions&,
+                                  const Eigen::VectorXd&, std::string& why)>
+        outside;
     int threads = 1;
     int most_iterations = 60; ///< of the outer loop
     int patience = 30;        ///< iterations that do not halve the least error so far
@@ -101,10 +119,13 @@ std::string describe(const BodyOverlap& overlap, const BodySystem& system);
 BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
                              const BodyStepOptions& options);
 
+struct UnstableBalance;
+
 /// For rods, whatever else there is, where no step leads on since balances end there: gradient flow
 /// against a drag to the balance that they snap to, in many small steps of try_body_step. What the
 /// drag takes is counted as dissipated. Where it is not accepted, no state has changed.
-BodyStepReport relax_rods(BodySystem& system, const StepInput& step,
-                          const BodyStepOptions& options);
+/// @param leave  a balance to begin from: along its lowest mode
+BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
+                          const UnstableBalance* leave = nullptr);
 
 } // namespace amontons

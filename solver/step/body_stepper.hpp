@@ -88,7 +88,7 @@ private:
     bool solve_without_W();
     void take_answer(const Eigen::VectorXd& u);
     bool finish_iteration();
-    ContactSolution solve_contact(const SolverOptions& options) const;
+    ContactSolution solve_contact(const SolverOptions& options, std::string& why) const;
     Eigen::VectorXd warm_start() const;
     Eigen::VectorXd values(const Rows& rows) const;
     void add_motion(const Rows& rows, const std::vector<Eigen::VectorXd>& y,
@@ -129,6 +129,8 @@ private:
     std::string toppling();
     bool is_free_to_slide(std::size_t b) const;
     bool couple_modes();
+    bool may_go_freely(std::size_t body) const;
+    bool let_go_freely();
     void add_coupled_modes(const Eigen::VectorXd& give, const std::vector<Eigen::MatrixXd>& W,
                            const std::vector<std::pair<int, double>>& soft);
     std::vector<Eigen::VectorXd> coupled_gain(const std::vector<Eigen::VectorXd>& load) const;
@@ -174,6 +176,8 @@ private:
     std::vector<Eigen::VectorXd> free_, mode_load_;
     std::vector<Eigen::MatrixXd> B_; ///< modes seen by the chosen rows
     std::vector<double> mode_scale_; ///< [m/N]
+    std::vector<char> goes_freely_;  ///< rigid bodies whose scale is none of what they touch
+    int drifting_ = -1;              ///< the body that has to become one, or -1
     bool unsolved_ = false;          ///< the last contact problem was
     bool modes_coupled_ = false;     ///< in place of it, for this step: see couple_modes()
     Eigen::MatrixXd coupled_root_;   ///< U^T U = T of the modes of all bodies [N/m]

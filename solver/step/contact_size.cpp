@@ -118,6 +118,12 @@ std::vector<ContactSize> contact_sizes(const BodySystem& system, const BodyStepR
                                      .maxCoeff() > 0
                                  ? 1 / round->radius
                                  : 0;
+            if (std::holds_alternative<Ellipsoid>(rigid.shape()) ||
+                std::holds_alternative<Capsule>(rigid.shape()))
+                curvature += std::max(
+                    0.0, symmetric_eigenvalues(
+                             distance_from(rigid, rigid.placement())(k.point).hessian)
+                             .maxCoeff());
         }
         f.size.width = curvature > 0 ? 2 * std::sqrt(f.size.indentation / curvature)
                                      : std::numeric_limits<double>::infinity();

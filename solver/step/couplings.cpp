@@ -1,102 +1,88 @@
 #include "solver/step/couplings.hpp"
 
 #include "solver/body/rigid_body.hpp"
+#include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
-#include "solver/solid/corotational.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
 #include <numbers>
+#include <optional>
 
 namespace amontons {
 namespace {
 
-/// Edges of the tetrahedron that a solid's anchor stands in.
-Mat3 edges(std::span<const StencilEntry> nodes, std::span<const Vec3> places)
+/// The pose of an anchor's patch.
+PatchPose pose_at_anchor(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor)
 {
-    Mat3 J;
-    for (std::size_t i = 0; i < 3; ++i)
-        J.col(Eigen::Index(i)) =
-            places[std::size_t(nodes[i + 1].node)] - places[std::size_t(nodes[0].node)];
-    return J;
+    return patch_pose(*anchor.patch, bodies[std::size_t(anchor.body)].solid->places());
 }
 
 /// How a body has turned where an anchor is.
-Eigen::Quaterniond turn_of(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor)
+Eigen::Quaterniond turn_of(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor,
+                           const PatchPose* pose)
 {
     if (anchor.body < 0) return Eigen::Quaterniond::Identity();
     const BodyRef& b = bodies[std::size_t(anchor.body)];
-    if (b.rigid) return b.rigid->placement().turn;
-    if (!b.solid->nonlinear()) return b.solid->frame().turn;
-    const Mat3 F = edges(anchor.nodes, b.solid->places()) *
-                   edges(anchor.nodes, b.solid->mesh().nodes).inverse();
-    return Eigen::Quaterniond(polar_rotation(F));
+    if (b.rod) return b.rod->node_pose(anchor.node).turn;
+    return pose ? Eigen::Quaterniond(pose->turn) : b.rigid->placement().turn;
 }
 
-/// The corner nodes of the element that is nearest to x, with the weights that make x of them.
-std::vector<StencilEntry> nodes_at(const SolidBody& solid, const Vec3& x, double& distance)
+Vec3 anchor_point(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor,
+                  const PatchPose* pose)
 {
-    std::vector<StencilEntry> best;
-    double least = std::numeric_limits<double>::infinity();
-    const std::span<const Vec3> places = solid.places();
-    for_each_element(solid.mesh(), [&](std::int32_t, ElementKind kind, auto nodes) {
-        // A tetrahedron of corners is enough to make any point nearby exactly, and any motion of it
-        // to the first order.
-        constexpr std::array<std::array<int, 4>, 2> kCorners{{{0, 1, 2, 3}, {0, 1, 3, 4}}};
-        const auto& c = kCorners[kind == ElementKind::H8 ? 1 : 0];
-        const auto place = [&](int i) {
-            return places[std::size_t(nodes[std::size_t(c[std::size_t(i)])])];
-        };
-        Mat3 J;
-        for (int i = 0; i < 3; ++i)
-            J.col(i) = place(i + 1) - place(0);
-        const Vec3 l = J.inverse() * (x - place(0));
-        const double w[] = {1 - l.sum(), l.x(), l.y(), l.z()};
-        // To the point of the element with the nearest weights, which are at most 1.
-        Vec3 inside = l.cwiseMax(0);
-        inside = kind == ElementKind::H8 ? Vec3(inside.cwiseMin(1))
-                                         : Vec3(inside / std::max(1.0, inside.sum()));
-        const double out = (J * (l - inside)).norm();
-        if (out < least) {
-            least = out;
-            best.clear();
-            for (int i = 0; i < 4; ++i)
-                best.push_back({nodes[std::size_t(c[std::size_t(i)])], w[i]});
-        }
-    });
-    distance = least;
-    return best;
+    if (anchor.body < 0) return anchor.local;
+    if (pose) return pose->centre + pose->turn * anchor.local;
+    if (const RodBody* rod = bodies[std::size_t(anchor.body)].rod)
+        return rod->node_pose(anchor.node) * anchor.local;
+    return bodies[std::size_t(anchor.body)].rigid->placement() * anchor.local;
+}
+
+/// Arms of the places where a row's forces act.
+void find_arms(const Coupling& c, CouplingRow& row)
+{
+    if (c.a.patch) row.arm_a = row.point_a - row.poses.front().centre;
+    if (c.b.patch) row.arm_b = row.point_b - row.poses.back().centre;
+}
+
+/// Are two rows of one joint at the same place?
+bool same_anchors(const Coupling& a, const Coupling& b)
+{
+    return !a.turns && !b.turns && a.a.local == b.a.local && a.b.local == b.b.local;
 }
 
 } // namespace
 
-Vec3 anchor_point(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor)
-{
-    if (anchor.body < 0) return anchor.local;
-    const BodyRef& b = bodies[std::size_t(anchor.body)];
-    if (b.rigid) return b.rigid->placement() * anchor.local;
-    Vec3 x = Vec3::Zero();
-    for (const StencilEntry& e : anchor.nodes)
-        x += e.weight * b.solid->places()[std::size_t(e.node)];
-    return x;
-}
-
-bool same_anchors(const Coupling& a, const Coupling& b)
-{
-    return a.input == b.input && !a.turns && !b.turns && a.a.nodes.empty() && a.b.nodes.empty() &&
-           a.a.local == b.a.local && a.b.local == b.b.local;
-}
-
 CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c, double known,
-                         const CouplingRow* same)
+                         const Coupling* other, const CouplingRow* before)
 {
     CouplingRow row;
-    if (c.turns) { // of the turn of a against b what is about the axis
-        const Eigen::Quaterniond a = turn_of(bodies, c.a);
-        const Eigen::Quaterniond turned = turn_of(bodies, c.b).conjugate() * a * c.turn;
+    const bool joint = before && other->input == c.input;
+    if (joint)
+        row.poses = before->poses;
+    else
+        for (const CoupledPlace* anchor : {&c.a, &c.b})
+            if (anchor->patch) row.poses.push_back(pose_at_anchor(bodies, *anchor));
+    const PatchPose* const pose_a = c.a.patch ? &row.poses.front() : nullptr;
+    const PatchPose* const pose_b = c.b.patch ? &row.poses.back() : nullptr;
+    if (c.square) {
+        const Vec3 a = turn_of(bodies, c.a, pose_a) * c.axis,
+                   b = turn_of(bodies, c.b, pose_b) * c.axis_b;
         row.turns = true;
+        row.point_a = row.point_b = Vec3::Zero();
+        row.axis_a = a;
+        row.axis_b = b;
+        row.direction = c.arm * a.cross(b);
+        row.value = c.arm * a.dot(b);
+        return row;
+    }
+    if (c.turns) { // of the turn of a against b what is about the axis
+        const Eigen::Quaterniond a = turn_of(bodies, c.a, pose_a);
+        const Eigen::Quaterniond turned = turn_of(bodies, c.b, pose_b).conjugate() * a * c.turn;
+        row.turns = true;
+        row.point_a = row.point_b = Vec3::Zero();
         row.direction = a * c.axis;
         // Along the axis as b has it: where a hinge holds the two, both have the same.
         const Vec3 axis = c.turn.conjugate() * c.axis;
@@ -105,39 +91,36 @@ CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c, 
         row.value += kWhole * std::round((known - row.value) / kWhole);
         return row;
     }
-    row.anchor_a = row.point_a = same ? same->anchor_a : anchor_point(bodies, c.a);
-    row.point_b = same ? same->point_b : anchor_point(bodies, c.b);
+    const bool same = joint && same_anchors(*other, c);
+    row.anchor_a = row.point_a = same ? before->anchor_a : anchor_point(bodies, c.a, pose_a);
+    row.point_b = same ? before->point_b : anchor_point(bodies, c.b, pose_b);
     const Vec3 between = row.point_a - row.point_b;
-    row.direction = turn_of(bodies, c.a) * c.axis;
+    row.direction = turn_of(bodies, c.a, pose_a) * c.axis;
     if (c.along_line && between.norm() > 0) row.direction = between.normalized();
     row.length = between.norm();
     row.value = row.direction.dot(between) - c.rest;
     // A direction that turns with a, of a place that slides along it: the row's derivative by a's
     // turn is that of a's place at b. Two places would make a couple of the row's two forces.
-    if (!c.along_line && c.a.nodes.empty()) row.point_a = row.point_b;
-    if (c.slides && !c.a.nodes.empty()) {
-        const std::span<const Vec3> x = bodies[std::size_t(c.a.body)].solid->places();
-        const Vec3 l =
-            edges(c.a.nodes, x).inverse() * (row.point_b - x[std::size_t(c.a.nodes[0].node)]);
-        const double weight[] = {1 - l.sum(), l.x(), l.y(), l.z()};
-        row.nodes_a = c.a.nodes;
-        for (std::size_t i = 0; i < row.nodes_a.size(); ++i)
-            row.nodes_a[i].weight = weight[i];
-        row.point_a = row.point_b;
-    }
+    if (!c.along_line) row.point_a = row.point_b;
+    find_arms(c, row);
     return row;
 }
 
 CouplingRow row_between(const Coupling& c, const CouplingRow& start, const CouplingRow& end)
 {
     CouplingRow row = end;
+    if (c.square) // a'.b' - a.b = (a' + a)/2 . (b' - b) + (b' + b)/2 . (a' - a)
+        row.direction = 0.25 * c.arm * (start.axis_a + end.axis_a).cross(start.axis_b + end.axis_b);
     const double lengths = start.length + end.length;
-    if (!c.along_line)
+    if (!c.along_line && !c.square)
         row.direction = (start.direction + end.direction).normalized();
-    else if (lengths > 0) // |x'|^2 - |x|^2 = (x' + x) . (x' - x)
+    else if (c.along_line && lengths > 0) // |x'|^2 - |x|^2 = (x' + x) . (x' - x)
         row.direction = (start.length * start.direction + end.length * end.direction) / lengths;
     row.point_a = 0.5 * (start.point_a + end.point_a);
     row.point_b = 0.5 * (start.point_b + end.point_b);
+    for (std::size_t i = 0; i < row.poses.size(); ++i)
+        row.poses[i] = pose_between(start.poses[i], end.poses[i]);
+    find_arms(c, row);
     return row;
 }
 
@@ -170,91 +153,197 @@ std::vector<CouplingMemory> begin_memory(const std::vector<BodyRef>& bodies,
     return memory;
 }
 
-std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyRef>& bodies)
+namespace {
+
+/// The patches of a scene's couplings, each made once.
+struct Patches {
+    const Scene& scene;
+    const std::vector<BodyRef>& bodies;
+    std::vector<std::unique_ptr<Patch>>& all;
+    std::vector<Issue>& issues;
+
+    /// @param side  of the coupling: 0 or 1
+    /// @param x     where the joint is [m]
+    const Patch* find(std::size_t k, std::size_t side, const BodyRef& body, const Vec3& x)
+    {
+        const CouplingInput& c = scene.couplings[k];
+        const VolumeMesh& mesh = body.solid->mesh();
+        const Placement frame = body.solid->frame();
+        const Vec3 at = frame.turn.conjugate() * (x - frame.shift); // at rest
+        const std::string name = std::string(side == 1 && c.to ? "to" : "at");
+        const auto refuse = [&](const std::string& field, std::string found, std::string allowed) {
+            issues.push_back({scene.file, fmt::format("/couplings/{}/{}", k, field),
+                              std::move(found), std::move(allowed)});
+        };
+        const ExternalSurface outside = extract_surface(mesh);
+        const double away = distance_to_faces(mesh, outside.faces, at);
+        const std::string far = fmt::format("a place {:.3g} m from \"{}\"", away, body.name);
+        const bool second = side == 1 && body_named(scene.solids, c.between[0]);
+        const std::string &set = second ? c.to_set : c.set, field = second ? "to_set" : "set";
+        if (set.empty()) {
+            if (!(away <= c.radius)) {
+                refuse(
+                    name, far,
+                    fmt::format("a place no farther than the radius of {:.3g} m from its outside",
+                                c.radius));
+                return nullptr;
+            }
+            return keep(body, patch_within(mesh, outside, at, c.radius));
+        }
+        const FaceSet* faces = find_set(mesh.face_sets, set);
+        if (!faces || faces->members.empty()) {
+            std::vector<std::string> names;
+            for (const FaceSet& f : mesh.face_sets)
+                names.push_back(f.name);
+            std::string list;
+            for (const std::string& n : names)
+                list += (list.empty() ? "one of " : ", ") + quoted_text(n);
+            const std::string near = nearest_name(set, names);
+            const bool nodes = find_set(mesh.node_sets, set) != nullptr;
+            refuse(field,
+                   quoted_text(set) + (nodes   ? ", a set of nodes"
+                                       : faces ? ", an empty set"
+                                               : ""),
+                   names.empty()           ? "\"radius\": the mesh has no set of faces"
+                   : near.empty() || nodes ? "a set of faces of the mesh: " + list
+                                           : quoted_text(near) + " (nearest name)");
+            return nullptr;
+        }
+        if (away > 0.5 * body.body->size()) {
+            refuse(name, far, "a place on or in the body");
+            return nullptr;
+        }
+        return keep(body, patch_of_faces(mesh, faces->members));
+    }
+    const Patch* keep(const BodyRef& body, Patch patch)
+    {
+        all.push_back(std::make_unique<Patch>(std::move(patch)));
+        body.solid->also_touch(*all.back());
+        return all.back().get();
+    }
+};
+
+/// The node of a rod that a coupling holds; -1: the place is none of the rod's.
+int node_of_rod(const Scene& scene, std::size_t k, const char* field, const BodyRef& body,
+                const Vec3& x, std::vector<Issue>& issues)
+{
+    constexpr double kMore = 1e-6; // of the radius: rounding of what a user has computed
+    const RodBody& rod = *body.rod;
+    const RodBody::Nearest near = rod.nearest(x);
+    const auto refuse = [&](std::string found, std::string allowed) {
+        issues.push_back({scene.file, fmt::format("/couplings/{}/{}", k, field), std::move(found),
+                          std::move(allowed)});
+        return -1;
+    };
+    if (!(near.distance <= near.radius * (1 + kMore))) {
+        const Vec3 node = rod.first_nodes()[std::size_t(near.node)].position();
+        return refuse(
+            fmt::format("a place {:.3g} m from the middle line of \"{}\"", near.distance,
+                        body.name),
+            fmt::format("a place on the rod, no farther from its middle line than its radius of "
+                        "{:.3g} m: its nearest node is at ({:.6g}, {:.6g}, {:.6g})",
+                        near.radius, node.x(), node.y(), node.z()));
+    }
+    if (rod.starts_in_sheath(near.node))
+        return refuse(
+            fmt::format("a place of \"{}\" that its sheath holds, {:.4g} m from its start",
+                        body.name, near.s),
+            "a place of the rod that is out of its sheath");
+    return near.node;
+}
+
+} // namespace
+
+std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyRef>& bodies,
+                                     std::vector<std::unique_ptr<Patch>>& patches)
 {
     std::vector<Coupling> rows;
     std::vector<Issue> issues;
+    Patches find_patch{scene, bodies, patches, issues};
+    struct Sides {
+        std::array<int, 2> body{-1, -1};
+        std::array<const Patch*, 2> patch{nullptr, nullptr};
+        std::array<int, 2> node{-1, -1};
+    };
+    std::vector<Sides> all(scene.couplings.size());
+    for (std::size_t k = 0; k < all.size(); ++k) { // all before a row: they say where pins are
+        const CouplingInput& c = scene.couplings[k];
+        for (std::size_t s = 0; s < 2; ++s) {
+            for (std::size_t b = 0; b < bodies.size(); ++b)
+                if (bodies[b].name == c.between[s]) all[k].body[s] = int(b);
+            if (all[k].body[s] < 0) continue;
+            const BodyRef& body = bodies[std::size_t(all[k].body[s])];
+            const Vec3 x = s == 1 && c.to ? *c.to : c.at;
+            if (body.solid) all[k].patch[s] = find_patch.find(k, s, body, x);
+            if (body.rod)
+                all[k].node[s] =
+                    node_of_rod(scene, k, s == 1 && c.to ? "to" : "at", body, x, issues);
+        }
+    }
+    if (!issues.empty()) throw InputError(std::move(issues));
     for (std::size_t k = 0; k < scene.couplings.size(); ++k) {
         const CouplingInput& c = scene.couplings[k];
-        int index[2] = {-1, -1};
-        for (std::size_t s = 0; s < 2; ++s)
-            for (std::size_t b = 0; b < bodies.size(); ++b)
-                if (bodies[b].name == c.between[s]) index[s] = int(b);
+        const bool slides = c.kind == "slider";
         double size = 1;
-        for (const int b : index)
+        for (const int b : all[k].body)
             if (b >= 0) size = bodies[std::size_t(b)].body->size();
-        const auto anchor = [&](int body, const Vec3& x) {
-            CoupledPlace a;
-            a.body = body;
-            a.local = x;
-            if (body < 0) return a;
-            const BodyRef& b = bodies[std::size_t(body)];
-            if (b.rigid) {
-                const Placement p = b.rigid->placement();
+        std::array<std::optional<PatchPose>, 2> pose;
+        for (std::size_t s = 0; s < 2; ++s)
+            if (all[k].patch[s])
+                pose[s] = pose_at_anchor(bodies, {all[k].body[s], Vec3::Zero(), all[k].patch[s]});
+        const auto pose_at = [&](std::size_t s) { return pose[s] ? &*pose[s] : nullptr; };
+        const auto anchor = [&](std::size_t s, const Vec3& x) {
+            CoupledPlace a{all[k].body[s], x, all[k].patch[s], all[k].node[s], {}};
+            if (a.body < 0) return a;
+            if (const RodBody* rod = bodies[std::size_t(a.body)].rod) {
+                a.on_rod = rod->place_of_node(a.node);
+                const Placement p = rod->node_pose(a.node);
                 a.local = p.turn.conjugate() * (x - p.shift);
                 return a;
             }
-            double away = 0;
-            a.nodes = nodes_at(*b.solid, x, away);
-            // Of the places that the scene names; a joint's rows share them.
-            const bool named = x == c.at || (c.to && x == *c.to);
-            if (named && away > 0.5 * b.body->size()) {
-                const Issue issue{scene.file,
-                                  fmt::format("/couplings/{}/{}", k, x == c.at ? "at" : "to"),
-                                  fmt::format("a place {:.3g} m from \"{}\"", away, b.name),
-                                  "a place on or in the body"};
-                if (std::ranges::none_of(issues, [&](const Issue& told) {
-                        return told.place == issue.place && told.found == issue.found;
-                    }))
-                    issues.push_back(issue);
+            if (pose[s]) {
+                a.local = pose[s]->turn.transpose() * (x - pose[s]->centre);
+                return a;
             }
+            const Placement p = bodies[std::size_t(a.body)].rigid->placement();
+            a.local = p.turn.conjugate() * (x - p.shift);
             return a;
         };
-        const bool slides = c.kind == "slider";
-        const auto add = [&](const Vec3& x, const Vec3& axis) {
+        const auto row_at = [&](const Vec3& a, const Vec3& b, const Vec3& axis) {
             Coupling row;
-            row.a = anchor(index[0], x);
-            row.b = anchor(index[1], x);
-            row.axis = turn_of(bodies, row.a).conjugate() * axis;
+            row.a = anchor(0, a);
+            row.b = anchor(1, b);
+            row.axis = turn_of(bodies, row.a, pose_at(0)).conjugate() * axis;
             row.slides = slides;
             row.input = int(k);
-            rows.push_back(row);
+            return row;
+        };
+        const auto add = [&](const Vec3& x, const Vec3& axis) {
+            rows.push_back(row_at(x, x, axis));
         };
         const Vec3 n = c.axis.normalized();
         const Vec3 s = n.unitOrthogonal(), t = n.cross(s);
         const double arm = 0.25 * size; // between the points that stop turns
         if (c.kind == "turn_spring") {
-            Coupling row;
+            Coupling row = row_at(c.at, c.at, n);
             row.turns = true;
-            for (std::size_t s = 0; s < 2; ++s) {
-                (s == 0 ? row.a : row.b).body = index[s];
-                if (index[s] < 0 || bodies[std::size_t(index[s])].rigid) continue;
-                issues.push_back({scene.file, fmt::format("/couplings/{}/between/{}", k, s),
-                                  fmt::format("\"{}\"", c.between[s]),
-                                  "a rigid body or \"world\": turn springs act on these"});
-            }
-            if (!issues.empty()) continue;
-            row.turn = turn_of(bodies, row.a).conjugate() * turn_of(bodies, row.b);
-            row.axis = turn_of(bodies, row.a).conjugate() * n;
+            row.turn =
+                turn_of(bodies, row.a, pose_at(0)).conjugate() * turn_of(bodies, row.b, pose_at(1));
+            row.axis = turn_of(bodies, row.a, pose_at(0)).conjugate() * n;
             row.softness = 1 / c.stiffness;
             row.damping = c.damping;
-            row.input = int(k);
             rows.push_back(row);
             continue;
         }
         if (c.kind == "spring" || c.kind == "distance") {
-            Coupling row;
-            row.a = anchor(index[0], c.at);
-            row.b = anchor(index[1], *c.to);
+            const double length = (c.at - *c.to).norm();
+            Coupling row = row_at(c.at, *c.to, length > 0 ? Vec3((c.at - *c.to).normalized()) : n);
             row.along_line = true;
-            row.rest = c.length.value_or((c.at - *c.to).norm());
+            row.rest = c.length.value_or(length);
             if (c.kind == "spring") {
                 row.softness = 1 / c.stiffness;
                 row.damping = c.damping;
             }
-            row.axis = turn_of(bodies, row.a).conjugate() *
-                       ((c.at - *c.to).norm() > 0 ? Vec3((c.at - *c.to).normalized()) : n);
-            row.input = int(k);
             rows.push_back(row);
             continue;
         }
@@ -263,11 +352,23 @@ std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyR
         add(c.at, t);
         if (!slides) add(c.at, n);
         if (turns) continue;
+        if (all[k].node[0] >= 0 || all[k].node[1] >= 0) {
+            const auto square = [&](const Vec3& of_a, const Vec3& of_b) {
+                Coupling row = row_at(c.at, c.at, of_a);
+                row.turns = row.square = true;
+                row.axis_b = turn_of(bodies, row.b, pose_at(1)).conjugate() * of_b;
+                row.arm = arm;
+                rows.push_back(row);
+            };
+            square(s, n); // no turn about t and s
+            square(t, n);
+            if (c.kind != "hinge") square(s, t); // nor about the axis
+            continue;
+        }
         add(c.at + arm * n, s); // no turn about t and s
         add(c.at + arm * n, t);
         if (c.kind != "hinge") add(c.at + arm * s, t); // nor about the axis
     }
-    if (!issues.empty()) throw InputError(std::move(issues));
     return rows;
 }
 
@@ -279,12 +380,11 @@ std::vector<Issue> jolts(const Scene& scene, const std::vector<BodyRef>& bodies,
     for (const Coupling& c : couplings) {
         if (c.softness > 0) continue;
         const CouplingRow row = coupling_row(bodies, c);
-        const auto velocity = [&](const CoupledPlace& at, const Vec3& point) {
-            return at.body < 0
-                       ? Vec3::Zero().eval()
-                       : bodies[std::size_t(at.body)].body->start_velocity({at.nodes, point});
+        const auto velocity = [&](int body, const BodyPlace& at) {
+            return body < 0 ? Vec3::Zero().eval()
+                            : bodies[std::size_t(body)].body->start_velocity(at);
         };
-        const Vec3 a = velocity(c.a, row.point_a), b = velocity(c.b, row.point_b);
+        const Vec3 a = velocity(c.a.body, row.place_a(c)), b = velocity(c.b.body, row.place_b(c));
         const double apart = std::abs(row.direction.dot(a - b));
         double& of_all = worst[std::size_t(c.input)];
         if (apart > kAlike * (a.norm() + b.norm())) of_all = std::max(of_all, apart);

@@ -1,15 +1,25 @@
 #pragma once
 
+#include "solver/solid/patch.hpp"
 #include "solver/step/body_contacts.hpp"
+
+#include <memory>
 
 namespace amontons {
 
-/// A place that a coupling holds on to: fixed to a rigid body, to nodes of a solid, or to the
-/// world.
+/// A place that a coupling holds on to: fixed to a rigid body, to a patch of a solid, to a
+/// cross-section of a rod, or to the world.
 struct CoupledPlace {
-    int body = -1;                   ///< -1: the world
-    Vec3 local = Vec3::Zero();       ///< rigid: in its shape's frame; world: in space [m]
-    std::vector<StencilEntry> nodes; ///< solid
+    int body = -1;             ///< -1: the world
+    Vec3 local = Vec3::Zero(); ///< rigid: in its shape's frame; world: in space; from the patch, or
+                               ///< the rod's node, in its section's axes [m]
+    const Patch* patch = nullptr; ///< solid
+    int node = -1;                ///< rod
+    StencilEntry on_rod;          ///< the same as a place of the rod
+    std::span<const StencilEntry> stencil() const
+    {
+        return node < 0 ? std::span<const StencilEntry>() : std::span(&on_rod, 1);
+    }
 };
 
 /// One row between two anchors: along an axis that turns with body a, along the line between them
@@ -20,9 +30,14 @@ struct Coupling {
     bool along_line = false;
     bool slides = false; ///< the anchors may come apart along the axis
     bool turns = false;  ///< moments act, not forces
-    double rest = 0;     ///< value at which the row is at rest [m]; of turns [rad]
-    double softness = 0; ///< 1 / stiffness; 0: rigid [m/N]; of turns [rad/(N m)]
-    double damping = 0;  ///< of a spring [N s/m]; of turns [N m s/rad]
+    /// Turns: two axes, one of each body, stay at right angles. Of joints with rods, whose sections
+    /// have no points far from a node.
+    bool square = false;
+    Vec3 axis_b = Vec3::UnitX(); ///< square: in body b's frame
+    double arm = 1;              ///< square: the cosine of the axes times this is the value [m]
+    double rest = 0;             ///< value at which the row is at rest [m]; of turns [rad]
+    double softness = 0;         ///< 1 / stiffness; 0: rigid [m/N]; of turns [rad/(N m)]
+    double damping = 0;          ///< of a spring [N s/m]; of turns [N m s/rad]
     Eigen::Quaterniond turn = Eigen::Quaterniond::Identity(); ///< turns: of b against a at rest
     int input = 0;                                            ///< of the scene's couplings
 };
@@ -33,25 +48,36 @@ struct CouplingMemory {
     double filtered = 0; ///< of the generalised-alpha rule
 };
 
-/// Where an anchor is at the iterate.
-Vec3 anchor_point(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor);
-
-/// The row's direction at the iterate, unit, and its value: direction . (a - b) - rest [m].
+/// The row's direction at the iterate, unit (of square rows: of the length of the arm), and its
+/// value: direction . (a - b) - rest [m].
 struct CouplingRow {
     Vec3 direction;
     double value = 0;
     double length = 0; ///< along the line: of it [m]
     bool turns = false;
-    Vec3 point_a, point_b;             ///< where its forces act
-    Vec3 anchor_a = Vec3::Zero();      ///< of a; that of b is point_b
-    std::vector<StencilEntry> nodes_a; ///< instead of the anchor's, where a solid slides
+    Vec3 axis_a = Vec3::Zero(), axis_b = Vec3::Zero(); ///< of square rows, in space
+    Vec3 point_a, point_b;                             ///< where its forces act
+    Vec3 anchor_a = Vec3::Zero();                      ///< of a; that of b is point_b
+    std::vector<PatchPose> poses;                      ///< of patches: a's first, b's last
+    Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();   ///< of the points, from patches' centres [m]
+
+    /// As the bodies know it; the row stays where it is meanwhile.
+    BodyPlace place_a(const Coupling& c) const
+    {
+        return {c.a.stencil(), point_a,      turns, c.a.patch ? &poses.front() : nullptr,
+                arm_a,         c.a.node >= 0};
+    }
+    BodyPlace place_b(const Coupling& c) const
+    {
+        return {c.b.stencil(), point_b,      turns, c.b.patch ? &poses.back() : nullptr,
+                arm_b,         c.b.node >= 0};
+    }
 };
-/// @param known  a turn is the one that is nearest to this [rad]
-/// @param same   a row with the same anchors, if there is one
+/// @param known   a turn is the one that is nearest to this [rad]
+/// @param before  the row of another coupling, if there is one, that may have the same anchors
 CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& coupling,
-                         double known = 0, const CouplingRow* same = nullptr);
-/// Are two rows of one joint at the same place?
-bool same_anchors(const Coupling& a, const Coupling& b);
+                         double known = 0, const Coupling* other = nullptr,
+                         const CouplingRow* before = nullptr);
 
 /// Where the forces of a step act that leads from one row to another: the direction and places
 /// whose product with the motion of the bodies is the change of the row's value, exactly (but of
@@ -77,9 +103,12 @@ double spring_energy(const std::vector<Coupling>& couplings,
 std::vector<CouplingMemory> begin_memory(const std::vector<BodyRef>& bodies,
                                          const std::vector<Coupling>& couplings);
 
-/// The rows of the scene's couplings, as the bodies stand.
-/// @throws InputError  if a solid has no node near the place
-std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyRef>& bodies);
+/// The rows of the scene's couplings, as the bodies stand. Their nodes are noted as ones that may
+/// touch.
+/// @param patches  gets those that they point to
+/// @throws InputError  patches that there are not, or that are far from where the joint is
+std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyRef>& bodies,
+                                     std::vector<std::unique_ptr<Patch>>& patches);
 
 /// Couplings whose bodies start at velocities that they do not allow. A rule that damps takes what
 /// is too much in the first step, as a plastic blow does; others let it swing.

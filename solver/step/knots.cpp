@@ -1,31 +1,18 @@
 #include "solver/step/knots.hpp"
 
+#include <cmath>
+
 namespace amontons {
 
-std::vector<const CurvePoints*> curves_of(const Scene& scene)
+std::vector<const CurvePoints*> held_curves(const Scene& scene)
 {
     std::vector<const CurvePoints*> all;
-    const auto drive = [&](const DriveInput& d) {
-        all.insert(all.end(), {&d.x, &d.y, &d.z, &d.angle});
-    };
-    for (const SolidInput& s : scene.solids) {
-        drive(s.drive);
+    for (const SolidInput& s : scene.solids)
         for (const HoldInput& h : s.hold)
-            all.insert(all.end(), {&h.x, &h.y, &h.z});
-        for (const LoadInput& l : s.loads)
-            all.insert(all.end(), {&l.pressure, &l.volume, &l.over});
-    }
-    for (const RodInput& r : scene.rods) {
+            all.insert(all.end(), {&h.x, &h.y, &h.z, &h.angle, &h.over});
+    for (const RodInput& r : scene.rods)
         for (const RodHold& h : r.hold)
             all.insert(all.end(), {&h.x, &h.y, &h.z, &h.angle});
-        for (const RodLoad& l : r.loads)
-            all.push_back(&l.over);
-        all.push_back(&r.fed);
-    }
-    for (const RigidInput& r : scene.rigids) {
-        drive(r.drive);
-        all.push_back(&r.over);
-    }
     std::erase_if(all, [](const CurvePoints* c) { return c->empty(); });
     return all;
 }
@@ -37,6 +24,14 @@ double next_knot(const std::vector<const CurvePoints*>& curves, double time, dou
         for (const auto& p : *c)
             if (p[0] > time * (1 + 1e-12) && p[0] < next) next = p[0];
     return next;
+}
+
+CutStep cut_step(double time, double h, double asked, double sliver)
+{
+    const double end = time + h;
+    if (!(asked < end + sliver) || std::abs(asked - end) <= 1e-12 * std::abs(asked))
+        return {h, false};
+    return {asked - time, true};
 }
 
 } // namespace amontons

@@ -6,10 +6,21 @@
 
 namespace amontons {
 
-/// Every curve over time of bodies and loads: a step must not pass its knots.
-std::vector<const CurvePoints*> curves_of(const Scene& scene);
+/// The curves over time of what is held. A step must not pass their knots, nor those of drives and
+/// loads, which are the bodies' own (live_curve.hpp).
+std::vector<const CurvePoints*> held_curves(const Scene& scene);
 
 /// The first knot after a time, at most `end` [s].
 double next_knot(const std::vector<const CurvePoints*>& curves, double time, double end);
+
+/// A step from `time`, of a length that is cut or drawn out a little to end where a caller asks.
+struct CutStep {
+    double h = 0; ///< [s]
+    bool cut = false;
+};
+/// @param h       without the caller [s]
+/// @param asked   where it is to end at the latest [s]; times that agree to 1e-12 are one
+/// @param sliver  so much longer a step may become [s]
+CutStep cut_step(double time, double h, double asked, double sliver);
 
 } // namespace amontons

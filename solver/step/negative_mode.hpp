@@ -10,6 +10,39 @@ namespace amontons::pivoting {
 
 constexpr int kLanczosSteps = 6;
 
+inline double node_product(const std::vector<Node6>& a, const std::vector<Node6>& b)
+{
+    Column6 sum{};
+    for (std::size_t i = 0; i < a.size(); ++i)
+        sum += a[i].column * b[i].column;
+    return sum[0] + sum[1] + sum[2] + sum[3] + sum[4] + sum[5];
+}
+
+/// The smallest eigenvalue of K x = lambda M x, K positive definite, by inverse iteration; 0 where
+/// the factor gives none.
+/// @param x  in: any vector; out: its eigenvector
+template <class Weigh, class Solve>
+double smallest_eigenvalue(std::vector<Node6>& x, const Weigh& weigh, const Solve& solve)
+{
+    constexpr int kMost = 100;
+    constexpr double kFound = 1e-4; // of the eigenvalue
+    double value = 0;
+    for (int i = 0; i < kMost; ++i) {
+        std::vector<Node6> y = x;
+        weigh(y);
+        solve(y);
+        std::vector<Node6> My = y;
+        weigh(My);
+        const double size = std::sqrt(node_product(y, My)), before = value;
+        if (!(size > 0) || !std::isfinite(size)) return 0;
+        value = node_product(x, My) / (size * size); // Rayleigh's quotient, of x and y
+        for (std::size_t k = 0; k < x.size(); ++k)
+            x[k].column = splat6(1 / size) * y[k].column;
+        if (i > 0 && std::abs(value - before) <= kFound * std::abs(value)) break;
+    }
+    return value;
+}
+
 /// The size of the most negative eigenvalue of K x = lambda M x, from a factor of K that has one:
 /// what shift of K by M it takes. Never too small where there is only one, for it is a Ritz value
 /// of K^-1 M, whose spectrum it ends; 0 if these few steps found none.
@@ -20,12 +53,6 @@ template <class Weigh, class Solve>
 double negative_eigenvalue(const std::vector<Node6>& start, const Weigh& weigh, const Solve& solve)
 {
     using Nodes = std::vector<Node6>;
-    const auto dot = [](const Nodes& a, const Nodes& b) {
-        Column6 sum{};
-        for (std::size_t i = 0; i < a.size(); ++i)
-            sum += a[i].column * b[i].column;
-        return sum[0] + sum[1] + sum[2] + sum[3] + sum[4] + sum[5];
-    };
     std::vector<Nodes> v, Mv; // orthonormal by M
     Eigen::MatrixXd T = Eigen::MatrixXd::Zero(kLanczosSteps, kLanczosSteps);
     Nodes w = start;
@@ -33,7 +60,7 @@ double negative_eigenvalue(const std::vector<Node6>& start, const Weigh& weigh, 
     for (int k = 0; k < kLanczosSteps; ++k) {
         for (int twice = 0; twice < 2; ++twice)
             for (std::size_t j = 0; j < v.size(); ++j) {
-                const double along = dot(w, Mv[j]);
+                const double along = node_product(w, Mv[j]);
                 T(Eigen::Index(j), k - 1) += along;
                 for (std::size_t i = 0; i < w.size(); ++i)
                     w[i].column -= splat6(along) * v[j][i].column;
@@ -41,7 +68,7 @@ double negative_eigenvalue(const std::vector<Node6>& start, const Weigh& weigh, 
         if (k == kLanczosSteps - 1) break;
         Nodes Mw = w;
         weigh(Mw);
-        const double size = std::sqrt(dot(w, Mw));
+        const double size = std::sqrt(node_product(w, Mw));
         if (!(size > 0) || !std::isfinite(size)) return 0;
         for (std::size_t i = 0; i < w.size(); ++i)
             w[i].column *= splat6(1 / size), Mw[i].column *= splat6(1 / size);

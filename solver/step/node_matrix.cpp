@@ -1,5 +1,7 @@
 #include "solver/step/node_matrix.hpp"
 
+#include "solver/beam/rod_matrix.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -64,6 +66,20 @@ void NodeMatrix::copy_values(const NodeMatrix& other)
 {
     block_ = other.block_;
     symmetric_ = other.symmetric_;
+    factor_ = Factor::none;
+}
+
+void NodeMatrix::take_symmetric_part()
+{
+    for (int j = 0; j < size(); ++j)
+        for (std::size_t k = start_[std::size_t(j)]; k < start_[std::size_t(j) + 1]; ++k) {
+            if (row_[k] < j) continue;
+            const Mat6 below = dense(block_[k]), above = dense(block(j, row_[k]));
+            const Mat6 mean = 0.5 * (below + above.transpose());
+            set_block(block_[k], mean);
+            set_block(block(j, row_[k]), mean.transpose());
+        }
+    symmetric_ = true;
     factor_ = Factor::none;
 }
 

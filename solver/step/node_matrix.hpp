@@ -27,6 +27,9 @@ public:
     /// Says that what is added is not symmetric.
     void set_unsymmetric() { symmetric_ = false; }
 
+    /// (A + A^T) / 2.
+    void take_symmetric_part();
+
     void set_zero();
     /// The values of a matrix of the same pattern.
     void copy_values(const NodeMatrix& other);

@@ -289,6 +289,7 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
     Patience patience;
     int from = s.first(); // the factor of nodes before it is that of the last trial
     for (int trial = 0; trial < s.most_trials(); ++trial) {
+        if (options.stop && *options.stop) return false;
         set_right_side(s);
         factor_definite(s, from, shift, report);
         if (shift > kLargestShift * s.softest()) return false;

@@ -4,6 +4,8 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace amontons {
 namespace {
@@ -15,7 +17,8 @@ using Mat24 = Eigen::Matrix<double, 24, 24>;
 // that. Multipliers that are renewed in one iterate bring the rest.
 constexpr double kHeld = 0.01;
 constexpr int kMultipliers = 5;
-constexpr double kHardly = 1e-2; // of the freer tangent of a contact, squared
+constexpr double kHeldJoint = 1e3; // of a joint's rows, of the stiffness of their two nodes
+constexpr double kHardly = 1e-2;   // of the freer tangent of a contact, squared
 
 /// Rods and their contacts for pivoting::solve.
 struct RodSystem : FourNodeRows<RodContact> {
@@ -216,6 +219,8 @@ void take_rods(RodProblem& w, const std::vector<RodContact>& contact, Projectors
         for (int i = 0; i < c.nodes; ++i)
             for (int j = 0; j < i; ++j)
                 coupled.push_back({c.slot[std::size_t(i)], c.slot[std::size_t(j)]});
+    for (const HeldJoint& j : w.held_joints)
+        if (j.slot[0] >= 0 && j.slot[1] >= 0) coupled.push_back({j.slot[0], j.slot[1]});
     w.base.set_pattern(nodes, coupled);
     w.system.set_pattern(nodes, std::move(coupled));
     for (auto* v : {&w.gradient, &w.right, &w.increment})
@@ -254,10 +259,91 @@ void take_rods(RodProblem& w, const std::vector<RodContact>& contact, Projectors
     }
 }
 
+/// A node's stiffness along its part of a row [N/m]; 0: the row is none of what it may do.
+/// @param row   whole
+/// @param free  what holds leave of it: next to nothing of a row is none to divide by
+double stiffness_of_node(const RodProblem& w, int slot, const Vec6& row, const Vec6& free)
+{
+    constexpr double kNone = 1e-12; // of places; turns alone
+    const bool turns = row.head<3>().squaredNorm() <= kNone * row.tail<3>().squaredNorm();
+    const int first = turns ? 3 : 0;
+    const Vec3 v = free.segment<3>(first);
+    Mat3 own;
+    for (int j = 0; j < 3; ++j)
+        for (int i = 0; i < 3; ++i)
+            own(i, j) = w.base.block(slot, slot)(first + i, first + j);
+    const double size = row.segment<3>(first).squaredNorm();
+    return size > 0 ? std::max(v.dot(own * v), 0.0) / (size * size) : 0;
+}
+
+void place_joints(RodProblem& w)
+{
+    w.held_joints.assign(w.joints.size(), HeldJoint());
+    for (std::size_t k = 0; k < w.joints.size(); ++k)
+        for (std::size_t i = 0; i < 2; ++i)
+            if (const int rod = w.joints[k].on[i]; rod >= 0)
+                w.held_joints[k].slot[i] = w.first[std::size_t(rod)] + w.joints[k].node[i];
+}
+
+/// Adds a force along a joint's row to what acts.
+void push_joint(RodProblem& w, const HeldJoint& j, double force)
+{
+    for (std::size_t i = 0; i < 2; ++i)
+        if (j.slot[i] >= 0)
+            Eigen::Map<Vec6>(w.gradient[std::size_t(j.slot[i])].value) -= force * j.row[i];
+}
+
+/// Joints hold by their weight, F = force - weight (value + row . motion), and the force is renewed
+/// until the values are zero. Springs' weights are their stiffness: nothing is left.
+void add_joints(RodProblem& w, const Projectors& held)
+{
+    for (std::size_t k = 0; k < w.joints.size(); ++k) {
+        const RodJoint& joint = w.joints[k];
+        HeldJoint& j = w.held_joints[k];
+        j.value = joint.value;
+        j.force = joint.force;
+        for (std::size_t i = 0; i < 2; ++i) {
+            if (j.slot[i] < 0) continue;
+            j.value += joint.row[i].dot(held.prescribed.segment<6>(6 * j.slot[i]));
+            j.row[i] = held.free[std::size_t(j.slot[i])] * joint.row[i];
+            j.weight += kHeldJoint * stiffness_of_node(w, j.slot[i], joint.row[i], j.row[i]);
+        }
+        j.springs = joint.give > 0;
+        if (j.springs) j.weight = 1 / joint.give;
+    }
+    for (std::size_t k = 0; k < w.joints.size(); ++k) { // weights are those of the rods alone
+        const RodJoint& joint = w.joints[k];
+        const HeldJoint& j = w.held_joints[k];
+        for (std::size_t i = 0; i < 2; ++i)
+            for (std::size_t l = 0; l < 2; ++l) {
+                if (j.slot[i] < 0 || j.slot[l] < 0) continue;
+                const Mat6 bend = joint.bend.block<6, 6>(6 * Eigen::Index(i), 6 * Eigen::Index(l));
+                add_to_block(w.base.block(j.slot[i], j.slot[l]),
+                             Mat6(j.weight * j.row[i] * j.row[l].transpose() -
+                                  joint.force * held.free[std::size_t(j.slot[i])] * bend *
+                                      held.free[std::size_t(j.slot[l])]));
+            }
+        push_joint(w, j, (j.springs ? 0 : j.force) - j.weight * j.value);
+    }
+}
+
+/// A joint's value after the increment [m].
+double value_after(const RodProblem& w, const HeldJoint& j)
+{
+    double value = j.value;
+    for (std::size_t i = 0; i < 2; ++i)
+        if (j.slot[i] >= 0)
+            value +=
+                j.row[i].dot(Eigen::Map<const Vec6>(w.increment[std::size_t(j.slot[i])].value));
+    return value;
+}
+
 /// What is left of gaps and slips that ought to be closed [m].
 double left_open(const RodProblem& w)
 {
     double most = 0;
+    for (const HeldJoint& j : w.held_joints)
+        if (!j.springs) most = std::max(most, std::abs(value_after(w, j)));
     for (std::size_t k = 0; k < w.contact.size(); ++k) {
         const Trial& t = w.trial[k];
         if (t.status != 0) most = std::max(most, std::abs(t.gap));
@@ -278,6 +364,12 @@ double length_scale(const RodProblem& w)
 /// The forces of the last trials as those that are known.
 void renew_multipliers(RodProblem& w)
 {
+    for (HeldJoint& j : w.held_joints) {
+        if (j.springs) continue;
+        const double more = -j.weight * value_after(w, j);
+        push_joint(w, j, more);
+        j.force += more;
+    }
     for (std::size_t k = 0; k < w.contact.size(); ++k) {
         RodContact& c = w.contact[k];
         const Trial& t = w.trial[k];
@@ -300,10 +392,9 @@ void renew_multipliers(RodProblem& w)
     }
 }
 
-} // namespace
-
-RodAnswer solve_rod_contacts(RodProblem& w, const std::vector<RodContactState>& contacts,
-                             double tolerance)
+/// The base matrix, the contacts' rows and weights, and the gradient without contact forces.
+/// @return  the scale of forces
+Residual set_up(RodProblem& w, const std::vector<RodContactState>& contacts, Projectors& held)
 {
     w.contact.assign(contacts.size(), RodContact());
     w.first.assign(w.rods.size(), 0);
@@ -316,12 +407,15 @@ RodAnswer solve_rod_contacts(RodProblem& w, const std::vector<RodContactState>& 
         for (const int rod : c.on)
             if (rod >= 0) ++on_rod[std::size_t(rod)];
     w.most_on_one = on_rod.empty() ? 0 : *std::ranges::max_element(on_rod);
-    Projectors held;
+    place_joints(w);
     take_rods(w, w.contact, held);
+    add_joints(w, held);
 
     Residual scale;
     for (const RodBody* rod : w.rods)
         if (rod) scale.scale = std::max(scale.scale, rod->force_scale());
+    for (const RodJoint& j : w.joints)
+        scale.scale = std::max(scale.scale, std::abs(j.force));
     for (std::size_t k = 0; k < contacts.size(); ++k) {
         const RodContactState& s = contacts[k];
         RodContact& c = w.contact[k];
@@ -363,10 +457,76 @@ RodAnswer solve_rod_contacts(RodProblem& w, const std::vector<RodContactState>& 
                 RodSystem::add_force(w.gradient, c, c.tangent[i], -law.tangential[i]);
         }
     }
+    return scale;
+}
 
+/// Any motion but a symmetric one: the same in each section's axes, however the scene is turned.
+std::vector<Node6> any_motion(const RodProblem& w, const Projectors& held)
+{
+    std::vector<Node6> x(w.gradient.size());
+    for (std::size_t b = 0; b < w.rods.size(); ++b) {
+        if (!w.rods[b]) continue;
+        const std::vector<BeamNode>& nodes = w.rods[b]->nodes();
+        for (std::size_t i = 0; i < nodes.size(); ++i) {
+            const std::size_t slot = std::size_t(w.first[b]) + i;
+            Vec6 v;
+            for (int k = 0; k < 6; ++k)
+                v[k] = std::sin(1 + double(6 * i) + double(k) * 1.7);
+            v.head<3>() = rotation_matrix(nodes[i].q) * v.head<3>();
+            v.tail<3>() /= w.length[slot];
+            Eigen::Map<Vec6>(x[slot].value) = held.free[slot] * v;
+        }
+    }
+    return x;
+}
+
+/// Of each body, of its largest part 1: places, and turns times their element's length.
+std::vector<Eigen::VectorXd> motion_of_bodies(const RodProblem& w, const std::vector<Node6>& x)
+{
+    double most = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        const Eigen::Map<const Vec6> v(x[i].value);
+        most = std::max({most, v.head<3>().norm(), w.length[i] * v.tail<3>().norm()});
+    }
+    std::vector<Eigen::VectorXd> motion(w.rods.size());
+    for (std::size_t b = 0; b < w.rods.size(); ++b) {
+        if (!w.rods[b]) continue;
+        const int nodes = w.rods[b]->unknowns() / 6;
+        motion[b].resize(6 * nodes);
+        for (int i = 0; i < nodes; ++i)
+            motion[b].segment<6>(6 * i) =
+                Eigen::Map<const Vec6>(x[std::size_t(w.first[b] + i)].value) / most;
+    }
+    return motion;
+}
+
+/// The symmetric part of the rods' matrix, closed contacts held by so many times their weights.
+/// @return  whether it is positive definite
+bool factor_held(RodSystem& system, double hold, double shift)
+{
+    RodProblem& w = system.p;
+    system.start_matrix(shift, 0);
+    for (const RodContact& c : w.contact) {
+        if (!(c.law.normal > 0)) continue;
+        RodSystem::add_product(w.system, c, c.normal, c.normal, hold * normal_weight(c.law), 0);
+        if (c.law.mu > 0 && c.law.sticks)
+            for (const FourNodeRow& t : c.tangent)
+                RodSystem::add_product(w.system, c, t, t, hold * stick_weight(c.law), 0);
+    }
+    return w.system.factor(0) == 0;
+}
+
+} // namespace
+
+RodAnswer solve_rod_contacts(RodProblem& w, const std::vector<RodContactState>& contacts,
+                             double tolerance)
+{
+    Projectors held;
+    const Residual scale = set_up(w, contacts, held);
     w.system.guarded = w.guarded;
     NewtonOptions options;
     options.tolerance = tolerance;
+    options.stop = w.stop;
     NewtonReport report;
     RodSystem system(w);
     double shift = 0;
@@ -395,6 +555,10 @@ RodAnswer solve_rod_contacts(RodProblem& w, const std::vector<RodContactState>& 
                 held.free[slot] * Eigen::Map<const Vec6>(w.increment[slot].value);
         }
     }
+    for (const HeldJoint& j : w.held_joints) {
+        out.joint_value.push_back(value_after(w, j));
+        out.joint_force.push_back((j.springs ? 0 : j.force) - j.weight * out.joint_value.back());
+    }
     for (std::size_t k = 0; k < contacts.size(); ++k) {
         const Trial& t = w.trial[k];
         const double normal = std::max(t.normal, 0.0), bound = contacts[k].friction * normal,
@@ -405,6 +569,75 @@ RodAnswer solve_rod_contacts(RodProblem& w, const std::vector<RodContactState>& 
         out.sticks.push_back(t.status == 1);
     }
     return out;
+}
+
+std::optional<NegativeMotion> negative_motion(RodProblem& w,
+                                              const std::vector<RodContactState>& contacts)
+{
+    constexpr double kHolds[] = {1, 1e3, 1e6}; // of closed contacts, times their weights
+    constexpr double kRounding = 1e-12;        // of the stiffest node's
+    Projectors held;
+    set_up(w, contacts, held);
+    w.base.take_symmetric_part();
+    w.system.guarded = true;
+    RodSystem system(w);
+    const auto factor = [&](double hold, double shift) { return factor_held(system, hold, shift); };
+    for (const double hold : kHolds)
+        if (factor(hold, 0)) return {};
+    double shift = pivoting::kLeastShift * w.softest;
+    while (!factor(kHolds[1], shift)) {
+        shift *= 4;
+        if (!(shift <= pivoting::kLargestShift * w.softest)) return {};
+    }
+
+    // Inverse iteration: the lowest eigenvalue of the shifted matrix is its smallest.
+    const std::size_t n = w.gradient.size();
+    const auto weigh = [&](std::vector<Node6>& x) {
+        for (std::size_t i = 0; i < n; ++i)
+            for (int k = 3; k < 6; ++k)
+                x[i].value[k] *= w.length[i] * w.length[i];
+    };
+    std::vector<Node6> x = any_motion(w, held);
+    const double value =
+        pivoting::smallest_eigenvalue(x, weigh, [&](std::vector<Node6>& v) { w.system.solve(v); });
+    const double stiffest = *std::ranges::max_element(w.stiffness);
+    if (!(value > 0 && value - shift < -kRounding * stiffest)) return {};
+
+    NegativeMotion out;
+    out.stiffness = value - shift;
+    out.motion = motion_of_bodies(w, x);
+    return out;
+}
+
+std::optional<std::vector<Eigen::VectorXd>>
+unheld_motion(RodProblem& w, const std::vector<RodContactState>& contacts)
+{
+    constexpr double kHold = 1e3;  // of closed contacts, times their weights
+    constexpr double kNothing = 1; // of the spring by which a rod leans: less stiffness is none
+    Projectors held;
+    set_up(w, contacts, held);
+    w.base.take_symmetric_part();
+    w.system.guarded = true;
+    RodSystem system(w);
+    if (!factor_held(system, kHold, 0)) return {};
+    // With the springs as weights a motion that nothing else holds has the eigenvalue 1.
+    std::vector<Node6> springs(w.gradient.size());
+    for (std::size_t b = 0; b < w.rods.size(); ++b)
+        for (int i = 0; w.rods[b] && i < w.rods[b]->unknowns() / 6; ++i) {
+            const std::array<double, 2> s = w.rods[b]->anchor_on(i);
+            for (int k = 0; k < 6; ++k)
+                springs[std::size_t(w.first[b] + i)].value[k] = s[k < 3 ? 0 : 1];
+        }
+    const auto weigh = [&](std::vector<Node6>& x) {
+        for (std::size_t i = 0; i < x.size(); ++i)
+            for (int k = 0; k < 6; ++k)
+                x[i].value[k] *= springs[i].value[k];
+    };
+    std::vector<Node6> x = any_motion(w, held);
+    const double value =
+        pivoting::smallest_eigenvalue(x, weigh, [&](std::vector<Node6>& v) { w.system.solve(v); });
+    if (!(value > 0 && value < 1 + kNothing)) return {};
+    return motion_of_bodies(w, x);
 }
 
 } // namespace amontons

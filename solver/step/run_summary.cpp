@@ -35,6 +35,21 @@ void add_step(RunSummary& summary, const StepRecord& step)
     if (!step.certificate.certified) ++summary.uncertified_steps;
 }
 
+const char* status_of(StepResult::Outcome outcome)
+{
+    switch (outcome) {
+    case StepResult::Outcome::accepted:
+        return "running";
+    case StepResult::Outcome::done:
+        return "done";
+    case StepResult::Outcome::failed:
+        return "failed";
+    case StepResult::Outcome::interrupted:
+        break;
+    }
+    return "interrupted";
+}
+
 void save_summary(const RunSummary& summary, ByteWriter& out)
 {
     out.value(summary.seconds);

@@ -2,12 +2,29 @@
 
 #include "solver/output/step_record.hpp"
 #include "solver/step/byte_stream.hpp"
+#include "solver/step/simulation.hpp"
 
 // What every simulation sums up over its steps, and how a checkpoint keeps it.
 
 namespace amontons {
 
 void add_step(RunSummary& summary, const StepRecord& step);
+
+/// What a result of a step is called in a summary: "done" | "failed" | "interrupted" | "running".
+const char* status_of(StepResult::Outcome outcome);
+
+inline StepResult failed_step(std::string message)
+{
+    return {StepResult::Outcome::failed, std::move(message), {}};
+}
+inline StepResult interrupted_step()
+{
+    return {StepResult::Outcome::interrupted, "interrupted by the user", {}};
+}
+inline StepResult accepted_step(StepRecord record)
+{
+    return {StepResult::Outcome::accepted, "", std::move(record)};
+}
 
 void save_summary(const RunSummary& summary, ByteWriter& out);
 /// @throws InputError  as ByteReader

@@ -10,6 +10,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -29,13 +30,16 @@ public:
 struct Obstacle {
     std::string name;
     WallModel model;
+
+    /// The same for another simulation, which may be on another thread.
+    Obstacle share() const { return {name, model.share()}; }
 };
 
 /// One body's line of the plan.
 struct BodyPlan {
     std::string name;
-    std::string kind; ///< "obstacle" | "beam" | "solid" | "rigid"
-    int unknowns = 0; ///< at its largest
+    std::string kind;               ///< "obstacle" | "beam" | "solid" | "rigid"
+    int unknowns = 0;               ///< at its largest
     std::vector<SetSize> sets = {}; ///< of a solid
 };
 
@@ -47,6 +51,28 @@ struct BodyRecord {
     std::vector<Vec3> points;             ///< now [m]
     std::vector<std::array<std::int32_t, 3>> triangles;
     std::vector<Field> point_fields, cell_fields;
+    double stress_round_off = 0; ///< of a solid: a smaller stress says nothing [Pa]
+};
+
+/// What one call of Simulation::step() came to.
+struct StepResult {
+    enum class Outcome {
+        accepted,    ///< a step was taken: `record` tells of it
+        done,        ///< the scene's end, or `not_beyond`, is reached already: nothing was done
+        failed,      ///< `message` says why; the state is that of the last accepted step
+        interrupted, ///< by `stop`; the state is that of the last accepted step
+    };
+    Outcome outcome = Outcome::done;
+    std::string message;
+    StepRecord record;
+};
+
+/// A drive that a caller may lead by hand, between two steps.
+struct InputInfo {
+    std::string name; ///< BODY.insertion, BODY.loads.0.over, ...
+    std::string unit;
+    double lower = -std::numeric_limits<double>::infinity(); ///< least and largest value
+    double upper = std::numeric_limits<double>::infinity();
 };
 
 /// The smallest step, of the longest, where the scene does not say.
@@ -58,13 +84,44 @@ public:
     virtual ~Simulation() = default;
 
     /// The offline stage, once: all that can still refuse the scene, before anything is written.
-    /// run() and restore() do it where nobody has.
+    /// step() and restore() do it where nobody has.
     /// @throws InputError
     virtual void prepare() {}
 
-    /// Runs to the scene's end, or until `stop` is set (looked at between steps). Calls the
-    /// observer with step 0 first (unless the state was restored), then with each step.
-    virtual RunSummary run(StepObserver& observer, const std::atomic<bool>& stop) = 0;
+    /// One accepted step, retries of a shorter one included. The first of all is step 0, the state
+    /// that the run begins from (unless the state was restored). A step that fails or is
+    /// interrupted leaves the state of the last accepted one, and can be asked for again.
+    /// @param stop        looked at between steps, and in long ones
+    /// @param not_beyond  the step ends there at the latest [s], exactly there if it comes near.
+    /// Where
+    ///                    this cuts a step, the length of the next one is as if it had not
+    /// @throws InputError  `not_beyond` along a path (time.path), where time is an unknown
+    virtual StepResult step(const std::atomic<bool>& stop,
+                            double not_beyond = std::numeric_limits<double>::infinity()) = 0;
+
+    /// All that is told at the end of a run, or between two steps.
+    /// @param last  what step() said last
+    virtual RunSummary conclude(const StepResult& last) = 0;
+
+    /// Adds time that was spent on what a step tells, for the sums of the next ones [s].
+    virtual void spent_on_output(double seconds) = 0;
+
+    /// Steps to the scene's end, or until `stop` is set. Calls the observer with each step.
+    RunSummary run(StepObserver& observer, const std::atomic<bool>& stop);
+
+    /// What is summed up so far, of the last accepted step.
+    virtual const RunSummary& so_far() const = 0;
+
+    /// Drives that can be led by hand; of the others the scene's curves hold.
+    virtual const std::vector<InputInfo>& inputs() const;
+    /// What an input is now, or will be at the end of the next step. @throws InputError  as
+    /// set_input
+    virtual double input(std::size_t number) const;
+    /// From now on the scene's curve of this drive no longer counts. The value is led linearly from
+    /// what it is now to this one at the end of the next step (of the length that it is first tried
+    /// with), and stays there.
+    /// @throws InputError  no such input, or a value out of its range; nothing is changed
+    virtual void set_input(std::size_t number, double value);
 
     virtual const std::vector<Obstacle>& obstacles() const = 0;
     virtual std::vector<BodyPlan> plan() const = 0;
@@ -72,7 +129,8 @@ public:
     /// How the linear systems of solids are solved, and what each way costs.
     virtual LinearPlan linear_plan() const { return {}; }
 
-    /// Largest contact force seen on each vertex of an obstacle's surface [N].
+    /// Largest contact force seen on each vertex of an obstacle's surface [N]; empty where it is
+    /// not looked at (scenes without beams).
     virtual std::vector<double> max_contact_force(std::size_t obstacle) const = 0;
 
     /// The contact problems of the last step. For an observer: they cost as much as some steps,
@@ -95,8 +153,8 @@ public:
 
 /// How a scene is solved, beside what it says itself.
 struct SimulationOptions {
-    std::string cache;  ///< folder of factors; "": none
-    int threads = 1;    ///< of the contact solver
+    std::string cache;  ///< folder of factors and of samples of walls; "": none
+    int threads = 1;    ///< of the contact solver, and of the sampling of walls
     bool refuse = true; ///< where the memory does not suffice; else linear_plan() says so
 };
 

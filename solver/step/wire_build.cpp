@@ -3,6 +3,8 @@
 #include "mesh/base/curve.hpp"
 #include "solver/scene/build.hpp"
 #include "solver/scene/consistency.hpp"
+#include "solver/scene/instrument_rods.hpp"
+#include "solver/step/wire_overlap.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -27,20 +29,7 @@ std::string number(double v)
 
 Mat3 sheath_frame(const IntroducerInput& in, const std::optional<Vec3>& plane)
 {
-    const Vec3 d = in.direction.normalized();
-    Vec3 second;
-    if (in.normal) {
-        second = *in.normal;
-    } else if (plane) {
-        second = plane->cross(d);
-    } else {
-        // Any, but always the same: the axis of space that is least along the wire.
-        int axis = 0;
-        d.cwiseAbs().minCoeff(&axis);
-        second = Vec3::Unit(axis);
-    }
-    second -= d * d.dot(second);
-    second.normalize();
+    const Vec3 d = in.direction.normalized(), second = introducer_normal(in, plane);
     Mat3 frame;
     frame << d, second, d.cross(second);
     return frame;
@@ -124,9 +113,10 @@ WireBody build_wire(const Scene& scene, const BeamInput& beam,
             const bool one = law.between[0] == beam.name && law.between[1] == name;
             const bool other = law.between[1] == beam.name && law.between[0] == name;
             if (!one && !other) continue;
+            for (const BeamSegment& g : beam.segments)
+                w.friction_of_segment.push_back(g.friction.value_or(law.friction));
             for (const MaterialPoint& p : wire.material.point)
-                w.friction.push_back(
-                    beam.segments[std::size_t(p.segment)].friction.value_or(law.friction));
+                w.friction.push_back(w.friction_of_segment[std::size_t(p.segment)]);
             w.foundation = law.foundation;
             walls.push_back(std::move(w));
             near.push_back(int(body));
@@ -148,8 +138,10 @@ WireBody build_wire(const Scene& scene, const BeamInput& beam,
     if (scene.time.kind == "dynamic") motion = make_motion(wire.material, scene.time.damping);
     WireBody body = make_wire_body(std::move(wire), std::move(walls), std::move(motion),
                                    scene.accuracy.contact);
+    body.course = scene.time.balance == "course";
     const double t0 = beam.twist.empty() ? 0 : curve_value(beam.twist, 0);
     start_in_sheath(body.wire, curve_value(beam.insertion, 0) + beam.introducer.fade, t0);
+    if (beam.hold.given && body.wire.outside()) hold_tip_here(body.wire, beam.hold.turns == "held");
     return body;
 }
 
@@ -282,6 +274,7 @@ std::vector<Reaction> read_reactions(std::size_t size, ByteReader& in)
 void save_wire(const WireBody& b, ByteWriter& out)
 {
     const WireState& s = b.wire.state;
+    out.value(b.halvings);
     out.value(s.first);
     out.value(s.inserted);
     out.value(s.inserted_rest);
@@ -296,6 +289,9 @@ void save_wire(const WireBody& b, ByteWriter& out)
         for (int k = 0; k < 3; ++k)
             out.value(v[k]);
     };
+    if (b.wire.tip)
+        for (const Vec3* v : {&s.tip_moved, &s.tip_force, &s.tip_moment})
+            vec(*v);
     for (const auto* list : lists_of(b.dynamics))
         for (const Vec3& v : *list)
             vec(v);
@@ -310,6 +306,13 @@ SavedWire read_wire(const WireBody& b, ByteReader& in)
 {
     SavedWire w;
     WireState& s = w.state;
+    w.halvings = in.value<int>();
+    if (w.halvings < 0 || w.halvings > kMostSpacingHalvings)
+        ByteReader::refuse("contact points at an impossible distance");
+    const std::size_t reactions =
+        b.walls.size() * contact_point_count(b.wire.material.length,
+                                             std::ldexp(b.wire.material.point.front().spacing,
+                                                        b.halvings - w.halvings));
     s.first = in.value<int>();
     s.inserted = in.value<double>();
     s.inserted_rest = in.value<double>();
@@ -320,7 +323,7 @@ SavedWire read_wire(const WireBody& b, ByteReader& in)
         !(s.inserted < b.wire.material.length))
         ByteReader::refuse("a wire held at an impossible place");
     s.nodes = in.exactly<BeamNode>(b.wire.material.node.size());
-    s.reaction = read_reactions(b.wire.state.reaction.size(), in);
+    s.reaction = read_reactions(reactions, in);
     s.wall_energy = in.value<double>();
     w.walls = read_walls(b.walls, in);
     const auto vec = [&] {
@@ -329,11 +332,16 @@ SavedWire read_wire(const WireBody& b, ByteReader& in)
             v[k] = in.value<double>();
         return v;
     };
+    if (b.wire.tip)
+        for (Vec3* v : {&s.tip_moved, &s.tip_force, &s.tip_moment})
+            *v = vec();
     w.dynamics = b.dynamics;
+    w.dynamics.contact_force.resize(reactions);
+    w.dynamics.contact_arm.resize(reactions);
     for (std::vector<Vec3>* list : lists_of(w.dynamics))
         for (Vec3& v : *list)
             v = vec();
-    w.proximity.resize(b.work->proximity.size());
+    w.proximity.resize(reactions);
     for (Proximity& p : w.proximity) {
         p.hint.piece = in.value<std::int32_t>();
         p.at = vec();
@@ -345,6 +353,7 @@ SavedWire read_wire(const WireBody& b, ByteReader& in)
 void restore_wire(WireBody& b, const SavedWire& w)
 {
     const bool any = !b.wire.state.wall.empty();
+    set_halvings(b, w.halvings);
     b.wire.state = w.state;
     for (std::size_t k = 0; any && k < b.walls.size(); ++k) {
         const std::shared_ptr<WallState>& wall = w.walls[k];

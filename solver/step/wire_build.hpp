@@ -31,6 +31,7 @@ std::vector<Reaction> read_reactions(std::size_t size, ByteReader& in);
 
 /// What changes of a wire.
 struct SavedWire {
+    int halvings = 0; ///< of the distance of its contact points
     WireState state;
     WireDynamics dynamics;
     std::vector<Proximity> proximity;

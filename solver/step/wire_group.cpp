@@ -12,6 +12,8 @@ namespace {
 bool way_is_free(const Wall& wall, const Vec3& from, const Vec3& to, double radius, WallHint& hint)
 {
     const double length = (to - from).norm();
+    if (wall.clearance(from, hint) + wall.clearance(to, hint) >= kSteepestWall * length)
+        return true;
     const double a = wall.distance(from, hint), b = wall.distance(to, hint);
     if (b < 0) return false;
     if (a + b >= kSteepestWall * length) return true;
@@ -88,8 +90,9 @@ NewtonOptions newton_options(const WireGroup& g, const std::vector<BaseTarget>& 
         double radius = 0;
         for (const BeamSegment& segment : b.wire.material.segments)
             radius = std::max(radius, segment.radius);
-        const double shift = to[w].insertion - b.wire.state.base_insertion;
-        o.reach = std::max({o.reach, 1.35 * radius, 1.5 * std::abs(shift)});
+        const double shift = std::max(std::abs(to[w].insertion - b.wire.state.base_insertion),
+                                      (to[w].tip - b.wire.state.tip_moved).norm());
+        o.reach = std::max({o.reach, 1.35 * radius, 1.5 * shift});
         o.longest_move = std::min(o.longest_move, 0.8 * b.grain);
     }
     return o;
@@ -154,7 +157,13 @@ NewtonReport solve(WireGroup& g, const GroupStart& start, const std::vector<Anch
 {
     if (g.coaxial) return solve_coaxial(*g.coaxial, start.wires, start.nested, anchors, options);
     WireBody& b = *g.wires[0];
-    return solve_equilibrium(b.wire, b.walls, start.wires[0], anchors[0], options, *b.work);
+    const NewtonReport report =
+        solve_equilibrium(b.wire, b.walls, start.wires[0], anchors[0], options, *b.work);
+    if (b.wire.tip) {
+        b.wire.state.tip_force = b.work->tip.force;
+        b.wire.state.tip_moment = b.work->tip.moment;
+    }
+    return report;
 }
 
 void drive(WireGroup& g, const std::vector<BaseTarget>& to)
@@ -165,6 +174,7 @@ void drive(WireGroup& g, const std::vector<BaseTarget>& to)
         shift.push_back(to[w].insertion - wire.state.base_insertion);
         const WireState before = wire.state;
         drive_base(wire, to[w].insertion, to[w].twist);
+        if (wire.tip && wire.outside()) move_held_tip(wire, to[w].tip);
         if (g.coaxial && shift.back() != 0)
             strains_along(wire, before, shift.back(), g.wires[w]->work->foreseen);
     }
@@ -196,6 +206,7 @@ double base_work(const WireGroup& g, const GroupState& old, const std::vector<Ba
         const BaseLoad load = base_load(g.wires[w]->wire);
         sum += 0.5 * (before[w].push + load.push) * (s.base_insertion - a.base_insertion) +
                0.5 * (before[w].torque + load.torque) * (s.base_twist - a.base_twist);
+        sum += 0.5 * (a.tip_force + s.tip_force).dot(s.tip_moved - a.tip_moved);
     }
     return sum;
 }

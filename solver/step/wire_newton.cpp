@@ -103,6 +103,7 @@ void assemble_iterate(const Wire& wire, const std::vector<WireWall>& walls, cons
     w.giving = any_soft(walls) ? &walls : nullptr;
     // Of soft walls the linearised problem knows the curvature.
     assemble_reactions(wire, w.candidates, w.base, w.gradient, !w.giving);
+    if (wire.tip) w.tip = hold_tip(wire, w.base, w.gradient);
     if (wire.plane) hold_in_plane(wire, w.base, w.gradient);
     report.seconds_detection += detection.seconds();
 }

@@ -1,8 +1,10 @@
 #pragma once
 
+#include "solver/beam/tip_hold.hpp"
 #include "solver/beam/wire_contact.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <vector>
 
 // One equilibrium of a wire with Signorini-Coulomb contact: Newton's method on the wire;
@@ -40,6 +42,7 @@ struct NewtonOptions {
     int max_iterations = 16;
     double reach = 0;        ///< contacts nearer than this enter the linear problem [m]
     double longest_move = 0; ///< of a node in one iteration [m]
+    const std::atomic<bool>* stop = nullptr; ///< set from elsewhere: no further statuses are tried
 };
 
 /// Before the active rows are closed exactly.
@@ -79,6 +82,7 @@ struct NewtonWorkspace {
     const std::vector<WireWall>* giving = nullptr; ///< the walls, if any is soft is soft
     double unsettled = 0; ///< what forces on those and their shapes disagree by [N]
     double shift = 0;     ///< of the last iterate of this solve that needed one [N/m]
+    TipLoad tip;          ///< of a held one, at the last iterate
     double covered = 0;   ///< contact points up to here lie in another instrument [m from the base]
 };
 

@@ -18,9 +18,9 @@ SectionForce section_force(const Wire& w, int element)
     const ElementLaw law =
         element == w.state.first ? held_element_law(w, w.state) : w.material.law[n];
     const auto e = element_strain(w.state.nodes[n], w.state.nodes[n + 1], law.length);
-    std::array<double, 6> f;
-    for (std::size_t i = 0; i < 6; ++i)
-        f[i] = (law.S[i] * e[i] - law.P[i]) / law.length;
+    std::array<double, 6> f = element_stress(law, e);
+    for (double& x : f)
+        x /= law.length;
     return {f[0], f[3], std::hypot(f[4], f[5]), std::hypot(e[4], e[5]), e[3]};
 }
 
@@ -40,13 +40,17 @@ Vec3 wire_tip(const Wire& w)
 int count_outside(const WireBody& b)
 {
     int count = 0;
-    for (const MaterialPoint& m : b.wire.material.point) {
+    for (std::size_t p = 0; p < b.wire.material.point.size(); ++p) {
+        const MaterialPoint& m = b.wire.material.point[p];
         const auto place = place_of(b.wire, b.wire.state, m.s, m.element, m.xi);
         if (!place) break;
         const Vec3 x = centreline_point(b.wire.state, *place);
-        for (const WireWall& w : b.walls) {
-            WallHint hint;
+        for (std::size_t k = 0; k < b.walls.size(); ++k) {
+            const WireWall& w = b.walls[k];
             if (w.foundation > 0) continue; // springs have no other side
+            const Proximity& near = b.work->proximity[p * b.walls.size() + k];
+            if (!w.soft && near.distance > kSteepestWall * (x - near.at).norm()) continue;
+            WallHint hint = near.hint;
             if (w.wall->distance(pulled_back(w, x, hint), hint) < 0) ++count;
         }
     }
@@ -166,6 +170,14 @@ void record_wire(const WireBody& b, const std::string& name, int body,
     quantity("tip_rotation", "rad", tip_rotation);
     quantity("push_force", "N", load.push);
     quantity("torque", "N m", load.torque);
+    if (w.tip) {
+        const char* axes = "xyz";
+        for (int k = 0; k < 3; ++k)
+            quantity((std::string("tip_hold_force_") + axes[k]).c_str(), "N", w.state.tip_force[k]);
+        for (int k = 0; w.tip->turns && k < 3; ++k)
+            quantity((std::string("tip_hold_moment_") + axes[k]).c_str(), "N m",
+                     w.state.tip_moment[k]);
+    }
     quantity("normal_force_sum", "N", sum);
     quantity("friction_force_sum", "N", friction);
     quantity("clustered_force", "N", largest);

@@ -10,7 +10,19 @@ namespace {
 constexpr int kLeastRelaxations = 600;     // that are made before a flow is given up
 constexpr double kRelaxationShare = 0.001; // of what an increment turned over: its balance misses
 constexpr int kFirstPause = 4, kLongestPause = 32; // increments between tries of the wires at rest
-constexpr double kNoJump = 0.25;           // of an increment's way: the wire has not jumped in it
+constexpr double kNoJump = 0.25; // of an increment's way: the wire has not jumped in it
+
+/// Of turns, in the square of a length: places and turns as one vector do not depend on the unit of
+/// length. What the sheath holds has no weight.
+void weigh_turns(const Wire& wire, std::vector<Node6>& mode)
+{
+    mode[std::size_t(wire.state.first)].column = Column6{};
+    for (int i = wire.state.first + 1; i <= wire.last(); ++i) {
+        const double h = wire.material.law[std::size_t(i) - 1].length;
+        for (int k = 3; k < 6; ++k)
+            mode[std::size_t(i)].value[k] *= h * h;
+    }
+}
 
 /// Lowest mode of the system that contact leaves free, by inverse iteration with the factor of
 /// the last shifted solve; largest displacement 1.
@@ -24,6 +36,7 @@ std::vector<std::vector<Node6>> weakest_mode(WireGroup& g)
             Node6& n = mode[std::size_t(i)];
             n.column = Column6{};
             if (i == b->wire.state.first) continue;
+            if (b->wire.tip && i == b->wire.last()) continue;
             for (int k = 0; k < 6; ++k) {
                 seed = seed * 1664525u + 1013904223u;
                 n.value[k] = (double(seed >> 8) / 8388608.0 - 1) * (k < 3 ? b->grain : 1);
@@ -36,6 +49,8 @@ std::vector<std::vector<Node6>> weakest_mode(WireGroup& g)
         }
     }
     for (int round = 0; round < 6; ++round) {
+        for (std::size_t w = 0; w < v.size(); ++w)
+            weigh_turns(g.wires[w]->wire, v[w]);
         if (g.coaxial)
             solve_last_system(*g.coaxial, v);
         else
@@ -116,7 +131,7 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
             return first_element_lags(b->wire);
         });
         if (!base_moved || lags) drive(g, to);
-        if (base_moved && lags) energy = elastic_energy_of(g);
+        bool meshed = base_moved && lags;
         std::vector<Anchor> anchors(wires);
 
         // At rest already? Only without a further jump.
@@ -147,11 +162,14 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
                 for (std::size_t w = 0; w < wires; ++w)
                     move_wire(g.wires[w]->wire, mode[w], 1e-3 * grain);
                 pushed_off = true;
-                energy = elastic_energy_of(g);
+                const double now = elastic_energy_of(g);
+                r.released += energy - now;
+                energy = now;
                 forget_pull();
                 continue;
             }
             restore(g, before);
+            meshed = false;
             until_attempt = pause;
             pause = std::min(2 * pause, kLongestPause);
         }
@@ -192,7 +210,7 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
         // the mesh can change, which costs some energy without a motion.
         const double still = base_moved ? 0.02 * target : kNoJump * target;
         const bool accounted =
-            move < still ||
+            move < still || meshed ||
             std::abs(energy + given - after - friction - viscous) <=
                 kRelaxationShare * (std::abs(viscous) + std::abs(friction) + std::abs(given)) +
                     0.01 * energy_floor;
@@ -210,7 +228,10 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
             work_of_base = given;
             base_moved = true;
         }
-        r.released += viscous;
+        // Another mesh holds the same shape with another energy (what was one element with the mean
+        // of two curvatures is two, and its middle line is found anew): what goes with that is no
+        // work of the pull along the nodes' motion. There what is released is what is gone.
+        r.released += meshed ? energy - after - friction : viscous;
         r.energy.friction += friction;
         energy = after;
         ++taken;

@@ -1,32 +1,21 @@
 #include "solver/step/wire_simulation.hpp"
 
-#include "mesh/base/curve.hpp"
 #include "mesh/base/error.hpp"
 #include "mesh/base/phase_timer.hpp"
-#include "mesh/bounding_tree.hpp"
-#include "solver/step/branch_log.hpp"
-#include "solver/step/coaxial.hpp"
 #include "solver/step/energy_balance.hpp"
+#include "solver/step/knots.hpp"
 #include "solver/step/run_summary.hpp"
-#include "solver/step/soft_vessel.hpp"
 #include "solver/step/wire_build.hpp"
-#include "solver/step/wire_overlap.hpp"
 #include "solver/step/wire_problem.hpp"
 #include "solver/step/wire_record.hpp"
+#include "solver/step/wire_simulation_state.hpp"
 #include "solver/step/wire_start.hpp"
-#include "solver/step/wire_step.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
 
 namespace amontons {
 namespace {
-
-// Half a step of smooth motion misses a quarter of what the whole misses of its balance, relative
-// to what it turns over. What misses more than that has jumped, and is quartered.
-constexpr double kJumped = 4;
 
 void add_energy(EnergyRecord& sum, const EnergyRecord& step)
 {
@@ -44,92 +33,6 @@ std::string wire_prefix(const Scene& scene, std::size_t wire)
 
 } // namespace
 
-/// Plain numbers that a wire's history needs; copied to and from checkpoints as they are.
-struct WireHistory {
-    double elastic_start = 0; ///< J, of the initial state
-    double elastic = 0, kinetic = 0;
-    double cap = std::numeric_limits<double>::infinity(); ///< insertion at an opening [m]
-    double max_push = 0, max_torque = 0, max_depth = 0, max_cluster = 0;
-    int opening = -1, opening_wall = -1;
-    BranchLog branch;
-    WireOverlapLog overlap;
-};
-
-struct WireSimulation::State {
-    Scene scene;
-    std::vector<Obstacle> obstacles;
-    std::vector<SoftVessel> vessels;
-    std::vector<WireBody> wires;
-    std::vector<std::unique_ptr<Coaxial>> coaxial; ///< wires in one another
-    std::vector<WireGroup> groups;                 ///< every wire is in one
-    std::vector<std::vector<int>> walls;           ///< obstacles of each wire's walls
-    std::vector<WireHistory> history;
-    std::vector<std::unique_ptr<BoundingTree>> tree; ///< made when a contact first needs it
-    std::vector<std::vector<double>> max_force;      ///< per obstacle and vertex [N]
-    std::vector<double> wall_moved; ///< of each vessel's wall the most that was looked at [m]
-
-    bool started = false;
-    double time = 0, step_length = 0;
-    int step = 0, retries = 0, contact_steps = 0;
-    double contacts_sum = 0;
-    EnergyRecord energy;
-    RunSummary summary;
-
-    double longest() const { return scene.time.step; }
-    double smallest() const
-    {
-        return scene.time.smallest_step > 0 ? scene.time.smallest_step
-                                            : kDefaultSmallest * longest();
-    }
-    /// The length that is tried after h, which was refused.
-    double shorter(double h, double missed_by) const
-    {
-        const double relaxed = kRelaxFailed * longest();
-        const double least = h > relaxed ? std::max(relaxed, smallest()) : smallest();
-        return std::max((missed_by > kJumped ? 0.25 : 0.5) * h, least);
-    }
-    double insertion(std::size_t w, double t) const
-    {
-        // The base counts from the sheath's rigid end; the scene from its very end.
-        const double fade = wires[w].wire.sheath->fade;
-        return std::min(curve_value(scene.beams[w].insertion, t) + fade, history[w].cap);
-    }
-    double twist(std::size_t w, double t) const
-    {
-        const CurvePoints& c = scene.beams[w].twist;
-        return c.empty() ? 0 : curve_value(c, t);
-    }
-    /// Where the bases of a group are at a time.
-    std::vector<BaseTarget> targets(const WireGroup& g, double t) const
-    {
-        std::vector<BaseTarget> to;
-        for (const WireBody* b : g.wires) {
-            const auto w = std::size_t(b - wires.data());
-            to.push_back({insertion(w, t), twist(w, t)});
-        }
-        return to;
-    }
-    /// The wire that a group's energy is kept with.
-    std::size_t first_of(const WireGroup& g) const
-    {
-        return std::size_t(g.wires[0] - wires.data());
-    }
-    double next_knot() const;
-    bool advance(double h, StepReport& sum, std::string& refusal, bool relax);
-    StepRecord record(const StepReport& r, double h, double seconds);
-    void note_forces(const StepRecord& r);
-    void note_overlap(std::size_t w, OverlapRecord& worst);
-    const std::string& wall_name(int number) const
-    {
-        const auto o = std::size_t(number);
-        return o < obstacles.size() ? obstacles[o].name
-                                    : vessels[o - obstacles.size() - wires.size()].name;
-    }
-    void note_openings(const std::vector<Vec3>& tips_before);
-    void note_walls();
-    void finish(RunSummary& s) const;
-};
-
 double WireSimulation::State::next_knot() const
 {
     double next = scene.time.end;
@@ -140,37 +43,67 @@ double WireSimulation::State::next_knot() const
     return next;
 }
 
-/// One step of all wires; either all move or none.
-bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refusal, bool relax)
+WireSimulation::State::Kept WireSimulation::State::keep() const
 {
-    struct Kept {
-        WireState state;
-        WireDynamics dynamics;
-    };
-    std::vector<Kept> kept;
-    std::vector<std::vector<std::vector<Reaction>>> kept_nested;
-    std::vector<StepReport> reports;
-    const double t = time + h;
-    bool accepted = true;
-    if (groups.size() > 1) {
-        for (const WireBody& b : wires)
-            kept.push_back({b.wire.state, b.dynamics});
-        for (const auto& c : coaxial) {
-            kept_nested.emplace_back();
-            for (const Nesting& n : c->nestings)
-                kept_nested.back().push_back(n.reaction);
-        }
+    Kept k;
+    for (const WireBody& b : wires)
+        k.wires.push_back({b.wire.state, b.dynamics});
+    for (const auto& c : coaxial)
+        for (const Nesting& n : c->nestings)
+            k.nested.push_back(n.reaction);
+    return k;
+}
+
+void WireSimulation::State::put_back(const Kept& k)
+{
+    for (std::size_t w = 0; w < wires.size(); ++w) {
+        wires[w].wire.state = k.wires[w].state;
+        wires[w].dynamics = k.wires[w].dynamics;
     }
-    for (std::size_t k = 0; k < groups.size() && accepted; ++k) {
+    auto next = k.nested.begin();
+    for (const auto& c : coaxial)
+        for (Nesting& n : c->nestings)
+            n.reaction = *next++;
+}
+
+WireSimulation::State::Unmoved WireSimulation::State::unmoved() const
+{
+    Unmoved u;
+    u.kept = keep();
+    for (const WireBody& b : wires)
+        u.wires.push_back({b.halvings, b.work->proximity});
+    for (const SoftVessel& v : vessels)
+        u.tangents.push_back(v.tube->beyond() ? v.tube->tangent_at() : nullptr);
+    u.overlap = overlap;
+    u.history = history;
+    u.retries = retries;
+    return u;
+}
+
+void WireSimulation::State::undo(const Unmoved& u)
+{
+    for (std::size_t w = 0; w < wires.size(); ++w)
+        set_halvings(wires[w], u.wires[w].halvings);
+    for (std::size_t v = 0; v < vessels.size(); ++v)
+        if (u.tangents[v]) restore_tangent(*vessels[v].tube, *u.tangents[v]);
+    put_back(u.kept);
+    for (std::size_t w = 0; w < wires.size(); ++w)
+        wires[w].work->proximity = u.wires[w].proximity;
+    overlap = u.overlap;
+    history = u.history;
+    retries = u.retries;
+}
+
+/// Solves a step group by group; not all of them may have moved where it is not accepted.
+bool WireSimulation::State::solve_groups(double h, bool relax, StepReport& sum,
+                                         std::vector<StepReport>& reports)
+{
+    reports.clear();
+    for (std::size_t k = 0; k < groups.size(); ++k) {
         WireGroup& g = groups[k];
         const bool may_relax = relax && !g.wires[0]->motion.dynamic;
-        const std::vector<BaseTarget> to = targets(g, t);
+        const std::vector<BaseTarget> to = targets(g, time + h);
         const StepReport r = may_relax ? try_or_relax(g, to) : try_step(g, to, h);
-        if (!r.accepted) {
-            refusal = scene.beams[first_of(g)].name + ": " + r.refusal;
-            sum.missed_by = r.missed_by;
-        }
-        accepted = r.accepted;
         reports.push_back(r);
         sum.newton.iterations += r.newton.iterations;
         sum.newton.factorisations += r.newton.factorisations;
@@ -183,16 +116,48 @@ bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refu
         const double error = r.newton.residual.error();
         if (k == 0 || !(error < sum.newton.residual.error()))
             sum.newton.residual = r.newton.residual;
-    }
-    if (!accepted) {
-        for (std::size_t w = 0; w < kept.size(); ++w) {
-            wires[w].wire.state = kept[w].state;
-            wires[w].dynamics = kept[w].dynamics;
+        if (!r.accepted) {
+            sum.refusal = scene.beams[first_of(g)].name + ": " + r.refusal;
+            sum.missed_by = r.missed_by;
+            return false;
         }
-        for (std::size_t c = 0; c < kept_nested.size(); ++c)
-            for (std::size_t n = 0; n < kept_nested[c].size(); ++n)
-                coaxial[c]->nestings[n].reaction = kept_nested[c][n];
-        return false;
+    }
+    return true;
+}
+
+/// One step of all wires; either all move or none. Where a wire stands in a wall between its
+/// contact points, they are put closer and the step is done again.
+bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refusal, bool relax)
+{
+    Kept kept = keep();
+    std::vector<StepReport> reports;
+    const double t = time + h;
+    for (;;) {
+        if (!solve_groups(h, relax, sum, reports)) {
+            refusal = sum.refusal;
+            put_back(kept);
+            return false;
+        }
+        for (std::size_t w = 0; w < wires.size(); ++w)
+            overlap[w] = deepest_overlap(wires[w]);
+        std::vector<std::size_t> closer;
+        for (std::size_t w = 0; w < wires.size(); ++w) {
+            const WireOverlap& o = overlap[w];
+            if (!(o.depth > o.allowed)) continue;
+            if (may_halve_spacing(wires[w])) {
+                closer.push_back(w);
+            } else if (o.depth > o.most) {
+                refusal = never_done(o, scene.beams[w].name, wall_name(walls[w][o.wall]));
+                sum.lasting = true;
+                put_back(kept);
+                return false;
+            }
+        }
+        if (closer.empty()) break;
+        put_back(kept);
+        for (const std::size_t w : closer)
+            halve_spacing(wires[w]);
+        kept = keep();
     }
     for (std::size_t k = 0; k < groups.size(); ++k) {
         const StepReport& r = reports[k];
@@ -217,6 +182,31 @@ bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refu
     time = t;
     ++step;
     return true;
+}
+
+/// The same for the balance that a group starts from.
+void WireSimulation::State::measure_start(WireGroup& g, const std::vector<BaseTarget>& to,
+                                          StepReport& report)
+{
+    for (;;) {
+        bool closer = false;
+        for (WireBody* b : g.wires) {
+            const auto w = std::size_t(b - wires.data());
+            WireOverlap& o = overlap[w];
+            o = deepest_overlap(*b);
+            if (!(o.depth > o.allowed)) continue;
+            if (may_halve_spacing(*b)) {
+                halve_spacing(*b);
+                closer = true;
+            } else if (o.depth > o.most) {
+                report.accepted = false;
+                report.refusal = never_done(o, scene.beams[w].name, wall_name(walls[w][o.wall]));
+            }
+        }
+        if (!closer || !report.accepted) return;
+        report = try_or_relax(g, to);
+        if (!report.accepted) return;
+    }
 }
 
 StepRecord WireSimulation::State::record(const StepReport& r, double h, double seconds)
@@ -311,7 +301,7 @@ void WireSimulation::State::note_walls()
 /// Of the accepted state.
 void WireSimulation::State::note_overlap(std::size_t w, OverlapRecord& worst)
 {
-    const WireOverlap o = deepest_overlap(wires[w]);
+    const WireOverlap& o = overlap[w];
     const int wall = walls[w].empty() ? -1 : walls[w][o.wall];
     history[w].overlap.note(o, wall, step);
     if (o.depth > worst.depth)
@@ -354,7 +344,6 @@ void WireSimulation::State::finish(RunSummary& s) const
                                  "certified, what is between them is not measured");
     s.undetermined_not_examined = {"instruments: they are elastic"};
     s.quantities.clear();
-    s.texts.clear();
     for (std::size_t w = 0; w < wires.size(); ++w) {
         const std::string prefix = wire_prefix(scene, w);
         const Wire& wire = wires[w].wire;
@@ -368,11 +357,20 @@ void WireSimulation::State::finish(RunSummary& s) const
         const Vec3 tip = wire_tip(wire);
         for (int i = 0; i < 3; ++i)
             s.quantities.push_back({prefix + "tip_" + "xyz"[i], "m", tip[i]});
+    }
+    tell_branches(s);
+}
+
+void WireSimulation::State::tell_branches(RunSummary& s) const
+{
+    s.texts.clear();
+    for (std::size_t w = 0; w < wires.size(); ++w) {
+        const WireHistory& k = history[w];
         std::string branch = k.branch.name(obstacles);
         if (k.opening >= 0)
             branch =
                 obstacles[std::size_t(k.opening_wall)].model.openings[std::size_t(k.opening)].name;
-        s.texts.push_back({prefix + "branch", branch});
+        s.texts.push_back({wire_prefix(scene, w) + "branch", branch});
     }
 }
 
@@ -400,118 +398,177 @@ WireSimulation::WireSimulation(const Scene& scene, std::vector<Obstacle> obstacl
         check_start(scene, beam, s.wires.back(), names, s.obstacles, issues);
     }
     s.history.resize(s.wires.size());
+    s.overlap.resize(s.wires.size());
     if (!issues.empty()) throw InputError(issues);
     s.groups = make_groups(scene, s.wires, s.coaxial);
+    for (std::size_t w = 0; w < s.wires.size(); ++w) {
+        BeamInput& beam = s.scene.beams[w];
+        const Wire& wire = s.wires[w].wire;
+        // Something of the wire must stay in the sheath's rigid part: its compliance is the
+        // drive's.
+        const double longest = (1 - 1e-9) * (wire.material.length - wire.sheath->fade);
+        s.inputs.add({beam.name + ".insertion", "m", 0, longest}, beam.insertion);
+        s.inputs.add({beam.name + ".twist", "rad"}, beam.twist);
+    }
 }
 
 WireSimulation::~WireSimulation() = default;
 
-RunSummary WireSimulation::run(StepObserver& observer, const std::atomic<bool>& stop)
+/// What every accepted state is followed by.
+StepResult WireSimulation::State::tell(StepRecord r)
+{
+    PhaseSeconds& sum = summary.seconds;
+    sum.free_motion += r.phases.free_motion;
+    sum.detection += r.phases.detection;
+    sum.contact_solve += r.phases.contact_solve;
+    sum.correction += r.phases.correction;
+    const Stopwatch watch;
+    r.phases = sum;
+    note_forces(r);
+    finish(summary);
+    sum.output += watch.seconds();
+    return accepted_step(std::move(r));
+}
+
+/// The state that a run begins from.
+StepResult WireSimulation::State::begin(const std::atomic<bool>& stop)
+{
+    StepReport first;
+    for (std::size_t k = 0; k < groups.size(); ++k) {
+        WireGroup& g = groups[k];
+        const std::vector<BaseTarget> to = targets(g, 0);
+        const bool dynamic = g.wires[0]->motion.dynamic;
+        g.wires[0]->motion.dynamic = false;
+        StepReport r = start_wires(g, to, stop);
+        if (r.accepted) measure_start(g, to, r);
+        g.wires[0]->motion.dynamic = dynamic;
+        if (!r.accepted && stop) return interrupted_step();
+        if (!r.accepted) return failed_step("the initial state: " + r.refusal);
+        WireHistory& h = history[first_of(g)];
+        h.elastic = h.elastic_start = r.energy.elastic;
+        if (k == 0) first = r;
+    }
+    for (const WireGroup& g : groups) {
+        energy.elastic += history[first_of(g)].elastic;
+        energy.elastic_start += history[first_of(g)].elastic;
+    }
+    started = true;
+    return tell(record(first, 0, 0));
+}
+
+StepResult WireSimulation::step(const std::atomic<bool>& stop, double not_beyond)
 {
     State& s = *state_;
     RunSummary& sum = s.summary;
     sum.status = "running";
     sum.message.clear();
-    const auto finish = [&](const char* status, std::string message) {
-        sum.status = status;
-        sum.message = std::move(message);
-        s.finish(sum);
-        s.note_walls();
-        RunSummary whole = sum; // a run that goes on says it at its own end
-        for (std::size_t v = 0; v < s.vessels.size(); ++v)
-            if (std::string told = wall_warning(s.vessels[v], s.wall_moved[v]); !told.empty())
-                whole.warnings.push_back(std::move(told));
-        double size = 0;
-        for (const WireBody& b : s.wires)
-            size = std::max(size, b.wire.material.length);
-        const bool dynamic = s.wires[0].motion.dynamic;
-        if (std::string told = energy_warning(s.energy, {s.scene.accuracy.contact, size, dynamic});
-            !told.empty())
-            whole.warnings.push_back(std::move(told));
-        for (std::size_t w = 0; w < s.wires.size(); ++w) {
-            const WireOverlapLog& log = s.history[w].overlap;
-            if (!(log.depth > 0)) continue;
-            std::string told = log.warning(s.scene.beams[w].name, s.wall_name(log.wall));
-            if (!told.empty()) whole.warnings.push_back(std::move(told));
-        }
-        return whole;
-    };
-    const auto observe = [&](StepRecord r) {
-        sum.seconds.free_motion += r.phases.free_motion;
-        sum.seconds.detection += r.phases.detection;
-        sum.seconds.contact_solve += r.phases.contact_solve;
-        sum.seconds.correction += r.phases.correction;
-        const Stopwatch watch;
-        r.phases = sum.seconds;
-        s.note_forces(r);
-        s.finish(sum);
-        observer.on_step(r);
-        sum.seconds.output += watch.seconds();
-    };
-
+    const State::Unmoved before = s.unmoved();
     if (!s.started) {
-        StepReport first;
-        std::string refusal;
-        for (std::size_t k = 0; k < s.groups.size(); ++k) {
-            WireGroup& g = s.groups[k];
-            const std::vector<BaseTarget> to = s.targets(g, 0);
-            const bool dynamic = g.wires[0]->motion.dynamic;
-            g.wires[0]->motion.dynamic = false;
-            const StepReport r = start_wires(g, to, stop);
-            g.wires[0]->motion.dynamic = dynamic;
-            if (!r.accepted && stop) return finish("interrupted", "interrupted by the user");
-            if (!r.accepted) return finish("failed", "the initial state: " + r.refusal);
-            WireHistory& h = s.history[s.first_of(g)];
-            h.elastic = h.elastic_start = r.energy.elastic;
-            s.energy.elastic += h.elastic;
-            s.energy.elastic_start += h.elastic;
-            if (k == 0) first = r;
-        }
-        s.started = true;
-        observe(s.record(first, 0, 0));
+        StepResult first = s.begin(stop);
+        if (first.outcome != StepResult::Outcome::accepted) s.undo(before);
+        return first;
     }
+    const double end = std::min(s.scene.time.end, not_beyond);
+    if (!(s.time < end * (1 - 1e-12))) return {};
+    if (stop) return interrupted_step();
+    const Stopwatch watch;
+    StepReport report;
+    std::string refusal;
+    s.inputs.begin(s.time);
+    const double reach = s.next_knot() - s.time;
+    const double uncut = s.step_length;
+    double h = std::min(uncut, reach);
+    const double sliver = 1e-6 * s.longest();
+    if (reach - h < sliver) h = reach; // none before a knot
+    const CutStep cut = cut_step(s.time, h, not_beyond, h < reach ? sliver : 0);
+    h = cut.h;
+    s.inputs.lead(s.time, h);
+    std::vector<Vec3> tips;
+    for (const WireBody& b : s.wires)
+        tips.push_back(wire_tip(b.wire));
+    s.retries = 0;
+    for (;;) {
+        const bool unstable = refusal.ends_with("unstable");
+        const bool relax = h <= (unstable ? kRelaxUnstable : kRelaxFailed) * s.longest();
+        if (s.advance(h, report, refusal, relax)) break;
+        ++s.retries;
+        if (report.lasting || h <= s.smallest()) {
+            std::string why = "step " + std::to_string(s.step + 1) +
+                              " (t = " + std::to_string(s.time) + " s): " + refusal +
+                              describe_worst(s.wires, report.newton.residual);
+            s.undo(before);
+            return failed_step(std::move(why));
+        }
+        h = s.shorter(h, report.missed_by);
+    }
+    s.inputs.accept();
+    report.refusal = refusal;
+    s.step_length = std::min(2 * h, s.longest());
+    if (cut.cut && s.retries == 0) {
+        s.time = not_beyond;
+        s.step_length = uncut;
+    }
+    s.note_openings(tips);
+    StepRecord r = s.record(report, h, watch.seconds());
+    add_step(sum, r);
+    s.contacts_sum += double(r.contacts.size());
+    ++s.contact_steps;
+    for (const ContactRecord& c : r.contacts)
+        s.energy.largest_force = std::max(s.energy.largest_force, c.force.norm());
+    return s.tell(std::move(r));
+}
 
-    const double end = s.scene.time.end;
-    while (s.time < end * (1 - 1e-12)) {
-        if (stop) return finish("interrupted", "interrupted by the user");
-        const Stopwatch watch;
-        StepReport report;
-        std::string refusal;
-        const double reach = s.next_knot() - s.time;
-        double h = std::min(s.step_length, reach);
-        if (reach - h < 1e-6 * s.longest()) h = reach; // no sliver before a knot
-        std::vector<Vec3> tips;
-        for (const WireBody& b : s.wires)
-            tips.push_back(wire_tip(b.wire));
-        bool failed = false;
-        s.retries = 0;
-        for (;;) {
-            const bool unstable = refusal.ends_with("unstable");
-            const bool relax = h <= (unstable ? kRelaxUnstable : kRelaxFailed) * s.longest();
-            if (s.advance(h, report, refusal, relax)) break;
-            ++s.retries;
-            if (h <= s.smallest()) {
-                failed = true;
-                break;
-            }
-            h = s.shorter(h, report.missed_by);
-        }
-        if (failed)
-            return finish("failed", "step " + std::to_string(s.step + 1) +
-                                        " (t = " + std::to_string(s.time) + " s): " + refusal +
-                                        describe_worst(s.wires, report.newton.residual));
-        report.refusal = refusal;
-        s.step_length = std::min(2 * h, s.longest());
-        s.note_openings(tips);
-        StepRecord r = s.record(report, h, watch.seconds());
-        add_step(sum, r);
-        s.contacts_sum += double(r.contacts.size());
-        ++s.contact_steps;
-        for (const ContactRecord& c : r.contacts)
-            s.energy.largest_force = std::max(s.energy.largest_force, c.force.norm());
-        observe(r);
+RunSummary WireSimulation::conclude(const StepResult& last)
+{
+    State& s = *state_;
+    RunSummary& sum = s.summary;
+    sum.status = status_of(last.outcome);
+    sum.message = last.message;
+    s.finish(sum);
+    s.note_walls();
+    RunSummary whole = sum; // a run that goes on says it at its own end
+    for (std::size_t v = 0; v < s.vessels.size(); ++v)
+        if (std::string told = wall_warning(s.vessels[v], s.wall_moved[v]); !told.empty())
+            whole.warnings.push_back(std::move(told));
+    double size = 0;
+    for (const WireBody& b : s.wires)
+        size = std::max(size, b.wire.material.length);
+    const bool dynamic = s.wires[0].motion.dynamic;
+    if (std::string told = energy_warning(s.energy, {s.scene.accuracy.contact, size, dynamic});
+        !told.empty())
+        whole.warnings.push_back(std::move(told));
+    for (std::size_t w = 0; w < s.wires.size(); ++w) {
+        const WireOverlapLog& log = s.history[w].overlap;
+        if (!(log.depth > 0)) continue;
+        std::string told = log.warning(s.scene.beams[w].name, s.wall_name(log.wall));
+        if (!told.empty()) whole.warnings.push_back(std::move(told));
     }
-    return finish("done", "");
+    return whole;
+}
+
+void WireSimulation::spent_on_output(double seconds)
+{
+    state_->summary.seconds.output += seconds;
+}
+
+const RunSummary& WireSimulation::so_far() const
+{
+    return state_->summary;
+}
+
+const std::vector<InputInfo>& WireSimulation::inputs() const
+{
+    return state_->inputs.all();
+}
+
+double WireSimulation::input(std::size_t number) const
+{
+    return state_->inputs.value(number, state_->time);
+}
+
+void WireSimulation::set_input(std::size_t number, double value)
+{
+    state_->inputs.set(number, value, state_->time);
 }
 
 const std::vector<Obstacle>& WireSimulation::obstacles() const
@@ -556,86 +613,6 @@ std::vector<double> WireSimulation::max_contact_force(std::size_t obstacle) cons
     const State& s = *state_;
     if (!s.max_force[obstacle].empty()) return s.max_force[obstacle];
     return std::vector<double>(s.obstacles[obstacle].model.surface->points.size(), 0);
-}
-
-std::vector<std::byte> WireSimulation::save() const
-{
-    const State& s = *state_;
-    ByteWriter out;
-    out.value(s.started);
-    out.value(s.time);
-    out.value(s.step_length);
-    out.value(s.step);
-    out.value(s.contact_steps);
-    out.value(s.contacts_sum);
-    out.value(s.energy);
-    for (const SoftVessel& v : s.vessels)
-        save_tangent(*v.tube, out);
-    for (std::size_t w = 0; w < s.wires.size(); ++w) {
-        save_wire(s.wires[w], out);
-        out.value(s.history[w]);
-    }
-    for (const auto& c : s.coaxial)
-        for (const Nesting& n : c->nestings)
-            save_reactions(n.reaction, out);
-    for (const std::vector<double>& f : s.max_force)
-        out.vector(f);
-    out.vector(s.wall_moved);
-    save_summary(s.summary, out);
-    return out.take();
-}
-
-void WireSimulation::restore(const std::vector<std::byte>& state)
-{
-    // Read into copies first: a damaged state changes nothing.
-    State& s = *state_;
-    ByteReader in(state);
-    const auto started = in.value<bool>();
-    const auto time = in.value<double>();
-    const auto step_length = in.value<double>();
-    const auto step = in.value<int>();
-    const auto contact_steps = in.value<int>();
-    const auto contacts_sum = in.value<double>();
-    const auto energy = in.value<EnergyRecord>();
-    std::vector<Eigen::VectorXd> tangents;
-    for (const SoftVessel& v : s.vessels)
-        tangents.push_back(read_tangent(*v.tube, in));
-    std::vector<SavedWire> wires;
-    std::vector<WireHistory> history;
-    for (const WireBody& b : s.wires) {
-        wires.push_back(read_wire(b, in));
-        history.push_back(in.value<WireHistory>());
-    }
-    std::vector<std::vector<Reaction>> nested;
-    for (const auto& c : s.coaxial)
-        for (const Nesting& n : c->nestings)
-            nested.push_back(read_reactions(n.reaction.size(), in));
-    std::vector<std::vector<double>> force;
-    for (const Obstacle& o : s.obstacles)
-        force.push_back(in.vector<double>(o.model.surface->points.size()));
-    auto wall_moved = in.vector<double>(s.vessels.size());
-    RunSummary sum = read_summary(in);
-    in.end();
-
-    s.wall_moved = std::move(wall_moved);
-    for (std::size_t v = 0; v < s.vessels.size(); ++v)
-        restore_tangent(*s.vessels[v].tube, tangents[v]);
-    s.started = started;
-    s.time = time;
-    s.step_length = step_length;
-    s.step = step;
-    s.contact_steps = contact_steps;
-    s.contacts_sum = contacts_sum;
-    s.energy = energy;
-    for (std::size_t w = 0; w < wires.size(); ++w)
-        restore_wire(s.wires[w], wires[w]);
-    auto next = nested.begin();
-    for (const auto& c : s.coaxial)
-        for (Nesting& n : c->nestings)
-            n.reaction = std::move(*next++);
-    s.history = std::move(history);
-    s.max_force = std::move(force);
-    s.summary = std::move(sum);
 }
 
 } // namespace amontons

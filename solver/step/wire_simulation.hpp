@@ -11,7 +11,14 @@ public:
     WireSimulation(const Scene& scene, std::vector<Obstacle> obstacles);
     ~WireSimulation() override;
 
-    RunSummary run(StepObserver& observer, const std::atomic<bool>& stop) override;
+    StepResult step(const std::atomic<bool>& stop,
+                    double not_beyond = std::numeric_limits<double>::infinity()) override;
+    RunSummary conclude(const StepResult& last) override;
+    void spent_on_output(double seconds) override;
+    const RunSummary& so_far() const override;
+    const std::vector<InputInfo>& inputs() const override;
+    double input(std::size_t number) const override;
+    void set_input(std::size_t number, double value) override;
     const std::vector<Obstacle>& obstacles() const override;
     std::vector<BodyPlan> plan() const override;
     std::vector<double> max_contact_force(std::size_t obstacle) const override;

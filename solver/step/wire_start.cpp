@@ -82,7 +82,7 @@ StepReport start_wires(WireGroup& g, const std::vector<BaseTarget>& to,
                        const std::atomic<bool>& stop)
 {
     StepReport r = settle(g, to);
-    if (r.accepted) return r;
+    if (r.accepted || g.wires[0]->wire.tip) return r;
     std::vector<BaseTarget> at = to;
     for (std::size_t w = 0; w < at.size(); ++w)
         at[w].insertion = std::min(to[w].insertion, g.wires[w]->wire.sheath->fade);

@@ -15,6 +15,24 @@ constexpr double kEnergyShare = 0.02;
 constexpr double kEnergyFloor = 0.5;
 constexpr const char* kBalanceRefused = "energy balance";
 
+/// What the mean of the loads at both ends of a step may miss of the bases' work, if in between
+/// they go from one to the other without turning back [J].
+double most_of_course(const WireGroup& g, const GroupState& old,
+                      const std::vector<BaseLoad>& before)
+{
+    double sum = 0;
+    for (std::size_t w = 0; w < g.wires.size(); ++w) {
+        const WireState &a = old.wires[w], &s = g.wires[w]->wire.state;
+        if (!g.wires[w]->course || !g.wires[w]->wire.sheath) continue;
+        const BaseLoad load = base_load(g.wires[w]->wire);
+        sum +=
+            0.5 * std::abs((load.push - before[w].push) * (s.base_insertion - a.base_insertion)) +
+            0.5 * std::abs((load.torque - before[w].torque) * (s.base_twist - a.base_twist));
+        sum += 0.5 * std::abs((s.tip_force - a.tip_force).dot(s.tip_moved - a.tip_moved));
+    }
+    return sum;
+}
+
 } // namespace
 
 WireBody make_wire_body(Wire wire, std::vector<WireWall> walls, WireMotion motion, double tolerance)
@@ -73,11 +91,13 @@ StepReport try_step(WireGroup& g, const std::vector<BaseTarget>& to, double leng
     double turned_over = std::abs(r.energy.work) + std::abs(r.energy.friction);
     for (std::size_t w = 0; w < g.wires.size(); ++w) {
         const WireBody& b = *g.wires[w];
-        const double shift = to[w].insertion - old.wires[w].base_insertion;
-        turned_over += b.scale_force * (std::abs(shift) + kEnergyFloor * b.grain);
+        const double shift = std::abs(to[w].insertion - old.wires[w].base_insertion) +
+                             (to[w].tip - old.wires[w].tip_moved).norm();
+        turned_over += b.scale_force * (shift + kEnergyFloor * b.grain);
     }
-    if (!dynamic && !any_balance && std::abs(r.missed) > kEnergyShare * turned_over) {
-        r.missed_by = std::abs(r.missed) / (kEnergyShare * turned_over);
+    const double may_miss = kEnergyShare * turned_over + most_of_course(g, old, load_before);
+    if (!dynamic && !any_balance && std::abs(r.missed) > may_miss) {
+        r.missed_by = std::abs(r.missed) / may_miss;
         refuse(g, old, r, kBalanceRefused);
         return r;
     }

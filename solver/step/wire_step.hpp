@@ -42,6 +42,8 @@ struct WireBody {
     double tolerance = 1e-8;
     double grain = 0;       ///< length scale of the wire's mesh: its longest element [m]
     double scale_force = 0; ///< EI / length^2 of the wire [N]
+    bool course = false;    ///< its balance may miss what the course of its loads can make up
+    int halvings = 0;       ///< of the distance of its contact points since it was made
     std::unique_ptr<NewtonWorkspace> work;
 };
 WireBody make_wire_body(Wire wire, std::vector<WireWall> walls, WireMotion motion,
@@ -57,14 +59,16 @@ struct StepReport {
     double released = 0;    ///< in a snap [J]
     double missed = 0;      ///< work that is neither elastic, friction nor released [J]
     double missed_by = 0;   ///< of what the balance of a refused step may miss; 0: else refused
+    bool lasting = false;   ///< no shorter step would be accepted
     int relaxations = 0;    ///< increments of the damped relaxation
     int passed_through = 0; ///< contact points beyond a wall
 };
 
 /// Where a base goes: the length of wire past the sheath's rigid end, and its twist.
 struct BaseTarget {
-    double insertion = 0; ///< [m]
-    double twist = 0;     ///< [rad]
+    double insertion = 0;    ///< [m]
+    double twist = 0;        ///< [rad]
+    Vec3 tip = Vec3::Zero(); ///< of a held tip, from where the hold took it [m]
 };
 
 struct Coaxial; // solver/step/coaxial.hpp

@@ -2,6 +2,7 @@
 //
 //     wire_step_bench [DIR] [MOST]   CSV files and SVG plots into DIR (default docs/results);
 //                                    at most MOST elements (default 3200)
+//     wire_step_bench DIR MOST elements|contacts|coaxial   one family
 //
 // Families of scenes, each a wire in a narrow bend. "elements": 200 mm of the same wire with
 // contact points 2.5 mm apart, in ever finer elements. "contacts": elements of 2.5 mm, a bend and a
@@ -208,14 +209,19 @@ void family(const std::string& directory, const std::string& name, Family which,
 int main(int argc, char** argv)
 {
     if (argc > 1 && argv[1][0] == '-') {
-        fmt::print(stderr, "wire_step_bench [FOLDER] [most elements]\n");
+        fmt::print(stderr, "wire_step_bench [FOLDER] [most elements] [elements|contacts|coaxial]\n");
         return 2;
     }
     const std::string directory = argc > 1 ? argv[1] : "docs/results";
     const int most = argc > 2 ? std::atoi(argv[2]) : 3200;
     std::filesystem::create_directories(directory);
-    family(directory, "step_time_elements", Family::elements, most, "a fixed number of contacts");
-    family(directory, "step_time_contacts", Family::contacts, most, "contacts grow with the wire");
-    family(directory, "step_time_coaxial", Family::coaxial, most, "a catheter over a wire");
+    const std::string only = argc > 3 ? argv[3] : "";
+    const auto one = [&](const char* name, Family which, const char* title) {
+        if (only.empty() || only == name)
+            family(directory, std::string("step_time_") + name, which, most, title);
+    };
+    one("elements", Family::elements, "a fixed number of contacts");
+    one("contacts", Family::contacts, "contacts grow with the wire");
+    one("coaxial", Family::coaxial, "a catheter over a wire");
     return 0;
 }

@@ -1,5 +1,5 @@
 #include "mesh/base/error.hpp"
-#include "validation/columns.hpp"
+#include "mesh/format/columns.hpp"
 #include "validation/folder_case.hpp"
 #include "validation/report.hpp"
 

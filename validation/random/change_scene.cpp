@@ -333,6 +333,16 @@ std::optional<Json> turned_scene(const Json& scene, const Mat3& q, const Vec3& s
         for (Json& c : other["couplings"]) {
             if (!c.contains("at")) c["at"] = {0, 0, 0};
             if (!c.contains("axis")) c["axis"] = {0, 0, 1};
+            for (const char* set : {"set", "to_set"})
+                if (moves_axes(q) && c.contains(set)) {
+                    const auto solid = [&](std::size_t k) {
+                        const auto body =
+                            scene.at("bodies").find(c.at("between").at(k).get<std::string>());
+                        return body != scene.at("bodies").end() && body->at("kind") == "solid" &&
+                               is_straight_block(*body);
+                    };
+                    if (solid(0) || solid(1)) c[set] = moved_set(c[set].get<std::string>());
+                }
             turn_vector(c, "at", q, shift);
             turn_vector(c, "to", q, shift);
             turn_vector(c, "axis", q);

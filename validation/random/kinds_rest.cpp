@@ -140,10 +140,11 @@ RandomScene draw_weld_on_solid(Draw& draw)
     const double friction = draw.real(0.3, 0.9);
     RandomScene s{scene_of({{"floor", plane({0, 0, 0}, {0, 0, 1})}, {"pad", pad}, {"arm", arm}},
                            pair("pad", "floor", friction), quasi_static(draw.one_of({1.0, 0.5})))};
-    s.scene["couplings"] = Json::array(
-        {{{"kind", "weld"}, {"between", {"pad", "arm"}}, {"at", list_of({0, 0, m.size})}}});
+    s.scene["couplings"] = Json::array({{{"kind", "weld"},
+                                         {"between", {"pad", "arm"}},
+                                         {"at", list_of({0, 0, m.size})},
+                                         {"set", "z_max"}}});
     s.drawn = fmt::format("{} cells, pressed by {:.2g} of the pad", n, down / m.size);
-    s.answer = Answer::done_or_bad_input; // refused without a patch
     // A weld holds the pad's top as a punch: no less than half of uniaxial stress.
     const double low = 0.5 * m.youngs_modulus * m.size * down;
     s.right = [=](const WrittenRun& run) {

@@ -390,28 +390,31 @@ std::string tex_of(const Table& t)
         head +=
             plain(s.paths.size() == 1 ? s.paths[0].substr(s.paths[0].rfind('.') + 1) : s.name()) +
             " & ";
-    std::string out = fmt::format("% {} of amontons study; needs the package booktabs\n"
-                                  "\\begin{{tabular}}{{{}rrrr}}\n\\toprule\n"
-                                  "{}{} & error & {} [s] & unknowns \\\\\n\\midrule\n",
-                                  t.quantity, columns, head, plain(t.quantity),
-                                  t.by_cpu ? "processor time" : "wall time");
+    // Words have no errors.
+    const bool words =
+        std::ranges::any_of(t.rows, [](const Row& r) { return r.text.has_value(); }) &&
+        std::ranges::none_of(t.rows, [](const Row& r) { return std::isfinite(r.value); });
+    std::string out =
+        fmt::format("% {} of amontons study; needs the package booktabs\n"
+                    "\\begin{{tabular}}{{{}{}}}\n\\toprule\n"
+                    "{}{} & {}{} [s] & unknowns \\\\\n\\midrule\n",
+                    t.quantity, columns, words ? "lrr" : "rrrr", head, plain(t.quantity),
+                    words ? "" : "error & ", t.by_cpu ? "processor time" : "wall time");
     for (const Row& r : t.rows) {
         for (const std::string& v : r.point.values)
             out += plain(v) + " & ";
-        out += fmt::format("{} & {} & {} & {} \\\\\n",
-                           r.text ? plain(in_words(*r.text)) : exponent(r.value, "{:.6g}"),
-                           r.is_reference ? "reference"
-                           : r.text       ? "--"
-                                          : exponent(r.error, "{:.1e}"),
-                           exponent(time_of(t, r), "{:.3g}"), exponent(r.unknowns, "{:.0f}"));
+        out += (r.text ? plain(in_words(*r.text)) : exponent(r.value, "{:.6g}")) + " & ";
+        if (!words) out += (r.is_reference ? "reference" : exponent(r.error, "{:.1e}")) + " & ";
+        out += fmt::format("{} & {} \\\\\n", exponent(time_of(t, r), "{:.3g}"),
+                           exponent(r.unknowns, "{:.0f}"));
     }
     for (const AddedRow& a : t.added) {
         std::string first = plain(a.name);
         for (std::size_t i = 0; i < t.sweeps.size(); ++i)
             first += " & ";
-        out += fmt::format("{}{} & {} & {} & {} \\\\\n", first, exponent(a.value, "{:.6g}"),
-                           exponent(a.error, "{:.1e}"), exponent(a.seconds, "{:.3g}"),
-                           exponent(a.unknowns, "{:.0f}"));
+        out += fmt::format("{}{} & {}{} & {} \\\\\n", first, exponent(a.value, "{:.6g}"),
+                           words ? "" : exponent(a.error, "{:.1e}") + " & ",
+                           exponent(a.seconds, "{:.3g}"), exponent(a.unknowns, "{:.0f}"));
     }
     return out + "\\bottomrule\n\\end{tabular}\n";
 }

@@ -2,7 +2,7 @@
 
 #include "mesh/base/error.hpp"
 #include "mesh/base/file.hpp"
-#include "validation/columns.hpp"
+#include "mesh/format/columns.hpp"
 #include "validation/report.hpp"
 
 #include <cmath>
@@ -85,6 +85,50 @@ TEST_CASE("an answer without certificate and a run that failed pass nothing")
         c, [](const std::string&, const auto&) { return answer("{}", 3, "failed: stuck"); });
     CHECK(!failed[0].passed());
     CHECK(failed[0].note == "failed: stuck");
+}
+
+TEST_CASE("the order of a case is the slope of its errors, and none where they rise")
+{
+    // q = 2 + h^2: of second order against 2; against the finest of 1, 1/2, 1/4 more, since that
+    // is not the limit.
+    const auto run = [](const std::string&, const std::vector<std::string>& set) {
+        REQUIRE(set.size() == 1);
+        const double h = std::stod(set[0].substr(set[0].find('=') + 1));
+        return answer(R"({"certificate": {"uncertified_steps": 0}, "steps": )" +
+                      std::to_string(int(8 / h)) + R"(, "quantities": {"q": )" +
+                      std::to_string(2 + h * h) + "}}");
+    };
+    const auto order = [&](const std::string& reference, const std::string& at_least,
+                           const std::string& values = "[1, 0.5, 0.25]") {
+        return measure(parse(R"({"quantity": "q", "order": {"path": "time.step", "values": )" +
+                             values + R"(}, "reference": )" + reference + R"(, "at_least": )" +
+                             at_least + "}"),
+                       run)[0];
+    };
+    CHECK(order("2", "1.99").value == doctest::Approx(2).epsilon(1e-4));
+    CHECK(order("2", "1.99").passed());
+    CHECK(!order("2", "2.01").passed());
+    CHECK(order("\"finest\"", "2").value == doctest::Approx(std::log2(5)).epsilon(1e-4));
+    CHECK(!order("2.5", "0").passed()); // errors rise: no order
+    CHECK(std::isnan(order("2.5", "0").error));
+    CHECK(issues_of_case(R"({"quantity": "q", "order": {"path": "time.step", "values": [1, 2]},
+                             "reference": 2, "at_least": 1})")
+              .find("measure.0.order.values") != std::string::npos);
+    CHECK(issues_of_case(R"({"quantity": "q", "order": {"path": "p", "values": [1, 2, 3]},
+                             "reference": "fine", "at_least": 1})")
+              .find("\"finest\"") != std::string::npos);
+}
+
+TEST_CASE("a run that fails leaves no order")
+{
+    const auto rows = measure(
+        parse(R"({"quantity": "q", "order": {"path": "time.step", "values": [1, 2, 3]},
+                          "reference": 2, "at_least": 1})"),
+        [](const std::string&, const auto& set) {
+            return set[0] == "time.step=2" ? answer("{}", 3, "failed: stuck") : answer(kDone);
+        });
+    CHECK(!rows[0].passed());
+    CHECK(rows[0].note == "time.step = 2: failed: stuck");
 }
 
 TEST_CASE("a refusal passes only with its reason")

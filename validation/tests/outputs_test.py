@@ -16,7 +16,7 @@ PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs/outputs.md"
 SCENES = sorted(f for f in ROOT.glob("examples/*/*.json") if '"schema"' in f.read_text())
-PLACEHOLDERS = r"NAME|A|B|SET|N|KEY"
+PLACEHOLDERS = r"NAME|A|B|SET|PROBE|FIELD|N|KEY"
 # Ours are checked; what others' formats ask for is theirs.
 VTK_OWN = {"points", "connectivity", "offsets", "types"}
 

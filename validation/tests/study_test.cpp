@@ -2,6 +2,7 @@
 
 #include "mesh/base/error.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
 
@@ -205,6 +206,22 @@ TEST_CASE("another program's points get errors as ours and stand in plot and tab
     for (const char* bad :
          {"", "name,seconds\na,1\n", "name,seconds,error\na,x,1\n", "name,seconds,error\na,-1,1\n"})
         CHECK_THROWS_AS(read_added(bad, "a.csv"), InputError);
+}
+
+TEST_CASE("a table of words has no column of errors")
+{
+    Table t = made({"n=1,2"}, 1, [](const auto& x, PointRecord& r) {
+        r.numbers = {{"unknowns", x[0]}};
+        r.texts = {{"quantities.q", x[0] == 1 ? "left_carotid" : ""}};
+    });
+    const std::string tex = tex_of(t);
+    CHECK(tex.find("\\begin{tabular}{llrr}") != std::string::npos);
+    CHECK(tex.find("error") == std::string::npos);
+    CHECK(tex.find("1 & left\\_carotid & ") != std::string::npos);
+    for (std::size_t at = tex.find("midrule"); (at = tex.find('\n', at)) != std::string::npos;) {
+        const std::string line = tex.substr(++at, tex.find('\n', at) - at);
+        if (!line.empty() && line[0] != '\\') CHECK(std::ranges::count(line, '&') == 3);
+    }
 }
 
 TEST_CASE("failures are rows with their reason without value and error")

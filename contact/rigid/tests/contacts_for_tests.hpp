@@ -93,6 +93,9 @@ inline bool convex(const RigidShape& shape)
     return body == nullptr || body->polyhedron.convex;
 }
 
+/// The first `kSharpShapes` have flat faces or are balls and cylinders, the others came later: what
+/// is drawn for pairs of the first ones stays.
+constexpr std::size_t kSharpShapes = 7;
 inline std::vector<RigidShape> all_shapes()
 {
     return {Box{{0.5, 0.7, 0.3}},
@@ -101,7 +104,23 @@ inline std::vector<RigidShape> all_shapes()
             Plane{},
             triangle_box({0.5, 0.7, 0.3}, 2),
             triangle_l(),
-            triangle_prism(0.5, 0.4, 7)};
+            triangle_prism(0.5, 0.4, 7),
+            Ellipsoid{{0.6, 0.4, 0.5}},
+            Capsule{0.3, 0.4},
+            make_wedge({{-0.5, -0.3}, {0.6, -0.3}, {-0.5, 0.5}}, 0.8)};
+}
+
+/// Every two of them.
+inline std::vector<std::pair<RigidShape, RigidShape>> all_pairs()
+{
+    const auto shapes = all_shapes();
+    std::vector<std::pair<RigidShape, RigidShape>> pairs;
+    for (const bool first : {true, false})
+        for (std::size_t i = 0; i < shapes.size(); ++i)
+            for (std::size_t j = 0; j < shapes.size(); ++j)
+                if (first == (i < kSharpShapes && j < kSharpShapes))
+                    pairs.emplace_back(shapes[i], shapes[j]);
+    return pairs;
 }
 
 } // namespace amontons

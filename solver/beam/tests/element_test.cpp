@@ -39,6 +39,7 @@ Chain random_chain(int elements, unsigned seed, double turn)
             law.P[k] = law.S[k] * natural[k];
         }
         law.constant = random();
+        law.bowing = {1.2, 0.7};
         c.laws.push_back(law);
     }
     return c;
@@ -87,7 +88,7 @@ Chain moved(const Chain& c, int node, int unknown, double by)
 
 } // namespace
 
-TEST_CASE("strains foreseen are those of the moved nodes to first order")
+TEST_CASE("predicted strains are those of the moved nodes to first order")
 {
     const Chain c = random_chain(1, 11, 0.8);
     const double length = c.laws[0].length;
@@ -108,30 +109,34 @@ TEST_CASE("strains foreseen are those of the moved nodes to first order")
     };
     const double h = 1e-5;
     const std::array<double, 6> own = at(0), more = at(h), less = at(-h),
-                                foreseen =
+                                predicted =
                                     strain_foreseen(c.nodes[0], c.nodes[1], length, d[0], d[1]);
     for (std::size_t k = 0; k < 6; ++k) {
         CAPTURE(k);
-        CHECK(std::abs(foreseen[k] - own[k] - (more[k] - less[k]) / (2 * h)) < 1e-9);
+        CHECK(std::abs(predicted[k] - own[k] - (more[k] - less[k]) / (2 * h)) < 1e-9);
     }
 }
 
-TEST_CASE("the tangent of foreseen strains is that of their stress and the force is the nodes' own")
+TEST_CASE(
+    "the tangent of predicted strains is that of their stress and the force is the nodes' own")
 {
     const Chain c = random_chain(6, 5, 0.4);
     RandomNumbers random(8);
-    std::vector<std::array<double, 6>> foreseen;
+    std::vector<std::array<double, 6>> predicted;
     Chain same = c; // whose natural strains make that stress its own
     for (std::size_t i = 0; i < c.laws.size(); ++i) {
-        foreseen.push_back(element_strain(c.nodes[i], c.nodes[i + 1], c.laws[i].length));
+        predicted.push_back(element_strain(c.nodes[i], c.nodes[i + 1], c.laws[i].length));
+        const std::array<double, 6> now = predicted[i];
         for (std::size_t k = 0; k < 6; ++k) {
             const double more = 0.3 * random();
-            foreseen[i][k] += more;
+            predicted[i][k] += more;
             same.laws[i].P[k] -= same.laws[i].S[k] * more;
+            if (k == 1 || k == 2) // what it stretches to first order
+                same.laws[i].P[0] -= same.laws[i].S[0] * c.laws[i].bowing[k - 1] * now[k] * more;
         }
     }
     ChainSystem s(c.nodes.size());
-    add_elements(0, int(c.laws.size()), c.nodes, c.laws, s.tangent, s.gradient, &foreseen);
+    add_elements(0, int(c.laws.size()), c.nodes, c.laws, s.tangent, s.gradient, &predicted);
     const ChainSystem own = chain_system(c), other = chain_system(same);
     for (int i = 0; i < int(c.nodes.size()); ++i)
         for (int a = 0; a < 6; ++a) {

@@ -139,3 +139,30 @@ TEST_CASE("a trial shows which way is the quickest" * doctest::test_suite("slow"
     CHECK(plan.tried_iterations < 20); // [regression] of our own multigrid options
     CHECK_FALSE(plan.tried_enough);
 }
+
+TEST_CASE("where a factor leads by little, a trial is made, of counted work" *
+          doctest::test_suite("slow"))
+{
+    PlannedBlock block;
+    block.take_large();
+    block.solids[0].rows = 1000;
+    // The more steps, the more a factor pays.
+    bool tried = false;
+    for (const int steps : {4, 8}) {
+        const LinearPlan plan = block.plan("auto", false, steps);
+        if (!plan.path("iterative")->possible) {
+            skip_test("the module petsc is not built (petsc-dev)");
+            return;
+        }
+        CAPTURE(steps);
+        // A factor that leads by what iterations were found was tried against: they are no more
+        // than what is assumed without a trial.
+        const bool leads = plan.path("direct")->seconds < plan.path("iterative")->seconds;
+        tried |= plan.taken == "direct" && leads && plan.tried_iterations > 0 &&
+                 plan.tried_iterations <= 11;
+        const LinearPlan again = block.plan("auto", false, steps);
+        CHECK(again.taken == plan.taken);
+        CHECK(again.tried_iterations == plan.tried_iterations);
+    }
+    CHECK(tried);
+}

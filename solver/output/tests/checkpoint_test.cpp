@@ -5,6 +5,7 @@
 #include "mesh/tests/temporary_folder.hpp"
 #include "solver/output/history.hpp"
 
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <doctest/doctest.h>
@@ -97,6 +98,22 @@ TEST_CASE("a history goes on where its checkpoint was to the same bytes")
         second.append(record(i));
     CHECK(read_file(parts) == read_file(whole));
     CHECK(second.hash() == once.hash());
+    // Least and largest of each quantity count the lines from before.
+    REQUIRE(once.extremes().size() == record(0).quantities.size());
+    REQUIRE(second.extremes().size() == once.extremes().size());
+    for (std::size_t q = 0; q < once.extremes().size(); ++q) {
+        double least = HUGE_VAL, largest = -HUGE_VAL;
+        for (int i = 0; i < 6; ++i) {
+            least = std::min(least, record(i).quantities[q].value);
+            largest = std::max(largest, record(i).quantities[q].value);
+        }
+        CHECK(once.extremes()[q].name == record(0).quantities[q].name);
+        CHECK(second.extremes()[q].name == record(0).quantities[q].name);
+        CHECK(once.extremes()[q].least == least);
+        CHECK(once.extremes()[q].largest == largest);
+        CHECK(second.extremes()[q].least == least);
+        CHECK(second.extremes()[q].largest == largest);
+    }
     CHECK(read_file(whole).substr(0, 37) == "step,time [s],depth [m],count,contact");
 
     History third;

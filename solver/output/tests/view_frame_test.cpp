@@ -1,5 +1,8 @@
 #include "solver/output/view_frame.hpp"
 
+#include "mesh/generate/solid_box.hpp"
+#include "solver/output/view_maker.hpp"
+
 #include <doctest/doctest.h>
 #include <stdexcept>
 
@@ -33,4 +36,25 @@ TEST_CASE("frames arrive whole as they were sent in whatever pieces they come")
     CHECK(come.empty());
     std::string nonsense(100, '\xff');
     CHECK_THROWS_AS((void)take_view_frame(nonsense, frame), std::runtime_error);
+}
+
+TEST_CASE("a body whose stress is round-off has no values to be coloured by, and one with stress has")
+{
+    const VolumeMesh mesh = make_solid_box({});
+    BodyRecord body;
+    body.name = "block";
+    body.elements = &mesh;
+    body.points = mesh.nodes;
+    body.stress_round_off = 1e-6;
+    const auto values_at = [&](double stress) {
+        body.point_fields = {
+            {"von_mises_averaged", "Pa", 1, std::vector<double>(mesh.nodes.size(), stress)}};
+        const std::vector<Obstacle> none; // outlives the maker
+        ViewMaker maker(none, {});
+        const ViewFrame frame = maker.frame(0, {}, {body}, {});
+        REQUIRE(frame.shapes.size() == 1);
+        return frame.shapes[0].values.size();
+    };
+    CHECK(values_at(3e-7) == 0);
+    CHECK(values_at(3e-6) > 0);
 }

@@ -261,8 +261,9 @@ void choose_stress_scale(const DrawnResult& result, Page& page)
     std::vector<double> all;
     for (const Instant& instant : result.instants)
         for (const Poly& solid : instant.solids) {
-            page.solids = true;
-            if (vtkDataArray* stress = solid->GetPointData()->GetArray("von_mises_averaged"))
+            vtkDataArray* stress = solid->GetPointData()->GetArray("von_mises_averaged");
+            page.solids = page.solids || stress;
+            if (stress)
                 for (vtkIdType i = 0; i < stress->GetNumberOfTuples(); ++i)
                     all.push_back(stress->GetTuple1(i));
         }

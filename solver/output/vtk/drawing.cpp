@@ -8,7 +8,7 @@
 #include <vtkDataArray.h>
 #include <vtkDoubleArray.h>
 #include <vtkGlyph3D.h>
-#include <vtkImageShrink3D.h>
+#include <vtkImageData.h>
 #include <vtkLookupTable.h>
 #include <vtkNew.h>
 #include <vtkPNGWriter.h>
@@ -20,18 +20,20 @@
 #include <vtkProperty.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
+#include <vtkRendererCollection.h>
 #include <vtkScalarBarActor.h>
 #include <vtkSmartPointer.h>
 #include <vtkSphereSource.h>
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
 #include <vtkUnsignedCharArray.h>
-#include <vtkWindowToImageFilter.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <unistd.h>
+#include <vector>
 
 namespace amontons::vtk_module {
 
@@ -252,19 +254,83 @@ void add_scale(vtkRenderer* renderer, const Rectangle& legend, const Scale& scal
     renderer->AddViewProp(text_actor(title, kText, 0.07 * legend.width(), top * legend.height()));
 }
 
-void write_png(vtkRenderWindow* window, const std::filesystem::path& png)
+namespace {
+
+/// A part of the page, in its pixels.
+struct Part {
+    std::array<int, 4> box{}; ///< left, bottom, right, top
+    std::vector<vtkSmartPointer<vtkRenderer>> renderers;
+};
+
+std::vector<Part> parts_of(vtkRenderWindow* window)
 {
-    vtkNew<vtkWindowToImageFilter> grab;
-    grab->SetInput(window);
-    grab->SetInputBufferTypeToRGB();
-    grab->ReadFrontBufferOff();
-    grab->ShouldRerenderOff();
-    vtkNew<vtkImageShrink3D> shrink;
-    shrink->SetInputConnection(grab->GetOutputPort());
-    shrink->SetShrinkFactors(kOversampling, kOversampling, 1);
-    shrink->MeanOn();
+    std::vector<Part> parts;
+    vtkRendererCollection* all = window->GetRenderers();
+    all->InitTraversal();
+    while (vtkRenderer* renderer = all->GetNextItem()) {
+        double v[4];
+        renderer->GetViewport(v);
+        std::array<int, 4> box{};
+        for (std::size_t i = 0; i < 4; ++i)
+            box[i] = static_cast<int>(std::lround(v[i] * (i % 2 == 0 ? kWidth : kHeight)));
+        auto at =
+            std::find_if(parts.begin(), parts.end(), [&](const Part& p) { return p.box == box; });
+        if (at == parts.end()) at = parts.insert(parts.end(), Part{box, {}});
+        at->renderers.emplace_back(renderer);
+    }
+    return parts;
+}
+
+} // namespace
+
+// A window of the whole page at twice its size would take half a gigabyte in its buffers.
+void write_page(vtkRenderWindow* window, const std::filesystem::path& png)
+{
+    const std::vector<Part> parts = parts_of(window);
+    for (const Part& p : parts)
+        for (const auto& renderer : p.renderers)
+            window->RemoveRenderer(renderer);
+    vtkNew<vtkImageData> page;
+    page->SetDimensions(kWidth, kHeight, 1);
+    page->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
+    auto* const pixels = static_cast<unsigned char*>(page->GetScalarPointer());
+    std::fill_n(pixels, std::size_t(3) * kWidth * kHeight, static_cast<unsigned char>(255));
+    for (const Part& p : parts) {
+        const int wide = p.box[2] - p.box[0], high = p.box[3] - p.box[1];
+        if (wide < 1 || high < 1) continue;
+        window->SetSize(wide * kOversampling, high * kOversampling);
+        for (const auto& renderer : p.renderers) {
+            renderer->SetViewport(0, 0, 1, 1);
+            window->AddRenderer(renderer);
+        }
+        window->Render();
+        vtkNew<vtkUnsignedCharArray> drawn;
+        // A band at a time: of the drawing there is no second copy.
+        constexpr int kBand = 64;
+        for (int from = 0; from < high; from += kBand) {
+            const int rows = std::min(kBand, high - from);
+            window->GetPixelData(0, from * kOversampling, wide * kOversampling - 1,
+                                 (from + rows) * kOversampling - 1, 0, drawn);
+            const unsigned char* const all = drawn->GetPointer(0);
+            for (int y = 0; y < rows; ++y)
+                for (int x = 0; x < wide; ++x)
+                    for (int c = 0; c < 3; ++c) {
+                        int sum = 0;
+                        for (int j = 0; j < kOversampling; ++j)
+                            for (int i = 0; i < kOversampling; ++i)
+                                sum += all[3 * ((y * kOversampling + j) * wide * kOversampling +
+                                                x * kOversampling + i) +
+                                           c];
+                        pixels[3 * ((p.box[1] + from + y) * kWidth + p.box[0] + x) + c] =
+                            static_cast<unsigned char>(sum / (kOversampling * kOversampling));
+                    }
+        }
+        for (const auto& renderer : p.renderers)
+            window->RemoveRenderer(renderer);
+    }
+    window->Finalize(); // its memory, before the picture is packed
     vtkNew<vtkPNGWriter> writer;
-    writer->SetInputConnection(shrink->GetOutputPort());
+    writer->SetInputData(page);
     const std::filesystem::path part = png.string() + ".part" + std::to_string(getpid());
     writer->SetFileName(part.string().c_str());
     writer->Write();

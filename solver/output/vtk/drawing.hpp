@@ -56,7 +56,9 @@ void aim(vtkRenderer* renderer, const View& view, const Rectangle& panel, const 
 void add_scale(vtkRenderer* renderer, const Rectangle& legend, const Scale& scale,
                const std::string& title, double top);
 
+/// Draws a window's renderers one part of the page after the other, each in a window of its own size,
+/// and writes the page. The window holds nothing then.
 /// @throws std::runtime_error  if the file cannot be written; nothing is left of it then
-void write_png(vtkRenderWindow* window, const std::filesystem::path& png);
+void write_page(vtkRenderWindow* window, const std::filesystem::path& png);
 
 } // namespace amontons::vtk_module

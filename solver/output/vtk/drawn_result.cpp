@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <set>
 #include <stdexcept>
@@ -48,12 +49,28 @@ Poly read_or_throw(const std::filesystem::path& file)
     return data;
 }
 
+/// Of a body without stress what round-off makes of it is none: it is drawn plain.
+void drop_round_off(const Poly& solid)
+{
+    auto* const below =
+        vtkStringArray::SafeDownCast(solid->GetFieldData()->GetAbstractArray("stress_round_off"));
+    vtkDataArray* stress = solid->GetPointData()->GetArray("von_mises_averaged");
+    if (!below || below->GetNumberOfValues() < 1 || !stress) return;
+    double range[2];
+    stress->GetRange(range);
+    const std::string text = below->GetValue(0);
+    if (range[1] <= std::strtod(text.c_str(), nullptr))
+        solid->GetPointData()->RemoveArray("von_mises_averaged");
+}
+
 Poly read_solid(const std::filesystem::path& file)
 {
     std::string error;
     const auto grid = vtkSmartPointer<vtkUnstructuredGrid>::Take(read_grid(file, error));
     if (!grid || !error.empty()) throw std::runtime_error(error);
-    return outer_surface(grid);
+    Poly surface = outer_surface(grid);
+    drop_round_off(surface);
+    return surface;
 }
 
 /// All that the collections hold at one instant: of each, the last frame not after it.

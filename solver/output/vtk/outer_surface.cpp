@@ -4,6 +4,7 @@
 #include <vtkCellArray.h>
 #include <vtkCellType.h>
 #include <vtkNew.h>
+#include <vtkFieldData.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
@@ -95,6 +96,7 @@ Poly outer_surface(vtkUnstructuredGrid* grid)
     surface->SetPolys(triangles);
     surface->SetLines(lines);
     surface->GetPointData()->ShallowCopy(grid->GetPointData());
+    surface->GetFieldData()->ShallowCopy(grid->GetFieldData());
     return surface;
 }
 

@@ -91,6 +91,15 @@ vtkSmartPointer<vtkRenderer> panel(const Rectangle& rectangle, const DrawnResult
         faces->SetLines(nullptr);
         renderer->AddActor(wall_actor(faces, view));
     }
+    for (const Poly& body : instant.rigids) {
+        vtkNew<vtkPolyDataMapper> mapper;
+        mapper->SetInputData(body);
+        mapper->ScalarVisibilityOff();
+        vtkNew<vtkActor> actor;
+        actor->SetMapper(mapper);
+        actor->GetProperty()->SetColor(0.62, 0.62, 0.58);
+        renderer->AddActor(actor);
+    }
     const double thinnest = 0.5 * kThinnestWire * (large ? 1 : 0.7) * map.pixel;
     for (const Poly& wire : instant.wires)
         if (wire->GetNumberOfPoints() > 1) renderer->AddActor(wire_actor(wire, thinnest, scales));
@@ -163,14 +172,11 @@ void write_picture(const std::filesystem::path& folder, const std::filesystem::p
     window->SetShowWindow(false);
     window->SetMultiSamples(0);
     window->SetAlphaBitPlanes(true);
-    window->SetSize(kWidth * kOversampling, kHeight * kOversampling);
     if (result.instants.front().wires.empty())
         add_bodies_page(window, result);
     else
         add_wires_page(window, result);
-    window->Render();
-    write_png(window, png);
-    window->Finalize();
+    write_page(window, png);
 }
 
 } // namespace

@@ -25,6 +25,7 @@
 #include <vtkRenderWindow.h>
 #include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
+#include <vtkScalarBarActor.h>
 #include <vtkSmartPointer.h>
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
@@ -42,8 +43,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-// The window of --view: solids coloured by their stress, rigid bodies, wires, walls as glass, an
-// arrow for each contact's force. Keys: w wires, s shaded (VTK's own), t transparent, q closes.
+// The window of --view: solids coloured by their stress (plain without one), rigid bodies, wires,
+// walls as glass, an arrow for each contact's force; a bar for each of the two with its unit. Keys:
+// w wires, s shaded (VTK's own), t transparent, q closes.
 
 namespace {
 
@@ -167,6 +169,11 @@ public:
         arrow_mapper_->SetInputConnection(arrows_->GetOutputPort());
         arrow_actor_->SetMapper(arrow_mapper_);
         over_->AddActor(arrow_actor_);
+        stress_table_->SetHueRange(0.62, 0.0); // blue to red
+        stress_table_->SetSaturationRange(0.55, 0.75);
+        stress_table_->Build();
+        prepare_bar(stress_bar_, stress_table_, "von Mises\n[Pa]", 0.54);
+        prepare_bar(force_bar_, table_of(make_force_scale(1)), "contact\nforce [N]", 0.06);
         vtkNew<Mouse> style;
         interactor_->SetRenderWindow(window_);
         interactor_->SetInteractorStyle(style);
@@ -216,6 +223,7 @@ private:
             any = true;
         }
         if (any) {
+            show_stress();
             show_contacts(frame);
             caption_->SetInput(
                 (frame.caption + "\nw wires   s shaded   t transparent   q close").c_str());
@@ -283,6 +291,8 @@ private:
             }
             shown.data->SetPolys(cells);
         }
+        if (s.kind == ViewShape::solid && s.values.empty())
+            shown.data->GetPointData()->SetScalars(nullptr);
         if (s.values.size() == static_cast<std::size_t>(n)) {
             vtkNew<vtkFloatArray> values;
             values->SetNumberOfTuples(n);
@@ -294,7 +304,40 @@ private:
         }
         shown.data->Modified();
         if (is_new) add(shown, s.kind);
-        if (s.kind == ViewShape::solid) shown.mapper->SetScalarRange(0, stress_ > 0 ? stress_ : 1);
+        if (s.kind == ViewShape::solid) shown.mapper->SetScalarVisibility(!s.values.empty());
+    }
+
+    /// One range and one table for all solids, and the bar that says what a colour means.
+    void show_stress()
+    {
+        stress_table_->SetTableRange(0, stress_ > 0 ? stress_ : 1);
+        for (auto& [name, shown] : shown_)
+            if (shown.kind == ViewShape::solid)
+                shown.mapper->SetScalarRange(0, stress_ > 0 ? stress_ : 1);
+        stress_bar_->SetVisibility(stress_ > 0);
+    }
+
+    /// A colour bar at the right edge, at this height of the window.
+    void prepare_bar(vtkScalarBarActor* bar, vtkLookupTable* table, const char* title,
+                     double height)
+    {
+        bar->SetLookupTable(table);
+        bar->SetTitle(title);
+        bar->SetNumberOfLabels(5);
+        bar->SetLabelFormat("%.4g"); // 1000, not 1e+03
+        bar->SetPosition(0.88, height);
+        bar->SetWidth(0.1);
+        bar->SetHeight(0.4);
+        bar->SetUnconstrainedFontSize(true);
+        for (vtkTextProperty* text : {bar->GetLabelTextProperty(), bar->GetTitleTextProperty()}) {
+            text->SetFontSize(kLetters - 2);
+            text->SetColor(kInk[0], kInk[1], kInk[2]);
+            text->BoldOff();
+            text->ItalicOff();
+            text->ShadowOff();
+        }
+        bar->SetVisibility(false);
+        over_->AddActor2D(bar);
     }
 
     void add(Shown& shown, std::int32_t kind)
@@ -311,11 +354,7 @@ private:
         vtkProperty* look = shown.actor->GetProperty();
         shown.mapper->SetScalarVisibility(kind == ViewShape::solid);
         if (kind == ViewShape::solid) {
-            vtkNew<vtkLookupTable> table; // blue to red
-            table->SetHueRange(0.62, 0.0);
-            table->SetSaturationRange(0.55, 0.75);
-            table->Build();
-            shown.mapper->SetLookupTable(table);
+            shown.mapper->SetLookupTable(stress_table_);
             shown.mapper->UseLookupTableScalarRangeOff();
         }
         if (kind == ViewShape::wall) {
@@ -353,7 +392,11 @@ private:
         }
         arrows_->SetScaleFactor(largest_ > 0 ? kArrow * size_ / largest_ : 0);
         arrow_mapper_->SetScalarRange(0, largest_ > 0 ? largest_ : 1);
-        arrow_mapper_->SetLookupTable(table_of(make_force_scale(largest_)));
+        const vtkSmartPointer<vtkLookupTable> table = table_of(make_force_scale(largest_));
+        table->SetTableRange(0, largest_ > 0 ? largest_ : 1);
+        arrow_mapper_->SetLookupTable(table);
+        force_bar_->SetLookupTable(table);
+        force_bar_->SetVisibility(largest_ > 0);
         arrow_actor_->SetVisibility(n > 0);
     }
 
@@ -377,6 +420,8 @@ private:
     vtkNew<vtkGlyph3D> arrows_;
     vtkNew<vtkPolyDataMapper> arrow_mapper_;
     vtkNew<vtkActor> arrow_actor_;
+    vtkNew<vtkLookupTable> stress_table_;
+    vtkNew<vtkScalarBarActor> stress_bar_, force_bar_;
     std::map<std::string, Shown> shown_;
     double size_ = 0, largest_ = 0, stress_ = 0;
     long frames_ = 0;

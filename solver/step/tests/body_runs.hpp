@@ -1,6 +1,6 @@
 #pragma once
 
-#include "mesh/generate/plane.hpp"
+#include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/step/tests/keep.hpp"
 
@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-// Runs of small scenes of solids, rigid bodies and planes, for tests.
+// Runs of small scenes, for tests.
 
 namespace amontons {
 
@@ -43,16 +43,21 @@ inline Result run(const std::string& rest, const std::vector<std::string>& overr
                   bool stop = false, const std::vector<std::byte>& from = {})
 {
     const Scene scene = parse_scene("{\"schema\": 1, " + rest + "}", "test.json", overrides);
-    std::vector<Obstacle> obstacles;
-    for (const ObstacleInput& o : scene.obstacles) // planes are enough here
-        obstacles.push_back({o.name, make_plane({o.surface.centre, o.surface.axis, 1})});
     Result r;
-    r.simulation = make_simulation(scene, std::move(obstacles));
+    r.simulation = make_simulation(scene, build_obstacles(scene));
     if (!from.empty()) r.simulation->restore(from);
     Keep keep;
     const std::atomic<bool> stopped{stop};
     r.summary = r.simulation->run(keep, stopped);
     r.records = std::move(keep.records);
+    return r;
+}
+
+/// One that ends without a refusal.
+inline Result done(const std::string& rest)
+{
+    Result r = run(rest);
+    REQUIRE_MESSAGE(r.summary.message == "", r.summary.message);
     return r;
 }
 

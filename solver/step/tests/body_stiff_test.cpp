@@ -247,7 +247,8 @@ TEST_CASE("what a spring pulls at a held node is in the force of its hold")
         const Result r =
             run(pressed_by_edge(motion, held_side(1), 0.3, "") + R"(, "couplings": [{"kind":
                 "spring", "between": ["top", "world"], "at": [-0.05, 0.05, 0.1],
-                "to": [-0.05, 0.05, 0.3], "stiffness": 1000, "length": 0.15}],
+                "to": [-0.05, 0.05, 0.3], "stiffness": 1000, "length": 0.15,
+                "set": "x_min"}],
                 "time": {"step": 1, "end": 1})");
         REQUIRE_MESSAGE(r.summary.message == "", r.summary.message);
         const Vec3 line = to - at - moved;

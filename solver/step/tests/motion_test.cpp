@@ -411,17 +411,17 @@ TEST_CASE("joints hold to 1e-10 of the size at the end of every step however bod
 
 namespace {
 
-/// An elastic bar of 0.2 m on a hinge, let go in the horizontal: it bends at 16 Hz. Stiffness
-/// damping takes the motions of single elements, which no step here follows.
+/// An elastic bar of 0.2 m on a hinge, let go in the horizontal: it bends at 16 Hz. Of the linear
+/// one stiffness damping takes the motions of single elements, which no step here follows.
 std::string elastic_pendulum(const char* motion)
 {
     return fmt::format(R"("bodies": {{"bar": {{"kind": "solid", "youngs_modulus": 2e6,
-        "poisson_ratio": 0.3, "density": 1000, "motion": "{}", "stiffness_damping": 3e-4,
+        "poisson_ratio": 0.3, "density": 1000, "motion": "{}", "stiffness_damping": {},
         "mesh": {{"generate": "box", "size": [0.2, 0.02, 0.02], "centre": [0.1, 0, 0],
                   "cells": [8, 1, 1], "element": "H8"}}}}}}, {},
         "couplings": [{{"kind": "hinge", "between": ["bar", "world"], "at": [0, 0, 0],
-                        "axis": [0, 1, 0]}}])",
-                       motion, kWeight);
+                        "axis": [0, 1, 0], "set": "x_min"}}])",
+                       motion, std::string(motion) == "linear" ? 3e-4 : 0, kWeight);
 }
 
 } // namespace

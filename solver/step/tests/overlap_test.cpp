@@ -319,6 +319,46 @@ TEST_CASE("a rigid ball in the middle of a wide quadratic face is not lost")
     CHECK(r.summary.worst_overlap.depth < 0.005);
 }
 
+TEST_CASE(
+    "a rigid ball that a face's nodes reach only when it is deep is pressed by no less than a "
+    "half-space, in any number of steps")
+{
+    struct Scene {
+        double E, nu, R, depth;
+        std::string place, mesh;
+    };
+    // A node of the face touches at half the depth, and at all of it.
+    for (
+        const Scene& c :
+        {Scene{
+             1300, 0.2, 0.18, 0.01951, "0.08573, -0.05657",
+             R"("size": [0.9614, 0.7997, 0.502], "cells": [6, 3, 3], "element": "T10", "centre": [0, 0, -0.251])"},
+         Scene{
+             1.5e9, 0.4, 0.0012, 6.961e-5, "0.0001688, 0.000628",
+             R"("size": [0.005945, 0.005717, 0.002916], "cells": [7, 9, 2], "element": "H8", "centre": [0, 0, -0.001458])"}}) {
+        CAPTURE(c.mesh);
+        double of_one_step = 0;
+        for (const int steps : {1, 3}) {
+            const Result r = run(fmt::format(
+                R"("bodies": {{"ball": {{"kind": "rigid", "shape": {{"generate": "ball", "radius": {0}}},
+                "start": {{"place": [{1}, {0}]}}, "drive": {{"x": 0, "y": 0, "z": [[0, 0], [1, -{2}]], "angle": 0}}}},
+                "blk": {{"kind": "solid", "mesh": {{"generate": "box", {3}}}, "youngs_modulus": {4},
+                "poisson_ratio": {5}, "hold": [{{"set": "z_min"}}]}}}},
+                "contact": [{{"between": ["ball", "blk"]}}], {6})",
+                c.R, c.place, c.depth, c.mesh, c.E, c.nu, quasi_static(steps)));
+            REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+            const double force = -r.value("ball_on_blk_force_z");
+            // Hertz 1881; the block is a layer on a rigid ground, which is stiffer.
+            const double hertz =
+                4.0 / 3 * c.E / (1 - c.nu * c.nu) * std::sqrt(c.R) * std::pow(c.depth, 1.5);
+            CHECK(force > hertz);
+            CHECK(!r.summary.warnings.empty()); // smaller than a face
+            if (steps == 1) of_one_step = force;
+            CHECK(force == doctest::Approx(of_one_step).epsilon(1e-8).scale(0));
+        }
+    }
+}
+
 TEST_CASE("a body that is struck is followed through its step with restitution and without")
 {
     for (const double restitution : {0.0, 0.5})

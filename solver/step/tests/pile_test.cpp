@@ -1,5 +1,6 @@
 // Piles of bricks in bond: contact problems that are solved by what their bodies are.
 
+#include "mesh/generate/plane.hpp"
 #include "solver/step/tests/body_runs.hpp"
 
 #include <cmath>

@@ -211,7 +211,8 @@ const std::vector<std::string> kRules{R"("rule": "theta")", R"("theta": 0.5)",
 
 } // namespace
 
-TEST_CASE("solids of every law under every load go on from a saved state bit by bit, quasi-static")
+TEST_CASE("solids of every law under every load go on from a saved state bit by bit, quasi-static" *
+          doctest::test_suite("slow"))
 {
     const std::string loads = R"("hold": [{"set": "x_min"}], "loads": [
         {"set": "z_max", "pressure": [[0, 0], [1, 800]]},
@@ -287,6 +288,29 @@ TEST_CASE("a volume that is prescribed, springs and snaps go on from a saved sta
         "time": {"step": 4000, "end": 24000})");
 }
 
+TEST_CASE("nets of rods go on from a saved state bit by bit, at rest and in motion")
+{
+    for (const char* time : {R"("time": {"step": 0.25, "end": 1})",
+                             R"("time": {"kind": "dynamic", "step": 1e-3, "end": 0.012})",
+                             R"("time": {"kind": "dynamic", "step": 1e-3, "end": 0.012,
+                                 "rule": "generalised_alpha"})"}) {
+        CAPTURE(time);
+        const std::string section = R"("segments": [{"length": 0.1, "radius": 0.001, "EI": 0.01,
+            "GJ": 0.008, "EA": 1e4, "element": 0.02, "density": 8000}])";
+        check_resumes(R"("bodies": {"a": {"kind": "rod", )" + section +
+                      R"(, "hold": [{"set": "start"}]}, "b": {"kind": "rod", )" + section +
+                      R"(, "shape": {"start": [0.1, 0, 0], "direction": [0, 1, 0]}, "loads": [
+                      {"set": "end", "force": [0.05, 0, 0.1]}]}, "c": {"kind": "rod", )" +
+                      section + R"(, "shape": {"start": [0.1, 0, 0], "direction": [1, -1, 1]}}},
+                      "couplings": [{"kind": "weld", "between": ["a", "b"], "at": [0.1, 0, 0]},
+                      {"kind": "hinge", "between": ["a", "c"], "at": [0.1, 0, 0], "axis": [0, 0, 1]},
+                      {"kind": "turn_spring", "between": ["a", "c"], "at": [0.1, 0, 0],
+                       "axis": [0, 0, 1], "stiffness": 0.1},
+                      {"kind": "spring", "between": ["b", "world"], "at": [0.1, 0.1, 0],
+                       "to": [0.1, 0.1, 0.3], "stiffness": 2}], )" + time);
+    }
+}
+
 TEST_CASE("rods go on from a saved state bit by bit, at rest, on their path and in motion")
 {
     const auto rod = [](const std::string& elements, const std::string& more) {
@@ -318,10 +342,39 @@ TEST_CASE("rods go on from a saved state bit by bit, at rest, on their path and 
                               quasi_static(0.1, 1)));
     check_resumes(fmt::format(R"("bodies": {{{}, {}}}, {}, {})",
                               rod("exact", R"("fed": [[0, 0.05], [1, 0.15]])"), kPlane, on_floor,
-                              quasi_static(0.1, 1)));
+                              quasi_static(0.05, 1)));
     check_resumes(fmt::format(R"("bodies": {{{}}}, {}, "time": {{"step": 0.05, "end": 1,
         "path": 0.002}})",
                               rod("exact", held), kGravityDown));
+    // A straight column that leaves its balance.
+    check_resumes(fmt::format(R"("bodies": {{{}}}, {})",
+                              rod("exact", R"("hold": [{"set": "start", "x": [[0, 0], [1, 0.002]],
+                                  "y": 0}, {"set": "end"}])"),
+                              quasi_static(0.25, 1)));
+}
+
+TEST_CASE(
+    "instruments beside bodies, themselves and one another go on from a saved state bit by bit")
+{
+    const auto wire = [](const char* name, double y, const char* way) {
+        return fmt::format(R"("{}": {{"kind": "beam", "segments": [{{"length": 0.1, "radius": 4e-4,
+            "EI": 1e-4, "element": 2.5e-3}}], "introducer": {{"at": [0, {}, 0.001],
+            "direction": [1, 0, 0]}}, "drive": {{"insertion": {}}}}})",
+                           name, y, way);
+    };
+    check_resumes(fmt::format(R"("gravity": [0, 0, -9.81], "bodies": {{{}, {},
+        "ball": {{"kind": "rigid", "shape": {{"generate": "ball", "radius": 0.001}}, "mass": 1e-4,
+                  "start": {{"place": [0.02, 0.0005, 0.001]}}}},
+        "floor": {{"kind": "obstacle", "surface": {{"generate": "plane"}}}},
+        "side": {{"kind": "obstacle", "surface": {{"generate": "plane", "centre": [0.03, 0, 0],
+                                                  "axis": [-1, 0.3, 0]}}}}}},
+        "contact": [{{"between": ["ball", "floor"], "friction": 0.3}},
+                    {{"between": ["ball", "side"]}}, {{"between": ["w0", "ball"], "friction": 0.1}},
+                    {{"between": ["w1", "side"], "friction": 0.1}}, {{"between": ["w0", "floor"]}},
+                    {{"between": ["w0", "w1"], "friction": 0.2}}], {})",
+                              wire("w0", 0, "[[0, 0.01], [1, 0.022]]"),
+                              wire("w1", -0.001, "[[0, 0.01], [1, 0.031]]"),
+                              quasi_static(0.1, 1)));
 }
 
 TEST_CASE("rigid bodies, joints and springs go on from a saved state bit by bit by every rule")
@@ -364,6 +417,27 @@ TEST_CASE("rigid bodies, joints and springs go on from a saved state bit by bit 
                               kPlane, kGravityDown, quasi_static(0.1, 1)));
 }
 
+TEST_CASE("solids on springs, with probes, go on from a saved state bit by bit by every rule")
+{
+    for (const std::string& material : {kElastic, kCorotational, kNeoHooke}) {
+        CAPTURE(material);
+        const std::string bodies = fmt::format(R"("bodies": {{"block": {{"kind": "solid", {},
+            "density": 1000, "mesh": {{"generate": "box", "size": [0.04, 0.04, 0.02],
+            "cells": [2, 2, 1], "centre": [0, 0, 0.01]}}, "supports": [{{"set": "z_min",
+            "normal": 1e7, "tangential": 1e6}}, {{"set": "x_min", "normal": 1e6}}],
+            "probes": {{"top": {{"set": "z_max"}}, "p": {{"at": [0.001, 0.002, 0.015]}}}},
+            "loads": [{{"set": "x_max", "force": [0.5, 0.1, 0], "over": [[0, 0], [1, 1]]}}]}},
+            "ball": {{"kind": "rigid", "mass": 0.1, "shape": {{"generate": "ellipsoid",
+            "radii": [0.01, 0.012, 0.01]}}, "start": {{"place": [0.001, 0, 0.0305]}},
+            "drive": {{"z": [[0, 0], [1, -0.002]]}}}}}}, "contact": [{{"between": ["block", "ball"],
+            "friction": 0.3}}], )",
+                                               material);
+        check_resumes(bodies + quasi_static(0.25, 1));
+        for (const std::string& rule : kRules)
+            check_resumes(bodies + dynamic(1e-3, 0.006, rule));
+    }
+}
+
 TEST_CASE("bodies of different kinds together go on from a saved state bit by bit")
 {
     for (const std::string& material : {kElastic, kCorotational, kNeoHooke}) {
@@ -396,11 +470,30 @@ TEST_CASE("bodies of different kinds together go on from a saved state bit by bi
         check_resumes(fmt::format(R"("bodies": {{{},
             "arm": {{"kind": "rigid", "mass": 0.1, "shape": {{"generate": "box",
                 "size": [0.04, 0.04, 0.02]}}, "start": {{"place": [0.07, 0, 0.02]}}}}}},
-            "couplings": [{{"kind": "weld", "between": ["arm", "block"], "at": [0.05, 0, 0.02]}},
+            "couplings": [{{"kind": "weld", "between": ["arm", "block"], "at": [0.05, 0, 0.02],
+                  "radius": 0.015}},
                 {{"kind": "spring", "between": ["arm", "world"], "at": [0.09, 0, 0.02],
                   "to": [0.09, 0, 0.2], "stiffness": 100}}], {}, {})",
                                   block("H8", material, R"("hold": [{"set": "x_min"}])"),
                                   kGravityDown, dynamic(1e-3, 0.01, kRules[1])));
+}
+
+TEST_CASE("holds that turn and joints on patches go on from a saved state bit by bit")
+{
+    for (const std::string& material : {kElastic, kCorotational, kNeoHooke}) {
+        check_resumes(fmt::format(R"("bodies": {{{}}}, {})",
+                                  block("H8", material, R"("hold": [{"set": "x_min"}, {"set":
+            "x_max", "x": 0, "y": 0, "axis": [0, 0, 1], "about": [0.05, 0, 0], "angle":
+            [[0, 0], [1, 0.2]]}])"),
+                                  quasi_static(0.2, 1)));
+        for (const char* rule : {R"("theta": 0.5)", R"("rule": "generalised_alpha")"})
+            check_resumes(fmt::format(R"("bodies": {{{}}}, "couplings": [{{"kind": "hinge",
+                "between": ["block", "world"], "at": [-0.05, 0, 0.02], "axis": [0, 1, 0],
+                "set": "x_min"}}, {{"kind": "spring", "between": ["block", "world"], "at":
+                [0.05, 0, 0.02], "to": [0.05, 0, 0.2], "stiffness": 10, "radius": 0.015}}], {}, {})",
+                                      block("H8", material, R"("stiffness_damping": 0)"),
+                                      kGravityDown, dynamic(1e-3, 0.008, rule)));
+    }
 }
 
 TEST_CASE("solids that contacts alone hold, or nothing, go on from a saved state bit by bit")

@@ -3,6 +3,7 @@
 #include "mesh/base/error.hpp"
 #include "solver/scene/tapers.hpp"
 
+#include <array>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <numbers>
@@ -153,6 +154,44 @@ TEST_CASE("a rod of 1e5 and 1e6 radii bends as any other")
         CHECK(std::abs(end.x() - 0.40714723) < 1e-6);
         CHECK(std::abs(end.y() + 0.82859317) < 1e-6);
     }
+}
+
+TEST_CASE("a taut string's frequencies are those of a string and converge with the fourth power")
+{
+    // k sqrt(T / rho A) of k = n pi / L, less k^2 r^2 / 8 of it for the sections that turn.
+    const double T = 100;
+    std::array<double, 2> error{};
+    for (const int elements : {10, 20}) {
+        const double h = 1.0 / elements;
+        RodInput input = straight(elements);
+        BeamSegment& g = input.segments[0];
+        const double EI = T / (400.0 * 1e6);
+        g.radius = 1e-3;
+        g.EI = g.GJ = {EI, EI};
+        g.EA = {1e7, 1e7};
+        input.plane = Vec3::UnitY();
+        RodHold start = clamp("start"), end = clamp("end");
+        start.turns = end.turns = "free";
+        end.x = {{0, 0}, {1, T / 1e7}};
+        end.y = end.z = {{0, 0}, {1, 0}};
+        input.hold = {start, end};
+        RodBody rod(input, nullptr, 0);
+        advance(rod, quasi_static(0, 1));
+        CHECK(T * h * h / EI > 0.99e6);
+        // The mass is that of the length without load, on one that is a little longer.
+        const double L = 1 + T / 1e7,
+                     per_length = g.density * std::numbers::pi * g.radius * g.radius / L;
+        const std::vector<double> omega = rod.frequencies(3);
+        CAPTURE(elements);
+        for (int n = 1; n <= 3; ++n) {
+            const double k = n * std::numbers::pi / L, right = k * std::sqrt(T / per_length);
+            const double off = omega[std::size_t(n) - 1] / right - 1 + k * k * 1e-6 / 8;
+            CHECK(std::abs(off) < 1e-4);
+            if (n == 3) error[elements == 10 ? 0 : 1] = std::abs(off);
+        }
+    }
+    MESSAGE("third frequency off by " << error[0] << " and " << error[1]);
+    CHECK((error[1] < 1e-8 || std::log2(error[0] / error[1]) > 3.5));
 }
 
 TEST_CASE("loads that follow and moments fixed in space converge quadratically")

@@ -263,3 +263,23 @@ TEST_CASE("a run that was over says what it left open when it is resumed, too")
         CHECK(again.summary.undetermined[i].max == r.summary.undetermined[i].max);
     }
 }
+
+TEST_CASE("a run that ends in a refused step says that undetermined forces were not looked for")
+{
+    // The pressure turns elements inside out: the last matrix that was tried has no factor.
+    const RunSummary sum = run(R"("bodies": {
+        "floor": {"kind": "obstacle", "surface": {"generate": "cylinder", "centre": [0, 0, -0.1],
+          "axis": [0, 1, 0], "radius": 0.08}},
+        "block": {"kind": "solid", "motion": "corotational", "youngs_modulus": 1e5,
+          "poisson_ratio": 0.4, "mesh": {"generate": "box", "size": [0.1, 0.1, 0.04],
+            "cells": [3, 2, 2], "element": "T10"},
+          "hold": [{"set": "z_max", "x": 0, "y": 0, "z": [[0, 0], [1, -0.01]]}],
+          "loads": [{"set": "x_max", "pressure": [[0, 0], [1, 1e9]]}]}},
+        "contact": [{"between": ["block", "floor"], "friction": 0.3, "reach": 0.01}],
+        "time": {"step": 0.1, "end": 0.3})")
+                               .summary;
+    CHECK(sum.status == "failed");
+    CHECK(sum.undetermined.empty());
+    CHECK(sum.undetermined_not_examined ==
+          std::vector<std::string>{"all: the last step was refused"});
+}

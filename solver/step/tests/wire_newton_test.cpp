@@ -167,6 +167,21 @@ TEST_CASE("a wire pressed on the plane between clamp and tip touches where the b
         CHECK(s.wire.state.reaction[p].normal == test::relative(0.01).epsilon(1e-3));
 }
 
+TEST_CASE("no statuses of contacts are tried once a stop is asked for")
+{
+    OnPlane s(kLyingFriction);
+    s.wire.dead_force.back() = Vec3(0, 0.05, -0.2);
+    NewtonWorkspace work(s.wire, 1);
+    const StepStart start = mark_step_start(s.wire);
+    const std::atomic<bool> stop = true;
+    NewtonOptions options;
+    options.reach = 1.35 * kLyingRadius;
+    options.stop = &stop;
+    const NewtonReport r = solve_equilibrium(s.wire, s.walls, start, {}, options, work);
+    CHECK(r.factorisations == 0);
+    CHECK(!r.converged);
+}
+
 TEST_CASE("the residual of a solved state is small and of a disturbed one is not")
 {
     OnPlane s(kLyingFriction);

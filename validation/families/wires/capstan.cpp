@@ -163,11 +163,8 @@ Vec3 force_in(const Wire& w, std::size_t e)
         const double stretch = d.norm() / law.length;
         return (law.S[0] * stretch - law.P[0]) / law.length * d.normalized();
     }
-    const auto strain = element_strain(a, b, law.length);
-    std::array<double, 6> stress;
-    for (std::size_t i = 0; i < 6; ++i)
-        stress[i] = law.S[i] * strain[i] - law.P[i];
-    const auto f = element_force(a, b, law.length, stress);
+    const auto f =
+        element_force(a, b, law.length, element_stress(law, element_strain(a, b, law.length)));
     return {f[6], f[7], f[8]};
 }
 

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-namespace amontons::validation {
+namespace amontons {
 
 /// A table of numbers with a name over each column: history.csv, reference curves.
 struct Columns {
@@ -24,4 +24,4 @@ Columns parse_columns(std::string_view text, const std::string& file);
 /// does.
 double value_at(const std::vector<double>& x, const std::vector<double>& y, double at);
 
-} // namespace amontons::validation
+} // namespace amontons

@@ -1,4 +1,4 @@
-#include "solver/program/output_folder.hpp"
+#include "solver/output/output_folder.hpp"
 
 #include "mesh/base/error.hpp"
 #include "solver/scene/read.hpp"

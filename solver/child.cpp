@@ -1,6 +1,7 @@
-#include "solver/program/child.hpp"
+#include "solver/child.hpp"
 
 #include "mesh/base/phase_timer.hpp"
+#include "solver/module.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -31,7 +32,8 @@ public:
         for (std::string& w : words)
             arguments.push_back(w.data());
         arguments.push_back(nullptr);
-        const char* const program = job.program.empty() ? "/proc/self/exe" : job.program.c_str();
+        const std::string chosen = job.program.empty() ? program_path() : job.program;
+        const char* const program = chosen.c_str();
         int out[2] = {-1, -1}, err[2] = {-1, -1};
         const int nothing = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
         const bool pipes =
@@ -66,7 +68,7 @@ public:
     ~Child()
     {
         if (pid_ > 0) {
-            ::kill(pid_, SIGKILL);
+            end();
             ::waitpid(pid_, nullptr, 0);
         }
         close_pipes();
@@ -102,7 +104,7 @@ public:
     {
         if (most_seconds_ > 0 && watch_.seconds() > most_seconds_ && !result_.out_of_time) {
             result_.out_of_time = true;
-            ::kill(pid_, SIGKILL);
+            end();
         }
         int status = 0;
         rusage usage{};
@@ -121,6 +123,12 @@ public:
     const ChildResult& result() const { return result_; }
 
 private:
+    /// With whatever it has started: it is the first of its process group.
+    void end() const
+    {
+        ::kill(-pid_, SIGKILL);
+        ::kill(pid_, SIGKILL); // its group may not be made yet
+    }
     void close_pipes()
     {
         for (int& fd : pipe_)

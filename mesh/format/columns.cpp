@@ -1,18 +1,18 @@
-#include "validation/columns.hpp"
+#include "mesh/format/columns.hpp"
 
 #include "mesh/base/error.hpp"
 #include "mesh/base/limits.hpp"
+#include "mesh/format/text.hpp"
 
 #include <algorithm>
 #include <charconv>
-#include <fmt/format.h>
 
-namespace amontons::validation {
+namespace amontons {
 namespace {
 
-constexpr std::size_t kMostIssues = 10, kMostColumns = 100000;
+constexpr std::size_t kMostOfTable = 10, kMostColumns = 100000;
 
-std::string_view trimmed(std::string_view text)
+std::string_view without_blanks(std::string_view text)
 {
     const std::size_t first = text.find_first_not_of(" \t\r");
     if (first == std::string_view::npos) return {};
@@ -24,7 +24,7 @@ std::vector<std::string_view> cells_of(std::string_view line)
     std::vector<std::string_view> cells;
     for (std::size_t start = 0; start <= line.size();) {
         const std::size_t end = std::min(line.find(',', start), line.size());
-        std::string_view cell = trimmed(line.substr(start, end - start));
+        std::string_view cell = without_blanks(line.substr(start, end - start));
         if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"')
             cell = cell.substr(1, cell.size() - 2);
         cells.push_back(cell);
@@ -46,14 +46,14 @@ Columns parse_columns(std::string_view text, const std::string& file)
     Columns table;
     std::vector<Issue> issues;
     int number = 0;
-    for (std::size_t start = 0; start < text.size() && issues.size() < kMostIssues;) {
+    for (std::size_t start = 0; start < text.size() && issues.size() < kMostOfTable;) {
         const std::size_t end = std::min(text.find('\n', start), text.size());
-        const std::string_view line = trimmed(text.substr(start, end - start));
+        const std::string_view line = without_blanks(text.substr(start, end - start));
         start = end + 1;
         ++number;
         if (line.empty() || line.front() == '#') continue;
         const std::vector<std::string_view> cells = cells_of(line);
-        const std::string place = fmt::format("line {}", number);
+        const std::string place = line_place(std::size_t(number));
         if (table.names.empty()) {
             if (cells.size() > kMostColumns)
                 throw InputError({{file, place, "more than 100000 columns", "fewer"}});
@@ -63,8 +63,8 @@ Columns parse_columns(std::string_view text, const std::string& file)
             continue;
         }
         if (cells.size() != table.names.size()) {
-            issues.push_back({file, place, fmt::format("{} cells", cells.size()),
-                              fmt::format("{}, as in the header", table.names.size())});
+            issues.push_back({file, place, std::to_string(cells.size()) + " cells",
+                              std::to_string(table.names.size()) + ", as in the header"});
             continue;
         }
         for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -94,4 +94,4 @@ double value_at(const std::vector<double>& x, const std::vector<double>& y, doub
     return kNaN;
 }
 
-} // namespace amontons::validation
+} // namespace amontons

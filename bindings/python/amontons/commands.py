@@ -1,0 +1,106 @@
+"""What the program does in processes of its own: studies and validation."""
+
+import json
+import os
+import subprocess
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from . import _native
+from ._arguments import refuse, to_json
+from .errors import InputError, ModuleMissing, SolveFailed
+from .scene import Scene
+
+
+def _program(arguments, may_fail=()):
+    """Runs amontons and gives its answer in JSON."""
+    program = _native.program_path()
+    if not os.access(program, os.X_OK):
+        raise ModuleMissing(f"the program amontons is not at {program}: ./setup.sh install installs both")
+    result = subprocess.run([program, *arguments, "--json"], capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    code = result.returncode
+    last = (result.stderr.strip().splitlines() or [""])[-1]
+    if code == 2:
+        error = InputError(last.removeprefix("error: "))
+        try:
+            error.issues = json.loads(result.stdout)["issues"]
+        except (ValueError, KeyError):
+            error.issues = [{"file": "", "place": arguments[0], "found": last, "allowed": ""}]
+        raise error
+    if code == 130:
+        raise KeyboardInterrupt
+    if code != 0 and code not in may_fail:
+        raise SolveFailed(last or f"amontons ended with exit code {code}")
+    return json.loads(result.stdout)
+
+
+class Study:
+    """What a study found: error against run time and unknowns."""
+
+    def __init__(self, answer):
+        #: As `amontons study --json`.
+        self.answer = answer
+        #: A dict for each combination: its parameters by path, value, error, seconds, unknowns, status, pareto, ...
+        self.rows = answer["rows"]
+        #: Of the first sweep of positive numbers, where there is one series; else None. See answer["series"].
+        self.order = answer["order"]
+        self.reference = answer["reference"]
+
+    @property
+    def pareto(self):
+        """Rows that no other is better than in both error and time."""
+        return [row for row in self.rows if row["pareto"]]
+
+    def to_pandas(self):
+        """The rows as a pandas.DataFrame."""
+        import pandas
+        return pandas.DataFrame(self.rows)
+
+    def __repr__(self):
+        return f"<Study: {len(self.rows)} rows, order {self.order}>"
+
+
+def study(scene, *, sweep, quantity, reference="finest", output, jobs=1, max_time=None):
+    """Runs a scene with every combination of the values, each in a process of its own (docs/studies.md).
+
+    scene: a file, a Scene or a dict; what is no file as it stands is written to OUTPUT.json. sweep:
+    {"time.step": [0.1, 0.05]}. quantity: a name of a run's quantities. reference: "finest", a number or a file.
+    output: the folder; a study that is there goes on. max_time: wall time of a run [s].
+
+    Returns a Study. Raises InputError, or SolveFailed if no run got there.
+    """
+    output = os.fspath(output)
+    if not isinstance(sweep, Mapping) or not sweep:
+        refuse("sweep", repr(sweep)[:60], '{"PATH": [values]}')
+    arguments = ["study"]
+    if isinstance(scene, (str, os.PathLike)):
+        arguments.append(os.fspath(scene))
+    else:
+        scene = scene if isinstance(scene, Scene) else Scene(scene)
+        os.makedirs(os.path.dirname(os.path.abspath(output)), exist_ok=True)
+        scene.save(output + ".json")
+        arguments.append(output + ".json")
+    for path, values in sweep.items():
+        if isinstance(values, (str, bytes)) or not isinstance(values, (Sequence, np.ndarray)) or len(values) == 0:
+            refuse(f"sweep[{path!r}]", repr(values)[:60], "a list of values")
+        arguments += ["--sweep", f"{path}=" + ",".join(v if isinstance(v, str) else to_json(v, path).replace(" ", "")
+                                                       for v in values)]
+    arguments += ["--quantity", quantity, "--reference", str(reference), "--output", output, "--jobs", str(jobs)]
+    if max_time is not None:
+        arguments += ["--max-time", str(max_time)]
+    return Study(_program(arguments))
+
+
+def validate(*cases, suite=None, report=None):
+    """Compares with published results; all cases without arguments. suite: "benchmarks", "stability" or "random".
+    report: a folder for HTML, CSV and plots.
+
+    Returns a list of dicts as `amontons validate --json`; a case that failed is a row that says so.
+    """
+    arguments = ["validate", *(os.fspath(c) for c in cases)]
+    if suite is not None:
+        arguments += ["--suite", suite]
+    if report is not None:
+        arguments += ["--report", os.fspath(report)]
+    return _program(arguments, may_fail=(1,))

@@ -1,0 +1,34 @@
+"""What the package raises. Everything else that it lets through is Python's own."""
+
+
+class InputError(ValueError):
+    """Bad input; nothing has run.
+
+    issues: a list of dicts with file, place, found and allowed, one for each thing that is wrong.
+    """
+
+    issues: list = []
+
+
+class SolveFailed(RuntimeError):
+    """A step could not be solved. The simulation is as after the last accepted step.
+
+    record: the last accepted step's, or None. summary: of run(), else None.
+    """
+
+    record = None
+    summary = None
+    time = 0.0
+    step = 0
+
+
+class WriteError(OSError):
+    """A file could not be written; `filename` is it."""
+
+
+class ModuleMissing(ImportError):
+    """A part that is installed apart is not there; the message says what to install."""
+
+
+class InternalError(RuntimeError):
+    """A mistake in the engine, not in the input. Please report it."""

@@ -1,0 +1,75 @@
+"""Images as a fluoroscope takes them, without a display."""
+
+import dataclasses
+
+import numpy as np
+
+from . import _native
+from ._arguments import refuse
+from .batch import Batch
+
+
+@dataclasses.dataclass(frozen=True)
+class Camera:
+    """A point source, and the plane across its main ray on which the image is measured.
+
+    source: (3,) [m]. target: (3,) the middle of the plane [m]. up: (3,) a direction that is up in the image. width: of
+    the image on that plane [m]; pixels are square.
+    """
+
+    source: tuple
+    target: tuple
+    width: float
+    up: tuple = (0, 0, 1)
+
+    def _numbers(self):
+        try:
+            all = [np.asarray(v, float) for v in (self.source, self.target, self.up)]
+        except (TypeError, ValueError):
+            refuse("camera", "places that are no numbers", "(x, y, z) [m]")
+        for name, v in zip(("source", "target", "up"), all):
+            if v.shape != (3,) or not np.isfinite(v).all():
+                refuse(f"camera.{name}", f"{v.tolist()}", "three finite numbers")
+        ray = all[1] - all[0]
+        if not np.linalg.norm(np.cross(ray, all[2])) > 1e-9 * np.linalg.norm(ray) * np.linalg.norm(all[2]):
+            refuse("camera.up", f"{all[2].tolist()} beside the ray {ray.tolist()}", "another direction, neither zero")
+        if not (np.isfinite(self.width) and self.width > 0):
+            refuse("camera.width", f"{self.width}", "> 0 [m]")
+        return np.concatenate([*all, [self.width]])
+
+
+def xray(what, camera, size=(256, 256), *, attenuation=2000.0, white=200.0, noise=5.0, seed=0, radius=None):
+    """A fluoroscopic image of wires and rods: white exp(-attenuation l), l the mean length of a pixel's rays in them.
+
+    what: a Simulation; a Batch, whose images get the seeds seed, seed + 1, ...; or (n, 3) points of a line, with its
+    radius [m]. size: (height, width) in pixels. attenuation [1/m]. noise: standard deviation of Gaussian noise in greys.
+
+    Returns (height, width) uint8, of a Batch (count, height, width). The same bits for the same arguments.
+
+    >>> import amontons as am
+    >>> line = [[-1, 0, 0], [1, 0, 0]]
+    >>> image = am.xray(line, am.Camera((0, -1, 0), (0, 0, 0), 0.1), (5, 5), radius=0.001, noise=0)
+    >>> image[:, 2].tolist() == [200, 200, image[2, 2], 200, 200], bool(image[2, 2] < 200)
+    (True, True)
+    """
+    numbers = camera._numbers()
+    try:
+        height, width = (int(n) for n in size)
+    except (TypeError, ValueError):
+        refuse("size", repr(size), "(height, width)")
+    if not (1 <= height <= 8192 and 1 <= width <= 8192):
+        refuse("size", f"{(height, width)}", "1 to 8192 pixels each")
+    for name, value in (("attenuation", attenuation), ("white", white), ("noise", noise)):
+        if not (np.isfinite(value) and value >= 0):
+            refuse(name, f"{value}", "finite, >= 0")
+    rest = (numbers, height, width, float(attenuation), float(white), float(noise), int(seed) % 2**64)
+    if isinstance(what, Batch):
+        return _native.xray_of_simulations(what.simulations, *rest)
+    if isinstance(what, _native.Stepper):
+        return _native.xray_of_simulations([what], *rest)[0]
+    points = np.asarray(what, float)
+    if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+        refuse("what", f"shape {points.shape}", "a Simulation, a Batch, or (n, 3) finite points")
+    if radius is None or not (np.isfinite(radius) and radius > 0):
+        refuse("radius", f"{radius}", "> 0 [m]")
+    return _native.xray_of_line(points, float(radius), *rest)[0]

@@ -1,0 +1,246 @@
+"""Scenes in motion."""
+
+import dataclasses
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+
+import numpy as np
+
+from . import _native
+from ._arguments import overrides, refuse
+from .contact import ContactProblem
+from .errors import SolveFailed
+from .runs import read_run
+from .scene import Scene
+
+
+@dataclasses.dataclass(frozen=True)
+class RunSummary:
+    """What a run came to: names as in manifest.json and `amontons run --json`."""
+
+    status: str  #: "done", "interrupted" or "failed"
+    message: str  #: why it ended; "" if nothing to say
+    steps: int
+    time: float  #: reached [s]
+    quantities: Mapping  #: at the end, and largest values
+    units: Mapping  #: of the quantities
+    texts: Mapping  #: results in words, such as branch
+    warnings: list  #: a sentence each
+    not_measured: list
+    contacts_max: int
+    worst_error: float
+    worst_penetration: float  #: [m]
+    worst_overlap: float  #: [m]; nan: not measured
+    uncertified_steps: int
+    energy: _native.Energy
+    snaps: list  #: dicts of step, time [s], depth [m], released [J]
+    seconds: Mapping  #: wall time of each phase
+    files: tuple = ()  #: plots and pictures, in the output folder
+
+
+class Inputs:
+    """Drives that are led by hand, by name: inputs["wire.insertion"] = 0.12 is where it is when the next step ends.
+
+    From then on the scene's curve of this drive no longer counts. Those that are not set follow it.
+    """
+
+    def __init__(self, simulation):
+        self._simulation = simulation
+        all = simulation.input_names()
+        self._number = {name: k for k, (name, *_) in enumerate(all)}
+        #: All names, in the order of `values`.
+        self.names = tuple(self._number)
+        #: Units, by name.
+        self.units = {name: unit for name, unit, *_ in all}
+        #: (least, largest) value, by name.
+        self.ranges = {name: (lower, upper) for name, _, lower, upper in all}
+
+    def _of(self, name):
+        number = self._number.get(name)
+        if number is None:
+            refuse(str(name), "no such input", "one of " + ", ".join(self.names) if self.names else "none in this scene")
+        return number
+
+    def __getitem__(self, name):
+        return self._simulation.input(self._of(name))
+
+    def __setitem__(self, name, value):
+        number = self._of(name)
+        try:
+            value = float(value)
+        except (TypeError, ValueError):
+            refuse(name, f"a {type(value).__name__}", "a number")
+        self._simulation.set_input(number, value)
+
+    @property
+    def values(self):
+        """(k,) all of them now, or as they were set; a copy. Assign an array to set all."""
+        return np.array([self._simulation.input(k) for k in range(len(self.names))])
+
+    @values.setter
+    def values(self, values):
+        values = np.asarray(values, dtype=float)
+        if values.shape != (len(self.names),):
+            refuse("inputs.values", f"shape {values.shape}", f"({len(self.names)},)")
+        for name, value in zip(self.names, values):
+            lower, upper = self.ranges[name]
+            if not (math.isfinite(value) and lower <= value <= upper):
+                refuse(name, f"{value}", f"a finite number >= {lower} and <= {upper} [{self.units[name]}]")
+        for number, value in enumerate(values):
+            self._simulation.set_input(number, value)
+
+    def __iter__(self):
+        return iter(self.names)
+
+    def __len__(self):
+        return len(self.names)
+
+    def __repr__(self):
+        return "<Inputs: " + ", ".join(f"{n} [{u}]" for n, u in self.units.items()) + ">"
+
+
+class _Bodies(Mapping):
+    """Bodies by name, as they are when they are asked for."""
+
+    def __init__(self, simulation):
+        self._simulation = simulation
+        self._kinds = dict(_native.body_names(simulation))
+
+    def __getitem__(self, name):
+        kind = self._kinds[name]
+        if kind in ("beam", "rod"):
+            record = self._simulation.record
+            if record is None:
+                raise RuntimeError(f"{name} has no shape before the first step, which is its state at the start: step()")
+            return record.beams[name]
+        return _native.body(self._simulation, name)
+
+    def __iter__(self):
+        return iter(self._kinds)
+
+    def __len__(self):
+        return len(self._kinds)
+
+
+class Simulation(_native.Stepper):
+    """One scene in motion. One thread at a time (RuntimeError); different ones may run side by side.
+
+    scene: a Scene, or what one is made of, with `set`. threads: of the contact solver; the same bits for any
+    number. cache: a folder for factors and samples of walls that later simulations read; it must not be shared
+    with people who are not trusted.
+
+    >>> import amontons as am
+    >>> sim = am.Simulation({"schema": 1, "bodies": {"ball": {"kind": "rigid", "mass": 2,
+    ...     "shape": {"generate": "ball", "radius": 0.1}}}, "gravity": [0, 0, -9.81],
+    ...     "time": {"kind": "dynamic", "step": 0.1, "end": 1}})
+    >>> round(sim.advance(1).quantities["ball_velocity_z"], 12)
+    -9.81
+    >>> sim.done
+    True
+    """
+
+    def __init__(self, scene, *, set={}, threads=1, cache=None):
+        if not isinstance(scene, Scene):
+            scene = Scene(scene, set=set)
+        elif set:
+            scene = scene.changed(set)
+        if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)):
+            refuse("threads", f"a {type(threads).__name__}", "a whole number")
+        super().__init__(scene._text, int(threads), "" if cache is None else os.fspath(cache))
+
+    @property
+    def scene(self):
+        """The Scene, with all that set() has changed."""
+        return Scene._of(self.scene_text)
+
+    @property
+    def inputs(self):
+        """Inputs: drives that can be led by hand."""
+        if "_inputs" not in self.__dict__:
+            self._inputs = Inputs(self)
+        return self._inputs
+
+    @property
+    def bodies(self):
+        """Mapping of names to Body, or of wires and rods to Beam, after the last step."""
+        return _Bodies(self)
+
+    def set(self, path, value):
+        """Changes the scene between two steps. InputError, and nothing is changed, if the state does not fit then."""
+        self.change(overrides({path: value}))
+        self.__dict__.pop("_inputs", None)
+
+    def fork(self):
+        """A simulation of the same scene and state, with a future of its own."""
+        other = Simulation.__new__(Simulation)
+        _native.Stepper.__init__(other, self)
+        return other
+
+    def contact_problems(self):
+        """ContactProblems of the last step, with the step's own `reaction` and the contacts' `identity`."""
+        all = []
+        for native, reaction, identity in _native.contact_problems(self):
+            problem = ContactProblem._of(native)
+            problem.reaction, problem.identity = reaction, identity
+            all.append(problem)
+        return all
+
+    def run(self, output=None, *, on_step=None, every=1, resume=False):
+        """Steps to the scene's end.
+
+        output: a folder for the files of `amontons run`; None writes none. on_step: called with the StepRecord of
+        every `every`-th step, the first included; returning True ends the run. resume: goes on from the folder's
+        checkpoint. Returns a RunSummary. Raises SolveFailed, with `summary` and `record`, when a step fails;
+        the files then hold all that was reached. Ctrl-C raises KeyboardInterrupt between two steps; the run can be
+        resumed.
+        """
+        if on_step is not None and not callable(on_step):
+            refuse("on_step", f"a {type(on_step).__name__}", "a function")
+        if isinstance(every, bool) or not isinstance(every, (int, np.integer)) or every < 1:
+            refuse("every", repr(every), "a whole number >= 1")
+        if resume and output is None:
+            refuse("resume", "no output", "the folder of the run to go on with")
+        files = None
+        if output is not None:
+            output = os.fspath(output)
+            files = _native.RunFiles(self, output, bool(resume), list(sys.orig_argv))
+        summary = RunSummary(**_native.run(self, files, on_step, int(every)))
+        if files is not None and summary.status == "done":
+            summary = dataclasses.replace(summary, files=self._draw(files, output))
+        if summary.status == "failed":
+            error = SolveFailed(summary.message)
+            error.record, error.summary, error.time, error.step = self.record, summary, summary.time, summary.steps
+            raise error
+        return summary
+
+    def _draw(self, files, output):
+        """Plots and a picture, as the scene asks for them and what is installed allows."""
+        drawn = []
+        asked = self.scene["output"]
+        if asked.get("plots", True):
+            drawn += _native.plot_history(output)[0]
+        program = _native.program_path()
+        if asked.get("picture", True) and os.access(program, os.X_OK) and _native.find_module("vtk"):
+            collection = next(f for f in read_run(output).manifest["files"] if f.endswith(".pvd") and f != "contacts.pvd")
+            name = os.path.splitext(collection)[0]
+            picture = os.path.join(output, f"{name}.png")
+            environment = dict(os.environ, AMONTONS_MODULES=os.path.dirname(_native.find_module("vtk")))
+            result = subprocess.run([program, "render", output, "--output", picture, "--quiet"], env=environment,
+                                    stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            if result.returncode == 0:
+                drawn.append(os.path.basename(picture))
+        if drawn:
+            files.add(drawn)
+        return tuple(drawn)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def __repr__(self):
+        return "<Simulation: closed>" if self.closed else f"<Simulation of {self.scene_text.file}: t = {self.time:g} s>"

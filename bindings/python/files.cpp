@@ -1,0 +1,185 @@
+#include "bindings/python/stepper.hpp"
+
+#include "mesh/base/memory.hpp"
+#include "mesh/base/phase_timer.hpp"
+#include "solver/output/output_folder.hpp"
+#include "solver/output/plot.hpp"
+#include "solver/output/run_writer.hpp"
+
+#include <filesystem>
+
+// A run to the end, with the files of `amontons run` or without.
+
+namespace amontons::python {
+
+using Outcome = StepResult::Outcome;
+
+py::dict summary_dict(const RunSummary& summary)
+{
+    py::dict d;
+    d["status"] = summary.status;
+    d["message"] = summary.message;
+    d["steps"] = summary.steps;
+    d["time"] = summary.time;
+    d["quantities"] = values_of(summary.quantities);
+    d["units"] = units_of(summary.quantities);
+    py::dict texts;
+    for (const NamedText& t : summary.texts)
+        texts[py::str(t.name)] = t.value;
+    d["texts"] = texts;
+    d["warnings"] = summary.warnings;
+    d["not_measured"] = summary.not_measured;
+    d["contacts_max"] = summary.contacts_max;
+    d["worst_error"] = summary.worst_error;
+    d["worst_penetration"] = summary.worst_penetration;
+    d["worst_overlap"] = summary.worst_overlap.depth;
+    d["uncertified_steps"] = summary.uncertified_steps;
+    d["energy"] = summary.energy;
+    py::list snaps;
+    for (const SnapRecord& s : summary.snaps) {
+        py::dict one;
+        one["step"] = s.step;
+        one["time"] = s.time;
+        one["depth"] = s.depth;
+        one["released"] = s.released;
+        snaps.append(one);
+    }
+    d["snaps"] = snaps;
+    py::dict seconds;
+    const PhaseSeconds& p = summary.seconds;
+    seconds["offline"] = p.offline;
+    seconds["free_motion"] = p.free_motion;
+    seconds["detection"] = p.detection;
+    seconds["compliance"] = p.compliance;
+    seconds["contact_solve"] = p.contact_solve;
+    seconds["correction"] = p.correction;
+    seconds["output"] = p.output;
+    d["seconds"] = seconds;
+    return d;
+}
+
+namespace {
+
+/// The files of a run.
+class RunFiles {
+public:
+    RunFiles(Stepper& s, const std::string& folder, bool resume, std::vector<std::string> command)
+    {
+        check_output_folder(folder, s.scene()->scene);
+        RunWriterOptions options;
+        options.name = run_name(s.scene()->file);
+        options.directory = folder;
+        options.command = std::move(command);
+        for (const Issue& w : s.warnings())
+            options.warnings.push_back(InputError({w}).what());
+        options.threads = s.options().threads;
+        options.resume = resume && !has_no_checkpoint_yet(folder);
+        writer_ = std::make_unique<RunWriter>(s.scene()->scene, s.simulation(), options, full_);
+    }
+    /// @return  false where nothing more can be written: finish() says why
+    bool write(const StepRecord& record)
+    {
+        writer_->on_step(record);
+        return !full_;
+    }
+    void finish(Stepper& s, RunSummary& summary)
+    {
+        for (const Obstacle& o : s.simulation().obstacles())
+            o.model.wall.keep();
+        summary.seconds.total = watch_.seconds();
+        summary.memory.steps = peak_memory_so_far();
+        writer_->finish(summary);
+        summary_ = summary;
+    }
+    void add(const std::vector<std::string>& files) { writer_->add_files(files, summary_); }
+
+private:
+    std::atomic<bool> full_{false};
+    std::unique_ptr<RunWriter> writer_;
+    RunSummary summary_;
+    Stopwatch watch_;
+};
+
+/// Steps to the end with files and callback. With the GIL.
+/// @return  what is said at the end, as a dict
+py::dict run(const std::shared_ptr<Stepper>& s, RunFiles* files, const py::object& on_step,
+             int every)
+{
+    struct Running {
+        Stepper& s;
+        explicit Running(Stepper& of) : s(of)
+        {
+            const Stepper::Use use(s, Stepper::Purpose::change);
+            s.set_running(true);
+        }
+        ~Running() { s.set_running(false); }
+    } running(*s);
+
+    StepResult last;
+    std::exception_ptr raised; // by a signal or a callback: told when the files are whole
+    bool stopped = false;
+    int since = every;
+    while (!stopped && !raised) {
+        try {
+            {
+                const Stepper::Use use(*s, Stepper::Purpose::run);
+                const py::gil_scoped_release free;
+                last = s->step_aside();
+                if (last.outcome != Outcome::accepted) break;
+                const Stopwatch watch;
+                if (files && !files->write(s->record()->step)) break;
+                s->simulation().spent_on_output(watch.seconds());
+                s->look_for_signals();
+            }
+            if (on_step.is_none() || ++since < every) continue;
+            since = 0;
+            const py::object answer = on_step(py::cast(StepView{s->record()}));
+            stopped = !answer.is_none() && answer.cast<bool>();
+        } catch (py::error_already_set&) {
+            raised = std::current_exception();
+        }
+    }
+    const Stepper::Use use(*s, Stepper::Purpose::run);
+    RunSummary summary;
+    {
+        const py::gil_scoped_release free;
+        summary = s->conclude();
+        if (stopped && summary.status == "interrupted") summary.message = "stopped by on_step";
+        if (raised && summary.status == "interrupted") summary.message = "interrupted by the user";
+        if (files) files->finish(*s, summary);
+    }
+    if (raised) std::rethrow_exception(raised);
+    return summary_dict(summary);
+}
+
+} // namespace
+
+void add_files(py::module_& module)
+{
+    py::class_<RunFiles>(module, "RunFiles", py::module_local())
+        .def(py::init([](const std::shared_ptr<Stepper>& s, const std::string& folder, bool resume,
+                         std::vector<std::string> command) {
+            const Stepper::Use use(*s, Stepper::Purpose::change);
+            const py::gil_scoped_release free;
+            return std::make_unique<RunFiles>(*s, folder, resume, std::move(command));
+        }))
+        .def("add", &RunFiles::add);
+    module.def("run", run, py::arg("stepper"), py::arg("files").none(true), py::arg("on_step"),
+               py::arg("every"));
+    module.def("conclude", [](const std::shared_ptr<Stepper>& s) {
+        const Stepper::Use use(*s, Stepper::Purpose::look);
+        RunSummary summary;
+        {
+            const py::gil_scoped_release free;
+            summary = s->conclude();
+        }
+        return summary_dict(summary);
+    });
+    module.def("plot_history", [](const std::string& folder) {
+        std::string message;
+        const std::vector<std::string> files = plot_history(folder, message);
+        return py::make_tuple(files, message);
+    });
+}
+
+} // namespace amontons::python

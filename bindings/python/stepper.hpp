@@ -1,0 +1,52 @@
+#pragma once
+
+#include "bindings/python/records.hpp"
+#include "solver/step/stepped_scene.hpp"
+
+#include <atomic>
+#include <limits>
+
+namespace amontons::python {
+
+/// A simulation as a caller in Python steps it: one thread at a time, interrupted by Ctrl-C.
+class Stepper : public SteppedScene {
+public:
+    /// Without the GIL. @throws InputError
+    Stepper(SharedScene scene, const SimulationOptions& options);
+
+    /// Held while a call is in this object. @throws RuntimeError of Python  where another thread,
+    /// or a callback, is in it already, or it is closed. With the GIL.
+    enum class Purpose { look, change, run };
+    class Use {
+    public:
+        Use(Stepper& owner, Purpose purpose);
+        ~Use() { owner_.busy_ = false; }
+        Use(const Use&) = delete;
+        Use& operator=(const Use&) = delete;
+
+    private:
+        Stepper& owner_;
+    };
+
+    /// One step. Without the GIL.
+    /// @throws KeyboardInterrupt of Python, and whatever else a signal's handler raises; the state
+    /// is
+    ///         that of the last accepted step
+    StepResult step_aside(double not_beyond = std::numeric_limits<double>::infinity());
+    /// Looks for a signal now and then; between steps. Without the GIL.
+    void look_for_signals();
+
+    /// From its beginning to its end only run() itself may step.
+    void set_running(bool running) { running_ = running; }
+    /// The same scene and state with a future of its own.
+    std::shared_ptr<Stepper> fork();
+
+private:
+    std::atomic<bool> stop_{false}, busy_{false}, running_{false};
+    double looked_ = 0; ///< for signals [s]
+};
+
+/// The clock of `looked_`.
+double seconds_now();
+
+} // namespace amontons::python

@@ -1,0 +1,153 @@
+"""Many simulations at once: the bits of each alone."""
+
+import os
+
+import numpy as np
+
+import amontons as am
+from scenes import CATHETER, Case, ball, block, folder, main, pressed_flat, tube_and_wire
+
+
+def arrays(record):
+    return [record.time, dict(record.quantities), record.contacts.force.tobytes()]
+
+
+class BatchTest(Case):
+    def test_each_gives_the_bits_that_it_gives_alone_for_any_number_of_threads(self):
+        frictions = [0.0, 0.1, 0.2, 0.3, 0.4]
+        for scene in (tube_and_wire(), block()):
+            end = scene["time"]["end"]
+            alone = []
+            for mu in frictions:
+                sim = am.Simulation(scene, set={"contact.0.friction": mu})
+                sim.step()
+                for k in range(1, 6):
+                    sim.advance(k * end / 10)
+                alone.append(arrays(sim.record))
+            for threads in (1, 2, 7):
+                batch = am.Batch(scene, 5, set=[{"contact.0.friction": m} for m in frictions], threads=threads)
+                for _ in range(5):
+                    self.assertEqual(batch.advance(end / 10).tolist(), [0] * 5)
+                self.assertEqual([arrays(s.record) for s in batch.simulations], alone)
+            self.assertEqual(batch.advance(end).tolist(), [1] * 5)
+            self.assertEqual(batch.advance(end).tolist(), [1] * 5)
+
+    def test_inputs_are_those_of_single_simulations(self):
+        batch = am.Batch(tube_and_wire(), 3)
+        self.assertEqual(batch.names, ["wire.insertion", "wire.twist"])
+        twist = batch.names.index("wire.twist")
+        batch.advance(1)
+        np.testing.assert_allclose(batch.inputs[:, 0], 0.01)  # the scene's curve
+        batch.inputs[:, twist] = [0, 0.5, -0.5]
+        batch.advance(0.5)
+        single = am.Simulation(tube_and_wire())
+        single.step()
+        single.advance(1)
+        single.inputs["wire.twist"] = 0.5
+        single.advance(1.5)
+        self.assertEqual(arrays(batch.simulations[1].record), arrays(single.record))
+        np.testing.assert_allclose(batch.quantity("base_twist"), [0, 0.5, -0.5])
+        before = [s.save() for s in batch.simulations]
+        batch.inputs[2, 0] = 1
+        with self.refused("inputs[2]: wire.insertion"):
+            batch.advance(1)
+        self.assertEqual(batch.save(), before)
+        np.testing.assert_allclose(batch.quantity("depth"), batch.quantity("depth", np.empty(3)))
+
+    def test_some_go_on_and_others_wait(self):
+        batch = am.Batch(ball(), 3)
+        batch.advance(0.3, where=[True, False, True])
+        self.assertEqual([s.time for s in batch.simulations], [batch.simulations[0].time, 0, batch.simulations[0].time])
+        self.assertAlmostEqual(batch.simulations[0].time, 0.3)
+        batch.advance(0, where=[False, True, False])
+        states = batch.save()
+        fell = batch.quantity("ball_z").copy()
+        batch.advance(0.2)
+        after = batch.quantity("ball_z").copy()
+        batch.restore(states, where=np.array([True, False, True]))
+        np.testing.assert_array_equal(batch.quantity("ball_z"), [fell[0], after[1], fell[2]])
+        batch.advance(0.2, where=np.array([True, False, True]))
+        np.testing.assert_array_equal(batch.quantity("ball_z"), after)
+
+    def test_one_that_fails_says_why_and_the_others_go_on(self):
+        good = {"bodies.block.hold.0.z": [[0, 0], [1, -0.01]]}
+        batch = am.Batch(pressed_flat(), 2, set=[{}, good])
+        state = np.array([0, 0])
+        while state[0] != 2:
+            state = batch.advance(0.1)
+            self.assertEqual(state[1], 0)
+        self.assertIn("step ", batch.messages[0])
+        self.assertEqual(batch.messages[1], "")
+        kept = batch.simulations[0].time
+        self.assertEqual(batch.advance(0.05)[0], 2)
+        self.assertEqual(batch.simulations[0].time, kept)
+
+    def test_points_lie_on_the_wire_at_equal_distances_from_the_tip(self):
+        batch = am.Batch(tube_and_wire(), 2)
+        batch.advance(6)
+        points = batch.points("wire", 9)
+        self.assertEqual(points.shape, (2, 9, 3))
+        line = batch.simulations[0].record.beams["wire"].points
+        np.testing.assert_array_equal(points[0, 0], line[-1])
+        np.testing.assert_allclose(points[0, -1], line[0], atol=1e-12)
+        lengths = np.linalg.norm(np.diff(points[0], axis=0), axis=1)
+        self.assertLess(np.ptp(lengths), 0.02 * lengths.mean())
+        np.testing.assert_array_equal(batch.points("wire", 1)[:, 0], points[:, 0])
+        with self.refused("body"):
+            batch.points("tube", 3)
+
+    def test_walls_are_made_once_for_all(self):
+        import resource
+        import time
+        scene = am.Scene(CATHETER)
+        first = am.Simulation(scene)
+        first.advance(4)
+        start = time.process_time()
+        second = am.Simulation(scene)
+        made = time.process_time() - start
+        self.assertLess(made, 0.1)  # 20 ms on an idle machine; 0.3 s without what is shared
+        second.advance(4)
+        self.assertEqual(arrays(second.record), arrays(first.record))
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        batch = am.Batch(scene, 16)
+        batch.advance(0.5)
+        each = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 16
+        self.assertLess(each, 4000)  # KiB
+
+    def test_wrong_use_is_refused(self):
+        for wrong, place in ((dict(count=0), "count"), (dict(count=2, set=[{}]), "set"), (dict(count=1, threads=0), "threads")):
+            with self.refused(place):
+                am.Batch(ball(), **wrong)
+        batch = am.Batch(ball(), 2)
+        with self.assertRaises(RuntimeError):
+            batch.quantity("ball_z")
+        batch.advance(0)
+        with self.refused("quantity", "", "ball_z"):
+            batch.quantity("bal_z")
+        for out in (np.empty(3), np.empty(2, np.float32), [0, 0], np.empty(4)[::2]):
+            with self.refused("out"):
+                batch.quantity("ball_z", out)
+        for wrong in (-1, float("nan")):
+            with self.refused("seconds"):
+                batch.advance(wrong)
+        with self.refused("where"):
+            batch.advance(1, where=[True])
+
+    def test_studies_and_validation_are_those_of_the_program(self):
+        with folder():
+            study = am.study(ball(), sweep={"time.step": [0.1, 0.05]}, quantity="ball_velocity_z", reference=-9.81, output="out/s")
+            self.assertEqual([r["time.step"] for r in study.rows], [0.1, 0.05])
+            for row in study.rows:
+                self.assertLess(row["error"], 1e-9)  # a constant force: each rule of time is exact
+            self.assertTrue(os.path.exists("out/s/study.csv"))
+            with self.refused("sweep"):
+                am.study(ball(), sweep={}, quantity="ball_velocity_z", output="out/t")
+            with self.assertRaises(am.InputError) as error:
+                am.study("nowhere.json", sweep={"a": [1]}, quantity="b", output="out/t")
+            self.assertEqual(error.exception.issues[0]["file"], "nowhere.json")
+        with self.assertRaises(am.InputError):
+            am.validate("no-such-case")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,291 @@
+"""Simulations stepped, cut, saved, forked and led by hand: one thread, the same bits."""
+
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+
+import amontons as am
+from scenes import CATHETER, Case, ball, block, folder, main, pressed_by_plate, pressed_flat, tube_and_wire
+
+
+def bits(record):
+    c = record.contacts
+    return (record.step, record.time, record.iterations, dict(record.quantities), c.force.tobytes(), c.point.tobytes(),
+            [b.points.tobytes() for b in record.beams.values()])
+
+
+class SteppingTest(Case):
+    def test_steps_advances_and_runs_are_the_same_to_the_last_bit(self):
+        for scene in (tube_and_wire(), block(), ball()):
+            whole = []
+            summary = am.Simulation(scene).run(on_step=lambda r: whole.append(bits(r)))
+            self.assertEqual(summary.status, "done")
+            one = am.Simulation(scene)
+            steps = []
+            while not one.done:
+                steps.append(bits(one.step()))
+            self.assertEqual(steps, whole)
+            many = am.Simulation(scene)
+            self.assertEqual(bits(many.step(10**6)), whole[-1])
+            self.assertTrue(many.done)
+            cut = am.Simulation(scene)
+            for k in (3, 4, 7):
+                self.assertEqual(bits(cut.advance(whole[k][1])), whole[k])
+            self.assertEqual(bits(cut.advance(whole[-1][1])), whole[-1])
+
+    def test_advance_ends_exactly_where_it_is_asked(self):
+        sim = am.Simulation(tube_and_wire())
+        for until in (0.05, 1.2345, 1.2346, 7.999, 8.0):
+            record = sim.advance(until)
+            self.assertTrue(math.isclose(record.time, until, rel_tol=1e-12))
+            self.assertEqual(sim.time, record.time)
+            self.assertTrue(record.certificate.certified)
+        self.assertTrue(sim.done)
+        for wrong in (7.0, 9.0, float("nan"), float("inf")):
+            with self.refused("until"):
+                sim.advance(wrong)
+        self.assertEqual(sim.step().time, 8.0)  # nothing is left to do
+        with self.refused("count"):
+            sim.step(0)
+
+    def test_a_saved_state_is_gone_on_with_bit_by_bit_and_is_of_its_scene(self):
+        for scene in (tube_and_wire(), block(), ball()):
+            sim = am.Simulation(scene)
+            empty = sim.save()
+            record = sim.step(4)
+            state = sim.save()
+            self.assertEqual(sim.save(), state)
+            rest = [bits(sim.step()) for _ in range(5)]
+            other = am.Simulation(scene)
+            other.restore(state)
+            self.assertEqual(bits(other.record), bits(record))
+            self.assertEqual(other.time, record.time)
+            self.assertEqual(other.save(), state)
+            self.assertEqual([bits(other.step()) for _ in range(5)], rest)
+            sim.restore(state)
+            fork = sim.fork()
+            self.assertEqual([bits(fork.step()) for _ in range(5)], rest)
+            self.assertEqual(sim.save(), state)
+            self.assertIsInstance(fork, am.Simulation)
+            sim.restore(empty)
+            self.assertIsNone(sim.record)
+            self.assertEqual(sim.time, 0)
+            before = sim.save()
+            for wrong in (b"", state[:40], state[:-1], state + b"x", b"x" * 1000, am.Simulation(block(3)).save()):
+                with self.assertRaises(am.InputError):
+                    sim.restore(wrong)
+                self.assertEqual(sim.save(), before)
+
+    def test_a_step_that_fails_leaves_the_last_one(self):
+        sim = am.Simulation(pressed_flat())
+        good = None
+        with self.assertRaises(am.SolveFailed) as failed:
+            while True:
+                good = sim.step()
+        self.assertTrue(str(failed.exception).startswith("step "))
+        self.assertEqual(bits(failed.exception.record), bits(good))
+        self.assertEqual(failed.exception.step, good.step)
+        with self.assertRaises(am.SolveFailed) as again:
+            sim.step()
+        self.assertEqual(str(again.exception), str(failed.exception))
+        self.assertEqual(bits(sim.record), bits(good))
+        with self.assertRaises(am.SolveFailed) as whole:
+            am.Simulation(pressed_flat()).run()
+        self.assertEqual(whole.exception.summary.status, "failed")
+        self.assertEqual(whole.exception.summary.steps, good.step)
+
+    def test_inputs_sampled_from_a_curve_push_as_the_curve(self):
+        curve = [[0, 0], [3, 0.05], [4, 0.045], [8, 0.08]]
+        scene = tube_and_wire()
+        scene["bodies"]["wire"]["drive"]["insertion"] = curve
+        whole = []
+        am.Simulation(scene).run(on_step=whole.append)
+        led = am.Simulation(tube_and_wire())
+        led.step()
+        for record in whole[1:]:
+            led.inputs["wire.insertion"] = np.interp(record.time, *np.transpose(curve))
+            same = led.advance(record.time)
+            self.assertAlmostEqual(same.time, record.time, delta=1e-12)
+            for name in ("push_force", "depth", "torque"):
+                self.assertAlmostEqual(same.quantities[name], record.quantities[name], delta=1e-9)
+
+    def test_drives_of_rigid_bodies_are_led_by_hand_too(self):
+        whole = []
+        am.Simulation(pressed_by_plate()).run(on_step=whole.append)
+        scene = pressed_by_plate()
+        scene["bodies"]["plate"]["drive"] = {"z": [[0, 0], [5, -1]]}
+        scene["time"] = {"step": 0.1, "end": 2, "smallest_step": 0.05}
+        led = am.Simulation(scene)
+        self.assertEqual(led.inputs.names, ("plate.x", "plate.y", "plate.z", "plate.angle"))
+        led.step()
+        for record in whole[1:]:
+            led.inputs["plate.z"] = np.interp(record.time, [0, 0.35, 1], [0, -0.002, -0.004])
+            same = led.advance(record.time)
+            for name in ("plate_z", "plate_on_block_force_z"):
+                self.assertAlmostEqual(same.quantities[name], record.quantities[name],
+                                       delta=1e-9 * max(1, abs(record.quantities[name])))
+        self.assertGreater(abs(whole[-1].quantities["plate_on_block_force_z"]), 1)
+        state = led.save()
+        led.inputs["plate.angle"] = 0.1
+        led.inputs["plate.z"] = -0.2  # through the floor: no step leads there
+        with self.assertRaises(am.SolveFailed):
+            led.step(1000)  # in parts no longer than contacts are looked for
+        reached = led.time, led.inputs["plate.z"], led.record.quantities["plate_z"] - 0.11
+        self.assertAlmostEqual(reached[1], reached[2])
+        with self.assertRaises(am.SolveFailed):
+            led.step()
+        self.assertEqual((led.time, led.inputs["plate.z"]), reached[:2])
+        led.restore(state)
+        led.inputs["plate.z"] = -0.0041
+        led.step()
+        self.assertAlmostEqual(led.record.quantities["plate_z"], 0.11 - 0.0041)
+
+    def test_inputs_are_kept_in_states_and_refuse_what_they_cannot_be(self):
+        sim = am.Simulation(tube_and_wire())
+        self.assertEqual(sim.inputs.names, ("wire.insertion", "wire.twist"))
+        self.assertEqual(sim.inputs.units["wire.twist"], "rad")
+        sim.step(11)
+        self.assertAlmostEqual(sim.inputs["wire.insertion"], 0.01)
+        sim.inputs["wire.twist"] = 0.3
+        self.assertEqual(sim.inputs["wire.twist"], 0.3)
+        waiting = sim.save()
+        record = sim.step()
+        self.assertAlmostEqual(record.quantities["base_twist"], 0.3)
+        self.assertAlmostEqual(record.quantities["insertion"], 0.011)  # of the scene's curve still
+        other = am.Simulation(tube_and_wire())
+        other.restore(waiting)
+        self.assertEqual(other.inputs["wire.twist"], 0.3)
+        self.assertEqual(bits(other.step()), bits(record))
+        self.assertEqual(bits(other.step(7)), bits(sim.step(7)))
+        self.assertAlmostEqual(sim.record.quantities["base_twist"], 0.3)  # stays
+        before = sim.save()
+        for name, value in (("wire.insertion", -1), ("wire.insertion", 0.15), ("wire.twist", float("nan")),
+                            ("wire.twist", "far"), ("wire.twists", 0)):
+            with self.refused(name):
+                sim.inputs[name] = value
+        with self.refused("inputs.values"):
+            sim.inputs.values = [1]
+        with self.refused("wire.insertion"):
+            sim.inputs.values = [9, 0.1]
+        self.assertEqual(sim.save(), before)
+        sim.inputs.values = [0.02, 0.1]
+        np.testing.assert_allclose(sim.inputs.values, [0.02, 0.1])
+
+    def test_a_scene_changed_between_steps_is_that_of_a_new_simulation(self):
+        sim = am.Simulation(tube_and_wire())
+        sim.step(30)
+        other = am.Simulation(tube_and_wire(), set={"contact.0.friction": 0.4})
+        other.restore(sim.save())
+        sim.set("contact.0.friction", 0.4)
+        self.assertEqual(sim.scene["contact.0.friction"], 0.4)
+        self.assertEqual([bits(sim.step()) for _ in range(5)], [bits(other.step()) for _ in range(5)])
+        before = sim.save()
+        with self.assertRaises(am.InputError):
+            sim.set("bodies.wire.segments.0.element", 5e-3)
+        with self.refused("/contact/0/friction", "-1"):
+            sim.set("contact.0.friction", -1)
+        self.assertEqual(sim.save(), before)
+
+    def test_different_simulations_run_side_by_side_with_the_bits_of_each_alone(self):
+        def all(scene):
+            steps = []
+            am.Simulation(scene).run(on_step=lambda r: steps.append(bits(r)))
+            return steps
+        scenes = [tube_and_wire(), block(), tube_and_wire(contact=[]), block(3)] * 2
+        alone = [all(s) for s in scenes]
+        together = [None] * len(scenes)
+
+        def work(k):
+            together[k] = all(scenes[k])
+        threads = [threading.Thread(target=work, args=(k,)) for k in range(len(scenes))]
+        for t in threads:
+            t.start()
+        for t in threads:
+            t.join()
+        self.assertEqual(together, alone)
+
+    def test_a_second_thread_and_a_callback_that_steps_are_refused(self):
+        sim = am.Simulation(block(4))
+        found = []
+
+        def other():
+            try:
+                while not found:
+                    sim.step()
+            except RuntimeError as error:
+                found.append(str(error))
+        thread = threading.Thread(target=other)
+        thread.start()
+        while not found and thread.is_alive():
+            try:
+                sim.save()
+            except RuntimeError as error:
+                found.append(str(error))
+        thread.join()
+        self.assertIn("another thread", found[0])
+        sim = am.Simulation(block())
+        told = []
+
+        def step_again(record):
+            self.assertEqual(sim.time, record.time)
+            sim.save(), sim.fork(), sim.bodies["block"]
+            for change in (sim.step, lambda: sim.advance(1), lambda: sim.restore(sim.save()), sim.close, sim.run):
+                try:
+                    change()
+                except RuntimeError as error:
+                    told.append(str(error))
+            return True
+        self.assertEqual(sim.run(on_step=step_again).message, "stopped by on_step")
+        self.assertEqual(len(told), 5)
+        sim.step()
+        with sim:
+            pass
+        with self.assertRaisesRegex(RuntimeError, "closed"):
+            sim.step()
+        self.assertTrue(sim.closed)
+        sim.close()
+
+    def test_a_callback_that_raises_ends_the_run_with_its_error(self):
+        sim = am.Simulation(block())
+
+        def bad(record):
+            if record.step == 3:
+                raise KeyError("mine")
+        with self.assertRaisesRegex(KeyError, "mine"):
+            sim.run(on_step=bad)
+        self.assertEqual(sim.record.step, 3)
+        self.assertEqual(sim.run().status, "done")
+
+    def test_ctrl_c_comes_within_a_tenth_of_a_second_and_leaves_a_state_to_go_on_from(self):
+        # Steps of half a second and more, and quick ones.
+        for scene, end in ((block(10), 1), (am.Scene(CATHETER), 20)):
+            sim = am.Simulation(scene)
+            sim.step()
+            late = []
+
+            def press():
+                time.sleep(0.7)
+                late.append(time.perf_counter())
+                os.kill(os.getpid(), signal.SIGINT)
+            thread = threading.Thread(target=press)
+            thread.start()
+            with self.assertRaises(KeyboardInterrupt):
+                sim.advance(end)
+            waited = time.perf_counter() - late[0]
+            thread.join()
+            self.assertLess(waited, 1)  # a tenth on an idle machine
+            state, at = sim.save(), sim.record.step
+            other = am.Simulation(scene)
+            other.restore(state)
+            self.assertEqual(bits(other.step()), bits(sim.step()))
+            self.assertEqual(sim.record.step, at + 1)
+
+
+if __name__ == "__main__":
+    main()

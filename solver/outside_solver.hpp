@@ -1,0 +1,49 @@
+#pragma once
+
+#include "contact/fclib.hpp"
+#include "contact/options.hpp"
+#include "contact/solution.hpp"
+
+#include <stdexcept>
+
+// Contact problems that somebody else's program solves: FCLib in, FCLib out (docs/new_solver.md).
+
+namespace amontons {
+
+/// `COMMAND PROBLEM SOLVED`, run by a shell, which writes into SOLVED a copy of PROBLEM with
+/// /solution. The tolerance that is asked of it is in its environment: AMONTONS_TOLERANCE.
+struct OutsideSolver {
+    std::string command;
+    std::string folder = ".";                                     ///< it runs there
+    double max_seconds = std::numeric_limits<double>::infinity(); ///< wall time of one problem
+};
+
+/// Why there is no answer: what the command did, as the end of a sentence that begins with it.
+class NoOutsideAnswer : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
+struct OutsideAnswer {
+    FclibSolution solution;
+    double seconds = 0; ///< wall time of the command
+    std::string said;   ///< what it wrote to stdout and stderr
+};
+
+/// @param problem  path of an FCLib file
+/// @param stop     ends the command once it is set; null: nothing does
+/// @throws NoOutsideAnswer  it failed, took too long or wrote no reaction
+OutsideAnswer ask_outside_solver(const OutsideSolver& solver, const std::string& problem,
+                                 double tolerance, const std::atomic<bool>* stop);
+
+/// What a reaction is worth, by the measure that our solvers get. @param r  rows of the problem
+ContactSolution judged(const ContactProblem& problem, const Eigen::VectorXd& r, double tolerance,
+                       ErrorScope scope = ErrorScope::all_rows);
+
+/// Has a problem solved, and judges the answer.
+/// @param warm_start  goes into the file as a guess; may be empty
+/// @throws NoOutsideAnswer, and InputError if no file can be written
+ContactSolution solve_outside(const OutsideSolver& solver, const ContactProblem& problem,
+                              const SolverOptions& options, const Eigen::VectorXd& warm_start);
+
+} // namespace amontons

@@ -1,0 +1,522 @@
+// amontons serve SCENE: a scene stepped by whoever writes requests, one JSON document a line
+// (docs/serve.md).
+
+#include "mesh/base/base64.hpp"
+#include "mesh/base/file.hpp"
+#include "mesh/base/phase_timer.hpp"
+#include "solver/large/large_matrix.hpp"
+#include "solver/output/live_frame.hpp"
+#include "solver/output/manifest.hpp"
+#include "solver/output/view_maker.hpp"
+#include "solver/program/interrupt.hpp"
+#include "solver/program/line_reader.hpp"
+#include "solver/program/scene_arguments.hpp"
+#include "solver/program/serve_request.hpp"
+#include "solver/program/session.hpp"
+#include "solver/scene/read.hpp"
+#include "solver/step/stepped_scene.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <fmt/format.h>
+#include <limits>
+#include <map>
+#include <memory>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <unistd.h>
+#include <utility>
+
+namespace amontons {
+namespace {
+
+using Outcome = StepResult::Outcome;
+using Request = ServeRequest::What;
+
+constexpr std::size_t kLongestLine = std::size_t(1) << 28; // a state of a million unknowns fits
+
+void write_issues(JsonText& json, const std::vector<Issue>& issues)
+{
+    json.key("issues").open('[');
+    for (const Issue& i : issues) {
+        json.open('{').member("file", i.file).member("place", i.place);
+        json.member("found", i.found).member("allowed", i.allowed).close('}');
+    }
+    json.close(']');
+}
+
+std::string refusal_line(const std::string& id, const char* status,
+                         const std::vector<Issue>& issues)
+{
+    JsonText json(false);
+    json.open('{').key("id").json(id).member("ok", false).member("status", status);
+    write_issues(json, issues);
+    return json.close('}').text() + "\n";
+}
+
+/// A text of JSON in one line.
+std::string in_one_line(const std::string& json)
+{
+    return nlohmann::ordered_json::parse(json).dump();
+}
+
+/// Numbers as they lie in the memory of x86 and ARM: little-endian, four bytes each.
+template <class T> std::string packed(const std::vector<T>& numbers)
+{
+    static_assert(sizeof(T) == 4);
+    return to_base64({reinterpret_cast<const char*>(numbers.data()), 4 * numbers.size()});
+}
+
+class Server {
+public:
+    Server(SharedScene scene, const SimulationOptions& options, const std::atomic<bool>& stop)
+        : scene_(std::move(scene), options)
+        , stop_(stop)
+    {
+    }
+    const std::vector<Issue>& warnings() const { return scene_.warnings(); }
+    /// From now on answers tell the units of quantities, too.
+    void tell_units() { units_ = true; }
+    bool running() const { return running_; }
+    /// How long the next step of a run has to wait for the clock [s].
+    double early() const
+    {
+        if (speed_ == 0) return 0;
+        return std::max(0.0, (scene_.time() - begun_at_) / speed_ - watch_.seconds());
+    }
+
+    /// A step of a run that nobody waits for. @return  the line that tells of it
+    std::string step_of_run()
+    {
+        JsonText json(false);
+        try {
+            const StepResult last = scene_.step(stop_);
+            if (last.outcome == Outcome::accepted) {
+                changed();
+                json.open('{').member("event", "step");
+                report(json);
+                return json.close('}').text() + "\n";
+            }
+            running_ = false;
+            const bool failed = last.outcome == Outcome::failed;
+            json.open('{').member("event", "paused");
+            json.member("status", failed                                 ? "failed"
+                                  : last.outcome == Outcome::interrupted ? "interrupted"
+                                                                         : "done");
+            if (failed)
+                write_issues(json, {{scene_.scene()->file, "", last.message,
+                                     "the state is that of the last accepted step: set "
+                                     "something, restore another state or reset"}});
+        } catch (const std::exception& error) {
+            running_ = false;
+            json = JsonText(false);
+            json.open('{').member("event", "paused").member("status", "failed");
+            write_issues(json, {{scene_.scene()->file, "", error.what(),
+                                 "this is a mistake in amontons, please report it"}});
+        }
+        report(json);
+        return json.close('}').text() + "\n";
+    }
+
+    /// The frame that is waited for, once there is something new; else "".
+    std::string take_frame()
+    {
+        if (!wanted_ || (!wanted_->whole && state_ <= wanted_->after)) return "";
+        const bool whole = wanted_->whole || !view_ || sent_ == 0;
+        wanted_.reset();
+        ViewFrame frame = next_view(whole);
+        if (whole) shown_.clear();
+        // What is where it was is left out.
+        std::erase_if(frame.shapes, [&](const ViewShape& s) {
+            auto [at, is_new] = shown_.try_emplace(s.name, s.points, s.values);
+            if (is_new) return false;
+            if (at->second == std::pair(s.points, s.values)) return true;
+            at->second = {s.points, s.values};
+            return false;
+        });
+        const Record& record = scene_.record();
+        const std::string bytes =
+            live_frame_bytes(frame, {state_, whole ? 0 : sent_, record ? record->step.step : -1,
+                                     scene_.time(), scene_.done()});
+        sent_ = state_;
+        return bytes;
+    }
+
+    /// Does what a line asks for. @return  the line that answers
+    std::string answer(const ServeRequest& r)
+    {
+        if (!r.issues.empty()) return refusal_line(r.id, "bad_input", r.issues);
+        try {
+            JsonText json(false);
+            json.open('{').key("id").json(r.id);
+            carry_out(r, json);
+            return json.close('}').text() + "\n";
+        } catch (const InputError& error) {
+            return refusal_line(r.id, "bad_input", error.issues());
+        } catch (const std::bad_alloc&) {
+            return refusal_line(
+                r.id, "failed",
+                {{scene_.scene()->file, "", "not enough memory", "a smaller scene"}});
+        } catch (const std::exception& error) {
+            return refusal_line(r.id, "failed",
+                                {{scene_.scene()->file, "", error.what(),
+                                  "this is a mistake in amontons, please report it"}});
+        }
+    }
+
+private:
+    void carry_out(const ServeRequest& r, JsonText& json)
+    {
+        switch (r.what) {
+        case Request::run:
+            running_ = true;
+            speed_ = r.speed;
+            begun_at_ = scene_.time();
+            watch_ = {};
+            json.member("ok", true);
+            return;
+        case Request::pause:
+            running_ = false;
+            break;
+        case Request::frame:
+            wanted_.emplace(Wanted{r.after, r.whole});
+            json.member("ok", true);
+            return;
+        case Request::step:
+            return steps(json, r.count, std::numeric_limits<double>::infinity());
+        case Request::advance:
+            scene_.check_until(r.until);
+            return steps(json, std::numeric_limits<int>::max(), r.until);
+        case Request::set:
+            set(r.path, r.value);
+            changed();
+            break;
+        case Request::restore:
+            scene_.restore(r.state);
+            changed();
+            break;
+        case Request::reset:
+            scene_.reset();
+            view_.reset();
+            changed();
+            break;
+        case Request::state:
+            break;
+        case Request::save:
+            json.member("ok", true).member("state", to_base64(scene_.save()));
+            return;
+        case Request::inputs:
+            return tell_inputs(json.member("ok", true));
+        case Request::scene:
+            json.member("ok", true);
+            json.key("scene").json(in_one_line(resolved_scene(scene_.scene()->scene)));
+            return;
+        case Request::check:
+            json.member("ok", true);
+            json.key("check").json(in_one_line(check_scene(*scene_.scene())));
+            return;
+        case Request::contacts:
+            return tell_contacts(json.member("ok", true));
+        case Request::view:
+            return tell_view(json.member("ok", true), r.whole);
+        case Request::quit:
+            json.member("ok", true);
+            return;
+        }
+        json.member("ok", true);
+        report(json);
+    }
+
+    void steps(JsonText& json, int count, double not_beyond)
+    {
+        int taken = 0;
+        StepResult last;
+        while (taken < count) {
+            last = scene_.step(stop_, not_beyond);
+            if (last.outcome != Outcome::accepted) break;
+            ++taken;
+        }
+        if (taken > 0) changed();
+        const bool failed = last.outcome == Outcome::failed,
+                   interrupted = last.outcome == Outcome::interrupted;
+        json.member("ok", !failed && !interrupted);
+        if (failed) {
+            json.member("status", "failed");
+            write_issues(json, {{scene_.scene()->file, "", last.message,
+                                 "the state is that of the last accepted step: set something, "
+                                 "restore another state or reset"}});
+        } else if (interrupted) {
+            json.member("status", "interrupted");
+            write_issues(json,
+                         {{scene_.scene()->file, "", "a signal that ends the program", "none"}});
+        }
+        json.member("taken", taken);
+        report(json);
+    }
+
+    /// Where the run is: names as in `run --json`, and of the last step.
+    void report(JsonText& json) const
+    {
+        const RunSummary& run = scene_.simulation().so_far();
+        const StepRecord* step = scene_.record() ? &scene_.record()->step : nullptr;
+        json.member("time", scene_.time()).member("done", scene_.done());
+        json.key("step");
+        if (!step) {
+            json.json("null");
+        } else {
+            json.open('{').member("number", step->step).member("length", step->step_length);
+            json.member("iterations", step->iterations).member("retries", step->retries);
+            json.member("remark", step->remark).member("seconds", step->seconds).close('}');
+        }
+        json.key("quantities").open('{');
+        if (step)
+            for (const Quantity& q : step->quantities)
+                json.member(q.name, q.value);
+        for (const Quantity& q : run.quantities)
+            if (!step || std::ranges::find(step->quantities, q.name, &Quantity::name) ==
+                             step->quantities.end())
+                json.member(q.name, q.value);
+        for (const NamedText& t : run.texts)
+            json.member(t.name, t.value);
+        json.close('}');
+        if (units_) {
+            json.key("units").open('{');
+            for (const Quantity& q : step ? step->quantities : run.quantities)
+                json.member(q.name, q.unit);
+            json.close('}');
+        }
+        json.key("certificate").open('{');
+        if (step) {
+            json.member("error", step->certificate.error);
+            json.member("tolerance", step->certificate.tolerance);
+        }
+        write_certificate(json, run);
+        json.close('}').key("energy").open('{');
+        write_energy(json, step ? step->energy : run.energy);
+        json.close('}').key("contacts").open('{');
+        json.member("now", std::int64_t(step ? step->contacts.size() : 0));
+        json.member("max", run.contacts_max).close('}');
+        json.key("warnings").open('[');
+        for (const Issue& w : scene_.warnings())
+            json.value(InputError({w}).what());
+        for (const std::string& w : run.warnings)
+            json.value(w);
+        json.close(']');
+    }
+
+    void set(const std::string& path, const std::string& value)
+    {
+        const std::vector<InputInfo>& inputs = scene_.simulation().inputs();
+        const auto input = std::ranges::find(inputs, path, &InputInfo::name);
+        if (input == inputs.end()) return change(path, value);
+        double number = 0;
+        const auto [end, error] =
+            std::from_chars(value.data(), value.data() + value.size(), number);
+        if (error != std::errc() || end != value.data() + value.size())
+            throw InputError({{"", path, value, "a number [" + input->unit + "]"}});
+        scene_.simulation().set_input(std::size_t(input - inputs.begin()), number);
+    }
+
+    void change(const std::string& path, const std::string& value)
+    {
+        try {
+            scene_.change({path + "=" + value});
+            view_.reset();
+        } catch (const InputError& error) {
+            std::vector<Issue> issues = error.issues();
+            std::vector<std::string> names;
+            for (const InputInfo& i : scene_.simulation().inputs())
+                names.push_back(i.name);
+            if (const std::string near = nearest_name(path, names); !near.empty())
+                issues.push_back({"", "path", quoted_text(path), "the input " + quoted_text(near)});
+            throw InputError(std::move(issues));
+        }
+    }
+
+    void tell_inputs(JsonText& json) const
+    {
+        const Simulation& s = scene_.simulation();
+        json.key("inputs").open('[');
+        for (std::size_t i = 0; i < s.inputs().size(); ++i) {
+            const InputInfo& info = s.inputs()[i];
+            json.open('{').member("name", info.name).member("unit", info.unit);
+            json.member("least", info.lower).member("largest", info.upper);
+            json.member("value", s.input(i)).close('}');
+        }
+        json.close(']');
+    }
+
+    void tell_contacts(JsonText& json) const
+    {
+        const Record& record = scene_.record();
+        const std::vector<std::string>& names = *scene_.body_names();
+        const auto vector = [&](const char* name, const Vec3& x) {
+            json.key(name).open('[').value(x.x()).value(x.y()).value(x.z()).close(']');
+        };
+        json.key("contacts").open('[');
+        for (const ContactRecord& c :
+             record ? record->step.contacts : std::vector<ContactRecord>{}) {
+            json.open('{').member("a", names[std::size_t(c.body_a)]);
+            json.member("b", names[std::size_t(c.body_b)]);
+            vector("point", c.point);
+            vector("force", c.force);
+            vector("normal", c.normal);
+            vector("slip", c.slip);
+            json.member("gap", c.gap).member("normal_force", c.normal_force);
+            json.member("status", c.status == ContactStatus::stick  ? "stick"
+                                  : c.status == ContactStatus::slip ? "slip"
+                                                                    : "open");
+            json.close('}');
+        }
+        json.close(']');
+    }
+
+    ViewFrame next_view(bool whole)
+    {
+        const Simulation& s = scene_.simulation();
+        if (whole || !view_) view_.emplace(s.obstacles(), contact_bodies(scene_.scene()->scene));
+        const Record& record = scene_.record();
+        return view_->frame(scene_.time(), record ? record->step.beams : std::vector<BeamRecord>{},
+                            s.body_records(),
+                            record ? record->step.contacts : std::vector<ContactRecord>{});
+    }
+
+    /// The state is another one: numbered by the clock, so that numbers grow from engine to engine.
+    void changed()
+    {
+        const auto now = std::chrono::steady_clock::now().time_since_epoch();
+        state_ = std::max<std::uint64_t>(
+            state_ + 1,
+            std::uint64_t(std::chrono::duration_cast<std::chrono::microseconds>(now).count()));
+    }
+
+    void tell_view(JsonText& json, bool whole)
+    {
+        const ViewFrame frame = next_view(whole);
+        json.member("time", scene_.time()).member("caption", frame.caption);
+        json.key("shapes").open('[');
+        constexpr const char* kKinds[] = {"wall", "wire", "solid", "rigid"};
+        for (const ViewShape& shape : frame.shapes) {
+            json.open('{').member("name", shape.name).member("kind", kKinds[shape.kind]);
+            json.member("points", packed(shape.points));
+            if (!shape.triangles.empty()) json.member("triangles", packed(shape.triangles));
+            if (!shape.values.empty()) json.member("values", packed(shape.values));
+            json.close('}');
+        }
+        json.close(']').member("contacts", packed(frame.contacts));
+    }
+
+    SteppedScene scene_;
+    const std::atomic<bool>& stop_;
+    std::optional<ViewMaker> view_;
+
+    // of the engine of amontons studio
+    struct Wanted {
+        std::uint64_t after = 0;
+        bool whole = false;
+    };
+    bool running_ = false, units_ = false;
+    double speed_ = 0, begun_at_ = 0;
+    Stopwatch watch_;
+    std::uint64_t state_ = 0, sent_ = 0;
+    std::optional<Wanted> wanted_;
+    std::map<std::string, std::pair<std::vector<float>, std::vector<float>>> shown_;
+};
+
+/// A frame with its length before it. @return  false if nobody reads there any more
+bool send_frame(int stream, const std::string& frame)
+{
+    const std::uint64_t length = frame.size();
+    std::string bytes(reinterpret_cast<const char*>(&length), sizeof length);
+    bytes += frame;
+    for (std::size_t sent = 0; sent < bytes.size();) {
+        const ssize_t n = ::write(stream, bytes.data() + sent, bytes.size() - sent);
+        if (n < 0 && errno != EINTR) return false;
+        if (n > 0) sent += static_cast<std::size_t>(n);
+    }
+    return true;
+}
+
+struct ServeArguments {
+    SceneArguments scene;
+    SimulationOptions how;
+    int frames = -1; ///< of the engine of amontons studio: where frames go
+};
+
+void serve(ServeArguments& arguments, Session& session)
+{
+    ParallelRun parallel; // outlives the simulation
+    if (parallel.served()) {
+        session.quiet = true;
+        return;
+    }
+    std::atomic<bool>& stop = stop_on_interrupt();
+    std::optional<Server> server;
+    try {
+        settle(arguments.scene);
+        const std::string& file = arguments.scene.scene;
+        server.emplace(read_scene_text(read_file(file), file, arguments.scene.overrides),
+                       arguments.how, stop);
+    } catch (const InputError& error) { // for whoever waits for the first answer
+        session.refuse(error.issues());
+        session.print(refusal_line("null", "bad_input", error.issues()));
+        return;
+    }
+    session.warn(server->warnings());
+    LineReader lines(stop, kLongestLine);
+    std::string line;
+    bool engine = arguments.frames >= 0;
+    if (engine) server->tell_units();
+    if (engine) session.print("{\"event\":\"ready\"}\n");
+    while (!stop) {
+        if (engine)
+            if (const std::string frame = server->take_frame(); !frame.empty())
+                engine = send_frame(arguments.frames, frame);
+        const LineReader::Got got = lines.next(line, server->running() ? server->early() : -1);
+        if (got == LineReader::Got::nothing) {
+            session.print(server->step_of_run());
+            continue;
+        }
+        if (got == LineReader::Got::stopped) break;
+        if (got == LineReader::Got::end) return;
+        if (got == LineReader::Got::broken)
+            throw InputError({{"(standard input)", "", "nothing that can be read", "requests"}});
+        if (got == LineReader::Got::too_long) {
+            session.print(refusal_line("null", "bad_input",
+                                       {{"", "", "a line that is too long",
+                                         fmt::format("at most {} bytes", kLongestLine)}}));
+            continue;
+        }
+        const ServeRequest request = read_request(line, engine);
+        session.print(server->answer(request));
+        if (request.issues.empty() && request.what == Request::quit) return;
+    }
+    session.exit_code = kInterrupted;
+}
+
+} // namespace
+
+void add_serve(CLI::App& program, Session& session)
+{
+    const auto arguments = std::make_shared<ServeArguments>(); // lives as long as the callback
+    CLI::App* command = program.add_subcommand(
+        "serve", "Step a scene by requests on stdin, one JSON document a line");
+    add_scene_arguments(*command, arguments->scene);
+    command
+        ->add_option("--threads", arguments->how.threads,
+                     "Threads; the result is the same for any number")
+        ->check(CLI::Range(1, 1024));
+    command
+        ->add_option(
+            "--cache", arguments->how.cache,
+            "Folder where factors of solids and samples of walls are kept for the next run")
+        ->type_name("DIR");
+    command->add_option("--frames", arguments->frames)->group(""); // of amontons studio
+    command->callback([arguments, &session] { serve(*arguments, session); });
+}
+
+} // namespace amontons

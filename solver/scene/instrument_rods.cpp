@@ -1,0 +1,206 @@
+#include "solver/scene/instrument_rods.hpp"
+
+#include "solver/scene/rod_fields.hpp"
+#include "solver/scene/segment_consistency.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace amontons {
+namespace {
+
+struct Line {
+    Vec3 from, to;
+};
+
+double distance(const Vec3& x, const Line& line)
+{
+    const Vec3 along = line.to - line.from;
+    const double t = std::clamp((x - line.from).dot(along) / along.squaredNorm(), 0.0, 1.0);
+    return (line.from + t * along - x).norm();
+}
+
+/// Least distance of two straight lines [m]: at an end of one, or between their insides.
+double distance(const Line& a, const Line& b)
+{
+    const double at_ends =
+        std::min({distance(a.from, b), distance(a.to, b), distance(b.from, a), distance(b.to, a)});
+    const Vec3 u = a.to - a.from, v = b.to - b.from, w = b.from - a.from, n = u.cross(v);
+    const double n2 = n.squaredNorm();
+    if (!(n2 > kInputRoundOff * u.squaredNorm() * v.squaredNorm())) return at_ends; // parallel
+    const double s = w.cross(v).dot(n) / n2, t = w.cross(u).dot(n) / n2;
+    const bool inside = s > 0 && s < 1 && t > 0 && t < 1;
+    return inside ? std::min(at_ends, std::abs(w.dot(n)) / std::sqrt(n2)) : at_ends;
+}
+
+/// Where a beam lies before it comes out.
+Line sheath_of(const BeamInput& b)
+{
+    const IntroducerInput& in = b.introducer;
+    const double length = in.length > 0 ? in.length : length_of(b.segments);
+    return {in.at - length * in.direction.normalized(), in.at};
+}
+
+double widest(const BeamInput& b)
+{
+    double radius = 0;
+    for (const BeamSegment& s : b.segments)
+        radius = std::max({radius, s.radius, s.end_radius});
+    return radius;
+}
+
+RodInput rod_of(const BeamInput& b)
+{
+    RodInput rod;
+    rod.name = b.name;
+    rod.instrument = true;
+    rod.segments = b.segments;
+    const IntroducerInput& in = b.introducer;
+    const Vec3 along = in.direction.normalized();
+    const double out = b.insertion.empty() ? 0 : b.insertion.front()[1]; // when the run begins
+    rod.shape.points.resize(2);
+    rod.shape.points[0].at = in.at - (length_of(b.segments) - out) * along;
+    rod.shape.points[1].at = in.at + out * along;
+    rod.shape.normal = introducer_normal(in, b.plane);
+    rod.shape.stress_free = false;
+    rod.plane = b.plane;
+    rod.fed = b.insertion;
+    if (rod.fed.empty()) rod.fed = {{0, 0}};
+    if (b.hold.given) {
+        RodHold& tip = rod.hold.emplace_back();
+        tip.set = "end";
+        // A tip is held along all three; of a rod's hold those without a curve are free.
+        const CurvePoints stays{{0, 0}};
+        tip.x = b.hold.x.empty() ? stays : b.hold.x;
+        tip.y = b.hold.y.empty() ? stays : b.hold.y;
+        tip.z = b.hold.z.empty() ? stays : b.hold.z;
+        tip.turns = b.hold.turns;
+    }
+    rod.contact_spacing = b.contact_spacing;
+    if (rod.contact_spacing == 0) {
+        rod.contact_spacing = length_of(b.segments);
+        for (const BeamSegment& s : b.segments)
+            rod.contact_spacing = std::min(rod.contact_spacing, 0.5 * s.element);
+    }
+    return rod;
+}
+
+} // namespace
+
+bool share_introducer(const BeamInput& a, const BeamInput& b)
+{
+    const IntroducerInput &p = a.introducer, &q = b.introducer;
+    const double scale = p.at.norm() + length_of(a.segments);
+    return (p.at - q.at).norm() <= kInputRoundOff * scale &&
+           (p.direction.normalized() - q.direction.normalized()).norm() <= kInputRoundOff &&
+           p.centreline.file == q.centreline.file && p.centreline.along == q.centreline.along &&
+           p.branch == q.branch && p.end == q.end;
+}
+
+bool instruments_are_rods(const Scene& scene)
+{
+    if (scene.beams.empty()) return false;
+    if (!scene.rigids.empty() || !scene.rods.empty() || !scene.couplings.empty()) return true;
+    const auto is_tube = [](const SolidInput& b) { return b.mesh.generate == "tube"; };
+    if (!std::ranges::all_of(scene.solids, is_tube)) return true;
+    return std::ranges::any_of(scene.contact, [&](const ContactLaw& law) {
+        const BeamInput* const a = body_named(scene.beams, law.between[0]);
+        const BeamInput* const b = body_named(scene.beams, law.between[1]);
+        return a && b && (a == b || !share_introducer(*a, *b));
+    });
+}
+
+void check_instrument_rods(const Scene& scene, Findings& findings)
+{
+    const std::string why = ": instruments beside other bodies, themselves or one another are rods "
+                            "fed from a sheath";
+    if (scene.time.kind == "dynamic")
+        findings.add({"/time/kind", "/bodies"}, "\"dynamic\"", "\"quasi_static\"" + why);
+    if (scene.time.path > 0)
+        findings.add({"/time/path", "/bodies"}, fmt::format("{}", scene.time.path),
+                     "0" + why + ", which steps in time");
+    if (scene.time.balance != "mean")
+        findings.add({"/time/balance", "/bodies"}, "\"" + scene.time.balance + "\"",
+                     "\"mean\"" + why + ", whose steps close their energy");
+    const Scene as_rods = with_instruments_as_rods(scene);
+    for (const RodInput& rod : as_rods.rods)
+        if (rod.instrument) check_rod_contacts(rod, as_rods, findings);
+    if (scene.haptic.given)
+        findings.add({"/haptic"}, "a hand", "none" + why + ", which no hand feels yet");
+    for (const BeamInput& b : scene.beams) {
+        const std::string place = "/bodies/" + b.name;
+        if (b.introducer.fade > 0)
+            findings.add({place + "/introducer/fade"}, fmt::format("{}", b.introducer.fade),
+                         "0" + why + " with a rigid end");
+        for (const BeamSegment& s : b.segments)
+            if (s.EI[0] == 0) {
+                findings.add({place + "/segments"}, "a cable", "EI > 0" + why);
+                break;
+            }
+        for (std::size_t k = 0; k < b.twist.size(); ++k)
+            if (b.twist[k][1] != 0)
+                findings.add({fmt::format("{}/drive/twist/{}/1", place, k)},
+                             fmt::format("{}", b.twist[k][1]), "0" + why + ", which does not turn");
+        for (std::size_t k = 0; k < b.insertion.size(); ++k)
+            if (!(b.insertion[k][1] >= 0))
+                findings.add({fmt::format("{}/drive/insertion/{}/1", place, k)},
+                             fmt::format("{}", b.insertion[k][1]), ">= 0 [m]" + why);
+    }
+    for (std::size_t i = 0; i < scene.contact.size(); ++i) {
+        const ContactLaw& law = scene.contact[i];
+        const BeamInput* const a = body_named(scene.beams, law.between[0]);
+        const BeamInput* const b = body_named(scene.beams, law.between[1]);
+        if (law.foundation > 0 && (a || b))
+            findings.add({fmt::format("/contact/{}/foundation", i)},
+                         fmt::format("{}", law.foundation), "0" + why + ", whose walls are rigid");
+        if (!a || !b || a == b) continue;
+        const double apart = distance(sheath_of(*a), sheath_of(*b));
+        if (!share_introducer(*a, *b) && !a->introducer.placed() && !b->introducer.placed() &&
+            apart < widest(*a) + widest(*b))
+            findings.add(
+                {"/bodies/" + b->name + "/introducer", "/bodies/" + a->name + "/introducer"},
+                fmt::format("introducers {:.3g} m apart", apart),
+                fmt::format("at least {:.3g} m apart, the radii of the two, or one place: "
+                            "instruments in one another come out of one",
+                            widest(*a) + widest(*b)));
+        if (share_introducer(*a, *b))
+            findings.add({fmt::format("/contact/{}/between", i)},
+                         fmt::format("\"{}\" in \"{}\"", law.between[0], law.between[1]),
+                         "instruments in one another in a scene of beams and obstacles alone, or "
+                         "introducers apart" +
+                             why);
+    }
+}
+
+Vec3 introducer_normal(const IntroducerInput& introducer, const std::optional<Vec3>& plane)
+{
+    const Vec3 d = introducer.direction.normalized();
+    Vec3 normal;
+    if (introducer.normal) {
+        normal = *introducer.normal;
+    } else if (plane) {
+        normal = plane->cross(d);
+    } else {
+        // Any, but always the same: the axis of space that is least along the wire.
+        int axis = 0;
+        d.cwiseAbs().minCoeff(&axis);
+        normal = Vec3::Unit(axis);
+    }
+    return (normal - d * d.dot(normal)).normalized();
+}
+
+Scene with_instruments_as_rods(Scene scene)
+{
+    std::vector<RodInput> rods; // in the scene's order, as all its lists
+    for (const std::string& name : scene.order)
+        if (const BeamInput* beam = body_named(scene.beams, name))
+            rods.push_back(rod_of(*beam));
+        else if (const RodInput* rod = body_named(scene.rods, name))
+            rods.push_back(*rod);
+    scene.rods = std::move(rods);
+    scene.beams.clear();
+    return scene;
+}
+
+} // namespace amontons

@@ -1,0 +1,84 @@
+#include "solver/body/rod_body.hpp"
+#include "solver/step/body_simulation_state.hpp"
+#include "solver/step/rod_stability.hpp"
+
+#include <fmt/format.h>
+
+// Balances that do not stand: rods leave them, of others a warning tells.
+
+namespace amontons {
+
+/// A balance of rods that does not stand is left along its lowest mode, as over a snap; where that
+/// leads to no other it stays, and is told.
+/// @param may_cut  a shorter step can be tried
+/// @return  false: with so many modes it should be: the first of them is the way that loads take
+bool BodySimulation::State::leave_unstable(bool may_cut)
+{
+    constexpr int kMost = 4;     // one after the other
+    constexpr int kFewModes = 2; // both ways aside are one
+    const bool stood = !unstable_kept;
+    for (int i = 0; i < kMost && !*stop; ++i) {
+        const auto balance = unstable_rods(*system, last_input, last);
+        unstable_kept = balance.has_value();
+        if (!balance) return true;
+        if (may_cut && stood && i == 0 && balance->modes > kFewModes) {
+            unstable_kept = false;
+            return false;
+        }
+        StepInput here = last_input;
+        here.start = last_input.end();
+        here.h = 0;
+        BodyStepReport left = relax_rods(*system, here, step_options(), &*balance);
+        if (!left.accepted) {
+            why_kept = left.refusal;
+            return true;
+        }
+        left.remarks.insert(left.remarks.begin(), last.remarks.begin(), last.remarks.end());
+        left.iterations += last.iterations;
+        left.factorisations += last.factorisations;
+        last = std::move(left);
+        add_seconds();
+        add_energy();
+    }
+    return true;
+}
+
+/// Bodies whose balance does not stand: a sentence each, without a stop.
+std::vector<std::string> BodySimulation::State::unstable_bodies() const
+{
+    std::vector<std::string> sentences;
+    if (dynamic() || in_medium()) return sentences;
+    for (const BodyRef& b : system->refs)
+        if (b.rod && b.rod->negative() > 0)
+            sentences.push_back(fmt::format("{} has {} negative mode{}", b.name, b.rod->negative(),
+                                            b.rod->negative() > 1 ? "s" : ""));
+    for (const std::string& r : last.remarks)
+        if (r.find(kNotStable) != r.npos) sentences.push_back(r);
+    return sentences;
+}
+
+/// Says once a run which balances do not stand; how many there were is said at its end. Also what
+/// nothing holds of rods that only contacts hold.
+void BodySimulation::State::note_unstable()
+{
+    if (!unheld_told)
+        if (const std::string what = unheld_rods(*system, last_input, last); !what.empty()) {
+            unheld_told = true;
+            summary.warnings.push_back(fmt::format(
+                "step {} (t = {:.6g} s): nothing holds {}; it stays where it is, as long as no "
+                "load moves it",
+                step, time, what));
+        }
+    const std::vector<std::string> sentences = unstable_bodies();
+    if (sentences.empty() || unstable++ > 0) return;
+    std::string all;
+    for (const std::string& s : sentences)
+        all += (all.empty() ? "" : "; ") + s;
+    summary.warnings.push_back(
+        fmt::format("step {} (t = {:.6g} s): a balance that does not stand: {}{}", step, time, all,
+                    scene.time.path > 0 ? " (time.path follows such balances)"
+                    : !why_kept.empty() ? "; along its lowest mode: " + why_kept
+                                        : ""));
+}
+
+} // namespace amontons

@@ -1,0 +1,255 @@
+#include "contact/surface/facets.hpp"
+#include "contact/surface/overlap.hpp"
+#include "solver/body/rigid_body.hpp"
+#include "solver/body/solid_body.hpp"
+#include "solver/step/body_contacts.hpp"
+#include "solver/step/byte_stream.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+// Rows at places that stand deep in another body (body_overlap.cpp finds them): multipliers of a
+// coarse side see means only, and nothing of what enters its faces between them.
+
+namespace amontons {
+namespace {
+
+// In motion places get rows from here on for the step to come: one that is done again costs all of
+// it.
+constexpr double kRowsAhead = 0.7; // of the depth beyond which they get rows
+constexpr double kSameRow = 0.05;  // of weights
+
+bool same_place(const SurfacePlace& a, const SurfacePlace& b)
+{
+    if (a.count != b.count) return false;
+    for (std::size_t k = 0; k < std::size_t(a.count); ++k)
+        if (a.node[k].node != b.node[k].node ||
+            std::abs(a.node[k].weight - b.node[k].weight) > kSameRow)
+            return false;
+    return true;
+}
+
+} // namespace
+
+bool ContactFinder::add_row(const BodyOverlap& o, double tolerance)
+{
+    std::vector<PlaceRow>& rows = rows_[std::size_t(o.pair)];
+    const auto known = [&](const PlaceRow& r) {
+        return r.of_b == o.of_b && same_place(r.own, o.own);
+    };
+    if (std::ranges::any_of(rows, known)) return false;
+    rows.push_back({rows.empty() ? kFirstPlaceRow : rows.back().id + 1, o.of_b, o.own, tolerance});
+    return true;
+}
+
+bool ContactFinder::add_rows(std::span<const BodyOverlap> overlaps)
+{
+    rows_.resize(given_);
+    bool some = false;
+    for (const BodyOverlap& o : overlaps)
+        if (o.own.count > 0 && o.depth > o.rows_beyond) some |= add_row(o, o.tolerance);
+    return some;
+}
+
+void ContactFinder::add_rows_ahead(std::span<const BodyOverlap> overlaps)
+{
+    rows_.resize(given_);
+    // As deep as they are: they go no deeper, and nothing pushes them out within a step.
+    for (const BodyOverlap& o : overlaps)
+        if (o.own.count > 0 && o.tolerance > 0 && o.depth <= o.rows_beyond &&
+            o.depth > kRowsAhead * o.rows_beyond)
+            add_row(o, std::max(o.tolerance, o.depth));
+}
+
+namespace {
+
+/// How a place inside a shape comes out of it: against its own surface's normal, into which it was
+/// pressed. The nearest way out changes at once where two are equally long, as beside the edge of a
+/// punch, and a place under it would be pushed sideways.
+/// @param way  unit, or zero: the nearest
+WallSample exit_from(const std::function<WallSample(const Vec3&)>& shape, const Vec3& x,
+                     const Vec3& way, double longest)
+{
+    constexpr int kMost = 60;
+    constexpr double kOut = 1e-12; // of the depth
+    const WallSample nearest = shape(x);
+    if (!(nearest.distance < 0) || way.isZero(0)) return nearest;
+    double t = 0;
+    WallSample s = nearest;
+    // No step of the depth goes too far.
+    for (int i = 0; i < kMost && t <= longest && s.distance < kOut * nearest.distance; ++i) {
+        const double along = s.normal.dot(way);
+        // On a flat side the first step along its normal is the whole way.
+        const double whole = along > kFacing ? -s.distance / along : 0;
+        if (whole > 0 && shape(x + (t + whole) * way).distance <= -kOut * nearest.distance)
+            t += whole;
+        else
+            t -= s.distance;
+        s = shape(x + t * way);
+    }
+    if (t > longest || s.normal.dot(way) < kFacing) return nearest;
+    s.distance -= t * s.normal.dot(way);
+    return s;
+}
+
+std::optional<FaceDistance::Foot> exit_from(const FaceDistance& surface, const Vec3& x,
+                                            const Vec3& way, double longest, std::int32_t& hint)
+{
+    const std::optional<FaceDistance::Foot> nearest = surface.at(x, hint);
+    if (!nearest || !(nearest->distance < 0) || way.isZero(0)) return nearest;
+    std::vector<double> shares;
+    surface.crossings(x, x + longest * way, shares);
+    if (shares.empty()) return nearest;
+    const Vec3 out = x + shares.front() * longest * way;
+    std::int32_t near = hint;
+    std::optional<FaceDistance::Foot> foot = surface.at(out, near);
+    if (!foot || foot->normal.dot(way) < kFacing) return nearest;
+    foot->distance = foot->normal.dot(x - foot->point);
+    return foot;
+}
+
+} // namespace
+
+void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
+{
+    if (std::size_t(pair) >= rows_.size() || rows_[std::size_t(pair)].empty()) return;
+    const ContactPair& p = pairs_[std::size_t(pair)];
+    const BodyRef& a = bodies[std::size_t(p.a)];
+    const SolidBody* b = p.b >= 0 ? bodies[std::size_t(p.b)].solid : nullptr;
+    std::function<WallSample(const Vec3&)> exact;
+    if (p.b < 0)
+        exact = distance_from_obstacle(p);
+    else if (const RigidBody* rigid = bodies[std::size_t(p.b)].rigid)
+        exact = distance_from(*rigid, rigid->placement());
+    for (const bool of_b : {false, true}) {
+        const SolidBody* own = of_b ? b : a.solid;
+        if (!own) continue;
+        BoundingBox near;
+        for (const PlaceRow& r : rows_[std::size_t(pair)])
+            if (r.of_b == of_b) near.add(weighted(r.own.nodes(), own->places()));
+        if (!(near.low <= near.high).all()) continue;
+        std::optional<FaceDistance> faces;
+        if (!exact) {
+            // The nearest face is no farther than this, or out of reach.
+            near.low -= 2 * reach_;
+            near.high += 2 * reach_;
+            faces.emplace(of_b ? PlacedSurface{*p.surface_a->facets, a.solid->places()}
+                               : PlacedSurface{*p.surface_b->facets, b->places()},
+                          near);
+            if (faces->empty()) continue;
+        }
+        std::int32_t hint = -1;
+        for (const PlaceRow& r : rows_[std::size_t(pair)]) {
+            if (r.of_b != of_b) continue;
+            BodyContact k;
+            k.pair = pair;
+            k.id = r.id;
+            k.a = p.a;
+            k.b = p.b;
+            k.point = weighted(r.own.nodes(), own->places());
+            const Vec3 out_of = outward_normal_at(
+                {of_b ? *p.surface_b->facets : *p.surface_a->facets, own->places()}, r.own);
+            Vec3 normal;
+            SurfacePlace foot_place;
+            if (exact) {
+                const WallSample s = exit_from(exact, k.point, -out_of, reach_);
+                k.gap = s.distance;
+                normal = s.normal;
+            } else {
+                const auto foot = exit_from(*faces, k.point, -out_of, 2 * reach_, hint);
+                if (!foot || std::abs(foot->distance) > 2 * reach_) continue;
+                k.gap = foot->distance;
+                normal = foot->normal;
+                foot_place = foot->place;
+            }
+            if (out_of.dot(normal) > -kFacing) continue; // a side, which this face does not press
+            k.gap += r.tolerance;
+            if (k.gap > reach_) continue;
+            k.frame = contact_frame(of_b ? Vec3(-normal) : normal);
+            const auto add_side = [&](const SurfacePlace& place, std::int32_t& begin,
+                                      std::int32_t& end) {
+                begin = std::int32_t(out.stencil.size());
+                for (const StencilEntry& e : place.nodes())
+                    out.stencil.push_back(e);
+                end = std::int32_t(out.stencil.size());
+            };
+            add_side(of_b ? foot_place : r.own, k.a_begin, k.a_end);
+            add_side(of_b ? r.own : foot_place, k.b_begin, k.b_end);
+            out.contact.push_back(k);
+        }
+    }
+}
+
+void ContactFinder::find_rows(const std::vector<BodyRef>& bodies, const StepInput& step,
+                              BodyContacts& out)
+{
+    step_ = step;
+    for (std::size_t p = 0; p < rows_.size(); ++p) {
+        reach_ = pairs_[p].reach + most_closed(pairs_[p].a) + most_closed(pairs_[p].b);
+        add_place_rows(bodies, int(p), out);
+    }
+}
+
+void ContactFinder::begin_rows(bool dynamic)
+{
+    if (dynamic) return;
+    for (std::size_t p = 0; p < rows_.size(); ++p)
+        if (!(pairs_[p].friction > 0)) rows_[p].clear();
+}
+
+void ContactFinder::keep_rows(const std::function<bool(int pair, std::int64_t id)>& acts)
+{
+    for (std::size_t p = 0; p < rows_.size(); ++p)
+        std::erase_if(rows_[p], [&](const PlaceRow& r) { return !acts(int(p), r.id); });
+}
+
+void ContactFinder::save_rows(ByteWriter& out) const
+{
+    for (std::size_t p = 0; p < given_; ++p) {
+        const std::vector<PlaceRow> none;
+        const std::vector<PlaceRow>& rows = p < rows_.size() ? rows_[p] : none;
+        out.value(std::uint64_t(rows.size()));
+        for (const PlaceRow& r : rows) {
+            out.value(r.id);
+            out.value(r.of_b);
+            out.value(r.tolerance);
+            out.value(r.own.count);
+            for (const StencilEntry& e : r.own.nodes()) {
+                out.value(e.node);
+                out.value(e.weight);
+            }
+        }
+    }
+}
+
+std::vector<std::vector<PlaceRow>> ContactFinder::read_rows(ByteReader& in) const
+{
+    constexpr std::uint64_t kMost = 1u << 24;
+    std::vector<std::vector<PlaceRow>> rows(given_);
+    for (std::size_t p = 0; p < given_; ++p) {
+        const auto count = in.value<std::uint64_t>();
+        if (count > kMost) ByteReader::refuse("an impossible size");
+        for (std::uint64_t i = 0; i < count; ++i) {
+            PlaceRow r;
+            r.id = in.value<std::int64_t>();
+            r.of_b = in.value<bool>();
+            r.tolerance = in.value<double>();
+            r.own.count = in.value<int>();
+            const ContactSurface* s = r.of_b ? pairs_[p].surface_b : pairs_[p].surface_a;
+            if (!s || r.own.count < 1 || r.own.count > int(r.own.node.size()))
+                ByteReader::refuse("a contact of another mesh");
+            for (std::size_t k = 0; k < std::size_t(r.own.count); ++k) {
+                StencilEntry& e = r.own.node[k];
+                e.node = in.value<std::int32_t>();
+                e.weight = in.value<double>();
+                if (!std::ranges::binary_search(s->outside.used_nodes, e.node))
+                    ByteReader::refuse("a contact of another mesh");
+            }
+            rows[p].push_back(r);
+        }
+    }
+    return rows;
+}
+
+} // namespace amontons

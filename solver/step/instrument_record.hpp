@@ -1,0 +1,31 @@
+#pragma once
+
+#include "solver/step/branch_log.hpp"
+
+namespace amontons {
+
+/// What is told of an instrument that is solved as a rod fed from a sheath, by the names that wires
+/// have: NAME_depth, NAME_normal_force_sum, ... Its contacts get their clustered forces.
+/// @param beam     its record in `out`
+/// @param body     its number in the contacts
+/// @param depth    length that is out of the sheath [m]
+/// @param cluster  normal forces within this length of the instrument are summed [m]
+void record_instrument(const BeamRecord& beam, int body, double depth, double cluster,
+                       StepRecord& out);
+
+/// What a run tells of such an instrument at its end. Plain numbers: they go into checkpoints as
+/// they are.
+struct InstrumentLog {
+    BranchLog branch;
+    double max_depth = 0, max_push = 0, max_clustered = 0;
+    double sheath_change = 0; ///< largest that a rigid introducer leaves out, of the radius [-]
+
+    /// @param walls  obstacles that it can touch
+    void note(const StepRecord& record, const BeamRecord& beam,
+              const std::vector<Obstacle>& obstacles, std::span<const int> walls);
+    void add_quantities(const std::string& name, std::vector<Quantity>& out) const;
+    /// "" where what is in the introducer may be taken as rigid.
+    std::string warning(const std::string& name) const;
+};
+
+} // namespace amontons

@@ -1,0 +1,56 @@
+#pragma once
+
+#include "mesh/base/curve.hpp"
+#include "solver/step/byte_stream.hpp"
+#include "solver/step/simulation.hpp"
+
+namespace amontons {
+
+/// Curves of a scene that a caller takes over: each becomes the line from where it is to the value
+/// that the next step is to end with.
+class LiveInputs {
+public:
+    /// @param curve  outlives this; changed once it is taken over
+    /// @param missing  its value while it has no points
+    void add(InputInfo info, CurvePoints& curve, double missing = 0);
+
+    const std::vector<InputInfo>& all() const { return info_; }
+    double value(std::size_t number, double time) const;
+    void set(std::size_t number, double value, double time);
+
+    /// Before the length of a step is known: what is led by hand has no knots.
+    void begin(double time);
+    /// When it is known.
+    void lead(double time, double h);
+    /// The step was accepted, or is done again in parts: the lines stay.
+    void accept();
+    /// Which wait for a step; and again, after one that was not taken.
+    std::vector<char> waiting() const;
+    void wait_again(const std::vector<char>& waiting);
+
+    void save(ByteWriter& out) const;
+    struct Saved {
+        bool live = false, waiting = false;
+        double value = 0;
+        double start[2] = {}, end[2] = {}; ///< time [s] and value; of live ones
+    };
+    std::vector<Saved> read(ByteReader& in) const;
+    void restore(const std::vector<Saved>& saved);
+
+private:
+    struct Input {
+        CurvePoints* curve = nullptr;
+        double missing = 0;
+        CurvePoints of_scene;
+        bool live = false;
+        bool waiting = false; ///< for the next step, whose end is to have `target`
+        double target = 0;
+    };
+    const Input& at(std::size_t number) const;
+    static double now(const Input& input, double time);
+
+    std::vector<InputInfo> info_;
+    std::vector<Input> input_;
+};
+
+} // namespace amontons

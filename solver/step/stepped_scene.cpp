@@ -1,0 +1,194 @@
+#include "solver/step/stepped_scene.hpp"
+
+#include "solver/output/contact_bodies.hpp"
+#include "solver/scene/plan.hpp"
+#include "solver/scene/read.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <fmt/format.h>
+
+namespace amontons {
+namespace {
+
+/// All that obstacles are made of, as text.
+std::string walls_text(const Scene& scene)
+{
+    Scene only;
+    only.file = scene.file;
+    only.obstacles = scene.obstacles;
+    for (const ObstacleInput& o : scene.obstacles)
+        only.order.push_back(o.name);
+    return resolved_scene(only);
+}
+
+constexpr char kStateMark[8] = {'a', 'm', 'o', 'n', 's', 't', '0', '1'};
+
+} // namespace
+
+std::vector<Obstacle> SharedWalls::of(const Scene& scene, std::vector<Issue>& warnings)
+{
+    const std::lock_guard lock(mutex_);
+    if (!made_) {
+        warnings_.clear();
+        made_ = build_obstacles(scene, &warnings_);
+    }
+    warnings = warnings_;
+    std::vector<Obstacle> all;
+    for (const Obstacle& o : *made_)
+        all.push_back(o.share());
+    return all;
+}
+
+SharedScene read_scene_text(std::string text, std::string file, std::vector<std::string> overrides)
+{
+    auto read = std::make_shared<SceneText>();
+    read->scene = parse_scene(text, file, overrides);
+    read->walls = std::make_shared<SharedWalls>();
+    read->text = std::move(text);
+    read->file = std::move(file);
+    read->overrides = std::move(overrides);
+    return read;
+}
+
+SharedScene change_scene(const SceneText& from, const std::vector<std::string>& more)
+{
+    std::vector<std::string> all = from.overrides;
+    all.insert(all.end(), more.begin(), more.end());
+    const auto next =
+        std::const_pointer_cast<SceneText>(read_scene_text(from.text, from.file, std::move(all)));
+    if (walls_text(next->scene) == walls_text(from.scene)) next->walls = from.walls;
+    return next;
+}
+
+std::string check_scene(const SceneText& from)
+{
+    Scene scene = from.scene;
+    place_introducers(scene);
+    std::vector<Issue> warnings;
+    std::vector<Obstacle> obstacles = from.walls->of(scene, warnings);
+    SimulationOptions how;
+    how.refuse = false;
+    const std::unique_ptr<Simulation> simulation =
+        make_simulation(scene, std::move(obstacles), how);
+    return plan_json(
+        make_plan(scene, simulation->plan(), simulation->obstacles(), simulation->linear_plan()));
+}
+
+SteppedScene::SteppedScene(SharedScene scene, const SimulationOptions& options) : options_(options)
+{
+    make(scene);
+    scene_ = std::move(scene);
+    bodies_ = std::make_shared<const std::vector<std::string>>(contact_bodies(scene_->scene).names);
+}
+
+void SteppedScene::make(const SharedScene& from)
+{
+    Scene scene = from->scene;
+    std::vector<DepthLine> lines = place_introducers(scene);
+    std::vector<Issue> warnings;
+    std::vector<Obstacle> obstacles = from->walls->of(scene, warnings);
+    auto made = make_simulation(scene, std::move(obstacles), options_);
+    for (const Issue& w : made->warnings())
+        warnings.push_back(w);
+    simulation_ = std::move(made);
+    lines_ = std::move(lines);
+    warnings_ = std::move(warnings);
+}
+
+StepResult SteppedScene::step(const std::atomic<bool>& stop, double not_beyond)
+{
+    StepResult result = simulation_->step(stop, not_beyond);
+    last_ = {result.outcome, result.message, {}};
+    if (result.outcome == StepResult::Outcome::accepted) {
+        if (any_depth_line(lines_)) add_centreline_depths(result.record, lines_);
+        record_ = std::make_shared<const Told>(Told{std::move(result.record), bodies_});
+    }
+    return last_;
+}
+
+void SteppedScene::check_until(double until) const
+{
+    const auto refuse = [&](std::string allowed) {
+        throw InputError({{"", "until", fmt::format("{}", until), std::move(allowed)}});
+    };
+    if (!std::isfinite(until)) refuse("a finite time [s]");
+    if (until > end() * (1 + 1e-12))
+        refuse(fmt::format("at most the scene's end, time.end = {} [s]", end()));
+    if (until < time() * (1 - 1e-12))
+        refuse(fmt::format("not before the time that is reached, {} [s]", time()));
+}
+
+RunSummary SteppedScene::conclude()
+{
+    StepResult last = last_;
+    if (last.outcome == StepResult::Outcome::accepted)
+        last.outcome = done() ? StepResult::Outcome::done : StepResult::Outcome::interrupted;
+    return simulation_->conclude(last);
+}
+
+void SteppedScene::change(const std::vector<std::string>& overrides)
+{
+    SteppedScene next(change_scene(*scene_, overrides), options_);
+    next.simulation_->restore(simulation_->save());
+    next.record_ = std::move(record_);
+    next.last_ = std::move(last_);
+    *this = std::move(next);
+}
+
+std::string SteppedScene::save() const
+{
+    const std::vector<std::byte> told =
+                                     record_ ? bytes_of(record_->step) : std::vector<std::byte>{},
+                                 state = simulation_->save();
+    const auto size = std::uint64_t(told.size());
+    std::string all(kStateMark, sizeof kStateMark);
+    all.reserve(all.size() + sizeof size + told.size() + state.size());
+    all.append(reinterpret_cast<const char*>(&size), sizeof size);
+    all.append(reinterpret_cast<const char*>(told.data()), told.size());
+    all.append(reinterpret_cast<const char*>(state.data()), state.size());
+    return all;
+}
+
+void SteppedScene::restore(std::string_view text)
+{
+    std::uint64_t size = 0;
+    constexpr std::size_t kHead = sizeof kStateMark + sizeof size;
+    const auto refuse = [](const char* found) {
+        throw InputError({{"", "state", found, "what save gave, of the same scene"}});
+    };
+    if (text.size() < kHead || std::memcmp(text.data(), kStateMark, sizeof kStateMark) != 0)
+        refuse("other bytes");
+    std::memcpy(&size, text.data() + sizeof kStateMark, sizeof size);
+    if (size > text.size() - kHead) refuse("bytes that end early");
+    const auto* first = reinterpret_cast<const std::byte*>(text.data()) + kHead;
+    Record record;
+    if (size > 0)
+        record = std::make_shared<const Told>(Told{record_from({first, first + size}), bodies_});
+    simulation_->restore(
+        {first + size, reinterpret_cast<const std::byte*>(text.data()) + text.size()});
+    record_ = std::move(record);
+    last_ = {};
+    if (record_) last_.outcome = StepResult::Outcome::accepted;
+}
+
+void SteppedScene::reset()
+{
+    *this = SteppedScene(scene_, options_);
+}
+
+void SteppedScene::follow(const SteppedScene& other)
+{
+    simulation_->restore(other.simulation_->save());
+    record_ = other.record_;
+    last_ = other.last_;
+}
+
+void SteppedScene::close()
+{
+    simulation_.reset();
+    record_.reset();
+}
+
+} // namespace amontons

@@ -1,0 +1,118 @@
+#pragma once
+
+#include "solver/scene/build.hpp"
+#include "solver/step/simulation.hpp"
+
+#include <atomic>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+// A scene that somebody else steps, changes between two steps, saves and puts back: what the
+// package of Python and `amontons serve` stand on.
+
+namespace amontons {
+
+/// The obstacles of a scene, made once for all its simulations: reading a vessel and filling its
+/// field costs more than all else of making one. Safe for several threads.
+class SharedWalls {
+public:
+    /// Shares of them, for one simulation. @throws InputError
+    std::vector<Obstacle> of(const Scene& scene, std::vector<Issue>& warnings);
+
+private:
+    std::mutex mutex_;
+    std::optional<std::vector<Obstacle>> made_;
+    std::vector<Issue> warnings_;
+};
+
+/// A checked scene with the text that it was read from: what change_scene() reads again.
+struct SceneText {
+    std::string text, file;
+    std::vector<std::string> overrides; ///< "PATH=VALUE"
+    Scene scene;
+    std::shared_ptr<SharedWalls> walls; ///< of all scenes that have the same obstacles
+};
+using SharedScene = std::shared_ptr<const SceneText>;
+
+/// @param file  as the user wrote it: it stands in messages, and the scene's own files lie beside
+/// it
+/// @throws InputError
+SharedScene read_scene_text(std::string text, std::string file, std::vector<std::string> overrides);
+/// With more overrides; its walls are shared where they are the same. @throws InputError
+SharedScene change_scene(const SceneText& from, const std::vector<std::string>& more);
+/// What `amontons check --json` says: bodies are made, nothing is run. @throws InputError
+std::string check_scene(const SceneText& scene);
+
+/// A step's record as it is held: never changed, shared by all that looks at it.
+struct Told {
+    StepRecord step;
+    std::shared_ptr<const std::vector<std::string>> bodies; ///< names by number
+};
+using Record = std::shared_ptr<const Told>;
+
+/// A record as bytes and back, beside a simulation's state: what a step told is known again where
+/// it is gone on from. @throws InputError  as ByteReader
+std::vector<std::byte> bytes_of(const StepRecord& record);
+StepRecord record_from(const std::vector<std::byte>& bytes);
+
+/// One scene in motion. For one thread at a time.
+class SteppedScene {
+public:
+    /// @throws InputError
+    SteppedScene(SharedScene scene, const SimulationOptions& options);
+
+    /// As Simulation::step; what it told is record(), and the result has no record.
+    StepResult step(const std::atomic<bool>& stop,
+                    double not_beyond = std::numeric_limits<double>::infinity());
+    /// @param until  where advance() is to end [s]: finite, within what is left of the scene
+    /// @throws InputError  it is not
+    void check_until(double until) const;
+
+    Simulation& simulation() const { return *simulation_; }
+    std::shared_ptr<Simulation> shared() const { return simulation_; }
+    const SharedScene& scene() const { return scene_; }
+    const SimulationOptions& options() const { return options_; }
+    const std::vector<Issue>& warnings() const { return warnings_; }
+    /// Of the last step, or null before the first.
+    const Record& record() const { return record_; }
+    const std::shared_ptr<const std::vector<std::string>>& body_names() const { return bodies_; }
+    /// Reached [s].
+    double time() const { return simulation_->so_far().time; }
+    double end() const { return scene_->scene.time.end; }
+    bool done() const { return time() >= end() * (1 - 1e-12); }
+    /// What is said of the simulation where it stops.
+    RunSummary conclude();
+
+    /// The state goes on in the scene with other values; where it does not fit, nothing is changed.
+    /// @throws InputError
+    void change(const std::vector<std::string>& overrides);
+    /// Everything, with the last record, for a bit-identical continuation.
+    std::string save() const;
+    /// @throws InputError  not of this scene; nothing is changed
+    void restore(std::string_view state);
+    /// The scene, as it is by now, from its beginning; no input is led any more. @throws InputError
+    void reset();
+    /// Takes the state of another one of the same scene.
+    void follow(const SteppedScene& other);
+    void close();
+    bool closed() const { return !simulation_; }
+
+private:
+    void make(const SharedScene& scene);
+
+    SharedScene scene_;
+    SimulationOptions options_;
+    std::vector<DepthLine> lines_;
+    std::vector<Issue> warnings_;
+    std::shared_ptr<const std::vector<std::string>> bodies_;
+    std::shared_ptr<Simulation> simulation_;
+    Record record_;
+    StepResult last_;
+};
+
+} // namespace amontons

@@ -1,0 +1,207 @@
+#include "solver/scene/tests/issues_of.hpp"
+#include "solver/step/tests/body_runs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <numbers>
+
+// Instruments that meet more than walls: rods fed from a sheath in one problem with all bodies.
+
+using namespace amontons;
+
+namespace {
+
+constexpr double kMass = 2e-4, kFriction = 0.3, kSide = 0.004;
+
+/// A wire at the middle height of a free body of 4 mm on a floor, fed by 35 mm.
+std::string pushed(const char* shape, int steps, const char* extra = "")
+{
+    return fmt::format(R"("gravity": [0, 0, -9.81], "bodies": {{
+        "floor": {{"kind": "obstacle", "surface": {{"generate": "plane"}}}},
+        "body": {{"kind": "rigid", "shape": {{{0}}}, "mass": {1}, "start": {{"place": [0.022, 0, {2}]}}}},
+        "wire": {{"kind": "beam", "segments": [{{"length": 0.1, "radius": 2e-4, "EI": 1e-3,
+            "element": 2.5e-3}}], "introducer": {{"at": [0, 0, {2}], "direction": [1, 0, 0]}},
+            "drive": {{"insertion": [[0, 0.005], [1, 0.04]]}}}}{5}}},
+        "contact": [{{"between": ["body", "floor"], "friction": {3}}},
+                    {{"between": ["wire", "body"]}}],
+        "time": {{"step": {4}, "end": 1}})",
+                       shape, kMass, kSide / 2, kFriction, 1.0 / steps, extra);
+}
+
+/// What is wrong with a scene of these members beside "schema".
+std::string wrong_in(const std::string& rest, const std::vector<std::string>& overrides = {})
+{
+    return issues_of("{\"schema\": 1, " + rest + "}", overrides);
+}
+
+/// Two wires, side by side in a tube that bends by 90 degrees over `radius`, pressed on its end.
+std::string side_by_side(double radius, double fed, double friction)
+{
+    const double straight = 0.02, bend = 0.5 * std::numbers::pi * radius;
+    const double out = straight + bend + straight - 0.002;
+    std::string wires, pairs;
+    for (int w = 0; w < 2; ++w) {
+        wires +=
+            fmt::format(R"("w{0}": {{"kind": "beam", "segments": [{{"length": 0.3,
+            "radius": 4e-4, "EI": {1}, "element": 2e-3}}], "contact_spacing": 1e-3,
+            "introducer": {{"at": [0.001, 0, {2}], "direction": [1, 0, 0]}},
+            "drive": {{"insertion": [[0, 0.01], [1, {3}], [2, {4}]]}}}},)",
+                        w, w == 0 ? 2e-4 : 1e-4, w == 0 ? 5e-4 : -5e-4, out - 0.002, out + fed);
+        for (const char* wall : {"tube", "end"})
+            pairs +=
+                fmt::format(R"({{"between": ["w{}", "{}"], "friction": {}}},)", w, wall, friction);
+    }
+    return fmt::format(R"("bodies": {{{0}
+        "end": {{"kind": "obstacle", "surface": {{"generate": "plane", "centre": [{1}, {2}, 0],
+            "axis": [0, -1, 0]}}}},
+        "tube": {{"kind": "obstacle", "surface": {{"generate": "tube", "radius": 0.0011,
+            "centreline": {{"normal": [0, 1, 0], "pieces": [{{"length": {3}}},
+                {{"radius": {4}, "angle": {5}}}, {{"length": 0.03}}]}}}}}}}},
+        "contact": [{6} {{"between": ["w0", "w1"], "friction": {7}}}],
+        "time": {{"step": 0.05, "end": 2}})",
+                       wires, straight + radius, radius + straight, straight, radius,
+                       0.5 * std::numbers::pi, pairs, friction);
+}
+
+} // namespace
+
+TEST_CASE("a wire pushes a free box with what its friction holds, in any number of steps")
+{
+    const double held = kFriction * kMass * kGravity;
+    for (const int steps : {7, 20, 50}) {
+        CAPTURE(steps);
+        const Result r = done(pushed(R"("generate": "box", "size": [0.004, 0.004, 0.004])", steps));
+        CHECK(r.value("wire_push_force") == doctest::Approx(held).epsilon(1e-5));
+        CHECK(r.value("body_x") == doctest::Approx(0.0422).epsilon(1e-6)); // its tip is round
+        CHECK(r.value("wire_tip_x") == doctest::Approx(0.04).epsilon(1e-6));
+        CHECK(r.value("wire_depth") == doctest::Approx(0.04).epsilon(1e-9));
+        CHECK(r.value("wire_clustered_force") == doctest::Approx(held).epsilon(1e-5));
+        CHECK(r.summary.uncertified_steps == 0);
+        // Names of contacts: floor, then the scene's bodies in its order.
+        const auto& contacts = r.records.back().contacts;
+        CHECK(std::ranges::any_of(contacts, [](const ContactRecord& c) {
+            return std::max(c.body_a, c.body_b) == 2 && std::min(c.body_a, c.body_b) == 1;
+        }));
+    }
+}
+
+TEST_CASE("a free ball rolls before a wire, which needs no force for it")
+{
+    for (const int steps : {10, 50}) {
+        CAPTURE(steps);
+        const Result r = done(pushed(R"("generate": "ball", "radius": 0.002)", steps));
+        CHECK(std::abs(r.value("wire_push_force")) < 1e-6 * kMass * kGravity);
+        CHECK(r.value("body_x") == doctest::Approx(0.0422).epsilon(1e-6));
+        const double turned = std::remainder(0.0202 / 0.002, 2 * std::numbers::pi);
+        CHECK(r.value("body_turn_y") == doctest::Approx(turned).epsilon(1e-6));
+        CHECK(r.summary.steps < 2 * steps);
+    }
+}
+
+TEST_CASE("the wall of a bend holds two wires side by side with their thrusts over its radius" *
+          doctest::test_suite("slow"))
+{
+    const double radius = 0.08, from = 0.25, to = 1.3;
+    const Result r = done(side_by_side(radius, 3e-3, 0));
+    const StepRecord& last = r.records.back();
+    CHECK(r.summary.uncertified_steps == 0);
+    const auto in_bend = [&](const Vec3& x) {
+        const double angle = std::atan2(x.x() - 0.02, radius - x.y());
+        return x.x() > 0.02 && angle > from && angle < to;
+    };
+    double thrust = 0; // of both: the mean of each in the bend
+    for (const BeamRecord& beam : last.beams) {
+        const auto axial = std::ranges::find(beam.fields, "axial_force", &Field::name);
+        double sum = 0;
+        int nodes = 0;
+        for (std::size_t i = 0; i < beam.points.size(); ++i)
+            if (in_bend(beam.points[i])) {
+                sum -= axial->values[i];
+                ++nodes;
+            }
+        REQUIRE(nodes > 20);
+        thrust += sum / nodes;
+    }
+    CHECK(thrust > 10); // pressed on the wall all along
+    // Between two directions of the bend its wall turns the thrust from one to the other.
+    Vec3 wall = Vec3::Zero();
+    for (const ContactRecord& c : last.contacts)
+        if (std::min(c.body_a, c.body_b) == 1 && in_bend(c.point))
+            wall += c.body_a >= 2 ? c.force : Vec3(-c.force);
+    CHECK(wall.norm() == doctest::Approx(thrust * 2 * std::sin(0.5 * (to - from))).epsilon(0.01));
+}
+
+TEST_CASE("a wire bends a bar that is held at both ends by 192 EI / L^3, and is pushed with that")
+{
+    const double EI = 1e-3, L = 0.1, way = 5e-5, wire = 2e-4, bar = 5e-4;
+    const Result r = done(fmt::format(R"("bodies": {{
+        "bar": {{"kind": "rod", "segments": [{{"length": {0}, "radius": {1}, "EI": {2}, "element": 5e-3}}],
+                 "shape": {{"start": [0.03, -0.05, 0], "direction": [0, 1, 0]}},
+                 "hold": [{{"set": "start"}}, {{"set": "end"}}]}},
+        "wire": {{"kind": "beam", "segments": [{{"length": 0.1, "radius": {3}, "EI": 1e-3,
+            "element": 2.5e-3}}], "drive": {{"insertion": [[0, 0.01], [1, {4}]]}}}}}},
+        "contact": [{{"between": ["wire", "bar"], "friction": 0.3}}],
+        "time": {{"step": 0.1, "end": 1}})",
+                                      L, bar, EI, wire, 0.03 - bar - wire + way));
+    CHECK(r.value("wire_push_force") ==
+          doctest::Approx(192 * EI / (L * L * L) * way).epsilon(0.01));
+    CHECK(r.summary.uncertified_steps == 0);
+}
+
+TEST_CASE("a wire is pushed with what it exerts on a solid")
+{
+    const Result r = done(R"("bodies": {
+        "block": {"kind": "solid", "mesh": {"generate": "box", "size": [0.02, 0.02, 0.02], "cells": [3, 3, 3],
+            "element": "T10", "centre": [0.03, 0, 0]}, "youngs_modulus": 1e5, "poisson_ratio": 0.3,
+            "hold": [{"set": "x_max"}]},
+        "wire": {"kind": "beam", "segments": [{"length": 0.1, "radius": 1e-3, "EI": 1e-3,
+            "element": 2.5e-3}], "drive": {"insertion": [[0, 0.01], [1, 0.0195]]}}},
+        "contact": [{"between": ["wire", "block"], "friction": 0.3}],
+        "time": {"step": 0.1, "end": 1})");
+    const double push = r.value("wire_push_force");
+    CHECK(push > 0.01);
+    // But for M^2 / (2 EI) of its bending where it leaves the introducer.
+    CHECK(r.value("block_x_max_force_x") == doctest::Approx(-push).epsilon(2e-4));
+    CHECK(r.summary.uncertified_steps == 0);
+}
+
+TEST_CASE("an introducer that would give way by much is told of")
+{
+    // A tip that is drawn aside stretches the wire; as much of it is in the introducer.
+    const auto drawn = [](double aside) {
+        return done(fmt::format(R"("bodies": {{
+            "far": {{"kind": "rigid", "shape": {{"generate": "ball", "radius": 0.001}}, "mass": 1,
+                     "start": {{"place": [5, 5, 5]}}, "drive": {{"x": 0, "y": 0, "z": 0}}}},
+            "wire": {{"kind": "beam", "segments": [{{"length": 0.2, "radius": 4e-4, "EI": 5e-4,
+                "element": 2.5e-3}}], "drive": {{"insertion": [[0, 0.1], [1, 0.1]]}},
+                "hold": {{"y": [[0, 0], [1, {}]], "turns": "held"}}}}}},
+            "time": {{"step": 0.05, "end": 1}})",
+                                aside));
+    };
+    const auto told = [](const Result& r) {
+        return std::ranges::any_of(r.summary.warnings, [](const std::string& w) {
+            return has(w, "what is in its introducer is taken as rigid");
+        });
+    };
+    CHECK(told(drawn(0.01)));
+    CHECK(!told(drawn(1e-4)));
+}
+
+TEST_CASE("what instruments cannot do beside other bodies is said with its place")
+{
+    const std::string good = pushed(R"("generate": "ball", "radius": 0.002)", 10);
+    CHECK(wrong_in(good) == "");
+    CHECK(has(wrong_in(good, {"time.kind=\"dynamic\""}), "/time/kind"));
+    CHECK(has(wrong_in(good, {"bodies.wire.introducer.fade=0.005"}), "/introducer/fade"));
+    CHECK(has(wrong_in(good, {"bodies.wire.segments.0.EI=0", "bodies.wire.segments.0.EA=100"}),
+              "a cable"));
+    CHECK(has(wrong_in(good, {"bodies.wire.drive.twist=[[0,0],[1,1]]"}), "/drive/twist/1/1"));
+    CHECK(has(wrong_in(good, {"bodies.wire.segments.0.friction=0.2"}), "/segments/0/friction"));
+    CHECK(has(wrong_in(good, {"contact.1.surfaces=[\"middle\",\"\"]"}), "/contact/1/surfaces/0"));
+    CHECK(has(wrong_in(good, {"time.balance=\"course\""}), "/time/balance"));
+    const std::string two = side_by_side(0.04, 0, 0);
+    CHECK(wrong_in(two) == "");
+    CHECK(has(wrong_in(two, {"bodies.w1.introducer.at=[0.001,0,0.0001]"}), "come out of one"));
+    CHECK(has(wrong_in(two, {"contact.0.foundation=100"}), "/contact/0/foundation"));
+}

@@ -1,0 +1,477 @@
+#include "solver/studio/engine.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <fcntl.h>
+#include <linux/close_range.h>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace amontons::studio {
+namespace {
+
+constexpr double kBetweenSaves = 5;                     // of a run [s]
+constexpr double kPatience = 60;                        // for an answer [s]
+constexpr std::uint64_t kMostFrame = 1ULL << 30;        // [bytes]
+constexpr std::size_t kMostLine = std::size_t(1) << 29; // a state in it
+
+double now()
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+Json refusal(const std::string& status, const std::string& found, const std::string& allowed)
+{
+    return {{"ok", false},
+            {"status", status},
+            {"issues",
+             Json::array({{{"file", ""}, {"place", ""}, {"found", found}, {"allowed", allowed}}})}};
+}
+
+/// All bytes, or false.
+bool read_whole(int stream, void* to, std::size_t size)
+{
+    auto* at = static_cast<char*>(to);
+    while (size > 0) {
+        const ssize_t n = ::read(stream, at, size);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) return false;
+        at += n;
+        size -= static_cast<std::size_t>(n);
+    }
+    return true;
+}
+
+template <class Take> void read_lines(int stream, Take take)
+{
+    std::string bytes;
+    char block[65536];
+    while (true) {
+        const ssize_t n = ::read(stream, block, sizeof block);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) return;
+        const std::size_t before = bytes.size();
+        bytes.append(block, static_cast<std::size_t>(n));
+        if (bytes.size() > kMostLine) return;
+        std::size_t begin = 0, end = bytes.find('\n', before);
+        for (; end != std::string::npos; end = bytes.find('\n', begin)) {
+            take(bytes.substr(begin, end - begin));
+            begin = end + 1;
+        }
+        bytes.erase(0, begin);
+    }
+}
+
+} // namespace
+
+Engine::Engine(std::string program, std::function<void(std::string)> tell)
+    : program_(std::move(program))
+    , tell_(std::move(tell))
+{
+}
+
+Engine::~Engine()
+{
+    stop();
+}
+
+void Engine::start(const std::string& scene, std::vector<std::string> set)
+{
+    const std::lock_guard one(control_);
+    std::unique_lock lock(mutex_);
+    end(lock);
+    scene_ = scene;
+    set_ = std::move(set);
+    led_.clear();
+    saved_.clear();
+    to_restore_.clear();
+    launch();
+}
+
+void Engine::resume()
+{
+    const std::lock_guard one(control_);
+    std::unique_lock lock(mutex_);
+    if (state_ != "failed" && state_ != "stopped")
+        throw std::runtime_error("the simulation has not ended");
+    if (scene_.empty()) throw std::runtime_error("no scene was started");
+    end(lock);
+    to_restore_ = saved_;
+    launch();
+}
+
+void Engine::stop()
+{
+    const std::lock_guard one(control_);
+    std::unique_lock lock(mutex_);
+    const bool alive = process_.pid > 0;
+    end(lock);
+    if (alive) {
+        state_ = "stopped";
+        reason_.clear();
+        tell_state();
+    }
+}
+
+/// Ends the process and the threads that read from it. The lock is held again afterwards.
+void Engine::end(std::unique_lock<std::mutex>& lock)
+{
+    ++number_;
+    Process old = std::exchange(process_, {});
+    for (auto& [id, answer] : waited_for_)
+        if (answer.is_null()) answer = refusal("failed", "the simulation was ended", "start it");
+    asked_for_.clear();
+    to_send_.clear();
+    saving_ = asked_ = false;
+    frame_.reset();
+    changed_.notify_all();
+    lock.unlock();
+    if (old.pid > 0) {
+        ::kill(-old.pid, SIGKILL);
+        ::kill(old.pid, SIGKILL);
+        ::waitpid(old.pid, nullptr, 0);
+    }
+    for (std::thread& t : old.threads)
+        t.join();
+    for (const int fd : {old.out, old.err, old.frames})
+        if (fd >= 0) ::close(fd);
+    lock.lock();
+}
+
+void Engine::launch()
+{
+    int in[2] = {-1, -1}, out[2] = {-1, -1}, err[2] = {-1, -1}, frames[2] = {-1, -1};
+    const bool pipes = ::pipe2(in, O_CLOEXEC) == 0 && ::pipe2(out, O_CLOEXEC) == 0 &&
+                       ::pipe2(err, O_CLOEXEC) == 0 && ::pipe2(frames, O_CLOEXEC) == 0;
+    std::vector<std::string> words{"amontons", "serve", scene_, "--frames",
+                                   std::to_string(frames[1])};
+    for (const std::string& s : set_)
+        words.push_back("--set=" + s);
+    std::vector<char*> arguments;
+    for (std::string& w : words)
+        arguments.push_back(w.data());
+    arguments.push_back(nullptr);
+    const pid_t pid = pipes ? ::fork() : -1;
+    if (pid == 0) {      // only calls that are safe here, until exec
+        ::setpgid(0, 0); // Ctrl-C is for the server; the end of standard input ends the engine
+        ::dup2(in[0], 0);
+        ::dup2(out[1], 1);
+        ::dup2(err[1], 2);
+        // Connections of pages are not its own: cpp-httplib leaves those that it accepts open.
+        ::close_range(3, ~0U, CLOSE_RANGE_CLOEXEC);
+        ::fcntl(frames[1], F_SETFD, 0);
+        ::execv(program_.c_str(), arguments.data());
+        ::_exit(127);
+    }
+    const int error = errno;
+    for (const int fd : {in[0], out[1], err[1], frames[1]})
+        if (fd >= 0) ::close(fd);
+    if (pid < 0) {
+        for (const int fd : {in[1], out[0], err[0], frames[0]})
+            if (fd >= 0) ::close(fd);
+        throw std::runtime_error(std::string("no process can be started: ") + std::strerror(error));
+    }
+    const int n = ++number_;
+    process_ = {pid, out[0], err[0], frames[0], {}};
+    to_send_.clear();
+    process_.threads.emplace_back([this, fd = in[1], n] { write_requests(fd, n); });
+    process_.threads.emplace_back([this, fd = out[0], n] { read_answers(fd, n); });
+    process_.threads.emplace_back([this, fd = err[0], n] { read_errors(fd, n); });
+    process_.threads.emplace_back([this, fd = frames[0], n] { read_frames(fd, n); });
+    state_ = "starting";
+    reason_.clear();
+    last_error_.clear();
+    inputs_.clear();
+    saved_at_ = now();
+    tell_state();
+}
+
+void Engine::send(const Json& request)
+{
+    to_send_.push_back(request.dump() + "\n");
+    changed_.notify_all();
+}
+
+void Engine::write_requests(int stream, int number)
+{
+    std::unique_lock lock(mutex_);
+    while (true) {
+        changed_.wait(lock, [&] { return number != number_ || !to_send_.empty(); });
+        if (number != number_) break;
+        const std::string line = std::move(to_send_.front());
+        to_send_.pop_front();
+        lock.unlock();
+        bool gone = false;
+        for (std::size_t sent = 0; sent < line.size() && !gone;) {
+            const ssize_t n = ::write(stream, line.data() + sent, line.size() - sent);
+            if (n > 0) sent += static_cast<std::size_t>(n);
+            gone = n == 0 || (n < 0 && errno != EINTR);
+        }
+        lock.lock();
+        if (gone) break; // its end is told by who reads
+    }
+    lock.unlock();
+    ::close(stream);
+}
+
+Json Engine::ask(Json request)
+{
+    const Json id = request.contains("id") ? request["id"] : Json();
+    const auto with_id = [&](const Json& answer) {
+        Json all{{"id", id}};
+        for (const auto& item : answer.items())
+            if (item.key() != "id") all[item.key()] = item.value();
+        return all;
+    };
+    std::unique_lock lock(mutex_);
+    if (process_.pid == 0) return with_id(refusal("failed", "no simulation", "start a scene"));
+    const std::int64_t own = ++last_id_;
+    request["id"] = own;
+    asked_for_[own] = request;
+    asked_for_[own]["page"] = true;
+    waited_for_[own] = nullptr;
+    send(request);
+    const bool came = changed_.wait_for(lock, std::chrono::duration<double>(kPatience),
+                                        [&] { return !waited_for_[own].is_null(); });
+    const Json answer = waited_for_[own];
+    waited_for_.erase(own);
+    if (!came)
+        return with_id(refusal("waiting", "a step that takes long",
+                               "wait: what was asked for is done after it"));
+    return with_id(answer);
+}
+
+std::shared_ptr<const std::string> Engine::frame(std::uint64_t after, double patience)
+{
+    std::unique_lock lock(mutex_);
+    const bool whole = after == 0;
+    const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(patience);
+    const auto is_new = [&] { return frame_ && frame_seq_ > after && (!whole || frame_whole_); };
+    while (!is_new()) {
+        const bool asked = asked_ && asked_after_ <= after && (!whole || asked_whole_);
+        if (process_.pid > 0 && state_ != "starting" && !asked) {
+            asked_ = true;
+            asked_after_ = after;
+            asked_whole_ = whole;
+            const std::int64_t id = ++last_id_;
+            asked_for_[id] = {{"do", "frame"}};
+            send({{"id", id}, {"do", "frame"}, {"after", after}, {"whole", whole}});
+        }
+        if (changed_.wait_until(lock, until) == std::cv_status::timeout)
+            return is_new() ? frame_ : nullptr;
+    }
+    return frame_;
+}
+
+Json Engine::state() const
+{
+    const std::lock_guard lock(mutex_);
+    Json set = Json::array();
+    for (const std::string& s : set_)
+        set.push_back(s);
+    return {{"state", state_},
+            {"reason", reason_},
+            {"scene", scene_},
+            {"set", set},
+            {"saved_time", saved_.empty() ? Json() : Json(saved_time_)},
+            {"pid", process_.pid}};
+}
+
+int Engine::pid() const
+{
+    const std::lock_guard lock(mutex_);
+    return process_.pid;
+}
+
+void Engine::tell_state()
+{
+    tell_(Json{{"event", "engine"},
+               {"state", state_},
+               {"reason", reason_},
+               {"can_resume", (state_ == "failed" || state_ == "stopped") && !scene_.empty()},
+               {"saved_time", saved_.empty() ? Json() : Json(saved_time_)}}
+              .dump());
+}
+
+/// Asks for the state that resume() goes on from.
+void Engine::keep_state()
+{
+    if (saving_) return;
+    saving_ = true;
+    const std::int64_t id = ++last_id_;
+    asked_for_[id] = {{"do", "save"}};
+    send({{"id", id}, {"do", "save"}});
+}
+
+void Engine::read_answers(int stream, int number)
+{
+    read_lines(stream, [&](const std::string& line) { take_line(line, number); });
+    ended(number);
+}
+
+void Engine::take_line(const std::string& line, int number)
+{
+    Json answer = Json::parse(line, nullptr, false);
+    if (!answer.is_object()) return;
+    std::unique_lock lock(mutex_);
+    if (number != number_) return;
+    if (answer.contains("event")) {
+        const std::string event = answer["event"].get<std::string>();
+        if (event == "ready") {
+            state_ = "paused";
+            const std::int64_t id = ++last_id_;
+            asked_for_[id] = {{"do", "inputs"}};
+            send({{"id", id}, {"do", "inputs"}});
+            if (!to_restore_.empty()) {
+                const std::int64_t restore = ++last_id_;
+                asked_for_[restore] = {{"do", "restore"}};
+                send({{"id", restore}, {"do", "restore"}, {"state", to_restore_}});
+                for (const auto& [path, value] : led_) {
+                    const std::int64_t set = ++last_id_;
+                    asked_for_[set] = {{"do", "restore"}};
+                    send({{"id", set}, {"do", "set"}, {"path", path}, {"value", value}});
+                }
+                to_restore_.clear();
+            }
+            changed_.notify_all();
+            tell_state();
+            return;
+        }
+        if (answer.contains("time") && answer["time"].is_number()) last_time_ = answer["time"];
+        if (event == "paused") {
+            state_ = "paused";
+            if (answer["status"] != "failed") keep_state();
+        } else if (event == "step" && now() - saved_at_ > kBetweenSaves) {
+            keep_state();
+        }
+        tell_(line);
+        if (event == "paused") tell_state();
+        return;
+    }
+    if (!answer.contains("id") || !answer["id"].is_number_integer()) {
+        if (answer.value("ok", true) == false && answer.contains("issues"))
+            tell_(Json{{"event", "refused"}, {"issues", answer["issues"]}}.dump());
+        return;
+    }
+    const auto id = answer["id"].get<std::int64_t>();
+    const Json request = asked_for_.contains(id) ? asked_for_[id] : Json::object();
+    asked_for_.erase(id);
+    const std::string what = request.value("do", "");
+    const bool ok = answer.value("ok", false);
+    if (answer.contains("time") && answer["time"].is_number()) last_time_ = answer["time"];
+    if (request.contains("page")) {
+        if (ok && (what == "run" || what == "pause")) {
+            state_ = what == "run" ? "running" : "paused";
+            tell_state();
+        }
+        bool led = false;
+        if (what == "set" && request.contains("path") && request["path"].is_string()) {
+            const auto path = request["path"].get<std::string>();
+            led = std::ranges::find(inputs_, path) != inputs_.end();
+            if (ok && led) led_[path] = request["value"];
+            if (ok && !led) set_.push_back(path + "=" + request["value"].dump());
+        }
+        if (ok && what == "reset") led_.clear();
+        // Where it stands still a state is cheap to keep, and one of the scene before a change
+        // would not fit after it.
+        static const std::set<std::string> kMoves{"pause", "step",    "advance",
+                                                  "reset", "restore", "set"};
+        if (kMoves.contains(what) && !led) {
+            keep_state();
+            if (ok && what != "pause") {
+                Json event = answer;
+                event.erase("id");
+                event["event"] = "step";
+                event["after"] = what;
+                tell_(event.dump());
+            }
+        }
+        if (waited_for_.contains(id)) waited_for_[id] = std::move(answer);
+        changed_.notify_all();
+    } else if (what == "save") {
+        saving_ = false;
+        saved_at_ = now();
+        if (ok) {
+            saved_ = answer["state"].get<std::string>();
+            saved_time_ = last_time_;
+        }
+    } else if (what == "inputs") {
+        for (const Json& i : answer.value("inputs", Json::array()))
+            inputs_.push_back(i.value("name", ""));
+    } else if (what == "restore") {
+        if (ok) {
+            Json event = answer;
+            event.erase("id");
+            event["event"] = "step";
+            event["after"] = "restore";
+            tell_(event.dump());
+        } else {
+            tell_(Json{{"event", "refused"}, {"issues", answer["issues"]}}.dump());
+        }
+    }
+}
+
+void Engine::read_errors(int stream, int number)
+{
+    read_lines(stream, [&](const std::string& line) {
+        const std::lock_guard lock(mutex_);
+        if (number != number_) return;
+        last_error_ = line;
+        tell_(Json{{"event", "log"}, {"text", line}}.dump(-1, ' ', false,
+                                                          Json::error_handler_t::replace));
+    });
+}
+
+void Engine::read_frames(int stream, int number)
+{
+    while (true) {
+        std::uint64_t length = 0;
+        if (!read_whole(stream, &length, sizeof length) || length < 8 || length > kMostFrame)
+            return;
+        auto bytes = std::make_shared<std::string>(length, '\0');
+        if (!read_whole(stream, bytes->data(), length)) return;
+        std::uint32_t header = 0;
+        std::memcpy(&header, bytes->data() + 4, sizeof header);
+        if (header > length - 8) return;
+        const Json head = Json::parse(bytes->substr(8, header), nullptr, false);
+        const std::lock_guard lock(mutex_);
+        if (number != number_ || !head.is_object()) return;
+        frame_seq_ = head.value("seq", std::uint64_t(0));
+        frame_whole_ = head.value("before", std::uint64_t(1)) == 0;
+        frame_ = std::move(bytes);
+        asked_ = false;
+        changed_.notify_all();
+    }
+}
+
+/// The process has closed its end: tells how it ended.
+void Engine::ended(int number)
+{
+    std::unique_lock lock(mutex_);
+    if (number != number_ || process_.pid == 0) return;
+    const int pid = process_.pid;
+    int status = 0;
+    ::waitpid(pid, &status, 0);
+    process_.pid = 0; // its threads are joined by end()
+    if (WIFSIGNALED(status))
+        reason_ = std::string("the process of the simulation was ended by signal ") +
+                  std::to_string(WTERMSIG(status)) + " (" + ::strsignal(WTERMSIG(status)) + ")";
+    else
+        reason_ = "the process of the simulation ended with exit code " +
+                  std::to_string(WEXITSTATUS(status));
+    if (!last_error_.empty()) reason_ += ": " + last_error_;
+    state_ = "failed";
+    for (auto& [id, answer] : waited_for_)
+        if (answer.is_null()) answer = refusal("failed", reason_, "resume, or start it again");
+    changed_.notify_all();
+    tell_state();
+}
+
+} // namespace amontons::studio

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace amontons::studio {
+
+using Json = nlohmann::ordered_json;
+
+/// The simulation, in a process of its own: `amontons serve SCENE --frames FD`. Whatever happens
+/// to it, the server lives on and tells why. For many threads.
+class Engine {
+public:
+    /// @param program  amontons
+    /// @param tell     called with each line that the page is to know, without its end; by any
+    ///                 thread
+    Engine(std::string program, std::function<void(std::string)> tell);
+    Engine(const Engine&) = delete;
+    Engine& operator=(const Engine&) = delete;
+    ~Engine();
+
+    /// Starts the simulation of a scene; one that runs is ended.
+    /// @param scene  its path
+    /// @param set    "PATH=VALUE"
+    /// @throws std::runtime_error  no process can be started
+    void start(const std::string& scene, std::vector<std::string> set);
+    /// Ends it, now.
+    void stop();
+    /// Starts it again after its end, in the scene as it was changed, from the last state that it
+    /// has told of: saved where it stood still and every few seconds of a run.
+    /// @throws std::runtime_error  there is nothing to go on from
+    void resume();
+
+    /// Sends a request and waits for its answer.
+    /// @param request  an object with `do`; its id is replaced
+    /// @return  the answer, with the id of the request
+    Json ask(Json request);
+
+    /// The newest frame after one, waited for.
+    /// @param after  its sequence; 0: a whole frame
+    /// @return  null if there is none within the patience [s]
+    std::shared_ptr<const std::string> frame(std::uint64_t after, double patience);
+
+    /// {"state": "none" | "starting" | "paused" | "running" | "failed" | "stopped", ...}
+    Json state() const;
+    /// Its process, or 0.
+    int pid() const;
+
+private:
+    struct Process {
+        int pid = 0, out = -1, err = -1, frames = -1;
+        std::vector<std::thread> threads;
+    };
+    void launch();
+    void end(std::unique_lock<std::mutex>& lock);
+    void read_answers(int stream, int number);
+    void read_errors(int stream, int number);
+    void read_frames(int stream, int number);
+    void take_line(const std::string& line, int number);
+    void ended(int number);
+    void write_requests(int stream, int number);
+    void send(const Json& request);
+    void tell_state();
+    void keep_state();
+
+    const std::string program_;
+    const std::function<void(std::string)> tell_;
+
+    std::mutex control_; ///< one start or end at a time
+    mutable std::mutex mutex_;
+    std::deque<std::string> to_send_; ///< by a thread: the engine may be in a long step
+    std::condition_variable changed_;
+    Process process_;
+    int number_ = 0; ///< of the process: what an older one says is passed over
+    std::string state_ = "none", reason_, scene_, last_error_;
+    std::vector<std::string> set_;    ///< of the scene, as it was started or changed since
+    std::map<std::string, Json> led_; ///< inputs, as they were last set
+    std::vector<std::string> inputs_; ///< names of those that can be led
+    std::string saved_, to_restore_;
+    double saved_time_ = 0, last_time_ = 0;
+    bool saving_ = false;
+    double saved_at_ = 0; ///< by the clock [s]
+    std::int64_t last_id_ = 0;
+    std::map<std::int64_t, Json> waited_for_; ///< answers, null until they come
+    std::map<std::int64_t, Json> asked_for_;  ///< requests that are not answered yet
+    std::shared_ptr<const std::string> frame_;
+    std::uint64_t frame_seq_ = 0;
+    bool frame_whole_ = false;
+    std::uint64_t asked_after_ = 0;
+    bool asked_ = false, asked_whole_ = false;
+};
+
+} // namespace amontons::studio

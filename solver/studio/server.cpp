@@ -1,0 +1,503 @@
+// The server of amontons studio: HTTP on the loopback interface, for a page that has the token.
+// docs/studio.md says what is asked and answered.
+
+#include "solver/studio/engine.hpp"
+#include "solver/studio/guard.hpp"
+#include "solver/studio/studio_module.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <httplib.h>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <unistd.h>
+
+namespace fs = std::filesystem;
+
+namespace amontons::studio {
+namespace {
+
+constexpr std::size_t kMostBody = std::size_t(16) << 20; // of a request [bytes]
+constexpr std::size_t kMostConnections = 16;
+constexpr std::size_t kMostEvents = 4096; // kept for a page that is slow
+constexpr std::size_t kMostListed = 500;  // scenes and results
+constexpr int kDeepest = 5;               // folders below the root that are looked into
+constexpr double kFramePatience = 2;      // [s]
+
+/// Serves so many connections at a time; more wait where the system keeps them.
+class FewThreads : public httplib::TaskQueue {
+public:
+    void enqueue(std::function<void()> work) override
+    {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [this] { return working_ < kMostConnections; });
+        ++working_;
+        std::thread([this, work = std::move(work)] {
+            work();
+            const std::lock_guard done(mutex_);
+            --working_;
+            changed_.notify_all();
+        }).detach();
+    }
+    void shutdown() override
+    {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [this] { return working_ == 0; });
+    }
+
+private:
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    std::size_t working_ = 0;
+};
+
+/// What is told to the pages, in order; each reads at its own pace.
+class Events {
+public:
+    void add(std::string line)
+    {
+        const std::lock_guard lock(mutex_);
+        lines_.push_back(std::move(line));
+        if (lines_.size() > kMostEvents) {
+            lines_.pop_front();
+            ++first_;
+        }
+        changed_.notify_all();
+    }
+    void close()
+    {
+        const std::lock_guard lock(mutex_);
+        closed_ = true;
+        changed_.notify_all();
+    }
+    std::uint64_t end() const
+    {
+        const std::lock_guard lock(mutex_);
+        return first_ + lines_.size();
+    }
+    /// The lines from `next` on, waited for up to a second. @return  false at the end of all
+    bool take(std::uint64_t& next, std::string& text)
+    {
+        std::unique_lock lock(mutex_);
+        changed_.wait_for(lock, std::chrono::seconds(1),
+                          [&] { return closed_ || next < first_ + lines_.size(); });
+        if (closed_) return false;
+        text.clear();
+        if (next < first_) {
+            text = Json{{"event", "lost"}, {"lines", first_ - next}}.dump() + "\n";
+            next = first_;
+        }
+        for (; next < first_ + lines_.size(); ++next)
+            text += lines_[next - first_] + "\n";
+        if (text.empty()) text = "{\"event\":\"alive\"}\n"; // a page that is gone is noticed
+        return true;
+    }
+
+private:
+    mutable std::mutex mutex_;
+    std::condition_variable changed_;
+    std::deque<std::string> lines_;
+    std::uint64_t first_ = 0;
+    bool closed_ = false;
+};
+
+std::string read_file(const fs::path& path)
+{
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+Json issue(const std::string& place, const std::string& found, const std::string& allowed)
+{
+    return {
+        {"ok", false},
+        {"status", "bad_input"},
+        {"issues",
+         Json::array({{{"file", ""}, {"place", place}, {"found", found}, {"allowed", allowed}}})}};
+}
+
+class Studio {
+public:
+    explicit Studio(const AmontonsStudio& how)
+        : how_(how)
+        , root_(fs::canonical(how.root))
+        , token_(random_token())
+        , engine_(how.program, [this](std::string line) { events_.add(std::move(line)); })
+    {
+        server_.new_task_queue = [] { return new FewThreads; };
+        server_.set_tcp_nodelay(true); // 11 ms a round trip instead of 46
+        server_.set_payload_max_length(kMostBody);
+        server_.set_read_timeout(10);
+        server_.set_write_timeout(10);
+        server_.set_keep_alive_timeout(5);
+        server_.set_keep_alive_max_count(100000);
+        server_.set_default_headers(
+            {{"Content-Security-Policy",
+              "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; "
+              "form-action 'none'; frame-ancestors 'none'"},
+             {"X-Content-Type-Options", "nosniff"},
+             {"Cross-Origin-Resource-Policy", "same-origin"},
+             {"Cross-Origin-Opener-Policy", "same-origin"},
+             {"Referrer-Policy", "no-referrer"},
+             {"Cache-Control", "no-store"}});
+        server_.set_socket_options([](socket_t) {}); // a port that somebody listens on is refused
+        server_.set_pre_routing_handler(
+            [this](const httplib::Request& q, httplib::Response& r) { return admit(q, r); });
+        server_.set_exception_handler(
+            [](const httplib::Request&, httplib::Response& r, std::exception_ptr error) {
+                std::string found = "an unknown error";
+                try {
+                    std::rethrow_exception(error);
+                } catch (const std::exception& e) {
+                    found = e.what();
+                } catch (...) { // nothing else is thrown
+                }
+                r.status = 500;
+                r.set_content(issue("", found, "this is a mistake in amontons, please report it")
+                                  .dump(-1, ' ', false, Json::error_handler_t::replace),
+                              "application/json");
+            });
+        serve_pages();
+        serve_interface();
+    }
+
+    void listen()
+    {
+        const std::string host = "127.0.0.1"; // no option opens it to others
+        port_ = how_.port;
+        if (port_ == 0)
+            port_ = server_.bind_to_any_port(host);
+        else if (!server_.bind_to_port(host, port_))
+            port_ = -1;
+        if (port_ < 0)
+            throw std::runtime_error("127.0.0.1: the port " + std::to_string(how_.port) +
+                                     " cannot be had");
+        how_.ready(("http://127.0.0.1:" + std::to_string(port_) + "/#" + token_).c_str(), port_);
+        asked_at_ = seconds();
+        std::thread watch([this] {
+            while (!ended_) {
+                std::this_thread::sleep_for(std::chrono::milliseconds(100));
+                const bool idle = how_.idle_seconds > 0 && open_pages_ == 0 &&
+                                  seconds() - asked_at_ > how_.idle_seconds;
+                if (how_.stop() == 0 && !idle) continue;
+                events_.close();
+                engine_.stop();
+                server_.stop();
+                return;
+            }
+        });
+        const bool served = server_.listen_after_bind();
+        ended_ = true;
+        watch.join();
+        if (!served && how_.stop() == 0 && how_.idle_seconds == 0)
+            throw std::runtime_error("the server ended");
+    }
+
+private:
+    static double seconds()
+    {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+            .count();
+    }
+
+    /// Host, origin and token, before anything else is looked at.
+    httplib::Server::HandlerResponse admit(const httplib::Request& q, httplib::Response& r)
+    {
+        using Done = httplib::Server::HandlerResponse;
+        const auto refuse = [&](int status, const char* text) {
+            r.status = status;
+            r.set_content(text, "text/plain");
+            r.set_header("Connection", "close");
+            return Done::Handled;
+        };
+        if (q.get_header_value_count("Host") != 1 ||
+            !is_own_host(q.get_header_value("Host"), port_))
+            return refuse(403, "Host");
+        if (q.get_header_value_count("Origin") > 1 ||
+            !is_own_origin(q.get_header_value("Origin"), port_))
+            return refuse(403, "Origin");
+        if (q.method != "GET" && q.method != "POST") return refuse(405, "GET or POST");
+        if (q.path.rfind("/api/", 0) == 0) {
+            if (!is_authorised(q.get_header_value("Authorization"), token_))
+                return refuse(401, "token");
+            asked_at_ = seconds();
+        }
+        return Done::Unhandled;
+    }
+
+    void serve_pages()
+    {
+        struct Page {
+            const char *path, *file, *type;
+        };
+        static constexpr Page kPages[] = {
+            {"/", "index.html", "text/html; charset=utf-8"},
+            {"/studio.js", "studio.js", "text/javascript; charset=utf-8"},
+            {"/studio.css", "studio.css", "text/css; charset=utf-8"},
+            {"/licences.txt", "licences.txt", "text/plain; charset=utf-8"},
+        };
+        for (const Page& p : kPages) {
+            const std::string text = read_file(fs::path(how_.pages) / p.file);
+            if (text.empty())
+                throw std::runtime_error(std::string(how_.pages) + "/" + p.file +
+                                         ": the page is not whole, build it again");
+            server_.Get(p.path,
+                        [text, type = p.type](const httplib::Request&, httplib::Response& r) {
+                            r.set_content(text, type);
+                        });
+        }
+    }
+
+    void answer(httplib::Response& r, const Json& json)
+    {
+        r.set_content(json.dump(-1, ' ', false, Json::error_handler_t::replace),
+                      "application/json");
+    }
+
+    void serve_interface()
+    {
+        server_.Get("/api/state", [this](const httplib::Request&, httplib::Response& r) {
+            answer(r, {{"version", how_.version},
+                       {"root", root_.string()},
+                       {"open", how_.open},
+                       {"engine", engine_.state()},
+                       {"events", events_.end()}});
+        });
+        server_.Get("/api/schema", [this](const httplib::Request&, httplib::Response& r) {
+            r.set_content(how_.schema, "application/json");
+        });
+        server_.Get("/api/list", [this](const httplib::Request&, httplib::Response& r) {
+            answer(r, listing());
+        });
+        server_.Get("/api/file", [this](const httplib::Request& q, httplib::Response& r) {
+            send_file(q.get_param_value("path"), r);
+        });
+        server_.Get("/api/frame", [this](const httplib::Request& q, httplib::Response& r) {
+            send_frame(q.get_param_value("after"), r);
+        });
+        server_.Get("/api/events", [this](const httplib::Request& q, httplib::Response& r) {
+            send_events(q.get_param_value("from"), r);
+        });
+        server_.Post("/api/command", [this](const httplib::Request& q, httplib::Response& r) {
+            answer(r, command(q.body));
+        });
+    }
+
+    /// Scenes and folders of results below the root.
+    Json listing() const
+    {
+        Json scenes = Json::array(), results = Json::array();
+        std::error_code error;
+        fs::recursive_directory_iterator at(root_, fs::directory_options::skip_permission_denied,
+                                            error);
+        std::size_t looked = 0;
+        for (; !error && at != fs::end(at); at.increment(error)) {
+            if (++looked > 100 * kMostListed) break;
+            const fs::path& path = at->path();
+            const std::string name = path.filename().string();
+            std::error_code none;
+            if (at->is_directory(none)) {
+                if (name.front() == '.' || name == "node_modules" || name == "build" ||
+                    at.depth() >= kDeepest)
+                    at.disable_recursion_pending();
+                continue;
+            }
+            const std::string from_root = path.lexically_relative(root_).generic_string();
+            if (at->is_symlink(none) && !inside(root_, from_root)) continue;
+            if (name == "manifest.json" && results.size() < kMostListed)
+                results.push_back(fs::path(from_root).parent_path().generic_string());
+            else if (path.extension() == ".json" && scenes.size() < kMostListed &&
+                     at->file_size(none) < kMostBody) {
+                const std::string text = read_file(path);
+                if (text.find("\"schema\"") != std::string::npos &&
+                    text.find("\"bodies\"") != std::string::npos)
+                    scenes.push_back(from_root);
+            }
+        }
+        std::sort(scenes.begin(), scenes.end());
+        std::sort(results.begin(), results.end());
+        return {{"scenes", scenes}, {"results", results}};
+    }
+
+    void send_file(const std::string& relative, httplib::Response& r) const
+    {
+        static const std::set<std::string> kKinds{".json", ".csv", ".pvd", ".vtu", ".vtp"};
+        const auto path = inside(root_, relative);
+        std::error_code error;
+        if (!path || !kKinds.contains(path->extension().string())) {
+            r.status = 403;
+            r.set_content("a file of a scene or of results below " + root_.string(), "text/plain");
+        } else if (!fs::is_regular_file(*path, error)) {
+            r.status = 404;
+            r.set_content("no such file", "text/plain");
+        } else {
+            r.set_content(read_file(*path), "application/octet-stream");
+        }
+    }
+
+    /// A whole number that a page sends; nothing else.
+    static bool read_number(const std::string& text, std::uint64_t& number)
+    {
+        if (text.empty() || text.size() > 18 ||
+            text.find_first_not_of("0123456789") != std::string::npos)
+            return false;
+        number = std::stoull(text);
+        return true;
+    }
+
+    void send_frame(const std::string& after, httplib::Response& r)
+    {
+        std::uint64_t number = 0;
+        if (!read_number(after, number)) {
+            r.status = 400;
+            r.set_content("after", "text/plain");
+            return;
+        }
+        const std::shared_ptr<const std::string> frame = engine_.frame(number, kFramePatience);
+        if (!frame) {
+            r.status = 204;
+            return;
+        }
+        r.set_content_provider(
+            frame->size(), "application/octet-stream",
+            [frame](std::size_t at, std::size_t length, httplib::DataSink& sink) {
+                return sink.write(frame->data() + at, length);
+            });
+    }
+
+    void send_events(const std::string& from, httplib::Response& r)
+    {
+        std::uint64_t next = 0;
+        if (!read_number(from, next)) next = events_.end();
+        next = std::min(next, events_.end());
+        ++open_pages_;
+        r.set_chunked_content_provider(
+            "application/x-ndjson",
+            [this, next](std::size_t, httplib::DataSink& sink) mutable {
+                std::string text;
+                if (!events_.take(next, text)) {
+                    sink.done();
+                    return true;
+                }
+                asked_at_ = seconds();
+                return sink.write(text.data(), text.size());
+            },
+            [this](bool) { --open_pages_; });
+    }
+
+    Json command(const std::string& body)
+    {
+        // Deep brackets would be recursion: a request has three levels.
+        const Json request = Json::parse(body, nullptr, false);
+        if (!request.is_object()) return issue("", "no JSON object", "{\"id\": 1, \"do\": ...}");
+        const Json id = request.contains("id") ? request["id"] : Json();
+        const auto told = [&](Json json) {
+            Json all{{"id", id}};
+            all.update(json);
+            return all;
+        };
+        if (!id.is_number_integer() && !id.is_string())
+            return issue("id", id.dump(), "a whole number or a text");
+        const Json what = request.contains("do") ? request["do"] : Json();
+        if (!what.is_string()) return told(issue("do", what.dump(), "the name of a command"));
+        const auto name = what.get<std::string>();
+        static const std::set<std::string> kOfEngine{
+            "run",     "pause", "step",   "advance", "set",   "reset",   "save",
+            "restore", "state", "inputs", "scene",   "check", "contacts"};
+        if (kOfEngine.contains(name)) return engine_.ask(request);
+        try {
+            if (name == "start") return told(start(request));
+            if (name == "stop") {
+                engine_.stop();
+                return told({{"ok", true}});
+            }
+            if (name == "resume") {
+                engine_.resume();
+                return told({{"ok", true}});
+            }
+            if (name == "save_scene") return told(save_scene(request));
+        } catch (const std::exception& error) {
+            return told(issue("", error.what(), "another state"));
+        }
+        return told(issue("do", "\"" + name + "\"",
+                          "run, pause, step, advance, set, reset, save, restore, state, inputs, "
+                          "scene, check, contacts, start, stop, resume, save_scene"));
+    }
+
+    Json start(const Json& request)
+    {
+        if (!request.contains("scene") || !request["scene"].is_string())
+            return issue("scene", "nothing", "the path of a scene below " + root_.string());
+        const auto scene = request["scene"].get<std::string>();
+        const auto path = inside(root_, scene);
+        std::error_code error;
+        if (!path || path->extension() != ".json" || !fs::is_regular_file(*path, error))
+            return issue("scene", "\"" + scene + "\"", "a scene (.json) below " + root_.string());
+        std::vector<std::string> set;
+        for (const Json& s : request.value("set", Json::array())) {
+            if (!s.is_string() || s.get_ref<const std::string&>().find('=') == std::string::npos)
+                return issue("set", s.dump(), "\"PATH=VALUE\"");
+            set.push_back(s.get<std::string>());
+        }
+        engine_.start(path->string(), std::move(set));
+        return {{"ok", true}};
+    }
+
+    /// A scene that is not there yet, or was saved by this server.
+    Json save_scene(const Json& request)
+    {
+        if (!request.contains("path") || !request["path"].is_string() ||
+            !request.contains("scene") || !request["scene"].is_object())
+            return issue("", "no path and scene", "both");
+        const auto name = request["path"].get<std::string>();
+        const auto path = inside(root_, name);
+        std::error_code error;
+        if (!path || path->extension() != ".json" || !fs::is_directory(path->parent_path(), error))
+            return issue("path", "\"" + name + "\"",
+                         "a name that ends in .json, in a folder below " + root_.string());
+        const std::lock_guard lock(saving_);
+        if (fs::exists(*path, error) && !own_scenes_.contains(path->string()))
+            return issue("path", "\"" + name + "\", which is there", "a new name");
+        const fs::path draft = path->string() + ".part";
+        {
+            std::ofstream out(draft, std::ios::binary);
+            out << request["scene"].dump(2) << "\n";
+            if (!out.flush()) return issue("path", "\"" + name + "\"", "a place to write to");
+        }
+        fs::rename(draft, *path);
+        own_scenes_.insert(path->string());
+        return {{"ok", true}, {"path", path->lexically_relative(root_).generic_string()}};
+    }
+
+    const AmontonsStudio how_;
+    const fs::path root_;
+    const std::string token_;
+    int port_ = 0;
+    Events events_;
+    Engine engine_;
+    httplib::Server server_;
+    std::atomic<double> asked_at_ = 0;
+    std::atomic<int> open_pages_ = 0;
+    std::atomic<bool> ended_ = false;
+    std::mutex saving_;
+    std::set<std::string> own_scenes_;
+};
+
+} // namespace
+} // namespace amontons::studio
+
+const char* amontons_studio_serve(const AmontonsStudio* how)
+{
+    static std::string problem;
+    try {
+        amontons::studio::Studio(*how).listen();
+        problem.clear();
+    } catch (const std::exception& error) {
+        problem = error.what();
+    }
+    return problem.c_str();
+}
