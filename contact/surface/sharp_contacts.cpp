@@ -1,6 +1,7 @@
 #include "contact/surface/sharp_contacts.hpp"
 
 #include "contact/surface/nearest_face.hpp"
+#include "contact/surface/overlap.hpp"
 #include "contact/surface/smooth_normals.hpp"
 
 #include <Eigen/Geometry>
@@ -14,8 +15,16 @@ namespace {
 
 using Piece = SharpFeatures::Piece;
 
-/// Faces lead away from what is touched by more than this (sine), at first and once met.
-constexpr double kLeadsAway = 0.1, kStillAway = -0.05;
+/// Faces beside what is sharp rise from what is touched (sine): by the first and more nothing else
+/// carries it, below the second faces meet.
+constexpr double kLeadsAway = 0.1, kFlat = -0.05;
+/// In between it may go this share of a face deeper, times what the rise lacks.
+constexpr double kDeeperWhereFlat = 0.1;
+
+double size_of(const SharpSurface& s, std::int32_t face)
+{
+    return longest_edge(s.surface, std::size_t(face), s.places);
+}
 /// Edges that cross at less have no common normal (sine).
 constexpr double kParallelEdges = 0.05;
 /// An edge that leans by more against a face (sine) meets it with its lower node.
@@ -64,7 +73,7 @@ BoundingBox around(std::span<const Vec3> places, std::span<const std::int32_t> n
 class Finder {
 public:
     Finder(const SharpSurface& slave, const SharpSurface& master, double reach,
-           std::span<const std::int64_t> known, bool bare_corners)
+           const std::vector<std::int64_t>* known, bool bare_corners)
         : slave_(slave)
         , master_(master)
         , reach_(reach)
@@ -85,33 +94,49 @@ private:
     void nodes_on_faces(const SharpSurface& own, const SharpSurface& other, bool own_is_slave);
     void edges_across_edges();
 
-    /// How far faces must lead away for this contact.
-    double away(std::int64_t id) const
+    /// What faces must rise by for this contact to be one.
+    double least_rise(std::int64_t id) const
     {
-        return std::binary_search(known_.begin(), known_.end(), id) ? kStillAway : kLeadsAway;
+        const bool begins =
+            known_ && !std::binary_search(known_->begin(), known_->end(), id);
+        return begins ? kLeadsAway : kFlat;
+    }
+
+    /// The gap of a contact whose faces rise by `rise`, with what may overlap there; nothing where
+    /// it is none, or open by far.
+    /// @param size  of the face there, called where faces are flat
+    template <class Size>
+    std::optional<double> gap_of(double gap, double rise, std::int64_t id, Size size) const
+    {
+        if (rise <= least_rise(id)) return {};
+        if (known_ || rise > kLeadsAway) return gap;
+        const double deeper = kDeeperWhereFlat * (kLeadsAway - rise) * size();
+        if (gap > deeper) return {};
+        return gap + deeper;
     }
 
     const SharpSurface &slave_, &master_;
     double reach_;
-    std::span<const std::int64_t> known_;
+    const std::vector<std::int64_t>* known_;
     bool bare_corners_ = false;
     SurfaceContacts out_;
 };
 
-/// Whether all faces around a sharp node lead away from a body whose normal is n, and none of its
-/// neighbours is steeply below it.
-bool leads_away(const SharpSurface& s, std::size_t sharp_node, const Vec3& n, double by)
+/// How far (sine) the faces around a sharp node lead away from a body whose normal is n, at least;
+/// -1 where one of its neighbours is steeply below it.
+double leads_away(const SharpSurface& s, std::size_t sharp_node, const Vec3& n)
 {
+    double least = 1;
     const SharpFeatures& f = s.features;
     const Vec3& x = place_at(s.places, f.nodes[sharp_node]);
     const auto rise = [&](const Vec3& place) { return n.dot((place - x).normalized()); };
     for (std::size_t k = f.begin[sharp_node]; k < f.begin[sharp_node + 1]; ++k) {
-        if (!(rise(centre_of(s, f.faces[k])) > by)) return false;
+        least = std::min(least, rise(centre_of(s, f.faces[k])));
         for (const std::int32_t node : s.surface.face(std::size_t(f.faces[k])))
             if (node != f.nodes[sharp_node] && rise(place_at(s.places, node)) < -kSteepEdge)
-                return false;
+                return -1;
     }
-    return true;
+    return least;
 }
 
 /// Whether one of the faces around a sharp node looks at a face with normal n.
@@ -124,15 +149,15 @@ bool looks_at(const SharpSurface& s, std::size_t sharp_node, const Vec3& n)
 }
 
 /// As for a node, of the two faces beside an edge, across it.
-bool leads_away(const SharpSurface& s, const Piece& p, const Vec3& n, double by)
+double leads_away(const SharpSurface& s, const Piece& p, const Vec3& n)
 {
     const Vec3& a = place_at(s.places, p.nodes[0]);
     const Vec3 tangent = (place_at(s.places, p.nodes[1]) - a).normalized();
     const auto away = [&](std::int32_t face) {
         const Vec3 d = centre_of(s, face) - a;
-        return n.dot((d - tangent.dot(d) * tangent).normalized()) > by;
+        return n.dot((d - tangent.dot(d) * tangent).normalized());
     };
-    return away(p.faces[0]) && away(p.faces[1]);
+    return std::min(away(p.faces[0]), away(p.faces[1]));
 }
 
 /// Whether a sharp node carries no multiplier: the corners of T6.
@@ -164,10 +189,10 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
         // Means say nothing of a corner of T6, however flat its faces lie: a block that rolls onto
         // its side would bring it in at once, and deep.
         const bool bare = bare_corners_ && own_is_slave && is_bare(own, i);
-        const double by = bare ? kStillAway : away(id);
         // A nearer face that one of its own faces looks at is met by that: see leads_away below.
+        const double by = bare ? kFlat : least_rise(id);
         const NearestFace::Found met = faces->find(x, reach_, [&](const Facet& facet) {
-            return leads_away(own, i, facet.normal, by) || looks_at(own, i, facet.normal);
+            return leads_away(own, i, facet.normal) > by || looks_at(own, i, facet.normal);
         });
         if (!met.facet || !met.on_this_side) continue;
         const auto nodes = other.surface.face(std::size_t(met.facet->face));
@@ -180,7 +205,10 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
         SurfaceContact c;
         c.gap = normal.dot(apart);
         if (std::abs(c.gap) > reach_ || !NearestFace::is_over(apart, normal, *met.facet)) continue;
-        if (!bare && !leads_away(own, i, normal, by)) continue;
+        const auto gap = gap_of(c.gap, bare ? 1 : leads_away(own, i, normal), id,
+                                [&] { return size_of(other, met.facet->face); });
+        if (!gap) continue;
+        c.gap = *gap;
         c.id = id;
         c.point = own_is_slave ? x : foot.place;
         c.normal = own_is_slave ? normal : Vec3(-normal);
@@ -279,7 +307,8 @@ void Finder::edges_across_edges()
     std::vector<std::array<Vec3, 2>> directions[2]; // once they are needed
     std::optional<SmoothNormals> smooth[2];         // of the slave, of the master
     std::vector<Crossing> found;
-    const auto add = [&](std::size_t i, std::size_t j, const Vec3& normal, std::int64_t id) {
+    const auto add = [&](std::size_t i, std::size_t j, const Vec3& normal, std::int64_t id,
+                         double rise) {
         const Piece &p = of_slave.pieces[i], &q = of_master.pieces[j];
         const Vec3 &a = place_at(slave_.places, p.nodes[0]),
                    &b = place_at(master_.places, q.nodes[0]);
@@ -290,13 +319,16 @@ void Finder::edges_across_edges()
         if (std::abs(basis.determinant()) <= kParallelEdges * u.norm() * v.norm()) return;
         const Vec3 x = basis.inverse() * (b - a);
         if (!on_piece(p, x[0]) || !on_piece(q, x[1]) || std::abs(x[2]) > reach_) return;
-        found.push_back({id, {i, j}, {x[0], x[1]}, a + x[0] * u, normal, x[2]});
+        const auto size = [&] {
+            return std::min(size_of(slave_, p.faces[0]), size_of(master_, q.faces[0]));
+        };
+        if (const auto gap = gap_of(x[2], rise, id, size))
+            found.push_back({id, {i, j}, {x[0], x[1]}, a + x[0] * u, normal, *gap});
     };
     const auto both_sharp = [&](std::size_t i, std::size_t j) {
         const Piece &p = of_slave.pieces[i], &q = of_master.pieces[j];
         const std::int64_t id =
             kCrossingIds + kMostCrossings * (std::int64_t(p.chain) * of_master.chains + q.chain);
-        const double by = away(id);
         if (directions[0].empty()) {
             directions[0] = tangents(slave_);
             directions[1] = tangents(master_);
@@ -315,16 +347,27 @@ void Finder::edges_across_edges()
         };
         Vec3 n = direction(directions[0][i], x[0]).cross(direction(directions[1][j], x[1]));
         n.normalize();
+        // Or a face beside one of them is what the other lies on.
+        Vec3 normal = n;
+        double rise = -1;
+        const double enough = known_ ? least_rise(id) : kLeadsAway;
+        const auto consider = [&](const Vec3& m, double by) {
+            if (rise > enough || by <= rise) return;
+            normal = m;
+            rise = by;
+        };
         for (const double sign : {1.0, -1.0})
-            if (leads_away(slave_, p, sign * n, by) && leads_away(master_, q, -sign * n, by))
-                return add(i, j, sign * n, id);
-        // A face beside one of them is what the other lies on.
-        for (const std::int32_t face : q.faces)
-            if (const Vec3 m = sharp_face_normal(master_, face); leads_away(slave_, p, m, by))
-                return add(i, j, m, id);
-        for (const std::int32_t face : p.faces)
-            if (const Vec3 m = -sharp_face_normal(slave_, face); leads_away(master_, q, -m, by))
-                return add(i, j, m, id);
+            consider(sign * n,
+                     std::min(leads_away(slave_, p, sign * n), leads_away(master_, q, -sign * n)));
+        for (const std::int32_t face : q.faces) {
+            const Vec3 m = sharp_face_normal(master_, face);
+            consider(m, leads_away(slave_, p, m));
+        }
+        for (const std::int32_t face : p.faces) {
+            const Vec3 m = -sharp_face_normal(slave_, face);
+            consider(m, leads_away(master_, q, -m));
+        }
+        add(i, j, normal, id, rise);
     };
     const std::int64_t pairs_of_chains = std::int64_t(of_slave.chains) * of_master.chains;
     const std::int64_t on_master =
@@ -352,8 +395,9 @@ void Finder::edges_across_edges()
                     ? p.chain * std::int64_t(of_master.pieces.size()) + std::int64_t(j)
                     : on_master + q.chain * std::int64_t(of_slave.pieces.size()) + std::int64_t(i);
             const std::int64_t id = kCrossingIds + kMostCrossings * (pairs_of_chains + crossed);
-            if (std::abs(along.dot(n)) > kSteepEdge || !leads_away(edge, e, n, away(id))) return;
-            add(i, j, sharp ? n : Vec3(-n), id);
+            const double rise = leads_away(edge, e, n);
+            if (std::abs(along.dot(n)) > kSteepEdge || rise <= kFlat) return;
+            add(i, j, sharp ? n : Vec3(-n), id, rise);
         });
     }
 
@@ -403,7 +447,7 @@ void Finder::edges_across_edges()
 } // namespace
 
 SurfaceContacts sharp_contacts(const SharpSurface& slave, const SharpSurface& master, double reach,
-                               std::span<const std::int64_t> known, bool bare_corners)
+                               const std::vector<std::int64_t>* known, bool bare_corners)
 {
     return Finder(slave, master, reach, known, bare_corners).run();
 }

@@ -45,20 +45,25 @@ struct SharpSurface {
 };
 
 /// Contacts of a sharp node on a face, of a sharp edge across any edge of the other body, of either
-/// body against the other. Only where the faces beside what is sharp lead away from the other body
-/// by more than 0.1 rad each: where one does not, faces meet, which mortar_contacts has.
+/// body against the other. Only where the faces beside what is sharp rise from the other body by
+/// more than 0.1 (sine): where one does not, faces meet, which mortar_contacts has.
+/// As faces lie flatter the contact does not end at once: it may overlap by a tenth of the face
+/// times what the rise lacks, and there is none below -0.05. So no force sets in at a threshold,
+/// and the balance does not depend on the way to it. Two meshes that slide on each other flush
+/// would lose their rims by that; there (`known`) a contact that has been met stays as it is.
 ///
 /// Normals are those of the face that is touched, or across both edges where both are sharp; along
-/// a chain of edges those do not jump. Areas are 0. An id is of the node, or of the chain and what
+/// a chain of edges those do not jump. Areas are 0, gaps are without the overlap that is left. An id is of the node, or of the chain and what
 /// it crosses.
 /// @param reach  contacts are made where the gap, or the overlap, is no larger [m]
 /// @param known  ids, ascending, of contacts that an iteration has met already: those stay until
-///               faces lean the other way, so that what a contact flattens does not end it at once
+///               faces lean the other way, and others begin beyond 0.1; null: by and by, as above
 /// @param bare_corners  whether the slave's sharp nodes that carry no multiplier (corners of T6)
 ///               are contacts however their faces lie
 /// Cost: O(n log n) for pieces of similar length; nothing to speak of where nothing is sharp.
 SurfaceContacts sharp_contacts(const SharpSurface& slave, const SharpSurface& master, double reach,
-                               std::span<const std::int64_t> known = {}, bool bare_corners = false);
+                               const std::vector<std::int64_t>* known = nullptr,
+                               bool bare_corners = false);
 
 /// Sharp nodes that carry no multiplier (corners of T6) on a smooth obstacle, however their faces
 /// lie.

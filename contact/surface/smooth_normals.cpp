@@ -1,11 +1,14 @@
 #include "contact/surface/smooth_normals.hpp"
 
 #include "mesh/base/index.hpp"
+#include "mesh/face_shape.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
+#include <tuple>
 
 namespace amontons {
 namespace {
@@ -18,11 +21,47 @@ struct Corner {
     double angle = 0;                   ///< [rad]
 };
 
+/// Nodes of a face as they follow each other on its border: corners of a T6 and its middle nodes in
+/// turns.
+std::size_t on_border(std::size_t nodes, std::size_t k)
+{
+    return nodes != 6 ? k : k / 2 + (k % 2 == 0 ? 0 : 3);
+}
+
+/// A node of a T6, corner or middle of a side.
+Corner corner_of_t6(std::span<const std::int32_t> nodes, std::span<const Vec3> places,
+                    std::size_t face, std::size_t k)
+{
+    constexpr std::array<std::array<double, 2>, 6> kAt = {
+        {{0, 0}, {0.5, 0}, {1, 0}, {0.5, 0.5}, {0, 1}, {0, 0.5}}};
+    double N[6], dx[6], dy[6];
+    evaluate_face(6, kAt[k][0], kAt[k][1], N, dx, dy);
+    Vec3 a = Vec3::Zero(), b = Vec3::Zero();
+    for (std::size_t i = 0; i < 6; ++i) {
+        a += dx[i] * places[at(nodes[i])];
+        b += dy[i] * places[at(nodes[i])];
+    }
+    Corner c;
+    c.face = static_cast<std::int32_t>(face);
+    c.corner = static_cast<std::int32_t>(on_border(6, k));
+    c.after = nodes[on_border(6, (k + 1) % 6)];
+    c.before = nodes[on_border(6, (k + 5) % 6)];
+    const Vec3 normal = a.cross(b);
+    if (!(normal.norm() > 0)) return c;
+    c.normal = normal.normalized();
+    // Tangents of the two sides at a corner.
+    if (k == 2) std::tie(a, b) = std::pair(Vec3(b - a), Vec3(-a));
+    if (k == 4) std::tie(a, b) = std::pair(Vec3(-b), Vec3(a - b));
+    c.angle = k % 2 == 1 ? std::numbers::pi : std::atan2(a.cross(b).norm(), a.dot(b));
+    return c;
+}
+
 /// The corner of a face; its angle is 0 if it has no normal.
 Corner corner_of(std::span<const std::int32_t> nodes, std::span<const Vec3> places,
                  std::size_t face, std::size_t k)
 {
     const std::size_t n = nodes.size();
+    if (n == 6) return corner_of_t6(nodes, places, face, k);
     Corner c;
     c.face = static_cast<std::int32_t>(face);
     c.corner = static_cast<std::int32_t>(k);
@@ -66,20 +105,19 @@ SmoothNormals::SmoothNormals(const ExternalSurface& surface, std::span<const Vec
     // Corners by their node.
     std::vector<std::size_t> begin(surface.used_nodes.size() + 1, 0);
     for (std::size_t f = 0; f < surface.faces.size(); ++f)
-        if (const std::span<const std::int32_t> nodes = surface.face(f); nodes.size() != 6)
-            for (const std::int32_t n : nodes)
-                ++begin[at(surface.surface_nodes[at(n)]) + 1];
+        for (const std::int32_t n : surface.face(f))
+            ++begin[at(surface.surface_nodes[at(n)]) + 1];
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
     std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
     std::vector<Corner> corners(begin.back()), rest(at_rest.empty() ? 0 : begin.back());
     for (std::size_t f = 0; f < surface.faces.size(); ++f) {
         const std::span<const std::int32_t> nodes = surface.face(f);
-        if (nodes.size() == 6) continue;
         corners_[f] = static_cast<std::uint8_t>(nodes.size());
         for (std::size_t k = 0; k < nodes.size(); ++k) {
             const Corner c = corner_of(nodes, places, f, k);
             if (!(c.angle > 0)) corners_[f] = 0;
-            const std::size_t number = next[at(surface.surface_nodes[at(nodes[k])])]++;
+            const std::size_t node = nodes.size() == 6 ? on_border(6, k) : k;
+            const std::size_t number = next[at(surface.surface_nodes[at(nodes[node])])]++;
             corners[number] = c;
             if (!at_rest.empty()) rest[number] = corner_of(nodes, at_rest, f, k);
         }

@@ -6,11 +6,11 @@
 
 namespace amontons {
 
-/// Normals of a curved surface that is given as facets T3 and Q4: each face's unit normal at its
-/// corners, for values in between by its shape functions. Faces around a node share one, the mean
-/// of their own weighted with their angles at the node; the normal does not jump where a point
-/// slides from one face onto the next. Sharp edges part them and stay sharp. The normals of a T6
-/// are its own.
+/// Normals of a curved surface that is given as faces: each face's unit normal at its nodes, for
+/// values in between by its shape functions. Faces around a node share one, the mean of their own
+/// weighted with their angles at the node; the normal does not jump where a point slides from one
+/// face onto the next, T6 included, whose own normals differ across their sides once they are
+/// pressed. Sharp edges part them and stay sharp.
 class SmoothNormals {
 public:
     /// @param places  of all nodes of the mesh, finite [m]
@@ -22,18 +22,18 @@ public:
     /// The unit normal of a face with these values of its shape functions.
     Vec3 normal(std::int32_t face, const PerNode& values) const;
 
-    /// At one of the face's corners.
+    /// At one of the face's nodes, in its own order.
     const Vec3& corner(std::int32_t face, int k) const
     {
         return normals_[static_cast<std::size_t>(face)][static_cast<std::size_t>(k)];
     }
 
-    /// Whether the face has normals here: not a T6, nor a face without area.
+    /// Whether the face has normals here: not one without area.
     bool has(std::int32_t face) const { return corners_[static_cast<std::size_t>(face)] > 0; }
 
 private:
     std::vector<std::uint8_t> corners_; ///< of each face, 0: none
-    std::vector<std::array<Vec3, 4>> normals_;
+    std::vector<std::array<Vec3, 6>> normals_;
 };
 
 } // namespace amontons

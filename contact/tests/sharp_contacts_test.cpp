@@ -144,6 +144,7 @@ TEST_CASE("an edge on a face meets each edge of the mesh below it once")
 
 TEST_CASE("faces on faces are left to integrals and what a contact has flattened stays")
 {
+    const std::vector<std::int64_t> none;
     for (const double tilt : {0.0, 0.03, 0.4}) { // flat, nearly so, on its edge
         const Sharp lower = sharp_body(
             box_body(ElementKind::T4, {-0.05, -0.02, -0.02}, {0.05, 0.02, 0}, {5, 3, 2}));
@@ -151,7 +152,7 @@ TEST_CASE("faces on faces are left to integrals and what a contact has flattened
         b.move(turn(-tilt, Vec3::UnitY(), {0, 0, -1e-5}));
         const Sharp upper = sharp_body(std::move(b));
         CAPTURE(tilt);
-        const SurfaceContacts found = sharp_contacts(upper.now(), lower.now(), 1e-3);
+        const SurfaceContacts found = sharp_contacts(upper.now(), lower.now(), 1e-3, &none);
         CHECK(found.contact.empty() == (tilt < 0.1));
         const SurfaceContacts means = contacts_of(upper.body, lower.body, 1e-3);
         double least = 1;
@@ -166,9 +167,44 @@ TEST_CASE("faces on faces are left to integrals and what a contact has flattened
         TouchingBody flat = upper.body;
         flat.move(turn(tilt - 0.03, Vec3::UnitY()));
         const SharpSurface now{flat.surface, upper.sharp, flat.mesh.nodes};
-        CHECK(sharp_contacts(now, lower.now(), 1e-3).contact.empty());
-        CHECK(sharp_contacts(now, lower.now(), 1e-3, known).contact.size() >= known.size());
+        CHECK(sharp_contacts(now, lower.now(), 1e-3, &none).contact.empty());
+        CHECK(sharp_contacts(now, lower.now(), 1e-3, &known).contact.size() >= known.size());
     }
+}
+
+TEST_CASE("a contact comes by and by as faces part")
+{
+    // A block laid across another, lifted off it about its lower edge, and 10 um into it there.
+    double left = 1;
+    for (const double tilt : {0.0, 0.03, 0.06, 0.09, 0.095, 0.0999, 0.1005, 0.4}) {
+        const Sharp lower = sharp_body(
+            box_body(ElementKind::T4, {-0.05, -0.02, -0.02}, {0.05, 0.02, 0}, {5, 3, 2}));
+        TouchingBody b = box_body(ElementKind::T4, {0, -0.05, 0}, {0.02, 0.05, 0.02}, {2, 5, 2});
+        b.move(turn(-tilt, Vec3::UnitY(), {0, 0, -1e-5}));
+        const Sharp upper = sharp_body(std::move(b));
+        CAPTURE(tilt);
+        const SurfaceContacts found = sharp_contacts(upper.now(), lower.now(), 1e-3);
+        REQUIRE(!found.contact.empty());
+        // What is left of the overlap of 10 um: nothing beyond a rise of 0.1 (sine).
+        double least = 1;
+        for (const SurfaceContact& c : found.contact)
+            least = std::min(least, c.gap + 1e-5);
+        if (tilt > 0.1002)
+            CHECK(std::abs(least) < 1e-15);
+        else {
+            CHECK(least > 0);
+            CHECK(least < left);
+            CHECK(least < 0.01 * 0.04); // of a face
+        }
+        left = least;
+        const SurfaceContacts means = contacts_of(upper.body, lower.body, 1e-3);
+        double mean = 1;
+        for (const SurfaceContact& c : means.contact)
+            mean = std::min(mean, c.gap);
+        if (tilt < 0.05 || tilt > 0.3)
+            CHECK((mean > 1e-4) == (tilt > 0.1)); // on its edge they are far from closed
+    }
+    CHECK(left < 1e-15);
 }
 
 TEST_CASE("a rim below a flat face does not meet the face's other sides")
@@ -180,8 +216,12 @@ TEST_CASE("a rim below a flat face does not meet the face's other sides")
         TouchingBody b = box_body(kind, {-0.02, -0.02, 0}, {0.02, 0.02, 0.04}, {5, 5, 5});
         b.move(turn(0.002, Vec3(1, 1, 1), {1e-5, 2e-5, -2e-5}));
         const Sharp tool = sharp_body(std::move(b));
-        CHECK(sharp_contacts(tool.now(), bed.now(), 0.01).contact.empty());
-        CHECK(sharp_contacts(bed.now(), tool.now(), 0.01).contact.empty());
+        const auto upright = [](const SurfaceContacts& found) {
+            for (const SurfaceContact& c : found.contact)
+                CHECK(std::abs(c.normal.z()) > 0.99);
+        };
+        upright(sharp_contacts(tool.now(), bed.now(), 0.01));
+        upright(sharp_contacts(bed.now(), tool.now(), 0.01));
     }
 }
 

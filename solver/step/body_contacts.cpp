@@ -570,13 +570,17 @@ void ContactFinder::add_sharp(const SharpSurface& slave, const SharpSurface& mas
                               bool master_has_nodes, BodyContacts& out)
 {
     const ContactPair& p = pairs_[std::size_t(pair)];
+    if (!master_has_nodes) {
+        add(sharp_contacts(slave, master, reach_, nullptr, true), pair, p.a, p.b, false, out, kSharp);
+        return;
+    }
     std::vector<std::int64_t>& known = sharp_[std::size_t(pair)];
-    const SurfaceContacts found = sharp_contacts(slave, master, reach_, known, !master_has_nodes);
+    const SurfaceContacts found = sharp_contacts(slave, master, reach_, &known, false);
     for (const SurfaceContact& c : found.contact)
         known.push_back(c.id);
     std::sort(known.begin(), known.end());
     known.erase(std::unique(known.begin(), known.end()), known.end());
-    add(found, pair, p.a, p.b, master_has_nodes, out, kSharp);
+    add(found, pair, p.a, p.b, true, out, kSharp);
 }
 
 void ContactFinder::rigid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)

@@ -1,5 +1,6 @@
 #include "contact/surface/facets.hpp"
 #include "contact/surface/overlap.hpp"
+#include "contact/surface/smooth_normals.hpp"
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/solid_body.hpp"
 #include "solver/step/body_contacts.hpp"
@@ -111,6 +112,24 @@ std::optional<FaceDistance::Foot> exit_from(const FaceDistance& surface, const V
 
 } // namespace
 
+namespace {
+
+/// The normal of a surface at a foot, which does not jump from face to face.
+Vec3 smooth_normal_at(const FaceDistance::Foot& foot, const FacetedSurface& facets,
+                      const SmoothNormals& smooth)
+{
+    const std::int32_t face = facets.triangles()[std::size_t(foot.triangle)].face;
+    if (!smooth.has(face)) return foot.normal;
+    const auto nodes = facets.surface().face(std::size_t(face));
+    PerNode values = PerNode::Zero();
+    for (const StencilEntry& e : foot.place.nodes())
+        if (const auto at = std::ranges::find(nodes, e.node); at != nodes.end())
+            values[at - nodes.begin()] = e.weight;
+    return smooth.normal(face, values);
+}
+
+} // namespace
+
 void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
 {
     if (std::size_t(pair) >= rows_.size() || rows_[std::size_t(pair)].empty()) return;
@@ -130,14 +149,18 @@ void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair,
             if (r.of_b == of_b) near.add(weighted(r.own.nodes(), own->places()));
         if (!(near.low <= near.high).all()) continue;
         std::optional<FaceDistance> faces;
-        if (!exact) {
+        std::optional<SmoothNormals> smooth;
+        const FacetedSurface* facets = exact  ? nullptr
+                                       : of_b ? &*p.surface_a->facets
+                                              : &*p.surface_b->facets;
+        if (facets) {
             // The nearest face is no farther than this, or out of reach.
             near.low -= 2 * reach_;
             near.high += 2 * reach_;
-            faces.emplace(of_b ? PlacedSurface{*p.surface_a->facets, a.solid->places()}
-                               : PlacedSurface{*p.surface_b->facets, b->places()},
-                          near);
+            const std::span<const Vec3> places = of_b ? a.solid->places() : b->places();
+            faces.emplace(PlacedSurface{*facets, places}, near);
             if (faces->empty()) continue;
+            smooth.emplace(facets->surface(), places);
         }
         std::int32_t hint = -1;
         for (const PlaceRow& r : rows_[std::size_t(pair)]) {
@@ -159,8 +182,8 @@ void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair,
             } else {
                 const auto foot = exit_from(*faces, k.point, -out_of, 2 * reach_, hint);
                 if (!foot || std::abs(foot->distance) > 2 * reach_) continue;
-                k.gap = foot->distance;
-                normal = foot->normal;
+                normal = smooth_normal_at(*foot, *facets, *smooth);
+                k.gap = normal.dot(k.point - foot->point);
                 foot_place = foot->place;
             }
             if (out_of.dot(normal) > -kFacing) continue; // a side, which this face does not press

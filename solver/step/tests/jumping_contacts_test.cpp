@@ -39,6 +39,41 @@ TEST_CASE("a ball as large as the faces that it presses is held wherever it stan
     }
 }
 
+TEST_CASE("a rigid box in a coarse block ends with the same force in any number of steps")
+{
+    // As large as a face and a bit off its middle: corners on faces, edges across edges, all of whose
+    // faces flatten and rise as it goes in.
+    struct Case {
+        const char* element;
+        double tool, block, depth, poisson_ratio;
+        int cells;
+    };
+    for (const Case& c : {Case{"T10", 0.0273, 0.1, 0.005, 0.295, 4}, Case{"T4", 0.039, 0.1, 0.0096, 0.2, 5},
+                          Case{"H8", 0.03, 0.1, 0.004, 0.3, 4}}) {
+        CAPTURE(std::string(c.element));
+        Vec3 first = Vec3::Zero();
+        for (const int steps : {1, 2, 3, 5, 10}) {
+            CAPTURE(steps);
+            const Result r = run(fmt::format(R"("bodies": {{
+                "tool": {{"kind": "rigid", "shape": {{"generate": "box", "size": [{0}, {0}, {0}]}},
+                          "start": {{"place": [0.0013, 0.0011, {1}]}}, "drive": {{"x": 0, "y": 0, "z": [[0, 0], [1, {2}]]}}}},
+                "block": {{"kind": "solid", "mesh": {{"generate": "box", "size": [{3}, {3}, {4}], "cells": [{5}, {5}, {6}],
+                           "element": "{7}", "centre": [0, 0, {8}]}}, "youngs_modulus": 1e6, "poisson_ratio": {9},
+                           "hold": [{{"set": "z_min"}}]}}}},
+                "contact": [{{"between": ["tool", "block"]}}],
+                "time": {{"kind": "quasi_static", "step": {10}, "end": 1}})",
+                                             c.tool, c.tool / 2, -c.depth, c.block, c.block / 2, c.cells,
+                                             (c.cells + 1) / 2, c.element, -c.block / 4, c.poisson_ratio,
+                                             1.0 / steps));
+            REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+            const Vec3 force = r.vector("tool_on_block_force");
+            if (steps == 1) first = force;
+            CHECK((force - first).norm() < 1e-6 * first.norm());
+        }
+        CHECK(-first.z() > 0.5 * 1e6 * c.tool * c.depth); // half of a flat punch on a half-space
+    }
+}
+
 TEST_CASE("a rigid box that is pressed into faces of T10 and slid ends on the cone of friction" *
           doctest::test_suite("slow"))
 {
