@@ -87,18 +87,44 @@ void BoundingTree::split_(std::int32_t node, std::int32_t first, std::int32_t co
     split_(box.first + 1, first + half, count - half, centres);
 }
 
+TrianglePoint BoundingTree::closest_(const Vec3& x, std::int32_t place) const
+{
+    const Corners& t = corners_[at(place)];
+    return closest_on_triangle(x, t.a, t.b, t.c);
+}
+
 NearestTriangle BoundingTree::nearest(const Vec3& x, std::int32_t near, double slack,
                                       double band) const
 {
     NearestTriangle best;
     best.squared = std::numeric_limits<double>::infinity();
-    const auto look_at = [&](std::int32_t place) {
-        const Corners& t = corners_[at(place)];
-        const TrianglePoint p = closest_on_triangle(x, t.a, t.b, t.c);
-        const double squared = (x - p.point).squaredNorm();
-        if (squared < best.squared || best.triangle < 0) best = {order_[at(place)], p, squared};
-    };
-    if (near >= 0 && at(near) < place_.size()) look_at(place_[at(near)]);
+    if (near >= 0 && at(near) < place_.size()) {
+        const TrianglePoint p = closest_(x, place_[at(near)]);
+        best = {near, p, (x - p.point).squaredNorm()};
+    }
+    search_(x, slack, band, best);
+    if (best.triangle < 0) { // x is no number: any
+        const TrianglePoint p = closest_(x, 0);
+        best = {order_[0], p, (x - p.point).squaredNorm()};
+    }
+    return best;
+}
+
+NearestTriangle BoundingTree::nearest_within(const Vec3& x, std::int32_t near) const
+{
+    if (near < 0 || at(near) >= place_.size()) return nearest(x, -1);
+    // A little more than that distance: `near` itself is found again, in its turn, and boxes and
+    // triangles round differently.
+    constexpr double kMore = 1 + 1e-9;
+    NearestTriangle best;
+    best.squared = (x - closest_(x, place_[at(near)]).point).squaredNorm() * kMore +
+                   std::numeric_limits<double>::min();
+    search_(x, 0, 0, best);
+    return best.triangle < 0 ? nearest(x, -1) : best;
+}
+
+void BoundingTree::search_(const Vec3& x, double slack, double band, NearestTriangle& best) const
+{
     const double worth = 1 / ((1 + slack) * (1 + slack)), band2 = band * band;
     // Depth is at most 31 + 2, each level leaves one node waiting.
     struct Waiting {
@@ -111,13 +137,14 @@ NearestTriangle BoundingTree::nearest(const Vec3& x, std::int32_t near, double s
     stack[top++] = {0, squared_to_box(q, nodes_[0].low, nodes_[0].high)};
     while (top > 0) {
         const Waiting next = stack[--top];
-        if (best.triangle >= 0 &&
-            next.squared >= (best.squared > band2 ? worth : 1.0) * best.squared)
-            continue;
+        if (next.squared >= (best.squared > band2 ? worth : 1.0) * best.squared) continue;
         const Node& node = nodes_[at(next.node)];
         if (node.count > 0) {
-            for (std::int32_t i = node.first; i < node.first + node.count; ++i)
-                look_at(i);
+            for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
+                const TrianglePoint p = closest_(x, i);
+                const double squared = (x - p.point).squaredNorm();
+                if (squared < best.squared) best = {order_[at(i)], p, squared};
+            }
             continue;
         }
         const Node &left = nodes_[at(node.first)], &right = nodes_[at(node.first + 1)];
@@ -127,7 +154,6 @@ NearestTriangle BoundingTree::nearest(const Vec3& x, std::int32_t near, double s
         stack[top++] = a;
         stack[top++] = b;
     }
-    return best;
 }
 
 void BoundingTree::within(const Vec3& centre, double radius,

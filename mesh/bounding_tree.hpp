@@ -29,6 +29,10 @@ public:
     NearestTriangle nearest(const Vec3& x, std::int32_t near, double slack = 0,
                             double band = 0) const;
 
+    /// What nearest(x, -1) finds, the same triangle among equally near ones, in the time that a
+    /// good `near` takes: what is farther than that triangle is left out from the start.
+    NearestTriangle nearest_within(const Vec3& x, std::int32_t near) const;
+
     /// Triangles that a ball touches, some others near it, and nothing else of the surface.
     void within(const Vec3& centre, double radius, std::vector<std::int32_t>& triangles) const;
 
@@ -45,6 +49,9 @@ private:
 
     void split_(std::int32_t node, std::int32_t first, std::int32_t count,
                 std::vector<Vec3>& centres);
+    /// Takes what is nearer than `best`, first come first served.
+    void search_(const Vec3& x, double slack, double band, NearestTriangle& best) const;
+    TrianglePoint closest_(const Vec3& x, std::int32_t place) const;
 
     std::vector<Node> nodes_;
     std::vector<std::int32_t> order_; ///< triangles, leaf by leaf

@@ -270,6 +270,33 @@ CurveLocation Centreline::nearest(const Vec3& x, std::int32_t hint) const
     return best;
 }
 
+double Centreline::distance_bound(const Vec3& x, std::int32_t piece) const
+{
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    const Piece& p = pieces_[at_(piece)];
+    const Vec3 e = x - p.a0;
+    const double along = e.dot(p.a1);
+    if (p.kind == Piece::Kind::line)
+        return along >= 0 && along <= p.range ? (e - along * p.a1).norm() : kNone;
+    if (p.kind != Piece::Kind::arc) return kNone;
+    const double out = e.dot(p.a2), off = e.dot(p.a3), rho = p.bend_radius;
+    const double from_centre = std::sqrt(along * along + out * out);
+    // The nearest point of the circle is on the arc if it is in the ball around the arc's middle,
+    // through its ends: with the cosine of the angle between them, 2 rho^2 (1 - cos) <= radius^2.
+    constexpr double kInside = 1 - 1e-8; // that ball is a little larger
+    const double least = rho - kInside * p.ball_radius * p.ball_radius / (2 * rho);
+    if (e.dot(p.ball_centre - p.a0) < from_centre * least) return kNone;
+    const double in_plane = from_centre - rho;
+    return std::sqrt(in_plane * in_plane + off * off);
+}
+
+double Centreline::constant_radius() const
+{
+    for (const Piece& p : pieces_)
+        if (p.r0 != radius_ || p.r1 != 0 || p.r2 != 0 || p.r3 != 0) return 0;
+    return pieces_.empty() ? 0 : radius_;
+}
+
 // Arc length from the start of a piece to u: 8 Gauss points on each of two halves.
 double Centreline::length_to_(const Piece& p, double u)
 {

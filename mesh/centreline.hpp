@@ -75,6 +75,14 @@ public:
     /// Cost: about 50 ns for a few pieces, logarithmic-like in their number.
     CurveLocation nearest(const Vec3& x, std::int32_t hint) const;
 
+    /// No less than the distance from the curve, by one piece alone and without its functions of
+    /// angles [m]; infinity where that finds nothing: x is beside the piece, or it is a cubic.
+    /// Cost: about 5 ns.
+    double distance_bound(const Vec3& x, std::int32_t piece) const;
+
+    /// The radius if it is the same all along, else 0 [m].
+    double constant_radius() const;
+
     CurveDerivatives derivatives(std::int32_t piece, double parameter) const;
 
     friend Centreline make_spline(const std::vector<Vec3>& points,

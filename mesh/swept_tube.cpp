@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 // Let e = x - c(u), d = |e|, m = e / d, and u(x) the foot: e . c' = 0. Differentiating that,
 //   D u_i = c'_i              D = c' . c' - e . c''
@@ -18,8 +19,9 @@ namespace amontons {
 
 namespace {
 
-constexpr double kAxis = 1e-9;  // of the radius: nearer to the axis the normal has no meaning
-constexpr double kFocal = 0.02; // least D / c'^2: less is beside an end, or in a bend too tight
+constexpr double kAxis = 1e-9;    // of the radius: nearer to the axis the normal has no meaning
+constexpr double kRounded = 1e-9; // of the radius: more than distances are rounded by
+constexpr double kFocal = 0.02;   // least D / c'^2: less is beside an end, or in a bend too tight
 
 } // namespace
 
@@ -66,6 +68,14 @@ double SweptTube::distance(const Vec3& x, WallHint& hint) const
     const double focal = std::max(speed2 - e.dot(c.second), kFocal * speed2);
     const double steep = c.radius_first / focal;
     return gap / std::sqrt(1 + steep * steep * speed2);
+}
+
+double SweptTube::clearance(const Vec3& x, const WallHint& hint) const
+{
+    if (!(radius_ > 0) || hint.piece < 0 || hint.piece >= centreline_.piece_count())
+        return -std::numeric_limits<double>::infinity();
+    // Beyond its ends a tube goes on along a line or ends in a point, none farther than the piece.
+    return (1 - kRounded) * radius_ - centreline_.distance_bound(x, hint.piece);
 }
 
 WallSample SweptTube::sample(const Vec3& x, WallHint& hint) const

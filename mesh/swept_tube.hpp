@@ -22,11 +22,15 @@ public:
         : centreline_{std::move(centreline)}
         , start_{start}
         , end_{end}
+        , radius_{centreline_.constant_radius()}
     {
     }
 
     WallSample sample(const Vec3& x, WallHint& hint) const;
     double distance(const Vec3& x, WallHint& hint) const;
+    /// No more than `distance`, if the radius is the same all along and the hint is the piece next
+    /// to x; else -infinity.
+    double clearance(const Vec3& x, const WallHint& hint) const;
     const Centreline& centreline() const { return centreline_; }
 
 private:
@@ -34,6 +38,7 @@ private:
 
     Centreline centreline_;
     TubeEnd start_, end_;
+    double radius_ = 0; ///< if it is the same all along, else 0
 };
 
 } // namespace amontons

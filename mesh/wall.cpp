@@ -107,8 +107,11 @@ double Wall::distance(const Vec3& x, WallHint& hint) const
 
 double Wall::clearance(const Vec3& x, WallHint& hint) const
 {
-    const auto* field = std::get_if<DistanceField>(&geometry_->shape);
-    return field ? field->clearance(x, hint) : -std::numeric_limits<double>::infinity();
+    if (const auto* field = std::get_if<DistanceField>(&geometry_->shape))
+        return field->clearance(x, hint);
+    if (const auto* tube = std::get_if<SweptTube>(&geometry_->shape))
+        return tube->clearance(x, hint);
+    return -std::numeric_limits<double>::infinity();
 }
 
 void Wall::prepare(const std::string& cache, int threads)

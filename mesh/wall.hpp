@@ -50,8 +50,8 @@ public:
     /// The signed distance alone [m].
     double distance(const Vec3& x, WallHint& hint) const;
 
-    /// No more than `distance`, found without sampling where x is far from a sampled wall [m];
-    /// -infinity where the distance itself is as cheap.
+    /// No more than `distance`, for less [m]: of a sampled wall without sampling, where x is far
+    /// from it; of a tube by the piece of the hint. -infinity where there is nothing cheaper.
     double clearance(const Vec3& x, WallHint& hint) const;
 
     /// Samples of a sampled wall are taken by so many threads (the same bits for any number), and

@@ -55,3 +55,29 @@ TEST_CASE("the tree finds what a search of all triangles finds with or without a
         CHECK(std::sqrt(nearby.nearest(x, near).squared) == doctest::Approx(best).epsilon(1e-14));
     }
 }
+
+TEST_CASE(
+    "where a search for the nearest triangle starts changes no bit of it and no choice on a tie")
+{
+    const SurfaceMesh mesh = *make_ball({Vec3{0.2, 0, 0}, 1, true, 0.4}).surface;
+    const BoundingTree tree{mesh};
+    const auto count = static_cast<std::int32_t>(mesh.triangles.size());
+    std::mt19937 rng{3};
+    std::uniform_real_distribution<double> uniform{-1.5, 1.5};
+    for (int k = 0; k < 300; ++k) {
+        Vec3 x{uniform(rng), uniform(rng), uniform(rng)};
+        const auto& corners = mesh.triangles[static_cast<std::size_t>(k % count)];
+        const auto corner = [&](int i) {
+            return mesh.points[static_cast<std::size_t>(corners[static_cast<std::size_t>(i)])];
+        };
+        if (k % 3 == 0) x = corner(0);                      // of many triangles
+        if (k % 3 == 1) x = 0.55 * (corner(0) + corner(1)); // above an edge: of two
+        const NearestTriangle whole = tree.nearest(x, -1);
+        for (std::int32_t near : {-1, 0, k % count, whole.triangle, count - 1, count}) {
+            const NearestTriangle found = tree.nearest_within(x, near);
+            CHECK(found.triangle == whole.triangle);
+            CHECK(found.squared == whole.squared);
+            CHECK(found.at.point == whole.at.point);
+        }
+    }
+}

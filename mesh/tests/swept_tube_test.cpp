@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <doctest/doctest.h>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -186,4 +187,39 @@ TEST_CASE("ball and cylinder and plane: unit normals and exact distances and fre
     CHECK(report_surface(plane).wrong_way == 0);
     CHECK_THROWS(make_ball({Vec3::Zero(), -1, false, 0}));
     CHECK_THROWS(make_cylinder({Vec3::Zero(), Vec3::Zero(), 1, false, 0}));
+}
+
+TEST_CASE("what a tube of one radius knows of a place cheaply is no more than its distance")
+{
+    std::mt19937 rng{5};
+    std::uniform_real_distribution<double> uniform{-1, 1};
+    for (const TubeEnd end : {TubeEnd::straight, TubeEnd::ball})
+        for (double angle : {0.3, 3.1, 3.2, 5.5}) { // less and more than half a turn
+            Centreline line{Vec3{0.1, 0, 0}, Vec3{1, 0.2, 0}, Vec3::UnitY(), 0.004};
+            line.append_line(0.02, 0.004);
+            line.append_arc(0.03, angle, 0.4, 0.004);
+            line.append_line(0.02, 0.004);
+            const SweptTube tube{line, end, end};
+            int found = 0;
+            for (int k = 0; k < 3000; ++k) {
+                const Vec3 x = line.at((0.5 + 0.6 * uniform(rng)) * line.length()).position +
+                               0.004 * Vec3{uniform(rng), uniform(rng), uniform(rng)};
+                WallHint hint;
+                const double distance = tube.distance(x, hint);
+                for (std::int32_t piece = -1; piece <= line.piece_count(); ++piece) {
+                    WallHint at;
+                    at.piece = piece;
+                    CHECK(tube.clearance(x, at) <= distance);
+                }
+                // By the nearest piece it is the distance, but for ends of pieces.
+                if (tube.clearance(x, hint) > distance - 1e-8 * 0.004) ++found;
+            }
+            CHECK(found > 2000);
+        }
+    Centreline cone{Vec3::Zero(), Vec3::UnitZ(), Vec3::UnitX(), 0.004};
+    cone.append_line(0.03, 0.009);
+    WallHint hint;
+    const SweptTube tube{cone};
+    tube.distance({0, 0, 0.01}, hint);
+    CHECK(tube.clearance({0, 0, 0.01}, hint) == -std::numeric_limits<double>::infinity());
 }

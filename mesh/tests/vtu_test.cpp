@@ -121,9 +121,9 @@ TEST_CASE("a damaged vtu says where and what")
     CHECK(vtu_refusal(with_words(packed, "vtkZLibDataCompressor", "vtkLZ4DataCompressor"))
               .find("compressor \"vtkLZ4DataCompressor\"") != std::string::npos);
     CHECK(vtu_refusal(with_words(packed, "UInt64", "UInt32")).size() > 0);
-    // A header that announces two blocks of no bytes: 2, 0, 0 for 2, 200, 16.
+    // The header of the points, announcing two blocks of no bytes: 2, 0, 0 for 2, 200, 16.
     CHECK(vtu_refusal(with_words(vtu_seed("linear_inline64_zlib.vtu"),
-                                 "AgAAAAAAAADIAAAAAAAAABAAAAAAAAAAJwAAAAAAAAANAAAAAAAAAA==",
-                                 "AgAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAJwAAAAAAAAANAAAAAAAAAA=="))
+                                 "AgAAAAAAAADIAAAAAAAAABAAAAAAAAAAHAAAAAAAAAARAAAAAAAAAA==",
+                                 "AgAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAHAAAAAAAAAARAAAAAAAAAA=="))
               .size() > 0);
 }

@@ -27,8 +27,8 @@ std::vector<std::byte> WireSimulation::save() const
     for (const auto& c : s.coaxial)
         for (const Nesting& n : c->nestings)
             save_reactions(n.reaction, out);
-    for (const std::vector<double>& f : s.max_force)
-        out.vector(f);
+    for (const WallForce& f : s.force)
+        out.vector(f.largest);
     out.vector(s.wall_moved);
     s.inputs.save(out);
     save_summary(s.summary, out);
@@ -86,7 +86,8 @@ void WireSimulation::restore(const std::vector<std::byte>& state)
             n.reaction = std::move(*next++);
     s.inputs.restore(inputs);
     s.history = std::move(history);
-    s.max_force = std::move(force);
+    for (std::size_t o = 0; o < force.size(); ++o)
+        s.force[o].largest = std::move(force[o]);
     s.summary = std::move(sum);
     s.summary.steps = s.step;
     s.summary.time = s.time;

@@ -172,7 +172,7 @@ void drive(WireGroup& g, const std::vector<BaseTarget>& to)
     for (std::size_t w = 0; w < g.wires.size(); ++w) {
         Wire& wire = g.wires[w]->wire;
         shift.push_back(to[w].insertion - wire.state.base_insertion);
-        const WireState before = wire.state;
+        const WireState before = g.coaxial ? wire.state : WireState{}; // a large copy
         drive_base(wire, to[w].insertion, to[w].twist);
         if (wire.tip && wire.outside()) move_held_tip(wire, to[w].tip);
         if (g.coaxial && shift.back() != 0)

@@ -41,6 +41,7 @@ WireOverlap deepest_overlap(const WireBody& b)
                 const Vec3 x = centreline_point(wire.state, *place);
                 WallHint hint = b.work->proximity[std::size_t(c.index)].hint;
                 const Vec3 at = pulled_back(wall, x, hint);
+                if (wall.wall->clearance(at, hint) >= c.radius) continue;
                 const double depth = c.radius - wall.wall->distance(at, hint);
                 // No curvature allows less than that.
                 if (!(depth > 0) || depth < worst * kAllowedOfDiameter * 2 * c.radius) continue;

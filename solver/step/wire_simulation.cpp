@@ -43,14 +43,15 @@ double WireSimulation::State::next_knot() const
     return next;
 }
 
-WireSimulation::State::Kept WireSimulation::State::keep() const
+std::shared_ptr<const WireSimulation::State::Kept> WireSimulation::State::keep() const
 {
-    Kept k;
+    auto k = std::make_shared<Kept>();
+    k->wires.reserve(wires.size());
     for (const WireBody& b : wires)
-        k.wires.push_back({b.wire.state, b.dynamics});
+        k->wires.push_back({b.wire.state, b.dynamics});
     for (const auto& c : coaxial)
         for (const Nesting& n : c->nestings)
-            k.nested.push_back(n.reaction);
+            k->nested.push_back(n.reaction);
     return k;
 }
 
@@ -70,6 +71,7 @@ WireSimulation::State::Unmoved WireSimulation::State::unmoved() const
 {
     Unmoved u;
     u.kept = keep();
+    u.wires.reserve(wires.size());
     for (const WireBody& b : wires)
         u.wires.push_back({b.halvings, b.work->proximity});
     for (const SoftVessel& v : vessels)
@@ -86,7 +88,7 @@ void WireSimulation::State::undo(const Unmoved& u)
         set_halvings(wires[w], u.wires[w].halvings);
     for (std::size_t v = 0; v < vessels.size(); ++v)
         if (u.tangents[v]) restore_tangent(*vessels[v].tube, *u.tangents[v]);
-    put_back(u.kept);
+    put_back(*u.kept);
     for (std::size_t w = 0; w < wires.size(); ++w)
         wires[w].work->proximity = u.wires[w].proximity;
     overlap = u.overlap;
@@ -127,15 +129,16 @@ bool WireSimulation::State::solve_groups(double h, bool relax, StepReport& sum,
 
 /// One step of all wires; either all move or none. Where a wire stands in a wall between its
 /// contact points, they are put closer and the step is done again.
-bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refusal, bool relax)
+/// @param kept  the state that it begins from; with closer points, if they were put so
+bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refusal, bool relax,
+                                    std::shared_ptr<const Kept>& kept)
 {
-    Kept kept = keep();
     std::vector<StepReport> reports;
     const double t = time + h;
     for (;;) {
         if (!solve_groups(h, relax, sum, reports)) {
             refusal = sum.refusal;
-            put_back(kept);
+            put_back(*kept);
             return false;
         }
         for (std::size_t w = 0; w < wires.size(); ++w)
@@ -149,12 +152,12 @@ bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refu
             } else if (o.depth > o.most) {
                 refusal = never_done(o, scene.beams[w].name, wall_name(walls[w][o.wall]));
                 sum.lasting = true;
-                put_back(kept);
+                put_back(*kept);
                 return false;
             }
         }
         if (closer.empty()) break;
-        put_back(kept);
+        put_back(*kept);
         for (const std::size_t w : closer)
             halve_spacing(wires[w]);
         kept = keep();
@@ -271,23 +274,12 @@ StepRecord WireSimulation::State::record(const StepReport& r, double h, double s
 
 void WireSimulation::State::note_forces(const StepRecord& r)
 {
-    for (const ContactRecord& c : r.contacts) {
-        const std::size_t o = std::size_t(c.body_b);
-        if (o >= obstacles.size()) continue; // in a bore
-        const SurfaceMesh& mesh = *obstacles[o].model.surface;
-        if (mesh.triangles.empty()) continue;
-        if (!tree[o]) tree[o] = std::make_unique<BoundingTree>(mesh);
-        if (max_force[o].empty()) max_force[o].assign(mesh.points.size(), 0);
-        const NearestTriangle at = tree[o]->nearest(c.point, -1);
-        const auto& corners = mesh.triangles[std::size_t(at.triangle)];
-        int best = corners[0];
-        for (int v : corners)
-            if ((mesh.points[std::size_t(v)] - c.point).squaredNorm() <
-                (mesh.points[std::size_t(best)] - c.point).squaredNorm())
-                best = v;
-        double& f = max_force[o][std::size_t(best)];
-        f = std::max(f, c.clustered_force);
-    }
+    std::vector<bool> touched(obstacles.size(), false); // surfaces are made when something touches
+    for (const ContactRecord& c : r.contacts)
+        if (std::size_t(c.body_b) < obstacles.size()) touched[std::size_t(c.body_b)] = true;
+    for (std::size_t o = 0; o < obstacles.size(); ++o)
+        if (touched[o])
+            amontons::note_forces(*obstacles[o].model.surface, int(o), r.contacts, force[o]);
 }
 
 /// Looks at walls that give way as they are now: at frames, and at the end.
@@ -380,8 +372,7 @@ WireSimulation::WireSimulation(const Scene& scene, std::vector<Obstacle> obstacl
     State& s = *state_;
     s.scene = scene;
     s.obstacles = std::move(obstacles);
-    s.tree.resize(s.obstacles.size());
-    s.max_force.resize(s.obstacles.size());
+    s.force.resize(s.obstacles.size());
     s.step_length = scene.time.step;
     s.vessels = build_soft_vessels(scene);
     std::vector<Issue> issues;
@@ -487,10 +478,11 @@ StepResult WireSimulation::step(const std::atomic<bool>& stop, double not_beyond
     for (const WireBody& b : s.wires)
         tips.push_back(wire_tip(b.wire));
     s.retries = 0;
+    std::shared_ptr<const State::Kept> kept = before.kept;
     for (;;) {
         const bool unstable = refusal.ends_with("unstable");
         const bool relax = h <= (unstable ? kRelaxUnstable : kRelaxFailed) * s.longest();
-        if (s.advance(h, report, refusal, relax)) break;
+        if (s.advance(h, report, refusal, relax, kept)) break;
         ++s.retries;
         if (report.lasting || h <= s.smallest()) {
             std::string why = "step " + std::to_string(s.step + 1) +
@@ -611,7 +603,7 @@ std::vector<BodyPlan> WireSimulation::plan() const
 std::vector<double> WireSimulation::max_contact_force(std::size_t obstacle) const
 {
     const State& s = *state_;
-    if (!s.max_force[obstacle].empty()) return s.max_force[obstacle];
+    if (!s.force[obstacle].largest.empty()) return s.force[obstacle].largest;
     return std::vector<double>(s.obstacles[obstacle].model.surface->points.size(), 0);
 }
 

@@ -1,11 +1,11 @@
 #pragma once
 
 #include "mesh/base/curve.hpp"
-#include "mesh/bounding_tree.hpp"
 #include "solver/step/branch_log.hpp"
 #include "solver/step/coaxial.hpp"
 #include "solver/step/live_inputs.hpp"
 #include "solver/step/soft_vessel.hpp"
+#include "solver/step/wall_force.hpp"
 #include "solver/step/wire_group.hpp"
 #include "solver/step/wire_overlap.hpp"
 #include "solver/step/wire_simulation.hpp"
@@ -38,10 +38,9 @@ struct WireSimulation::State {
     std::vector<WireGroup> groups;                 ///< every wire is in one
     std::vector<std::vector<int>> walls;           ///< obstacles of each wire's walls
     std::vector<WireHistory> history;
-    std::vector<WireOverlap> overlap;                ///< of each wire at the last accepted state
-    std::vector<std::unique_ptr<BoundingTree>> tree; ///< made when a contact first needs it
-    std::vector<std::vector<double>> max_force;      ///< per obstacle and vertex [N]
-    std::vector<double> wall_moved; ///< of each vessel's wall the most that was looked at [m]
+    std::vector<WireOverlap> overlap; ///< of each wire at the last accepted state
+    std::vector<WallForce> force;     ///< on each obstacle
+    std::vector<double> wall_moved;   ///< of each vessel's wall the most that was looked at [m]
 
     bool started = false;
     double time = 0, step_length = 0;
@@ -113,7 +112,8 @@ struct WireSimulation::State {
         std::vector<OfWire> wires;
         std::vector<std::vector<Reaction>> nested;
     };
-    Kept keep() const;
+    /// Shared: the tries of one step begin from the same.
+    std::shared_ptr<const Kept> keep() const;
     void put_back(const Kept& kept);
     /// The same with what tries that are given up leave behind: where points of contact are and are
     /// looked for, where tangents are taken.
@@ -122,7 +122,7 @@ struct WireSimulation::State {
             int halvings = 0;
             std::vector<Proximity> proximity;
         };
-        Kept kept;
+        std::shared_ptr<const Kept> kept;
         std::vector<OfWire> wires;
         std::vector<std::shared_ptr<const Eigen::VectorXd>> tangents; ///< of vessels, or null
         std::vector<WireOverlap> overlap;
@@ -134,7 +134,8 @@ struct WireSimulation::State {
     StepResult begin(const std::atomic<bool>& stop);
     StepResult tell(StepRecord record);
     bool solve_groups(double h, bool relax, StepReport& sum, std::vector<StepReport>& reports);
-    bool advance(double h, StepReport& sum, std::string& refusal, bool relax);
+    bool advance(double h, StepReport& sum, std::string& refusal, bool relax,
+                 std::shared_ptr<const Kept>& kept);
     void measure_start(WireGroup& g, const std::vector<BaseTarget>& to, StepReport& report);
     StepRecord record(const StepReport& r, double h, double seconds);
     void note_forces(const StepRecord& r);

@@ -8,6 +8,8 @@ import sys
 import tempfile
 import unittest
 
+import reported_skips
+
 PROGRAM = str(pathlib.Path(sys.argv.pop(1)).resolve())
 TETRAHEDRON = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 SETS = "node_set bottom\n0 1 2 3 4 5 6 7 8\nface_set top\n4 5\n5 5\n6 5\n7 5\n"
@@ -221,4 +223,4 @@ class BadBodies(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    reported_skips.main()

@@ -16,6 +16,8 @@ import tempfile
 import time
 import unittest
 
+import reported_skips
+
 from wire_on_floor import SCENE
 
 PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
@@ -129,7 +131,7 @@ class CaseFolder(unittest.TestCase):
         rows = list(csv.DictReader((self.folder / "a/validation.csv").read_text().splitlines()))
         self.assertEqual([r["verdict"] for r in rows], ["passed", "passed", "FAILED"])
 
-    @unittest.skipUnless(shutil.which("gnuplot"), "no gnuplot")
+    @unittest.skipUnless(shutil.which("gnuplot"), "lacks gnuplot")
     def test_the_report_shows_its_plots(self):
         other = self.make("other", measure=[{"quantity": "contacts.max", "reference": 99, "tolerance": 1e-3}])
         self.call("./counted", other, "--report", "shown", code=1)
@@ -158,4 +160,4 @@ class CaseFolder(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1])
+    reported_skips.main(argv=sys.argv[:1])

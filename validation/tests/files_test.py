@@ -17,6 +17,8 @@ import tempfile
 import time
 import unittest
 
+import reported_skips
+
 PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
 MAKER = next((a.split("=", 1)[1] for a in sys.argv if a.startswith("--samples=")), "")
 SCENE = {
@@ -173,7 +175,7 @@ class NothingIsLost(Case):
     def test_by_a_disk_without_room_for_the_beginning(self):
         if subprocess.run(["unshare", "-rm", "mount", "-t", "tmpfs", "-o", "size=64k", "none", "/mnt"],
                           capture_output=True).returncode != 0:
-            self.skipTest("no right to mount")
+            self.skipTest("lacks the right to mount")
         script = ('mount -t tmpfs -o size=400k none disk && cp -a out disk/out && cp disk/out/history.csv kept && '
                   'dd if=/dev/zero of=disk/fill bs=1k 2>/dev/null; "$0" run case.json --output disk/out; '
                   'echo "code $?"; cmp kept disk/out/history.csv && ls disk/out/checkpoint disk/out/frames | wc -l')
@@ -311,7 +313,7 @@ class Names(Case):
 
 
 class OtherCommands(Case):
-    @unittest.skipUnless(MAKER, "needs the FCLib module")
+    @unittest.skipUnless(MAKER, "lacks the module fclib")
     def test_solve_blames_a_full_disk(self):
         subprocess.run([MAKER, str(self.folder)], check=True, capture_output=True)
         problem = next(iter(sorted(self.folder.glob("*.hdf5"))))
@@ -334,4 +336,4 @@ class OtherCommands(Case):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1])
+    reported_skips.main(argv=sys.argv[:1])

@@ -17,6 +17,8 @@ import tempfile
 import time
 import unittest
 
+import reported_skips
+
 PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PACKET = struct.Struct("<4sIq3d3d")
@@ -495,4 +497,4 @@ class Udp(Case):
 
 if __name__ == "__main__":
     os.chdir("/")
-    unittest.main(argv=[sys.argv[0]] + sys.argv[2:])
+    reported_skips.main(argv=[sys.argv[0]] + sys.argv[2:])

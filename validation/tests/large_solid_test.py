@@ -14,6 +14,8 @@ import tempfile
 import time
 import unittest
 
+import reported_skips
+
 PROGRAM = ""
 MPIRUN = shutil.which("mpirun")
 # As root, in containers with fewer cores than ranks.
@@ -162,7 +164,7 @@ class Large(unittest.TestCase):
         self.assertEqual(result.returncode, 2, result.stderr)
         self.assertIn("mpirun", result.stderr)
 
-    @unittest.skipUnless(MPIRUN, "no mpirun")
+    @unittest.skipUnless(MPIRUN, "lacks mpirun (openmpi-bin)")
     def test_ranks_give_the_same_answer(self):
         direct = self.run_linear("direct")
         for ranks in (2, 3):
@@ -171,20 +173,20 @@ class Large(unittest.TestCase):
         self.write(block((1, 1, 1)))  # 8 nodes: ranks without nodes or elements
         self.same(self.run_linear("direct"), self.run_linear("distributed", before=(MPIRUN, "-n", "5")))
 
-    @unittest.skipUnless(MPIRUN, "no mpirun")
+    @unittest.skipUnless(MPIRUN, "lacks mpirun (openmpi-bin)")
     def test_a_mistake_in_the_scene_ends_all_ranks(self):
         result = self.call("run", "missing.json", before=(MPIRUN, "-n", "2"))
         self.assertEqual(result.returncode, 2, result.stderr)
         self.assertEqual(result.stderr.count("missing.json"), self.call("run", "missing.json").stderr.count(
             "missing.json"))
 
-    @unittest.skipUnless(MPIRUN, "no mpirun")
+    @unittest.skipUnless(MPIRUN, "lacks mpirun (openmpi-bin)")
     def test_a_wrong_option_is_said_once(self):
         result = self.call("run", "scene.json", "--fresh", before=(MPIRUN, "-n", "2"))
         self.assertEqual(result.returncode, 2)
         self.assertEqual(result.stderr.count("error: "), 1, result.stderr)
 
-    @unittest.skipUnless(MPIRUN, "no mpirun")
+    @unittest.skipUnless(MPIRUN, "lacks mpirun (openmpi-bin)")
     def test_a_part_without_contacts_works_along(self):
         self.write(block((1, 1, 12)))  # METIS cuts it across: one part is far from the plate
         self.same(self.run_linear("direct"), self.run_linear("distributed", before=(MPIRUN, "-n", "2")))
@@ -216,7 +218,7 @@ class Large(unittest.TestCase):
         self.assertTrue(all(line.count(",") == lines[0].count(",") for line in lines), "torn line")
         return json.loads((self.folder / "out/manifest.json").read_text())
 
-    @unittest.skipUnless(MPIRUN, "no mpirun")
+    @unittest.skipUnless(MPIRUN, "lacks mpirun (openmpi-bin)")
     def test_a_killed_rank_ends_the_run_with_valid_output(self):
         process, ranks = self.start_two_ranks()
         os.kill(ranks[1], signal.SIGKILL)
@@ -226,7 +228,7 @@ class Large(unittest.TestCase):
         self.assertIn("Killed", err)
         self.finished_steps_are_valid()
 
-    @unittest.skipUnless(MPIRUN, "no mpirun")
+    @unittest.skipUnless(MPIRUN, "lacks mpirun (openmpi-bin)")
     def test_a_run_goes_on_with_another_number_of_ranks(self):
         """Stopped on two ranks, gone on with on three: the answer of a run that nothing stopped."""
         self.write(block((4, 4, 3), end=8, step=0.25))
@@ -254,7 +256,7 @@ class Large(unittest.TestCase):
         process.communicate(timeout=60)
         self.assertEqual(process.returncode, 130)
 
-    @unittest.skipUnless(MPIRUN, "no mpirun")
+    @unittest.skipUnless(MPIRUN, "lacks mpirun (openmpi-bin)")
     def test_a_full_disk_ends_all_ranks_with_valid_output(self):
         process, ranks = self.start_two_ranks()
         # Rank 0 alone writes. From here on its files may not grow.
@@ -265,7 +267,7 @@ class Large(unittest.TestCase):
         self.assertIn("out/", err)
         self.finished_steps_are_valid()
 
-    @unittest.skipUnless(MPIRUN, "no mpirun")
+    @unittest.skipUnless(MPIRUN, "lacks mpirun (openmpi-bin)")
     def test_an_interrupt_ends_all_ranks(self):
         process, ranks = self.start_two_ranks()
         os.kill(ranks[0], signal.SIGINT)
@@ -276,4 +278,4 @@ class Large(unittest.TestCase):
 
 if __name__ == "__main__":
     PROGRAM = str(pathlib.Path(sys.argv.pop(1)).resolve())
-    unittest.main()
+    reported_skips.main()

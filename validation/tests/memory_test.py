@@ -13,6 +13,8 @@ import tempfile
 import time
 import unittest
 
+import reported_skips
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "validation/bench"))
 import linear_way  # noqa: E402
@@ -97,4 +99,4 @@ class Memory(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[sys.argv[0]])
+    reported_skips.main(argv=[sys.argv[0]])

@@ -8,6 +8,8 @@ import sys
 import tempfile
 import unittest
 
+import reported_skips
+
 PROGRAM = str(pathlib.Path(sys.argv.pop(1)).resolve())
 
 
@@ -100,4 +102,4 @@ class MeshCommand(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    reported_skips.main()

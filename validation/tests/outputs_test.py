@@ -12,6 +12,8 @@ import sys
 import tempfile
 import unittest
 
+import reported_skips
+
 PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs/outputs.md"
@@ -114,4 +116,4 @@ class Outputs(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[sys.argv[0]] + sys.argv[2:])
+    reported_skips.main(argv=[sys.argv[0]] + sys.argv[2:])

@@ -20,6 +20,8 @@ import time
 import unittest
 import xml.etree.ElementTree as xml
 
+import reported_skips
+
 PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
 STUB = "--stub" in sys.argv
 MAKER = next((a.split("=", 1)[1] for a in sys.argv if a.startswith("--samples=")), "")
@@ -368,7 +370,7 @@ class FullDisk(Case):
         mount = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(disk)],
                                capture_output=True)
         if mount.returncode != 0:
-            self.skipTest("no right to mount")
+            self.skipTest("lacks the right to mount")
         try:
             result = self.run_to("disk/out", "--json", "--set", "output.every=2")
             self.assertEqual(result.returncode, 3, result.stderr)
@@ -674,7 +676,7 @@ class Output(Case):
                 self.assertLess(json.loads(result.stdout)["peak_memory"], 15e6)
 
 
-@unittest.skipUnless(MAKER, "no module fclib, or a stub")
+@unittest.skipUnless(MAKER, "a stub" if STUB else "lacks the module fclib")
 class Solve(Case):
     """amontons solve, on files that MAKER wrote."""
 
@@ -879,7 +881,7 @@ class Schema(Case):
         try:
             import jsonschema
         except ImportError:
-            self.skipTest("no python3-jsonschema")
+            self.skipTest("lacks python3-jsonschema")
         schema = json.loads(self.call("schema").stdout)
         jsonschema.Draft7Validator.check_schema(schema)
         validator = jsonschema.Draft7Validator(schema)
@@ -904,4 +906,4 @@ class Schema(Case):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[sys.argv[0]] + [a for a in sys.argv[2:] if a != "--stub" and not a.startswith("--samples=")])
+    reported_skips.main(argv=[sys.argv[0]] + [a for a in sys.argv[2:] if a != "--stub" and not a.startswith("--samples=")])

@@ -14,6 +14,8 @@ import sys
 import tempfile
 import unittest
 
+import reported_skips
+
 PROGRAM = pathlib.Path(sys.argv[1]).resolve()
 WHOLE = "--whole" in sys.argv
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -111,4 +113,4 @@ class Recipes(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[sys.argv[0]])
+    reported_skips.main(argv=[sys.argv[0]])

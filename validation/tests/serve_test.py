@@ -17,6 +17,8 @@ import tempfile
 import time
 import unittest
 
+import reported_skips
+
 PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs/serve.md").read_text()
@@ -355,4 +357,4 @@ class Ends(Case):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1])
+    reported_skips.main(argv=sys.argv[:1])

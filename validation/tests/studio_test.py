@@ -18,6 +18,8 @@ import tempfile
 import time
 import unittest
 
+import reported_skips
+
 program = ""
 SCENE = {
     "schema": 1,
@@ -412,4 +414,4 @@ class StudioTest(unittest.TestCase):
 
 if __name__ == "__main__":
     program = str(pathlib.Path(sys.argv.pop(1)).resolve())
-    unittest.main()
+    reported_skips.main()

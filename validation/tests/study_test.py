@@ -16,6 +16,7 @@ import time
 import unittest
 import xml.etree.ElementTree as xml
 
+import reported_skips
 from wire_on_floor import SCENE
 
 PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
@@ -67,7 +68,7 @@ class Study(unittest.TestCase):
         self.assertEqual([r["time.step"] for r in rows], ["0.2", "0.1", "0.05"])
         self.assertTrue((self.folder / "out/study.gp").exists())
 
-    @unittest.skipUnless(shutil.which("gnuplot"), "no gnuplot")
+    @unittest.skipUnless(shutil.which("gnuplot"), "lacks gnuplot")
     def test_the_plot_is_a_picture(self):
         self.study("--reference", "20")
         self.assertTrue(xml.parse(self.folder / "out/study.svg").getroot().tag.endswith("svg"))
@@ -235,4 +236,4 @@ class Study(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1])
+    reported_skips.main(argv=sys.argv[:1])

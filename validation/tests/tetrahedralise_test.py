@@ -11,6 +11,8 @@ import sys
 import tempfile
 import unittest
 
+import reported_skips
+
 PROGRAM = str(pathlib.Path(sys.argv.pop(1)).resolve())
 
 
@@ -346,4 +348,4 @@ class Tetrahedralise(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    reported_skips.main()

@@ -11,6 +11,8 @@ import tempfile
 import time
 import unittest
 
+import reported_skips
+
 PROGRAM = pathlib.Path(sys.argv[1]).resolve()
 SCENE = {
     "schema": 1,
@@ -143,4 +145,4 @@ if __name__ == "__main__":
     if not shutil.which("Xvfb"):
         print("skipped: no Xvfb (xvfb)")
         sys.exit(77)  # CTest's SKIP_RETURN_CODE
-    unittest.main(argv=[sys.argv[0]])
+    reported_skips.main(argv=[sys.argv[0]])

@@ -48,7 +48,7 @@ class ContactProblemTest(Case):
         np.testing.assert_array_equal(am.ContactProblem(wide[::2, ::2], [0, 0, 0], 1).W, W)
         self.assertEqual(len(am.solve(np.empty((0, 0)), [], []).reaction), 0)
 
-    @unittest.skipUnless(sparse, "no scipy")
+    @unittest.skipUnless(sparse, "lacks scipy")
     def test_sparse_and_matrix_free_are_the_dense_one(self):
         p = random_problem(12, 1)
         dense = am.solve(p, tolerance=1e-10)
@@ -127,7 +127,7 @@ class ContactProblemTest(Case):
             t.join()
         self.assertEqual(found, series)
 
-    @unittest.skipUnless(HAS_FCLIB, "no module fclib")
+    @unittest.skipUnless(HAS_FCLIB, "lacks the module fclib")
     def test_a_problem_comes_back_from_its_file(self):
         p = random_problem(4, 5)
         s = am.solve(p)

@@ -32,7 +32,7 @@ class ExamplesTest(Case):
 
     def test_block(self):
         if not am.build_info()["modules"]["fclib"].startswith("/"):
-            self.skipTest("no module fclib")
+            self.skipTest("lacks the module fclib")
         lines = self.run_in_folder(os.path.join(HERE, "examples", "3_block.py")).splitlines()
         self.assertEqual(lines[0], "W 4 x 4")
         self.assertTrue(lines[1].startswith("converged"))
@@ -50,7 +50,7 @@ class ExamplesTest(Case):
 
     def test_train(self):
         if importlib.util.find_spec("gymnasium") is None:
-            self.skipTest("gymnasium is not installed")
+            self.skipTest("lacks gymnasium")
         self.assertIn("[", self.run_in_folder(os.path.join(HERE, "examples", "6_train.py")))
 
     def test_pages(self):

@@ -318,7 +318,7 @@ class GymTest(Case):
         whole = _spaces.Box(0, 3, (500,), np.uint8, seed=1).sample()
         self.assertEqual(set(whole.tolist()), {0, 1, 2, 3})
         if not gym.HAS_GYMNASIUM:
-            self.skipTest("gymnasium is not installed: no check_env, no make")
+            self.skipTest("lacks gymnasium: no check_env, no make")
         import gymnasium
         from gymnasium.utils.env_checker import check_env
         np.testing.assert_array_equal(box.sample(), [gymnasium.spaces.Box(-1.0, 1.0, (2, 3), seed=1).sample() for _ in range(2)][1])

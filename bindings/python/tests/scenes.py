@@ -9,6 +9,8 @@ import unittest
 import amontons as am
 
 SOURCES = os.environ["AMONTONS_SOURCES"]
+sys.path.append(os.path.join(SOURCES, "validation", "tests"))
+import reported_skips  # noqa: E402
 CATHETER = os.path.join(SOURCES, "examples", "catheter", "scene.json")
 
 
@@ -92,4 +94,4 @@ class Case(unittest.TestCase):
 
 
 def main():
-    unittest.main(module=sys.modules["__main__"], verbosity=1)
+    reported_skips.main(verbosity=1)

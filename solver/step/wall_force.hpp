@@ -1,0 +1,32 @@
+#pragma once
+
+#include "mesh/bounding_tree.hpp"
+#include "solver/output/step_record.hpp"
+
+#include <memory>
+#include <vector>
+
+namespace amontons {
+
+/// The largest forces of a run on a wall, at the vertices of its surface.
+struct WallForce {
+    std::vector<double> largest; ///< at each vertex, of clustered forces [N]; empty: no contact yet
+
+    /// Where a contact of the last record was: the next is probably near.
+    struct Found {
+        int body = 0;
+        Vec3 point = Vec3::Zero();
+        std::int32_t triangle = -1;
+    };
+    std::vector<Found> last;            ///< in the order of the contacts
+    std::unique_ptr<BoundingTree> tree; ///< of the surface, made when a contact first needs it
+};
+
+/// Takes the contacts of an accepted step: each counts at the corner next to it of the triangle
+/// next to it. Where contacts were in steps before makes it fast and changes nothing.
+/// @param number   of the wall among the bodies
+/// @param contacts  in a fixed order, wire by wire and along each
+void note_forces(const SurfaceMesh& surface, int number, const std::vector<ContactRecord>& contacts,
+                 WallForce& force);
+
+} // namespace amontons
