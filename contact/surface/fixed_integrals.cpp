@@ -277,7 +277,7 @@ void FixedIntegrals::add_points_(const Facet& master, const ConvexPolygon& polyg
         points = triangle_points_along(std::clamp(along, kLeastAlong, kMostAlong));
     }
     begin_polygon_(polygon[0], part);
-    const bool polynomial = face_.nodes != 4 || contraction_ < 1;
+    const bool in_blocks = face_.nodes == 3 || contraction_ < 1;
 
     Sums<kNodes> sums;
     alignas(64) double x[kBlock], y[kBlock], w[kBlock];
@@ -296,7 +296,7 @@ void FixedIntegrals::add_points_(const Facet& master, const ConvexPolygon& polyg
     };
     Point at;
     const auto add_point = [&](const Vec2& z, double weight) {
-        if (kNodes == 4 && polynomial) {
+        if (kNodes == 4 && in_blocks) {
             x[waiting] = z.x();
             y[waiting] = z.y();
             w[waiting] = weight;
@@ -323,7 +323,8 @@ void FixedIntegrals::add_points_(const Facet& master, const ConvexPolygon& polyg
         for (const QuadraturePoint& p : points)
             add_point(a + p.xi[0] * (b - a) + p.xi[1] * (c - a), p.weight * twice);
     };
-    if (polynomial) { // any triangles do
+    // Where the rule is exact but for the length of the normal, and that next to, any triangles do.
+    if (contraction_ < 1 || (face_.nodes == 3 && part < kSmallSegment)) {
         for (int i = 1; i + 1 < polygon.count; ++i)
             add_triangle(polygon[0], polygon[i], polygon[i + 1]);
     } else {
