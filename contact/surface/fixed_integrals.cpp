@@ -23,11 +23,8 @@ constexpr double kSmallBend = 0.05; // beyond the rule's degree (bend / 2)^5 is 
 /// powers of it are left out, 1e-7 of what the integrals are.
 constexpr double kSmallSegment = 0.1;
 constexpr int kBlock = 8; // points at once
-constexpr int kSteps = 20;
-constexpr double kSquared = 1e-7, kLocated = 1e-13, kMargin = 0.25; // as in facets.cpp
-/// Quadrilaterals that bend more: by the size of the segment, and exact to exp(-kDigits).
-constexpr double kMostBend = 0.99, kDigits = 23;
-constexpr int kLeastAlong = 4, kMostAlong = 12;
+constexpr int kNewtonSteps = 20;
+constexpr double kSquared = 1e-7, kRightPlace = 1e-13, kBeyondBorder = 0.25; // as in facets.cpp
 
 } // namespace
 
@@ -89,8 +86,8 @@ Vec2 FixedIntegrals::in_plane(const Vec2& xi) const
 void FixedIntegrals::find_on_quadrilateral_(const Vec2& z)
 {
     Vec2& xi = last_;
-    if (!xi.allFinite() || xi.cwiseAbs().maxCoeff() > 1 + kMargin) xi.setZero();
-    for (int k = 0; k < kSteps; ++k) {
+    if (!xi.allFinite() || xi.cwiseAbs().maxCoeff() > 1 + kBeyondBorder) xi.setZero();
+    for (int k = 0; k < kNewtonSteps; ++k) {
         const Vec2 a = (along_[0] + xi.y() * twist_).head<2>(),
                    b = (along_[1] + xi.x() * twist_).head<2>();
         const Vec2 off = z - middle_.head<2>() - xi.x() * a - xi.y() * along_[1].head<2>();
@@ -123,7 +120,7 @@ void FixedIntegrals::begin_polygon_(const Vec2& z, double part)
     polygon_xi_ = last_;
     // The first guess is off by no more than the contraction, and Newton's method squares it.
     steps_ = 0;
-    for (double off = contraction_; off > kLocated; off *= off)
+    for (double off = contraction_; off > kRightPlace; off *= off)
         ++steps_;
 }
 
@@ -132,7 +129,7 @@ bool FixedIntegrals::locate_(const Vec2& z, Point& at)
 {
     if (face_.nodes == 4) {
         find_on_quadrilateral_(z);
-        if (!(last_.cwiseAbs().maxCoeff() <= 1 + kMargin)) return false;
+        if (!(last_.cwiseAbs().maxCoeff() <= 1 + kBeyondBorder)) return false;
         const double x = last_.x(), y = last_.y();
         at.N << 0.25 * (1 - x) * (1 - y), 0.25 * (1 + x) * (1 - y), 0.25 * (1 + x) * (1 + y),
             0.25 * (1 - x) * (1 + y), 0, 0;
@@ -270,12 +267,7 @@ void FixedIntegrals::add_points_(const Facet& master, const ConvexPolygon& polyg
     int degree = 4;
     if (face_.nodes == 3 || part < kSmallSegment) degree = 2;
     std::span<const QuadraturePoint> points = triangle_points(degree);
-    if (const double bend = std::min(bend_ * part, kMostBend);
-        face_.nodes == 4 && bend > kSmallBend) {
-        const double rho = 1 / bend + std::sqrt(1 / (bend * bend) - 1);
-        const int along = 1 + int(std::ceil(kDigits / (2 * std::log(rho))));
-        points = triangle_points_along(std::clamp(along, kLeastAlong, kMostAlong));
-    }
+    if (face_.nodes == 4 && bend_ * part > kSmallBend) points = points_for_bend(bend_ * part);
     begin_polygon_(polygon[0], part);
     const bool in_blocks = face_.nodes == 3 || contraction_ < 1;
 

@@ -49,9 +49,8 @@ constexpr double kOwnThickness = 0.3;
 constexpr double kBeside = 1.1;  // of both faces' radii
 constexpr double kBehind = 1e-3; // cosine: what lies beside a face, as in a closed slit, does not
 
-/// Quadrilaterals: bent by less they are parallelograms; integrals are right to exp(-kDigits).
-constexpr double kStraightEdge = 1e-3, kMostBend = 0.99, kDigits = 23;
-constexpr int kLeastAlong = 4, kMostAlong = 12;
+/// Quadrilaterals: bent by less they are parallelograms.
+constexpr double kStraightEdge = 1e-3;
 
 struct Segment {
     const Facet* slave = nullptr;
@@ -406,11 +405,7 @@ private:
         if (sides.slave.nodes == 3 && sides.master.nodes == 3) return triangle_points(2);
         const double bend = std::max(bend_(sides.slave, polygon), bend_(sides.master, polygon));
         if (!(bend > kStraightEdge)) return triangle_points(4);
-        // With a singularity at 1/bend a power is rho times smaller than the one before; n points
-        // are right to the power 2 n - 2.
-        const double rho = 1 / bend + std::sqrt(1 / (bend * bend) - 1);
-        const int points = 1 + int(std::ceil(kDigits / (2 * std::log(rho))));
-        return triangle_points_along(std::clamp(points, kLeastAlong, kMostAlong));
+        return points_for_bend(bend);
     }
 
     /// The shape functions of a quadrilateral that is no parallelogram are no polynomials of the
@@ -430,7 +425,7 @@ private:
                 least = std::min(least, size);
                 most = std::max(most, size);
             }
-        return most > 0 ? std::min((most - least) / (most + least), kMostBend) : 0;
+        return most > 0 ? (most - least) / (most + least) : 0;
     }
 
     /// Adds the integrals over a part of a segment.
