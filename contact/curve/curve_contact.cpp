@@ -45,7 +45,7 @@ double arc_between(const Curve& c, double s, double t)
     return c.closed ? std::min(d, c.start.back() - d) : d;
 }
 
-BoundingBox piece_box(const CurvePiece& p, double more)
+BoundingBox curve_piece_box(const CurvePiece& p, double more)
 {
     BoundingBox box; // of Bézier's points
     box.add(p.x0);
@@ -254,7 +254,7 @@ BoxTree tree_of(const Curve& c, double more)
 {
     std::vector<BoundingBox> boxes;
     for (const CurvePiece& p : c.pieces)
-        boxes.push_back(piece_box(p, p.radius + more));
+        boxes.push_back(curve_piece_box(p, p.radius + more));
     return BoxTree(boxes);
 }
 
@@ -419,7 +419,7 @@ void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Cur
     // Crossings.
     for (int e = 0; e < pieces(a); ++e) {
         const CurvePiece& p = a.pieces[std::size_t(e)];
-        tree.visit(piece_box(p, 0), [&](std::int32_t f) {
+        tree.visit(curve_piece_box(p, 0), [&](std::int32_t f) {
             if (pair.same() && f <= e) return;
             const CurvePiece& q = b.pieces[std::size_t(f)];
             const auto y = feet(p, q);
@@ -481,16 +481,16 @@ bool pass_through(const Curve& a_before, const Curve& a, const Curve& b_before, 
     if (way <= least) return false; // surfaces that only touched still face each other
     std::vector<BoundingBox> boxes;
     for (std::size_t f = 0; f < b.pieces.size(); ++f) {
-        BoundingBox box = piece_box(b.pieces[f], b.pieces[f].radius);
-        box.add(piece_box(b_before.pieces[f], b.pieces[f].radius));
+        BoundingBox box = curve_piece_box(b.pieces[f], b.pieces[f].radius);
+        box.add(curve_piece_box(b_before.pieces[f], b.pieces[f].radius));
         boxes.push_back(box);
     }
     const BoxTree tree(boxes);
     bool passed = false;
     for (std::size_t e = 0; e < a.pieces.size() && !passed; ++e) {
         const CurvePiece &p0 = a_before.pieces[e], &p1 = a.pieces[e];
-        BoundingBox box = piece_box(p1, p1.radius);
-        box.add(piece_box(p0, p1.radius));
+        BoundingBox box = curve_piece_box(p1, p1.radius);
+        box.add(curve_piece_box(p0, p1.radius));
         tree.visit(box, [&](std::int32_t f) {
             if (passed || (same && f <= std::int32_t(e))) return;
             const CurvePiece &q0 = b_before.pieces[std::size_t(f)], &q1 = b.pieces[std::size_t(f)];

@@ -164,6 +164,50 @@ ShapeOverlap of_faces(const PlacedSurface& surface, const Distance& distance,
     return o;
 }
 
+/// Triangles that may be inside of what a distance is from, ascending, and some others: in cubes
+/// that are halved where the distance says that it may reach into them.
+/// @param near  a box in space around what it is
+std::vector<std::int32_t> triangles_inside(const TriangleShape& shape, const Pose& pose,
+                                           const Distance& distance, const BoundingBox& near)
+{
+    struct Cube {
+        Vec3 centre;
+        double half;
+    };
+    const std::vector<Vec3>& points = shape.mesh.points;
+    Vec3 low = points.front(), high = low;
+    for (const Vec3& p : points) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+    }
+    const double whole = 0.5 * (high - low).maxCoeff();
+    // As small as some triangles are wide, on average.
+    const double least = 4 * whole / std::sqrt(double(shape.mesh.triangles.size()));
+    std::vector<Cube> cubes{{0.5 * (low + high), whole}};
+    std::vector<std::int32_t> inside, touched;
+    while (!cubes.empty()) {
+        const Cube c = cubes.back();
+        cubes.pop_back();
+        const double radius = std::numbers::sqrt3 * c.half;
+        const Eigen::Array3d place = (pose.place + pose.turn * c.centre).array();
+        if ((place < near.low - radius).any() || (place > near.high + radius).any() ||
+            distance(c.centre).distance > radius)
+            continue;
+        if (c.half <= least) {
+            shape.tree.within(c.centre, radius, touched);
+            inside.insert(inside.end(), touched.begin(), touched.end());
+            continue;
+        }
+        for (int k = 0; k < 8; ++k)
+            cubes.push_back(
+                {c.centre + 0.5 * c.half * Vec3(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1),
+                 0.5 * c.half});
+    }
+    std::sort(inside.begin(), inside.end());
+    inside.erase(std::unique(inside.begin(), inside.end()), inside.end());
+    return inside;
+}
+
 /// The faces of a box of any size.
 struct BoxFaces {
     ExternalSurface surface;
@@ -196,9 +240,21 @@ ShapeOverlap deepest_in(const RigidShape& shape, const Pose& pose, const Faceted
     }
     const auto* triangles = std::get_if<TriangleShape>(&shape);
     if (!triangles || !facets) return {};
-    for (const Vec3& p : triangles->mesh.points)
-        places.push_back(pose.place + pose.turn * p);
-    return of_faces({*facets, places}, distance, near);
+    // In the body's own frame, where its triangles are known.
+    const Distance own = [&](const Vec3& x) {
+        WallSample s = distance(pose.place + pose.turn * x);
+        const Mat3 back = pose.turn.conjugate().toRotationMatrix();
+        s.normal = back * s.normal;
+        s.hessian = back * s.hessian * back.transpose();
+        return s;
+    };
+    std::vector<OverlapSpot> spots;
+    overlap_spots({*facets, triangles->mesh.points}, own,
+                  triangles_inside(*triangles, pose, own, near), spots);
+    ShapeOverlap o;
+    for (const OverlapSpot& s : spots)
+        keep_deepest(o, pose.place + pose.turn * s.point, -s.depth);
+    return o;
 }
 
 } // namespace amontons

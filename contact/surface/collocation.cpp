@@ -148,7 +148,8 @@ SurfaceContacts nodal_contacts(const ExternalSurface& slave, std::span<const Vec
     const Carriers carriers = carriers_of(slave, slave_places);
     std::optional<SmoothNormals> smooth;
     if (smooth_normals) smooth.emplace(master, master_places);
-    const NearestFace near(master, master_places);
+    const FacetTree faces(facets_of(master, master_places));
+    const NearestFace near(faces);
     SurfaceContacts out;
     std::vector<StencilEntry> stencil;
     for (std::size_t i = 0; i < carriers.node.size(); ++i) {

@@ -20,6 +20,7 @@ void FaceSums::clear()
     normal.fill(Vec3::Zero());
     slave.setZero();
     master.clear();
+    far.fill(Vec3::Zero());
 }
 
 FaceSums::Master& FaceSums::of(std::int32_t face)
@@ -30,9 +31,10 @@ FaceSums::Master& FaceSums::of(std::int32_t face)
     return master.back();
 }
 
-ContactSums::ContactSums(const ExternalSurface& slave, const ExternalSurface& master)
+ContactSums::ContactSums(const ExternalSurface& slave, const ExternalSurface& master, bool fixed)
     : slave_surface_(slave)
     , master_surface_(master)
+    , fixed_(fixed)
     , multipliers_(slave.used_nodes.size())
 {
 }
@@ -52,6 +54,7 @@ void ContactSums::add(std::size_t slave_face, const FaceMultipliers& multipliers
         m.area += sums.area[k];
         m.full += multipliers.full[k];
         m.normal += sums.normal[k];
+        m.far += sums.far[k];
         for (std::size_t j = 0; j < nodes.size(); ++j)
             if (const double w = sums.slave(i, static_cast<Eigen::Index>(j)); w != 0)
                 slave_.push_back({number, nodes[j], w});
@@ -101,6 +104,7 @@ std::vector<std::int32_t> ContactSums::merge_(std::vector<Multiplier>& sums) con
         target[at(a)] = b;
         sums[at(b)].area += sums[at(a)].area;
         sums[at(b)].normal += sums[at(a)].normal;
+        sums[at(b)].far += sums[at(a)].far;
         sums[at(a)].area = 0;
     }
     for (std::size_t k = 0; k < target.size(); ++k)
@@ -161,7 +165,8 @@ SurfaceContacts ContactSums::contacts(std::span<const Vec3> slave_places,
         c.master_begin = c.slave_end;
         c.master_end = append(master, master_begin[k], master_begin[k + 1], m.area);
         c.point = weighted(out.slave(c), slave_places);
-        c.gap = c.normal.dot(c.point - weighted(out.master(c), master_places));
+        const Vec3 met = fixed_ ? Vec3(m.far / m.area) : weighted(out.master(c), master_places);
+        c.gap = c.normal.dot(c.point - met);
         if (std::abs(c.gap) <= reach)
             out.contact.push_back(c);
         else

@@ -17,6 +17,7 @@ struct FaceSums {
     std::array<Vec3, 4> normal;   ///< int psi_i (nu_master - nu_slave) [m^2]
     Weights slave;                ///< int psi_i N_j, j counts the face's nodes [m^2]
     std::vector<Master> master;
+    std::array<Vec3, 4> far; ///< of a master that does not bend: int psi_i y, y its place [m^3]
 
     void clear();
     Master& of(std::int32_t face); ///< of a face of the master; new ones are 0
@@ -25,7 +26,8 @@ struct FaceSums {
 /// Contacts from the integrals over the faces of the slave.
 class ContactSums {
 public:
-    ContactSums(const ExternalSurface& slave, const ExternalSurface& master);
+    /// @param fixed  a master that does not bend: contacts have no stencil on it
+    ContactSums(const ExternalSurface& slave, const ExternalSurface& master, bool fixed = false);
 
     void add(std::size_t slave_face, const FaceMultipliers& multipliers, const FaceSums& sums);
 
@@ -42,7 +44,7 @@ private:
     };
     struct Multiplier {
         double area = 0, full = 0;
-        Vec3 normal = Vec3::Zero();
+        Vec3 normal = Vec3::Zero(), far = Vec3::Zero();
     };
     struct FaceLinks {
         int count = 0;
@@ -57,6 +59,7 @@ private:
 
     const ExternalSurface& slave_surface_;
     const ExternalSurface& master_surface_;
+    bool fixed_ = false;
     std::vector<Multiplier> multipliers_; ///< of each of the slave's used_nodes
     std::vector<FaceLinks> links_;        ///< of each face that was added
     std::vector<Entry> slave_, master_;

@@ -43,6 +43,18 @@ BoundingBox box_of(const ExternalSurface& surface, std::span<const Vec3> places)
 BoundingBox box_of(const Facet& facet, const Vec3& along = Vec3::Zero());
 std::vector<BoundingBox> boxes_of(std::span<const Facet> facets);
 
+/// Facets with a tree over their boxes.
+struct FacetTree {
+    std::vector<Facet> facets;
+    BoxTree tree;
+
+    explicit FacetTree(std::vector<Facet> of)
+        : facets(std::move(of))
+        , tree(boxes_of(facets))
+    {
+    }
+};
+
 /// Coordinates in the plane of a facet; the third is the height along its normal. They move and
 /// turn with the facet.
 struct FacetPlane {

@@ -2,7 +2,8 @@
 
 #include "contact/surface/collocation.hpp"
 #include "contact/surface/contact_sums.hpp"
-#include "contact/surface/smooth_normals.hpp"
+#include "contact/surface/facet_outline.hpp"
+#include "contact/surface/fixed_integrals.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -48,9 +49,8 @@ constexpr double kOwnThickness = 0.3;
 constexpr double kBeside = 1.1;  // of both faces' radii
 constexpr double kBehind = 1e-3; // cosine: what lies beside a face, as in a closed slit, does not
 
-/// Quadrilaterals: bent by less they are parallelograms; integrals are right to exp(-kDigits).
-constexpr double kStraightEdge = 1e-3, kMostBend = 0.99, kDigits = 23;
-constexpr int kLeastAlong = 4, kMostAlong = 12;
+/// Quadrilaterals: bent by less they are parallelograms.
+constexpr double kStraightEdge = 1e-3;
 
 struct Segment {
     const Facet* slave = nullptr;
@@ -60,66 +60,11 @@ struct Segment {
     bool hides = false;    ///< the master's facet shows its back: it only hides what is behind it
 };
 
-/// A facet in a plane, counter-clockwise; seen from its back the order is reversed.
-ConvexPolygon outline(const Facet& facet, const FacetPlane& plane, bool from_back,
-                      double heights[2])
-{
-    ConvexPolygon p;
-    heights[0] = std::numeric_limits<double>::infinity();
-    heights[1] = -heights[0];
-    for (int i = 0; i < facet.corners; ++i) {
-        const Vec3 x =
-            plane(facet.corner[static_cast<std::size_t>(from_back ? facet.corners - 1 - i : i)]);
-        p.add(x.head<2>());
-        heights[0] = std::min(heights[0], x.z());
-        heights[1] = std::max(heights[1], x.z());
-    }
-    return p;
-}
-
-/// Whether the boxes around two polygons do not touch.
-bool polygons_apart(const ConvexPolygon& p, const ConvexPolygon& q)
-{
-    const auto box = [](const ConvexPolygon& of) {
-        Eigen::AlignedBox2d all;
-        for (int i = 0; i < of.count; ++i)
-            all.extend(of[i]);
-        return all;
-    };
-    return !box(p).intersects(box(q));
-}
-
-bool is_convex_polygon(const ConvexPolygon& p)
-{
-    for (int i = 0; i < p.count; ++i)
-        if (twice_area(p[i], p[(i + 1) % p.count], p[(i + 2) % p.count]) < 0) return false;
-    return true;
-}
-
-/// Calls visit with the convex parts of a facet's outline: a quadrilateral may look concave from
-/// the side, and is two triangles then.
-template <class Visit> void for_convex_parts(const ConvexPolygon& p, Visit visit)
-{
-    if (p.count == 3 || is_convex_polygon(p)) {
-        visit(p);
-        return;
-    }
-    // The diagonal from the corner that points inwards, or from the one opposite.
-    const bool first = twice_area(p[3], p[0], p[1]) < 0 || twice_area(p[1], p[2], p[3]) < 0;
-    const int a = first ? 0 : 1;
-    for (const int b : {a, a + 2}) {
-        ConvexPolygon triangle;
-        for (const int i : {b, b + 1, b + 2})
-            triangle.add(p[i % 4]);
-        visit(triangle);
-    }
-}
-
 class Mortar {
 public:
     Mortar(const ExternalSurface& slave, std::span<const Vec3> slave_places,
            const ExternalSurface& master, std::span<const Vec3> master_places,
-           const MortarOptions& options)
+           const BoundingBox& master_box, const MortarOptions& options, bool fixed = false)
         : slave_(slave)
         , master_(master)
         , slave_places_(slave_places)
@@ -127,20 +72,36 @@ public:
         , at_rest_(options.at_rest)
         , reach_(options.reach)
         , of_master_(options.master_normals)
-        , slave_facets_(
-              facets_near(slave, slave_places, box_of(master, master_places), options.reach))
-        , master_facets_(facets_near(master, master_places, search_box_(), 0))
-        , tree_(boxes_of(master_facets_))
-        , sums_(slave, master)
+        , smooth_(options.smooth_normals)
+        , slave_facets_(facets_near(slave, slave_places, master_box, options.reach))
+        , sums_(slave, master, fixed)
     {
-        if (!options.smooth_normals) return;
-        slave_normals_.emplace(slave, slave_places);
-        master_normals_.emplace(master, master_places);
+        if (smooth_ && !of_master_ && !slave_facets_.empty())
+            slave_normals_.emplace(slave, slave_places);
     }
 
+    /// With a master that bends: searched anew each time.
     SurfaceContacts contacts()
     {
-        if (master_facets_.empty()) return {};
+        if (slave_facets_.empty()) return {};
+        const FacetTree faces(facets_near(master_, master_places_, search_box_(), 0));
+        std::optional<SmoothNormals> normals;
+        if (smooth_) normals.emplace(master_, master_places_);
+        return contacts(faces, normals ? &*normals : nullptr);
+    }
+
+    /// With one that does not: `options` ask for its normals, smooth.
+    SurfaceContacts contacts(const FixedShape& master)
+    {
+        fixed_.emplace(master, slave_, slave_places_);
+        return contacts(master.faces, &master.normals);
+    }
+
+    SurfaceContacts contacts(const FacetTree& master, const SmoothNormals* normals)
+    {
+        master_faces_ = &master;
+        master_normals_ = smooth_ ? normals : nullptr;
+        if (master.facets.empty()) return {};
         for (std::size_t i = 0; i < slave_facets_.size();) {
             std::size_t end = i + 1;
             while (end < slave_facets_.size() && slave_facets_[end].face == slave_facets_[i].face)
@@ -234,8 +195,11 @@ private:
         const double dual =
             std::clamp((covered / whole - kPart) / (kWholeOverlap - kPart), 0.0, 1.0);
         face_sums_.clear();
-        for (const Segment& segment : segments_)
-            integrate_(segment, multipliers, dual, facing_(segment));
+        if (fixed_)
+            integrate_fixed_(multipliers, dual);
+        else
+            for (const Segment& segment : segments_)
+                integrate_(segment, multipliers, dual, facing_(segment));
         sums_.add(face, multipliers, face_sums_);
     }
 
@@ -251,9 +215,9 @@ private:
         double covered = 0;
         bool layers = false;
         near_.clear();
-        tree_.visit(box_of(facet, range * facet.normal), [&](std::int32_t i) {
-            if (std::abs(facet.normal.dot(master_facets_[static_cast<std::size_t>(i)].normal)) >=
-                kFacing)
+        master_faces_->tree.visit(box_of(facet, range * facet.normal), [&](std::int32_t i) {
+            if (std::abs(facet.normal.dot(
+                    master_faces_->facets[static_cast<std::size_t>(i)].normal)) >= kFacing)
                 near_.push_back(i);
         });
         std::sort(near_.begin(), near_.end()); // the tree's order is of no meaning
@@ -261,14 +225,14 @@ private:
         behind_.assign(near_.size(), std::nullopt);
         double own_thickness = range;
         for (std::size_t k = 0; k < near_.size() && !at_rest_.empty(); ++k) {
-            const Facet& other = master_facets_[static_cast<std::size_t>(near_[k])];
+            const Facet& other = master_faces_->facets[static_cast<std::size_t>(near_[k])];
             if (facet.normal.dot(other.normal) > 0 || joined_(facet.face, other.face)) continue;
             behind_[k] = behind_at_rest_(facet.face, other.face);
             if (behind_[k] && behind_[k]->across)
                 own_thickness = std::min(own_thickness, behind_[k]->way);
         }
         for (std::size_t k = 0; k < near_.size(); ++k) {
-            const Facet& other = master_facets_[static_cast<std::size_t>(near_[k])];
+            const Facet& other = master_faces_->facets[static_cast<std::size_t>(near_[k])];
             const bool hides = facet.normal.dot(other.normal) > 0;
             double deepest = range;
             if (!at_rest_.empty()) {
@@ -281,7 +245,10 @@ private:
             if (far[0] > range || far[1] < -range || polygons_apart(own, seen)) continue;
             const Vec3 normal = plane.axes * other.normal, middle_place = plane(other.middle);
             for_convex_parts(seen, [&](const ConvexPolygon& part) {
-                intersect(own, part, shared_);
+                if (is_within(part, own))
+                    shared_ = part;
+                else
+                    intersect(own, part, shared_);
                 const double size = area(shared_);
                 if (!(size > least)) return;
                 const Vec2 off = middle(shared_) - middle_place.head<2>();
@@ -330,6 +297,35 @@ private:
         const double cosine = std::abs(s.slave->normal.dot(s.master->normal));
         const double x = std::clamp((cosine - kFacing) / (kFullyFacing - kFacing), 0.0, 1.0);
         return x * x * (3 - 2 * x);
+    }
+
+    /// All segments of a face with a master that does not bend.
+    void integrate_fixed_(const FaceMultipliers& multipliers, double dual)
+    {
+        fixed_->begin_face(multipliers, face_sums_);
+        const Facet* facet = nullptr;
+        std::array<ConvexPolygon, 4> own; // parts of the facet where one function is 1
+        ConvexPolygon shared;
+        for (const Segment& segment : segments_) {
+            if (segment.slave != facet) {
+                if (facet) fixed_->end_facet();
+                facet = segment.slave;
+                fixed_->begin_facet(*facet);
+                for (int i = 0; i < multipliers.count && dual < 1; ++i) {
+                    ConvexPolygon& part = own[std::size_t(i)];
+                    part = nearest_part(int(slave_.face(std::size_t(facet->face)).size()), i);
+                    for (int k = 0; k < part.count; ++k)
+                        part.corner[std::size_t(k)] = fixed_->in_plane(part[k]);
+                }
+            }
+            const double facing = facing_(segment);
+            if (dual > 0) fixed_->add(*segment.master, segment.polygon, -1, facing * dual);
+            for (int i = 0; i < multipliers.count && dual < 1; ++i) {
+                intersect(segment.polygon, own[std::size_t(i)], shared);
+                if (shared.count > 0) fixed_->add(*segment.master, shared, i, facing * (1 - dual));
+            }
+        }
+        fixed_->end_facet();
     }
 
     /// @param dual    share of the dual functions; the rest is 1 on each node's own part
@@ -409,11 +405,7 @@ private:
         if (sides.slave.nodes == 3 && sides.master.nodes == 3) return triangle_points(2);
         const double bend = std::max(bend_(sides.slave, polygon), bend_(sides.master, polygon));
         if (!(bend > kStraightEdge)) return triangle_points(4);
-        // With a singularity at 1/bend a power is rho times smaller than the one before; n points
-        // are right to the power 2 n - 2.
-        const double rho = 1 / bend + std::sqrt(1 / (bend * bend) - 1);
-        const int points = 1 + int(std::ceil(kDigits / (2 * std::log(rho))));
-        return triangle_points_along(std::clamp(points, kLeastAlong, kMostAlong));
+        return points_for_bend(bend);
     }
 
     /// The shape functions of a quadrilateral that is no parallelogram are no polynomials of the
@@ -433,7 +425,7 @@ private:
                 least = std::min(least, size);
                 most = std::max(most, size);
             }
-        return most > 0 ? std::min((most - least) / (most + least), kMostBend) : 0;
+        return most > 0 ? (most - least) / (most + least) : 0;
     }
 
     /// Adds the integrals over a part of a segment.
@@ -443,7 +435,7 @@ private:
                     const FaceMultipliers& multipliers, int only, double share,
                     FaceSums::Master& master)
     {
-        if (sides.slave.nodes == 3 && sides.master.nodes == 3 && !slave_normals_)
+        if (sides.slave.nodes == 3 && sides.master.nodes == 3 && !smooth_)
             return integrate_flat_(sides, polygon, multipliers, only, share, master);
         const std::span<const QuadraturePoint> points = points_for_(sides, polygon);
         // Triangles around the middle of the outline: a corner that comes or goes, with a side of
@@ -539,7 +531,7 @@ private:
             psi = weight * (multipliers.functions * x.values);
         if (of_master_) normal.setZero();
         Vec3 apart = sides.axes.transpose() * (far_normal - normal);
-        if (slave_normals_) apart = smooth_(sides, x.values, normal, M, far_normal);
+        if (smooth_) apart = smooth_apart_(sides, x.values, normal, M, far_normal);
         for (int i = 0; i < multipliers.count; ++i) {
             face_sums_.area[static_cast<std::size_t>(i)] += psi[i];
             face_sums_.normal[static_cast<std::size_t>(i)] += psi[i] * apart;
@@ -549,16 +541,17 @@ private:
     }
 
     /// As far_normal - normal, with smooth normals of the faces that have them.
-    Vec3 smooth_(const Sides& sides, const PerNode& N, const Vec3& normal, const PerNode& M,
-                 const Vec3& far_normal) const
+    Vec3 smooth_apart_(const Sides& sides, const PerNode& N, const Vec3& normal, const PerNode& M,
+                       const Vec3& far_normal) const
     {
-        const Vec3 own = slave_normals_->has(sides.slave_face)
-                             ? slave_normals_->normal(sides.slave_face, N)
-                             : Vec3(sides.axes.transpose() * normal);
         const Vec3 far = master_normals_->has(sides.master_face)
                              ? master_normals_->normal(sides.master_face, M)
                              : Vec3(sides.axes.transpose() * far_normal);
-        return of_master_ ? far : Vec3(far - own);
+        if (of_master_) return far;
+        const Vec3 own = slave_normals_->has(sides.slave_face)
+                             ? slave_normals_->normal(sides.slave_face, N)
+                             : Vec3(sides.axes.transpose() * normal);
+        return far - own;
     }
 
     const ExternalSurface& slave_;
@@ -566,11 +559,13 @@ private:
     std::span<const Vec3> slave_places_, master_places_, at_rest_;
     std::vector<std::optional<Behind>> behind_; ///< of near_
     double reach_ = 0;
-    bool of_master_ = false;
-    std::vector<Facet> slave_facets_, master_facets_;
-    BoxTree tree_;
+    bool of_master_ = false, smooth_ = false;
+    std::vector<Facet> slave_facets_;
+    const FacetTree* master_faces_ = nullptr;
+    std::optional<FixedIntegrals> fixed_;
     ContactSums sums_;
-    std::optional<SmoothNormals> slave_normals_, master_normals_;
+    std::optional<SmoothNormals> slave_normals_;
+    const SmoothNormals* master_normals_ = nullptr;
     std::vector<Segment> segments_; ///< of one face
     std::vector<Segment> layers_;   ///< of one facet
     FaceSums face_sums_;            ///< of one face
@@ -587,7 +582,18 @@ SurfaceContacts mortar_contacts(const ExternalSurface& slave, std::span<const Ve
     if (options.nodal)
         return nodal_contacts(slave, slave_places, master, master_places, options.reach,
                               options.smooth_normals);
-    return Mortar(slave, slave_places, master, master_places, options).contacts();
+    return Mortar(slave, slave_places, master, master_places, box_of(master, master_places),
+                  options)
+        .contacts();
+}
+
+SurfaceContacts mortar_contacts(const ExternalSurface& slave, std::span<const Vec3> slave_places,
+                                const FixedShape& master, const MortarOptions& options)
+{
+    MortarOptions of_master = options;
+    of_master.master_normals = of_master.smooth_normals = true;
+    return Mortar(slave, slave_places, master.surface, master.places, master.box, of_master, true)
+        .contacts(master);
 }
 
 } // namespace amontons

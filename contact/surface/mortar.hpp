@@ -5,6 +5,8 @@
 
 namespace amontons {
 
+struct FixedShape;
+
 struct MortarOptions {
     /// Contacts are made where the gap, or the overlap, is no larger [m], > 0.
     double reach = 0;
@@ -42,5 +44,12 @@ struct MortarOptions {
 SurfaceContacts mortar_contacts(const ExternalSurface& slave, std::span<const Vec3> slave_places,
                                 const ExternalSurface& master, std::span<const Vec3> master_places,
                                 const MortarOptions& options);
+
+/// The same on a master that does not bend, with its smooth normals, in space; contacts have no
+/// stencil on it. Of small triangles integrals are right to 1e-7.
+/// @param slave_places  in the master's frame
+/// Cost: of the faces that come within reach alone, and O(n) of the slave.
+SurfaceContacts mortar_contacts(const ExternalSurface& slave, std::span<const Vec3> slave_places,
+                                const FixedShape& master, const MortarOptions& options);
 
 } // namespace amontons

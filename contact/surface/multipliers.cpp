@@ -4,6 +4,8 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
 
 namespace amontons {
 namespace {
@@ -71,6 +73,19 @@ FaceMultipliers face_multipliers(const FaceInPlane& face)
         dual_bilinear(face, out);
     }
     return out;
+}
+
+std::span<const QuadraturePoint> points_for_bend(double bend)
+{
+    // Right to exp(-kDigits).
+    constexpr double kMostBend = 0.99, kDigits = 23;
+    constexpr int kLeastAlong = 4, kMostAlong = 12;
+    bend = std::min(bend, kMostBend);
+    // With a singularity at 1/bend a power is rho times smaller than the one before; n points are
+    // right to the power 2 n - 2.
+    const double rho = 1 / bend + std::sqrt(1 / (bend * bend) - 1);
+    const int points = 1 + int(std::ceil(kDigits / (2 * std::log(rho))));
+    return triangle_points_along(std::clamp(points, kLeastAlong, kMostAlong));
 }
 
 ConvexPolygon nearest_part(int nodes, int multiplier)

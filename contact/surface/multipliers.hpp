@@ -31,4 +31,9 @@ FaceMultipliers face_multipliers(const FaceInPlane& face);
 /// multipliers tile it.
 ConvexPolygon nearest_part(int nodes, int multiplier);
 
+/// Integration points in the reference triangle for products of the functions of quadrilaterals that
+/// are no parallelograms.
+/// @param bend  half range of the area per reference area, of its mean, over the triangle
+std::span<const QuadraturePoint> points_for_bend(double bend);
+
 } // namespace amontons

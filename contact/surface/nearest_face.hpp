@@ -14,12 +14,8 @@ FacetPoint nearest_on(const Facet& facet, const Vec3& x);
 /// Finds the faces of a surface that are near to points.
 class NearestFace {
 public:
-    /// @param places  of all nodes of the mesh, finite [m]
-    NearestFace(const ExternalSurface& surface, std::span<const Vec3> places)
-        : facets_(facets_of(surface, places))
-        , tree_(boxes_of(facets_))
-    {
-    }
+    /// @param faces  all facets of the surface, outlive this
+    explicit NearestFace(const FacetTree& faces) : faces_(faces) {}
 
     struct Found {
         const Facet* facet = nullptr; ///< null: none
@@ -37,8 +33,8 @@ public:
         Found found;
         double least = std::numeric_limits<double>::infinity(), least_of_all = least;
         bool inside = false;
-        tree_.visit(near, [&](std::int32_t number) {
-            const Facet& facet = facets_[static_cast<std::size_t>(number)];
+        faces_.tree.visit(near, [&](std::int32_t number) {
+            const Facet& facet = faces_.facets[static_cast<std::size_t>(number)];
             const FacetPoint p = nearest_on(facet, x);
             const double distance = (x - p.place).squaredNorm();
             if (distance < least_of_all) {
@@ -63,8 +59,7 @@ public:
     static bool is_over(const Vec3& apart, const Vec3& normal, const Facet& facet);
 
 private:
-    std::vector<Facet> facets_;
-    BoxTree tree_;
+    const FacetTree& faces_;
 };
 
 } // namespace amontons

@@ -486,12 +486,26 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
                    const BoundingBox& near, std::vector<OverlapSpot>& spots)
 {
     const ExternalSurface& surface = a.facets.surface();
+    std::vector<std::int32_t> faces;
     for (std::size_t f = 0; f < surface.faces.size(); ++f) {
+        BoundingBox box;
+        for (const std::int32_t n : surface.face(f))
+            box.add(a.places[std::size_t(n)]);
+        if (box.touches(near)) faces.push_back(std::int32_t(f));
+    }
+    overlap_spots(a, distance, faces, spots);
+}
+
+void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const Vec3&)>& distance,
+                   std::span<const std::int32_t> faces, std::vector<OverlapSpot>& spots)
+{
+    const ExternalSurface& surface = a.facets.surface();
+    for (const std::int32_t number : faces) {
+        const auto f = std::size_t(number);
         const std::span<const std::int32_t> nodes = surface.face(f);
         BoundingBox box;
         for (const std::int32_t n : nodes)
             box.add(a.places[std::size_t(n)]);
-        if (!box.touches(near)) continue;
         const Vec3 middle = 0.5 * (box.low + box.high).matrix();
         if (distance(middle).distance > 0.5 * (box.high - box.low).matrix().norm()) continue;
         const FaceInPlane face(nodes, a.places);

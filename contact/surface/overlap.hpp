@@ -101,5 +101,8 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
 /// more where it enters the face.
 void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const Vec3&)>& distance,
                    const BoundingBox& near, std::vector<OverlapSpot>& spots);
+/// The same of some faces alone.
+void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const Vec3&)>& distance,
+                   std::span<const std::int32_t> faces, std::vector<OverlapSpot>& spots);
 
 } // namespace amontons

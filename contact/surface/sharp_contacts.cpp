@@ -1,8 +1,8 @@
 #include "contact/surface/sharp_contacts.hpp"
 
+#include "contact/surface/fixed_shape.hpp"
 #include "contact/surface/nearest_face.hpp"
 #include "contact/surface/overlap.hpp"
-#include "contact/surface/smooth_normals.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -68,6 +68,31 @@ BoundingBox around(std::span<const Vec3> places, std::span<const std::int32_t> n
     box.low -= margin;
     box.high += margin;
     return box;
+}
+
+/// The box around a surface.
+BoundingBox box_with_margin(const SharpSurface& s, double margin)
+{
+    BoundingBox box = s.fixed ? s.fixed->box : around(s.places, s.surface.used_nodes, 0);
+    box.low -= margin;
+    box.high += margin;
+    return box;
+}
+
+/// Numbers of the sharp nodes in a box, ascending.
+std::vector<std::size_t> sharp_nodes_in(const SharpSurface& s, const BoundingBox& box)
+{
+    std::vector<std::size_t> in;
+    if (s.fixed) {
+        s.fixed->sharp_nodes.visit(box, [&](std::int32_t i) { in.push_back(std::size_t(i)); });
+        std::sort(in.begin(), in.end());
+        return in;
+    }
+    for (std::size_t i = 0; i < s.features.nodes.size(); ++i) {
+        const Eigen::Array3d x = place_at(s.places, s.features.nodes[i]).array();
+        if ((x >= box.low).all() && (x <= box.high).all()) in.push_back(i);
+    }
+    return in;
 }
 
 class Finder {
@@ -173,25 +198,25 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
 {
     const SharpFeatures& f = own.features;
     if (f.nodes.empty()) return;
-    const BoundingBox all = around(other.places, other.surface.used_nodes, reach_);
-    std::optional<NearestFace> faces; // once one is needed
-    std::optional<SmoothNormals> smooth;
-    for (std::size_t i = 0; i < f.nodes.size(); ++i) {
+    const std::vector<std::size_t> near = sharp_nodes_in(own, box_with_margin(other, reach_));
+    if (near.empty()) return;
+    std::optional<FacetTree> now; // of a surface that bends
+    std::optional<SmoothNormals> normals_now;
+    if (!other.fixed) {
+        now.emplace(facets_of(other.surface, other.places));
+        normals_now.emplace(other.surface, other.places);
+    }
+    const NearestFace faces(other.fixed ? other.fixed->faces : *now);
+    const SmoothNormals& smooth = other.fixed ? other.fixed->normals : *normals_now;
+    for (const std::size_t i : near) {
         const Vec3& x = place_at(own.places, f.nodes[i]);
-        BoundingBox point;
-        point.add(x);
-        if (!all.touches(point)) continue;
-        if (!faces) {
-            faces.emplace(other.surface, other.places);
-            smooth.emplace(other.surface, other.places);
-        }
         const std::int64_t id = f.nodes[i] + (own_is_slave ? 0 : kMasterNodes);
         // Means say nothing of a corner of T6, however flat its faces lie: a block that rolls onto
         // its side would bring it in at once, and deep.
         const bool bare = bare_corners_ && own_is_slave && is_bare(own, i);
         // A nearer face that one of its own faces looks at is met by that: see leads_away below.
         const double by = bare ? kFlat : least_rise(id);
-        const NearestFace::Found met = faces->find(x, reach_, [&](const Facet& facet) {
+        const NearestFace::Found met = faces.find(x, reach_, [&](const Facet& facet) {
             return leads_away(own, i, facet.normal) > by || looks_at(own, i, facet.normal);
         });
         if (!met.facet || !met.on_this_side) continue;
@@ -199,8 +224,8 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
         const FaceInPlane face(nodes, other.places);
         const FaceSpot foot = spot(face, nearest_xi(face, x, met.point.xi));
         const Vec3 apart = x - foot.place;
-        const Vec3 normal = smooth->has(met.facet->face)
-                                ? smooth->normal(met.facet->face, foot.values)
+        const Vec3 normal = smooth.has(met.facet->face)
+                                ? smooth.normal(met.facet->face, foot.values)
                                 : Vec3(foot.along[0].cross(foot.along[1]).normalized());
         SurfaceContact c;
         c.gap = normal.dot(apart);
@@ -227,8 +252,9 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
     }
 }
 
-/// Unit directions of the chains at the two nodes of each sharp piece.
-std::vector<std::array<Vec3, 2>> tangents(const SharpSurface& s)
+} // namespace
+
+std::vector<std::array<Vec3, 2>> chain_directions(const SharpSurface& s)
 {
     const std::span<const Piece> pieces = std::span(s.features.pieces).first(s.features.sharp);
     std::map<std::pair<std::int32_t, std::int32_t>, Vec3> sum; // of a chain at a node
@@ -242,6 +268,14 @@ std::vector<std::array<Vec3, 2>> tangents(const SharpSurface& s)
                        sum.at({p.chain, p.nodes[1]}).normalized()});
     return out;
 }
+
+BoundingBox piece_box(const SharpSurface& s, const Piece& p, double margin)
+{
+    const double length = (place_at(s.places, p.nodes[1]) - place_at(s.places, p.nodes[0])).norm();
+    return around(s.places, p.nodes, margin + kBeyondFace * length);
+}
+
+namespace {
 
 /// The normal of a surface on a piece that is not sharp, where an edge of the other passes.
 Vec3 normal_on(const SharpSurface& s, const Piece& p, const SmoothNormals& smooth,
@@ -286,26 +320,44 @@ void Finder::edges_across_edges()
 {
     const SharpFeatures &of_slave = slave_.features, &of_master = master_.features;
     if (of_slave.sharp == 0 && of_master.sharp == 0) return;
-    const BoundingBox all = around(slave_.places, slave_.surface.used_nodes, reach_);
-    std::vector<std::int32_t> near; // pieces of the master
-    std::vector<BoundingBox> boxes;
-    const auto box_of = [](const SharpSurface& s, const Piece& p, double margin) {
-        const double length =
-            (place_at(s.places, p.nodes[1]) - place_at(s.places, p.nodes[0])).norm();
-        return around(s.places, p.nodes, margin + kBeyondFace * length);
-    };
-    for (std::size_t j = 0; j < of_master.pieces.size(); ++j) {
-        if (j >= of_master.sharp && of_slave.sharp == 0) break;
-        const BoundingBox box = box_of(master_, of_master.pieces[j], 0);
-        if (!all.touches(box)) continue;
-        near.push_back(std::int32_t(j));
-        boxes.push_back(box);
+    const BoundingBox all = box_with_margin(slave_, reach_);
+    // Pieces of the master: those of a surface that bends that come near, all that are sharp of
+    // one that does not, and the others.
+    std::vector<std::int32_t> near;
+    std::optional<BoxTree> now;
+    if (!master_.fixed) {
+        std::vector<BoundingBox> boxes;
+        for (std::size_t j = 0; j < of_master.pieces.size(); ++j) {
+            if (j >= of_master.sharp && of_slave.sharp == 0) break;
+            const BoundingBox box = piece_box(master_, of_master.pieces[j], 0);
+            if (!all.touches(box)) continue;
+            near.push_back(std::int32_t(j));
+            boxes.push_back(box);
+        }
+        if (near.empty()) return;
+        now.emplace(boxes);
     }
-    if (near.empty()) return;
-    const BoxTree tree(boxes);
+    const auto for_pieces_in = [&](const BoundingBox& box, bool others, auto&& visit) {
+        if (now) return now->visit(box, [&](std::int32_t k) { visit(near[std::size_t(k)]); });
+        master_.fixed->sharp_pieces.visit(box, visit);
+        if (others)
+            master_.fixed->other_pieces.visit(
+                box, [&](std::int32_t k) { visit(std::int32_t(of_master.sharp) + k); });
+    };
 
-    std::vector<std::array<Vec3, 2>> directions[2]; // once they are needed
-    std::optional<SmoothNormals> smooth[2];         // of the slave, of the master
+    std::vector<std::array<Vec3, 2>> of_chains[2]; // of bodies that bend, once they are needed
+    std::optional<SmoothNormals> smooth[2];        // of the slave, of the master
+    const auto directions = [&](const SharpSurface& s,
+                                bool master) -> const std::vector<std::array<Vec3, 2>>& {
+        if (s.fixed) return s.fixed->directions;
+        if (of_chains[master].empty()) of_chains[master] = chain_directions(s);
+        return of_chains[master];
+    };
+    const auto smooth_normals = [&](const SharpSurface& s, bool master) -> const SmoothNormals& {
+        if (s.fixed) return s.fixed->normals;
+        if (!smooth[master]) smooth[master].emplace(s.surface, s.places);
+        return *smooth[master];
+    };
     std::vector<Crossing> found;
     const auto add = [&](std::size_t i, std::size_t j, const Vec3& normal, std::int64_t id,
                          double rise) {
@@ -329,10 +381,8 @@ void Finder::edges_across_edges()
         const Piece &p = of_slave.pieces[i], &q = of_master.pieces[j];
         const std::int64_t id =
             kCrossingIds + kMostCrossings * (std::int64_t(p.chain) * of_master.chains + q.chain);
-        if (directions[0].empty()) {
-            directions[0] = tangents(slave_);
-            directions[1] = tangents(master_);
-        }
+        const std::vector<std::array<Vec3, 2>>&along_slave = directions(slave_, false),
+                                           &along_master = directions(master_, true);
         const Vec3 u = place_at(slave_.places, p.nodes[1]) - place_at(slave_.places, p.nodes[0]);
         const Vec3 v = place_at(master_.places, q.nodes[1]) - place_at(master_.places, q.nodes[0]);
         const Vec3 across = u.cross(v);
@@ -345,7 +395,7 @@ void Finder::edges_across_edges()
             const double share = std::clamp(s, 0.0, 1.0);
             return Vec3((1 - share) * ends[0] + share * ends[1]);
         };
-        Vec3 n = direction(directions[0][i], x[0]).cross(direction(directions[1][j], x[1]));
+        Vec3 n = direction(along_slave[i], x[0]).cross(direction(along_master[j], x[1]));
         n.normalize();
         // Or a face beside one of them is what the other lies on.
         Vec3 normal = n;
@@ -376,8 +426,8 @@ void Finder::edges_across_edges()
         const Piece& p = of_slave.pieces[i];
         const bool sharp = i < of_slave.sharp;
         if (!sharp && of_master.sharp == 0) break;
-        tree.visit(box_of(slave_, p, reach_), [&](std::int32_t k) {
-            const auto j = std::size_t(near[std::size_t(k)]);
+        for_pieces_in(piece_box(slave_, p, reach_), sharp, [&](std::int32_t k) {
+            const auto j = std::size_t(k);
             const Piece& q = of_master.pieces[j];
             const bool other_sharp = j < of_master.sharp;
             if (sharp && other_sharp) return both_sharp(i, j);
@@ -385,8 +435,7 @@ void Finder::edges_across_edges()
             // The sharp one lies on the faces that the other parts.
             const SharpSurface &edge = sharp ? slave_ : master_, &flat = sharp ? master_ : slave_;
             const Piece &e = sharp ? p : q, &f = sharp ? q : p;
-            if (!smooth[sharp]) smooth[sharp].emplace(flat.surface, flat.places);
-            const Vec3 n = normal_on(flat, f, *smooth[sharp], edge, e);
+            const Vec3 n = normal_on(flat, f, smooth_normals(flat, sharp), edge, e);
             const Vec3 along =
                 (place_at(edge.places, e.nodes[1]) - place_at(edge.places, e.nodes[0]))
                     .normalized();

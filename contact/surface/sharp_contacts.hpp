@@ -1,6 +1,7 @@
 #pragma once
 
 #include "contact/surface/contact_points.hpp"
+#include "mesh/box_tree.hpp"
 #include "mesh/extract_surface.hpp"
 #include "mesh/wall.hpp"
 
@@ -37,12 +38,21 @@ struct SharpFeatures {
 SharpFeatures sharp_features(const ExternalSurface& surface, std::span<const Vec3> places,
                              double sharp = std::numbers::pi / 4);
 
+struct FixedShape;
+
 /// A surface where it is now.
 struct SharpSurface {
     const ExternalSurface& surface;
     const SharpFeatures& features;
-    std::span<const Vec3> places; ///< of all nodes of the mesh [m]
+    std::span<const Vec3> places;      ///< of all nodes of the mesh [m]
+    const FixedShape* fixed = nullptr; ///< of a surface that does not bend: what searches need
 };
+
+/// Unit directions of the chains at the two nodes of each sharp piece.
+std::vector<std::array<Vec3, 2>> chain_directions(const SharpSurface& surface);
+/// The box that a piece is looked for in, and a margin around [m].
+BoundingBox piece_box(const SharpSurface& surface, const SharpFeatures::Piece& piece,
+                      double margin);
 
 /// Contacts of a sharp node on a face, of a sharp edge across any edge of the other body, of either
 /// body against the other. Only where the faces beside what is sharp rise from the other body by

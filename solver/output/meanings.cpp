@@ -86,7 +86,8 @@ std::vector<MeaningTable> make_tables()
            "Sum of the normal forces between A and B, all towards B; of a body and itself, of all "
            "sides."},
           {"A_on_B_contacts", "", "Number of contacts of A and B that carry a force."},
-          {"A_on_B_max_pressure", "Pa", "Largest contact pressure of A on B."},
+          {"A_on_B_max_pressure", "Pa", "Largest contact pressure of A on B; where faces are larger than what they touch, of "
+           "the forces on their nodes over the area there."},
           {"A_on_B_force", "N", "Contact force that A exerts on B, in all.", vector},
           {"NAME_contact_force", "N", "Force that all contacts exert on the body.", vector},
           {"NAME_max_displacement", "m",

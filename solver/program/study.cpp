@@ -108,7 +108,7 @@ Table empty_table(const Definition& d)
 void tell(Table& table, const StudyArguments& a, const std::string& folder, Session& session)
 {
     table.by_cpu = a.time == "cpu";
-    if (!a.add.empty()) table.added = read_added(read_file(a.add), a.add);
+    if (!a.add.empty()) table.added = read_added(read_file(a.add), a.add, table.quantity, table.by_cpu);
     evaluate(table);
     if (a.table == "tex") write_file(folder + "/study.tex", tex_of(table));
     write_file(folder + "/study.csv", csv_of(table));

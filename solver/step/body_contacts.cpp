@@ -39,6 +39,9 @@ constexpr std::int64_t kBulge = std::int64_t(1) << 60;
 
 constexpr double kMargin = 0.002; // of the smaller body: see ContactPair
 constexpr double kReach = 0.2;    // of it: gaps that are looked at, unless it is said
+/// Of that, how far rigid bodies of triangles are searched in motion: what lies farther apart than
+/// the margin is left out anyway, and their triangles are many.
+constexpr double kReachInMotion = 0.25;
 /// Pairs from which on threads share them out: starting some takes as long as ten pairs.
 constexpr std::size_t kManyPairs = 500;
 
@@ -95,6 +98,19 @@ void add(const std::vector<BodyContact>& found, BodyContacts& out)
         c.a_begin = c.a_end = c.b_begin = c.b_end = std::int32_t(out.stencil.size());
         out.contact.push_back(c);
     }
+}
+
+/// How far a pair is searched, beyond what its bodies close in the step.
+double search_reach(const std::vector<BodyRef>& bodies, const ContactPair& p, bool dynamic)
+{
+    const auto triangles = [&](int b) {
+        return b >= 0 && bodies[std::size_t(b)].rigid &&
+               std::holds_alternative<TriangleShape>(bodies[std::size_t(b)].rigid->shape());
+    };
+    const bool rigid =
+        bodies[std::size_t(p.a)].rigid && (p.b < 0 || bodies[std::size_t(p.b)].rigid);
+    if (!dynamic || !rigid || !(triangles(p.a) || triangles(p.b))) return p.reach;
+    return std::max(std::min(p.margin, p.reach), kReachInMotion * p.reach);
 }
 
 } // namespace
@@ -367,7 +383,7 @@ std::vector<BodyContact> ContactFinder::rest_contacts(const std::vector<BodyRef>
     const double closed = most_closed(p.a) + most_closed(p.b);
     std::vector<BodyContact> found;
     if (apart(p, p.reach + closed)) return found;
-    found = rigid_on_rigid(bodies, pair, p.reach + closed);
+    found = rigid_on_rigid(bodies, pair, search_reach(bodies, p, step_.dynamic) + closed);
     if (step_.dynamic)
         std::erase_if(found, [&](const BodyContact& c) { return c.gap > p.margin + closed; });
     return found;
@@ -386,7 +402,7 @@ void ContactFinder::find_large(const std::vector<BodyRef>& bodies, int pair, Bod
 {
     const ContactPair& p = pairs_[std::size_t(pair)];
     const double closed = most_closed(p.a) + most_closed(p.b);
-    reach_ = p.reach + closed;
+    reach_ = search_reach(bodies, p, step_.dynamic) + closed;
     const auto first = std::ptrdiff_t(out.contact.size());
     find_pair(bodies, pair, out);
     if (step_.dynamic)
@@ -462,8 +478,8 @@ void ContactFinder::solid_on_wall(const std::vector<BodyRef>& bodies, int pair, 
     add(wall_contacts(p.surface_a->outside, x, sample, reach_), pair, p.a, -1, false, out);
     add(sharp_wall_contacts({p.surface_a->outside, p.surface_a->sharp, x}, sample, reach_), pair,
         p.a, -1, false, out, kSharp);
-    add(bulge_contacts(p.surface_a->outside, x, s.mesh().nodes, sample, reach_), pair, p.a,
-        -1, false, out, kBulge);
+    add(bulge_contacts(p.surface_a->outside, x, s.mesh().nodes, sample, reach_), pair, p.a, -1,
+        false, out, kBulge);
 }
 
 void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
@@ -519,8 +535,8 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
         add(sharp_wall_contacts({p.surface_a->outside, p.surface_a->sharp, a.places()}, sample,
                                 reach_),
             pair, p.a, p.b, false, out, kSharp);
-        add(bulge_contacts(p.surface_a->outside, a.places(), a.mesh().nodes, sample, reach_), pair, p.a, p.b, false,
-            out, kBulge);
+        add(bulge_contacts(p.surface_a->outside, a.places(), a.mesh().nodes, sample, reach_), pair,
+            p.a, p.b, false, out, kBulge);
     };
     if (const auto* cylinder = std::get_if<Cylinder>(&b.shape())) {
         // Flat ends meet faces that no node of theirs tells of: by integrals, as flat bodies do.
@@ -532,24 +548,32 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
             caps->surface = surface_of_triangles(caps->mesh);
         }
         MortarOptions options;
-        options.reach = std::min(reach_, kReachOfThickness * std::min(thickness(bodies, p.a),
-                                                                     thickness(bodies, p.b)));
+        options.reach = std::min(
+            reach_, kReachOfThickness * std::min(thickness(bodies, p.a), thickness(bodies, p.b)));
         options.master_normals = true;
         add(mortar_contacts(p.surface_a->outside, a.places(), caps->surface,
                             moved_points(caps->mesh, at), options),
             pair, p.a, p.b, false, out, kCaps);
     }
     if (is_round(b.shape())) return round();
+    // In the rigid body's frame, where all that searches on it need is made once.
     const Facets& facets = facets_of(bodies, p.b);
-    const std::vector<Vec3> x = moved_points(facets.mesh, at);
+    const FixedShape& shape = *facets.fixed;
+    std::vector<Vec3> x(a.places().size());
+    for (const std::int32_t node : p.surface_a->outside.used_nodes)
+        x[std::size_t(node)] = at.turn.conjugate() * (a.places()[std::size_t(node)] - at.shift);
     MortarOptions options;
     options.reach = reach_;
     options.master_normals = true;
     options.smooth_normals = true; // the facets stand for a curved surface, but at its edges
-    add(mortar_contacts(p.surface_a->outside, a.places(), facets.surface, x, options), pair, p.a,
-        p.b, false, out);
-    add_sharp({p.surface_a->outside, p.surface_a->sharp, a.places()},
-              {facets.surface, facets.sharp, x}, pair, false, out);
+    const auto first = std::ptrdiff_t(out.contact.size());
+    add(mortar_contacts(p.surface_a->outside, x, shape, options), pair, p.a, p.b, false, out);
+    add_sharp({p.surface_a->outside, p.surface_a->sharp, x},
+              {facets.surface, facets.sharp, facets.mesh.points, &shape}, pair, false, out);
+    for (auto c = out.contact.begin() + first; c != out.contact.end(); ++c) {
+        c->frame = contact_frame(at.turn * c->frame.col(0));
+        c->point = at * c->point;
+    }
 }
 
 const ContactFinder::Facets& ContactFinder::facets_of(const std::vector<BodyRef>& bodies, int body)
@@ -562,6 +586,7 @@ const ContactFinder::Facets& ContactFinder::facets_of(const std::vector<BodyRef>
         facets->surface = surface_of_triangles(facets->mesh);
         facets->sharp = sharp_features(facets->surface, facets->mesh.points);
         facets->flat.emplace(facets->surface);
+        facets->fixed.emplace(facets->surface, facets->sharp, facets->mesh.points);
     }
     return *facets;
 }

@@ -4,7 +4,7 @@
 #include "contact/rigid/broad_phase.hpp"
 #include "contact/rigid/detect.hpp"
 #include "contact/surface/faceted_surface.hpp"
-#include "contact/surface/sharp_contacts.hpp"
+#include "contact/surface/fixed_shape.hpp"
 #include "mesh/base/late.hpp"
 #include "mesh/extract_surface.hpp"
 #include "mesh/wall.hpp"
@@ -260,6 +260,7 @@ private:
         ExternalSurface surface;
         SharpFeatures sharp;
         std::optional<FacetedSurface> flat;
+        std::optional<FixedShape> fixed;
     };
     const Facets& facets_of(const std::vector<BodyRef>& bodies, int body);
     int pair_of_rest(int a, int b, const std::vector<BodyRef>& bodies);

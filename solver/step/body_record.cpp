@@ -1,6 +1,7 @@
 #include "solver/step/body_record.hpp"
 
 #include "contact/rigid/shape_surface.hpp"
+#include "contact/surface/faceted_surface.hpp"
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
@@ -220,6 +221,48 @@ PressedNodes pressed_nodes(const SolidBody& solid, int b, const BodyStepReport& 
     return p;
 }
 
+/// Largest pressure on the solid of a pair where rows press that stand for no area (places and
+/// edges of faces that are larger than what they touch): all forces on a node over the area there
+/// that faces them.
+double largest_pressure_of_nodes(const ContactPair& pair, const SolidBody& solid, int number,
+                                 const BodyStepReport& step)
+{
+    std::map<std::int32_t, Vec3> force;
+    const BodyContacts& all = step.contacts;
+    for (std::size_t c = 0; c < all.contact.size(); ++c) {
+        const BodyContact& k = all.contact[c];
+        if (k.pair != number) continue;
+        const Vec3 normal = k.frame.col(0).dot(step.force[c]) * k.frame.col(0);
+        for (const StencilEntry& e : all.place_a(k).nodes)
+            force.try_emplace(e.node, Vec3::Zero()).first->second += e.weight * normal;
+    }
+    std::map<std::int32_t, double> area;
+    const ExternalSurface& surface = pair.surface_a->outside;
+    for (std::size_t f = 0; f < surface.faces.size(); ++f) {
+        const std::span<const std::int32_t> nodes = surface.face(f);
+        const auto x = [&](int i) { return solid.places()[std::size_t(nodes[std::size_t(i)])]; };
+        for (const std::array<int, 3>& t : flat_parts(nodes.size()).triangles) {
+            const Vec3 outwards = 0.5 * (x(t[1]) - x(t[0])).cross(x(t[2]) - x(t[0]));
+            const bool half = nodes.size() == 4; // of a quadrilateral, cut along either diagonal
+            const auto add = [&](std::int32_t node) {
+                const auto at = force.find(node);
+                if (at == force.end() || !(at->second.norm() > 0)) return;
+                area[node] +=
+                    std::max(0.0, -outwards.dot(at->second.normalized())) / (half ? 4 : 3);
+            };
+            if (half)
+                std::ranges::for_each(nodes, add);
+            else
+                for (const int i : t)
+                    add(nodes[std::size_t(i)]);
+        }
+    }
+    double most = 0;
+    for (const auto& [node, of_node] : area)
+        if (of_node > 0) most = std::max(most, force.at(node).norm() / of_node);
+    return most;
+}
+
 /// Pressures of nodes: those of the body's own functions, elsewhere force over the area that faces
 /// it.
 std::vector<double> pressures_of_nodes(const SolidBody& solid, PressedNodes p)
@@ -321,6 +364,7 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
     const std::vector<ContactPair>& pairs = system.finder.pairs();
     std::vector<Vec3> force(pairs.size(), Vec3::Zero());
     std::vector<double> pressure(pairs.size(), 0), normal(pairs.size(), 0), closed(pairs.size(), 0);
+    std::vector<char> without_area(pairs.size(), 0);
     const std::vector<Vec3> of_both_sides = forces_of_both_sides(step);
     for (std::size_t c = 0; c < step.contacts.contact.size(); ++c) {
         const BodyContact& k = step.contacts.contact[c];
@@ -330,7 +374,14 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         if (k.area > 0)
             pressure[std::size_t(k.pair)] = std::max(pressure[std::size_t(k.pair)],
                                                      k.frame.col(0).dot(of_both_sides[c]) / k.area);
+        else if (!step.force[c].isZero(0))
+            without_area[std::size_t(k.pair)] = 1;
     }
+    for (std::size_t p = 0; p < pairs.size(); ++p)
+        if (const SolidBody* solid = system.refs[std::size_t(pairs[p].a)].solid;
+            solid && without_area[p] && pairs[p].surface_a)
+            pressure[p] =
+                std::max(pressure[p], largest_pressure_of_nodes(pairs[p], *solid, int(p), step));
     std::vector<Vec3> on_body(system.refs.size(), Vec3::Zero());
     bool unnamed = system.finder.has_rest();
     for (std::size_t p = 0; p < pairs.size(); ++p) {

@@ -16,7 +16,7 @@
 namespace amontons {
 namespace {
 
-BoundingBox box_of(const SolidBody& solid)
+BoundingBox touching_box(const SolidBody& solid)
 {
     BoundingBox box;
     for (const Vec3& x : solid.places())
@@ -117,7 +117,7 @@ std::vector<Issue> start_overlaps(BodySystem& system, const Scene& scene,
                           &outer = system.refs[std::size_t(of_b ? p.a : p.b)];
             const ContactSurface* surface = of_b ? p.surface_a : p.surface_b;
             if (!outer.solid || !surface || inner.rod) continue;
-            const BoundingBox box = box_of(*outer.solid);
+            const BoundingBox box = touching_box(*outer.solid);
             std::optional<FaceDistance> distance;
             BodyOverlap o;
             std::int32_t hint = -1;

@@ -8,6 +8,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <fmt/format.h>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -225,7 +226,32 @@ void evaluate(Table& t)
     find_series(t);
 }
 
-std::vector<AddedRow> read_added(std::string_view text, const std::string& file)
+namespace {
+
+/// The cells of a line, without their quotes; commas within quotes do not separate.
+std::vector<std::string> cells_of(const std::string& line)
+{
+    std::vector<std::string> cells(1);
+    bool quoted = false;
+    for (const char c : line) {
+        if (c == '"')
+            quoted = !quoted;
+        else if (c == ',' && !quoted)
+            cells.emplace_back();
+        else
+            cells.back() += c;
+    }
+    for (std::string& cell : cells) {
+        cell.erase(0, cell.find_first_not_of(' '));
+        cell.erase(cell.find_last_not_of(' ') + 1);
+    }
+    return cells;
+}
+
+} // namespace
+
+std::vector<AddedRow> read_added(std::string_view text, const std::string& file,
+                                 const std::string& quantity, bool by_cpu)
 {
     std::vector<AddedRow> rows;
     std::vector<std::string> names;
@@ -237,15 +263,7 @@ std::vector<AddedRow> read_added(std::string_view text, const std::string& file)
         at = end + 1;
         if (!line.empty() && line.back() == '\r') line.pop_back();
         if (line.empty() || line[0] == '#') continue;
-        std::vector<std::string> cells;
-        for (std::size_t from = 0; from <= line.size();) {
-            const std::size_t comma = std::min(line.find(',', from), line.size());
-            std::string cell = line.substr(from, comma - from);
-            cell.erase(0, cell.find_first_not_of(" \""));
-            cell.erase(cell.find_last_not_of(" \"") + 1);
-            cells.push_back(cell);
-            from = comma + 1;
-        }
+        const std::vector<std::string> cells = cells_of(line);
         if (names.empty()) {
             for (const std::string& c : cells)
                 names.push_back(c.substr(0, c.find(" [")));
@@ -254,22 +272,31 @@ std::vector<AddedRow> read_added(std::string_view text, const std::string& file)
         AddedRow r;
         r.value = r.error = r.seconds = r.unknowns = kNaN;
         const std::string place = "line " + std::to_string(line_number + 1);
+        // A table of ours has no names: its folder's, and the values of what was varied.
+        const bool ours = names[0] == "point";
+        if (ours) r.name = std::filesystem::absolute(file).parent_path().filename().string();
+        bool parameter = ours, done = true;
         for (std::size_t i = 0; i < std::min(cells.size(), names.size()); ++i) {
             if (names[i] == "name") {
                 r.name = cells[i];
                 continue;
             }
-            double* to = names[i] == "seconds"    ? &r.seconds
-                         : names[i] == "value"    ? &r.value
-                         : names[i] == "error"    ? &r.error
-                         : names[i] == "unknowns" ? &r.unknowns
-                                                  : nullptr;
+            parameter = parameter && names[i] != quantity && names[i] != "error";
+            if (parameter && i > 0) r.name += (i > 1 ? ", " : " ") + cells[i];
+            if (ours && names[i] == "status") done = cells[i] == "done";
+            double* to = names[i] == "seconds"                         ? &r.seconds
+                         : names[i] == "cpu_seconds" && by_cpu         ? &r.seconds
+                         : names[i] == "value" || names[i] == quantity ? &r.value
+                         : names[i] == "error"                         ? &r.error
+                         : names[i] == "unknowns"                      ? &r.unknowns
+                                                                       : nullptr;
             if (!to || cells[i].empty()) continue;
             const char* last = cells[i].data() + cells[i].size();
             const auto read = std::from_chars(cells[i].data(), last, *to);
             if (read.ec != std::errc() || read.ptr != last)
                 issues.push_back({file, place, names[i] + " " + quoted_text(cells[i]), "a number"});
         }
+        if (!done) continue;
         if (!(r.seconds > 0)) issues.push_back({file, place, "no seconds", "a time > 0 [s]"});
         if (std::isnan(r.value) && std::isnan(r.error))
             issues.push_back({file, place, "neither value nor error", "one of them"});

@@ -44,7 +44,10 @@ struct AddedRow {
 /// known.
 /// @param file  for messages
 /// @throws InputError
-std::vector<AddedRow> read_added(std::string_view text, const std::string& file);
+/// @param quantity  a column of this name is the value: the study.csv of another study is read, too
+/// @param by_cpu    processor times are taken where there are any
+std::vector<AddedRow> read_added(std::string_view text, const std::string& file,
+                                 const std::string& quantity = "value", bool by_cpu = false);
 
 struct Table {
     std::vector<Sweep> sweeps;

@@ -203,6 +203,17 @@ TEST_CASE("another program's points get errors as ours and stand in plot and tab
     CHECK(!t.rows[0].on_front);
     CHECK(t.rows[2].on_front);
     CHECK(plot_script(t, "study").find("processor time") != std::string::npos);
+    // The table of another study: named by its folder and what it varied, what failed left out.
+    const std::vector<AddedRow> ours = read_added(
+        "point,time.step,\"q, all\",error,seconds [s],cpu_seconds [s],unknowns,steps,status\n"
+        "0,0.1,1.5,0.5,3,2,7,10,done\n1,\"[1,2]\",,,9,8,7,0,failed\n2,0.3,1.25,0.25,4,3,7,5,done\n",
+        "out/theirs/study.csv", "q, all", true);
+    REQUIRE(ours.size() == 2);
+    CHECK(ours[0].name == "theirs 0.1");
+    CHECK(ours[0].value == 1.5);
+    CHECK(ours[0].seconds == 2);
+    CHECK(ours[1].name == "theirs 0.3");
+    CHECK(ours[1].unknowns == 7);
     for (const char* bad :
          {"", "name,seconds\na,1\n", "name,seconds,error\na,x,1\n", "name,seconds,error\na,-1,1\n"})
         CHECK_THROWS_AS(read_added(bad, "a.csv"), InputError);

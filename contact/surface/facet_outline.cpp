@@ -1,0 +1,51 @@
+#include "contact/surface/facet_outline.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <limits>
+
+namespace amontons {
+
+ConvexPolygon outline(const Facet& facet, const FacetPlane& plane, bool from_back,
+                      double heights[2])
+{
+    ConvexPolygon p;
+    heights[0] = std::numeric_limits<double>::infinity();
+    heights[1] = -heights[0];
+    for (int i = 0; i < facet.corners; ++i) {
+        const Vec3 x =
+            plane(facet.corner[static_cast<std::size_t>(from_back ? facet.corners - 1 - i : i)]);
+        p.add(x.head<2>());
+        heights[0] = std::min(heights[0], x.z());
+        heights[1] = std::max(heights[1], x.z());
+    }
+    return p;
+}
+
+bool polygons_apart(const ConvexPolygon& p, const ConvexPolygon& q)
+{
+    const auto box = [](const ConvexPolygon& of) {
+        Eigen::AlignedBox2d all;
+        for (int i = 0; i < of.count; ++i)
+            all.extend(of[i]);
+        return all;
+    };
+    return !box(p).intersects(box(q));
+}
+
+bool is_within(const ConvexPolygon& p, const ConvexPolygon& q)
+{
+    for (int k = 0; k < q.count; ++k)
+        for (int i = 0; i < p.count; ++i)
+            if (twice_area(q[k], q[k + 1 < q.count ? k + 1 : 0], p[i]) < 0) return false;
+    return true;
+}
+
+bool is_convex_polygon(const ConvexPolygon& p)
+{
+    for (int i = 0; i < p.count; ++i)
+        if (twice_area(p[i], p[(i + 1) % p.count], p[(i + 2) % p.count]) < 0) return false;
+    return true;
+}
+
+} // namespace amontons

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "contact/surface/sharp_contacts.hpp"
+#include "contact/surface/smooth_normals.hpp"
+
+namespace amontons {
+
+/// A surface that does not bend, with all that searches on it need. Made once, in a frame that goes
+/// with the surface: what meets it is taken into that frame.
+struct FixedShape {
+    const ExternalSurface& surface;
+    const SharpFeatures& sharp;
+    std::span<const Vec3> places; ///< of all nodes of the mesh [m]
+    BoundingBox box;
+    FacetTree faces;
+    SmoothNormals normals;
+    BoxTree sharp_nodes;                ///< of sharp.nodes
+    BoxTree sharp_pieces, other_pieces; ///< of sharp.pieces, before and from sharp.sharp on
+    std::vector<std::array<Vec3, 2>> directions; ///< of the chains at the ends of the sharp pieces
+
+    /// @param surface, sharp, places  outlive it
+    /// Cost: O(n log n).
+    FixedShape(const ExternalSurface& surface, const SharpFeatures& sharp,
+               std::span<const Vec3> places);
+};
+
+} // namespace amontons
