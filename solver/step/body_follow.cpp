@@ -113,9 +113,8 @@ bool BodyStepper::all_rows_hold()
         return false;
     for (const int c : rows_.chosen)
         if (c < contacts_here && list_.contact[std::size_t(c)].slid) return false;
-    const Eigen::MatrixXd W = problem_.W.is_dense()
-                                  ? problem_.W.dense()
-                                  : Eigen::MatrixXd(problem_.W.as_sparse());
+    const Eigen::MatrixXd W =
+        problem_.W.is_dense() ? problem_.W.dense() : Eigen::MatrixXd(problem_.W.as_sparse());
     closed_ = close_rows(W);
     const Eigen::VectorXd warm = r_;
     r_.setZero(rows_.count);
