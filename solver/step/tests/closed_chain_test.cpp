@@ -242,11 +242,11 @@ TEST_CASE("a joint's moment is what it stops turns with, about its place")
         done(fmt::format(
                  R"("bodies": {{"ball": {{"kind": "rigid", "mass": 2, "shape": {{"generate": "ball",
             "radius": 0.02}}, "start": {{"place": [{}, 0, {}], "velocity": [0, {}, 0],
-            "spin": [0, 0, {}]}}}}}}, "couplings": [{{"kind": "hinge", "between": ["world",
-            "ball"], "at": [0, 0, 0], "axis": [0, 0, 1]}}])",
+            "spin": [0, 0, {}]}}}}}}, "couplings": [{{"kind": "hinge", "between": ["ball",
+            "world"], "at": [0, 0, 0], "axis": [0, 0, 1]}}])",
                  radius, high, w * radius, w) +
              in_motion(kHalf, 1e-3, 0.05));
-    const Vec3 moment = r.vector("world_on_ball_coupling_0_moment");
+    const Vec3 moment = r.vector("ball_on_world_coupling_0_moment");
     CHECK(std::abs(moment.z()) < 1e-8);
     CHECK(moment.norm() == doctest::Approx(2 * w * w * radius * high).epsilon(1e-4));
 }
