@@ -227,10 +227,10 @@ void RigidBody::add_column(const BodyPlace& at, const Vec3& direction, double sc
     }
     const Vec3 middle = step_.follows ? Vec3(0.5 * (state_.centre + now_.centre)) : now_.centre;
     const Vec3 moment = (at.point - middle).cross(direction);
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i) // ascending, so that columns need not be sorted
         out.emplace_back(i, column, scale * direction[i]);
+    for (int i = 0; i < 3; ++i)
         out.emplace_back(3 + i, column, scale * moment[i]);
-    }
 }
 
 Vec3 RigidBody::displacement(const BodyPlace& at) const

@@ -9,9 +9,10 @@
 //
 //   sum m N^T (N' V' - N V) + J (W' - W) = h f,     x' = x + h (end V' + past)
 //
-// where ' is the end of the step, J the rotary inertia of the sections (W' x J W', which is of the
-// order of the section's size squared, is with it) and f the forces at the place between (rule
-// theta) or those that the generalised-alpha rule filters.
+// where ' is the end of the step, N^T at the place between (of the filtered rule: half way), J the
+// rotary inertia of the sections (W' x J W', which is of the order of the section's size squared,
+// is with it) and f the forces at the place between (rule theta) or those that the
+// generalised-alpha rule filters.
 
 namespace amontons {
 
@@ -98,18 +99,24 @@ void RodBody::dynamic_residual()
     K_.scale(h * rule.end * h * rule.end);
     residual_.resize(unknowns());
     const double weight = rule.filtered ? rule.end : 1;
+    // Momentum changes half way, where its moment is that of the change of angular momentum up to
+    // the third order of the step; the filtered rule's forces are means of both ends.
+    Motion middle = m;
+    for (std::size_t i = 0; rule.filtered && i < m.nodes.size(); ++i)
+        middle.nodes[i] = half_way(int(i));
     for (std::size_t i = 0; i < m.nodes.size(); ++i)
         residual_.segment<6>(at6(i)) =
             h *
             (weight * (ConstMap6(load_[i].value) - ConstMap6(inner_[i].value)) + past_force_[i]);
-    add_rod_mass(rod_, m.nodes, 1 + damping_ * h * rule.end, K_);
+    add_rod_mass(rod_, middle.nodes, 1 + damping_ * h * rule.end, K_);
     double largest = 0;
     for_mass_points(rod_, [&](int e, double mass, double xi) {
         const Vec3 now = point_velocity(now_.nodes, now_.velocity, e, xi),
                    before = point_velocity(state_.nodes, state_.velocity, e, xi);
         const Vec3 mean = rule.end * now + (1 - rule.end) * before;
         const Vec3 p = mass * (now - before + damping_ * h * mean);
-        const Eigen::Matrix<double, 12, 1> v = rod_place(rod_, m.nodes, e, xi).J.transpose() * p;
+        const Eigen::Matrix<double, 12, 1> v =
+            rod_place(rod_, middle.nodes, e, xi).J.transpose() * p;
         residual_.segment<6>(6 * e) -= v.head<6>();
         residual_.segment<6>(6 * rod_.second(e)) -= v.tail<6>();
         largest = std::max({largest, mass * now.norm() / h, mass * before.norm() / h});

@@ -78,9 +78,8 @@ std::vector<MeaningTable> make_tables()
            "Force that A exerts on B by the joint or spring `couplings[N]`; B may be `world`.",
            vector},
           {"A_on_B_coupling_N_moment", "N m",
-           "Moment that A exerts on B by the spring against turning `couplings[N]`, or by its "
-           "joint "
-           "with a rod that stops turns.",
+           "Moment that A exerts on B by `couplings[N]`: a spring against turning, or a joint that "
+           "stops turns, about the joint's place (of a slider on its second body).",
            vector},
           {"A_on_B_normal_force", "N",
            "Sum of the normal forces between A and B, all towards B; of a body and itself, of all "

@@ -72,8 +72,6 @@ void BodyStepper::certify_rows(const Eigen::VectorXd& u)
 bool BodyStepper::check_end_of_step()
 {
     // Forces keep their direction in space; where normals turned, they no longer fit the law.
-    const ContactProblem solved = problem_;
-    const Rows solved_rows = rows_;
     std::vector<BodySystem::Key> keys;
     for (const int c : rows_.chosen)
         keys.push_back(key(c));
@@ -91,31 +89,31 @@ bool BodyStepper::check_end_of_step()
     std::map<BodySystem::Key, int> now;
     for (int c = 0; c < int(value_.size()); ++c)
         now[key(c)] = c;
-    Eigen::VectorXd r = Eigen::VectorXd::Zero(solved_rows.count);
-    Eigen::VectorXd u(solved_rows.count);
+    Eigen::VectorXd r = Eigen::VectorXd::Zero(rows_.count);
+    Eigen::VectorXd u(rows_.count);
     std::vector<ActingForce> acting;
     std::vector<BodySystem::Key> acting_keys;
     double lost = 0, total = 0;
     for (std::size_t i = 0; i < keys.size(); ++i) {
-        const int size = amontons::rows_of(solved.kind[i]);
+        const int size = amontons::rows_of(problem_.kind[i]);
         const auto force = known.find(keys[i]);
         const auto at = now.find(keys[i]);
         const Vec3 f = force == known.end() ? Vec3(Vec3::Zero()) : force->second;
         total += f.norm();
         if (at == now.end()) { // out of reach, or another piece of the surface
             lost += f.norm();
-            u.segment(solved_rows.first[i], size).setZero();
-            u[solved_rows.first[i]] = motion_[keys[i]][0];
+            u.segment(rows_.first[i], size).setZero();
+            u[rows_.first[i]] = motion_[keys[i]][0];
             continue;
         }
-        const bool joint = solved.kind[i] == ContactKind::bilateral;
+        const bool joint = problem_.kind[i] == ContactKind::bilateral;
         const Vec3 own =
             joint ? f : Vec3(list_.contact[std::size_t(at->second)].frame.transpose() * f);
-        r.segment(solved_rows.first[i], size) = own.head(size);
-        u.segment(solved_rows.first[i], size) = value_[std::size_t(at->second)].head(size);
+        r.segment(rows_.first[i], size) = own.head(size);
+        u.segment(rows_.first[i], size) = value_[std::size_t(at->second)].head(size);
         if (joint) {
             const int c = at->second - int(list_.contact.size());
-            u[solved_rows.first[i]] += give_of(std::size_t(c)) * r[solved_rows.first[i]];
+            u[rows_.first[i]] += give_of(std::size_t(c)) * r[rows_.first[i]];
         }
         if (f.isZero(0)) continue;
         const Vec3 along =
@@ -125,8 +123,6 @@ bool BodyStepper::check_end_of_step()
         acting.push_back({at->second, along});
         acting_keys.push_back(keys[i]);
     }
-    problem_ = solved;
-    rows_ = solved_rows;
     r_ = r;
     certify_rows(u);
     if (report_.worst >= 0) report_.worst = -1;
@@ -244,6 +240,9 @@ void BodyStepper::fill_report()
     report_.force.assign(std::size_t(n_contacts), Vec3::Zero());
     report_.slip.assign(std::size_t(n_contacts), Vec3::Zero());
     report_.coupling_force.assign(system_.couplings.size(), Vec3::Zero());
+    report_.coupling_place.clear();
+    for (const CouplingRow& row : joints_)
+        report_.coupling_place.push_back(row.point_b);
     const double per_force = step_.dynamic ? 1 / step_.h : 1;
     std::vector<Vec3> on_body(bodies(), Vec3::Zero()), torque(bodies(), Vec3::Zero());
     std::vector<Vec3> moment(bodies(), Vec3::Zero());

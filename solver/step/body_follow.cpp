@@ -38,7 +38,7 @@ Mat3 turned_frame(const Mat3& frame, const Vec3& normal)
 /// not: they damp, and keep what they have.
 StepInput BodyStepper::followed(const BodySystem& system, StepInput step)
 {
-    if (!step.dynamic || !(step.rule.end < 1) || system.has_rods()) return step;
+    if (!step.dynamic || !(step.rule.end < 1)) return step;
     const auto round = [&](int b) {
         const RigidBody* rigid = system.refs[std::size_t(b)].rigid;
         return rigid && is_round(rigid->shape());
@@ -98,71 +98,50 @@ void BodyStepper::expect_motion()
 }
 
 /// Where all rows hold and all contacts stick, their forces are those of linear equations: most
-/// iterations of steps that are followed ask for no more. Rows that repeat others (a closed chain
-/// of hinges) take a share of their own scale more, whose error dies away in some corrections.
+/// iterations of steps that are followed ask for no more. What rows that repeat others (a closed
+/// chain of hinges) contradict is an error of the iterate: the next one has less.
 /// @return  false if that is not so, or not known: nothing has changed
 bool BodyStepper::all_rows_hold()
 {
-    constexpr int kMostRows = 100;         // of a factor that costs next to nothing
-    constexpr double kIndependent = 1e-10; // of W: less is a row that repeats others
-    constexpr double kMore = 1e-9;         // of W, for these
-    constexpr int kMostCorrections = 20;
-    constexpr double kSolved = 1e-3, kEnough = 0.1; // of the tolerance
-    closed_root_.resize(0, 0);
-    if (options_.outside || !step_.follows || rows_.count > kMostRows || !problem_.W.is_dense())
-        return false;
+    constexpr int kMostRows = 100, kMostJoints = 400; // of a dense factor; where none may open
+    constexpr double kContradict = 1e-3;              // of what rows are to undo
+    closed_ = {};
     const int contacts_here = int(list_.contact.size());
+    const bool joints_only = rows_.chosen.empty() || rows_.chosen.front() >= contacts_here;
+    if (options_.outside || !step_.follows || problem_.W.is_of_bodies() ||
+        rows_.count > (joints_only ? kMostJoints : kMostRows))
+        return false;
     for (const int c : rows_.chosen)
         if (c < contacts_here && list_.contact[std::size_t(c)].slid) return false;
-    const Eigen::MatrixXd& W = problem_.W.dense();
-    closed_root_ = cholesky_root(W);
-    bool repeats = closed_root_.size() == 0;
-    for (Eigen::Index i = 0; i < closed_root_.cols(); ++i)
-        repeats |= !(closed_root_(i, i) * closed_root_(i, i) > kIndependent * W(i, i));
-    if (repeats) {
-        Eigen::MatrixXd more = W;
-        more.diagonal() *= 1 + kMore;
-        closed_root_ = cholesky_root(more);
-    }
+    const Eigen::MatrixXd W =
+        problem_.W.is_dense() ? problem_.W.dense() : Eigen::MatrixXd(problem_.W.as_sparse());
+    closed_ = close_rows(W);
     const Eigen::VectorXd warm = r_;
     r_.setZero(rows_.count);
-    bool holds = closed_root_.size() > 0 && closed_forces(problem_.q);
-    double least = std::numeric_limits<double>::infinity();
-    for (int i = 0; repeats && holds; ++i) {
-        const Eigen::VectorXd left = W * r_ + problem_.q;
-        const double share = left.norm() / (options_.tolerance * problem_.q.norm());
-        if (share <= kSolved || (share <= kEnough && !(share < 0.5 * least))) break;
-        least = std::min(least, share);
-        holds = i < kMostCorrections && closed_forces(left);
-    }
+    bool holds = !closed_.empty() && close(problem_.q);
+    if (holds && !closed_.left.empty())
+        holds = (W * r_ + problem_.q).norm() <= kContradict * problem_.q.norm();
     if (holds) return true;
-    closed_root_.resize(0, 0);
+    closed_ = {};
     r_ = warm;
     return false;
 }
 
 /// Changes r_ by what makes these values 0.
-/// @return  false if a contact pulls then, or slides
-bool BodyStepper::closed_forces(const Eigen::VectorXd& u)
+/// @return  false if a contact pulls then, or slides: nothing has changed
+bool BodyStepper::close(const Eigen::VectorXd& u)
 {
-    const Eigen::MatrixXd& U = closed_root_;
-    Eigen::VectorXd change = -u;
-    for (Eigen::Index i = 0; i < U.cols(); ++i)
-        change[i] = (change[i] - U.col(i).head(i).dot(change.head(i))) / U(i, i);
-    for (Eigen::Index i = U.cols() - 1; i >= 0; --i) {
-        change[i] /= U(i, i);
-        change.head(i) -= change[i] * U.col(i).head(i);
-    }
-    r_ += change;
+    Eigen::VectorXd r = r_ + closing_forces(closed_, u);
     for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
         const int first = rows_.first[i];
         if (problem_.kind[i] == ContactKind::bilateral) continue;
-        if (!(r_[first] > 0)) return false;
+        if (!(r[first] > 0)) return false;
         if (problem_.kind[i] == ContactKind::frictional &&
-            !(std::hypot(r_[first + 1], r_[first + 2]) <=
-              kStickShare * problem_.mu[Eigen::Index(i)] * r_[first]))
+            !(std::hypot(r[first + 1], r[first + 2]) <=
+              kStickShare * problem_.mu[Eigen::Index(i)] * r[first]))
             return false;
     }
+    r_ = std::move(r);
     return true;
 }
 
@@ -172,12 +151,13 @@ void BodyStepper::refine()
 {
     constexpr int kMost = 5;
     constexpr double kFiner = 0.1; // of the tolerance
-    if (closed_root_.size() == 0) return;
+    if (closed_.empty()) return;
     for (const BodyRef& b : system_.refs)
         if (!b.rigid) return;
     const int contacts_here = int(list_.contact.size());
     const double enough = kFiner * options_.tolerance * (problem_.W * r_).norm();
     double least = std::numeric_limits<double>::infinity();
+    std::vector<ActingForce> acting;
     for (int i = 0; i < kMost; ++i) {
         find();
         Eigen::VectorXd u = values(rows_);
@@ -188,13 +168,9 @@ void BodyStepper::refine()
         stands_ = left <= enough;
         if (stands_ || !(left < 0.5 * least)) return;
         least = left;
-        const Eigen::VectorXd before = r_;
-        if (!closed_forces(u)) { // the contact problem is due
-            r_ = before;
-            return;
-        }
+        if (!close(u)) return; // the contact problem is due
         stands_ = false;
-        std::vector<ActingForce> acting;
+        acting.clear();
         for (std::size_t k = 0; k < rows_.chosen.size(); ++k) {
             const int c = rows_.chosen[k], first = rows_.first[k];
             if (c >= contacts_here) {
@@ -281,25 +257,14 @@ void BodyStepper::find_joints()
 {
     joints_.clear();
     joint_value_.clear();
-    CouplingRow now, before;
+    JointFrames frames;
     for (std::size_t c = 0; c < system_.couplings.size(); ++c) {
         const Coupling& coupling = system_.couplings[c];
         const CouplingMemory& memory = system_.coupling_memory[c];
-        std::swap(before, now);
-        now = c > 0 ? coupling_row(system_.refs, coupling, memory.value, &system_.couplings[c - 1],
-                                   &before)
-                    : coupling_row(system_.refs, coupling, memory.value);
-        joint_value_.push_back(now.value);
-        CouplingRow row = now;
+        CouplingRow row = coupling_row(system_.refs, coupling, memory.value, frames);
+        joint_value_.push_back(row.value);
         if (!joints_start_.empty()) {
-            row = row_between(coupling, joints_start_[c], now);
-            if (!step_.follows) { // bodies but rods are where the step ends
-                if (coupling.a.node < 0) row.point_a = now.point_a;
-                if (coupling.b.node < 0) row.point_b = now.point_b;
-                row.poses = now.poses;
-                row.arm_a = now.arm_a;
-                row.arm_b = now.arm_b;
-            }
+            row = row_between(coupling, joints_start_[c], std::move(row));
             if (coupling.turns && !coupling.square)
                 row.direction *= of_turn(coupling, row, joints_start_[c].value);
         }
@@ -313,6 +278,7 @@ void BodyStepper::find_joints()
 void BodyStepper::remember_joints()
 {
     for (std::size_t c = 0; c < system_.couplings.size(); ++c) {
+        if (!(system_.couplings[c].softness > 0)) continue; // of joints nothing is carried on
         CouplingMemory& m = system_.coupling_memory[c];
         const double value = coupling_row(system_.refs, system_.couplings[c], m.value).value;
         m.filtered = step_.dynamic && step_.rule.filtered

@@ -495,24 +495,29 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         vector("momentum", "kg m/s", momentum);
         vector("angular_momentum", "kg m^2/s", angular);
     }
-    std::vector<Vec3> joint(scene.couplings.size(), Vec3::Zero()), // on the first body
-        held_turns = joint;
-    std::vector<char> holds_turns(joint.size(), 0);
-    for (std::size_t r = 0; r < system.couplings.size(); ++r) {
+    // Of each coupling on its first body, the moment about its place: where its first row acts.
+    std::vector<Vec3> joint(scene.couplings.size(), Vec3::Zero()), moment = joint;
+    std::size_t first = 0;
+    for (std::size_t r = 0; r < std::min(system.couplings.size(), step.coupling_force.size());
+         ++r) {
         const Coupling& c = system.couplings[r];
-        if (c.square) holds_turns[std::size_t(c.input)] = 1;
-        if (r < step.coupling_force.size())
-            (c.square ? held_turns : joint)[std::size_t(c.input)] += step.coupling_force[r];
+        if (c.input != system.couplings[first].input) first = r;
+        const Vec3& f = step.coupling_force[r];
+        if (c.turns) {
+            moment[std::size_t(c.input)] += f;
+            continue;
+        }
+        joint[std::size_t(c.input)] += f;
+        moment[std::size_t(c.input)] +=
+            (step.coupling_place[r] - step.coupling_place[first]).cross(f);
     }
     for (std::size_t k = 0; k < joint.size(); ++k) {
-        const bool moment = scene.couplings[k].kind == "turn_spring";
-        vector(fmt::format("{}_on_{}_coupling_{}_{}", scene.couplings[k].between[0],
-                           scene.couplings[k].between[1], k, moment ? "moment" : "force"),
-               moment ? "N m" : "N", -joint[k]);
-        if (holds_turns[k])
-            vector(fmt::format("{}_on_{}_coupling_{}_moment", scene.couplings[k].between[0],
-                               scene.couplings[k].between[1], k),
-                   "N m", -held_turns[k]);
+        const CouplingInput& c = scene.couplings[k];
+        const std::string name =
+            fmt::format("{}_on_{}_coupling_{}_", c.between[0], c.between[1], k);
+        if (c.kind != "turn_spring") vector(name + "force", "N", -joint[k]);
+        if (c.kind != "ball" && c.kind != "distance" && c.kind != "spring")
+            vector(name + "moment", "N m", -moment[k]);
     }
     return out;
 }

@@ -95,6 +95,9 @@ void BodySimulation::State::add_energy()
     energy.kinetic = last.energy.kinetic;
     for (const Vec3& force : last.force)
         energy.largest_force = std::max(energy.largest_force, force.norm());
+    for (std::size_t c = 0; c < last.coupling_force.size(); ++c) // what stands on joints moves by
+        if (!system->couplings[c].turns)                         // their rounding
+            energy.largest_force = std::max(energy.largest_force, last.coupling_force[c].norm());
     follow(energy);
 }
 

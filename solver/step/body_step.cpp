@@ -380,14 +380,12 @@ bool BodyStepper::run()
         std::vector<std::size_t> prescribed;
         for (std::size_t b = 0; b < bodies(); ++b)
             if (body(b).stand_at_start()) prescribed.push_back(b);
-        // Of rods, too, joints hold where the step ends, and act half way.
-        if (step_.follows || (step_.rule.end < 1 && system_.has_rods()))
-            for (std::size_t c = 0; c < system_.couplings.size(); ++c) {
-                const Coupling* const other = c > 0 ? &system_.couplings[c - 1] : nullptr;
+        if (step_.follows) {
+            JointFrames frames;
+            for (std::size_t c = 0; c < system_.couplings.size(); ++c)
                 joints_start_.push_back(coupling_row(system_.refs, system_.couplings[c],
-                                                     system_.coupling_memory[c].value, other,
-                                                     other ? &joints_start_.back() : nullptr));
-            }
+                                                     system_.coupling_memory[c].value, frames));
+        }
         if (!prescribed.empty()) {
             find_at_start();
             found_ = true;

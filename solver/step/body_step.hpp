@@ -89,6 +89,7 @@ struct BodyStepReport {
     std::vector<Vec3> force;           ///< of each contact on body a, in space [N]
     std::vector<Vec3> slip;            ///< of each contact over the step, in space [m]
     std::vector<Vec3> coupling_force;  ///< of each coupling's rows on its first body, in order [N]
+    std::vector<Vec3> coupling_place;  ///< where these act [m]
     BodyOverlap overlap;               ///< the deepest of the accepted step; depth 0: none
     std::vector<BodyOverlap> overlaps; ///< all of them
     double error = 0, threshold = 0, penetration = 0, cone = 0;

@@ -2,6 +2,7 @@
 
 #include "solver/step/body_rows.hpp"
 #include "solver/step/body_step.hpp"
+#include "solver/step/closed_rows.hpp"
 #include "solver/step/rod_problem.hpp"
 
 // The inside of try_body_step, for the files that carry it out: body_step (the loop on the geometry
@@ -61,7 +62,7 @@ private:
     void start_following();
     void expect_motion();
     bool all_rows_hold();
-    bool closed_forces(const Eigen::VectorXd& u);
+    bool close(const Eigen::VectorXd& u);
     void refine();
     void follow_to_end();
     double of_turn(const Coupling& coupling, const CouplingRow& row, double before) const;
@@ -170,9 +171,9 @@ private:
     std::vector<FollowedContact> contacts_on_; ///< of each contact, in steps that follow them
     bool stands_ = false;                      ///< rows are those of the iterate already
     int follows_ = 0;                          ///< how often contacts were followed
-    Eigen::MatrixXd closed_root_; ///< of W where all rows hold, U^T U; empty where they may not
-    std::vector<Vec3> value_;     ///< of every contact and coupling, at the iterate
-    std::vector<double> moved_;   ///< of each contact along its normal, when it was found
+    ClosedRows closed_;         ///< where all rows hold; empty where they may not
+    std::vector<Vec3> value_;   ///< of every contact and coupling, at the iterate
+    std::vector<double> moved_; ///< of each contact along its normal, when it was found
     std::vector<Eigen::VectorXd> free_, mode_load_;
     std::vector<Eigen::MatrixXd> B_; ///< modes seen by the chosen rows
     std::vector<double> mode_scale_; ///< [m/N]

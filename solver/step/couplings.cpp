@@ -20,24 +20,38 @@ PatchPose pose_at_anchor(const std::vector<BodyRef>& bodies, const CoupledPlace&
     return patch_pose(*anchor.patch, bodies[std::size_t(anchor.body)].solid->places());
 }
 
+/// How what an anchor is fixed to has turned and where it is.
+/// @param pose  of its patch, if it has one
+JointFrames::Frame frame_of(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor,
+                            const PatchPose* pose)
+{
+    JointFrames::Frame f;
+    if (anchor.body < 0) return f;
+    if (pose) {
+        f = {Eigen::Quaterniond(pose->turn), pose->turn, pose->centre};
+        return f;
+    }
+    const BodyRef& b = bodies[std::size_t(anchor.body)];
+    const Placement p = b.rod ? b.rod->node_pose(anchor.node) : b.rigid->placement();
+    f = {p.turn, p.turn.toRotationMatrix(), p.shift};
+    return f;
+}
+
+void find_frames(const std::vector<BodyRef>& bodies, const Coupling& c, JointFrames& frames)
+{
+    frames.input = c.input;
+    frames.poses.clear();
+    for (const CoupledPlace* anchor : {&c.a, &c.b})
+        if (anchor->patch) frames.poses.push_back(pose_at_anchor(bodies, *anchor));
+    frames.a = frame_of(bodies, c.a, c.a.patch ? &frames.poses.front() : nullptr);
+    frames.b = frame_of(bodies, c.b, c.b.patch ? &frames.poses.back() : nullptr);
+}
+
 /// How a body has turned where an anchor is.
 Eigen::Quaterniond turn_of(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor,
                            const PatchPose* pose)
 {
-    if (anchor.body < 0) return Eigen::Quaterniond::Identity();
-    const BodyRef& b = bodies[std::size_t(anchor.body)];
-    if (b.rod) return b.rod->node_pose(anchor.node).turn;
-    return pose ? Eigen::Quaterniond(pose->turn) : b.rigid->placement().turn;
-}
-
-Vec3 anchor_point(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor,
-                  const PatchPose* pose)
-{
-    if (anchor.body < 0) return anchor.local;
-    if (pose) return pose->centre + pose->turn * anchor.local;
-    if (const RodBody* rod = bodies[std::size_t(anchor.body)].rod)
-        return rod->node_pose(anchor.node) * anchor.local;
-    return bodies[std::size_t(anchor.body)].rigid->placement() * anchor.local;
+    return frame_of(bodies, anchor, pose).turn;
 }
 
 /// Arms of the places where a row's forces act.
@@ -47,29 +61,22 @@ void find_arms(const Coupling& c, CouplingRow& row)
     if (c.b.patch) row.arm_b = row.point_b - row.poses.back().centre;
 }
 
-/// Are two rows of one joint at the same place?
-bool same_anchors(const Coupling& a, const Coupling& b)
-{
-    return !a.turns && !b.turns && a.a.local == b.a.local && a.b.local == b.b.local;
-}
-
 } // namespace
 
-CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c, double known,
-                         const Coupling* other, const CouplingRow* before)
+CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c, double known)
 {
+    JointFrames frames;
+    return coupling_row(bodies, c, known, frames);
+}
+
+CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c, double known,
+                         JointFrames& frames)
+{
+    if (frames.input != c.input) find_frames(bodies, c, frames);
     CouplingRow row;
-    const bool joint = before && other->input == c.input;
-    if (joint)
-        row.poses = before->poses;
-    else
-        for (const CoupledPlace* anchor : {&c.a, &c.b})
-            if (anchor->patch) row.poses.push_back(pose_at_anchor(bodies, *anchor));
-    const PatchPose* const pose_a = c.a.patch ? &row.poses.front() : nullptr;
-    const PatchPose* const pose_b = c.b.patch ? &row.poses.back() : nullptr;
+    row.poses = frames.poses;
     if (c.square) {
-        const Vec3 a = turn_of(bodies, c.a, pose_a) * c.axis,
-                   b = turn_of(bodies, c.b, pose_b) * c.axis_b;
+        const Vec3 a = frames.a.R * c.axis, b = frames.b.R * c.axis_b;
         row.turns = true;
         row.point_a = row.point_b = Vec3::Zero();
         row.axis_a = a;
@@ -79,11 +86,10 @@ CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c, 
         return row;
     }
     if (c.turns) { // of the turn of a against b what is about the axis
-        const Eigen::Quaterniond a = turn_of(bodies, c.a, pose_a);
-        const Eigen::Quaterniond turned = turn_of(bodies, c.b, pose_b).conjugate() * a * c.turn;
+        const Eigen::Quaterniond turned = frames.b.turn.conjugate() * frames.a.turn * c.turn;
         row.turns = true;
         row.point_a = row.point_b = Vec3::Zero();
-        row.direction = a * c.axis;
+        row.direction = frames.a.R * c.axis;
         // Along the axis as b has it: where a hinge holds the two, both have the same.
         const Vec3 axis = c.turn.conjugate() * c.axis;
         row.value = 2 * std::atan2(turned.vec().dot(axis), turned.w()) - c.rest;
@@ -91,13 +97,14 @@ CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c, 
         row.value += kWhole * std::round((known - row.value) / kWhole);
         return row;
     }
-    const bool same = joint && same_anchors(*other, c);
-    row.anchor_a = row.point_a = same ? before->anchor_a : anchor_point(bodies, c.a, pose_a);
-    row.point_b = same ? before->point_b : anchor_point(bodies, c.b, pose_b);
+    row.point_a = frames.a.shift + frames.a.R * c.a.local;
+    row.point_b = frames.b.shift + frames.b.R * c.b.local;
     const Vec3 between = row.point_a - row.point_b;
-    row.direction = turn_of(bodies, c.a, pose_a) * c.axis;
-    if (c.along_line && between.norm() > 0) row.direction = between.normalized();
-    row.length = between.norm();
+    row.direction = frames.a.R * c.axis;
+    if (c.along_line) {
+        row.length = between.norm();
+        if (row.length > 0) row.direction = between / row.length;
+    }
     row.value = row.direction.dot(between) - c.rest;
     // A direction that turns with a, of a place that slides along it: the row's derivative by a's
     // turn is that of a's place at b. Two places would make a couple of the row's two forces.
@@ -106,20 +113,19 @@ CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c, 
     return row;
 }
 
-CouplingRow row_between(const Coupling& c, const CouplingRow& start, const CouplingRow& end)
+CouplingRow row_between(const Coupling& c, const CouplingRow& start, CouplingRow row)
 {
-    CouplingRow row = end;
     if (c.square) // a'.b' - a.b = (a' + a)/2 . (b' - b) + (b' + b)/2 . (a' - a)
-        row.direction = 0.25 * c.arm * (start.axis_a + end.axis_a).cross(start.axis_b + end.axis_b);
-    const double lengths = start.length + end.length;
+        row.direction = 0.25 * c.arm * (start.axis_a + row.axis_a).cross(start.axis_b + row.axis_b);
+    const double lengths = start.length + row.length;
     if (!c.along_line && !c.square)
-        row.direction = (start.direction + end.direction).normalized();
+        row.direction = (start.direction + row.direction).normalized();
     else if (c.along_line && lengths > 0) // |x'|^2 - |x|^2 = (x' + x) . (x' - x)
-        row.direction = (start.length * start.direction + end.length * end.direction) / lengths;
-    row.point_a = 0.5 * (start.point_a + end.point_a);
-    row.point_b = 0.5 * (start.point_b + end.point_b);
+        row.direction = (start.length * start.direction + row.length * row.direction) / lengths;
+    row.point_a = 0.5 * (start.point_a + row.point_a);
+    row.point_b = 0.5 * (start.point_b + row.point_b);
     for (std::size_t i = 0; i < row.poses.size(); ++i)
-        row.poses[i] = pose_between(start.poses[i], end.poses[i]);
+        row.poses[i] = pose_between(start.poses[i], row.poses[i]);
     find_arms(c, row);
     return row;
 }

@@ -57,7 +57,6 @@ struct CouplingRow {
     bool turns = false;
     Vec3 axis_a = Vec3::Zero(), axis_b = Vec3::Zero(); ///< of square rows, in space
     Vec3 point_a, point_b;                             ///< where its forces act
-    Vec3 anchor_a = Vec3::Zero();                      ///< of a; that of b is point_b
     std::vector<PatchPose> poses;                      ///< of patches: a's first, b's last
     Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();   ///< of the points, from patches' centres [m]
 
@@ -73,16 +72,28 @@ struct CouplingRow {
                 arm_b,         c.b.node >= 0};
     }
 };
+/// Where what a joint holds on to is at the iterate: the same for all of its rows.
+struct JointFrames {
+    int input = -1; ///< of the scene's couplings
+    struct Frame {
+        Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+        Mat3 R = Mat3::Identity(); ///< the same
+        Vec3 shift = Vec3::Zero(); ///< of local (0, 0, 0) [m]
+    } a, b;
+    std::vector<PatchPose> poses; ///< of patches: a's first, b's last
+};
+
 /// @param known   a turn is the one that is nearest to this [rad]
-/// @param before  the row of another coupling, if there is one, that may have the same anchors
+/// @param frames  of the row before, for rows in order: those of one joint are found once
+CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& coupling, double known,
+                         JointFrames& frames);
 CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& coupling,
-                         double known = 0, const Coupling* other = nullptr,
-                         const CouplingRow* before = nullptr);
+                         double known = 0);
 
 /// Where the forces of a step act that leads from one row to another: the direction and places
 /// whose product with the motion of the bodies is the change of the row's value, exactly (but of
 /// turns, whose is of second order). Its value is that of the end.
-CouplingRow row_between(const Coupling& coupling, const CouplingRow& start, const CouplingRow& end);
+CouplingRow row_between(const Coupling& coupling, const CouplingRow& start, CouplingRow end);
 
 /// How a spring with damping answers in a step of h with this rule, its force the mean
 ///   F = -(k (end e' + past) + c (e' - e) / h),  e and e' its values before and after:
