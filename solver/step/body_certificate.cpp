@@ -253,7 +253,7 @@ void BodyStepper::fill_report()
         if (c < n_contacts) { // along the normal where it is now, as in the balance
             const BodyContact& contact = list_.contact[std::size_t(c)];
             const Vec3 n = contact.frame.col(0);
-            if (!(system_.finder.pairs()[std::size_t(contact.pair)].friction > 0)) f = n.dot(f) * n;
+            if (!(friction_of(system_.finder.pairs(), contact) > 0)) f = n.dot(f) * n;
         }
         const Vec3 place = step_.dynamic && !f.isZero(0) ? common_place(c) : Vec3(Vec3::Zero());
         for (const Side& side : sides_of(contacts(), c)) {

@@ -37,6 +37,7 @@ struct BodyContact {
     Mat3 frame = Mat3::Identity(); ///< columns n (from b into a), t1, t2
     double gap = 0;                ///< at the iterate [m]
     double area = 0;               ///< that it stands for, 0 if unknown [m^2]
+    double friction = -1;          ///< < 0: its pair's
     /// Derivative of the normal by the place on a, of surfaces that do not bend [1/m].
     Mat3 curvature = Mat3::Zero();
     bool slides_a = false, slides_b = false; ///< of rods: see CurveContact
@@ -91,7 +92,8 @@ enum class StartOverlap { refuse, resolve, close };
 struct ContactPair {
     int a = 0, b = -1;
     int obstacle = -1; ///< of the scene's, where b is -1
-    double friction = 0, restitution = 0;
+    double friction = 0, restitution = 0; ///< of segments: the largest
+    std::vector<double> friction_of_segment; ///< of an instrument a; empty: one for all
     bool small = false; ///< contacts of the start are kept: they move with their bodies
     bool nodal = false;
     bool named = true; ///< not by "*"
@@ -105,6 +107,11 @@ struct ContactPair {
     std::optional<Pose> plane;         ///< of an obstacle that is one: exact for every rigid shape
     const ContactSurface *surface_a = nullptr, *surface_b = nullptr; ///< of solids; outlive it
 };
+
+inline double friction_of(std::span<const ContactPair> pairs, const BodyContact& c)
+{
+    return c.friction >= 0 ? c.friction : pairs[std::size_t(c.pair)].friction;
+}
 
 /// Where two bodies stand in each other.
 struct BodyOverlap {
