@@ -297,8 +297,9 @@ void BodyStepper::fill_report()
         Vec3 mean = tangential;
         if (!step_.dynamic) {
             const auto known = system_.warm_friction.find(key(c));
-            // Contacts of rods wander along them, and change their numbers: none is new for that.
-            const bool wanders = system_.refs[std::size_t(contact.a)].rod != nullptr;
+            // Crossings of rods wander along them, and change their numbers: none is new for that.
+            const bool wanders =
+                system_.refs[std::size_t(contact.a)].rod && is_crossing(contact.id);
             if (known != system_.warm_friction.end())
                 mean = 0.5 * (tangential + known->second);
             else if (!wanders)
