@@ -111,8 +111,7 @@ Growth growth(const HeldBase& base, const BeamNode& a, const BeamNode& b, const 
         g.tau[i] +=
             (grows * law.bowing[i - 1] + tension * (growing[i - 1] - 2 * law.bowing[i - 1] / L)) *
             e[i];
-    if (!law.beyond.empty() || !m.table.empty())
-        grow_beyond(m, law, end, e, dS[4], g);
+    if (!law.beyond.empty() || !m.table.empty()) grow_beyond(m, law, end, e, dS[4], g);
     const HeldWire held = held_part(base, end);
     g.axial = held.axial;
     g.torsion = held.torsion;
@@ -129,7 +128,8 @@ double growth_stiffness(const HeldBase& base, const BeamNode& a, const BeamNode&
     const double end = base.end();
     // its strains go with 1/length: short against that as well
     const double length = law_at_end(base, 0).length;
-    const double step = std::min({1e-3 * base.material.segments.back().radius, 0.25 * end, 0.01 * length});
+    const double step =
+        std::min({1e-3 * base.material.segments.back().radius, 0.25 * end, 0.01 * length});
     const auto slope = [&](double further) {
         return growth(base, a, b, law_at_end(base, further), further).slope;
     };

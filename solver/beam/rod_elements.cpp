@@ -93,7 +93,8 @@ std::array<double, 6> rod_resultants(const RodModel& rod, const std::vector<Beam
     return f;
 }
 
-double rod_energy(const RodModel& rod, const std::vector<BeamNode>& nodes, RodElement kind, int from)
+double rod_energy(const RodModel& rod, const std::vector<BeamNode>& nodes, RodElement kind,
+                  int from)
 {
     double sum = 0;
     for (int e = from; e < rod.element_count(); ++e) {

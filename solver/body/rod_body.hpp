@@ -255,23 +255,23 @@ private:
     void add_drag();
     void add_anchor();
     double length_at(int node) const; ///< that a node stands for [m]
-    double taken_by_drag(); ///< in the step [J]
+    double taken_by_drag();           ///< in the step [J]
     double drag() const;
     double drag_on(int node, int axis) const;
     // The sheath: rod_sheath.cpp
     struct SheathEnd {
-        int node = 0;     ///< which stands there
-        double s = -1;    ///< place of the rod there [m]; < 0: there is no sheath
-        double fed = 0;   ///< way of the base: what would be out of a rigid rod [m]
+        int node = 0;                    ///< which stands there
+        double s = -1;                   ///< place of the rod there [m]; < 0: there is no sheath
+        double fed = 0;                  ///< way of the base: what would be out of a rigid rod [m]
         double stretch = 0;              ///< of what is in the sheath [m]
         double turned = 0, rotation = 0; ///< about it, of the base and at its end [rad]
     };
     /// Of the node at its end, in its two unknowns.
     struct SheathBalance {
         Vec3 along = Vec3::Zero();
-        double slope = 0;            ///< of the energy with the way of the material [N]
-        double torque = 0;           ///< of what is held, on the rod [N m]
-        Vec12 mixed = Vec12::Zero(); ///< of the slope by the first element's nodes
+        double slope = 0;                   ///< of the energy with the way of the material [N]
+        double torque = 0;                  ///< of what is held, on the rod [N m]
+        Vec12 mixed = Vec12::Zero();        ///< of the slope by the first element's nodes
         double way = 0, turn = 0, both = 0; ///< second derivatives
     };
     /// Nodes that the sheath holds, from the start on: those in it and the one at its end.
@@ -321,7 +321,7 @@ private:
     std::vector<Load> loads_;
     std::vector<CurvePlace> stations_, whole_stations_;
     double fed_first_ = 0; ///< where the sheath's end is along the first shape [m]
-    int root_ = -1; ///< the only node that is held, of an open rod; -1: there is not one
+    int root_ = -1;        ///< the only node that is held, of an open rod; -1: there is not one
 
     StepInput step_;
     Motion state_, now_;
@@ -336,7 +336,7 @@ private:
     double inertia_size_ = 0;                  ///< of dynamic steps [N]
     double last_motion_ = 0, before_last_ = 0; ///< of Newton's method [m]
     Eigen::VectorXd free_change_, right_, prescribed_;
-    Eigen::MatrixXd modes_; ///< none
+    Eigen::MatrixXd modes_;                ///< none
     SheathEnd sheath_;                     ///< of the iterate, on the step's mesh
     int remeshed_ = -1;                    ///< last node that is elsewhere than on accepted_'s mesh
     std::optional<WireMaterial> material_; ///< of a rod with a sheath

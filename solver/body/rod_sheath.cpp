@@ -93,8 +93,7 @@ Vec3 RodBody::along_sheath() const
 
 bool RodBody::gives_in_sheath() const
 {
-    return out_of_sheath() &&
-           rod_.length - sheath_.fed > kGives * whole_[0].length;
+    return out_of_sheath() && rod_.length - sheath_.fed > kGives * whole_[0].length;
 }
 
 HeldBase RodBody::held_base(const SheathEnd& at) const
@@ -149,9 +148,9 @@ void RodBody::move_sheath_end(const SheathEnd& next)
     sheath_ = next;
     if (next.node < elements) // else all of it is in the sheath
         beside(next.node, [&](int e) {
-            rod_.law[std::size_t(e)] = e == next.node
-                                           ? law_at_end(held_base(next), 0)
-                                           : law_between(*material_, rod_.s[std::size_t(e)], next.s);
+            rod_.law[std::size_t(e)] =
+                e == next.node ? law_at_end(held_base(next), 0)
+                               : law_between(*material_, rod_.s[std::size_t(e)], next.s);
         });
     place_stations();
 }
@@ -199,8 +198,8 @@ BeamNode RodBody::at_place(double s) const
                  L = rod_.s[std::size_t(e) + 1] - from, xi = (s - from) / L;
     if (xi >= 1) return b;
     const Hermite h = hermite(xi, L);
-    const Vec3 x = h.h0 * a.position() + h.h1 * b.position() + h.h2 * first_axis(a.q) +
-                   h.h3 * first_axis(b.q);
+    const Vec3 x =
+        h.h0 * a.position() + h.h1 * b.position() + h.h2 * first_axis(a.q) + h.h3 * first_axis(b.q);
     BeamNode n = a;
     for (int k = 0; k < 3; ++k) {
         n.x[k] = x[k];
@@ -237,8 +236,8 @@ void RodBody::start_at_sheath()
         if (end.turned != 0) rotate_in_body(n.q, end.turned * Vec3::UnitX());
     if (end.node < rod_.element_count())
         for (int k = 0; k < 3; ++k)
-            state_.nodes[std::size_t(end.node)].move(
-                k, (end.s - rod_.s[std::size_t(end.node)]) * along[k]);
+            state_.nodes[std::size_t(end.node)].move(k, (end.s - rod_.s[std::size_t(end.node)]) *
+                                                            along[k]);
     accepted_ = {sheath_, state_.nodes, {}};
 }
 
@@ -261,7 +260,8 @@ void RodBody::begin_at_sheath()
         next.rotation = next.turned;
         next.s = rod_.length - next.fed;
     } else {
-        // Stretched or compressed in the sheath by much of an element it is not where its base says.
+        // Stretched or compressed in the sheath by much of an element it is not where its base
+        // says.
         const double whole = whole_[std::size_t(next.node)].length,
                      first = rod_.s[std::size_t(next.node) + 1] - next.s;
         if (!(first > kLeast * whole && first < kMost * whole))
@@ -426,7 +426,8 @@ double RodBody::share_past_end(double way) const
     if (way == 0) return 1;
     const double whole = whole_[std::size_t(sheath_.node)].length,
                  now = rod_.law[std::size_t(sheath_.node)].length,
-                 least = std::min(kLeast * whole, 0.9 * now), most = std::max(kMost * whole, 1.1 * now);
+                 least = std::min(kLeast * whole, 0.9 * now),
+                 most = std::max(kMost * whole, 1.1 * now);
     double room = way > 0 ? most - now : now - least;
     if (way > 0) room = std::min(room, 0.5 * sheath_.s); // and the sheath some of the rod
     return std::abs(way) > room ? room / std::abs(way) : 1;
@@ -451,7 +452,8 @@ void RodBody::pass_sheath_end(double way, double turn)
     }
 }
 
-/// @param acting  loads and what holds the rod; what holds it in the sheath does its work at the base
+/// @param acting  loads and what holds the rod; what holds it in the sheath does its work at the
+/// base
 /// @return  that work, of the step [J]
 double RodBody::accept_at_sheath(std::vector<Node6>& acting)
 {
@@ -472,7 +474,8 @@ double RodBody::accept_at_sheath(std::vector<Node6>& acting)
     }
     for (std::size_t i = 0; i <= std::size_t(sheath_.node); ++i)
         acting[i] = load_[i];
-    const double fed = sheath_.fed - accepted_.end.fed, turned = sheath_.turned - accepted_.end.turned;
+    const double fed = sheath_.fed - accepted_.end.fed,
+                 turned = sheath_.turned - accepted_.end.turned;
     return first ? push_ * fed + torque_ * turned
                  : 0.5 * (push + push_) * fed + 0.5 * (torque + torque_) * turned;
 }

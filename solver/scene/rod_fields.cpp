@@ -248,8 +248,8 @@ void check_feed(const RodInput& b, const Scene& scene, Findings& findings)
                           (b.shape.points.empty() ? !natural : b.shape.points.size() == 2);
     if (!straight)
         return findings.add({place + "/fed", place + "/shape"},
-                     "a sheath around a rod that is not straight",
-                     "a shape of two \"points\", or of none without curvature");
+                            "a sheath around a rod that is not straight",
+                            "a shape of two \"points\", or of none without curvature");
     if (scene.time.path > 0)
         findings.add({place + "/fed", "/time/path"}, "a sheath on a path of balances",
                      "\"path\": 0: steps in time");
@@ -276,7 +276,7 @@ void check_feed(const RodInput& b, const Scene& scene, Findings& findings)
         };
         const std::string here = fmt::format("{}/hold/{}", place, i);
         const Vec3 out = !b.shape.points.empty() ? b.shape.points[1].at - b.shape.points[0].at
-                                                   : b.shape.direction;
+                                                 : b.shape.direction;
         const bool about = h.axis.cross(out).norm() <= kAlong * h.axis.norm() * out.norm();
         if (moves(h.angle) && !(h.set == "start" && about && !b.plane))
             findings.add({here + "/angle", place + "/fed"},

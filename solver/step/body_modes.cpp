@@ -266,10 +266,9 @@ bool BodyStepper::solve_with_modes()
                 unsolved_ = certificate_.status != SolveStatus::infeasible;
                 report_.refusal =
                     options_.outside
-                        ? fmt::format(
-                              "the answer of contact_solver has an error of {:.1e}, "
-                              "asked is {:.1e}",
-                              certificate_.error, options.tolerance)
+                        ? fmt::format("the answer of contact_solver has an error of {:.1e}, "
+                                      "asked is {:.1e}",
+                                      certificate_.error, options.tolerance)
                         : fmt::format("contact problem {} at an error of {:.1e}",
                                       name(certificate_.status), certificate_.error);
                 if (certificate_.status == SolveStatus::infeasible) {

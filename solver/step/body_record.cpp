@@ -394,8 +394,7 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
                     vector(fmt::format("{}_{:g}", b.name, *l.at), "m",
                            nodes[std::size_t(b.rod->model().node_at(*l.at))].position());
             out.push_back({b.name + "_max_displacement", "m", most});
-            if (!input.fed.empty())
-{
+            if (!input.fed.empty()) {
                 out.push_back({b.name + "_push_force", "N", b.rod->push_force()});
                 out.push_back({b.name + "_torque", "N m", b.rod->sheath_torque()});
                 out.push_back({b.name + "_base_twist", "rad", b.rod->turned_in_sheath()});

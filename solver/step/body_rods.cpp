@@ -176,8 +176,7 @@ ContactProblem rods_problem(BodySystem& system, const BodyStepReport& report,
         rows.chosen.push_back(c);
         const double friction = friction_of(k.pairs, report.contacts.contact[std::size_t(c)]);
         problem.mu[c] = friction;
-        problem.kind.push_back(friction > 0 ? ContactKind::frictional
-                                                 : ContactKind::frictionless);
+        problem.kind.push_back(friction > 0 ? ContactKind::frictional : ContactKind::frictionless);
     }
     make_rows(k, rows);
     std::vector<Eigen::MatrixXd> W(system.refs.size());

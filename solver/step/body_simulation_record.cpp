@@ -76,8 +76,9 @@ StepRecord BodySimulation::State::record(double h, double seconds)
         r.area = k.area;
         const Vec3 tangential = r.force - r.normal_force * r.normal;
         const double size = system->refs[std::size_t(k.a)].body->size();
-        const bool slips = tangential.norm() >= (1 - 1e-6) * friction_of(pairs, k) * r.normal_force ||
-                           r.slip.norm() > kSticks * size;
+        const bool slips =
+            tangential.norm() >= (1 - 1e-6) * friction_of(pairs, k) * r.normal_force ||
+            r.slip.norm() > kSticks * size;
         r.status = slips ? ContactStatus::slip : ContactStatus::stick;
         r.body_a = number(k.a, 0);
         r.body_b = number(k.b, pair.obstacle);

@@ -88,8 +88,7 @@ TEST_CASE("an instrument is pushed as a rod as it is as a wire" * doctest::test_
         const double push = r.of_wire("push_force");
         CHECK(std::abs(r.of_rod("push_force") - push) < agree * std::abs(push));
         CHECK(r.of_rod("depth") == doctest::Approx(r.of_wire("depth")).epsilon(1e-9));
-        CHECK(std::abs(r.rod.summary.energy.error()) <
-              0.02 * r.rod.summary.energy.work_absolute);
+        CHECK(std::abs(r.rod.summary.energy.error()) < 0.02 * r.rod.summary.energy.work_absolute);
     }
 }
 
@@ -125,7 +124,8 @@ TEST_CASE("a base that is turned winds up the whole rod to a held tip: GJ angle 
             "axis": [{}, 0, 0], "angle": [[0, 0], [1, 0.7]]}}]}}}},
             "time": {{"step": 0.25, "end": 1}})",
                                             sign));
-        CHECK(rod.value("wire_torque") == doctest::Approx(-sign * GJ * angle / length).epsilon(1e-6));
+        CHECK(rod.value("wire_torque") ==
+              doctest::Approx(-sign * GJ * angle / length).epsilon(1e-6));
         CHECK(rod.value("wire_start_moment_x") ==
               doctest::Approx(sign * GJ * angle / length).epsilon(1e-6));
         CHECK(rod.value("wire_end_moment_x") ==
@@ -151,7 +151,8 @@ TEST_CASE("a bent tip that nothing touches turns with the base of its rod")
     CHECK(r.value("wire_tip_rotation") == doctest::Approx(0.5 * std::numbers::pi).epsilon(1e-9));
 }
 
-TEST_CASE("a precurved tip whips in a bend as a rod as it does as a wire" * doctest::test_suite("slow"))
+TEST_CASE("a precurved tip whips in a bend as a rod as it does as a wire" *
+          doctest::test_suite("slow"))
 {
     Bend b;
     b.steps = 50;
@@ -188,7 +189,8 @@ TEST_CASE("what turns in a sheath is its base")
                                      more),
                          {});
     };
-    const char* const turn = R"("hold": [{{"set": "start", "axis": {}, "angle": [[0, 0], [1, 1]]}}])";
+    const char* const turn =
+        R"("hold": [{{"set": "start", "axis": {}, "angle": [[0, 0], [1, 1]]}}])";
     CHECK(wrong(fmt::format(fmt::runtime(turn), "[1, 0, 0]").c_str()) == "");
     CHECK(has(wrong(fmt::format(fmt::runtime(turn), "[0, 1, 0]").c_str()), "/hold/0/angle"));
     CHECK(has(wrong(R"("hold": [{"at": 0.05, "axis": [1, 0, 0], "angle": [[0, 0], [1, 1]]}])"),
