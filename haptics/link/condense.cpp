@@ -173,13 +173,13 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
     out.contact.resize(std::size_t(n));
     for (int i = 0; i < n; ++i) {
         const BodyContact& k = all.contact[std::size_t(near[std::size_t(i)])];
-        const int count = rows_of(pairs[std::size_t(k.pair)]);
+        const int count = rows_of(pairs, k);
         for (int a = 0; a < count; ++a)
             place[std::size_t(rows.first[std::size_t(i)] + a)] = 3 * i + a;
         CandidateContact& c = out.contact[std::size_t(i)];
         c = {};
         c.id = identity(k);
-        c.mu = pairs[std::size_t(k.pair)].friction;
+        c.mu = friction_of(pairs, k);
         c.q = {k.gap, 0, 0};
         c.r = k.frame.transpose() * report.force[std::size_t(near[std::size_t(i)])];
         if (count == 1) c.r.tail<2>().setZero();
@@ -202,7 +202,7 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
     for (int i = 0; i < n; ++i) {
         const BodyContact& k = all.contact[std::size_t(near[std::size_t(i)])];
         CandidateContact& c = out.contact[std::size_t(i)];
-        if (rows_of(pairs[std::size_t(k.pair)]) == 1) {
+        if (rows_of(pairs, k) == 1) {
             const double w = out.W(3 * i, 3 * i);
             out.W(3 * i + 1, 3 * i + 1) = out.W(3 * i + 2, 3 * i + 2) = w;
         }

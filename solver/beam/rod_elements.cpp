@@ -93,10 +93,11 @@ std::array<double, 6> rod_resultants(const RodModel& rod, const std::vector<Beam
     return f;
 }
 
-double rod_energy(const RodModel& rod, const std::vector<BeamNode>& nodes, RodElement kind)
+double rod_energy(const RodModel& rod, const std::vector<BeamNode>& nodes, RodElement kind,
+                  int from)
 {
     double sum = 0;
-    for (int e = 0; e < rod.element_count(); ++e) {
+    for (int e = from; e < rod.element_count(); ++e) {
         const ElementEnds k = ends_of(rod, nodes, e);
         const ElementLaw& law = rod.law[std::size_t(e)];
         sum += kind == RodElement::exact
@@ -107,22 +108,22 @@ double rod_energy(const RodModel& rod, const std::vector<BeamNode>& nodes, RodEl
 }
 
 void add_rod_elements(const RodModel& rod, const std::vector<BeamNode>& nodes, RodElement kind,
-                      RodMatrix& K, std::vector<Node6>& g)
+                      RodMatrix& K, std::vector<Node6>& g, int from)
 {
     if (kind == RodElement::corotational) {
-        for (int e = 0; e < rod.element_count(); ++e)
+        for (int e = from; e < rod.element_count(); ++e)
             add_corotational(rod, nodes, e, K, g);
         return;
     }
     // Runs of plain elements, four at once; what is special between them.
-    int first = 0;
+    int first = from;
     const auto special = [&](int e) {
         if (rod.second(e) != e + 1) return true;
         for (const RodCorner& c : rod.corners)
             if (c.element == e) return true;
         return false;
     };
-    for (int e = 0; e < rod.element_count(); ++e) {
+    for (int e = from; e < rod.element_count(); ++e) {
         if (!special(e)) continue;
         add_elements(first, e, nodes, rod.law, K.chain, g);
         add_special(rod, nodes, e, K, g);

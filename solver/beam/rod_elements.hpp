@@ -15,12 +15,13 @@ std::array<double, 6> rod_strain(const RodModel& rod, const std::vector<BeamNode
 /// Forces and moments of its section, in the order of its strains [N], [N m].
 std::array<double, 6> rod_resultants(const RodModel& rod, const std::vector<BeamNode>& nodes,
                                      RodElement kind, int element);
-/// Elastic energy [J].
-double rod_energy(const RodModel& rod, const std::vector<BeamNode>& nodes, RodElement kind);
+/// Elastic energy [J], of elements from this one on.
+double rod_energy(const RodModel& rod, const std::vector<BeamNode>& nodes, RodElement kind,
+                  int from = 0);
 
-/// Adds gradients and Hessians of all elements.
+/// Adds gradients and Hessians of all elements from this one on.
 void add_rod_elements(const RodModel& rod, const std::vector<BeamNode>& nodes, RodElement kind,
-                      RodMatrix& K, std::vector<Node6>& gradient);
+                      RodMatrix& K, std::vector<Node6>& gradient, int from = 0);
 
 /// A point of the smooth (cubic) middle line of an element, and its derivative by the displacements
 /// of the element's two nodes (places, turns in the body frames).

@@ -1,6 +1,7 @@
 #include "solver/beam/wire.hpp"
 
 #include "solver/beam/cable.hpp"
+#include "solver/beam/held_base.hpp"
 #include "solver/beam/wire_place.hpp"
 
 #include <algorithm>
@@ -31,16 +32,20 @@ double material_at_end(const Wire& wire, const WireState& state)
     return wire.material.length - state.inserted;
 }
 
-/// Law of the element at the sheath's end if the wire were `further` out.
-ElementLaw law_of_held_element(const Wire& wire, const WireState& s, double further)
+HeldBase base_of(const Wire& wire, const WireState& s)
 {
-    const WireMaterial& m = wire.material;
-    const double next = m.node[std::size_t(s.first) + 1];
-    ElementLaw law = law_between(m, material_at_end(wire, s) - further, next);
-    // Times EA over its length it is a force: no digits are lost to the length of the wire, which
-    // the end's place on it would cost.
-    law.length = ((next - m.length) + s.inserted) + (s.inserted_rest + further);
-    return law;
+    HeldBase base{wire.material};
+    if (s.first < wire.last()) base.next = wire.material.node[std::size_t(s.first) + 1];
+    base.inserted = s.inserted;
+    base.inserted_rest = s.inserted_rest;
+    base.base_insertion = s.base_insertion;
+    base.rotation = s.rotation;
+    base.base_twist = s.base_twist;
+    if (wire.sheath) {
+        base.give = wire.sheath->give;
+        base.turn_give = wire.sheath->turn_give;
+    }
+    return base;
 }
 
 void add(Node6& g, int row, const Vec3& v)
@@ -60,143 +65,6 @@ void clear_column(Block6& b, int col)
     b.column[col] = Column6{};
 }
 
-/// What is held, the base's springs included.
-HeldWire held_part(const Wire& wire, double end)
-{
-    HeldWire held = held_between_base_and(wire.material, end);
-    if (wire.sheath) {
-        held.axial += wire.sheath->give;
-        held.torsion += wire.sheath->turn_give;
-    }
-    return held;
-}
-
-/// Derivatives with the length that is out, the nodes where they are.
-struct Growth {
-    double slope = 0;              ///< of the energy of the first element and the held part [N]
-    std::array<double, 6> tau{};   ///< of the first element's section forces
-    double force = 0, torque = 0;  ///< in the held part [N], [N m]
-    double axial = 0, torsion = 0; ///< its compliances [m/N], [rad/(N m)]
-};
-
-/// Energy per length of the wire at s when it is straight [J/m].
-double straight_energy(const WireMaterial& m, double s)
-{
-    const Section c = section_at(m, s);
-    double energy = straightening_energy(c);
-    if (!m.table.empty()) energy += beyond_linear(tables_at(m, s), straightened(c)).energy;
-    return energy;
-}
-
-/// What tables add to the growth of the first element: the section at the sheath's end comes to
-/// its shares, and its strains and natural curvatures change.
-/// @param e   its strains
-/// @param dS  how its bending stiffness law.S[4] grows
-void grow_beyond(const Wire& wire, const ElementLaw& law, double end,
-                 const std::array<double, 6>& e, double dS, Growth& g)
-{
-    const Section c = section_at(wire.material, end);
-    const double L = law.length;
-    std::array<double, 6> elastic{}, rate{}; // -rate: of the elastic strain with the length
-    for (std::size_t i : {4, 5}) {
-        const double k = law.S[i] > 0 ? law.P[i] / law.S[i] : 0;
-        elastic[i] = e[i] - k;
-        rate[i] = (c.natural[i] - k) / L + e[i] / L;
-    }
-    std::vector<TableShare> section = tables_at(wire.material, end);
-    share_bending(section, law);
-    const BeyondLinear own = beyond_linear(law.beyond, elastic),
-                       comes = beyond_linear(section, elastic);
-    // What share of the curvature a section takes changes with the element's EI.
-    const double shift = dS / law.S[4] - 1 / L;
-    for (std::size_t i : {4, 5})
-        rate[i] -= shift * elastic[i];
-    g.slope += comes.energy;
-    for (std::size_t i : {4, 5}) {
-        g.slope -= own.stress[i] * rate[i];
-        g.tau[i] += comes.stress[i] + (shift - 1 / L) * own.stress[i];
-    }
-    g.tau[4] -= own.bend22 * rate[4] + own.bend23 * rate[5];
-    g.tau[5] -= own.bend23 * rate[4] + own.bend33 * rate[5];
-}
-
-// Strains are proportional to 1/length: dU/dl = 1/2 C (e - e0)^2 at the end - stress.e / length.
-// The mean stretch's part of second order, 1/2 bowing e^2, is proportional to bowing/length^2.
-/// @param further  where to take them, off the state's own length [m]
-Growth growth(const Wire& wire, const ElementLaw& law, double further)
-{
-    const WireState& s = wire.state;
-    const std::size_t n = std::size_t(s.first);
-    const double end = material_at_end(wire, s) - further;
-    const Section c = section_at(wire.material, end);
-    const double L = law.length;
-    const std::array<double, 6> e = element_strain(s.nodes[n], s.nodes[n + 1], L);
-
-    // U = 1/2 S (e - k)^2 with S = L^2 / flexibility and k the mean natural strain, both growing
-    // by the section at the sheath's end.
-    Growth g;
-    std::array<double, 6> dS{};
-    for (std::size_t i : {0, 3, 4, 5})
-        if (c.stiffness[i] > 0)
-            dS[i] = 2 * law.S[i] / L - law.S[i] * law.S[i] / (L * L * c.stiffness[i]);
-    for (const auto& [shear, bend] : {std::pair{1u, 5u}, {2u, 4u}}) {
-        if (!(law.S[bend] > 0)) continue;
-        const double k = law.S[shear] / L, EI = law.S[bend] / L;
-        const double dEI = (dS[bend] - EI) / L;
-        dS[shear] = k - L * k * k * (L / (6 * EI) - L * L / (12 * EI * EI) * dEI);
-    }
-    const std::array<double, 2> growing = bowing_growth(law, dS);
-    const double stretch = mean_stretch(law, e);
-    double shrinks = (2 * stretch - e[0]) / L; // the mean stretch, with the length
-    for (std::size_t i : {1, 2})
-        shrinks -= 0.5 * growing[i - 1] * e[i] * e[i];
-    for (std::size_t i = 0; i < 6; ++i) {
-        if (!(law.S[i] > 0)) continue;
-        const double S = law.S[i], k = law.P[i] / S, dk = (c.natural[i] - k) / L;
-        const double elastic = (i == 0 ? stretch : e[i]) - k,
-                     rate = dk + (i == 0 ? shrinks : e[i] / L);
-        g.slope += 0.5 * dS[i] * elastic * elastic - S * elastic * rate;
-        g.tau[i] = dS[i] * elastic - S * rate - S * elastic / L;
-    }
-    // Tension along what bows acts across the section.
-    const double tension = law.S[0] * stretch - law.P[0], grows = g.tau[0] + tension / L;
-    for (std::size_t i : {1, 2})
-        g.tau[i] +=
-            (grows * law.bowing[i - 1] + tension * (growing[i - 1] - 2 * law.bowing[i - 1] / L)) *
-            e[i];
-    if (!law.beyond.empty() || !wire.material.table.empty())
-        grow_beyond(wire, law, end, e, dS[4], g);
-    const HeldWire held = held_part(wire, end);
-    g.axial = held.axial;
-    g.torsion = held.torsion;
-    g.force = ((s.inserted - s.base_insertion) + s.inserted_rest + further) / held.axial;
-    g.torque = (s.base_twist - s.rotation) / held.torsion;
-    const double EA = c.stiffness[0], GJ = c.stiffness[3];
-    g.slope += g.force + 0.5 * g.force * g.force / EA + 0.5 * g.torque * g.torque / GJ;
-    g.slope -= straight_energy(wire.material, end);
-    return g;
-}
-
-/// Second derivative of the energy with the length that is out [N/m], by differences of fourth
-/// order: the section changes fast where a step of curvature comes out, and there it is stiffer
-/// than the held part. In a wire that nothing holds EA/l must cancel to what a hand feels as
-/// nothing.
-double growth_stiffness(const Wire& wire)
-{
-    const WireMaterial& m = wire.material;
-    const WireState& s = wire.state;
-    const double end = material_at_end(wire, s);
-    // its strains go with 1/length: short against that as well
-    const double length = law_of_held_element(wire, s, 0).length;
-    const double step = std::min({1e-3 * m.segments.back().radius, 0.25 * end, 0.01 * length});
-    const auto slope = [&](double further) {
-        return growth(wire, law_of_held_element(wire, s, further), further).slope;
-    };
-    const double near = (slope(step) - slope(-step)) / (2 * step),
-                 far = (slope(2 * step) - slope(-2 * step)) / (4 * step);
-    return (4 * near - far) / 3;
-}
-
 // The first node's rows become (inserted, rotation): see wire.hpp.
 void assemble_sheath(const Wire& wire, const ElementLaw& law, BlockTridiagonal& K,
                      std::vector<Node6>& g)
@@ -204,7 +72,8 @@ void assemble_sheath(const Wire& wire, const ElementLaw& law, BlockTridiagonal& 
     const WireState& s = wire.state;
     const int f = s.first;
     const std::size_t n = std::size_t(f);
-    const Growth grow = growth(wire, law, 0);
+    const HeldBase base = base_of(wire, s);
+    const Growth grow = growth(base, s.nodes[n], s.nodes[n + 1], law, 0);
     const std::array<double, 12> mixed =
         element_force(s.nodes[n], s.nodes[n + 1], law.length, grow.tau);
 
@@ -214,7 +83,7 @@ void assemble_sheath(const Wire& wire, const ElementLaw& law, BlockTridiagonal& 
     const double d33 = d(3, 3);
     for (int j = 0; j < 6; ++j)
         clear_column(d, j);
-    d(0, 0) = growth_stiffness(wire);
+    d(0, 0) = growth_stiffness(base, s.nodes[n], s.nodes[n + 1]);
     d(3, 3) = d33 + 1 / grow.torsion;
     d(0, 3) = d(3, 0) =
         mixed[3] - grow.torque / (section_at(wire.material, material_at_end(wire, s)).stiffness[3] *
@@ -360,7 +229,7 @@ void start_in_sheath(Wire& wire, double insertion, double twist)
 ElementLaw held_element_law(const Wire& wire, const WireState& s)
 {
     if (!wire.sheath) return wire.material.law[std::size_t(s.first)];
-    return law_of_held_element(wire, s, 0);
+    return law_at_end(base_of(wire, s), 0);
 }
 
 Vec3 held_point(const Wire& wire, const WireState& state, double s)
@@ -371,8 +240,9 @@ Vec3 held_point(const Wire& wire, const WireState& state, double s)
 Quaternion held_rotation(const Wire& wire, const WireState& state, double s)
 {
     const double end = material_at_end(wire, state);
-    const double whole = held_part(wire, end).torsion;
-    const double part = held_part(wire, std::max(s, 0.0)).torsion;
+    const HeldBase base = base_of(wire, state);
+    const double whole = held_part(base, end).torsion;
+    const double part = held_part(base, std::max(s, 0.0)).torsion;
     const double angle =
         state.base_twist + (state.rotation - state.base_twist) * (whole > 0 ? part / whole : 1);
     Quaternion q = quaternion_of(wire.sheath->frame);
@@ -491,7 +361,7 @@ BaseLoad base_load(const Wire& wire)
         // Nothing is bent outside: pushing sets free the energy that the sheath holds.
         return {-straight_energy(wire.material, end), 0};
     }
-    const HeldWire held = held_part(wire, end);
+    const HeldWire held = held_part(base_of(wire, s), end);
     return {((s.base_insertion - s.inserted) - s.inserted_rest) / held.axial,
             (s.base_twist - s.rotation) / held.torsion};
 }
@@ -503,7 +373,7 @@ BaseStiffness base_stiffness(const Wire& wire)
     const WireState& s = wire.state;
     const double end = material_at_end(wire, s);
     const Section c = section_at(wire.material, end);
-    const HeldWire held = held_part(wire, end);
+    const HeldWire held = held_part(base_of(wire, s), end);
     const BaseLoad load = base_load(wire);
     BaseStiffness k;
     k.own << 1 / held.axial, 0, 0, 1 / held.torsion;
@@ -523,7 +393,7 @@ double elastic_energy(const Wire& wire)
                             i == s.first ? held_element_law(wire, s) : wire.material.law[n]);
     }
     if (wire.sheath) {
-        const HeldWire held = held_part(wire, material_at_end(wire, s));
+        const HeldWire held = held_part(base_of(wire, s), material_at_end(wire, s));
         const double stretch = (s.inserted - s.base_insertion) + s.inserted_rest;
         const double turn = s.base_twist - s.rotation;
         energy += held.bending;

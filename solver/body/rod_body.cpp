@@ -130,6 +130,7 @@ RodBody::RodBody(const RodInput& input, const Centreline* curve, double damping,
         std::count(nodes_held.begin(), nodes_held.end(), nodes_held[0]) ==
             std::ptrdiff_t(nodes_held.size()))
         root_ = nodes_held[0];
+    if (!input_.fed.empty()) root_ = -1; // the sheath holds it, too
 
     state_.nodes = rod_.nodes;
     if (!input_.fed.empty()) start_at_sheath();
@@ -161,7 +162,12 @@ std::array<double, 6> RodBody::strain(int element) const
 
 std::array<double, 6> RodBody::resultants(int element) const
 {
-    return rod_resultants(rod_, now_.nodes, kind_, element);
+    std::array<double, 6> f = rod_resultants(rod_, now_.nodes, kind_, element);
+    if (material_ && element < sheath_.node) {
+        f[0] = -push_;
+        f[3] = torque_;
+    }
+    return f;
 }
 
 AxisBox RodBody::box() const
@@ -213,6 +219,7 @@ Eigen::MatrixXd RodBody::rigid_motions() const
 
 Mat6 RodBody::held_rigid_motions() const
 {
+    if (material_) return Mat6::Identity(); // its base is held
     Mat6 seen = Mat6::Zero();
     for (const Held& h : held_at(state_, 0)) {
         const Mat6 taken =
@@ -242,6 +249,7 @@ void RodBody::begin(const StepInput& step)
     expected_.clear();
     for (Vec6& m : moved_)
         m.setZero();
+    if (material_) turn_with_sheath();
     last_motion_ = before_last_ = std::numeric_limits<double>::infinity();
     if (!step.dynamic) return;
     begin_memory();
@@ -260,7 +268,7 @@ void RodBody::forces(const Motion& m, double t, std::vector<Node6>& inner, std::
     K_.set_zero();
     inner.assign(m.nodes.size(), Node6{});
     load.assign(m.nodes.size(), Node6{});
-    add_rod_elements(rod_, m.nodes, kind_, K_, inner);
+    add_rod_elements(rod_, m.nodes, kind_, K_, inner, material_ ? sheath_.node : 0);
     add_loads(m, t, load, &K_);
 }
 
@@ -279,10 +287,15 @@ void RodBody::hold_matrix(RodMatrix& A) const
         Mat6 scale = Mat6::Zero();
         for (int k = 0; k < 6; ++k)
             scale(k, k) = own(k, k) > 0 ? own(k, k) : 1;
-        scale.topLeftCorner<3, 3>().diagonal().setConstant(
-            std::max(own.topLeftCorner<3, 3>().trace() / 3, 1e-300));
+        // In a sheath no element has a stiffness.
+        const ElementLaw& law = rod_.law[std::size_t(std::min(h.node, rod_.element_count() - 1))];
+        const auto mean = [&](const Mat3& m, int strain) {
+            return m.trace() > 0 ? m.trace() / 3
+                                 : law.S[std::size_t(strain)] / (law.length * law.length);
+        };
+        scale.topLeftCorner<3, 3>().diagonal().setConstant(mean(own.topLeftCorner<3, 3>(), 0));
         scale.bottomRightCorner<3, 3>().diagonal().setConstant(
-            std::max(own.bottomRightCorner<3, 3>().trace() / 3, 1e-300));
+            mean(own.bottomRightCorner<3, 3>(), 4));
         left += (Mat6::Identity() - P) * scale * (Mat6::Identity() - P);
         set_block(d, left);
         if (h.node + 1 < n) {
@@ -332,6 +345,12 @@ void RodBody::linearise()
         std::vector<Node6> Kd;
         K_.multiply(as_nodes(move), Kd);
         rest -= as_vector(Kd);
+    }
+    if (out_of_sheath()) {
+        const SheathBalance b = sheath_balance(true);
+        balance_at_sheath(b, move, rest);
+        balance_at_sheath(b, {}, residual_);
+        if (gives_in_sheath()) stiffness_at_sheath(b);
     }
     hold_matrix(K_);
     negative_ = K_.factor();
@@ -390,6 +409,7 @@ double RodBody::imbalance(const Eigen::VectorXd& force)
         forces(now_, step_.end(), inner_, load_);
         residual_ = as_vector(load_) - as_vector(inner_);
         add_drag();
+        if (out_of_sheath()) balance_at_sheath(sheath_balance(false), {}, residual_);
     }
     Eigen::VectorXd missing = residual_;
     if (force.size() == missing.size()) missing += force;
@@ -428,7 +448,10 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
     std::vector<Node6> acting = load_;
     for (std::size_t i = 0; i < acting.size(); ++i)
         acting[i].column += reaction_[i].column;
-    if (material_) accept_at_sheath(acting);
+    if (material_) {
+        e.work = accept_at_sheath(acting);
+        e.work_absolute = std::abs(e.work);
+    }
     if (acting_.empty()) acting_ = acting;
     if (step_.dynamic)
         for (std::size_t i = 0; i < moved_.size(); ++i) {
@@ -452,14 +475,15 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
         forces(now_, step_.end(), inner_, load_);
         Eigen::VectorXd unused = residual_;
         add_contact_stiffness(unused);
+        if (gives_in_sheath()) stiffness_at_sheath(sheath_balance(true));
         hold_matrix(K_);
         negative_ = K_.factor();
         stable_ = negative_ == 0;
     }
     state_ = now_;
-    energy_ = rod_energy(rod_, state_.nodes, kind_);
+    energy_ = rod_energy(rod_, state_.nodes, kind_, material_ ? sheath_.node : 0);
     if (material_) {
-        energy_ += straight_beyond();
+        energy_ += energy_in_sheath();
         accepted_ = {sheath_, state_.nodes, acting_};
     }
     e.elastic = energy_;
@@ -474,7 +498,12 @@ std::vector<std::array<Vec3, 2>> RodBody::reactions() const
         std::array<Vec3, 2> sum{Vec3::Zero(), Vec3::Zero()};
         for (const int node : h.nodes) {
             if (reaction_.empty()) break;
-            const Vec6 r = view(reaction_[std::size_t(node)]);
+            Vec6 r = view(reaction_[std::size_t(node)]);
+            if (material_ && node == 0) { // its base: what pushes and turns it
+                sum[0] += push_ * along_sheath();
+                sum[1] += torque_ * along_sheath();
+                if (sheath_.node == 0) r.setZero();
+            }
             for (int k = 0; k < 3; ++k)
                 if (h.axis[std::size_t(k)]) sum[0][k] += r[k];
             if (h.input->turns != "free")
@@ -490,6 +519,7 @@ std::vector<double> RodBody::frequencies(int count)
     std::vector<Node6> inner, load;
     forces(now_, step_.end(), inner, load);
     held_ = held_at(now_, step_.end());
+    if (gives_in_sheath()) stiffness_at_sheath(sheath_balance(true));
     hold_matrix(K_);
     negative_ = K_.factor();
     M_.set_zero();

@@ -2,6 +2,7 @@
 
 #include "contact/curve/curve_contact.hpp"
 #include "contact/rigid/shape.hpp"
+#include "solver/beam/held_base.hpp"
 #include "solver/beam/rod_elements.hpp"
 #include "solver/body/body.hpp"
 #include "solver/body/live_curve.hpp"
@@ -71,10 +72,14 @@ public:
     bool in_sheath(const CurvePlace& at) const;
     /// Along the rod into the scene, what pushes it out of its sheath, at the accepted state [N].
     double push_force() const { return push_; }
+    /// What turns its base about the sheath, at the accepted state [N m].
+    double sheath_torque() const { return torque_; }
     double length_out_of_sheath() const; ///< at the state [m]
-    /// By how much the push would shorten (or a pull lengthen) what is in the sheath, which is taken
-    /// as rigid [m].
-    double change_in_sheath() const;
+    double turned_in_sheath() const;     ///< its base, at the state [rad]
+    /// The segment of a place; where two meet, the first.
+    int segment_of(const CurvePlace& at) const;
+    /// Turn of its end about the sheath since the base's was 0, at the state [rad].
+    double tip_rotation() const;
     bool in_medium() const { return input_.drag > 0; }
     /// True at a node whose place cannot move in this direction.
     bool holds(const CurvePlace& at, const Vec3& direction) const;
@@ -82,6 +87,11 @@ public:
     double contact_reach() const; ///< of gaps that are looked at [m]
     /// Where it may touch what runs along it.
     const std::vector<CurvePlace>& stations() const { return stations_; }
+    /// ... by the elements as they are away from a sheath's end.
+    const std::vector<CurvePlace>& whole_stations() const
+    {
+        return material_ ? whole_stations_ : stations_;
+    }
     /// Forces that holds need, of the accepted state: of each hold in the scene's order, force in
     /// space [N] and moment in space about its place [N m]; sums over its nodes.
     std::vector<std::array<Vec3, 2>> reactions() const;
@@ -245,22 +255,52 @@ private:
     void add_drag();
     void add_anchor();
     double length_at(int node) const; ///< that a node stands for [m]
-    double taken_by_drag(); ///< in the step [J]
+    double taken_by_drag();           ///< in the step [J]
     double drag() const;
     double drag_on(int node, int axis) const;
     // The sheath: rod_sheath.cpp
+    struct SheathEnd {
+        int node = 0;                    ///< which stands there
+        double s = -1;                   ///< place of the rod there [m]; < 0: there is no sheath
+        double fed = 0;                  ///< way of the base: what would be out of a rigid rod [m]
+        double stretch = 0;              ///< of what is in the sheath [m]
+        double turned = 0, rotation = 0; ///< about it, of the base and at its end [rad]
+    };
+    /// Of the node at its end, in its two unknowns.
+    struct SheathBalance {
+        Vec3 along = Vec3::Zero();
+        double slope = 0;                   ///< of the energy with the way of the material [N]
+        double torque = 0;                  ///< of what is held, on the rod [N m]
+        Vec12 mixed = Vec12::Zero();        ///< of the slope by the first element's nodes
+        double way = 0, turn = 0, both = 0; ///< second derivatives
+    };
     /// Nodes that the sheath holds, from the start on: those in it and the one at its end.
-    int sheathed(double t) const;
-    double place_at_end(double t) const; ///< of the rod, at the sheath's end [m]
-    int node_at_end(double s) const;     ///< which stands there for this place
-    BeamNode held_in_sheath(int node, double t) const;
+    int sheathed() const;
+    int node_at_end(double s) const; ///< which stands there for this place
+    Vec3 along_sheath() const;
+    double base_turn(double t) const; ///< prescribed [rad]
+    bool out_of_sheath() const { return material_ && sheath_.node < rod_.element_count(); }
+    bool gives_in_sheath() const; ///< there is enough in it to stretch
+    HeldBase held_base(const SheathEnd& at) const;
+    double turn_in_sheath(const SheathEnd& at, double s) const;
+    BeamNode held_in_sheath(int node) const;
     BeamNode at_place(double s) const; ///< of the rod, at the accepted state, on its mesh
+    std::optional<BeamNode> place_before(int element, double xi) const;
+    void move_sheath_end(const SheathEnd& next);
+    void place_stations();
     void start_at_sheath();
     void begin_at_sheath();
-    void accept_at_sheath(std::vector<Node6>& acting);
-    void add_push(std::vector<Node6>& acting) const;
-    double taken_at_end() const;    ///< of the push, by what is strained at the sheath's end [N]
-    double straight_beyond() const; ///< energy of what no element has, or has relaxed [J]
+    void turn_with_sheath();
+    SheathBalance sheath_balance(bool stiffness) const;
+    void balance_at_sheath(const SheathBalance& b, const Eigen::VectorXd& move,
+                           Eigen::VectorXd& missing) const;
+    void stiffness_at_sheath(const SheathBalance& b);
+    Vec3 along_by_way(double xi) const;
+    std::array<double, 2> past_sheath_end(Eigen::VectorXd& y) const;
+    double share_past_end(double way) const;
+    void pass_sheath_end(double way, double turn);
+    double accept_at_sheath(std::vector<Node6>& acting);
+    double energy_in_sheath() const;
     Vec3 line_load(double t) const; ///< without weight [N/m]
     // dynamic steps
     void begin_memory();
@@ -279,9 +319,9 @@ private:
     double damping_ = 0, size_ = 0;
     std::vector<Hold> holds_;
     std::vector<Load> loads_;
-    std::vector<CurvePlace> stations_;
+    std::vector<CurvePlace> stations_, whole_stations_;
     double fed_first_ = 0; ///< where the sheath's end is along the first shape [m]
-    int root_ = -1; ///< the only node that is held, of an open rod; -1: there is not one
+    int root_ = -1;        ///< the only node that is held, of an open rod; -1: there is not one
 
     StepInput step_;
     Motion state_, now_;
@@ -296,13 +336,9 @@ private:
     double inertia_size_ = 0;                  ///< of dynamic steps [N]
     double last_motion_ = 0, before_last_ = 0; ///< of Newton's method [m]
     Eigen::VectorXd free_change_, right_, prescribed_;
-    Eigen::MatrixXd modes_; ///< none
-    struct SheathEnd {
-        int node = 0;  ///< which stands there
-        double s = -1; ///< place of the rod there [m]; < 0: none
-    };
-    void move_sheath_end(const SheathEnd& next);
-    SheathEnd sheath_;                     ///< of the step's mesh
+    Eigen::MatrixXd modes_;                ///< none
+    SheathEnd sheath_;                     ///< of the iterate, on the step's mesh
+    int remeshed_ = -1;                    ///< last node that is elsewhere than on accepted_'s mesh
     std::optional<WireMaterial> material_; ///< of a rod with a sheath
     std::vector<ElementLaw> whole_;        ///< laws of its elements where no node is moved
     struct AtSheath {                      ///< what was accepted, on its own mesh
@@ -310,7 +346,7 @@ private:
         std::vector<BeamNode> nodes;
         std::vector<Node6> acting;
     } accepted_;
-    double push_ = 0;               ///< at the accepted state [N]
+    double push_ = 0, torque_ = 0;  ///< at the accepted state [N], [N m]
     bool stable_ = true;            ///< the accepted balance
     double drag_ = 0;               ///< [N/m^2]
     double anchor_ = 0;             ///< per length [N/m^2]; 0: holds hold it

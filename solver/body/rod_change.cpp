@@ -172,16 +172,19 @@ void RodBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd&, const Eig
 {
     before_last_ = last_motion_;
     if (!step_.dynamic) {
-        double share = safe_share(now_, y);
+        Eigen::VectorXd own = y;
+        const std::array<double, 2> past = past_sheath_end(own);
+        double share = std::min(safe_share(now_, own), share_past_end(past[0]));
         double turn = 0;
         for (std::size_t i = 0; i < now_.nodes.size(); ++i)
-            turn = std::max(turn, y.segment<3>(at6(i) + 3).norm());
+            turn = std::max(turn, own.segment<3>(at6(i) + 3).norm());
         if (root_ >= 0 && turn > kSmallTurn) {
-            unroll(now_, share * y);
+            unroll(now_, share * own);
         } else {
-            share = std::min(share, slack_share(y));
-            move_nodes(now_, share * y);
+            share = std::min(share, slack_share(own));
+            move_nodes(now_, share * own);
         }
+        if (gives_in_sheath()) pass_sheath_end(share * past[0], share * past[1]);
         last_motion_ = 0;
         for (std::size_t i = 0; i < now_.nodes.size(); ++i)
             last_motion_ = std::max(last_motion_, y.segment<3>(at6(i)).norm());

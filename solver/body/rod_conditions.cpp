@@ -34,6 +34,16 @@ struct Directions {
         if (size < 1e-6 || count == 6) return;
         Q.col(count++) = v / size;
     }
+    /// Places across this direction.
+    void hold_across(const Vec3& along)
+    {
+        const Vec3 a = along.unitOrthogonal();
+        for (const Vec3& d : {a, Vec3(along.cross(a))}) {
+            Vec6 v = Vec6::Zero();
+            v.head<3>() = d;
+            hold(v);
+        }
+    }
     /// Turns across this axis of the section.
     void hold_turns_across(const Vec3& axis)
     {
@@ -66,12 +76,15 @@ std::vector<LiveCurve> RodBody::live_curves()
         return std::ranges::any_of(c, [](const auto& p) { return p[1] != 0; });
     };
     for (const RodHold& h : input_.hold)
-        if (moves(h.x) || moves(h.y) || moves(h.z) || moves(h.angle))
+        if (moves(h.x) || moves(h.y) || moves(h.z) || (moves(h.angle) && h.set != "start"))
             least = std::max(least, rod_.length - (h.at             ? *h.at
                                                    : h.set == "end" ? rod_.length
                                                                     : 0));
     all.push_back({input_.name + (input_.instrument ? ".insertion" : ".fed"), "m", &input_.fed, 0,
                    least, rod_.length});
+    for (RodHold& h : input_.hold)
+        if (input_.instrument && h.set == "start")
+            all.push_back({input_.name + ".twist", "rad", &h.angle});
     return all;
 }
 
@@ -94,6 +107,7 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
         const Vec3 shift(value(h.input->x, t, 0), value(h.input->y, t, 0), value(h.input->z, t, 0));
         const Vec3 axis = h.input->axis.normalized();
         for (const int node : h.nodes) {
+            if (node < sheathed()) continue; // the sheath holds it
             const std::size_t i = of(node);
             const BeamNode &now = m.nodes[std::size_t(node)],
                            &first = rod_.nodes[std::size_t(node)],
@@ -129,11 +143,16 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
             }
         }
     }
-    for (int node = 0, in_sheath = sheathed(t); node < in_sheath; ++node) {
+    for (int node = 0, in_sheath = sheathed(); node < in_sheath; ++node) {
         const std::size_t i = of(node);
-        const BeamNode &now = m.nodes[std::size_t(node)], first = held_in_sheath(node, t);
-        for (int k = 0; k < 6; ++k)
-            directions[i].hold(Vec6::Unit(k));
+        const BeamNode &now = m.nodes[std::size_t(node)], first = held_in_sheath(node);
+        if (node == sheath_.node && gives_in_sheath()) {
+            directions[i].hold_across(along_sheath());
+            directions[i].hold_turns_across(Vec3::UnitX());
+        } else {
+            for (int k = 0; k < 6; ++k)
+                directions[i].hold(Vec6::Unit(k));
+        }
         for (int k = 0; k < 3; ++k)
             all[i].move[k] = first.difference(now, k);
         const auto turn = [](const BeamNode& n) {
@@ -191,7 +210,8 @@ void RodBody::add_loads(const Motion& m, double t, std::vector<Node6>& f, RodMat
     if (line.isZero(0) && step_.gravity.isZero(0)) return;
     // The work of a load q along an element of cubic middle line:
     // q . (L/2 (x1 + x2) + L^2/12 (d1 - d2)).
-    for (int e = 0; e < rod_.element_count(); ++e) {
+    // An instrument's weight in its introducer, which lies on it, does not push.
+    for (int e = input_.instrument ? sheath_.node : 0; e < rod_.element_count(); ++e) {
         const double L = rod_.law[std::size_t(e)].length;
         const Vec3 q = line + rod_.mass[std::size_t(e)].per_length * step_.gravity;
         const int node[2] = {e, rod_.second(e)};

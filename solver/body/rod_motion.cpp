@@ -247,7 +247,9 @@ std::vector<double> RodBody::state() const
     s.push_back(stable_ ? 1 : 0);
     s.push_back(accepted_.end.node);
     s.push_back(accepted_.end.s);
-    s.push_back(push_);
+    for (const double x : {accepted_.end.fed, accepted_.end.stretch, accepted_.end.turned,
+                           accepted_.end.rotation, push_, torque_})
+        s.push_back(x);
     s.push_back(path_.size() > 0 ? 1 : 0);
     for (Eigen::Index i = 0; i < unknowns(); ++i)
         s.push_back(path_.size() > 0 ? path_[i] : 0);
@@ -286,7 +288,9 @@ void RodBody::set_state(std::span<const double> state)
     stable_ = state[at++] != 0;
     accepted_.end.node = int(state[at++]);
     accepted_.end.s = state[at++];
-    push_ = state[at++];
+    for (double* x : {&accepted_.end.fed, &accepted_.end.stretch, &accepted_.end.turned,
+                      &accepted_.end.rotation, &push_, &torque_})
+        *x = state[at++];
     if (material_) {
         accepted_.nodes = state_.nodes;
         accepted_.acting = acting_;

@@ -77,9 +77,21 @@ Placement RodBody::node_pose(int node) const
     return {Eigen::Quaterniond(n.q[0], n.q[1], n.q[2], n.q[3]).normalized(), n.position()};
 }
 
+int RodBody::segment_of(const CurvePlace& at) const
+{
+    constexpr double kRounding = 1e-12;
+    const bool grows = material_ && at.piece == sheath_.node; // its start is no node's place
+    const double L = rod_.law[std::size_t(at.piece)].length,
+                 s = grows ? rod_.s[std::size_t(at.piece) + 1] - (1 - at.t) * L
+                           : rod_.s[std::size_t(at.piece)] + at.t * L;
+    const auto after = std::lower_bound(rod_.segment_start.begin(), rod_.segment_start.end(),
+                                        s - kRounding * rod_.length);
+    return std::max(int(after - rod_.segment_start.begin()) - 1, 0);
+}
+
 bool RodBody::starts_in_sheath(int node) const
 {
-    return material_ && node < sheathed(0);
+    return material_ && node < sheathed();
 }
 
 Curve RodBody::curve() const
@@ -214,6 +226,8 @@ RodBody::Line RodBody::line(const BodyPlace& at) const
     Line line;
     line.x = p.x;
     line.J = p.J;
+    if (gives_in_sheath() && e == sheath_.node)
+        line.J.leftCols<3>() = along_by_way(t) * along_sheath().transpose();
     line.slope.setZero();
     line.bend.setZero();
     // Of places, and of tangents.
@@ -295,6 +309,8 @@ Vec12 RodBody::row(const BodyPlace& at, const Vec3& direction) const
     }
     const RodPlace p = rod_place(rod_, now_.nodes, e, xi);
     Vec12 v = p.J.transpose() * direction;
+    if (gives_in_sheath() && e == sheath_.node)
+        v.head<3>() = along_by_way(xi).dot(direction) * along_sheath();
     const Vec3 moment = (at.point - p.x).cross(direction);
     for (int i = 0; i < 2; ++i)
         v.segment<3>(6 * i + 3) +=
@@ -323,13 +339,15 @@ Vec3 RodBody::displacement(const BodyPlace& at) const
 {
     const int e = at.nodes[0].node;
     const double xi = at.nodes[0].weight;
+    const std::optional<BeamNode> there = place_before(e, xi);
+    const Mat3 before = there ? rotation_matrix(there->q) : section(state_, e, xi);
     if (at.turns) {
-        const Eigen::Quaterniond turn(section(now_, e, xi) * section(state_, e, xi).transpose());
+        const Eigen::Quaterniond turn(section(now_, e, xi) * before.transpose());
         return rotation_vector(turn);
     }
     const Vec3 x = rod_point(rod_, now_.nodes, e, xi), arm = at.point - x;
-    const Vec3 turned = section(state_, e, xi) * (section(now_, e, xi).transpose() * arm);
-    return x - rod_point(rod_, state_.nodes, e, xi) + arm - turned;
+    const Vec3 turned = before * (section(now_, e, xi).transpose() * arm);
+    return x - (there ? there->position() : rod_point(rod_, state_.nodes, e, xi)) + arm - turned;
 }
 
 Vec3 RodBody::velocity(const BodyPlace& at) const

@@ -67,6 +67,11 @@ RodInput rod_of(const BeamInput& b)
     rod.plane = b.plane;
     rod.fed = b.insertion;
     if (rod.fed.empty()) rod.fed = {{0, 0}};
+    RodHold& base = rod.hold.emplace_back();
+    base.set = "start";
+    base.turns = "held";
+    base.axis = along;
+    base.angle = b.twist;
     if (b.hold.given) {
         RodHold& tip = rod.hold.emplace_back();
         tip.set = "end";
@@ -138,10 +143,6 @@ void check_instrument_rods(const Scene& scene, Findings& findings)
                 findings.add({place + "/segments"}, "a cable", "EI > 0" + why);
                 break;
             }
-        for (std::size_t k = 0; k < b.twist.size(); ++k)
-            if (b.twist[k][1] != 0)
-                findings.add({fmt::format("{}/drive/twist/{}/1", place, k)},
-                             fmt::format("{}", b.twist[k][1]), "0" + why + ", which does not turn");
         for (std::size_t k = 0; k < b.insertion.size(); ++k)
             if (!(b.insertion[k][1] >= 0))
                 findings.add({fmt::format("{}/drive/insertion/{}/1", place, k)},

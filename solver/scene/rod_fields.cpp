@@ -247,12 +247,21 @@ void check_feed(const RodInput& b, const Scene& scene, Findings& findings)
     const bool straight = !b.shape.closed && !b.shape.has_curve() &&
                           (b.shape.points.empty() ? !natural : b.shape.points.size() == 2);
     if (!straight)
-        findings.add({place + "/fed", place + "/shape"},
-                     "a sheath around a rod that is not straight",
-                     "a shape of two \"points\", or of none without curvature");
+        return findings.add({place + "/fed", place + "/shape"},
+                            "a sheath around a rod that is not straight",
+                            "a shape of two \"points\", or of none without curvature");
     if (scene.time.path > 0)
         findings.add({place + "/fed", "/time/path"}, "a sheath on a path of balances",
                      "\"path\": 0: steps in time");
+    if (b.elements == "corotational")
+        findings.add({place + "/elements", place + "/fed"}, "\"corotational\"",
+                     "\"exact\": the element at a sheath's end grows");
+    for (std::size_t i = 0; i < b.segments.size(); ++i)
+        if (b.segments[i].twist != 0)
+            findings.add({fmt::format("{}/segments/{}/twist", place, i), place + "/fed"},
+                         fmt::format("{}", b.segments[i].twist),
+                         "0: what is in a sheath has no twist of its own");
+    constexpr double kAlong = 1e-6; // of a unit: directions that are one
     const double length = length_of(b.segments);
     double least = length; // out of the sheath
     for (const auto& point : b.fed)
@@ -266,11 +275,14 @@ void check_feed(const RodInput& b, const Scene& scene, Findings& findings)
             return std::any_of(c.begin(), c.end(), [](const auto& p) { return p[1] != 0; });
         };
         const std::string here = fmt::format("{}/hold/{}", place, i);
-        if (moves(h.angle))
+        const Vec3 out = !b.shape.points.empty() ? b.shape.points[1].at - b.shape.points[0].at
+                                                 : b.shape.direction;
+        const bool about = h.axis.cross(out).norm() <= kAlong * h.axis.norm() * out.norm();
+        if (moves(h.angle) && !(h.set == "start" && about && !b.plane))
             findings.add({here + "/angle", place + "/fed"},
-                         "a turn of a place in the sheath, which does not turn",
-                         "no \"angle\", or no \"fed\"; an instrument (\"kind\": \"beam\") is "
-                         "turned in its sheath by \"drive\": {\"twist\": ...}");
+                         "a turn of what is in the sheath but that of its start about the sheath",
+                         "a hold at the \"start\", whose \"axis\" is along the sheath, of a rod "
+                         "without \"plane\"");
         const CurvePoints* const along[3] = {&h.x, &h.y, &h.z};
         for (std::size_t k = 0; k < 3; ++k)
             if (moves(*along[k]))
@@ -344,7 +356,7 @@ void check_rod_contacts(const RodInput& b, const Scene& scene, Findings& finding
                                  : "\"\" (all of the rod), \"start\" or \"end\"");
         }
     }
-    for (std::size_t i = 0; i < b.segments.size(); ++i)
+    for (std::size_t i = 0; i < b.segments.size() && !b.instrument; ++i)
         if (b.segments[i].friction)
             findings.add({fmt::format("/bodies/{}/segments/{}/friction", b.name, i)},
                          fmt::format("{}", *b.segments[i].friction),

@@ -31,6 +31,7 @@
 #include <tuple>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 
 namespace amontons {
 namespace {
@@ -207,6 +208,18 @@ StartOverlap start_overlap(const ContactLaw& law)
     return law.start_overlap == "resolve" ? StartOverlap::resolve
            : law.start_overlap == "close" ? StartOverlap::close
                                           : StartOverlap::refuse;
+}
+
+/// What segments of an instrument say of friction counts for what it touches, but for other rods.
+void set_friction_of_segments(ContactPair& p, const std::vector<BeamSegment>& segments)
+{
+    if (std::ranges::none_of(segments, [](const BeamSegment& s) { return s.friction.has_value(); }))
+        return;
+    const double of_pair = std::exchange(p.friction, 0);
+    for (const BeamSegment& s : segments) {
+        p.friction_of_segment.push_back(s.friction.value_or(of_pair));
+        p.friction = std::max(p.friction, p.friction_of_segment.back());
+    }
 }
 
 } // namespace
@@ -521,6 +534,9 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         p.surface_b = surfaces[k][swap ? 0 : 1];
         p.a = body[swap ? 1 : 0];
         p.b = body[swap ? 0 : 1];
+        if (p.b < 0 || !system->refs[std::size_t(p.b)].rod)
+            if (const auto rod = rods.find(system->refs[std::size_t(p.a)].name); rod != rods.end())
+                set_friction_of_segments(p, rod->second->segments);
         if (system->refs[std::size_t(p.a)].rod) p.end_a = law.surfaces[swap ? 1 : 0];
         p.small = law.sliding == "small" && system->refs[std::size_t(p.a)].solid &&
                   (p.b < 0 || system->refs[std::size_t(p.b)].solid);
@@ -534,7 +550,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
             p.margin = p.reach;
         }
         if (const BodyRef& a = system->refs[std::size_t(p.a)]; a.rod && p.surface_b) {
-            const std::span<const CurvePlace> own = a.rod->stations();
+            const std::span<const CurvePlace> own = a.rod->whole_stations();
             if (!p.end_a.empty())
                 p.stations = face_stations(p.end_a == "start" ? own.first(1) : own.last(1));
             else if (rods.at(a.name)->contact_spacing > 0)

@@ -252,7 +252,7 @@ void BodyStepper::fill_report()
         if (c < n_contacts) { // along the normal where it is now, as in the balance
             const BodyContact& contact = list_.contact[std::size_t(c)];
             const Vec3 n = contact.frame.col(0);
-            if (!(system_.finder.pairs()[std::size_t(contact.pair)].friction > 0)) f = n.dot(f) * n;
+            if (!(friction_of(system_.finder.pairs(), contact) > 0)) f = n.dot(f) * n;
         }
         const Vec3 place = step_.dynamic && !f.isZero(0) ? common_place(c) : Vec3(Vec3::Zero());
         for (const Side& side : sides_of(contacts(), c)) {
@@ -296,8 +296,9 @@ void BodyStepper::fill_report()
         Vec3 mean = tangential;
         if (!step_.dynamic) {
             const auto known = system_.warm_friction.find(key(c));
-            // Contacts of rods wander along them, and change their numbers: none is new for that.
-            const bool wanders = system_.refs[std::size_t(contact.a)].rod != nullptr;
+            // Crossings of rods wander along them, and change their numbers: none is new for that.
+            const bool wanders =
+                system_.refs[std::size_t(contact.a)].rod && is_crossing(contact.id);
             if (known != system_.warm_friction.end())
                 mean = 0.5 * (tangential + known->second);
             else if (!wanders)

@@ -37,6 +37,7 @@ struct BodyContact {
     Mat3 frame = Mat3::Identity(); ///< columns n (from b into a), t1, t2
     double gap = 0;                ///< at the iterate [m]
     double area = 0;               ///< that it stands for, 0 if unknown [m^2]
+    double friction = -1;          ///< < 0: its pair's
     /// Derivative of the normal by the place on a, of surfaces that do not bend [1/m].
     Mat3 curvature = Mat3::Zero();
     bool slides_a = false, slides_b = false; ///< of rods: see CurveContact
@@ -79,9 +80,9 @@ double thickness_of(const BodyRef& body);
 /// A solid's outside, or a set of its faces, as pairs see it.
 struct ContactSurface {
     ExternalSurface outside;
-    SharpFeatures sharp; ///< at rest
+    SharpFeatures sharp;         ///< at rest
     Late<FacetedSurface> facets; ///< for measuring overlaps
-    bool whole = true; ///< all of the outside
+    bool whole = true;           ///< all of the outside
 };
 
 /// What becomes of bodies that stand in each other when the run begins.
@@ -90,8 +91,9 @@ enum class StartOverlap { refuse, resolve, close };
 /// Two bodies that a law lets meet. There may be millions.
 struct ContactPair {
     int a = 0, b = -1;
-    int obstacle = -1; ///< of the scene's, where b is -1
-    double friction = 0, restitution = 0;
+    int obstacle = -1;                       ///< of the scene's, where b is -1
+    double friction = 0, restitution = 0;    ///< of segments: the largest
+    std::vector<double> friction_of_segment; ///< of an instrument a; empty: one for all
     bool small = false; ///< contacts of the start are kept: they move with their bodies
     bool nodal = false;
     bool named = true; ///< not by "*"
@@ -101,10 +103,15 @@ struct ContactPair {
     double margin = 0;
     std::vector<FaceStation> stations; ///< of a rod on a solid
     StartOverlap start_overlap = StartOverlap::refuse;
-    std::string end_a;                 ///< of a rod that touches with an end alone: "start", "end"
-    std::optional<Pose> plane;         ///< of an obstacle that is one: exact for every rigid shape
+    std::string end_a;         ///< of a rod that touches with an end alone: "start", "end"
+    std::optional<Pose> plane; ///< of an obstacle that is one: exact for every rigid shape
     const ContactSurface *surface_a = nullptr, *surface_b = nullptr; ///< of solids; outlive it
 };
+
+inline double friction_of(std::span<const ContactPair> pairs, const BodyContact& c)
+{
+    return c.friction >= 0 ? c.friction : pairs[std::size_t(c.pair)].friction;
+}
 
 /// Where two bodies stand in each other.
 struct BodyOverlap {
@@ -112,11 +119,11 @@ struct BodyOverlap {
     int pair = -1;                    ///< of those given; -1: of the rest
     double depth = 0;                 ///< of the place in the other body [m], > 0
     Vec3 point = Vec3::Zero();
-    bool of_b = false; ///< the place is on b
-    SurfacePlace own;  ///< its nodes; none on a rigid body
+    bool of_b = false;            ///< the place is on b
+    SurfacePlace own;             ///< its nodes; none on a rigid body
     double allowed = 0, most = 0; ///< more is warned of, ends the step [m]
     double rows_beyond = 0;       ///< more gets a row, also where `allowed` is more [m]
-    double tolerance = 0;              ///< what such a row leaves of it [m]
+    double tolerance = 0;         ///< what such a row leaves of it [m]
 };
 
 /// A row at a place of a mesh, beside those of multipliers.
@@ -131,15 +138,15 @@ struct PlaceRow {
 /// never meet: a pair is made where its bodies come near.
 struct RestLaw {
     double friction = 0, restitution = 0;
-    double reach = 0;                     ///< of ContactPair [m]; 0: chosen
+    double reach = 0; ///< of ContactPair [m]; 0: chosen
     StartOverlap start_overlap = StartOverlap::refuse;
     std::set<std::pair<int, int>> others; ///< pairs with a law of their own, lower number first
 };
 
 /// How far contacts between meshes are looked for, of the thinner body: beyond lie far sides.
 constexpr double kReachOfThickness = 0.4;
-/// The number of a contact that stands for an area is that of the node which carries its multiplier,
-/// beside multiples of this.
+/// The number of a contact that stands for an area is that of the node which carries its
+/// multiplier, beside multiples of this.
 constexpr std::int64_t kNodeNumbers = std::int64_t(1) << 40;
 /// Beside the number of a contact: the same with a normal that it had in another iteration.
 constexpr std::int64_t kOtherNormal = std::int64_t(1) << 62;
@@ -203,11 +210,12 @@ public:
     void find(const std::vector<BodyRef>& bodies, const StepInput& step, BodyContacts& out,
               int threads = 1);
 
-    /// Contacts of a pair that find() has met, of rigid bodies or one and an obstacle, at the iterate.
+    /// Contacts of a pair that find() has met, of rigid bodies or one and an obstacle, at the
+    /// iterate.
     void find_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
 
-    /// Where bodies stand in each other at the iterate: measured on their surfaces, whatever contacts
-    /// were found.
+    /// Where bodies stand in each other at the iterate: measured on their surfaces, whatever
+    /// contacts were found.
     /// @param small_too  pairs that keep the geometry of the start, where that is the geometry
     void overlaps(const std::vector<BodyRef>& bodies, std::vector<BodyOverlap>& out,
                   bool small_too = false);
@@ -221,8 +229,8 @@ public:
     bool add_rows(std::span<const BodyOverlap> overlaps);
     /// After a step in motion: rows for places that are about to stand so deep.
     void add_rows_ahead(std::span<const BodyOverlap> overlaps);
-    /// Before a step: one at rest begins without such rows, so that its end does not depend on those
-    /// of steps before. Under friction and in motion it does anyway, and they stay.
+    /// Before a step: one at rest begins without such rows, so that its end does not depend on
+    /// those of steps before. Under friction and in motion it does anyway, and they stay.
     void begin_rows(bool dynamic);
     /// After a step: forgets others.
     void keep_rows(const std::function<bool(int pair, std::int64_t id)>& acts);
@@ -233,8 +241,8 @@ public:
     void set_rows(std::vector<std::vector<PlaceRow>> rows) { rows_ = std::move(rows); }
     double thickness(const std::vector<BodyRef>& bodies, int body); ///< thickness_of, kept
     double thinner_of(const std::vector<BodyRef>& bodies, const ContactPair& p);
-    /// Of pairs whose bodies stand in each other at the start and are to be pressed out of each other
-    /// or taken as they fit: how deep. Before the first step.
+    /// Of pairs whose bodies stand in each other at the start and are to be pressed out of each
+    /// other or taken as they fit: how deep. Before the first step.
     void set_start_overlaps(const std::vector<BodyRef>& bodies, bool dynamic,
                             std::span<const double> depths);
     /// Some are to be pressed out.
@@ -248,7 +256,6 @@ public:
     /// What is prescribed in [from, to] moves pairs that are near by this times what contacts are
     /// looked for, or less. Of quasi-static steps.
     double motion_over_reach(const std::vector<BodyRef>& bodies, double from, double to);
-
 
     /// Bodies that have passed through each other between the start of the step and the iterate, so
     /// far that contacts no longer tell; "" if none has.
@@ -325,12 +332,13 @@ private:
     std::vector<std::unique_ptr<Facets>> facets_; // of the bodies, once one is needed
     std::vector<std::unique_ptr<Facets>> caps_;   // of the bodies: flat ends of cylinders
     std::vector<double> thickness_;               // of the bodies, once asked for [m]
-    std::vector<std::vector<PlaceRow>> rows_; // of the given pairs, once there are some
-    std::vector<double> start_depth_; // of each pair at the start, if some begin inside [m]
-    std::vector<double> start_tolerance_;  // of each pair: what is closed stays an overlap [m]
+    std::vector<std::vector<PlaceRow>> rows_;     // of the given pairs, once there are some
+    std::vector<double> start_depth_;     // of each pair at the start, if some begin inside [m]
+    std::vector<double> start_tolerance_; // of each pair: what is closed stays an overlap [m]
     bool reach_limited_ = false;
-    double start_share_ = 0;     // share of it that gaps leave
-    std::vector<std::map<std::int64_t, double>> gap_offset_; // of each pair's contacts: not in the gap
+    double start_share_ = 0; // share of it that gaps leave
+    std::vector<std::map<std::int64_t, double>>
+        gap_offset_; // of each pair's contacts: not in the gap
     StepInput step_;
     double reach_ = 0; // of the present pair and step
 };

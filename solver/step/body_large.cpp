@@ -37,7 +37,7 @@ bool BodyStepper::solve_without_W()
     problem_.level = step_.dynamic ? ContactLevel::velocity : ContactLevel::position;
     for (std::size_t i = 0; i < n; ++i) {
         const BodyContact& c = list_.contact[std::size_t(rows_.chosen[i])];
-        const double mu = system_.finder.pairs()[std::size_t(c.pair)].friction;
+        const double mu = friction_of(system_.finder.pairs(), c);
         problem_.mu[Eigen::Index(i)] = mu;
         problem_.kind[i] = mu > 0 ? ContactKind::frictional : ContactKind::frictionless;
     }

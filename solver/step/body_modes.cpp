@@ -147,7 +147,7 @@ std::string BodyStepper::toppling()
         } else if (const auto known = force_.find(key(c)); known != force_.end()) {
             const BodyContact& contact = list_.contact[std::size_t(c)];
             const Vec3 f = contact.frame.transpose() * known->second;
-            const double friction = system_.finder.pairs()[std::size_t(contact.pair)].friction;
+            const double friction = friction_of(system_.finder.pairs(), contact);
             if (std::hypot(f.y(), f.z()) < kStickShare * friction * f.x()) count = end - first;
         }
         for (int row = first; row < first + count; ++row) {
@@ -266,10 +266,9 @@ bool BodyStepper::solve_with_modes()
                 unsolved_ = certificate_.status != SolveStatus::infeasible;
                 report_.refusal =
                     options_.outside
-                        ? fmt::format(
-                              "the answer of contact_solver has an error of {:.1e}, "
-                              "asked is {:.1e}",
-                              certificate_.error, options.tolerance)
+                        ? fmt::format("the answer of contact_solver has an error of {:.1e}, "
+                                      "asked is {:.1e}",
+                                      certificate_.error, options.tolerance)
                         : fmt::format("contact problem {} at an error of {:.1e}",
                                       name(certificate_.status), certificate_.error);
                 if (certificate_.status == SolveStatus::infeasible) {

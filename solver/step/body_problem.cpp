@@ -122,8 +122,7 @@ void BodyStepper::assemble()
     for (std::size_t i = 0; i < n; ++i) {
         const int c = rows_.chosen[i];
         const bool joint = c >= n_contacts;
-        const double mu =
-            joint ? 0 : k.pairs[std::size_t(list_.contact[std::size_t(c)].pair)].friction;
+        const double mu = joint ? 0 : friction_of(k.pairs, list_.contact[std::size_t(c)]);
         problem_.mu[Eigen::Index(i)] = mu;
         problem_.kind[i] = joint    ? ContactKind::bilateral
                            : mu > 0 ? ContactKind::frictional

@@ -423,6 +423,7 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
             };
             const std::vector<std::array<Vec3, 2>> reactions = b.rod->reactions();
             for (std::size_t k = 0; k < reactions.size(); ++k) {
+                if (input.instrument && input.hold[k].set == "start") continue; // its base: below
                 std::string place = place_of(input.hold[k].set, input.hold[k].at);
                 for (int n = 2; !told.insert(place).second; ++n)
                     place = fmt::format("{}_{}", place_of(input.hold[k].set, input.hold[k].at), n);
@@ -444,8 +445,12 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
                     vector(fmt::format("{}_{:g}", b.name, *l.at), "m",
                            nodes[std::size_t(b.rod->model().node_at(*l.at))].position());
             out.push_back({b.name + "_max_displacement", "m", most});
-            if (!input.fed.empty())
+            if (!input.fed.empty()) {
                 out.push_back({b.name + "_push_force", "N", b.rod->push_force()});
+                out.push_back({b.name + "_torque", "N m", b.rod->sheath_torque()});
+                out.push_back({b.name + "_base_twist", "rad", b.rod->turned_in_sheath()});
+                out.push_back({b.name + "_tip_rotation", "rad", b.rod->tip_rotation()});
+            }
             out.push_back({b.name + "_negative", "", double(b.rod->negative())});
             continue;
         }

@@ -46,7 +46,7 @@ bool BodyStepper::solve_rods()
         if (known != force_.end()) s.force = k.frame.transpose() * known->second;
         const auto stuck = sticks_.find(key(c));
         s.sticks = stuck != sticks_.end() && stuck->second;
-        s.friction = problem_.mu[c] = system_.finder.pairs()[std::size_t(k.pair)].friction;
+        s.friction = problem_.mu[c] = friction_of(system_.finder.pairs(), k);
         problem_.kind[std::size_t(c)] =
             s.friction > 0 ? ContactKind::frictional : ContactKind::frictionless;
     }
@@ -174,11 +174,9 @@ ContactProblem rods_problem(BodySystem& system, const BodyStepReport& report,
     problem.mu.resize(n);
     for (int c = 0; c < n; ++c) {
         rows.chosen.push_back(c);
-        const ContactPair& pair =
-            k.pairs[std::size_t(report.contacts.contact[std::size_t(c)].pair)];
-        problem.mu[c] = pair.friction;
-        problem.kind.push_back(pair.friction > 0 ? ContactKind::frictional
-                                                 : ContactKind::frictionless);
+        const double friction = friction_of(k.pairs, report.contacts.contact[std::size_t(c)]);
+        problem.mu[c] = friction;
+        problem.kind.push_back(friction > 0 ? ContactKind::frictional : ContactKind::frictionless);
     }
     make_rows(k, rows);
     std::vector<Eigen::MatrixXd> W(system.refs.size());

@@ -14,9 +14,9 @@ constexpr double kUndone = 0.2;   // of it in one step
 
 } // namespace
 
-int rows_of(const ContactPair& pair)
+int rows_of(std::span<const ContactPair> pairs, const BodyContact& c)
 {
-    return pair.friction > 0 ? 3 : 1;
+    return friction_of(pairs, c) > 0 ? 3 : 1;
 }
 
 std::array<Side, 2> sides_of(const Contacts& k, int c)
@@ -103,7 +103,7 @@ void make_rows(const Contacts& k, Rows& p)
     for (const int c : p.chosen) {
         p.first.push_back(p.count);
         const bool joint = c >= contacts;
-        const int n = joint ? 1 : rows_of(k.pairs[std::size_t(k.all.contact[std::size_t(c)].pair)]);
+        const int n = joint ? 1 : rows_of(k.pairs, k.all.contact[std::size_t(c)]);
         for (const Side& s : sides_of(k, c)) {
             if (s.body < 0) continue;
             const std::size_t b = std::size_t(s.body);

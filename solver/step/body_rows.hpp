@@ -40,7 +40,7 @@ struct FollowedContact {
 };
 
 /// 3 with friction, else 1.
-int rows_of(const ContactPair& pair);
+int rows_of(std::span<const ContactPair> pairs, const BodyContact& c);
 
 /// Contact c or, after the contacts, coupling c - contacts: its place on one of its bodies.
 struct Side {

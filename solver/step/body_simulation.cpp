@@ -450,12 +450,6 @@ RunSummary BodySimulation::conclude(const StepResult& last)
     if (s.unstable > 1)
         whole.warnings.push_back(
             fmt::format("{} steps ended in balances that do not stand", s.unstable));
-    std::size_t k = 0;
-    s.for_instruments([&](int rod, int) {
-        if (k >= s.instruments.size()) return;
-        std::string told = s.instruments[k++].warning(s.scene.rods[std::size_t(rod)].name);
-        if (!told.empty()) whole.warnings.push_back(std::move(told));
-    });
     for (std::string& sentence : s.overlaps.small_contacts(*s.system))
         whole.warnings.push_back(std::move(sentence));
     if (std::string told = energy_warning(s.energy, s.energy_scale()); !told.empty())

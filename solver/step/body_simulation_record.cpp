@@ -76,8 +76,9 @@ StepRecord BodySimulation::State::record(double h, double seconds)
         r.area = k.area;
         const Vec3 tangential = r.force - r.normal_force * r.normal;
         const double size = system->refs[std::size_t(k.a)].body->size();
-        const bool slips = tangential.norm() >= (1 - 1e-6) * pair.friction * r.normal_force ||
-                           r.slip.norm() > kSticks * size;
+        const bool slips =
+            tangential.norm() >= (1 - 1e-6) * friction_of(pairs, k) * r.normal_force ||
+            r.slip.norm() > kSticks * size;
         r.status = slips ? ContactStatus::slip : ContactStatus::stick;
         r.body_a = number(k.a, 0);
         r.body_b = number(k.b, pair.obstacle);
@@ -116,9 +117,6 @@ void BodySimulation::State::note_instruments(const StepRecord& r)
         if (instruments.size() <= k) instruments.emplace_back();
         const BeamRecord& beam = r.beams[std::size_t(rod)];
         instruments[k].note(r, beam, obstacles, walls);
-        const RodBody& body = *system->refs[std::size_t(b)].rod;
-        instruments[k].sheath_change = std::max(
-            instruments[k].sheath_change, std::abs(body.change_in_sheath()) / body.least_radius());
         instruments[k].add_quantities(beam.name, summary.quantities);
         ++k;
     });

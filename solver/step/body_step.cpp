@@ -88,7 +88,7 @@ void BodyStepper::tell_firm_contacts()
         if (known == force_.end() ||
             (contact.b >= 0 && !fixed(std::size_t(contact.a)) && !fixed(std::size_t(contact.b))))
             continue;
-        const int n = rows_of(system_.finder.pairs()[std::size_t(contact.pair)]);
+        const int n = rows_of(system_.finder.pairs(), contact);
         const Vec3 own = contact.frame.transpose() * known->second;
         firm.push_back({c, contact.frame.leftCols(n) * own.head(n)});
     }
@@ -181,7 +181,7 @@ void BodyStepper::find_sliding()
         const auto known = force_.find(key(int(c)));
         if (known == force_.end()) continue;
         const Vec3 force = contact.frame.transpose() * known->second;
-        const double friction = system_.finder.pairs()[std::size_t(contact.pair)].friction;
+        const double friction = friction_of(system_.finder.pairs(), contact);
         contact.slid =
             friction > 0 && force.x() > 0 &&
             force.tail<2>().norm() >= kOnCone * friction * force.x() &&

@@ -1,7 +1,6 @@
 #include "solver/step/instrument_record.hpp"
 
 #include <algorithm>
-#include <fmt/format.h>
 #include <limits>
 
 namespace amontons {
@@ -69,6 +68,7 @@ void InstrumentLog::note(const StepRecord& record, const BeamRecord& beam,
     branch.note(obstacles, walls, beam.points.back(), depth, is_most);
     if (is_most) max_depth = depth;
     max_push = std::max(max_push, value("_push_force"));
+    max_torque = std::max(max_torque, std::abs(value("_torque")));
     max_clustered = std::max(max_clustered, value("_clustered_force"));
 }
 
@@ -76,18 +76,8 @@ void InstrumentLog::add_quantities(const std::string& name, std::vector<Quantity
 {
     out.push_back({name + "_max_depth", "m", max_depth});
     out.push_back({name + "_max_push_force", "N", max_push});
+    out.push_back({name + "_max_torque", "N m", max_torque});
     out.push_back({name + "_max_clustered_force", "N", max_clustered});
-}
-
-std::string InstrumentLog::warning(const std::string& name) const
-{
-    constexpr double kMuch = 0.1;
-    if (!(sheath_change > kMuch)) return "";
-    return fmt::format(
-        "{}: what is in its introducer is taken as rigid beside other bodies, and would "
-        "be longer or shorter by {:.2g} of the radius under the push: forces on what "
-        "stops it may be too large by as much",
-        name, sheath_change);
 }
 
 } // namespace amontons

@@ -17,15 +17,12 @@ void record_instrument(const BeamRecord& beam, int body, double depth, double cl
 /// they are.
 struct InstrumentLog {
     BranchLog branch;
-    double max_depth = 0, max_push = 0, max_clustered = 0;
-    double sheath_change = 0; ///< largest that a rigid introducer leaves out, of the radius [-]
+    double max_depth = 0, max_push = 0, max_torque = 0, max_clustered = 0;
 
     /// @param walls  obstacles that it can touch
     void note(const StepRecord& record, const BeamRecord& beam,
               const std::vector<Obstacle>& obstacles, std::span<const int> walls);
     void add_quantities(const std::string& name, std::vector<Quantity>& out) const;
-    /// "" where what is in the introducer may be taken as rigid.
-    std::string warning(const std::string& name) const;
 };
 
 } // namespace amontons

@@ -111,9 +111,12 @@ void remember(const std::vector<Contact>& found, Id id, std::vector<std::int64_t
 }
 
 /// The rod's side of a contact, the only one so far.
-BodyContact of_rod(const CurveContact& c, const ContactPair& p, int pair, BodyContacts& out)
+BodyContact of_rod(const CurveContact& c, const RodBody& rod, const ContactPair& p, int pair,
+                   BodyContacts& out)
 {
     BodyContact k;
+    if (!p.friction_of_segment.empty())
+        k.friction = p.friction_of_segment[std::size_t(rod.segment_of(c.a))];
     k.pair = pair;
     k.id = c.id;
     k.a = p.a;
@@ -143,7 +146,7 @@ void ContactFinder::rod_on_solid(const std::vector<BodyRef>& bodies, int pair, B
         found, [](const CurveOnFaces& c) { return c.curve.id; }, known);
     for (const CurveOnFaces& c : found) {
         if (rod.in_sheath(c.curve.a)) continue; // which leads through the solid
-        BodyContact k = of_rod(c.curve, p, pair, out);
+        BodyContact k = of_rod(c.curve, rod, p, pair, out);
         k.area = c.area;
         out.stencil.insert(out.stencil.end(), c.node.begin(), c.node.begin() + c.nodes);
         k.b_end = std::int32_t(out.stencil.size());
@@ -186,7 +189,7 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
     };
     for (const CurveContact& c : found) {
         if (stuck(c)) continue;
-        BodyContact k = of_rod(c, p, pair, out);
+        BodyContact k = of_rod(c, rod, p, pair, out);
         k.curvature = c.curvature;
         k.slides_a = c.slides_a;
         k.slides_b = c.slides_b;

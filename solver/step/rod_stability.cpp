@@ -27,7 +27,7 @@ std::vector<RodContactState> acting_contacts(const BodySystem& system, const Bod
         s.b = report.contacts.place_b(k);
         s.force = k.frame.transpose() * report.force[c];
         if (!(s.force[0] > 0)) continue;
-        s.friction = system.finder.pairs()[std::size_t(k.pair)].friction;
+        s.friction = friction_of(system.finder.pairs(), k);
         const auto stuck = system.warm_sticks.find({k.pair, k.id});
         s.sticks = s.friction > 0 && stuck != system.warm_sticks.end() && stuck->second;
         states.push_back(s);

@@ -67,7 +67,7 @@ private:
     {
         return system_.finder.pairs()[std::size_t(contact(c).pair)];
     }
-    double friction(int c) const { return pair_of(c).friction; }
+    double friction(int c) const { return friction_of(system_.finder.pairs(), contact(c)); }
     std::vector<std::size_t> free_bodies(int item) const;
     Vec3 force(int item) const;
     bool takes_part(int item) const;
@@ -215,7 +215,7 @@ Eigen::VectorXd ForceExaminer::found_of(const TouchingGroup& group, const Rows& 
             continue;
         }
         const Vec3 own = contact(c).frame.transpose() * force(c);
-        const int n = rows_of(pair_of(c));
+        const int n = rows_of(system_.finder.pairs(), contact(c));
         r.segment(rows.first[i], n) = own.head(n);
     }
     return r;
@@ -360,7 +360,7 @@ Eigen::VectorXd ForceExaminer::values_of(const TouchingGroup& group, const Rows&
         if (c >= count_ || force(c).isZero(0) || pair_of(c).restitution > 0) continue;
         const Vec3 slip = contact(c).frame.transpose() * step_.slip[std::size_t(c)];
         const Vec3 own(contact(c).gap, slip.y(), slip.z());
-        const int n = rows_of(pair_of(c));
+        const int n = rows_of(system_.finder.pairs(), contact(c));
         u.segment(rows.first[i], n) = own.head(n);
     }
     return u;
