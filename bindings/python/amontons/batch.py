@@ -6,6 +6,7 @@ import numpy as np
 
 from . import _native
 from ._arguments import refuse
+from .image import _options
 from .scene import Scene
 from .simulation import Simulation
 
@@ -47,7 +48,8 @@ class Batch:
         #: (count, k) writable: what is written here is where the drive is when the next step ends, as Inputs.
         self.inputs = np.zeros((len(changes), len(self.names)))
         self._told = self.inputs.copy()
-        self._native = _native.Batch(self.simulations, int(threads))
+        self._threads = int(threads)
+        self._native = _native.Batch(self.simulations, self._threads)
         self._look()
 
     def _look(self):
@@ -88,6 +90,14 @@ class Batch:
     def points(self, body, count, out=None):
         """(len(self), count, 3) points of a wire or rod, at equal distances along it, from the tip on [m]."""
         return self._native.points(body, count, out)
+
+    def xray(self, camera, size=(256, 256), out=None, *, attenuation=2000.0, white=200.0, noise=5.0, seed=0):
+        """(len(self), height, width) uint8: an image of each as amontons.xray draws it, with the seeds seed, seed + 1, ...
+
+        out: an array of that shape to write to.
+        """
+        options = _options(camera, size, attenuation, white, noise, seed)
+        return _native.xray_of_simulations(self.simulations, *options, self._threads, out)
 
     def save(self):
         """The state of each, for restore()."""

@@ -11,17 +11,14 @@ from ._arguments import refuse
 from ._vtk_xml import read_vtk
 
 
-class History(Mapping):
-    """history.csv: name to (steps,) array; `units` has the units, by name."""
+# Columns of whole numbers.
+_COUNTS = ("step", "iterations", "factorisations", "retries", "contacts", "closed", "sweeps", "new_operator", "products")
 
-    def __init__(self, file):
-        try:
-            with open(file, newline="", encoding="utf-8") as stream:
-                rows = list(csv.reader(stream))
-        except OSError as error:
-            refuse("", error.strerror, "the history of a run", file)
-        if not rows or rows[0][:1] != ["step"]:
-            refuse("", "another table", "the history of a run, whose first column is step", file)
+
+class History(Mapping):
+    """A table of a run, history.csv above all: name to (rows,) array; `units` has the units, by name."""
+
+    def __init__(self, rows, file=""):
         self.units = {}
         self._columns = {}
         for k, head in enumerate(rows[0]):
@@ -36,7 +33,7 @@ class History(Mapping):
                 column = np.array([float(t) for t in texts])
             except ValueError:
                 column = np.array(texts)
-            if name in ("step", "iterations", "factorisations", "retries", "contacts") and column.dtype.kind == "f":
+            if name in _COUNTS and column.dtype.kind == "f":
                 column = column.astype(np.int64)
             column.flags.writeable = False
             self._columns[name] = column
@@ -51,7 +48,18 @@ class History(Mapping):
         return len(self._columns)
 
     def __repr__(self):
-        return f"<History: {len(self['step'])} steps, {', '.join(self)}>"
+        return f"<History: {len(next(iter(self._columns.values())))} rows, {', '.join(self)}>"
+
+
+def _read_history(file):
+    try:
+        with open(file, newline="", encoding="utf-8") as stream:
+            rows = list(csv.reader(stream))
+    except OSError as error:
+        refuse("", error.strerror, "the history of a run", file)
+    if not rows or rows[0][:1] != ["step"]:
+        refuse("", "another table", "the history of a run, whose first column is step", file)
+    return History(rows, file)
 
 
 class Frame(Mapping):
@@ -119,7 +127,7 @@ class Run:
     @property
     def history(self):
         """History: name to (steps,) array, with `units`."""
-        return self._once("history", lambda: History(os.path.join(self.folder, "history.csv")))
+        return self._once("history", lambda: _read_history(os.path.join(self.folder, "history.csv")))
 
     @property
     def frames(self):

@@ -1,4 +1,4 @@
-#include "solver/program/haptic_report.hpp"
+#include "haptics/session/report.hpp"
 
 #include "solver/scene/json_text.hpp"
 

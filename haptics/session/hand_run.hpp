@@ -1,0 +1,88 @@
+#pragma once
+
+#include "haptics/link/settings.hpp"
+#include "haptics/session/link_changes.hpp"
+#include "haptics/session/report.hpp"
+#include "haptics/virtual_time.hpp"
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+// A hand feels a scene: what `amontons haptic` and haptic.Session of Python stand on.
+
+namespace amontons {
+
+class Device;
+class SimulatedHand;
+
+struct HandRunOptions {
+    std::string device = "simulated"; ///< or recorded:FILE, udp:PORT, spacemouse
+    double duration = 0;              ///< [s]; 0: the trajectory's, or the scene's end
+    bool virtual_time = false;        ///< without a clock: the same ticks in every run
+    double late = 0;                  ///< virtual time: share of ticks that come 3 ticks late
+    int latency = 1;                  ///< virtual time: periods that a step takes
+    bool control = true;              ///< passivity; else the energy is counted only
+    int threads = 1;
+    std::string cache; ///< folder of factors; "": none
+    /// The process has nothing else to do: its allocator keeps what a step frees.
+    bool own_process = true;
+};
+
+/// What a run tells and asks while it lasts, in the simulation's thread. Any may be missing.
+struct HandRunHooks {
+    std::function<void(const std::string&)> say;
+    std::function<std::vector<std::string>()> changes; ///< "PATH=VALUE" that the user asks for
+    /// After each step of the simulation.
+    /// @param remade  the obstacles are others than those of the step before
+    std::function<void(const HandleLink&, const std::vector<Obstacle>&, bool remade)> after_step;
+};
+
+/// For one thread at a time.
+class HandRun {
+public:
+    /// Reads what the device needs and refuses what cannot be felt; makes no bodies.
+    /// @param read  the scene with values that are changed while it is felt
+    /// @throws InputError
+    HandRun(Scene scene, const HandRunOptions& options, ReadAgain read);
+    ~HandRun();
+
+    /// With introducers where their centrelines say.
+    const Scene& scene() const { return scene_; }
+    /// Makes the bodies and opens the device. @throws InputError
+    void prepare(MakeObstacles make);
+
+    /// From the beginning to the end, or until `stop`. Once, after prepare().
+    HapticOutcome run(const HandRunHooks& hooks, const std::atomic<bool>& stop);
+
+    /// What may be meant otherwise in the scene; after prepare().
+    std::vector<std::string> warnings() const;
+    /// The keys of `amontons haptic --json`, and the same for readers; after run().
+    std::string json(const HapticOutcome& o) const { return haptic_json(o, set_, *link_); }
+    std::string table(const HapticOutcome& o) const { return haptic_table(o, set_, *link_); }
+
+private:
+    void run_virtual(const Publisher<float>& publish, HapticLoop<float>& loop, HapticOutcome& out,
+                     const std::atomic<bool>& stop);
+    void run_by_clock(const Publisher<float>& publish, HapticLoop<float>& loop, HapticOutcome& out,
+                      const HandRunHooks& hooks, const std::atomic<bool>& stop);
+    std::string refused() const;
+
+    Scene scene_;
+    HandRunOptions options_;
+    ReadAgain read_;
+    MakeObstacles make_;
+    double duration_ = 0; // [s]
+    HapticSettings set_;
+    std::vector<Obstacle> obstacles_;   // before the links, which use them
+    std::unique_ptr<HandleLink> first_; // stays: the hand asks it for its path, from another thread
+    ChangedLink changed_;
+    HandleLink* link_ = nullptr; // the one that is stepped
+    std::unique_ptr<Device> device_;
+    SimulatedHand* hand_ = nullptr; // the device, if it is one
+    bool told_ = false;             // a fault, while it lasted
+};
+
+} // namespace amontons
