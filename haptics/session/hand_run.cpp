@@ -4,7 +4,10 @@
 #include "haptics/device/spacemouse.hpp"
 #include "haptics/device/turned.hpp"
 #include "haptics/device/udp.hpp"
+#include "haptics/link/settings.hpp"
 #include "haptics/real_time.hpp"
+#include "haptics/session/link_changes.hpp"
+#include "haptics/virtual_time.hpp"
 #include "mesh/base/dense.hpp"
 #include "mesh/base/file.hpp"
 #include "solver/scene/build.hpp"
@@ -84,166 +87,211 @@ void check_felt(const Scene& scene, double duration)
 
 } // namespace
 
+struct HandRun::State {
+    Scene scene;
+    HandRunOptions options;
+    ReadAgain read;
+    MakeObstacles make;
+    double duration = 0; // [s]
+    HapticSettings set;
+    std::vector<Obstacle> obstacles;   // before the links, which use them
+    std::unique_ptr<HandleLink> first; // stays: the hand asks it for its path, from another thread
+    ChangedLink changed;
+    HandleLink* link = nullptr; // the one that is stepped
+    std::unique_ptr<Device> device;
+    SimulatedHand* hand = nullptr; // the device, if it is one
+    bool told = false;             // a fault, while it lasted
+
+    void run_virtual(const Publisher<float>& publish, HapticLoop<float>& loop, HapticOutcome& out,
+                     const std::atomic<bool>& stop);
+    void run_by_clock(const Publisher<float>& publish, HapticLoop<float>& loop, HapticOutcome& out,
+                      const HandRunHooks& hooks, const std::atomic<bool>& stop);
+    std::string refused() const;
+};
+
 HandRun::HandRun(Scene scene, const HandRunOptions& options, ReadAgain read)
-    : scene_(std::move(scene))
-    , options_(options)
-    , read_(std::move(read))
-    , duration_(scene_.time.end)
+    : state_(std::make_unique<State>())
 {
-    const DeviceChoice choice = choose_device(options_.device);
-    if (options_.virtual_time && (choice.kind == "udp" || choice.kind == "spacemouse"))
-        throw InputError({{"(--virtual-time)", "--device", quoted_text(options_.device),
+    State& s = *state_;
+    s.scene = std::move(scene);
+    s.options = options;
+    s.read = std::move(read);
+    s.duration = s.scene.time.end;
+    const DeviceChoice choice = choose_device(s.options.device);
+    if (s.options.virtual_time && (choice.kind == "udp" || choice.kind == "spacemouse"))
+        throw InputError({{"(--virtual-time)", "--device", quoted_text(s.options.device),
                            "simulated or recorded:FILE: the others live by the clock"}});
     if (choice.kind == "recorded") {
         Trajectory path = parse_trajectory(read_file(choice.rest), choice.rest);
-        duration_ = path.end();
-        if (duration_ == 0)
+        s.duration = path.end();
+        if (s.duration == 0)
             throw InputError({{choice.rest, "", "one point", "two at least: a run lasts as long"}});
-        device_ = std::make_unique<RecordedDevice>(std::move(path));
+        s.device = std::make_unique<RecordedDevice>(std::move(path));
     } else if (choice.kind == "udp") {
-        device_ = std::make_unique<UdpDevice>(choice.rest);
+        s.device = std::make_unique<UdpDevice>(choice.rest);
     } else if (choice.kind == "spacemouse") {
-        device_ = std::make_unique<SpaceMouse>();
+        s.device = std::make_unique<SpaceMouse>();
     }
-    if (options_.duration > 0) duration_ = options_.duration;
-    check_felt(scene_, duration_);
-    place_introducers(scene_);
+    if (s.options.duration > 0) s.duration = s.options.duration;
+    check_felt(s.scene, s.duration);
+    place_introducers(s.scene);
 }
 
 HandRun::~HandRun() = default;
 
+const Scene& HandRun::scene() const
+{
+    return state_->scene;
+}
+
+std::string HandRun::json(const HapticOutcome& o) const
+{
+    return haptic_json(o, state_->set, *state_->link);
+}
+
+std::string HandRun::table(const HapticOutcome& o) const
+{
+    return haptic_table(o, state_->set, *state_->link);
+}
+
 void HandRun::prepare(MakeObstacles make)
 {
-    make_ = std::move(make);
-    obstacles_ = make_(scene_);
+    State& s = *state_;
+    s.make = std::move(make);
+    s.obstacles = s.make(s.scene);
     // Ticks by the clock, and poses from elsewhere, come when they come.
-    const int late = options_.late > 0 ? 3 : options_.virtual_time ? 0 : 2;
-    set_ = settings_of(scene_, late);
-    set_.link.cache = options_.cache;
-    set_.link.threads = options_.threads;
-    set_.link.duration = duration_;
-    set_.link.condense.latency = options_.latency;
-    if (!options_.control) set_.loop.passivity.control = false;
-    if (!options_.virtual_time) {
-        set_.loop.proxy.budget = kBudget * set_.loop.period;
-        set_.link.snap_in_parts = true;
+    const int late = s.options.late > 0 ? 3 : s.options.virtual_time ? 0 : 2;
+    s.set = settings_of(s.scene, late);
+    s.set.link.cache = s.options.cache;
+    s.set.link.threads = s.options.threads;
+    s.set.link.duration = s.duration;
+    s.set.link.condense.latency = s.options.latency;
+    if (!s.options.control) s.set.loop.passivity.control = false;
+    if (!s.options.virtual_time) {
+        s.set.loop.proxy.budget = kBudget * s.set.loop.period;
+        s.set.link.snap_in_parts = true;
     }
-    first_ = make_link(scene_, obstacles_, set_.link);
-    link_ = first_.get();
-    if (!device_) {
-        HandOptions how = set_.hand;
-        how.path = [first = first_.get()](double t) { return first->path(t); };
+    s.first = make_link(s.scene, s.obstacles, s.set.link);
+    s.link = s.first.get();
+    if (!s.device) {
+        HandOptions how = s.set.hand;
+        how.path = [first = s.first.get()](double t) { return first->path(t); };
         auto simulated = std::make_unique<SimulatedHand>(how);
-        hand_ = simulated.get();
-        device_ = std::move(simulated);
-    } else if (pushes_and_twists(set_.device) && !first_->axis().isZero()) {
-        device_ = std::make_unique<TurnedDevice>(std::move(device_),
-                                                 rotation_between(Vec3::UnitX(), first_->axis()));
+        s.hand = simulated.get();
+        s.device = std::move(simulated);
+    } else if (pushes_and_twists(s.set.device) && !s.first->axis().isZero()) {
+        s.device = std::make_unique<TurnedDevice>(std::move(s.device),
+                                                  rotation_between(Vec3::UnitX(), s.first->axis()));
     }
-    device_->open();
+    s.device->open();
 }
 
 std::vector<std::string> HandRun::warnings() const
 {
+    const State& s = *state_;
     std::vector<std::string> all;
-    if (set_.device.max_stiffness > 0 && scene_.haptic.stiffness > set_.device.max_stiffness)
+    if (s.set.device.max_stiffness > 0 && s.scene.haptic.stiffness > s.set.device.max_stiffness)
         all.push_back(fmt::format("{}: /haptic/stiffness: {:g} N/m, but {} is stable up to "
                                   "{:g} N/m: it may buzz",
-                                  scene_.file, scene_.haptic.stiffness, set_.device.name,
-                                  set_.device.max_stiffness));
-    for (const Issue& w : first_->warnings())
+                                  s.scene.file, s.scene.haptic.stiffness, s.set.device.name,
+                                  s.set.device.max_stiffness));
+    for (const Issue& w : s.first->warnings())
         all.push_back(InputError({w}).what());
     return all;
 }
 
 /// Why a step was not handed over.
-std::string HandRun::refused() const
+std::string HandRun::State::refused() const
 {
-    const std::string why = link_->refusal();
+    const State& s = *this;
+    const std::string why = s.link->refusal();
     return why.empty() ? "what the step found has no finite compliance"
                        : "the simulation found no balance at its start: " + why;
 }
 
 HapticOutcome HandRun::run(const HandRunHooks& hooks, const std::atomic<bool>& stop)
 {
+    State& s = *state_;
     const auto say = [&](const std::string& text) {
         if (hooks.say) hooks.say(text);
     };
-    HapticLoop<float> loop(scene_.haptic.contacts, set_.loop);
-    LinkChanges changes(read_, make_, set_.link, options_.virtual_time);
+    HapticLoop<float> loop(s.scene.haptic.contacts, s.set.loop);
+    LinkChanges changes(s.read, s.make, s.set.link, s.options.virtual_time);
     bool published = false, remade = false; // anything
     const Publisher<float> publish = [&](ReducedOperator<float>& op, const HandPose& handle,
                                          double time, std::uint64_t sequence) {
         if (hooks.changes) changes.ask(hooks.changes());
-        if (ChangedLink next = changes.next(*link_, say); next.link) {
-            changed_.link.reset(); // before its obstacles
-            changed_ = std::move(next);
-            link_ = changed_.link.get();
+        if (ChangedLink next = changes.next(*s.link, say); next.link) {
+            s.changed.link.reset(); // before its obstacles
+            s.changed = std::move(next);
+            s.link = s.changed.link.get();
             remade = true;
         }
-        const bool done = link_->step(sequence == 1 ? link_->start() : handle) &&
-                          link_->publish(op, time, sequence);
+        const bool done = s.link->step(sequence == 1 ? s.link->start() : handle) &&
+                          s.link->publish(op, time, sequence);
         // Before the first one nothing is stale, and nobody would tell why there is no force.
-        if (sequence == 1 && !done) say("no force yet: " + refused());
+        if (sequence == 1 && !done) say("no force yet: " + s.refused());
         published |= done;
         if (hooks.after_step)
-            hooks.after_step(*link_, changed_.link ? changed_.obstacles : obstacles_, remade);
+            hooks.after_step(*s.link, s.changed.link ? s.changed.obstacles : s.obstacles, remade);
         remade = false;
         return done;
     };
     HapticOutcome out;
-    out.real_time = !options_.virtual_time;
-    out.contacts_asked = out.contacts_left = scene_.haptic.contacts;
-    if (options_.virtual_time)
-        run_virtual(publish, loop, out, stop);
+    out.real_time = !s.options.virtual_time;
+    out.contacts_asked = out.contacts_left = s.scene.haptic.contacts;
+    if (s.options.virtual_time)
+        s.run_virtual(publish, loop, out, stop);
     else
-        run_by_clock(publish, loop, out, hooks, stop);
+        s.run_by_clock(publish, loop, out, hooks, stop);
     if (!published && out.status == "done") {
         out.status = "failed";
-        out.message = "there was no force: " + refused();
+        out.message = "there was no force: " + s.refused();
     }
-    device_->close();
+    s.device->close();
     changes.end(say);
-    out.summary = summarise<float>(out.records, loop, set_.loop.period, out.real_time);
+    out.summary = summarise<float>(out.records, loop, s.set.loop.period, out.real_time);
     if (stop) out.status = "interrupted";
-    if (out.summary.faults > 0 && !told_)
+    if (out.summary.faults > 0 && !s.told)
         say(std::string(name(out.summary.last_fault)) + ": " + reason(out.summary.last_fault));
     return out;
 }
 
-void HandRun::run_virtual(const Publisher<float>& publish, HapticLoop<float>& loop,
-                          HapticOutcome& out, const std::atomic<bool>& stop)
+void HandRun::State::run_virtual(const Publisher<float>& publish, HapticLoop<float>& loop,
+                                 HapticOutcome& out, const std::atomic<bool>& stop)
 {
+    State& s = *this;
     VirtualOptions options;
-    options.duration = duration_;
-    options.operator_period = set_.link.condense.period;
-    options.operator_latency = options_.latency;
-    options.late_share = options_.late;
+    options.duration = s.duration;
+    options.operator_period = s.set.link.condense.period;
+    options.operator_latency = s.options.latency;
+    options.late_share = s.options.late;
     options.stop = &stop;
     out.records = run_in_virtual_time<float>(
-        loop, *device_,
+        loop, *s.device,
         [&] {
-            if (hand_) hand_->advance();
+            if (s.hand) s.hand->advance();
         },
-        scene_.haptic.contacts, publish, set_.loop.period, options);
+        s.scene.haptic.contacts, publish, s.set.loop.period, options);
 }
 
-void HandRun::run_by_clock(const Publisher<float>& publish, HapticLoop<float>& loop,
-                           HapticOutcome& out, const HandRunHooks& hooks,
-                           const std::atomic<bool>& stop)
+void HandRun::State::run_by_clock(const Publisher<float>& publish, HapticLoop<float>& loop,
+                                  HapticOutcome& out, const HandRunHooks& hooks,
+                                  const std::atomic<bool>& stop)
 {
+    State& s = *this;
     const auto say = [&](const std::string& text) {
         if (hooks.say) hooks.say(text);
     };
     bool told_limited = false; // once
     SafetyState said = SafetyState::running;
     RealTimeOptions options;
-    options.duration = duration_;
-    options.period = set_.loop.period;
-    options.operator_period = set_.link.condense.period;
-    options.own_process = options_.own_process;
+    options.duration = s.duration;
+    options.period = s.set.loop.period;
+    options.operator_period = s.set.link.condense.period;
+    options.own_process = s.options.own_process;
     options.stop = &stop;
-    options.budget = set_.loop.proxy.budget;
+    options.budget = s.set.loop.proxy.budget;
     options.on_state = [&](SafetyState state) {
         if (state == SafetyState::starting) return;
         if (state == SafetyState::limited) { // it comes and goes: once is enough
@@ -255,27 +303,27 @@ void HandRun::run_by_clock(const Publisher<float>& publish, HapticLoop<float>& l
         }
         if (state != said) say(std::string(name(state)) + ": " + reason(state));
         said = state;
-        told_ = told_ || state != SafetyState::running;
+        s.told = s.told || state != SafetyState::running;
     };
     options.on_slow = [&](double rate) {
         say(fmt::format(
             "warning: {:.0f} of {:g} steps a second: the hand feels old operators; set "
             "/haptic/simulation_rate to {:.0f}, or make the scene smaller: coarser meshes, "
             "fewer /haptic/contacts, a looser /accuracy/contact; or allow more --threads",
-            rate, 1 / set_.link.condense.period, std::max(1.0, std::floor(rate))));
+            rate, 1 / s.set.link.condense.period, std::max(1.0, std::floor(rate))));
     };
     options.on_overload = [&](double share) {
         if (share <= kOverloaded || out.contacts_left <= kFewestContacts) return;
         out.contacts_left = std::max(kFewestContacts, static_cast<int>(kFewer * out.contacts_left));
-        link_->set_most_contacts(out.contacts_left);
+        s.link->set_most_contacts(out.contacts_left);
     };
-    if (hand_)
+    if (s.hand)
         options.advance = [&](long periods) {
             for (long i = 0; i < std::min(periods, 100L); ++i)
-                hand_->advance();
+                s.hand->advance();
         };
     RealTimeRun run =
-        run_in_real_time<float>(loop, *device_, scene_.haptic.contacts, publish, options);
+        run_in_real_time<float>(loop, *s.device, s.scene.haptic.contacts, publish, options);
     out.records = std::move(run.records);
     out.scheduling = run.scheduling;
     out.step_rate = run.step_rate;

@@ -1,9 +1,6 @@
 #pragma once
 
-#include "haptics/link/settings.hpp"
-#include "haptics/session/link_changes.hpp"
 #include "haptics/session/report.hpp"
-#include "haptics/virtual_time.hpp"
 
 #include <atomic>
 #include <functional>
@@ -15,8 +12,8 @@
 
 namespace amontons {
 
-class Device;
-class SimulatedHand;
+struct Obstacle; // solver/step/simulation.hpp
+struct Scene;    // solver/scene/scene.hpp
 
 struct HandRunOptions {
     std::string device = "simulated"; ///< or recorded:FILE, udp:PORT, spacemouse
@@ -46,13 +43,14 @@ public:
     /// Reads what the device needs and refuses what cannot be felt; makes no bodies.
     /// @param read  the scene with values that are changed while it is felt
     /// @throws InputError
-    HandRun(Scene scene, const HandRunOptions& options, ReadAgain read);
+    HandRun(Scene scene, const HandRunOptions& options,
+            std::function<Scene(const std::vector<std::string>& overrides)> read);
     ~HandRun();
 
     /// With introducers where their centrelines say.
-    const Scene& scene() const { return scene_; }
+    const Scene& scene() const;
     /// Makes the bodies and opens the device. @throws InputError
-    void prepare(MakeObstacles make);
+    void prepare(std::function<std::vector<Obstacle>(const Scene&)> make);
 
     /// From the beginning to the end, or until `stop`. Once, after prepare().
     HapticOutcome run(const HandRunHooks& hooks, const std::atomic<bool>& stop);
@@ -60,29 +58,12 @@ public:
     /// What may be meant otherwise in the scene; after prepare().
     std::vector<std::string> warnings() const;
     /// The keys of `amontons haptic --json`, and the same for readers; after run().
-    std::string json(const HapticOutcome& o) const { return haptic_json(o, set_, *link_); }
-    std::string table(const HapticOutcome& o) const { return haptic_table(o, set_, *link_); }
+    std::string json(const HapticOutcome& o) const;
+    std::string table(const HapticOutcome& o) const;
 
 private:
-    void run_virtual(const Publisher<float>& publish, HapticLoop<float>& loop, HapticOutcome& out,
-                     const std::atomic<bool>& stop);
-    void run_by_clock(const Publisher<float>& publish, HapticLoop<float>& loop, HapticOutcome& out,
-                      const HandRunHooks& hooks, const std::atomic<bool>& stop);
-    std::string refused() const;
-
-    Scene scene_;
-    HandRunOptions options_;
-    ReadAgain read_;
-    MakeObstacles make_;
-    double duration_ = 0; // [s]
-    HapticSettings set_;
-    std::vector<Obstacle> obstacles_;   // before the links, which use them
-    std::unique_ptr<HandleLink> first_; // stays: the hand asks it for its path, from another thread
-    ChangedLink changed_;
-    HandleLink* link_ = nullptr; // the one that is stepped
-    std::unique_ptr<Device> device_;
-    SimulatedHand* hand_ = nullptr; // the device, if it is one
-    bool told_ = false;             // a fault, while it lasted
+    struct State;
+    std::unique_ptr<State> state_;
 };
 
 } // namespace amontons

@@ -3,6 +3,8 @@
 #include "mesh/base/error.hpp"
 
 #include <chrono>
+#include <deque>
+#include <future>
 
 namespace amontons {
 namespace {
@@ -28,40 +30,64 @@ ChangedLink build_changed_link(const ReadAgain& read, const MakeObstacles& make,
 
 } // namespace
 
+struct LinkChanges::State {
+    ReadAgain read;
+    MakeObstacles make;
+    LinkOptions options;
+    bool waits = false;
+    std::vector<std::string> overrides;
+    std::deque<std::string> asked;
+    std::future<ChangedLink> pending;
+};
+
+LinkChanges::LinkChanges(ReadAgain read, MakeObstacles make, const LinkOptions& options, bool waits)
+    : state_(std::make_unique<State>())
+{
+    state_->read = std::move(read);
+    state_->make = std::move(make);
+    state_->options = options;
+    state_->waits = waits;
+}
+
+LinkChanges::~LinkChanges() = default;
+
 void LinkChanges::ask(std::vector<std::string> lines)
 {
+    State& s = *state_;
     for (std::string& line : lines)
-        asked_.push_back(std::move(line));
+        s.asked.push_back(std::move(line));
 }
 
 ChangedLink LinkChanges::next(const HandleLink& now,
                               const std::function<void(const std::string&)>& say)
 {
-    if (!pending_.valid() && !asked_.empty()) {
-        pending_ = std::async(std::launch::async, build_changed_link, read_, make_, overrides_,
-                              asked_.front(), options_);
-        asked_.pop_front();
+    State& s = *state_;
+    if (!s.pending.valid() && !s.asked.empty()) {
+        s.pending = std::async(std::launch::async, build_changed_link, s.read, s.make, s.overrides,
+                               s.asked.front(), s.options);
+        s.asked.pop_front();
     }
     ChangedLink c;
-    if (!pending_.valid() ||
-        (!waits_ && pending_.wait_for(std::chrono::seconds(0)) != std::future_status::ready))
+    if (!s.pending.valid() ||
+        (!s.waits && s.pending.wait_for(std::chrono::seconds(0)) != std::future_status::ready))
         return c;
-    c = pending_.get();
+    c = s.pending.get();
     if (c.link && !c.link->take_over(now)) {
         c.refusal = "not set, the bodies would be others: " + c.line;
         c.link.reset();
     }
-    if (c.link) overrides_ = c.overrides;
+    if (c.link) s.overrides = c.overrides;
     say(c.link ? "set " + c.line : c.refusal);
     return c;
 }
 
 void LinkChanges::end(const std::function<void(const std::string&)>& say)
 {
-    if (pending_.valid()) asked_.push_front(pending_.get().line);
-    for (const std::string& line : asked_)
+    State& s = *state_;
+    if (s.pending.valid()) s.asked.push_front(s.pending.get().line);
+    for (const std::string& line : s.asked)
         say("not set, the run ended before: " + line);
-    asked_.clear();
+    s.asked.clear();
 }
 
 } // namespace amontons

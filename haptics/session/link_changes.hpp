@@ -2,9 +2,7 @@
 
 #include "haptics/link/handle_link.hpp"
 
-#include <deque>
 #include <functional>
-#include <future>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,13 +29,8 @@ struct ChangedLink {
 class LinkChanges {
 public:
     /// @param waits  for each: where time stands meanwhile
-    LinkChanges(ReadAgain read, MakeObstacles make, const LinkOptions& options, bool waits)
-        : read_(std::move(read))
-        , make_(std::move(make))
-        , options_(options)
-        , waits_(waits)
-    {
-    }
+    LinkChanges(ReadAgain read, MakeObstacles make, const LinkOptions& options, bool waits);
+    ~LinkChanges();
 
     void ask(std::vector<std::string> lines);
     /// The next change that is ready, taken over from where the simulation is; or no link.
@@ -46,13 +39,8 @@ public:
     void end(const std::function<void(const std::string&)>& say);
 
 private:
-    ReadAgain read_;
-    MakeObstacles make_;
-    std::vector<std::string> overrides_;
-    LinkOptions options_;
-    bool waits_;
-    std::deque<std::string> asked_;
-    std::future<ChangedLink> pending_;
+    struct State;
+    std::unique_ptr<State> state_;
 };
 
 } // namespace amontons

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "haptics/link/settings.hpp"
 #include "haptics/summary.hpp"
 
 #include <optional>
@@ -8,6 +7,9 @@
 #include <vector>
 
 namespace amontons {
+
+class HandleLink;      // haptics/link/handle_link.hpp
+struct HapticSettings; // haptics/link/settings.hpp
 
 /// What a window showed of a run.
 struct ShownFrames {

@@ -1,5 +1,6 @@
 // amontons haptic SCENE --device D: a hand feels the scene at 1 kHz.
 
+#include "haptics/link/handle_link.hpp"
 #include "haptics/session/hand_run.hpp"
 #include "mesh/base/file.hpp"
 #include "mesh/base/folder_lock.hpp"
