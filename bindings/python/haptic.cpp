@@ -1,4 +1,5 @@
 #include "bindings/python/records.hpp"
+#include "haptics/link/handle_link.hpp"
 #include "haptics/session/hand_run.hpp"
 #include "solver/output/contact_bodies.hpp"
 
@@ -167,7 +168,7 @@ private:
     std::thread thread_;
 };
 
-py::array numbers(const SharedHandState& s, const double* first, py::ssize_t n)
+py::array hand_vector(const SharedHandState& s, const double* first, py::ssize_t n)
 {
     return view<double>(s, first, {{n}, {sizeof(double)}});
 }
@@ -184,7 +185,7 @@ void add_haptic(py::module_& module)
         .def_property_readonly(
             "place",
             [](const std::shared_ptr<HandState>& s) {
-                return numbers(s, s->device.position.data(), 3);
+                return hand_vector(s, s->device.position.data(), 3);
             },
             "(3,) of the device, as the step met it [m]")
         .def_property_readonly(
@@ -197,14 +198,14 @@ void add_haptic(py::module_& module)
         .def_property_readonly(
             "force",
             [](const std::shared_ptr<HandState>& s) {
-                return numbers(s, s->force.force.data(), 3);
+                return hand_vector(s, s->force.force.data(), 3);
             },
             "(3,) of the simulation on the hand [N]; what it feels is recomputed a thousand times "
             "a second, see trace()")
         .def_property_readonly(
             "torque",
             [](const std::shared_ptr<HandState>& s) {
-                return numbers(s, s->force.torque.data(), 3);
+                return hand_vector(s, s->force.torque.data(), 3);
             },
             "(3,) [N m]")
         .def_property_readonly(
@@ -212,8 +213,9 @@ void add_haptic(py::module_& module)
             "those that are closed")
         .def_property_readonly(
             "beams",
-            [](const std::shared_ptr<HandState>& s) {
-                return py::cast(StepView{s->record}).attr("beams");
+            [](const std::shared_ptr<HandState>& s) -> py::object {
+                const py::object view = py::cast(StepView{s->record});
+                return view.attr("beams");
             },
             "name to Beam")
         .def("__repr__", [](const HandState& s) {

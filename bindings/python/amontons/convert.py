@@ -1,6 +1,9 @@
 """Bodies as meshes of pyvista and meshio, which are installed apart."""
 
+from __future__ import annotations
+
 import importlib
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +31,7 @@ def _parts(body):
     return points, fields, of_cells, cells or {"triangle": np.array(body.triangles, dtype=np.int64)}
 
 
-def to_pyvista(body):
+def to_pyvista(body: Any) -> Any:
     """Of a solid a pyvista.UnstructuredGrid, else a pyvista.PolyData: copies, with all fields."""
     pyvista = _need("pyvista", "pip install pyvista")
     points, fields, of_cells, cells = _parts(body)
@@ -51,7 +54,7 @@ def to_pyvista(body):
     return mesh
 
 
-def to_meshio(body):
+def to_meshio(body: Any) -> Any:
     """A meshio.Mesh: a copy, with all fields."""
     meshio = _need("meshio", "apt-get install python3-meshio, or pip install meshio")
     points, fields, of_cells, cells = _parts(body)

@@ -1,8 +1,12 @@
 """A hand that feels a scene at 1 kHz, while Python looks on."""
 
+from __future__ import annotations
+
 import csv
 import os
 import weakref
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -52,8 +56,9 @@ class Session:
     2.0
     """
 
-    def __init__(self, scene, device="simulated", *, set={}, duration=None, virtual_time=False, late=0.0, latency=1,
-                 control=True, threads=1, cache=None):
+    def __init__(self, scene: Scene | str | os.PathLike | Mapping, device: str = "simulated", *, set: Mapping[str, Any] = {},
+                 duration: float | None = None, virtual_time: bool = False, late: float = 0.0, latency: int = 1,
+                 control: bool = True, threads: int = 1, cache: str | os.PathLike | None = None):
         if not isinstance(scene, Scene):
             scene = Scene(scene, set=set)
         elif set:
@@ -70,15 +75,15 @@ class Session:
         # No thread may be left when the process ends.
         self._end = weakref.finalize(self, self._native.end)
 
-    def start(self):
+    def start(self) -> None:
         """Begins, and returns at once. Once: RuntimeError the second time."""
         self._native.start()
 
-    def stop(self):
+    def stop(self) -> None:
         """Ends what is running; the force goes to zero in 50 ms. Returns when it has."""
         self._native.end()
 
-    def wait(self, seconds=None):
+    def wait(self, seconds: float | None = None) -> bool:
         """Waits for its end, so many seconds at most. Whether it has ended, or was never started. Ctrl-C is heard."""
         left = float("inf") if seconds is None else float(seconds)
         while left > 0 and not self._native.wait(min(left, 0.05)):
@@ -86,25 +91,25 @@ class Session:
         return not self.running
 
     @property
-    def running(self):
+    def running(self) -> bool:
         """Started, and not at its end yet."""
         return self._native.running
 
-    def latest(self):
+    def latest(self) -> HandState | None:
         """A HandState: what the simulation's last step came to; None before the first."""
         return self._native.latest()
 
     @property
-    def messages(self):
+    def messages(self) -> list[str]:
         """What `amontons haptic` prints on stderr: warnings, faults, what set() did."""
         return self._native.said()
 
-    def set(self, path, value):
+    def set(self, path: str, value: Any) -> None:
         """Asks for another value of the scene, which counts once what it needs is made; `messages` tells of it."""
         for line in overrides({path: value}):
             self._native.ask(line)
 
-    def summary(self):
+    def summary(self) -> dict[str, Any]:
         """What `amontons haptic --json` says, as a dict, after the end. RuntimeError before; SolveFailed if there was no
         force, or the simulation stopped."""
         answer = self._native.summary()
@@ -114,11 +119,11 @@ class Session:
             raise error
         return answer
 
-    def trace(self):
+    def trace(self) -> History:
         """A History of all ticks after the end: the columns of haptics.csv, name to (ticks,) array, with `units`."""
         return History(list(csv.reader(self._native.trace().splitlines())))
 
-    def __enter__(self):
+    def __enter__(self) -> Session:
         return self
 
     def __exit__(self, *_):

@@ -1,9 +1,14 @@
 """Images as a fluoroscope takes them, without a display."""
 
+from __future__ import annotations
+
 import dataclasses
 import operator
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _native
 from ._arguments import refuse
@@ -17,10 +22,10 @@ class Camera:
     the image on that plane [m]; pixels are square.
     """
 
-    source: tuple
-    target: tuple
+    source: Sequence[float]
+    target: Sequence[float]
     width: float
-    up: tuple = (0, 0, 1)
+    up: Sequence[float] = (0, 0, 1)
 
     def _numbers(self):
         try:
@@ -38,7 +43,8 @@ class Camera:
         return np.concatenate([*all, [self.width]])
 
 
-def _options(camera, size, attenuation, white, noise, seed):
+def _options(camera: Camera, size: Any, attenuation: float, white: float, noise: float,
+             seed: int) -> tuple[NDArray[np.float64], int, int, float, float, float, int]:
     if not isinstance(camera, Camera):
         refuse("camera", f"a {type(camera).__name__}", "a Camera")
     numbers = camera._numbers()
@@ -55,7 +61,8 @@ def _options(camera, size, attenuation, white, noise, seed):
     return numbers, height, width, float(attenuation), float(white), float(noise), seed % 2**64
 
 
-def xray(what, camera, size=(256, 256), *, attenuation=2000.0, white=200.0, noise=5.0, seed=0, radius=None):
+def xray(what: Any, camera: Camera, size: tuple[int, int] = (256, 256), *, attenuation: float = 2000.0, white: float = 200.0,
+         noise: float = 5.0, seed: int = 0, radius: float | None = None) -> NDArray[np.uint8]:
     """A fluoroscopic image of wires and rods: white exp(-attenuation l), l the mean length of a pixel's rays in them.
 
     what: a Simulation; or (n, 3) points of a line, with its radius [m]. (Of a Batch: Batch.xray.) size: (height, width)
@@ -80,6 +87,6 @@ def xray(what, camera, size=(256, 256), *, attenuation=2000.0, white=200.0, nois
         refuse("what", f"a {type(what).__name__}", "a Simulation, a Batch, or (n, 3) finite points")
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         refuse("what", f"shape {points.shape}", "a Simulation, a Batch, or (n, 3) finite points")
-    if radius is None or not (np.isfinite(radius) and radius > 0):
-        refuse("radius", f"{radius}", "> 0 [m]")
+    if radius is None or not isinstance(radius, (int, float, np.integer, np.floating)) or not (np.isfinite(radius) and radius > 0):
+        refuse("radius", f"{radius!r}", "> 0 [m]")
     return _native.xray_of_line(points, float(radius), *options)

@@ -10,6 +10,7 @@ import amontons as am
 
 SOURCES = os.environ["AMONTONS_SOURCES"]
 CATHETER = os.path.join(SOURCES, "examples", "catheter", "scene.json")
+SOFT_VESSEL = os.path.join(SOURCES, "examples", "soft_vessel", "scene.json")
 
 
 def tube_and_wire(**more):
