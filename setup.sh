@@ -14,7 +14,7 @@ bindings=(python3-dev python3-numpy pybind11-dev)                      # the pac
 studio=(libcpp-httplib-dev)                                            # the page of amontons studio
 command -v npm >/dev/null || studio+=(nodejs npm)                      # one from elsewhere may not stand beside Debian's
 browser=(chromium)                                                     # its tests
-tests=(doctest-dev libbenchmark-dev python3 python3-jsonschema python3-scipy python3-h5py clang libclang-rt-dev shellcheck)
+tests=(doctest-dev libbenchmark-dev python3 python3-jsonschema python3-scipy python3-h5py mypy clang libclang-rt-dev shellcheck)
 
 # ---- where things are
 

@@ -165,14 +165,17 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
     if (options.scheduler) {
         // First all there is, so that the loop's arrays have their pages whatever was written yet;
         // what the simulation reserves later gets its own where it writes, not in one go.
-        malloc_trim(0); // addresses that the heap has reserved and not used are not locked
+        if (options.own_process)
+            malloc_trim(0); // addresses that the heap has reserved and not used are not locked
         run.locked = mlockall(MCL_CURRENT) == 0;
         mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT);
     }
     // Matrices that a step frees stay with the process: given back and fetched again, each of their
     // pages would fault, and be locked, in every step.
-    mallopt(M_MMAP_MAX, 0);
-    mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+    if (options.own_process) {
+        mallopt(M_MMAP_MAX, 0);
+        mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+    }
 
     const long moved_before = pages_moved();
     const double start = clock_now() + 5 * period; // the threads are there by then
@@ -223,7 +226,8 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
             run.preempted = after.ru_nivcsw - before.ru_nivcsw;
         }
         done = true;
-        if (!sent.force.isZero(0) || !sent.torque.isZero(0)) fade_out(loop, device, start, k, period);
+        if (!sent.force.isZero(0) || !sent.torque.isZero(0))
+            fade_out(loop, device, start, k, period);
     });
     std::thread bare;
     if (options.bare)

@@ -18,6 +18,8 @@ struct RealTimeOptions {
     double operator_period = 0.02; ///< of the simulation: its steps begin no sooner than this [s]
     bool scheduler = true;         ///< ask for SCHED_FIFO, locked memory, sharp timers
     int priority = 80;
+    /// The process has nothing else to do: for good, its allocator keeps what a step frees.
+    bool own_process = true;
     bool bare = true; ///< beside it a thread that only sleeps, by the same clock
     const std::atomic<bool>* stop = nullptr; ///< ends the run when it is set
     /// Called in the simulation's thread, before a step, with the share of the ticks since the last

@@ -53,7 +53,7 @@ build_and_test() {
 build_and_test asan . '^(large|vtk|view)'
 # What has threads of its own. GCC's OpenMP is not compiled for the sanitizer, which sees races where
 # its barriers are.
-build_and_test tsan '^haptic' none amontons haptics_tests haptics_loop_tests haptics_link_tests haptics_real_time_tests
+build_and_test tsan '^(haptic|python_sanitized)' none amontons amontons-python haptics_tests haptics_loop_tests haptics_link_tests haptics_real_time_tests
 
 validation/fuzz.sh "$seconds" >$logs/fuzz.log 2>&1
 status=$?

@@ -122,23 +122,11 @@ private:
     std::vector<std::string> messages_;
 };
 
-py::array_t<double> out_array(const py::object& out, std::vector<py::ssize_t> shape)
-{
-    if (out.is_none()) return py::array_t<double>(shape);
-    auto array = py::array_t<double, py::array::c_style>::ensure(out);
-    if (!py::isinstance<py::array_t<double>>(out) || !array || array.ptr() != out.ptr() ||
-        !array.writeable() ||
-        !std::equal(shape.begin(), shape.end(), array.shape(), array.shape() + array.ndim()))
-        throw InputError({{"", "out", std::string(py::str(py::repr(out))).substr(0, 60),
-                           "a writable array of doubles, row by row, of shape " +
-                               std::string(py::str(py::cast(shape)))}});
-    return array;
-}
-
 py::array quantity(Batch& b, const std::string& name, const py::object& out)
 {
     const Batch::Use use(b);
-    py::array_t<double> values = out_array(out, {py::ssize_t(b.members().size())});
+    py::array_t<double> values =
+        out_array<double>(out, "doubles", {py::ssize_t(b.members().size())});
     double* to = values.mutable_data();
     for (const auto& s : b.members()) {
         if (!s->record())
@@ -190,7 +178,7 @@ py::array points(Batch& b, const std::string& body, py::ssize_t count, const py:
     if (count < 1 || count > 1 << 20)
         throw InputError({{"", "count", std::to_string(count), "1 to 1048576"}});
     const auto n = py::ssize_t(b.members().size());
-    py::array_t<double> values = out_array(out, {n, count, 3});
+    py::array_t<double> values = out_array<double>(out, "doubles", {n, count, 3});
     double* to = values.mutable_data();
     for (const auto& s : b.members()) {
         if (!s->record()) throw_runtime("no points before the first advance()");

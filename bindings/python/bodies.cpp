@@ -108,6 +108,8 @@ void add_bodies(py::module_& module)
             "cell_fields", [](const SharedBody& b) { return fields(b, b->record.cell_fields); },
             "of the cells: name to (m,) or (m, components)")
         .def_property_readonly("units", units, "of the fields")
+        .def("to_pyvista", to_pyvista, kToPyvista)
+        .def("to_meshio", to_meshio, kToMeshio)
         .def("__repr__", [](const Body& b) { return "<Body " + b.name + ": " + b.kind + ">"; });
     module.def("body_names", [](const std::shared_ptr<Stepper>& s) {
         const Stepper::Use use(*s, Stepper::Purpose::look);

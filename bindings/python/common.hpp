@@ -2,8 +2,10 @@
 
 // Python's objects from the engine's, for the files of this folder alone.
 
+#include "mesh/base/error.hpp"
 #include "solver/step/stepped_scene.hpp"
 
+#include <algorithm>
 #include <memory>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -49,6 +51,24 @@ template <class Owner> py::array view_field(const std::shared_ptr<Owner>& owner,
                   : view<double>(owner, f.values.data(), {{n, k}, {k * size, size}});
 }
 
+/// `out` where a caller gave an array to write to, else a new one. @throws InputError  it does not
+/// fit
+template <class T>
+py::array_t<T> out_array(const py::object& out, const char* numbers, std::vector<py::ssize_t> shape)
+{
+    if (out.is_none()) return py::array_t<T>(shape);
+    auto array = py::array_t<T, py::array::c_style>::ensure(out);
+    if (!py::isinstance<py::array_t<T>>(out) || !array || array.ptr() != out.ptr() ||
+        !array.writeable() ||
+        !std::equal(shape.begin(), shape.end(), array.shape(), array.shape() + array.ndim())) {
+        PyErr_Clear();
+        throw InputError({{"", "out", std::string(py::str(py::repr(out))).substr(0, 60),
+                           std::string("a writable array of ") + numbers +
+                               ", row by row, of shape " + std::string(py::str(py::cast(shape)))}});
+    }
+    return array;
+}
+
 /// A dict that cannot be changed.
 py::object read_only(const py::dict& values);
 /// {"name": value}, {"name": "unit"} of quantities and fields.
@@ -59,6 +79,21 @@ py::object units_of(const std::vector<Quantity>& quantities);
 py::object from_json(const std::string& text);
 /// The attribute of one of the package's own Python files.
 py::object from_package(const char* file, const char* name);
+
+/// A Body or a Beam as a mesh of another package (amontons/convert.py).
+inline py::object to_pyvista(const py::object& body)
+{
+    return from_package("convert", "to_pyvista")(body);
+}
+inline py::object to_meshio(const py::object& body)
+{
+    return from_package("convert", "to_meshio")(body);
+}
+constexpr const char* kToPyvista =
+    "Of a solid a pyvista.UnstructuredGrid, else a pyvista.PolyData: "
+    "a copy, with all fields. ModuleMissing without pyvista.";
+constexpr const char* kToMeshio =
+    "A meshio.Mesh: a copy, with all fields. ModuleMissing without meshio.";
 
 /// An error of the package, with its attributes: class, message, then pairs of names and values.
 [[noreturn]] void throw_python(const char* name, const std::string& message,
@@ -75,6 +110,7 @@ void add_simulation(py::module_& module);
 void add_contact_problem(py::module_& module);
 void add_files(py::module_& module);
 void add_batch(py::module_& module);
+void add_haptic(py::module_& module);
 void add_image(py::module_& module);
 
 } // namespace amontons::python

@@ -6,6 +6,8 @@
 #include "solver/step/outside.hpp"
 #include "solver/step/recorded_problem.hpp"
 
+#include <algorithm>
+
 // Contact problems of their own: W, q, mu in, reactions and certificates out.
 
 namespace amontons::python {
@@ -214,8 +216,11 @@ OutsideFunction solver_of(const py::function& function)
         try {
             const py::object r = (*held)(matrix, array(p.q), array(p.mu), **more);
             return vector_of(r.cast<Numbers>());
-        } catch (py::error_already_set& error) {
-            throw std::runtime_error(std::string("raised ") + error.what());
+        } catch (py::error_already_set& error) { // in one line, without the way to it
+            std::string why = "raised " + std::string(py::str(error.type().attr("__name__"))) +
+                              ": " + std::string(py::str(error.value()));
+            std::ranges::replace(why, '\n', ' ');
+            throw std::runtime_error(why);
         } catch (const py::cast_error&) {
             throw std::runtime_error("gave what is no array of numbers");
         }
@@ -227,14 +232,14 @@ OutsideFunction solver_of(const py::function& function)
 void add_contact_problem(py::module_& module)
 {
     module.def("register_solver", [](const std::string& name, const py::object& function) {
-        if (name.empty())
-            throw InputError({{"register_solver", "name", "nothing", "a name"}});
+        if (name.empty()) throw InputError({{"register_solver", "name", "nothing", "a name"}});
         if (!function.is_none() && !py::isinstance<py::function>(function) &&
             !PyCallable_Check(function.ptr()))
             throw InputError({{"register_solver", "function", "what cannot be called",
                                "a function of (W, q, mu), or None"}});
-        register_outside_function(name, function.is_none() ? OutsideFunction{}
-                                                           : solver_of(function.cast<py::function>()));
+        register_outside_function(name, function.is_none()
+                                            ? OutsideFunction{}
+                                            : solver_of(function.cast<py::function>()));
     });
     py::class_<Problem, SharedProblem>(module, "Problem", py::module_local())
         .def(py::init(&make))

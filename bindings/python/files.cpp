@@ -2,11 +2,17 @@
 
 #include "mesh/base/memory.hpp"
 #include "mesh/base/phase_timer.hpp"
+#include "solver/module.hpp"
+#include "solver/output/manifest.hpp"
 #include "solver/output/output_folder.hpp"
 #include "solver/output/plot.hpp"
+#include "solver/output/problem_recorder.hpp"
 #include "solver/output/run_writer.hpp"
+#include "solver/scene/json_text.hpp"
 
 #include <filesystem>
+#include <limits>
+#include <optional>
 
 // A run to the end, with the files of `amontons run` or without.
 
@@ -63,8 +69,11 @@ namespace {
 /// The files of a run.
 class RunFiles {
 public:
-    RunFiles(Stepper& s, const std::string& folder, bool resume, std::vector<std::string> command)
+    RunFiles(Stepper& s, const std::string& folder, bool resume, bool record,
+             std::vector<std::string> command)
     {
+        if (record) check_recorder();
+        if (record) check_recordable(s.scene()->scene);
         check_output_folder(folder, s.scene()->scene);
         RunWriterOptions options;
         options.name = run_name(s.scene()->file);
@@ -75,11 +84,14 @@ public:
         options.threads = s.options().threads;
         options.resume = resume && !has_no_checkpoint_yet(folder);
         writer_ = std::make_unique<RunWriter>(s.scene()->scene, s.simulation(), options, full_);
+        if (record)
+            recorder_.emplace(s.simulation(), s.scene()->scene, folder + "/record", options.resume);
     }
     /// @return  false where nothing more can be written: finish() says why
     bool write(const StepRecord& record)
     {
         writer_->on_step(record);
+        if (recorder_) recorder_->write(record);
         return !full_;
     }
     void finish(Stepper& s, RunSummary& summary)
@@ -96,14 +108,31 @@ public:
 private:
     std::atomic<bool> full_{false};
     std::unique_ptr<RunWriter> writer_;
+    std::optional<ProblemRecorder> recorder_;
     RunSummary summary_;
     Stopwatch watch_;
 };
 
+/// As `amontons run --json` tells it.
+std::string answer_of(const Stepper& s, const RunSummary& summary, int iterations)
+{
+    std::vector<std::string> warnings;
+    for (const Issue& w : s.warnings())
+        warnings.push_back(InputError({w}).what());
+    JsonText json;
+    json.open('{');
+    write_summary(json, summary, mapped_modules(), warnings);
+    std::int64_t unknowns = 0;
+    for (const BodyPlan& b : s.simulation().plan())
+        unknowns += b.unknowns;
+    json.member("unknowns", unknowns).member("iterations", iterations).close('}');
+    return json.text();
+}
+
 /// Steps to the end with files and callback. With the GIL.
-/// @return  what is said at the end, as a dict
-py::dict run(const std::shared_ptr<Stepper>& s, RunFiles* files, const py::object& on_step,
-             int every)
+/// @return  what is said at the end, as a dict and as JSON
+py::tuple run(const std::shared_ptr<Stepper>& s, RunFiles* files, const py::object& on_step,
+              int every)
 {
     struct Running {
         Stepper& s;
@@ -115,41 +144,49 @@ py::dict run(const std::shared_ptr<Stepper>& s, RunFiles* files, const py::objec
         ~Running() { s.set_running(false); }
     } running(*s);
 
-    StepResult last;
     std::exception_ptr raised; // by a signal or a callback: told when the files are whole
-    bool stopped = false;
-    int since = every;
+    bool stopped = false, full = false;
+    long count = on_step.is_none() ? std::numeric_limits<long>::max() : 1;
+    int iterations = 0;
+    const auto write = [&] {
+        iterations += s->record()->step.iterations;
+        if (!files) return true;
+        const Stopwatch watch;
+        full = !files->write(s->record()->step);
+        s->simulation().spent_on_output(watch.seconds());
+        return !full;
+    };
     while (!stopped && !raised) {
         try {
             {
                 const Stepper::Use use(*s, Stepper::Purpose::run);
                 const py::gil_scoped_release free;
-                last = s->step_aside();
-                if (last.outcome != Outcome::accepted) break;
-                const Stopwatch watch;
-                if (files && !files->write(s->record()->step)) break;
-                s->simulation().spent_on_output(watch.seconds());
-                s->look_for_signals();
+                const StepResult last =
+                    s->steps(count, std::numeric_limits<double>::infinity(), write);
+                if (full || last.outcome != Outcome::accepted) break;
             }
-            if (on_step.is_none() || ++since < every) continue;
-            since = 0;
+            count = every;
             const py::object answer = on_step(py::cast(StepView{s->record()}));
-            stopped = !answer.is_none() && answer.cast<bool>();
+            const int truth = PyObject_IsTrue(answer.ptr());
+            if (truth < 0) throw py::error_already_set();
+            stopped = truth == 1;
         } catch (py::error_already_set&) {
             raised = std::current_exception();
         }
     }
     const Stepper::Use use(*s, Stepper::Purpose::run);
     RunSummary summary;
+    std::string answer;
     {
         const py::gil_scoped_release free;
         summary = s->conclude();
         if (stopped && summary.status == "interrupted") summary.message = "stopped by on_step";
         if (raised && summary.status == "interrupted") summary.message = "interrupted by the user";
         if (files) files->finish(*s, summary);
+        answer = answer_of(*s, summary, iterations);
     }
     if (raised) std::rethrow_exception(raised);
-    return summary_dict(summary);
+    return py::make_tuple(summary_dict(summary), answer);
 }
 
 } // namespace
@@ -158,10 +195,10 @@ void add_files(py::module_& module)
 {
     py::class_<RunFiles>(module, "RunFiles", py::module_local())
         .def(py::init([](const std::shared_ptr<Stepper>& s, const std::string& folder, bool resume,
-                         std::vector<std::string> command) {
+                         bool record, std::vector<std::string> command) {
             const Stepper::Use use(*s, Stepper::Purpose::change);
             const py::gil_scoped_release free;
-            return std::make_unique<RunFiles>(*s, folder, resume, std::move(command));
+            return std::make_unique<RunFiles>(*s, folder, resume, record, std::move(command));
         }))
         .def("add", &RunFiles::add);
     module.def("run", run, py::arg("stepper"), py::arg("files").none(true), py::arg("on_step"),

@@ -33,23 +33,46 @@ public:
         const Eigen::Vector2d from = place(a), to = place(b);
         const Eigen::Vector2d along = to - from;
         const double shadow = along.norm();
+        const Eigen::Vector2d ahead = shadow > 0 ? Eigen::Vector2d(along / shadow)
+                                                 : Eigen::Vector2d(0, 1),
+                              across(-ahead.y(), ahead.x());
+        // The film lies within `far` of its middle, along the shadow and across it: no more is
+        // drawn, however large a wire near the source appears.
+        const Eigen::Vector2d middle_of_film = 0.5 * Eigen::Vector2d(columns_, rows_);
+        const double far = middle_of_film.norm() + 1;
+        const double here = ahead.dot(middle_of_film - from),
+                     side = across.dot(middle_of_film - from);
+        double first = 0, last = 1; // shares of the shadow
+        if (shadow > 0) {
+            first = std::clamp((here - far) / shadow, 0.0, 1.0);
+            last = std::clamp((here + far) / shadow, 0.0, 1.0);
+            if (!(first < last)) return;
+        }
+        // ... and of the piece, whose ends are not equally far from the source.
+        const auto of_piece = [&](double share) {
+            return share * before / (behind - share * (behind - before));
+        };
+        const double begin = of_piece(first), end = of_piece(last);
         constexpr int kPerPixel = 4;
-        const int steps = 1 + int(kPerPixel * shadow);
-        const double widest = radius * distance_ / std::min(before, behind) / pixel_;
+        constexpr double kWidest = 1e8; // pixels: more is as dark all over
+        const int steps = 1 + int(kPerPixel * shadow * (last - first));
+        const double widest =
+            std::min(radius * distance_ / std::min(before, behind) / pixel_, kWidest);
         const int lanes = 1 + 2 * int(2 * widest);
-        const Eigen::Vector2d across =
-            shadow > 0 ? Eigen::Vector2d(-along.y(), along.x()) / shadow : Eigen::Vector2d(1, 0);
-        double shares = 0;
-        for (int lane = 0; lane < lanes; ++lane)
-            shares += share(lane, lanes);
-        const double volume = std::numbers::pi * radius * radius * (b - a).norm() / steps;
+        const double volume = std::numbers::pi * radius * radius * (b - a).norm() * (end - begin) /
+                              steps / shares_of(lanes);
         for (int k = 0; k < steps; ++k) {
-            const double t = (k + 0.5) / steps;
+            const double t = begin + (end - begin) * (k + 0.5) / steps;
             const double larger = distance_ / ((1 - t) * before + t * behind); // magnification
             const Eigen::Vector2d middle = place(a + t * (b - a));
-            for (int lane = 0; lane < lanes; ++lane)
-                add(middle + off(lane, lanes) * radius * larger / pixel_ * across,
-                    volume * larger * larger * share(lane, lanes) / shares);
+            const double half = radius * larger / pixel_;
+            const auto lane_at = [&](double x) { return 0.5 * lanes * (x / half + 1) - 0.5; };
+            const int from_lane =
+                          int(std::clamp(std::floor(lane_at(side - far)), 0.0, lanes - 1.0)),
+                      to_lane = int(std::clamp(std::ceil(lane_at(side + far)), 0.0, lanes - 1.0));
+            for (int lane = from_lane; lane <= to_lane; ++lane)
+                add(middle + off(lane, lanes) * half * across,
+                    volume * larger * larger * share(lane, lanes));
         }
     }
     double mean_length(std::size_t pixel) const { return volume_[pixel] / (pixel_ * pixel_); }
@@ -57,6 +80,16 @@ public:
 
 private:
     static double off(int lane, int lanes) { return (2.0 * lane + 1) / lanes - 1; }
+    /// Of all lanes; of many, the disc's area.
+    static double shares_of(int lanes)
+    {
+        constexpr int kMany = 10000;
+        if (lanes > kMany) return 0.25 * std::numbers::pi * lanes;
+        double sum = 0;
+        for (int lane = 0; lane < lanes; ++lane)
+            sum += share(lane, lanes);
+        return sum;
+    }
     /// Of a disc's chords.
     static double share(int lane, int lanes)
     {

@@ -49,6 +49,7 @@ PYBIND11_MODULE(_native, module)
     add_contact_problem(module);
     add_files(module);
     add_batch(module);
+    add_haptic(module);
     add_image(module);
     module.def("version", &program_version);
     module.def("describe", &program_describe);

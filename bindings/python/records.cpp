@@ -44,6 +44,8 @@ void add_records(py::module_& module)
                 return read_only(all);
             },
             "of the fields")
+        .def("to_pyvista", to_pyvista, kToPyvista)
+        .def("to_meshio", to_meshio, kToMeshio)
         .def("__len__", [](const BeamView& v) { return v.beam().points.size(); })
         .def("__repr__", [](const BeamView& v) {
             return "<Beam " + v.beam().name + ": " + std::to_string(v.beam().points.size()) +

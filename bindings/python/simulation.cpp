@@ -26,27 +26,23 @@ py::object view_of(const Record& record)
     throw_python("SolveFailed", message, attributes);
 }
 
-/// Steps until `enough` says so, or the end. With the GIL.
-template <class Enough> py::object steps(const Owner& s, double not_beyond, Enough enough)
+/// So many steps, or to a time, or the end. With the GIL.
+py::object steps(const Owner& s, long count, double not_beyond)
 {
     const Stepper::Use use(*s, Change);
     StepResult last;
     {
         const py::gil_scoped_release free;
-        while (!enough()) {
-            last = s->step_aside(not_beyond);
-            if (last.outcome != Outcome::accepted) break;
-            s->look_for_signals();
-        }
+        last = s->steps(count, not_beyond);
     }
     if (last.outcome == Outcome::failed) throw_failed(*s, last.message);
     return view_of(s->record());
 }
 
-py::object step(const Owner& s, int count)
+py::object step(const Owner& s, long count)
 {
     if (count < 1) throw InputError({{"", "count", std::to_string(count), "a whole number >= 1"}});
-    return steps(s, std::numeric_limits<double>::infinity(), [&] { return count-- == 0; });
+    return steps(s, count, std::numeric_limits<double>::infinity());
 }
 
 py::object advance(const Owner& s, double until)
@@ -55,7 +51,7 @@ py::object advance(const Owner& s, double until)
         const Stepper::Use use(*s, Look);
         s->check_until(until);
     }
-    return steps(s, until, [] { return false; });
+    return steps(s, std::numeric_limits<long>::max(), until);
 }
 
 py::bytes save(const Owner& s)

@@ -2,21 +2,22 @@
 
 #include "bindings/python/aside.hpp"
 
+#include <algorithm>
 #include <chrono>
 
 namespace amontons::python {
 namespace {
 
 constexpr double kLook = 0.05;  // s between looks for signals
-constexpr double kShort = 0.02; // s; of the last step: the next one is not waited for
-
-} // namespace
+constexpr double kShort = 0.02; // s; what is done sooner is not worth a thread
 
 double seconds_now()
 {
     using Clock = std::chrono::steady_clock;
     return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
 }
+
+} // namespace
 
 Stepper::Stepper(SharedScene scene, const SimulationOptions& options)
     : SteppedScene(std::move(scene), options)
@@ -45,14 +46,33 @@ void Stepper::look_for_signals()
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }
 
-StepResult Stepper::step_aside(double not_beyond)
+/// By what the last step took.
+bool Stepper::takes_long(long count, double not_beyond) const
 {
-    const bool quick = record() && record()->step.seconds < kShort && record()->step.step > 0;
-    if (quick) return step(stop_, not_beyond);
-    StepResult result;
-    const std::exception_ptr raised = run_aside([&] { result = step(stop_, not_beyond); }, stop_);
-    if (raised) std::rethrow_exception(raised); // a step that ended all the same counts
-    return result;
+    if (!record() || record()->step.step == 0) return true;
+    const StepRecord& last = record()->step;
+    const double left = std::min(not_beyond, end()) - time(),
+                 most = std::min(double(count), 1 + left / last.step_length);
+    return !(most * last.seconds < kShort);
+}
+
+StepResult Stepper::steps(long count, double not_beyond, const std::function<bool()>& after)
+{
+    StepResult last;
+    const auto all = [&] {
+        for (long k = 0; k < count; ++k) {
+            last = step(stop_, not_beyond);
+            if (last.outcome != StepResult::Outcome::accepted || (after && !after())) return;
+        }
+    };
+    if (takes_long(count, not_beyond)) {
+        const std::exception_ptr raised = run_aside(all, stop_);
+        if (raised) std::rethrow_exception(raised);
+    } else {
+        all();
+        look_for_signals();
+    }
+    return last;
 }
 
 std::shared_ptr<Stepper> Stepper::fork()

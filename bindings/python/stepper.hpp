@@ -4,6 +4,7 @@
 #include "solver/step/stepped_scene.hpp"
 
 #include <atomic>
+#include <functional>
 #include <limits>
 
 namespace amontons::python {
@@ -28,13 +29,13 @@ public:
         Stepper& owner_;
     };
 
-    /// One step. Without the GIL.
+    /// So many accepted steps, or up to what else comes. Where they may take long they are taken on
+    /// a thread of their own, while this one looks for signals. Without the GIL.
+    /// @param after  called after each accepted one, on the thread that steps; false ends them
     /// @throws KeyboardInterrupt of Python, and whatever else a signal's handler raises; the state
-    /// is
-    ///         that of the last accepted step
-    StepResult step_aside(double not_beyond = std::numeric_limits<double>::infinity());
-    /// Looks for a signal now and then; between steps. Without the GIL.
-    void look_for_signals();
+    ///         is that of the last accepted step
+    StepResult steps(long count, double not_beyond = std::numeric_limits<double>::infinity(),
+                     const std::function<bool()>& after = {});
 
     /// From its beginning to its end only run() itself may step.
     void set_running(bool running) { running_ = running; }
@@ -42,11 +43,11 @@ public:
     std::shared_ptr<Stepper> fork();
 
 private:
+    bool takes_long(long count, double not_beyond) const;
+    void look_for_signals();
+
     std::atomic<bool> stop_{false}, busy_{false}, running_{false};
     double looked_ = 0; ///< for signals [s]
 };
-
-/// The clock of `looked_`.
-double seconds_now();
 
 } // namespace amontons::python

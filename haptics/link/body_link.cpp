@@ -252,15 +252,7 @@ std::vector<BodyRecord> BodyLink::body_records() const
 
 std::vector<ContactRecord> BodyLink::contact_records() const
 {
-    std::vector<ContactRecord> out;
-    const BodyStepReport& report = state_->report;
-    for (std::size_t c = 0; c < report.contacts.contact.size(); ++c)
-        if (!report.force[c].isZero(0)) {
-            ContactRecord& r = out.emplace_back();
-            r.point = report.contacts.contact[c].point;
-            r.force = report.force[c];
-        }
-    return out;
+    return contact_records_of(*state_->system, state_->report, int(state_->scene.obstacles.size()));
 }
 
 const HeldBody& BodyLink::held() const

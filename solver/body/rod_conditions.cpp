@@ -69,17 +69,33 @@ std::vector<LiveCurve> RodBody::live_curves()
     for (std::size_t k = 0; k < input_.loads.size(); ++k)
         all.push_back(
             {fmt::format("{}.loads.{}.over", input_.name, k), "", &input_.loads[k].over, 1});
-    if (input_.fed.empty()) return all;
-    // What is held and moved must stay out of the sheath, as the scene's curve leaves it.
+    // What is held and moved must stay out of the sheath, as the scene's curve leaves it; what the
+    // scene leaves at rest may go into it, and cannot be led.
     double least = 0;
     const auto moves = [](const CurvePoints& c) {
         return std::ranges::any_of(c, [](const auto& p) { return p[1] != 0; });
     };
-    for (const RodHold& h : input_.hold)
-        if (moves(h.x) || moves(h.y) || moves(h.z) || (moves(h.angle) && h.set != "start"))
+    for (std::size_t k = 0; k < input_.hold.size(); ++k) {
+        RodHold& h = input_.hold[k];
+        const bool of_base = moves(h.angle) && h.set == "start"; // turns what is in the sheath, too
+        const bool moved = moves(h.x) || moves(h.y) || moves(h.z) || (moves(h.angle) && !of_base);
+        if (moved)
             least = std::max(least, rod_.length - (h.at             ? *h.at
                                                    : h.set == "end" ? rod_.length
                                                                     : 0));
+        const auto add = [&](const char* name, const char* unit, CurvePoints& curve, bool held) {
+            if (curve.empty()) return;
+            // Without a name it cannot be led, and no step passes its knots all the same.
+            const bool led = held && (moved || input_.fed.empty());
+            all.push_back(
+                {led ? fmt::format("{}.hold.{}.{}", input_.name, k, name) : "", unit, &curve});
+        };
+        add("x", "m", h.x, h.places == "held");
+        add("y", "m", h.y, h.places == "held");
+        add("z", "m", h.z, h.places == "held");
+        if (!input_.instrument || h.set != "start") add("angle", "rad", h.angle, h.turns == "held");
+    }
+    if (input_.fed.empty()) return all;
     all.push_back({input_.name + (input_.instrument ? ".insertion" : ".fed"), "m", &input_.fed, 0,
                    least, rod_.length});
     for (RodHold& h : input_.hold)

@@ -143,6 +143,15 @@ std::vector<LiveCurve> SolidBody::live_curves()
         if (!l.volume.empty()) all.push_back({load + "volume", "m^3", &l.volume});
         if (l.traction || l.force) all.push_back({load + "over", "", &l.over, 1});
     }
+    // What the scene gives a value: an axis without one is free, or at rest with all others.
+    for (std::size_t k = 0; k < input_.hold.size(); ++k) {
+        HoldInput& h = input_.hold[k];
+        const std::string hold = fmt::format("{}.hold.{}.", input_.name, k);
+        for (const auto& [name, curve] : {std::pair("x", &h.x), {"y", &h.y}, {"z", &h.z}})
+            if (!curve->empty()) all.push_back({hold + name, "m", curve});
+        if (!h.angle.empty()) all.push_back({hold + "angle", "rad", &h.angle});
+        if (h.gradient || !h.over.empty()) all.push_back({hold + "over", "", &h.over, 1});
+    }
     return all;
 }
 

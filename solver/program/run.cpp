@@ -3,24 +3,22 @@
 #include "mesh/base/file.hpp"
 #include "mesh/base/memory.hpp"
 #include "mesh/base/phase_timer.hpp"
-#include "solver/fclib_file.hpp"
 #include "solver/large/large_matrix.hpp"
 #include "solver/module.hpp"
+#include "solver/output/output_folder.hpp"
 #include "solver/output/plot.hpp"
+#include "solver/output/problem_recorder.hpp"
 #include "solver/output/run_writer.hpp"
 #include "solver/output/view_maker.hpp"
 #include "solver/program/changed_simulation.hpp"
 #include "solver/program/interrupt.hpp"
-#include "solver/output/output_folder.hpp"
 #include "solver/program/progress.hpp"
 #include "solver/program/render.hpp"
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/session.hpp"
 #include "solver/program/viewer.hpp"
 #include "solver/scene/build.hpp"
-#include "solver/scene/instrument_rods.hpp"
 #include "solver/scene/read.hpp"
-#include "solver/step/recorded_problem.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -42,87 +40,6 @@ struct RunArguments {
     bool view = false;
     std::string cache;
 };
-
-/// Writes the contact problems that a run meets, one file a step and wire.
-class ProblemRecorder {
-public:
-    /// @throws WriteError  if its folder cannot be made
-    ProblemRecorder(const Simulation& simulation, const Scene& scene, std::string folder,
-                    bool resume)
-        : simulation_(simulation)
-        , scene_(scene)
-        , folder_(std::move(folder))
-    {
-        drop_link(folder_);
-        make_folder(folder_);
-        if (resume) return;
-        for (const auto& entry : std::filesystem::directory_iterator(folder_))
-            if (entry.path().extension() == ".hdf5") std::filesystem::remove(entry.path());
-    }
-    /// Before anything is written. @throws InputError  if the module that writes them is missing
-    static void check()
-    {
-        if (find_module("fclib").empty())
-            throw InputError(
-                {{"(--record)", "", "no FCLib module", "./setup.sh packages, then build again"}});
-    }
-
-    void write(const StepRecord& record) const
-    {
-        const std::vector<RecordedProblem> all = simulation_.contact_problems();
-        for (std::size_t w = 0; w < all.size(); ++w) {
-            const RecordedProblem& r = all[w];
-            if (r.contact.empty()) continue;
-            FclibProblem file;
-            FclibForm form = fclib_form(r.problem);
-            FclibSolution& own = file.solution.emplace();
-            own.r = own.u = Eigen::VectorXd::Zero(form.problem.q.size());
-            own.r(form.rows) = r.reaction;
-            own.u(form.rows) = r.problem.W * r.reaction + r.problem.q;
-            file.local = std::move(form.problem);
-            file.identity = r.contact;
-            const bool wire = !scene_.beams.empty() && !instruments_are_rods(scene_);
-            const std::string name = wire ? scene_.beams[w].name : "all bodies";
-            file.title = fmt::format("{}, {}: step {}, t = {:.9g} s", scene_.title, name,
-                                     record.step, record.time);
-            file.description =
-                wire ? "Gaps and slips over the step [m], forces [N]; W = H A^-1 H^T with "
-                       "the tangent A at the end of the step. /solution is the step's own; "
-                       "/amontons/contact: contact point * walls + wall."
-                     : "The last contact problem of the step; /solution is its answer.";
-            if (wire)
-                file.math_info = fmt::format(
-                    "A has {} negative eigenvalues{}; its inverse is good to {:.1e}; "
-                    "the tangent was unsymmetric by {:.1e}, A is its symmetric part",
-                    r.negative_eigenvalues,
-                    r.negative_eigenvalues > 0 ? ", so W is not semidefinite: the wire is "
-                                                 "held by its contacts"
-                                               : "",
-                    r.inverse_error, r.asymmetry);
-            write_file(fmt::format("{}/step_{:06d}{}.hdf5", folder_, record.step,
-                                   all.size() > 1 ? "_" + name : ""),
-                       fclib_bytes(file), Flush::to_system, Links::replace);
-        }
-    }
-
-private:
-    const Simulation& simulation_;
-    const Scene& scene_;
-    std::string folder_;
-};
-
-/// Of instruments in one another no contact problem is recorded: their step has one for all.
-void refuse_nested(const Scene& scene)
-{
-    for (std::size_t k = 0; k < scene.contact.size(); ++k) {
-        const auto& [a, b] = scene.contact[k].between;
-        if (body_named(scene.beams, a) && body_named(scene.beams, b))
-            throw InputError({{scene.file, fmt::format("/contact/{}", k),
-                               quoted_text(a) + " in " + quoted_text(b) + ", and --record",
-                               "instruments that are not in one another, or no --record: the "
-                               "contact problem of nested ones is not written yet"}});
-    }
-}
 
 /// The one observer of a run: the files and the progress, and the depth along centrelines.
 struct Observers : StepObserver {
@@ -244,10 +161,10 @@ void run_scene(RunArguments& arguments, Session& session)
         return;
     }
     std::atomic<bool>& stop = stop_on_interrupt();
-    if (arguments.record) ProblemRecorder::check();
+    if (arguments.record) check_recorder();
     settle(arguments.scene);
     Scene scene = read_scene(arguments.scene.scene, arguments.scene.overrides);
-    if (arguments.record) refuse_nested(scene);
+    if (arguments.record) check_recordable(scene);
     const std::vector<DepthLine> depth_lines = place_introducers(scene);
     std::vector<Issue> odd;
     std::vector<Obstacle> obstacles = build_obstacles(scene, &odd);

@@ -7,10 +7,10 @@
 #include "mesh/base/folder_lock.hpp"
 #include "solver/child.hpp"
 #include "solver/output/manifest.hpp"
+#include "solver/output/output_folder.hpp"
 #include "solver/output/plot.hpp"
 #include "solver/output/run_writer.hpp"
 #include "solver/program/interrupt.hpp"
-#include "solver/output/output_folder.hpp"
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/session.hpp"
 #include "solver/scene/read.hpp"
@@ -39,7 +39,7 @@ struct StudyArguments {
     int jobs = 1, threads = 1;
     double max_time = 0;
     bool restart = false, keep = false;
-    std::string time = "wall", table, add;
+    std::string time = "wall", table, add, run_by;
 };
 
 // ---- the scene of a point
@@ -158,6 +158,7 @@ PointRecord record_of(const ChildResult& r, const std::string& hash,
     } catch (const InputError&) { // it died before it could answer
     }
     if (const auto total = study::find(p.numbers, "seconds.total")) p.seconds = *total;
+    if (const auto own = study::find(p.numbers, "cpu_seconds")) p.cpu_seconds = *own; // --run-by
     if (r.out_of_time) {
         p.status = "out_of_time";
         p.reason = fmt::format("ended after {:.3g} s (--max-time)", r.seconds);
@@ -304,6 +305,7 @@ void run_study(const StudyArguments& a, Session& session)
         ChildJob job{{"run", a.scene.scene, "--json", "--quiet", "--output", results, "--threads",
                       std::to_string(a.threads)},
                      a.max_time};
+        job.program = a.run_by;
         const auto add = [&](const std::string& o) {
             job.arguments.push_back("--set");
             job.arguments.push_back(o);
@@ -506,6 +508,11 @@ void add_study(CLI::App& program, Session& session)
             "Another program's points beside ours: a CSV with the columns name, seconds, value "
             "or error, and unknowns")
         ->type_name("FILE");
+    command
+        ->add_option("--run-by", a->run_by,
+                     "A program that is called, and answers, as amontons run --json does (its "
+                     "cpu_seconds, if it tells them, count)")
+        ->type_name("PROGRAM");
     command->add_flag("--restart", a->restart, "Throw away what the folder has");
     command->add_flag("--keep", a->keep, "Keep the files of every run");
     command->add_option("--merge", a->merge, "Join the folders of shards")->type_name("DIR...");

@@ -574,4 +574,45 @@ BodyRecord record_body(const BodySystem& system, std::size_t b, const BodyStepRe
     return r;
 }
 
+std::vector<ContactRecord> contact_records_of(const BodySystem& system, const BodyStepReport& step,
+                                              int obstacles)
+{
+    constexpr double kSticks = 1e-9; // slip per step below this share of the body sticks
+    const auto number = [&](int body, int obstacle) { // obstacles first, then bodies
+        return body < 0 ? obstacle : obstacles + body;
+    };
+    const std::vector<ContactPair>& pairs = system.finder.pairs();
+    std::vector<ContactRecord> all;
+    for (std::size_t c = 0; c < step.contacts.contact.size(); ++c) {
+        const BodyContact& k = step.contacts.contact[c];
+        if (step.force[c].isZero(0)) continue;
+        const ContactPair& pair = pairs[std::size_t(k.pair)];
+        ContactRecord r;
+        r.point = k.point;
+        if (pair.small) { // found where the run began: told where the body is now
+            const SolidBody& solid = *system.refs[std::size_t(k.a)].solid;
+            const auto node = std::size_t(k.id % kNodeNumbers);
+            r.point += solid.places()[node] - solid.first_places()[node];
+        }
+        r.force = step.force[c];
+        r.normal = k.frame.col(0);
+        r.slip = step.slip[c];
+        r.normal_force = r.normal.dot(r.force);
+        r.clustered_force = r.normal_force;
+        r.gap = k.gap;
+        r.pressure = k.area > 0 ? r.normal_force / k.area : 0;
+        r.area = k.area;
+        const Vec3 tangential = r.force - r.normal_force * r.normal;
+        const double size = system.refs[std::size_t(k.a)].body->size();
+        const bool slips =
+            tangential.norm() >= (1 - 1e-6) * friction_of(pairs, k) * r.normal_force ||
+            r.slip.norm() > kSticks * size;
+        r.status = slips ? ContactStatus::slip : ContactStatus::stick;
+        r.body_a = number(k.a, 0);
+        r.body_b = number(k.b, pair.obstacle);
+        all.push_back(r);
+    }
+    return all;
+}
+
 } // namespace amontons

@@ -12,6 +12,10 @@ namespace amontons {
 std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obstacle>& obstacles,
                                       const BodySystem& system, const BodyStepReport& step);
 
+/// The contacts of a step that carry something. Bodies are numbered as in contact_bodies(scene).
+std::vector<ContactRecord> contact_records_of(const BodySystem& system, const BodyStepReport& step,
+                                              int obstacles);
+
 /// A rod as a line, with what its sections carry.
 BeamRecord record_rod(const RodBody& rod, const std::string& name);
 

@@ -226,7 +226,6 @@ BodySimulation::BodySimulation(const Scene& scene, std::vector<Obstacle> obstacl
     s.system = build_bodies(s.scene, s.obstacles, s.warnings, options.refuse);
     for (const BodyRef& b : s.system->refs)
         if (b.solid) b.solid->use_threads(options.threads);
-    s.curves = held_curves(s.scene);
     s.add_inputs();
     outside_of(s.scene); // a function that it names is registered
 }
@@ -296,7 +295,8 @@ StepResult BodySimulation::State::step_path()
     return tell(std::move(r));
 }
 
-/// Drives and loads: the bodies' own curves count. Along a path the time of a step is unknown.
+/// Drives, holds and loads: the bodies' own curves count. Along a path the time of a step is
+/// unknown.
 void BodySimulation::State::add_inputs()
 {
     for (const BodyRef& b : system->refs)
@@ -304,7 +304,7 @@ void BodySimulation::State::add_inputs()
                                   : b.solid ? b.solid->live_curves()
                                             : b.rod->live_curves()) {
             curves.push_back(c.curve);
-            if (scene.time.path == 0)
+            if (scene.time.path == 0 && !c.name.empty())
                 inputs.add({c.name, c.unit, c.lower, c.upper}, *c.curve, c.missing);
         }
 }

@@ -11,11 +11,6 @@
 // What a simulation of bodies tells of its steps and at its end.
 
 namespace amontons {
-namespace {
-
-constexpr double kSticks = 1e-9; // slip per step below this share of the body sticks
-
-} // namespace
 
 StepRecord BodySimulation::State::record(double h, double seconds)
 {
@@ -51,46 +46,14 @@ StepRecord BodySimulation::State::record(double h, double seconds)
         worst.step = step;
     }
     out.certificate.certified = out.certificate.error <= out.certificate.tolerance;
-    const auto number = [&](int body, int obstacle) { // obstacles first, then bodies
-        return body < 0 ? obstacle : int(obstacles.size()) + body;
-    };
-    const std::vector<ContactPair>& pairs = system->finder.pairs();
-    for (std::size_t c = 0; c < last.contacts.contact.size(); ++c) {
-        const BodyContact& k = last.contacts.contact[c];
-        if (last.force[c].isZero(0)) continue;
-        const ContactPair& pair = pairs[std::size_t(k.pair)];
-        ContactRecord r;
-        r.point = k.point;
-        if (pair.small) { // found where the run began: told where the body is now
-            const SolidBody& solid = *system->refs[std::size_t(k.a)].solid;
-            const auto node = std::size_t(k.id % kNodeNumbers);
-            r.point += solid.places()[node] - solid.first_places()[node];
-        }
-        r.force = last.force[c];
-        r.normal = k.frame.col(0);
-        r.slip = last.slip[c];
-        r.normal_force = r.normal.dot(r.force);
-        r.clustered_force = r.normal_force;
-        r.gap = k.gap;
-        r.pressure = k.area > 0 ? r.normal_force / k.area : 0;
-        r.area = k.area;
-        const Vec3 tangential = r.force - r.normal_force * r.normal;
-        const double size = system->refs[std::size_t(k.a)].body->size();
-        const bool slips =
-            tangential.norm() >= (1 - 1e-6) * friction_of(pairs, k) * r.normal_force ||
-            r.slip.norm() > kSticks * size;
-        r.status = slips ? ContactStatus::slip : ContactStatus::stick;
-        r.body_a = number(k.a, 0);
-        r.body_b = number(k.b, pair.obstacle);
-        out.contacts.push_back(r);
-    }
+    out.contacts = contact_records_of(*system, last, int(obstacles.size()));
     for (const BodyRef& b : system->refs)
         if (b.rod) out.beams.push_back(record_rod(*b.rod, b.name));
     out.quantities = body_quantities(scene, obstacles, *system, last);
     for_instruments([&](int rod, int b) {
         const double depth = system->refs[std::size_t(b)].rod->length_out_of_sheath();
-        record_instrument(out.beams[std::size_t(rod)], number(b, 0), depth, scene.output.cluster,
-                          out);
+        record_instrument(out.beams[std::size_t(rod)], int(obstacles.size()) + b, depth,
+                          scene.output.cluster, out);
     });
     return out;
 }

@@ -266,6 +266,7 @@ NewtonReport solve_together(Coaxial& c, const std::vector<StepStart>& start,
     order_nodes(c);
     double shift = c.shift = 0;
     for (report.iterations = 0; report.iterations <= options.max_iterations; ++report.iterations) {
+        if (stopped(options)) return report;
         report.residual = assemble_coaxial(c, start, nested, anchors, near, report);
         const Residual& res = report.residual;
         if (!std::isfinite(res.equilibrium)) return report;

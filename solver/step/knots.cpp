@@ -4,19 +4,6 @@
 
 namespace amontons {
 
-std::vector<const CurvePoints*> held_curves(const Scene& scene)
-{
-    std::vector<const CurvePoints*> all;
-    for (const SolidInput& s : scene.solids)
-        for (const HoldInput& h : s.hold)
-            all.insert(all.end(), {&h.x, &h.y, &h.z, &h.angle, &h.over});
-    for (const RodInput& r : scene.rods)
-        for (const RodHold& h : r.hold)
-            all.insert(all.end(), {&h.x, &h.y, &h.z, &h.angle});
-    std::erase_if(all, [](const CurvePoints* c) { return c->empty(); });
-    return all;
-}
-
 double next_knot(const std::vector<const CurvePoints*>& curves, double time, double end)
 {
     double next = end;

@@ -1,14 +1,10 @@
 #pragma once
 
-#include "solver/scene/scene.hpp"
+#include "mesh/base/curve.hpp"
 
 #include <vector>
 
 namespace amontons {
-
-/// The curves over time of what is held. A step must not pass their knots, nor those of drives and
-/// loads, which are the bodies' own (live_curve.hpp).
-std::vector<const CurvePoints*> held_curves(const Scene& scene);
 
 /// The first knot after a time, at most `end` [s].
 double next_knot(const std::vector<const CurvePoints*>& curves, double time, double end);

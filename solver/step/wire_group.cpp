@@ -85,6 +85,7 @@ NewtonOptions newton_options(const WireGroup& g, const std::vector<BaseTarget>& 
     NewtonOptions o;
     o.tolerance = g.wires[0]->tolerance;
     o.longest_move = std::numeric_limits<double>::infinity();
+    o.stop = g.stop;
     for (std::size_t w = 0; w < g.wires.size(); ++w) {
         const WireBody& b = *g.wires[w];
         double radius = 0;

@@ -15,6 +15,26 @@ struct GroupState {
     std::vector<std::vector<Reaction>> nested;
 };
 
+/// While it is there, solves of these groups look at `stop`.
+class Listening {
+public:
+    Listening(std::vector<WireGroup>& groups, const std::atomic<bool>& stop) : groups_(groups)
+    {
+        for (WireGroup& g : groups_)
+            g.stop = &stop;
+    }
+    ~Listening()
+    {
+        for (WireGroup& g : groups_)
+            g.stop = nullptr;
+    }
+    Listening(const Listening&) = delete;
+    Listening& operator=(const Listening&) = delete;
+
+private:
+    std::vector<WireGroup>& groups_;
+};
+
 GroupState state_of(const WireGroup& group);
 void restore(WireGroup& group, const GroupState& state);
 /// Puts the wires back and says why.

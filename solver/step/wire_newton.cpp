@@ -220,6 +220,7 @@ NewtonReport solve_on_tangents(Wire& wire, const std::vector<WireWall>& walls,
     }
     double shift = w.shift = 0;
     for (report.iterations = 0; report.iterations <= options.max_iterations; ++report.iterations) {
+        if (stopped(options)) return report;
         assemble_iterate(wire, walls, start, anchor, options, w, report);
         report.residual = residual_of_iterate(wire, w);
         const Residual& res = report.residual;

@@ -42,8 +42,13 @@ struct NewtonOptions {
     int max_iterations = 16;
     double reach = 0;        ///< contacts nearer than this enter the linear problem [m]
     double longest_move = 0; ///< of a node in one iteration [m]
-    const std::atomic<bool>* stop = nullptr; ///< set from elsewhere: no further statuses are tried
+    const std::atomic<bool>* stop = nullptr; ///< set from elsewhere: there is no answer then
 };
+
+inline bool stopped(const NewtonOptions& options)
+{
+    return options.stop && *options.stop;
+}
 
 /// Before the active rows are closed exactly.
 constexpr int kIterationsBeforeClosing = 8;

@@ -125,6 +125,10 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
     int taken = 0;
     for (r.relaxations = 0; r.relaxations < most; ++r.relaxations) {
         if (part && taken > 0 && r.newton.iterations >= part->most) break;
+        if (stopped(options)) {
+            refuse(g, old, r, "interrupted");
+            return r;
+        }
         const GroupState before = state_of(g);
         const GroupStart start = start_of(g);
         const bool lags = std::any_of(g.wires.begin(), g.wires.end(), [](const WireBody* b) {

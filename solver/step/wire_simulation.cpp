@@ -454,6 +454,7 @@ StepResult WireSimulation::step(const std::atomic<bool>& stop, double not_beyond
     sum.status = "running";
     sum.message.clear();
     const State::Unmoved before = s.unmoved();
+    const Listening listening(s.groups, stop);
     if (!s.started) {
         StepResult first = s.begin(stop);
         if (first.outcome != StepResult::Outcome::accepted) s.undo(before);
@@ -483,6 +484,10 @@ StepResult WireSimulation::step(const std::atomic<bool>& stop, double not_beyond
         const bool unstable = refusal.ends_with("unstable");
         const bool relax = h <= (unstable ? kRelaxUnstable : kRelaxFailed) * s.longest();
         if (s.advance(h, report, refusal, relax, kept)) break;
+        if (stop) {
+            s.undo(before);
+            return interrupted_step();
+        }
         ++s.retries;
         if (report.lasting || h <= s.smallest()) {
             std::string why = "step " + std::to_string(s.step + 1) +

@@ -132,7 +132,7 @@ StepReport try_or_relax(WireGroup& g, const std::vector<BaseTarget>& to)
 
 StepReport try_step(WireBody& b, double insertion, double twist, double length, bool any_balance)
 {
-    WireGroup g{{&b}, nullptr};
+    WireGroup g{{&b}};
     return try_step(g, {{insertion, twist}}, length, any_balance);
 }
 

@@ -3,6 +3,7 @@
 #include "solver/output/step_record.hpp"
 #include "solver/step/wire_newton.hpp"
 
+#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -76,7 +77,8 @@ struct Coaxial; // solver/step/coaxial.hpp
 /// Wires that are solved together: one alone, or instruments in one another.
 struct WireGroup {
     std::vector<WireBody*> wires;
-    Coaxial* coaxial = nullptr; ///< of instruments in one another
+    Coaxial* coaxial = nullptr;              ///< of instruments in one another
+    const std::atomic<bool>* stop = nullptr; ///< set from elsewhere: a step is refused then
 };
 
 /// Tries to bring the wires from their present equilibrium to new bases in one step.

@@ -3,11 +3,12 @@
 import json
 import os
 from collections.abc import Mapping
+from typing import NoReturn
 
 from .errors import InputError
 
 
-def refuse(place, found, allowed, file=""):
+def refuse(place: str, found: str, allowed: str, file: str = "") -> NoReturn:
     """Raises InputError for one thing that is wrong."""
     where = ": ".join(part for part in (file, place) if part)
     error = InputError(f"{where}: found {found}, allowed: {allowed}")
@@ -29,7 +30,7 @@ def plain(value):
 def to_json(value, place):
     """@raises InputError: no JSON, or a number that is not finite"""
     try:
-        return json.dumps(value, default=plain, allow_nan=False)
+        return json.dumps(value, default=plain, allow_nan=False, separators=(",", ":"))
     except TypeError:
         refuse(place, f"a {type(value).__name__} that is no JSON", "numbers, texts, lists, dicts and numpy's arrays")
     except ValueError as error:

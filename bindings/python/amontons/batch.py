@@ -1,11 +1,17 @@
 """Many simulations at once."""
 
+from __future__ import annotations
+
 import os
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._arguments import refuse
+from .image import Camera, _options
 from .scene import Scene
 from .simulation import Simulation
 
@@ -26,7 +32,8 @@ class Batch:
     ([0, 0], [-4.905, -0.81])
     """
 
-    def __init__(self, scene, count, *, set=None, threads=None):
+    def __init__(self, scene: Scene | str | os.PathLike | Mapping, count: int, *,
+                 set: Sequence[Mapping[str, Any]] | None = None, threads: int | None = None):
         if not isinstance(scene, Scene):
             scene = Scene(scene)
         if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
@@ -47,30 +54,32 @@ class Batch:
         #: (count, k) writable: what is written here is where the drive is when the next step ends, as Inputs.
         self.inputs = np.zeros((len(changes), len(self.names)))
         self._told = self.inputs.copy()
-        self._native = _native.Batch(self.simulations, int(threads))
+        self._threads = int(threads)
+        self._native = _native.Batch(self.simulations, self._threads)
         self._look()
 
     def _look(self):
         self._native.get_inputs(self._told)
         self.inputs[...] = self._told
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.simulations)
 
     @property
-    def messages(self):
+    def messages(self) -> list[str]:
         """(count,) why each failed at the last advance(); "" if it did not."""
         return self._native.messages
 
-    def advance(self, seconds, *, where=None):
+    def advance(self, seconds: float, *, where: ArrayLike | None = None) -> NDArray[np.int8]:
         """All, or those where `where` (count,) is true, go on by so many seconds. The first call also finds the state
         at the start.
 
         Returns (count,) int8: 0 moved, 1 at its scene's end, 2 failed: it is as after its last accepted step, and
         `messages` says why. Raises InputError, and nothing moves, if an input is out of its range.
         """
-        if self.inputs.shape != self._told.shape or self.inputs.dtype != np.float64:
-            refuse("inputs", f"shape {self.inputs.shape} of {self.inputs.dtype}", f"{self._told.shape} of doubles")
+        if not isinstance(self.inputs, np.ndarray) or self.inputs.shape != self._told.shape or self.inputs.dtype != np.float64:
+            found = getattr(self.inputs, "dtype", type(self.inputs).__name__)
+            refuse("inputs", f"shape {np.shape(self.inputs)} of {found}", f"{self._told.shape} of doubles")
         self._native.set_inputs(self.inputs, self._told, where)
         kept = None if where is None else ~np.asarray(where, dtype=bool)
         waiting = self.inputs[kept] if kept is not None else None
@@ -81,28 +90,46 @@ class Batch:
             if kept is not None:
                 self.inputs[kept] = waiting
 
-    def quantity(self, name, out=None):
+    def quantity(self, name: str, out: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
         """(count,) a column of history.csv after the last step of each."""
         return self._native.quantity(name, out)
 
-    def points(self, body, count, out=None):
+    def points(self, body: str, count: int, out: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
         """(len(self), count, 3) points of a wire or rod, at equal distances along it, from the tip on [m]."""
         return self._native.points(body, count, out)
 
-    def save(self):
+    def xray(self, camera: Camera, size: tuple[int, int] = (256, 256), out: NDArray[np.uint8] | None = None, *,
+             attenuation: float = 2000.0, white: float = 200.0, noise: float = 5.0, seed: int = 0) -> NDArray[np.uint8]:
+        """(len(self), height, width) uint8: an image of each as amontons.xray draws it, with the seeds seed, seed + 1, ...
+
+        out: an array of that shape to write to.
+        """
+        options = _options(camera, size, attenuation, white, noise, seed)
+        return _native.xray_of_simulations(self.simulations, *options, self._threads, out)
+
+    def save(self) -> list[bytes]:
         """The state of each, for restore()."""
         return [s.save() for s in self.simulations]
 
-    def restore(self, states, where=None):
-        """Puts back states, of all or of those where `where` is true: a list of len(self), others' entries unused."""
+    def restore(self, states: Sequence[bytes], where: ArrayLike | None = None) -> None:
+        """Puts back states, of all or of those where `where` is true: a list of len(self), others' entries unused.
+
+        InputError, and all are as they were, where one of them is of another scene.
+        """
         if len(states) != len(self):
             refuse("states", f"{len(states)}", f"{len(self)}, one for each simulation")
         chosen = np.ones(len(self), bool) if where is None else np.asarray(where, dtype=bool)
         if chosen.shape != (len(self),):
             refuse("where", f"shape {chosen.shape}", f"({len(self)},)")
-        for simulation, state, take in zip(self.simulations, states, chosen):
-            if take:
+        before = self.save()
+        try:
+            for simulation, state, take in zip(self.simulations, states, chosen):
+                if take:
+                    simulation.restore(state)
+        except Exception:
+            for simulation, state in zip(self.simulations, before):
                 simulation.restore(state)
+            raise
         self._native.note_times()
         self._look()
 

@@ -1,30 +1,41 @@
 """What the program does in processes of its own: studies and validation."""
 
+from __future__ import annotations
+
 import json
 import os
 import subprocess
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from . import _native
 from ._arguments import refuse, to_json
+from ._points import run_study
 from .errors import InputError, ModuleMissing, SolveFailed
 from .scene import Scene
 
 
-def _program(arguments, may_fail=()):
-    """Runs amontons and gives its answer in JSON."""
+def _program(arguments, may_fail=(), by_functions=False):
+    """Runs amontons and gives its answer in JSON.
+
+    by_functions: the points of a study ask functions that are registered in this process.
+    """
     program = _native.program_path()
     if not os.access(program, os.X_OK):
         raise ModuleMissing(f"the program amontons is not at {program}: ./setup.sh install installs both")
-    result = subprocess.run([program, *arguments, "--json"], capture_output=True, text=True, stdin=subprocess.DEVNULL)
-    code = result.returncode
-    last = (result.stderr.strip().splitlines() or [""])[-1]
+    command = [program, *arguments, "--json"]
+    if by_functions:
+        code, output, errors = run_study(command)
+    else:
+        result = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+        code, output, errors = result.returncode, result.stdout, result.stderr
+    last = (errors.strip().splitlines() or [""])[-1]
     if code == 2:
         error = InputError(last.removeprefix("error: "))
         try:
-            error.issues = json.loads(result.stdout)["issues"]
+            error.issues = json.loads(output)["issues"]
         except (ValueError, KeyError):
             error.issues = [{"file": "", "place": arguments[0], "found": last, "allowed": ""}]
         raise error
@@ -32,7 +43,7 @@ def _program(arguments, may_fail=()):
         raise KeyboardInterrupt
     if code != 0 and code not in may_fail:
         raise SolveFailed(last or f"amontons ended with exit code {code}")
-    return json.loads(result.stdout)
+    return json.loads(output)
 
 
 class Study:
@@ -48,11 +59,11 @@ class Study:
         self.reference = answer["reference"]
 
     @property
-    def pareto(self):
+    def pareto(self) -> list[dict[str, Any]]:
         """Rows that no other is better than in both error and time."""
         return [row for row in self.rows if row["pareto"]]
 
-    def to_pandas(self):
+    def to_pandas(self) -> Any:
         """The rows as a pandas.DataFrame."""
         import pandas
         return pandas.DataFrame(self.rows)
@@ -61,18 +72,43 @@ class Study:
         return f"<Study: {len(self.rows)} rows, order {self.order}>"
 
 
-def study(scene, *, sweep, quantity, reference="finest", output, jobs=1, max_time=None):
+def _names_function(file):
+    """Whether a scene's file asks for a contact solver of this process; what is wrong with it the study says."""
+    try:
+        return _asks_function(Scene(file))
+    except InputError:
+        return False
+
+
+def _asks_function(scene):
+    return bool(scene.resolved.get("contact_solver", {}).get("function"))
+
+
+def study(scene: Scene | str | os.PathLike | Mapping, *, sweep: Mapping[str, Sequence], quantity: str,
+          reference: str | float = "finest", output: str | os.PathLike, jobs: int = 1, max_time: float | None = None) -> Study:
     """Runs a scene with every combination of the values, each in a process of its own (docs/studies.md).
 
     scene: a file, a Scene or a dict; what is no file as it stands is written to OUTPUT.json. sweep:
     {"time.step": [0.1, 0.05]}. quantity: a name of a run's quantities. reference: "finest", a number or a file.
     output: the folder; a study that is there goes on. max_time: wall time of a run [s].
 
+    {"contact_solver.function": ["", "mine"]} compares ours with one of register_solver. Where a scene or the sweep names
+    functions, all its runs are made in this process, one after another (jobs: 1), and their times begin with the scene's
+    text in memory.
+
     Returns a Study. Raises InputError, or SolveFailed if no run got there.
     """
     output = os.fspath(output)
     if not isinstance(sweep, Mapping) or not sweep:
         refuse("sweep", repr(sweep)[:60], '{"PATH": [values]}')
+    by_functions = any("contact_solver" in path for path in sweep)
+    if not by_functions and not isinstance(scene, (str, os.PathLike)):
+        scene = scene if isinstance(scene, Scene) else Scene(scene)
+        by_functions = _asks_function(scene)
+    elif not by_functions and isinstance(scene, (str, os.PathLike)):
+        by_functions = _names_function(os.fspath(scene))
+    if by_functions and jobs != 1:
+        refuse("jobs", repr(jobs), "1: functions of this process are asked one after another")
     arguments = ["study"]
     if isinstance(scene, (str, os.PathLike)):
         arguments.append(os.fspath(scene))
@@ -84,15 +120,16 @@ def study(scene, *, sweep, quantity, reference="finest", output, jobs=1, max_tim
     for path, values in sweep.items():
         if isinstance(values, (str, bytes)) or not isinstance(values, (Sequence, np.ndarray)) or len(values) == 0:
             refuse(f"sweep[{path!r}]", repr(values)[:60], "a list of values")
-        arguments += ["--sweep", f"{path}=" + ",".join(v if isinstance(v, str) else to_json(v, path).replace(" ", "")
+        arguments += ["--sweep", f"{path}=" + ",".join(v if isinstance(v, str) and v else to_json(v, path)
                                                        for v in values)]
     arguments += ["--quantity", quantity, "--reference", str(reference), "--output", output, "--jobs", str(jobs)]
     if max_time is not None:
         arguments += ["--max-time", str(max_time)]
-    return Study(_program(arguments))
+    return Study(_program(arguments, by_functions=by_functions))
 
 
-def validate(*cases, suite=None, report=None):
+def validate(*cases: str | os.PathLike, suite: str | None = None,
+             report: str | os.PathLike | None = None) -> list[dict[str, Any]]:
     """Compares with published results; all cases without arguments. suite: "benchmarks", "stability" or "random".
     report: a folder for HTML, CSV and plots.
 

@@ -1,8 +1,13 @@
 """Contact problems of their own: u = W r + q with Signorini's and Coulomb's laws."""
 
+from __future__ import annotations
+
 import os
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._arguments import refuse
@@ -60,12 +65,12 @@ class ContactProblem:
     Raises InputError with all that is wrong.
     """
 
-    def __init__(self, W, q, mu, kinds=None, level="position"):
-        q = _numbers(q, "q", 1)
-        kinds = [] if kinds is None else [str(k) for k in kinds]
-        mu = np.asarray(mu) if not isinstance(mu, (int, float)) else np.asarray(float(mu))
-        contacts = len(kinds) if kinds else -(-len(q) // 3)
-        mu = _numbers(np.full(contacts, mu) if mu.ndim == 0 else mu, "mu", 1)
+    def __init__(self, W: Any, q: ArrayLike, mu: ArrayLike, kinds: Sequence[str] | None = None, level: str = "position"):
+        free = _numbers(q, "q", 1)
+        names = [] if kinds is None else [str(k) for k in kinds]
+        given = np.asarray(mu) if not isinstance(mu, (int, float)) else np.asarray(float(mu))
+        contacts = len(names) if names else -(-len(free) // 3)
+        friction = _numbers(np.full(contacts, given) if given.ndim == 0 else given, "mu", 1)
         if hasattr(W, "tocsc"):
             form = _columns(W, "W")
         elif isinstance(W, tuple) and len(W) == 2 and callable(W[0]):
@@ -74,7 +79,7 @@ class ContactProblem:
             form = ("function", W[0], *_columns(W[1], "W")[1:])
         else:
             form = ("dense", _numbers(W, "W", 2))
-        self._native = _native.Problem(form, q, mu, kinds, level)
+        self._native = _native.Problem(form, free, friction, names, level)
 
     @classmethod
     def _of(cls, native):
@@ -88,9 +93,9 @@ class ContactProblem:
     kinds = property(lambda self: self._native.kinds, doc="(n,) texts")
     level = property(lambda self: self._native.level, doc="'position' or 'velocity'")
     #: (m,) of a problem from a step or a file: its reaction; else None.
-    reaction = None
+    reaction: NDArray[np.float64] | None = None
     #: (n,) int32 of a problem from a step: what each contact is there; else None.
-    identity = None
+    identity: NDArray[np.int32] | None = None
     title = ""
 
     def __repr__(self):
@@ -107,8 +112,10 @@ def _problem(W, q, mu, kinds, level):
     return ContactProblem(W, q, mu, kinds, level)
 
 
-def solve(W, q=None, mu=None, *, kinds=None, level="position", tolerance=1e-8, solver="auto", max_iterations=None,
-          max_seconds=None, warm_start=None, threads=1, analyse=False, least_norm=False):
+def solve(W: Any, q: ArrayLike | None = None, mu: ArrayLike | None = None, *, kinds: Sequence[str] | None = None,
+          level: str = "position", tolerance: float = 1e-8, solver: str = "auto", max_iterations: int | None = None,
+          max_seconds: float | None = None, warm_start: ArrayLike | None = None, threads: int = 1, analyse: bool = False,
+          least_norm: bool = False) -> _native.ContactSolution:
     """Solves u = W r + q with Signorini's and Coulomb's laws.
 
     W, q, mu, kinds, level: as ContactProblem; or W is one. tolerance: of the natural map's relative error.
@@ -130,7 +137,8 @@ def solve(W, q=None, mu=None, *, kinds=None, level="position", tolerance=1e-8, s
                          bool(least_norm))
 
 
-def certify(W, q=None, mu=None, r=None, *, kinds=None, level="position", tolerance=1e-8):
+def certify(W: Any, q: ArrayLike | None = None, mu: ArrayLike | None = None, r: ArrayLike | None = None, *,
+            kinds: Sequence[str] | None = None, level: str = "position", tolerance: float = 1e-8) -> _native.Certificate:
     """How good a reaction r (m,) is, from the problem alone: a Certificate. W may be a ContactProblem."""
     problem = _problem(W, q, mu, kinds, level)
     if r is None:
@@ -138,24 +146,24 @@ def certify(W, q=None, mu=None, r=None, *, kinds=None, level="position", toleran
     return _native.certify(problem._native, _numbers(r, "r", 1), tolerance)
 
 
-def _need_fclib():
+def need_fclib():
     if not _native.find_module("fclib"):
         raise ModuleMissing("contact problems in files need the module fclib: apt-get install libfclib-dev, "
                             "then ./setup.sh install")
 
 
-def read_fclib(path):
+def read_fclib(path: str | os.PathLike) -> ContactProblem:
     """The ContactProblem of an FCLib file; of a global one what its bodies leave of it. InputError, ModuleMissing."""
-    _need_fclib()
+    need_fclib()
     native, r, u, title, description, info = _native.read_fclib(os.fspath(path))
     problem = ContactProblem._of(native)
     problem.reaction, problem.title = r, title
     return problem
 
 
-def write_fclib(path, problem, solution=None, *, title=""):
+def write_fclib(path: str | os.PathLike, problem: ContactProblem, solution: Any = None, *, title: str = "") -> None:
     """Writes a problem, with a ContactSolution or a reaction (m,), as an FCLib file. InputError, WriteError."""
-    _need_fclib()
+    need_fclib()
     r = u = None
     if solution is not None:
         r = solution.reaction if hasattr(solution, "reaction") else _numbers(solution, "solution", 1)
@@ -165,7 +173,7 @@ def write_fclib(path, problem, solution=None, *, title=""):
     _native.write_fclib(os.fspath(path), problem._native, r, u, title or problem.title)
 
 
-def register_solver(name, function):
+def register_solver(name: str, function: Callable[..., ArrayLike] | None) -> None:
     """Lets scenes name a contact solver of one's own: {"contact_solver": {"function": name}}.
 
     name: a text. function: of (W, q, mu), called inside the steps of such scenes by the thread that steps. W: (m, m)

@@ -1,5 +1,7 @@
 """What the package raises. Everything else that it lets through is Python's own."""
 
+from typing import Any
+
 
 class InputError(ValueError):
     """Bad input; nothing has run.
@@ -16,8 +18,8 @@ class SolveFailed(RuntimeError):
     record: the last accepted step's, or None. summary: of run(), else None.
     """
 
-    record = None
-    summary = None
+    record: Any = None
+    summary: Any = None
     time = 0.0
     step = 0
 

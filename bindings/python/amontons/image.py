@@ -1,12 +1,17 @@
 """Images as a fluoroscope takes them, without a display."""
 
+from __future__ import annotations
+
 import dataclasses
+import operator
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _native
 from ._arguments import refuse
-from .batch import Batch
 
 
 @dataclasses.dataclass(frozen=True)
@@ -17,10 +22,10 @@ class Camera:
     the image on that plane [m]; pixels are square.
     """
 
-    source: tuple
-    target: tuple
+    source: Sequence[float]
+    target: Sequence[float]
     width: float
-    up: tuple = (0, 0, 1)
+    up: Sequence[float] = (0, 0, 1)
 
     def _numbers(self):
         try:
@@ -33,18 +38,37 @@ class Camera:
         ray = all[1] - all[0]
         if not np.linalg.norm(np.cross(ray, all[2])) > 1e-9 * np.linalg.norm(ray) * np.linalg.norm(all[2]):
             refuse("camera.up", f"{all[2].tolist()} beside the ray {ray.tolist()}", "another direction, neither zero")
-        if not (np.isfinite(self.width) and self.width > 0):
-            refuse("camera.width", f"{self.width}", "> 0 [m]")
+        if not isinstance(self.width, (int, float, np.integer, np.floating)) or not (np.isfinite(self.width) and self.width > 0):
+            refuse("camera.width", f"{self.width!r}", "> 0 [m]")
         return np.concatenate([*all, [self.width]])
 
 
-def xray(what, camera, size=(256, 256), *, attenuation=2000.0, white=200.0, noise=5.0, seed=0, radius=None):
+def _options(camera: Camera, size: Any, attenuation: float, white: float, noise: float,
+             seed: int) -> tuple[NDArray[np.float64], int, int, float, float, float, int]:
+    if not isinstance(camera, Camera):
+        refuse("camera", f"a {type(camera).__name__}", "a Camera")
+    numbers = camera._numbers()
+    try:
+        height, width = (operator.index(n) for n in size)
+        seed = operator.index(seed)
+    except (TypeError, ValueError):
+        refuse("size", f"{size!r}, and seed {seed!r}", "(height, width) and a seed in whole numbers")
+    if not (1 <= height <= 8192 and 1 <= width <= 8192):
+        refuse("size", f"{(height, width)}", "1 to 8192 pixels each")
+    for name, value in (("attenuation", attenuation), ("white", white), ("noise", noise)):
+        if not isinstance(value, (int, float, np.integer, np.floating)) or not (np.isfinite(value) and value >= 0):
+            refuse(name, f"{value!r}", "finite, >= 0")
+    return numbers, height, width, float(attenuation), float(white), float(noise), seed % 2**64
+
+
+def xray(what: Any, camera: Camera, size: tuple[int, int] = (256, 256), *, attenuation: float = 2000.0, white: float = 200.0,
+         noise: float = 5.0, seed: int = 0, radius: float | None = None) -> NDArray[np.uint8]:
     """A fluoroscopic image of wires and rods: white exp(-attenuation l), l the mean length of a pixel's rays in them.
 
-    what: a Simulation; a Batch, whose images get the seeds seed, seed + 1, ...; or (n, 3) points of a line, with its
-    radius [m]. size: (height, width) in pixels. attenuation [1/m]. noise: standard deviation of Gaussian noise in greys.
+    what: a Simulation; or (n, 3) points of a line, with its radius [m]. (Of a Batch: Batch.xray.) size: (height, width)
+    in pixels. attenuation [1/m]. noise: standard deviation of Gaussian noise in greys.
 
-    Returns (height, width) uint8, of a Batch (count, height, width). The same bits for the same arguments.
+    Returns (height, width) uint8. The same bits for the same arguments.
 
     >>> import amontons as am
     >>> line = [[-1, 0, 0], [1, 0, 0]]
@@ -52,24 +76,17 @@ def xray(what, camera, size=(256, 256), *, attenuation=2000.0, white=200.0, nois
     >>> image[:, 2].tolist() == [200, 200, image[2, 2], 200, 200], bool(image[2, 2] < 200)
     (True, True)
     """
-    numbers = camera._numbers()
-    try:
-        height, width = (int(n) for n in size)
-    except (TypeError, ValueError):
-        refuse("size", repr(size), "(height, width)")
-    if not (1 <= height <= 8192 and 1 <= width <= 8192):
-        refuse("size", f"{(height, width)}", "1 to 8192 pixels each")
-    for name, value in (("attenuation", attenuation), ("white", white), ("noise", noise)):
-        if not (np.isfinite(value) and value >= 0):
-            refuse(name, f"{value}", "finite, >= 0")
-    rest = (numbers, height, width, float(attenuation), float(white), float(noise), int(seed) % 2**64)
-    if isinstance(what, Batch):
-        return _native.xray_of_simulations(what.simulations, *rest)
+    options = _options(camera, size, attenuation, white, noise, seed)
     if isinstance(what, _native.Stepper):
-        return _native.xray_of_simulations([what], *rest)[0]
-    points = np.asarray(what, float)
+        return _native.xray_of_simulations([what], *options, 1, None)[0]
+    if hasattr(what, "xray"):
+        return what.xray(camera, size, attenuation=attenuation, white=white, noise=noise, seed=seed)
+    try:
+        points = np.asarray(what, float)
+    except (TypeError, ValueError):
+        refuse("what", f"a {type(what).__name__}", "a Simulation, a Batch, or (n, 3) finite points")
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         refuse("what", f"shape {points.shape}", "a Simulation, a Batch, or (n, 3) finite points")
-    if radius is None or not (np.isfinite(radius) and radius > 0):
-        refuse("radius", f"{radius}", "> 0 [m]")
-    return _native.xray_of_line(points, float(radius), *rest)[0]
+    if radius is None or not isinstance(radius, (int, float, np.integer, np.floating)) or not (np.isfinite(radius) and radius > 0):
+        refuse("radius", f"{radius!r}", "> 0 [m]")
+    return _native.xray_of_line(points, float(radius), *options)

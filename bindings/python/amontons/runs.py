@@ -1,27 +1,27 @@
 """Result folders of runs, read without VTK."""
 
+from __future__ import annotations
+
 import csv
 import json
 import os
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from ._arguments import refuse
-from ._vtk_xml import read_vtk
+from ._vtk_xml import Piece, read_vtk
 
 
-class History(Mapping):
-    """history.csv: name to (steps,) array; `units` has the units, by name."""
+# Columns of whole numbers.
+_COUNTS = ("step", "iterations", "factorisations", "retries", "contacts", "closed", "sweeps", "new_operator", "products")
 
-    def __init__(self, file):
-        try:
-            with open(file, newline="", encoding="utf-8") as stream:
-                rows = list(csv.reader(stream))
-        except OSError as error:
-            refuse("", error.strerror, "the history of a run", file)
-        if not rows or rows[0][:1] != ["step"]:
-            refuse("", "another table", "the history of a run, whose first column is step", file)
+
+class History(Mapping[str, np.ndarray]):
+    """A table of a run, history.csv above all: name to (rows,) array; `units` has the units, by name."""
+
+    def __init__(self, rows, file=""):
         self.units = {}
         self._columns = {}
         for k, head in enumerate(rows[0]):
@@ -36,7 +36,7 @@ class History(Mapping):
                 column = np.array([float(t) for t in texts])
             except ValueError:
                 column = np.array(texts)
-            if name in ("step", "iterations", "factorisations", "retries", "contacts") and column.dtype.kind == "f":
+            if name in _COUNTS and column.dtype.kind == "f":
                 column = column.astype(np.int64)
             column.flags.writeable = False
             self._columns[name] = column
@@ -51,10 +51,21 @@ class History(Mapping):
         return len(self._columns)
 
     def __repr__(self):
-        return f"<History: {len(self['step'])} steps, {', '.join(self)}>"
+        return f"<History: {len(next(iter(self._columns.values())))} rows, {', '.join(self)}>"
 
 
-class Frame(Mapping):
+def _read_history(file):
+    try:
+        with open(file, newline="", encoding="utf-8") as stream:
+            rows = list(csv.reader(stream))
+    except OSError as error:
+        refuse("", error.strerror, "the history of a run", file)
+    if not rows or rows[0][:1] != ["step"]:
+        refuse("", "another table", "the history of a run, whose first column is step", file)
+    return History(rows, file)
+
+
+class Frame(Mapping[str, Piece]):
     """What was written at one time: names of bodies, and "contacts", to Pieces. Read when it is asked for."""
 
     def __init__(self, folder, time, files):
@@ -74,7 +85,7 @@ class Frame(Mapping):
         return f"<Frame at {self.time:g} s: {', '.join(self)}>"
 
 
-class _Frames(Sequence):
+class _Frames(Sequence[Frame]):
     def __init__(self, folder, file):
         import xml.etree.ElementTree as tree
         path = os.path.join(folder, file)
@@ -109,7 +120,7 @@ class Run:
         return self._known[name]
 
     @property
-    def manifest(self):
+    def manifest(self) -> dict[str, Any]:
         """manifest.json as a dict (docs/outputs.md)."""
         def read():
             with open(os.path.join(self.folder, "manifest.json"), encoding="utf-8") as stream:
@@ -117,12 +128,12 @@ class Run:
         return self._once("manifest", read)
 
     @property
-    def history(self):
+    def history(self) -> History:
         """History: name to (steps,) array, with `units`."""
-        return self._once("history", lambda: History(os.path.join(self.folder, "history.csv")))
+        return self._once("history", lambda: _read_history(os.path.join(self.folder, "history.csv")))
 
     @property
-    def frames(self):
+    def frames(self) -> Sequence[Frame]:
         """Frames in the order of time."""
         def find():
             for file in self.manifest["files"]:
@@ -131,7 +142,7 @@ class Run:
             refuse("files", "no collection of frames", "a run that wrote one", os.path.join(self.folder, "manifest.json"))
         return self._once("frames", find)
 
-    def contacts(self, time):
+    def contacts(self, time: float) -> Piece:
         """The contacts of the last frame at or before a time [s], as a Piece: points and point_fields."""
         earlier = [f for f in self.frames if f.time <= time * (1 + 1e-12)]
         if not earlier:
@@ -142,6 +153,6 @@ class Run:
         return f"<Run {self.folder}: {self.manifest['status']}, {self.manifest['steps']} steps>"
 
 
-def read_run(folder):
+def read_run(folder: str | os.PathLike) -> Run:
     """The results in a folder that `amontons run` or Simulation.run has written. InputError if it is none."""
     return Run(folder)

@@ -1,8 +1,11 @@
 """Scenes: what is simulated."""
 
+from __future__ import annotations
+
 import json
 import os
 from collections.abc import Mapping
+from typing import Any
 
 from . import _native
 from ._arguments import overrides, refuse, to_json
@@ -26,7 +29,8 @@ class Scene:
     3
     """
 
-    def __init__(self, source, *, set={}, folder=None):
+    def __init__(self, source: str | os.PathLike | Mapping, *, set: Mapping[str, Any] = {},
+                 folder: str | os.PathLike | None = None):
         if isinstance(source, Mapping):
             text = to_json(source, "scene")
             file = "scene" if folder is None else os.path.join(os.fspath(folder), "scene")
@@ -44,7 +48,7 @@ class Scene:
         else:
             refuse("source", f"a {type(source).__name__}", "a file's name or a dict")
         self._text = _native.SceneText(text, file, overrides(set))
-        self._resolved = None
+        self._resolved: dict[str, Any] | None = None
 
     @classmethod
     def _of(cls, text):
@@ -52,11 +56,11 @@ class Scene:
         scene._text, scene._resolved = text, None
         return scene
 
-    def changed(self, set):
+    def changed(self, set: Mapping[str, Any]) -> Scene:
         """A copy with other values, as `set` of the constructor; of the text that was read then."""
         return Scene._of(self._text.changed(overrides(set)))
 
-    def check(self):
+    def check(self) -> dict[str, Any]:
         """What `amontons check --json` says, as a dict: bodies, surfaces, pairs, uses, leaves_out, predicted.
 
         Makes the bodies and runs nothing. Raises InputError as Simulation would.
@@ -64,15 +68,15 @@ class Scene:
         return self._text.check()
 
     @property
-    def resolved(self):
+    def resolved(self) -> dict[str, Any]:
         """The scene as a dict with every default filled in; a new one each time."""
         return json.loads(self._text.resolved())
 
-    def __getitem__(self, path):
+    def __getitem__(self, path: str) -> Any:
         """A value of `resolved` by its path: scene["bodies.wire.segments.0.EI"]."""
         if self._resolved is None:
             self._resolved = self.resolved
-        value = self._resolved
+        value: Any = self._resolved
         for part in str(path).replace("/", ".").strip(".").split("."):
             try:
                 value = value[int(part)] if isinstance(value, list) else value[part]
@@ -80,7 +84,7 @@ class Scene:
                 raise KeyError(path) from None
         return json.loads(json.dumps(value))
 
-    def save(self, path):
+    def save(self, path: str | os.PathLike) -> None:
         """Writes the resolved scene. InputError if files that it names would not be found from there."""
         path = os.fspath(path)
         home = os.path.dirname(os.path.abspath(self._text.file))
@@ -92,7 +96,7 @@ class Scene:
     def __eq__(self, other):
         return isinstance(other, Scene) and self._text.resolved() == other._text.resolved()
 
-    __hash__ = None
+    __hash__ = None  # type: ignore[assignment]
 
     def __reduce__(self):
         return _scene_again, (self._text.state(),)

@@ -1,17 +1,21 @@
 """Scenes in motion."""
 
+from __future__ import annotations
+
 import dataclasses
 import math
 import os
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._arguments import overrides, refuse
-from .contact import ContactProblem
+from .contact import ContactProblem, need_fclib
 from .errors import SolveFailed
 from .runs import read_run
 from .scene import Scene
@@ -64,25 +68,27 @@ class Inputs:
             refuse(str(name), "no such input", "one of " + ", ".join(self.names) if self.names else "none in this scene")
         return number
 
-    def __getitem__(self, name):
+    def __getitem__(self, name: str) -> float:
         return self._simulation.input(self._of(name))
 
-    def __setitem__(self, name, value):
+    def __setitem__(self, name: str, value: float) -> None:
         number = self._of(name)
-        try:
-            value = float(value)
-        except (TypeError, ValueError):
+        if not isinstance(value, (int, float, np.integer, np.floating)) and not (
+                isinstance(value, np.ndarray) and value.shape == () and value.dtype.kind in "fiu"):
             refuse(name, f"a {type(value).__name__}", "a number")
-        self._simulation.set_input(number, value)
+        self._simulation.set_input(number, float(value))
 
     @property
-    def values(self):
+    def values(self) -> NDArray[np.float64]:
         """(k,) all of them now, or as they were set; a copy. Assign an array to set all."""
         return np.array([self._simulation.input(k) for k in range(len(self.names))])
 
     @values.setter
-    def values(self, values):
-        values = np.asarray(values, dtype=float)
+    def values(self, values: ArrayLike) -> None:
+        values = np.asarray(values)
+        if values.dtype.kind not in "fiu":
+            refuse("inputs.values", f"an array of {values.dtype}", "numbers")
+        values = values.astype(float)
         if values.shape != (len(self.names),):
             refuse("inputs.values", f"shape {values.shape}", f"({len(self.names)},)")
         for name, value in zip(self.names, values):
@@ -142,7 +148,8 @@ class Simulation(_native.Stepper):
     True
     """
 
-    def __init__(self, scene, *, set={}, threads=1, cache=None):
+    def __init__(self, scene: Scene | str | os.PathLike | Mapping, *, set: Mapping[str, Any] = {}, threads: int = 1,
+                 cache: str | os.PathLike | None = None):
         if not isinstance(scene, Scene):
             scene = Scene(scene, set=set)
         elif set:
@@ -152,34 +159,34 @@ class Simulation(_native.Stepper):
         super().__init__(scene._text, int(threads), "" if cache is None else os.fspath(cache))
 
     @property
-    def scene(self):
+    def scene(self) -> Scene:
         """The Scene, with all that set() has changed."""
         return Scene._of(self.scene_text)
 
     @property
-    def inputs(self):
+    def inputs(self) -> Inputs:
         """Inputs: drives that can be led by hand."""
         if "_inputs" not in self.__dict__:
             self._inputs = Inputs(self)
         return self._inputs
 
     @property
-    def bodies(self):
+    def bodies(self) -> Mapping[str, _native.Body | _native.Beam]:
         """Mapping of names to Body, or of wires and rods to Beam, after the last step."""
         return _Bodies(self)
 
-    def set(self, path, value):
+    def set(self, path: str, value: Any) -> None:
         """Changes the scene between two steps. InputError, and nothing is changed, if the state does not fit then."""
         self.change(overrides({path: value}))
         self.__dict__.pop("_inputs", None)
 
-    def fork(self):
+    def fork(self) -> Simulation:
         """A simulation of the same scene and state, with a future of its own."""
         other = Simulation.__new__(Simulation)
         _native.Stepper.__init__(other, self)
         return other
 
-    def contact_problems(self):
+    def contact_problems(self) -> list[ContactProblem]:
         """ContactProblems of the last step, with the step's own `reaction` and the contacts' `identity`."""
         all = []
         for native, reaction, identity in _native.contact_problems(self):
@@ -188,12 +195,15 @@ class Simulation(_native.Stepper):
             all.append(problem)
         return all
 
-    def run(self, output=None, *, on_step=None, every=1, resume=False):
+    def run(self, output: str | os.PathLike | None = None, *, on_step: Callable[[_native.StepRecord], bool | None] | None = None,
+            every: int = 1, resume: bool = False, record: bool = False) -> RunSummary:
         """Steps to the scene's end.
 
         output: a folder for the files of `amontons run`; None writes none. on_step: called with the StepRecord of
         every `every`-th step, the first included; returning True ends the run. resume: goes on from the folder's
-        checkpoint. Returns a RunSummary. Raises SolveFailed, with `summary` and `record`, when a step fails;
+        checkpoint. record: keeps every step's contact problem as an FCLib file, in OUTPUT/record (read_fclib).
+
+        Returns a RunSummary. Raises SolveFailed, with `summary` and `record`, when a step fails;
         the files then hold all that was reached. Ctrl-C raises KeyboardInterrupt between two steps; the run can be
         resumed.
         """
@@ -203,11 +213,16 @@ class Simulation(_native.Stepper):
             refuse("every", repr(every), "a whole number >= 1")
         if resume and output is None:
             refuse("resume", "no output", "the folder of the run to go on with")
+        if record and output is None:
+            refuse("record", "no output", "the folder of the run that is recorded")
+        if record:
+            need_fclib()
         files = None
         if output is not None:
             output = os.fspath(output)
-            files = _native.RunFiles(self, output, bool(resume), list(sys.orig_argv))
-        summary = RunSummary(**_native.run(self, files, on_step, int(every)))
+            files = _native.RunFiles(self, output, bool(resume), bool(record), list(sys.orig_argv))
+        told, self._answer = _native.run(self, files, on_step, int(every))
+        summary = RunSummary(**told)
         if files is not None and summary.status == "done":
             summary = dataclasses.replace(summary, files=self._draw(files, output))
         if summary.status == "failed":
@@ -236,7 +251,7 @@ class Simulation(_native.Stepper):
             files.add(drawn)
         return tuple(drawn)
 
-    def __enter__(self):
+    def __enter__(self) -> Simulation:
         return self
 
     def __exit__(self, *_):

@@ -68,6 +68,12 @@ class BatchTest(Case):
         np.testing.assert_array_equal(batch.quantity("ball_z"), [fell[0], after[1], fell[2]])
         batch.advance(0.2, where=np.array([True, False, True]))
         np.testing.assert_array_equal(batch.quantity("ball_z"), after)
+        with self.refused("state"):
+            batch.restore([states[0], b"", states[2]])
+        np.testing.assert_array_equal(batch.quantity("ball_z"), after)
+        batch.inputs = 3
+        with self.refused("inputs"):
+            batch.advance(0.1)
 
     def test_one_that_fails_says_why_and_the_others_go_on(self):
         good = {"bodies.block.hold.0.z": [[0, 0], [1, -0.01]]}
@@ -95,6 +101,29 @@ class BatchTest(Case):
         np.testing.assert_array_equal(batch.points("wire", 1)[:, 0], points[:, 0])
         with self.refused("body"):
             batch.points("tube", 3)
+
+    def test_images_are_those_of_each(self):
+        batch = am.Batch(tube_and_wire(), 3, threads=2)
+        camera = am.Camera((0.03, -1, 0.03), (0.03, 0, 0.03), 0.1, (0, 0, 1))
+        with self.assertRaisesRegex(RuntimeError, "nothing to see"):
+            batch.xray(camera)
+        batch.inputs[:, batch.names.index("wire.insertion")] = [0.01, 0.02, 0.03]
+        batch.advance(1)
+        images = batch.xray(camera, (40, 50), seed=7)
+        self.assertEqual((images.shape, images.dtype), ((3, 40, 50), np.uint8))
+        for k, sim in enumerate(batch.simulations):
+            np.testing.assert_array_equal(images[k], am.xray(sim, camera, (40, 50), seed=7 + k))
+        out = np.zeros_like(images)
+        self.assertIs(batch.xray(camera, (40, 50), out, seed=7), out)
+        np.testing.assert_array_equal(out, images)
+        np.testing.assert_array_equal(am.xray(batch, camera, (40, 50), seed=7), images)
+        for wrong in (np.zeros((3, 40, 51), np.uint8), np.zeros((3, 40, 50)), [0]):
+            with self.refused("out"):
+                batch.xray(camera, (40, 50), wrong)
+        with self.refused("camera"):
+            batch.xray("camera")
+        with self.refused("size"):
+            batch.xray(camera, (40.5, 50))
 
     def test_walls_are_made_once_for_all(self):
         import resource
@@ -147,6 +176,46 @@ class BatchTest(Case):
             self.assertEqual(error.exception.issues[0]["file"], "nowhere.json")
         with self.assertRaises(am.InputError):
             am.validate("no-such-case")
+
+    def test_a_study_sets_a_registered_solver_beside_ours(self):
+        calls = []
+
+        def own(W, q, mu, kinds=None):
+            calls.append(len(q))
+            return am.solve(W, q, mu, kinds=kinds, tolerance=1e-12).reaction
+
+        def lazy(W, q, mu, kinds=None):
+            raise ValueError("no idea")
+        am.register_solver("own", own)
+        am.register_solver("lazy", lazy)
+        scene = {"schema": 1, "gravity": [6, 0, -9.81], "bodies": {
+                     "floor": {"kind": "obstacle", "surface": {"generate": "plane"}},
+                     "box": {"kind": "rigid", "mass": 2, "shape": {"generate": "box", "size": [1, 1, 1]},
+                             "start": {"place": [0, 0, 0.5]}}},
+                 "contact": [{"between": ["box", "floor"], "friction": 0.5}],
+                 "time": {"kind": "dynamic", "step": 0.01, "end": 0.1}}
+        slid = 6 - 0.5 * 9.81  # m/s^2 under Coulomb's law; 0.1 s of it
+        with folder():
+            study = am.study(scene, sweep={"contact_solver.function": ["", "own", "lazy"], "time.step": [0.02, 0.01]},
+                             quantity="box_velocity_x", reference=0.1 * slid, output="out/s")
+            self.assertEqual([r["contact_solver.function"] for r in study.rows], ["", "", "own", "own", "lazy", "lazy"])
+            for row in study.rows[:4]:
+                self.assertEqual(row["status"], "done")
+                self.assertLess(row["error"], 1e-6)
+                self.assertGreater(row["seconds"], 0)
+            for row in study.rows[4:]:
+                self.assertEqual(row["status"], "failed")
+                self.assertIn("raised ValueError: no idea", row["reason"])
+            self.assertGreaterEqual(len(calls), 15)
+            asked = len(calls)
+            again = am.study(scene, sweep={"contact_solver.function": ["", "own", "lazy"], "time.step": [0.02, 0.01]},
+                             quantity="box_velocity_x", reference=0.1 * slid, output="out/s")
+            self.assertEqual(len(calls), asked)  # it goes on from what is there
+            self.assertEqual([r["value"] for r in again.rows[:4]], [r["value"] for r in study.rows[:4]])
+            with self.refused("jobs"):
+                am.study(scene, sweep={"contact_solver.function": ["own"]}, quantity="box_velocity_x", output="out/t", jobs=2)
+            with self.assertRaises(am.SolveFailed):
+                am.study(scene, sweep={"contact_solver.function": ["nobody"]}, quantity="box_velocity_x", output="out/u")
 
 
 if __name__ == "__main__":

@@ -48,6 +48,12 @@ class ExamplesTest(Case):
         self.assertEqual(len(lines), 4)
         self.assertGreater(len({line.split("rad: ")[1] for line in lines}), 1)
 
+    def test_tutorials(self):
+        files = sorted(glob.glob(os.path.join(HERE, "tutorials", "*.py")))
+        self.assertEqual([os.path.basename(f) for f in files], ["bend.py", "hand.py", "solver.py"])
+        for file in files:
+            self.assertGreater(len(self.run_in_folder(file).splitlines()), 3)
+
     def test_train(self):
         if importlib.util.find_spec("gymnasium") is None:
             self.skipTest("lacks gymnasium")
@@ -80,7 +86,7 @@ class ExamplesTest(Case):
                 tried += result.attempted
         result = doctest.testmod(am)
         self.assertEqual(result.failed, 0)
-        self.assertGreater(tried + result.attempted, 8)
+        self.assertGreater(tried + result.attempted, 20)
 
     def test_importing_opens_nothing_heavy(self):
         code = "import amontons; print(open('/proc/self/maps').read())"

@@ -99,5 +99,26 @@ class ImageTest(Case):
             am.xray([1, 2, 3], CAMERA, radius=1)
 
 
+class NearTheSource(Case):
+    def test_a_wire_before_the_source_takes_no_longer_and_hides_what_is_behind(self):
+        import time
+        camera = am.Camera((0, 0, 0), (0, 1, 0), 0.1)
+        begin = time.process_time()
+        for width in (0.1, 1e-6):
+            near = am.Camera((0, 0, 0), (0, 1, 0), width)
+            # 1 mm of wire, 2 mm before the source: it covers the film 500 times over.
+            image = am.xray([[-0.5, 0.002, 0], [0.5, 0.002, 0]], near, (64, 64), attenuation=1e5, noise=0, radius=0.001)
+            self.assertEqual(image.max(), 0)
+        along = am.xray([[0, 0.0011, 0], [0, 2, 0]], camera, (64, 64), attenuation=1e5, noise=0, radius=0.001)
+        self.assertEqual(along[32, 32], 0)
+        self.assertLess(time.process_time() - begin, 10)
+
+    def test_what_is_cut_off_by_the_film_darkens_the_rest_as_before(self):
+        camera = am.Camera((0, -1, 0), (0, 0, 0), 0.1)
+        whole = am.xray([[-0.04, 0, 0], [0.04, 0, 0]], camera, (101, 101), attenuation=100, noise=0, radius=0.004)
+        longer = am.xray([[-40, 0, 0], [40, 0, 0]], camera, (101, 101), attenuation=100, noise=0, radius=0.004)
+        self.assertLessEqual(np.abs(whole[:, 20:80].astype(int) - longer[:, 20:80]).max(), 1)
+
+
 if __name__ == "__main__":
     main()

@@ -80,6 +80,27 @@ class RunsTest(Case):
             with self.refused("resume"):
                 am.Simulation(block()).run(resume=True)
 
+    def test_contact_problems_are_kept_as_the_program_keeps_them(self):
+        with self.refused("record"):
+            am.Simulation(block()).run(record=True)
+        if not am.build_info()["modules"]["fclib"].startswith("/"):
+            with folder(), self.assertRaisesRegex(am.ModuleMissing, "libfclib-dev"):
+                am.Simulation(block()).run("a", record=True)
+            self.skipTest("no module fclib")
+        with folder():
+            for scene in (block(), tube_and_wire(time={"step": 0.5, "end": 4})):
+                am.Scene(scene).save("case.json")
+                am.Simulation("case.json").run("a", record=True)
+                subprocess.run([PROGRAM, "run", "case.json", "--record", "--output", "b", "--quiet"], check=True)
+                names = sorted(os.listdir("b/record"))
+                self.assertEqual(sorted(os.listdir("a/record")), names)
+                self.assertGreater(len(names), 1)
+                for name in names:
+                    one, two = am.read_fclib(f"a/record/{name}"), am.read_fclib(f"b/record/{name}")
+                    np.testing.assert_array_equal(one.q, two.q)
+                    np.testing.assert_array_equal(one.reaction, two.reaction)
+                    self.assertLess(am.certify(one, r=one.reaction).error, 1e-6)
+
     def test_every_so_many_steps_a_callback_is_called(self):
         seen = []
         am.Simulation(block()).run(on_step=lambda r: seen.append(r.step), every=4)

@@ -12,6 +12,7 @@ SOURCES = os.environ["AMONTONS_SOURCES"]
 sys.path.append(os.path.join(SOURCES, "validation", "tests"))
 import reported_skips  # noqa: E402
 CATHETER = os.path.join(SOURCES, "examples", "catheter", "scene.json")
+SOFT_VESSEL = os.path.join(SOURCES, "examples", "soft_vessel", "scene.json")
 
 
 def tube_and_wire(**more):

@@ -1,8 +1,13 @@
 """The stubs say what the native module has: each name, argument and property."""
 
 import ast
+import importlib.util
 import os
 import re
+import subprocess
+import sys
+import tempfile
+import unittest
 
 import amontons as am
 from amontons import _native
@@ -17,7 +22,7 @@ def declared():
     for node in tree.body:
         if isinstance(node, ast.FunctionDef):
             found[""][node.name] = [a.arg for a in node.args.args]
-        if isinstance(node, ast.ClassDef):
+        if isinstance(node, ast.ClassDef) and node.name != "_Pybind11Type":
             found[node.name] = {}
             for member in node.body:
                 if isinstance(member, ast.FunctionDef):
@@ -53,6 +58,23 @@ class StubsTest(Case):
                 function = getattr(getattr(_native, name), member, None) if name else None
                 if callable(function) and function.__doc__ and "Overloaded" not in function.__doc__ and member != "__init__":
                     self.assertEqual(len(names), arguments(function), f"{name}.{member}")
+
+    @unittest.skipUnless(importlib.util.find_spec("mypy"), "no mypy")
+    def test_mypy_and_its_stubtest_find_nothing(self):
+        with tempfile.TemporaryDirectory() as folder:
+            allowed, settings = os.path.join(folder, "allowed"), os.path.join(folder, "mypy.ini")
+            with open(allowed, "w", encoding="utf-8") as stream:
+                # What pybind11 does not tell: arguments of constructors, and its own mark of a class.
+                stream.write(r"amontons\._native\.\w+\.__init__" "\n" r".*\.__pybind11_module_local.*" "\n")
+            with open(settings, "w", encoding="utf-8") as stream:
+                # Optional packages; and classes that are gymnasium's where that is there.
+                stream.write("[mypy]\nignore_missing_imports = True\n[mypy-amontons.gym.*]\nignore_errors = True\n"
+                             "[mypy-amontons.examples.*]\nignore_errors = True\n")  # as they stand in the documents
+            for tool in (["mypy.stubtest", "amontons._native", "--concise", "--allowlist", allowed, "--mypy-config-file", settings],
+                         ["mypy", "-p", "amontons", "--config-file", settings, "--cache-dir", os.path.join(folder, "cache")]):
+                result = subprocess.run([sys.executable, "-m", *tool], cwd=folder, capture_output=True, text=True,
+                                        env=dict(os.environ, MYPYPATH=os.path.dirname(os.path.dirname(am.__file__))))
+                self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
 
 
 if __name__ == "__main__":

@@ -1,22 +1,32 @@
 #pragma once
 
-#include "haptics/link/settings.hpp"
 #include "haptics/summary.hpp"
-#include "solver/program/viewer.hpp"
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace amontons {
 
-/// What the runners hand over to the report.
+class HandleLink;      // haptics/link/handle_link.hpp
+struct HapticSettings; // haptics/link/settings.hpp
+
+/// What a window showed of a run.
+struct ShownFrames {
+    long frames = 0;
+    double seconds = 0; ///< from the first to the last
+};
+
+/// What a run came to.
 struct HapticOutcome {
     HapticSummary summary;
+    std::vector<TickRecord> records; ///< of all ticks
     std::string status = "done", scheduling = "virtual time", output;
+    std::string message; ///< why it failed
     bool real_time = false;
     long page_faults = 0, pages_moved = 0, preempted = 0, bare_missed = 0;
     Percentiles bare_wake;
-    std::optional<Viewer::Counts> shown; ///< with --view
+    std::optional<ShownFrames> shown; ///< with --view
     double step_rate = 0; ///< of the simulation by the clock, over its last whole second [1/s]
     int contacts_asked = 0, contacts_left = 0; ///< most that are handed over: at first, at the end
 };

@@ -1,5 +1,6 @@
-#include "solver/program/haptic_report.hpp"
+#include "haptics/session/report.hpp"
 
+#include "haptics/link/settings.hpp"
 #include "solver/scene/json_text.hpp"
 
 #include <fmt/format.h>

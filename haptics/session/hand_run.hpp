@@ -1,0 +1,69 @@
+#pragma once
+
+#include "haptics/session/report.hpp"
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+// A hand feels a scene: what `amontons haptic` and haptic.Session of Python stand on.
+
+namespace amontons {
+
+struct Obstacle; // solver/step/simulation.hpp
+struct Scene;    // solver/scene/scene.hpp
+
+struct HandRunOptions {
+    std::string device = "simulated"; ///< or recorded:FILE, udp:PORT, spacemouse
+    double duration = 0;              ///< [s]; 0: the trajectory's, or the scene's end
+    bool virtual_time = false;        ///< without a clock: the same ticks in every run
+    double late = 0;                  ///< virtual time: share of ticks that come 3 ticks late
+    int latency = 1;                  ///< virtual time: periods that a step takes
+    bool control = true;              ///< passivity; else the energy is counted only
+    int threads = 1;
+    std::string cache; ///< folder of factors; "": none
+    /// The process has nothing else to do: its allocator keeps what a step frees.
+    bool own_process = true;
+};
+
+/// What a run tells and asks while it lasts, in the simulation's thread. Any may be missing.
+struct HandRunHooks {
+    std::function<void(const std::string&)> say;
+    std::function<std::vector<std::string>()> changes; ///< "PATH=VALUE" that the user asks for
+    /// After each step of the simulation.
+    /// @param remade  the obstacles are others than those of the step before
+    std::function<void(const HandleLink&, const std::vector<Obstacle>&, bool remade)> after_step;
+};
+
+/// For one thread at a time.
+class HandRun {
+public:
+    /// Reads what the device needs and refuses what cannot be felt; makes no bodies.
+    /// @param read  the scene with values that are changed while it is felt
+    /// @throws InputError
+    HandRun(Scene scene, const HandRunOptions& options,
+            std::function<Scene(const std::vector<std::string>& overrides)> read);
+    ~HandRun();
+
+    /// With introducers where their centrelines say.
+    const Scene& scene() const;
+    /// Makes the bodies and opens the device. @throws InputError
+    void prepare(std::function<std::vector<Obstacle>(const Scene&)> make);
+
+    /// From the beginning to the end, or until `stop`. Once, after prepare().
+    HapticOutcome run(const HandRunHooks& hooks, const std::atomic<bool>& stop);
+
+    /// What may be meant otherwise in the scene; after prepare().
+    std::vector<std::string> warnings() const;
+    /// The keys of `amontons haptic --json`, and the same for readers; after run().
+    std::string json(const HapticOutcome& o) const;
+    std::string table(const HapticOutcome& o) const;
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+} // namespace amontons

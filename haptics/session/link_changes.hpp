@@ -1,0 +1,46 @@
+#pragma once
+
+#include "haptics/link/handle_link.hpp"
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace amontons {
+
+/// The scene with these values ("PATH=VALUE") in place of its own, ready to be built.
+/// @throws InputError
+using ReadAgain = std::function<Scene(const std::vector<std::string>& overrides)>;
+/// Obstacles of a scene. @throws InputError
+using MakeObstacles = std::function<std::vector<Obstacle>(const Scene& scene)>;
+
+/// A scene with one of its values replaced, ready to go on with.
+struct ChangedLink {
+    std::string line; ///< PATH=VALUE
+    std::vector<std::string> overrides;
+    std::vector<Obstacle> obstacles; // before the link, which uses them
+    std::unique_ptr<HandleLink> link;
+    std::string refusal;
+};
+
+/// Values of the scene that the user changes while it is felt. What a value needs, factors above
+/// all, is made in a thread of its own: the simulation goes on as it is until that is there.
+class LinkChanges {
+public:
+    /// @param waits  for each: where time stands meanwhile
+    LinkChanges(ReadAgain read, MakeObstacles make, const LinkOptions& options, bool waits);
+    ~LinkChanges();
+
+    void ask(std::vector<std::string> lines);
+    /// The next change that is ready, taken over from where the simulation is; or no link.
+    ChangedLink next(const HandleLink& now, const std::function<void(const std::string&)>& say);
+    /// The run is over.
+    void end(const std::function<void(const std::string&)>& say);
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+} // namespace amontons
