@@ -14,7 +14,9 @@
 #include "mesh/base/phase_timer.hpp"
 #include "solver/output/view_maker.hpp"
 #include "solver/program/haptic_report.hpp"
+#include "solver/program/haptic_studio.hpp"
 #include "solver/program/interrupt.hpp"
+#include "solver/program/live_results.hpp"
 #include "solver/output/output_folder.hpp"
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/scene_lines.hpp"
@@ -46,6 +48,9 @@ struct HapticArguments {
     double late = 0;
     int latency = 1;
     int threads = 1;
+    // of the engine of amontons studio
+    int frames = -1; ///< where frames go
+    std::string results;
 };
 
 /// "kind:rest" of --device.
@@ -123,6 +128,7 @@ std::string refused(const HandleLink& link)
 struct ChangedLink {
     std::string line; ///< PATH=VALUE
     std::vector<std::string> overrides;
+    Scene scene;
     std::vector<Obstacle> obstacles; // before the link, which uses them
     std::unique_ptr<HandleLink> link;
     std::string refusal;
@@ -138,11 +144,12 @@ ChangedLink build_changed_link(const std::string& file, std::vector<std::string>
     c.overrides = std::move(overrides);
     try {
         Scene scene = read_scene(file, c.overrides);
+        c.scene = scene;
         place_introducers(scene);
         c.obstacles = build_obstacles(scene);
         c.link = make_link(scene, c.obstacles, options);
     } catch (const InputError& error) {
-        c.refusal = std::string("not set: ") + error.what();
+        c.refusal = error.what();
     }
     return c;
 }
@@ -167,7 +174,8 @@ public:
             asked_.push_back(std::move(line));
     }
     /// The next change that is ready, taken over from where the simulation is; or no link.
-    ChangedLink next(const HandleLink& now, const Session& session)
+    /// @param tell  of each change: its line and "", or why it is not made
+    template <class Tell> ChangedLink next(const HandleLink& now, const Tell& tell)
     {
         if (!pending_.valid() && !asked_.empty()) {
             pending_ = std::async(std::launch::async, build_changed_link, file_, overrides_,
@@ -180,11 +188,11 @@ public:
             return c;
         c = pending_.get();
         if (c.link && !c.link->take_over(now)) {
-            c.refusal = "not set, the bodies would be others: " + c.line;
+            c.refusal = "the bodies would be others";
             c.link.reset();
         }
         if (c.link) overrides_ = c.overrides;
-        session.say(c.link ? "set " + c.line : c.refusal);
+        tell(c.line, c.refusal);
         return c;
     }
     /// The run is over.
@@ -241,6 +249,7 @@ void haptic(HapticArguments& a, Session& session)
         throw InputError({{scene.file, "/contact_solver", "a solver for a hand's scene",
                            "none: what a hand feels is solved by ours, at its rate"}});
     std::optional<FolderLock> lock;
+    if (!a.results.empty()) a.output = make_numbered_folder(a.results + "-hand");
     if (!a.output.empty()) { // before the run, not after
         check_output_folder(a.output, scene);
         make_output(a.output);
@@ -296,13 +305,31 @@ void haptic(HapticArguments& a, Session& session)
     const int most = scene.haptic.contacts;
     HapticLoop<float> loop(most, set.loop);
     bool published = false; // anything
+    std::optional<HapticStudio> studio;
+    std::string resolved;
+    if (a.frames >= 0) {
+        session.quiet = true; // what there is to say goes to the page
+        resolved = resolved_scene(scene);
+        studio.emplace(a.frames, session, stop, set.loop.period, 1 / set.link.condense.period);
+    }
+    const auto tell_change = [&](const std::string& line, const std::string& refusal) {
+        if (studio) studio->tell_change(line, link->time(), refusal);
+        session.say(refusal.empty() ? "set " + line : "not set: " + line + ": " + refusal);
+    };
+    const auto tell_health = [&](std::span<const TickRecord> ticks) {
+        studio->tell_health(ticks, *link, set.link.spring.stiffness, !a.virtual_time);
+    };
     const Publisher<float> publish = [&](ReducedOperator<float>& op, const HandPose& handle,
                                          double time, std::uint64_t sequence) {
         if (viewer) changes.ask(lines.take(session));
-        if (ChangedLink next = changes.next(*link, session); next.link) {
+        if (studio)
+            for (const HapticStudio::Change& c : studio->take(resolved))
+                changes.ask({c.path + "=" + c.value});
+        if (ChangedLink next = changes.next(*link, tell_change); next.link) {
             changed.link.reset(); // before its obstacles
             changed = std::move(next);
             link = changed.link.get();
+            if (studio) resolved = resolved_scene(changed.scene);
             frames = std::make_unique<ViewMaker>(changed.obstacles, contact_bodies(scene));
         }
         const bool done =
@@ -313,6 +340,15 @@ void haptic(HapticArguments& a, Session& session)
         if (viewer && viewer->wants())
             viewer->offer(frames->frame(link->time(), link->beam_records(), link->body_records(),
                                         link->contact_records()));
+        if (studio && studio->wants_frame()) {
+            const bool whole = studio->wants_whole();
+            if (whole)
+                frames = std::make_unique<ViewMaker>(
+                    changed.link ? changed.obstacles : obstacles, contact_bodies(scene));
+            studio->send(frames->frame(link->time(), link->beam_records(), link->body_records(),
+                                       link->contact_records()),
+                         whole, *link);
+        }
         return done;
     };
     HapticOutcome out;
@@ -328,6 +364,10 @@ void haptic(HapticArguments& a, Session& session)
         options.operator_latency = a.latency;
         options.late_share = a.late;
         options.stop = &stop;
+        if (studio) {
+            options.on_ticks = tell_health;
+            options.by_clock = true; // somebody looks on
+        }
         records = run_in_virtual_time<float>(
             loop, *device,
             [&] {
@@ -341,6 +381,7 @@ void haptic(HapticArguments& a, Session& session)
         options.operator_period = set.link.condense.period;
         options.stop = &stop;
         options.budget = set.loop.proxy.budget;
+        if (studio) options.on_ticks = tell_health;
         options.on_state = [&](SafetyState state) {
             if (state == SafetyState::starting) return;
             if (state == SafetyState::limited) { // it comes and goes: once is enough
@@ -409,7 +450,9 @@ void haptic(HapticArguments& a, Session& session)
     if (out.summary.faults > 0 && !told)
         session.say(std::string(name(out.summary.last_fault)) + ": " +
                     reason(out.summary.last_fault));
-    if (session.json)
+    if (studio)
+        studio->tell_report(haptic_table(out, set, *link));
+    else if (session.json)
         session.print(haptic_json(out, set, *link));
     else if (!session.quiet)
         session.print(haptic_table(out, set, *link));
@@ -463,6 +506,9 @@ void add_haptic(CLI::App& program, Session& session)
     command->add_option("--cache", a->cache, "Folder where factors of solids are kept")
         ->type_name("DIR");
     command->add_flag("--json", session.json, "One JSON object on stdout");
+    // of amontons studio
+    command->add_option("--frames", a->frames)->group("");
+    command->add_option("--results", a->results)->group("");
     command->callback([a, &session] { haptic(*a, session); });
 }
 
