@@ -84,7 +84,7 @@ async function picture(page, name, part) {
 async function runUntil(page, time) {
   await button(page, "Run").click();
   await page.waitForFunction((t) => (studio.live.times.at(-1) ?? -1) >= t - 1e-9, time, { timeout: 180000 });
-  if (await button(page, "Pause").count()) await button(page, "Pause").click();
+  if (await button(page, "Pause").isEnabled()) await button(page, "Pause").click();
   await status(page, "paused");
 }
 
@@ -270,7 +270,7 @@ await test("picture, curve, columns and a page of their own leave it; the page n
   const at = csv[0].split(",").indexOf(kForce + " [N]");
   assert.ok(at > 0, csv[0]);
   same(Number(csv.find((l) => Math.abs(Number(l.split(",")[0]) - 0.5) < 1e-9).split(",")[at]), await valueAt(page, kForce, 0.5), 1e-12);
-  const html = await download("Export the run as one HTML file");
+  const html = await download("Export one HTML file");
   const alone = await browser.newContext({ viewport: { width: 1280, height: 800 }, offline: true });
   const other = await alone.newPage();
   const asked = [];
