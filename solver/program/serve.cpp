@@ -85,11 +85,11 @@ public:
     void become_engine(const std::string& results, const std::string& resume)
     {
         units_ = true;
+        changed(); // the page has nothing yet
         if (!results.empty()) results_.emplace(results);
         if (resume.empty()) return;
         if (!results_) results_.emplace(resume);
         results_->resume(scene_, resume);
-        changed();
     }
     /// What there is to tell beside answers, a line each; told once.
     std::string take_news()

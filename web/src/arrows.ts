@@ -1,10 +1,11 @@
 // Arrows of contact forces: whole, normal or friction, on either body, each by itself or joined.
 
+import * as THREE from "three";
 import type { Instant } from "./frames";
 import type { Arrows } from "./look";
 import { lengthText, shortNumber } from "./colours";
 
-export const kMostArrows = 4096;
+const kMostArrows = 4096;
 type Vec = [number, number, number];
 
 export interface Arrow {
@@ -64,4 +65,63 @@ export function arrowWords(now: Instant, arrows: Arrows, longest: number): strin
   if (pairs.size > kMostPairs) lines.push("and others");
   if (arrows.within > 0) lines.push(`joined within ${lengthText(arrows.within)}`);
   return lines;
+}
+
+/** Arrows as shapes: shaft and head, and both faintly where bodies hide them. */
+export class ArrowMeshes {
+  private readonly shafts: THREE.InstancedMesh;
+  private readonly heads: THREE.InstancedMesh;
+  private readonly all: THREE.InstancedMesh[];
+
+  constructor(scene: THREE.Scene) {
+    const dark = new THREE.MeshLambertMaterial({ color: 0xc1440e });
+    const faint = new THREE.MeshBasicMaterial({
+      color: 0xc1440e,
+      transparent: true,
+      opacity: 0.22,
+      depthTest: false,
+      depthWrite: false,
+    });
+    const shaft = new THREE.CylinderGeometry(1, 1, 1, 10).translate(0, 0.5, 0);
+    const head = new THREE.ConeGeometry(1, 1, 14).translate(0, -0.5, 0);
+    this.shafts = new THREE.InstancedMesh(shaft, dark, kMostArrows);
+    this.heads = new THREE.InstancedMesh(head, dark, kMostArrows);
+    const ghosts = [this.shafts, this.heads].map((m) => {
+      const ghost = new THREE.InstancedMesh(m.geometry, faint, kMostArrows);
+      ghost.instanceMatrix = m.instanceMatrix;
+      ghost.renderOrder = 3;
+      return ghost;
+    });
+    this.all = [this.shafts, this.heads, ...ghosts];
+    for (const m of this.all) {
+      m.frustumCulled = false;
+      m.count = 0;
+      scene.add(m);
+    }
+  }
+
+  /** @param full  length of an arrow of the largest force [m] */
+  show(arrows: Arrow[], full: number, largest: number) {
+    const turn = new THREE.Quaternion();
+    const up = new THREE.Vector3(0, 1, 0);
+    const m = new THREE.Matrix4();
+    let n = 0;
+    for (const a of arrows.slice(0, kMostArrows)) {
+      const length = (full * a.size) / largest;
+      if (!(length >= 0.02 * full)) continue;
+      const way = new THREE.Vector3(...a.force).normalize();
+      const at = new THREE.Vector3(...a.at);
+      turn.setFromUnitVectors(up, way);
+      const head = Math.min(0.25 * full, 0.45 * length);
+      const thick = 0.014 * full;
+      m.compose(at, turn, new THREE.Vector3(thick, length - head, thick));
+      this.shafts.setMatrixAt(n, m);
+      m.compose(at.addScaledVector(way, length), turn, new THREE.Vector3(0.3 * head, head, 0.3 * head));
+      this.heads.setMatrixAt(n++, m);
+    }
+    for (const mesh of this.all) {
+      mesh.count = n;
+      mesh.instanceMatrix.needsUpdate = true;
+    }
+  }
 }

@@ -4,7 +4,7 @@ import { el, labelled, select } from "./dom";
 import type { Instant } from "./frames";
 import { app } from "./state";
 import { kModes, type Arrows, type Cut, type Look, type Mode } from "./look";
-import { arrangeViews, look, restyle, secondLook, second, views } from "./timeline";
+import { arrangeViews, look, restyle, secondLook, views } from "./timeline";
 import { kPresets } from "./view";
 import { pace } from "./running";
 import { shortNumber } from "./colours";
@@ -251,12 +251,6 @@ export function lookPanel(main: HTMLElement): HTMLElement {
         "Free the range of colours",
       ),
     ),
-    el("h2", {}, "Arrows"),
-    arrowControls(),
-    el("h2", {}, "Cutting plane"),
-    cutControls(),
-    el("h2", {}, "Views"),
-    viewChoice(main),
     el("h2", {}, "Camera"),
     el(
       "div",
@@ -266,7 +260,12 @@ export function lookPanel(main: HTMLElement): HTMLElement {
         button(name === "Isometric" ? "iso" : name, () => views[0].turn(name), "View from " + name),
       ),
     ),
+    el("h2", {}, "Cutting plane"),
+    cutControls(),
+    el("h2", {}, "Arrows"),
+    arrowControls(),
+    el("h2", {}, "Views"),
+    viewChoice(main),
   );
 }
 
-export { second };

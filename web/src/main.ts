@@ -8,6 +8,7 @@ import { log, say } from "./messages";
 import { Plot } from "./plots";
 import { openResults } from "./runs";
 import {
+  counts,
   pause,
   pullFrames,
   restart,
@@ -211,8 +212,19 @@ async function begun() {
   get frames() {
     return views[0].frames;
   },
-  get cost() {
-    return views[0].cost;
+  get folder() {
+    return app.folder;
+  },
+  /** Of this page, so far: steps that were told of, instants that were kept. */
+  get steps() {
+    return counts.steps;
+  },
+  get instants() {
+    return counts.instants;
+  },
+  /** Mean time to unpack a frame [ms]. */
+  get unpacking() {
+    return counts.unpacking / Math.max(1, counts.instants);
   },
   views,
   picture: () => pictureOf().toDataURL("image/png"),

@@ -5,7 +5,7 @@ import type { Body } from "./frames";
 import { app } from "./state";
 import { say } from "./messages";
 import { setField } from "./scene_panel";
-import { second, views } from "./timeline";
+import { views } from "./timeline";
 import {
   boxOf,
   centreOf,
@@ -335,4 +335,3 @@ export function measurePanel(): HTMLElement[] {
   return [labelled("Measure a distance", measuring), distance];
 }
 
-export { second };

@@ -139,6 +139,7 @@ function takeStep(event: any) {
   const moved = event.after === undefined || event.after === "step" || event.after === "advance";
   const last = app.live.times.at(-1) ?? -Infinity;
   if (event.after === "reset" || event.time < last) newLive();
+  if (moved) ++counts.steps;
   if (moved && event.step && event.time > (app.live.times.at(-1) ?? -Infinity))
     app.live.addRow(flatten(event), { ...kUnits, ...(event.units ?? {}) });
   for (const w of event.warnings ?? []) say("warning: " + w);
@@ -203,6 +204,7 @@ export function setLastState(state: string) {
 
 export const pace = { least: 30 }; // between two frames [ms]: at most 25 a second, which is what eyes ask for
 let drawnAt = 0;
+export const counts = { steps: 0, instants: 0, unpacking: 0 }; // [ms]
 
 export async function pullFrames() {
   for (;;) {
@@ -218,8 +220,11 @@ export async function pullFrames() {
         if (app.shown === app.live && app.following && app.cursor < newest()) void showMoment(newest());
         continue;
       }
+      const begun = performance.now();
       const instant = app.frames.take(bytes);
       if (!instant) continue;
+      counts.unpacking += performance.now() - begun;
+      ++counts.instants;
       app.live.addInstant(instant);
       // Where drawing is slow (no GPU), instants are kept more often than they are drawn: half of the time is
       // left to whatever else the page does.

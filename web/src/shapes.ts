@@ -38,6 +38,8 @@ export function sharpEdges(points: Float32Array, triangles: Uint32Array): number
 }
 
 export const kSides = 12; // of a wire's tube
+// The polygon has the area of the circle: X-rays go as far through it.
+const kRounder = Math.sqrt((2 * Math.PI) / (kSides * Math.sin((2 * Math.PI) / kSides)));
 
 /** Triangles with the outside where their corners run against the clock; an open surface stays as it is nearly. */
 export function outwards(points: Float32Array, triangles: Uint32Array): Uint32Array {
@@ -65,7 +67,7 @@ export function tube(line: Float32Array, radius: Float32Array | undefined, thinn
     if (i === 0 && Math.abs(along.z) > 0.9) normal.set(1, 0, 0);
     normal = normal.sub(along.clone().multiplyScalar(normal.dot(along))).normalize(); // no twist of its own
     const side = along.clone().cross(normal);
-    const r = Math.max(thinnest, radius?.[i] ?? 0);
+    const r = kRounder * Math.max(thinnest, radius?.[i] ?? 0);
     for (let k = 0; k < kSides; ++k) {
       const a = (2 * Math.PI * k) / kSides;
       for (let c = 0; c < 3; ++c)

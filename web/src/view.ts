@@ -4,7 +4,9 @@ import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Body, Field, Instant } from "./frames";
 import type { BodyLook, Look, Mode } from "./look";
-import { arrowsOf, arrowWords, kMostArrows } from "./arrows";
+import { ArrowMeshes, arrowsOf, arrowWords } from "./arrows";
+import { seenTriangles } from "./seen_triangles";
+import { XrayFilm } from "./xray_film";
 import { kPlain, shortNumber, viridis } from "./colours";
 import { kSides, outwards, sharpEdges, tube } from "./shapes";
 import { drawAxes, drawBar, drawCross, drawHand, drawMeasure, drawOutline, drawScale } from "./overlay";
@@ -50,7 +52,6 @@ export interface Place {
 }
 
 const kTissue = 1.2; // attenuation of a solid or vessel as thick as a third of the scene
-const kWhite = 200 / 255; // of an X-ray picture without anything in it
 const kInk = "#1b1f24";
 const kSlow = 60; // of a drawing [ms]: from then on fewer points are drawn while things move
 
@@ -62,6 +63,7 @@ export class View {
   onCamera: (() => void) | null = null;
   partner: View | null = null; // compared with this one: the same colours and arrows mean the same
   frames = 0;
+  still = false; // nothing is drawn: for measurements
   hurried = false; // things move: where drawing is slow, fewer points are drawn
   attenuation = 2000; // of wires in an X-ray picture [1/m], as amontons.xray has it
   tissue = true; // vessels and solids are in it, too
@@ -72,13 +74,9 @@ export class View {
   cost = 0; // of a drawing, until the browser is ready for the next one [ms]
   private readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
-  private readonly thick = new THREE.Scene(); // of the X-ray view: path lengths are added up
   private readonly controls: OrbitControls;
   private readonly drawn = new Map<string, Drawn>();
   private readonly light = new THREE.DirectionalLight(0xffffff, 1.3);
-  private readonly shafts: THREE.InstancedMesh;
-  private readonly heads: THREE.InstancedMesh;
-  private readonly ghosts: THREE.InstancedMesh[] = []; // of arrows that bodies hide
   private picked: THREE.Mesh | null = null;
   private instant: Instant | null = null;
   private waiting = false;
@@ -88,12 +86,9 @@ export class View {
   private longest = 0;
   private arrowText: string[] = [];
   private bar: { name: string; unit: string; range: [number, number] } | null = null;
-  private target: THREE.WebGLRenderTarget | null = null;
-  private readonly film: THREE.Mesh<THREE.PlaneGeometry, THREE.ShaderMaterial>;
-  private readonly filmScene = new THREE.Scene();
-  private readonly path: THREE.ShaderMaterial;
-  private readonly wirePath: THREE.ShaderMaterial; // metal: seen in whatever it stands
 
+  private readonly film = new XrayFilm();
+  private readonly arrows = new ArrowMeshes(this.scene);
   private readonly cutPlane = new THREE.Plane(new THREE.Vector3(1, 0, 0), 0);
   private readonly cutFaces: CutFaces;
   private waitingForDrawing: (() => void)[] = [];
@@ -125,52 +120,6 @@ export class View {
       this.draw();
       this.onCamera?.();
     });
-    const dark = new THREE.MeshLambertMaterial({ color: 0xc1440e });
-    this.shafts = new THREE.InstancedMesh(new THREE.CylinderGeometry(1, 1, 1, 10).translate(0, 0.5, 0), dark, kMostArrows);
-    this.heads = new THREE.InstancedMesh(new THREE.ConeGeometry(1, 1, 14).translate(0, -0.5, 0), dark, kMostArrows);
-    for (const m of [this.shafts, this.heads]) {
-      m.frustumCulled = false;
-      m.count = 0;
-      this.scene.add(m);
-    }
-    const faint = new THREE.MeshBasicMaterial({ color: 0xc1440e, transparent: true, opacity: 0.22, depthTest: false, depthWrite: false });
-    for (const m of [this.shafts, this.heads]) {
-      const ghost = new THREE.InstancedMesh(m.geometry, faint, kMostArrows);
-      ghost.instanceMatrix = m.instanceMatrix;
-      ghost.frustumCulled = false;
-      ghost.renderOrder = 3;
-      ghost.count = 0;
-      this.ghosts.push(ghost);
-      this.scene.add(ghost);
-    }
-    this.path = new THREE.ShaderMaterial({
-      side: THREE.DoubleSide,
-      depthTest: false,
-      depthWrite: false,
-      transparent: true,
-      blending: THREE.CustomBlending,
-      blendEquation: THREE.AddEquation,
-      blendSrc: THREE.OneFactor,
-      blendDst: THREE.OneFactor,
-      uniforms: { size: { value: 1 } },
-      vertexShader: `varying float depth; uniform float size;
-        void main() { vec4 p = modelViewMatrix * vec4(position, 1.0); depth = -p.z / size; gl_Position = projectionMatrix * p; }`,
-      fragmentShader: `varying float depth;
-        void main() { gl_FragColor = vec4(gl_FrontFacing ? -depth : depth, 0.0, 0.0, 1.0); }`,
-    });
-    this.wirePath = this.path.clone();
-    this.film = new THREE.Mesh(
-      new THREE.PlaneGeometry(2, 2),
-      new THREE.ShaderMaterial({
-        uniforms: { map: { value: null }, white: { value: kWhite } },
-        depthTest: false,
-        vertexShader: `varying vec2 at; void main() { at = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }`,
-        fragmentShader: `varying vec2 at; uniform sampler2D map; uniform float white;
-          void main() { float t = white * exp(-max(0.0, texture2D(map, at).r)); gl_FragColor = vec4(vec3(t), 1.0); }`,
-      }),
-    );
-    this.film.frustumCulled = false;
-    this.filmScene.add(this.film);
     this.turn("Isometric");
     new ResizeObserver(() => this.draw()).observe(this.element);
   }
@@ -422,19 +371,19 @@ export class View {
     }
     d.geometry.attributes.color.needsUpdate = true;
     const mode = this.modeOf(b.name);
-    const parent = mode === "xray" ? this.thick : this.scene;
+    const parent = mode === "xray" ? this.film.scene : this.scene;
     // A colour that means a number is that of the bar, whatever light falls on it.
     const lit = !field;
     const clippingPlanes = this.isCut() && b.kind !== "wire" ? [this.cutPlane] : null;
     const key = mode + smooth + b.kind + lit + (clippingPlanes !== null);
     if (d.mesh.userData.key !== key) {
       d.mesh.userData.key = key;
-      if (d.mesh.material !== this.path && d.mesh.material !== this.wirePath) d.mesh.material.dispose();
+      if (d.mesh.material !== this.film.tissue && d.mesh.material !== this.film.wires) d.mesh.material.dispose();
       d.mesh.material =
         mode === "xray"
           ? b.kind === "wire"
-            ? this.wirePath
-            : this.path
+            ? this.film.wires
+            : this.film.tissue
           : new (lit ? THREE.MeshLambertMaterial : THREE.MeshBasicMaterial)({
               vertexColors: true,
               side: THREE.DoubleSide,
@@ -467,30 +416,7 @@ export class View {
     let largest = 0;
     for (const list of all) for (const a of list) largest = Math.max(largest, a.size);
     this.longest = arrows.shown && this.look.mode !== "xray" ? largest : 0;
-    let n = 0;
-    if (this.longest > 0) {
-      const full = 0.16 * this.size;
-      const turn = new THREE.Quaternion();
-      const up = new THREE.Vector3(0, 1, 0);
-      const m = new THREE.Matrix4();
-      for (const a of own.slice(0, kMostArrows)) {
-        const length = (full * a.size) / largest;
-        if (length < 0.02 * full) continue;
-        const way = new THREE.Vector3(...a.force).normalize();
-        const at = new THREE.Vector3(...a.at);
-        turn.setFromUnitVectors(up, way);
-        const head = Math.min(0.25 * full, 0.45 * length);
-        const thick = 0.014 * full;
-        m.compose(at, turn, new THREE.Vector3(thick, length - head, thick));
-        this.shafts.setMatrixAt(n, m);
-        m.compose(at.addScaledVector(way, length), turn, new THREE.Vector3(0.3 * head, head, 0.3 * head));
-        this.heads.setMatrixAt(n++, m);
-      }
-    }
-    for (const mesh of [this.shafts, this.heads, ...this.ghosts]) {
-      mesh.count = n;
-      mesh.instanceMatrix.needsUpdate = true;
-    }
+    this.arrows.show(this.longest > 0 ? own : [], 0.16 * this.size, largest);
     this.arrowText = this.longest > 0 ? arrowWords(now, arrows, this.longest) : [];
   }
 
@@ -501,7 +427,7 @@ export class View {
   }
 
   draw() {
-    if (this.waiting) return;
+    if (this.waiting || this.still) return;
     this.waiting = true;
     requestAnimationFrame(() => {
       this.waiting = false;
@@ -530,29 +456,13 @@ export class View {
     this.light.position.add(new THREE.Vector3(0.3, 0.2, 0.6));
     this.renderer.setRenderTarget(null);
     this.renderer.clear();
-    if (this.look.mode === "xray") this.drawXray(this.canvas.width, this.canvas.height);
+    if (this.look.mode === "xray")
+      this.film.draw(this.renderer, this.camera, this.attenuation, this.tissue ? kTissue / (0.35 * this.size) : 0);
     else this.renderer.render(this.scene, this.camera);
     this.drawOverlay(width, height, ratio);
     ++this.frames;
     const begun = performance.now();
     requestAnimationFrame(() => (this.cost = 0.5 * (this.cost + performance.now() - begun)));
-  }
-
-  private drawXray(width: number, height: number) {
-    if (!this.target || this.target.width !== width || this.target.height !== height) {
-      this.target?.dispose();
-      this.target = new THREE.WebGLRenderTarget(width, height, { type: THREE.FloatType, depthBuffer: false });
-    }
-    this.path.uniforms.size.value = this.tissue ? (0.35 * this.size) / kTissue : 1e30;
-    this.wirePath.uniforms.size.value = 1 / Math.max(1e-30, this.attenuation);
-    this.renderer.setRenderTarget(this.target);
-    this.renderer.setClearColor(0x000000);
-    this.renderer.clear();
-    this.renderer.render(this.thick, this.camera);
-    this.renderer.setRenderTarget(null);
-    this.renderer.setClearColor(0xffffff);
-    this.film.material.uniforms.map.value = this.target.texture;
-    this.renderer.render(this.filmScene, this.camera);
   }
 
   /** Scale bar, colour bar, axes and what the arrows mean; the same in every picture that leaves the page. */
@@ -643,59 +553,16 @@ export class View {
     return this.drawn.get(name)?.body;
   }
 
-  /** Triangles of a body of which a point is seen: by a picture in which each has a colour of its own. */
+  /** Triangles of a body of which a point is seen. */
   seenTriangles(name: string): Set<number> {
-    const width = this.canvas.width;
-    const height = this.canvas.height;
-    const scene = new THREE.Scene();
-    const left: THREE.BufferGeometry[] = [];
-    for (const d of this.drawn.values()) {
-      if (!d.mesh.visible) continue;
-      const geometry = d.geometry.toNonIndexed();
-      const count = geometry.attributes.position.count;
-      const colours = new Uint8Array(4 * count);
-      for (let i = 0; d.body.name === name && i < count; ++i) {
-        const number = 1 + Math.floor(i / 3);
-        colours.set([number & 255, (number >> 8) & 255, (number >> 16) & 255, 255], 4 * i);
-      }
-      geometry.setAttribute("number", new THREE.BufferAttribute(colours, 4, true));
-      const material = new THREE.ShaderMaterial({
-        side: THREE.DoubleSide,
-        clipping: true,
+    const parts = [...this.drawn.values()]
+      .filter((d) => d.mesh.visible)
+      .map((d) => ({
+        geometry: d.geometry,
+        counted: d.body.name === name,
         clippingPlanes: this.isCut() && d.body.kind !== "wire" ? [this.cutPlane] : null,
-        vertexShader: `attribute vec4 number; varying vec4 colour;
-          #include <clipping_planes_pars_vertex>
-          void main() { colour = number; vec4 mvPosition = modelViewMatrix * vec4(position, 1.0);
-            #include <clipping_planes_vertex>
-            gl_Position = projectionMatrix * mvPosition; }`,
-        fragmentShader: `varying vec4 colour;
-          #include <clipping_planes_pars_fragment>
-          void main() {
-            #include <clipping_planes_fragment>
-            gl_FragColor = colour; }`,
-      });
-      const mesh = new THREE.Mesh(geometry, material);
-      mesh.frustumCulled = false;
-      scene.add(mesh);
-      left.push(geometry);
-    }
-    const target = new THREE.WebGLRenderTarget(width, height);
-    this.renderer.setRenderTarget(target);
-    this.renderer.setClearColor(0x000000, 0);
-    this.renderer.clear();
-    this.renderer.render(scene, this.camera);
-    const pixels = new Uint8Array(4 * width * height);
-    this.renderer.readRenderTargetPixels(target, 0, 0, width, height, pixels);
-    this.renderer.setRenderTarget(null);
-    this.renderer.setClearColor(0xffffff, 1);
-    target.dispose();
-    for (const g of left) g.dispose();
-    const seen = new Set<number>();
-    for (let i = 0; i < pixels.length; i += 4) {
-      const number = pixels[i] + 256 * pixels[i + 1] + 65536 * pixels[i + 2];
-      if (number > 0) seen.add(number - 1);
-    }
-    return seen;
+      }));
+    return seenTriangles(this.renderer, this.camera, parts);
   }
 
   private normalised(x: number, y: number): THREE.Vector2 {
