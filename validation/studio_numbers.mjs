@@ -14,9 +14,9 @@ import { existsSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { loadavg, cpus } from "node:os";
 import { join } from "node:path";
 
-const [, , program, into = "", section = ""] = process.argv;
+const [, , , into = "", section = ""] = process.argv;
 process.argv.splice(3); // the harness reads arguments of its own
-const { button, example, folder, launch, newContext, open, runUntil, serve, status } = await import(
+const { button, example, folder, launch, newContext, open, program, runUntil, serve, status } = await import(
   "../web/tests/harness.mjs"
 );
 
@@ -190,14 +190,13 @@ if (wanted("transport")) {
     await page.goto(server.address.replace("/#", "/licences.txt#"));
     const token = server.address.split("#")[1];
     const measured = await page.evaluate(
-      async ([token, seconds]) => {
+      async ([token, seconds, scene]) => {
         const headers = { Authorization: "Bearer " + token };
         let id = 0;
         const ask = async (what, more = {}) =>
           (await fetch("/api/command", { method: "POST", headers, body: JSON.stringify({ id: ++id, do: what, ...more }) })).json();
         const state = async () => (await (await fetch("/api/state", { headers })).json()).engine.state;
-        const scenes = (await (await fetch("/api/list", { headers })).json()).scenes;
-        await ask("start", { scene: scenes.find((s) => s.startsWith("ball_")) });
+        await ask("start", { scene });
         for (let i = 0; i < 600 && (await state()) !== "paused"; ++i) await new Promise((r) => setTimeout(r, 100));
         let seq = 0;
         const frame = async () => {
@@ -234,7 +233,7 @@ if (wanted("transport")) {
         await ask("pause");
         return { rate: frames / time, megabytes: bytes / time / 1048576, late };
       },
-      [token, kSeconds],
+      [token, kSeconds, `ball_${count}.json`],
     );
     tell(`${count} vertices: frames that reach the page`, measured.rate, "1/s", String(least), measured.rate >= least);
     tell(`${count} vertices: bytes`, measured.megabytes, "MB/s", "", null);

@@ -257,12 +257,21 @@ std::vector<ContactRecord> BodyLink::contact_records() const
 {
     std::vector<ContactRecord> out;
     const BodyStepReport& report = state_->report;
-    for (std::size_t c = 0; c < report.contacts.contact.size(); ++c)
-        if (!report.force[c].isZero(0)) {
-            ContactRecord& r = out.emplace_back();
-            r.point = report.contacts.contact[c].point;
-            r.force = report.force[c];
-        }
+    const auto obstacles = int(state_->scene.obstacles.size());
+    for (std::size_t c = 0; c < report.contacts.contact.size(); ++c) {
+        const BodyContact& k = report.contacts.contact[c];
+        if (report.force[c].isZero(0)) continue;
+        ContactRecord& r = out.emplace_back();
+        r.point = k.point;
+        r.force = report.force[c];
+        r.normal = k.frame.col(0);
+        r.normal_force = r.normal.dot(r.force);
+        r.gap = k.gap;
+        // Obstacles first, then bodies.
+        r.body_a = obstacles + k.a;
+        r.body_b = k.b < 0 ? state_->system->finder.pairs()[std::size_t(k.pair)].obstacle
+                           : obstacles + k.b;
+    }
     return out;
 }
 

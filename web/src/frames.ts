@@ -1,9 +1,9 @@
 // What one instant looks like, from a live frame ("AMF1") or from the files of a finished run.
 
 export interface Field {
-  name: string;
-  unit: string;
-  values: Float32Array; // one a point
+  readonly name: string;
+  readonly unit: string;
+  readonly values: Float32Array; // one a point
 }
 
 export interface Body {
@@ -59,7 +59,13 @@ export function readLive(bytes: ArrayBuffer): { head: LiveHead; arrays: Map<stri
     if (a.type === "i16") {
       const coarse = new Int16Array(bytes, at, count);
       const points = new Float32Array(count);
-      for (let i = 0; i < count; ++i) points[i] = coarse[i] * a.scale! + a.shift![i % 3];
+      const scale = a.scale!;
+      const [x, y, z] = a.shift!;
+      for (let i = 0; i < count; i += 3) {
+        points[i] = coarse[i] * scale + x;
+        points[i + 1] = coarse[i + 1] * scale + y;
+        points[i + 2] = coarse[i + 2] * scale + z;
+      }
       arrays.set(a.name, points);
     } else if (a.type === "i32") {
       arrays.set(a.name, new Uint32Array(bytes, at, count));
@@ -108,7 +114,7 @@ export class LiveReader {
         if (head.step <= 0) this.start.set(name, points);
         const from = this.start.get(name);
         if (from?.length === points.length)
-          fields.push({ name: "distance moved", unit: "m", values: distances(points, from) });
+          fields.push(lazy("distance moved", "m", () => distances(points, from)));
       }
       this.bodies.set(name, {
         name,
@@ -134,10 +140,26 @@ export class LiveReader {
   }
 }
 
+/** A field whose values are made when somebody looks at them. */
+function lazy(name: string, unit: string, make: () => Float32Array): Field {
+  let made: Float32Array | null = null;
+  return {
+    name,
+    unit,
+    get values() {
+      return (made ??= make());
+    },
+  };
+}
+
 function distances(a: Float32Array, b: Float32Array): Float32Array {
   const out = new Float32Array(a.length / 3);
-  for (let i = 0; i < out.length; ++i)
-    out[i] = Math.hypot(a[3 * i] - b[3 * i], a[3 * i + 1] - b[3 * i + 1], a[3 * i + 2] - b[3 * i + 2]);
+  for (let i = 0; i < out.length; ++i) {
+    const x = a[3 * i] - b[3 * i];
+    const y = a[3 * i + 1] - b[3 * i + 1];
+    const z = a[3 * i + 2] - b[3 * i + 2];
+    out[i] = Math.sqrt(x * x + y * y + z * z);
+  }
   return out;
 }
 

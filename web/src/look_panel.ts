@@ -174,6 +174,8 @@ function arrowControls(): HTMLElement {
 
 function cutControls(): HTMLElement {
   const told = el("output", { "aria-label": "Place of the cutting plane" });
+  let above = false; // what lies there is kept
+  let other = false;
   const slider = el("input", { type: "range", min: 0, max: 1, step: 0.005, value: 0.5, disabled: true, "aria-label": "Cutting plane along the axis" });
   const change = (more: Partial<Cut>) => {
     for (const l of [look, secondLook]) Object.assign(l.cut, more);
@@ -195,11 +197,18 @@ function cutControls(): HTMLElement {
         ["z", "across z"],
       ],
       "",
-      (axis) => change({ axis: axis as Cut["axis"] }),
+      (axis) => {
+        // The half towards the camera goes: else the cut is on the far side.
+        above = axis !== "" && views[0].seesCutAbove(axis as "x" | "y" | "z");
+        change({ axis: axis as Cut["axis"], flip: above !== other });
+      },
     ),
     slider,
     told,
-    check("Keep the other side", false, (flip) => change({ flip })),
+    check("Keep the other side", false, (on) => {
+      other = on;
+      change({ flip: above !== other });
+    }),
   );
 }
 

@@ -15,7 +15,7 @@ function path(g: G, points: Spot[], close = false) {
 }
 
 /** Text that can be read on whatever lies below it. */
-function label(g: G, text: string, x: number, y: number) {
+export function label(g: G, text: string, x: number, y: number) {
   const width = g.measureText(text).width;
   const left = g.textAlign === "center" ? x - width / 2 : x;
   const ink = g.fillStyle;

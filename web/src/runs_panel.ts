@@ -10,6 +10,7 @@ import { dataOf, exportPage } from "./export";
 import { film } from "./film";
 import { main, sceneChooser } from "./main";
 import { forgetBodies } from "./look_panel";
+import { shortNumber } from "./colours";
 
 const keyOf = (r: Run) => (r === app.live ? "live" : app.kept.includes(r) ? "kept:" + r.name : "folder:" + r.folder);
 export const runChooser = el("select", {
@@ -99,17 +100,14 @@ export async function goOnWith(folder: string) {
   say(`${folder} is gone on with`);
 }
 
-/** After a server that was killed: what it was writing. */
+/** After a server or a simulation that was killed: the newest live run, where it has not reached its end. */
 export async function offerUnfinished() {
   const newest = folders.filter((f) => /-\d{3,}$/.test(f)).at(-1);
-  if (!newest) return;
-  const r = await runOf("folder:" + newest).catch(() => null);
-  if (r?.status === "running" && r.resumable)
-    say(
-      `${newest} was cut off at t = ${r.times.at(-1) ?? 0} s; what was written is there. `,
-      false,
-      el("button", { onclick: () => void goOnWith(newest) }, "Go on with it"),
-    );
+  const r = newest ? await runOf("folder:" + newest).catch(() => null) : null;
+  if (!newest || !r?.resumable) return;
+  const how = r.status === "running" ? "was cut off" : "has not reached its end";
+  const on = el("button", { onclick: () => void goOnWith(newest) }, "Go on with it");
+  say(`${newest} ${how}; what was written is there, up to t = ${shortNumber(r.times.at(-1) ?? 0)} s. `, false, on);
 }
 
 // ---- what leaves the page

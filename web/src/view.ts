@@ -9,7 +9,7 @@ import { seenTriangles } from "./seen_triangles";
 import { XrayFilm } from "./xray_film";
 import { kPlain, shortNumber, viridis } from "./colours";
 import { kSides, outwards, sharpEdges, tube } from "./shapes";
-import { drawAxes, drawBar, drawCross, drawHand, drawMeasure, drawOutline, drawScale } from "./overlay";
+import { drawAxes, drawBar, drawCross, drawHand, drawMeasure, drawOutline, drawScale, label } from "./overlay";
 import { CutFaces } from "./cut_faces";
 import type { Health } from "./state";
 
@@ -270,6 +270,16 @@ export class View {
     return this.isCut() ? -this.cutPlane.constant * this.cutPlane.normal.dot(this.cutAxis()) : null;
   }
 
+  /** Whether a place is not cut away. */
+  private isLeft(at: [number, number, number]): boolean {
+    return !this.isCut() || this.cutPlane.distanceToPoint(new THREE.Vector3(...at)) > -1e-6 * this.size;
+  }
+
+  /** Whether a cut across an axis is seen where what lies above it is kept. */
+  seesCutAbove(axis: "x" | "y" | "z"): boolean {
+    return this.camera.position.clone().sub(this.controls.target)[axis] < 0;
+  }
+
   private isCut(): boolean {
     return this.look.cut.axis !== "" && this.look.mode !== "xray";
   }
@@ -411,7 +421,7 @@ export class View {
 
   private updateArrows(now: Instant) {
     const { arrows } = this.look;
-    const own = arrowsOf(now, arrows);
+    const own = arrowsOf(now, arrows).filter((a) => this.isLeft(a.at));
     const all = this.partner?.instant ? [own, arrowsOf(this.partner.instant, arrows)] : [own];
     let largest = 0;
     for (const list of all) for (const a of list) largest = Math.max(largest, a.size);
@@ -489,12 +499,12 @@ export class View {
     }
     g.fillStyle = "#a8380b";
     for (const line of this.arrowText) {
-      g.fillText(line, 12, y);
-      y += 15;
+      label(g, line, 12, y);
+      y += 16;
     }
     const cut = this.cutPlace();
     g.fillStyle = kInk;
-    if (cut !== null) g.fillText(`cut at ${this.look.cut.axis} = ${shortNumber(cut)} m`, 12, y);
+    if (cut !== null) label(g, `cut at ${this.look.cut.axis} = ${shortNumber(cut)} m`, 12, y);
     const onScreen = (p: readonly number[]) => {
       const [x, v] = this.project(Float32Array.from(p));
       return [x, v] as [number, number];
