@@ -87,6 +87,7 @@ export class View {
   private arrowText: string[] = [];
   private bar: { name: string; unit: string; range: [number, number] } | null = null;
 
+  private coarse = false; // drawn with fewer points
   private readonly film = new XrayFilm();
   private readonly arrows = new ArrowMeshes(this.scene);
   private readonly cutPlane = new THREE.Plane(new THREE.Vector3(1, 0, 0), 0);
@@ -451,7 +452,9 @@ export class View {
     const width = Math.max(1, this.element.clientWidth);
     const height = Math.max(1, this.element.clientHeight);
     const ratio = Math.min(2, window.devicePixelRatio || 1);
-    const fine = exact || !this.hurried || this.cost < kSlow ? ratio : 0.5 * ratio;
+    // Once slow, with fewer points until things stand still: sizes that change cost more than they save.
+    this.coarse = this.hurried && (this.coarse || this.cost > kSlow);
+    const fine = exact || !this.coarse ? ratio : 0.5 * ratio;
     if (this.canvas.width !== Math.floor(width * fine) || this.canvas.height !== Math.floor(height * fine)) {
       this.renderer.setPixelRatio(fine);
       this.renderer.setSize(width, height, false);

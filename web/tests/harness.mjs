@@ -93,7 +93,7 @@ export async function runUntil(page, time) {
   await button(page, "Run").click();
   await page.waitForFunction((t) => (studio.live.times.at(-1) ?? -1) >= t - 1e-9, time, { timeout: 180000 });
   // A short scene may have reached its end meanwhile.
-  await button(page, "Pause").click({ timeout: 3000 }).catch(() => {});
+  await Promise.race([button(page, "Pause").click({ timeout: 60000 }), status(page, "paused", 60)]).catch(() => {});
   await status(page, "paused");
 }
 
