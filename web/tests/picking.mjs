@@ -1,22 +1,16 @@
-// Sets by every way of picking, and what is held within a run.
+// Sets by every way of picking.
 
 import assert from "node:assert/strict";
 import {
   button,
   example,
-  freshRun,
   launch,
-  message,
   newContext,
   open,
   picture,
-  runUntil,
-  same,
   serve,
   status,
   test,
-  toBeginning,
-  valueAt,
 } from "./harness.mjs";
 
 example("hapco/hexa.json", "picked.json");
@@ -25,7 +19,6 @@ const context = await newContext(browser);
 const server = await serve("picked.json");
 const page = await open(context, server.address);
 const here = () => page;
-const kForce = "bed_on_tool_force_z";
 const told = page.getByLabel("Picked faces");
 const pickBy = (label) => page.getByRole("combobox", { name: "Pick by" }).selectOption({ label });
 await status(page, "paused");
@@ -136,27 +129,6 @@ await test("named sets are shown", async () => {
   await page.waitForTimeout(500);
   await picture(page, "studio_set", page.getByRole("main"));
   await page.getByRole("combobox", { name: "Show the set" }).selectOption({ label: "none" });
-}, here);
-
-await test("a set is held and freed within a run, from the next step on", async () => {
-  await toBeginning(page);
-  await runUntil(page, 0.4);
-  const before = await page.evaluate(() => studio.live.times.at(-1));
-  await page.getByRole("combobox", { name: "Set of bed" }).selectOption({ label: "x_max" });
-  await button(page, "Hold the set of bed").click();
-  await page.waitForFunction(() => studio.scene.bodies.bed.hold.length === 2);
-  await message(page, /bodies\.bed\.hold is .* from step \d+ on/);
-  assert.equal(await page.evaluate(() => studio.live.times.at(-1)), before); // the same run goes on
-  await runUntil(page, 0.8);
-  const t = await page.evaluate(() => studio.live.times.findLast((x) => x <= 0.8 + 1e-9));
-  const held = await valueAt(page, kForce, t);
-  // A balance without sliding: the way to it does not count.
-  const fresh = freshRun("picked.json", [`time.end=${t}`, 'bodies.bed.hold=[{"set":"z_min","x":0,"y":0,"z":0},{"set":"x_max","x":0,"y":0,"z":0}]'], kForce);
-  same(held, fresh, 1e-6);
-  await button(page, "Free x_max of bed").click();
-  await page.waitForFunction(() => studio.scene.bodies.bed.hold.length === 1);
-  await runUntil(page, 0.9);
-  assert.equal(await page.evaluate(() => studio.live.times.filter((x) => x < 0.4).length > 5), true);
 }, here);
 
 await test("nothing went wrong in picking", async () => assert.deepEqual(page.problems, []));
