@@ -113,9 +113,8 @@ void CondensedSolid::make_parts()
     Eigen::MatrixXd held_turn = Eigen::MatrixXd::Zero(size, turns);
     for (const SolidConditions::Held& h : conditions_.held)
         for (int axis = 0; axis < 3; ++axis)
-            held_turn(h.dof, 3 * Eigen::Index(h.hold) + axis) =
-                Vec3::Unit(axis).cross(mesh_.nodes[std::size_t(h.dof / 3)] -
-                                       centres[h.hold])[h.dof % 3];
+            held_turn(h.dof, 3 * Eigen::Index(h.hold) + axis) = Vec3::Unit(axis).cross(
+                mesh_.nodes[std::size_t(h.dof / 3)] - centres[h.hold])[h.dof % 3];
     for (Eigen::Index j = 0; j < n + modes + turns; ++j) {
         Eigen::VectorXd f;
         if (j >= n + modes) {

@@ -11,8 +11,8 @@
 namespace amontons {
 namespace {
 
-constexpr double kHealthPause = 0.1;   // between two events [s]
-constexpr double kWatchedSeconds = 1;  // of the loop
+constexpr double kHealthPause = 0.1;  // between two events [s]
+constexpr double kWatchedSeconds = 1; // of the loop
 constexpr std::size_t kLongestRequest = std::size_t(1) << 24;
 
 void write_vector(JsonText& json, const char* name, const Vec3& x)
@@ -32,13 +32,12 @@ LoopHealth LoopWatch::look(std::span<const TickRecord> ticks, bool by_clock)
     h.time = h.last.time;
     h.ticks = static_cast<long>(ticks.size());
     h.missed_by_work = by_work_;
-    const auto from = std::ranges::find_if(ticks, [&](const TickRecord& t) {
-        return t.time > h.time - kWatchedSeconds;
-    });
+    const auto from = std::ranges::find_if(
+        ticks, [&](const TickRecord& t) { return t.time > h.time - kWatchedSeconds; });
     const std::span<const TickRecord> watched(from, ticks.end());
     if (watched.size() > 1 && watched.back().time > watched.front().time)
-        h.rate = static_cast<double>(watched.size() - 1) /
-                 (watched.back().time - watched.front().time);
+        h.rate =
+            static_cast<double>(watched.size() - 1) / (watched.back().time - watched.front().time);
     std::vector<double> compute, late;
     for (const TickRecord& t : watched) {
         compute.push_back(t.compute);
@@ -88,8 +87,7 @@ void HapticStudio::answer(const std::string& line, const std::string& scene,
     ServeRequest r = read_request(line, true);
     JsonText json(false);
     json.open('{').key("id").json(r.id);
-    if (r.issues.empty())
-        switch (r.what) {
+    if (r.issues.empty()) switch (r.what) {
         case What::frame:
             frames_.want(r.after, r.whole);
             json.member("ok", true);

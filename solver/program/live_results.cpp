@@ -64,8 +64,7 @@ void LiveResults::begin(const SteppedScene& scene, const std::string& folder, bo
         "this run was led by hand (amontons studio): what was led is not in the scene");
     options.threads = scene.options().threads;
     options.resume = resume;
-    open->writer =
-        std::make_unique<RunWriter>(open->scene, *open->simulation, options, open->stop);
+    open->writer = std::make_unique<RunWriter>(open->scene, *open->simulation, options, open->stop);
     open_ = std::move(open);
 }
 

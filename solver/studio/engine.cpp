@@ -172,8 +172,8 @@ void Engine::launch()
     int in[2] = {-1, -1}, out[2] = {-1, -1}, err[2] = {-1, -1}, frames[2] = {-1, -1};
     const bool pipes = ::pipe2(in, O_CLOEXEC) == 0 && ::pipe2(out, O_CLOEXEC) == 0 &&
                        ::pipe2(err, O_CLOEXEC) == 0 && ::pipe2(frames, O_CLOEXEC) == 0;
-    std::vector<std::string> words{"amontons", how_.device.empty() ? "serve" : "haptic",
-                                   how_.scene, "--frames", std::to_string(frames[1])};
+    std::vector<std::string> words{"amontons", how_.device.empty() ? "serve" : "haptic", how_.scene,
+                                   "--frames", std::to_string(frames[1])};
     if (!results_.empty()) words.push_back("--results=" + results_ + "/" + name_of(how_.scene));
     if (!how_.device.empty()) words.push_back("--device=" + how_.device);
     if (how_.virtual_time) words.emplace_back("--virtual-time");

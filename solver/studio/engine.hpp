@@ -22,7 +22,7 @@ struct EngineStart {
     std::vector<std::string> set; ///< "PATH=VALUE"
     std::string device;           ///< of a haptic run, as --device; "": none
     bool virtual_time = false;    ///< of a haptic run
-    std::string resume;           ///< folder of results that is gone on with; "": from the beginning
+    std::string resume; ///< folder of results that is gone on with; "": from the beginning
 };
 
 /// The simulation, in a process of its own: `amontons serve SCENE --frames FD`, or `amontons
@@ -90,8 +90,8 @@ private:
     Process process_;
     int number_ = 0; ///< of the process: what an older one says is passed over
     std::string state_ = "none", reason_, last_error_;
-    EngineStart how_;   ///< its `set` as the scene was started or changed since
-    std::string folder_; ///< of results, that the engine writes or wrote
+    EngineStart how_;                 ///< its `set` as the scene was started or changed since
+    std::string folder_;              ///< of results, that the engine writes or wrote
     std::map<std::string, Json> led_; ///< inputs, as they were last set
     std::vector<std::string> inputs_; ///< names of those that can be led
     std::string saved_, to_restore_;

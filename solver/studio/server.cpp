@@ -268,9 +268,9 @@ private:
                 throw std::runtime_error(std::string(how_.pages) + "/" + p.file +
                                          ": the page is not whole, build it again");
             server.Get(p.path,
-                        [text, type = p.type](const httplib::Request&, httplib::Response& r) {
-                            r.set_content(text, type);
-                        });
+                       [text, type = p.type](const httplib::Request&, httplib::Response& r) {
+                           r.set_content(text, type);
+                       });
         }
     }
 
@@ -292,9 +292,8 @@ private:
         server.Get("/api/schema", [this](const httplib::Request&, httplib::Response& r) {
             r.set_content(how_.schema, "application/json");
         });
-        server.Get("/api/list", [this](const httplib::Request&, httplib::Response& r) {
-            answer(r, listing());
-        });
+        server.Get("/api/list",
+                   [this](const httplib::Request&, httplib::Response& r) { answer(r, listing()); });
         server.Get("/api/file", [this](const httplib::Request& q, httplib::Response& r) {
             send_file(q.get_param_value("path"), r);
         });
@@ -508,8 +507,8 @@ private:
         std::error_code error;
         if (!path || !fs::is_regular_file(*path / "checkpoint", error) ||
             !fs::is_regular_file(*path / "manifest.json", error)) {
-            refused = issue("folder", folder.dump(), "a folder of results with a checkpoint below " +
-                                                         root_.string());
+            refused = issue("folder", folder.dump(),
+                            "a folder of results with a checkpoint below " + root_.string());
             return {};
         }
         const Json manifest = Json::parse(read_file(*path / "manifest.json"), nullptr, false);
