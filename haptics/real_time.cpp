@@ -148,6 +148,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
     TripleBuffer<PoseAtTime> poses;
     std::atomic<bool> done{false}, stopped{false}; // stopped: the simulation, for good
     std::atomic<long> ticked{0}, overloaded{0};
+    std::atomic<std::size_t> recorded{0}; // records that the simulation's thread may read
     std::atomic<SafetyState> state{SafetyState::no_operator};
     SafetyState told = SafetyState::no_operator;
     const auto tell = [&] {
@@ -214,6 +215,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
             record.compute = end - woke;
             record.cpu = clock_now(CLOCK_THREAD_CPUTIME_ID) - cpu;
             ++count;
+            recorded.store(count, std::memory_order_release);
             last = k;
             // What is missed is missed: the next full period that lies ahead.
             k = std::max(k + 1, static_cast<long>(std::ceil((end - start) / period)));
@@ -266,6 +268,9 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
             const long n = ticked.exchange(0), over = overloaded.exchange(0);
             options.on_overload(n > 0 ? static_cast<double>(over) / static_cast<double>(n) : 0);
         }
+        if (options.on_ticks)
+            options.on_ticks(
+                std::span(run.records).first(recorded.load(std::memory_order_acquire)));
         if (stopped) continue; // the loop takes the force away, and says so
         const double begin = clock_now();
         ++run.steps;

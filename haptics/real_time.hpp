@@ -5,6 +5,7 @@
 #include "haptics/virtual_time.hpp"
 
 #include <atomic>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,8 @@ struct RealTimeOptions {
     /// Called in the simulation's thread, once at most, where it makes fewer than 0.8 of the steps
     /// a second that operator_period asks for.
     std::function<void(double rate)> on_slow;
+    /// Called in the simulation's thread before a step, with all ticks that are done.
+    std::function<void(std::span<const TickRecord> ticks)> on_ticks;
     /// Called by the loop at the end of each tick, with the number of periods since the last: what
     /// a simulated device does in them. No allocation, no lock.
     std::function<void(long periods)> advance;

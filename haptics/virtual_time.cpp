@@ -5,6 +5,7 @@
 #include <cmath>
 #include <deque>
 #include <random>
+#include <thread>
 
 namespace amontons {
 
@@ -30,6 +31,7 @@ std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, Device& devi
     bool waited = false;
     HandPose last;
 
+    const Clock::time_point begin = Clock::now();
     std::vector<TickRecord> records;
     records.reserve(static_cast<std::size_t>(ticks));
     for (long k = 0; k < ticks && !(options.stop && *options.stop); ++k) {
@@ -43,6 +45,9 @@ std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, Device& devi
             const Sampled& begun = steps.front();
             if (publish(buffer.back(), begun.handle, begun.time, ++sequence)) buffer.publish();
             if (static_cast<int>(steps.size()) > options.operator_latency) steps.pop_front();
+            if (options.on_ticks) options.on_ticks(records);
+            if (options.by_clock)
+                std::this_thread::sleep_until(begin + std::chrono::duration<double>(time));
         }
         // The first is in time: with it the device is met. And so is one that was waited for.
         if (late == 0 && !waited && options.late_share > 0 && uniform(rng) < options.late_share &&

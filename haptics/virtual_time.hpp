@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <functional>
+#include <span>
 #include <vector>
 
 namespace amontons {
@@ -20,6 +21,10 @@ struct VirtualOptions {
     unsigned seed = 1;                 ///< of which ticks are late
     double stop_publishing_at = 1e300; ///< [s]
     const std::atomic<bool>* stop = nullptr; ///< ends the run when it is set
+    /// Called after each step of the simulation, with all ticks that are done.
+    std::function<void(std::span<const TickRecord> ticks)> on_ticks;
+    /// The clock is waited for: a second of the run takes one, if the machine is quick enough.
+    bool by_clock = false;
 };
 
 /// Makes the operator for a handle pose: what the simulation thread does. False: there is none.

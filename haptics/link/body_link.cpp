@@ -227,12 +227,15 @@ bool BodyLink::take_over(const HandleLink& before)
     State& s = *state_;
     const State& old = *link->state_;
     if (s.system->refs.size() != old.system->refs.size()) return false;
-    for (std::size_t b = 0; b < s.system->refs.size(); ++b)
-        if (s.system->refs[b].name != old.system->refs[b].name ||
-            s.system->refs[b].body->state().size() != old.system->refs[b].body->state().size())
-            return false;
-    for (std::size_t b = 0; b < s.system->refs.size(); ++b)
-        s.system->refs[b].body->set_state(old.system->refs[b].body->state());
+    std::vector<std::vector<double>> states;
+    for (std::size_t b = 0; b < s.system->refs.size(); ++b) {
+        const BodyRef &now = s.system->refs[b], &then = old.system->refs[b];
+        if (now.name != then.name) return false;
+        states.push_back(now.body->state_from(*then.body));
+        if (states.back().size() != now.body->state().size()) return false;
+    }
+    for (std::size_t b = 0; b < states.size(); ++b)
+        s.system->refs[b].body->set_state(states[b]);
     s.system->warm = old.system->warm;
     s.held->aim(old.held->device());
     s.last_step = old.last_step;

@@ -103,7 +103,7 @@ struct HandRun::State {
     bool told = false;             // a fault, while it lasted
 
     void run_virtual(const Publisher<float>& publish, HapticLoop<float>& loop, HapticOutcome& out,
-                     const std::atomic<bool>& stop);
+                     const HandRunHooks& hooks, const std::atomic<bool>& stop);
     void run_by_clock(const Publisher<float>& publish, HapticLoop<float>& loop, HapticOutcome& out,
                       const HandRunHooks& hooks, const std::atomic<bool>& stop);
     std::string refused() const;
@@ -142,6 +142,16 @@ HandRun::~HandRun() = default;
 const Scene& HandRun::scene() const
 {
     return state_->scene;
+}
+
+const Scene& HandRun::scene_now() const
+{
+    return state_->changed.link ? state_->changed.scene : state_->scene;
+}
+
+const HapticSettings& HandRun::settings() const
+{
+    return state_->set;
 }
 
 std::string HandRun::json(const HapticOutcome& o) const
@@ -221,7 +231,11 @@ HapticOutcome HandRun::run(const HandRunHooks& hooks, const std::atomic<bool>& s
     const Publisher<float> publish = [&](ReducedOperator<float>& op, const HandPose& handle,
                                          double time, std::uint64_t sequence) {
         if (hooks.changes) changes.ask(hooks.changes());
-        if (ChangedLink next = changes.next(*s.link, say); next.link) {
+        const auto tell = [&](const std::string& line, const std::string& refusal) {
+            if (hooks.changed) return hooks.changed(line, refusal, *s.link);
+            say(refusal.empty() ? "set " + line : "not set: " + line + ": " + refusal);
+        };
+        if (ChangedLink next = changes.next(*s.link, tell); next.link) {
             s.changed.link.reset(); // before its obstacles
             s.changed = std::move(next);
             s.link = s.changed.link.get();
@@ -241,7 +255,7 @@ HapticOutcome HandRun::run(const HandRunHooks& hooks, const std::atomic<bool>& s
     out.real_time = !s.options.virtual_time;
     out.contacts_asked = out.contacts_left = s.scene.haptic.contacts;
     if (s.options.virtual_time)
-        s.run_virtual(publish, loop, out, stop);
+        s.run_virtual(publish, loop, out, hooks, stop);
     else
         s.run_by_clock(publish, loop, out, hooks, stop);
     if (!published && out.status == "done") {
@@ -258,7 +272,8 @@ HapticOutcome HandRun::run(const HandRunHooks& hooks, const std::atomic<bool>& s
 }
 
 void HandRun::State::run_virtual(const Publisher<float>& publish, HapticLoop<float>& loop,
-                                 HapticOutcome& out, const std::atomic<bool>& stop)
+                                 HapticOutcome& out, const HandRunHooks& hooks,
+                                 const std::atomic<bool>& stop)
 {
     State& s = *this;
     VirtualOptions options;
@@ -267,6 +282,9 @@ void HandRun::State::run_virtual(const Publisher<float>& publish, HapticLoop<flo
     options.operator_latency = s.options.latency;
     options.late_share = s.options.late;
     options.stop = &stop;
+    options.by_clock = s.options.watched;
+    if (hooks.ticks)
+        options.on_ticks = [&](std::span<const TickRecord> ticks) { hooks.ticks(ticks, *s.link); };
     out.records = run_in_virtual_time<float>(
         loop, *s.device,
         [&] {
@@ -292,6 +310,8 @@ void HandRun::State::run_by_clock(const Publisher<float>& publish, HapticLoop<fl
     options.own_process = s.options.own_process;
     options.stop = &stop;
     options.budget = s.set.loop.proxy.budget;
+    if (hooks.ticks)
+        options.on_ticks = [&](std::span<const TickRecord> ticks) { hooks.ticks(ticks, *s.link); };
     options.on_state = [&](SafetyState state) {
         if (state == SafetyState::starting) return;
         if (state == SafetyState::limited) { // it comes and goes: once is enough

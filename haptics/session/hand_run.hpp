@@ -5,6 +5,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,7 @@ struct HandRunOptions {
     bool control = true;              ///< passivity; else the energy is counted only
     int threads = 1;
     std::string cache; ///< folder of factors; "": none
+    bool watched = false; ///< virtual time goes by the clock: somebody looks on
     /// The process has nothing else to do: its allocator keeps what a step frees.
     bool own_process = true;
 };
@@ -32,6 +34,11 @@ struct HandRunOptions {
 struct HandRunHooks {
     std::function<void(const std::string&)> say;
     std::function<std::vector<std::string>()> changes; ///< "PATH=VALUE" that the user asks for
+    /// A change is made, or is not: "" or why not. Missing: `say` is told.
+    std::function<void(const std::string& line, const std::string& refusal, const HandleLink&)>
+        changed;
+    /// All ticks that are done, about once a step of the simulation.
+    std::function<void(std::span<const TickRecord>, const HandleLink&)> ticks;
     /// After each step of the simulation.
     /// @param remade  the obstacles are others than those of the step before
     std::function<void(const HandleLink&, const std::vector<Obstacle>&, bool remade)> after_step;
@@ -49,6 +56,10 @@ public:
 
     /// With introducers where their centrelines say.
     const Scene& scene() const;
+    /// As it is now, after changes.
+    const Scene& scene_now() const;
+    /// After prepare().
+    const HapticSettings& settings() const;
     /// Makes the bodies and opens the device. @throws InputError
     void prepare(std::function<std::vector<Obstacle>(const Scene&)> make);
 

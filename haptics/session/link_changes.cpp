@@ -19,11 +19,11 @@ ChangedLink build_changed_link(const ReadAgain& read, const MakeObstacles& make,
     c.line = std::move(line);
     c.overrides = std::move(overrides);
     try {
-        const Scene scene = read(c.overrides);
-        c.obstacles = make(scene);
-        c.link = make_link(scene, c.obstacles, options);
+        c.scene = read(c.overrides);
+        c.obstacles = make(c.scene);
+        c.link = make_link(c.scene, c.obstacles, options);
     } catch (const InputError& error) {
-        c.refusal = std::string("not set: ") + error.what();
+        c.refusal = error.what();
     }
     return c;
 }
@@ -58,8 +58,7 @@ void LinkChanges::ask(std::vector<std::string> lines)
         s.asked.push_back(std::move(line));
 }
 
-ChangedLink LinkChanges::next(const HandleLink& now,
-                              const std::function<void(const std::string&)>& say)
+ChangedLink LinkChanges::next(const HandleLink& now, const Tell& tell)
 {
     State& s = *state_;
     if (!s.pending.valid() && !s.asked.empty()) {
@@ -73,11 +72,11 @@ ChangedLink LinkChanges::next(const HandleLink& now,
         return c;
     c = s.pending.get();
     if (c.link && !c.link->take_over(now)) {
-        c.refusal = "not set, the bodies would be others: " + c.line;
+        c.refusal = "the bodies would be others";
         c.link.reset();
     }
     if (c.link) s.overrides = c.overrides;
-    say(c.link ? "set " + c.line : c.refusal);
+    tell(c.line, c.refusal);
     return c;
 }
 

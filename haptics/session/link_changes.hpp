@@ -1,6 +1,7 @@
 #pragma once
 
 #include "haptics/link/handle_link.hpp"
+#include "solver/scene/scene.hpp"
 
 #include <functional>
 #include <memory>
@@ -19,6 +20,7 @@ using MakeObstacles = std::function<std::vector<Obstacle>(const Scene& scene)>;
 struct ChangedLink {
     std::string line; ///< PATH=VALUE
     std::vector<std::string> overrides;
+    Scene scene;
     std::vector<Obstacle> obstacles; // before the link, which uses them
     std::unique_ptr<HandleLink> link;
     std::string refusal;
@@ -34,7 +36,9 @@ public:
 
     void ask(std::vector<std::string> lines);
     /// The next change that is ready, taken over from where the simulation is; or no link.
-    ChangedLink next(const HandleLink& now, const std::function<void(const std::string&)>& say);
+    /// @param tell  of each change: its line and "", or why it is not made
+    using Tell = std::function<void(const std::string& line, const std::string& refusal)>;
+    ChangedLink next(const HandleLink& now, const Tell& tell);
     /// The run is over.
     void end(const std::function<void(const std::string&)>& say);
 

@@ -113,9 +113,8 @@ void CondensedSolid::make_parts()
     Eigen::MatrixXd held_turn = Eigen::MatrixXd::Zero(size, turns);
     for (const SolidConditions::Held& h : conditions_.held)
         for (int axis = 0; axis < 3; ++axis)
-            held_turn(h.dof, 3 * Eigen::Index(h.hold) + axis) =
-                Vec3::Unit(axis).cross(mesh_.nodes[std::size_t(h.dof / 3)] -
-                                       centres[h.hold])[h.dof % 3];
+            held_turn(h.dof, 3 * Eigen::Index(h.hold) + axis) = Vec3::Unit(axis).cross(
+                mesh_.nodes[std::size_t(h.dof / 3)] - centres[h.hold])[h.dof % 3];
     for (Eigen::Index j = 0; j < n + modes + turns; ++j) {
         Eigen::VectorXd f;
         if (j >= n + modes) {
@@ -525,6 +524,22 @@ std::vector<double> CondensedSolid::state() const
     const std::vector<double> columns = kept_columns();
     s.insert(s.end(), columns.begin(), columns.end());
     return s;
+}
+
+/// The state is made of what each hold and load does: of others it says nothing.
+std::vector<double> CondensedSolid::state_from(const Body& before) const
+{
+    const auto* solid = dynamic_cast<const CondensedSolid*>(&before);
+    if (!solid || solid->touching_ != touching_ || solid->mesh_.nodes != mesh_.nodes ||
+        solid->parts_of_u_.size() != parts_of_u_.size())
+        return {};
+    for (std::size_t i = 0; i < parts_of_u_.size(); ++i) {
+        const Part &a = parts_of_u_[i], &b = solid->parts_of_u_[i];
+        if (a.prescribed != b.prescribed || a.axis != b.axis || a.dofs != b.dofs ||
+            a.force.size() != b.force.size() || a.force != b.force)
+            return {};
+    }
+    return before.state();
 }
 
 void CondensedSolid::set_state(std::span<const double> s)

@@ -37,6 +37,7 @@ public:
     bool condensed() const override { return true; }
     std::vector<double> state() const override;
     void set_state(std::span<const double> state) override;
+    std::vector<double> state_from(const Body& before) const override;
 
 private:
     /// One load or prescribed set at size one.

@@ -465,6 +465,8 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
         for (const SolidConditions::Held& h : conditions_.held)
             held[h.dof] = missing[h.dof];
         reaction_ = into_space(held);
+    } else {
+        reaction_.setZero(); // a hold that was there before a change of the scene
     }
     const Eigen::VectorXd load = into_space(last_load_);
     if (load_.size() == 0) load_ = load;

@@ -177,6 +177,7 @@ public:
     std::vector<double> velocities() const override;
     void set_velocities(std::span<const double> velocities) override;
     std::vector<double> state() const override;
+    std::vector<double> state_from(const Body& before) const override;
     void set_state(std::span<const double> state) override;
 
     /// Forces that the body's holds need, along the world's axes, of each hold's set [N]; of the

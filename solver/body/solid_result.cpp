@@ -261,6 +261,19 @@ std::vector<double> SolidBody::state() const
     return s;
 }
 
+/// Holds and surfaces may be others: which columns of the compliance are kept is then this one's.
+std::vector<double> SolidBody::state_from(const Body& before) const
+{
+    std::vector<double> s = before.state();
+    const auto* solid = dynamic_cast<const SolidBody*>(&before);
+    if (!solid || solid->mesh_.nodes != mesh_.nodes) return {};
+    const std::vector<double> columns = kept_columns();
+    if (columns.size() == solid->kept_columns().size()) return s; // the same, as far as it counts
+    s.resize(s.size() - solid->kept_columns().size());
+    s.insert(s.end(), columns.begin(), columns.end());
+    return s;
+}
+
 std::vector<double> SolidBody::kept_columns() const
 {
     std::vector<double> out{print_of_last_columns(), double(last_from_factor_)};

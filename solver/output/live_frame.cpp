@@ -72,6 +72,9 @@ std::string live_frame_bytes(const ViewFrame& frame, const LiveFrameHead& head)
     json.key("bodies").open('[');
     for (const ViewShape& s : frame.shapes)
         json.open('{').member("name", s.name).member("kind", kKinds[s.kind]).close('}');
+    json.close(']').key("names").open('[');
+    for (const std::string& name : frame.names)
+        json.value(name);
     json.close(']').key("arrays").open('[');
     ArraysOut out{{}, json};
     for (const ViewShape& s : frame.shapes) {
@@ -80,12 +83,20 @@ std::string live_frame_bytes(const ViewFrame& frame, const LiveFrameHead& head)
             out.add(s.name + "/triangles", "i32", s.triangles, 3);
             json.close('}');
         }
+        if (!s.faces.empty()) {
+            out.add(s.name + "/faces", "i32", s.faces, 1);
+            json.close('}');
+        }
         if (!s.values.empty()) {
             out.add(s.name + "/values", "f32", s.values, 1);
             json.close('}');
         }
     }
     out.add("/contacts", "f32", frame.contacts, 6); // no body has an empty name
+    json.close('}');
+    out.add("/normal_forces", "f32", frame.normal_forces, 3);
+    json.close('}');
+    out.add("/pairs", "i32", frame.pairs, 2);
     json.close('}').close(']').close('}');
     std::string header = json.text();
     header.resize((header.size() + 7) / 8 * 8, ' ');

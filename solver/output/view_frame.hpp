@@ -19,12 +19,19 @@ struct ViewShape {
     std::vector<float> points;           ///< 3 a point [m]
     std::vector<std::int32_t> triangles; ///< 3 corners each; empty: those of the frame before
     std::vector<float> values; ///< a point: radius of a wire [m], stress of a solid [Pa] (none: plain)
+    /// Of a solid with triangles: the face of its outside that each is of. For studio alone.
+    std::vector<std::int32_t> faces = {};
 };
 
 struct ViewFrame {
     std::string caption;
     std::vector<ViewShape> shapes;
     std::vector<float> contacts; ///< 6 each: point [m], the force that the caption names [N]
+    // For studio alone:
+    std::vector<float> normal_forces; ///< 3 each: its part along the contact's normal [N]
+    /// 2 each, numbers of `names`: the body that the force acts on, and that exerts it.
+    std::vector<std::int32_t> pairs;
+    std::vector<std::string> names;
 };
 
 /// A frame with its length before it.

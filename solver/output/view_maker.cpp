@@ -32,7 +32,9 @@ const ViewMaker::Outside& ViewMaker::outside_of(const BodyRecord& solid)
     if (is_new) {
         const ExternalSurface surface = extract_surface(*solid.elements);
         at->second.nodes = surface.used_nodes;
-        add_triangles(at->second.triangles, triangulate(surface, *solid.elements).mesh.triangles);
+        TriangulatedSurface flat = triangulate(surface, *solid.elements);
+        add_triangles(at->second.triangles, flat.mesh.triangles);
+        at->second.faces = std::move(flat.faces);
     }
     return at->second;
 }
@@ -78,10 +80,13 @@ ViewFrame ViewMaker::frame(double time, const std::vector<BeamRecord>& beams,
                 s.values.push_back(
                     static_cast<float>(stress->values[static_cast<std::size_t>(node)]));
         }
-        if (!begun_) s.triangles = outside.triangles;
+        if (begun_) continue;
+        s.triangles = outside.triangles;
+        s.faces = outside.faces;
     }
     double largest = 0;
     std::set<std::string> pairs;
+    f.names = bodies_.names;
     for (const ContactRecord& c : contacts) {
         // On the wall of a vessel, as the picture shows it; else on the first body. The caption
         // says which by the names of history.csv: A_on_B is what A exerts on B.
@@ -90,6 +95,9 @@ ViewFrame ViewMaker::frame(double time, const std::vector<BeamRecord>& beams,
         const bool on_b = known && bodies_.kinds[a] == "beam" && bodies_.kinds[b] != "beam";
         add_point(f.contacts, c.point);
         add_point(f.contacts, on_b ? Vec3(-c.force) : c.force);
+        const Vec3 normal = c.force.dot(c.normal) * c.normal;
+        add_point(f.normal_forces, on_b ? Vec3(-normal) : normal);
+        f.pairs.insert(f.pairs.end(), {on_b ? c.body_b : c.body_a, on_b ? c.body_a : c.body_b});
         largest = std::max(largest, c.force.norm());
         if (known && pairs.size() <= kMostPairs)
             pairs.insert(bodies_.names[on_b ? a : b] + "_on_" + bodies_.names[on_b ? b : a]);

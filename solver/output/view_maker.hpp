@@ -27,6 +27,7 @@ private:
     struct Outside { ///< of a solid
         std::vector<std::int32_t> nodes;
         std::vector<std::int32_t> triangles;
+        std::vector<std::int32_t> faces; ///< of each triangle
     };
     const Outside& outside_of(const BodyRecord& solid);
 

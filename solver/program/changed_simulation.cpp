@@ -35,7 +35,7 @@ void ChangedSimulation::change(const std::string& line)
         Scene scene = read_scene(file_, overrides);
         place_introducers(scene);
         std::unique_ptr<Simulation> next = make_simulation(scene, build_obstacles(scene), options_);
-        next->restore(now_->save());
+        next->take_over(*now_);
         now_ = std::move(next);
         overrides_ = std::move(overrides);
         session_.say("set " + line);

@@ -1,12 +1,15 @@
 // amontons haptic SCENE --device D: a hand feels the scene at 1 kHz.
 
 #include "haptics/link/handle_link.hpp"
+#include "haptics/link/settings.hpp"
 #include "haptics/session/hand_run.hpp"
 #include "mesh/base/file.hpp"
 #include "mesh/base/folder_lock.hpp"
 #include "solver/output/output_folder.hpp"
 #include "solver/output/view_maker.hpp"
+#include "solver/program/haptic_studio.hpp"
 #include "solver/program/interrupt.hpp"
+#include "solver/program/live_results.hpp"
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/scene_lines.hpp"
 #include "solver/program/session.hpp"
@@ -28,6 +31,9 @@ struct HapticArguments {
     std::string output;
     bool view = false;
     bool free = false; ///< no passivity control
+    // of the engine of amontons studio
+    int frames = -1; ///< where frames go
+    std::string results;
 };
 
 void make_output(const std::string& folder)
@@ -44,10 +50,46 @@ void make_output(const std::string& folder)
         throw InputError({{folder, "", found, "a folder that can be made and written to"}});
 }
 
+/// What the page asks for and is shown while the run lasts.
+void give_to_studio(HapticStudio& studio, HandRunHooks& hooks, const HandRun& run, bool by_clock)
+{
+    const auto resolved = std::make_shared<std::string>(); // empty: not made of the scene as it is
+    hooks.changes = [&, resolved] {
+        if (resolved->empty()) *resolved = resolved_scene(run.scene_now());
+        std::vector<std::string> lines;
+        for (const HapticStudio::Change& c : studio.take(*resolved))
+            lines.push_back(c.path + "=" + c.value);
+        return lines;
+    };
+    hooks.changed = [&studio, resolved](const std::string& line, const std::string& refusal,
+                                        const HandleLink& link) {
+        studio.tell_change(line, link.time(), refusal);
+        if (refusal.empty()) resolved->clear();
+    };
+    hooks.ticks = [&studio, by_clock, stiffness = run.settings().link.spring.stiffness](
+                      std::span<const TickRecord> ticks, const HandleLink& link) {
+        studio.tell_health(ticks, link, stiffness, by_clock);
+    };
+    hooks.after_step = [&, frames = std::make_shared<std::optional<ViewMaker>>()](
+                           const HandleLink& link, const std::vector<Obstacle>& obstacles,
+                           bool remade) {
+        if (!studio.wants_frame()) {
+            if (remade) frames->reset();
+            return;
+        }
+        const bool whole = studio.wants_whole();
+        if (whole || remade || !*frames) frames->emplace(obstacles, contact_bodies(run.scene()));
+        studio.send((*frames)->frame(link.time(), link.beam_records(), link.body_records(),
+                                     link.contact_records()),
+                    whole, link);
+    };
+}
+
 void haptic(HapticArguments& a, Session& session)
 {
     settle(a.scene);
     a.how.control = !a.free;
+    a.how.watched = a.frames >= 0;
     const auto read = [file = a.scene.scene,
                        all = a.scene.overrides](std::vector<std::string> more) {
         more.insert(more.begin(), all.begin(), all.end());
@@ -58,6 +100,7 @@ void haptic(HapticArguments& a, Session& session)
     HandRun run(read_scene(a.scene.scene, a.scene.overrides), a.how, read);
     const Scene& scene = run.scene();
     std::optional<FolderLock> lock;
+    if (!a.results.empty()) a.output = make_numbered_folder(a.results + "-hand");
     if (!a.output.empty()) { // before the run, not after
         check_output_folder(a.output, scene);
         make_output(a.output);
@@ -84,7 +127,15 @@ void haptic(HapticArguments& a, Session& session)
                                             link.contact_records()));
         };
     }
-    HapticOutcome out = run.run(hooks, stop_on_interrupt());
+    std::atomic<bool>& stop = stop_on_interrupt();
+    std::optional<HapticStudio> studio;
+    if (a.frames >= 0) {
+        session.quiet = true; // what there is to say goes to the page
+        const HapticSettings& set = run.settings();
+        studio.emplace(a.frames, session, stop, set.loop.period, 1 / set.link.condense.period);
+        give_to_studio(*studio, hooks, run, !a.how.virtual_time);
+    }
+    HapticOutcome out = run.run(hooks, stop);
     if (viewer) {
         const Viewer::Counts shown = viewer->close();
         out.shown = ShownFrames{shown.frames, shown.seconds};
@@ -98,7 +149,9 @@ void haptic(HapticArguments& a, Session& session)
         session.error(out.message);
     }
     if (out.status == "interrupted") session.exit_code = kInterrupted;
-    if (session.json)
+    if (studio)
+        studio->tell_report(run.table(out));
+    else if (session.json)
         session.print(run.json(out));
     else if (!session.quiet)
         session.print(run.table(out));
@@ -155,6 +208,9 @@ void add_haptic(CLI::App& program, Session& session)
     command->add_option("--cache", a->how.cache, "Folder where factors of solids are kept")
         ->type_name("DIR");
     command->add_flag("--json", session.json, "One JSON object on stdout");
+    // of amontons studio
+    command->add_option("--frames", a->frames)->group("");
+    command->add_option("--results", a->results)->group("");
     command->callback([a, &session] { haptic(*a, session); });
 }
 

@@ -4,12 +4,14 @@
 #include "mesh/base/base64.hpp"
 #include "mesh/base/file.hpp"
 #include "mesh/base/phase_timer.hpp"
+#include "mesh/extract_surface.hpp"
 #include "solver/large/large_matrix.hpp"
-#include "solver/output/live_frame.hpp"
 #include "solver/output/manifest.hpp"
 #include "solver/output/view_maker.hpp"
 #include "solver/program/interrupt.hpp"
 #include "solver/program/line_reader.hpp"
+#include "solver/program/live_frames.hpp"
+#include "solver/program/live_results.hpp"
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/serve_request.hpp"
 #include "solver/program/session.hpp"
@@ -18,9 +20,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
-#include <chrono>
 #include <fmt/format.h>
 #include <limits>
 #include <map>
@@ -28,7 +28,6 @@
 #include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <unistd.h>
 #include <utility>
 
 namespace amontons {
@@ -79,8 +78,39 @@ public:
     {
     }
     const std::vector<Issue>& warnings() const { return scene_.warnings(); }
-    /// From now on answers tell the units of quantities, too.
-    void tell_units() { units_ = true; }
+    /// The engine of amontons studio: answers tell the units of quantities, too.
+    /// @param results  of LiveResults; "": none are written
+    /// @param resume   folder of results that is gone on with; "": none
+    /// @throws InputError  that folder is not of this scene
+    void become_engine(const std::string& results, const std::string& resume)
+    {
+        units_ = true;
+        changed(); // the page has nothing yet
+        if (!results.empty()) results_.emplace(results);
+        if (resume.empty()) return;
+        if (!results_) results_.emplace(resume);
+        results_->resume(scene_, resume);
+    }
+    /// What there is to tell beside answers, a line each; told once.
+    std::string take_news()
+    {
+        std::string lines;
+        if (!results_) return lines;
+        const auto tell = [&](const char* event, const char* name, const std::string& text) {
+            JsonText json(false);
+            json.open('{').member("event", event).member(name, text);
+            lines += json.close('}').text() + "\n";
+        };
+        if (const std::string now = results_->folder(); now != told_folder_) {
+            tell("results", "folder", now);
+            told_folder_ = now;
+        }
+        if (const std::string& why = results_->failure(); why != told_failure_) {
+            tell("log", "text", "results are not written any more: " + why);
+            told_failure_ = why;
+        }
+        return lines;
+    }
     bool running() const { return running_; }
     /// How long the next step of a run has to wait for the clock [s].
     double early() const
@@ -96,7 +126,7 @@ public:
         try {
             const StepResult last = scene_.step(stop_);
             if (last.outcome == Outcome::accepted) {
-                changed();
+                accepted();
                 json.open('{').member("event", "step");
                 report(json);
                 return json.close('}').text() + "\n";
@@ -125,25 +155,11 @@ public:
     /// The frame that is waited for, once there is something new; else "".
     std::string take_frame()
     {
-        if (!wanted_ || (!wanted_->whole && state_ <= wanted_->after)) return "";
-        const bool whole = wanted_->whole || !view_ || sent_ == 0;
-        wanted_.reset();
-        ViewFrame frame = next_view(whole);
-        if (whole) shown_.clear();
-        // What is where it was is left out.
-        std::erase_if(frame.shapes, [&](const ViewShape& s) {
-            auto [at, is_new] = shown_.try_emplace(s.name, s.points, s.values);
-            if (is_new) return false;
-            if (at->second == std::pair(s.points, s.values)) return true;
-            at->second = {s.points, s.values};
-            return false;
-        });
+        if (!frames_.due()) return "";
+        const bool whole = frames_.next_is_whole() || !view_;
         const Record& record = scene_.record();
-        const std::string bytes =
-            live_frame_bytes(frame, {state_, whole ? 0 : sent_, record ? record->step.step : -1,
-                                     scene_.time(), scene_.done()});
-        sent_ = state_;
-        return bytes;
+        return frames_.take(next_view(whole), whole, record ? record->step.step : -1,
+                            scene_.time(), scene_.done());
     }
 
     /// Does what a line asks for. @return  the line that answers
@@ -183,7 +199,7 @@ private:
             running_ = false;
             break;
         case Request::frame:
-            wanted_.emplace(Wanted{r.after, r.whole});
+            frames_.want(r.after, r.whole);
             json.member("ok", true);
             return;
         case Request::step:
@@ -196,10 +212,12 @@ private:
             changed();
             break;
         case Request::restore:
+            if (results_) results_->end("another state was restored");
             scene_.restore(r.state);
             changed();
             break;
         case Request::reset:
+            if (results_) results_->end("the scene was taken back to its beginning");
             scene_.reset();
             view_.reset();
             changed();
@@ -221,6 +239,8 @@ private:
             return;
         case Request::contacts:
             return tell_contacts(json.member("ok", true));
+        case Request::sets:
+            return tell_sets(json.member("ok", true));
         case Request::view:
             return tell_view(json.member("ok", true), r.whole);
         case Request::quit:
@@ -239,8 +259,8 @@ private:
             last = scene_.step(stop_, not_beyond);
             if (last.outcome != Outcome::accepted) break;
             ++taken;
+            accepted();
         }
-        if (taken > 0) changed();
         const bool failed = last.outcome == Outcome::failed,
                    interrupted = last.outcome == Outcome::interrupted;
         json.member("ok", !failed && !interrupted);
@@ -306,6 +326,13 @@ private:
         for (const std::string& w : run.warnings)
             json.value(w);
         json.close(']');
+    }
+
+    /// A step was taken.
+    void accepted()
+    {
+        changed();
+        if (results_) results_->add(scene_);
     }
 
     void set(const std::string& path, const std::string& value)
@@ -385,13 +412,35 @@ private:
                             record ? record->step.contacts : std::vector<ContactRecord>{});
     }
 
-    /// The state is another one: numbered by the clock, so that numbers grow from engine to engine.
-    void changed()
+    void changed() { frames_.changed(); }
+
+    /// Sets of solids: of faces by the numbers of the outside's, of nodes by those of its points.
+    void tell_sets(JsonText& json) const
     {
-        const auto now = std::chrono::steady_clock::now().time_since_epoch();
-        state_ = std::max<std::uint64_t>(
-            state_ + 1,
-            std::uint64_t(std::chrono::duration_cast<std::chrono::microseconds>(now).count()));
+        json.key("sets").open('[');
+        for (const BodyRecord& b : scene_.simulation().body_records()) {
+            if (!b.elements) continue;
+            const ExternalSurface outside = extract_surface(*b.elements);
+            std::map<FaceRef, std::int64_t> face_number;
+            for (const FaceRef& f : outside.faces)
+                face_number.emplace(f, std::int64_t(face_number.size()));
+            std::map<std::int32_t, std::int64_t> point_number;
+            for (const std::int32_t node : outside.used_nodes)
+                point_number.emplace(node, std::int64_t(point_number.size()));
+            const auto tell = [&](const std::string& name, const char* kind, const auto& members,
+                                  const auto& numbers) {
+                json.open('{').member("body", b.name).member("name", name).key(kind).open('[');
+                for (const auto& m : members)
+                    if (const auto at = numbers.find(m); at != numbers.end())
+                        json.value(at->second);
+                json.close(']').close('}');
+            };
+            for (const FaceSet& set : b.elements->face_sets)
+                tell(set.name, "faces", set.members, face_number);
+            for (const NodeSet& set : b.elements->node_sets)
+                tell(set.name, "points", set.members, point_number);
+        }
+        json.close(']');
     }
 
     void tell_view(JsonText& json, bool whole)
@@ -415,36 +464,20 @@ private:
     std::optional<ViewMaker> view_;
 
     // of the engine of amontons studio
-    struct Wanted {
-        std::uint64_t after = 0;
-        bool whole = false;
-    };
     bool running_ = false, units_ = false;
     double speed_ = 0, begun_at_ = 0;
     Stopwatch watch_;
-    std::uint64_t state_ = 0, sent_ = 0;
-    std::optional<Wanted> wanted_;
-    std::map<std::string, std::pair<std::vector<float>, std::vector<float>>> shown_;
+    LiveFrames frames_;
+    std::optional<LiveResults> results_;
+    std::string told_folder_, told_failure_;
 };
-
-/// A frame with its length before it. @return  false if nobody reads there any more
-bool send_frame(int stream, const std::string& frame)
-{
-    const std::uint64_t length = frame.size();
-    std::string bytes(reinterpret_cast<const char*>(&length), sizeof length);
-    bytes += frame;
-    for (std::size_t sent = 0; sent < bytes.size();) {
-        const ssize_t n = ::write(stream, bytes.data() + sent, bytes.size() - sent);
-        if (n < 0 && errno != EINTR) return false;
-        if (n > 0) sent += static_cast<std::size_t>(n);
-    }
-    return true;
-}
 
 struct ServeArguments {
     SceneArguments scene;
     SimulationOptions how;
-    int frames = -1; ///< of the engine of amontons studio: where frames go
+    // of the engine of amontons studio
+    int frames = -1; ///< where frames go
+    std::string results, resume;
 };
 
 void serve(ServeArguments& arguments, Session& session)
@@ -461,6 +494,7 @@ void serve(ServeArguments& arguments, Session& session)
         const std::string& file = arguments.scene.scene;
         server.emplace(read_scene_text(read_file(file), file, arguments.scene.overrides),
                        arguments.how, stop);
+        if (arguments.frames >= 0) server->become_engine(arguments.results, arguments.resume);
     } catch (const InputError& error) { // for whoever waits for the first answer
         session.refuse(error.issues());
         session.print(refusal_line("null", "bad_input", error.issues()));
@@ -470,9 +504,9 @@ void serve(ServeArguments& arguments, Session& session)
     LineReader lines(stop, kLongestLine);
     std::string line;
     bool engine = arguments.frames >= 0;
-    if (engine) server->tell_units();
     if (engine) session.print("{\"event\":\"ready\"}\n");
     while (!stop) {
+        if (const std::string news = server->take_news(); !news.empty()) session.print(news);
         if (engine)
             if (const std::string frame = server->take_frame(); !frame.empty())
                 engine = send_frame(arguments.frames, frame);
@@ -515,7 +549,10 @@ void add_serve(CLI::App& program, Session& session)
             "--cache", arguments->how.cache,
             "Folder where factors of solids and samples of walls are kept for the next run")
         ->type_name("DIR");
-    command->add_option("--frames", arguments->frames)->group(""); // of amontons studio
+    // of amontons studio
+    command->add_option("--frames", arguments->frames)->group("");
+    command->add_option("--results", arguments->results)->group("");
+    command->add_option("--resume", arguments->resume)->group("");
     command->callback([arguments, &session] { serve(*arguments, session); });
 }
 

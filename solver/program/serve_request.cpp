@@ -39,10 +39,11 @@ const std::vector<Command>& commands()
         {"run", What::run, {"speed?"}}, // from here on: kEngineCommands
         {"pause", What::pause, {}},
         {"frame", What::frame, {"after?", "whole?"}},
+        {"sets", What::sets, {}},
     };
     return all;
 }
-constexpr std::size_t kEngineCommands = 3;
+constexpr std::size_t kEngineCommands = 4;
 
 /// "one of a, b, c", or the nearest of them.
 std::string one_of(const std::string& found, const std::vector<std::string>& names)

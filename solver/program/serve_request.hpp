@@ -28,7 +28,8 @@ struct ServeRequest {
         // of the engine of amontons studio alone
         run,
         pause,
-        frame
+        frame,
+        sets
     };
     std::string id = "null"; ///< as JSON: a whole number or a text, as it came
     What what = What::state;
@@ -44,7 +45,7 @@ struct ServeRequest {
 };
 
 /// Reads a line, without its end. Never throws for what it holds.
-/// @param engine  run, pause and frame are known, too
+/// @param engine  run, pause, frame and sets are known, too
 ServeRequest read_request(std::string_view line, bool engine = false);
 
 } // namespace amontons

@@ -25,7 +25,8 @@ struct StudioArguments {
     std::string open;
     int port = 0;
     double idle = 30; // [min]
-    bool no_browser = false;
+    bool no_browser = false, no_results = false;
+    std::string results = "out/studio"; // below the folder that scenes lie in
 };
 
 const Session* the_session = nullptr; // of the one call of the module
@@ -132,11 +133,13 @@ void studio(const StudioArguments& arguments, Session& session)
                                     ? fs::read_symlink("/proc/self/exe", error).string()
                                     : program_path();
     const std::string schema = scene_schema(), root_text = root.string(),
-                      open_text = open.generic_string(), version = program_version();
+                      open_text = open.generic_string(), version = program_version(),
+                      results = arguments.no_results ? "" : (root / arguments.results).string();
     (void)stop_on_interrupt();
-    const AmontonsStudio how{
-        program.c_str(), pages.c_str(),  root_text.c_str(),   open_text.c_str(), schema.c_str(),
-        version.c_str(), arguments.port, 60 * arguments.idle, say_ready,         wants_end};
+    const AmontonsStudio how{program.c_str(),   pages.c_str(),   root_text.c_str(),
+                             open_text.c_str(), results.c_str(), schema.c_str(),
+                             version.c_str(),   arguments.port,  60 * arguments.idle,
+                             say_ready,         wants_end};
     const std::string problem = serve(&how);
     if (!problem.empty())
         throw InputError({{"(studio)", "", problem, "another port, or a whole build"}});
@@ -157,6 +160,12 @@ void add_studio(CLI::App& program, Session& session)
         ->add_option("--idle", arguments->idle, "Ends without a page for so long [min]; 0: never")
         ->check(CLI::Range(0.0, 1e6));
     command->add_flag("--no-browser", arguments->no_browser, "Only print the address");
+    command
+        ->add_option("--results", arguments->results,
+                     "Where runs are written, below the folder of the scenes")
+        ->type_name("DIR")
+        ->capture_default_str();
+    command->add_flag("--no-results", arguments->no_results, "Runs are not written");
     command->callback([arguments, &session] { studio(*arguments, session); });
 }
 

@@ -40,7 +40,21 @@ void BodySimulation::State::put_back(const BeforeStep& b)
 
 std::vector<std::byte> BodySimulation::save() const
 {
-    const State& s = *state_;
+    return state_->bytes_for(*state_);
+}
+
+void BodySimulation::take_over(const Simulation& before)
+{
+    const auto* bodies = dynamic_cast<const BodySimulation*>(&before);
+    if (!bodies) ByteReader::refuse("bodies of another kind");
+    state_->make_ready();
+    restore(bodies->state_->bytes_for(*state_));
+}
+
+/// @param next  what they are for: itself, or the same bodies with other conditions
+std::vector<std::byte> BodySimulation::State::bytes_for(const State& next) const
+{
+    const State& s = *this;
     ByteWriter out;
     out.value(s.started);
     out.value(s.time);
@@ -54,8 +68,14 @@ std::vector<std::byte> BodySimulation::save() const
     out.value(s.jumps);
     out.value(s.unstable);
     out.value(s.unstable_kept);
-    for (const auto& b : s.system->bodies)
-        out.vector(b->state());
+    const auto& bodies = s.system->bodies;
+    if (next.system->bodies.size() != bodies.size()) ByteReader::refuse("another number of bodies");
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        if (next.system->refs[b].name != s.system->refs[b].name)
+            ByteReader::refuse("bodies of other names");
+        out.vector(&next == this ? bodies[b]->state()
+                                 : next.system->bodies[b]->state_from(*bodies[b]));
+    }
     std::vector<double> couplings;
     for (const CouplingMemory& c : s.system->coupling_memory)
         couplings.insert(couplings.end(), {c.value, c.filtered});
@@ -79,7 +99,7 @@ std::vector<std::byte> BodySimulation::save() const
     s.overlaps.save(out);
     out.vector(s.limits);
     out.vector(s.instruments);
-    s.inputs.save(out);
+    s.inputs.save(out, next.inputs);
     save_summary(s.summary, out);
     return out.take();
 }

@@ -31,6 +31,7 @@ public:
     void prepare() override;
     std::vector<std::byte> save() const override;
     void restore(const std::vector<std::byte>& state) override;
+    void take_over(const Simulation& before) override;
 
 private:
     struct State;

@@ -121,6 +121,7 @@ struct BodySimulation::State {
     EnergyScale energy_scale() const;
     BeforeStep before_step() const;
     void put_back(const BeforeStep& before);
+    std::vector<std::byte> bytes_for(const State& next) const;
     EnergyVerdict judge_energy(const BeforeStep& before, double h);
     double within_reach(double h) const;
     StepRecord record(double h, double seconds);

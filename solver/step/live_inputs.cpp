@@ -79,9 +79,15 @@ void LiveInputs::wait_again(const std::vector<char>& waiting)
         input_[i].waiting = waiting[i] != 0;
 }
 
-void LiveInputs::save(ByteWriter& out) const
+void LiveInputs::save(ByteWriter& out, const LiveInputs& layout) const
 {
-    for (const Input& k : input_) {
+    for (const InputInfo& wanted : layout.info_) {
+        const auto at = std::ranges::find(info_, wanted.name, &InputInfo::name);
+        if (at == info_.end()) {
+            out.value(false);
+            continue;
+        }
+        const Input& k = input_[std::size_t(at - info_.begin())];
         out.value(k.live);
         if (!k.live) continue;
         out.value(k.waiting);

@@ -28,7 +28,9 @@ public:
     std::vector<char> waiting() const;
     void wait_again(const std::vector<char>& waiting);
 
-    void save(ByteWriter& out) const;
+    /// @param layout  the inputs that read() will be asked of: its own, or those of the same
+    ///                simulation with other holds and loads
+    void save(ByteWriter& out, const LiveInputs& layout) const;
     struct Saved {
         bool live = false, waiting = false;
         double value = 0;

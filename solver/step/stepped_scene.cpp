@@ -131,7 +131,7 @@ RunSummary SteppedScene::conclude()
 void SteppedScene::change(const std::vector<std::string>& overrides)
 {
     SteppedScene next(change_scene(*scene_, overrides), options_);
-    next.simulation_->restore(simulation_->save());
+    next.simulation_->take_over(*simulation_);
     next.record_ = std::move(record_);
     next.last_ = std::move(last_);
     *this = std::move(next);

@@ -30,7 +30,7 @@ std::vector<std::byte> WireSimulation::save() const
     for (const WallForce& f : s.force)
         out.vector(f.largest);
     out.vector(s.wall_moved);
-    s.inputs.save(out);
+    s.inputs.save(out, s.inputs);
     save_summary(s.summary, out);
     return out.take();
 }

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstring>
 #include <fcntl.h>
+#include <filesystem>
 #include <linux/close_range.h>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -17,6 +18,7 @@ namespace amontons::studio {
 namespace {
 
 constexpr double kBetweenSaves = 5;                     // of a run [s]
+constexpr double kLastWords = 1.5;                      // of an engine that is ended [s]
 constexpr double kPatience = 60;                        // for an answer [s]
 constexpr std::uint64_t kMostFrame = 1ULL << 30;        // [bytes]
 constexpr std::size_t kMostLine = std::size_t(1) << 29; // a state in it
@@ -33,6 +35,14 @@ Json refusal(const std::string& status, const std::string& found, const std::str
             {"status", status},
             {"issues",
              Json::array({{{"file", ""}, {"place", ""}, {"found", found}, {"allowed", allowed}}})}};
+}
+
+/// Of a scene's results: its file's name, or its folder's where that says nothing.
+std::string name_of(const std::string& scene)
+{
+    const std::filesystem::path path(scene);
+    const std::string name = path.stem().string();
+    return name == "scene" ? path.parent_path().filename().string() : name;
 }
 
 /// All bytes, or false.
@@ -71,8 +81,9 @@ template <class Take> void read_lines(int stream, Take take)
 
 } // namespace
 
-Engine::Engine(std::string program, std::function<void(std::string)> tell)
+Engine::Engine(std::string program, std::string results, std::function<void(std::string)> tell)
     : program_(std::move(program))
+    , results_(std::move(results))
     , tell_(std::move(tell))
 {
 }
@@ -82,13 +93,13 @@ Engine::~Engine()
     stop();
 }
 
-void Engine::start(const std::string& scene, std::vector<std::string> set)
+void Engine::start(EngineStart how)
 {
     const std::lock_guard one(control_);
     std::unique_lock lock(mutex_);
     end(lock);
-    scene_ = scene;
-    set_ = std::move(set);
+    how_ = std::move(how);
+    folder_.clear();
     led_.clear();
     saved_.clear();
     to_restore_.clear();
@@ -101,9 +112,10 @@ void Engine::resume()
     std::unique_lock lock(mutex_);
     if (state_ != "failed" && state_ != "stopped")
         throw std::runtime_error("the simulation has not ended");
-    if (scene_.empty()) throw std::runtime_error("no scene was started");
+    if (how_.scene.empty()) throw std::runtime_error("no scene was started");
     end(lock);
     to_restore_ = saved_;
+    how_.resume.clear();
     launch();
 }
 
@@ -134,9 +146,19 @@ void Engine::end(std::unique_lock<std::mutex>& lock)
     changed_.notify_all();
     lock.unlock();
     if (old.pid > 0) {
-        ::kill(-old.pid, SIGKILL);
-        ::kill(old.pid, SIGKILL);
-        ::waitpid(old.pid, nullptr, 0);
+        // A hand's force goes to zero, and files are finished, where there is time for it.
+        ::kill(old.pid, SIGINT);
+        const double until = now() + kLastWords;
+        bool gone = false;
+        while (!gone && now() < until) {
+            gone = ::waitpid(old.pid, nullptr, WNOHANG) == old.pid;
+            if (!gone) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        }
+        if (!gone) {
+            ::kill(-old.pid, SIGKILL);
+            ::kill(old.pid, SIGKILL);
+            ::waitpid(old.pid, nullptr, 0);
+        }
     }
     for (std::thread& t : old.threads)
         t.join();
@@ -150,9 +172,13 @@ void Engine::launch()
     int in[2] = {-1, -1}, out[2] = {-1, -1}, err[2] = {-1, -1}, frames[2] = {-1, -1};
     const bool pipes = ::pipe2(in, O_CLOEXEC) == 0 && ::pipe2(out, O_CLOEXEC) == 0 &&
                        ::pipe2(err, O_CLOEXEC) == 0 && ::pipe2(frames, O_CLOEXEC) == 0;
-    std::vector<std::string> words{"amontons", "serve", scene_, "--frames",
-                                   std::to_string(frames[1])};
-    for (const std::string& s : set_)
+    std::vector<std::string> words{"amontons", how_.device.empty() ? "serve" : "haptic", how_.scene,
+                                   "--frames", std::to_string(frames[1])};
+    if (!results_.empty()) words.push_back("--results=" + results_ + "/" + name_of(how_.scene));
+    if (!how_.device.empty()) words.push_back("--device=" + how_.device);
+    if (how_.virtual_time) words.emplace_back("--virtual-time");
+    if (!how_.resume.empty()) words.push_back("--resume=" + how_.resume);
+    for (const std::string& s : how_.set)
         words.push_back("--set=" + s);
     std::vector<char*> arguments;
     for (std::string& w : words)
@@ -274,12 +300,14 @@ Json Engine::state() const
 {
     const std::lock_guard lock(mutex_);
     Json set = Json::array();
-    for (const std::string& s : set_)
+    for (const std::string& s : how_.set)
         set.push_back(s);
     return {{"state", state_},
             {"reason", reason_},
-            {"scene", scene_},
+            {"scene", how_.scene},
             {"set", set},
+            {"device", how_.device},
+            {"folder", folder_},
             {"saved_time", saved_.empty() ? Json() : Json(saved_time_)},
             {"pid", process_.pid}};
 }
@@ -295,7 +323,9 @@ void Engine::tell_state()
     tell_(Json{{"event", "engine"},
                {"state", state_},
                {"reason", reason_},
-               {"can_resume", (state_ == "failed" || state_ == "stopped") && !scene_.empty()},
+               {"can_resume", (state_ == "failed" || state_ == "stopped") && !how_.scene.empty()},
+               {"device", how_.device},
+               {"folder", folder_},
                {"saved_time", saved_.empty() ? Json() : Json(saved_time_)}}
               .dump());
 }
@@ -325,7 +355,7 @@ void Engine::take_line(const std::string& line, int number)
     if (answer.contains("event")) {
         const std::string event = answer["event"].get<std::string>();
         if (event == "ready") {
-            state_ = "paused";
+            state_ = how_.device.empty() ? "paused" : "running";
             const std::int64_t id = ++last_id_;
             asked_for_[id] = {{"do", "inputs"}};
             send({{"id", id}, {"do", "inputs"}});
@@ -345,6 +375,9 @@ void Engine::take_line(const std::string& line, int number)
             return;
         }
         if (answer.contains("time") && answer["time"].is_number()) last_time_ = answer["time"];
+        if (event == "results") folder_ = answer.value("folder", "");
+        if (event == "set" && answer.value("ok", false))
+            how_.set.push_back(answer.value("line", ""));
         if (event == "paused") {
             state_ = "paused";
             if (answer["status"] != "failed") keep_state();
@@ -376,14 +409,15 @@ void Engine::take_line(const std::string& line, int number)
             const auto path = request["path"].get<std::string>();
             led = std::ranges::find(inputs_, path) != inputs_.end();
             if (ok && led) led_[path] = request["value"];
-            if (ok && !led) set_.push_back(path + "=" + request["value"].dump());
+            if (ok && !led && !answer.contains("pending"))
+                how_.set.push_back(path + "=" + request["value"].dump());
         }
         if (ok && what == "reset") led_.clear();
         // Where it stands still a state is cheap to keep, and one of the scene before a change
         // would not fit after it.
         static const std::set<std::string> kMoves{"pause", "step",    "advance",
                                                   "reset", "restore", "set"};
-        if (kMoves.contains(what) && !led) {
+        if (kMoves.contains(what) && !led && how_.device.empty()) {
             keep_state();
             if (ok && what != "pause") {
                 Json event = answer;
@@ -466,8 +500,10 @@ void Engine::ended(int number)
     else
         reason_ = "the process of the simulation ended with exit code " +
                   std::to_string(WEXITSTATUS(status));
-    if (!last_error_.empty()) reason_ += ": " + last_error_;
-    state_ = "failed";
+    const bool over = WIFEXITED(status) && WEXITSTATUS(status) == 0; // a haptic run's time
+    if (!last_error_.empty() && !over) reason_ += ": " + last_error_;
+    state_ = over ? "stopped" : "failed";
+    if (over) reason_ = "the run is over";
     for (auto& [id, answer] : waited_for_)
         if (answer.is_null()) answer = refusal("failed", reason_, "resume, or start it again");
     changed_.notify_all();

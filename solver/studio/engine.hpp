@@ -16,23 +16,31 @@ namespace amontons::studio {
 
 using Json = nlohmann::ordered_json;
 
-/// The simulation, in a process of its own: `amontons serve SCENE --frames FD`. Whatever happens
-/// to it, the server lives on and tells why. For many threads.
+/// What is simulated, and how it goes on.
+struct EngineStart {
+    std::string scene;            ///< its path
+    std::vector<std::string> set; ///< "PATH=VALUE"
+    std::string device;           ///< of a haptic run, as --device; "": none
+    bool virtual_time = false;    ///< of a haptic run
+    std::string resume; ///< folder of results that is gone on with; "": from the beginning
+};
+
+/// The simulation, in a process of its own: `amontons serve SCENE --frames FD`, or `amontons
+/// haptic`. Whatever happens to it, the server lives on and tells why. For many threads.
 class Engine {
 public:
     /// @param program  amontons
+    /// @param results  folder that those of runs are written to; "": none are written
     /// @param tell     called with each line that the page is to know, without its end; by any
     ///                 thread
-    Engine(std::string program, std::function<void(std::string)> tell);
+    Engine(std::string program, std::string results, std::function<void(std::string)> tell);
     Engine(const Engine&) = delete;
     Engine& operator=(const Engine&) = delete;
     ~Engine();
 
     /// Starts the simulation of a scene; one that runs is ended.
-    /// @param scene  its path
-    /// @param set    "PATH=VALUE"
     /// @throws std::runtime_error  no process can be started
-    void start(const std::string& scene, std::vector<std::string> set);
+    void start(EngineStart how);
     /// Ends it, now.
     void stop();
     /// Starts it again after its end, in the scene as it was changed, from the last state that it
@@ -72,7 +80,7 @@ private:
     void tell_state();
     void keep_state();
 
-    const std::string program_;
+    const std::string program_, results_;
     const std::function<void(std::string)> tell_;
 
     std::mutex control_; ///< one start or end at a time
@@ -81,8 +89,9 @@ private:
     std::condition_variable changed_;
     Process process_;
     int number_ = 0; ///< of the process: what an older one says is passed over
-    std::string state_ = "none", reason_, scene_, last_error_;
-    std::vector<std::string> set_;    ///< of the scene, as it was started or changed since
+    std::string state_ = "none", reason_, last_error_;
+    EngineStart how_;                 ///< its `set` as the scene was started or changed since
+    std::string folder_;              ///< of results, that the engine writes or wrote
     std::map<std::string, Json> led_; ///< inputs, as they were last set
     std::vector<std::string> inputs_; ///< names of those that can be led
     std::string saved_, to_restore_;

@@ -42,7 +42,7 @@ bool is_authorised(std::string_view authorization, std::string_view token)
 bool is_own_host(std::string_view host, int port)
 {
     const std::string tail = ":" + std::to_string(port);
-    return host == "127.0.0.1" + tail || host == "localhost" + tail;
+    return host == "127.0.0.1" + tail || host == "[::1]" + tail || host == "localhost" + tail;
 }
 
 bool is_own_origin(std::string_view origin, int port)

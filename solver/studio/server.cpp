@@ -28,31 +28,37 @@ constexpr std::size_t kMostListed = 500;  // scenes and results
 constexpr int kDeepest = 5;               // folders below the root that are looked into
 constexpr double kFramePatience = 2;      // [s]
 
+/// How many connections are served now, by all addresses together.
+struct Connections {
+    std::mutex mutex;
+    std::condition_variable changed;
+    std::size_t working = 0;
+};
+
 /// Serves so many connections at a time; more wait where the system keeps them.
 class FewThreads : public httplib::TaskQueue {
 public:
+    explicit FewThreads(Connections& all) : all_(all) {}
     void enqueue(std::function<void()> work) override
     {
-        std::unique_lock lock(mutex_);
-        changed_.wait(lock, [this] { return working_ < kMostConnections; });
-        ++working_;
-        std::thread([this, work = std::move(work)] {
+        std::unique_lock lock(all_.mutex);
+        all_.changed.wait(lock, [this] { return all_.working < kMostConnections; });
+        ++all_.working;
+        std::thread([&all = all_, work = std::move(work)] {
             work();
-            const std::lock_guard done(mutex_);
-            --working_;
-            changed_.notify_all();
+            const std::lock_guard done(all.mutex);
+            --all.working;
+            all.changed.notify_all();
         }).detach();
     }
     void shutdown() override
     {
-        std::unique_lock lock(mutex_);
-        changed_.wait(lock, [this] { return working_ == 0; });
+        std::unique_lock lock(all_.mutex);
+        all_.changed.wait(lock, [this] { return all_.working == 0; });
     }
 
 private:
-    std::mutex mutex_;
-    std::condition_variable changed_;
-    std::size_t working_ = 0;
+    Connections& all_;
 };
 
 /// What is told to the pages, in order; each reads at its own pace.
@@ -126,16 +132,24 @@ public:
         : how_(how)
         , root_(fs::canonical(how.root))
         , token_(random_token())
-        , engine_(how.program, [this](std::string line) { events_.add(std::move(line)); })
+        , engine_(how.program, how.results,
+                  [this](std::string line) { events_.add(std::move(line)); })
     {
-        server_.new_task_queue = [] { return new FewThreads; };
-        server_.set_tcp_nodelay(true); // 11 ms a round trip instead of 46
-        server_.set_payload_max_length(kMostBody);
-        server_.set_read_timeout(10);
-        server_.set_write_timeout(10);
-        server_.set_keep_alive_timeout(5);
-        server_.set_keep_alive_max_count(100000);
-        server_.set_default_headers(
+        set_up(server_);
+        set_up(server6_);
+    }
+
+private:
+    void set_up(httplib::Server& server)
+    {
+        server.new_task_queue = [this] { return new FewThreads(connections_); };
+        server.set_tcp_nodelay(true); // 11 ms a round trip instead of 46
+        server.set_payload_max_length(kMostBody);
+        server.set_read_timeout(10);
+        server.set_write_timeout(10);
+        server.set_keep_alive_timeout(5);
+        server.set_keep_alive_max_count(100000);
+        server.set_default_headers(
             {{"Content-Security-Policy",
               "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; "
               "form-action 'none'; frame-ancestors 'none'"},
@@ -144,10 +158,10 @@ public:
              {"Cross-Origin-Opener-Policy", "same-origin"},
              {"Referrer-Policy", "no-referrer"},
              {"Cache-Control", "no-store"}});
-        server_.set_socket_options([](socket_t) {}); // a port that somebody listens on is refused
-        server_.set_pre_routing_handler(
+        server.set_socket_options([](socket_t) {}); // a port that somebody listens on is refused
+        server.set_pre_routing_handler(
             [this](const httplib::Request& q, httplib::Response& r) { return admit(q, r); });
-        server_.set_exception_handler(
+        server.set_exception_handler(
             [](const httplib::Request&, httplib::Response& r, std::exception_ptr error) {
                 std::string found = "an unknown error";
                 try {
@@ -161,10 +175,11 @@ public:
                                   .dump(-1, ' ', false, Json::error_handler_t::replace),
                               "application/json");
             });
-        serve_pages();
-        serve_interface();
+        serve_pages(server);
+        serve_interface(server);
     }
 
+public:
     void listen()
     {
         const std::string host = "127.0.0.1"; // no option opens it to others
@@ -176,9 +191,13 @@ public:
         if (port_ < 0)
             throw std::runtime_error("127.0.0.1: the port " + std::to_string(how_.port) +
                                      " cannot be had");
+        // The same port by the newer protocol, where the machine has it and nobody else is there.
+        const bool both = server6_.bind_to_port("::1", port_);
         how_.ready(("http://127.0.0.1:" + std::to_string(port_) + "/#" + token_).c_str(), port_);
         asked_at_ = seconds();
-        std::thread watch([this] {
+        std::thread second;
+        if (both) second = std::thread([this] { server6_.listen_after_bind(); });
+        std::thread watch([this, both] {
             while (!ended_) {
                 std::this_thread::sleep_for(std::chrono::milliseconds(100));
                 const bool idle = how_.idle_seconds > 0 && open_pages_ == 0 &&
@@ -187,12 +206,15 @@ public:
                 events_.close();
                 engine_.stop();
                 server_.stop();
+                if (both) server6_.stop();
                 return;
             }
         });
         const bool served = server_.listen_after_bind();
         ended_ = true;
         watch.join();
+        if (both) server6_.stop();
+        if (second.joinable()) second.join();
         if (!served && how_.stop() == 0 && how_.idle_seconds == 0)
             throw std::runtime_error("the server ended");
     }
@@ -229,7 +251,7 @@ private:
         return Done::Unhandled;
     }
 
-    void serve_pages()
+    void serve_pages(httplib::Server& server)
     {
         struct Page {
             const char *path, *file, *type;
@@ -245,10 +267,10 @@ private:
             if (text.empty())
                 throw std::runtime_error(std::string(how_.pages) + "/" + p.file +
                                          ": the page is not whole, build it again");
-            server_.Get(p.path,
-                        [text, type = p.type](const httplib::Request&, httplib::Response& r) {
-                            r.set_content(text, type);
-                        });
+            server.Get(p.path,
+                       [text, type = p.type](const httplib::Request&, httplib::Response& r) {
+                           r.set_content(text, type);
+                       });
         }
     }
 
@@ -258,31 +280,30 @@ private:
                       "application/json");
     }
 
-    void serve_interface()
+    void serve_interface(httplib::Server& server)
     {
-        server_.Get("/api/state", [this](const httplib::Request&, httplib::Response& r) {
+        server.Get("/api/state", [this](const httplib::Request&, httplib::Response& r) {
             answer(r, {{"version", how_.version},
                        {"root", root_.string()},
                        {"open", how_.open},
                        {"engine", engine_.state()},
                        {"events", events_.end()}});
         });
-        server_.Get("/api/schema", [this](const httplib::Request&, httplib::Response& r) {
+        server.Get("/api/schema", [this](const httplib::Request&, httplib::Response& r) {
             r.set_content(how_.schema, "application/json");
         });
-        server_.Get("/api/list", [this](const httplib::Request&, httplib::Response& r) {
-            answer(r, listing());
-        });
-        server_.Get("/api/file", [this](const httplib::Request& q, httplib::Response& r) {
+        server.Get("/api/list",
+                   [this](const httplib::Request&, httplib::Response& r) { answer(r, listing()); });
+        server.Get("/api/file", [this](const httplib::Request& q, httplib::Response& r) {
             send_file(q.get_param_value("path"), r);
         });
-        server_.Get("/api/frame", [this](const httplib::Request& q, httplib::Response& r) {
+        server.Get("/api/frame", [this](const httplib::Request& q, httplib::Response& r) {
             send_frame(q.get_param_value("after"), r);
         });
-        server_.Get("/api/events", [this](const httplib::Request& q, httplib::Response& r) {
+        server.Get("/api/events", [this](const httplib::Request& q, httplib::Response& r) {
             send_events(q.get_param_value("from"), r);
         });
-        server_.Post("/api/command", [this](const httplib::Request& q, httplib::Response& r) {
+        server.Post("/api/command", [this](const httplib::Request& q, httplib::Response& r) {
             answer(r, command(q.body));
         });
     }
@@ -406,8 +427,8 @@ private:
         if (!what.is_string()) return told(issue("do", what.dump(), "the name of a command"));
         const auto name = what.get<std::string>();
         static const std::set<std::string> kOfEngine{
-            "run",     "pause", "step",   "advance", "set",   "reset",   "save",
-            "restore", "state", "inputs", "scene",   "check", "contacts"};
+            "run",     "pause", "step",   "advance", "set",   "reset",    "save",
+            "restore", "state", "inputs", "scene",   "check", "contacts", "sets"};
         if (kOfEngine.contains(name)) return engine_.ask(request);
         try {
             if (name == "start") return told(start(request));
@@ -425,26 +446,94 @@ private:
         }
         return told(issue("do", "\"" + name + "\"",
                           "run, pause, step, advance, set, reset, save, restore, state, inputs, "
-                          "scene, check, contacts, start, stop, resume, save_scene"));
+                          "scene, check, contacts, sets, start, stop, resume, save_scene"));
     }
 
+    /// A scene from its beginning, in the hand or not; or one from where a folder of results ends.
     Json start(const Json& request)
     {
-        if (!request.contains("scene") || !request["scene"].is_string())
+        EngineStart how;
+        Json from = request;
+        if (request.contains("folder")) {
+            Json refused;
+            from = start_of_folder(request["folder"], how, refused);
+            if (!refused.is_null()) return refused;
+        }
+        if (!from.contains("scene") || !from["scene"].is_string())
             return issue("scene", "nothing", "the path of a scene below " + root_.string());
-        const auto scene = request["scene"].get<std::string>();
+        const auto scene = from["scene"].get<std::string>();
         const auto path = inside(root_, scene);
         std::error_code error;
         if (!path || path->extension() != ".json" || !fs::is_regular_file(*path, error))
             return issue("scene", "\"" + scene + "\"", "a scene (.json) below " + root_.string());
-        std::vector<std::string> set;
-        for (const Json& s : request.value("set", Json::array())) {
+        how.scene = path->string();
+        for (const Json& s : from.value("set", Json::array())) {
             if (!s.is_string() || s.get_ref<const std::string&>().find('=') == std::string::npos)
                 return issue("set", s.dump(), "\"PATH=VALUE\"");
-            set.push_back(s.get<std::string>());
+            how.set.push_back(s.get<std::string>());
         }
-        engine_.start(path->string(), std::move(set));
+        if (from.contains("device")) {
+            if (!is_device(from["device"]))
+                return issue("device", from["device"].dump(),
+                             "simulated, spacemouse, udp:PORT or recorded:FILE below " +
+                                 root_.string());
+            how.device = from["device"].get<std::string>();
+            if (how.device.starts_with("recorded:"))
+                how.device = "recorded:" + inside(root_, how.device.substr(9))->string();
+            how.virtual_time = from.value("virtual_time", Json()) == true;
+        }
+        engine_.start(std::move(how));
         return {{"ok", true}};
+    }
+
+    bool is_device(const Json& device) const
+    {
+        if (!device.is_string()) return false;
+        const auto name = device.get<std::string>();
+        if (name == "simulated" || name == "spacemouse") return true;
+        std::uint64_t port = 0;
+        if (name.starts_with("udp:")) return read_number(name.substr(4), port) && port < 65536;
+        std::error_code error;
+        if (!name.starts_with("recorded:")) return false;
+        const auto path = inside(root_, name.substr(9));
+        return path && fs::is_regular_file(*path, error);
+    }
+
+    /// What the manifest of a folder says that it was made from.
+    Json start_of_folder(const Json& folder, EngineStart& how, Json& refused) const
+    {
+        const std::string name = folder.is_string() ? folder.get<std::string>() : "";
+        const auto path = inside(root_, name);
+        std::error_code error;
+        if (!path || !fs::is_regular_file(*path / "checkpoint", error) ||
+            !fs::is_regular_file(*path / "manifest.json", error)) {
+            refused = issue("folder", folder.dump(),
+                            "a folder of results with a checkpoint below " + root_.string());
+            return {};
+        }
+        const Json manifest = Json::parse(read_file(*path / "manifest.json"), nullptr, false);
+        const Json command = manifest.is_object() ? manifest.value("command", Json()) : Json();
+        Json from{{"set", Json::array()}};
+        for (std::size_t i = 2; command.is_array() && i < command.size(); ++i) {
+            const std::string word = command[i].is_string() ? command[i].get<std::string>() : "";
+            const auto value = [&] { // "--set X" or "--set=X"
+                return i + 1 < command.size() && command[i + 1].is_string()
+                           ? command[++i].get<std::string>()
+                           : "";
+            };
+            if (word.starts_with("--set="))
+                from["set"].push_back(word.substr(6));
+            else if (word == "--set" || word == "-s")
+                from["set"].push_back(value());
+            else if (word == "--output" || word == "-o" || word == "--threads" || word == "--cache")
+                value();
+            else if (!word.starts_with("-") && !from.contains("scene")) {
+                const fs::path scene = fs::weakly_canonical(root_ / word, error);
+                from["scene"] = scene.lexically_relative(root_).generic_string();
+            }
+        }
+        how.resume = path->string();
+        return from;
     }
 
     /// A scene that is not there yet, or was saved by this server.
@@ -479,7 +568,8 @@ private:
     int port_ = 0;
     Events events_;
     Engine engine_;
-    httplib::Server server_;
+    Connections connections_;
+    httplib::Server server_, server6_; // 127.0.0.1 and ::1
     std::atomic<double> asked_at_ = 0;
     std::atomic<int> open_pages_ = 0;
     std::atomic<bool> ended_ = false;

@@ -13,6 +13,7 @@ struct AmontonsStudio {
     const char* pages;   ///< folder of the built page
     const char* root;    ///< folder that scenes and results lie below, absolute
     const char* open;    ///< what the page opens first, relative to root; "": nothing
+    const char* results; ///< folder that runs are written to, absolute; "": they are not written
     const char* schema;  ///< of scenes, as JSON
     const char* version; ///< of the program
     int port;            ///< 0: any that is free

@@ -99,7 +99,7 @@ export function exported(): Run | null {
           points: points.get(b.name)!,
           triangles: triangles.get(b.name)!,
           radius: b.radius && new Float32Array(unpacked(b.radius)),
-          fields: b.fields.map((f: any) => ({ ...f, values: new Float32Array(unpacked(f.values)) })),
+          fields: b.fields.map((f: any) => ({ name: f.name, unit: f.unit, values: new Float32Array(unpacked(f.values)) })),
         };
       }),
     };

@@ -1,9 +1,9 @@
 // What one instant looks like, from a live frame ("AMF1") or from the files of a finished run.
 
 export interface Field {
-  name: string;
-  unit: string;
-  values: Float32Array; // one a point
+  readonly name: string;
+  readonly unit: string;
+  readonly values: Float32Array; // one a point
 }
 
 export interface Body {
@@ -12,6 +12,7 @@ export interface Body {
   points: Float32Array; // 3 a point [m]
   triangles: Uint32Array; // empty for a wire: its points are its middle line
   radius?: Float32Array; // of a wire [m]
+  faces?: Uint32Array; // of a solid's triangle: the face of the outside that it is of
   fields: Field[];
 }
 
@@ -21,6 +22,9 @@ export interface Instant {
   caption: string;
   bodies: Body[];
   contacts: Float32Array; // 6 each: point [m], force [N]
+  normals?: Float32Array; // 3 each: the part of the force along the contact's normal [N]
+  names?: string[]; // of bodies, by the numbers of `pairs`
+  pairs?: Uint32Array; // 2 each: numbers of the body that the force acts on, and of the other one
 }
 
 export interface LiveHead {
@@ -30,6 +34,7 @@ export interface LiveHead {
   time: number;
   done: boolean;
   caption: string;
+  names?: string[];
   bodies: { name: string; kind: Body["kind"] }[];
   arrays: {
     name: string;
@@ -54,7 +59,13 @@ export function readLive(bytes: ArrayBuffer): { head: LiveHead; arrays: Map<stri
     if (a.type === "i16") {
       const coarse = new Int16Array(bytes, at, count);
       const points = new Float32Array(count);
-      for (let i = 0; i < count; ++i) points[i] = coarse[i] * a.scale! + a.shift![i % 3];
+      const scale = a.scale!;
+      const [x, y, z] = a.shift!;
+      for (let i = 0; i < count; i += 3) {
+        points[i] = coarse[i] * scale + x;
+        points[i + 1] = coarse[i + 1] * scale + y;
+        points[i + 2] = coarse[i + 2] * scale + z;
+      }
       arrays.set(a.name, points);
     } else if (a.type === "i32") {
       arrays.set(a.name, new Uint32Array(bytes, at, count));
@@ -70,6 +81,11 @@ export class LiveReader {
   seq = 0;
   private bodies = new Map<string, Body>();
   private start = new Map<string, Float32Array>();
+
+  /** Points of a body where the scene begins, if that was seen. */
+  startOf(name: string): Float32Array | undefined {
+    return this.start.get(name);
+  }
 
   /** @return null: a frame between was missed, ask for a whole one (after = 0). */
   take(bytes: ArrayBuffer): (Instant & { done: boolean }) | null {
@@ -98,7 +114,7 @@ export class LiveReader {
         if (head.step <= 0) this.start.set(name, points);
         const from = this.start.get(name);
         if (from?.length === points.length)
-          fields.push({ name: "distance moved", unit: "m", values: distances(points, from) });
+          fields.push(lazy("distance moved", "m", () => distances(points, from)));
       }
       this.bodies.set(name, {
         name,
@@ -107,6 +123,7 @@ export class LiveReader {
         triangles,
         fields,
         radius: kind === "wire" ? values : undefined,
+        faces: arrays.get(name + "/faces") ?? this.bodies.get(name)?.faces,
       });
     }
     return {
@@ -116,14 +133,33 @@ export class LiveReader {
       done: head.done,
       bodies: [...this.bodies.values()],
       contacts: arrays.get("/contacts") ?? new Float32Array(),
+      normals: arrays.get("/normal_forces"),
+      pairs: arrays.get("/pairs"),
+      names: head.names,
     };
   }
 }
 
+/** A field whose values are made when somebody looks at them. */
+function lazy(name: string, unit: string, make: () => Float32Array): Field {
+  let made: Float32Array | null = null;
+  return {
+    name,
+    unit,
+    get values() {
+      return (made ??= make());
+    },
+  };
+}
+
 function distances(a: Float32Array, b: Float32Array): Float32Array {
   const out = new Float32Array(a.length / 3);
-  for (let i = 0; i < out.length; ++i)
-    out[i] = Math.hypot(a[3 * i] - b[3 * i], a[3 * i + 1] - b[3 * i + 1], a[3 * i + 2] - b[3 * i + 2]);
+  for (let i = 0; i < out.length; ++i) {
+    const x = a[3 * i] - b[3 * i];
+    const y = a[3 * i + 1] - b[3 * i + 1];
+    const z = a[3 * i + 2] - b[3 * i + 2];
+    out[i] = Math.sqrt(x * x + y * y + z * z);
+  }
   return out;
 }
 
@@ -247,20 +283,32 @@ const kNames: Record<string, string> = {
   displacement: "displacement",
 };
 
-/** A body of a run, or its contacts (null). */
-export function readPart(name: string, path: string, bytes: ArrayBuffer): Body | Float32Array {
+export type Contacts = Pick<Instant, "contacts" | "normals" | "pairs">;
+
+/** A body of a run, or its contacts. */
+export function readPart(name: string, path: string, bytes: ArrayBuffer): Body | Contacts {
   const { points: count, groups } = readVtk(bytes);
   const places = numbers(groups.get("Points")?.[0]);
   const pointData = groups.get("PointData") ?? [];
   if (name === "contacts") {
-    const force = numbers(pointData.find((a) => a.name === "force"));
-    const out = new Float32Array(6 * count);
-    for (let i = 0; i < count; ++i)
+    const of = (n: string) => numbers(pointData.find((a) => a.name === n));
+    const force = of("force");
+    const normal = of("normal");
+    const along = of("normal_force");
+    const [first, other] = [of("body_a"), of("body_b")];
+    const contacts = new Float32Array(6 * count);
+    const normals = new Float32Array(3 * count);
+    const pairs = new Uint32Array(2 * count);
+    for (let i = 0; i < count; ++i) {
       for (let k = 0; k < 3; ++k) {
-        out[6 * i + k] = places[3 * i + k];
-        out[6 * i + 3 + k] = force[3 * i + k] ?? 0;
+        contacts[6 * i + k] = places[3 * i + k];
+        contacts[6 * i + 3 + k] = force[3 * i + k] ?? 0;
+        normals[3 * i + k] = (normal[3 * i + k] ?? 0) * (along[i] ?? 0);
       }
-    return out;
+      pairs[2 * i] = first[i] ?? 0;
+      pairs[2 * i + 1] = other[i] ?? 0;
+    }
+    return { contacts, normals, pairs };
   }
   const solid = path.endsWith(".vtu");
   const all = solid ? outside(groups.get("Cells") ?? []) : polygons(groups.get("Polys") ?? []);

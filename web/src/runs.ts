@@ -10,6 +10,7 @@ export interface Moment {
   time: number;
   instant?: Instant;
   parts?: { name: string; file: string }[];
+  folder?: string; // of the parts
 }
 
 export class Run {
@@ -17,6 +18,8 @@ export class Run {
   units = new Map<string, string>();
   moments: Moment[] = [];
   scene: any = null;
+  status = ""; // of a folder's manifest
+  resumable = false; // the folder has a checkpoint, and its run has not ended
   constructor(
     public name: string,
     public readonly folder: string = "", // "": live
@@ -63,14 +66,15 @@ export class Run {
       const instant: Instant = { step: index, time: m.time, caption: "", bodies: [], contacts: new Float32Array() };
       await Promise.all(
         m.parts!.map(async ({ name, file }) => {
-          const part = readPart(name, file, await api.file(this.folder + "/" + file));
-          if (part instanceof Float32Array) instant.contacts = part;
+          const part = readPart(name, file, await api.file((m.folder ?? this.folder) + "/" + file));
+          if ("contacts" in part) Object.assign(instant, part);
           else {
             if (this.scene?.bodies?.[name]?.kind === "obstacle") part.kind = "wall";
             instant.bodies.push(part);
           }
         }),
       );
+      this.orientContacts(instant);
       instant.bodies.sort((a, b) => (a.name < b.name ? -1 : 1));
       m.instant = instant;
       const cached = this.moments.filter((x) => x.instant && x.parts);
@@ -78,6 +82,25 @@ export class Run {
         if (old !== m) old.instant = undefined;
     }
     return m.instant;
+  }
+
+  /** Forces of files are on the first body of a pair; shown are those on the wall that a wire touches, as live. */
+  private orientContacts(instant: Instant) {
+    const bodies = Object.entries<any>(this.scene?.bodies ?? {});
+    const isWall = ([, b]: [string, any]) => b.kind === "obstacle";
+    const order = [...bodies.filter(isWall), ...bodies.filter((b) => !isWall(b))];
+    const { contacts, normals, pairs } = instant;
+    if (!pairs || !normals || order.length === 0) return;
+    instant.names = order.map(([name]) => name);
+    for (let i = 0; i < pairs.length / 2; ++i) {
+      const [a, b] = [pairs[2 * i], pairs[2 * i + 1]];
+      if (order[a]?.[1].kind !== "beam" || order[b]?.[1].kind === "beam") continue;
+      [pairs[2 * i], pairs[2 * i + 1]] = [b, a];
+      for (let k = 0; k < 3; ++k) {
+        contacts[6 * i + 3 + k] *= -1;
+        normals[3 * i + k] *= -1;
+      }
+    }
   }
 
   /** A column where the run was at a time, linear between rows; NaN outside. */
@@ -107,6 +130,8 @@ export async function openResults(folder: string): Promise<Run> {
   const manifest = JSON.parse(await api.fileText(folder + "/manifest.json"));
   const run = new Run(folder || "results", folder || ".");
   run.scene = manifest.scene?.resolved ?? null;
+  run.status = manifest.status ?? "";
+  run.resumable = manifest.checkpoint === true && run.status !== "done";
   const rows = (await api.fileText(run.folder + "/history.csv")).trim().split("\n");
   const heads = rows[0].split(",").map((h) => /^(.*?)(?: \[(.*)\])?$/.exec(h)!);
   heads.forEach((h, i) => {
@@ -121,12 +146,14 @@ export async function openResults(folder: string): Promise<Run> {
     if (h[2]) run.units.set(h[1], h[2]);
   });
   const name = (manifest.files as string[]).find((f) => f.endsWith(".pvd") && f !== "contacts.pvd");
-  if (name) {
-    const xml = new DOMParser().parseFromString(await api.fileText(run.folder + "/" + name), "text/xml");
+  // What is written for the first time together with the checkpoint.
+  const collection = name && manifest.checkpoint ? await api.fileText(run.folder + "/" + name).catch(() => "") : "";
+  if (collection) {
+    const xml = new DOMParser().parseFromString(collection, "text/xml");
     const byTime = new Map<string, Moment>();
     for (const d of xml.querySelectorAll("DataSet")) {
       const t = d.getAttribute("timestep")!;
-      if (!byTime.has(t)) byTime.set(t, { time: Number(t), parts: [] });
+      if (!byTime.has(t)) byTime.set(t, { time: Number(t), parts: [], folder: run.folder });
       byTime.get(t)!.parts!.push({ name: d.getAttribute("name") ?? "", file: d.getAttribute("file")! });
     }
     run.moments = [...byTime.values()].sort((a, b) => a.time - b.time);

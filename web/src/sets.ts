@@ -90,3 +90,56 @@ export function boxOf(body: Body, screen: Float32Array, rectangle: [number, numb
   const margin = 1e-6 * Math.hypot(...sub(to, from)) + 1e-9;
   return [from.map((x) => x - margin) as Vec, to.map((x) => x + margin) as Vec];
 }
+
+export function normalOf(body: Body, t: number): Vec {
+  const [a, b, c] = corners(body, t);
+  return unit(cross(sub(b, a), sub(c, a)));
+}
+
+/** Triangles in the plane of one of them, and how far from it counts [m]: 1e-4 of the body's size. */
+export function inPlane(body: Body, t: number): { triangles: number[]; within: number } {
+  const low = [Infinity, Infinity, Infinity];
+  const high = [-Infinity, -Infinity, -Infinity];
+  body.points.forEach((x, i) => {
+    low[i % 3] = Math.min(low[i % 3], x);
+    high[i % 3] = Math.max(high[i % 3], x);
+  });
+  const within = 1e-4 * Math.hypot(...high.map((h, k) => h - low[k]));
+  const at = centreOf(body, t);
+  const n = normalOf(body, t);
+  const near = (p: Vec) => Math.abs(dot(sub(p, at), n)) <= within;
+  const triangles = [];
+  for (let k = 0; k < body.triangles.length / 3; ++k) if (corners(body, k).every(near)) triangles.push(k);
+  return { triangles, within };
+}
+
+export type Polygon = [number, number][]; // of the screen [pixels]
+
+function inside(x: number, y: number, polygon: Polygon): boolean {
+  let odd = false;
+  for (let i = 0, j = polygon.length - 1; i < polygon.length; j = i++) {
+    const [xi, yi] = polygon[i];
+    const [xj, yj] = polygon[j];
+    if (yi > y !== yj > y && x < ((xj - xi) * (y - yi)) / (yj - yi) + xi) odd = !odd;
+  }
+  return odd;
+}
+
+/** Triangles all of whose corners lie in a polygon. @param screen  places of the body's points [pixels] */
+export function inPolygon(body: Body, screen: Float32Array, polygon: Polygon): Set<number> {
+  const points = Array.from({ length: screen.length / 2 }, (_, i) => inside(screen[2 * i], screen[2 * i + 1], polygon));
+  const out = new Set<number>();
+  for (let t = 0; t < body.triangles.length / 3; ++t)
+    if ([0, 1, 2].every((k) => points[body.triangles[3 * t + k]])) out.add(t);
+  return out;
+}
+
+/** Faces all of whose triangles are in one set, and some in another; ascending. */
+export function facesOf(body: Body, all: Set<number>, some: Set<number>): number[] {
+  const count = new Map<number, [number, number, number]>();
+  body.faces!.forEach((f, t) => {
+    const c = count.get(f) ?? [0, 0, 0];
+    count.set(f, [c[0] + 1, c[1] + Number(all.has(t)), c[2] + Number(some.has(t))]);
+  });
+  return [...count].filter(([, [n, within, seen]]) => within === n && seen > 0).map(([f]) => f).sort((a, b) => a - b);
+}

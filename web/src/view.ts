@@ -3,21 +3,15 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Body, Field, Instant } from "./frames";
-import { kPlain, lengthText, roundBelow, shortNumber, viridis } from "./colours";
-
-export type Mode = "normal" | "wire" | "transparent" | "xray";
-export interface BodyLook {
-  shown: boolean;
-  mode: Mode | "";
-}
-
-export interface Look {
-  mode: Mode;
-  bodies: Map<string, BodyLook>;
-  field: string; // "" for plain
-  arrows: boolean;
-  range: [number, number] | null; // of the field; null: of what is seen
-}
+import type { BodyLook, Look, Mode } from "./look";
+import { ArrowMeshes, arrowsOf, arrowWords } from "./arrows";
+import { seenTriangles } from "./seen_triangles";
+import { XrayFilm } from "./xray_film";
+import { kPlain, shortNumber, viridis } from "./colours";
+import { kSides, outwards, sharpEdges, tube } from "./shapes";
+import { drawAxes, drawBar, drawCross, drawHand, drawMeasure, drawOutline, drawScale, label } from "./overlay";
+import { CutFaces } from "./cut_faces";
+import type { Health } from "./state";
 
 export interface Camera {
   position: THREE.Vector3;
@@ -44,100 +38,22 @@ interface Drawn {
   triangles: Uint32Array;
 }
 
-const kSharp = Math.cos((30 * Math.PI) / 180); // neighbours that turn by more have an edge between them
-
 /** Colours as the light of the screen is added up. */
 const linear = (c: readonly number[]) => c.map((x) => (x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4));
 const kMap = Array.from({ length: 1024 }, (_, i) => linear(viridis(i / 1023)));
 const kLinearPlain = kPlain.map(linear);
 const kWire = linear([0.16, 0.2, 0.28]);
 
-/** Pairs of points along edges with a corner, and along open borders. */
-function sharpEdges(points: Float32Array, triangles: Uint32Array): number[] {
-  const count = triangles.length / 3;
-  const normals = new Float32Array(3 * count);
-  const [a, b, c] = [new THREE.Vector3(), new THREE.Vector3(), new THREE.Vector3()];
-  for (let t = 0; t < count; ++t) {
-    [a, b, c].forEach((v, k) => v.fromArray(points, 3 * triangles[3 * t + k]));
-    b.sub(a).cross(c.sub(a)).normalize().toArray(normals, 3 * t);
-  }
-  const n = points.length / 3;
-  const seen = new Map<number, number>();
-  const out: number[] = [];
-  for (let t = 0; t < count; ++t)
-    for (let k = 0; k < 3; ++k) {
-      const i = triangles[3 * t + k];
-      const j = triangles[3 * t + ((k + 1) % 3)];
-      const key = Math.min(i, j) * n + Math.max(i, j);
-      const other = seen.get(key);
-      if (other === undefined) {
-        seen.set(key, t);
-        continue;
-      }
-      seen.delete(key);
-      const dot =
-        normals[3 * t] * normals[3 * other] +
-        normals[3 * t + 1] * normals[3 * other + 1] +
-        normals[3 * t + 2] * normals[3 * other + 2];
-      if (dot < kSharp) out.push(i, j);
-    }
-  for (const key of seen.keys()) out.push(Math.floor(key / n), key % n);
-  return out;
+/** A place of a body: it goes with it. */
+export interface Place {
+  name: string;
+  triangle: number;
+  weights: [number, number, number];
 }
 
-const kSides = 12; // of a wire's tube
-const kAttenuation = 1.2; // of a solid as thick as a third of the scene, and of a wire along its diameter
-
-/** Triangles with the outside where their corners run against the clock; an open surface stays as it is nearly. */
-function outwards(points: Float32Array, triangles: Uint32Array): Uint32Array {
-  const at = (i: number, k: number) => points[3 * triangles[i] + k] - points[k];
-  let volume = 0;
-  for (let i = 0; i < triangles.length; i += 3)
-    volume +=
-      at(i, 0) * (at(i + 1, 1) * at(i + 2, 2) - at(i + 1, 2) * at(i + 2, 1)) +
-      at(i, 1) * (at(i + 1, 2) * at(i + 2, 0) - at(i + 1, 0) * at(i + 2, 2)) +
-      at(i, 2) * (at(i + 1, 0) * at(i + 2, 1) - at(i + 1, 1) * at(i + 2, 0));
-  if (volume >= 0) return triangles;
-  const out = triangles.slice();
-  for (let i = 0; i < out.length; i += 3) [out[i + 1], out[i + 2]] = [out[i + 2], out[i + 1]];
-  return out;
-}
-
-/** A wire as a closed tube around its middle line. */
-function tube(line: Float32Array, radius: Float32Array | undefined, thinnest: number) {
-  const n = line.length / 3;
-  const points = new Float32Array(3 * (n * kSides + 2));
-  const at = (i: number) => new THREE.Vector3(line[3 * i], line[3 * i + 1], line[3 * i + 2]);
-  let normal = new THREE.Vector3(0, 0, 1);
-  for (let i = 0; i < n; ++i) {
-    const along = at(Math.min(n - 1, i + 1)).sub(at(Math.max(0, i - 1))).normalize();
-    if (i === 0 && Math.abs(along.z) > 0.9) normal.set(1, 0, 0);
-    normal = normal.sub(along.clone().multiplyScalar(normal.dot(along))).normalize(); // no twist of its own
-    const side = along.clone().cross(normal);
-    const r = Math.max(thinnest, radius?.[i] ?? 0);
-    for (let k = 0; k < kSides; ++k) {
-      const a = (2 * Math.PI * k) / kSides;
-      for (let c = 0; c < 3; ++c)
-        points[3 * (i * kSides + k) + c] =
-          line[3 * i + c] + r * (Math.cos(a) * normal.getComponent(c) + Math.sin(a) * side.getComponent(c));
-    }
-  }
-  const caps = n * kSides;
-  for (let c = 0; c < 3; ++c) {
-    points[3 * caps + c] = line[c];
-    points[3 * caps + 3 + c] = line[3 * (n - 1) + c];
-  }
-  const out: number[] = [];
-  for (let k = 0; k < kSides; ++k) {
-    const next = (k + 1) % kSides;
-    for (let i = 0; i + 1 < n; ++i) {
-      const a = i * kSides;
-      out.push(a + k, a + next, a + kSides + k, a + next, a + kSides + next, a + kSides + k);
-    }
-    out.push(caps, next, k, caps + 1, (n - 1) * kSides + k, (n - 1) * kSides + next);
-  }
-  return { points, triangles: Uint32Array.from(out) };
-}
+const kTissue = 1.2; // attenuation of a solid or vessel as thick as a third of the scene
+const kInk = "#1b1f24";
+const kSlow = 60; // of a drawing [ms]: from then on fewer points are drawn while things move
 
 export class View {
   readonly canvas = document.createElement("canvas");
@@ -147,16 +63,20 @@ export class View {
   onCamera: (() => void) | null = null;
   partner: View | null = null; // compared with this one: the same colours and arrows mean the same
   frames = 0;
+  still = false; // nothing is drawn: for measurements
+  hurried = false; // things move: where drawing is slow, fewer points are drawn
+  attenuation = 2000; // of wires in an X-ray picture [1/m], as amontons.xray has it
+  tissue = true; // vessels and solids are in it, too
+  cross: [number, number] | null = null; // led by keys [pixels]
+  outline: [number, number][] = []; // of a lasso [pixels]
+  measure: [number, number, number][] = []; // places between which a distance is measured [m]
+  hand: Health | null = null; // of a run in the hand
   cost = 0; // of a drawing, until the browser is ready for the next one [ms]
   private readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
-  private readonly thick = new THREE.Scene(); // of the X-ray view: path lengths are added up
   private readonly controls: OrbitControls;
   private readonly drawn = new Map<string, Drawn>();
   private readonly light = new THREE.DirectionalLight(0xffffff, 1.3);
-  private readonly shafts: THREE.InstancedMesh;
-  private readonly heads: THREE.InstancedMesh;
-  private readonly ghosts: THREE.InstancedMesh[] = []; // of arrows that bodies hide
   private picked: THREE.Mesh | null = null;
   private instant: Instant | null = null;
   private waiting = false;
@@ -164,14 +84,20 @@ export class View {
   private size = 1;
   private box = new THREE.Box3();
   private longest = 0;
+  private arrowText: string[] = [];
   private bar: { name: string; unit: string; range: [number, number] } | null = null;
-  private target: THREE.WebGLRenderTarget | null = null;
-  private readonly film: THREE.Mesh<THREE.PlaneGeometry, THREE.ShaderMaterial>;
-  private readonly filmScene = new THREE.Scene();
-  private readonly path: THREE.ShaderMaterial;
-  private readonly wirePath: THREE.ShaderMaterial; // metal: seen in whatever it stands
 
-  constructor(label: string, private readonly look: Look) {
+  private coarse = false; // drawn with fewer points
+  private readonly film = new XrayFilm();
+  private readonly arrows = new ArrowMeshes(this.scene);
+  private readonly cutPlane = new THREE.Plane(new THREE.Vector3(1, 0, 0), 0);
+  private readonly cutFaces: CutFaces;
+  private waitingForDrawing: (() => void)[] = [];
+
+  constructor(
+    label: string,
+    public look: Look,
+  ) {
     this.element.className = "view";
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
@@ -183,7 +109,10 @@ export class View {
       canvas: this.canvas,
       antialias: true,
       preserveDrawingBuffer: true, // pictures are taken from it
+      stencil: true, // for the faces of a cut
     });
+    this.renderer.localClippingEnabled = true;
+    this.cutFaces = new CutFaces(this.scene, this.cutPlane);
     this.renderer.setClearColor(0xffffff);
     this.renderer.autoClear = false;
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0xb0b0b8, 1.7), this.light);
@@ -192,52 +121,6 @@ export class View {
       this.draw();
       this.onCamera?.();
     });
-    const dark = new THREE.MeshLambertMaterial({ color: 0xc1440e });
-    this.shafts = new THREE.InstancedMesh(new THREE.CylinderGeometry(1, 1, 1, 10).translate(0, 0.5, 0), dark, 4096);
-    this.heads = new THREE.InstancedMesh(new THREE.ConeGeometry(1, 1, 14).translate(0, -0.5, 0), dark, 4096);
-    for (const m of [this.shafts, this.heads]) {
-      m.frustumCulled = false;
-      m.count = 0;
-      this.scene.add(m);
-    }
-    const faint = new THREE.MeshBasicMaterial({ color: 0xc1440e, transparent: true, opacity: 0.22, depthTest: false, depthWrite: false });
-    for (const m of [this.shafts, this.heads]) {
-      const ghost = new THREE.InstancedMesh(m.geometry, faint, 4096);
-      ghost.instanceMatrix = m.instanceMatrix;
-      ghost.frustumCulled = false;
-      ghost.renderOrder = 3;
-      ghost.count = 0;
-      this.ghosts.push(ghost);
-      this.scene.add(ghost);
-    }
-    this.path = new THREE.ShaderMaterial({
-      side: THREE.DoubleSide,
-      depthTest: false,
-      depthWrite: false,
-      transparent: true,
-      blending: THREE.CustomBlending,
-      blendEquation: THREE.AddEquation,
-      blendSrc: THREE.OneFactor,
-      blendDst: THREE.OneFactor,
-      uniforms: { size: { value: 1 } },
-      vertexShader: `varying float depth; uniform float size;
-        void main() { vec4 p = modelViewMatrix * vec4(position, 1.0); depth = -p.z / size; gl_Position = projectionMatrix * p; }`,
-      fragmentShader: `varying float depth;
-        void main() { gl_FragColor = vec4(gl_FrontFacing ? -depth : depth, 0.0, 0.0, 1.0); }`,
-    });
-    this.wirePath = this.path.clone();
-    this.film = new THREE.Mesh(
-      new THREE.PlaneGeometry(2, 2),
-      new THREE.ShaderMaterial({
-        uniforms: { map: { value: null }, attenuation: { value: kAttenuation } },
-        depthTest: false,
-        vertexShader: `varying vec2 at; void main() { at = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }`,
-        fragmentShader: `varying vec2 at; uniform sampler2D map; uniform float attenuation;
-          void main() { float t = exp(-attenuation * max(0.0, texture2D(map, at).r)); gl_FragColor = vec4(vec3(t), 1.0); }`,
-      }),
-    );
-    this.film.frustumCulled = false;
-    this.filmScene.add(this.film);
     this.turn("Isometric");
     new ResizeObserver(() => this.draw()).observe(this.element);
   }
@@ -306,7 +189,10 @@ export class View {
   }
 
   turn(preset: string) {
-    const way = new THREE.Vector3(...kPresets[preset]).normalize();
+    this.lookFrom(new THREE.Vector3(...kPresets[preset]).normalize());
+  }
+
+  private lookFrom(way: THREE.Vector3) {
     this.camera.up.set(0, 0, 1);
     if (Math.abs(way.z) > 0.99) this.camera.up.set(0, 1, 0);
     this.camera.position.copy(this.controls.target).addScaledVector(way, 2 * this.size);
@@ -342,6 +228,13 @@ export class View {
     this.draw();
   }
 
+  /** The camera of a C-arm: angles around z and towards it [degree]; both 0: along +y. */
+  turnTo(around: number, tilt: number) {
+    const a = (around * Math.PI) / 180;
+    const b = (tilt * Math.PI) / 180;
+    this.lookFrom(new THREE.Vector3(Math.sin(a) * Math.cos(b), -Math.cos(a) * Math.cos(b), Math.sin(b)));
+  }
+
   set interactive(on: boolean) {
     this.controls.enabled = on;
   }
@@ -362,13 +255,57 @@ export class View {
         d.mesh.removeFromParent();
         d.edges.removeFromParent();
         d.geometry.dispose();
+        this.cutFaces.remove(name);
         this.drawn.delete(name);
       }
     this.bar = null;
     if (!now) return;
     const range = this.fieldRange(now);
+    this.updateCut(now);
     now.bodies.forEach((b, i) => this.updateBody(b, i, range));
     this.updateArrows(now);
+  }
+
+  /** Where the cut is [m]; null: there is none. */
+  cutPlace(): number | null {
+    return this.isCut() ? -this.cutPlane.constant * this.cutPlane.normal.dot(this.cutAxis()) : null;
+  }
+
+  /** Whether a place is not cut away. */
+  private isLeft(at: [number, number, number]): boolean {
+    return !this.isCut() || this.cutPlane.distanceToPoint(new THREE.Vector3(...at)) > -1e-6 * this.size;
+  }
+
+  /** Whether a cut across an axis is seen where what lies above it is kept. */
+  seesCutAbove(axis: "x" | "y" | "z"): boolean {
+    return this.camera.position.clone().sub(this.controls.target)[axis] < 0;
+  }
+
+  private isCut(): boolean {
+    return this.look.cut.axis !== "" && this.look.mode !== "xray";
+  }
+
+  private cutAxis(): THREE.Vector3 {
+    return new THREE.Vector3().setComponent(Math.max(0, "xyz".indexOf(this.look.cut.axis || "x")), 1);
+  }
+
+  private updateCut(now: Instant) {
+    const { cut } = this.look;
+    if (!this.isCut()) return;
+    const k = "xyz".indexOf(cut.axis);
+    let low = Infinity;
+    let high = -Infinity;
+    for (const b of now.bodies) {
+      if (!this.lookOf(b.name).shown) continue;
+      for (let i = k; i < b.points.length; i += 3) {
+        low = Math.min(low, b.points[i]);
+        high = Math.max(high, b.points[i]);
+      }
+    }
+    const at = low + cut.share * (high - low);
+    // What lies below is kept, or what lies above.
+    this.cutPlane.normal.copy(this.cutAxis()).multiplyScalar(cut.flip ? 1 : -1);
+    this.cutPlane.constant = cut.flip ? -at : at;
   }
 
   private fieldOf(b: Body): Field | undefined {
@@ -400,13 +337,15 @@ export class View {
   private updateBody(b: Body, index: number, range: [number, number] | null) {
     let points = b.points;
     let triangles = b.triangles;
-    if (b.kind === "wire") ({ points, triangles } = tube(b.points, b.radius, 0.002 * this.size));
+    const xray = this.look.mode === "xray"; // where a wire is as thick as it is
+    if (b.kind === "wire") ({ points, triangles } = tube(b.points, b.radius, xray ? 0 : 0.002 * this.size));
     let d = this.drawn.get(b.name);
     const same = d && d.triangles.length === triangles.length && d.geometry.attributes.position.count === points.length / 3;
     if (!d || !same || (b.kind !== "wire" && d.triangles !== b.triangles)) {
       d?.mesh.removeFromParent();
       d?.edges.removeFromParent();
       d?.geometry.dispose();
+      this.cutFaces.remove(b.name);
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute("position", new THREE.BufferAttribute(points.slice(), 3));
       geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(points.length), 3));
@@ -443,18 +382,19 @@ export class View {
     }
     d.geometry.attributes.color.needsUpdate = true;
     const mode = this.modeOf(b.name);
-    const parent = mode === "xray" ? this.thick : this.scene;
+    const parent = mode === "xray" ? this.film.scene : this.scene;
     // A colour that means a number is that of the bar, whatever light falls on it.
     const lit = !field;
-    const key = mode + smooth + b.kind + lit;
+    const clippingPlanes = this.isCut() && b.kind !== "wire" ? [this.cutPlane] : null;
+    const key = mode + smooth + b.kind + lit + (clippingPlanes !== null);
     if (d.mesh.userData.key !== key) {
       d.mesh.userData.key = key;
-      if (d.mesh.material !== this.path && d.mesh.material !== this.wirePath) d.mesh.material.dispose();
+      if (d.mesh.material !== this.film.tissue && d.mesh.material !== this.film.wires) d.mesh.material.dispose();
       d.mesh.material =
         mode === "xray"
           ? b.kind === "wire"
-            ? this.wirePath
-            : this.path
+            ? this.film.wires
+            : this.film.tissue
           : new (lit ? THREE.MeshLambertMaterial : THREE.MeshBasicMaterial)({
               vertexColors: true,
               side: THREE.DoubleSide,
@@ -463,68 +403,65 @@ export class View {
               transparent: mode === "transparent" || (b.kind === "wall" && mode === "normal"),
               opacity: mode === "transparent" ? 0.35 : b.kind === "wall" && mode === "normal" ? 0.25 : 1,
               depthWrite: mode === "wire" || (mode === "normal" && b.kind !== "wall"),
+              clippingPlanes,
               polygonOffset: true,
               polygonOffsetFactor: 1,
               polygonOffsetUnits: 1,
             });
       d.mesh.renderOrder = mode === "transparent" || b.kind === "wall" ? 1 : 0;
+      (d.edges.material as THREE.Material).clippingPlanes = clippingPlanes;
+      (d.edges.material as THREE.Material).needsUpdate = true;
     }
     if (d.mesh.parent !== parent) parent.add(d.mesh);
     d.mesh.visible = this.lookOf(b.name).shown;
     d.edges.visible = d.mesh.visible && mode !== "xray" && mode !== "wire";
+    const full = (b.kind === "solid" || b.kind === "rigid") && mode === "normal" && d.mesh.visible;
+    if (clippingPlanes && full) this.cutFaces.show(b.name, d.geometry, this.size, plain);
+    else this.cutFaces.hide(b.name);
   }
 
   private updateArrows(now: Instant) {
-    const c = now.contacts;
-    const count = Math.min(c.length / 6, 4096);
+    const { arrows } = this.look;
+    const own = arrowsOf(now, arrows).filter((a) => this.isLeft(a.at));
+    const all = this.partner?.instant ? [own, arrowsOf(this.partner.instant, arrows)] : [own];
     let largest = 0;
-    for (const all of [c, this.partner?.instant?.contacts ?? []])
-      for (let i = 0; i + 5 < all.length; i += 6) largest = Math.max(largest, Math.hypot(all[i + 3], all[i + 4], all[i + 5]));
-    this.longest = this.look.arrows && this.look.mode !== "xray" ? largest : 0;
-    let n = 0;
-    if (this.longest > 0) {
-      const full = 0.16 * this.size;
-      const turn = new THREE.Quaternion();
-      const up = new THREE.Vector3(0, 1, 0);
-      const m = new THREE.Matrix4();
-      for (let i = 0; i < count; ++i) {
-        const force = new THREE.Vector3(c[6 * i + 3], c[6 * i + 4], c[6 * i + 5]);
-        const length = (full * force.length()) / largest;
-        if (length < 0.02 * full) continue;
-        const at = new THREE.Vector3(c[6 * i], c[6 * i + 1], c[6 * i + 2]);
-        turn.setFromUnitVectors(up, force.clone().normalize());
-        const head = Math.min(0.25 * full, 0.45 * length);
-        const thick = 0.014 * full;
-        m.compose(at, turn, new THREE.Vector3(thick, length - head, thick));
-        this.shafts.setMatrixAt(n, m);
-        m.compose(at.addScaledVector(force.normalize(), length), turn, new THREE.Vector3(0.3 * head, head, 0.3 * head));
-        this.heads.setMatrixAt(n++, m);
-      }
-    }
-    for (const mesh of [this.shafts, this.heads, ...this.ghosts]) {
-      mesh.count = n;
-      mesh.instanceMatrix.needsUpdate = true;
-    }
+    for (const list of all) for (const a of list) largest = Math.max(largest, a.size);
+    this.longest = arrows.shown && this.look.mode !== "xray" ? largest : 0;
+    this.arrows.show(this.longest > 0 ? own : [], 0.16 * this.size, largest);
+    this.arrowText = this.longest > 0 ? arrowWords(now, arrows, this.longest) : [];
+  }
+
+  /** When what was asked for is on the screen. */
+  afterDrawing(): Promise<void> {
+    if (!this.waiting) return Promise.resolve();
+    return new Promise((done) => this.waitingForDrawing.push(done));
   }
 
   draw() {
-    if (this.waiting) return;
+    if (this.waiting || this.still) return;
     this.waiting = true;
     requestAnimationFrame(() => {
       this.waiting = false;
       this.drawNow();
+      for (const done of this.waitingForDrawing.splice(0)) done();
     });
   }
 
-  drawNow() {
+  /** @param exact  with all points, however long it takes */
+  drawNow(exact = false) {
     const width = Math.max(1, this.element.clientWidth);
     const height = Math.max(1, this.element.clientHeight);
     const ratio = Math.min(2, window.devicePixelRatio || 1);
-    if (this.canvas.width !== Math.floor(width * ratio) || this.canvas.height !== Math.floor(height * ratio)) {
-      this.renderer.setPixelRatio(ratio);
-      this.renderer.setSize(width, height);
-      this.overlay.width = width * ratio;
-      this.overlay.height = height * ratio;
+    // Once slow, with fewer points until things stand still: sizes that change cost more than they save.
+    this.coarse = this.hurried && (this.coarse || this.cost > kSlow);
+    const fine = exact || !this.coarse ? ratio : 0.5 * ratio;
+    if (this.canvas.width !== Math.floor(width * fine) || this.canvas.height !== Math.floor(height * fine)) {
+      this.renderer.setPixelRatio(fine);
+      this.renderer.setSize(width, height, false);
+    }
+    if (this.overlay.width !== Math.floor(width * ratio) || this.overlay.height !== Math.floor(height * ratio)) {
+      this.overlay.width = Math.floor(width * ratio);
+      this.overlay.height = Math.floor(height * ratio);
     }
     this.setBounds();
     this.camera.updateProjectionMatrix();
@@ -532,31 +469,13 @@ export class View {
     this.light.position.add(new THREE.Vector3(0.3, 0.2, 0.6));
     this.renderer.setRenderTarget(null);
     this.renderer.clear();
-    if (this.look.mode === "xray") this.drawXray(width * ratio, height * ratio);
+    if (this.look.mode === "xray")
+      this.film.draw(this.renderer, this.camera, this.attenuation, this.tissue ? kTissue / (0.35 * this.size) : 0);
     else this.renderer.render(this.scene, this.camera);
     this.drawOverlay(width, height, ratio);
     ++this.frames;
     const begun = performance.now();
     requestAnimationFrame(() => (this.cost = 0.5 * (this.cost + performance.now() - begun)));
-  }
-
-  private drawXray(width: number, height: number) {
-    if (!this.target || this.target.width !== width || this.target.height !== height) {
-      this.target?.dispose();
-      this.target = new THREE.WebGLRenderTarget(width, height, { type: THREE.FloatType, depthBuffer: false });
-    }
-    this.path.uniforms.size.value = 0.35 * this.size;
-    let thick = 0.002 * this.size;
-    for (const d of this.drawn.values()) for (const r of d.body.radius ?? []) thick = Math.max(thick, r);
-    this.wirePath.uniforms.size.value = 2 * thick;
-    this.renderer.setRenderTarget(this.target);
-    this.renderer.setClearColor(0x000000);
-    this.renderer.clear();
-    this.renderer.render(this.thick, this.camera);
-    this.renderer.setRenderTarget(null);
-    this.renderer.setClearColor(0xffffff);
-    this.film.material.uniforms.map.value = this.target.texture;
-    this.renderer.render(this.filmScene, this.camera);
   }
 
   /** Scale bar, colour bar, axes and what the arrows mean; the same in every picture that leaves the page. */
@@ -565,80 +484,42 @@ export class View {
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
     g.clearRect(0, 0, width, height);
     g.font = "12px system-ui, sans-serif";
-    g.fillStyle = g.strokeStyle = "#1b1f24";
+    g.fillStyle = g.strokeStyle = kInk;
     g.lineWidth = 1.5;
     const metre = height / ((this.camera.top - this.camera.bottom) / this.camera.zoom); // pixels
     if (this.instant && this.instant.bodies.length > 0) {
-      const length = roundBelow((0.2 * width) / metre);
-      const pixels = length * metre;
-      const x = width - 20 - pixels;
-      const y = height - 18;
-      g.beginPath();
-      g.moveTo(x, y - 5);
-      g.lineTo(x, y);
-      g.lineTo(x + pixels, y);
-      g.lineTo(x + pixels, y - 5);
-      g.stroke();
-      g.textAlign = "center";
-      g.fillText(lengthText(length), x + pixels / 2, y - 7);
-      this.drawAxes(g, height);
+      drawScale(g, width, height, metre);
+      drawAxes(g, height, this.camera.matrixWorldInverse);
     }
     g.textAlign = "left";
     let y = 20;
-    if (this.bar && this.look.mode !== "xray") {
-      const { name, unit, range } = this.bar;
-      const [low, high] = range;
-      g.fillText(name + (unit ? ` [${unit}]` : ""), 12, y);
-      y += 8;
-      if (high > low) {
-        const long = Math.min(220, width - 40);
-        for (let i = 0; i < long; ++i) {
-          const [r, gr, b] = viridis(i / (long - 1));
-          g.fillStyle = `rgb(${255 * r},${255 * gr},${255 * b})`;
-          g.fillRect(12 + i, y, 1.5, 12);
-        }
-        g.fillStyle = "#1b1f24";
-        g.fillText(shortNumber(low), 12, y + 26);
-        g.textAlign = "center";
-        g.fillText(shortNumber((low + high) / 2), 12 + long / 2, y + 26);
-        g.textAlign = "right";
-        g.fillText(shortNumber(high), 12 + long, y + 26);
-        g.textAlign = "left";
-        y += 46;
-      } else {
-        g.fillText(shortNumber(low) + " everywhere", 12, y + 12);
-        y += 32;
-      }
-    }
-    if (this.look.mode === "xray") {
-      g.fillText("X-ray: what is thick is dark", 12, y);
+    const xray = this.look.mode === "xray";
+    if (this.bar && !xray) y = drawBar(g, y, width, this.bar);
+    if (xray) {
+      g.fillText(`X-ray: wires ${shortNumber(this.attenuation)} 1/m`, 12, y);
+      if (this.tissue) g.fillText(`vessels and solids ${shortNumber(kTissue / (0.35 * this.size))} 1/m`, 12, (y += 16));
       y += 18;
     }
-    if (this.longest > 0) {
-      g.fillStyle = "#c1440e";
-      g.fillText(`longest arrow ${shortNumber(this.longest)} N`, 12, y);
+    g.fillStyle = "#a8380b";
+    for (const line of this.arrowText) {
+      label(g, line, 12, y);
+      y += 16;
     }
+    const cut = this.cutPlace();
+    g.fillStyle = kInk;
+    if (cut !== null) label(g, `cut at ${this.look.cut.axis} = ${shortNumber(cut)} m`, 12, y);
+    const onScreen = (p: readonly number[]) => {
+      const [x, v] = this.project(Float32Array.from(p));
+      return [x, v] as [number, number];
+    };
+    if (this.hand) drawHand(g, this.hand, onScreen, metre);
+    if (this.measure.length > 0) drawMeasure(g, this.measure, this.measure.map(onScreen));
+    if (this.outline.length > 0) drawOutline(g, this.outline);
+    if (this.cross && document.activeElement === this.canvas) drawCross(g, this.cross);
   }
 
-  private drawAxes(g: CanvasRenderingContext2D, height: number) {
-    const at = [40, height - 40];
-    (["x", "y", "z"] as const).forEach((name, i) => {
-      const v = new THREE.Vector3().setComponent(i, 1).transformDirection(this.camera.matrixWorldInverse);
-      const end = [at[0] + 26 * v.x, at[1] - 26 * v.y];
-      g.beginPath();
-      g.moveTo(at[0], at[1]);
-      g.lineTo(end[0], end[1]);
-      g.stroke();
-      if (Math.hypot(v.x, v.y) > 0.2) {
-        g.textAlign = "center";
-        g.fillText(name, at[0] + 35 * v.x, at[1] - 35 * v.y + 4);
-      }
-    });
-    g.textAlign = "left";
-  }
-
-  /** The body and triangle below a place of the canvas [pixels]. */
-  pick(x: number, y: number): { body: Body; triangle: number; point: [number, number, number] } | null {
+  /** What is below a place of the canvas [pixels]. @param solid  solids alone count; the others let through */
+  pick(x: number, y: number, solid: boolean): ({ body: Body; point: [number, number, number] } & Place) | null {
     const ray = new THREE.Raycaster();
     ray.setFromCamera(this.normalised(x, y), this.camera);
     // An orthographic ray begins in the camera's plane; bodies may lie behind it.
@@ -647,10 +528,54 @@ export class View {
     const meshes = [...this.drawn.values()].filter((d) => d.mesh.visible).map((d) => d.mesh);
     for (const hit of ray.intersectObjects(meshes, false)) {
       const d = this.drawn.get(hit.object.name)!;
-      if (d.body.kind !== "solid" || hit.faceIndex == null) continue;
-      return { body: d.body, triangle: hit.faceIndex, point: hit.point.toArray() as [number, number, number] };
+      if ((solid && d.body.kind !== "solid") || hit.faceIndex == null) continue;
+      if (this.isCut() && d.body.kind !== "wire" && this.cutPlane.distanceToPoint(hit.point) < 0) continue;
+      const weights = new THREE.Vector3();
+      THREE.Triangle.getBarycoord(hit.point, ...this.cornersOf(d, hit.faceIndex), weights);
+      return {
+        body: d.body,
+        name: d.body.name,
+        triangle: hit.faceIndex,
+        weights: weights.toArray() as [number, number, number],
+        point: hit.point.toArray() as [number, number, number],
+      };
     }
     return null;
+  }
+
+  private cornersOf(d: Drawn, triangle: number): [THREE.Vector3, THREE.Vector3, THREE.Vector3] {
+    const position = d.geometry.attributes.position;
+    const index = d.geometry.index!;
+    return [0, 1, 2].map((k) => new THREE.Vector3().fromBufferAttribute(position, index.getX(3 * triangle + k))) as [
+      THREE.Vector3,
+      THREE.Vector3,
+      THREE.Vector3,
+    ];
+  }
+
+  /** Where a place of a body is in this instant [m]; null: the body is not there. */
+  placeNow(p: Place): [number, number, number] | null {
+    const d = this.drawn.get(p.name);
+    if (!d || 3 * p.triangle + 2 >= d.geometry.index!.count) return null;
+    const at = new THREE.Vector3();
+    this.cornersOf(d, p.triangle).forEach((c, k) => at.addScaledVector(c, p.weights[k]));
+    return at.toArray() as [number, number, number];
+  }
+
+  bodyNamed(name: string): Body | undefined {
+    return this.drawn.get(name)?.body;
+  }
+
+  /** Triangles of a body of which a point is seen. */
+  seenTriangles(name: string): Set<number> {
+    const parts = [...this.drawn.values()]
+      .filter((d) => d.mesh.visible)
+      .map((d) => ({
+        geometry: d.geometry,
+        counted: d.body.name === name,
+        clippingPlanes: this.isCut() && d.body.kind !== "wire" ? [this.cutPlane] : null,
+      }));
+    return seenTriangles(this.renderer, this.camera, parts);
   }
 
   private normalised(x: number, y: number): THREE.Vector2 {
@@ -669,7 +594,7 @@ export class View {
     return out;
   }
 
-  /** Marks triangles of a body; null: none. */
+  /** Marks triangles of a body, as it is now; null: none. */
   mark(body: Body | null, triangles: number[] = []) {
     this.picked?.removeFromParent();
     this.picked?.geometry.dispose();
@@ -696,7 +621,7 @@ export class View {
 
   /** What is seen, with its bars, as a picture. */
   picture(): HTMLCanvasElement {
-    this.drawNow();
+    this.drawNow(true);
     const out = document.createElement("canvas");
     out.width = this.canvas.width;
     out.height = this.canvas.height;

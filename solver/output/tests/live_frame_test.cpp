@@ -26,6 +26,9 @@ TEST_CASE("a live frame gives back every array where its header says")
     ViewFrame sent;
     sent.caption = "t = 1 s";
     sent.contacts = {1, 2, 3, 4, 5, 6};
+    sent.normal_forces = {4, 0, 0};
+    sent.pairs = {1, 0};
+    sent.names = {"die", "wire"};
     sent.shapes.push_back({"die", ViewShape::rigid, {0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1, 2}, {}});
     sent.shapes.push_back({"wire", ViewShape::wire, {1, 2, 3}, {}, {0.5F}});
     const std::string bytes = live_frame_bytes(sent, {7, 3, 12, 0.6, true});
@@ -53,7 +56,10 @@ TEST_CASE("a live frame gives back every array where its header says")
     check("die/triangles", sent.shapes[0].triangles);
     check("wire/values", sent.shapes[1].values);
     check("/contacts", sent.contacts);
-    CHECK(found == 4);
+    check("/normal_forces", sent.normal_forces);
+    check("/pairs", sent.pairs);
+    CHECK(found == 6);
+    CHECK(head["names"] == nlohmann::json({"die", "wire"}));
 }
 
 TEST_CASE("many points are wrong by 8e-6 of their box at most, wherever it lies")

@@ -1,0 +1,37 @@
+// How a view looks.
+
+export type Mode = "normal" | "wire" | "transparent" | "xray";
+
+export const kModes: [Mode, string][] = [
+  ["normal", "Normal"],
+  ["wire", "Wire"],
+  ["transparent", "Transparent"],
+  ["xray", "X-ray"],
+];
+
+export interface BodyLook {
+  shown: boolean;
+  mode: Mode | "";
+}
+
+export interface Arrows {
+  shown: boolean;
+  part: "force" | "normal" | "friction";
+  other: boolean; // on the body that the caption does not name, with the other sign
+  within: number; // contacts of a pair that are nearer are one arrow [m]
+}
+
+export interface Cut {
+  axis: "" | "x" | "y" | "z";
+  share: number; // of the way through the box of what is seen
+  flip: boolean;
+}
+
+export interface Look {
+  mode: Mode;
+  bodies: Map<string, BodyLook>;
+  field: string; // "" for plain
+  arrows: Arrows;
+  range: [number, number] | null; // of the field; null: of what is seen
+  cut: Cut;
+}
