@@ -28,7 +28,7 @@ struct DelassusOfBodies {
         Eigen::MatrixXd G;     ///< k x as many columns, in units whose product is that of W
     };
     std::vector<Part> parts;
-    Eigen::VectorXd give; ///< what is added to the diagonal, rows
+    Eigen::VectorXd compliance; ///< what is added to the diagonal, rows
 
     struct Place {
         int part = 0, column = 0;

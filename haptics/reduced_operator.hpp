@@ -18,14 +18,14 @@ constexpr int kMostWays = 6;   ///< of an operator
 
 /// Where a displacement lies among a way's looks: between look - 1 (for 0: the pose itself) and
 /// look, with these weights.
-struct LookShare {
+struct PathBlend {
     int look = 0;
     double before = 0, there = 0;
 };
 
 /// What q(d) and rest are beyond first order where the hand may go: with x the displacement and
 /// s = ahead . x, what they are at the looks, between them linear.
-struct LookedWay {
+struct SampledPath {
     Vec6 ahead = Vec6::Zero();           ///< [1/m], [1/rad]
     bool backwards = false;              ///< s < 0 counts, too: as on a circle
     int looks = 0;                       ///< 0: nothing is known of it
@@ -83,7 +83,7 @@ template <class Real> struct ReducedOperator {
     /// Where the hand may go, first where it is going: those in use, and memory for as many as were
     /// needed so far.
     int ways = 0;
-    std::vector<LookedWay> way;
+    std::vector<SampledPath> way;
     /// Where the body in the hand loses its stability on the way: s of way[0] from which on
     /// after[0] holds, whatever s is later; infinite: nowhere.
     double jump_at = std::numeric_limits<double>::infinity();
@@ -107,7 +107,7 @@ template <class Real>
 bool set_delassus(ReducedOperator<Real>& op, const Eigen::Ref<const Eigen::MatrixXd>& W);
 
 /// @param s  ahead . x [-]. Up to the first look the bend is that of a circle.
-LookShare share_of_looks(const LookedWay& way, double s);
+PathBlend blend_of_samples(const SampledPath& way, double s);
 
 /// J of a point that a rigid handle carries: frame^T [1, -[arm]x].
 Eigen::Matrix<double, 3, 6> rigid_jacobian(const Mat3& frame, const Vec3& arm);

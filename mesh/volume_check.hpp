@@ -43,7 +43,7 @@ struct VolumeReport {
     std::int64_t surface_edges = 0, surface_borders = 0, euler_characteristic = 0;
     int surface_parts = 0;
 
-    bool meets_itself() const; ///< crowded edges or pinched nodes
+    bool touches_itself() const; ///< crowded edges or pinched nodes
     bool looks_like_millimetres() const;
 };
 

@@ -361,7 +361,7 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
 {
     check_options(o);
     Tetrahedralised result;
-    const bool meets_itself = repair(surface, o, file, notes);
+    const bool touches_itself = repair(surface, o, file, notes);
     const SizeField field = field_of(surface, o, file, notes);
 
     result.predicted_elements = kElementsPerCube * count_by_size(surface, field);
@@ -446,7 +446,7 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
         result.deviation = vertices.largest;
         result.face_deviation = faces.largest;
         std::vector<Vec3> places;
-        fault = solid ? fault_of(result, meets_itself ? topology_of(outside) : asked,
+        fault = solid ? fault_of(result, touches_itself ? topology_of(outside) : asked,
                                  departure(rounded, outside, allowed),
                                  departure(middles(outside), *solid, allowed), places)
                       : fault_of(result, asked, vertices, faces, places);

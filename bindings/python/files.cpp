@@ -129,7 +129,7 @@ py::dict run(const std::shared_ptr<Stepper>& s, RunFiles* files, const py::objec
                 const Stopwatch watch;
                 if (files && !files->write(s->record()->step)) break;
                 s->simulation().spent_on_output(watch.seconds());
-                s->look_for_signals();
+                s->check_signals();
             }
             if (on_step.is_none() || ++since < every) continue;
             since = 0;

@@ -36,7 +36,7 @@ template <class Enough> py::object steps(const Owner& s, double not_beyond, Enou
         while (!enough()) {
             last = s->step_aside(not_beyond);
             if (last.outcome != Outcome::accepted) break;
-            s->look_for_signals();
+            s->check_signals();
         }
     }
     if (last.outcome == Outcome::failed) throw_failed(*s, last.message);

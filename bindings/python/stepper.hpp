@@ -34,7 +34,7 @@ public:
     ///         that of the last accepted step
     StepResult step_aside(double not_beyond = std::numeric_limits<double>::infinity());
     /// Looks for a signal now and then; between steps. Without the GIL.
-    void look_for_signals();
+    void check_signals();
 
     /// From its beginning to its end only run() itself may step.
     void set_running(bool running) { running_ = running; }

@@ -235,7 +235,7 @@ AxisBox view_box(const PolyhedronView& view)
     return box;
 }
 
-bool meet_in_hollow(const PolyhedronView& body, std::int32_t f, std::int32_t g)
+bool touch_in_hollow(const PolyhedronView& body, std::int32_t f, std::int32_t g)
 {
     const PolyhedronTopology& topology = *body.topology;
     for (std::int32_t i = topology.face_begin[at(f)]; i < topology.face_begin[at(f) + 1]; ++i) {
@@ -270,7 +270,7 @@ void vertex_on_faces(const PolyhedronPair& pair, bool on_a, std::int32_t v, Near
     }
     std::sort(below.begin(), below.end());
     for (std::size_t i = 0; i < below.size(); ++i)
-        if (i == 0 || meet_in_hollow(y.view, below[0].second, below[i].second))
+        if (i == 0 || touch_in_hollow(y.view, below[0].second, below[i].second))
             add_vertex_face(pair, on_a, v, below[i].second, -below[i].first);
 }
 

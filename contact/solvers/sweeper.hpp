@@ -38,7 +38,7 @@ private:
     const Mat3& own(int i) const { return own_[static_cast<std::size_t>(i)]; }
     LocalBlock& block(int i) { return blocks_[static_cast<std::size_t>(i)]; }
     void sweep_bodies(bool backward);
-    double look_and_visit(int i);
+    double visit_if_changed(int i);
     void visit(int i);
     void add(int i, const double* change);
     LocalReaction solve_shifted(int i, const Vec3& ri, const Vec3& b) const;

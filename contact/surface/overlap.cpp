@@ -201,13 +201,13 @@ std::optional<FaceDistance::Foot> FaceDistance::at(const Vec3& x, std::int32_t& 
                   : side.norm() > 0         ? Vec3(side.normalized())
                                             : own;
     foot.place = place_on(surface_.facets.surface(), t, found.at.weights);
-    meet_bent_face_(x, found.at.weights, foot);
+    touch_bent_face_(x, found.at.weights, foot);
     return foot;
 }
 
 /// Of a quadrilateral that is not flat the nearest place of its own, not of the two triangles that
 /// a diagonal cuts it into: which one does is the mesh's accident.
-void FaceDistance::meet_bent_face_(const Vec3& x, const Vec3& weights, Foot& foot) const
+void FaceDistance::touch_bent_face_(const Vec3& x, const Vec3& weights, Foot& foot) const
 {
     const FacetedSurface::Triangle& t = surface_.facets.triangles()[std::size_t(foot.triangle)];
     const std::span<const std::int32_t> nodes = surface_.facets.surface().face(std::size_t(t.face));

@@ -56,7 +56,7 @@ public:
 
 private:
     Vec3 normal_(std::int32_t triangle) const;
-    void meet_bent_face_(const Vec3& x, const Vec3& weights, Foot& foot) const;
+    void touch_bent_face_(const Vec3& x, const Vec3& weights, Foot& foot) const;
 
     PlacedSurface surface_;
     std::vector<std::int32_t> number_; // of the tree's triangles

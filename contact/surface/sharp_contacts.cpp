@@ -100,7 +100,7 @@ private:
 
 /// Whether all faces around a sharp node lead away from a body whose normal is n, and none of its
 /// neighbours is steeply below it.
-bool leads_away(const SharpSurface& s, std::size_t sharp_node, const Vec3& n, double by)
+bool points_away(const SharpSurface& s, std::size_t sharp_node, const Vec3& n, double by)
 {
     const SharpFeatures& f = s.features;
     const Vec3& x = place_at(s.places, f.nodes[sharp_node]);
@@ -115,7 +115,7 @@ bool leads_away(const SharpSurface& s, std::size_t sharp_node, const Vec3& n, do
 }
 
 /// Whether one of the faces around a sharp node looks at a face with normal n.
-bool looks_at(const SharpSurface& s, std::size_t sharp_node, const Vec3& n)
+bool faces_towards(const SharpSurface& s, std::size_t sharp_node, const Vec3& n)
 {
     const SharpFeatures& f = s.features;
     for (std::size_t k = f.begin[sharp_node]; k < f.begin[sharp_node + 1]; ++k)
@@ -124,7 +124,7 @@ bool looks_at(const SharpSurface& s, std::size_t sharp_node, const Vec3& n)
 }
 
 /// As for a node, of the two faces beside an edge, across it.
-bool leads_away(const SharpSurface& s, const Piece& p, const Vec3& n, double by)
+bool points_away(const SharpSurface& s, const Piece& p, const Vec3& n, double by)
 {
     const Vec3& a = place_at(s.places, p.nodes[0]);
     const Vec3 tangent = (place_at(s.places, p.nodes[1]) - a).normalized();
@@ -165,9 +165,9 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
         // its side would bring it in at once, and deep.
         const bool bare = bare_corners_ && own_is_slave && is_bare(own, i);
         const double by = bare ? kStillAway : away(id);
-        // A nearer face that one of its own faces looks at is met by that: see leads_away below.
+        // A nearer face that one of its own faces looks at is met by that: see points_away below.
         const NearestFace::Found met = faces->find(x, reach_, [&](const Facet& facet) {
-            return leads_away(own, i, facet.normal, by) || looks_at(own, i, facet.normal);
+            return points_away(own, i, facet.normal, by) || faces_towards(own, i, facet.normal);
         });
         if (!met.facet || !met.on_this_side) continue;
         const auto nodes = other.surface.face(std::size_t(met.facet->face));
@@ -180,7 +180,7 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
         SurfaceContact c;
         c.gap = normal.dot(apart);
         if (std::abs(c.gap) > reach_ || !NearestFace::is_over(apart, normal, *met.facet)) continue;
-        if (!bare && !leads_away(own, i, normal, by)) continue;
+        if (!bare && !points_away(own, i, normal, by)) continue;
         c.id = id;
         c.point = own_is_slave ? x : foot.place;
         c.normal = own_is_slave ? normal : Vec3(-normal);
@@ -316,14 +316,14 @@ void Finder::edges_across_edges()
         Vec3 n = direction(directions[0][i], x[0]).cross(direction(directions[1][j], x[1]));
         n.normalize();
         for (const double sign : {1.0, -1.0})
-            if (leads_away(slave_, p, sign * n, by) && leads_away(master_, q, -sign * n, by))
+            if (points_away(slave_, p, sign * n, by) && points_away(master_, q, -sign * n, by))
                 return add(i, j, sign * n, id);
         // A face beside one of them is what the other lies on.
         for (const std::int32_t face : q.faces)
-            if (const Vec3 m = sharp_face_normal(master_, face); leads_away(slave_, p, m, by))
+            if (const Vec3 m = sharp_face_normal(master_, face); points_away(slave_, p, m, by))
                 return add(i, j, m, id);
         for (const std::int32_t face : p.faces)
-            if (const Vec3 m = -sharp_face_normal(slave_, face); leads_away(master_, q, -m, by))
+            if (const Vec3 m = -sharp_face_normal(slave_, face); points_away(master_, q, -m, by))
                 return add(i, j, m, id);
     };
     const std::int64_t pairs_of_chains = std::int64_t(of_slave.chains) * of_master.chains;
@@ -352,7 +352,7 @@ void Finder::edges_across_edges()
                     ? p.chain * std::int64_t(of_master.pieces.size()) + std::int64_t(j)
                     : on_master + q.chain * std::int64_t(of_slave.pieces.size()) + std::int64_t(i);
             const std::int64_t id = kCrossingIds + kMostCrossings * (pairs_of_chains + crossed);
-            if (std::abs(along.dot(n)) > kSteepEdge || !leads_away(edge, e, n, away(id))) return;
+            if (std::abs(along.dot(n)) > kSteepEdge || !points_away(edge, e, n, away(id))) return;
             add(i, j, sharp ? n : Vec3(-n), id);
         });
     }

@@ -117,7 +117,7 @@ BodyLink::BodyLink(const Scene& scene, const std::vector<Obstacle>& obstacles,
     s.check_holds();
     for (std::size_t b = 0; b < s.system->refs.size(); ++b)
         if (s.system->refs[b].name == s.scene.haptic.handle) s.handle = int(b);
-    s.system->finder.look_farther(s.system->refs, s.handle, options.condense.farthest());
+    s.system->finder.search_farther(s.system->refs, s.handle, options.condense.farthest());
     BodyRef& ref = s.system->refs[std::size_t(s.handle)];
     const double step = options.condense.period;
     for (const BodyRef& b : s.system->refs)
@@ -204,11 +204,11 @@ bool BodyLink::step(const HandPose& device)
         count_.time = input.end();
         s.started = true;
         count_.steps += h > 0;
-        count_.not_met += i > 0;
+        count_.not_touched += i > 0;
         return true;
     }
     s.held->aim(from);
-    ++count_.not_met;
+    ++count_.not_touched;
     return false;
 }
 

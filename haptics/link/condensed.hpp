@@ -34,7 +34,7 @@ struct ReductionOptions {
 };
 
 /// What q and the rest of the force are beyond first order, some way on.
-struct CondensedLook {
+struct CondensedSample {
     double at = 0;          ///< of `ahead` [-]
     std::vector<Vec3> bend; ///< of each contact's q [m]
     Wrench rest;
@@ -42,10 +42,10 @@ struct CondensedLook {
 };
 
 /// Where the hand may go, and what was seen there.
-struct CondensedWay {
-    Vec6 ahead = Vec6::Zero();       ///< [1/m], [1/rad]
-    bool backwards = false;          ///< the other way round, too
-    std::vector<CondensedLook> look; ///< kMostLooks at most
+struct CondensedPath {
+    Vec6 ahead = Vec6::Zero();         ///< [1/m], [1/rad]
+    bool backwards = false;            ///< the other way round, too
+    std::vector<CondensedSample> look; ///< kMostLooks at most
 };
 
 /// The reduced problem of a step, in double and in full.
@@ -57,8 +57,8 @@ struct Condensed {
     // On the hand without contact forces, see ReducedOperator.
     Wrench rest;
     Mat6 stiffness = Mat6::Zero();
-    std::vector<CondensedWay> way; ///< kMostWays at most; first where the hand is going
-    HandPose handle;               ///< that this is of
+    std::vector<CondensedPath> way; ///< kMostWays at most; first where the hand is going
+    HandPose handle;                ///< that this is of
     /// Where the body in the hand jumps on the first way, and what holds from there on: one, if
     /// any.
     double jump_at = std::numeric_limits<double>::infinity(); ///< of its `ahead` [-]

@@ -64,13 +64,13 @@ public:
     int refused() const { return count_.refused; }        ///< tries that were not accepted
     int most_left_out() const { return count_.left_out; } ///< candidates that are not handed over
     /// Steps that met the device half way at most, or not at all.
-    int not_met() const { return count_.not_met; }
+    int not_touched() const { return count_.not_touched; }
     int snapping() const { return count_.snapping; } ///< steps that a snap went on beyond
     double time() const { return count_.time; }
 
 protected:
     struct Count {
-        int steps = 0, refused = 0, not_met = 0, snapping = 0, left_out = 0;
+        int steps = 0, refused = 0, not_touched = 0, snapping = 0, left_out = 0;
         double time = 0; ///< [s]
     };
     HandleLink(const ReductionOptions& condense)

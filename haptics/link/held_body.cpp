@@ -38,7 +38,7 @@ void HeldBody::put(const HandPose& pose)
     drive();
 }
 
-Vec6 HeldBody::give() const
+Vec6 HeldBody::compliance() const
 {
     const double per = step_.dynamic ? 1 / (step_.h * step_.h) : 1;
     Vec6 c;
@@ -119,11 +119,11 @@ Eigen::VectorXd HeldBody::solve(const Eigen::VectorXd& force)
     return y;
 }
 
-void HeldBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+void HeldBody::update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                       const Eigen::VectorXd& force)
 {
     const int n = inner_.unknowns();
-    if (n > 0) inner_.change(y.head(n), mode, force.head(n));
+    if (n > 0) inner_.update(y.head(n), mode, force.head(n));
     const Vec6 moved = (step_.dynamic ? step_.h : 1) * y.tail<6>();
     now_.position += moved.head<3>();
     now_.rotation = (turn(moved.tail<3>()) * now_.rotation).normalized();

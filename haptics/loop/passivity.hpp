@@ -69,7 +69,7 @@ public:
     void drop_credit();
     /// How many ticks a force may be held from now on, besides those of the options: as late as
     /// ticks were of late.
-    void expect_late(int ticks) { late_ = ticks; }
+    void expect_delayed(int ticks) { late_ = ticks; }
     /// The wrench that may be sent now. Also remembers it for observe().
     /// @param wrench   that may be sent, says the limiter: what is left of it may, too
     /// @param limiter  of this tick: how much damping may be added, where the motion is known

@@ -105,7 +105,7 @@ template <class Real> void ProxyLoop<Real>::free_motion(double fading)
     const double inverse_length = 1 / op_->length;
     const Mat3 tilt = turn_ - Mat3::Identity();
     for (int w = 0; w < op_->ways; ++w)
-        look_[at(w)] = share_of_looks(op_->way[at(w)], op_->way[at(w)].ahead.dot(moved_));
+        look_[at(w)] = blend_of_samples(op_->way[at(w)], op_->way[at(w)].ahead.dot(moved_));
     for (int i = 0; i < op_->contacts; ++i) {
         const CandidateContact& c = contact(i);
         Vec3 q = c.q;
@@ -114,7 +114,7 @@ template <class Real> void ProxyLoop<Real>::free_motion(double fading)
         else
             q.noalias() += c.J * moved_;
         for (int w = 0; w < op_->ways; ++w) {
-            const LookShare& look = look_[at(w)];
+            const PathBlend& look = look_[at(w)];
             const Vec3* bend = &op_->way[at(w)].bend[at(kMostLooks * i + look.look)];
             q += look.there * bend[0];
             if (look.look > 0) q += look.before * bend[-1];
@@ -243,7 +243,7 @@ template <class Real> Wrench ProxyLoop<Real>::wrench(double fading) const
             rest.force += share * bend.force;
             rest.torque += share * bend.torque;
         };
-        const LookShare& look = look_[at(i)];
+        const PathBlend& look = look_[at(i)];
         add_bend(look.look, look.there);
         if (look.look > 0) add_bend(look.look - 1, look.before);
     }

@@ -127,7 +127,7 @@ private:
     bool solve_closed();
     bool solve_statuses();
     bool leave_cones();
-    bool meet_contacts();
+    bool close_penetrating();
     void restore_closed();
 
     // operator_update.cpp: from one operator to the next
@@ -161,7 +161,7 @@ private:
     HandPose device_;
     Wrench last_; // of the tick before
     Vec6 moved_ = Vec6::Zero();
-    std::array<LookShare, kMostWays> look_; // of the operator's ways, at this pose
+    std::array<PathBlend, kMostWays> look_; // of the operator's ways, at this pose
     Mat3 turn_ = Mat3::Identity(), prepared_turn_ = Mat3::Identity();
 
     double blend_start_ = 0, blend_time_ = 0; // [s]

@@ -114,7 +114,7 @@ Linear linearise(const std::vector<WireWall>& walls, const std::vector<const Can
         const auto at = 3 * k;
         l.turn.block<3, 3>(at, at) = t.turn;
         l.S.block<3, 3>(at, at) = t.F;
-        if (c.give > 0) l.C.block<3, 3>(at, at) = c.give * c.n * c.n.transpose();
+        if (c.compliance > 0) l.C.block<3, 3>(at, at) = c.compliance * c.n * c.n.transpose();
         if (!(c.normal > 0)) continue;
         // The normal reaction turns with the normal, friction keeps in the wall.
         const Vec3 ft = c.tangential[0] * c.t1 + c.tangential[1] * c.t2;
@@ -152,11 +152,11 @@ Linear linearise(const std::vector<WireWall>& walls, const std::vector<const Can
 
 } // namespace
 
-GivingContacts linearise_walls(const std::vector<WireWall>& walls,
-                               const std::vector<Candidate>& candidates, std::vector<int> which,
-                               std::vector<Proximity>& proximity)
+CompliantContacts linearise_walls(const std::vector<WireWall>& walls,
+                                  const std::vector<Candidate>& candidates, std::vector<int> which,
+                                  std::vector<Proximity>& proximity)
 {
-    GivingContacts out;
+    CompliantContacts out;
     out.which = std::move(which);
     if (out.which.empty()) return out;
     const auto n = Eigen::Index(out.which.size());
@@ -183,7 +183,7 @@ GivingContacts linearise_walls(const std::vector<WireWall>& walls,
     out.follow = blocks(Et, follow);
     out.share = blocks(Et, share);
     out.motion = blocks(rows, SE + SC * follow);
-    out.give = blocks(rows, SC * share);
+    out.compliance = blocks(rows, SC * share);
     out.holds = lu.determinant() > 0 && through.determinant() > 0;
     return out;
 }
@@ -198,7 +198,7 @@ double settle_wall(const Wire& wire, const std::vector<WireWall>& walls, std::si
 {
     SoftTube& tube = *walls[w].soft;
     const WireState& s = wire.state;
-    if (tube.beyond()) tube.take(s.wall[w]);
+    if (tube.hyperelastic()) tube.take(s.wall[w]);
     std::vector<Candidate> carriers;
     std::vector<TubeForce> forces;
     std::vector<Vec3> tangential, place; // as they are kept; in the undeformed wall
@@ -303,7 +303,7 @@ Eigen::MatrixXd compliance_of_walls(const std::vector<WireWall>& walls,
         for (Eigen::Index k = 0; k < n; ++k) {
             const Candidate& c = candidates[std::size_t(k)];
             if (c.wall != int(w)) continue;
-            C.block<3, 3>(3 * k, 3 * k) = c.give * c.n * c.n.transpose();
+            C.block<3, 3>(3 * k, 3 * k) = c.compliance * c.n * c.n.transpose();
             if (!walls[w].soft) continue;
             places.push_back(walls[w].soft->place(c.along, c.around));
             at.push_back(k);

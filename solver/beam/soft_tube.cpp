@@ -294,7 +294,7 @@ Vec3 SoftTube::displacement(const TubePlace& p)
 Vec3 SoftTube::moved_(const std::array<double, 16>& weight, const TubePlace& p) const
 {
     const Vec3 by_forces = at_(now_, weight, p) - at_(start_, weight, p);
-    if (!beyond_) return by_forces; // the load is the same
+    if (!hyperelastic_) return by_forces; // the load is the same
     return by_forces + offset_at_(now_, weight, p) - offset_at_(start_, weight, p);
 }
 
@@ -458,7 +458,7 @@ Eigen::VectorXd SoftTube::answer(const Eigen::VectorXd& f) const
 
 Eigen::VectorXd SoftTube::whole_displacement() const
 {
-    if (beyond_) return state_->offset + answer(nodal_forces());
+    if (hyperelastic_) return state_->offset + answer(nodal_forces());
     return answer(load_ + nodal_forces());
 }
 

@@ -96,7 +96,7 @@ public:
     PulledBack pull_back(const Vec3& x, WallHint& hint);
 
     /// Null of a linear wall; else what it is made of.
-    const WallMaterial* beyond() const { return beyond_ ? &*beyond_ : nullptr; }
+    const WallMaterial* hyperelastic() const { return hyperelastic_ ? &*hyperelastic_ : nullptr; }
     /// Of a hyperelastic wall: in balance without contacts; energies count from here.
     const WallStatePointer& at_rest() const { return at_rest_; }
     /// Takes the offset of displacements from a state; of one with an older tangent, what makes
@@ -107,14 +107,14 @@ public:
     /// What the material answers to the present displacement, forces of now among the loads.
     /// @param state  in: offset, and elements to start from; out: all
     /// @returns  "", or what the wall does instead of answering
-    std::string look(WallState& state) const;
+    std::string evaluate_material(WallState& state) const;
     /// By which the material and all forces disagree there, 0 where it is held: 3 nodes [N].
     Eigen::VectorXd imbalance(const WallState& looked_at) const;
     /// K^-1 of forces on nodes, 3 nodes [m].
     Eigen::VectorXd answer(const Eigen::VectorXd& forces) const;
     /// Makes K the tangent at a displacement, and forgets all columns.
     /// @returns  false, and all is as before, where that is not positive definite
-    bool move_tangent(std::shared_ptr<const Eigen::VectorXd> at);
+    bool relinearise(std::shared_ptr<const Eigen::VectorXd> at);
     const std::shared_ptr<const Eigen::VectorXd>& tangent_at() const { return tangent_at_; }
     /// That was taken last, with the offset for this tangent.
     const WallState& state() const { return *state_; }
@@ -193,7 +193,7 @@ private:
     Field now_, start_;
     int columns_solved_ = 0, kept_ = 0;
 
-    std::optional<WallMaterial> beyond_;
+    std::optional<WallMaterial> hyperelastic_;
     SolidPattern pattern_;
     WallStatePointer at_rest_, taken_, state_; ///< taken_ with this tangent
     std::shared_ptr<const Eigen::VectorXd> tangent_at_;

@@ -65,8 +65,8 @@ HeldWire held_part(const Wire& wire, double end)
 {
     HeldWire held = held_between_base_and(wire.material, end);
     if (wire.sheath) {
-        held.axial += wire.sheath->give;
-        held.torsion += wire.sheath->turn_give;
+        held.axial += wire.sheath->compliance;
+        held.torsion += wire.sheath->turn_compliance;
     }
     return held;
 }
@@ -565,7 +565,7 @@ void assemble_wire(const Wire& wire, std::vector<ElementLaw>& laws, BlockTridiag
     assemble_dead_loads(wire, K, g);
 }
 
-void foresee_strains(const Wire& wire, const std::vector<Node6>& increment, double factor,
+void predict_strains(const Wire& wire, const std::vector<Node6>& increment, double factor,
                      std::vector<std::array<double, 6>>& out)
 {
     const WireState& s = wire.state;

@@ -21,8 +21,8 @@ struct Sheath {
     double fade = 0;               ///< the grip fades out over this length behind `end` [m]
     double grip = 0;               ///< lateral stiffness per length where the fading begins [N/m^2]
     /// Springs between what holds the base and the wire: a hand's. 0: held rigidly.
-    double give = 0;      ///< along the wire [m/N]
-    double turn_give = 0; ///< about it [rad/(N m)]
+    double compliance = 0;      ///< along the wire [m/N]
+    double turn_compliance = 0; ///< about it [rad/(N m)]
 };
 
 struct WallState; // solver/beam/wall_material.hpp
@@ -132,7 +132,7 @@ void assemble_wire(const Wire& wire, std::vector<ElementLaw>& laws, BlockTridiag
 
 /// Strains of the elements after an increment of the unknowns times `factor`, to first order.
 /// @param out  per element
-void foresee_strains(const Wire& wire, const std::vector<Node6>& increment, double factor,
+void predict_strains(const Wire& wire, const std::vector<Node6>& increment, double factor,
                      std::vector<std::array<double, 6>>& out);
 
 /// Moves the wire by an increment of its unknowns, times `factor`.

@@ -151,8 +151,8 @@ void find_candidates_once(const Wire& wire, const std::vector<WireWall>& walls,
             // Over the slope: it changes as the point moves along the normal, to first order.
             c.gap = (sample.distance - m.radius) / std::max(sample.slope, kLeastSlope);
             if (walls[w].foundation > 0) {
-                c.give = 1 / (walls[w].foundation * m.spacing);
-                c.gap += c.give * r.normal;
+                c.compliance = 1 / (walls[w].foundation * m.spacing);
+                c.gap += c.compliance * r.normal;
             }
             c.mu = walls[w].friction[p];
             c.radius = m.radius;
@@ -214,7 +214,7 @@ void mark_soft_walls(const Wire& wire, const std::vector<WireWall>& walls)
 {
     for (std::size_t w = 0; w < walls.size(); ++w) {
         if (!walls[w].soft) continue;
-        if (walls[w].soft->beyond())
+        if (walls[w].soft->hyperelastic())
             walls[w].soft->set_start(*wire.state.wall[w]);
         else
             walls[w].soft->set_start(forces_on(wire, walls, w));

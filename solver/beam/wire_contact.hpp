@@ -72,7 +72,7 @@ struct Candidate {
     bool bilateral = false;       ///< the gap is closed, whatever the sign of the reaction
     ContactRow hn, ht[2];         ///< derivatives of gap and slips
     double along = 0, around = 0; ///< on a soft wall: as TubePlace's
-    double give = 0;              ///< on a foundation: 1 / stiffness along n [m/N]
+    double compliance = 0;        ///< on a foundation: 1 / stiffness along n [m/N]
 };
 
 /// All points whose gap is below `reach` or that carry a reaction. Walls that give way are

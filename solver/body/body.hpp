@@ -82,7 +82,7 @@ public:
     virtual void begin(const StepInput& step) = 0;
     /// The iterate is the state itself again, until begin() moves it as what is prescribed says.
     /// @return  false if nothing is prescribed: nothing was done
-    virtual bool stand_at_start() = 0;
+    virtual bool reset_to_start() = 0;
     /// Matrix and residual at the iterate, without contact forces.
     virtual void linearise() = 0;
 
@@ -112,12 +112,12 @@ public:
 
     /// Directions of the modes that no contact feels, m x some, orthonormal: along these the coming
     /// change() leaves the body as a whole where it is.
-    virtual void rest_along(const Eigen::MatrixXd&) {}
+    virtual void set_unconstrained_modes(const Eigen::MatrixXd&) {}
     /// Moves the iterate. @param force  H^T r of the contact forces that led to it
-    virtual void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+    virtual void update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                         const Eigen::VectorXd& force) = 0;
     /// Share of the last change that was made; less where an element would have turned inside out.
-    virtual double share_made() const { return 1; }
+    virtual double accepted_step_length() const { return 1; }
     /// Why the iterate is none that may be gone on from; "" if it may.
     virtual std::string fault() const { return ""; }
     /// What its user should know of the accepted state; "" if nothing.
@@ -128,7 +128,7 @@ public:
     /// Before a dynamic step is accepted: the moment of its contacts and joints about the origin
     /// [N m s], each at one place for both bodies. Surfaces that slide along each other, or that a
     /// gap parts, have places of their own; acting there, forces would turn the two together.
-    virtual void take_moment(const Vec3&) {}
+    virtual void add_contact_moment(const Vec3&) {}
     /// The iterate becomes the state.
     virtual BodyEnergy accept(const Eigen::VectorXd& force) = 0;
 

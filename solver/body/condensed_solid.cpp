@@ -113,9 +113,8 @@ void CondensedSolid::make_parts()
     Eigen::MatrixXd held_turn = Eigen::MatrixXd::Zero(size, turns);
     for (const SolidConditions::Held& h : conditions_.held)
         for (int axis = 0; axis < 3; ++axis)
-            held_turn(h.dof, 3 * Eigen::Index(h.hold) + axis) =
-                Vec3::Unit(axis).cross(mesh_.nodes[std::size_t(h.dof / 3)] -
-                                       centres[h.hold])[h.dof % 3];
+            held_turn(h.dof, 3 * Eigen::Index(h.hold) + axis) = Vec3::Unit(axis).cross(
+                mesh_.nodes[std::size_t(h.dof / 3)] - centres[h.hold])[h.dof % 3];
     for (Eigen::Index j = 0; j < n + modes + turns; ++j) {
         Eigen::VectorXd f;
         if (j >= n + modes) {
@@ -228,7 +227,7 @@ void CondensedSolid::begin(const StepInput& step)
         for (int axis = 0; axis < 3; ++axis)
             if (unknown_of_[3 * k + std::size_t(axis)] < 0) {
                 now_.u[3 * touching_[k] + axis] = u[at3(k) + axis];
-                on_touching_now_[at3(k) + axis] = 0; // until carry()
+                on_touching_now_[at3(k) + axis] = 0; // until add_reaction()
             }
     place_touching(now_);
 }
@@ -340,7 +339,7 @@ Eigen::VectorXd CondensedSolid::solve(const Eigen::VectorXd& force)
     return y;
 }
 
-void CondensedSolid::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+void CondensedSolid::update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                             const Eigen::VectorXd& force)
 {
     for (std::size_t i = 0; i < free_touching_.size(); ++i) {
@@ -386,7 +385,7 @@ void CondensedSolid::move_as_a_whole(const Eigen::VectorXd& mode)
 
 /// By reciprocity what a hold needs against them, and the work of it, follow as of other nodes:
 /// there a prescribed part moves by one.
-void CondensedSolid::carry(const BodyPlace& at, const Vec3& force)
+void CondensedSolid::add_reaction(const BodyPlace& at, const Vec3& force)
 {
     const Vec3 f = now_.frame.turn.conjugate() * force;
     for (const StencilEntry& e : at.nodes) {

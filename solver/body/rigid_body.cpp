@@ -129,7 +129,7 @@ void RigidBody::drive(double t)
     }
 }
 
-bool RigidBody::stand_at_start()
+bool RigidBody::reset_to_start()
 {
     if (driven()) now_ = state_;
     return driven();
@@ -341,7 +341,7 @@ std::string RigidBody::mode_name(const Eigen::VectorXd& a) const
     return name_of_motion(motion.head<3>(), size_ * motion.tail<3>());
 }
 
-void RigidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+void RigidBody::update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                        const Eigen::VectorXd& force)
 {
     if (driven()) return;
@@ -361,7 +361,7 @@ void RigidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
     now_.turn.normalize();
 }
 
-void RigidBody::carry(const Vec3& force, const Vec3& torque)
+void RigidBody::add_reaction(const Vec3& force, const Vec3& torque)
 {
     carried_ = force;
     const Vec3 middle = step_.follows ? Vec3(0.5 * (state_.centre + now_.centre)) : now_.centre;

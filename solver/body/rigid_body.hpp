@@ -42,10 +42,10 @@ public:
     /// What contacts and couplings do to a driven body: the drive works against it.
     /// @param force   mean over a dynamic step, at the end of a quasi-static one [N]
     /// @param torque  about the origin [N m]
-    void carry(const Vec3& force, const Vec3& torque);
+    void add_reaction(const Vec3& force, const Vec3& torque);
     double prescribed_motion(double from, double to) const override;
     void begin(const StepInput& step) override;
-    bool stand_at_start() override;
+    bool reset_to_start() override;
     void linearise() override {}
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                     std::vector<Eigen::Triplet<double>>& out) const override;
@@ -59,10 +59,10 @@ public:
     const Eigen::MatrixXd& modes() const override { return modes_; }
     Eigen::VectorXd mode_load() const override;
     std::string mode_name(const Eigen::VectorXd& a) const override;
-    void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+    void update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                 const Eigen::VectorXd& force) override;
     double imbalance(const Eigen::VectorXd&) override { return 0; }
-    void take_moment(const Vec3& moment) override { contact_moment_ = moment; }
+    void add_contact_moment(const Vec3& moment) override { contact_moment_ = moment; }
     BodyEnergy accept(const Eigen::VectorXd& force) override;
     double size() const override { return size_; }
     double speed() const override
@@ -115,7 +115,7 @@ private:
     std::optional<Placement> driven_to_;
     Vec3 carried_ = Vec3::Zero(), carried_torque_ = Vec3::Zero();       ///< about its own centre
     Vec3 carried_before_ = Vec3::Zero(), torque_before_ = Vec3::Zero(); ///< at the state
-    std::optional<Vec3> contact_moment_;                                ///< take_moment
+    std::optional<Vec3> contact_moment_;                                ///< add_contact_moment
     Vec3 angular_ = Vec3::Zero(); ///< angular momentum about the centre of mass, of the state
     Eigen::MatrixXd modes_;
 

@@ -224,7 +224,7 @@ Mat6 RodBody::held_rigid_motions() const
 
 std::vector<std::string> RodBody::free_motions() const
 {
-    if (in_medium()) return {}; // it holds whatever moves
+    if (has_drag()) return {}; // it holds whatever moves
     const SymmetricEigen6 eigen = symmetric_eigen(held_rigid_motions());
     std::vector<std::string> names;
     for (int k = 0; k < 6; ++k)
@@ -250,7 +250,7 @@ void RodBody::begin(const StepInput& step)
         now_.velocity[i] = -past_velocity_[i] / step.rule.end;
 }
 
-bool RodBody::stand_at_start()
+bool RodBody::reset_to_start()
 {
     return false; // what is prescribed is part of the free motion
 }
@@ -320,7 +320,7 @@ void RodBody::linearise()
         forces(now_, step_.end(), inner_, load_);
         residual_ = as_vector(load_) - as_vector(inner_);
         add_drag();
-        add_anchor();
+        add_viscous_pull();
     }
     held_ = held_at(now_, step_.end());
     Eigen::VectorXd move = Eigen::VectorXd::Zero(unknowns());

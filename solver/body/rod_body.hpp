@@ -72,10 +72,10 @@ public:
     /// Along the rod into the scene, what pushes it out of its sheath, at the accepted state [N].
     double push_force() const { return push_; }
     double length_out_of_sheath() const; ///< at the state [m]
-    /// By how much the push would shorten (or a pull lengthen) what is in the sheath, which is taken
-    /// as rigid [m].
+    /// By how much the push would shorten (or a pull lengthen) what is in the sheath, which is
+    /// taken as rigid [m].
     double change_in_sheath() const;
-    bool in_medium() const { return input_.drag > 0; }
+    bool has_drag() const { return input_.drag > 0; }
     /// True at a node whose place cannot move in this direction.
     bool holds(const CurvePlace& at, const Vec3& direction) const;
     double least_radius() const;  ///< of its segments [m]
@@ -92,14 +92,14 @@ public:
     void note_negative(int count) { negative_ = count; }
     /// Tension holds it, not bending, and at the iterate its tangent has negative eigenvalues,
     /// which it had not where the step began.
-    bool slips_off_balance() const;
+    bool slip_is_unbalanced() const;
     /// Rigid motions that no hold prevents, in words.
     std::vector<std::string> free_motions() const;
     /// Contacts may hold what no hold does. Each of Newton's motions at rest is then taken against
     /// a spring from the iterate that holds what nothing else holds (Rockafellar 1976, the proximal
     /// point method): the balance does not change by it, and what nothing holds stays where it is.
-    void lean_on_contacts();
-    bool leans() const { return anchor_ > 0; }
+    void stabilise_with_contacts();
+    bool is_stabilised() const { return anchor_ > 0; }
     /// Of the spring, on a node's place along the rod and its turns [N/m, N m].
     std::array<double, 2> anchor_on(int node) const;
     /// Shifts along x, y, z and turns about them through the middle node, over the rod's size, at
@@ -110,7 +110,7 @@ public:
     /// Contact forces as they are known at the iterate of a quasi-static step: how they turn with
     /// the rod becomes part of the next linearise()'s matrix. The answer does not change by it,
     /// only the way there.
-    void expect_contacts(std::span<const ContactLoad> loads);
+    void set_contact_forces(std::span<const ContactLoad> loads);
     /// A place on the middle line and its derivatives: by the place along its element (0 to 1) and
     /// by the displacements of the element's two nodes.
     struct Line {
@@ -150,7 +150,7 @@ public:
     /// motion over a step acts drag [N/m^2] times the length that it stands for (turns: times that
     /// length squared too). 0: none, as at first.
     /// @param from_rest  what the last step ended with is forgotten
-    void drag_by(double drag, bool from_rest = false);
+    void set_viscous_drag(double drag, bool from_rest = false);
     /// Of places, over the step so far [m].
     double largest_motion() const;
 
@@ -160,7 +160,7 @@ public:
     int unknowns() const override { return 6 * rod_.node_count(); }
     bool nonlinear() const override { return true; }
     void begin(const StepInput& step) override;
-    bool stand_at_start() override;
+    bool reset_to_start() override;
     void linearise() override;
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                     std::vector<Eigen::Triplet<double>>& out) const override;
@@ -174,7 +174,7 @@ public:
     const Eigen::MatrixXd& modes() const override { return modes_; }
     Eigen::VectorXd mode_load() const override { return {}; }
     std::string mode_name(const Eigen::VectorXd&) const override { return ""; }
-    void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+    void update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                 const Eigen::VectorXd& force) override;
     double imbalance(const Eigen::VectorXd& force) override;
     BodyEnergy accept(const Eigen::VectorXd& force) override;
@@ -213,7 +213,7 @@ private:
         Mat6 free = Mat6::Identity();
         Vec6 move = Vec6::Zero(); ///< from the iterate
     };
-    struct Expected {
+    struct KnownForce {
         StencilEntry at; ///< element, xi
         ContactLoad load;
     };
@@ -243,14 +243,14 @@ private:
     AxisBox box_of(const std::vector<BeamNode>& nodes) const;
     void add_contact_stiffness(Eigen::VectorXd& rest);
     void add_drag();
-    void add_anchor();
+    void add_viscous_pull();
     double length_at(int node) const; ///< that a node stands for [m]
-    double taken_by_drag(); ///< in the step [J]
+    double taken_by_drag();           ///< in the step [J]
     double drag() const;
     double drag_on(int node, int axis) const;
     // The sheath: rod_sheath.cpp
     /// Nodes that the sheath holds, from the start on: those in it and the one at its end.
-    int sheathed(double t) const;
+    int nodes_in_sheath(double t) const;
     double place_at_end(double t) const; ///< of the rod, at the sheath's end [m]
     int node_at_end(double s) const;     ///< which stands there for this place
     BeamNode held_in_sheath(int node, double t) const;
@@ -281,14 +281,14 @@ private:
     std::vector<Load> loads_;
     std::vector<CurvePlace> stations_;
     double fed_first_ = 0; ///< where the sheath's end is along the first shape [m]
-    int root_ = -1; ///< the only node that is held, of an open rod; -1: there is not one
+    int root_ = -1;        ///< the only node that is held, of an open rod; -1: there is not one
 
     StepInput step_;
     Motion state_, now_;
     std::vector<Vec6> moved_; ///< sum of the step's motions, turns in the sections' axes
     RodMatrix K_, M_;
     std::vector<Held> held_;
-    std::vector<Expected> expected_;
+    std::vector<KnownForce> expected_;
     std::vector<Node6> inner_, load_;          ///< at the iterate
     std::vector<Node6> acting_;                ///< loads and reactions at the accepted state
     std::vector<Node6> reaction_;              ///< at the accepted state

@@ -129,7 +129,7 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
             }
         }
     }
-    for (int node = 0, in_sheath = sheathed(t); node < in_sheath; ++node) {
+    for (int node = 0, in_sheath = nodes_in_sheath(t); node < in_sheath; ++node) {
         const std::size_t i = of(node);
         const BeamNode &now = m.nodes[std::size_t(node)], first = held_in_sheath(node, t);
         for (int k = 0; k < 6; ++k)

@@ -111,7 +111,7 @@ int RodBody::path_step(double length, double first, double end, double tolerance
         t += dt;
         step_.h = t - begin;
         done += y;
-        RodBody::change(y, none, none);
+        RodBody::update(y, none, none);
         const double error = imbalance(none);
         const double share = std::sqrt(dot_of_places(done, done)) / target;
         const bool length_right = last ? share <= kLongest : std::abs(share - 1) <= 1e-6;

@@ -79,7 +79,7 @@ Placement RodBody::node_pose(int node) const
 
 bool RodBody::starts_in_sheath(int node) const
 {
-    return material_ && node < sheathed(0);
+    return material_ && node < nodes_in_sheath(0);
 }
 
 Curve RodBody::curve() const
@@ -124,7 +124,7 @@ double RodBody::contact_reach() const
     return 2 * *std::max_element(rod_.radius.begin(), rod_.radius.end()) + 0.25 * longest;
 }
 
-void RodBody::expect_contacts(std::span<const ContactLoad> loads)
+void RodBody::set_contact_forces(std::span<const ContactLoad> loads)
 {
     expected_.clear();
     for (const ContactLoad& l : loads)
@@ -150,7 +150,7 @@ void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
     double compression = 0, tension = 0;                   // the largest [N]
     double pressed = 0;                                    // by all contacts [N]
     double soft = std::numeric_limits<double>::infinity(); // the least EI [N m^2]
-    for (const Expected& x : expected_)
+    for (const KnownForce& x : expected_)
         pressed += x.load.force.norm();
     for (int e = 0; e < rod_.element_count() && !expected_.empty(); ++e) {
         const ElementLaw& law = rod_.law[std::size_t(e)];
@@ -161,7 +161,7 @@ void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
     }
     // Bending does not reach its ends. What is compressed leans by body_lean.cpp.
     const bool rope = pressed * size_ * size_ > kRope * soft && tension > compression;
-    for (const Expected& x : expected_) {
+    for (const KnownForce& x : expected_) {
         const int e = x.at.node;
         const ElementLaw& law = rod_.law[std::size_t(e)];
         const double xi = x.at.weight, L = law.length;
@@ -188,7 +188,7 @@ void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
     }
 }
 
-bool RodBody::slips_off_balance() const
+bool RodBody::slip_is_unbalanced() const
 {
     return negative_ > 0 && stable_ && is_taut();
 }

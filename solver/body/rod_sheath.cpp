@@ -71,14 +71,14 @@ double RodBody::length_out_of_sheath() const
 
 double RodBody::change_in_sheath() const
 {
-    double give = 0; // [m/N]
+    double compliance = 0; // [m/N]
     for (int e = 0; e < rod_.element_count() && !input_.fed.empty(); ++e) {
         const double from = rod_.s[std::size_t(e)];
         const double inside = std::min(accepted_.end.s, from + element_length(e)) - from;
         const ElementLaw& law = rod_.law[std::size_t(e)];
-        if (inside > 0 && law.S[0] > 0) give += inside * law.length / law.S[0];
+        if (inside > 0 && law.S[0] > 0) compliance += inside * law.length / law.S[0];
     }
-    return push_ * give;
+    return push_ * compliance;
 }
 
 int RodBody::node_at_end(double s) const
@@ -93,14 +93,14 @@ int RodBody::node_at_end(double s) const
     return last;
 }
 
-int RodBody::sheathed(double t) const
+int RodBody::nodes_in_sheath(double t) const
 {
     return input_.fed.empty() ? 0 : node_at_end(place_at_end(t)) + 1;
 }
 
 bool RodBody::in_sheath(const CurvePlace& at) const
 {
-    const int n = sheathed(step_.end());
+    const int n = nodes_in_sheath(step_.end());
     return at.t <= 0 ? at.piece < n : at.piece + 1 < n;
 }
 

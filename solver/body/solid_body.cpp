@@ -103,7 +103,8 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
                 input.start.velocity + input.start.spin.cross(state_.x[i] - c);
     }
     now_ = state_;
-    contact_ = contact_held_ = firm_ = contact_before_ = reaction_ = Eigen::VectorXd::Zero(at3(n));
+    contact_ = contact_held_ = support_stiffness_ = contact_before_ = reaction_ =
+        Eigen::VectorXd::Zero(at3(n));
 }
 
 void SolidBody::may_touch(std::span<const char> touching)
@@ -332,7 +333,7 @@ Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
     return r;
 }
 
-bool SolidBody::stand_at_start()
+bool SolidBody::reset_to_start()
 {
     const bool prescribed =
         frame_kind() == Frame::driven ||
@@ -368,7 +369,7 @@ void SolidBody::linearise()
         mode_load_.resize(0);
 }
 
-void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+void SolidBody::update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                        const Eigen::VectorXd& force)
 {
     contact_.setZero();

@@ -175,8 +175,8 @@ Eigen::VectorXd SolidBody::mean_motion(const Eigen::VectorXd& u) const
 
 Eigen::VectorXd SolidBody::felt(const Eigen::VectorXd& mode) const
 {
-    if (unfelt_.rows() != mode.size()) return mode;
-    return mode - unfelt_ * (unfelt_.transpose() * mode);
+    if (unconstrained_.rows() != mode.size()) return mode;
+    return mode - unconstrained_ * (unconstrained_.transpose() * mode);
 }
 
 void SolidBody::move_frame(Motion& m, const Eigen::VectorXd& mode) const

@@ -424,7 +424,7 @@ void SolidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
             W = (0.5 * (W + W.transpose())).eval();
         }
         if (!volumes_.empty()) { // what moves leaves the prescribed volumes as they are
-            const Eigen::MatrixXd moved = top.transpose() * volume_give_;
+            const Eigen::MatrixXd moved = top.transpose() * volume_compliance_;
             W -= moved * volume_matrix_ * moved.transpose();
         }
     }
@@ -437,7 +437,7 @@ Eigen::VectorXd SolidBody::solve(const Eigen::VectorXd& force)
     Eigen::VectorXd y = matrix_->constant && on_free.size() > 0 ? matrix_->constant->solved(on_free)
                                                                 : solved(on_free);
     if (!volumes_.empty())
-        y -= volume_give_ * (volume_matrix_ * (volume_give_.transpose() * on_free));
+        y -= volume_compliance_ * (volume_matrix_ * (volume_compliance_.transpose() * on_free));
     return with_pins(y);
 }
 

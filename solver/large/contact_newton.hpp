@@ -33,8 +33,8 @@ struct LargeContactOptions {
 
 struct LargeContactSolution {
     Eigen::VectorXd y, r;
-    Eigen::VectorXd give; ///< W r: what r alone does to u [m]
-    double mean_give = 0; ///< trace of W over its rows [m/N], to some per cent
+    Eigen::VectorXd compliance; ///< W r: what r alone does to u [m]
+    double mean_compliance = 0; ///< trace of W over its rows [m/N], to some per cent
     /// Natural map, relative to the free motion's gaps and slips; without contacts that of the
     /// balance, relative to the load.
     double error = std::numeric_limits<double>::infinity();
@@ -45,7 +45,8 @@ struct LargeContactSolution {
 
 /// @param A     of the solid, without blocks; has others afterwards
 /// @param r     a guess, rows; or empty
-/// @param mean  of an earlier problem of the same matrix: LargeContactSolution::mean_give; or 0
+/// @param mean  of an earlier problem of the same matrix: LargeContactSolution::mean_compliance; or
+/// 0
 LargeContactSolution solve_large_contact(LargeMatrix& A, const LargeContactProblem& problem,
                                          const Eigen::VectorXd& r, double mean,
                                          const LargeContactOptions& options);

@@ -6,12 +6,12 @@
 #include "solver/fclib_file.hpp"
 #include "solver/large/large_matrix.hpp"
 #include "solver/module.hpp"
+#include "solver/output/output_folder.hpp"
 #include "solver/output/plot.hpp"
 #include "solver/output/run_writer.hpp"
 #include "solver/output/view_maker.hpp"
 #include "solver/program/changed_simulation.hpp"
 #include "solver/program/interrupt.hpp"
-#include "solver/output/output_folder.hpp"
 #include "solver/program/progress.hpp"
 #include "solver/program/render.hpp"
 #include "solver/program/scene_arguments.hpp"
@@ -221,7 +221,7 @@ std::string run_table(const RunSummary& s, const Scene& scene, const std::string
 }
 
 /// The signal came before the run had touched its folder: what is there stays.
-void say_interrupted_before(const std::string& directory, Session& session)
+void note_interrupted_before(const std::string& directory, Session& session)
 {
     RunSummary s;
     s.status = "interrupted";
@@ -282,7 +282,7 @@ void run_scene(RunArguments& arguments, Session& session)
     if (options.resume != arguments.resume)
         session.say("no step had been finished in " + directory + ": the run begins anew");
     if (stop && std::filesystem::exists(directory + "/manifest.json"))
-        return say_interrupted_before(directory, session);
+        return note_interrupted_before(directory, session);
     std::vector<std::string> files{options.name + ".pvd", "contacts.pvd", "history.csv",
                                    "manifest.json"};
 

@@ -80,7 +80,7 @@ public:
     }
     const std::vector<Issue>& warnings() const { return scene_.warnings(); }
     /// From now on answers tell the units of quantities, too.
-    void tell_units() { units_ = true; }
+    void report_units() { units_ = true; }
     bool running() const { return running_; }
     /// How long the next step of a run has to wait for the clock [s].
     double early() const
@@ -210,7 +210,7 @@ private:
             json.member("ok", true).member("state", to_base64(scene_.save()));
             return;
         case Request::inputs:
-            return tell_inputs(json.member("ok", true));
+            return report_inputs(json.member("ok", true));
         case Request::scene:
             json.member("ok", true);
             json.key("scene").json(in_one_line(resolved_scene(scene_.scene()->scene)));
@@ -220,9 +220,9 @@ private:
             json.key("check").json(in_one_line(check_scene(*scene_.scene())));
             return;
         case Request::contacts:
-            return tell_contacts(json.member("ok", true));
+            return send_contacts(json.member("ok", true));
         case Request::view:
-            return tell_view(json.member("ok", true), r.whole);
+            return send_view(json.member("ok", true), r.whole);
         case Request::quit:
             json.member("ok", true);
             return;
@@ -337,7 +337,7 @@ private:
         }
     }
 
-    void tell_inputs(JsonText& json) const
+    void report_inputs(JsonText& json) const
     {
         const Simulation& s = scene_.simulation();
         json.key("inputs").open('[');
@@ -350,7 +350,7 @@ private:
         json.close(']');
     }
 
-    void tell_contacts(JsonText& json) const
+    void send_contacts(JsonText& json) const
     {
         const Record& record = scene_.record();
         const std::vector<std::string>& names = *scene_.body_names();
@@ -394,7 +394,7 @@ private:
             std::uint64_t(std::chrono::duration_cast<std::chrono::microseconds>(now).count()));
     }
 
-    void tell_view(JsonText& json, bool whole)
+    void send_view(JsonText& json, bool whole)
     {
         const ViewFrame frame = next_view(whole);
         json.member("time", scene_.time()).member("caption", frame.caption);
@@ -470,7 +470,7 @@ void serve(ServeArguments& arguments, Session& session)
     LineReader lines(stop, kLongestLine);
     std::string line;
     bool engine = arguments.frames >= 0;
-    if (engine) server->tell_units();
+    if (engine) server->report_units();
     if (engine) session.print("{\"event\":\"ready\"}\n");
     while (!stop) {
         if (engine)

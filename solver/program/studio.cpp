@@ -80,7 +80,7 @@ void open_browser(const std::string& path)
     ::_exit(127);
 }
 
-void say_ready(const char* address, int port)
+void announce_ready(const char* address, int port)
 {
     the_session->print(std::string(address) + "\n");
     the_session->say(
@@ -136,7 +136,7 @@ void studio(const StudioArguments& arguments, Session& session)
     (void)stop_on_interrupt();
     const AmontonsStudio how{
         program.c_str(), pages.c_str(),  root_text.c_str(),   open_text.c_str(), schema.c_str(),
-        version.c_str(), arguments.port, 60 * arguments.idle, say_ready,         wants_end};
+        version.c_str(), arguments.port, 60 * arguments.idle, announce_ready,    wants_end};
     const std::string problem = serve(&how);
     if (!problem.empty())
         throw InputError({{"(studio)", "", problem, "another port, or a whole build"}});

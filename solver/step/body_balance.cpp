@@ -47,7 +47,7 @@ bool BodySimulation::State::leave_unstable(bool may_cut)
 std::vector<std::string> BodySimulation::State::unstable_bodies() const
 {
     std::vector<std::string> sentences;
-    if (dynamic() || in_medium()) return sentences;
+    if (dynamic() || has_drag()) return sentences;
     for (const BodyRef& b : system->refs)
         if (b.rod && b.rod->negative() > 0)
             sentences.push_back(fmt::format("{} has {} negative mode{}", b.name, b.rod->negative(),
@@ -61,9 +61,9 @@ std::vector<std::string> BodySimulation::State::unstable_bodies() const
 /// nothing holds of rods that only contacts hold.
 void BodySimulation::State::note_unstable()
 {
-    if (!unheld_told)
+    if (!unheld_reported)
         if (const std::string what = unheld_rods(*system, last_input, last); !what.empty()) {
-            unheld_told = true;
+            unheld_reported = true;
             summary.warnings.push_back(fmt::format(
                 "step {} (t = {:.6g} s): nothing holds {}; it stays where it is, as long as no "
                 "load moves it",

@@ -460,7 +460,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
             if (b.rod && met.count(b.name) && scene.couplings.empty() && system->rods_alone() &&
                 scene.accuracy.solver == "auto" && !scene.contact_solver.given() &&
                 !(scene.time.path > 0)) {
-                b.rod->lean_on_contacts();
+                b.rod->stabilise_with_contacts();
                 continue;
             }
             issues.push_back({scene.file, "/bodies/" + b.name, "nothing prevents: " + motions,
@@ -545,13 +545,13 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         }
         pairs.push_back(std::move(p));
     }
-    std::optional<RestLaw> rest;
+    std::optional<DefaultLaw> rest;
     if (rest_law) {
-        rest = RestLaw{rest_law->friction,
-                       rest_law->restitution,
-                       rest_law->reach,
-                       start_overlap(*rest_law),
-                       {}};
+        rest = DefaultLaw{rest_law->friction,
+                          rest_law->restitution,
+                          rest_law->reach,
+                          start_overlap(*rest_law),
+                          {}};
         const auto is_free = [&](int b) {
             const RigidBody* rigid = system->refs[std::size_t(b)].rigid;
             return rigid && !rigid->driven();

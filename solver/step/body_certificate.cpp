@@ -33,13 +33,13 @@ void BodyStepper::certify_rows(const Eigen::VectorXd& u)
     for (const Eigen::VectorXd& g : mode_load_)
         modes |= g.size() > 0;
     Delassus& W = modes ? measured_W_ : problem_.W;
-    const Eigen::VectorXd give = W * r_;
+    const Eigen::VectorXd compliance = W * r_;
     // Motions that are no more than the rounding of places: nothing there to be relative to.
     double size = 0;
     for (std::size_t b = 0; b < bodies(); ++b)
         size = std::max(size, body(b).size());
     const double nothing = kNothing * size / (step_.dynamic ? step_.h : 1);
-    if (u.cwiseAbs().maxCoeff() <= nothing && give.cwiseAbs().maxCoeff() <= nothing) {
+    if (u.cwiseAbs().maxCoeff() <= nothing && compliance.cwiseAbs().maxCoeff() <= nothing) {
         report_.error = 0;
         report_.threshold = options_.tolerance;
         report_.penetration = report_.cone = 0;
@@ -57,7 +57,7 @@ void BodyStepper::certify_rows(const Eigen::VectorXd& u)
         auto own = seen.segment(rows_.first[i], amontons::rows_of(problem_.kind[i]));
         if (own.cwiseAbs().maxCoeff() <= nothing) own.setZero();
     }
-    true_rows.q = seen - give;
+    true_rows.q = seen - compliance;
     std::swap(true_rows.W, W); // lent: that of a pile is large
     const Certificate c = certify(true_rows, r_, options_.tolerance, ErrorScope::acting_rows);
     std::swap(true_rows.W, W);
@@ -115,7 +115,7 @@ bool BodyStepper::check_end_of_step()
         u.segment(solved_rows.first[i], size) = value_[std::size_t(at->second)].head(size);
         if (joint) {
             const int c = at->second - int(list_.contact.size());
-            u[solved_rows.first[i]] += give_of(std::size_t(c)) * r[solved_rows.first[i]];
+            u[solved_rows.first[i]] += compliance_of_row(std::size_t(c)) * r[solved_rows.first[i]];
         }
         if (f.isZero(0)) continue;
         const Vec3 along =
@@ -153,7 +153,7 @@ bool BodyStepper::check_end_of_step()
         imbalance = std::max(imbalance, own_imbalance);
     }
     body_force_ = f;
-    note_course(report_.error, shift, imbalance, furthest, std::move(acting_keys));
+    log_iteration(report_.error, shift, imbalance, furthest, std::move(acting_keys));
     report_.error = std::max({report_.error, shift, imbalance});
     double size = 0;
     for (std::size_t b = 0; b < bodies(); ++b)
@@ -165,7 +165,7 @@ bool BodyStepper::check_end_of_step()
 }
 
 /// Directions of a body's modes that its acting contacts feel by no more than this share.
-Eigen::MatrixXd BodyStepper::unfelt_modes(std::size_t b, double share) const
+Eigen::MatrixXd BodyStepper::unconstrained_modes(std::size_t b, double share) const
 {
     const Eigen::Index modes = mode_load_[b].size();
     std::vector<Eigen::Index> acting;
@@ -191,11 +191,11 @@ void BodyStepper::report_modes()
 {
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (mode_load_[b].size() == 0) continue;
-        const Eigen::MatrixXd unfelt = unfelt_modes(b, kUncontrolled);
-        for (Eigen::Index m = 0; m < unfelt.cols(); ++m)
+        const Eigen::MatrixXd unconstrained = unconstrained_modes(b, kUncontrolled);
+        for (Eigen::Index m = 0; m < unconstrained.cols(); ++m)
             report_.remarks.push_back(
                 fmt::format("{}: no contact controls its {}; it stays where it is",
-                            system_.refs[b].name, body(b).mode_name(unfelt.col(m))));
+                            system_.refs[b].name, body(b).mode_name(unconstrained.col(m))));
     }
 }
 
@@ -267,7 +267,7 @@ void BodyStepper::fill_report()
                 continue;
             }
             if (SolidBody* solid = system_.refs[std::size_t(side.body)].solid)
-                solid->carry(side.place, on);
+                solid->add_reaction(side.place, on);
             on_body[std::size_t(side.body)] += on;
             moment[std::size_t(side.body)] += step_.h * place.cross(on);
             torque[std::size_t(side.body)] += side.place.point.cross(on);
@@ -309,8 +309,8 @@ void BodyStepper::fill_report()
         report_.normal_work += n.dot(force) * n.dot(d);
     }
     for (std::size_t b = 0; b < bodies(); ++b) {
-        if (RigidBody* rigid = system_.refs[b].rigid) rigid->carry(on_body[b], torque[b]);
-        if (step_.dynamic) body(b).take_moment(moment[b]);
+        if (RigidBody* rigid = system_.refs[b].rigid) rigid->add_reaction(on_body[b], torque[b]);
+        if (step_.dynamic) body(b).add_contact_moment(moment[b]);
     }
 }
 

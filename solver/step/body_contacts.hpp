@@ -41,7 +41,7 @@ struct BodyContact {
     Mat3 curvature = Mat3::Zero();
     bool slides_a = false, slides_b = false; ///< of rods: see CurveContact
     /// It slid where the step starts: friction opposes the mean velocity, not that of the end.
-    bool slid = false;
+    bool sliding_at_start = false;
     Vec3 point = Vec3::Zero();
     std::int32_t a_begin = 0, a_end = 0, b_begin = 0, b_end = 0; ///< in BodyContacts::stencil
 };
@@ -79,9 +79,9 @@ double thickness_of(const BodyRef& body);
 /// A solid's outside, or a set of its faces, as pairs see it.
 struct ContactSurface {
     ExternalSurface outside;
-    SharpFeatures sharp; ///< at rest
+    SharpFeatures sharp;         ///< at rest
     Late<FacetedSurface> facets; ///< for measuring overlaps
-    bool whole = true; ///< all of the outside
+    bool whole = true;           ///< all of the outside
 };
 
 /// What becomes of bodies that stand in each other when the run begins.
@@ -101,8 +101,8 @@ struct ContactPair {
     double margin = 0;
     std::vector<FaceStation> stations; ///< of a rod on a solid
     StartOverlap start_overlap = StartOverlap::refuse;
-    std::string end_a;                 ///< of a rod that touches with an end alone: "start", "end"
-    std::optional<Pose> plane;         ///< of an obstacle that is one: exact for every rigid shape
+    std::string end_a;         ///< of a rod that touches with an end alone: "start", "end"
+    std::optional<Pose> plane; ///< of an obstacle that is one: exact for every rigid shape
     const ContactSurface *surface_a = nullptr, *surface_b = nullptr; ///< of solids; outlive it
 };
 
@@ -112,11 +112,11 @@ struct BodyOverlap {
     int pair = -1;                    ///< of those given; -1: of the rest
     double depth = 0;                 ///< of the place in the other body [m], > 0
     Vec3 point = Vec3::Zero();
-    bool of_b = false; ///< the place is on b
-    SurfacePlace own;  ///< its nodes; none on a rigid body
+    bool of_b = false;            ///< the place is on b
+    SurfacePlace own;             ///< its nodes; none on a rigid body
     double allowed = 0, most = 0; ///< more is warned of, ends the step [m]
     double rows_beyond = 0;       ///< more gets a row, also where `allowed` is more [m]
-    double tolerance = 0;              ///< what such a row leaves of it [m]
+    double tolerance = 0;         ///< what such a row leaves of it [m]
 };
 
 /// A row at a place of a mesh, beside those of multipliers.
@@ -129,17 +129,17 @@ struct PlaceRow {
 
 /// What a law of "*" and "*" says of free rigid bodies. Of n of them there are n^2 pairs, and most
 /// never meet: a pair is made where its bodies come near.
-struct RestLaw {
+struct DefaultLaw {
     double friction = 0, restitution = 0;
-    double reach = 0;                     ///< of ContactPair [m]; 0: chosen
+    double reach = 0; ///< of ContactPair [m]; 0: chosen
     StartOverlap start_overlap = StartOverlap::refuse;
     std::set<std::pair<int, int>> others; ///< pairs with a law of their own, lower number first
 };
 
 /// How far contacts between meshes are looked for, of the thinner body: beyond lie far sides.
 constexpr double kReachOfThickness = 0.4;
-/// The number of a contact that stands for an area is that of the node which carries its multiplier,
-/// beside multiples of this.
+/// The number of a contact that stands for an area is that of the node which carries its
+/// multiplier, beside multiples of this.
 constexpr std::int64_t kNodeNumbers = std::int64_t(1) << 40;
 /// Beside the number of a contact: the same with a normal that it had in another iteration.
 constexpr std::int64_t kOtherNormal = std::int64_t(1) << 62;
@@ -170,19 +170,20 @@ class ContactFinder {
 public:
     /// @param walls  of the obstacles, outlive the finder
     ContactFinder(std::vector<ContactPair> pairs, std::vector<const Wall*> walls,
-                  std::optional<RestLaw> rest = {});
+                  std::optional<DefaultLaw> rest = {});
 
     /// Those given, and after them those of the rest that have come near so far.
     const std::vector<ContactPair>& pairs() const { return pairs_; }
     bool has_rest() const { return rest_.has_value(); }
-    StartOverlap start_overlap_of_rest() const
+    StartOverlap default_start_overlap() const
     {
         return rest_ ? rest_->start_overlap : StartOverlap::refuse;
     }
     /// Bodies of the pairs of the rest, two numbers each: numbers of pairs depend on their order.
-    std::vector<std::int64_t> met() const;
+    std::vector<std::int64_t> known_pairs() const;
     /// Makes pairs of the rest anew. @returns  false, and does nothing, if there are no such pairs
-    bool meet(std::span<const std::int64_t> bodies_of_pairs, const std::vector<BodyRef>& bodies);
+    bool restore_pairs(std::span<const std::int64_t> bodies_of_pairs,
+                       const std::vector<BodyRef>& bodies);
     /// True if rows never change: then a step of linear bodies is one contact problem.
     bool all_small() const;
 
@@ -193,7 +194,7 @@ public:
     /// Pairs of this body look so far at least [m], before the first step: where distances have a
     /// sign. Between faces of meshes the far side of a body is an overlap, and what is looked at
     /// must stay below its thickness.
-    void look_farther(const std::vector<BodyRef>& bodies, int body, double reach);
+    void search_farther(const std::vector<BodyRef>& bodies, int body, double reach);
 
     /// A new step, or try of one, of bodies that have begun it: what iterations of others have met
     /// is forgotten.
@@ -203,11 +204,12 @@ public:
     void find(const std::vector<BodyRef>& bodies, const StepInput& step, BodyContacts& out,
               int threads = 1);
 
-    /// Contacts of a pair that find() has met, of rigid bodies or one and an obstacle, at the iterate.
+    /// Contacts of a pair that find() has met, of rigid bodies or one and an obstacle, at the
+    /// iterate.
     void find_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
 
-    /// Where bodies stand in each other at the iterate: measured on their surfaces, whatever contacts
-    /// were found.
+    /// Where bodies stand in each other at the iterate: measured on their surfaces, whatever
+    /// contacts were found.
     /// @param small_too  pairs that keep the geometry of the start, where that is the geometry
     void overlaps(const std::vector<BodyRef>& bodies, std::vector<BodyOverlap>& out,
                   bool small_too = false);
@@ -221,8 +223,8 @@ public:
     bool add_rows(std::span<const BodyOverlap> overlaps);
     /// After a step in motion: rows for places that are about to stand so deep.
     void add_rows_ahead(std::span<const BodyOverlap> overlaps);
-    /// Before a step: one at rest begins without such rows, so that its end does not depend on those
-    /// of steps before. Under friction and in motion it does anyway, and they stay.
+    /// Before a step: one at rest begins without such rows, so that its end does not depend on
+    /// those of steps before. Under friction and in motion it does anyway, and they stay.
     void begin_rows(bool dynamic);
     /// After a step: forgets others.
     void keep_rows(const std::function<bool(int pair, std::int64_t id)>& acts);
@@ -233,8 +235,8 @@ public:
     void set_rows(std::vector<std::vector<PlaceRow>> rows) { rows_ = std::move(rows); }
     double thickness(const std::vector<BodyRef>& bodies, int body); ///< thickness_of, kept
     double thinner_of(const std::vector<BodyRef>& bodies, const ContactPair& p);
-    /// Of pairs whose bodies stand in each other at the start and are to be pressed out of each other
-    /// or taken as they fit: how deep. Before the first step.
+    /// Of pairs whose bodies stand in each other at the start and are to be pressed out of each
+    /// other or taken as they fit: how deep. Before the first step.
     void set_start_overlaps(const std::vector<BodyRef>& bodies, bool dynamic,
                             std::span<const double> depths);
     /// Some are to be pressed out.
@@ -249,7 +251,6 @@ public:
     /// looked for, or less. Of quasi-static steps.
     double motion_over_reach(const std::vector<BodyRef>& bodies, double from, double to);
 
-
     /// Bodies that have passed through each other between the start of the step and the iterate, so
     /// far that contacts no longer tell; "" if none has.
     std::string passed(const std::vector<BodyRef>& bodies);
@@ -262,14 +263,14 @@ private:
         std::optional<FacetedSurface> flat;
     };
     const Facets& facets_of(const std::vector<BodyRef>& bodies, int body);
-    int pair_of_rest(int a, int b, const std::vector<BodyRef>& bodies);
+    int default_pair(int a, int b, const std::vector<BodyRef>& bodies);
     /// Pairs of free rigid bodies whose boxes meet, without those that have a law of their own.
-    std::vector<BoxPair> rest_meeting(const std::vector<BodyRef>& bodies,
-                                      const std::function<AxisBox(int)>& box) const;
+    std::vector<BoxPair> default_pairs_in_reach(const std::vector<BodyRef>& bodies,
+                                                const std::function<AxisBox(int)>& box) const;
     double most_closed(int body) const;
     void find_boxes(const std::vector<BodyRef>& bodies);
-    void find_kept(const std::vector<BodyRef>& bodies, int pair);
-    void find_large(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
+    void find_cached(const std::vector<BodyRef>& bodies, int pair);
+    void find_updated(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void add_start_gaps(int pair, std::size_t first, BodyContacts& out) const;
     void find_pair(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void solid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
@@ -311,7 +312,7 @@ private:
 
     std::vector<ContactPair> pairs_;
     std::size_t given_ = 0; // of them; the others are of the rest
-    std::optional<RestLaw> rest_;
+    std::optional<DefaultLaw> rest_;
     std::map<std::pair<int, int>, int> number_; // of the rest's pairs, by their bodies
     std::vector<const Wall*> walls_;
     std::vector<BodyContacts> kept_; // of small pairs, with the gaps of the start
@@ -324,12 +325,13 @@ private:
     std::vector<std::unique_ptr<Facets>> facets_; // of the bodies, once one is needed
     std::vector<std::unique_ptr<Facets>> caps_;   // of the bodies: flat ends of cylinders
     std::vector<double> thickness_;               // of the bodies, once asked for [m]
-    std::vector<std::vector<PlaceRow>> rows_; // of the given pairs, once there are some
-    std::vector<double> start_depth_; // of each pair at the start, if some begin inside [m]
-    std::vector<double> start_tolerance_;  // of each pair: what is closed stays an overlap [m]
+    std::vector<std::vector<PlaceRow>> rows_;     // of the given pairs, once there are some
+    std::vector<double> start_depth_;     // of each pair at the start, if some begin inside [m]
+    std::vector<double> start_tolerance_; // of each pair: what is closed stays an overlap [m]
     bool reach_limited_ = false;
-    double start_share_ = 0;     // share of it that gaps leave
-    std::vector<std::map<std::int64_t, double>> gap_offset_; // of each pair's contacts: not in the gap
+    double start_share_ = 0; // share of it that gaps leave
+    std::vector<std::map<std::int64_t, double>>
+        gap_offset_; // of each pair's contacts: not in the gap
     StepInput step_;
     double reach_ = 0; // of the present pair and step
 };

@@ -93,7 +93,7 @@ void BodyStepper::expect_motion()
     if (acting.empty()) return;
     const std::vector<Eigen::VectorXd> forces = forces_on_bodies(contacts(), acting);
     for (std::size_t b = 0; b < bodies(); ++b)
-        body(b).change(Eigen::VectorXd(), Eigen::VectorXd(), forces[b]);
+        body(b).update(Eigen::VectorXd(), Eigen::VectorXd(), forces[b]);
     find();
 }
 
@@ -113,7 +113,7 @@ bool BodyStepper::all_rows_hold()
         return false;
     const int contacts_here = int(list_.contact.size());
     for (const int c : rows_.chosen)
-        if (c < contacts_here && list_.contact[std::size_t(c)].slid) return false;
+        if (c < contacts_here && list_.contact[std::size_t(c)].sliding_at_start) return false;
     const Eigen::MatrixXd& W = problem_.W.dense();
     closed_root_ = cholesky_root(W);
     bool repeats = closed_root_.size() == 0;
@@ -183,7 +183,7 @@ void BodyStepper::refine()
         Eigen::VectorXd u = values(rows_);
         for (std::size_t k = 0; k < rows_.chosen.size(); ++k)
             if (const int joint = rows_.chosen[k] - contacts_here; joint >= 0)
-                u[rows_.first[k]] += give_of(std::size_t(joint)) * r_[rows_.first[k]];
+                u[rows_.first[k]] += compliance_of_row(std::size_t(joint)) * r_[rows_.first[k]];
         const double left = u.norm();
         stands_ = left <= enough;
         if (stands_ || !(left < 0.5 * least)) return;
@@ -211,7 +211,7 @@ void BodyStepper::refine()
         }
         body_force_ = forces_on_bodies(contacts(), acting);
         for (std::size_t b = 0; b < bodies(); ++b)
-            body(b).change(Eigen::VectorXd(), Eigen::VectorXd(), body_force_[b]);
+            body(b).update(Eigen::VectorXd(), Eigen::VectorXd(), body_force_[b]);
     }
 }
 

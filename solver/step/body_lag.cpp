@@ -135,7 +135,7 @@ bool BodyStepper::lags_little()
     check_end_of_step();
     measuring_ = false;
     frozen_ = true;
-    const Course& now = course_.back();
+    const IterationLog& now = iteration_log_.back();
     lag_ = std::max({now.law, now.turned, now.imbalance});
     const double error = report_.error;
     report_ = report;

@@ -82,7 +82,7 @@ Eigen::MatrixXd BodyStepper::mode_stiffness(std::size_t b) const
 {
     if (!stressed(b) || !(mode_scale_[b] > 0)) return {};
     const Eigen::MatrixXd S = system_.refs[b].solid->mode_stiffness();
-    if (!leans_only_) return S;
+    if (!stabilised_only_) return S;
     const SymmetricEigen eigen = symmetric_eigen(S);
     return eigen.vectors * eigen.values.cwiseMax(-kMostTaken / mode_scale_[b]).asDiagonal() *
            eigen.vectors.transpose();
@@ -143,7 +143,7 @@ std::string BodyStepper::toppling()
                   end = i + 1 < rows.chosen.size() ? rows.first[i + 1] : rows.count;
         int count = 1;
         if (c >= n_contacts) {
-            soft.emplace_back(first, give_of(std::size_t(c - n_contacts)));
+            soft.emplace_back(first, compliance_of_row(std::size_t(c - n_contacts)));
         } else if (const auto known = force_.find(key(c)); known != force_.end()) {
             const BodyContact& contact = list_.contact[std::size_t(c)];
             const Vec3 f = contact.frame.transpose() * known->second;
@@ -168,7 +168,7 @@ std::string BodyStepper::toppling()
         modes += body(b).modes().cols();
         if (!stressed(b)) continue;
         Eigen::MatrixXd none;
-        negative += solid->upright_compliance(rows.columns[b].leftCols(0), none);
+        negative += solid->true_tangent_compliance(rows.columns[b].leftCols(0), none);
     }
     const Delassus sum = sum_of_bodies(rows, W, soft);
     const Eigen::MatrixXd all = sum.is_dense() ? sum.dense() : Eigen::MatrixXd(sum.as_sparse());
@@ -266,10 +266,9 @@ bool BodyStepper::solve_with_modes()
                 unsolved_ = certificate_.status != SolveStatus::infeasible;
                 report_.refusal =
                     options_.outside
-                        ? fmt::format(
-                              "the answer of contact_solver has an error of {:.1e}, "
-                              "asked is {:.1e}",
-                              certificate_.error, options.tolerance)
+                        ? fmt::format("the answer of contact_solver has an error of {:.1e}, "
+                                      "asked is {:.1e}",
+                                      certificate_.error, options.tolerance)
                         : fmt::format("contact problem {} at an error of {:.1e}",
                                       name(certificate_.status), certificate_.error);
                 if (certificate_.status == SolveStatus::infeasible) {
@@ -333,7 +332,7 @@ bool BodyStepper::solve_with_modes()
                           (worst_motion - load_before).norm() <= kSameLoad * worst_motion.norm();
         drifts = same ? drifts + 1 : 0;
         load_before = worst_motion;
-        drifting_ = drifts >= kMostDrifts && may_go_freely(worst_body) ? int(worst_body) : -1;
+        drifting_ = drifts >= kMostDrifts && may_feed_freely(worst_body) ? int(worst_body) : -1;
         const bool stuck = (step > 20 && worst > 0.5 * best && growth > 1e3) || drifting_ >= 0 ||
                            report_.iterations - begun > kMostOfModes;
         if (step + 1 == kMostModeSteps || stuck || rows_.count == 0) {
@@ -367,19 +366,19 @@ bool BodyStepper::is_free_to_slide(std::size_t b) const
     return finite;
 }
 
-bool BodyStepper::may_go_freely(std::size_t b) const
+bool BodyStepper::may_feed_freely(std::size_t b) const
 {
-    return system_.refs[b].rigid && !modes_coupled_ && !goes_freely_[b] && mode_scale_[b] > 0;
+    return system_.refs[b].rigid && !modes_coupled_ && !feeds_freely_[b] && mode_scale_[b] > 0;
 }
 
 /// A rigid body that rolls before something elastic: what touches it gives way by far less than it
 /// has to go, and friction bounds what turns it, so that multipliers of the elastic scale lead it
 /// on by nearly nothing each. Its modes take the scale of a body that meets nothing elastic.
 /// @return  whether there is such a body
-bool BodyStepper::let_go_freely()
+bool BodyStepper::feed_freely()
 {
     if (drifting_ < 0) return false;
-    goes_freely_[std::size_t(drifting_)] = 1;
+    feeds_freely_[std::size_t(drifting_)] = 1;
     mode_scale_[std::size_t(drifting_)] = 0;
     drifting_ = -1;
     return true;

@@ -69,9 +69,9 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
             load = std::max(load, b.rod->force_scale() / (length * own));
         }
     }
-    const auto drag_by = [&](double drag, bool from_rest = false) {
+    const auto set_viscous_drag = [&](double drag, bool from_rest = false) {
         for (RodBody* rod : rods)
-            rod->drag_by(drag, from_rest);
+            rod->set_viscous_drag(drag, from_rest);
     };
     const auto way = [&] {
         double most = 0;
@@ -87,7 +87,7 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
         if (!system.refs[b].rod) continue;
         RodBody& rod = *system.refs[b].rod;
         rod.begin(step);
-        rod.change(leave->push[b], {}, {});
+        rod.update(leave->push[b], {}, {});
         rod.accept({});
     }
     BodyStepReport sum;
@@ -110,11 +110,11 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
     double least = leave ? kGrows / (kGrows - 1) * -leave->stiffness / shortest : 0;
     drag = std::max(drag, least);
     int next_try = kBetween, between = kBetween, refused = 0;
-    drag_by(drag, true);
+    set_viscous_drag(drag, true);
     for (int k = 0; k < kMostSteps; ++k) {
         if (k >= next_try && least == 0 && drag < weak && last_way < kRest * radius) {
             next_try = k + (between = std::min(2 * between, kMostBetween));
-            drag_by(0);
+            set_viscous_drag(0);
             const Kept before = keep(system);
             BodyStepReport still = try_body_step(system, input, options);
             const double jump = way();
@@ -141,7 +141,7 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
                 return still;
             }
         }
-        drag_by(drag);
+        set_viscous_drag(drag);
         const BodyStepReport r = try_body_step(system, input, quick);
         count(r);
         if (options.stop && *options.stop) {
@@ -163,7 +163,7 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
         input.start = step.end();
         input.h = 0;
     }
-    drag_by(0);
+    set_viscous_drag(0);
     go_back(system, start);
     if (sum.refusal.empty())
         sum.refusal = fmt::format("no balance found within {} steps against a drag", kMostSteps);

@@ -54,7 +54,7 @@ bool BodyStepper::solve_rods()
     for (const BodyRef& b : system_.refs)
         rods_.rods.push_back(b.rod);
     const bool medium = std::ranges::any_of(
-        system_.refs, [](const BodyRef& b) { return b.rod && b.rod->in_medium(); });
+        system_.refs, [](const BodyRef& b) { return b.rod && b.rod->has_drag(); });
     rods_.hasty = medium && problem_.mu.isZero(0); // slips may take long to find their directions
     rods_.stop = options_.stop;
     std::vector<double> joint_force(static_cast<std::size_t>(joints), 0);
@@ -108,10 +108,10 @@ bool BodyStepper::solve_rods()
         for (std::size_t b = 0; b < bodies(); ++b)
             if (const RodBody* rod = system_.refs[b].rod) y_[b] = 0.5 * (y_[b] + rod->prescribed());
     }
-    if (goes_astray()) return false;
+    if (exceeds_motion_bound()) return false;
     left_out_ = 0;
     for (std::size_t b = 0; b < bodies(); ++b)
-        body(b).change(y_[b], mode_[b], body_force_[b]);
+        body(b).update(y_[b], mode_[b], body_force_[b]);
     return true;
 }
 

@@ -58,7 +58,7 @@ struct BodySimulation::State {
     int unstable = 0;           ///< steps whose balance does not stand
     bool unstable_kept = false; ///< the last step's does not, and was not left
     std::string why_kept;
-    bool unheld_told = false; ///< what nothing holds of rods that lean on contacts
+    bool unheld_reported = false; ///< what nothing holds of rods that lean on contacts
     double contacts_sum = 0;
     EnergyRecord energy;
     StepRefinement refinement;
@@ -82,7 +82,7 @@ struct BodySimulation::State {
         return scene.time.smallest_step > 0 ? scene.time.smallest_step
                                             : kDefaultSmallest * scene.time.step;
     }
-    bool in_medium() const; ///< some rod is
+    bool has_drag() const; ///< some rod is
     bool dynamic() const { return scene.time.kind == "dynamic"; }
     double next_stop() const { return next_knot(curves, time, scene.time.end); }
     void make_ready();

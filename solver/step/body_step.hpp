@@ -37,8 +37,8 @@ struct BodySystem {
     std::map<Key, Vec3> warm_friction; ///< their tangential parts, of steps at rest [N]
     std::map<Key, bool> warm_sticks;   ///< of rods' contacts
     LinearPlan linear;
-    std::vector<std::string> obstacles; ///< their names
-    std::vector<double> mean_give;      ///< of large solids: see LargeContactSolution
+    std::vector<std::string> obstacles;  ///< their names
+    std::vector<double> mean_compliance; ///< of large solids: see LargeContactSolution
 
     bool has_rods() const
     {

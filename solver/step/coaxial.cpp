@@ -135,7 +135,7 @@ void scatter(const NestedTangent& K, const CoaxialContact& k, BlockSkyline& base
 
 /// Everything of one iterate.
 Residual assemble_coaxial(Coaxial& c, const std::vector<StepStart>& start,
-                          const CoaxialStart& nested, const std::vector<Anchor>& anchors,
+                          const CoaxialStart& nested, const std::vector<ViscousPull>& anchors,
                           const NewtonOptions& options, NewtonReport& report)
 {
     for (std::size_t w = 0; w < c.wires.size(); ++w) {
@@ -258,7 +258,7 @@ double largest_motion(const Wire& wire, const std::vector<Node6>& increment)
 
 /// Newton's method on all that are out.
 NewtonReport solve_together(Coaxial& c, const std::vector<StepStart>& start,
-                            const CoaxialStart& nested, const std::vector<Anchor>& anchors,
+                            const CoaxialStart& nested, const std::vector<ViscousPull>& anchors,
                             const NewtonOptions& options)
 {
     NewtonReport report;
@@ -309,7 +309,7 @@ NewtonReport solve_together(Coaxial& c, const std::vector<StepStart>& start,
         }
         for (WireBody* b : c.wires)
             if (b->wire.outside()) {
-                foresee_strains(b->wire, b->work->increment, factor, b->work->foreseen);
+                predict_strains(b->wire, b->work->increment, factor, b->work->foreseen);
                 move_wire(b->wire, b->work->increment, factor);
             }
         report.seconds_rest += moving.seconds();
@@ -357,7 +357,7 @@ void shift_coaxial_reactions(Coaxial& c, const std::vector<double>& shift)
 }
 
 NewtonReport solve_coaxial(Coaxial& c, const std::vector<StepStart>& start,
-                           const CoaxialStart& nested, const std::vector<Anchor>& anchors,
+                           const CoaxialStart& nested, const std::vector<ViscousPull>& anchors,
                            const NewtonOptions& options)
 {
     const auto out = [](const WireBody* b) { return b->wire.outside(); };

@@ -67,7 +67,7 @@ void shift_coaxial_reactions(Coaxial& c, const std::vector<double>& shift);
 
 /// As solve_equilibrium, of all.
 NewtonReport solve_coaxial(Coaxial& c, const std::vector<StepStart>& start,
-                           const CoaxialStart& nested, const std::vector<Anchor>& anchors,
+                           const CoaxialStart& nested, const std::vector<ViscousPull>& anchors,
                            const NewtonOptions& options);
 
 /// Solves with the last factor.

@@ -19,7 +19,7 @@ constexpr double kRhoSlip = 0.3; // of the slip direction's predictor r_t - rho 
 /// Weight of a normal row: springs of a foundation lie behind the contact [N/m].
 inline double normal_weight(const Candidate& c)
 {
-    return 1 / (c.give + 1 / (kRhoNormal * std::max(c.stiffness, c.held[0])));
+    return 1 / (c.compliance + 1 / (kRhoNormal * std::max(c.stiffness, c.held[0])));
 }
 /// Weight of a sticking row [N/m].
 inline double stick_weight(const Candidate& c)

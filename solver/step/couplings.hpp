@@ -89,8 +89,8 @@ CouplingRow row_between(const Coupling& coupling, const CouplingRow& start, cons
 /// `value` + `give` h F = 0, value = e' + what is known. Without damping in implicit Euler: e'
 /// alone.
 struct SpringRow {
-    double value = 0; ///< [m]
-    double give = 0;  ///< of impulses [m/(N s)]
+    double value = 0;      ///< [m]
+    double compliance = 0; ///< of impulses [m/(N s)]
 };
 SpringRow spring_row(const Coupling& spring, const TimeRule& rule, double h,
                      const CouplingMemory& before, double value);

@@ -27,10 +27,10 @@
 //   most_trials()                of statuses, before the step is made shorter by a shift
 //   shift_levels()               optional: how often it is, kShiftLevels without
 //   softest()                    scale of the shift [N/m]
-//   kept_shift()                 of the last iterate of this solve that needed one [N/m]
+//   last_shift()                 of the last iterate of this solve that needed one [N/m]
 //   weigh(x)                     optional: x <- M x, by which a shift is added (negative_mode.hpp)
 //   bodies(), bodies_of(k)       optional: how many there are, and on which two k is (-1: none)
-//   gives(), pivot_giving(...)   optional: walls that give way, see soft_pivot.hpp
+//   has_compliant_walls(), pivot_compliant(...)   optional: walls that give way, see soft_pivot.hpp
 
 namespace amontons::pivoting {
 
@@ -125,11 +125,11 @@ template <class System> void evaluate(System& s, std::size_t k)
     }
     t.normal = t.t1 = t.t2 = 0;
     if (t.status == 0) {
-        t.gap -= c.give * c.normal;
+        t.gap -= c.compliance * c.normal;
         return;
     }
     t.normal = c.normal - normal_weight(c) * t.gap;
-    t.gap += c.give * (t.normal - c.normal);
+    t.gap += c.compliance * (t.normal - c.normal);
     if (t.status == 1 && c.mu > 0) {
         const double rt = stick_weight(c);
         t.t1 = c.tangential[0] - rt * t.v1;
@@ -193,10 +193,10 @@ void factor_definite(System& s, int from, double& shift, NewtonReport& report)
     while (!definite) {
         // Where the iterate before ended is a better guess than nothing.
         const double least =
-            needed > 0 ? needed : std::max(kLeastShift * s.softest(), s.kept_shift() / 16);
+            needed > 0 ? needed : std::max(kLeastShift * s.min_stiffness(), s.last_shift() / 16);
         shift = shift > 0 ? std::max(4 * shift, shift + needed) : least;
         needed = 0;
-        if (shift > kLargestShift * s.softest()) return;
+        if (shift > kLargestShift * s.min_stiffness()) return;
         definite = factor(!unsymmetric, first) == 0;
     }
     if (unsymmetric) factor(true, first);
@@ -204,7 +204,7 @@ void factor_definite(System& s, int from, double& shift, NewtonReport& report)
 
 /// Trials that find no fewer wrong statuses before contacts are turned one at a time: first one of
 /// each neighbourhood, then one of all.
-struct Patience {
+struct StallCounter {
     static constexpr int kAll = 8, kApart = 40;
     int best = std::numeric_limits<int>::max(), all = kAll, apart = kApart;
 };
@@ -212,7 +212,7 @@ struct Patience {
 /// Turns the last contact whose status is wrong, and every one before it that touches no body of
 /// those already turned: of many bodies each place would else wait for all others.
 template <class System, class Turn>
-void turn_apart(const System& s, const std::vector<Change>& wrong, const Turn& turn)
+void flip_independent(const System& s, const std::vector<Change>& wrong, const Turn& turn)
 {
     std::vector<char> taken(s.bodies(), 0);
     for (std::size_t k = wrong.size(); k-- > 0;) {
@@ -229,8 +229,8 @@ void turn_apart(const System& s, const std::vector<Change>& wrong, const Turn& t
 /// Turns contacts whose status is wrong; all of them, or one where that leads nowhere.
 /// @param turn  of a contact
 template <class System, class Turn>
-void turn_some(const System& s, std::vector<Change>& wrong, int count, Patience& patience,
-               const Turn& turn)
+void flip_statuses(const System& s, std::vector<Change>& wrong, int count, StallCounter& patience,
+                   const Turn& turn)
 {
     const std::size_t n = wrong.size();
     bool all = true;
@@ -244,7 +244,7 @@ void turn_some(const System& s, std::vector<Change>& wrong, int count, Patience&
         if constexpr (requires { s.bodies(); })
             if (patience.apart > 0) {
                 --patience.apart;
-                return turn_apart(s, wrong, turn);
+                return flip_independent(s, wrong, turn);
             }
         std::size_t k = n - 1;
         while (wrong[k].kind == Change::none)
@@ -286,13 +286,13 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
         initial_status(s.contact(k), trials[k]);
 
     std::vector<Change> wrong(n);
-    Patience patience;
+    StallCounter patience;
     int from = s.first(); // the factor of nodes before it is that of the last trial
     for (int trial = 0; trial < s.most_trials(); ++trial) {
         if (options.stop && *options.stop) return false;
         set_right_side(s);
         factor_definite(s, from, shift, report);
-        if (shift > kLargestShift * s.softest()) return false;
+        if (shift > kLargestShift * s.min_stiffness()) return false;
         s.increment() = s.right();
         s.matrix().solve(s.increment());
 
@@ -306,7 +306,7 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
         if (count == 0) return true;
 
         from = s.last();
-        turn_some(s, wrong, count, patience, [&](std::size_t k) {
+        flip_statuses(s, wrong, count, patience, [&](std::size_t k) {
             change(s.contact(k), trials[k], wrong[k].kind);
             from = std::min(from, s.lowest(k));
         });
@@ -359,7 +359,7 @@ template <class System> void close_active(System& s)
                                                  : s.tangent(q.candidate, q.which - 1),
                                     x, s.place(q.candidate));
         }
-        if (r.which == 0) S(j, j) += s.contact(r.candidate).give;
+        if (r.which == 0) S(j, j) += s.contact(r.candidate).compliance;
     }
     const Eigen::VectorXd change = solve_full_pivots(S, -gap);
     if (!change.allFinite()) return;
@@ -390,20 +390,20 @@ bool solve(System& s, const Residual& res, const NewtonOptions& options, double&
     int levels = kShiftLevels;
     if constexpr (requires { s.shift_levels(); }) levels = s.shift_levels();
     for (int level = 0; level < levels; ++level) {
-        if constexpr (requires { s.gives(); }) {
-            done = s.gives() ? s.pivot_giving(res, options, shift, report)
-                             : pivot(s, res, options, shift, report);
+        if constexpr (requires { s.has_compliant_walls(); }) {
+            done = s.has_compliant_walls() ? s.pivot_compliant(res, options, shift, report)
+                                           : pivot(s, res, options, shift, report);
         } else {
             done = pivot(s, res, options, shift, report);
         }
         if (done) break;
-        shift = std::max(16 * shift, 1e-3 * s.softest());
+        shift = std::max(16 * shift, 1e-3 * s.min_stiffness());
     }
-    if constexpr (requires { s.gives(); })
-        if (s.gives() && !done) // what was tried last may be anything: the solve ends
+    if constexpr (requires { s.has_compliant_walls(); })
+        if (s.has_compliant_walls() && !done) // what was tried last may be anything: the solve ends
             s.increment()[std::size_t(s.last())].value[0] =
                 std::numeric_limits<double>::quiet_NaN();
-    if (shift > 0) s.kept_shift() = shift;
+    if (shift > 0) s.last_shift() = shift;
     return done;
 }
 

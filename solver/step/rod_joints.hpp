@@ -22,9 +22,9 @@ struct RodJoint {
     std::array<Vec6, 2> row{Vec6::Zero(), Vec6::Zero()};
     /// Second derivative of the value, on both nodes.
     Eigen::Matrix<double, 12, 12> bend = Eigen::Matrix<double, 12, 12>::Zero();
-    double value = 0; ///< at the iterate [m]; of turn springs [rad]
-    double force = 0; ///< known, along the row [N]; of turn springs [N m]
-    double give = 0;  ///< of a spring, 1 / stiffness; 0: rigid
+    double value = 0;      ///< at the iterate [m]; of turn springs [rad]
+    double force = 0;      ///< known, along the row [N]; of turn springs [N m]
+    double compliance = 0; ///< of a spring, 1 / stiffness; 0: rigid
 };
 
 /// @param rows   of the couplings at the iterate

@@ -47,7 +47,7 @@ struct RodProblem {
     std::vector<Node6> gradient, right, increment;
     std::vector<NewtonWorkspace::Trial> trial;
     std::vector<double> stiffness, length; ///< of each node: its element's EI / l^3 [N/m], l [m]
-    double softest = 0, shift = 0;         ///< [N/m]
+    double min_stiffness = 0, shift = 0;   ///< [N/m]
     /// Where the matrix is not positive definite on the motions that contacts leave free, it is
     /// made so: towards stable balances, slower.
     bool guarded = false;

@@ -38,8 +38,8 @@ constexpr int kSweeps = 200;           // of Gauss-Seidel's method
 constexpr int kMostRounds = 4;         // of contacts that were not thought to matter
 
 /// A linearised problem on reactions: s = q + W rho.
-struct GivingProblem {
-    GivingContacts walls;
+struct CompliantProblem {
+    CompliantContacts walls;
     Eigen::MatrixXd F;      ///< of the ports' compliance T = F F^T, 5n x unknowns of their nodes
     Eigen::MatrixXd inner;  ///< R + Theta, 3n x 3n
     Eigen::MatrixXd system; ///< 1 - F^T (R + Theta) F
@@ -52,7 +52,7 @@ struct GivingProblem {
 };
 
 /// The candidate that the j-th port belongs to.
-inline std::size_t contact_of_port(const GivingProblem& p, Eigen::Index j)
+inline std::size_t contact_of_port(const CompliantProblem& p, Eigen::Index j)
 {
     const auto points = 3 * Eigen::Index(p.walls.which.size());
     return std::size_t(p.walls.which[std::size_t(j < points ? j / 3 : (j - points) / 2)]);
@@ -60,7 +60,7 @@ inline std::size_t contact_of_port(const GivingProblem& p, Eigen::Index j)
 
 /// @param port  out: 5 for each contact
 template <class System>
-void solve_ports(System& s, GivingProblem& p, std::vector<typename System::Row>& port)
+void solve_ports(System& s, CompliantProblem& p, std::vector<typename System::Row>& port)
 {
     const auto n = Eigen::Index(p.walls.which.size()), points = 3 * n;
     port.clear();
@@ -151,7 +151,7 @@ void solve_ports(System& s, GivingProblem& p, std::vector<typename System::Row>&
             p.q[slip] += p.x0[spin];
         }
     p.answer = lu.solve_all(p.FPsi);
-    p.W = p.walls.give;
+    p.W = p.walls.compliance;
     p.W.noalias() += p.LF * p.answer;
     p.even = lu.determinant() > 0;
 }
@@ -161,7 +161,8 @@ struct TrialSystem {
     Eigen::VectorXd fixed;
     Eigen::SparseMatrix<double> basis;
     Eigen::SparseMatrix<double, Eigen::RowMajor> row;
-    Eigen::VectorXd give; ///< 1 / weight: of the multipliers' method, and of slip across [m/N]
+    Eigen::VectorXd
+        compliance; ///< 1 / weight: of the multipliers' method, and of slip across [m/N]
 };
 
 template <class System> TrialSystem trial_system(System& s, const std::vector<int>& which)
@@ -169,15 +170,15 @@ template <class System> TrialSystem trial_system(System& s, const std::vector<in
     const auto n = Eigen::Index(which.size());
     TrialSystem t;
     t.fixed = Eigen::VectorXd::Zero(3 * n);
-    t.give = Eigen::VectorXd::Zero(3 * n);
+    t.compliance = Eigen::VectorXd::Zero(3 * n);
     std::vector<Eigen::Triplet<double>> basis, rows;
     int at = 0;
-    const auto add = [&](Eigen::Index k, const Vec3& force, const Vec3& row, double give) {
+    const auto add = [&](Eigen::Index k, const Vec3& force, const Vec3& row, double compliance) {
         for (int i = 0; i < 3; ++i) {
             if (force[i] != 0) basis.emplace_back(int(3 * k) + i, at, force[i]);
             if (row[i] != 0) rows.emplace_back(at, int(3 * k) + i, row[i]);
         }
-        t.give[at++] = give;
+        t.compliance[at++] = compliance;
     };
     for (Eigen::Index k = 0; k < n; ++k) {
         const auto i = std::size_t(which[std::size_t(k)]);
@@ -204,13 +205,13 @@ template <class System> TrialSystem trial_system(System& s, const std::vector<in
     t.basis.setFromTriplets(basis.begin(), basis.end());
     t.row.resize(at, 3 * n);
     t.row.setFromTriplets(rows.begin(), rows.end());
-    t.give.conservativeResize(at);
+    t.compliance.conservativeResize(at);
     return t;
 }
 
 /// Statuses by Gauss-Seidel's method on all reactions, for where pivoting goes in circles: many
 /// points close to one another on a wall, all of them candidates for the same force.
-template <class System> void sweep_statuses(System& s, const GivingProblem& p)
+template <class System> void sweep_statuses(System& s, const CompliantProblem& p)
 {
     const auto n = Eigen::Index(p.walls.which.size());
     Eigen::VectorXd rho = Eigen::VectorXd::Zero(3 * n), motion = p.q;
@@ -253,17 +254,17 @@ template <class System> void sweep_statuses(System& s, const GivingProblem& p)
 
 /// Whether wire and walls are stable with the rows of the trials held, friction's coupling to the
 /// normal reactions left out.
-template <class System> bool stable_together(System& s, const GivingProblem& p)
+template <class System> bool stable_together(System& s, const CompliantProblem& p)
 {
     if (p.walls.which.empty()) return true;
     const TrialSystem t = trial_system(s, p.walls.which);
     // With the held rows' reactions condensed it is symmetric: that does not depend on which number
     // stands for a reaction.
     Eigen::MatrixXd left = p.system;
-    if (t.give.size() > 0) {
-        Eigen::MatrixXd give = t.row * p.walls.give * t.row.transpose();
-        give.diagonal() += t.give;
-        const LuFactor held(give);
+    if (t.compliance.size() > 0) {
+        Eigen::MatrixXd compliance = t.row * p.walls.compliance * t.row.transpose();
+        compliance.diagonal() += t.compliance;
+        const LuFactor held(compliance);
         if (!(held.determinant() > 0)) return false;
         left += Eigen::MatrixXd(p.FPsi * t.row.transpose()) * held.solve_all(t.row * p.LF);
     }
@@ -273,8 +274,8 @@ template <class System> bool stable_together(System& s, const GivingProblem& p)
 
 /// As pivot(), with walls that give way.
 template <class System>
-bool pivot_giving(System& s, const Residual& res, const NewtonOptions& options, double& shift,
-                  NewtonReport& report)
+bool pivot_compliant(System& s, const Residual& res, const NewtonOptions& options, double& shift,
+                     NewtonReport& report)
 {
     const std::size_t n = s.contacts();
     std::vector<Trial>& trials = s.trial();
@@ -286,10 +287,11 @@ bool pivot_giving(System& s, const Residual& res, const NewtonOptions& options, 
         matters[k] = trials[k].status != 0 || s.contact(k).gap < kNearContact * s.contact(k).radius;
     }
     const auto raise = [&] {
-        shift = shift > 0 ? 4 * shift : std::max(kLeastShift * s.softest(), s.kept_shift() / 16);
-        return shift <= kLargestShift * s.softest();
+        shift =
+            shift > 0 ? 4 * shift : std::max(kLeastShift * s.min_stiffness(), s.last_shift() / 16);
+        return shift <= kLargestShift * s.min_stiffness();
     };
-    GivingProblem p;
+    CompliantProblem p;
     std::vector<typename System::Row> port;
     std::vector<Change> wrong(n);
     bool found = false;
@@ -322,7 +324,7 @@ bool pivot_giving(System& s, const Residual& res, const NewtonOptions& options, 
         };
         if (!factor()) return false;
 
-        Patience patience;
+        StallCounter patience;
         Eigen::VectorXd rho, motion;
         found = false;
         for (int trial = 0; trial < kMostTrials && !found; ++trial) {
@@ -333,9 +335,9 @@ bool pivot_giving(System& s, const Residual& res, const NewtonOptions& options, 
             const TrialSystem t = trial_system(s, p.walls.which);
             rho = t.fixed;
             bool even = p.even;
-            if (t.give.size() > 0) {
+            if (t.compliance.size() > 0) {
                 Eigen::MatrixXd G = Eigen::MatrixXd(t.row * p.W) * t.basis;
-                G.diagonal() += t.give;
+                G.diagonal() += t.compliance;
                 const LuFactor lu(G);
                 rho -= t.basis * lu.solve(t.row * (p.q + p.W * t.fixed));
                 even = even == (lu.determinant() > 0);
@@ -370,8 +372,8 @@ bool pivot_giving(System& s, const Residual& res, const NewtonOptions& options, 
                 }
                 continue;
             }
-            turn_some(s, wrong, count, patience,
-                      [&](std::size_t k) { change(s.contact(k), trials[k], wrong[k].kind); });
+            flip_statuses(s, wrong, count, patience,
+                          [&](std::size_t k) { change(s.contact(k), trials[k], wrong[k].kind); });
         }
         // d = M^-1 (-g + U ((R + Theta) x + Psi rho))
         Eigen::VectorXd forces(5 * m);

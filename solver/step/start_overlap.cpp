@@ -144,9 +144,10 @@ std::vector<Issue> start_overlaps(BodySystem& system, const Scene& scene,
     bool some = false;
     for (const BodyOverlap& o : overlaps) {
         const StartOverlap how = o.pair >= 0 ? pairs[std::size_t(o.pair)].start_overlap
-                                             : system.finder.start_overlap_of_rest();
+                                             : system.finder.default_start_overlap();
         // The first step presses small pairs out of each other at once.
-        if (how != StartOverlap::refuse && o.pair >= 0 && pairs[std::size_t(o.pair)].small) continue;
+        if (how != StartOverlap::refuse && o.pair >= 0 && pairs[std::size_t(o.pair)].small)
+            continue;
         if (how != StartOverlap::refuse && o.pair >= 0 && can_resolve(system, o, dynamic)) {
             inside[std::size_t(o.pair)] = std::max(inside[std::size_t(o.pair)], o.depth);
             continue;

@@ -102,9 +102,9 @@ BeamNode node_in(const Wire& wire, const WireState& state, int i)
     return n;
 }
 
-Anchor inertia_anchor(const WireBody& b, const WireState& old, double h)
+ViscousPull inertia_pull(const WireBody& b, const WireState& old, double h)
 {
-    Anchor a;
+    ViscousPull a;
     const std::size_t n = b.wire.material.node.size();
     a.reference = b.wire.state.nodes;
     a.linear.assign(n, 0);

@@ -32,8 +32,8 @@ GroupStart start_of(const WireGroup& group);
 NewtonOptions newton_options(const WireGroup& group, const std::vector<BaseTarget>& to);
 /// Adds the counts and times of a solve; its outcome is the sum's.
 void add(NewtonReport& sum, const NewtonReport& report);
-NewtonReport solve(WireGroup& group, const GroupStart& start, const std::vector<Anchor>& anchors,
-                   const NewtonOptions& options);
+NewtonReport solve(WireGroup& group, const GroupStart& start,
+                   const std::vector<ViscousPull>& anchors, const NewtonOptions& options);
 /// Moves the bases, with what the wires know of their contacts.
 void drive(WireGroup& group, const std::vector<BaseTarget>& to);
 
@@ -52,7 +52,7 @@ Vec3 rotation_between(const double from[4], const double to[4]);
 BeamNode node_in(const Wire& wire, const WireState& state, int node);
 
 /// Inertia of implicit Euler as a pull towards x_n + h v_n / (1 + damping h).
-Anchor inertia_anchor(const WireBody& body, const WireState& old, double h);
+ViscousPull inertia_pull(const WireBody& body, const WireState& old, double h);
 /// Velocities and what they hold against at the end of a step; its kinetic energy and what it set
 /// free.
 void update_dynamics(WireBody& body, const WireState& old, const StepStart& start, double h,

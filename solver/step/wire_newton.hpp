@@ -14,7 +14,7 @@
 namespace amontons {
 
 /// Pulls every node towards a reference: the viscous force of a damped relaxation, or inertia.
-struct Anchor {
+struct ViscousPull {
     std::vector<BeamNode> reference;
     std::vector<double> linear; ///< per node [N/m]; empty: no anchor
     std::vector<Vec3> angular;  ///< per node, about the section's axes [N m/rad]
@@ -23,7 +23,7 @@ struct Anchor {
 /// Back to where the wire is, by a stiffness per length; of a section that turns, h^2 / 12 of its
 /// element's.
 /// @param stiffness  [N/m^2]
-Anchor pull_back(const Wire& wire, double stiffness);
+ViscousPull make_viscous_pull(const Wire& wire, double stiffness);
 
 /// Errors of a state against the laws, in newtons; all zero at the solution.
 struct Residual {
@@ -79,7 +79,7 @@ struct NewtonWorkspace {
         double gap = 0, v1 = 0, v2 = 0;    ///< after the trial [m]
     };
     std::vector<Trial> trial;
-    const std::vector<WireWall>* giving = nullptr; ///< the walls, if any is soft is soft
+    const std::vector<WireWall>* compliant_walls = nullptr; ///< the walls, if any is soft is soft
     double unsettled = 0; ///< what forces on those and their shapes disagree by [N]
     double shift = 0;     ///< of the last iterate of this solve that needed one [N/m]
     TipLoad tip;          ///< of a held one, at the last iterate
@@ -90,8 +90,8 @@ struct NewtonWorkspace {
 
 /// Candidates, base system, and gradient with the present reactions.
 void assemble_iterate(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
-                      const Anchor& anchor, const NewtonOptions& options, NewtonWorkspace& work,
-                      NewtonReport& report);
+                      const ViscousPull& anchor, const NewtonOptions& options,
+                      NewtonWorkspace& work, NewtonReport& report);
 /// Of what assemble_iterate left.
 Residual residual_of_iterate(const Wire& wire, const NewtonWorkspace& work);
 /// Natural map of a contact [N].
@@ -104,11 +104,12 @@ void take_trial(const Candidate& c, const NewtonWorkspace::Trial& t, double fact
 
 /// Brings the wire to equilibrium at its present base. On failure the state is the last iterate.
 NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,
-                               const StepStart& start, const Anchor& anchor,
+                               const StepStart& start, const ViscousPull& anchor,
                                const NewtonOptions& options, NewtonWorkspace& work);
 
 /// Candidates and residual of the wire's state as it is: the certificate of a step.
 Residual residual_of(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
-                     const Anchor& anchor, const NewtonOptions& options, NewtonWorkspace& work);
+                     const ViscousPull& anchor, const NewtonOptions& options,
+                     NewtonWorkspace& work);
 
 } // namespace amontons

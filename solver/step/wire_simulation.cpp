@@ -73,7 +73,7 @@ WireSimulation::State::Unmoved WireSimulation::State::unmoved() const
     for (const WireBody& b : wires)
         u.wires.push_back({b.halvings, b.work->proximity});
     for (const SoftVessel& v : vessels)
-        u.tangents.push_back(v.tube->beyond() ? v.tube->tangent_at() : nullptr);
+        u.tangents.push_back(v.tube->hyperelastic() ? v.tube->tangent_at() : nullptr);
     u.overlap = overlap;
     u.history = history;
     u.retries = retries;
@@ -166,7 +166,7 @@ bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refu
         history[w].elastic = r.energy.elastic;
         history[w].kinetic = r.energy.kinetic;
         sum.passed_through += r.passed_through;
-        const double noticeable = 0.1 * wires[w].scale_force * wires[w].grain;
+        const double noticeable = 0.1 * wires[w].scale_force * wires[w].element_size;
         if (r.snapped && r.released > noticeable) {
             sum.snapped = true;
             summary.snaps.push_back({step + 1, t, wire_depth(wires[w].wire), r.released});
@@ -251,7 +251,7 @@ StepRecord WireSimulation::State::record(const StepReport& r, double h, double s
         }
     }
     if (std::any_of(vessels.begin(), vessels.end(),
-                    [](const SoftVessel& v) { return v.tube->beyond() != nullptr; })) {
+                    [](const SoftVessel& v) { return v.tube->hyperelastic() != nullptr; })) {
         out.quantities.push_back({"wall_balances", "", double(r.newton.wall_looks)});
         out.quantities.push_back({"wall_tangents", "", double(r.newton.wall_tangents)});
     }
@@ -358,10 +358,10 @@ void WireSimulation::State::finish(RunSummary& s) const
         for (int i = 0; i < 3; ++i)
             s.quantities.push_back({prefix + "tip_" + "xyz"[i], "m", tip[i]});
     }
-    tell_branches(s);
+    report_branches(s);
 }
 
-void WireSimulation::State::tell_branches(RunSummary& s) const
+void WireSimulation::State::report_branches(RunSummary& s) const
 {
     s.texts.clear();
     for (std::size_t w = 0; w < wires.size(); ++w) {

@@ -148,7 +148,7 @@ struct WireSimulation::State {
     void note_openings(const std::vector<Vec3>& tips_before);
     void note_walls();
     void finish(RunSummary& s) const;
-    void tell_branches(RunSummary& s) const;
+    void report_branches(RunSummary& s) const;
 };
 
 } // namespace amontons

@@ -51,7 +51,7 @@ StepReport push_one(WireGroup& g, std::size_t w, double insertion, std::vector<B
 {
     StepReport r;
     r.accepted = true;
-    const double longest = g.wires[w]->grain;
+    const double longest = g.wires[w]->element_size;
     double push = longest, tries = kTries * std::ceil((insertion - at[w].insertion) / longest);
     while (at[w].insertion < insertion) {
         if (stop || tries-- <= 0) {

@@ -40,10 +40,10 @@ struct WireBody {
     WireMotion motion;
     WireDynamics dynamics;
     double tolerance = 1e-8;
-    double grain = 0;       ///< length scale of the wire's mesh: its longest element [m]
-    double scale_force = 0; ///< EI / length^2 of the wire [N]
-    bool course = false;    ///< its balance may miss what the course of its loads can make up
-    int halvings = 0;       ///< of the distance of its contact points since it was made
+    double element_size = 0; ///< length scale of the wire's mesh: its longest element [m]
+    double scale_force = 0;  ///< EI / length^2 of the wire [N]
+    bool course = false;     ///< its balance may miss what the course of its loads can make up
+    int halvings = 0;        ///< of the distance of its contact points since it was made
     std::unique_ptr<NewtonWorkspace> work;
 };
 WireBody make_wire_body(Wire wire, std::vector<WireWall> walls, WireMotion motion,
@@ -91,11 +91,11 @@ StepReport try_step(WireBody& body, double insertion, double twist, double lengt
                     bool any_balance = false);
 
 /// A damped relaxation in parts: what one of them leaves to the next.
-struct Relaxation {
-    int most = 0;               ///< Newton's iterations of a part, after one increment at least
-    bool under_way = false;     ///< the wires still move ...
-    std::vector<Anchor> anchor; ///< ... and are held where they are by this pull, of each wire
-    double weight = 0;          ///< of the pull [N/m]
+struct GradientFlow {
+    int most = 0;           ///< Newton's iterations of a part, after one increment at least
+    bool under_way = false; ///< the wires still move ...
+    std::vector<ViscousPull> anchor; ///< ... and are held where they are by this pull, of each wire
+    double weight = 0;               ///< of the pull [N/m]
     std::vector<std::vector<Node6>> pull;
     int until_attempt = 1; ///< increments before the wires are tried at rest
     bool pushed_off = false;
@@ -106,7 +106,7 @@ struct Relaxation {
 /// @param part  if given, wires that are not at rest at its end are left in their motion; the next
 ///              call goes on from there, whatever the bases are by then
 StepReport relax_step(WireGroup& group, const std::vector<BaseTarget>& to,
-                      Relaxation* part = nullptr);
+                      GradientFlow* part = nullptr);
 
 /// try_step; what it refuses is relaxed. Where nothing but the balance was amiss and relaxing
 /// misses more of it (a kink of the forces, a change of the mesh), the step is taken as it was.

@@ -116,7 +116,7 @@ void Engine::stop()
     if (alive) {
         state_ = "stopped";
         reason_.clear();
-        tell_state();
+        report_state();
     }
 }
 
@@ -190,7 +190,7 @@ void Engine::launch()
     last_error_.clear();
     inputs_.clear();
     saved_at_ = now();
-    tell_state();
+    report_state();
 }
 
 void Engine::send(const Json& request)
@@ -290,7 +290,7 @@ int Engine::pid() const
     return process_.pid;
 }
 
-void Engine::tell_state()
+void Engine::report_state()
 {
     tell_(Json{{"event", "engine"},
                {"state", state_},
@@ -341,7 +341,7 @@ void Engine::take_line(const std::string& line, int number)
                 to_restore_.clear();
             }
             changed_.notify_all();
-            tell_state();
+            report_state();
             return;
         }
         if (answer.contains("time") && answer["time"].is_number()) last_time_ = answer["time"];
@@ -352,7 +352,7 @@ void Engine::take_line(const std::string& line, int number)
             keep_state();
         }
         tell_(line);
-        if (event == "paused") tell_state();
+        if (event == "paused") report_state();
         return;
     }
     if (!answer.contains("id") || !answer["id"].is_number_integer()) {
@@ -369,7 +369,7 @@ void Engine::take_line(const std::string& line, int number)
     if (request.contains("page")) {
         if (ok && (what == "run" || what == "pause")) {
             state_ = what == "run" ? "running" : "paused";
-            tell_state();
+            report_state();
         }
         bool led = false;
         if (what == "set" && request.contains("path") && request["path"].is_string()) {
@@ -471,7 +471,7 @@ void Engine::ended(int number)
     for (auto& [id, answer] : waited_for_)
         if (answer.is_null()) answer = refusal("failed", reason_, "resume, or start it again");
     changed_.notify_all();
-    tell_state();
+    report_state();
 }
 
 } // namespace amontons::studio

@@ -69,7 +69,7 @@ private:
     void ended(int number);
     void write_requests(int stream, int number);
     void send(const Json& request);
-    void tell_state();
+    void report_state();
     void keep_state();
 
     const std::string program_;

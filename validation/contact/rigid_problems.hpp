@@ -24,7 +24,7 @@ GlobalProblem tower(const Tower& t);
 struct BrickWall {
     int rows = 4, columns = 4;
     double mass_ratio = 1; ///< masses are spread over this ratio, by the seed [-]
-    double kick = 1;       ///< of a brick in the middle, out of the wall [m/s]
+    double perturb = 1;    ///< of a brick in the middle, out of the wall [m/s]
     double mu = 0.7;
     unsigned seed = 1;
 };

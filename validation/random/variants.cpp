@@ -97,7 +97,7 @@ std::vector<Finding> compare_bits(const WrittenRun& run, const WrittenRun& other
 
 /// What a run says itself that its forces may be off by: contacts that jump at a step's end leave
 /// up to 1 % (docs/theory/certificate.md, "Contacts that jump").
-double told_difference(const WrittenRun& run)
+double reported_difference(const WrittenRun& run)
 {
     for (const Json& w : run.manifest.value("warnings", Json::array()))
         if (w.get<std::string>().find("contacts jump at its end") != std::string::npos) return 0.01;
@@ -220,7 +220,8 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
 
     const double rounding = 10 * scale_of(run).rounding;
     const double least_energy = scale_of(run).accuracy * scale["N"] * scale["m"];
-    const double tolerance = std::max({v.tolerance, told_difference(run), told_difference(other)});
+    const double tolerance =
+        std::max({v.tolerance, reported_difference(run), reported_difference(other)});
     double worst = tolerance;
     std::vector<Finding> found;
     const auto judge = [&](const std::string& name, double value, double there,

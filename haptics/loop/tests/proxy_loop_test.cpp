@@ -256,7 +256,7 @@ TEST_CASE("a jump that was foreseen is followed in its tick and not taken back")
     ReducedOperator<double> fallen = op;
     fallen.contact[0].q[0] += fall;
     op.ways = 1;
-    LookedWay& way = op.way.emplace_back();
+    SampledPath& way = op.way.emplace_back();
     way.ahead << 0, 0, -1 / 0.01, 0, 0, 0;
     way.bend.resize(kMostLooks, Vec3::Zero());
     op.jump_at = jump / 0.01 - 1e-9;

@@ -195,7 +195,7 @@ TEST_CASE("contact without W finds the forces that W gives" * doctest::test_suit
                 const double true_error =
                     certify(seen, s.r, options.tolerance, ErrorScope::acting_rows).error;
                 CHECK(true_error <= 2e-8);
-                CHECK(s.mean_give == doctest::Approx(seen.W.diagonal().mean()).epsilon(0.25));
+                CHECK(s.mean_compliance == doctest::Approx(seen.W.diagonal().mean()).epsilon(0.25));
             }
 }
 
@@ -208,7 +208,8 @@ TEST_CASE("a guess and a second problem: fewer iterations and the same forces" *
     LargeMatrix A = block.matrix();
     LargeContactOptions options;
     const LargeContactSolution cold = solve_large_contact(A, p, {}, 0, options);
-    const LargeContactSolution warm = solve_large_contact(A, p, cold.r, cold.mean_give, options);
+    const LargeContactSolution warm =
+        solve_large_contact(A, p, cold.r, cold.mean_compliance, options);
     CHECK(warm.converged);
     CHECK(warm.linear < cold.linear);
     CHECK((warm.r - cold.r).norm() <= 1e-6 * cold.r.norm());

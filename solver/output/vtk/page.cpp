@@ -41,7 +41,7 @@ double round_down(double value)
     return power * (digits >= 5 ? 5 : digits >= 2 ? 2 : 1);
 }
 
-View choose_view(const DrawnResult& result, Contacts& contacts)
+View choose_view(const RenderData& result, Contacts& contacts)
 {
     Extent box;
     for (const Poly& wall : result.walls)

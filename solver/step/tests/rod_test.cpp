@@ -41,7 +41,7 @@ BodyEnergy advance(RodBody& rod, const StepInput& step)
     rod.begin(step);
     for (int i = 0; i < 30; ++i) {
         rod.linearise();
-        rod.change(rod.free_change(), none, none);
+        rod.update(rod.free_change(), none, none);
         if (rod.imbalance(none) <= 1e-11) return rod.accept(none);
     }
     FAIL("no balance");
@@ -212,7 +212,7 @@ TEST_CASE("loads that follow and moments fixed in space converge quadratically")
         for (int i = 0; i < 12; ++i) {
             rod.linearise();
             motion.push_back(rod.free_change().norm());
-            rod.change(rod.free_change(), none, none);
+            rod.update(rod.free_change(), none, none);
         }
         bool quadratic = false; // at some iteration before round-off
         for (std::size_t i = 0; i + 1 < motion.size(); ++i)

@@ -154,9 +154,9 @@ TEST_CASE("a scene's foundation: the wall gives way by force over stiffness and 
         double deepest = 0;
         for (const ContactRecord& c : soft.keep.records.back().contacts) {
             WallHint hint;
-            const double give = -tube[0].model.wall.distance(c.point, hint);
-            CHECK(give == test::relative(c.normal_force / (k * h)).epsilon(1e-4));
-            deepest = std::max(deepest, give);
+            const double compliance = -tube[0].model.wall.distance(c.point, hint);
+            CHECK(compliance == test::relative(c.normal_force / (k * h)).epsilon(1e-4));
+            deepest = std::max(deepest, compliance);
         }
         CHECK(deepest > 5e-5);
         const EnergyRecord& e = soft.keep.records.back().energy;

@@ -14,7 +14,7 @@ namespace amontons {
 /// CHOLMOD and the BLAS that it stands on, opened at the first call: linked, they would cost every
 /// start of the program, also of scenes without a solid, 4 ms and 5 MB, and a thread for each
 /// further processor (OpenBLAS makes them when it is loaded).
-struct LateLibraries {
+struct LoadedCholmod {
     int (*start)(cholmod_common_struct*);
     int (*finish)(cholmod_common_struct*);
     cholmod_factor_struct* (*analyze_p)(cholmod_sparse_struct*, std::int32_t*, std::int32_t*,
@@ -32,6 +32,6 @@ struct LateLibraries {
 };
 
 /// @throws std::runtime_error  if they are not there
-const LateLibraries& late();
+const LoadedCholmod& cholmod_api();
 
 } // namespace amontons
